@@ -1,1 +1,157 @@
-//! WGSL to SPIR-V.
+//! WGSL to checked, patched SPIR-V with reflected layouts, at build time.
+//!
+//! A directory holds one shader a file, and modules that they import in `shared/` (`#define_import_path`, `#import`, `#ifdef`: naga_oil).
+//! What WGSL cannot say is said so:
+//! - A texture named `subpass_...` is a subpass input (input attachment), read with `textureLoad(subpass_x, vec2<i32>(0, 0), 0)`. The
+//!   inputs that a variant uses are indexed in the order of their bindings.
+//! - `override NAME: T = value;` becomes a specialization constant; its id is that of `@id(n)`, or the next free one in the order of
+//!   declaration, imported files first. It is the same in every variant.
+//! - `var<immediate>` holds the push constants.
+//! - Comment lines in a shader's head name its variants (see [`variants`]).
+//!
+//! Limits: vertex, fragment and compute stages; SPIR-V 1.3 for Vulkan 1.1; what modules export cannot be named with a digit or `_` at the
+//! end, since naga_oil writes them back as WGSL.
+
+mod compose;
+mod emit;
+mod error;
+mod generate;
+pub mod patch;
+pub mod reflect;
+mod scan;
+mod shader;
+mod source;
+pub mod variants;
+
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use compose::{Composing, Library};
+pub use emit::{EntryPoint, Stage};
+pub use error::{Error, Location};
+pub use generate::write_rust;
+pub use shader::{ConstantValue, Shader, SpecConstant, Variant};
+use shader::{Plan, merge};
+use source::Source;
+
+/// A file as it was read: its name for errors, and its text.
+pub type NamedText<'a> = (&'a str, &'a str);
+
+/// Compiles every `*.wgsl` of `directory`, with those of `directory/shared` as modules to import. The shaders come sorted by name; none
+/// is there if the directory is empty or missing.
+///
+/// # Errors
+/// All that is wrong with the shaders, each fault once; or a directory or file that cannot be read.
+pub fn compile_directory(directory: &Path) -> Result<Vec<Shader>, Vec<Error>> {
+    let shared = read_all(&directory.join("shared")).map_err(|error| vec![error])?;
+    let shaders = read_all(directory).map_err(|error| vec![error])?;
+    compile(&shaders, &shared)
+}
+
+/// Compiles one shader with the modules `shared`.
+///
+/// # Errors
+/// All that is wrong with it, each fault once.
+pub fn compile_source(shader: NamedText, shared: &[NamedText]) -> Result<Shader, Vec<Error>> {
+    let owned = |(path, text): &NamedText| ((*path).to_owned(), (*text).to_owned());
+    let shared: Vec<_> = shared.iter().map(owned).collect();
+    let mut shaders = compile(&[owned(&shader)], &shared)?;
+    shaders.pop().ok_or_else(|| vec![Error::in_file(shader.0, "no shader was compiled")])
+}
+
+/// Reads the WGSL files of a directory, sorted by name; none if there is no such directory.
+fn read_all(directory: &Path) -> Result<Vec<(String, String)>, Error> {
+    let fault = |path: &Path, error: std::io::Error| {
+        Error::in_file(&path.display().to_string(), format!("cannot be read: {error}"))
+    };
+    let entries = match std::fs::read_dir(directory) {
+        Ok(entries) => entries,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(error) => return Err(fault(directory, error)),
+    };
+    let mut files = Vec::new();
+    for entry in entries {
+        let path = entry.map_err(|error| fault(directory, error))?.path();
+        if path.extension().is_some_and(|extension| extension == "wgsl") {
+            let text = std::fs::read_to_string(&path).map_err(|error| fault(&path, error))?;
+            files.push((path.display().to_string(), text));
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+fn compile(shaders: &[(String, String)], shared: &[(String, String)]) -> Result<Vec<Shader>, Vec<Error>> {
+    let sources = collect(shared.iter().map(|(path, text)| Source::new(path, text)))?;
+    let library = Library::new(sources).map_err(|error| vec![error])?;
+    let plans = collect(shaders.iter().map(|(path, text)| Plan::new(path, text, &library)))?;
+    let jobs: Vec<_> = plans.iter().flat_map(|plan| plan.combinations.iter().map(move |bits| (plan, *bits))).collect();
+    let done = run(&jobs, &library);
+    let mut results = done.into_iter();
+    collect(
+        plans
+            .iter()
+            .map(|plan| {
+                collect(results.by_ref().take(plan.combinations.len())).and_then(|emitted| merge(plan, emitted))
+            })
+            .map(flatten),
+    )
+}
+
+/// The errors of several faults stand as one list; see [`collect`].
+fn flatten<T>(result: Result<T, Vec<Error>>) -> Result<T, Faults> {
+    result.map_err(Faults)
+}
+
+struct Faults(Vec<Error>);
+
+impl From<Error> for Faults {
+    fn from(error: Error) -> Self {
+        Self(vec![error])
+    }
+}
+
+/// All results, or all faults, each once.
+fn collect<T, E: Into<Faults>>(results: impl Iterator<Item = Result<T, E>>) -> Result<Vec<T>, Vec<Error>> {
+    let (mut values, mut faults) = (Vec::new(), Vec::<Error>::new());
+    for result in results {
+        match result {
+            Ok(value) => values.push(value),
+            Err(error) => {
+                for fault in error.into().0 {
+                    if !faults.iter().any(|known| known.same_fault(&fault)) {
+                        faults.push(fault);
+                    }
+                }
+            }
+        }
+    }
+    if faults.is_empty() { Ok(values) } else { Err(faults) }
+}
+
+/// Compiles every job, on as many threads as there are processors; the results come in the jobs' order.
+fn run(jobs: &[(&Plan, u32)], library: &Library) -> Vec<Result<emit::Emitted, Error>> {
+    let next = AtomicUsize::new(0);
+    let done = Mutex::new(Vec::new());
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(jobs.len());
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                let mut composing = Composing::new(library);
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some((plan, bits)) = jobs.get(index) else { break };
+                    let result = match &mut composing {
+                        Ok(composing) => plan.compile(composing, library, *bits),
+                        Err(error) => Err(error.clone()),
+                    };
+                    done.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push((index, result));
+                }
+            });
+        }
+    });
+    let mut done = done.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    done.sort_by_key(|(index, _)| *index);
+    done.into_iter().map(|(_, result)| result).collect()
+}

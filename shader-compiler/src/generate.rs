@@ -1,0 +1,289 @@
+//! Compiled shaders as Rust source and one file of SPIR-V beside it, for a crate that defines the types named in it.
+
+use std::collections::HashMap;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use crate::emit::EntryPoint;
+use crate::error::Error;
+use crate::reflect::{BindingKind, Located, NumberKind, PushConstants, StructLayout};
+use crate::shader::{ConstantValue, Shader};
+
+/// The file with all modules, each once.
+const SPIRV_FILE: &str = "shaders.spv";
+/// The file to be included.
+const RUST_FILE: &str = "shaders.rs";
+
+/// Writes `shaders.rs`, for `include!`, and `shaders.spv`, which it embeds, into `directory`.
+///
+/// # Errors
+/// A name that Rust cannot have, or a file that cannot be written.
+pub fn write_rust(shaders: &[Shader], directory: &Path) -> Result<(), Error> {
+    let mut pool = Pool::default();
+    let mut modules = String::new();
+    for shader in shaders {
+        write_shader(&mut modules, shader, &mut pool)
+            .map_err(|message| Error::in_file(&format!("{}.wgsl", shader.name), message))?;
+    }
+    let bytes: Vec<u8> = pool.words.iter().flat_map(|word| word.to_ne_bytes()).collect();
+    let mut text = String::from("// Written by the shader compiler at build time.\n\n");
+    text.push_str(&format!("static SPIRV: Aligned<{}> = Aligned(*include_bytes!(\"{SPIRV_FILE}\"));\n", bytes.len()));
+    text.push_str(&modules);
+    write_whole(&directory.join(SPIRV_FILE), &bytes)?;
+    write_whole(&directory.join(RUST_FILE), text.as_bytes())
+}
+
+/// Writes a file so that it is either the old one or the new one.
+fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    let partial = path.with_extension("partial");
+    let written = std::fs::write(&partial, bytes).and_then(|()| std::fs::rename(&partial, path));
+    written.map_err(|error| Error::in_file(&path.display().to_string(), format!("cannot be written: {error}")))
+}
+
+/// All SPIR-V modules, equal ones once.
+#[derive(Default)]
+struct Pool {
+    words: Vec<u32>,
+    known: HashMap<Vec<u32>, usize>,
+}
+
+impl Pool {
+    /// The word at which `module` begins.
+    fn place(&mut self, module: &[u32]) -> usize {
+        if let Some(start) = self.known.get(module) {
+            return *start;
+        }
+        let start = self.words.len();
+        self.words.extend_from_slice(module);
+        self.known.insert(module.to_vec(), start);
+        start
+    }
+}
+
+type Written = Result<(), String>;
+
+fn write_shader(out: &mut String, shader: &Shader, pool: &mut Pool) -> Written {
+    let name = module_name(&shader.name)?;
+    line(out, format_args!("\n/// `{}.wgsl`.\npub mod {name} {{\n    use super::*;\n", shader.name));
+    let flags: Vec<_> = shader.flags.iter().enumerate().map(|(bit, flag)| format!("{flag} = {bit}")).collect();
+    line(out, format_args!("    flags!({});\n", flags.join(", ")));
+
+    // Variants that differ in one stage only share the entry points of the others.
+    let mut entries: Vec<&EntryPoint> = Vec::new();
+    let mut variants = String::new();
+    for variant in &shader.variants {
+        let mut indices = Vec::new();
+        for entry in &variant.entry_points {
+            let index = entries.iter().position(|known| *known == entry).unwrap_or_else(|| {
+                entries.push(entry);
+                entries.len() - 1
+            });
+            indices.push(format!("&ENTRY_{index}"));
+        }
+        line(
+            &mut variants,
+            format_args!("        Variant {{ bits: {}, entry_points: &[{}] }},\n", variant.bits, indices.join(", ")),
+        );
+    }
+    for (index, entry) in entries.iter().enumerate() {
+        write_entry(out, index, entry, pool);
+    }
+    line(
+        out,
+        format_args!(
+            "    /// Every variant, ascending by its flags.\n    pub static VARIANTS: &[Variant] = &[\n{variants}    ];\n\n"
+        ),
+    );
+    out.push_str("    /// The variant with exactly these flags, if the shader has it.\n");
+    out.push_str(
+        "    pub fn variant(flags: Flags) -> Option<&'static Variant> {\n        find(VARIANTS, flags.bits())\n    }\n",
+    );
+    write_constants(out, shader);
+    write_layouts(out, shader)?;
+    out.push_str("}\n");
+    Ok(())
+}
+
+fn write_entry(out: &mut String, index: usize, entry: &EntryPoint, pool: &mut Pool) {
+    let push_constants = entry.push_constants.as_ref().map_or(0, PushConstants::size);
+    line(out, format_args!("    static ENTRY_{index}: EntryPoint = EntryPoint {{\n"));
+    line(out, format_args!("        name: c\"{}\",\n        stage: Stage::{:?},\n", entry.name, entry.stage));
+    line(
+        out,
+        format_args!(
+            "        spirv: words(&SPIRV, {}, {}),\n        bindings: &[\n",
+            pool.place(&entry.spirv),
+            entry.spirv.len()
+        ),
+    );
+    for binding in &entry.bindings {
+        let kind = match binding.kind {
+            BindingKind::StorageBuffer { read_only } => format!("StorageBuffer {{ read_only: {read_only} }}"),
+            BindingKind::InputAttachment { index } => format!("InputAttachment {{ index: {index} }}"),
+            plain => format!("{plain:?}"),
+        };
+        let (name, set, slot, count) = (&binding.name, binding.set, binding.binding, binding.count);
+        let fields =
+            format!("name: \"{name}\", set: {set}, binding: {slot}, kind: BindingKind::{kind}, count: {count}");
+        line(out, format_args!("            Binding {{ {fields} }},\n"));
+    }
+    out.push_str("        ],\n        vertex_inputs: &[\n");
+    for input in &entry.vertex_inputs {
+        let (name, location, format) = (&input.name, input.location, vertex_format(input));
+        line(
+            out,
+            format_args!(
+                "            VertexInput {{ name: \"{name}\", location: {location}, format: VertexFormat::{format} }},\n"
+            ),
+        );
+    }
+    out.push_str("        ],\n        fragment_outputs: &[\n");
+    for output in &entry.fragment_outputs {
+        let (name, location, kind, components) = (&output.name, output.location, output.kind, output.components);
+        let fields =
+            format!("name: \"{name}\", location: {location}, kind: NumberKind::{kind:?}, components: {components}");
+        line(out, format_args!("            FragmentOutput {{ {fields} }},\n"));
+    }
+    line(
+        out,
+        format_args!(
+            "        ],\n        push_constant_size: {push_constants},\n        workgroup_size: {:?},\n    }};\n",
+            entry.workgroup_size
+        ),
+    );
+}
+
+fn vertex_format(input: &Located) -> String {
+    let kind = match input.kind {
+        NumberKind::Float => "Float32",
+        NumberKind::Uint => "Uint32",
+        NumberKind::Sint => "Sint32",
+    };
+    match input.components {
+        1 => kind.to_owned(),
+        components => format!("{kind}x{components}"),
+    }
+}
+
+fn write_constants(out: &mut String, shader: &Shader) {
+    out.push_str("\n    /// Ids of the specialization constants.\n    pub mod constants {\n");
+    for constant in &shader.constants {
+        line(out, format_args!("        pub const {}: u32 = {};\n", upper_snake(&constant.name), constant.id));
+    }
+    out.push_str("    }\n\n    /// The specialization constants with their types and defaults, by id.\n    pub static CONSTANTS: &[SpecConstant] = &[\n");
+    for constant in &shader.constants {
+        let value = match constant.default {
+            ConstantValue::Bool(value) => format!("Bool({value})"),
+            ConstantValue::U32(value) => format!("U32({value})"),
+            ConstantValue::I32(value) => format!("I32({value})"),
+            ConstantValue::F32(bits) => format!("F32(f32::from_bits({bits}))"),
+        };
+        let (name, id) = (&constant.name, constant.id);
+        line(
+            out,
+            format_args!("        SpecConstant {{ name: \"{name}\", id: {id}, default: ConstantValue::{value} }},\n"),
+        );
+    }
+    out.push_str("    ];\n");
+}
+
+fn write_layouts(out: &mut String, shader: &Shader) -> Written {
+    match &shader.push_constants {
+        Some(PushConstants::Struct(layout)) => {
+            out.push_str("\n    /// The push constants: bytes, and where members lie.\n");
+            write_layout(out, "push", layout, "    ")?;
+        }
+        Some(PushConstants::Plain(size)) => {
+            out.push_str("\n    /// The push constants: bytes.\n");
+            line(out, format_args!("    pub mod push {{\n        pub const SIZE: usize = {size};\n    }}\n"));
+        }
+        None => {}
+    }
+    out.push_str("\n    /// The structs in buffers: bytes, alignment, and where members lie.\n    pub mod structs {\n");
+    let mut known: Vec<(String, &str)> = Vec::new();
+    for layout in &shader.structs {
+        let name = module_name(&lower_snake(&layout.name))?;
+        if let Some((_, other)) = known.iter().find(|(taken, _)| *taken == name) {
+            return Err(format!("the structs `{other}` and `{}` would both be the Rust module `{name}`", layout.name));
+        }
+        write_layout(out, &name, layout, "        ")?;
+        known.push((name, &layout.name));
+    }
+    out.push_str("    }\n");
+    Ok(())
+}
+
+fn write_layout(out: &mut String, name: &str, layout: &StructLayout, indent: &str) -> Written {
+    let mut constants = vec![("SIZE".to_owned(), layout.size), ("ALIGN".to_owned(), layout.align)];
+    for member in &layout.members {
+        let name = upper_snake(&member.name);
+        constants.extend(member.stride.map(|stride| (format!("{name}_STRIDE"), stride)));
+        constants.push((name, member.offset));
+    }
+    line(out, format_args!("{indent}pub mod {name} {{\n"));
+    for (index, (constant, value)) in constants.iter().enumerate() {
+        if constants[..index].iter().any(|(known, _)| known == constant) {
+            return Err(format!(
+                "the struct `{}` has a member whose constant {constant} is taken: rename it",
+                layout.name
+            ));
+        }
+        line(out, format_args!("{indent}    pub const {constant}: usize = {value};\n"));
+    }
+    line(out, format_args!("{indent}}}\n"));
+    Ok(())
+}
+
+/// Writing to a string cannot fail.
+fn line(out: &mut String, text: std::fmt::Arguments) {
+    let _ = out.write_fmt(text);
+}
+
+/// A name that a Rust module can have.
+fn module_name(name: &str) -> Result<String, String> {
+    const KEYWORDS: &[&str] = &[
+        "as", "async", "await", "box", "break", "const", "continue", "crate", "do", "dyn", "else", "enum", "extern",
+        "false", "fn", "for", "gen", "if", "impl", "in", "let", "loop", "macro", "match", "mod", "move", "mut", "pub",
+        "ref", "return", "self", "static", "struct", "super", "trait", "true", "try", "type", "unsafe", "use",
+        "virtual", "where", "while", "yield",
+    ];
+    let fits = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+    if name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(fits) && !KEYWORDS.contains(&name) {
+        Ok(name.to_owned())
+    } else {
+        Err(format!("`{name}` cannot name a Rust module: use small letters, digits and `_`, and no keyword"))
+    }
+}
+
+/// `PointLight` and `pointLight` as `point_light`.
+fn lower_snake(name: &str) -> String {
+    let mut out = String::new();
+    let mut previous = '_';
+    for character in name.chars() {
+        if character.is_uppercase() && (previous.is_lowercase() || previous.is_ascii_digit()) {
+            out.push('_');
+        }
+        out.extend(character.to_lowercase());
+        previous = character;
+    }
+    out
+}
+
+/// `view_matrix` and `viewMatrix` as `VIEW_MATRIX`.
+fn upper_snake(name: &str) -> String {
+    // A name that is in capitals already, as an override's, stays.
+    if name.chars().any(char::is_lowercase) { lower_snake(name).to_uppercase() } else { name.to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_change_case() {
+        assert_eq!(lower_snake("PointLight"), "point_light");
+        assert_eq!(upper_snake("viewMatrix"), "VIEW_MATRIX");
+        assert_eq!(upper_snake("MAX_LIGHTS_2D"), "MAX_LIGHTS_2D");
+        assert!(module_name("match").is_err() && module_name("2d").is_err() && module_name("gbuffer-debug").is_err());
+    }
+}

@@ -1,0 +1,212 @@
+//! A shader with all its variants, and what must be the same in all of them.
+
+use std::path::Path;
+
+use crate::compose::{Composing, Library, check_imports, composed_name};
+use crate::emit::{Emitted, Emitter, EntryPoint};
+use crate::error::Error;
+use crate::patch::Constant;
+use crate::reflect::{PushConstants, StructLayout};
+use crate::source::Source;
+use crate::variants::Head;
+
+/// A compiled shader.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Shader {
+    /// The file's name without `.wgsl`.
+    pub name: String,
+    /// Its flags; bit `i` of a variant's number is flag `i`.
+    pub flags: Vec<String>,
+    /// Its variants, ascending.
+    pub variants: Vec<Variant>,
+    /// The specialization constants of all variants, by id.
+    pub constants: Vec<SpecConstant>,
+    /// The structs of its buffers, in all variants, sorted by name.
+    pub structs: Vec<StructLayout>,
+    /// Its push constants.
+    pub push_constants: Option<PushConstants>,
+}
+
+/// A shader with certain flags on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Variant {
+    /// Which flags.
+    pub bits: u32,
+    /// Its entry points in the order of the source.
+    pub entry_points: Vec<EntryPoint>,
+}
+
+/// A specialization constant.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SpecConstant {
+    /// Its name in the source.
+    pub name: String,
+    /// SpecId.
+    pub id: u32,
+    /// Its value if the pipeline sets none; it tells the type too.
+    pub default: ConstantValue,
+}
+
+/// The value of a specialization constant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ConstantValue {
+    /// `bool`; four bytes for Vulkan.
+    Bool(bool),
+    /// `u32`
+    U32(u32),
+    /// `i32`
+    I32(i32),
+    /// `f32`, as its bits.
+    F32(u32),
+}
+
+/// What is to be compiled of a shader.
+pub struct Plan {
+    source: Source,
+    name: String,
+    head: Head,
+    pub combinations: Vec<u32>,
+    constants: Vec<Constant>,
+}
+
+impl Plan {
+    /// Reads the shader `text`, the content of the file `path`.
+    ///
+    /// # Errors
+    /// What is wrong with its name, head, imports, flags, overrides or subpass inputs.
+    pub fn new(path: &str, text: &str, library: &Library) -> Result<Self, Error> {
+        let source = Source::new(path, text)?;
+        check_imports(&source, &library.modules)?;
+        let head = Head::parse(path, &source.text)?;
+        check_conditions(&source, &head)?;
+        let constants = assign_ids(&library.closure(&source))?;
+        let name = Path::new(path).file_stem().and_then(|stem| stem.to_str()).unwrap_or("").to_owned();
+        Ok(Self { name, combinations: head.combinations(), head, constants, source })
+    }
+
+    /// Compiles the variant `bits`.
+    ///
+    /// # Errors
+    /// What is wrong with it, with a note that names the flags.
+    pub fn compile(&self, composing: &mut Composing, library: &Library, bits: u32) -> Result<Emitted, Error> {
+        let flags: Vec<_> = self.head.names(bits).collect();
+        let emitter = Emitter { library, shader: &self.source, constants: &self.constants, precise: self.head.precise };
+        let result = composing.compose(&self.source, &flags).and_then(|module| emitter.emit(&module));
+        result.map_err(|error| {
+            if flags.is_empty() { error } else { error.note(format!("in the variant {}", flags.join(" | "))) }
+        })
+    }
+}
+
+/// Points at a condition on what is no flag of the shader: a misspelt one would be off in silence.
+fn check_conditions(source: &Source, head: &Head) -> Result<(), Error> {
+    let clean = crate::scan::without_comments(&source.text);
+    let (mut start, mut defined) = (0, Vec::new());
+    for line in clean.split_inclusive('\n') {
+        let begin = start;
+        start += line.len();
+        let Some(directive) = line.trim_start().strip_prefix('#') else { continue };
+        let mut words = directive.split_whitespace().skip_while(|word| *word == "else");
+        let (keyword, Some(name)) = (words.next().unwrap_or(""), words.next()) else { continue };
+        match keyword {
+            "define" => defined.push(name),
+            "ifdef" | "ifndef" | "if" if !head.flags.iter().any(|flag| flag == name) && !defined.contains(&name) => {
+                let at = begin + line.find(name).unwrap_or(0);
+                let place = crate::error::Location::of(&source.path, &source.text, at, name.len());
+                return Err(Error::at(
+                    place,
+                    format!("no `// variants:` line in this shader's head declares `{name}`"),
+                ));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// Gives every override of `files` an id: its own, or the first that is free, in the order of declaration.
+fn assign_ids(files: &[&Source]) -> Result<Vec<Constant>, Error> {
+    let declared: Vec<_> =
+        files.iter().flat_map(|file| file.overrides.iter().map(move |declaration| (*file, declaration))).collect();
+    let mut taken: Vec<(u32, String)> = Vec::new();
+    for (file, declaration) in &declared {
+        let Some(id) = declaration.id else { continue };
+        let symbol = composed_name(file, &declaration.name);
+        if taken.iter().any(|(other, owner)| *other == id && *owner != symbol) {
+            return Err(Error::at(
+                declaration.location.clone(),
+                format!("the id {id} of the override `{}` is taken", declaration.name),
+            ));
+        }
+        taken.push((id, symbol));
+    }
+    let mut constants: Vec<Constant> = Vec::new();
+    for (file, declaration) in declared {
+        let (name, symbol) = (declaration.name.clone(), composed_name(file, &declaration.name));
+        if let Some(known) = constants.iter().find(|known| known.name == name) {
+            // The same declaration under `#ifdef` and under its `#else` is one constant.
+            if known.symbol == symbol && declaration.id.is_none_or(|id| id == known.id) {
+                continue;
+            }
+            return Err(Error::at(
+                declaration.location.clone(),
+                format!("another override is named `{name}` too, or has another id here"),
+            ));
+        }
+        let explicit = taken.iter().find(|(_, owner)| *owner == symbol).map(|(id, _)| *id);
+        let free = || (0..).find(|id| !taken.iter().any(|(other, _)| other == id)).unwrap_or(u32::MAX);
+        let id = explicit.unwrap_or_else(free);
+        taken.push((id, symbol.clone()));
+        constants.push(Constant { name, symbol, id });
+    }
+    Ok(constants)
+}
+
+/// Puts the variants of a shader together.
+///
+/// # Errors
+/// A struct, the push constants or an override's default that differ between variants: the host has one of each.
+pub fn merge(plan: &Plan, emitted: Vec<Emitted>) -> Result<Shader, Vec<Error>> {
+    let mut shader = Shader {
+        name: plan.name.clone(),
+        flags: plan.head.flags.clone(),
+        variants: Vec::new(),
+        constants: Vec::new(),
+        structs: Vec::new(),
+        push_constants: None,
+    };
+    let differs = |what: String| {
+        vec![Error::in_file(&plan.source.path, format!("{what} differs between variants, or between two files"))]
+    };
+    for (bits, variant) in plan.combinations.iter().zip(emitted) {
+        for layout in variant.structs {
+            match shader.structs.iter().find(|known| known.name == layout.name) {
+                Some(known) if *known != layout => {
+                    return Err(differs(format!("the layout of the struct `{}`", layout.name)));
+                }
+                Some(_) => {}
+                None => shader.structs.push(layout),
+            }
+        }
+        for constant in variant.constants {
+            match shader.constants.iter().find(|known| known.id == constant.id) {
+                Some(known) if *known != constant => {
+                    return Err(differs(format!("the default or type of the override `{}`", constant.name)));
+                }
+                Some(_) => {}
+                None => shader.constants.push(constant),
+            }
+        }
+        match (&shader.push_constants, variant.push_constants) {
+            (Some(known), Some(other)) if *known != other => {
+                return Err(differs("the layout of the push constants".to_owned()));
+            }
+            (None, other) => shader.push_constants = other,
+            _ => {}
+        }
+        shader.variants.push(Variant { bits: *bits, entry_points: variant.entry_points });
+    }
+    shader.structs.sort_by(|a, b| a.name.cmp(&b.name));
+    shader.constants.sort_by_key(|constant| constant.id);
+    Ok(shader)
+}

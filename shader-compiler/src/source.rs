@@ -1,0 +1,205 @@
+//! One WGSL file: its overrides and subpass inputs, found in the text so that errors point at it, and the text that naga is given.
+
+use crate::error::{Error, Location};
+use crate::scan::{self, Token};
+
+/// A texture variable whose name begins so is a subpass input.
+pub const SUBPASS_PREFIX: &str = "subpass_";
+
+/// `override NAME: T = value;`
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OverrideDeclaration {
+    /// NAME.
+    pub name: String,
+    /// The `n` of `@id(n)`.
+    pub id: Option<u32>,
+    /// Where it stands.
+    pub location: Location,
+}
+
+/// A WGSL file, read.
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// The file as errors name it.
+    pub path: String,
+    /// Its text, with newlines made `\n`.
+    pub text: String,
+    /// The text in which overrides are private variables: naga folds overrides, and `patch` makes constants of the variables.
+    pub rewritten: String,
+    /// The name in `#define_import_path`.
+    pub import_path: Option<String>,
+    /// The modules it imports something from, in order.
+    pub imports: Vec<String>,
+    /// Its overrides, in order, those of all variants.
+    pub overrides: Vec<OverrideDeclaration>,
+    /// Where each variable that is named as a subpass input is declared.
+    pub subpass_inputs: Vec<(String, Location)>,
+}
+
+impl Source {
+    /// Looks through `text`, the content of the file that errors call `path`.
+    ///
+    /// # Errors
+    /// A malformed override, or a subpass input that is used for anything but a `textureLoad`.
+    pub fn new(path: &str, text: &str) -> Result<Self, Error> {
+        let text = text.trim_start_matches('\u{feff}').replace("\r\n", "\n").replace('\r', "\n");
+        let clean = scan::without_directives(&scan::without_comments(&text));
+        let tokens = scan::tokens(&clean);
+        let (import_path, imports, _) = naga_oil::compose::get_preprocessor_data(&text);
+        let mut source = Self {
+            path: path.to_owned(),
+            rewritten: text.clone(),
+            text: String::new(),
+            import_path,
+            imports: imports.into_iter().map(|import| import.import).collect(),
+            overrides: Vec::new(),
+            subpass_inputs: Vec::new(),
+        };
+        source.find_overrides(&text, &tokens)?;
+        source.find_subpass_inputs(&text, &tokens)?;
+        source.text = text;
+        Ok(source)
+    }
+
+    /// The place of a token of this file.
+    fn place(&self, text: &str, token: &Token) -> Location {
+        Location::of(&self.path, text, token.start, token.text.len())
+    }
+
+    fn find_overrides(&mut self, text: &str, tokens: &[Token]) -> Result<(), Error> {
+        // From the last to the first, so that what is still to be replaced has not moved.
+        for index in (0..tokens.len()).rev().filter(|index| tokens[*index].text == "override") {
+            let word = |ahead: usize| tokens.get(index + ahead).map_or("", |token| token.text);
+            // `override fn` is naga_oil's way to replace a function, not WGSL's override.
+            if word(1) == "fn" {
+                continue;
+            }
+            let name = tokens.get(index + 1).unwrap_or(&tokens[index]);
+            let location = self.place(text, name);
+            let statement = tokens[index..].iter().take_while(|token| token.text != ";");
+            if !statement.clone().any(|token| token.text == "=") {
+                let message =
+                    format!("the override `{}` needs a default value (`override {0}: T = value;`)", name.text);
+                return Err(Error::at(location, message));
+            }
+            self.rewritten.replace_range(tokens[index].start..tokens[index].end(), "var<private>");
+            let id = self.take_id(text, tokens, index)?;
+            self.overrides.push(OverrideDeclaration { name: name.text.to_owned(), id, location });
+        }
+        self.overrides.reverse();
+        Ok(())
+    }
+
+    /// Reads and blanks the `@id(n)` before the override at `index`.
+    fn take_id(&mut self, text: &str, tokens: &[Token], index: usize) -> Result<Option<u32>, Error> {
+        let Some([at, id, open, number, close]) = index.checked_sub(5).map(|first| &tokens[first..index]) else {
+            return Ok(None);
+        };
+        if [at.text, id.text, open.text, close.text] != ["@", "id", "(", ")"] {
+            return Ok(None);
+        }
+        let digits = number.text.trim_end_matches(['u', 'i']);
+        let value = digits.parse().map_err(|_| {
+            Error::at(
+                self.place(text, number),
+                format!("`{}` is no id: @id takes a literal from 0 to 4294967295", number.text),
+            )
+        })?;
+        self.rewritten.replace_range(at.start..close.end(), &" ".repeat(close.end() - at.start));
+        Ok(Some(value))
+    }
+
+    fn find_subpass_inputs(&mut self, text: &str, tokens: &[Token]) -> Result<(), Error> {
+        for (index, token) in tokens.iter().enumerate().filter(|(_, token)| token.text.starts_with(SUBPASS_PREFIX)) {
+            // The part of a path: `gbuffer::subpass_albedo`.
+            let mut first = index;
+            while first >= 2 && tokens[first - 1].text == "::" {
+                first -= 2;
+            }
+            let word = |back: usize| first.checked_sub(back).map_or("", |at| tokens[at].text);
+            let next = tokens.get(index + 1).map_or("", |token| token.text);
+            match (word(1), next) {
+                ("var", ":") => self.subpass_inputs.push((token.text.to_owned(), self.place(text, token))),
+                ("(", ",") if word(2) == "textureLoad" => {}
+                _ => return Err(Error::at(self.place(text, token), misuse(token.text, &tokens[..first], next))),
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Says what is wrong with a use of the subpass input `name` after the tokens `before`.
+fn misuse(name: &str, before: &[Token], next: &str) -> String {
+    const ONLY: &str = "it can only be read with `textureLoad(NAME, vec2<i32>(0, 0), 0)`";
+    let only = ONLY.replace("NAME", name);
+    if next == ":" || before.last().is_some_and(|token| matches!(token.text, "let" | "const" | "var" | ">")) {
+        return format!(
+            "`{name}`: names that begin with `{SUBPASS_PREFIX}` are kept for subpass inputs (`var {name}: texture_2d<f32>;`)"
+        );
+    }
+    match enclosing_call(before) {
+        Some(call) if call.starts_with("textureSample") || call.starts_with("textureGather") => {
+            format!("the subpass input `{name}` is sampled by `{call}`: {only}")
+        }
+        Some("textureStore") => format!("the subpass input `{name}` is written by `textureStore`: {only}"),
+        Some(call) if call.starts_with("texture") => {
+            format!("the subpass input `{name}` is asked for by `{call}`: {only}")
+        }
+        Some(call) => format!("the subpass input `{name}` is passed to the function `{call}`: {only}"),
+        None => format!("the subpass input `{name}` is used as a value: {only}"),
+    }
+}
+
+/// The name before the innermost parenthesis that `before` leaves open.
+fn enclosing_call<'a>(before: &[Token<'a>]) -> Option<&'a str> {
+    let mut depth = 0;
+    for (index, token) in before.iter().enumerate().rev() {
+        match token.text {
+            ")" => depth += 1,
+            "(" if depth > 0 => depth -= 1,
+            "(" => return index.checked_sub(1).map(|name| before[name].text),
+            ";" | "{" | "}" => return None,
+            _ => {}
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn overrides_become_private_variables_in_place() {
+        let source = Source::new(
+            "a.wgsl",
+            "@id(7) override A: u32 = 1;\n// override C\noverride B = 2.0;\noverride fn f() {}\n",
+        )
+        .unwrap();
+        let found: Vec<_> = source.overrides.iter().map(|o| (o.name.as_str(), o.id, o.location.line)).collect();
+        assert_eq!(found, [("A", Some(7), 1), ("B", None, 3)]);
+        assert!(source.rewritten.starts_with("       var<private> A: u32 = 1;\n// override C\nvar<private> B"));
+        assert!(source.rewritten.contains("override fn f"));
+    }
+
+    #[test]
+    fn wrong_uses_of_subpass_inputs_are_named() {
+        let fails = |line: &str, message: &str| {
+            let error = Source::new("a.wgsl", &format!("var subpass_a: texture_2d<f32>;\n{line}\n")).unwrap_err();
+            assert!(error.message.contains("`subpass_a`") && error.message.contains(message), "{error}");
+            assert_eq!(error.location.map(|at| at.line), Some(2));
+        };
+        fails("let x = shade(1.0, max(2.0, 3.0), subpass_a);", "passed to the function `shade`");
+        fails("let x = textureSample(subpass_a, s, uv);", "sampled by `textureSample`");
+        fails("let x = textureDimensions(subpass_a);", "`textureDimensions`");
+        fails("textureStore(subpass_a, c, v);", "textureStore");
+        fails("let x = subpass_a;", "used as a value");
+        fails("fn f(subpass_a: texture_2d<f32>) {}", "kept for subpass inputs");
+    }
+
+    #[test]
+    fn right_uses_pass() {
+        let text = "#import a::{subpass_b}\nvar subpass_a: texture_2d<f32>;\nfn f() { let x = textureLoad(subpass_a, Z, 0) + textureLoad(a::subpass_b, Z, 0); }";
+        assert_eq!(Source::new("a.wgsl", text).unwrap().subpass_inputs.len(), 1);
+    }
+}

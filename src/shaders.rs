@@ -1,0 +1,272 @@
+//! The compiled shaders: a module for each file of `shaders/`, written by `build.rs`. Pure data; nothing here knows Vulkan.
+//!
+//! Each module has its `Flags`, `VARIANTS` and `variant(flags)`, the ids of its specialization constants (`constants`), and the sizes and
+//! offsets of its push constants (`push`) and of the structs in its buffers (`structs`), for assertions beside the Rust twins.
+
+use std::ffi::CStr;
+
+/// A shader with certain flags on.
+#[derive(Debug)]
+pub struct Variant {
+    /// Which flags, as their bits.
+    pub bits: u32,
+    /// Its entry points, in the order of the source.
+    pub entry_points: &'static [&'static EntryPoint],
+}
+
+impl Variant {
+    /// The entry point of this name.
+    #[must_use]
+    pub fn entry(&self, name: &CStr) -> Option<&'static EntryPoint> {
+        self.entry_points.iter().copied().find(|entry| entry.name == name)
+    }
+
+    /// The first entry point of a stage.
+    #[must_use]
+    pub fn stage(&self, stage: Stage) -> Option<&'static EntryPoint> {
+        self.entry_points.iter().copied().find(|entry| entry.stage == stage)
+    }
+
+    /// The vertex shader.
+    #[must_use]
+    pub fn vertex(&self) -> Option<&'static EntryPoint> {
+        self.stage(Stage::Vertex)
+    }
+
+    /// The fragment shader.
+    #[must_use]
+    pub fn fragment(&self) -> Option<&'static EntryPoint> {
+        self.stage(Stage::Fragment)
+    }
+
+    /// The compute shader.
+    #[must_use]
+    pub fn compute(&self) -> Option<&'static EntryPoint> {
+        self.stage(Stage::Compute)
+    }
+}
+
+/// A SPIR-V module with one entry point, and what it takes and gives.
+#[derive(Debug)]
+pub struct EntryPoint {
+    /// Name, for `VkPipelineShaderStageCreateInfo`.
+    pub name: &'static CStr,
+    /// Stage.
+    pub stage: Stage,
+    /// SPIR-V 1.3.
+    pub spirv: &'static [u32],
+    /// The resources that it uses, by set and binding.
+    pub bindings: &'static [Binding],
+    /// Vertex attributes, by location.
+    pub vertex_inputs: &'static [VertexInput],
+    /// Colours written, by location.
+    pub fragment_outputs: &'static [FragmentOutput],
+    /// Bytes of push constants that it uses, from offset 0.
+    pub push_constant_size: u32,
+    /// Invocations in a work group; zeros in other stages than compute.
+    pub workgroup_size: [u32; 3],
+}
+
+/// A shader stage.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Stage {
+    /// A vertex shader.
+    Vertex,
+    /// A fragment shader.
+    Fragment,
+    /// A compute shader.
+    Compute,
+}
+
+/// A resource.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Binding {
+    /// Name in the source.
+    pub name: &'static str,
+    /// Descriptor set.
+    pub set: u32,
+    /// Binding in the set.
+    pub binding: u32,
+    /// What it takes.
+    pub kind: BindingKind,
+    /// Descriptors; 0 for an array without a size.
+    pub count: u32,
+}
+
+/// What a binding takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum BindingKind {
+    /// A uniform buffer.
+    UniformBuffer,
+    /// A storage buffer.
+    StorageBuffer {
+        /// Whether the shader only reads it.
+        read_only: bool,
+    },
+    /// A texture without its sampler.
+    SampledImage,
+    /// A sampler.
+    Sampler,
+    /// A sampler that compares.
+    ComparisonSampler,
+    /// An input attachment of the subpass.
+    InputAttachment {
+        /// Index into `pInputAttachments`; without gaps in every variant.
+        index: u32,
+    },
+    /// A texture that is written or read without a sampler.
+    StorageImage,
+}
+
+/// A vertex attribute.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct VertexInput {
+    /// Name in the source.
+    pub name: &'static str,
+    /// Location.
+    pub location: u32,
+    /// Its type in the shader; the buffer's may be a normalized one.
+    pub format: VertexFormat,
+}
+
+/// The type of a vertex attribute in the shader.
+#[expect(missing_docs, reason = "the names say all")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum VertexFormat {
+    Float32,
+    Float32x2,
+    Float32x3,
+    Float32x4,
+    Uint32,
+    Uint32x2,
+    Uint32x3,
+    Uint32x4,
+    Sint32,
+    Sint32x2,
+    Sint32x3,
+    Sint32x4,
+}
+
+/// A colour that a fragment shader writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct FragmentOutput {
+    /// Name in the source; empty for a plain return value.
+    pub name: &'static str,
+    /// Index of the colour attachment in the subpass.
+    pub location: u32,
+    /// Type of a component.
+    pub kind: NumberKind,
+    /// Components, 1 to 4.
+    pub components: u32,
+}
+
+/// The numeric type of an output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum NumberKind {
+    /// Float, normalized too.
+    Float,
+    /// Unsigned integer.
+    Uint,
+    /// Signed integer.
+    Sint,
+}
+
+/// A specialization constant; each takes four bytes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpecConstant {
+    /// Name in the source.
+    pub name: &'static str,
+    /// `constant_id`.
+    pub id: u32,
+    /// Its value where a pipeline sets none.
+    pub default: ConstantValue,
+}
+
+/// The value of a specialization constant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ConstantValue {
+    /// Four bytes, 0 or 1.
+    Bool(bool),
+    /// Unsigned.
+    U32(u32),
+    /// Signed.
+    I32(i32),
+    /// Float.
+    F32(f32),
+}
+
+/// Bytes on a word's boundary.
+#[repr(C, align(4))]
+struct Aligned<const N: usize>([u8; N]);
+
+/// The `count` words of `bytes` from word `start` on.
+const fn words<const N: usize>(bytes: &'static Aligned<N>, start: usize, count: usize) -> &'static [u32] {
+    assert!(4 * (start + count) <= N);
+    // SAFETY: the assertion keeps the words inside the array, `Aligned` gives them a word's alignment, any bits are a u32, and
+    // the bytes are static and never written.
+    unsafe { std::slice::from_raw_parts(bytes.0.as_ptr().add(4 * start).cast::<u32>(), count) }
+}
+
+/// The variant with these bits in a table that ascends by them.
+fn find(variants: &'static [Variant], bits: u32) -> Option<&'static Variant> {
+    variants.binary_search_by_key(&bits, |variant| variant.bits).ok().map(|index| &variants[index])
+}
+
+/// Defines the flags of a shader.
+macro_rules! flags {
+    ($($name:ident = $bit:literal),*) => {
+        /// Which variant of the shader: a set of flags.
+        #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
+        pub struct Flags(u32);
+
+        #[allow(dead_code, missing_docs)]
+        impl Flags {
+            pub const NONE: Self = Self(0);
+            $(pub const $name: Self = Self(1 << $bit);)*
+
+            /// Each flag with its name.
+            pub const ALL: &'static [(&'static str, Self)] = &[$((stringify!($name), Self::$name)),*];
+
+            /// The set as a number.
+            #[must_use]
+            pub const fn bits(self) -> u32 {
+                self.0
+            }
+
+            /// Whether all of `other` is in the set.
+            #[must_use]
+            pub const fn contains(self, other: Self) -> bool {
+                self.0 & other.0 == other.0
+            }
+
+            /// The set with `other`, if `on`.
+            #[must_use]
+            pub const fn with_if(self, other: Self, on: bool) -> Self {
+                if on { Self(self.0 | other.0) } else { self }
+            }
+        }
+
+        impl std::ops::BitOr for Flags {
+            type Output = Self;
+
+            fn bitor(self, other: Self) -> Self {
+                Self(self.0 | other.0)
+            }
+        }
+
+        impl std::ops::BitOrAssign for Flags {
+            fn bitor_assign(&mut self, other: Self) {
+                self.0 |= other.0;
+            }
+        }
+
+        impl std::fmt::Debug for Flags {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                let names: Vec<_> = Self::ALL.iter().filter(|(_, flag)| self.contains(*flag)).map(|(name, _)| *name).collect();
+                if names.is_empty() { f.write_str("NONE") } else { f.write_str(&names.join(" | ")) }
+            }
+        }
+    };
+}
+
+include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
