@@ -25,7 +25,7 @@ struct Surface {
     specular: vec3<f32>,
     n_dot_v: f32,
     // GGX: alpha squared.
-    alpha2: f32,
+    alpha_squared: f32,
     // GGX: sqrt(NdotV^2 (1 - alpha^2) + alpha^2), the light-independent half of height-correlated Smith.
     smith_v: f32,
     shininess: f32,
@@ -41,8 +41,8 @@ fn cook_torrance_surface(normal: vec3<f32>, view: vec3<f32>, albedo: vec3<f32>, 
     s.normal = normal;
     s.view = view;
     s.n_dot_v = max(dot(normal, view), MIN_N_DOT_V);
-    s.alpha2 = alpha * alpha;
-    s.smith_v = sqrt(s.n_dot_v * s.n_dot_v * (1.0 - s.alpha2) + s.alpha2);
+    s.alpha_squared = alpha * alpha;
+    s.smith_v = sqrt(s.n_dot_v * s.n_dot_v * (1.0 - s.alpha_squared) + s.alpha_squared);
     s.diffuse = albedo * ((1.0 - metallic) / PI);
     s.specular = mix(vec3(0.04), albedo, metallic);
     s.brdf = COOK_TORRANCE;
@@ -77,15 +77,15 @@ fn cook_torrance(s: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
     let sin2 = dot(across, across);
     let cos2 = along * along;
     // D's inner term times |l + v|^2, so that nothing is divided twice.
-    let d = cos2 * s.alpha2 + sin2;
-    let smith_l = sqrt(n_dot_l * n_dot_l * (1.0 - s.alpha2) + s.alpha2);
+    let d = cos2 * s.alpha_squared + sin2;
+    let smith_l = sqrt(n_dot_l * n_dot_l * (1.0 - s.alpha_squared) + s.alpha_squared);
     let smith = n_dot_l * s.smith_v + s.n_dot_v * smith_l;
     let x = 1.0 - v_dot_h;
     let x2 = x * x;
     let schlick = x2 * x2 * x;
     let fresnel = s.specular + (vec3(1.0) - s.specular) * schlick;
     let ratio = half_length2 / max(d, 1e-18);
-    let lobe = ratio * ratio * s.alpha2 * (0.5 / PI) / max(smith, 1e-18);
+    let lobe = ratio * ratio * s.alpha_squared * (0.5 / PI) / max(smith, 1e-18);
     return (s.diffuse * (vec3(1.0) - fresnel) + fresnel * lobe) * n_dot_l;
 }
 

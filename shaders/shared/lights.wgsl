@@ -12,7 +12,7 @@ struct Light {
     // Towards the light for a directional one; else its place relative to the camera.
     position: vec3<f32>,
     // 1 / range^2; 0 for a light without a range.
-    inverse_range2: f32,
+    inverse_range_squared: f32,
     // Colour times intensity.
     color: vec3<f32>,
     falloff: u32,
@@ -27,7 +27,7 @@ struct Light {
 
 // Strength at a squared distance, without the spot's cone. Zero from the range on.
 fn distance_attenuation(light: Light, distance2: f32) -> f32 {
-    let x2 = distance2 * light.inverse_range2;
+    let x2 = distance2 * light.inverse_range_squared;
     switch light.falloff {
         case INVERSE_SQUARE: {
             let window = saturate(1.0 - x2 * x2);

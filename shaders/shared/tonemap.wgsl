@@ -41,8 +41,8 @@ fn agx(color: vec3<f32>) -> vec3<f32> {
     let x = (ev - least_ev) / (most_ev - least_ev);
     let x2 = x * x;
     let x4 = x2 * x2;
-    let curve = 15.5 * x4 * x2 - 40.14 * x4 * x + 31.96 * x4 - 6.868 * x2 * x + 0.4298 * x2 + 0.1191 * x - 0.00232;
-    return pow(max(outset * curve, vec3(0.0)), vec3(2.2));
+    let contrast = 15.5 * x4 * x2 - 40.14 * x4 * x + 31.96 * x4 - 6.868 * x2 * x + 0.4298 * x2 + 0.1191 * x - 0.00232;
+    return pow(max(outset * contrast, vec3(0.0)), vec3(2.2));
 }
 
 // ACES RRT and ODT, Stephen Hill's fit.
@@ -64,8 +64,8 @@ fn aces(color: vec3<f32>) -> vec3<f32> {
 }
 
 // 0..1 for any finite input that is not negative.
-fn tone_map(color: vec3<f32>, operator: u32) -> vec3<f32> {
-    switch operator {
+fn tone_map(color: vec3<f32>, curve: u32) -> vec3<f32> {
+    switch curve {
         case NEUTRAL: { return saturate(neutral(color)); }
         case AGX: { return saturate(agx(color)); }
         case ACES: { return saturate(aces(color)); }

@@ -39,7 +39,7 @@ pub struct FrameUniform {
 #[repr(C)]
 pub struct LightRecord {
     pub position: Vec3,
-    pub inverse_range2: f32,
+    pub inverse_range_squared: f32,
     pub color: Vec3,
     pub falloff: u32,
     pub direction: Vec3,
@@ -93,7 +93,7 @@ impl LightRecord {
         let relative = |position: DVec3| (position - camera.position).as_vec3();
         let mut record = Self {
             position: Vec3::ZERO,
-            inverse_range2: 0.0,
+            inverse_range_squared: 0.0,
             color: light.color * light.intensity,
             falloff: 0,
             direction: Vec3::ZERO,
@@ -102,7 +102,7 @@ impl LightRecord {
             spot_offset: 1.0,
         };
         let mut fade = |range: Option<f64>, falloff: Falloff| {
-            record.inverse_range2 = range.map_or(0.0, |range| (1.0 / (range * range)) as f32);
+            record.inverse_range_squared = range.map_or(0.0, |range| (1.0 / (range * range)) as f32);
             record.falloff = falloff_index(falloff);
             if let Falloff::Polynomial { constant, linear, quadratic } = falloff {
                 record.polynomial = Vec3::new(constant, linear, quadratic);

@@ -1,0 +1,48 @@
+//! COPY: the output into memory that the CPU reads.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use crate::gpu::{self, Buffer, Device, Image, Location, MemoryKind, sync::Use};
+use crate::plan::FramePlan;
+
+/// Reads the output.
+pub const READ: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ);
+/// Writes the buffer.
+pub const WRITE: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE);
+/// The CPU maps it.
+pub const HOST_READ: Use = Use::new(vk::PipelineStageFlags::HOST, vk::AccessFlags::HOST_READ);
+
+/// A buffer for one picture.
+pub struct Copy {
+    pub buffer: Buffer,
+}
+
+impl Copy {
+    /// # Errors
+    /// When there is no memory for it.
+    pub fn new(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Self> {
+        let bytes = u64::from(gpu::format_bytes(plan.output)) * u64::from(plan.size[0]) * u64::from(plan.size[1]);
+        let usage = vk::BufferUsageFlags::TRANSFER_DST;
+        let buffer = Buffer::new(device, "picture", bytes, usage, Location::ReadBack, MemoryKind::ReadBack)?;
+        Ok(Self { buffer })
+    }
+
+    /// Copies the output, which is in TRANSFER_SRC_OPTIMAL.
+    pub fn record(&self, device: &Device, cmd: vk::CommandBuffer, output: &Image) {
+        let region = vk::BufferImageCopy::default()
+            .image_subresource(vk::ImageSubresourceLayers {
+                aspect_mask: vk::ImageAspectFlags::COLOR,
+                mip_level: 0,
+                base_array_layer: 0,
+                layer_count: 1,
+            })
+            .image_extent(vk::Extent3D { width: output.extent.width, height: output.extent.height, depth: 1 });
+        // SAFETY: `cmd` is being recorded outside a render pass; the buffer holds the whole picture.
+        unsafe {
+            let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+            device.raw.cmd_copy_image_to_buffer(cmd, output.raw, layout, self.buffer.raw, &[region]);
+        }
+    }
+}

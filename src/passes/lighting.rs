@@ -1,0 +1,127 @@
+//! LIGHTING: every light on every pixel that has a surface, from the G-buffer through input attachments.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::screen::{Input, Inputs, MapSet, Screen, ScreenDesc, add, replace};
+use super::{Recording, Slot};
+use crate::gpu::{self, Device, sync::Use};
+use crate::plan::{FramePlan, Gbuffer, PlannedBrdf, Shading, ToneMapping};
+use crate::shaders::lighting::{self as shader, Flags, constants};
+
+/// Reads its own pixel of the G-buffer.
+pub const GBUFFER_READ: Use =
+    Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::INPUT_ATTACHMENT_READ);
+/// Compares with the depth of the sky. Both stages read: which one does it is the implementation's choice.
+pub const DEPTH_READ: Use = Use::new(
+    vk::PipelineStageFlags::from_raw(
+        vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS.as_raw() | vk::PipelineStageFlags::LATE_FRAGMENT_TESTS.as_raw(),
+    ),
+    vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ,
+);
+/// As the last user of the G-buffer it performs the store, and DONT_CARE counts as a write.
+pub const COLOR_DROP: Use =
+    Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
+/// The same for depth.
+pub const DEPTH_DROP: Use =
+    Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE);
+/// Writes the light target; its clear is a write too.
+pub const LIGHT_WRITE: Use =
+    Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
+/// Adds to the emissive light that is there.
+pub const LIGHT_BLEND: Use =
+    LIGHT_WRITE.or(Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_READ));
+/// Loads from the shadow map.
+pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
+
+/// The pass: one pipeline, its constants set by the plan.
+pub struct Lighting {
+    screen: Screen,
+    inputs: Inputs,
+    shadow: Option<MapSet>,
+}
+
+impl Lighting {
+    /// `inputs` are the G-buffer's views, `map` that of the shadow map where the plan has one.
+    ///
+    /// # Errors
+    /// When the pipeline cannot be made.
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        slot: Slot,
+        frame_layout: vk::DescriptorSetLayout,
+        inputs: (&[Input], Option<vk::ImageView>),
+    ) -> gpu::Result<Self> {
+        let (inputs, map) = (Inputs::new(device, "G-buffer inputs", inputs.0)?, inputs.1);
+        let shadow = map.map(|map| MapSet::new(device, map)).transpose()?;
+        let flags = flags(plan);
+        let Some(shader) = shader::variant(flags) else {
+            return Err(gpu::Error::Unsupported(format!("lighting.wgsl has no variant {flags:?}")));
+        };
+        let mut set_layouts = vec![frame_layout, inputs.set_layout.raw];
+        set_layouts.extend(shadow.as_ref().map(|shadow| shadow.set_layout.raw));
+        let screen = Screen::new(
+            device,
+            &ScreenDesc {
+                name: "lighting",
+                slot,
+                shader,
+                constants: &constants_of(plan),
+                set_layouts: &set_layouts,
+                skip_sky: true,
+                blend: if plan.emissive { add() } else { replace() },
+            },
+        )?;
+        Ok(Self { screen, inputs, shadow })
+    }
+
+    /// Lights the picture. Runs inside its subpass.
+    pub fn record(&self, recording: &Recording) {
+        let mut sets = vec![(0, recording.frame_set), (1, self.inputs.set)];
+        sets.extend(self.shadow.as_ref().map(|shadow| (2, shadow.set)));
+        self.screen.record(recording, &sets);
+    }
+}
+
+/// The G-buffer's flags are the same in every shader that reads it.
+fn flags(plan: &FramePlan) -> Flags {
+    let gbuffer = plan.gbuffer.as_ref();
+    let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
+    when(plan.lights.any(), Flags::LIGHTS)
+        | when(plan.shadow.is_some(), Flags::SHADOW)
+        | when(gbuffer.is_some_and(|gbuffer| gbuffer.material.is_some()), Flags::MATERIAL)
+        | when(gbuffer.is_some_and(|gbuffer| gbuffer.specular.is_some()), Flags::SPECULAR)
+        | when(gbuffer.is_some_and(|gbuffer| gbuffer.position.is_some()), Flags::POSITION)
+        | when(gbuffer.is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT), Flags::NORMAL_UINT)
+}
+
+fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
+    let gbuffer = plan.gbuffer.as_ref();
+    let (tone_map, curve) = match plan.tone_mapping {
+        ToneMapping::InLighting(curve) => (1, curve as u32),
+        _ => (0, 0),
+    };
+    let brdf = match plan.brdf {
+        PlannedBrdf::One(brdf) => brdf as u32,
+        PlannedBrdf::PerPixel => 4,
+    };
+    // Half floats end at 65504; single ones need no clamp that a finite scene can reach.
+    let half = plan.hdr.unwrap_or(plan.output) == vk::Format::R16G16B16A16_SFLOAT;
+    let largest: f32 = if half { 65000.0 } else { 1e30 };
+    vec![
+        (constants::BRDF, brdf),
+        (constants::NORMAL_ENCODING, gbuffer.map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
+        (constants::GEOMETRIC_STEPS, gbuffer.map_or(255.0, Gbuffer::geometric_steps).to_bits()),
+        (constants::AMBIENT, u32::from(plan.lights.ambient)),
+        (constants::DIRECTIONAL, u32::from(plan.lights.directional)),
+        (constants::PUNCTUAL, u32::from(plan.lights.punctual)),
+        (constants::SPOT, u32::from(plan.lights.spot)),
+        (constants::FALLOFF, plan.lights.falloff),
+        (constants::TONE_MAP, tone_map),
+        (constants::OPERATOR, curve),
+        (constants::LARGEST, largest.to_bits()),
+        (constants::LIGHT_ONLY, u32::from(plan.shading == Shading::Light { light_only: true })),
+    ]
+}

@@ -1,0 +1,98 @@
+//! One file a pass: how it touches things (its constants), its pipelines, and `record`. Passes never know each other.
+
+pub mod copy;
+pub mod geometry;
+pub mod lighting;
+pub mod shadow;
+pub mod tonemap;
+pub mod view;
+
+mod screen;
+
+use ash::vk;
+use glam::{DAffine3, DVec3, Vec4};
+
+use crate::gpu::Device;
+use crate::gpu_scene::GpuScene;
+use crate::plan::{Visible, World};
+use crate::scene::Camera;
+
+/// Where in a render pass a pipeline runs.
+#[derive(Debug, Clone, Copy)]
+pub struct Slot {
+    pub render_pass: vk::RenderPass,
+    pub subpass: u32,
+}
+
+/// What every `record` needs: the frame that is being recorded.
+#[derive(Clone, Copy)]
+pub struct Recording<'a> {
+    pub device: &'a Device,
+    pub cmd: vk::CommandBuffer,
+    pub scene: &'a GpuScene,
+    pub world: &'a World,
+    pub visible: &'a Visible,
+    pub camera: &'a Camera,
+    /// Set 0 of every pass: camera and lights.
+    pub frame_set: vk::DescriptorSet,
+}
+
+impl Recording<'_> {
+    /// The whole of an attachment as viewport and scissor.
+    fn set_area(&self, width: u32, height: u32) {
+        let viewport = vk::Viewport {
+            x: 0.0,
+            y: 0.0,
+            width: width as f32,
+            height: height as f32,
+            min_depth: 0.0,
+            max_depth: 1.0,
+        };
+        let scissor = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
+        // SAFETY: `cmd` is being recorded; both states are dynamic in every pipeline.
+        unsafe {
+            self.device.raw.cmd_set_viewport(self.cmd, 0, &[viewport]);
+            self.device.raw.cmd_set_scissor(self.cmd, 0, &[scissor]);
+        }
+    }
+
+    fn bind_pipeline(&self, pipeline: vk::Pipeline) {
+        // SAFETY: `cmd` is being recorded inside the subpass that the pipeline was made for; the pass owns the pipeline and
+        // outlives the submission.
+        unsafe { self.device.raw.cmd_bind_pipeline(self.cmd, vk::PipelineBindPoint::GRAPHICS, pipeline) };
+    }
+
+    fn bind_set(&self, layout: vk::PipelineLayout, index: u32, set: vk::DescriptorSet) {
+        // SAFETY: the set was allocated with the layout that the pipeline layout has at this index, and is not written while
+        // the frame runs.
+        unsafe {
+            let point = vk::PipelineBindPoint::GRAPHICS;
+            self.device.raw.cmd_bind_descriptor_sets(self.cmd, point, layout, index, &[set], &[]);
+        }
+    }
+
+    fn push<T: bytemuck::Pod>(&self, layout: vk::PipelineLayout, stages: vk::ShaderStageFlags, push: &T) {
+        // SAFETY: the layout has one range of this size for these stages.
+        unsafe { self.device.raw.cmd_push_constants(self.cmd, layout, stages, 0, bytemuck::bytes_of(push)) };
+    }
+
+    fn draw_mesh(&self, mesh: usize) {
+        let range = self.scene.meshes[mesh];
+        // SAFETY: pipeline, sets and buffers are bound; the range lies inside the index buffer (GpuScene made both).
+        unsafe {
+            let raw = &self.device.raw;
+            raw.cmd_draw_indexed(self.cmd, range.index_count, 1, range.first_index, range.vertex_offset, 0);
+        }
+    }
+}
+
+/// Rows of a map from a mesh to the world around the camera. The difference of two large places is taken in f64.
+fn camera_relative(transform: &DAffine3, camera: DVec3) -> [Vec4; 3] {
+    let rows = transform.matrix3.transpose();
+    let offset = transform.translation - camera;
+    [
+        rows.x_axis.extend(offset.x).as_vec4(),
+        rows.y_axis.extend(offset.y).as_vec4(),
+        rows.z_axis.extend(offset.z).as_vec4(),
+    ]
+}

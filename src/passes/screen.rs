@@ -1,0 +1,149 @@
+//! What the full-screen passes share: pipelines of one triangle that reads input attachments.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::{Recording, Slot};
+use crate::gpu::{
+    self, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout, SetWriter,
+    ShaderStage, pipeline_layout,
+};
+use crate::shaders::Variant;
+
+/// A full-screen pass, before it exists.
+pub struct ScreenDesc<'a> {
+    pub name: &'a str,
+    pub slot: Slot,
+    pub shader: &'a Variant,
+    pub constants: &'a [(u32, u32)],
+    pub set_layouts: &'a [vk::DescriptorSetLayout],
+    /// Leaves out pixels at depth 0: the sky.
+    pub skip_sky: bool,
+    pub blend: vk::PipelineColorBlendAttachmentState,
+}
+
+/// A pipeline that draws one triangle over everything.
+pub struct Screen {
+    pub layout: Owned<vk::PipelineLayout>,
+    pipeline: Owned<vk::Pipeline>,
+}
+
+impl Screen {
+    pub fn new(device: &Arc<Device>, desc: &ScreenDesc) -> gpu::Result<Self> {
+        let layout = pipeline_layout(device, desc.name, desc.set_layouts, &[])?;
+        let pipeline = GraphicsPipeline::new(
+            device,
+            &GraphicsPipelineDesc {
+                name: desc.name,
+                stages: &stages(desc.shader, desc.constants),
+                vertex_bindings: &[],
+                vertex_attributes: &[],
+                cull_mode: vk::CullModeFlags::NONE,
+                front_face: vk::FrontFace::COUNTER_CLOCKWISE,
+                // The triangle lies at depth 0: LESS lets through what is nearer than infinity.
+                depth: desc.skip_sky.then_some(DepthState { test: vk::CompareOp::LESS, write: false }),
+                depth_bias: false,
+                depth_clamp: false,
+                blend: &[desc.blend],
+                samples: vk::SampleCountFlags::TYPE_1,
+                layout: layout.raw,
+                render_pass: desc.slot.render_pass,
+                subpass: desc.slot.subpass,
+            },
+        )?;
+        Ok(Self { layout, pipeline })
+    }
+
+    pub fn record(&self, recording: &Recording, sets: &[(u32, vk::DescriptorSet)]) {
+        recording.bind_pipeline(self.pipeline.raw);
+        for &(index, set) in sets {
+            recording.bind_set(self.layout.raw, index, set);
+        }
+        // SAFETY: pipeline and sets are bound; the vertex stage makes its three vertices from their index.
+        unsafe { recording.device.raw.cmd_draw(recording.cmd, 3, 1, 0, 0) };
+    }
+}
+
+/// The stages of a shader's variant, each with all constants.
+pub fn stages<'a>(variant: &'a Variant, constants: &'a [(u32, u32)]) -> Vec<ShaderStage<'a>> {
+    [(variant.vertex(), vk::ShaderStageFlags::VERTEX), (variant.fragment(), vk::ShaderStageFlags::FRAGMENT)]
+        .into_iter()
+        .filter_map(|(entry, stage)| {
+            entry.map(|entry| ShaderStage { spirv: entry.spirv, entry: entry.name, stage, constants })
+        })
+        .collect()
+}
+
+/// A set of input attachments.
+pub struct Inputs {
+    pub set_layout: Owned<vk::DescriptorSetLayout>,
+    pub set: vk::DescriptorSet,
+    _pool: DescriptorPool,
+}
+
+/// An input attachment as a descriptor: its binding, view, and layout in the subpass.
+pub type Input = (u32, vk::ImageView, vk::ImageLayout);
+
+impl Inputs {
+    pub fn new(device: &Arc<Device>, name: &str, inputs: &[Input]) -> gpu::Result<Self> {
+        let bindings: Vec<_> = inputs.iter().map(|&(binding, ..)| input_binding(binding)).collect();
+        let set_layout = SetLayout::new(device, name, &bindings)?;
+        let count = inputs.len().max(1) as u32;
+        let pool = DescriptorPool::new(device, name, 1, &[(vk::DescriptorType::INPUT_ATTACHMENT, count)])?;
+        let set = pool.allocate(name, set_layout.raw)?;
+        let mut writer = SetWriter::new();
+        for &(binding, view, layout) in inputs {
+            writer = writer.input_attachment(binding, view, layout);
+        }
+        writer.update(device, set);
+        Ok(Self { set_layout, set, _pool: pool })
+    }
+}
+
+fn input_binding(binding: u32) -> vk::DescriptorSetLayoutBinding<'static> {
+    vk::DescriptorSetLayoutBinding::default()
+        .binding(binding)
+        .descriptor_type(vk::DescriptorType::INPUT_ATTACHMENT)
+        .descriptor_count(1)
+        .stage_flags(vk::ShaderStageFlags::FRAGMENT)
+}
+
+/// A set with the one texture that a shadow lookup loads from.
+pub struct MapSet {
+    pub set_layout: Owned<vk::DescriptorSetLayout>,
+    pub set: vk::DescriptorSet,
+    _pool: DescriptorPool,
+}
+
+impl MapSet {
+    pub fn new(device: &Arc<Device>, map: vk::ImageView) -> gpu::Result<Self> {
+        let binding = vk::DescriptorSetLayoutBinding::default()
+            .binding(0)
+            .descriptor_type(vk::DescriptorType::SAMPLED_IMAGE)
+            .descriptor_count(1)
+            .stage_flags(vk::ShaderStageFlags::FRAGMENT);
+        let set_layout = SetLayout::new(device, "shadow map set layout", &[binding])?;
+        let pool = DescriptorPool::new(device, "shadow map pool", 1, &[(vk::DescriptorType::SAMPLED_IMAGE, 1)])?;
+        let set = pool.allocate("shadow map set", set_layout.raw)?;
+        SetWriter::new().sampled_image(0, map, vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL).update(device, set);
+        Ok(Self { set_layout, set, _pool: pool })
+    }
+}
+
+/// Writes all channels as they are.
+pub fn replace() -> vk::PipelineColorBlendAttachmentState {
+    vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA)
+}
+
+/// Adds to what is there.
+pub fn add() -> vk::PipelineColorBlendAttachmentState {
+    replace()
+        .blend_enable(true)
+        .src_color_blend_factor(vk::BlendFactor::ONE)
+        .dst_color_blend_factor(vk::BlendFactor::ONE)
+        .color_blend_op(vk::BlendOp::ADD)
+        .src_alpha_blend_factor(vk::BlendFactor::ONE)
+        .dst_alpha_blend_factor(vk::BlendFactor::ZERO)
+        .alpha_blend_op(vk::BlendOp::ADD)
+}

@@ -1,0 +1,122 @@
+//! TONEMAP: the HDR target to the output; and the same curves on the CPU, for the background's clear colour.
+
+use std::sync::Arc;
+
+use ash::vk;
+use glam::{Mat3, Vec3};
+
+use super::screen::{Input, Inputs, Screen, ScreenDesc, replace};
+use super::{Recording, Slot};
+use crate::gpu::{self, Device, sync::Use};
+use crate::plan::{FramePlan, ToneMapping};
+use crate::scene::Tonemap;
+use crate::shaders::tonemap::{self as shader, Flags, constants};
+
+/// Reads its own pixel of the HDR target.
+pub const HDR_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::INPUT_ATTACHMENT_READ);
+/// As the last user of the HDR target it performs the store, and DONT_CARE counts as a write.
+pub const HDR_DROP: Use =
+    Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
+/// Writes the output; its undefined load is a write too.
+pub const OUTPUT_WRITE: Use =
+    Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
+
+/// The pass.
+pub struct TonemapPass {
+    screen: Screen,
+    inputs: Inputs,
+}
+
+impl TonemapPass {
+    /// `input` is the HDR target.
+    ///
+    /// # Errors
+    /// When the pipeline cannot be made.
+    pub fn new(device: &Arc<Device>, plan: &FramePlan, slot: Slot, input: Input) -> gpu::Result<Self> {
+        let ToneMapping::Subpass(curve) = plan.tone_mapping else {
+            return Err(gpu::Error::Unsupported("a TONEMAP subpass that the plan does not have".into()));
+        };
+        let inputs = Inputs::new(device, "HDR input", &[input])?;
+        let Some(shader) = shader::variant(Flags::NONE) else {
+            return Err(gpu::Error::Unsupported("tonemap.wgsl has no variant".into()));
+        };
+        let screen = Screen::new(
+            device,
+            &ScreenDesc {
+                name: "tonemap",
+                slot,
+                shader,
+                constants: &[(constants::OPERATOR, curve as u32)],
+                set_layouts: &[inputs.set_layout.raw],
+                // The background is tone-mapped as well.
+                skip_sky: false,
+                blend: replace(),
+            },
+        )?;
+        Ok(Self { screen, inputs })
+    }
+
+    /// Tone-maps the picture. Runs inside its subpass.
+    pub fn record(&self, recording: &Recording) {
+        self.screen.record(recording, &[(0, self.inputs.set)]);
+    }
+}
+
+/// The curves of `shaders/shared/tonemap.wgsl`, where they are named and cited: scene-linear to display-linear, 0 to 1.
+pub fn tone_map(color: Vec3, curve: Tonemap) -> Vec3 {
+    let mapped = match curve {
+        Tonemap::Neutral => neutral(color),
+        Tonemap::Agx => agx(color),
+        Tonemap::Aces => aces(color),
+        Tonemap::None => color,
+    };
+    mapped.clamp(Vec3::ZERO, Vec3::ONE)
+}
+
+fn neutral(color: Vec3) -> Vec3 {
+    const START: f32 = 0.8 - 0.04;
+    let least = color.min_element();
+    let offset = if least < 0.08 { least - 6.25 * least * least } else { 0.04 };
+    let color = color - offset;
+    let peak = color.max_element();
+    if peak < START {
+        return color;
+    }
+    let d = 1.0 - START;
+    let new_peak = 1.0 - d * d / (peak + d - START);
+    let g = 1.0 - 1.0 / (0.15 * (peak - new_peak) + 1.0);
+    (color * (new_peak / peak)).lerp(Vec3::splat(new_peak), g)
+}
+
+fn agx(color: Vec3) -> Vec3 {
+    let inset = Mat3::from_cols_array(&[
+        0.842_479_05, 0.042_328_242, 0.042_375_654, 0.078_433_6, 0.878_468_63, 0.078_433_6, 0.079_223_745, 0.079_166_13,
+        0.879_143,
+    ]);
+    let outset = Mat3::from_cols_array(&[
+        1.196_879, -0.052_896_853, -0.052_971_635, -0.098_020_88, 1.151_903_1, -0.098_043_45, -0.099_029_74,
+        -0.098_961_18, 1.151_073_7,
+    ]);
+    let (least, most) = (-12.473_93, 4.026_069);
+    let encode = |v: f32| (v.max(1e-10).log2().clamp(least, most) - least) / (most - least);
+    let contrast = |x: f32| {
+        let x2 = x * x;
+        let x4 = x2 * x2;
+        15.5 * x4 * x2 - 40.14 * x4 * x + 31.96 * x4 - 6.868 * x2 * x + 0.4298 * x2 + 0.1191 * x - 0.00232
+    };
+    let log = inset * color;
+    let curved = Vec3::from_array(log.to_array().map(|v| contrast(encode(v))));
+    Vec3::from_array((outset * curved).to_array().map(|v| v.max(0.0).powf(2.2)))
+}
+
+fn aces(color: Vec3) -> Vec3 {
+    let input =
+        Mat3::from_cols_array(&[0.59719, 0.07600, 0.02840, 0.35458, 0.90834, 0.13383, 0.04823, 0.01566, 0.83777]);
+    let output = Mat3::from_cols_array(&[
+        1.60475, -0.10208, -0.00327, -0.53108, 1.10813, -0.07276, -0.07367, -0.00605, 1.07602,
+    ]);
+    let v = input * color;
+    let a = v * (v + 0.024_578_6) - 0.000_090_537;
+    let b = v * (0.983_729 * v + 0.432_951) + 0.238_081;
+    output * (a / b)
+}

@@ -1,0 +1,106 @@
+//! VIEW: one of the frame's buffers in LIGHTING's place. It touches things as LIGHTING does.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::screen::{Input, Inputs, MapSet, Screen, ScreenDesc, replace};
+use super::{Recording, Slot};
+use crate::gpu::{self, Device};
+use crate::plan::{FramePlan, Gbuffer, Shading};
+use crate::scene::View;
+use crate::shaders::view::{self as shader, Flags, constants};
+
+/// The pass.
+pub struct ViewPass {
+    screen: Screen,
+    inputs: Option<Inputs>,
+    map: Option<MapSet>,
+    area: [u32; 2],
+}
+
+impl ViewPass {
+    /// `inputs` are the views of what is shown, `map` that of the shadow map where it is shown.
+    ///
+    /// # Errors
+    /// When the pipeline cannot be made.
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        slot: Slot,
+        frame_layout: vk::DescriptorSetLayout,
+        inputs: (&[Input], Option<vk::ImageView>),
+    ) -> gpu::Result<Self> {
+        let (inputs, map) = inputs;
+        let map = map.map(|map| MapSet::new(device, map)).transpose()?;
+        // Set 1 stays in the layout where the shadow map in set 2 needs a predecessor.
+        let inputs = Inputs::new(device, "view inputs", inputs)?;
+        let flags = flags(plan);
+        let Some(shader) = shader::variant(flags) else {
+            return Err(gpu::Error::Unsupported(format!("view.wgsl has no variant {flags:?}")));
+        };
+        let mut set_layouts = vec![frame_layout, inputs.set_layout.raw];
+        set_layouts.extend(map.as_ref().map(|map| map.set_layout.raw));
+        let screen = Screen::new(
+            device,
+            &ScreenDesc {
+                name: "view",
+                slot,
+                shader,
+                constants: &constants_of(plan),
+                set_layouts: &set_layouts,
+                skip_sky: plan.has_geometry(),
+                blend: replace(),
+            },
+        )?;
+        let reads_inputs = plan.has_geometry();
+        Ok(Self { screen, inputs: reads_inputs.then_some(inputs), map, area: plan.size })
+    }
+
+    /// Draws the view. Runs inside its subpass.
+    pub fn record(&self, recording: &Recording) {
+        recording.set_area(self.area[0], self.area[1]);
+        let mut sets = vec![(0, recording.frame_set)];
+        sets.extend(self.inputs.as_ref().map(|inputs| (1, inputs.set)));
+        sets.extend(self.map.as_ref().map(|map| (2, map.set)));
+        self.screen.record(recording, &sets);
+    }
+}
+
+fn flags(plan: &FramePlan) -> Flags {
+    let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
+    match (plan.shading, &plan.gbuffer) {
+        (Shading::ShowOverdraw, _) => Flags::OVERDRAW,
+        (Shading::ShowShadowMap, _) => Flags::SHADOW_MAP,
+        (_, None) => Flags::NONE,
+        (_, Some(gbuffer)) => {
+            Flags::GBUFFER
+                | when(plan.lights.any(), Flags::LIGHTS)
+                | when(gbuffer.material.is_some(), Flags::MATERIAL)
+                | when(gbuffer.specular.is_some(), Flags::SPECULAR)
+                | when(gbuffer.position.is_some(), Flags::POSITION)
+                | when(gbuffer.normal == vk::Format::R16G16_UINT, Flags::NORMAL_UINT)
+        }
+    }
+}
+
+fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
+    let gbuffer = plan.gbuffer.as_ref();
+    // `shaders/view.wgsl` has the same list.
+    let show = match plan.shading {
+        Shading::ShowGbuffer(View::Position) => 0,
+        Shading::ShowGbuffer(View::Normal) => 1,
+        Shading::ShowGbuffer(View::NormalAbsolute) => 2,
+        Shading::ShowGbuffer(View::Albedo) => 3,
+        Shading::ShowGbuffer(View::Metallic) => 4,
+        Shading::ShowGbuffer(View::Roughness) => 5,
+        Shading::ShowGbuffer(View::Depth) => 6,
+        _ => 7,
+    };
+    vec![
+        (constants::SHOW, show),
+        (constants::NORMAL_ENCODING, gbuffer.map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
+        (constants::GEOMETRIC_STEPS, gbuffer.map_or(255.0, Gbuffer::geometric_steps).to_bits()),
+        (constants::ENCODED_OUTPUT, u32::from(plan.output == crate::plan::OUTPUT_SRGB)),
+    ]
+}
