@@ -1,1 +1,3 @@
 //! Afterlight.
+
+pub mod gpu;
