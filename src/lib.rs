@@ -1,6 +1,13 @@
 //! Afterlight: a deferred renderer on raw Vulkan. Geometry first, light after.
 //!
-//! Scene in, plan, frame, image out: [`scene`] says what is drawn, `plan::FramePlan` what of it a frame needs, and
-//! `frame` draws it. ARCHITECTURE.md has the map.
+//! Scene in, plan, frame, image out: [`scene`] says what is drawn, [`plan::FramePlan`] what of it a frame needs, and
+//! [`frame`] draws it. ARCHITECTURE.md has the map.
 
+pub mod frame;
+pub mod gpu;
+pub mod gpu_scene;
+pub mod passes;
+pub mod plan;
 pub mod scene;
+pub mod shaders;
+pub mod targets;
