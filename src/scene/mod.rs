@@ -10,7 +10,7 @@ mod error;
 mod import;
 mod light;
 mod material;
-mod mesh;
+pub(crate) mod mesh;
 pub mod obj;
 mod settings;
 mod texture;
