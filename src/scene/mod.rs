@@ -7,15 +7,18 @@
 mod bounds;
 mod camera;
 mod error;
+mod import;
 mod light;
 mod material;
-mod mesh;
+pub(crate) mod mesh;
+pub mod obj;
 mod settings;
 mod texture;
 
 pub use bounds::Aabb;
 pub use camera::Camera;
 pub use error::Error;
+pub use import::{Imported, LoadOptions, Progress};
 pub use light::{Falloff, Light, LightKind};
 pub use material::{AlphaMode, Brdf, Material, TextureSlot};
 pub use mesh::{Mesh, Object};
