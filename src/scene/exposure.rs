@@ -28,27 +28,31 @@ pub fn exposure_scale(ev100: f32) -> f32 {
 pub fn metered_ev100(scene: &Scene) -> f32 {
     let bounds = scene.bounds();
     let point = if bounds.is_empty() { scene.camera.position } else { bounds.center() };
-    let least_distance = if bounds.radius() > 0.0 { bounds.radius() * 0.25 } else { 1.0 };
     let ambient = std::f64::consts::PI * f64::from(luminance(scene.environment.ambient));
-    let lights: f64 = scene.lights.iter().map(|light| illuminance(light, point, least_distance)).sum();
+    let lights: f64 = scene.lights.iter().map(|light| illuminance(light, point, bounds.radius())).sum();
     let ev100 = ((ambient + lights) * 100.0 / CALIBRATION).log2();
     if ev100.is_finite() { ev100.clamp(-100.0, 100.0) as f32 } else { 0.0 }
 }
 
-/// Lux that `light` brings to a receptor at `point` that faces it.
-fn illuminance(light: &Light, point: DVec3, least_distance: f64) -> f64 {
+/// Lux that `light` brings to a receptor at `point` that faces it, in a scene of `radius` metres.
+///
+/// A light with a range counts as what it brings at half its range, times the share of the scene that it reaches: a scene of many
+/// short-ranged lamps is lit although none of them reaches the centre.
+fn illuminance(light: &Light, point: DVec3, radius: f64) -> f64 {
     let intensity = f64::from(luminance(light.color)) * f64::from(light.intensity);
     let weakened = match light.kind {
         LightKind::Directional { .. } => 1.0,
         LightKind::Point { position, range, falloff } | LightKind::Spot { position, range, falloff, .. } => {
-            weakening(falloff, range, position.distance(point).max(least_distance))
+            let distance = position.distance(point).max(if radius > 0.0 { radius * 0.25 } else { 1.0 });
+            let reached =
+                range.filter(|range| *range < distance * 2.0).map_or(1.0, |range| (range / radius).powi(3).min(1.0));
+            weakening(falloff, range, distance) * reached
         }
     };
     intensity * weakened
 }
 
-/// The fall-off at `distance` metres; a range shorter than the distance still counts for the meter as if it just reached, at
-/// half its range, since a scene of many short-ranged lamps is lit although none reaches the centre.
+/// The fall-off at `distance` metres, or at half the range where that is nearer.
 fn weakening(falloff: Falloff, range: Option<f64>, distance: f64) -> f64 {
     let distance = range.map_or(distance, |range| distance.min(range * 0.5));
     let ratio = range.map_or(0.0, |range| distance / range);

@@ -201,7 +201,8 @@ pub fn sphere(radius: f64, segments: usize) -> MeshBuilder {
     mesh.grid([segments, segments / 2], |u, v| {
         let (sin_u, cos_u) = if u >= 1.0 { (0.0, 1.0) } else { (u * TAU).sin_cos() };
         // The poles are points exactly, not rings of 1e-16.
-        let (ring, height) = if v <= 0.0 || v >= 1.0 { (0.0, v * 2.0 - 1.0) } else { ((v * PI).sin(), -(v * PI).cos()) };
+        let (ring, height) =
+            if v <= 0.0 || v >= 1.0 { (0.0, v * 2.0 - 1.0) } else { ((v * PI).sin(), -(v * PI).cos()) };
         let normal = DVec3::new(ring * cos_u, height, -ring * sin_u);
         Vertex { position: normal * radius, normal, uv: DVec2::new(u, 1.0 - v) }
     });
