@@ -117,6 +117,8 @@ pub struct FramePlan {
     pub output: vk::Format,
     pub tone_mapping: ToneMapping,
     pub brdf: PlannedBrdf,
+    /// Every material's, whatever it says itself.
+    pub brdf_override: Option<Brdf>,
     pub lights: PlannedLights,
     /// One pipeline of GEOMETRY each.
     pub geometry: BTreeSet<GeometryKey>,
@@ -173,6 +175,7 @@ impl FramePlan {
             output,
             tone_mapping,
             brdf,
+            brdf_override: settings.brdf,
             lights: planned_lights(scene, shading),
             geometry: BTreeSet::new(),
             streams: Streams::default(),
@@ -209,18 +212,23 @@ impl FramePlan {
     }
 
     fn check_attachments(&self, device: &Capabilities) -> Result<(), Error> {
-        let Some(gbuffer) = &self.gbuffer else { return Ok(()) };
-        // Locations are fixed (shaders/geometry.wgsl), so the highest in use counts.
-        let needed = match () {
-            () if gbuffer.position.is_some() => 6,
-            () if gbuffer.specular.is_some() => 5,
-            () if self.emissive => 4,
-            () => 3,
-        };
+        let needed = self.geometry_locations();
         if needed > device.max_color_attachments {
             return Err(Error::ColorAttachments(needed, device.max_color_attachments));
         }
         Ok(())
+    }
+
+    /// Colour locations of GEOMETRY. They are fixed (`shaders/geometry.wgsl`), so the highest in use counts.
+    pub fn geometry_locations(&self) -> u32 {
+        match &self.gbuffer {
+            None => u32::from(self.shading == Shading::ShowOverdraw),
+            Some(gbuffer) if gbuffer.position.is_some() => 6,
+            Some(gbuffer) if gbuffer.specular.is_some() => 5,
+            Some(_) if self.emissive => 4,
+            Some(gbuffer) if gbuffer.material.is_some() => 3,
+            Some(_) => 2,
+        }
     }
 
     /// Each part that a frame can have: in or out, why, and its bytes.

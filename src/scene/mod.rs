@@ -5,26 +5,39 @@
 //! frame moves the world to the camera before it drops to f32.
 
 mod bounds;
+pub mod builtin;
 mod camera;
 mod error;
+mod exposure;
+pub mod file;
+mod fit;
 mod import;
 mod light;
+mod load;
 mod material;
 pub(crate) mod mesh;
+mod names;
 pub mod obj;
 mod settings;
+mod suggest;
 mod texture;
 
 pub use bounds::Aabb;
 pub use camera::Camera;
 pub use error::Error;
+pub use exposure::{exposure_scale, luminance, metered_ev100};
+pub use fit::{add_daylight, fit_camera};
 pub use import::{Imported, LoadOptions, Progress};
 pub use light::{Falloff, Light, LightKind};
+pub use load::{OpenOptions, open};
 pub use material::{AlphaMode, Brdf, Material, TextureSlot};
 pub use mesh::{Mesh, Object};
+pub use names::TARGETS;
 pub use settings::{
-    GbufferChoice, GbufferPreset, Settings, SettingsPatch, ShadowSettings, TargetChoice, Tonemap, View,
+    GbufferChoice, GbufferPreset, MAX_SHADOW_SIZE, Settings, SettingsPatch, ShadowSettings, TargetChoice, Tonemap,
+    View, parse_size,
 };
+pub use suggest::{nearest, unknown};
 pub use texture::{ColorSpace, Texture};
 
 use glam::Vec3;

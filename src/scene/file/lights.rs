@@ -1,0 +1,101 @@
+//! `[[lights]]`.
+
+use glam::{DVec3, Vec3};
+
+use super::node::{CONE_ANGLE, COORDINATE, LENGTH, Node, STRENGTH, Table};
+use super::schema;
+use crate::scene::{Error, Falloff, Light, LightKind};
+
+pub(super) fn light(node: &Node, index: usize) -> Result<Light, Error> {
+    let table = node.table(schema::LIGHT)?;
+    let kind = table.get("kind").ok_or_else(|| table.missing("needs kind: directional, point or spot"))?;
+    let kind = kind.word(&["directional", "point", "spot"])?;
+    refuse_foreign(&table, kind)?;
+    let intensity = table.get("intensity").ok_or_else(|| table.missing("needs intensity, in lux or candela"))?;
+    Ok(Light {
+        name: table.read("name", Node::string)?.map_or_else(|| format!("light {index}"), str::to_owned),
+        color: table.read("color", |node| node.color(STRENGTH))?.unwrap_or(Vec3::ONE),
+        intensity: intensity.number_f32(STRENGTH)?,
+        casts_shadow: table.read("casts_shadow", Node::boolean)?.unwrap_or(kind == "directional"),
+        kind: match kind {
+            "directional" => LightKind::Directional {
+                direction: table.read("direction", Node::direction)?.ok_or_else(|| table.missing("needs direction"))?,
+            },
+            "point" => point(&table)?,
+            _ => spot(&table)?,
+        },
+    })
+}
+
+/// A key that this kind of light does not look at is a slip.
+fn refuse_foreign(table: &Table, kind: &str) -> Result<(), Error> {
+    const SPOT: [&str; 4] = ["direction", "target", "inner_angle_degrees", "outer_angle_degrees"];
+    let foreign: &[&str] = match kind {
+        "directional" => &["position", "target", "range", "falloff", "inner_angle_degrees", "outer_angle_degrees"],
+        "point" => &SPOT,
+        _ => &[],
+    };
+    match foreign.iter().find_map(|key| table.get(key)) {
+        Some(node) => Err(node.wrong(format!("a {kind} light has no such key"))),
+        None => Ok(()),
+    }
+}
+
+fn position(table: &Table) -> Result<DVec3, Error> {
+    table.read("position", Node::point)?.ok_or_else(|| table.missing("needs position"))
+}
+
+fn point(table: &Table) -> Result<LightKind, Error> {
+    let (range, falloff) = reach(table)?;
+    Ok(LightKind::Point { position: position(table)?, range, falloff })
+}
+
+fn spot(table: &Table) -> Result<LightKind, Error> {
+    let position = position(table)?;
+    let direction = match (table.get("direction"), table.get("target")) {
+        (Some(direction), None) => direction.direction()?,
+        (None, Some(target)) => (target.point()? - position)
+            .try_normalize()
+            .ok_or_else(|| target.wrong("must not be the light's own position"))?,
+        _ => return Err(table.missing("needs either direction or target")),
+    };
+    let outer = table.read("outer_angle_degrees", |node| node.number(CONE_ANGLE))?.unwrap_or(45.0);
+    let inner = table.get("inner_angle_degrees");
+    let inner_angle_degrees = match &inner {
+        Some(node) => node.number(CONE_ANGLE)?,
+        None => 0.0,
+    };
+    if let Some(node) = inner.filter(|_| inner_angle_degrees > outer) {
+        return Err(node.wrong(format!("must not be above outer_angle_degrees, which is {outer}")));
+    }
+    let (range, falloff) = reach(table)?;
+    Ok(LightKind::Spot { position, direction, inner_angle_degrees, outer_angle_degrees: outer, range, falloff })
+}
+
+/// Range and fall-off, which must fit each other.
+fn reach(table: &Table) -> Result<(Option<f64>, Falloff), Error> {
+    let range = table.read("range", |node| node.number(LENGTH))?;
+    let Some(node) = table.get("falloff") else { return Ok((range, Falloff::InverseSquare)) };
+    if node.is_table() {
+        return Ok((range, polynomial(&node)?));
+    }
+    match node.word(&["inverse-square", "quadratic"])? {
+        "quadratic" if range.is_none() => Err(node.wrong("a quadratic fall-off needs a range")),
+        "quadratic" => Ok((range, Falloff::Quadratic)),
+        _ => Ok((range, Falloff::InverseSquare)),
+    }
+}
+
+fn polynomial(node: &Node) -> Result<Falloff, Error> {
+    let table = node.table(schema::FALLOFF)?;
+    let term = |name: &str| -> Result<f32, Error> {
+        let Some(term) = table.get(name) else { return Ok(0.0) };
+        let value = term.number_f32(COORDINATE)?;
+        if value < 0.0 { Err(term.wrong("must not be negative")) } else { Ok(value) }
+    };
+    let (constant, linear, quadratic) = (term("constant")?, term("linear")?, term("quadratic")?);
+    if constant + linear + quadratic <= 0.0 {
+        return Err(node.wrong("needs at least one of constant, linear, quadratic above 0"));
+    }
+    Ok(Falloff::Polynomial { constant, linear, quadratic })
+}

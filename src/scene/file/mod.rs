@@ -1,0 +1,141 @@
+//! Scene files: TOML that names models, materials, lights, a camera and settings. docs/SCENES.md explains every key.
+//!
+//! Values are read from TOML's own tree with their places, so that every message names file, line and key; what a table may hold
+//! stands in [`schema`]. Paths are relative to the scene file.
+
+mod image;
+mod lights;
+mod materials;
+mod models;
+mod node;
+mod place;
+pub mod schema;
+mod settings;
+
+use std::cell::Cell;
+use std::path::Path;
+
+use toml::de::DeTable;
+
+use self::materials::Textures;
+use self::models::Models;
+use self::node::{Node, Source, Table};
+use super::load::OpenOptions;
+use super::{Error, Scene, builtin, fit, load};
+
+/// How many scene files may build on each other.
+const MAX_BASES: u32 = 8;
+
+/// Opens a scene file.
+///
+/// # Errors
+/// [`Error::Read`] when it cannot be read; [`Error::Content`] with the line when something in it is wrong.
+pub fn load(path: &Path, options: &OpenOptions) -> Result<Scene, Error> {
+    let read = |cause: String| Error::Read { path: path.to_owned(), cause };
+    let bytes = std::fs::read(path).map_err(|error| read(error.to_string()))?;
+    let text = String::from_utf8(bytes).map_err(|error| {
+        read(format!("it is not UTF-8 text (byte {}), as TOML must be", error.utf8_error().valid_up_to()))
+    })?;
+    parse(&text, path, options)
+}
+
+/// Reads the text of a scene file that stands, or would stand, at `path`.
+///
+/// # Errors
+/// As [`load`].
+pub fn parse(text: &str, path: &Path, options: &OpenOptions) -> Result<Scene, Error> {
+    let source = Source { path, text };
+    let root = DeTable::parse(text).map_err(|error| {
+        let message = error.message().lines().collect::<Vec<_>>().join(", ");
+        source.error(error.span().map_or(0, |span| span.start), message)
+    })?;
+    let root = Table::open(source, String::new(), root.get_ref(), schema::ROOT)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut scene = base(&root, folder, options)?;
+    scene.name = path.display().to_string();
+    let mut models = Models::new(folder, options);
+    let dresses =
+        root.list("models")?.iter().map(|node| models.add(node, &mut scene)).collect::<Result<Vec<_>, _>>()?;
+    let mut textures = Textures::in_folder(folder);
+    for node in root.list("materials")? {
+        materials::material(&node, &mut scene, &mut textures)?;
+    }
+    for dress in &dresses {
+        dress.put_on(&mut scene)?;
+    }
+    add_tangents(&mut scene);
+    light_and_view(&root, &mut scene, options)?;
+    Ok(scene)
+}
+
+thread_local! {
+    /// How deep in files that build on each other this thread is.
+    static DEPTH: Cell<u32> = const { Cell::new(0) };
+}
+
+/// The scene that the file starts from: empty, or whatever `base` opens.
+fn base(root: &Table, folder: &Path, options: &OpenOptions) -> Result<Scene, Error> {
+    let Some(node) = root.get("base") else {
+        return match root.get("base_lights") {
+            Some(node) => Err(node.wrong("base_lights goes with base")),
+            None => Ok(Scene::default()),
+        };
+    };
+    let spec = node.string()?;
+    let depth = DEPTH.get();
+    if depth >= MAX_BASES {
+        return Err(node.wrong(format!("more than {MAX_BASES} files build on each other: is one its own base?")));
+    }
+    let path = folder.join(spec);
+    DEPTH.set(depth + 1);
+    let opened = match path.to_str() {
+        _ if spec.starts_with(builtin::PREFIX) => builtin::open(spec),
+        Some(path) => load::open(path, options),
+        None => Err(Error::Read { path, cause: "its name is not UTF-8".into() }),
+    };
+    DEPTH.set(depth);
+    let mut scene = opened.map_err(|error| match error {
+        Error::Content { line: Some(_), .. } => error,
+        other => node.wrong(other),
+    })?;
+    if root.read("base_lights", Node::boolean)? == Some(false) {
+        scene.lights.clear();
+    }
+    Ok(scene)
+}
+
+/// A mesh whose material came by a normal map only here still lacks tangents.
+fn add_tangents(scene: &mut Scene) {
+    for object in &scene.objects {
+        let mesh = &mut scene.meshes[object.mesh];
+        if scene.materials[object.material].normal_texture.is_some() && mesh.tangents.is_empty() {
+            mesh.compute_tangents();
+        }
+    }
+}
+
+/// Lights, environment, camera and settings; what a file without a base does not say is fitted to its models.
+fn light_and_view(root: &Table, scene: &mut Scene, options: &OpenOptions) -> Result<(), Error> {
+    let says = |key: &str| root.get(key).is_some();
+    let mut own = root.read("settings", settings::settings)?.unwrap_or_default();
+    let exposure = root.read("camera", settings::camera_exposure)?.flatten();
+    own.exposure = own.exposure.or(exposure);
+    scene.settings = own.or(&scene.settings);
+    for (index, node) in root.list("lights")?.iter().enumerate() {
+        scene.lights.push(lights::light(node, index)?);
+    }
+    if let Some(node) = root.get("environment") {
+        scene.environment = settings::environment(&node, scene.environment)?;
+    }
+    if !says("base") && !says("lights") && !says("environment") {
+        fit::add_daylight(scene);
+    }
+    if !says("base") {
+        let aspect = scene.settings.size.map_or(options.aspect, |[width, height]| f64::from(width) / f64::from(height));
+        fit::fit_camera(scene, aspect);
+    }
+    if let Some(node) = root.get("camera") {
+        scene.camera = settings::camera(&node, scene.camera)?;
+    }
+    Ok(())
+}

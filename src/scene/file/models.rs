@@ -1,0 +1,213 @@
+//! `[[models]]`: model files, built-in scenes and shapes, placed once or many times.
+
+use std::collections::HashMap;
+use std::ops::Range;
+use std::path::Path;
+
+use glam::{DAffine3, DVec3};
+
+use super::node::{COORDINATE, LENGTH, Node, Table};
+use super::place::transform;
+use super::schema;
+use crate::scene::builtin::{self, shapes};
+use crate::scene::load::{OpenOptions, load_model};
+use crate::scene::suggest::unknown;
+use crate::scene::{Error, Imported, Material, Object, Scene};
+
+/// The most copies that all models of a file may make together.
+const MAX_OBJECTS: usize = 4_000_000;
+
+/// Loads models into a scene; the same file named twice is read once.
+pub(super) struct Models<'a> {
+    pub folder: &'a Path,
+    pub options: &'a OpenOptions<'a>,
+    templates: HashMap<String, Vec<Object>>,
+}
+
+/// A model's objects wear materials that are known by name only when all have been read.
+pub(super) struct Dress<'a> {
+    objects: Range<usize>,
+    table: Table<'a>,
+}
+
+impl<'a> Models<'a> {
+    pub fn new(folder: &'a Path, options: &'a OpenOptions<'a>) -> Self {
+        Self { folder, options, templates: HashMap::new() }
+    }
+
+    pub fn add<'n>(&mut self, node: &Node<'n>, scene: &mut Scene) -> Result<Dress<'n>, Error> {
+        let table = node.table(schema::MODEL)?;
+        let sources = ["path", "builtin", "shape"].map(|key| table.get(key));
+        if sources.iter().flatten().count() != 1 {
+            return Err(table.missing("needs exactly one of path, builtin, shape"));
+        }
+        let [path, builtin, shape] = sources;
+        let mut objects = match (path, builtin, shape) {
+            (Some(path), ..) => self.read_file(&path, scene)?,
+            (_, Some(builtin), _) => from_builtin(&builtin, scene)?,
+            (_, _, Some(shape)) => from_shape(&shape, scene)?,
+            _ => Vec::new(),
+        };
+        if let Some(name) = table.read("name", Node::string)? {
+            objects.iter_mut().for_each(|object| object.name = name.into());
+        }
+        let places = places(&table)?;
+        if objects.len().saturating_mul(places.len()).saturating_add(scene.objects.len()) > MAX_OBJECTS {
+            return Err(table.missing(&format!("makes more than {MAX_OBJECTS} objects")));
+        }
+        let first = scene.objects.len();
+        for place in &places {
+            scene
+                .objects
+                .extend(objects.iter().map(|object| Object { transform: *place * object.transform, ..object.clone() }));
+        }
+        Ok(Dress { objects: first..scene.objects.len(), table })
+    }
+
+    fn read_file(&mut self, node: &Node, scene: &mut Scene) -> Result<Vec<Object>, Error> {
+        let name = node.string()?;
+        if let Some(objects) = self.templates.get(name) {
+            return Ok(objects.clone());
+        }
+        let first = scene.objects.len();
+        let loaded = load_model(&self.folder.join(name), self.options, DAffine3::IDENTITY, scene);
+        loaded.map_err(|error| match error {
+            // Only the scene file knows where a missing model was asked for; what is wrong inside a model has its own place.
+            Error::Read { .. } => node.wrong(error),
+            other => other,
+        })?;
+        let objects = scene.objects.split_off(first);
+        self.templates.insert(name.into(), objects.clone());
+        Ok(objects)
+    }
+}
+
+/// Of a built-in scene its objects only.
+fn from_builtin(node: &Node, scene: &mut Scene) -> Result<Vec<Object>, Error> {
+    let built = builtin::open(node.string()?).map_err(|error| node.wrong(error))?;
+    let imported = Imported {
+        meshes: built.meshes,
+        objects: built.objects,
+        materials: built.materials,
+        textures: built.textures,
+        warnings: built.warnings,
+    };
+    let first = scene.objects.len();
+    imported.append_to(scene, DAffine3::IDENTITY);
+    Ok(scene.objects.split_off(first))
+}
+
+const SHAPES: [&str; 6] = ["plane", "box", "sphere", "cylinder", "cone", "torus"];
+
+fn from_shape(node: &Node, scene: &mut Scene) -> Result<Vec<Object>, Error> {
+    let table = node.table(schema::SHAPE)?;
+    let kind = table.get("kind").ok_or_else(|| table.missing(&format!("needs kind: {}", SHAPES.join(", "))))?;
+    let kind = kind.word(&SHAPES)?;
+    let used: &[&str] = match kind {
+        "plane" | "box" => &["size"],
+        "sphere" => &["radius", "segments"],
+        "torus" => &["radius", "tube", "segments"],
+        _ => &["radius", "height", "segments"],
+    };
+    let foreign = ["size", "radius", "height", "tube", "segments"].into_iter().filter(|key| !used.contains(key));
+    if let Some(node) = foreign.filter_map(|key| table.get(key)).next() {
+        return Err(node.wrong(format!("a {kind} has no such key (it has {})", used.join(", "))));
+    }
+    let length = |name: &str, default: f64| -> Result<f64, Error> {
+        Ok(table.read(name, |node| node.number(LENGTH))?.unwrap_or(default))
+    };
+    let segments = table.read("segments", |node| node.integer(3..=1024))?.unwrap_or(48) as usize;
+    let mesh = match kind {
+        "plane" => shapes::plane(table.read("size", |node| node.numbers(LENGTH, "[x, z]"))?.unwrap_or([1.0; 2])),
+        "box" => shapes::cuboid(table.read("size", |node| node.numbers(LENGTH, "[x, y, z]"))?.unwrap_or([1.0; 3])),
+        "sphere" => shapes::sphere(length("radius", 0.5)?, segments),
+        "torus" => shapes::torus(length("radius", 0.5)?, length("tube", 0.2)?, segments),
+        "cylinder" => shapes::cylinder(length("radius", 0.5)?, length("height", 1.0)?, segments),
+        _ => shapes::cone(length("radius", 0.5)?, length("height", 1.0)?, segments),
+    };
+    scene.meshes.push(mesh.finish(kind));
+    scene.materials.push(Material::default());
+    let (mesh, material) = (scene.meshes.len() - 1, scene.materials.len() - 1);
+    Ok(vec![Object { name: kind.into(), mesh, material, transform: DAffine3::IDENTITY }])
+}
+
+/// Where the model's copies stand: its own transform, then the grid's, then the instances'.
+fn places(table: &Table) -> Result<Vec<DAffine3>, Error> {
+    let own = transform(table)?;
+    let mut places = vec![own];
+    if let Some(node) = table.get("grid") {
+        let offsets = grid(&node)?;
+        places = offsets.into_iter().map(|offset| own * DAffine3::from_translation(offset)).collect();
+    }
+    if let Some(node) = table.get("instances") {
+        let instances = node.list()?;
+        if instances.len().saturating_mul(places.len()) > MAX_OBJECTS {
+            return Err(node.wrong(format!("makes more than {MAX_OBJECTS} objects")));
+        }
+        let read = |node: &Node| transform(&node.table(schema::INSTANCE)?);
+        let instances = instances.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+        places = places.iter().flat_map(|place| instances.iter().map(move |instance| *place * *instance)).collect();
+    }
+    Ok(places)
+}
+
+/// Steps along each axis, centred on the model's own place.
+fn grid(node: &Node) -> Result<Vec<DVec3>, Error> {
+    let table = node.table(schema::GRID)?;
+    let count_node = table.get("count").ok_or_else(|| table.missing("needs count: [x, y, z]"))?;
+    let items = count_node.items::<3>("[x, y, z] copies")?;
+    let mut count = [1u32; 3];
+    for (count, item) in count.iter_mut().zip(&items) {
+        *count = item.integer(1..=MAX_OBJECTS as u32)?;
+    }
+    if count.iter().map(|&n| n as usize).fold(1usize, usize::saturating_mul) > MAX_OBJECTS {
+        return Err(count_node.wrong(format!("makes more than {MAX_OBJECTS} copies")));
+    }
+    let spacing: DVec3 = table
+        .read("spacing", |node| node.numbers(COORDINATE, "[x, y, z]"))?
+        .ok_or_else(|| table.missing("needs spacing: [x, y, z] in metres"))?
+        .into();
+    let along = |axis: usize| (0..count[axis]).map(move |i| f64::from(i) - f64::from(count[axis] - 1) * 0.5);
+    let steps = along(2).flat_map(|z| along(1).flat_map(move |y| along(0).map(move |x| DVec3::new(x, y, z))));
+    Ok(steps.map(|step| step * spacing).collect())
+}
+
+impl Dress<'_> {
+    /// Gives the model's objects the materials that the file names for them.
+    pub fn put_on(&self, scene: &mut Scene) -> Result<(), Error> {
+        if let Some(node) = self.table.get("material") {
+            let material = find(&node, scene)?;
+            scene.objects[self.objects.clone()].iter_mut().for_each(|object| object.material = material);
+        }
+        let Some(node) = self.table.get("materials") else { return Ok(()) };
+        for (from, to) in node.entries()? {
+            let material = find(&to, scene)?;
+            let materials = &scene.materials;
+            let mut worn = false;
+            for object in &mut scene.objects[self.objects.clone()] {
+                if materials[object.material].name == from {
+                    (object.material, worn) = (material, true);
+                }
+            }
+            if !worn {
+                let mut names: Vec<&str> = scene.objects[self.objects.clone()]
+                    .iter()
+                    .map(|object| scene.materials[object.material].name.as_str())
+                    .collect();
+                names.sort_unstable();
+                names.dedup();
+                return Err(to.wrong(format!("the model has no such material: {}", unknown("material", from, &names))));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn find(node: &Node, scene: &Scene) -> Result<usize, Error> {
+    let name = node.string()?;
+    // The last of a name is the file's own, when there are several.
+    scene.materials.iter().rposition(|material| material.name == name).ok_or_else(|| {
+        let names: Vec<&str> = scene.materials.iter().map(|material| material.name.as_str()).collect();
+        node.wrong(unknown("material", name, &names))
+    })
+}

@@ -1,0 +1,91 @@
+//! The keys of a scene file, table by table. docs/SCENES.md explains each; a test holds the two together.
+
+/// A table of the scene file and the keys that it takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Schema {
+    /// As the documentation calls it: `root`, `camera`, `models.shape`.
+    pub table: &'static str,
+    pub keys: &'static [&'static str],
+}
+
+pub const ROOT: Schema = Schema {
+    table: "root",
+    keys: &["base", "base_lights", "camera", "environment", "lights", "materials", "models", "settings"],
+};
+pub const MODEL: Schema = Schema {
+    table: "models",
+    keys: &[
+        "name",
+        "path",
+        "builtin",
+        "shape",
+        "material",
+        "materials",
+        "translation",
+        "rotation",
+        "scale",
+        "instances",
+        "grid",
+    ],
+};
+pub const SHAPE: Schema =
+    Schema { table: "models.shape", keys: &["kind", "size", "radius", "height", "tube", "segments"] };
+pub const INSTANCE: Schema = Schema { table: "models.instances", keys: &["translation", "rotation", "scale"] };
+pub const ROTATION: Schema = Schema { table: "rotation", keys: &["quaternion", "axis", "degrees"] };
+pub const GRID: Schema = Schema { table: "models.grid", keys: &["count", "spacing"] };
+pub const MATERIAL: Schema = Schema {
+    table: "materials",
+    keys: &[
+        "name",
+        "brdf",
+        "base_color",
+        "alpha",
+        "alpha_mode",
+        "alpha_cutoff",
+        "metallic",
+        "roughness",
+        "specular",
+        "shininess",
+        "ambient",
+        "emissive",
+        "emissive_strength",
+        "normal_scale",
+        "two_sided",
+        "base_color_texture",
+        "normal_texture",
+        "metallic_roughness_texture",
+        "occlusion_texture",
+        "emissive_texture",
+        "specular_texture",
+    ],
+};
+pub const CAMERA: Schema =
+    Schema { table: "camera", keys: &["position", "target", "up", "rotation", "fov_y_degrees", "near", "exposure"] };
+pub const LIGHT: Schema = Schema {
+    table: "lights",
+    keys: &[
+        "name",
+        "kind",
+        "color",
+        "intensity",
+        "casts_shadow",
+        "direction",
+        "position",
+        "target",
+        "range",
+        "falloff",
+        "inner_angle_degrees",
+        "outer_angle_degrees",
+    ],
+};
+pub const FALLOFF: Schema = Schema { table: "lights.falloff", keys: &["constant", "linear", "quadratic"] };
+pub const ENVIRONMENT: Schema =
+    Schema { table: "environment", keys: &["ambient", "ambient_strength", "background", "background_strength"] };
+pub const SETTINGS: Schema =
+    Schema { table: "settings", keys: &["size", "exposure", "tonemap", "brdf", "gbuffer", "shadows", "view"] };
+pub const SHADOWS: Schema =
+    Schema { table: "settings.shadows", keys: &["enabled", "size", "normal_offset", "slope_bias"] };
+
+/// All tables, in the order of the documentation.
+pub const TABLES: &[Schema] =
+    &[ROOT, MODEL, SHAPE, INSTANCE, ROTATION, GRID, MATERIAL, CAMERA, LIGHT, FALLOFF, ENVIRONMENT, SETTINGS, SHADOWS];

@@ -1,0 +1,97 @@
+//! `[camera]`, `[environment]` and `[settings]`.
+
+use glam::{DVec3, Vec3};
+
+use super::node::{EV100, FACTOR, FIELD_OF_VIEW, LENGTH, Node, STRENGTH};
+use super::place::rotation;
+use super::schema;
+use crate::scene::{Camera, Environment, Error, SettingsPatch, parse_size};
+
+/// What the file says of the camera, over what there was.
+pub(super) fn camera(node: &Node, mut camera: Camera) -> Result<Camera, Error> {
+    let table = node.table(schema::CAMERA)?;
+    camera.position = table.read("position", Node::point)?.unwrap_or(camera.position);
+    let up = table.read("up", Node::direction)?;
+    match (table.get("target"), table.get("rotation")) {
+        (Some(target), None) => {
+            let place = target.point()?;
+            if place == camera.position {
+                return Err(target.wrong("must not be the camera's own position"));
+            }
+            camera.rotation = Camera::looking_at(camera.position, place, up.unwrap_or(DVec3::Y)).rotation;
+        }
+        (None, Some(node)) => camera.rotation = rotation(&node)?,
+        (Some(_), Some(node)) => return Err(node.wrong("a camera has either target or rotation")),
+        (None, None) => {}
+    }
+    if let (Some(up), None) = (table.get("up"), table.get("target")) {
+        return Err(up.wrong("up goes with target"));
+    }
+    let fov = table.read("fov_y_degrees", |node| node.number(FIELD_OF_VIEW))?;
+    camera.fov_y_degrees = fov.unwrap_or(camera.fov_y_degrees);
+    camera.near = table.read("near", |node| node.number(LENGTH))?.unwrap_or(camera.near);
+    Ok(camera)
+}
+
+/// `camera.exposure`: the same as `settings.exposure`, for who thinks of it as the camera's.
+pub(super) fn camera_exposure(node: &Node) -> Result<Option<f32>, Error> {
+    node.table(schema::CAMERA)?.read("exposure", |node| node.number_f32(EV100))
+}
+
+pub(super) fn environment(node: &Node, environment: Environment) -> Result<Environment, Error> {
+    let table = node.table(schema::ENVIRONMENT)?;
+    let light = |color: &str, strength: &str, before: Vec3| -> Result<Vec3, Error> {
+        let nits = table.read(strength, |node| node.number_f32(STRENGTH))?.unwrap_or(1.0);
+        Ok(table.read(color, |node| node.color(STRENGTH))?.unwrap_or(before) * nits)
+    };
+    Ok(Environment {
+        ambient: light("ambient", "ambient_strength", environment.ambient)?,
+        background: light("background", "background_strength", environment.background)?,
+    })
+}
+
+pub(super) fn settings(node: &Node) -> Result<SettingsPatch, Error> {
+    let table = node.table(schema::SETTINGS)?;
+    let mut patch = SettingsPatch {
+        size: table.read("size", size)?,
+        exposure: table.read("exposure", |node| node.number_f32(EV100))?,
+        tonemap: table.read("tonemap", Node::name)?,
+        brdf: table.read("brdf", Node::name)?,
+        gbuffer: table.read("gbuffer", Node::name)?,
+        view: table.read("view", Node::name)?,
+        ..SettingsPatch::default()
+    };
+    if let Some(node) = table.get("shadows") {
+        shadows(&node, &mut patch)?;
+    }
+    patch.check().map_err(|error| node.wrong(error))?;
+    Ok(patch)
+}
+
+/// `[1280, 720]` or `"1280x720"`.
+fn size(node: &Node) -> Result<[u32; 2], Error> {
+    if node.is_string() {
+        return parse_size(node.string()?).map_err(|error| node.wrong(error));
+    }
+    let [width, height] = node.items("[width, height] in pixels")?;
+    Ok([width.integer(1..=u32::MAX)?, height.integer(1..=u32::MAX)?])
+}
+
+/// `true`, `false`, or a table.
+fn shadows(node: &Node, patch: &mut SettingsPatch) -> Result<(), Error> {
+    if node.is_boolean() {
+        patch.shadows = Some(node.boolean()?);
+        return Ok(());
+    }
+    let table = node.table(schema::SHADOWS)?;
+    let bias = |name: &str| -> Result<Option<f32>, Error> {
+        let Some(node) = table.get(name) else { return Ok(None) };
+        let bias = node.number_f32(FACTOR)?;
+        if (0.0..=1000.0).contains(&bias) { Ok(Some(bias)) } else { Err(node.wrong("must be 0 to 1000")) }
+    };
+    patch.shadows = table.read("enabled", Node::boolean)?;
+    patch.shadow_size = table.read("size", |node| node.integer(1..=crate::scene::MAX_SHADOW_SIZE))?;
+    patch.shadow_normal_offset = bias("normal_offset")?;
+    patch.shadow_slope_bias = bias("slope_bias")?;
+    Ok(())
+}

@@ -1,0 +1,214 @@
+//! A camera and daylight for a model that comes without either.
+//!
+//! An object is seen from three quarters with its whole box in view. A model that is a hall is seen from inside: its box is longer than wide,
+//! and from a point near one end, at eye height, most rays in the horizontal and the one straight down meet the fronts of surfaces (an
+//! object seen from within shows backs or nothing). The camera then stands there and looks along the hall.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use super::{Aabb, Camera, Environment, Light, LightKind, Scene};
+
+/// Room around a fitted object, as a share of the picture.
+const MARGIN: f64 = 1.06;
+/// A hall is at least this many times as long as wide.
+const HALL_ELONGATION: f64 = 1.25;
+/// Rays around the horizon, and how many of them must meet fronts.
+const HORIZON_RAYS: usize = 16;
+const HORIZON_HITS: usize = 12;
+/// Heights of the eye to try, as shares of the hall's.
+const EYE_HEIGHTS: [f64; 2] = [0.16, 0.3];
+/// Where along the hall to stand, as shares of its length from either end.
+const STANDS: [f64; 3] = [0.1, 0.16, 0.22];
+/// Lux of the sun and nits of the sky light that goes with it.
+const SUN_LUX: f32 = 100_000.0;
+const SKY_NITS: f32 = 4_000.0;
+
+/// Points the scene's camera at everything in it; an empty scene keeps its own.
+pub fn fit_camera(scene: &mut Scene, aspect: f64) {
+    let bounds = scene.bounds();
+    if bounds.is_empty() || !bounds.radius().is_finite() {
+        return;
+    }
+    scene.camera = hall_camera(scene, &bounds).unwrap_or_else(|| object_camera(&bounds, aspect));
+}
+
+/// A sun that slants in along the longer side, steep enough for the floor of an open court, and light from the sky.
+pub fn add_daylight(scene: &mut Scene) {
+    let size = scene.bounds().size();
+    let (along, across) = if size.x >= size.z { (DVec3::X, DVec3::Z) } else { (DVec3::Z, DVec3::X) };
+    let direction = (DVec3::NEG_Y + along * 0.3 + across * 0.22).normalize();
+    scene.lights.push(Light {
+        name: "sun".into(),
+        kind: LightKind::Directional { direction },
+        color: Vec3::new(1.0, 0.95, 0.87),
+        intensity: SUN_LUX,
+        casts_shadow: true,
+    });
+    scene.environment = Environment {
+        ambient: Vec3::new(0.8, 0.92, 1.1) * SKY_NITS,
+        background: Vec3::new(0.45, 0.65, 1.0) * SKY_NITS * 2.0,
+    };
+}
+
+/// From three quarters, at the least distance that has the whole box in view.
+fn object_camera(bounds: &Aabb, aspect: f64) -> Camera {
+    let radius = bounds.radius().max(f64::MIN_POSITIVE);
+    let center = bounds.center();
+    let toward_camera = DVec3::new(0.65, 0.45, 1.0).normalize();
+    let mut camera = Camera { fov_y_degrees: 45.0, ..Camera::looking_at(toward_camera, DVec3::ZERO, DVec3::Y) };
+    let slope_y = (camera.fov_y_degrees * 0.5).to_radians().tan() / MARGIN;
+    let slope_x = slope_y * if aspect.is_finite() && aspect > 0.0 { aspect } else { 1.0 };
+    // A corner at (x, y, z) before a camera d away is in view when |x| <= slope * (d + z).
+    let needed = bounds.corners().map(|corner| {
+        let offset = corner - center;
+        let (x, y, z) = (offset.dot(camera.right()), offset.dot(camera.up()), offset.dot(camera.forward()));
+        (x.abs() / slope_x).max(y.abs() / slope_y) - z
+    });
+    let distance = needed.into_iter().fold(radius * 1.1, f64::max);
+    camera.position = center + toward_camera * distance;
+    // Reversed depth loses nothing by a near plane that is very near.
+    camera.near = (radius * 1e-3).max(f64::from(f32::MIN_POSITIVE));
+    camera
+}
+
+/// The camera inside, if the model is a hall.
+fn hall_camera(scene: &Scene, bounds: &Aabb) -> Option<Camera> {
+    let size = bounds.size();
+    let (axis, length, width) = if size.x >= size.z { (DVec3::X, size.x, size.z) } else { (DVec3::Z, size.z, size.x) };
+    if length < width * HALL_ELONGATION || size.y <= 0.0 {
+        return None;
+    }
+    let surface = Surface::of(scene);
+    let mut best: Option<(f64, Camera)> = None;
+    for (height, stand, side) in EYE_HEIGHTS
+        .iter()
+        .flat_map(|&height| STANDS.iter().flat_map(move |&at| [-1.0, 1.0].map(|side| (height, at, side))))
+    {
+        let along = axis * side * (0.5 - stand) * length;
+        let eye = DVec3::new(bounds.center().x, bounds.min.y + height * size.y, bounds.center().z) + along;
+        let Some(view) = surface.view_from(eye, -axis * side) else { continue };
+        // Of places with much the same view the first wins: lower, and nearer to the end.
+        if best.as_ref().is_none_or(|(longest, _)| view > longest * 1.1) {
+            let target = eye - axis * side * length + DVec3::Y * (0.09 * length);
+            let camera = Camera { fov_y_degrees: 60.0, ..Camera::looking_at(eye, target, DVec3::Y) };
+            best = Some((view, Camera { near: bounds.radius() * 1e-3, ..camera }));
+        }
+    }
+    best.filter(|(view, _)| *view > 0.4 * length).map(|(_, camera)| camera)
+}
+
+/// All triangles in world space, for a handful of rays: no hierarchy pays for itself.
+struct Surface(Vec<[Vec3; 3]>, DVec3);
+
+impl Surface {
+    fn of(scene: &Scene) -> Self {
+        let center = scene.bounds().center();
+        let triangles = scene.objects.par_iter().flat_map_iter(|object| {
+            let mesh = &scene.meshes[object.mesh];
+            mesh.indices.as_chunks::<3>().0.iter().map(move |triangle| {
+                triangle.map(|index| {
+                    let place = mesh.origin + Vec3::from(mesh.positions[index as usize]).as_dvec3();
+                    (object.transform.transform_point3(place) - center).as_vec3()
+                })
+            })
+        });
+        Self(triangles.collect(), center)
+    }
+
+    /// How far one sees along `forward` from a place inside a hall; none when it is not inside one.
+    fn view_from(&self, eye: DVec3, forward: DVec3) -> Option<f64> {
+        let eye = (eye - self.1).as_vec3();
+        let forward = forward.as_vec3();
+        let (down_distance, is_floor) = self.nearest(eye, Vec3::NEG_Y)?;
+        let (view, _) = self.nearest(eye, forward)?;
+        if !is_floor || down_distance <= 0.0 {
+            return None;
+        }
+        let fronts = (0..HORIZON_RAYS).filter(|index| {
+            let (sin, cos) = (*index as f32 / HORIZON_RAYS as f32 * std::f32::consts::TAU).sin_cos();
+            self.nearest(eye, Vec3::new(cos, 0.013, sin)).is_some_and(|(_, is_front)| is_front)
+        });
+        (fronts.count() >= HORIZON_HITS).then_some(f64::from(view))
+    }
+
+    /// Distance of the nearest surface, and whether it shows its front.
+    fn nearest(&self, origin: Vec3, direction: Vec3) -> Option<(f32, bool)> {
+        let hits = self.0.par_iter().with_min_len(8192).filter_map(|triangle| intersect(origin, direction, triangle));
+        hits.min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+}
+
+/// Möller and Trumbore 1997; the front is the counter-clockwise side.
+fn intersect(origin: Vec3, direction: Vec3, [a, b, c]: &[Vec3; 3]) -> Option<(f32, bool)> {
+    let (edge_b, edge_c) = (b - a, c - a);
+    let p = direction.cross(edge_c);
+    let determinant = edge_b.dot(p);
+    let to_origin = origin - a;
+    let u = to_origin.dot(p) / determinant;
+    let q = to_origin.cross(edge_b);
+    let v = direction.dot(q) / determinant;
+    let distance = edge_c.dot(q) / determinant;
+    // Written so that the NaN of a degenerate triangle is no hit.
+    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 0.0).then_some((distance, determinant > 0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::builtin::{self, shapes};
+    use crate::scene::{Material, Object};
+    use glam::DAffine3;
+
+    fn scene_of(mesh: shapes::MeshBuilder, transform: DAffine3) -> Scene {
+        Scene {
+            meshes: vec![mesh.finish("it")],
+            materials: vec![Material::default()],
+            objects: vec![Object { name: "it".into(), mesh: 0, material: 0, transform }],
+            ..Scene::default()
+        }
+    }
+
+    #[test]
+    fn a_fitted_camera_has_the_whole_box_in_view_at_any_scale_and_shape() {
+        for (size, aspect) in
+            [([1.0, 1.0, 1.0], 16.0 / 9.0), ([50.0, 1.0, 3.0], 0.5), ([1e-6, 3e-6, 1e-6], 1.0), ([1e7, 1e6, 1e7], 2.0)]
+        {
+            let mut scene = scene_of(shapes::cuboid(size), DAffine3::from_translation(DVec3::splat(size[0] * 7.0)));
+            fit_camera(&mut scene, aspect);
+            let camera = scene.camera;
+            let slope = (camera.fov_y_degrees * 0.5).to_radians().tan();
+            for corner in scene.bounds().corners() {
+                let offset = corner - camera.position;
+                let depth = offset.dot(camera.forward());
+                assert!(depth > camera.near, "{size:?}");
+                assert!(offset.dot(camera.up()).abs() <= slope * depth, "{size:?}");
+                assert!(offset.dot(camera.right()).abs() <= slope * aspect * depth, "{size:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_hall_is_seen_from_inside_and_a_solid_from_outside() {
+        let long = shapes::cuboid([20.0, 6.0, 8.0]);
+        let mut solid = scene_of(long.clone(), DAffine3::IDENTITY);
+        fit_camera(&mut solid, 1.5);
+        assert!(solid.camera.position.length() > 12.0);
+        // A mirrored box has its triangles' order kept here, so that its fronts face in.
+        let mut hall = scene_of(long, DAffine3::IDENTITY);
+        hall.meshes[0].indices.as_chunks_mut::<3>().0.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+        fit_camera(&mut hall, 1.5);
+        let inside = hall.camera.position;
+        assert!(inside.x.abs() > 5.0 && inside.x.abs() < 10.0 && inside.y < 0.0, "{inside}");
+        assert!(hall.camera.forward().x * inside.x < 0.0);
+    }
+
+    #[test]
+    fn a_model_without_extent_still_gets_a_camera() {
+        let mut scene = builtin::open("quad").unwrap();
+        scene.meshes[0].positions.iter_mut().for_each(|p| *p = [0.0; 3]);
+        scene.meshes[0].bounds = scene.meshes[0].compute_bounds();
+        fit_camera(&mut scene, 1.5);
+        assert!(scene.camera.near > 0.0 && scene.camera.position.is_finite());
+    }
+}
