@@ -155,7 +155,7 @@ impl<'a> Composing<'a> {
             ..Default::default()
         };
         // naga_oil asserts on some inputs instead of returning an error.
-        match catch_unwind(AssertUnwindSafe(|| self.composer.make_naga_module(descriptor))) {
+        match catch_unwind(AssertUnwindSafe(|| self.composer.make_naga_module(descriptor).map_err(Box::new))) {
             Ok(Ok(module)) => Ok(module),
             Ok(Err(error)) => Err(self.translate(&error, shader)),
             Err(_) => Err(Error::in_file(
