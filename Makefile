@@ -1,0 +1,33 @@
+# What one types. `make demo` and `make test` install what they need and is missing, so that either is the first command on a fresh
+# Debian or Ubuntu with Rust on it; elsewhere they print the command to type. The work itself is in scripts/.
+
+DEMO_SCENE ?= assets/hall.toml
+DEMO_IMAGE ?= hall.png
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test check bless setup
+
+help: ## Print this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-7s %s\n", $$1, $$2}' Makefile
+
+demo: ## Set up, build, render DEMO_SCENE into DEMO_IMAGE and print its table
+	@scripts/setup demo
+	cargo build --release
+	cargo run --release --quiet -- render $(DEMO_SCENE) -o $(DEMO_IMAGE)
+
+test: ## Set up, check, and run every test on the machine's own Vulkan stack and on Debian 13's
+	@scripts/setup test
+	@$(MAKE) --no-print-directory check
+	@scripts/test
+
+check: ## Format and lints, warnings as errors
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets -- -D warnings
+
+bless: ## Render the golden images anew and keep them as the expected ones (look at the diff before committing)
+	@scripts/setup test
+	@AFTERLIGHT_BLESS=1 scripts/test machine
+
+setup: ## Install what is missing, and unpack Debian 13's Vulkan stack into .cache
+	@scripts/setup test
+	@scripts/fetch-debian13

@@ -1,0 +1,121 @@
+// Reflection models. Every function returns f(l, v) * NdotL without the light's colour, is finite and not negative for any
+// finite input, and is written once more, in f64, by the reference.
+//
+// Guards, part of the model: perceptual roughness is at least MIN_ROUGHNESS, NdotV at least MIN_N_DOT_V.
+#define_import_path afterlight::brdf
+
+const PI: f32 = 3.14159265358979;
+const MIN_ROUGHNESS: f32 = 0.01;
+const MIN_N_DOT_V: f32 = 1e-4;
+
+// BRDF in the passes; src/scene/material.rs has the same order.
+const COOK_TORRANCE: u32 = 0u;
+const PHONG: u32 = 1u;
+const BLINN_PHONG: u32 = 2u;
+const LAMBERT: u32 = 3u;
+
+// A lit point, with all that is the same for every light.
+struct Surface {
+    normal: vec3<f32>,
+    // Unit vector towards the eye.
+    view: vec3<f32>,
+    // albedo / pi, without the metallic share
+    diffuse: vec3<f32>,
+    // F0 of Cook-Torrance, Ks of the Phong models
+    specular: vec3<f32>,
+    n_dot_v: f32,
+    // GGX: alpha squared.
+    alpha2: f32,
+    // GGX: sqrt(NdotV^2 (1 - alpha^2) + alpha^2), the light-independent half of height-correlated Smith.
+    smith_v: f32,
+    shininess: f32,
+    // Normalization of the Phong lobes.
+    lobe_scale: f32,
+    brdf: u32,
+}
+
+fn cook_torrance_surface(normal: vec3<f32>, view: vec3<f32>, albedo: vec3<f32>, metallic: f32, roughness: f32) -> Surface {
+    var s: Surface;
+    let clamped = max(roughness, MIN_ROUGHNESS);
+    let alpha = clamped * clamped;
+    s.normal = normal;
+    s.view = view;
+    s.n_dot_v = max(dot(normal, view), MIN_N_DOT_V);
+    s.alpha2 = alpha * alpha;
+    s.smith_v = sqrt(s.n_dot_v * s.n_dot_v * (1.0 - s.alpha2) + s.alpha2);
+    s.diffuse = albedo * ((1.0 - metallic) / PI);
+    s.specular = mix(vec3(0.04), albedo, metallic);
+    s.brdf = COOK_TORRANCE;
+    return s;
+}
+
+fn phong_surface(normal: vec3<f32>, view: vec3<f32>, albedo: vec3<f32>, specular: vec3<f32>, shininess: f32, brdf: u32) -> Surface {
+    var s: Surface;
+    s.normal = normal;
+    s.view = view;
+    s.n_dot_v = max(dot(normal, view), MIN_N_DOT_V);
+    s.diffuse = albedo / PI;
+    s.specular = specular;
+    s.shininess = shininess;
+    // Unit albedo at normal incidence: (n + 2) / 2 pi for the reflected ray, (n + 8) / 8 pi for the half vector (Akenine-Moller
+    // et al., Real-Time Rendering, section 9.8).
+    s.lobe_scale = select((shininess + 8.0) / (8.0 * PI), (shininess + 2.0) / (2.0 * PI), brdf == PHONG);
+    s.brdf = brdf;
+    return s;
+}
+
+// GGX D, height-correlated Smith V, Schlick F, and the uncoupled lambert base (1 - F)(1 - metallic) albedo / pi.
+fn cook_torrance(s: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
+    let half_unscaled = light + s.view;
+    // |l + v|^2 = 2 + 2 LdotV. It vanishes when light and eye are opposite; the lobe does not reach there, any finite value serves.
+    let half_length2 = max(dot(half_unscaled, half_unscaled), 1e-8);
+    // V.H = |l + v| / 2 for unit vectors.
+    let v_dot_h = min(0.5 * sqrt(half_length2), 1.0);
+    // 1 - NdotH^2 by Lagrange's identity: the difference would cancel where the lobe is sharpest.
+    let across = cross(s.normal, half_unscaled);
+    let along = dot(s.normal, half_unscaled);
+    let sin2 = dot(across, across);
+    let cos2 = along * along;
+    // D's inner term times |l + v|^2, so that nothing is divided twice.
+    let d = cos2 * s.alpha2 + sin2;
+    let smith_l = sqrt(n_dot_l * n_dot_l * (1.0 - s.alpha2) + s.alpha2);
+    let smith = n_dot_l * s.smith_v + s.n_dot_v * smith_l;
+    let x = 1.0 - v_dot_h;
+    let x2 = x * x;
+    let schlick = x2 * x2 * x;
+    let fresnel = s.specular + (vec3(1.0) - s.specular) * schlick;
+    let ratio = half_length2 / max(d, 1e-18);
+    let lobe = ratio * ratio * s.alpha2 * (0.5 / PI) / max(smith, 1e-18);
+    return (s.diffuse * (vec3(1.0) - fresnel) + fresnel * lobe) * n_dot_l;
+}
+
+fn power(base: f32, exponent: f32) -> f32 {
+    return exp2(exponent * log2(max(base, 1e-30)));
+}
+
+fn phong(s: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
+    let reflected = 2.0 * dot(s.normal, light) * s.normal - light;
+    let lobe = power(min(dot(reflected, s.view), 1.0), s.shininess) * s.lobe_scale;
+    return (s.diffuse + s.specular * lobe) * n_dot_l;
+}
+
+fn blinn_phong(s: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
+    let half_unscaled = light + s.view;
+    let n_dot_h = dot(s.normal, half_unscaled) * inverseSqrt(max(dot(half_unscaled, half_unscaled), 1e-8));
+    let lobe = power(min(n_dot_h, 1.0), s.shininess) * s.lobe_scale;
+    return (s.diffuse + s.specular * lobe) * n_dot_l;
+}
+
+fn lambert(s: Surface, n_dot_l: f32) -> vec3<f32> {
+    return s.diffuse * n_dot_l;
+}
+
+// `brdf` is a specialization constant where the scene has one model, and the surface's own where it mixes them.
+fn reflect_light(s: Surface, brdf: u32, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
+    switch brdf {
+        case COOK_TORRANCE: { return cook_torrance(s, light, n_dot_l); }
+        case PHONG: { return phong(s, light, n_dot_l); }
+        case BLINN_PHONG: { return blinn_phong(s, light, n_dot_l); }
+        default: { return lambert(s, n_dot_l); }
+    }
+}

@@ -1,0 +1,69 @@
+// How directions fit into G-buffer channels.
+#define_import_path afterlight::encodings
+
+// NORMAL_ENCODING in the passes; src/targets.rs has the same list.
+const OCTAHEDRAL: u32 = 0u;
+const HALF_ENCODED: u32 = 1u;
+const SIGNED: u32 = 2u;
+
+fn sign_not_zero(v: vec2<f32>) -> vec2<f32> {
+    return select(vec2(-1.0), vec2(1.0), v >= vec2(0.0));
+}
+
+// Octahedral map of a unit vector to -1..1 (Cigolle et al. 2014, "A Survey of Efficient Representations for Independent
+// Unit Vectors").
+fn octahedral(n: vec3<f32>) -> vec2<f32> {
+    let p = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));
+    return select((1.0 - abs(p.yx)) * sign_not_zero(p), p, n.z >= 0.0);
+}
+
+fn octahedral_decode(e: vec2<f32>) -> vec3<f32> {
+    let z = 1.0 - abs(e.x) - abs(e.y);
+    let xy = select((1.0 - abs(e.yx)) * sign_not_zero(e), e, z >= 0.0);
+    return normalize(vec3(xy, z));
+}
+
+// -1..1 to normalized channels of `steps` + 1 codes, and back. Centred on a code, so that 0 and with it each axis is exact.
+fn to_unorm(v: vec2<f32>, steps: f32) -> vec2<f32> {
+    let half_steps = floor(steps * 0.5);
+    return (round(v * half_steps) + half_steps) / steps;
+}
+
+fn from_unorm(v: vec2<f32>, steps: f32) -> vec2<f32> {
+    let half_steps = floor(steps * 0.5);
+    return clamp((round(v * steps) - half_steps) / half_steps, vec2(-1.0), vec2(1.0));
+}
+
+fn encode_normal(n: vec3<f32>, encoding: u32) -> vec4<f32> {
+    switch encoding {
+        case OCTAHEDRAL: { return vec4(to_unorm(octahedral(n), 65535.0), 0.0, 0.0); }
+        case HALF_ENCODED: { return vec4(n * 0.5 + 0.5, 0.0); }
+        default: { return vec4(n, 0.0); }
+    }
+}
+
+fn decode_normal(t: vec4<f32>, encoding: u32) -> vec3<f32> {
+    switch encoding {
+        case OCTAHEDRAL: { return octahedral_decode(from_unorm(t.xy, 65535.0)); }
+        case HALF_ENCODED: { return normalize(t.xyz * 2.0 - 1.0); }
+        default: { return normalize(t.xyz); }
+    }
+}
+
+// The same 65536 codes in an unsigned integer target.
+fn encode_normal_uint(n: vec3<f32>) -> vec2<u32> {
+    return vec2<u32>(round(octahedral(n) * 32767.0) + 32767.0);
+}
+
+fn decode_normal_uint(t: vec2<u32>) -> vec3<f32> {
+    return octahedral_decode(clamp((vec2<f32>(t) - 32767.0) / 32767.0, vec2(-1.0), vec2(1.0)));
+}
+
+// A specular power, 0 to about a million, in 0..1: about 1.1% a step of 8 bits at Ns = 1000, relative error even over the range.
+fn encode_shininess(shininess: f32) -> f32 {
+    return log2(shininess + 1.0) / 20.0;
+}
+
+fn decode_shininess(t: f32) -> f32 {
+    return exp2(t * 20.0) - 1.0;
+}

@@ -1,0 +1,74 @@
+// From scene-linear light to what a display shows, both linear Rec. 709. src/passes/tonemap.rs has the same curves for the
+// background's clear colour.
+#define_import_path afterlight::tonemapping
+
+const NEUTRAL: u32 = 0u;
+const AGX: u32 = 1u;
+const ACES: u32 = 2u;
+
+// Khronos PBR Neutral tone mapper (Khronos Group, 2024).
+fn neutral(color_in: vec3<f32>) -> vec3<f32> {
+    let start_compression = 0.8 - 0.04;
+    let desaturation = 0.15;
+    let least = min(color_in.r, min(color_in.g, color_in.b));
+    let offset = select(0.04, least - 6.25 * least * least, least < 0.08);
+    let color = color_in - offset;
+    let peak = max(color.r, max(color.g, color.b));
+    if peak < start_compression {
+        return color;
+    }
+    let d = 1.0 - start_compression;
+    let new_peak = 1.0 - d * d / (peak + d - start_compression);
+    let g = 1.0 - 1.0 / (desaturation * (peak - new_peak) + 1.0);
+    return mix(color * (new_peak / peak), vec3(new_peak), g);
+}
+
+// AgX (Troy Sobotka), with the polynomial fit of its contrast curve by Benjamin Wrensch.
+fn agx(color: vec3<f32>) -> vec3<f32> {
+    let inset = mat3x3(
+        vec3(0.842479062253094, 0.0423282422610123, 0.0423756549057051),
+        vec3(0.0784335999999992, 0.878468636469772, 0.0784336),
+        vec3(0.0792237451477643, 0.0791661274605434, 0.879142973793104),
+    );
+    let outset = mat3x3(
+        vec3(1.19687900512017, -0.0528968517574562, -0.0529716355144438),
+        vec3(-0.0980208811401368, 1.15190312990417, -0.0980434501171241),
+        vec3(-0.0990297440797205, -0.0989611768448433, 1.15107367264116),
+    );
+    let least_ev = -12.47393;
+    let most_ev = 4.026069;
+    let ev = clamp(log2(max(inset * color, vec3(1e-10))), vec3(least_ev), vec3(most_ev));
+    let x = (ev - least_ev) / (most_ev - least_ev);
+    let x2 = x * x;
+    let x4 = x2 * x2;
+    let curve = 15.5 * x4 * x2 - 40.14 * x4 * x + 31.96 * x4 - 6.868 * x2 * x + 0.4298 * x2 + 0.1191 * x - 0.00232;
+    return pow(max(outset * curve, vec3(0.0)), vec3(2.2));
+}
+
+// ACES RRT and ODT, Stephen Hill's fit.
+fn aces(color: vec3<f32>) -> vec3<f32> {
+    let input = mat3x3(
+        vec3(0.59719, 0.07600, 0.02840),
+        vec3(0.35458, 0.90834, 0.13383),
+        vec3(0.04823, 0.01566, 0.83777),
+    );
+    let output = mat3x3(
+        vec3(1.60475, -0.10208, -0.00327),
+        vec3(-0.53108, 1.10813, -0.07276),
+        vec3(-0.07367, -0.00605, 1.07602),
+    );
+    let v = input * color;
+    let a = v * (v + 0.0245786) - 0.000090537;
+    let b = v * (0.983729 * v + 0.4329510) + 0.238081;
+    return output * (a / b);
+}
+
+// 0..1 for any finite input that is not negative.
+fn tone_map(color: vec3<f32>, operator: u32) -> vec3<f32> {
+    switch operator {
+        case NEUTRAL: { return saturate(neutral(color)); }
+        case AGX: { return saturate(agx(color)); }
+        case ACES: { return saturate(aces(color)); }
+        default: { return saturate(color); }
+    }
+}

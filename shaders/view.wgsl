@@ -1,0 +1,141 @@
+// VIEW: one of the frame's buffers instead of its light.
+// variants: GBUFFER LIGHTS MATERIAL SPECULAR POSITION NORMAL_UINT OVERDRAW SHADOW_MAP
+// requires: LIGHTS -> GBUFFER
+// requires: MATERIAL -> GBUFFER
+// requires: SPECULAR -> GBUFFER
+// requires: POSITION -> GBUFFER
+// requires: NORMAL_UINT -> GBUFFER
+// excludes: OVERDRAW GBUFFER
+// excludes: OVERDRAW SHADOW_MAP
+// excludes: SHADOW_MAP GBUFFER
+// precise
+#import afterlight::frame::{frame}
+#ifdef GBUFFER
+#import afterlight::gbuffer::{load_texel, Texel}
+#import afterlight::encodings::{decode_shininess}
+#endif
+#ifdef LIGHTS
+#import afterlight::lights::{Light, distance_attenuation, spot_attenuation}
+#endif
+
+// What is shown; src/passes/view.rs has the same list.
+const SHOW_POSITION: u32 = 0u;
+const SHOW_NORMAL: u32 = 1u;
+const SHOW_NORMAL_ABSOLUTE: u32 = 2u;
+const SHOW_ALBEDO: u32 = 3u;
+const SHOW_METALLIC: u32 = 4u;
+const SHOW_ROUGHNESS: u32 = 5u;
+const SHOW_DEPTH: u32 = 6u;
+const SHOW_LIGHTS: u32 = 7u;
+
+override SHOW: u32 = 0u;
+override NORMAL_ENCODING: u32 = 0u;
+override GEOMETRIC_STEPS: f32 = 255.0;
+// The output encodes sRGB: undo that for values that are no light, so that the picture holds them as they are.
+override ENCODED_OUTPUT: bool = true;
+
+#ifdef LIGHTS
+@group(0) @binding(1) var<storage, read> lights: array<Light>;
+#endif
+#ifdef OVERDRAW
+@group(1) @binding(0) var subpass_count: texture_2d<f32>;
+#endif
+#ifdef SHADOW_MAP
+@group(2) @binding(0) var shadow_map: texture_depth_2d;
+#endif
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    let x = f32(index & 1u) * 4.0 - 1.0;
+    let y = f32(index >> 1u) * 4.0 - 1.0;
+    return vec4(x, y, 0.0, 1.0);
+}
+
+// IEC 61966-2-1, from the encoded value to the linear one.
+fn plain(value: vec3<f32>) -> vec4<f32> {
+    let v = saturate(value);
+    let linear = select(pow((v + 0.055) / 1.055, vec3(2.4)), v / 12.92, v <= vec3(0.04045));
+    return vec4(select(v, linear, ENCODED_OUTPUT), 1.0);
+}
+
+// 0 black, then blue, cyan, green, yellow, red, 1 white.
+fn heat(t: f32) -> vec3<f32> {
+    var stops = array(
+        vec3(0.0, 0.0, 0.0),
+        vec3(0.1, 0.1, 0.8),
+        vec3(0.0, 0.7, 0.9),
+        vec3(0.1, 0.8, 0.2),
+        vec3(0.95, 0.9, 0.1),
+        vec3(0.9, 0.15, 0.05),
+        vec3(1.0, 1.0, 1.0),
+    );
+    let x = saturate(t) * 6.0;
+    let i = min(u32(x), 5u);
+    return mix(stops[i], stops[i + 1u], x - f32(i));
+}
+
+#ifdef LIGHTS
+fn lights_in_reach(position: vec3<f32>) -> u32 {
+    var count = frame.directional_count;
+    for (var i = frame.directional_count; i < frame.light_count; i++) {
+        let offset = lights[i].position - position;
+        let distance2 = dot(offset, offset);
+        let to_light = offset * inverseSqrt(max(distance2, 1e-20));
+        if distance_attenuation(lights[i], distance2) * spot_attenuation(lights[i], to_light) > 0.0 {
+            count += 1u;
+        }
+    }
+    return count;
+}
+#endif
+
+#ifdef GBUFFER
+fn show(texel: Texel) -> vec4<f32> {
+    switch SHOW {
+        case SHOW_POSITION: {
+            // Sign and logarithm: a thousandth of the scene's radius and its whole both show.
+            let p = (texel.position + frame.camera_in_scene) / frame.scene_radius;
+            return plain(sign(p) * log2(1.0 + abs(p) * 1000.0) / log2(1001.0) * 0.5 + 0.5);
+        }
+        case SHOW_NORMAL: { return plain(texel.normal * 0.5 + 0.5); }
+        case SHOW_NORMAL_ABSOLUTE: { return plain(abs(texel.normal)); }
+        case SHOW_ALBEDO: { return vec4(texel.albedo, 1.0); }
+        case SHOW_METALLIC: { return plain(vec3(texel.metallic)); }
+        case SHOW_ROUGHNESS: { return plain(vec3(texel.roughness)); }
+        case SHOW_DEPTH: { return plain(vec3(1.0 / (1.0 + 2.0 * length(texel.position) / frame.scene_radius))); }
+        default: {
+#ifdef LIGHTS
+            let most = log2(1.0 + f32(frame.light_count));
+            return plain(heat(log2(1.0 + f32(lights_in_reach(texel.position))) / most));
+#else
+            return plain(vec3(0.0));
+#endif
+        }
+    }
+}
+#endif
+
+@fragment
+fn fragment(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
+#ifdef GBUFFER
+    return show(load_texel(pixel.xy, NORMAL_ENCODING, GEOMETRIC_STEPS));
+#else
+#ifdef OVERDRAW
+    // Eight layers and more are white.
+    return plain(heat(textureLoad(subpass_count, vec2<i32>(0, 0), 0).r * 255.0 / 8.0));
+#else
+#ifdef SHADOW_MAP
+    // The map is square: the largest square in the middle of the picture.
+    let size = vec2(2.0 / frame.pixel_width, 2.0 / frame.pixel_height);
+    let edge = min(size.x, size.y);
+    let uv = (pixel.xy - (size - edge) * 0.5) / edge;
+    if any(uv < vec2(0.0)) || any(uv >= vec2(1.0)) {
+        return vec4(0.0, 0.0, 0.0, 1.0);
+    }
+    return plain(vec3(textureLoad(shadow_map, vec2<i32>(uv * frame.shadow_size), 0)));
+#else
+    return vec4(0.0);
+#endif
+#endif
+#endif
+}

@@ -1,0 +1,203 @@
+//! What a frame tells its shaders: the camera and the lights, relative to each other, in buffers of the frame's own.
+
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+use glam::{DMat4, DVec3, DVec4, Mat4, Vec3, Vec4};
+
+use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter};
+use crate::plan::{FramePlan, Visible, World, falloff_index};
+use crate::scene::{Camera, Falloff, Light, LightKind};
+
+/// `Frame` of `shaders/shared/frame.wgsl`.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct FrameUniform {
+    pub clip_from_world: Mat4,
+    pub ray_center: Vec3,
+    pub near: f32,
+    pub ray_x: Vec3,
+    pub exposure: f32,
+    pub ray_y: Vec3,
+    pub pixel_width: f32,
+    pub ambient: Vec3,
+    pub pixel_height: f32,
+    pub shadow_u: Vec4,
+    pub shadow_v: Vec4,
+    pub shadow_depth: Vec4,
+    pub shadow_normal_offset: f32,
+    pub shadow_size: f32,
+    pub directional_count: u32,
+    pub light_count: u32,
+    pub camera_in_scene: Vec3,
+    pub scene_radius: f32,
+}
+
+/// `Light` of `shaders/shared/lights.wgsl`.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct LightRecord {
+    pub position: Vec3,
+    pub inverse_range2: f32,
+    pub color: Vec3,
+    pub falloff: u32,
+    pub direction: Vec3,
+    pub spot_scale: f32,
+    pub polynomial: Vec3,
+    pub spot_offset: f32,
+}
+
+impl FrameUniform {
+    pub fn of(world: &World, visible: &Visible, camera: &Camera, plan: &FramePlan) -> Self {
+        let [width, height] = plan.size.map(f64::from);
+        let tan_y = (camera.fov_y_degrees.to_radians() * 0.5).tan();
+        let tan_x = tan_y * width / height;
+        let (right, up, forward) = (camera.right(), camera.up(), camera.forward());
+        let rows = visible.sun.as_ref().map_or([Vec4::ZERO; 3], |sun| sun.texel_rows(camera));
+        let texel = visible.sun.as_ref().map_or(0.0, |sun| sun.texel);
+        Self {
+            clip_from_world: clip_from_world(camera, tan_x, tan_y),
+            ray_center: forward.as_vec3(),
+            near: camera.near as f32,
+            ray_x: (right * tan_x).as_vec3(),
+            exposure: world.exposure,
+            // Rows of a picture go down.
+            ray_y: (-up * tan_y).as_vec3(),
+            pixel_width: (2.0 / width) as f32,
+            ambient: world.environment.ambient,
+            pixel_height: (2.0 / height) as f32,
+            shadow_u: rows[0],
+            shadow_v: rows[1],
+            shadow_depth: rows[2],
+            shadow_normal_offset: world.shadows.normal_offset * texel as f32,
+            shadow_size: plan.shadow.unwrap_or(0) as f32,
+            directional_count: world.directional_count() as u32,
+            light_count: world.lights.len() as u32,
+            camera_in_scene: (camera.position - world.bounds.center()).as_vec3(),
+            scene_radius: (world.bounds.radius() as f32).max(f32::MIN_POSITIVE),
+        }
+    }
+}
+
+/// Rotation into the camera and projection with reversed Z and an infinite far plane: z = near, w = distance. Y is turned over,
+/// because Vulkan's clip space has it downwards.
+fn clip_from_world(camera: &Camera, tan_x: f64, tan_y: f64) -> Mat4 {
+    let (right, up, forward) = (camera.right() / tan_x, -camera.up() / tan_y, camera.forward());
+    let rows = [right.extend(0.0), up.extend(0.0), DVec4::W * camera.near, forward.extend(0.0)];
+    DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose().as_mat4()
+}
+
+impl LightRecord {
+    fn of(light: &Light, camera: &Camera) -> Self {
+        let relative = |position: DVec3| (position - camera.position).as_vec3();
+        let mut record = Self {
+            position: Vec3::ZERO,
+            inverse_range2: 0.0,
+            color: light.color * light.intensity,
+            falloff: 0,
+            direction: Vec3::ZERO,
+            spot_scale: 0.0,
+            polynomial: Vec3::ZERO,
+            spot_offset: 1.0,
+        };
+        let mut fade = |range: Option<f64>, falloff: Falloff| {
+            record.inverse_range2 = range.map_or(0.0, |range| (1.0 / (range * range)) as f32);
+            record.falloff = falloff_index(falloff);
+            if let Falloff::Polynomial { constant, linear, quadratic } = falloff {
+                record.polynomial = Vec3::new(constant, linear, quadratic);
+            }
+        };
+        match light.kind {
+            LightKind::Directional { direction } => record.position = (-direction).as_vec3(),
+            LightKind::Point { position, range, falloff } => {
+                fade(range, falloff);
+                record.position = relative(position);
+            }
+            LightKind::Spot { position, direction, inner_angle_degrees, outer_angle_degrees, range, falloff } => {
+                fade(range, falloff);
+                record.position = relative(position);
+                record.direction = direction.as_vec3();
+                // KHR_lights_punctual, "Inner and Outer Cone Angles".
+                let (inner, outer) = (inner_angle_degrees.to_radians().cos(), outer_angle_degrees.to_radians().cos());
+                let scale = 1.0 / (inner - outer).max(0.001);
+                record.spot_scale = scale as f32;
+                record.spot_offset = (-outer * scale) as f32;
+            }
+        }
+        record
+    }
+}
+
+/// Set 0 of every pass: the frame, and the lights where the plan has any.
+///
+/// # Errors
+/// When the device has no memory for it.
+pub fn set_layout(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Owned<vk::DescriptorSetLayout>> {
+    let binding = |index, kind, stages| {
+        vk::DescriptorSetLayoutBinding::default()
+            .binding(index)
+            .descriptor_type(kind)
+            .descriptor_count(1)
+            .stage_flags(stages)
+    };
+    let everywhere = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
+    let mut bindings = vec![binding(0, vk::DescriptorType::UNIFORM_BUFFER, everywhere)];
+    if plan.lights.any() {
+        bindings.push(binding(1, vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::FRAGMENT));
+    }
+    SetLayout::new(device, "frame set layout", &bindings)
+}
+
+/// The buffers of one frame in flight, written by the CPU each time, and the set that names them.
+pub struct ViewBuffers {
+    uniform: Buffer,
+    lights: Option<Buffer>,
+    pub set: vk::DescriptorSet,
+    _pool: DescriptorPool,
+}
+
+impl ViewBuffers {
+    /// # Errors
+    /// When the device has no memory for it.
+    pub fn new(
+        device: &Arc<Device>,
+        index: usize,
+        layout: vk::DescriptorSetLayout,
+        plan: &FramePlan,
+        world: &World,
+    ) -> gpu::Result<Self> {
+        let buffer = |name: &str, size: usize, usage| {
+            let name = format!("{name} of frame {index}");
+            Buffer::new(device, &name, size as u64, usage, Location::Upload, MemoryKind::Uniform)
+        };
+        let uniform = buffer("camera", size_of::<FrameUniform>(), vk::BufferUsageFlags::UNIFORM_BUFFER)?;
+        let bytes = world.lights.len() * size_of::<LightRecord>();
+        let lights = match plan.lights.any() {
+            true => Some(buffer("lights", bytes, vk::BufferUsageFlags::STORAGE_BUFFER)?),
+            false => None,
+        };
+        let kinds = [(vk::DescriptorType::UNIFORM_BUFFER, 1), (vk::DescriptorType::STORAGE_BUFFER, 1)];
+        let pool = DescriptorPool::new(device, &format!("pool of frame {index}"), 1, &kinds)?;
+        let set = pool.allocate(&format!("set of frame {index}"), layout)?;
+        let mut writer = SetWriter::new().uniform_buffer(0, &uniform, uniform.size);
+        if let Some(lights) = &lights {
+            writer = writer.storage_buffer(1, lights, lights.size);
+        }
+        writer.update(device, set);
+        Ok(Self { uniform, lights, set, _pool: pool })
+    }
+
+    /// Writes this frame's values. The frame that used the buffers before must be done.
+    ///
+    /// # Errors
+    /// When mapped memory cannot be flushed.
+    pub fn write(&self, uniform: &FrameUniform, world: &World, camera: &Camera) -> gpu::Result<()> {
+        self.uniform.write(0, std::slice::from_ref(uniform))?;
+        if let Some(lights) = &self.lights {
+            let records: Vec<LightRecord> = world.lights.iter().map(|light| LightRecord::of(light, camera)).collect();
+            lights.write(0, &records)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,307 @@
+//! What a scene needs on a device: decided once, before anything is created.
+//!
+//! [`FramePlan::of`] is pure. Attachments, pipelines, specialization, dependency rows and commands are derived from the plan
+//! and nothing else decides. What changes with the camera is a [`Visible`], computed for each frame.
+
+mod gbuffer;
+mod geometry;
+mod parts;
+mod sun;
+mod visible;
+
+pub use gbuffer::{Gbuffer, NormalEncoding};
+pub use geometry::{GeometryKey, Streams, TextureMask};
+pub use parts::Part;
+pub use sun::SunView;
+pub use visible::{Draw, Visible, World};
+
+use std::collections::BTreeSet;
+
+use ash::vk;
+
+use crate::scene::{Brdf, Falloff, LightKind, Scene, Settings, Tonemap, View};
+
+/// What the device can do, as far as a plan depends on it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Capabilities {
+    /// Largest edge of an attachment in pixels.
+    pub max_extent: u32,
+    /// Colour attachments of one subpass.
+    pub max_color_attachments: u32,
+    /// R16G16_UNORM can be a colour attachment; not mandatory in Vulkan.
+    pub unorm_2x16_attachment: bool,
+    /// R32G32B32A32_SFLOAT blends; not mandatory in Vulkan.
+    pub float32_blends: bool,
+    /// There is memory that only exists while a tile needs it.
+    pub lazily_allocated: bool,
+}
+
+/// A frame that cannot be planned. One line that names the setting and the limit.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Error {
+    #[error("the size {0}x{1} is not possible on this device: each edge must be 1 to {2} pixels")]
+    Size(u32, u32, u32),
+    #[error("a shadow map of {0} texels is not possible on this device: the limit is {1}")]
+    ShadowSize(u32, u32),
+    #[error("this G-buffer needs {0} colour attachments in one subpass and the device has {1}: choose fewer targets, as `--gbuffer lean`")]
+    ColorAttachments(u32, u32),
+    #[error("there is no shadow map to show: {0}")]
+    NoShadowMap(String),
+}
+
+/// What the subpass after GEOMETRY does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shading {
+    /// Lights every pixel.
+    Light {
+        /// With albedo 1.
+        light_only: bool,
+    },
+    /// Shows a G-buffer value.
+    ShowGbuffer(View),
+    ShowOverdraw,
+    ShowShadowMap,
+}
+
+/// Where scene light becomes display light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ToneMapping {
+    /// Inside LIGHTING: no HDR target, no TONEMAP subpass.
+    InLighting(Tonemap),
+    /// A subpass of its own, because something is blended before it.
+    Subpass(Tonemap),
+    /// Not at all: the output holds nits, or a view.
+    Absent,
+}
+
+/// Which reflection models LIGHTING evaluates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PlannedBrdf {
+    /// The same for all materials, so a constant.
+    One(Brdf),
+    /// Stored for each pixel.
+    PerPixel,
+}
+
+/// Kinds of light that LIGHTING has code for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct PlannedLights {
+    pub directional: bool,
+    pub punctual: bool,
+    pub spot: bool,
+    /// The index of the one fall-off that all have (`shaders/shared/lights.wgsl`), 3 where they differ.
+    pub falloff: u32,
+    pub ambient: bool,
+}
+
+impl PlannedLights {
+    /// Whether there is a buffer of lights.
+    pub fn any(&self) -> bool {
+        self.directional || self.punctual
+    }
+}
+
+/// The structure of all frames of a scene with some settings on some device.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FramePlan {
+    pub size: [u32; 2],
+    pub shading: Shading,
+    /// Absent for the views that read none.
+    pub gbuffer: Option<Gbuffer>,
+    /// Edge of the sun's shadow map in texels.
+    pub shadow: Option<u32>,
+    /// Emissive light is written by GEOMETRY and LIGHTING adds to it.
+    pub emissive: bool,
+    /// An attachment of its own between LIGHTING and the output.
+    pub hdr: Option<vk::Format>,
+    pub output: vk::Format,
+    pub tone_mapping: ToneMapping,
+    pub brdf: PlannedBrdf,
+    pub lights: PlannedLights,
+    /// One pipeline of GEOMETRY each.
+    pub geometry: BTreeSet<GeometryKey>,
+    pub streams: Streams,
+    pub lazily_allocated: bool,
+    parts: Vec<Part>,
+}
+
+/// Tone-mapped pictures: 8 bits a channel, encoded by the hardware.
+pub const OUTPUT_SRGB: vk::Format = vk::Format::R8G8B8A8_SRGB;
+/// Half floats hold what the eye can tell apart and blend everywhere.
+pub const HDR: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
+pub const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
+/// Counts fragments in steps of 1/255; mandatory to blend.
+pub const COUNT: vk::Format = vk::Format::R8_UNORM;
+
+impl FramePlan {
+    /// Decides what exists.
+    ///
+    /// # Errors
+    /// When the device cannot do what the settings ask for, or a view shows what the scene does not have.
+    pub fn of(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
+        let [width, height] = settings.size;
+        if width == 0 || height == 0 || width.max(height) > device.max_extent {
+            return Err(Error::Size(width, height, device.max_extent));
+        }
+        let shading = shading(settings.view);
+        let lit = matches!(shading, Shading::Light { .. });
+        let shadow = Self::plan_shadow(scene, settings, device, shading)?;
+        let drawn: BTreeSet<usize> = scene.objects.iter().map(|object| object.material).collect();
+        let material = |&index: &usize| &scene.materials[index];
+        let emissive = settings.view == View::Final && drawn.iter().any(|index| material(index).is_emissive());
+        let brdf = planned_brdf(drawn.iter().map(|index| settings.brdf.unwrap_or(material(index).brdf)));
+        let gbuffer = matches!(shading, Shading::Light { .. } | Shading::ShowGbuffer(_))
+            .then(|| Gbuffer::choose(&settings.gbuffer, brdf, shadow.is_some(), settings.view, device));
+        let (hdr, output) = match (lit, settings.hdr_output, emissive) {
+            (_, true, true) if !device.float32_blends => (None, HDR),
+            (_, true, _) => (None, vk::Format::R32G32B32A32_SFLOAT),
+            (true, false, true) => (Some(HDR), OUTPUT_SRGB),
+            _ => (None, OUTPUT_SRGB),
+        };
+        let tone_mapping = match (lit, settings.hdr_output, hdr) {
+            (true, false, Some(_)) => ToneMapping::Subpass(settings.tonemap),
+            (true, false, None) => ToneMapping::InLighting(settings.tonemap),
+            _ => ToneMapping::Absent,
+        };
+        let mut plan = Self {
+            size: settings.size,
+            shading,
+            gbuffer,
+            shadow,
+            emissive,
+            hdr,
+            output,
+            tone_mapping,
+            brdf,
+            lights: planned_lights(scene, shading),
+            geometry: BTreeSet::new(),
+            streams: Streams::default(),
+            lazily_allocated: device.lazily_allocated,
+            parts: Vec::new(),
+        };
+        plan.check_attachments(device)?;
+        if shading != Shading::ShowShadowMap {
+            plan.geometry =
+                scene.objects.iter().map(|object| GeometryKey::of(scene, object, settings, &plan)).collect();
+        }
+        plan.streams = Streams::of(scene, &plan);
+        plan.parts = parts::list(scene, settings, &plan);
+        Ok(plan)
+    }
+
+    fn plan_shadow(
+        scene: &Scene,
+        settings: &Settings,
+        device: &Capabilities,
+        shading: Shading,
+    ) -> Result<Option<u32>, Error> {
+        let wanted = matches!(shading, Shading::Light { .. } | Shading::ShowShadowMap);
+        if let Err(why) = shadow_reason(scene, settings) {
+            return if shading == Shading::ShowShadowMap { Err(Error::NoShadowMap(why)) } else { Ok(None) };
+        }
+        if !wanted {
+            return Ok(None);
+        }
+        if settings.shadows.size == 0 || settings.shadows.size > device.max_extent {
+            return Err(Error::ShadowSize(settings.shadows.size, device.max_extent));
+        }
+        Ok(Some(settings.shadows.size))
+    }
+
+    fn check_attachments(&self, device: &Capabilities) -> Result<(), Error> {
+        let Some(gbuffer) = &self.gbuffer else { return Ok(()) };
+        // Locations are fixed (shaders/geometry.wgsl), so the highest in use counts.
+        let needed = match () {
+            () if gbuffer.position.is_some() => 6,
+            () if gbuffer.specular.is_some() => 5,
+            () if self.emissive => 4,
+            () => 3,
+        };
+        if needed > device.max_color_attachments {
+            return Err(Error::ColorAttachments(needed, device.max_color_attachments));
+        }
+        Ok(())
+    }
+
+    /// Each part that a frame can have: in or out, why, and its bytes.
+    pub fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    /// Bytes of G-buffer and depth that GEOMETRY writes for each pixel; emissive light not counted.
+    pub fn gbuffer_bytes_per_pixel(&self) -> u32 {
+        self.gbuffer.as_ref().map_or(0, Gbuffer::bytes_per_pixel)
+    }
+
+    /// Whether GEOMETRY exists: all but the view of the shadow map.
+    pub fn has_geometry(&self) -> bool {
+        self.shading != Shading::ShowShadowMap
+    }
+
+    pub fn has_tonemap_subpass(&self) -> bool {
+        matches!(self.tone_mapping, ToneMapping::Subpass(_))
+    }
+}
+
+fn shading(view: View) -> Shading {
+    match view {
+        View::Final => Shading::Light { light_only: false },
+        View::Lighting => Shading::Light { light_only: true },
+        View::Overdraw => Shading::ShowOverdraw,
+        View::ShadowMap => Shading::ShowShadowMap,
+        other => Shading::ShowGbuffer(other),
+    }
+}
+
+/// Why there is a shadow map, or why there is none.
+fn shadow_reason(scene: &Scene, settings: &Settings) -> Result<String, String> {
+    if !settings.shadows.enabled {
+        return Err("shadows are switched off".into());
+    }
+    match World::sun_of(&scene.lights) {
+        Some(sun) if scene.objects.is_empty() => Err(format!("nothing can stand between {} and anything", sun.name)),
+        Some(sun) => Ok(format!("the light {} casts a shadow", sun.name)),
+        None => Err("no directional light casts a shadow".into()),
+    }
+}
+
+fn planned_brdf(all: impl Iterator<Item = Brdf>) -> PlannedBrdf {
+    let distinct: BTreeSet<Brdf> = all.collect();
+    match distinct.len() {
+        0 => PlannedBrdf::One(Brdf::Lambert),
+        1 => PlannedBrdf::One(*distinct.first().expect("there is one")),
+        _ => PlannedBrdf::PerPixel,
+    }
+}
+
+/// The number of a fall-off in `shaders/shared/lights.wgsl`.
+pub fn falloff_index(falloff: Falloff) -> u32 {
+    match falloff {
+        Falloff::InverseSquare => 0,
+        Falloff::Quadratic => 1,
+        Falloff::Polynomial { .. } => 2,
+    }
+}
+
+fn planned_lights(scene: &Scene, shading: Shading) -> PlannedLights {
+    if !matches!(shading, Shading::Light { .. } | Shading::ShowGbuffer(View::LightsPerPixel)) {
+        return PlannedLights::default();
+    }
+    let mut lights = PlannedLights { ambient: scene.environment.ambient.max_element() > 0.0, ..Default::default() };
+    let mut falloffs = BTreeSet::new();
+    for light in scene.lights.iter().filter(|light| World::shines(light)) {
+        match light.kind {
+            LightKind::Directional { .. } => lights.directional = true,
+            LightKind::Point { falloff, .. } => {
+                lights.punctual = true;
+                falloffs.insert(falloff_index(falloff));
+            }
+            LightKind::Spot { falloff, .. } => {
+                (lights.punctual, lights.spot) = (true, true);
+                falloffs.insert(falloff_index(falloff));
+            }
+        }
+    }
+    lights.falloff = if falloffs.len() == 1 { *falloffs.first().expect("there is one") } else { 3 };
+    lights
+}

@@ -1,0 +1,111 @@
+//! The G-buffer's targets: which exist, in which format.
+
+use ash::vk;
+
+use super::{Capabilities, DEPTH, PlannedBrdf};
+use crate::scene::{Brdf, GbufferChoice, GbufferPreset, TargetChoice, View};
+
+/// How a normal fits its target; the numbers are those of `shaders/shared/encodings.wgsl`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NormalEncoding {
+    Octahedral = 0,
+    HalfEncoded = 1,
+    Signed = 2,
+}
+
+/// Formats of the targets that GEOMETRY writes besides depth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Gbuffer {
+    /// RGB albedo, sRGB-encoded where it has 8 bits; alpha: ambient occlusion.
+    pub albedo: vk::Format,
+    /// Shading normal.
+    pub normal: vk::Format,
+    pub normal_encoding: NormalEncoding,
+    /// Metallic, perceptual roughness (or shininess), geometric normal octahedral in the last two.
+    pub material: Option<vk::Format>,
+    /// Ks, and the BRDF's index in alpha.
+    pub specular: Option<vk::Format>,
+    /// Relative to the camera; rebuilt from depth where it is absent.
+    pub position: Option<vk::Format>,
+}
+
+impl Gbuffer {
+    pub(super) fn choose(
+        choice: &GbufferChoice,
+        brdf: PlannedBrdf,
+        shadow: bool,
+        view: View,
+        device: &Capabilities,
+    ) -> Self {
+        use TargetChoice as T;
+        let (position, normal, rest) = match choice.preset {
+            // 32 + 32 + 32 bits and depth: 128 bits a pixel.
+            GbufferPreset::Lean => (T::Depth, T::Oct16, T::Rgba8),
+            GbufferPreset::Fat => (T::Rgba16f, T::Rgba16f, T::Rgba16f),
+            GbufferPreset::Float32 => (T::Rgba32f, T::Rgba32f, T::Rgba32f),
+        };
+        let (normal, normal_encoding) = match choice.normal.unwrap_or(normal) {
+            T::Oct16 if device.unorm_2x16_attachment => (vk::Format::R16G16_UNORM, NormalEncoding::Octahedral),
+            T::Oct16 | T::Oct16Uint => (vk::Format::R16G16_UINT, NormalEncoding::Octahedral),
+            T::Rgb10a2 => (vk::Format::A2B10G10R10_UNORM_PACK32, NormalEncoding::HalfEncoded),
+            T::Rgba16f => (vk::Format::R16G16B16A16_SFLOAT, NormalEncoding::Signed),
+            T::Rgba32f | T::Depth | T::Rgba8 => (vk::Format::R32G32B32A32_SFLOAT, NormalEncoding::Signed),
+        };
+        let material = choice.material.unwrap_or(rest);
+        // Metallic and roughness for the lobe, the geometric normal for the shadow's bias, or because they are looked at.
+        let needs_material = brdf != PlannedBrdf::One(Brdf::Lambert)
+            || shadow
+            || matches!(view, View::Metallic | View::Roughness);
+        let needs_specular = !matches!(brdf, PlannedBrdf::One(Brdf::CookTorrance | Brdf::Lambert));
+        Self {
+            albedo: color_format(choice.albedo.unwrap_or(rest), vk::Format::R8G8B8A8_SRGB),
+            normal,
+            normal_encoding,
+            material: needs_material.then(|| color_format(material, vk::Format::R8G8B8A8_UNORM)),
+            specular: needs_specular.then(|| color_format(material, vk::Format::R8G8B8A8_UNORM)),
+            position: match choice.position.unwrap_or(position) {
+                T::Rgba16f => Some(vk::Format::R16G16B16A16_SFLOAT),
+                T::Rgba32f => Some(vk::Format::R32G32B32A32_SFLOAT),
+                _ => None,
+            },
+        }
+    }
+
+    /// Depth included.
+    pub fn bytes_per_pixel(&self) -> u32 {
+        self.formats().map(format_bytes).sum::<u32>() + format_bytes(DEPTH)
+    }
+
+    /// Formats of the colour targets.
+    pub fn formats(&self) -> impl Iterator<Item = vk::Format> {
+        [Some(self.albedo), Some(self.normal), self.material, self.specular, self.position].into_iter().flatten()
+    }
+
+    /// Codes of a material channel that holds half of the geometric normal: 255 of 8 bits, and no more than the mantissa
+    /// of a half float between 0.5 and 1 tells apart.
+    pub fn geometric_steps(&self) -> f32 {
+        match self.material {
+            Some(vk::Format::R16G16B16A16_SFLOAT) => 1023.0,
+            Some(vk::Format::R32G32B32A32_SFLOAT) => 65535.0,
+            _ => 255.0,
+        }
+    }
+}
+
+fn color_format(choice: TargetChoice, eight_bits: vk::Format) -> vk::Format {
+    match choice {
+        TargetChoice::Rgba16f => vk::Format::R16G16B16A16_SFLOAT,
+        TargetChoice::Rgba32f => vk::Format::R32G32B32A32_SFLOAT,
+        _ => eight_bits,
+    }
+}
+
+/// Bytes of a texel, for the formats that targets have.
+pub fn format_bytes(format: vk::Format) -> u32 {
+    match format {
+        vk::Format::R32G32B32A32_SFLOAT => 16,
+        vk::Format::R16G16B16A16_SFLOAT => 8,
+        vk::Format::R8_UNORM => 1,
+        _ => 4,
+    }
+}

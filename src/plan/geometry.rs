@@ -1,0 +1,100 @@
+//! Which pipelines GEOMETRY needs and which vertex attributes they read.
+
+use super::{FramePlan, Shading};
+use crate::scene::{Brdf, Object, Scene, Settings, TextureSlot, View};
+
+/// The texture slots that a material fills, a bit each in the order of [`TextureSlot`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct TextureMask(u8);
+
+impl TextureMask {
+    pub fn contains(self, slot: TextureSlot) -> bool {
+        self.0 & (1 << slot as u8) != 0
+    }
+
+    pub fn with(self, slot: TextureSlot) -> Self {
+        Self(self.0 | 1 << slot as u8)
+    }
+
+    pub fn union(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+}
+
+/// All that sets one GEOMETRY pipeline apart from another within a plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct GeometryKey {
+    /// Only slots that this plan samples.
+    pub textures: TextureMask,
+    pub masked: bool,
+    pub two_sided: bool,
+    /// The transform swaps left and right, and with them front and back.
+    pub mirrored: bool,
+    /// Stores a shininess, not a roughness.
+    pub phong: bool,
+}
+
+impl GeometryKey {
+    pub(super) fn of(scene: &Scene, object: &Object, settings: &Settings, plan: &FramePlan) -> Self {
+        let material = &scene.materials[object.material];
+        let brdf = settings.brdf.unwrap_or(material.brdf);
+        let phong = matches!(brdf, Brdf::Phong | Brdf::BlinnPhong);
+        let masked = material.is_masked();
+        let counting = plan.shading == Shading::ShowOverdraw;
+        let wanted = |slot| match slot {
+            TextureSlot::BaseColor => !counting || masked,
+            TextureSlot::Normal => !counting,
+            TextureSlot::MetallicRoughness => !counting && !phong && brdf != Brdf::Lambert,
+            // Albedo's alpha takes it in either case; only the ambient light looks at it.
+            TextureSlot::Occlusion => !counting && plan.lights.ambient,
+            TextureSlot::Emissive => plan.emissive && material.is_emissive(),
+            TextureSlot::Specular => !counting && phong,
+        };
+        let needs_roughness = matches!(settings.view, View::Metallic | View::Roughness) && !phong;
+        let textures = material
+            .textures()
+            .filter(|&(slot, _)| wanted(slot) || (needs_roughness && slot == TextureSlot::MetallicRoughness))
+            .fold(TextureMask::default(), |mask, (slot, _)| mask.with(slot));
+        Self {
+            textures,
+            // Without a texture alpha is the same all over: the object is drawn whole, or not at all (World leaves it out).
+            masked: masked && textures.contains(TextureSlot::BaseColor),
+            two_sided: material.two_sided,
+            mirrored: object.transform.matrix3.determinant() < 0.0,
+            phong,
+        }
+    }
+}
+
+/// Vertex attributes that some pipeline of the plan reads, besides positions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Streams {
+    pub normals: bool,
+    pub uvs: bool,
+    pub tangents: bool,
+}
+
+impl Streams {
+    pub(super) fn of(scene: &Scene, plan: &FramePlan) -> Self {
+        // A masked caster needs its UVs in SHADOW as well, also where nothing else is drawn.
+        let masked_casters = plan.shadow.is_some()
+            && scene.objects.iter().any(|object| {
+                let material = &scene.materials[object.material];
+                material.is_masked() && material.base_color_texture.is_some()
+            });
+        Self {
+            normals: plan.gbuffer.is_some(),
+            uvs: masked_casters || plan.geometry.iter().any(|key| !key.textures.is_empty()),
+            tangents: plan.geometry.iter().any(|key| key.textures.contains(TextureSlot::Normal)),
+        }
+    }
+
+    /// Bytes of a vertex.
+    pub fn bytes(&self) -> u64 {
+        12 + 12 * u64::from(self.normals) + 8 * u64::from(self.uvs) + 16 * u64::from(self.tangents)
+    }
+}

@@ -1,0 +1,148 @@
+//! The plan as a list that a person reads: each part, in or out, why, and its bytes.
+
+use ash::vk;
+
+use super::gbuffer::format_bytes;
+use super::{COUNT, DEPTH, FramePlan, PlannedBrdf, Shading, ToneMapping, shadow_reason};
+use crate::scene::{Scene, Settings, TextureSlot};
+
+/// Something that a frame can have.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Part {
+    pub name: String,
+    pub included: bool,
+    pub reason: String,
+    /// Device memory that it takes, or would take.
+    pub bytes: u64,
+}
+
+fn part(name: &str, included: bool, reason: impl Into<String>, bytes: u64) -> Part {
+    Part { name: name.into(), included, reason: reason.into(), bytes }
+}
+
+pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
+    let mut parts = vec![shadow(scene, settings, plan)];
+    parts.extend(gbuffer(plan));
+    parts.push(hdr(plan));
+    parts.extend(shading(scene, plan));
+    parts.extend(geometry(scene, plan));
+    parts
+}
+
+fn pixels(plan: &FramePlan) -> u64 {
+    u64::from(plan.size[0]) * u64::from(plan.size[1])
+}
+
+fn shadow(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Part {
+    let reason = match shadow_reason(scene, settings) {
+        Ok(reason) if plan.shadow.is_some() => reason,
+        Ok(_) => "this view shows no shadows".into(),
+        Err(reason) => reason,
+    };
+    let size = u64::from(settings.shadows.size);
+    part("shadow pass and map", plan.shadow.is_some(), reason, size * size * 4)
+}
+
+fn gbuffer(plan: &FramePlan) -> Vec<Part> {
+    let attachment = |name: &str, format: Option<vk::Format>, reason: String, absent: vk::Format| {
+        let bytes = u64::from(format_bytes(format.unwrap_or(absent))) * pixels(plan);
+        let name = match format {
+            Some(format) => format!("{name} ({format:?})"),
+            None => name.to_string(),
+        };
+        part(&name, format.is_some(), reason, bytes)
+    };
+    let depth = plan.has_geometry().then_some(DEPTH);
+    let mut parts = vec![attachment("depth", depth, "hides what lies behind; position is rebuilt from it".into(), DEPTH)];
+    let Some(gbuffer) = &plan.gbuffer else {
+        if plan.shading == Shading::ShowOverdraw {
+            parts.push(attachment("fragment count", Some(COUNT), "the view shows it".into(), COUNT));
+        }
+        parts.push(part("G-buffer", false, "this view reads none", 0));
+        return parts;
+    };
+    let rgba8 = vk::Format::R8G8B8A8_UNORM;
+    let why = |present: bool, yes: &str, no: &str| if present { yes.to_string() } else { no.to_string() };
+    parts.push(attachment("albedo", Some(gbuffer.albedo), "every light needs it; alpha is ambient occlusion".into(), rgba8));
+    parts.push(attachment("normal", Some(gbuffer.normal), format!("{:?}", gbuffer.normal_encoding), rgba8));
+    let material = why(
+        gbuffer.material.is_some(),
+        "metallic and roughness, and the geometric normal for the shadow's bias",
+        "all materials are lambert and nothing casts a shadow",
+    );
+    parts.push(attachment("material", gbuffer.material, material, rgba8));
+    let specular = why(
+        gbuffer.specular.is_some(),
+        "a material has Phong's terms, or materials differ in their BRDF",
+        "no material has Phong's terms and all have the same BRDF",
+    );
+    parts.push(attachment("specular", gbuffer.specular, specular, rgba8));
+    let position = why(gbuffer.position.is_some(), "asked for", "rebuilt from depth");
+    parts.push(attachment("position", gbuffer.position, position, vk::Format::R16G16B16A16_SFLOAT));
+    parts
+}
+
+fn hdr(plan: &FramePlan) -> Part {
+    let reason = match plan.tone_mapping {
+        ToneMapping::Subpass(_) => "emissive light is blended before tone mapping",
+        ToneMapping::InLighting(_) => "nothing blends over the lighting: it tone-maps straight into the output",
+        ToneMapping::Absent if matches!(plan.shading, Shading::Light { .. }) => "the output itself is linear",
+        ToneMapping::Absent => "a view is not tone-mapped",
+    };
+    part("HDR target and TONEMAP subpass", plan.hdr.is_some(), reason, 8 * pixels(plan))
+}
+
+fn shading(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
+    let count = scene.lights.len();
+    let brdf = match plan.brdf {
+        PlannedBrdf::One(brdf) => format!("all materials are {brdf:?}: a constant in LIGHTING"),
+        PlannedBrdf::PerPixel => "materials differ: chosen for each pixel".into(),
+    };
+    let lights = &plan.lights;
+    let kind = |name: &str, present: bool| {
+        let reason = if present { "the scene has some" } else { "no such light, or this view needs none" };
+        part(name, present, reason, 0)
+    };
+    vec![
+        part("BRDF by pixel", plan.brdf == PlannedBrdf::PerPixel, brdf, 0),
+        part("light buffer", lights.any(), format!("{count} lights in the scene"), 64 * count as u64),
+        kind("directional lights", lights.directional),
+        kind("point and spot lights", lights.punctual),
+        kind("spot cones", lights.spot),
+        kind("ambient light", lights.ambient),
+        kind("emissive surfaces", plan.emissive),
+    ]
+}
+
+fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
+    let vertices: u64 = scene.meshes.iter().map(|mesh| mesh.positions.len() as u64).sum();
+    let streams = &plan.streams;
+    let masked = plan.geometry.iter().any(|key| key.masked);
+    let sampled = |slot| plan.geometry.iter().any(|key| key.textures.contains(slot));
+    let texture_bytes: u64 = scene.textures.iter().map(|t| u64::from(t.size[0]) * u64::from(t.size[1]) * 16 / 3).sum();
+    let why = |present: bool, yes: &str, no: &str| if present { yes.to_string() } else { no.to_string() };
+    let mut parts = vec![
+        part("vertex normals", streams.normals, why(streams.normals, "shading reads them", "nothing shades"), 12 * vertices),
+        part("vertex UVs", streams.uvs, why(streams.uvs, "textures are sampled", "no texture is sampled"), 8 * vertices),
+        part(
+            "vertex tangents",
+            streams.tangents,
+            why(streams.tangents, "a normal map is sampled", "no normal map is sampled"),
+            16 * vertices,
+        ),
+        part("alpha masks", masked, why(masked, "a material is masked by its texture", "no material is masked"), 0),
+        part("textures", streams.uvs, format!("{} in the scene", scene.textures.len()), texture_bytes),
+    ];
+    for (slot, name) in [
+        (TextureSlot::BaseColor, "base colour textures"),
+        (TextureSlot::Normal, "normal maps"),
+        (TextureSlot::MetallicRoughness, "metallic-roughness textures"),
+        (TextureSlot::Occlusion, "ambient occlusion textures"),
+        (TextureSlot::Emissive, "emissive textures"),
+        (TextureSlot::Specular, "specular textures"),
+    ] {
+        let present = sampled(slot);
+        parts.push(part(name, present, why(present, "a drawn material has one", "no drawn material needs one"), 0));
+    }
+    parts
+}

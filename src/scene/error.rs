@@ -1,0 +1,20 @@
+//! What can be wrong with input.
+
+use std::path::PathBuf;
+
+/// An input that cannot become a scene. Displays as one line that names the thing, what was expected and what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The file could not be read at all.
+    #[error("cannot read {path}: {cause}", path = .path.display())]
+    Read { path: PathBuf, cause: String },
+    /// The file's content is wrong.
+    #[error("{path}{at}: {what}", path = .path.display(), at = .line.map(|n| format!(":{n}")).unwrap_or_default())]
+    Content { path: PathBuf, line: Option<usize>, what: String },
+    /// A `builtin:` name or a parameter of it is wrong.
+    #[error("{0}")]
+    Builtin(String),
+    /// A setting has a value out of its range.
+    #[error("{0}")]
+    Setting(String),
+}

@@ -1,0 +1,124 @@
+//! Surface descriptions.
+
+use glam::Vec3;
+
+/// A reflection model (README names the formulas; `shaders/shared/brdf.wgsl` is the code).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, PartialOrd, Ord)]
+pub enum Brdf {
+    /// GGX with height-correlated Smith, Schlick Fresnel and a lambert base.
+    #[default]
+    CookTorrance,
+    /// (R.E)^n
+    Phong,
+    /// (N.H)^n
+    BlinnPhong,
+    Lambert,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum AlphaMode {
+    #[default]
+    Opaque,
+    /// A fragment whose alpha is below the cut-off is not there.
+    Mask { cutoff: f32 },
+}
+
+/// The texture slots of a material, in the order of their descriptor bindings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum TextureSlot {
+    /// sRGB colour; linear alpha.
+    BaseColor,
+    /// Tangent-space normal, +Y up; (128, 128, 255) decodes to exactly (0, 0, 1).
+    Normal,
+    /// Roughness in green, metallic in blue, as glTF has it. Linear.
+    MetallicRoughness,
+    /// Ambient occlusion in red. Linear.
+    Occlusion,
+    /// sRGB colour.
+    Emissive,
+    /// Ks of the Phong models, sRGB colour.
+    Specular,
+}
+
+/// A material; factors multiply what the textures say. Colours are linear RGB.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    pub name: String,
+    pub brdf: Brdf,
+    /// Albedo (Kd), 0 to 1.
+    pub base_color: Vec3,
+    /// Opacity, 0 to 1; only `AlphaMode::Mask` looks at it.
+    pub alpha: f32,
+    pub alpha_mode: AlphaMode,
+    /// 0 to 1.
+    pub metallic: f32,
+    /// Perceptual roughness, 0 to 1; alpha of GGX is its square.
+    pub roughness: f32,
+    /// Ks of the Phong models, 0 to 1.
+    pub specular: Vec3,
+    /// Ns of the Phong models, 0 and up.
+    pub shininess: f32,
+    /// Share of the ambient light that is reflected besides the albedo, 0 to 1: luminance of Ka over that of Kd for the Phong models, else 1.
+    pub ambient: f32,
+    /// Emitted radiance in nits.
+    pub emissive: Vec3,
+    /// Scale of the normal map's X and Y.
+    pub normal_scale: f32,
+    pub two_sided: bool,
+    pub base_color_texture: Option<usize>,
+    pub normal_texture: Option<usize>,
+    pub metallic_roughness_texture: Option<usize>,
+    pub occlusion_texture: Option<usize>,
+    pub emissive_texture: Option<usize>,
+    pub specular_texture: Option<usize>,
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Self {
+            name: "default".into(),
+            brdf: Brdf::default(),
+            base_color: Vec3::splat(0.8),
+            alpha: 1.0,
+            alpha_mode: AlphaMode::Opaque,
+            metallic: 0.0,
+            roughness: 0.5,
+            specular: Vec3::ZERO,
+            shininess: 0.0,
+            ambient: 1.0,
+            emissive: Vec3::ZERO,
+            normal_scale: 1.0,
+            two_sided: false,
+            base_color_texture: None,
+            normal_texture: None,
+            metallic_roughness_texture: None,
+            occlusion_texture: None,
+            emissive_texture: None,
+            specular_texture: None,
+        }
+    }
+}
+
+impl Material {
+    /// The textures in use, by slot.
+    pub fn textures(&self) -> impl Iterator<Item = (TextureSlot, usize)> {
+        [
+            (TextureSlot::BaseColor, self.base_color_texture),
+            (TextureSlot::Normal, self.normal_texture),
+            (TextureSlot::MetallicRoughness, self.metallic_roughness_texture),
+            (TextureSlot::Occlusion, self.occlusion_texture),
+            (TextureSlot::Emissive, self.emissive_texture),
+            (TextureSlot::Specular, self.specular_texture),
+        ]
+        .into_iter()
+        .filter_map(|(slot, texture)| texture.map(|texture| (slot, texture)))
+    }
+
+    pub fn is_masked(&self) -> bool {
+        matches!(self.alpha_mode, AlphaMode::Mask { .. })
+    }
+
+    pub fn is_emissive(&self) -> bool {
+        self.emissive.max_element() > 0.0
+    }
+}

@@ -1,0 +1,181 @@
+//! How a frame is asked to be drawn: `SettingsPatch` is what a scene file or a command line says, `Settings` what is decided.
+
+use serde::{Deserialize, Serialize};
+
+use super::Brdf;
+
+/// The decided settings of a frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Width and height in pixels, at least 1.
+    pub size: [u32; 2],
+    /// EV100; `None` is metered from the scene's lights.
+    pub exposure: Option<f32>,
+    pub tonemap: Tonemap,
+    /// Overrides every material's own.
+    pub brdf: Option<Brdf>,
+    pub gbuffer: GbufferChoice,
+    pub shadows: ShadowSettings,
+    pub view: View,
+    /// Linear scene-referred output in nits (for EXR) instead of tone-mapped 8-bit sRGB.
+    pub hdr_output: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            size: [1280, 720],
+            exposure: None,
+            tonemap: Tonemap::default(),
+            brdf: None,
+            gbuffer: GbufferChoice::default(),
+            shadows: ShadowSettings::default(),
+            view: View::default(),
+            hdr_output: false,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShadowSettings {
+    pub enabled: bool,
+    /// Edge of the sun's map in texels.
+    pub size: u32,
+    /// Offset along the geometric normal, in texels of the map.
+    pub normal_offset: f32,
+    /// Slope-scaled depth bias (`depthBiasSlopeFactor`).
+    pub slope_bias: f32,
+}
+
+impl Default for ShadowSettings {
+    fn default() -> Self {
+        Self { enabled: true, size: 2048, normal_offset: 1.5, slope_bias: 1.5 }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Tonemap {
+    /// Khronos PBR Neutral.
+    #[default]
+    Neutral,
+    Agx,
+    /// Narkowicz's or Hill's fit of the ACES reference rendering transform.
+    Aces,
+    /// Clamp only.
+    None,
+}
+
+/// What the picture shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum View {
+    #[default]
+    Final,
+    /// Sign-log map of the world position, scaled by the scene's extent.
+    Position,
+    /// Shading normal, half-encoded: n * 0.5 + 0.5.
+    Normal,
+    /// Shading normal, absolute value.
+    NormalAbsolute,
+    Albedo,
+    Metallic,
+    Roughness,
+    Depth,
+    ShadowMap,
+    /// Lit with albedo 1.
+    Lighting,
+    /// Fragments shaded for each pixel, as a heat map.
+    Overdraw,
+    /// Lights that reach each pixel, as a heat map.
+    LightsPerPixel,
+}
+
+/// Which format each target of the G-buffer has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct GbufferChoice {
+    pub preset: GbufferPreset,
+    /// Overrides of the preset by target.
+    pub position: Option<TargetChoice>,
+    pub normal: Option<TargetChoice>,
+    pub albedo: Option<TargetChoice>,
+    pub material: Option<TargetChoice>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum GbufferPreset {
+    #[default]
+    Lean,
+    Fat,
+    Float32,
+}
+
+/// A format that a G-buffer target can be given; which ones a target takes: `GbufferChoice`'s parser says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum TargetChoice {
+    /// Position only: rebuilt from depth, no target.
+    Depth,
+    /// Normal only: octahedral, two 16-bit normalized channels (R16G16_UNORM).
+    Oct16,
+    /// Normal only: octahedral in R16G16_UINT, what devices without R16G16_UNORM targets get.
+    Oct16Uint,
+    /// Normal only: half-encoded xyz, 10 bits each.
+    Rgb10a2,
+    /// Albedo (sRGB-encoded) and material.
+    Rgba8,
+    Rgba16f,
+    Rgba32f,
+}
+
+/// Settings as far as somebody has said them.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SettingsPatch {
+    pub size: Option<[u32; 2]>,
+    pub exposure: Option<f32>,
+    pub tonemap: Option<Tonemap>,
+    pub brdf: Option<Brdf>,
+    pub gbuffer: Option<GbufferChoice>,
+    pub shadows: Option<bool>,
+    pub shadow_size: Option<u32>,
+    pub shadow_normal_offset: Option<f32>,
+    pub shadow_slope_bias: Option<f32>,
+    pub view: Option<View>,
+}
+
+impl SettingsPatch {
+    /// `self` where it says something, `other` elsewhere: `command_line.or(&scene_file)`.
+    pub fn or(&self, other: &Self) -> Self {
+        Self {
+            size: self.size.or(other.size),
+            exposure: self.exposure.or(other.exposure),
+            tonemap: self.tonemap.or(other.tonemap),
+            brdf: self.brdf.or(other.brdf),
+            gbuffer: self.gbuffer.or(other.gbuffer),
+            shadows: self.shadows.or(other.shadows),
+            shadow_size: self.shadow_size.or(other.shadow_size),
+            shadow_normal_offset: self.shadow_normal_offset.or(other.shadow_normal_offset),
+            shadow_slope_bias: self.shadow_slope_bias.or(other.shadow_slope_bias),
+            view: self.view.or(other.view),
+        }
+    }
+
+    /// The defaults, with what was said laid over them.
+    pub fn decide(&self) -> Settings {
+        let default = Settings::default();
+        Settings {
+            size: self.size.unwrap_or(default.size),
+            exposure: self.exposure.or(default.exposure),
+            tonemap: self.tonemap.unwrap_or(default.tonemap),
+            brdf: self.brdf.or(default.brdf),
+            gbuffer: self.gbuffer.unwrap_or(default.gbuffer),
+            shadows: ShadowSettings {
+                enabled: self.shadows.unwrap_or(default.shadows.enabled),
+                size: self.shadow_size.unwrap_or(default.shadows.size),
+                normal_offset: self.shadow_normal_offset.unwrap_or(default.shadows.normal_offset),
+                slope_bias: self.shadow_slope_bias.unwrap_or(default.shadows.slope_bias),
+            },
+            view: self.view.unwrap_or(default.view),
+            hdr_output: default.hdr_output,
+        }
+    }
+}

@@ -1,0 +1,164 @@
+//! The attachments of the main render pass: formats, bytes, lifetimes.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use crate::gpu::{self, Device, Image, ImageDesc, Location, MemoryKind};
+use crate::plan::{COUNT, DEPTH, FramePlan, Shading};
+
+/// What an attachment holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Target {
+    Depth,
+    Albedo,
+    Normal,
+    Material,
+    Specular,
+    Position,
+    /// Fragments for each pixel.
+    Count,
+    Hdr,
+    Output,
+}
+
+/// One attachment, as the render pass sees it.
+#[derive(Debug, Clone, Copy)]
+pub struct Attachment {
+    pub target: Target,
+    pub format: vk::Format,
+    pub load: vk::AttachmentLoadOp,
+    pub store: vk::AttachmentStoreOp,
+    pub final_layout: vk::ImageLayout,
+    pub usage: vk::ImageUsageFlags,
+}
+
+/// The attachments of a plan, in framebuffer order.
+pub fn attachments(plan: &FramePlan) -> Vec<Attachment> {
+    let mut list = Vec::new();
+    if plan.has_geometry() {
+        // 32 bits: cleared to infinity (reversed Z), never stored.
+        list.push(transient(Target::Depth, DEPTH, vk::AttachmentLoadOp::CLEAR));
+    }
+    if let Some(gbuffer) = &plan.gbuffer {
+        // Not cleared: LIGHTING leaves out every pixel that GEOMETRY did not write.
+        let mut color = |target, format| list.push(transient(target, format, vk::AttachmentLoadOp::DONT_CARE));
+        color(Target::Albedo, gbuffer.albedo);
+        color(Target::Normal, gbuffer.normal);
+        for (target, format) in [
+            (Target::Material, gbuffer.material),
+            (Target::Specular, gbuffer.specular),
+            (Target::Position, gbuffer.position),
+        ] {
+            if let Some(format) = format {
+                color(target, format);
+            }
+        }
+    }
+    if plan.shading == Shading::ShowOverdraw {
+        list.push(transient(Target::Count, COUNT, vk::AttachmentLoadOp::CLEAR));
+    }
+    if let Some(format) = plan.hdr {
+        list.push(transient(Target::Hdr, format, vk::AttachmentLoadOp::CLEAR));
+    }
+    list.push(Attachment {
+        target: Target::Output,
+        format: plan.output,
+        // TONEMAP writes every pixel; LIGHTING and VIEW leave the background as it was cleared.
+        load: if plan.has_tonemap_subpass() { vk::AttachmentLoadOp::DONT_CARE } else { vk::AttachmentLoadOp::CLEAR },
+        store: vk::AttachmentStoreOp::STORE,
+        final_layout: vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+        usage: vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC,
+    });
+    list
+}
+
+/// An attachment that nothing reads after the pass: it need never leave the tile.
+fn transient(target: Target, format: vk::Format, load: vk::AttachmentLoadOp) -> Attachment {
+    let (own, last) = match target {
+        Target::Depth => {
+            (vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT, vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL)
+        }
+        _ => (vk::ImageUsageFlags::COLOR_ATTACHMENT, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL),
+    };
+    Attachment {
+        target,
+        format,
+        load,
+        store: vk::AttachmentStoreOp::DONT_CARE,
+        // As its last subpass leaves it, so that no transition follows.
+        final_layout: last,
+        usage: own | vk::ImageUsageFlags::INPUT_ATTACHMENT | vk::ImageUsageFlags::TRANSIENT_ATTACHMENT,
+    }
+}
+
+/// The target that LIGHTING writes and, where the plan has emissive light, GEOMETRY before it.
+pub fn light_target(plan: &FramePlan) -> Target {
+    if plan.hdr.is_some() { Target::Hdr } else { Target::Output }
+}
+
+/// What the subpass after GEOMETRY reads, in the order of `shaders/shared/gbuffer.wgsl`'s bindings; that of depth is the first.
+pub fn gbuffer_inputs(plan: &FramePlan) -> Vec<(u32, Target)> {
+    if plan.shading == Shading::ShowOverdraw {
+        return vec![(0, Target::Count)];
+    }
+    let Some(gbuffer) = &plan.gbuffer else { return Vec::new() };
+    [
+        (0, Target::Depth, gbuffer.position.is_none()),
+        (1, Target::Albedo, true),
+        (2, Target::Normal, true),
+        (3, Target::Material, gbuffer.material.is_some()),
+        (4, Target::Specular, gbuffer.specular.is_some()),
+        (5, Target::Position, gbuffer.position.is_some()),
+    ]
+    .into_iter()
+    .filter(|&(_, _, present)| present)
+    .map(|(binding, target, _)| (binding, target))
+    .collect()
+}
+
+/// The images of a plan's attachments.
+pub struct Targets {
+    images: Vec<(Target, Image)>,
+}
+
+impl Targets {
+    /// # Errors
+    /// When there is no memory for them.
+    pub fn new(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Self> {
+        let images = attachments(plan)
+            .into_iter()
+            .map(|attachment| {
+                let passing = attachment.usage.contains(vk::ImageUsageFlags::TRANSIENT_ATTACHMENT);
+                let image = Image::new(
+                    device,
+                    &ImageDesc {
+                        name: &format!("target {:?}", attachment.target),
+                        format: attachment.format,
+                        extent: vk::Extent2D { width: plan.size[0], height: plan.size[1] },
+                        usage: attachment.usage,
+                        location: if passing && plan.lazily_allocated { Location::Lazy } else { Location::Device },
+                        kind: MemoryKind::Attachment,
+                        ..ImageDesc::default()
+                    },
+                )?;
+                Ok((attachment.target, image))
+            })
+            .collect::<gpu::Result<_>>()?;
+        Ok(Self { images })
+    }
+
+    /// The image of a target that the plan has.
+    ///
+    /// # Panics
+    /// When the plan has no such target: a mistake in the frame, not in its input.
+    pub fn image(&self, target: Target) -> &Image {
+        let found = self.images.iter().find(|(own, _)| *own == target);
+        &found.unwrap_or_else(|| panic!("the plan has no target {target:?}")).1
+    }
+
+    /// Views in framebuffer order.
+    pub fn views(&self) -> Vec<vk::ImageView> {
+        self.images.iter().map(|(_, image)| image.view).collect()
+    }
+}
