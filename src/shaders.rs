@@ -270,3 +270,21 @@ macro_rules! flags {
 }
 
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_variant_is_found_and_embedded_whole() {
+        for (name, variants) in ALL {
+            assert!(variants.is_sorted_by(|a, b| a.bits < b.bits), "{name}");
+            for variant in *variants {
+                assert!(find(variants, variant.bits).is_some_and(|found| std::ptr::eq(found, variant)), "{name}");
+                let entries = variant.entry_points;
+                assert!(!entries.is_empty(), "{name} has no entry point in the variant {:b}", variant.bits);
+                assert!(entries.iter().all(|entry| entry.spirv.first() == Some(&0x0723_0203)), "{name}");
+            }
+        }
+    }
+}

@@ -155,7 +155,7 @@ impl<'a> Composing<'a> {
             ..Default::default()
         };
         // naga_oil asserts on some inputs instead of returning an error.
-        match catch_unwind(AssertUnwindSafe(|| self.composer.make_naga_module(descriptor))) {
+        match catch_unwind(AssertUnwindSafe(|| self.composer.make_naga_module(descriptor).map_err(Box::new))) {
             Ok(Ok(module)) => Ok(module),
             Ok(Err(error)) => Err(self.translate(&error, shader)),
             Err(_) => Err(Error::in_file(
@@ -168,7 +168,13 @@ impl<'a> Composing<'a> {
     fn translate(&self, error: &ComposerError, shader: &Source) -> Error {
         let path = error.source.path(&self.composer).clone();
         let composed = error.source.source(&self.composer);
-        let (message, span, mut notes) = describe(&error.inner, error.source.offset());
+        let (message, mut span, mut notes) = describe(&error.inner, error.source.offset());
+        if let (ComposerErrorInner::InvalidIdentifier { original, .. }, Some((start, _))) = (&error.inner, span) {
+            // naga_oil points at the item; the name may be that of a member.
+            let clean = scan::without_comments(&composed);
+            let named = scan::tokens(&clean).into_iter().find(|token| token.start >= start && token.text == original);
+            span = named.map(|token| (token.start, token.text.len())).or(span);
+        }
         let file = self.library.modules.iter().chain([shader]).find(|file| file.path == path);
         let located = span.zip(file).map(|((start, length), file)| original_place(file, &composed, start, length));
         let mut out = match located {
@@ -215,7 +221,7 @@ fn describe(error: &ComposerErrorInner, offset: usize) -> Described {
         }
         E::InvalidIdentifier { original, at } => {
             let message = format!(
-                "`{original}` cannot be exported: naga renames it (a digit or `_` at the end, or a word of another shading language)"
+                "`{original}` cannot be exported: a name that modules share cannot end in a digit or `_`, nor be a keyword of WGSL"
             );
             (message, place(*at), Vec::new())
         }

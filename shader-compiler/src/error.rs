@@ -51,7 +51,7 @@ pub struct Error {
     /// The file, when no place in it is known.
     pub file: String,
     /// The place, when it is known.
-    pub location: Option<Location>,
+    pub location: Option<Box<Location>>,
     /// What else helps: causes, the variant.
     pub notes: Vec<String>,
 }
@@ -66,7 +66,12 @@ impl Error {
     /// An error at a place.
     #[must_use]
     pub fn at(location: Location, message: impl Into<String>) -> Self {
-        Self { message: message.into(), file: location.file.clone(), location: Some(location), notes: Vec::new() }
+        Self {
+            message: message.into(),
+            file: location.file.clone(),
+            location: Some(Box::new(location)),
+            notes: Vec::new(),
+        }
     }
 
     /// The same error with one more note under it.

@@ -28,6 +28,11 @@ pub fn write_rust(shaders: &[Shader], directory: &Path) -> Result<(), Error> {
     let bytes: Vec<u8> = pool.words.iter().flat_map(|word| word.to_ne_bytes()).collect();
     let mut text = String::from("// Written by the shader compiler at build time.\n\n");
     text.push_str(&format!("static SPIRV: Aligned<{}> = Aligned(*include_bytes!(\"{SPIRV_FILE}\"));\n", bytes.len()));
+    text.push_str("\n/// Every shader: its name and its variants.\npub static ALL: &[(&str, &[Variant])] = &[\n");
+    for shader in shaders {
+        line(&mut text, format_args!("    (\"{0}\", {0}::VARIANTS),\n", shader.name));
+    }
+    text.push_str("];\n");
     text.push_str(&modules);
     write_whole(&directory.join(SPIRV_FILE), &bytes)?;
     write_whole(&directory.join(RUST_FILE), text.as_bytes())

@@ -215,13 +215,20 @@ pub fn push_constants(module: &naga::Module) -> Option<PushConstants> {
     })
 }
 
-/// The layouts of all structs in uniform and storage buffers of `module`, members before what contains them.
+/// The layouts of all structs in uniform and storage buffers of `module`, and of those inside its push constants; members before what
+/// contains them.
 #[must_use]
 pub fn structs(module: &naga::Module) -> Vec<StructLayout> {
     let Some(layouter) = layouter(module) else { return Vec::new() };
     let mut shared = Vec::new();
     for (_, global) in module.global_variables.iter() {
-        if matches!(global.space, AddressSpace::Uniform | AddressSpace::Storage { .. } | AddressSpace::Immediate) {
+        if let (AddressSpace::Immediate, TypeInner::Struct { members, .. }) =
+            (global.space, &module.types[global.ty].inner)
+        {
+            members.iter().for_each(|member| collect(module, member.ty, &mut shared));
+            continue;
+        }
+        if matches!(global.space, AddressSpace::Uniform | AddressSpace::Storage { .. }) {
             collect(module, global.ty, &mut shared);
         }
     }

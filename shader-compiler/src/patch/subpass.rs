@@ -7,6 +7,9 @@ use rspirv::spirv::{Capability, Decoration, Dim, ImageFormat, ImageOperands, Op,
 
 use super::{PatchError, SubpassInput, fresh, function_name, global, id};
 
+/// By sampled type and multisampling, the image and pointer types made so far: SPIR-V forbids to declare a type twice.
+type Types = HashMap<(Word, u32), (Word, Word)>;
+
 /// A variable that is being turned into a subpass input.
 struct Input<'a> {
     name: &'a str,
@@ -16,7 +19,7 @@ struct Input<'a> {
 
 pub(super) fn patch(module: &mut Module, inputs: &[SubpassInput]) -> Result<(), PatchError> {
     let mut patched: HashMap<Word, Input> = HashMap::new();
-    let mut types = HashMap::new();
+    let mut types = Types::new();
     for input in inputs {
         let Some(variable) = find_variable(module, input) else { continue };
         let image_type = retype(module, variable, input, &mut types)?;
@@ -57,76 +60,66 @@ fn find_variable(module: &Module, input: &SubpassInput) -> Option<Word> {
     })
 }
 
-/// Gives the variable a pointer to a SubpassData image, and returns the image's type. SPIR-V forbids a type to be declared twice, so
-/// `types` keeps, by sampled type and multisampling, the image and pointer types made so far.
-fn retype(
-    module: &mut Module,
-    variable: Word,
-    input: &SubpassInput,
-    types: &mut HashMap<(Word, u32), (Word, Word)>,
-) -> Result<Word, PatchError> {
-    let unsupported = || {
-        PatchError::of(
-            &input.name,
-            format!(
-                "the subpass input `{}` must be a texture_2d, texture_multisampled_2d or texture_depth_2d",
-                input.name
-            ),
-        )
-    };
-    let at = module
-        .types_global_values
-        .iter()
-        .position(|value| value.result_id == Some(variable))
-        .ok_or_else(unsupported)?;
-    let pointer = module.types_global_values[at]
-        .result_type
-        .and_then(|pointer| global(module, pointer))
-        .ok_or_else(unsupported)?;
-    let image = id(pointer, 1)
-        .and_then(|image| global(module, image))
-        .filter(|image| image.class.opcode == Op::TypeImage)
-        .ok_or_else(unsupported)?;
-    let [
-        Operand::IdRef(sampled_type),
-        Operand::Dim(Dim::Dim2D),
-        _,
-        Operand::LiteralBit32(0),
-        Operand::LiteralBit32(multisampled),
-        Operand::LiteralBit32(1),
-        ..,
-    ] = image.operands[..]
-    else {
-        return Err(unsupported());
-    };
+/// Gives the variable a pointer to a SubpassData image, and returns the image's type.
+fn retype(module: &mut Module, variable: Word, input: &SubpassInput, types: &mut Types) -> Result<Word, PatchError> {
+    let (sampled_type, multisampled) = sampled_image(module, variable).ok_or_else(|| {
+        let must = "must be a texture_2d, texture_multisampled_2d or texture_depth_2d";
+        PatchError::of(&input.name, format!("the subpass input `{}` {must}", input.name))
+    })?;
     let (image_type, pointer_type) = match types.get(&(sampled_type, multisampled)) {
         Some(known) => *known,
         None => {
-            let (image_type, pointer_type) = (fresh(module), fresh(module));
-            let image = vec![
-                Operand::IdRef(sampled_type),
-                Operand::Dim(Dim::DimSubpassData),
-                Operand::LiteralBit32(0),
-                Operand::LiteralBit32(0),
-                Operand::LiteralBit32(multisampled),
-                Operand::LiteralBit32(2),
-                Operand::ImageFormat(ImageFormat::Unknown),
-            ];
-            let pointer = vec![Operand::StorageClass(StorageClass::UniformConstant), Operand::IdRef(image_type)];
-            // Types come before the first variable that has them; the sampled type is there already.
-            let new = [
-                Instruction::new(Op::TypeImage, None, Some(image_type), image),
-                Instruction::new(Op::TypePointer, None, Some(pointer_type), pointer),
-            ];
-            module.types_global_values.splice(at..at, new);
-            types.insert((sampled_type, multisampled), (image_type, pointer_type));
-            (image_type, pointer_type)
+            let new = declare_subpass_image(module, sampled_type, multisampled);
+            types.insert((sampled_type, multisampled), new);
+            new
         }
     };
     if let Some(value) = module.types_global_values.iter_mut().find(|value| value.result_id == Some(variable)) {
         value.result_type = Some(pointer_type);
     }
     Ok(image_type)
+}
+
+/// The sampled type and the MS operand of the 2D image that a variable is, if it is one.
+fn sampled_image(module: &Module, variable: Word) -> Option<(Word, u32)> {
+    let pointer = global(module, global(module, variable)?.result_type?)?;
+    let image = global(module, id(pointer, 1)?).filter(|image| image.class.opcode == Op::TypeImage)?;
+    // Operands: sampled type, Dim, depth, arrayed, multisampled, sampled (1: with a sampler), format.
+    match image.operands[..] {
+        [
+            Operand::IdRef(sampled_type),
+            Operand::Dim(Dim::Dim2D),
+            _,
+            Operand::LiteralBit32(0),
+            Operand::LiteralBit32(multisampled),
+            Operand::LiteralBit32(1),
+            ..,
+        ] => Some((sampled_type, multisampled)),
+        _ => None,
+    }
+}
+
+/// Declares a SubpassData image and the pointer to it right behind its sampled type, and so before any variable.
+fn declare_subpass_image(module: &mut Module, sampled_type: Word, multisampled: u32) -> (Word, Word) {
+    let (image_type, pointer_type) = (fresh(module), fresh(module));
+    let image = vec![
+        Operand::IdRef(sampled_type),
+        Operand::Dim(Dim::DimSubpassData),
+        Operand::LiteralBit32(0),
+        Operand::LiteralBit32(0),
+        Operand::LiteralBit32(multisampled),
+        Operand::LiteralBit32(2),
+        Operand::ImageFormat(ImageFormat::Unknown),
+    ];
+    let pointer = vec![Operand::StorageClass(StorageClass::UniformConstant), Operand::IdRef(image_type)];
+    let new = [
+        Instruction::new(Op::TypeImage, None, Some(image_type), image),
+        Instruction::new(Op::TypePointer, None, Some(pointer_type), pointer),
+    ];
+    let declared = module.types_global_values.iter().position(|value| value.result_id == Some(sampled_type));
+    let behind = declared.map_or(0, |at| at + 1);
+    module.types_global_values.splice(behind..behind, new);
+    (image_type, pointer_type)
 }
 
 /// A null constant of type ivec2, at the end of the globals, where every type that it needs has been declared.
@@ -170,7 +163,7 @@ fn patch_function(
         if let (Op::ImageFetch, Some(input)) =
             (instruction.class.opcode, id(instruction, 0).and_then(|image| loaded.get(&image)))
         {
-            fetch_to_read(module, instruction, input.name, zero).map_err(|problem| {
+            fetch_to_read(module, instruction, zero).map_err(|problem| {
                 PatchError::of(input.name, format!("the subpass input `{}` is read {problem} in `{}`: write `textureLoad({0}, vec2<i32>(0, 0), 0)`", input.name, name()))
             })?;
             continue;
@@ -192,7 +185,7 @@ fn patch_function(
 }
 
 /// OpImageFetch becomes OpImageRead of the pixel itself: no level, but still a sample.
-fn fetch_to_read(module: &Module, fetch: &mut Instruction, _name: &str, zero: Word) -> Result<(), &'static str> {
+fn fetch_to_read(module: &Module, fetch: &mut Instruction, zero: Word) -> Result<(), &'static str> {
     let Some(image) = id(fetch, 0) else { return Err("without an image") };
     if !id(fetch, 1).is_some_and(|coordinates| is_zero(module, coordinates)) {
         return Err("at other coordinates than (0, 0)");
