@@ -1,0 +1,209 @@
+//! One deferred frame, from top to bottom, as explicit Vulkan. This is the file to read first.
+//!
+//! ```text
+//! shadow pass    SHADOW     the sun's depth map
+//! main pass      GEOMETRY   surfaces into the G-buffer, in tile memory where there is any
+//!                LIGHTING   every light on every pixel; or VIEW, which shows a buffer instead
+//!                TONEMAP    only where something is blended before it
+//! ```
+//!
+//! What the plan leaves out does not exist: its field is `None` and its commands are not recorded.
+
+use std::sync::Arc;
+
+use ash::vk;
+use glam::Vec3;
+
+use super::edges::{self, Carrier, Edge};
+use super::render_pass::{self, Subpasses, input_layout};
+use crate::gpu::{self, Device, Framebuffer, Image, RenderPass, Timestamps, barrier, framebuffer};
+use crate::gpu_scene::GpuScene;
+use crate::passes::geometry::Geometry;
+use crate::passes::lighting::Lighting;
+use crate::passes::shadow::Shadow;
+use crate::passes::tonemap::{TonemapPass, tone_map};
+use crate::passes::view::ViewPass;
+use crate::passes::{Recording, Slot};
+use crate::plan::{FramePlan, Shading, ToneMapping, World};
+use crate::targets::{Target, Targets, attachments, gbuffer_inputs};
+
+const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
+
+/// LIGHTING's place in the frame.
+enum Shade {
+    Light(Lighting),
+    View(ViewPass),
+}
+
+/// The passes of a plan and what they draw into.
+pub struct Deferred {
+    targets: Targets,
+    pass: RenderPass,
+    framebuffer: Framebuffer,
+    clears: Vec<vk::ClearValue>,
+    extent: vk::Extent2D,
+    shadow: Option<(RenderPass, Shadow, Edge)>,
+    geometry: Option<Geometry>,
+    shade: Shade,
+    tonemap: Option<TonemapPass>,
+}
+
+impl Deferred {
+    /// Makes everything that the plan has, once.
+    ///
+    /// # Errors
+    /// When the device lacks the memory or cannot compile a pipeline.
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        frame_layout: vk::DescriptorSetLayout,
+        scene: &GpuScene,
+        world: &World,
+    ) -> gpu::Result<Self> {
+        let targets = Targets::new(device, plan)?;
+        let pass = render_pass::main(device, plan)?;
+        let extent = vk::Extent2D { width: plan.size[0], height: plan.size[1] };
+        let framebuffer = framebuffer(device, "main framebuffer", pass.raw, &targets.views(), extent)?;
+        let subpasses = Subpasses::of(plan);
+        let slot = |subpass| Slot { render_pass: pass.raw, subpass };
+
+        let shadow = match plan.shadow {
+            Some(size) => {
+                let pass = render_pass::shadow(device, plan)?;
+                let slot = Slot { render_pass: pass.raw, subpass: 0 };
+                let shadow = Shadow::new(device, size, slot, scene, world)?;
+                Some((pass, shadow, edges::row(plan, "shadow-map-to-lighting")))
+            }
+            None => None,
+        };
+        let geometry = match subpasses.geometry {
+            Some(subpass) => Some(Geometry::new(device, plan, slot(subpass), frame_layout, scene)?),
+            None => None,
+        };
+        let input = |target| (targets.image(target).view, input_layout(target));
+        let inputs: Vec<_> = gbuffer_inputs(plan)
+            .into_iter()
+            .map(|(binding, target)| (binding, input(target).0, input(target).1))
+            .collect();
+        let map = shadow.as_ref().map(|(_, shadow, _)| shadow.map().view);
+        let lighting = slot(subpasses.lighting);
+        let shade = match plan.shading {
+            Shading::Light { .. } => Shade::Light(Lighting::new(device, plan, lighting, frame_layout, (&inputs, map))?),
+            _ => Shade::View(ViewPass::new(device, plan, lighting, frame_layout, (&inputs, map))?),
+        };
+        let tonemap = match subpasses.tonemap {
+            Some(subpass) => {
+                let (view, layout) = input(Target::Hdr);
+                Some(TonemapPass::new(device, plan, slot(subpass), (0, view, layout))?)
+            }
+            None => None,
+        };
+        let clears = clear_values(plan, world);
+        Ok(Self { targets, pass, framebuffer, clears, extent, shadow, geometry, shade, tonemap })
+    }
+
+    /// The picture, in TRANSFER_SRC_OPTIMAL after the frame.
+    pub fn output(&self) -> &Image {
+        self.targets.image(Target::Output)
+    }
+
+    /// Records one frame. Dependencies between subpasses are rows of [`edges::table`]; the render pass carries them.
+    pub fn record(&self, frame: &Recording, times: &mut Option<Timestamps>) {
+        let (gpu, cmd) = (&frame.device.raw, frame.cmd);
+
+        if let Some((_, shadow, shadow_map_to_lighting)) = &self.shadow {
+            frame.device.begin_label(cmd, "SHADOW");
+            shadow.record(frame);
+            // LIGHTING loads what SHADOW wrote.
+            image_barrier(frame.device, cmd, shadow.map(), shadow_map_to_lighting);
+            frame.device.end_label(cmd);
+            stamp(times, cmd, "shadow");
+        }
+
+        let begin = vk::RenderPassBeginInfo::default()
+            .render_pass(self.pass.raw)
+            .framebuffer(self.framebuffer.raw)
+            .render_area(vk::Rect2D { offset: vk::Offset2D::default(), extent: self.extent })
+            .clear_values(&self.clears);
+        // SAFETY: `cmd` is being recorded outside a render pass; pass, framebuffer and clear values were made from one plan,
+        // as were the subpasses that follow.
+        unsafe { gpu.cmd_begin_render_pass(cmd, &begin, INLINE) };
+        if let Some(geometry) = &self.geometry {
+            frame.device.begin_label(cmd, "GEOMETRY");
+            geometry.record(frame);
+            frame.device.end_label(cmd);
+            stamp(times, cmd, "geometry");
+            // SAFETY: the pass has LIGHTING or VIEW next.
+            unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
+        }
+        match &self.shade {
+            Shade::Light(lighting) => {
+                frame.device.begin_label(cmd, "LIGHTING");
+                lighting.record(frame);
+            }
+            Shade::View(view) => {
+                frame.device.begin_label(cmd, "VIEW");
+                view.record(frame);
+            }
+        }
+        frame.device.end_label(cmd);
+        stamp(times, cmd, "lighting");
+        if let Some(tonemap) = &self.tonemap {
+            // SAFETY: the pass has TONEMAP next.
+            unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
+            frame.device.begin_label(cmd, "TONEMAP");
+            tonemap.record(frame);
+            frame.device.end_label(cmd);
+            stamp(times, cmd, "tonemap");
+        }
+        // SAFETY: begun above, and every subpass recorded.
+        unsafe { gpu.cmd_end_render_pass(cmd) };
+    }
+}
+
+/// Carries out a row that is a pipeline barrier on an image.
+fn image_barrier(device: &Device, cmd: vk::CommandBuffer, image: &Image, edge: &Edge) {
+    if let Carrier::ImageBarrier(old, new) = edge.carrier {
+        let before = (edge.before.stage, edge.before.access, old);
+        let after = (edge.after.stage, edge.after.access, new);
+        barrier::image_barrier(device, cmd, image, before, after);
+    }
+}
+
+/// The time when all that was recorded so far is done.
+fn stamp(times: &mut Option<Timestamps>, cmd: vk::CommandBuffer, label: &str) {
+    if let Some(times) = times {
+        times.write(cmd, vk::PipelineStageFlags::BOTTOM_OF_PIPE, label);
+    }
+}
+
+/// Clear values in framebuffer order.
+fn clear_values(plan: &FramePlan, world: &World) -> Vec<vk::ClearValue> {
+    let color = |color: Vec3| vk::ClearValue {
+        color: vk::ClearColorValue { float32: color.extend(1.0).to_array() },
+    };
+    attachments(plan)
+        .iter()
+        .map(|attachment| match attachment.target {
+            // Reversed Z: infinity.
+            Target::Depth => {
+                vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } }
+            }
+            Target::Hdr | Target::Output => color(background(plan, world, attachment.target)),
+            _ => color(Vec3::ZERO),
+        })
+        .collect()
+}
+
+/// What a target holds where nothing is drawn.
+fn background(plan: &FramePlan, world: &World, target: Target) -> Vec3 {
+    if !matches!(plan.shading, Shading::Light { light_only: false }) {
+        return Vec3::ZERO;
+    }
+    let exposed = world.environment.background * world.exposure;
+    match plan.tone_mapping {
+        ToneMapping::InLighting(curve) => tone_map(exposed, curve),
+        ToneMapping::Subpass(_) if target == Target::Output => Vec3::ZERO,
+        ToneMapping::Subpass(_) | ToneMapping::Absent => exposed.min(Vec3::splat(65000.0)),
+    }
+}

@@ -1,0 +1,211 @@
+//! Every dependency of a frame, in one table.
+//!
+//! A row orders all uses of one place before all uses of another: one row for each pair, because rows of the same pair
+//! overlap and would hide each other's missing bits. The table is a pure function of the plan; the render passes and the
+//! barriers are made from it, and `afterlight inspect` prints it.
+
+use ash::vk;
+
+use crate::gpu::sync::Use;
+use crate::passes::{copy, geometry, lighting, shadow, tonemap};
+use crate::plan::{FramePlan, Shading};
+use crate::targets::{Target, light_target};
+
+/// Where something happens.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Place {
+    /// Before or after the render pass, in this frame or another.
+    Outside,
+    Shadow,
+    Geometry,
+    /// LIGHTING, or VIEW in its place: they touch the same things in the same way.
+    Lighting,
+    Tonemap,
+    Copy,
+    Host,
+}
+
+/// What a row becomes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Carrier {
+    /// A subpass dependency of the shadow render pass.
+    ShadowPass,
+    /// A subpass dependency of the main render pass.
+    MainPass,
+    /// A pipeline barrier on an image, with its layouts before and after.
+    ImageBarrier(vk::ImageLayout, vk::ImageLayout),
+    /// A pipeline barrier on a buffer.
+    BufferBarrier,
+}
+
+/// A row of the table.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Edge {
+    pub name: &'static str,
+    pub carrier: Carrier,
+    pub from: Place,
+    pub to: Place,
+    /// All uses that must be over, in one.
+    pub before: Use,
+    /// All uses that must wait, in one.
+    pub after: Use,
+    pub by_region: bool,
+    pub why: &'static str,
+}
+
+/// The dependencies of a plan's frames.
+pub fn table(plan: &FramePlan) -> Vec<Edge> {
+    let mut table = Vec::new();
+    if plan.shadow.is_some() {
+        table.extend(shadow_edges());
+    }
+    let lights = light_target(plan);
+    if plan.has_geometry() {
+        table.push(gbuffer_reuse(plan));
+        table.push(gbuffer_to_lighting(plan));
+    }
+    // The last subpass writes the output; GEOMETRY is the first to touch it where emissive light goes straight there.
+    let last = if plan.has_tonemap_subpass() { Place::Tonemap } else { Place::Lighting };
+    let output_write = if plan.has_tonemap_subpass() { tonemap::OUTPUT_WRITE } else { lighting::LIGHT_WRITE };
+    let geometry_clears_output = plan.emissive && lights == Target::Output;
+    if !geometry_clears_output {
+        table.push(subpass(
+            "output-reuse",
+            (Place::Outside, last),
+            &[copy::READ],
+            &[output_write],
+            "the last picture may still be copied when this one is cleared; its layout changes before the write",
+        ));
+    }
+    if plan.has_tonemap_subpass() {
+        table.push(hdr_to_tonemap(plan));
+    }
+    table.push(subpass(
+        "read-back",
+        (last, Place::Outside),
+        &[output_write],
+        &[copy::READ],
+        "COPY reads the picture after the pass, in the layout that the pass leaves it in",
+    ));
+    table.push(Edge {
+        name: "picture-to-host",
+        carrier: Carrier::BufferBarrier,
+        from: Place::Copy,
+        to: Place::Host,
+        before: copy::WRITE,
+        after: copy::HOST_READ,
+        by_region: false,
+        why: "a fence alone does not make the copy's writes visible to the CPU",
+    });
+    table
+}
+
+/// The row of this name. The frame asks only for rows that its plan has.
+///
+/// # Panics
+/// When the plan has no such row: a mistake in the frame, not in its input.
+pub fn row(plan: &FramePlan, name: &str) -> Edge {
+    let found = table(plan).into_iter().find(|edge| edge.name == name);
+    found.unwrap_or_else(|| panic!("the plan has no dependency {name}"))
+}
+
+fn subpass(name: &'static str, (from, to): (Place, Place), before: &[Use], after: &[Use], why: &'static str) -> Edge {
+    Edge {
+        name,
+        carrier: Carrier::MainPass,
+        from,
+        to,
+        before: Use::all(before),
+        after: Use::all(after),
+        // Between two subpasses each pixel reads only itself, so a tiler never leaves the tile.
+        by_region: from != Place::Outside && to != Place::Outside,
+        why,
+    }
+}
+
+fn shadow_edges() -> [Edge; 2] {
+    [
+        Edge {
+            name: "shadow-map-reuse",
+            carrier: Carrier::ShadowPass,
+            from: Place::Outside,
+            to: Place::Shadow,
+            before: lighting::MAP_READ,
+            after: shadow::MAP_WRITE,
+            by_region: false,
+            why: "frames in flight share one map: LIGHTING of the last frame may still read what this one clears",
+        },
+        Edge {
+            name: "shadow-map-to-lighting",
+            carrier: Carrier::ImageBarrier(
+                vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
+                vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL,
+            ),
+            from: Place::Shadow,
+            to: Place::Lighting,
+            before: shadow::MAP_WRITE,
+            after: lighting::MAP_READ,
+            by_region: false,
+            why: "LIGHTING loads any texel of the map that SHADOW wrote and stored",
+        },
+    ]
+}
+
+/// Frames in flight share one G-buffer, and the HDR target where there is one.
+fn gbuffer_reuse(plan: &FramePlan) -> Edge {
+    let mut before = vec![lighting::DEPTH_DROP, lighting::DEPTH_READ];
+    let mut after = vec![geometry::DEPTH_TEST];
+    // What LIGHTING or VIEW read and dropped.
+    if plan.geometry_locations() > 0 {
+        before.extend([lighting::GBUFFER_READ, lighting::COLOR_DROP]);
+        after.push(color_use(plan));
+    }
+    if plan.emissive {
+        before.push(match light_target(plan) {
+            // Its clear waits for TONEMAP of the last frame to have let go of it.
+            Target::Hdr => tonemap::HDR_READ.or(tonemap::HDR_DROP),
+            _ => copy::READ,
+        });
+    }
+    subpass(
+        "gbuffer-reuse",
+        (Place::Outside, Place::Geometry),
+        &before,
+        &after,
+        "frames in flight share the targets: the last frame must have read and dropped them, and a DONT_CARE store is a write",
+    )
+}
+
+fn color_use(plan: &FramePlan) -> Use {
+    if plan.shading == Shading::ShowOverdraw { geometry::COUNT_BLEND } else { geometry::COLOR_WRITE }
+}
+
+fn gbuffer_to_lighting(plan: &FramePlan) -> Edge {
+    let mut before = vec![geometry::DEPTH_TEST];
+    let mut after = vec![lighting::DEPTH_READ, lighting::DEPTH_DROP];
+    if plan.geometry_locations() > 0 {
+        before.push(color_use(plan));
+        after.extend([lighting::GBUFFER_READ, lighting::COLOR_DROP]);
+    }
+    if plan.emissive {
+        after.push(lighting::LIGHT_BLEND);
+    }
+    subpass(
+        "gbuffer-to-lighting",
+        (Place::Geometry, Place::Lighting),
+        &before,
+        &after,
+        "LIGHTING reads what GEOMETRY wrote, tests against its depth, and as the last user drops it all",
+    )
+}
+
+fn hdr_to_tonemap(plan: &FramePlan) -> Edge {
+    let write = if plan.emissive { lighting::LIGHT_BLEND } else { lighting::LIGHT_WRITE };
+    subpass(
+        "hdr-to-tonemap",
+        (Place::Lighting, Place::Tonemap),
+        &[write],
+        &[tonemap::HDR_READ, tonemap::HDR_DROP],
+        "TONEMAP reads the light of its pixel, and as the last user drops the HDR target",
+    )
+}

@@ -1,0 +1,278 @@
+//! Frames: what is recorded, in which order, and the renderer that keeps two of them in flight.
+
+mod deferred;
+pub mod edges;
+mod render_pass;
+
+pub use deferred::Deferred;
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use ash::vk;
+
+use crate::gpu::{self, CommandBuffer, Device, Owned, Ticket, Timestamps, barrier};
+use crate::gpu_scene::{FrameUniform, GpuScene, ViewBuffers, view_set_layout};
+use crate::passes::Recording;
+use crate::passes::copy::Copy;
+use crate::plan::{self, Capabilities, FramePlan, Visible, World};
+use crate::scene::{Camera, Scene, Settings, exposure_scale, metered_ev100};
+
+/// While the device draws one frame, the CPU records the next.
+const IN_FLIGHT: usize = 2;
+
+/// A renderer that could not be made, or a frame that could not be drawn.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    #[error(transparent)]
+    Plan(#[from] plan::Error),
+    #[error(transparent)]
+    Gpu(#[from] gpu::Error),
+}
+
+/// What a frame drew.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Drawn {
+    pub objects: usize,
+    pub culled: usize,
+    pub triangles: usize,
+    pub casters: usize,
+}
+
+/// How long a frame took.
+#[derive(Debug, Clone, Default)]
+pub struct FrameTimes {
+    /// CPU: deciding what is visible and recording it.
+    pub record_ms: f64,
+    /// From the start of recording until the device was done.
+    pub wall_ms: f64,
+    /// The whole frame by the device's own clock.
+    pub gpu_ms: Option<f64>,
+    /// By pass, by the device's own clock. Empty on CPU devices: they shade when they like, whatever subpass is recorded.
+    pub passes: Vec<(String, f64)>,
+    pub drawn: Drawn,
+}
+
+/// A finished picture, rows from the top.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    pub pixels: Pixels,
+}
+
+/// The texels of a picture, RGBA.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Pixels {
+    /// Tone-mapped, sRGB-encoded.
+    Srgb8(Vec<u8>),
+    /// Linear, in nits (or whatever a view shows).
+    LinearF32(Vec<f32>),
+}
+
+/// The resources of one frame in flight.
+struct InFlight {
+    cmd: CommandBuffer,
+    view: ViewBuffers,
+    times: Option<Timestamps>,
+    ticket: Option<Ticket>,
+    begun: Instant,
+    record_ms: f64,
+    drawn: Drawn,
+}
+
+/// Draws frames of one scene with one plan.
+pub struct Renderer {
+    device: Arc<Device>,
+    plan: FramePlan,
+    world: World,
+    scene: GpuScene,
+    deferred: Deferred,
+    copy: Option<(CommandBuffer, Copy)>,
+    frames: Vec<InFlight>,
+    next: usize,
+    _frame_layout: Owned<vk::DescriptorSetLayout>,
+}
+
+/// What of the device a plan depends on.
+pub fn capabilities(device: &Device) -> Capabilities {
+    let limits = &device.physical.limits;
+    Capabilities {
+        max_extent: limits
+            .max_image_dimension2_d
+            .min(limits.max_framebuffer_width)
+            .min(limits.max_framebuffer_height)
+            .min(limits.max_viewport_dimensions[0])
+            .min(limits.max_viewport_dimensions[1]),
+        max_color_attachments: limits.max_color_attachments.min(limits.max_fragment_output_attachments),
+        unorm_2x16_attachment: device.physical.supports_color_attachment(vk::Format::R16G16_UNORM, false),
+        float32_blends: device.physical.supports_color_attachment(vk::Format::R32G32B32A32_SFLOAT, true),
+        lazily_allocated: device.physical.has_lazily_allocated_memory(),
+    }
+}
+
+impl Renderer {
+    /// Plans the scene's frames, uploads it and makes every pass. The scene is not needed afterwards.
+    ///
+    /// # Errors
+    /// When the settings cannot be planned on this device, or it lacks the memory.
+    pub fn new(device: &Arc<Device>, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
+        let plan = FramePlan::of(scene, settings, &capabilities(device))?;
+        // A linear picture is in nits.
+        let exposure = match settings.hdr_output {
+            true => 1.0,
+            false => exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(scene))),
+        };
+        let world = World::of(scene, settings, &plan, exposure);
+        let gpu_scene = GpuScene::new(device, scene, &plan)?;
+        let frame_layout = view_set_layout(device, &plan)?;
+        let deferred = Deferred::new(device, &plan, frame_layout.raw, &gpu_scene, &world)?;
+        let frames = (0..IN_FLIGHT)
+            .map(|index| {
+                Ok(InFlight {
+                    cmd: CommandBuffer::new(device, &format!("frame {index}"))?,
+                    view: ViewBuffers::new(device, index, frame_layout.raw, &plan, &world)?,
+                    times: Timestamps::new(device, &format!("times of frame {index}"), 8)?,
+                    ticket: None,
+                    begun: Instant::now(),
+                    record_ms: 0.0,
+                    drawn: Drawn::default(),
+                })
+            })
+            .collect::<gpu::Result<_>>()?;
+        Ok(Self {
+            device: device.clone(),
+            plan,
+            world,
+            scene: gpu_scene,
+            deferred,
+            copy: None,
+            frames,
+            next: 0,
+            _frame_layout: frame_layout,
+        })
+    }
+
+    pub fn plan(&self) -> &FramePlan {
+        &self.plan
+    }
+
+    /// Records and submits a frame. Returns as soon as it is submitted; waits only for the frame before the last.
+    ///
+    /// # Errors
+    /// When the device is lost or out of memory.
+    pub fn render(&mut self, camera: &Camera) -> Result<(), Error> {
+        let frame = &mut self.frames[self.next];
+        if let Some(ticket) = frame.ticket.take() {
+            // Its buffers are written anew.
+            self.device.wait(ticket)?;
+        }
+        frame.begun = Instant::now();
+        let visible = Visible::of(&self.world, camera, &self.plan);
+        let uniform = FrameUniform::of(&self.world, &visible, camera, &self.plan);
+        // The submission makes host writes visible to the device.
+        frame.view.write(&uniform, &self.world, camera)?;
+        frame.cmd.begin()?;
+        let cmd = frame.cmd.raw;
+        if let Some(times) = &mut frame.times {
+            times.reset(cmd);
+            times.write(cmd, vk::PipelineStageFlags::TOP_OF_PIPE, "begin");
+        }
+        self.deferred.record(
+            &Recording {
+                device: &self.device,
+                cmd,
+                scene: &self.scene,
+                world: &self.world,
+                visible: &visible,
+                camera,
+                frame_set: frame.view.set,
+            },
+            &mut frame.times,
+        );
+        frame.cmd.end()?;
+        frame.record_ms = milliseconds(frame.begun);
+        frame.drawn = Drawn {
+            objects: visible.draws.len(),
+            culled: visible.culled,
+            triangles: visible.triangles(&self.world),
+            casters: visible.casters.len(),
+        };
+        frame.ticket = Some(self.device.submit(&frame.cmd)?);
+        self.device.collect();
+        self.next = (self.next + 1) % IN_FLIGHT;
+        Ok(())
+    }
+
+    /// Waits for the last frame and tells its times.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn wait(&mut self) -> Result<FrameTimes, Error> {
+        let frame = &self.frames[(self.next + IN_FLIGHT - 1) % IN_FLIGHT];
+        let Some(ticket) = frame.ticket else { return Ok(FrameTimes::default()) };
+        self.device.wait(ticket)?;
+        let wall_ms = milliseconds(frame.begun);
+        let stamps = match &frame.times {
+            Some(times) => times.read()?,
+            None => Vec::new(),
+        };
+        let on_cpu = self.device.physical.kind == vk::PhysicalDeviceType::CPU;
+        let passes = stamps.windows(2).map(|pair| (pair[1].0.clone(), pair[1].1 - pair[0].1));
+        Ok(FrameTimes {
+            record_ms: frame.record_ms,
+            wall_ms,
+            gpu_ms: stamps.last().map(|(_, ms)| *ms),
+            passes: if on_cpu { Vec::new() } else { passes.collect() },
+            drawn: frame.drawn,
+        })
+    }
+
+    /// The last frame's picture. Waits for it.
+    ///
+    /// # Errors
+    /// When the device is lost or lacks the memory for a copy.
+    pub fn read_back(&mut self) -> Result<Picture, Error> {
+        if self.copy.is_none() {
+            let cmd = CommandBuffer::new(&self.device, "read-back")?;
+            self.copy = Some((cmd, Copy::new(&self.device, &self.plan)?));
+        }
+        let (cmd, copy) = self.copy.as_mut().expect("made above");
+        cmd.begin()?;
+        copy.record(&self.device, cmd.raw, self.deferred.output());
+        let edge = edges::row(&self.plan, "picture-to-host");
+        let (before, after) = ((edge.before.stage, edge.before.access), (edge.after.stage, edge.after.access));
+        // The CPU maps what COPY wrote.
+        barrier::buffer_barrier(&self.device, cmd.raw, &copy.buffer, before, after);
+        cmd.end()?;
+        let ticket = self.device.submit(cmd)?;
+        self.device.wait(ticket)?;
+        let pixels = copy.buffer.read_with(0, copy.buffer.size, |bytes| decode(self.plan.output, bytes))?;
+        Ok(Picture { size: self.plan.size, pixels })
+    }
+}
+
+impl Drop for Renderer {
+    fn drop(&mut self) {
+        // Buffers of frames in flight are destroyed through the retire queue; nothing to wait for here.
+        self.device.collect();
+    }
+}
+
+fn milliseconds(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
+}
+
+fn decode(format: vk::Format, bytes: &[u8]) -> Pixels {
+    match format {
+        vk::Format::R32G32B32A32_SFLOAT => {
+            let float = |chunk: &[u8]| f32::from_ne_bytes([chunk[0], chunk[1], chunk[2], chunk[3]]);
+            Pixels::LinearF32(bytes.chunks_exact(4).map(float).collect())
+        }
+        vk::Format::R16G16B16A16_SFLOAT => {
+            let half = |chunk: &[u8]| half::f16::from_ne_bytes([chunk[0], chunk[1]]).to_f32();
+            Pixels::LinearF32(bytes.chunks_exact(2).map(half).collect())
+        }
+        _ => Pixels::Srgb8(bytes.to_vec()),
+    }
+}

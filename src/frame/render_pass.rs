@@ -1,0 +1,189 @@
+//! The render passes of a plan: attachments, subpasses, and the rows of [`super::edges`] as dependencies.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::edges::{self, Carrier, Edge, Place};
+use crate::gpu::{self, Device, RenderPass, SubpassDesc};
+use crate::passes::shadow;
+use crate::plan::{FramePlan, Shading};
+use crate::targets::{Target, attachments, gbuffer_inputs, light_target};
+
+/// Indices of the main pass's subpasses; which exist depends on the plan.
+#[derive(Debug, Clone, Copy)]
+pub struct Subpasses {
+    pub geometry: Option<u32>,
+    pub lighting: u32,
+    pub tonemap: Option<u32>,
+}
+
+impl Subpasses {
+    pub fn of(plan: &FramePlan) -> Self {
+        let geometry = plan.has_geometry().then_some(0);
+        let lighting = u32::from(plan.has_geometry());
+        Self { geometry, lighting, tonemap: plan.has_tonemap_subpass().then_some(lighting + 1) }
+    }
+
+    fn index(&self, place: Place) -> u32 {
+        match place {
+            Place::Geometry => self.geometry.unwrap_or(0),
+            Place::Lighting => self.lighting,
+            Place::Tonemap => self.tonemap.unwrap_or(self.lighting),
+            // The shadow pass has one subpass.
+            Place::Shadow => 0,
+            Place::Outside | Place::Copy | Place::Host => vk::SUBPASS_EXTERNAL,
+        }
+    }
+}
+
+/// The one pass with subpasses GEOMETRY, LIGHTING (or VIEW) and TONEMAP, as far as the plan has them.
+///
+/// # Errors
+/// When the device cannot make it.
+pub fn main(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<RenderPass> {
+    let descriptions: Vec<_> = attachments(plan)
+        .iter()
+        .map(|attachment| {
+            vk::AttachmentDescription::default()
+                .format(attachment.format)
+                .samples(vk::SampleCountFlags::TYPE_1)
+                .load_op(attachment.load)
+                .store_op(attachment.store)
+                .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
+                .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
+                // Nothing is kept from frame to frame.
+                .initial_layout(vk::ImageLayout::UNDEFINED)
+                .final_layout(attachment.final_layout)
+        })
+        .collect();
+    let refs = References::of(plan);
+    let mut subpasses = Vec::new();
+    if plan.has_geometry() {
+        subpasses.push(SubpassDesc {
+            color: &refs.geometry_color,
+            depth: Some(refs.reference(Target::Depth, vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL)),
+            ..SubpassDesc::default()
+        });
+    }
+    subpasses.push(SubpassDesc {
+        input: &refs.lighting_input,
+        color: &refs.lighting_color,
+        // Tested and read as an input at once, written by neither.
+        depth: plan
+            .has_geometry()
+            .then(|| refs.reference(Target::Depth, vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL)),
+        ..SubpassDesc::default()
+    });
+    if plan.has_tonemap_subpass() {
+        subpasses.push(SubpassDesc {
+            input: &refs.tonemap_input,
+            color: &refs.tonemap_color,
+            ..SubpassDesc::default()
+        });
+    }
+    let dependencies = dependencies(plan, Carrier::MainPass);
+    RenderPass::new(device, "main pass", &descriptions, &subpasses, &dependencies)
+}
+
+/// The shadow map's pass: one subpass, depth only.
+///
+/// # Errors
+/// When the device cannot make it.
+pub fn shadow(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<RenderPass> {
+    let depth = vk::AttachmentReference {
+        attachment: 0,
+        layout: vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
+    };
+    let subpass = SubpassDesc { depth: Some(depth), ..SubpassDesc::default() };
+    let dependencies = dependencies(plan, Carrier::ShadowPass);
+    RenderPass::new(device, "shadow pass", &[shadow::attachment()], &[subpass], &dependencies)
+}
+
+fn dependencies(plan: &FramePlan, carrier: Carrier) -> Vec<vk::SubpassDependency> {
+    let subpasses = Subpasses::of(plan);
+    let dependency = |edge: Edge| vk::SubpassDependency {
+        src_subpass: subpasses.index(edge.from),
+        dst_subpass: subpasses.index(edge.to),
+        src_stage_mask: edge.before.stage,
+        dst_stage_mask: edge.after.stage,
+        src_access_mask: edge.before.access,
+        dst_access_mask: edge.after.access,
+        dependency_flags: if edge.by_region { vk::DependencyFlags::BY_REGION } else { vk::DependencyFlags::empty() },
+    };
+    edges::table(plan).into_iter().filter(|edge| edge.carrier == carrier).map(dependency).collect()
+}
+
+/// Attachment references of each subpass.
+struct References {
+    order: Vec<Target>,
+    geometry_color: Vec<vk::AttachmentReference>,
+    lighting_input: Vec<vk::AttachmentReference>,
+    lighting_color: Vec<vk::AttachmentReference>,
+    tonemap_input: Vec<vk::AttachmentReference>,
+    tonemap_color: Vec<vk::AttachmentReference>,
+}
+
+impl References {
+    fn of(plan: &FramePlan) -> Self {
+        let order = attachments(plan).iter().map(|attachment| attachment.target).collect();
+        let mut refs = Self {
+            order,
+            geometry_color: Vec::new(),
+            lighting_input: Vec::new(),
+            lighting_color: Vec::new(),
+            tonemap_input: Vec::new(),
+            tonemap_color: Vec::new(),
+        };
+        let color = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
+        let read = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
+        refs.geometry_color = geometry_targets(plan)
+            .into_iter()
+            .map(|target| match target {
+                Some(target) => refs.reference(target, color),
+                None => vk::AttachmentReference { attachment: vk::ATTACHMENT_UNUSED, layout: vk::ImageLayout::UNDEFINED },
+            })
+            .collect();
+        refs.lighting_input = gbuffer_inputs(plan)
+            .into_iter()
+            .map(|(_, target)| refs.reference(target, input_layout(target)))
+            .collect();
+        refs.lighting_color = vec![refs.reference(light_target(plan), color)];
+        if plan.has_tonemap_subpass() {
+            refs.tonemap_input = vec![refs.reference(Target::Hdr, read)];
+            refs.tonemap_color = vec![refs.reference(Target::Output, color)];
+        }
+        refs
+    }
+
+    fn reference(&self, target: Target, layout: vk::ImageLayout) -> vk::AttachmentReference {
+        let position = self.order.iter().position(|&own| own == target);
+        let attachment = position.map_or(vk::ATTACHMENT_UNUSED, |index| index as u32);
+        vk::AttachmentReference { attachment, layout }
+    }
+}
+
+/// The layout in which a subpass reads a target as an input.
+pub fn input_layout(target: Target) -> vk::ImageLayout {
+    match target {
+        Target::Depth => vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL,
+        _ => vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
+    }
+}
+
+/// GEOMETRY's targets by location (`shaders/geometry.wgsl`); a gap where the plan lacks one.
+fn geometry_targets(plan: &FramePlan) -> Vec<Option<Target>> {
+    if plan.shading == Shading::ShowOverdraw {
+        return vec![Some(Target::Count)];
+    }
+    let Some(gbuffer) = &plan.gbuffer else { return Vec::new() };
+    let all = [
+        Some(Target::Albedo),
+        Some(Target::Normal),
+        gbuffer.material.map(|_| Target::Material),
+        plan.emissive.then(|| light_target(plan)),
+        gbuffer.specular.map(|_| Target::Specular),
+        gbuffer.position.map(|_| Target::Position),
+    ];
+    all[..plan.geometry_locations() as usize].to_vec()
+}
