@@ -13,7 +13,7 @@ pub use gbuffer::{Gbuffer, NormalEncoding};
 pub use geometry::{GeometryKey, Streams, TextureMask};
 pub use parts::Part;
 pub use sun::SunView;
-pub use visible::{Draw, Visible, World};
+pub use visible::{Draw, Visible, World, WorldObject};
 
 use std::collections::BTreeSet;
 
@@ -43,7 +43,9 @@ pub enum Error {
     Size(u32, u32, u32),
     #[error("a shadow map of {0} texels is not possible on this device: the limit is {1}")]
     ShadowSize(u32, u32),
-    #[error("this G-buffer needs {0} colour attachments in one subpass and the device has {1}: choose fewer targets, as `--gbuffer lean`")]
+    #[error(
+        "this G-buffer needs {0} colour attachments in one subpass and the device has {1}: choose fewer targets, as `--gbuffer lean`"
+    )]
     ColorAttachments(u32, u32),
     #[error("there is no shadow map to show: {0}")]
     NoShadowMap(String),

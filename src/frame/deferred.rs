@@ -179,16 +179,12 @@ fn stamp(times: &mut Option<Timestamps>, cmd: vk::CommandBuffer, label: &str) {
 
 /// Clear values in framebuffer order.
 fn clear_values(plan: &FramePlan, world: &World) -> Vec<vk::ClearValue> {
-    let color = |color: Vec3| vk::ClearValue {
-        color: vk::ClearColorValue { float32: color.extend(1.0).to_array() },
-    };
+    let color = |color: Vec3| vk::ClearValue { color: vk::ClearColorValue { float32: color.extend(1.0).to_array() } };
     attachments(plan)
         .iter()
         .map(|attachment| match attachment.target {
             // Reversed Z: infinity.
-            Target::Depth => {
-                vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } }
-            }
+            Target::Depth => vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } },
             Target::Hdr | Target::Output => color(background(plan, world, attachment.target)),
             _ => color(Vec3::ZERO),
         })

@@ -91,10 +91,7 @@ pub fn main(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<RenderPass> {
 /// # Errors
 /// When the device cannot make it.
 pub fn shadow(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<RenderPass> {
-    let depth = vk::AttachmentReference {
-        attachment: 0,
-        layout: vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
-    };
+    let depth = vk::AttachmentReference { attachment: 0, layout: vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL };
     let subpass = SubpassDesc { depth: Some(depth), ..SubpassDesc::default() };
     let dependencies = dependencies(plan, Carrier::ShadowPass);
     RenderPass::new(device, "shadow pass", &[shadow::attachment()], &[subpass], &dependencies)
@@ -141,13 +138,13 @@ impl References {
             .into_iter()
             .map(|target| match target {
                 Some(target) => refs.reference(target, color),
-                None => vk::AttachmentReference { attachment: vk::ATTACHMENT_UNUSED, layout: vk::ImageLayout::UNDEFINED },
+                None => {
+                    vk::AttachmentReference { attachment: vk::ATTACHMENT_UNUSED, layout: vk::ImageLayout::UNDEFINED }
+                }
             })
             .collect();
-        refs.lighting_input = gbuffer_inputs(plan)
-            .into_iter()
-            .map(|(_, target)| refs.reference(target, input_layout(target)))
-            .collect();
+        refs.lighting_input =
+            gbuffer_inputs(plan).into_iter().map(|(_, target)| refs.reference(target, input_layout(target))).collect();
         refs.lighting_color = vec![refs.reference(light_target(plan), color)];
         if plan.has_tonemap_subpass() {
             refs.tonemap_input = vec![refs.reference(Target::Hdr, read)];

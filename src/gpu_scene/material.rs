@@ -6,8 +6,8 @@ use std::sync::Arc;
 use ash::vk;
 
 use crate::gpu::{
-    self, DescriptorPool, Device, Image, ImageDesc, Location, MemoryKind, Owned, Sampler, SetLayout, SetWriter, Uploader,
-    mip_count,
+    self, DescriptorPool, Device, Image, ImageDesc, Location, MemoryKind, Owned, Sampler, SetLayout, SetWriter,
+    Uploader, mip_count,
 };
 use crate::plan::{FramePlan, TextureMask};
 use crate::scene::{ColorSpace, Scene, Texture, TextureSlot};
@@ -51,10 +51,7 @@ impl Materials {
             device,
             "material pool",
             count.max(1),
-            &[
-                (vk::DescriptorType::SAMPLED_IMAGE, SLOTS * count.max(1)),
-                (vk::DescriptorType::SAMPLER, count.max(1)),
-            ],
+            &[(vk::DescriptorType::SAMPLED_IMAGE, SLOTS * count.max(1)), (vk::DescriptorType::SAMPLER, count.max(1))],
         )?;
         let mut sets = vec![None; scene.materials.len()];
         for (&material, slots) in &wanted {

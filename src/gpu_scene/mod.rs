@@ -83,9 +83,13 @@ impl GpuScene {
         let streams = &plan.streams;
         let meshes = &scene.meshes;
         let gpu_scene = Self {
-            positions: stream(device, &mut uploader, "positions", meshes, 3, |mesh| bytemuck::cast_slice(&mesh.positions))?,
+            positions: stream(device, &mut uploader, "positions", meshes, 3, |mesh| {
+                bytemuck::cast_slice(&mesh.positions)
+            })?,
             normals: match streams.normals {
-                true => stream(device, &mut uploader, "normals", meshes, 3, |mesh| bytemuck::cast_slice(&mesh.normals))?,
+                true => {
+                    stream(device, &mut uploader, "normals", meshes, 3, |mesh| bytemuck::cast_slice(&mesh.normals))?
+                }
                 false => None,
             },
             uvs: match streams.uvs {
@@ -93,7 +97,9 @@ impl GpuScene {
                 false => None,
             },
             tangents: match streams.tangents {
-                true => stream(device, &mut uploader, "tangents", meshes, 4, |mesh| bytemuck::cast_slice(&mesh.tangents))?,
+                true => {
+                    stream(device, &mut uploader, "tangents", meshes, 4, |mesh| bytemuck::cast_slice(&mesh.tangents))?
+                }
                 false => None,
             },
             indices: indices(device, &mut uploader, meshes)?,

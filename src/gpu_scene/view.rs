@@ -201,3 +201,36 @@ impl ViewBuffers {
         Ok(())
     }
 }
+
+const _: () = {
+    use crate::shaders::lighting::structs::{frame as wgsl, light};
+    use std::mem::offset_of;
+    assert!(size_of::<FrameUniform>() == wgsl::SIZE);
+    assert!(offset_of!(FrameUniform, clip_from_world) == wgsl::CLIP_FROM_WORLD);
+    assert!(offset_of!(FrameUniform, ray_center) == wgsl::RAY_CENTER);
+    assert!(offset_of!(FrameUniform, near) == wgsl::NEAR);
+    assert!(offset_of!(FrameUniform, ray_x) == wgsl::RAY_X);
+    assert!(offset_of!(FrameUniform, exposure) == wgsl::EXPOSURE);
+    assert!(offset_of!(FrameUniform, ray_y) == wgsl::RAY_Y);
+    assert!(offset_of!(FrameUniform, pixel_width) == wgsl::PIXEL_WIDTH);
+    assert!(offset_of!(FrameUniform, ambient) == wgsl::AMBIENT);
+    assert!(offset_of!(FrameUniform, pixel_height) == wgsl::PIXEL_HEIGHT);
+    assert!(offset_of!(FrameUniform, shadow_u) == wgsl::SHADOW_U);
+    assert!(offset_of!(FrameUniform, shadow_v) == wgsl::SHADOW_V);
+    assert!(offset_of!(FrameUniform, shadow_depth) == wgsl::SHADOW_DEPTH);
+    assert!(offset_of!(FrameUniform, shadow_normal_offset) == wgsl::SHADOW_NORMAL_OFFSET);
+    assert!(offset_of!(FrameUniform, shadow_size) == wgsl::SHADOW_SIZE);
+    assert!(offset_of!(FrameUniform, directional_count) == wgsl::DIRECTIONAL_COUNT);
+    assert!(offset_of!(FrameUniform, light_count) == wgsl::LIGHT_COUNT);
+    assert!(offset_of!(FrameUniform, camera_in_scene) == wgsl::CAMERA_IN_SCENE);
+    assert!(offset_of!(FrameUniform, scene_radius) == wgsl::SCENE_RADIUS);
+    assert!(size_of::<LightRecord>() == light::SIZE);
+    assert!(offset_of!(LightRecord, position) == light::POSITION);
+    assert!(offset_of!(LightRecord, inverse_range_squared) == light::INVERSE_RANGE_SQUARED);
+    assert!(offset_of!(LightRecord, color) == light::COLOR);
+    assert!(offset_of!(LightRecord, falloff) == light::FALLOFF);
+    assert!(offset_of!(LightRecord, direction) == light::DIRECTION);
+    assert!(offset_of!(LightRecord, spot_scale) == light::SPOT_SCALE);
+    assert!(offset_of!(LightRecord, polynomial) == light::POLYNOMIAL);
+    assert!(offset_of!(LightRecord, spot_offset) == light::SPOT_OFFSET);
+};

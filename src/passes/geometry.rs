@@ -9,9 +9,7 @@ use glam::{Vec3, Vec4};
 
 use super::screen::{add, replace, stages};
 use super::{Recording, Slot, camera_relative};
-use crate::gpu::{
-    self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use,
-};
+use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
 use crate::gpu_scene::{GpuScene, NORMAL, POSITION, TANGENT, UV, vertex_input};
 use crate::plan::{FramePlan, GeometryKey, Shading, WorldObject};
 use crate::scene::{AlphaMode, Brdf, Material, TextureSlot};
@@ -21,14 +19,12 @@ use crate::shaders::geometry::{self as shader, Flags, constants};
 pub const COLOR_WRITE: Use =
     Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
 /// Adds to the fragment count.
-pub const COUNT_BLEND: Use = COLOR_WRITE
-    .or(Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_READ));
+pub const COUNT_BLEND: Use =
+    COLOR_WRITE.or(Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_READ));
 /// Clears, tests and writes depth: early, and late where a mask may discard.
-pub const DEPTH_TEST: Use = Use::new(
-    vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS,
-    vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ,
-)
-.or(Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE));
+pub const DEPTH_TEST: Use =
+    Use::new(vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ)
+        .or(Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE));
 
 const PUSH_STAGES: vk::ShaderStageFlags =
     vk::ShaderStageFlags::from_raw(vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::FRAGMENT.as_raw());

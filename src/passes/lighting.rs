@@ -11,8 +11,7 @@ use crate::plan::{FramePlan, Gbuffer, PlannedBrdf, Shading, ToneMapping};
 use crate::shaders::lighting::{self as shader, Flags, constants};
 
 /// Reads its own pixel of the G-buffer.
-pub const GBUFFER_READ: Use =
-    Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::INPUT_ATTACHMENT_READ);
+pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::INPUT_ATTACHMENT_READ);
 /// Compares with the depth of the sky. Both stages read: which one does it is the implementation's choice.
 pub const DEPTH_READ: Use = Use::new(
     vk::PipelineStageFlags::from_raw(

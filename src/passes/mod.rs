@@ -40,14 +40,8 @@ pub struct Recording<'a> {
 impl Recording<'_> {
     /// The whole of an attachment as viewport and scissor.
     fn set_area(&self, width: u32, height: u32) {
-        let viewport = vk::Viewport {
-            x: 0.0,
-            y: 0.0,
-            width: width as f32,
-            height: height as f32,
-            min_depth: 0.0,
-            max_depth: 1.0,
-        };
+        let viewport =
+            vk::Viewport { x: 0.0, y: 0.0, width: width as f32, height: height as f32, min_depth: 0.0, max_depth: 1.0 };
         let scissor = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
         // SAFETY: `cmd` is being recorded; both states are dynamic in every pipeline.
         unsafe {

@@ -18,11 +18,9 @@ use crate::scene::AlphaMode;
 use crate::shaders::shadow::{self as shader, Flags};
 
 /// Clears, tests and writes the map; its store is a write in the late stage.
-pub const MAP_WRITE: Use = Use::new(
-    vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS,
-    vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ,
-)
-.or(Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE));
+pub const MAP_WRITE: Use =
+    Use::new(vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ)
+        .or(Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE));
 
 const PUSH_STAGES: vk::ShaderStageFlags =
     vk::ShaderStageFlags::from_raw(vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::FRAGMENT.as_raw());
@@ -75,13 +73,7 @@ impl Shadow {
     ///
     /// # Errors
     /// When there is no memory for it or a pipeline cannot be made.
-    pub fn new(
-        device: &Arc<Device>,
-        size: u32,
-        slot: Slot,
-        scene: &GpuScene,
-        world: &World,
-    ) -> gpu::Result<Self> {
+    pub fn new(device: &Arc<Device>, size: u32, slot: Slot, scene: &GpuScene, world: &World) -> gpu::Result<Self> {
         let extent = vk::Extent2D { width: size, height: size };
         let map = Image::new(
             device,

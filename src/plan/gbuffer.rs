@@ -53,9 +53,8 @@ impl Gbuffer {
         };
         let material = choice.material.unwrap_or(rest);
         // Metallic and roughness for the lobe, the geometric normal for the shadow's bias, or because they are looked at.
-        let needs_material = brdf != PlannedBrdf::One(Brdf::Lambert)
-            || shadow
-            || matches!(view, View::Metallic | View::Roughness);
+        let needs_material =
+            brdf != PlannedBrdf::One(Brdf::Lambert) || shadow || matches!(view, View::Metallic | View::Roughness);
         let needs_specular = !matches!(brdf, PlannedBrdf::One(Brdf::CookTorrance | Brdf::Lambert));
         Self {
             albedo: color_format(choice.albedo.unwrap_or(rest), vk::Format::R8G8B8A8_SRGB),

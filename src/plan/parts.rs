@@ -53,7 +53,8 @@ fn gbuffer(plan: &FramePlan) -> Vec<Part> {
         part(&name, format.is_some(), reason, bytes)
     };
     let depth = plan.has_geometry().then_some(DEPTH);
-    let mut parts = vec![attachment("depth", depth, "hides what lies behind; position is rebuilt from it".into(), DEPTH)];
+    let mut parts =
+        vec![attachment("depth", depth, "hides what lies behind; position is rebuilt from it".into(), DEPTH)];
     let Some(gbuffer) = &plan.gbuffer else {
         if plan.shading == Shading::ShowOverdraw {
             parts.push(attachment("fragment count", Some(COUNT), "the view shows it".into(), COUNT));
@@ -63,7 +64,12 @@ fn gbuffer(plan: &FramePlan) -> Vec<Part> {
     };
     let rgba8 = vk::Format::R8G8B8A8_UNORM;
     let why = |present: bool, yes: &str, no: &str| if present { yes.to_string() } else { no.to_string() };
-    parts.push(attachment("albedo", Some(gbuffer.albedo), "every light needs it; alpha is ambient occlusion".into(), rgba8));
+    parts.push(attachment(
+        "albedo",
+        Some(gbuffer.albedo),
+        "every light needs it; alpha is ambient occlusion".into(),
+        rgba8,
+    ));
     parts.push(attachment("normal", Some(gbuffer.normal), format!("{:?}", gbuffer.normal_encoding), rgba8));
     let material = why(
         gbuffer.material.is_some(),
@@ -122,8 +128,18 @@ fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
     let texture_bytes: u64 = scene.textures.iter().map(|t| u64::from(t.size[0]) * u64::from(t.size[1]) * 16 / 3).sum();
     let why = |present: bool, yes: &str, no: &str| if present { yes.to_string() } else { no.to_string() };
     let mut parts = vec![
-        part("vertex normals", streams.normals, why(streams.normals, "shading reads them", "nothing shades"), 12 * vertices),
-        part("vertex UVs", streams.uvs, why(streams.uvs, "textures are sampled", "no texture is sampled"), 8 * vertices),
+        part(
+            "vertex normals",
+            streams.normals,
+            why(streams.normals, "shading reads them", "nothing shades"),
+            12 * vertices,
+        ),
+        part(
+            "vertex UVs",
+            streams.uvs,
+            why(streams.uvs, "textures are sampled", "no texture is sampled"),
+            8 * vertices,
+        ),
         part(
             "vertex tangents",
             streams.tangents,
