@@ -590,3 +590,34 @@ fn a_graphics_pipeline_draws_its_triangle() -> TestResult {
         Ok(())
     })
 }
+
+#[test]
+fn every_missing_barrier_is_noticed_however_often() -> TestResult {
+    // As often as a layer with a limit on repeated messages would not say it.
+    const TIMES: usize = 15;
+    let options = InstanceOptions { validation: Validation::Synchronization, sync_shader_heuristic: true };
+    let instance = Instance::new(&options).map_err(|error| error.to_string())?;
+    let device = Device::new(&instance, &DeviceChoice::Auto)?;
+    let usage = vk::BufferUsageFlags::TRANSFER_DST | vk::BufferUsageFlags::TRANSFER_SRC;
+    let new = |name| Buffer::new(&device, name, 64, usage, Location::Device, MemoryKind::Geometry);
+    let (first, second) = (new("first")?, new("second")?);
+    let mut cmd = CommandBuffer::new(&device, "hazard")?;
+    for _ in 0..TIMES {
+        cmd.begin()?;
+        let region = vk::BufferCopy { src_offset: 0, dst_offset: 0, size: 64 };
+        // SAFETY: recording; the buffers outlive the waits. That the second copy may read before the first has written
+        // is the point, and does no harm.
+        unsafe {
+            device.raw.cmd_fill_buffer(cmd.raw, first.raw, 0, 64, 1);
+            device.raw.cmd_copy_buffer(cmd.raw, first.raw, second.raw, &[region]);
+        }
+        cmd.end()?;
+        device.wait(device.submit(&cmd)?)?;
+    }
+    let mut messages = instance.take_messages();
+    messages.retain(|message| message.kind == MessageKind::Validation);
+    let hazards = messages.iter().filter(|message| message.id_name.contains("SYNC-HAZARD-READ-AFTER-WRITE"));
+    assert_eq!(hazards.count(), TIMES, "{messages:#?}");
+    assert!(messages.iter().all(|message| message.text.contains("first")), "objects have names: {messages:#?}");
+    Ok(())
+}
