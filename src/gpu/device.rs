@@ -223,3 +223,29 @@ fn create(
     unsafe { instance.raw().create_device(physical.raw, &info, None) }
         .doing(|| format!("opening the device '{}'", physical.name))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::memory::{Location, MemoryNeed};
+    use super::*;
+    use crate::gpu::{InstanceOptions, MessageKind};
+
+    #[test]
+    fn memory_that_outlives_its_device_is_reported_as_a_leak() -> std::result::Result<(), Box<dyn std::error::Error>> {
+        let instance = Instance::new(&InstanceOptions::default()).map_err(|error| error.to_string())?;
+        let log = instance.message_log();
+        let device = Device::new(&instance, &DeviceChoice::Auto)?;
+        let requirements = vk::MemoryRequirements { size: 512, alignment: 16, memory_type_bits: !0 };
+        let (location, name) = (Location::Device, "orphan");
+        device.memory.allocate(&MemoryNeed { name, requirements, location, linear: true, dedicated_to: None })?;
+        drop((device, instance));
+        let leaks: Vec<_> = log.take().into_iter().filter(|message| message.kind == MessageKind::Leak).collect();
+        assert!(leaks.len() == 1 && leaks[0].text.contains("'orphan' (512 bytes)"), "{leaks:?}");
+        Ok(())
+    }
+
+    #[test]
+    fn a_name_with_a_nul_in_it_ends_there() {
+        assert_eq!(c_text("albedo\0x").as_c_str(), c"albedo");
+    }
+}

@@ -109,7 +109,7 @@ impl Uploader {
             )));
         }
         let source = if blits { vk::ImageUsageFlags::TRANSFER_SRC } else { vk::ImageUsageFlags::empty() };
-        check_texture(image, vk::ImageUsageFlags::TRANSFER_DST | source)?;
+        check_texture(image, vk::ImageUsageFlags::TRANSFER_DST | source, &[level0])?;
         self.make_writable(image)?;
         self.copy_level(image, 0, level0)?;
         let cmd = self.recording()?;
@@ -131,11 +131,11 @@ impl Uploader {
     /// # Errors
     /// [`Error::Misuse`] for another number of levels or another size; a lost device.
     pub fn texture_levels(&mut self, image: &Image, levels: &[&[u8]]) -> Result<()> {
-        check_texture(image, vk::ImageUsageFlags::TRANSFER_DST)?;
         if levels.len() != image.mip_levels as usize {
             let (given, name, has) = (levels.len(), &image.name, image.mip_levels);
             return Err(Error::Misuse(format!("{given} levels are given for '{name}', which has {has}")));
         }
+        check_texture(image, vk::ImageUsageFlags::TRANSFER_DST, levels)?;
         self.make_writable(image)?;
         for (level, data) in (0..).zip(levels) {
             self.copy_level(image, level, data)?;
@@ -225,10 +225,6 @@ impl Uploader {
         let extent = image.level_extent(level);
         let texel = u64::from(format_bytes(image.format));
         let row = u64::from(extent.width) * texel;
-        let layer_bytes = row * u64::from(extent.height);
-        if data.len() as u64 != layer_bytes * u64::from(image.layers) {
-            return Err(Error::Misuse(format!("level {level} of {image:?} is given {} bytes", data.len())));
-        }
         let row = usize::try_from(row).unwrap_or(usize::MAX);
         // Offsets are whole texels (for Vulkan), whole words, and what the device likes best.
         let alignment = texel * self.device.physical.limits.optimal_buffer_copy_offset_alignment.max(4);
@@ -334,10 +330,21 @@ fn reads_of(usage: vk::BufferUsageFlags) -> (vk::PipelineStageFlags, vk::AccessF
     of_usage.fold((Stage::empty(), Access::empty()), |all, (_, stage, access)| (all.0 | stage, all.1 | access))
 }
 
-fn check_texture(image: &Image, needed: vk::ImageUsageFlags) -> Result<()> {
-    let sizes_known = format_bytes(image.format) > 0 && image.aspect() == vk::ImageAspectFlags::COLOR;
-    if !sizes_known || image.samples != vk::SampleCountFlags::TYPE_1 || !image.usage.contains(needed) {
+/// Whether the image can be uploaded to, and the levels have their right sizes. Before anything is recorded, so that an
+/// image is left as it was when this fails.
+fn check_texture(image: &Image, needed: vk::ImageUsageFlags, levels: &[&[u8]]) -> Result<()> {
+    let texel = u64::from(format_bytes(image.format));
+    let can_copy = texel > 0 && image.aspect() == vk::ImageAspectFlags::COLOR;
+    if !can_copy || image.samples != vk::SampleCountFlags::TYPE_1 || !image.usage.contains(needed) {
         return Err(Error::Misuse(format!("{image:?} of usage {:?} cannot be uploaded to", image.usage)));
+    }
+    for (level, data) in (0..).zip(levels) {
+        let extent = image.level_extent(level);
+        let texels = u64::from(extent.width) * u64::from(extent.height) * u64::from(image.layers);
+        if data.len() as u64 != texels * texel {
+            let (given, needed) = (data.len(), texels * texel);
+            return Err(Error::Misuse(format!("level {level} of {image:?} is given {given} bytes, not {needed}")));
+        }
     }
     Ok(())
 }

@@ -1,0 +1,623 @@
+//! What `gpu` promises, on this machine's driver and under its validation layer. Without a loader, a driver or the layer
+//! these tests fail, and say what to install.
+
+use std::error::Error as StdError;
+use std::sync::Arc;
+
+use afterlight::gpu::{
+    self, Buffer, CommandBuffer, DescriptorPool, Device, DeviceChoice, Framebuffer, GraphicsPipeline,
+    GraphicsPipelineDesc, Image, ImageDesc, Instance, InstanceOptions, Location, MemoryKind, MessageKind, RenderPass,
+    SetLayout, SetWriter, ShaderStage, SubpassDesc, Timestamps, Uploader, Validation, barrier, vk,
+};
+
+type TestResult = Result<(), Box<dyn StdError>>;
+
+/// Runs `test` on a device under synchronization validation, then drops everything and fails on any message that is
+/// about this program, those of tearing down included.
+fn with_device(test: impl Fn(&Arc<Device>) -> TestResult) -> TestResult {
+    // Neither mode of the layer notices all that the other does.
+    for sync_shader_heuristic in [false, true] {
+        let options = InstanceOptions { validation: Validation::Synchronization, sync_shader_heuristic };
+        let instance = Instance::new(&options).map_err(|error| error.to_string())?;
+        let log = instance.message_log();
+        let device = Device::new(&instance, &DeviceChoice::Auto).map_err(|error| error.to_string())?;
+        test(&device)?;
+        assert_eq!(device.live_objects(), Vec::<String>::new());
+        assert_eq!(Arc::strong_count(&device), 1);
+        drop((device, instance));
+        let ours: Vec<_> = log.take().into_iter().filter(|message| message.kind != MessageKind::General).collect();
+        assert!(ours.is_empty(), "{ours:#?}");
+    }
+    Ok(())
+}
+
+/// Bytes that differ from their neighbours, from the row above and from the same place in another block.
+fn pattern(len: usize) -> Vec<u8> {
+    (0..len as u32).map(|index| (index.wrapping_mul(2_654_435_761) >> 24) as u8).collect()
+}
+
+fn read_back_buffer(device: &Arc<Device>, bytes: u64) -> gpu::Result<Buffer> {
+    let usage = vk::BufferUsageFlags::TRANSFER_DST;
+    Buffer::new(device, "read-back", bytes, usage, Location::ReadBack, MemoryKind::ReadBack)
+}
+
+/// Makes what transfers wrote readable for the CPU.
+fn transfer_to_host(device: &Device, cmd: vk::CommandBuffer) {
+    barrier::memory_barrier(
+        device,
+        cmd,
+        (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE),
+        (vk::PipelineStageFlags::HOST, vk::AccessFlags::HOST_READ),
+    );
+}
+
+/// The texels of one level of all layers, of an image that was used last as `from`.
+fn read_level(image: &Image, level: u32, from: barrier::ImageUse) -> gpu::Result<Vec<u8>> {
+    let device = image.device();
+    let extent = image.level_extent(level);
+    let texels = u64::from(extent.width) * u64::from(extent.height) * u64::from(image.layers);
+    let buffer = read_back_buffer(device, texels * u64::from(gpu::format_bytes(image.format)))?;
+    let mut cmd = CommandBuffer::new(device, "read back")?;
+    cmd.begin()?;
+    let as_source = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+    let read = (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ, as_source);
+    let range = barrier::ImageRange::from(image).levels(level, 1);
+    barrier::image_barrier(device, cmd.raw, range, from, read);
+    let subresource = vk::ImageSubresourceLayers {
+        aspect_mask: image.aspect(),
+        mip_level: level,
+        base_array_layer: 0,
+        layer_count: image.layers,
+    };
+    let region = vk::BufferImageCopy::default().image_subresource(subresource).image_extent(vk::Extent3D {
+        width: extent.width,
+        height: extent.height,
+        depth: 1,
+    });
+    // SAFETY: recording; image and buffer outlive the wait below, and the region fits both.
+    unsafe { device.raw.cmd_copy_image_to_buffer(cmd.raw, image.raw, as_source, buffer.raw, &[region]) };
+    transfer_to_host(device, cmd.raw);
+    cmd.end()?;
+    device.wait(device.submit(&cmd)?)?;
+    buffer.read(0, buffer.size)
+}
+
+const SAMPLED: barrier::ImageUse =
+    (vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+
+fn texture_desc(name: &str, width: u32, height: u32, mip_levels: u32) -> ImageDesc<'_> {
+    ImageDesc {
+        name,
+        format: vk::Format::R8G8B8A8_UNORM,
+        extent: vk::Extent2D { width, height },
+        mip_levels,
+        usage: vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::TRANSFER_SRC,
+        kind: MemoryKind::Texture,
+        ..ImageDesc::default()
+    }
+}
+
+#[test]
+fn a_buffer_larger_than_the_staging_memory_arrives_whole() -> TestResult {
+    with_device(|device| {
+        let data = pattern(5 * 1024 * 1024 + 12);
+        let usage = vk::BufferUsageFlags::VERTEX_BUFFER
+            | vk::BufferUsageFlags::TRANSFER_DST
+            | vk::BufferUsageFlags::TRANSFER_SRC;
+        let size = data.len() as u64;
+        let buffer = Buffer::new(device, "vertices", size, usage, Location::Device, MemoryKind::Geometry)?;
+        let mut uploader = Uploader::new(device, 0)?;
+        uploader.buffer(&buffer, 0, &data[..1000])?;
+        uploader.buffer(&buffer, 1000, &data[1000..])?;
+        uploader.finish()?;
+
+        let back = read_back_buffer(device, size)?;
+        let mut cmd = CommandBuffer::new(device, "copy back")?;
+        cmd.begin()?;
+        let region = vk::BufferCopy { src_offset: 0, dst_offset: 0, size };
+        // SAFETY: recording; both buffers outlive the wait below.
+        unsafe { device.raw.cmd_copy_buffer(cmd.raw, buffer.raw, back.raw, &[region]) };
+        transfer_to_host(device, cmd.raw);
+        cmd.end()?;
+        device.wait(device.submit(&cmd)?)?;
+        assert!(back.read(0, size)? == data);
+        Ok(())
+    })
+}
+
+#[test]
+fn each_mip_level_is_the_mean_of_the_one_above() -> TestResult {
+    with_device(|device| {
+        let image = Image::new(device, &texture_desc("texture", 4, 4, 3))?;
+        // Four blocks of 2x2 texels, each of one colour, but for the first.
+        let mut texels = [[0_u8; 4]; 16];
+        for (index, texel) in texels.iter_mut().enumerate() {
+            let block = index % 4 / 2 + index / 8 * 2;
+            *texel = [[0, 0, 0, 255], [200, 0, 0, 255], [0, 100, 0, 255], [0, 0, 60, 255]][block];
+        }
+        (texels[0], texels[5]) = ([40, 80, 120, 255], [40, 80, 120, 255]);
+        let mut uploader = Uploader::new(device, gpu::DEFAULT_STAGING_BYTES)?;
+        uploader.texture(&image, bytemuck::cast_slice(&texels))?;
+        uploader.finish()?;
+
+        assert_eq!(read_level(&image, 0, SAMPLED)?, bytemuck::cast_slice::<_, u8>(&texels));
+        let level1 = read_level(&image, 1, SAMPLED)?;
+        let means = [[20_u8, 40, 60, 255], [200, 0, 0, 255], [0, 100, 0, 255], [0, 0, 60, 255]];
+        assert_close(&level1, means.as_flattened());
+        assert_close(&read_level(&image, 2, SAMPLED)?, &[55, 35, 30, 255]);
+        Ok(())
+    })
+}
+
+/// A linear filter may round either way.
+fn assert_close(found: &[u8], expected: &[u8]) {
+    let close = found.iter().zip(expected).all(|(a, b)| a.abs_diff(*b) <= 1);
+    assert!(found.len() == expected.len() && close, "{found:?} is not {expected:?}");
+}
+
+#[test]
+fn a_texture_larger_than_the_staging_memory_is_split_by_rows_and_layers() -> TestResult {
+    with_device(|device| {
+        // Rows of 2,812 bytes, two layers of 2.0 MB, staging buffers of 1 MiB.
+        let desc = ImageDesc { layers: 2, ..texture_desc("layers", 703, 711, 10) };
+        let image = Image::new(device, &desc)?;
+        let data = pattern(703 * 711 * 4 * 2);
+        let mut uploader = Uploader::new(device, 0)?;
+        uploader.texture(&image, &data)?;
+        uploader.finish()?;
+        assert!(read_level(&image, 0, SAMPLED)? == data);
+        assert_eq!(read_level(&image, 9, SAMPLED)?.len(), 2 * 4);
+        Ok(())
+    })
+}
+
+#[test]
+fn mip_levels_that_are_given_arrive_as_given() -> TestResult {
+    with_device(|device| {
+        let image = Image::new(device, &texture_desc("given", 8, 2, 4))?;
+        let levels: Vec<Vec<u8>> = [8 * 2, 4, 2, 1].map(|texels| pattern(texels * 4)).into();
+        let mut uploader = Uploader::new(device, gpu::DEFAULT_STAGING_BYTES)?;
+        uploader.texture_levels(&image, &levels.iter().map(Vec::as_slice).collect::<Vec<_>>())?;
+        assert!(uploader.texture(&image, &levels[1]).is_err(), "level 0 of another size");
+        uploader.finish()?;
+        for (level, data) in (0..).zip(&levels) {
+            assert_eq!(&read_level(&image, level, SAMPLED)?, data, "level {level}");
+        }
+        Ok(())
+    })
+}
+
+/// Clears an image on the GPU, then fails before it has waited.
+fn clear_then_fail(device: &Arc<Device>) -> Result<(), Box<dyn StdError>> {
+    let image = Image::new(device, &texture_desc("cleared", 2048, 2048, 1))?;
+    let mut cmd = CommandBuffer::new(device, "clear")?;
+    cmd.begin()?;
+    let target = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+    barrier::image_barrier(
+        device,
+        cmd.raw,
+        &image,
+        (vk::PipelineStageFlags::TOP_OF_PIPE, vk::AccessFlags::empty(), vk::ImageLayout::UNDEFINED),
+        (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE, target),
+    );
+    let range = barrier::ImageRange::from(&image).range;
+    // SAFETY: recording; the image outlives the submission, as its owner sees to.
+    unsafe {
+        let color = vk::ClearColorValue { float32: [1.0; 4] };
+        device.raw.cmd_clear_color_image(cmd.raw, image.raw, target, &color, &[range]);
+    }
+    cmd.end()?;
+    device.submit(&cmd)?;
+    Err("something else went wrong".into())
+}
+
+#[test]
+fn an_early_error_pulls_nothing_from_under_the_gpu() -> TestResult {
+    with_device(|device| {
+        for _ in 0..4 {
+            assert!(clear_then_fail(device).is_err());
+            // Nobody owns them any more, whether the GPU is done with them or not.
+            assert_eq!(device.live_objects(), Vec::<String>::new());
+        }
+        device.wait_idle()?;
+        assert_eq!(device.memory_report().objects.len(), 0);
+        Ok(())
+    })
+}
+
+#[test]
+fn a_leak_is_reported_as_a_message() -> TestResult {
+    let instance = Instance::new(&InstanceOptions::default()).map_err(|error| error.to_string())?;
+    let device = Device::new(&instance, &DeviceChoice::Auto)?;
+    let usage = vk::BufferUsageFlags::UNIFORM_BUFFER;
+    let buffer = Buffer::new(&device, "forgotten", 256, usage, Location::Upload, MemoryKind::Uniform)?;
+    assert_eq!(device.report_leaks(), 1);
+    let messages = instance.take_messages();
+    assert!(messages.iter().any(|message| message.kind == MessageKind::Leak && message.text.contains("forgotten")));
+    drop(buffer);
+    assert_eq!(device.report_leaks(), 0);
+    Ok(())
+}
+
+#[test]
+fn memory_is_counted_by_kind_and_its_peak_is_kept() -> TestResult {
+    with_device(|device| {
+        let image = Image::new(device, &texture_desc("counted", 512, 512, 1))?;
+        let report = device.memory_report();
+        let textures = report.kinds.get(&MemoryKind::Texture).copied().unwrap_or_default();
+        assert_eq!((textures.objects, textures.bytes), (1, image.bytes));
+        assert!(image.bytes >= 512 * 512 * 4 && report.block_bytes >= report.bytes && report.blocks == 1);
+        assert_eq!(report.objects.get("IMAGE_VIEW"), Some(&1));
+        let bytes = image.bytes;
+        drop(image);
+        let report = device.memory_report();
+        assert_eq!((report.bytes, report.peak_bytes), (0, bytes));
+        Ok(())
+    })
+}
+
+#[test]
+fn what_the_device_cannot_do_is_a_clear_error() -> TestResult {
+    with_device(|device| {
+        let message =
+            |desc: &ImageDesc<'_>| Image::new(device, desc).map_or_else(|error| error.to_string(), |_| String::new());
+        let limit = device.physical.limits.max_image_dimension2_d;
+        let too_wide = message(&texture_desc("wide", limit + 1, 1, 1));
+        assert!(too_wide.contains("wide") && too_wide.contains(&limit.to_string()), "{too_wide}");
+        let empty = message(&texture_desc("empty", 0, 1, 1));
+        assert!(empty.contains("empty"), "{empty}");
+        // Three-channel attachments: no driver has them.
+        let format = vk::Format::R8G8B8_UNORM;
+        let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT;
+        let wrong = message(&ImageDesc { format, usage, ..texture_desc("rgb", 4, 4, 1) });
+        assert!(wrong.contains("rgb") && wrong.contains("R8G8B8_UNORM"), "{wrong}");
+        let unknown = Device::new(&device.instance, &DeviceChoice::Name("voodoo".to_owned()));
+        let unknown = unknown.map_or_else(|error| error.to_string(), |_| String::new());
+        assert!(unknown.contains("voodoo") && unknown.contains(&device.physical.name), "{unknown}");
+        Ok(())
+    })
+}
+
+#[test]
+fn a_mapped_buffer_is_written_and_read_within_its_bounds_only() -> TestResult {
+    with_device(|device| {
+        let usage = vk::BufferUsageFlags::UNIFORM_BUFFER;
+        let buffer = Buffer::new(device, "uniform", 64, usage, Location::Upload, MemoryKind::Uniform)?;
+        buffer.write(8, &[1.0_f32, 2.0])?;
+        assert_eq!(buffer.read(12, 4)?, 2.0_f32.to_ne_bytes());
+        buffer.write::<u8>(64, &[])?;
+        assert!(buffer.write(60, &[0_u64]).is_err());
+        assert!(buffer.write(u64::MAX, &[0_u8]).is_err());
+        assert!(buffer.read(0, 65).is_err());
+        Ok(())
+    })
+}
+
+#[test]
+fn a_command_buffer_refuses_what_is_out_of_order_and_can_be_recorded_anew() -> TestResult {
+    with_device(|device| {
+        let mut cmd = CommandBuffer::new(device, "again")?;
+        assert!(device.submit(&cmd).is_err() && cmd.end().is_err());
+        let mut tickets = Vec::new();
+        for _ in 0..3 {
+            cmd.begin()?;
+            assert!(cmd.begin().is_err());
+            device.begin_label(cmd.raw, "a label");
+            device.end_label(cmd.raw);
+            cmd.end()?;
+            tickets.push(device.submit(&cmd)?);
+            tickets.push(device.submit(&cmd)?);
+        }
+        assert!(tickets.is_sorted());
+        device.wait(tickets[5])?;
+        for ticket in tickets {
+            assert!(device.is_done(ticket)?);
+        }
+        assert!(device.wait(gpu::Ticket(u64::MAX)).is_err());
+        Ok(())
+    })
+}
+
+#[test]
+fn timestamps_run_forwards() -> TestResult {
+    with_device(|device| {
+        let Some(mut timestamps) = Timestamps::new(device, "times", 2)? else { return Ok(()) };
+        let mut cmd = CommandBuffer::new(device, "timed")?;
+        for _ in 0..2 {
+            cmd.begin()?;
+            timestamps.reset(cmd.raw);
+            for label in ["begin", "end", "beyond the room"] {
+                timestamps.write(cmd.raw, vk::PipelineStageFlags::BOTTOM_OF_PIPE, label);
+            }
+            cmd.end()?;
+            device.wait(device.submit(&cmd)?)?;
+            let points = timestamps.read()?;
+            let labels: Vec<&str> = points.iter().map(|(label, _)| label.as_str()).collect();
+            assert_eq!(labels, ["begin", "end"]);
+            assert!(points[0].1 == 0.0 && (0.0..1000.0).contains(&points[1].1), "{points:?}");
+        }
+        Ok(())
+    })
+}
+
+/// SPIR-V by hand, as these tests need no shader compiler: instructions of (opcode, operands).
+fn spirv(bound: u32, instructions: &[(u32, &[u32])]) -> Vec<u32> {
+    let mut words = vec![0x0723_0203, 0x0001_0000, 0, bound, 0];
+    for (opcode, operands) in instructions {
+        words.push((operands.len() as u32 + 1) << 16 | opcode);
+        words.extend_from_slice(operands);
+    }
+    words
+}
+
+const MAIN: u32 = u32::from_le_bytes(*b"main");
+
+/// `override value = 7u; @group(0) @binding(0) var<storage> out: u32; out = value;`
+fn store_constant_shader() -> Vec<u32> {
+    spirv(
+        13,
+        &[
+            (17, &[1]),              // OpCapability Shader
+            (14, &[0, 1]),           // OpMemoryModel Logical GLSL450
+            (15, &[5, 1, MAIN, 0]),  // OpEntryPoint GLCompute %1 "main"
+            (16, &[1, 17, 1, 1, 1]), // OpExecutionMode %1 LocalSize 1 1 1
+            (71, &[5, 1, 3]),        // OpDecorate %5 SpecId 3
+            (71, &[6, 3]),           // OpDecorate %6 BufferBlock
+            (72, &[6, 0, 35, 0]),    // OpMemberDecorate %6 0 Offset 0
+            (71, &[8, 34, 0]),       // OpDecorate %8 DescriptorSet 0
+            (71, &[8, 33, 0]),       // OpDecorate %8 Binding 0
+            (19, &[2]),              // %2 = OpTypeVoid
+            (33, &[3, 2]),           // %3 = OpTypeFunction %2
+            (21, &[4, 32, 0]),       // %4 = OpTypeInt 32 0
+            (50, &[4, 5, 7]),        // %5 = OpSpecConstant %4 7
+            (30, &[6, 4]),           // %6 = OpTypeStruct %4
+            (32, &[7, 2, 6]),        // %7 = OpTypePointer Uniform %6
+            (59, &[7, 8, 2]),        // %8 = OpVariable %7 Uniform
+            (32, &[9, 2, 4]),        // %9 = OpTypePointer Uniform %4
+            (43, &[4, 10, 0]),       // %10 = OpConstant %4 0
+            (54, &[2, 1, 0, 3]),     // %1 = OpFunction %2 None %3
+            (248, &[11]),            // %11 = OpLabel
+            (65, &[9, 12, 8, 10]),   // %12 = OpAccessChain %9 %8 %10
+            (62, &[12, 5]),          // OpStore %12 %5
+            (253, &[]),              // OpReturn
+            (56, &[]),               // OpFunctionEnd
+        ],
+    )
+}
+
+#[test]
+fn a_compute_pipeline_sees_its_buffer_and_its_specialization_constants() -> TestResult {
+    with_device(|device| {
+        let binding = vk::DescriptorSetLayoutBinding::default()
+            .binding(0)
+            .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+            .descriptor_count(1)
+            .stage_flags(vk::ShaderStageFlags::COMPUTE);
+        let set_layout = SetLayout::new(device, "set layout", &[binding])?;
+        let layout = gpu::pipeline_layout(device, "layout", &[set_layout.raw], &[])?;
+        let shader = store_constant_shader();
+        let stage = ShaderStage {
+            spirv: &shader,
+            entry: c"main",
+            stage: vk::ShaderStageFlags::COMPUTE,
+            constants: &[(3, 0xabcd_ef01)],
+        };
+        let pipeline = gpu::compute_pipeline(device, "store", &stage, layout.raw)?;
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        let buffer = Buffer::new(device, "out", 4, usage, Location::ReadBack, MemoryKind::ReadBack)?;
+        let pool = DescriptorPool::new(
+            device,
+            "pool",
+            1,
+            &[(vk::DescriptorType::STORAGE_BUFFER, 1), (vk::DescriptorType::SAMPLER, 0)],
+        )?;
+        let set = pool.allocate("set", set_layout.raw)?;
+        SetWriter::new().storage_buffer(0, &buffer, ..).update(device, set);
+        let mut cmd = CommandBuffer::new(device, "dispatch")?;
+        cmd.begin()?;
+        // SAFETY: recording; all of these outlive the wait below.
+        unsafe {
+            device.raw.cmd_bind_pipeline(cmd.raw, vk::PipelineBindPoint::COMPUTE, pipeline.raw);
+            device.raw.cmd_bind_descriptor_sets(cmd.raw, vk::PipelineBindPoint::COMPUTE, layout.raw, 0, &[set], &[]);
+            device.raw.cmd_dispatch(cmd.raw, 1, 1, 1);
+        }
+        barrier::buffer_barrier(
+            device,
+            cmd.raw,
+            &buffer,
+            (vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE),
+            (vk::PipelineStageFlags::HOST, vk::AccessFlags::HOST_READ),
+        );
+        cmd.end()?;
+        device.wait(device.submit(&cmd)?)?;
+        assert_eq!(buffer.read(0, 4)?, 0xabcd_ef01_u32.to_ne_bytes());
+        let no_shader = ShaderStage { spirv: &[1, 2, 3], ..stage };
+        assert!(gpu::compute_pipeline(device, "none", &no_shader, layout.raw).is_err());
+        Ok(())
+    })
+}
+
+/// `@location(0) position: vec4<f32>` to `@builtin(position)`.
+fn pass_position_shader() -> Vec<u32> {
+    spirv(
+        12,
+        &[
+            (17, &[1]),                   // OpCapability Shader
+            (14, &[0, 1]),                // OpMemoryModel Logical GLSL450
+            (15, &[0, 1, MAIN, 0, 7, 9]), // OpEntryPoint Vertex %1 "main" %7 %9
+            (71, &[7, 30, 0]),            // OpDecorate %7 Location 0
+            (71, &[9, 11, 0]),            // OpDecorate %9 BuiltIn Position
+            (19, &[2]),                   // %2 = OpTypeVoid
+            (33, &[3, 2]),                // %3 = OpTypeFunction %2
+            (22, &[4, 32]),               // %4 = OpTypeFloat 32
+            (23, &[5, 4, 4]),             // %5 = OpTypeVector %4 4
+            (32, &[6, 1, 5]),             // %6 = OpTypePointer Input %5
+            (59, &[6, 7, 1]),             // %7 = OpVariable %6 Input
+            (32, &[8, 3, 5]),             // %8 = OpTypePointer Output %5
+            (59, &[8, 9, 3]),             // %9 = OpVariable %8 Output
+            (54, &[2, 1, 0, 3]),          // %1 = OpFunction %2 None %3
+            (248, &[10]),                 // %10 = OpLabel
+            (61, &[5, 11, 7]),            // %11 = OpLoad %5 %7
+            (62, &[9, 11]),               // OpStore %9 %11
+            (253, &[]),                   // OpReturn
+            (56, &[]),                    // OpFunctionEnd
+        ],
+    )
+}
+
+/// `@location(0)`: (0, 1, 0, 1).
+fn green_shader() -> Vec<u32> {
+    spirv(
+        12,
+        &[
+            (17, &[1]),                       // OpCapability Shader
+            (14, &[0, 1]),                    // OpMemoryModel Logical GLSL450
+            (15, &[4, 1, MAIN, 0, 7]),        // OpEntryPoint Fragment %1 "main" %7
+            (16, &[1, 7]),                    // OpExecutionMode %1 OriginUpperLeft
+            (71, &[7, 30, 0]),                // OpDecorate %7 Location 0
+            (19, &[2]),                       // %2 = OpTypeVoid
+            (33, &[3, 2]),                    // %3 = OpTypeFunction %2
+            (22, &[4, 32]),                   // %4 = OpTypeFloat 32
+            (23, &[5, 4, 4]),                 // %5 = OpTypeVector %4 4
+            (32, &[6, 3, 5]),                 // %6 = OpTypePointer Output %5
+            (59, &[6, 7, 3]),                 // %7 = OpVariable %6 Output
+            (43, &[4, 8, 0]),                 // %8 = OpConstant %4 0.0
+            (43, &[4, 9, 1.0_f32.to_bits()]), // %9 = OpConstant %4 1.0
+            (44, &[5, 10, 8, 9, 8, 9]),       // %10 = OpConstantComposite %5 %8 %9 %8 %9
+            (54, &[2, 1, 0, 3]),              // %1 = OpFunction %2 None %3
+            (248, &[11]),                     // %11 = OpLabel
+            (62, &[7, 10]),                   // OpStore %7 %10
+            (253, &[]),                       // OpReturn
+            (56, &[]),                        // OpFunctionEnd
+        ],
+    )
+}
+
+const SIZE: vk::Extent2D = vk::Extent2D { width: 4, height: 4 };
+
+/// A pass that clears to red and ends as a copy's source.
+fn red_pass(device: &Arc<Device>, image: &Image) -> gpu::Result<(RenderPass, Framebuffer)> {
+    let layout = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
+    let attachment = vk::AttachmentDescription::default()
+        .format(image.format)
+        .samples(image.samples)
+        .load_op(vk::AttachmentLoadOp::CLEAR)
+        .store_op(vk::AttachmentStoreOp::STORE)
+        .initial_layout(vk::ImageLayout::UNDEFINED)
+        .final_layout(layout);
+    let color = [vk::AttachmentReference { attachment: 0, layout }];
+    let subpasses = [SubpassDesc { color: &color, ..SubpassDesc::default() }];
+    let pass = RenderPass::new(device, "red", &[attachment], &subpasses, &[])?;
+    let framebuffer = gpu::framebuffer(device, "red", pass.raw, &[image.view], SIZE)?;
+    Ok((pass, framebuffer))
+}
+
+fn green_pipeline(device: &Arc<Device>, pass: &RenderPass) -> gpu::Result<GraphicsPipeline> {
+    let layout = gpu::pipeline_layout(device, "no sets", &[], &[])?;
+    let (vertex, fragment) = (pass_position_shader(), green_shader());
+    let stage = |spirv, stage| ShaderStage { spirv, entry: c"main", stage, constants: &[] };
+    GraphicsPipeline::new(
+        device,
+        &GraphicsPipelineDesc {
+            name: "green",
+            stages: &[
+                stage(&vertex[..], vk::ShaderStageFlags::VERTEX),
+                stage(&fragment[..], vk::ShaderStageFlags::FRAGMENT),
+            ],
+            vertex_bindings: &[vk::VertexInputBindingDescription::default().stride(16)],
+            vertex_attributes: &[vk::VertexInputAttributeDescription::default().format(vk::Format::R32G32B32A32_SFLOAT)],
+            cull_mode: vk::CullModeFlags::BACK,
+            front_face: vk::FrontFace::COUNTER_CLOCKWISE,
+            depth: None,
+            depth_bias: false,
+            depth_clamp: false,
+            blend: &[vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA)],
+            samples: vk::SampleCountFlags::TYPE_1,
+            layout: layout.raw,
+            render_pass: pass.raw,
+            subpass: 0,
+        },
+    )
+}
+
+#[test]
+fn a_graphics_pipeline_draws_its_triangle() -> TestResult {
+    with_device(|device| {
+        let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC;
+        let desc = ImageDesc { usage, kind: MemoryKind::Attachment, ..texture_desc("output", 4, 4, 1) };
+        let image = Image::new(device, &desc)?;
+        let (pass, framebuffer) = red_pass(device, &image)?;
+        let pipeline = green_pipeline(device, &pass)?;
+        // The half below the diagonal from the top left, counter-clockwise on the screen.
+        let corners: [[f32; 4]; 3] = [[-1.0, -1.0, 0.5, 1.0], [-1.0, 1.0, 0.5, 1.0], [1.0, 1.0, 0.5, 1.0]];
+        let usage = vk::BufferUsageFlags::VERTEX_BUFFER;
+        let vertices = Buffer::new(device, "corners", 48, usage, Location::Upload, MemoryKind::Geometry)?;
+        vertices.write(0, &corners)?;
+        let mut cmd = CommandBuffer::new(device, "draw")?;
+        cmd.begin()?;
+        let clear = [vk::ClearValue { color: vk::ClearColorValue { float32: [1.0, 0.0, 0.0, 1.0] } }];
+        let begin = vk::RenderPassBeginInfo::default()
+            .render_pass(pass.raw)
+            .framebuffer(framebuffer.raw)
+            .render_area(SIZE.into())
+            .clear_values(&clear);
+        let viewport = vk::Viewport { width: 4.0, height: 4.0, max_depth: 1.0, ..vk::Viewport::default() };
+        // SAFETY: recording; all of these outlive the wait in `read_level`.
+        unsafe {
+            let raw = &device.raw;
+            raw.cmd_begin_render_pass(cmd.raw, &begin, vk::SubpassContents::INLINE);
+            raw.cmd_bind_pipeline(cmd.raw, vk::PipelineBindPoint::GRAPHICS, pipeline.raw);
+            raw.cmd_set_viewport(cmd.raw, 0, &[viewport]);
+            raw.cmd_set_scissor(cmd.raw, 0, &[SIZE.into()]);
+            raw.cmd_bind_vertex_buffers(cmd.raw, 0, &[vertices.raw], &[0]);
+            raw.cmd_draw(cmd.raw, 3, 1, 0, 0);
+            raw.cmd_end_render_pass(cmd.raw);
+        }
+        cmd.end()?;
+        device.submit(&cmd)?;
+        let texels = read_level(
+            &image,
+            0,
+            (
+                vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT,
+                vk::AccessFlags::COLOR_ATTACHMENT_WRITE,
+                vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
+            ),
+        )?;
+        let at = |x: usize, y: usize| &texels[(y * 4 + x) * 4..][..4];
+        assert_eq!(at(0, 3), [0, 255, 0, 255], "below the diagonal");
+        assert_eq!(at(3, 0), [255, 0, 0, 255], "above the diagonal");
+        Ok(())
+    })
+}
+
+#[test]
+fn every_missing_barrier_is_noticed_however_often() -> TestResult {
+    // As often as a layer with a limit on repeated messages would not say it.
+    const TIMES: usize = 15;
+    let options = InstanceOptions { validation: Validation::Synchronization, sync_shader_heuristic: true };
+    let instance = Instance::new(&options).map_err(|error| error.to_string())?;
+    let device = Device::new(&instance, &DeviceChoice::Auto)?;
+    let usage = vk::BufferUsageFlags::TRANSFER_DST | vk::BufferUsageFlags::TRANSFER_SRC;
+    let new = |name| Buffer::new(&device, name, 64, usage, Location::Device, MemoryKind::Geometry);
+    let (first, second) = (new("first")?, new("second")?);
+    let mut cmd = CommandBuffer::new(&device, "hazard")?;
+    for _ in 0..TIMES {
+        cmd.begin()?;
+        let region = vk::BufferCopy { src_offset: 0, dst_offset: 0, size: 64 };
+        // SAFETY: recording; the buffers outlive the waits. That the second copy may read before the first has written
+        // is the point, and does no harm.
+        unsafe {
+            device.raw.cmd_fill_buffer(cmd.raw, first.raw, 0, 64, 1);
+            device.raw.cmd_copy_buffer(cmd.raw, first.raw, second.raw, &[region]);
+        }
+        cmd.end()?;
+        device.wait(device.submit(&cmd)?)?;
+    }
+    let mut messages = instance.take_messages();
+    messages.retain(|message| message.kind == MessageKind::Validation);
+    let hazards = messages.iter().filter(|message| message.id_name.contains("SYNC-HAZARD-READ-AFTER-WRITE"));
+    assert_eq!(hazards.count(), TIMES, "{messages:#?}");
+    assert!(messages.iter().all(|message| message.text.contains("first")), "objects have names: {messages:#?}");
+    Ok(())
+}
