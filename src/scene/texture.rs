@@ -1,5 +1,18 @@
 //! Decoded images.
 
+use std::io::Cursor;
+use std::path::Path;
+
+use image::{DynamicImage, ImageError, ImageFormat, ImageReader, Limits, RgbaImage};
+
+use super::Error;
+
+/// Longest edge of a texture, in texels: what desktop devices take.
+pub const MAX_TEXTURE_EDGE: u32 = 16384;
+
+/// The most that decoding one image may allocate: the largest texture of 8-bit RGBA.
+const MAX_DECODED_BYTES: u64 = 4 * (MAX_TEXTURE_EDGE as u64) * (MAX_TEXTURE_EDGE as u64);
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ColorSpace {
     /// RGB is sRGB-encoded, alpha linear.
@@ -16,4 +29,106 @@ pub struct Texture {
     pub color_space: ColorSpace,
     /// 4 bytes a texel.
     pub texels: Vec<u8>,
+}
+
+impl Texture {
+    pub(crate) fn from_image(name: impl Into<String>, image: RgbaImage, color_space: ColorSpace) -> Self {
+        let size = [image.width(), image.height()];
+        Self { name: name.into(), size, color_space, texels: image.into_raw() }
+    }
+}
+
+/// Reads an image file: PNG, JPEG, TGA, BMP or OpenEXR, told apart by content rather than by name.
+///
+/// # Errors
+/// `Error::Read` when the file cannot be read; `Error::Content` when it is no such image or its header claims an edge above
+/// [`MAX_TEXTURE_EDGE`] (which is refused before anything is allocated).
+pub(crate) fn read_image(path: &Path, color_space: ColorSpace) -> Result<RgbaImage, Error> {
+    let bytes = std::fs::read(path).map_err(|e| Error::Read { path: path.to_owned(), cause: e.to_string() })?;
+    decode_image(&bytes, path, color_space)
+}
+
+/// The same from memory; `path` names it in errors and, for TGA, which has no mark of its own, says the format.
+pub(crate) fn decode_image(bytes: &[u8], path: &Path, color_space: ColorSpace) -> Result<RgbaImage, Error> {
+    let wrong = |what: String| Error::Content { path: path.to_owned(), line: None, what };
+    let tga = || ImageFormat::from_path(path).ok().filter(|&format| format == ImageFormat::Tga);
+    let Some(format) = image::guess_format(bytes).ok().or_else(tga) else {
+        return Err(wrong("is not an image (PNG, JPEG, TGA, BMP and OpenEXR can be read)".into()));
+    };
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(MAX_TEXTURE_EDGE);
+    limits.max_image_height = Some(MAX_TEXTURE_EDGE);
+    limits.max_alloc = Some(MAX_DECODED_BYTES);
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    reader.limits(limits);
+    let image = reader.decode().map_err(|error| match error {
+        ImageError::Limits(_) => wrong(format!("is larger than {MAX_TEXTURE_EDGE}x{MAX_TEXTURE_EDGE} texels")),
+        error => wrong(format!("cannot be decoded: {}", error.to_string().replace('\n', " "))),
+    })?;
+    if image.width() == 0 || image.height() == 0 {
+        return Err(wrong("has no texels".into()));
+    }
+    Ok(to_rgba8(image, color_space))
+}
+
+fn to_rgba8(image: DynamicImage, color_space: ColorSpace) -> RgbaImage {
+    let is_float = matches!(image, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
+    if !is_float || color_space == ColorSpace::Linear {
+        return image.into_rgba8();
+    }
+    // Float images are linear; storing them as sRGB means encoding them.
+    let mut image = image.into_rgba32f();
+    for pixel in image.pixels_mut() {
+        pixel.0[..3].iter_mut().for_each(|channel| *channel = srgb_encode(*channel));
+    }
+    DynamicImage::ImageRgba32F(image).into_rgba8()
+}
+
+/// IEC 61966-2-1, for 0 to 1; clamps. NaN becomes 0.
+fn srgb_encode(linear: f32) -> f32 {
+    let linear = linear.max(0.0).min(1.0);
+    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error_of(bytes: &[u8], name: &str) -> String {
+        decode_image(bytes, Path::new(name), ColorSpace::Srgb).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn what_is_no_image_is_named() {
+        assert!(error_of(b"hello", "a/wall.png").starts_with("a/wall.png: is not an image"));
+        assert!(error_of(b"", "wall.jpg").contains("is not an image"));
+        assert!(error_of(b"\x89PNG\r\n\x1a\ncut", "wall.png").contains("cannot be decoded"));
+        assert!(matches!(read_image(Path::new("/no/such.png"), ColorSpace::Srgb), Err(Error::Read { .. })));
+    }
+
+    #[test]
+    fn a_header_that_claims_too_much_is_refused() {
+        let mut png = Vec::new();
+        RgbaImage::new(1, 1).write_to(&mut Cursor::new(&mut png), ImageFormat::Png).unwrap();
+        // Width and height of IHDR, and its checksum.
+        let mut header =
+            [b"IHDR".as_slice(), &100_000_u32.to_be_bytes(), &100_000_u32.to_be_bytes(), &png[24..29]].concat();
+        header.extend(crc32(&header).to_be_bytes());
+        png.splice(12..33, header);
+        assert!(error_of(&png, "huge.png").contains("larger than 16384x16384"), "{}", error_of(&png, "huge.png"));
+    }
+
+    fn crc32(bytes: &[u8]) -> u32 {
+        let step = |crc: u32, byte: &u8| {
+            (0..8).fold(crc ^ u32::from(*byte), |crc, _| if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 })
+        };
+        !bytes.iter().fold(!0, step)
+    }
+
+    #[test]
+    fn float_images_are_encoded_for_srgb() {
+        let image = image::Rgba32FImage::from_pixel(1, 1, image::Rgba([0.214, 2.0, f32::NAN, 0.5]));
+        let encoded = to_rgba8(DynamicImage::ImageRgba32F(image), ColorSpace::Srgb);
+        assert_eq!(encoded.get_pixel(0, 0).0, [128, 255, 0, 128]);
+    }
 }

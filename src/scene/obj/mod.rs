@@ -1,46 +1,124 @@
-//! Wavefront OBJ and MTL.
+//! Wavefront OBJ and MTL, as real files have them.
+//!
+//! tobj parses; around it [`scan`](self) and its MTL twin check numbers and indices while their line is known and bring into
+//! shape what tobj would refuse, misread or drop. What cannot be drawn is refused with file and line; what can be drawn
+//! without something is drawn, with a warning.
+//!
+//! **Geometry.** Positions are read as f64 and recentred by mesh, one mesh for each group and material. Polygons are cut, also
+//! concave ones. Missing normals follow smoothing groups; a file without any gets edges above 60 degrees hard and all others
+//! smooth. Tangents are made where a material has a normal map. V is turned over, so that (0, 0) is the image's upper left.
+//! Points, lines, free-form surfaces and vertex colours are not drawn.
+//!
+//! **Materials.** MTL describes Phong's model, Afterlight's default is metallic-roughness. Both are filled:
+//!
+//! | MTL | becomes |
+//! |---|---|
+//! | `Kd`, `map_Kd` | base colour: their product; a black `Kd` beside a map counts as white |
+//! | `map_d`, alpha of `map_Kd` | alpha; masked at a half, and two-sided, if anything is below it |
+//! | `d`, `Tr` | nothing yet: drawn opaque, with a warning |
+//! | `Ns`, `map_Ns` | shininess; perceptual roughness (2 / (Ns + 2))^(1/4), whose highlight is as wide; rough without `Ns` |
+//! | `Pr`, `Pm`, `map_Pr`, `map_Pm` | roughness and metalness, before what `Ns` says; 0 metallic without |
+//! | `Ks`, `map_Ks` | specular colour of the Phong models; F0 stays 0.04 whatever it is |
+//! | `Ka` | ambient share of the Phong models: luminance of Ka over Kd |
+//! | `Ke`, `map_Ke` | emitted radiance in nits |
+//! | `norm`, `bump`, `map_Bump` | normal map, +Y up; a bump map that is no normal map is taken for heights; `-bm` scales both |
+//! | `-s`, `-o` | texture coordinates, if all maps of the material agree |
+//!
+//! All colours are taken as linear, as the format does not say. `illum`, `Ni`, `Tf` and `map_Ka` change nothing.
 
 mod geometry;
+mod maps;
+mod materials;
+mod mtl;
 mod normals;
 mod polygon;
 mod scan;
 mod text;
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use glam::DAffine3;
 
-use super::{Error, Material, Object};
-pub use super::{Imported, LoadOptions};
+use self::geometry::Group;
+use self::materials::Draft;
+use self::scan::Scan;
+use super::{Error, Object};
+pub use super::{Imported, LoadOptions, Progress};
 
-/// Loads a model.
-pub fn load(path: &Path, _options: &LoadOptions) -> Result<Imported, Error> {
-    let t0 = std::time::Instant::now();
-    let text = text::read(path)?;
-    eprintln!("read {:?}", t0.elapsed());
-    let mut scan = scan::scan(path, &text)?;
-    drop(text);
-    eprintln!("scan {:?}", t0.elapsed());
-    let needs = vec![geometry::MaterialNeeds { tangents: true, ..Default::default() }; scan.materials.len()];
-    let parsed = geometry::parse(path, &std::mem::take(&mut scan.text))?;
-    eprintln!("tobj {:?}", t0.elapsed());
-    let (groups, degenerate) = geometry::build(&scan, parsed, &needs);
-    eprintln!("build {:?}", t0.elapsed());
-    let mut imported = Imported::default();
+/// Loads an OBJ file, the MTL files that it names and their textures.
+///
+/// # Errors
+/// `Error::Read` for a file that is there but cannot be read (of files that are named but missing only the OBJ itself is an
+/// error); `Error::Content`, with the line where there is one, for what the module's documentation calls wrong, for a texture
+/// that is no image, and for a file without a triangle to draw.
+pub fn load(path: &Path, options: &LoadOptions) -> Result<Imported, Error> {
+    let mut scan = scan::scan(path, &text::read(path)?)?;
+    let mut warnings: Vec<String> =
+        scan.warnings.iter().map(|warning| format!("{}: {warning}", path.display())).collect();
+    let drafts = draft_materials(path, &scan, &mut warnings)?;
+    let needs: Vec<_> = drafts.iter().map(|draft| draft.needs).collect();
+
+    // Decoding textures and building meshes take about as long, and neither waits for the other.
+    let (finished, built) = rayon::join(
+        || materials::finish(drafts, options, &mut warnings),
+        || {
+            let parsed = geometry::parse(path, &std::mem::take(&mut scan.text))?;
+            Ok(geometry::build(&scan, parsed, &needs))
+        },
+    );
+    let (groups, degenerate) = built?;
+    let (materials, textures) = finished?;
     if degenerate > 0 {
-        scan.warnings.push(format!("{degenerate} triangles without area are left out"));
+        warnings.push(format!("{}: triangles without area ({degenerate}) are left out", path.display()));
     }
-    for group in groups {
-        imported.objects.push(Object {
-            name: scan.groups[group.group].clone(),
-            mesh: imported.meshes.len(),
-            material: group.material,
-            transform: DAffine3::IDENTITY,
-        });
-        imported.meshes.push(group.mesh);
+    if groups.is_empty() {
+        let what = format!("has no triangle with an area ({degenerate} without)");
+        return Err(Error::Content { path: path.to_owned(), line: None, what });
     }
-    imported.materials =
-        scan.materials.iter().map(|(name, _)| Material { name: name.clone(), ..Material::default() }).collect();
-    imported.warnings = scan.warnings.iter().map(|warning| format!("{}: {warning}", path.display())).collect();
+    let mut imported = Imported { materials, textures, warnings, ..Imported::default() };
+    groups.into_iter().for_each(|group| place(&mut imported, &scan, group));
     Ok(imported)
+}
+
+/// A draft for each material that the OBJ uses, in its order.
+fn draft_materials(path: &Path, scan: &Scan, warnings: &mut Vec<String>) -> Result<Vec<Draft>, Error> {
+    let definitions = materials::read_libraries(path, &scan.libraries, warnings)?;
+    let by_name: HashMap<&str, usize> = definitions.iter().enumerate().map(|(i, d)| (d.name.as_str(), i)).collect();
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut drafts = Vec::new();
+    for (name, line) in &scan.materials {
+        let ignoring_case = || definitions.iter().position(|d| d.name.eq_ignore_ascii_case(name));
+        let found = by_name.get(name.as_str()).copied().or_else(ignoring_case);
+        drafts.push(match found {
+            Some(index) => {
+                let definition = &definitions[index];
+                // Names are relative to the MTL; some exporters mean the OBJ.
+                let folders = [definition.file.parent().unwrap_or(Path::new("")), folder];
+                materials::draft(definition, &folders, warnings)
+            }
+            None => {
+                if !name.is_empty() {
+                    let what = "is not defined, a plain one is used";
+                    warnings.push(format!("{}:{line}: material `{name}` {what}", path.display()));
+                }
+                materials::plain(name)
+            }
+        });
+    }
+    Ok(drafts)
+}
+
+fn place(imported: &mut Imported, scan: &Scan, Group { group, material, mut mesh }: Group) {
+    if imported.materials[material].normal_texture.is_none() {
+        // Its bump map turned out to be none.
+        mesh.tangents = Vec::new();
+    }
+    imported.objects.push(Object {
+        name: scan.groups[group].clone(),
+        mesh: imported.meshes.len(),
+        material,
+        transform: DAffine3::IDENTITY,
+    });
+    imported.meshes.push(mesh);
 }

@@ -57,7 +57,13 @@ pub(super) struct Scan {
 /// `Error::Content` with the line for a number that is none, not finite or too large, for an index that is none or points
 /// nowhere; without one for a file that has no faces.
 pub(super) fn scan(path: &Path, text: &str) -> Result<Scan, Error> {
-    let mut scanner = Scanner { text: String::with_capacity(text.len()), ..Scanner::default() };
+    let exists = ["v", "vt", "vn"].map(|keyword| {
+        text.lines().any(|line| {
+            let after = line.trim_start().strip_prefix(keyword);
+            after.is_some_and(|rest| rest.starts_with(char::is_whitespace))
+        })
+    });
+    let mut scanner = Scanner { text: String::with_capacity(text.len()), exists, ..Scanner::default() };
     for (line, statement) in text::statements(text) {
         let (keyword, rest) = text::split_keyword(&statement);
         scanner.statement(line, keyword, rest).map_err(|what| Error::Content {
@@ -103,13 +109,17 @@ struct Scanner {
     material: Option<usize>,
     smoothing: Option<Smoothing>,
     libraries: Vec<(String, usize)>,
-    /// How many positions, texture coordinates and normals there are so far.
+    /// Whether the file has any positions, texture coordinates and normals.
+    exists: [bool; 3],
+    /// How many of them there are so far.
     counts: [usize; 3],
     /// The largest index into each, and its line: a face may name what only comes later.
     furthest: [(usize, usize); 3],
     lines: usize,
     points: usize,
     colors: usize,
+    /// First line whose corners name an attribute of which the file has none at all.
+    dangling: Option<usize>,
     unknown: Option<(usize, String)>,
     unknown_count: usize,
     corners: Vec<[usize; 3]>,
@@ -181,7 +191,8 @@ impl Scanner {
     fn face(&mut self, line: usize, rest: &str) -> Result<(), String> {
         self.corners.clear();
         for word in rest.split_whitespace().take_while(|word| !word.starts_with('#')) {
-            self.corners.push(corner(word, &self.counts)?);
+            let corner = self.corner(line, word)?;
+            self.corners.push(corner);
         }
         match self.corners.len() {
             0 => return Err("a face without corners".into()),
@@ -199,6 +210,35 @@ impl Scanner {
             self.push_face(line);
         }
         Ok(())
+    }
+
+    /// One-based indices of position, texture coordinate and normal; 0 where there is none.
+    fn corner(&mut self, line: usize, word: &str) -> Result<[usize; 3], String> {
+        let mut indices = [0; 3];
+        for (kind, part) in word.split('/').enumerate() {
+            let slot = indices.get_mut(kind).ok_or_else(|| format!("`{word}` has more than three indices"))?;
+            if part.is_empty() {
+                continue;
+            }
+            if kind > 0 && !self.exists[kind] {
+                // Exporters that dropped a whole attribute leave its indices behind; nothing is lost by letting them go.
+                self.dangling.get_or_insert(line);
+                continue;
+            }
+            let index: i64 = part.parse().map_err(|_| format!("`{part}` is not an index"))?;
+            *slot = match index {
+                0 => return Err(format!("index 0 in `{word}`: OBJ counts from 1")),
+                1.. => usize::try_from(index).unwrap_or(usize::MAX),
+                _ => usize::try_from(index.unsigned_abs())
+                    .ok()
+                    .and_then(|back| (self.counts[kind] + 1).checked_sub(back))
+                    .filter(|&index| index > 0)
+                    .ok_or_else(|| {
+                        format!("index {index} is out of range: {} have been defined so far", self.counts[kind])
+                    })?,
+            };
+        }
+        if indices[0] == 0 { Err(format!("`{word}` names no vertex")) } else { Ok(indices) }
     }
 
     fn push_face(&mut self, line: usize) {
@@ -238,7 +278,8 @@ impl Scanner {
         }
         if self.parts.is_empty() {
             let (points, lines) = (self.points, self.lines);
-            let what = format!("has no faces, so there is nothing to draw ({points} points, {lines} lines)");
+            let vertices = self.counts[0];
+            let what = format!("has no faces to draw ({vertices} vertices, {lines} lines, {points} points)");
             return Err((None, what));
         }
         let warnings = self.warnings();
@@ -261,10 +302,14 @@ impl Scanner {
     fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         if self.lines + self.points > 0 {
-            warnings.push(format!("{} lines and {} points are not drawn", self.lines, self.points));
+            warnings.push(format!("lines ({}) and points ({}) are not drawn", self.lines, self.points));
         }
         if self.colors > 0 {
-            warnings.push(format!("{} vertex colours are not used", self.colors));
+            warnings.push(format!("vertex colours ({}) are not used", self.colors));
+        }
+        if let Some(line) = self.dangling {
+            warnings
+                .push(format!("line {line}: indices of texture coordinates or normals, but the file has none of them"));
         }
         if let Some((line, keyword)) = &self.unknown {
             let others = match self.unknown_count - 1 {
@@ -286,7 +331,7 @@ fn smoothing(rest: &str) -> Smoothing {
     }
 }
 
-fn check_number(word: &str) -> Result<(), String> {
+pub(super) fn check_number(word: &str) -> Result<(), String> {
     let number: f64 = word.parse().map_err(|_| format!("`{word}` is not a number"))?;
     if !number.is_finite() {
         return Err(format!("`{word}` is not a finite number"));
@@ -295,28 +340,6 @@ fn check_number(word: &str) -> Result<(), String> {
         return Err(format!("{word} is out of range: at most {LARGEST:e}"));
     }
     Ok(())
-}
-
-/// One-based indices of position, texture coordinate and normal; 0 where there is none.
-fn corner(word: &str, counts: &[usize; 3]) -> Result<[usize; 3], String> {
-    let mut indices = [0; 3];
-    for (kind, part) in word.split('/').enumerate() {
-        let slot = indices.get_mut(kind).ok_or_else(|| format!("`{word}` has more than three indices"))?;
-        if part.is_empty() {
-            continue;
-        }
-        let index: i64 = part.parse().map_err(|_| format!("`{part}` is not an index"))?;
-        *slot = match index {
-            0 => return Err(format!("index 0 in `{word}`: OBJ counts from 1")),
-            1.. => usize::try_from(index).unwrap_or(usize::MAX),
-            _ => usize::try_from(index.unsigned_abs())
-                .ok()
-                .and_then(|back| (counts[kind] + 1).checked_sub(back))
-                .filter(|&index| index > 0)
-                .ok_or_else(|| format!("index {index} is out of range: {} have been defined so far", counts[kind]))?,
-        };
-    }
-    if indices[0] == 0 { Err(format!("`{word}` names no vertex")) } else { Ok(indices) }
 }
 
 fn write_face(out: &mut String, corners: &[[usize; 3]], part: &Part) {

@@ -1,0 +1,307 @@
+//! MTL definitions into materials; the module above documents the mapping.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use glam::{DVec2, Vec3};
+use rayon::prelude::*;
+
+use super::geometry::MaterialNeeds;
+use super::maps::{Made, Request, Source, roughness_of_shininess};
+use super::mtl::{Definition, Map};
+use super::text;
+use crate::scene::{AlphaMode, Error, LoadOptions, Material, Texture, TextureSlot};
+
+/// A material whose textures are still to be made.
+#[derive(Debug, Default)]
+pub(super) struct Draft {
+    pub material: Material,
+    pub needs: MaterialNeeds,
+    pub requests: Vec<(TextureSlot, Request)>,
+}
+
+/// What a face gets whose material is nowhere defined.
+pub(super) fn plain(name: &str) -> Draft {
+    let mut draft = Draft::default();
+    if !name.is_empty() {
+        draft.material.name = name.to_owned();
+    }
+    draft
+}
+
+/// Drafts a material. Textures are looked for in `folders`, in this order; what is missing is warned about.
+pub(super) fn draft(definition: &Definition, folders: &[&Path], warnings: &mut Vec<String>) -> Draft {
+    let mut drafter = Drafter { definition, folders, warnings, placements: Vec::new() };
+    let source = &definition.source;
+    let diffuse = drafter.map("map_Kd", source.diffuse_texture.as_deref());
+    let mut draft =
+        Draft { material: drafter.constants(diffuse.is_some()), needs: MaterialNeeds::default(), requests: Vec::new() };
+    drafter.color(&mut draft, diffuse.as_ref());
+    drafter.normals(&mut draft, diffuse.as_ref());
+    drafter.roughness(&mut draft);
+    drafter.emission(&mut draft);
+    if let Some((image, _)) = drafter.map("map_Ks", source.specular_texture.as_deref()) {
+        if source.specular.is_none() {
+            draft.material.specular = Vec3::ONE;
+        }
+        draft.requests.push((TextureSlot::Specular, Request::Color { image: Some(image), mask: None }));
+    }
+    (draft.needs.uv_scale, draft.needs.uv_offset) = drafter.placement();
+    draft
+}
+
+struct Drafter<'a> {
+    definition: &'a Definition,
+    folders: &'a [&'a Path],
+    warnings: &'a mut Vec<String>,
+    /// Scale and offset of each map's texture coordinates.
+    placements: Vec<(DVec2, DVec2)>,
+}
+
+impl Drafter<'_> {
+    fn warn(&mut self, keyword: &str, what: &str) {
+        let at = self.definition.lines.get(keyword).map(|line| format!(":{line}")).unwrap_or_default();
+        let (file, name) = (self.definition.file.display(), &self.definition.name);
+        self.warnings.push(format!("{file}{at}: material `{name}`: {what}"));
+    }
+
+    fn unknown(&self, keyword: &str) -> Option<&str> {
+        self.definition.source.unknown_param.get(keyword).map(String::as_str)
+    }
+
+    fn number(&self, keyword: &str) -> Option<f32> {
+        // `mtl` has checked that it is one.
+        self.unknown(keyword)?.parse().ok()
+    }
+
+    /// The image that a map statement names, if it is there.
+    fn map(&mut self, keyword: &str, value: Option<&str>) -> Option<(Source, Map)> {
+        let map = Map::parse(value?);
+        for option in &map.ignored {
+            self.warn(keyword, &format!("option `{option}` of {keyword} is not supported"));
+        }
+        let Some(path) = self.folders.iter().find_map(|folder| text::find_file(folder, &map.name)) else {
+            self.warn(keyword, &format!("texture `{}` is missing, drawn without it", map.name));
+            return None;
+        };
+        self.placements.push((map.scale, map.offset));
+        Some((Source { path, channel: map.channel }, map))
+    }
+
+    fn constants(&mut self, has_diffuse_map: bool) -> Material {
+        let source = &self.definition.source;
+        let color = |channels: [f64; 3]| Vec3::from(channels.map(|c| c as f32)).max(Vec3::ZERO);
+        let diffuse = source.diffuse.map(|kd| color(kd).min(Vec3::ONE));
+        let shininess = source.shininess.unwrap_or(0.0).max(0.0) as f32;
+        let unit = |value: f32| value.clamp(0.0, 1.0);
+        let opacity = source.dissolve.or(self.number("Tr").map(|tr| 1.0 - f64::from(tr)));
+        if let Some(opacity) = opacity.filter(|&opacity| opacity < 1.0) {
+            let keyword = if source.dissolve.is_some() { "d" } else { "Tr" };
+            self.warn(keyword, &format!("opacity {opacity} is not supported, drawn opaque"));
+        }
+        Material {
+            name: self.definition.name.clone(),
+            // Exporters write black beside a map and mean the map.
+            base_color: diffuse.filter(|kd| !(has_diffuse_map && *kd == Vec3::ZERO)).unwrap_or(if has_diffuse_map {
+                Vec3::ONE
+            } else {
+                Material::default().base_color
+            }),
+            roughness: self.number("Pr").map_or(roughness_of_shininess(shininess), unit),
+            metallic: self.number("Pm").map_or(0.0, unit),
+            specular: source.specular.map_or(Vec3::ZERO, |ks| color(ks).min(Vec3::ONE)),
+            shininess,
+            ambient: source.ambient.map_or(1.0, |ka| ambient_share(color(ka), diffuse.unwrap_or(Vec3::ONE))),
+            emissive: source.emissive.map_or(Vec3::ZERO, color),
+            ..Material::default()
+        }
+    }
+
+    fn color(&mut self, draft: &mut Draft, diffuse: Option<&(Source, Map)>) {
+        let mask = self.map("map_d", self.definition.source.dissolve_texture.as_deref()).map(|(mask, _)| mask);
+        let image = diffuse.map(|(image, _)| image.clone());
+        // The colour map again means its own alpha, which counts anyway.
+        let mask = mask.filter(|mask| mask.channel.is_some() || image.as_ref().is_none_or(|i| i.path != mask.path));
+        if image.is_some() || mask.is_some() {
+            draft.requests.push((TextureSlot::BaseColor, Request::Color { image, mask }));
+        }
+    }
+
+    fn normals(&mut self, draft: &mut Draft, diffuse: Option<&(Source, Map)>) {
+        let norm = self.unknown("norm").map(str::to_owned);
+        let (found, must_be_normals) = match self.map("norm", norm.as_deref()) {
+            Some(found) => (Some(found), true),
+            None => (self.map("bump", self.definition.source.normal_texture.as_deref()), false),
+        };
+        let Some((image, map)) = found else { return };
+        let is_color_too = diffuse.is_some_and(|(diffuse, _)| diffuse.path == image.path);
+        draft.material.normal_scale = map.bump_scale as f32;
+        draft.needs.tangents = true;
+        let bump_scale = draft.material.normal_scale.to_bits();
+        draft
+            .requests
+            .push((TextureSlot::Normal, Request::Normal { image, must_be_normals, is_color_too, bump_scale }));
+    }
+
+    fn roughness(&mut self, draft: &mut Draft) {
+        let [roughness, metallic] = ["map_Pr", "map_Pm"].map(|keyword| {
+            let value = self.unknown(keyword).map(str::to_owned);
+            self.map(keyword, value.as_deref()).map(|(source, _)| source)
+        });
+        let shininess = match roughness {
+            Some(_) => None,
+            None => self.map("map_Ns", self.definition.source.shininess_texture.as_deref()).map(|(source, _)| source),
+        };
+        if roughness.is_none() && metallic.is_none() && shininess.is_none() {
+            return;
+        }
+        if roughness.is_some() && self.number("Pr").is_none_or(|pr| pr == 0.0) || shininess.is_some() {
+            draft.material.roughness = 1.0;
+        }
+        if metallic.is_some() && draft.material.metallic == 0.0 {
+            draft.material.metallic = 1.0;
+        }
+        let exponent = shininess.is_some().then(|| draft.material.shininess.to_bits());
+        let request = Request::MetallicRoughness { roughness: roughness.or(shininess), shininess: exponent, metallic };
+        draft.requests.push((TextureSlot::MetallicRoughness, request));
+    }
+
+    fn emission(&mut self, draft: &mut Draft) {
+        let value = self.unknown("map_Ke").map(str::to_owned);
+        let Some((image, _)) = self.map("map_Ke", value.as_deref()) else { return };
+        if draft.material.emissive == Vec3::ZERO {
+            draft.material.emissive = Vec3::ONE;
+        }
+        draft.requests.push((TextureSlot::Emissive, Request::Color { image: Some(image), mask: None }));
+    }
+
+    /// Scale and offset for all maps: a mesh has one set of texture coordinates.
+    fn placement(&mut self) -> (DVec2, DVec2) {
+        let Some(&first) = self.placements.first() else { return (DVec2::ONE, DVec2::ZERO) };
+        if self.placements.iter().any(|placement| *placement != first) {
+            self.warn("", "its maps have different -s or -o; the first map's are used for all");
+        }
+        first
+    }
+}
+
+/// Luminance of Ka over that of Kd, at most 1.
+fn ambient_share(ambient: Vec3, diffuse: Vec3) -> f32 {
+    let luminance = |color: Vec3| color.dot(Vec3::new(0.2126, 0.7152, 0.0722));
+    if luminance(diffuse) > 0.0 { (luminance(ambient) / luminance(diffuse)).min(1.0) } else { 1.0 }
+}
+
+/// Makes the drafts' textures, in parallel and each once, and puts them in.
+///
+/// # Errors
+/// That of the first request that cannot be met.
+pub(super) fn finish(
+    drafts: Vec<Draft>,
+    options: &LoadOptions,
+    warnings: &mut Vec<String>,
+) -> Result<(Vec<Material>, Vec<Texture>), Error> {
+    let mut numbers = HashMap::new();
+    let mut requests = Vec::new();
+    for (_, request) in drafts.iter().flat_map(|draft| &draft.requests) {
+        numbers.entry(request.clone()).or_insert_with(|| {
+            requests.push(request);
+            requests.len() - 1
+        });
+    }
+    let done = AtomicUsize::new(0);
+    let make = |request: &&Request| {
+        let made = request.make();
+        options.report("textures", done.fetch_add(1, Ordering::Relaxed) + 1, requests.len());
+        made
+    };
+    // Collected before the first error is looked for, so that which one is told does not depend on timing.
+    let made: Vec<Result<Made, Error>> = requests.par_iter().map(make).collect();
+    let mut textures = Vec::new();
+    let mut outcomes = Vec::new();
+    for made in made {
+        let made = made?;
+        warnings.extend(made.warning);
+        outcomes.push((made.texture.is_some().then_some(textures.len()), made.has_holes, made.is_unscaled));
+        textures.extend(made.texture);
+    }
+    let materials = drafts.into_iter().map(|Draft { mut material, requests, .. }| {
+        for (slot, request) in requests {
+            let (texture, has_holes, is_unscaled) = outcomes[numbers[&request]];
+            put(&mut material, slot, texture);
+            if slot == TextureSlot::BaseColor && has_holes {
+                material.alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
+                // What is cut out of a sheet, as leaves and chains are, is seen from behind too.
+                material.two_sided = true;
+            }
+            if slot == TextureSlot::Normal && !is_unscaled {
+                // The scale is in the map already, or there is no map.
+                material.normal_scale = 1.0;
+            }
+        }
+        material
+    });
+    let materials = materials.collect();
+    Ok((materials, textures))
+}
+
+fn put(material: &mut Material, slot: TextureSlot, texture: Option<usize>) {
+    *match slot {
+        TextureSlot::BaseColor => &mut material.base_color_texture,
+        TextureSlot::Normal => &mut material.normal_texture,
+        TextureSlot::MetallicRoughness => &mut material.metallic_roughness_texture,
+        TextureSlot::Occlusion => &mut material.occlusion_texture,
+        TextureSlot::Emissive => &mut material.emissive_texture,
+        TextureSlot::Specular => &mut material.specular_texture,
+    } = texture;
+}
+
+/// The definitions of the libraries that an OBJ names, by name; a later one of the same name wins, as in tobj.
+///
+/// A line may name several files, or one with spaces: the longest run of words that is a file is taken.
+///
+/// # Errors
+/// As `mtl::read`, for files that are there but wrong.
+pub(super) fn read_libraries(
+    obj: &Path,
+    libraries: &[(String, usize)],
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Definition>, Error> {
+    let folder = obj.parent().unwrap_or(Path::new(""));
+    let mut definitions = Vec::new();
+    for (names, line) in libraries {
+        let (paths, missing) = library_paths(folder, names);
+        for name in missing {
+            warnings.push(format!("{}:{line}: material library `{name}` is missing", obj.display()));
+        }
+        for path in paths {
+            let (found, odd) = super::mtl::read(&path)?;
+            definitions.extend(found);
+            warnings.extend(odd);
+        }
+    }
+    Ok(definitions)
+}
+
+fn library_paths<'a>(folder: &Path, names: &'a str) -> (Vec<PathBuf>, Vec<&'a str>) {
+    let (mut paths, mut missing, mut rest) = (Vec::new(), Vec::new(), names.trim());
+    while !rest.is_empty() {
+        let ends = rest.char_indices().filter(|(_, c)| c.is_whitespace()).map(|(at, _)| at);
+        let mut ends: Vec<usize> = ends.chain([rest.len()]).collect();
+        ends.reverse();
+        let found = ends.iter().find_map(|&end| text::find_file(folder, &rest[..end]).map(|path| (path, end)));
+        let end = match found {
+            Some((path, end)) => {
+                paths.push(path);
+                end
+            }
+            None => {
+                let end = *ends.last().unwrap_or(&rest.len());
+                missing.push(&rest[..end]);
+                end
+            }
+        };
+        rest = rest[end..].trim_start();
+    }
+    (paths, missing)
+}
