@@ -312,3 +312,16 @@ fn assert_original_names_are_warned_about(scenes: &Path) {
     let warnings = load(&folder).unwrap().warnings;
     assert!(warnings[0].contains("texture `textures\\sponza_thorn_diff.tga` is missing"), "{warnings:?}");
 }
+
+#[test]
+fn progress_is_told() {
+    let folder = folder("", &[]);
+    write_image(&folder, "c.png", 1, |_, _| [255; 4]);
+    with_material(&folder, "map_Kd c.png");
+    let steps = std::sync::Mutex::new(Vec::new());
+    let progress = |step: obj::Progress| steps.lock().unwrap().push((step.what, step.done, step.total));
+    obj::load(&folder.path().join("model.obj"), &obj::LoadOptions { progress: Some(&progress) }).unwrap();
+    let mut steps = steps.into_inner().unwrap();
+    steps.sort_unstable();
+    assert_eq!(steps, [("meshes", 1, 1), ("textures", 1, 1)]);
+}
