@@ -1,14 +1,15 @@
 // LIGHTING: every light on every pixel that has a surface. The triangle lies at depth 0 and is drawn with compare LESS, so
 // the sky, which has depth 0, costs nothing.
-// variants: LIGHTS SHADOW MATERIAL SPECULAR POSITION NORMAL_UINT
+// variants: LIGHTS UNIFORM_BUFFER SHADOW MATERIAL SPECULAR POSITION NORMAL_UINT
 // requires: SHADOW -> LIGHTS
+// requires: UNIFORM_BUFFER -> LIGHTS
 // precise
 #import afterlight::frame::{frame}
 #import afterlight::gbuffer::{load_texel, Texel}
 #import afterlight::encodings::{decode_shininess}
 #import afterlight::brdf::{Surface, cook_torrance_surface, phong_surface, reflect_ambient, reflect_light, COOK_TORRANCE, LAMBERT}
 #ifdef LIGHTS
-#import afterlight::lights::{Light, distance_attenuation, spot_attenuation}
+#import afterlight::lights::{lights, reach_of, spot_attenuation}
 #endif
 #ifdef SHADOW
 #import afterlight::shadows::{sun_visibility}
@@ -25,6 +26,8 @@ override PUNCTUAL: bool = true;
 override SPOT: bool = true;
 // All lights' fall-off; 3 where they differ.
 override FALLOFF: u32 = 3u;
+// Some light has a range.
+override RANGED: bool = true;
 // No HDR target: tone-map straight into the output.
 override TONE_MAP: bool = true;
 override OPERATOR: u32 = 0u;
@@ -32,10 +35,6 @@ override OPERATOR: u32 = 0u;
 override LARGEST: f32 = 65000.0;
 // The view of the light alone: albedo 1, not metallic.
 override LIGHT_ONLY: bool = false;
-
-#ifdef LIGHTS
-@group(0) @binding(1) var<storage, read> lights: array<Light>;
-#endif
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
@@ -66,7 +65,8 @@ fn surface_of(texel: Texel, view: vec3<f32>) -> Surface {
 #ifdef LIGHTS
 fn directional_light(surface: Surface, brdf: u32, texel: Texel) -> vec3<f32> {
     var sum = vec3(0.0);
-    for (var i = 0u; i < frame.directional_count; i++) {
+    let end = frame.directional_count;
+    for (var i = 0u; i < end; i++) {
         let to_light = lights[i].position;
         let n_dot_l = dot(surface.normal, to_light);
         if n_dot_l > 0.0 {
@@ -84,21 +84,17 @@ fn directional_light(surface: Surface, brdf: u32, texel: Texel) -> vec3<f32> {
 
 fn punctual_light(surface: Surface, brdf: u32, position: vec3<f32>) -> vec3<f32> {
     var sum = vec3(0.0);
-    for (var i = frame.directional_count; i < frame.light_count; i++) {
-        var light = lights[i];
-        if FALLOFF != 3u {
-            light.falloff = FALLOFF;
-        }
-        let offset = light.position - position;
-        let distance2 = dot(offset, offset);
-        let to_light = offset * inverseSqrt(max(distance2, 1e-20));
-        let n_dot_l = dot(surface.normal, to_light);
-        var strength = distance_attenuation(light, distance2);
+    let end = frame.light_count;
+    for (var i = frame.directional_count; i < end; i++) {
+        let light = lights[i];
+        let reach = reach_of(light, position, select(FALLOFF, light.falloff, FALLOFF == 3u), RANGED);
+        let n_dot_l = dot(surface.normal, reach.to_light);
+        var strength = reach.strength;
         if SPOT {
-            strength *= spot_attenuation(light, to_light);
+            strength *= spot_attenuation(light, reach.to_light);
         }
         if n_dot_l > 0.0 && strength > 0.0 {
-            sum += light.color * strength * reflect_light(surface, brdf, to_light, n_dot_l);
+            sum += light.color * (strength * reflect_light(surface, brdf, reach.to_light, n_dot_l));
         }
     }
     return sum;

@@ -1,6 +1,7 @@
 // VIEW: one of the frame's buffers instead of its light.
-// variants: GBUFFER LIGHTS MATERIAL SPECULAR POSITION NORMAL_UINT OVERDRAW SHADOW_MAP
+// variants: GBUFFER LIGHTS UNIFORM_BUFFER MATERIAL SPECULAR POSITION NORMAL_UINT OVERDRAW SHADOW_MAP
 // requires: LIGHTS -> GBUFFER
+// requires: UNIFORM_BUFFER -> LIGHTS
 // requires: MATERIAL -> GBUFFER
 // requires: SPECULAR -> GBUFFER
 // requires: POSITION -> GBUFFER
@@ -15,7 +16,7 @@
 #import afterlight::encodings::{decode_shininess}
 #endif
 #ifdef LIGHTS
-#import afterlight::lights::{Light, distance_attenuation, spot_attenuation}
+#import afterlight::lights::{lights, reach_of, spot_attenuation}
 #endif
 
 // What is shown; src/passes/view.rs has the same list.
@@ -34,9 +35,6 @@ override GEOMETRIC_STEPS: f32 = 255.0;
 // The output encodes sRGB: undo that for values that are no light, so that the picture holds them as they are.
 override ENCODED_OUTPUT: bool = true;
 
-#ifdef LIGHTS
-@group(0) @binding(1) var<storage, read> lights: array<Light>;
-#endif
 #ifdef OVERDRAW
 @group(1) @binding(0) var subpass_count: texture_2d<f32>;
 #endif
@@ -78,10 +76,8 @@ fn heat(t: f32) -> vec3<f32> {
 fn lights_in_reach(position: vec3<f32>) -> u32 {
     var count = frame.directional_count;
     for (var i = frame.directional_count; i < frame.light_count; i++) {
-        let offset = lights[i].position - position;
-        let distance2 = dot(offset, offset);
-        let to_light = offset * inverseSqrt(max(distance2, 1e-20));
-        if distance_attenuation(lights[i], distance2) * spot_attenuation(lights[i], to_light) > 0.0 {
+        let reach = reach_of(lights[i], position, lights[i].falloff, true);
+        if reach.strength * spot_attenuation(lights[i], reach.to_light) > 0.0 {
             count += 1u;
         }
     }

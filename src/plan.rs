@@ -93,7 +93,11 @@ pub struct PlannedLights {
     pub spot: bool,
     /// The index of the one fall-off that all have (`shaders/shared/lights.wgsl`), 3 where they differ.
     pub falloff: u32,
+    /// Some light has a range.
+    pub ranged: bool,
     pub ambient: bool,
+    /// Few enough for a uniform buffer.
+    pub uniform: bool,
 }
 
 impl PlannedLights {
@@ -136,6 +140,9 @@ pub const HDR: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 pub const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
 /// Counts fragments in steps of 1/255; mandatory to blend.
 pub const COUNT: vk::Format = vk::Format::R8_UNORM;
+
+/// Lights that fit into the least uniform buffer that a device must have; `shaders/shared/lights.wgsl` has the same number.
+pub const UNIFORM_LIGHTS: usize = 256;
 
 impl FramePlan {
     /// Decides what exists.
@@ -299,15 +306,19 @@ fn planned_lights(scene: &Scene, shading: Shading) -> PlannedLights {
     }
     let mut lights = PlannedLights { ambient: scene.environment.ambient.max_element() > 0.0, ..Default::default() };
     let mut falloffs = BTreeSet::new();
-    for light in scene.lights.iter().filter(|light| World::shines(light)) {
+    let shining = || scene.lights.iter().filter(|light| World::shines(light));
+    lights.uniform = shining().count() <= UNIFORM_LIGHTS;
+    for light in shining() {
         match light.kind {
             LightKind::Directional { .. } => lights.directional = true,
-            LightKind::Point { falloff, .. } => {
+            LightKind::Point { falloff, range, .. } => {
                 lights.punctual = true;
+                lights.ranged |= range.is_some();
                 falloffs.insert(falloff_index(falloff));
             }
-            LightKind::Spot { falloff, .. } => {
+            LightKind::Spot { falloff, range, .. } => {
                 (lights.punctual, lights.spot) = (true, true);
+                lights.ranged |= range.is_some();
                 falloffs.insert(falloff_index(falloff));
             }
         }

@@ -6,7 +6,7 @@ const QUADRATIC: u32 = 1u;
 const POLYNOMIAL: u32 = 2u;
 
 // Least distance, part of the model: 1 cm. Nearer than that a point light grows no brighter.
-const MIN_DISTANCE2: f32 = 1e-4;
+const MIN_DISTANCE_SQUARED: f32 = 1e-4;
 
 struct Light {
     // Towards the light for a directional one; else its place relative to the camera.
@@ -25,20 +25,36 @@ struct Light {
     spot_offset: f32,
 }
 
-// Strength at a squared distance, without the spot's cone. Zero from the range on.
-fn distance_attenuation(light: Light, distance2: f32) -> f32 {
-    let x2 = distance2 * light.inverse_range_squared;
-    switch light.falloff {
-        case INVERSE_SQUARE: {
+// Where a light is seen from: its direction and how strong it is there, without the spot's cone.
+struct Reach {
+    // Unit vector.
+    to_light: vec3<f32>,
+    strength: f32,
+}
+
+// `falloff` and `ranged` are constants where all lights agree. Zero from the range on.
+fn reach_of(light: Light, position: vec3<f32>, falloff: u32, ranged: bool) -> Reach {
+    let offset = light.position - position;
+    let distance_squared = dot(offset, offset);
+    let inverse_distance = inverseSqrt(max(distance_squared, 1e-20));
+    var strength = 0.0;
+    if falloff == INVERSE_SQUARE {
+        // 1 / max(d^2, least^2), from the reciprocal that is there already.
+        strength = min(inverse_distance * inverse_distance, 1.0 / MIN_DISTANCE_SQUARED);
+        if ranged {
+            let x2 = distance_squared * light.inverse_range_squared;
             let window = saturate(1.0 - x2 * x2);
-            return window * window / max(distance2, MIN_DISTANCE2);
+            strength *= window * window;
         }
-        case QUADRATIC: { return max(1.0 - x2, 0.0); }
-        default: {
-            let polynomial = light.polynomial.x + light.polynomial.y * sqrt(distance2) + light.polynomial.z * distance2;
-            return select(0.0, 1.0 / max(polynomial, 1e-4), x2 < 1.0);
-        }
+    } else if falloff == QUADRATIC {
+        strength = max(1.0 - distance_squared * light.inverse_range_squared, 0.0);
+    } else {
+        let distance = distance_squared * inverse_distance;
+        let polynomial = light.polynomial.x + light.polynomial.y * distance + light.polynomial.z * distance_squared;
+        let inside = distance_squared * light.inverse_range_squared < 1.0;
+        strength = select(0.0, 1.0 / max(polynomial, 1e-4), inside);
     }
+    return Reach(offset * inverse_distance, strength);
 }
 
 // `to_light` is a unit vector.
@@ -46,3 +62,13 @@ fn spot_attenuation(light: Light, to_light: vec3<f32>) -> f32 {
     let t = saturate(-dot(light.direction, to_light) * light.spot_scale + light.spot_offset);
     return t * t;
 }
+
+// Lights that fit into the least uniform buffer that a device must have, 16 KiB.
+const UNIFORM_LIGHTS: u32 = 256u;
+
+#ifdef UNIFORM_BUFFER
+// Few lights: a uniform buffer, which every driver reads faster when all invocations read the same.
+@group(0) @binding(1) var<uniform> lights: array<Light, UNIFORM_LIGHTS>;
+#else
+@group(0) @binding(1) var<storage, read> lights: array<Light>;
+#endif

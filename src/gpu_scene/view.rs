@@ -7,7 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, DVec4, Mat4, Vec3, Vec4};
 
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter};
-use crate::plan::{FramePlan, Visible, World, falloff_index};
+use crate::plan::{FramePlan, UNIFORM_LIGHTS, Visible, World, falloff_index};
 use crate::scene::{Camera, Falloff, Light, LightKind};
 
 /// `Frame` of `shaders/shared/frame.wgsl`.
@@ -144,9 +144,16 @@ pub fn set_layout(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Owned<v
     let everywhere = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
     let mut bindings = vec![binding(0, vk::DescriptorType::UNIFORM_BUFFER, everywhere)];
     if plan.lights.any() {
-        bindings.push(binding(1, vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::FRAGMENT));
+        bindings.push(binding(1, lights_kind(plan), vk::ShaderStageFlags::FRAGMENT));
     }
     SetLayout::new(device, "frame set layout", &bindings)
+}
+
+fn lights_kind(plan: &FramePlan) -> vk::DescriptorType {
+    match plan.lights.uniform {
+        true => vk::DescriptorType::UNIFORM_BUFFER,
+        false => vk::DescriptorType::STORAGE_BUFFER,
+    }
 }
 
 /// The buffers of one frame in flight, written by the CPU each time, and the set that names them.
@@ -172,17 +179,24 @@ impl ViewBuffers {
             Buffer::new(device, &name, size as u64, usage, Location::Upload, MemoryKind::Uniform)
         };
         let uniform = buffer("camera", size_of::<FrameUniform>(), vk::BufferUsageFlags::UNIFORM_BUFFER)?;
-        let bytes = world.lights.len() * size_of::<LightRecord>();
+        // A uniform buffer is declared with its whole size, a storage buffer ends where it ends.
+        let (count, usage) = match plan.lights.uniform {
+            true => (UNIFORM_LIGHTS, vk::BufferUsageFlags::UNIFORM_BUFFER),
+            false => (world.lights.len(), vk::BufferUsageFlags::STORAGE_BUFFER),
+        };
         let lights = match plan.lights.any() {
-            true => Some(buffer("lights", bytes, vk::BufferUsageFlags::STORAGE_BUFFER)?),
+            true => Some(buffer("lights", count * size_of::<LightRecord>(), usage)?),
             false => None,
         };
-        let kinds = [(vk::DescriptorType::UNIFORM_BUFFER, 1), (vk::DescriptorType::STORAGE_BUFFER, 1)];
+        let kinds = [(vk::DescriptorType::UNIFORM_BUFFER, 2), (vk::DescriptorType::STORAGE_BUFFER, 1)];
         let pool = DescriptorPool::new(device, &format!("pool of frame {index}"), 1, &kinds)?;
         let set = pool.allocate(&format!("set of frame {index}"), layout)?;
         let mut writer = SetWriter::new().uniform_buffer(0, &uniform, uniform.size);
         if let Some(lights) = &lights {
-            writer = writer.storage_buffer(1, lights, lights.size);
+            writer = match plan.lights.uniform {
+                true => writer.uniform_buffer(1, lights, lights.size),
+                false => writer.storage_buffer(1, lights, lights.size),
+            };
         }
         writer.update(device, set);
         Ok(Self { uniform, lights, set, _pool: pool })

@@ -89,6 +89,7 @@ fn flags(plan: &FramePlan) -> Flags {
     let gbuffer = plan.gbuffer.as_ref();
     let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
     when(plan.lights.any(), Flags::LIGHTS)
+        | when(plan.lights.any() && plan.lights.uniform, Flags::UNIFORM_BUFFER)
         | when(plan.shadow.is_some(), Flags::SHADOW)
         | when(gbuffer.is_some_and(|gbuffer| gbuffer.material.is_some()), Flags::MATERIAL)
         | when(gbuffer.is_some_and(|gbuffer| gbuffer.specular.is_some()), Flags::SPECULAR)
@@ -118,6 +119,7 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         (constants::PUNCTUAL, u32::from(plan.lights.punctual)),
         (constants::SPOT, u32::from(plan.lights.spot)),
         (constants::FALLOFF, plan.lights.falloff),
+        (constants::RANGED, u32::from(plan.lights.ranged)),
         (constants::TONE_MAP, tone_map),
         (constants::OPERATOR, curve),
         (constants::LARGEST, largest.to_bits()),

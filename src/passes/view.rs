@@ -76,6 +76,7 @@ fn flags(plan: &FramePlan) -> Flags {
         (_, Some(gbuffer)) => {
             Flags::GBUFFER
                 | when(plan.lights.any(), Flags::LIGHTS)
+                | when(plan.lights.any() && plan.lights.uniform, Flags::UNIFORM_BUFFER)
                 | when(gbuffer.material.is_some(), Flags::MATERIAL)
                 | when(gbuffer.specular.is_some(), Flags::SPECULAR)
                 | when(gbuffer.position.is_some(), Flags::POSITION)
