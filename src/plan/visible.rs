@@ -136,7 +136,7 @@ impl Visible {
         };
         seen.sort_by(|a, b| {
             let ((key_a, material_a, near_a), (key_b, material_b, near_b)) = (rank(a), rank(b));
-            (key_a, material_a).cmp(&(key_b, material_b)).then(near_a.total_cmp(&near_b)).then(a.0.cmp(&b.0))
+            near_a.total_cmp(&near_b).then((key_a, material_a).cmp(&(key_b, material_b))).then(a.0.cmp(&b.0))
         });
         let sun = plan.shadow.and_then(|size| {
             let boxes = seen.iter().map(|&(index, _)| world.objects[index].bounds);
