@@ -36,7 +36,8 @@ pub fn device() -> Capabilities {
 
 /// A unit square for each material, in a row along X.
 pub fn scene(materials: Vec<Material>, lights: Vec<Light>) -> Scene {
-    let mut mesh = Mesh::from_points("square", &[[0., 0.], [1., 0.], [1., 1.], [0., 1.]].map(|[x, y]| DVec3::new(x, y, 0.0)));
+    let mut mesh =
+        Mesh::from_points("square", &[[0., 0.], [1., 0.], [1., 1.], [0., 1.]].map(|[x, y]| DVec3::new(x, y, 0.0)));
     mesh.indices = vec![0, 1, 2, 0, 2, 3];
     mesh.uvs = vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]];
     mesh.compute_normals();
@@ -47,7 +48,13 @@ pub fn scene(materials: Vec<Material>, lights: Vec<Light>) -> Scene {
         material,
         transform: DAffine3::from_translation(DVec3::X * material as f64),
     };
-    Scene { meshes: vec![mesh], objects: (0..materials.len()).map(object).collect(), materials, lights, ..Scene::default() }
+    Scene {
+        meshes: vec![mesh],
+        objects: (0..materials.len()).map(object).collect(),
+        materials,
+        lights,
+        ..Scene::default()
+    }
 }
 
 pub fn material(brdf: Brdf) -> Material {
@@ -110,7 +117,10 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
         ("sunlit", scene(vec![material(Brdf::CookTorrance)], vec![sun()])),
         ("sunlit-lambert", scene(vec![material(Brdf::Lambert)], vec![sun()])),
         ("lamps", scene(vec![material(Brdf::Phong)], vec![point(Falloff::Quadratic), spot(Falloff::InverseSquare)])),
-        ("mixed", scene(vec![material(Brdf::Lambert), textured(Brdf::BlinnPhong)], vec![sun(), point(Falloff::Quadratic)])),
+        (
+            "mixed",
+            scene(vec![material(Brdf::Lambert), textured(Brdf::BlinnPhong)], vec![sun(), point(Falloff::Quadratic)]),
+        ),
         ("emissive", scene(vec![emissive(), textured(Brdf::CookTorrance)], vec![sun()])),
         ("glow", scene(vec![emissive()], vec![])),
         ("mirrored", mirrored),
@@ -127,17 +137,21 @@ pub fn gbuffers() -> Vec<(&'static str, GbufferChoice)> {
         ("float32", preset(GbufferPreset::Float32)),
         ("lean,position=rgba32f", GbufferChoice { position: Some(TargetChoice::Rgba32f), ..lean }),
         ("lean,normal=rgb10a2", GbufferChoice { normal: Some(TargetChoice::Rgb10a2), ..lean }),
-        ("fat,position=depth,normal=oct16uint", GbufferChoice {
-            position: Some(TargetChoice::Depth),
-            normal: Some(TargetChoice::Oct16Uint),
-            ..preset(GbufferPreset::Fat)
-        }),
+        (
+            "fat,position=depth,normal=oct16uint",
+            GbufferChoice {
+                position: Some(TargetChoice::Depth),
+                normal: Some(TargetChoice::Oct16Uint),
+                ..preset(GbufferPreset::Fat)
+            },
+        ),
     ]
 }
 
 /// Every plan of the scenes, views, layouts, outputs and devices above, with what it is of.
 pub fn plans() -> Vec<(String, FramePlan)> {
-    let plain = Capabilities { unorm_2x16_attachment: false, float32_blends: false, lazily_allocated: true, ..device() };
+    let plain =
+        Capabilities { unorm_2x16_attachment: false, float32_blends: false, lazily_allocated: true, ..device() };
     let mut plans = Vec::new();
     for (scene_name, scene) in scenes() {
         for (layout, gbuffer) in gbuffers() {

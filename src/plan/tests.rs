@@ -148,7 +148,10 @@ fn a_target_can_be_overridden_and_the_others_stay() {
     let base = preset(GbufferPreset::Fat);
     let half = vk::Format::R16G16B16A16_SFLOAT;
     let normal = gbuffer_of(CT, GbufferChoice { normal: Some(TargetChoice::Rgb10a2), ..base }, &device());
-    assert_eq!((normal.normal, normal.normal_encoding), (vk::Format::A2B10G10R10_UNORM_PACK32, NormalEncoding::HalfEncoded));
+    assert_eq!(
+        (normal.normal, normal.normal_encoding),
+        (vk::Format::A2B10G10R10_UNORM_PACK32, NormalEncoding::HalfEncoded)
+    );
     assert_eq!((normal.albedo, normal.position), (half, Some(half)));
     let albedo = gbuffer_of(CT, GbufferChoice { albedo: Some(TargetChoice::Rgba8), ..base }, &device());
     assert_eq!((albedo.albedo, albedo.material), (vk::Format::R8G8B8A8_SRGB, Some(half)));
@@ -165,7 +168,8 @@ fn without_normalized_16_bit_targets_octahedral_normals_are_integers() {
     assert_eq!((lean.normal, lean.normal_encoding), (vk::Format::R16G16_UINT, NormalEncoding::Octahedral));
     assert_eq!(lean.bytes_per_pixel(), 16);
     // It can also be asked for.
-    let asked = gbuffer_of(CT, GbufferChoice { normal: Some(TargetChoice::Oct16Uint), ..GbufferChoice::default() }, &device());
+    let asked =
+        gbuffer_of(CT, GbufferChoice { normal: Some(TargetChoice::Oct16Uint), ..GbufferChoice::default() }, &device());
     assert_eq!(asked.normal, vk::Format::R16G16_UINT);
     let half = gbuffer_of(CT, preset(GbufferPreset::Fat), &plain);
     assert_eq!(half.normal, vk::Format::R16G16B16A16_SFLOAT);
@@ -189,7 +193,10 @@ fn the_brdf_is_a_constant_where_all_materials_or_the_user_agree() {
     assert_eq!(plan(&scene(vec![material(CT); 3], vec![])).brdf, PlannedBrdf::One(CT));
     let settings = Settings { brdf: Some(Brdf::BlinnPhong), ..Settings::default() };
     let overridden = plan_with(&mixed, &settings);
-    assert_eq!((overridden.brdf, overridden.brdf_override), (PlannedBrdf::One(Brdf::BlinnPhong), Some(Brdf::BlinnPhong)));
+    assert_eq!(
+        (overridden.brdf, overridden.brdf_override),
+        (PlannedBrdf::One(Brdf::BlinnPhong), Some(Brdf::BlinnPhong))
+    );
     assert!(overridden.geometry.iter().all(|key| key.phong));
     // A material that nothing is made of does not count.
     let mut unused = scene(vec![material(CT)], vec![sky()]);
@@ -268,7 +275,8 @@ fn a_geometry_pipeline_samples_what_its_brdf_and_view_look_at() {
     let slots = |scene: &Scene, seen| {
         let plan = view(scene, seen);
         assert_eq!(plan.geometry.len(), 1);
-        [S::BaseColor, S::Normal, S::MetallicRoughness, S::Occlusion, S::Emissive, S::Specular].map(|s| sampled(&plan, s))
+        [S::BaseColor, S::Normal, S::MetallicRoughness, S::Occlusion, S::Emissive, S::Specular]
+            .map(|s| sampled(&plan, s))
     };
     assert_eq!(slots(&lit, View::Final), [true, true, true, true, false, false]);
     assert_eq!(slots(&lit, View::Overdraw), [false; 6]);
@@ -289,7 +297,16 @@ fn keys_tell_masks_sides_mirrors_and_phong_apart() {
         *plan.geometry.first().expect("a key")
     };
     let plain = only(&scene(vec![material(CT)], vec![sky()]));
-    assert_eq!(plain, GeometryKey { textures: TextureMask::default(), masked: false, two_sided: false, mirrored: false, phong: false });
+    assert_eq!(
+        plain,
+        GeometryKey {
+            textures: TextureMask::default(),
+            masked: false,
+            two_sided: false,
+            mirrored: false,
+            phong: false
+        }
+    );
     let holes = only(&scene(vec![masked()], vec![sky()]));
     assert!(holes.masked && holes.textures.contains(TextureSlot::BaseColor));
     // Without a texture alpha is the same all over.
