@@ -6,7 +6,7 @@
 #import afterlight::frame::{frame}
 #import afterlight::gbuffer::{load_texel, Texel}
 #import afterlight::encodings::{decode_shininess}
-#import afterlight::brdf::{Surface, cook_torrance_surface, phong_surface, reflect_light, COOK_TORRANCE, LAMBERT}
+#import afterlight::brdf::{Surface, cook_torrance_surface, phong_surface, reflect_ambient, reflect_light, COOK_TORRANCE, LAMBERT}
 #ifdef LIGHTS
 #import afterlight::lights::{Light, distance_attenuation, spot_attenuation}
 #endif
@@ -114,8 +114,7 @@ fn fragment(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
     let brdf = select(BRDF, surface.brdf, BRDF == 4u);
     var radiance = vec3(0.0);
     if AMBIENT {
-        let albedo = select(texel.albedo, vec3(1.0), LIGHT_ONLY);
-        radiance += frame.ambient * albedo * texel.occlusion;
+        radiance += frame.ambient * texel.occlusion * reflect_ambient(surface, brdf, texel.roughness);
     }
 #ifdef LIGHTS
     if DIRECTIONAL {

@@ -58,3 +58,33 @@ impl Imported {
         scene.warnings.extend(self.warnings);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    #[test]
+    fn what_is_appended_keeps_pointing_at_its_own() {
+        let imported = Imported {
+            meshes: vec![Mesh::default()],
+            objects: vec![Object { name: "a".into(), mesh: 0, material: 0, transform: DAffine3::IDENTITY }],
+            materials: vec![Material { normal_texture: Some(0), ..Material::default() }],
+            textures: vec![Texture {
+                name: "n".into(),
+                size: [1, 1],
+                color_space: crate::scene::ColorSpace::Linear,
+                texels: vec![0; 4],
+            }],
+            warnings: vec!["odd".into()],
+        };
+        let mut scene = Scene::default();
+        imported.clone().append_to(&mut scene, DAffine3::IDENTITY);
+        imported.append_to(&mut scene, DAffine3::from_translation(DVec3::X));
+        let second = &scene.objects[1];
+        assert_eq!((second.mesh, second.material, second.transform.translation), (1, 1, DVec3::X));
+        assert_eq!(scene.materials[1].normal_texture, Some(1));
+        assert_eq!((scene.textures.len(), scene.warnings.len()), (2, 2));
+    }
+}

@@ -68,8 +68,8 @@ impl Mesh {
         let mut is_set = vec![false; self.positions.len()];
         let mut splits = HashMap::new();
         for (corner, tangent) in tangents.into_iter().enumerate() {
-            let Some(tangent) = tangent else { continue };
             let vertex = self.indices[corner] as usize;
+            let Some(tangent) = tangent.filter(|&tangent| spans_plane(self.normals[vertex], tangent)) else { continue };
             if !is_set[vertex] {
                 is_set[vertex] = true;
                 self.tangents[vertex] = tangent;
@@ -116,6 +116,13 @@ pub(crate) fn corner_angle(points: &[DVec3; 3], corner: usize) -> f64 {
     let a = (points[(corner + 1) % 3] - here).normalize_or_zero();
     let b = (points[(corner + 2) % 3] - here).normalize_or_zero();
     a.dot(b).clamp(-1.0, 1.0).acos()
+}
+
+/// Whether normal and tangent give a bitangent: MikkTSpace answers (1, 0, 0) where texture coordinates coincide, and huge
+/// triangles overflow its f32.
+fn spans_plane(normal: [f32; 3], [x, y, z, _]: [f32; 4]) -> bool {
+    // A comparison that is false for NaN.
+    Vec3::from(normal).cross(Vec3::new(x, y, z)).length_squared() > 1e-6
 }
 
 /// Some tangent for a vertex to which the texture coordinates give none.
@@ -199,6 +206,19 @@ mod tests {
         mesh.compute_tangents();
         assert_eq!(mesh.normals, vec![[0.0, 0.0, 1.0]; 4]);
         assert_eq!(mesh.tangents, vec![[1.0, 0.0, 0.0, 1.0]; 4]);
+    }
+
+    #[test]
+    fn texture_coordinates_without_area_still_give_a_frame() {
+        for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+            let (u, v) = axis.any_orthonormal_pair();
+            let mut mesh = Mesh::from_points("flat", &[DVec3::ZERO, u, v]);
+            mesh.uvs = vec![[0.5, 0.5]; 3];
+            mesh.indices = vec![0, 1, 2];
+            mesh.compute_normals();
+            mesh.compute_tangents();
+            assert!((0..3).all(|i| spans_plane(mesh.normals[i], mesh.tangents[i])), "{axis}");
+        }
     }
 
     #[test]

@@ -65,7 +65,8 @@ pub struct Scene {
 /// Light from everywhere, and what is seen where nothing is.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Environment {
-    /// Ambient radiance that reaches a surface from every direction, in nits; a lambert surface reflects albedo times this.
+    /// Ambient radiance that reaches a surface from every direction, in nits; a lambert surface reflects albedo times this,
+    /// a metal what its lobe reflects of light from everywhere.
     pub ambient: Vec3,
     /// Radiance of the background, in nits.
     pub background: Vec3,
