@@ -6,7 +6,11 @@
 mod gbuffer;
 mod geometry;
 mod parts;
+#[cfg(test)]
+pub(crate) mod samples;
 mod sun;
+#[cfg(test)]
+mod tests;
 mod visible;
 
 pub use gbuffer::{Gbuffer, NormalEncoding};

@@ -57,7 +57,8 @@ fn aces(color: vec3<f32>) -> vec3<f32> {
         vec3(-0.53108, 1.10813, -0.07276),
         vec3(-0.07367, -0.00605, 1.07602),
     );
-    let v = input * color;
+    // The squares of what a single float holds overflow, and infinity over infinity is black.
+    let v = input * min(color, vec3(65000.0));
     let a = v * (v + 0.0245786) - 0.000090537;
     let b = v * (0.983729 * v + 0.4329510) + 0.238081;
     return output * (a / b);

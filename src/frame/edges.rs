@@ -209,3 +209,6 @@ fn hdr_to_tonemap(plan: &FramePlan) -> Edge {
         "TONEMAP reads the light of its pixel, and as the last user drops the HDR target",
     )
 }
+
+#[cfg(test)]
+mod tests;

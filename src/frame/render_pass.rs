@@ -184,3 +184,6 @@ fn geometry_targets(plan: &FramePlan) -> Vec<Option<Target>> {
     ];
     all[..plan.geometry_locations() as usize].to_vec()
 }
+
+#[cfg(test)]
+mod tests;

@@ -248,3 +248,121 @@ const _: () = {
     assert!(offset_of!(LightRecord, polynomial) == light::POLYNOMIAL);
     assert!(offset_of!(LightRecord, spot_offset) == light::SPOT_OFFSET);
 };
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::plan::samples;
+    use crate::scene::{Material, Settings};
+
+    fn uniform_of(camera: &Camera, size: [u32; 2]) -> FrameUniform {
+        let scene = samples::scene(vec![Material::default()], vec![samples::sky()]);
+        let settings = Settings { size, ..Settings::default() };
+        let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
+        let world = World::of(&scene, &settings, &plan, 1.0);
+        FrameUniform::of(&world, &Visible::of(&world, camera, &plan), camera, &plan)
+    }
+
+    fn vector(range: f64) -> impl Strategy<Value = DVec3> {
+        [-range..range, -range..range, -range..range].prop_map(DVec3::from)
+    }
+
+    proptest! {
+        /// `load_texel` of `shaders/shared/gbuffer.wgsl`, in f32 as on the device.
+        #[test]
+        fn a_point_that_is_projected_and_rebuilt_from_its_depth_is_the_point(
+            position in vector(1e6), toward in vector(1.0), fov in 10.0..150.0f64, near in 0.001..1.0f64,
+            x in -0.99..0.99f64, y in -0.99..0.99f64, log_distance in 0.1..15.0f64,
+            width in 1..4000u32, height in 1..4000u32,
+        ) {
+            prop_assume!(toward.length() > 0.1);
+            let looking = Camera::looking_at(position, position + toward, DVec3::Y);
+            let camera = Camera { fov_y_degrees: fov, near, ..looking };
+            let frame = uniform_of(&camera, [width, height]);
+            // A point in view at some distance along the axis, relative to the camera.
+            let tan_y = (fov.to_radians() * 0.5).tan();
+            let tan_x = tan_y * f64::from(width) / f64::from(height);
+            let distance = near * log_distance.exp2();
+            let point = (camera.forward() + camera.right() * tan_x * x + camera.up() * tan_y * y) * distance;
+            let clip = frame.clip_from_world * point.as_vec3().extend(1.0);
+            let depth = clip.z / clip.w;
+            // Rounding grows with the angle to the axis, and with how small an angle fills the picture.
+            let steep = 1.0 + tan_x + tan_y + 1.0 / tan_x + 1.0 / tan_y;
+            prop_assert!((f64::from(depth) * distance / near - 1.0).abs() < 1e-6 * steep, "{depth}");
+            let (clip_x, clip_y) = (clip.x / clip.w, clip.y / clip.w);
+            // X to the right; Vulkan's Y goes down.
+            prop_assert!((f64::from(clip_x) - x).abs() < 1e-6 * steep, "{clip_x} {x}");
+            prop_assert!((f64::from(clip_y) + y).abs() < 1e-6 * steep, "{clip_y} {y}");
+            let pixel_x = (clip_x + 1.0) / frame.pixel_width;
+            let pixel_y = (clip_y + 1.0) / frame.pixel_height;
+            let (ray_x, ray_y) = (pixel_x * frame.pixel_width - 1.0, pixel_y * frame.pixel_height - 1.0);
+            let ray = frame.ray_center + frame.ray_x * ray_x + frame.ray_y * ray_y;
+            let rebuilt = (ray * (frame.near / depth)).as_dvec3();
+            let error = (rebuilt - point).length() / point.length();
+            prop_assert!(error < 2e-6 * steep, "{point} {rebuilt} {error}");
+        }
+
+        #[test]
+        fn what_lies_behind_the_camera_has_no_positive_w(toward in vector(1.0), behind in 0.1..1e6f64) {
+            prop_assume!(toward.length() > 0.1);
+            let camera = Camera::looking_at(DVec3::ZERO, toward, DVec3::Y);
+            let clip = uniform_of(&camera, [64, 48]).clip_from_world * (camera.forward() * -behind).as_vec3().extend(1.0);
+            prop_assert!(clip.w < 0.0);
+        }
+
+        #[test]
+        fn a_spot_is_whole_at_its_inner_angle_and_gone_at_its_outer_one(inner in 0.0..170.0f64, wider in 3.0..60.0f64) {
+            let outer = (inner + wider).min(180.0);
+            let record = LightRecord::of(&spot(inner, outer), &Camera::default());
+            let cone = |degrees: f64| f64::from(record.spot_scale) * degrees.to_radians().cos() + f64::from(record.spot_offset);
+            // The guard of KHR_lights_punctual takes over where the cosines lie within 0.001 of each other.
+            prop_assume!(inner.to_radians().cos() - outer.to_radians().cos() > 0.001);
+            let rounding = 1e-6 * f64::from(record.spot_scale);
+            prop_assert!((cone(inner) - 1.0).abs() < rounding && cone(outer).abs() < rounding);
+            prop_assert!(cone((inner + outer) * 0.5) > 0.0 && cone((inner + outer) * 0.5) < 1.0);
+        }
+    }
+
+    fn spot(inner_angle_degrees: f64, outer_angle_degrees: f64) -> Light {
+        let kind = LightKind::Spot {
+            position: DVec3::new(1.0, 2.0, 3.0),
+            direction: DVec3::NEG_Y,
+            inner_angle_degrees,
+            outer_angle_degrees,
+            range: Some(4.0),
+            falloff: Falloff::Polynomial { constant: 1.0, linear: 2.0, quadratic: 3.0 },
+        };
+        Light { kind, color: Vec3::new(1.0, 0.5, 0.25), intensity: 8.0, ..samples::spot(Falloff::InverseSquare) }
+    }
+
+    #[test]
+    fn a_cone_without_a_soft_edge_is_finite() {
+        for angle in [0.0, 30.0, 180.0] {
+            let record = LightRecord::of(&spot(angle, angle), &Camera::default());
+            assert!(record.spot_scale.is_finite() && record.spot_offset.is_finite());
+            let at = |degrees: f32| degrees.to_radians().cos() * record.spot_scale + record.spot_offset;
+            assert!(at(angle as f32).abs() < 1e-3 && (angle < 10.0 || at(angle as f32 - 5.0) >= 1.0), "{angle}");
+        }
+    }
+
+    #[test]
+    fn a_record_holds_its_light_relative_to_the_camera() {
+        let camera = Camera { position: DVec3::new(1.0, 1.0, 1.0), ..Camera::default() };
+        let record = LightRecord::of(&spot(10.0, 20.0), &camera);
+        assert_eq!(record.position, Vec3::new(0.0, 1.0, 2.0));
+        assert_eq!((record.direction, record.color), (Vec3::NEG_Y, Vec3::new(8.0, 4.0, 2.0)));
+        assert_eq!((record.inverse_range_squared, record.falloff), (1.0 / 16.0, 2));
+        assert_eq!(record.polynomial, Vec3::new(1.0, 2.0, 3.0));
+        // Far from zero the difference is taken before it is rounded.
+        let far = DVec3::splat(1e9);
+        let kind = LightKind::Point { position: far + DVec3::X * 0.25, range: None, falloff: Falloff::InverseSquare };
+        let lamp = LightRecord::of(&Light { kind, ..spot(0.0, 1.0) }, &Camera { position: far, ..camera });
+        assert_eq!((lamp.position, lamp.inverse_range_squared), (Vec3::X * 0.25, 0.0));
+        // No cone: saturate(0 x + 1) is 1 everywhere.
+        assert_eq!((lamp.spot_scale, lamp.spot_offset), (0.0, 1.0));
+        let sun = LightRecord::of(&samples::sun(), &camera);
+        assert!((sun.position + Vec3::new(0.3, -1.0, -0.5).normalize()).length() < 1e-6, "towards the light");
+    }
+}

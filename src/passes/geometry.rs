@@ -208,7 +208,8 @@ impl Geometry {
     }
 }
 
-fn flags(plan: &FramePlan, key: GeometryKey) -> Flags {
+/// Which variant of the shader a pipeline of the plan takes.
+pub(crate) fn flags(plan: &FramePlan, key: GeometryKey) -> Flags {
     let gbuffer = plan.gbuffer.as_ref();
     let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
     when(!key.textures.is_empty(), Flags::TEXTURED)
@@ -243,5 +244,45 @@ fn blend(plan: &FramePlan) -> Vec<vk::PipelineColorBlendAttachmentState> {
     match plan.shading {
         Shading::ShowOverdraw => vec![add()],
         _ => vec![replace(); plan.geometry_locations() as usize],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::samples;
+
+    #[test]
+    fn there_is_one_blend_state_for_each_colour_location() {
+        for (name, plan) in samples::plans().iter().filter(|(_, plan)| plan.has_geometry()) {
+            assert_eq!(blend(plan).len(), plan.geometry_locations() as usize, "{name}");
+            assert!(!blend(plan).is_empty(), "{name}");
+        }
+    }
+
+    #[test]
+    fn every_pipeline_has_a_shader_that_reads_only_streams_of_the_plan() {
+        for (name, plan) in samples::plans() {
+            let streams = plan.streams;
+            for &key in &plan.geometry {
+                let flags = flags(&plan, key);
+                let variant = shader::variant(flags).unwrap_or_else(|| panic!("{name}: no variant {flags:?}"));
+                for input in variant.vertex().expect("a vertex stage").vertex_inputs {
+                    let present = match input.location {
+                        POSITION => true,
+                        NORMAL => streams.normals,
+                        UV => streams.uvs,
+                        TANGENT => streams.tangents,
+                        other => panic!("{name}: no stream for location {other}"),
+                    };
+                    assert!(present, "{name} {key:?}: {} is not in {streams:?}", input.name);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn push_constants_fit_into_what_every_device_has() {
+        assert!(size_of::<Push>() <= 128);
     }
 }

@@ -84,8 +84,8 @@ impl Lighting {
     }
 }
 
-/// The G-buffer's flags are the same in every shader that reads it.
-fn flags(plan: &FramePlan) -> Flags {
+/// Which variant of the shader a plan takes. The G-buffer's flags are the same in every shader that reads it.
+pub(crate) fn flags(plan: &FramePlan) -> Flags {
     let gbuffer = plan.gbuffer.as_ref();
     let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
     when(plan.lights.any(), Flags::LIGHTS)

@@ -128,8 +128,97 @@ fn aces(color: Vec3) -> Vec3 {
         Mat3::from_cols_array(&[0.59719, 0.07600, 0.02840, 0.35458, 0.90834, 0.13383, 0.04823, 0.01566, 0.83777]);
     let output =
         Mat3::from_cols_array(&[1.60475, -0.10208, -0.00327, -0.53108, 1.10813, -0.07276, -0.07367, -0.00605, 1.07602]);
-    let v = input * color;
+    // The squares of what a single float holds overflow, and infinity over infinity is black.
+    let v = input * color.min(Vec3::splat(65000.0));
     let a = v * (v + 0.024_578_6) - 0.000_090_537;
     let b = v * (0.983_729 * v + 0.432_951) + 0.238_081;
     output * (a / b)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const CURVES: [Tonemap; 4] = [Tonemap::Neutral, Tonemap::Agx, Tonemap::Aces, Tonemap::None];
+
+    fn close(color: Vec3, curve: Tonemap, expected: [f32; 3], tolerance: f32) {
+        let mapped = tone_map(color, curve);
+        let error = (mapped - Vec3::from(expected)).abs().max_element();
+        assert!(error <= tolerance, "{curve:?} of {color} is {mapped}, not {expected:?}");
+    }
+
+    #[test]
+    fn neutral_subtracts_the_fresnel_offset_and_compresses_from_0_76_on() {
+        // 0.04 less from 0.08 on; below, 6.25 of the square is left.
+        close(Vec3::splat(0.5), Tonemap::Neutral, [0.46; 3], 1e-6);
+        close(Vec3::splat(0.08), Tonemap::Neutral, [0.04; 3], 1e-6);
+        close(Vec3::splat(0.04), Tonemap::Neutral, [0.01; 3], 1e-6);
+        // 1 - 0.24^2 / (0.96 + 0.24 - 0.76)
+        close(Vec3::ONE, Tonemap::Neutral, [1.0 - 0.0576 / 0.44; 3], 1e-6);
+        // Red of 1: peak 1 - 0.24^2 / 0.48 = 0.88, desaturated by 1 - 1 / (0.15 * 0.12 + 1).
+        let white = 1.0 - 1.0 / 1.018;
+        close(Vec3::X, Tonemap::Neutral, [0.88, 0.88 * white, 0.88 * white], 1e-6);
+        close(Vec3::new(0.6, 0.2, 0.0), Tonemap::Neutral, [0.6, 0.2, 0.0], 1e-6);
+    }
+
+    #[test]
+    fn aces_of_a_grey_is_the_rational_function_of_hills_fit() {
+        // Rows of both matrices add up to 1, so that grey stays grey.
+        close(Vec3::ONE, Tonemap::Aces, [1.024_488 / 1.654_761; 3], 2e-5);
+        let v = 0.18;
+        let expected = (v * (v + 0.024_578_6) - 0.000_090_537) / (v * (0.983_729 * v + 0.432_951) + 0.238_081);
+        close(Vec3::splat(v), Tonemap::Aces, [expected; 3], 2e-5);
+    }
+
+    #[test]
+    fn agx_has_the_values_of_its_formula_in_double_precision() {
+        close(Vec3::splat(0.18), Tonemap::Agx, [0.214_467, 0.214_533, 0.214_537], 2e-5);
+        close(Vec3::ONE, Tonemap::Agx, [0.589_977, 0.590_207, 0.590_221], 2e-5);
+        close(Vec3::X, Tonemap::Agx, [0.719_417, 0.039_488, 0.039_550], 2e-5);
+        // Beyond 2^4.026 of middle grey's scale all is white.
+        close(Vec3::splat(1e6), Tonemap::Agx, [0.996_502, 0.996_978, 0.997_007], 2e-5);
+    }
+
+    #[test]
+    fn none_clamps() {
+        close(Vec3::new(-1.0, 0.5, 2.0), Tonemap::None, [0.0, 0.5, 1.0], 0.0);
+    }
+
+    #[test]
+    fn black_stays_black() {
+        for curve in CURVES {
+            close(Vec3::ZERO, curve, [0.0; 3], 1e-6);
+        }
+    }
+
+    #[test]
+    fn greys_come_out_grey_and_never_darker_than_a_darker_one() {
+        for curve in CURVES {
+            let mut before = Vec3::ZERO;
+            for step in 0..=2000 {
+                let grey = 10f32.powf(-4.0 + 42.0 * step as f32 / 2000.0);
+                let mapped = tone_map(Vec3::splat(grey), curve);
+                assert!((mapped - before).min_element() > -2e-6, "{curve:?}: {grey} gives {mapped} after {before}");
+                assert!(mapped.max_element() - mapped.min_element() < 1e-3, "{curve:?}: {grey} gives {mapped}");
+                before = mapped;
+            }
+            assert!(before.min_element() > 0.98, "{curve:?} {before}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn every_finite_light_is_shown_between_0_and_1(exponents in [-40.0..38.5f32, -40.0..38.5, -40.0..38.5], zero in 0..8u8) {
+            let mut color = Vec3::from(exponents.map(|exponent| 10f32.powf(exponent).min(f32::MAX)));
+            (0..3).filter(|bit| zero >> bit & 1 == 1).for_each(|channel| color[channel] = 0.0);
+            for curve in CURVES {
+                let mapped = tone_map(color, curve);
+                // False for NaN.
+                prop_assert!(mapped.min_element() >= 0.0 && mapped.max_element() <= 1.0, "{curve:?} {color} {mapped}");
+                prop_assert!(!mapped.is_nan(), "{curve:?} {color} {mapped}");
+            }
+        }
+    }
 }

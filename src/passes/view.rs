@@ -67,7 +67,8 @@ impl ViewPass {
     }
 }
 
-fn flags(plan: &FramePlan) -> Flags {
+/// Which variant of the shader a plan takes.
+pub(crate) fn flags(plan: &FramePlan) -> Flags {
     let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
     match (plan.shading, &plan.gbuffer) {
         (Shading::ShowOverdraw, _) => Flags::OVERDRAW,

@@ -162,3 +162,22 @@ fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
     }
     parts
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::plan::samples;
+
+    #[test]
+    fn every_part_is_in_or_out_for_a_reason_and_agrees_with_the_plan() {
+        for (name, plan) in samples::plans() {
+            let starts = |text: &str| plan.parts().iter().find(|part| part.name.starts_with(text));
+            assert!(plan.parts().iter().all(|part| !part.reason.is_empty()), "{name}");
+            let included = |text| starts(text).is_some_and(|part| part.included);
+            assert_eq!(included("shadow pass"), plan.shadow.is_some(), "{name}");
+            assert_eq!(included("HDR target"), plan.has_tonemap_subpass(), "{name}");
+            assert_eq!(included("depth"), plan.has_geometry(), "{name}");
+            assert_eq!(included("light buffer"), plan.lights.any(), "{name}");
+            assert_eq!(included("material"), plan.gbuffer.is_some_and(|gbuffer| gbuffer.material.is_some()), "{name}");
+        }
+    }
+}

@@ -200,7 +200,11 @@ impl Frustum {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+    use crate::plan::samples;
+    use crate::scene::{Falloff, Mesh};
 
     fn unit_box_at(center: DVec3) -> Aabb {
         Aabb { min: center - 0.5, max: center + 0.5 }
@@ -222,5 +226,99 @@ mod tests {
         let frustum = Frustum::of(&camera, 2.0);
         assert!(frustum.may_see(&unit_box_at(camera.position)));
         assert!(frustum.may_see(&unit_box_at(camera.position + DVec3::new(0.0, 0.0, -1e9))));
+    }
+
+    /// A point in clip space: x and y over w, as the shader has it, in f64.
+    fn is_in_clip_volume(camera: &Camera, aspect: f64, point: DVec3) -> bool {
+        let offset = point - camera.position;
+        let (w, tan_y) = (offset.dot(camera.forward()), (camera.fov_y_degrees.to_radians() * 0.5).tan());
+        let (x, y) = (offset.dot(camera.right()) / (tan_y * aspect), offset.dot(camera.up()) / tan_y);
+        w >= camera.near && x.abs() <= w && y.abs() <= w
+    }
+
+    fn vector(range: f64) -> impl Strategy<Value = DVec3> {
+        [-range..range, -range..range, -range..range].prop_map(DVec3::from)
+    }
+
+    proptest! {
+        #[test]
+        fn a_box_of_which_any_point_is_in_view_is_never_dropped(
+            position in vector(100.0), target in vector(10.0), fov in 1.0..179.0f64, aspect in 0.1..10.0f64,
+            center in vector(60.0), half in [0.0..40.0, 0.0..40.0, 0.0..40.0f64], far in 0..4i32,
+            inside in proptest::collection::vec([0.0..1.0, 0.0..1.0, 0.0..1.0f64], 16),
+        ) {
+            // The same at a distance from the origin where f64 rounds.
+            let shift = DVec3::splat(if far == 0 { 0.0 } else { 10f64.powi(far * 3) });
+            let camera = Camera {
+                fov_y_degrees: fov,
+                ..Camera::looking_at(position + shift, target + shift, DVec3::Y)
+            };
+            let bounds = Aabb { min: center - DVec3::from(half) + shift, max: center + DVec3::from(half) + shift };
+            let points = inside.iter().map(|&t| bounds.min + DVec3::from(t) * bounds.size()).chain(bounds.corners());
+            if points.into_iter().any(|point| is_in_clip_volume(&camera, aspect, point)) {
+                prop_assert!(Frustum::of(&camera, aspect).may_see(&bounds));
+            }
+        }
+    }
+
+    #[test]
+    fn draws_are_by_pipeline_then_material_then_near_to_far() {
+        let mut scene = samples::scene(vec![samples::masked(), Material::default(), Material::default()], vec![]);
+        // Two of each, the far one first.
+        let objects = scene.objects.clone();
+        scene.objects = [3.0, 1.0, 2.0]
+            .into_iter()
+            .flat_map(|depth| {
+                objects.iter().cloned().map(move |mut object| {
+                    object.transform = DAffine3::from_translation(DVec3::new(0.0, 0.0, -depth));
+                    object
+                })
+            })
+            .collect();
+        let settings = Settings::default();
+        let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
+        let world = World::of(&scene, &settings, &plan, 1.0);
+        let visible = Visible::of(&world, &Camera::default(), &plan);
+        let order: Vec<_> = visible.draws.iter().map(|draw| &world.objects[draw.object]).collect();
+        assert_eq!((order.len(), visible.culled, visible.triangles(&world)), (9, 0, 18));
+        let near = |object: &WorldObject| (object.bounds.center() - Camera::default().position).length();
+        for pair in order.windows(2) {
+            let (a, b) = ((pair[0].key, pair[0].material), (pair[1].key, pair[1].material));
+            assert!(a < b || (a == b && near(pair[0]) <= near(pair[1])));
+        }
+    }
+
+    #[test]
+    fn what_its_alpha_cuts_away_and_what_has_no_triangles_is_not_drawn() {
+        let cut = Material { alpha: 0.4, alpha_mode: AlphaMode::Mask { cutoff: 0.5 }, ..Material::default() };
+        let kept = Material { alpha: 0.5, ..cut.clone() };
+        let mut scene = samples::scene(vec![cut, kept, Material::default()], vec![]);
+        scene.meshes.push(Mesh::default());
+        scene.objects[2].mesh = 1;
+        let settings = Settings::default();
+        let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
+        let world = World::of(&scene, &settings, &plan, 1.0);
+        assert_eq!(world.objects.iter().map(|object| object.material).collect::<Vec<_>>(), [1]);
+    }
+
+    #[test]
+    fn lights_are_the_sun_then_directional_then_the_others_and_only_those_that_shine() {
+        let named = |name: &str, light: Light| Light { name: name.into(), ..light };
+        let dark = Light { intensity: 0.0, ..samples::sun() };
+        let lights = vec![
+            named("lamp", samples::point(Falloff::Quadratic)),
+            named("sky", samples::sky()),
+            named("dark", dark),
+            named("sun", samples::sun()),
+            named("spot", samples::spot(Falloff::Quadratic)),
+            named("second sun", samples::sun()),
+        ];
+        let scene = samples::scene(vec![Material::default()], lights);
+        let settings = Settings::default();
+        let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
+        let world = World::of(&scene, &settings, &plan, 1.0);
+        let names: Vec<_> = world.lights.iter().map(|light| light.name.as_str()).collect();
+        assert_eq!(names, ["sun", "sky", "second sun", "lamp", "spot"]);
+        assert_eq!(world.directional_count(), 3);
     }
 }

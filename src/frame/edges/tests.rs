@@ -1,0 +1,278 @@
+use std::collections::BTreeSet;
+
+use ash::vk::{AccessFlags as A, PipelineStageFlags as S};
+
+use super::*;
+use crate::plan::samples;
+use crate::targets::{Attachment, attachments, gbuffer_inputs};
+
+const DEPTH_TESTS: S = S::from_raw(S::EARLY_FRAGMENT_TESTS.as_raw() | S::LATE_FRAGMENT_TESTS.as_raw());
+
+/// "Supported access types" of the specification (7.1.2), for the accesses that rows name.
+const SUPPORTED: &[(A, S)] = &[
+    (A::INPUT_ATTACHMENT_READ, S::FRAGMENT_SHADER),
+    (A::SHADER_READ, S::from_raw(S::VERTEX_SHADER.as_raw() | S::FRAGMENT_SHADER.as_raw())),
+    (A::COLOR_ATTACHMENT_READ, S::COLOR_ATTACHMENT_OUTPUT),
+    (A::COLOR_ATTACHMENT_WRITE, S::COLOR_ATTACHMENT_OUTPUT),
+    (A::DEPTH_STENCIL_ATTACHMENT_READ, DEPTH_TESTS),
+    (A::DEPTH_STENCIL_ATTACHMENT_WRITE, DEPTH_TESTS),
+    (A::TRANSFER_READ, S::TRANSFER),
+    (A::TRANSFER_WRITE, S::TRANSFER),
+    (A::HOST_READ, S::HOST),
+];
+
+/// What a subpass does with an attachment, told by the plan alone.
+struct Touch {
+    place: Place,
+    target: Target,
+    uses: Vec<(S, A)>,
+}
+
+const COLOR_WRITE: (S, A) = (S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE);
+const COLOR_READ: (S, A) = (S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_READ);
+const INPUT_READ: (S, A) = (S::FRAGMENT_SHADER, A::INPUT_ATTACHMENT_READ);
+/// A clear of depth happens in the early tests, a store in the late ones (specification, 8.1).
+const DEPTH_CLEAR: (S, A) = (S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_WRITE);
+const DEPTH_STORE: (S, A) = (S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_WRITE);
+const DEPTH_READ_EARLY: (S, A) = (S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ);
+const DEPTH_READ_LATE: (S, A) = (S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ);
+
+/// In the order of the subpasses.
+fn touches(plan: &FramePlan) -> Vec<Touch> {
+    let mut all = Vec::new();
+    let mut touch = |place, target, uses: &[(S, A)]| all.push(Touch { place, target, uses: uses.to_vec() });
+    if plan.has_geometry() {
+        touch(Place::Geometry, Target::Depth, &[DEPTH_CLEAR, DEPTH_STORE, DEPTH_READ_EARLY]);
+        let stored = attachments(plan).into_iter().map(|attachment| attachment.target);
+        for target in stored.filter(|target| !matches!(target, Target::Depth | Target::Hdr | Target::Output)) {
+            let counts = target == Target::Count;
+            touch(Place::Geometry, target, if counts { &[COLOR_WRITE, COLOR_READ] } else { &[COLOR_WRITE] });
+        }
+        if plan.emissive {
+            touch(Place::Geometry, light_target(plan), &[COLOR_WRITE]);
+        }
+        touch(Place::Lighting, Target::Depth, &[DEPTH_READ_EARLY, DEPTH_READ_LATE]);
+    }
+    for (_, target) in gbuffer_inputs(plan) {
+        touch(Place::Lighting, target, &[INPUT_READ]);
+    }
+    let light = if plan.emissive { &[COLOR_WRITE, COLOR_READ][..] } else { &[COLOR_WRITE] };
+    touch(Place::Lighting, light_target(plan), light);
+    if plan.has_tonemap_subpass() {
+        touch(Place::Tonemap, Target::Hdr, &[INPUT_READ]);
+        touch(Place::Tonemap, Target::Output, &[COLOR_WRITE]);
+    }
+    all
+}
+
+fn covers(one: &Use, (stage, access): (S, A)) -> bool {
+    one.stage.contains(stage) && one.access.contains(access)
+}
+
+fn main_row(table: &[Edge], from: Place, to: Place) -> Option<&Edge> {
+    table.iter().find(|edge| edge.carrier == Carrier::MainPass && (edge.from, edge.to) == (from, to))
+}
+
+fn each_plan(check: impl Fn(&str, &FramePlan, &[Edge])) {
+    for (name, plan) in samples::plans() {
+        check(&name, &plan, &table(&plan));
+    }
+}
+
+/// The subpasses that touch an attachment, first and last, with their uses.
+fn lifetime(plan: &FramePlan, attachment: &Attachment) -> (Touch, Touch) {
+    let own = |touch: &Touch| touch.target == attachment.target;
+    let merged = |place: Place| {
+        let uses = touches(plan).into_iter().filter(|touch| own(touch) && touch.place == place);
+        Touch { place, target: attachment.target, uses: uses.flat_map(|touch| touch.uses).collect() }
+    };
+    let places: Vec<Place> = touches(plan).iter().filter(|touch| own(touch)).map(|touch| touch.place).collect();
+    // `touches` is not sorted within LIGHTING, but by subpass it is.
+    (merged(places[0]), merged(places[places.len() - 1]))
+}
+
+#[test]
+fn names_are_unique_and_every_row_says_why() {
+    each_plan(|name, _, table| {
+        let names: BTreeSet<_> = table.iter().map(|edge| edge.name).collect();
+        assert_eq!(names.len(), table.len(), "{name}");
+        assert!(table.iter().all(|edge| !edge.why.is_empty()), "{name}");
+    });
+}
+
+#[test]
+fn one_row_a_pair_of_subpasses() {
+    each_plan(|name, _, table| {
+        for (index, edge) in table.iter().enumerate() {
+            let same = |other: &&Edge| {
+                (other.from, other.to) == (edge.from, edge.to)
+                    && std::mem::discriminant(&other.carrier) == std::mem::discriminant(&edge.carrier)
+            };
+            assert_eq!(table.iter().position(|other| same(&other)), Some(index), "{name}: {}", edge.name);
+        }
+    });
+}
+
+#[test]
+fn the_first_use_of_every_attachment_waits_for_its_last_one_in_the_frame_before() {
+    each_plan(|name, plan, table| {
+        for attachment in attachments(plan) {
+            let target = attachment.target;
+            let (first, last) = lifetime(plan, &attachment);
+            let row = main_row(table, Place::Outside, first.place)
+                .unwrap_or_else(|| panic!("{name}: nothing orders {target:?} before {:?}", first.place));
+            // Its load, a clear or nothing, writes it.
+            let load = if target == Target::Depth { DEPTH_CLEAR } else { COLOR_WRITE };
+            for one in first.uses.iter().chain([&load]) {
+                assert!(covers(&row.after, *one), "{name}: {} does not hold back {one:?} of {target:?}", row.name);
+            }
+            let before = match attachment.store {
+                // What is stored is read by COPY, which waits for the write.
+                vk::AttachmentStoreOp::STORE => vec![(S::TRANSFER, A::TRANSFER_READ)],
+                _ => [last.uses, vec![drop_of(target)]].concat(),
+            };
+            for one in before {
+                assert!(covers(&row.before, one), "{name}: {} does not wait for {one:?} of {target:?}", row.name);
+            }
+        }
+    });
+}
+
+/// The store of the last subpass that uses a target; DONT_CARE writes too.
+fn drop_of(target: Target) -> (S, A) {
+    if target == Target::Depth { DEPTH_STORE } else { COLOR_WRITE }
+}
+
+#[test]
+fn what_a_subpass_wrote_is_ordered_before_every_later_subpass_that_touches_it() {
+    each_plan(|name, plan, table| {
+        let touches = touches(plan);
+        for later in &touches {
+            let same = |earlier: &&Touch| earlier.target == later.target && earlier.place != later.place;
+            let written_before = touches.iter().filter(same).take_while(|earlier| earlier.place != later.place);
+            // The writer next before it: rows chain from there.
+            let place_index =
+                |place| [Place::Geometry, Place::Lighting, Place::Tonemap].iter().position(|&p| p == place);
+            let Some(earlier) =
+                written_before.filter(|earlier| place_index(earlier.place) < place_index(later.place)).last()
+            else {
+                continue;
+            };
+            let row = main_row(table, earlier.place, later.place)
+                .unwrap_or_else(|| panic!("{name}: no row {:?} to {:?}", earlier.place, later.place));
+            for &one in earlier.uses.iter().filter(|(_, access)| is_write(*access)) {
+                assert!(covers(&row.before, one), "{name}: {} does not wait for {one:?}", row.name);
+            }
+            for &one in &later.uses {
+                assert!(covers(&row.after, one), "{name}: {} does not hold back {one:?}", row.name);
+            }
+        }
+    });
+}
+
+fn is_write(access: A) -> bool {
+    access.intersects(A::COLOR_ATTACHMENT_WRITE | A::DEPTH_STENCIL_ATTACHMENT_WRITE)
+}
+
+#[test]
+fn the_store_of_the_last_subpass_that_uses_an_attachment_is_ordered_too() {
+    each_plan(|name, plan, table| {
+        for attachment in attachments(plan) {
+            let (first, last) = lifetime(plan, &attachment);
+            if first.place == last.place {
+                continue;
+            }
+            let drop = drop_of(attachment.target);
+            let into_last: Vec<_> =
+                table.iter().filter(|e| e.carrier == Carrier::MainPass && e.to == last.place).collect();
+            let covered = into_last.iter().any(|row| row.from != Place::Outside && covers(&row.after, drop));
+            assert!(covered, "{name}: no row into {:?} covers the store of {:?}", last.place, attachment.target);
+        }
+    });
+}
+
+#[test]
+fn the_picture_is_copied_after_the_last_subpass_and_reaches_the_host() {
+    each_plan(|name, plan, table| {
+        let last = if plan.has_tonemap_subpass() { Place::Tonemap } else { Place::Lighting };
+        let row = main_row(table, last, Place::Outside).unwrap_or_else(|| panic!("{name}: no read-back"));
+        assert!(covers(&row.before, COLOR_WRITE) && covers(&row.after, (S::TRANSFER, A::TRANSFER_READ)), "{name}");
+        let host = table.iter().find(|edge| edge.to == Place::Host).unwrap_or_else(|| panic!("{name}: no host row"));
+        assert_eq!((host.carrier, host.from), (Carrier::BufferBarrier, Place::Copy), "{name}");
+        assert!(covers(&host.before, (S::TRANSFER, A::TRANSFER_WRITE)) && covers(&host.after, (S::HOST, A::HOST_READ)));
+    });
+}
+
+#[test]
+fn the_shadow_map_has_its_rows_where_the_plan_has_one() {
+    each_plan(|name, plan, table| {
+        let of = |from, to| table.iter().find(|edge| (edge.from, edge.to) == (from, to));
+        let read = (S::FRAGMENT_SHADER, A::SHADER_READ);
+        let (reuse, into) = (of(Place::Outside, Place::Shadow), of(Place::Shadow, Place::Lighting));
+        assert_eq!((reuse.is_some(), into.is_some()), (plan.shadow.is_some(), plan.shadow.is_some()), "{name}");
+        if let (Some(reuse), Some(into)) = (reuse, into) {
+            assert!(covers(&reuse.before, read) && covers(&into.after, read), "{name}");
+            for one in [DEPTH_CLEAR, DEPTH_STORE, DEPTH_READ_EARLY] {
+                assert!(covers(&reuse.after, one), "{name}: {one:?}");
+            }
+            assert!(covers(&into.before, DEPTH_STORE), "{name}");
+            let layouts = Carrier::ImageBarrier(
+                crate::passes::shadow::attachment().final_layout,
+                vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL,
+            );
+            assert_eq!((reuse.carrier, into.carrier), (Carrier::ShadowPass, layouts), "{name}");
+        }
+    });
+}
+
+#[test]
+fn every_access_is_one_that_a_stage_of_its_mask_supports_and_every_stage_has_one() {
+    each_plan(|name, _, table| {
+        for (edge, one) in table.iter().flat_map(|edge| [(edge, edge.before), (edge, edge.after)]) {
+            let named = SUPPORTED.iter().filter(|(access, _)| one.access.contains(*access));
+            let (mut accesses, mut stages) = (A::empty(), S::empty());
+            for &(access, supporting) in named {
+                assert!(one.stage.intersects(supporting), "{name}: {}: {access:?} without its stage", edge.name);
+                (accesses, stages) = (accesses | access, stages | supporting);
+            }
+            assert_eq!(accesses, one.access, "{name}: {}: an access that the table does not know", edge.name);
+            assert!(
+                !one.stage.is_empty() && stages.contains(one.stage),
+                "{name}: {}: a stage that does nothing",
+                edge.name
+            );
+        }
+    });
+}
+
+#[test]
+fn rows_are_by_region_between_subpasses_and_nowhere_else() {
+    each_plan(|name, _, table| {
+        for edge in table {
+            let between = edge.carrier == Carrier::MainPass && edge.from != Place::Outside && edge.to != Place::Outside;
+            assert_eq!(edge.by_region, between, "{name}: {}", edge.name);
+        }
+    });
+}
+
+#[test]
+fn rows_wait_for_nothing_that_the_plan_leaves_out() {
+    each_plan(|name, plan, table| {
+        let any = |one: (S, A)| table.iter().any(|edge| covers(&edge.before, one) || covers(&edge.after, one));
+        let blends = plan.emissive || plan.shading == Shading::ShowOverdraw;
+        assert_eq!(any(COLOR_READ), blends, "{name}");
+        let places: BTreeSet<_> =
+            table.iter().flat_map(|edge| [edge.from, edge.to]).map(|p| format!("{p:?}")).collect();
+        assert_eq!(places.contains("Geometry"), plan.has_geometry(), "{name}");
+        assert_eq!(places.contains("Tonemap"), plan.has_tonemap_subpass(), "{name}");
+        assert_eq!(places.contains("Shadow"), plan.shadow.is_some(), "{name}");
+        assert_eq!(any(INPUT_READ), plan.has_geometry(), "{name}");
+    });
+}
+
+#[test]
+fn a_row_is_found_by_its_name() {
+    for (name, plan) in samples::plans() {
+        assert_eq!(row(&plan, "picture-to-host").from, Place::Copy, "{name}");
+    }
+}

@@ -1,0 +1,251 @@
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::*;
+use crate::passes::{geometry, lighting, view};
+use crate::plan::{self, samples};
+use crate::shaders::{self, Binding, BindingKind, NumberKind, Variant};
+
+/// The variant that LIGHTING, or VIEW in its place, takes.
+fn lighting_variant(plan: &FramePlan) -> &'static Variant {
+    let variant = match plan.shading {
+        Shading::Light { .. } => shaders::lighting::variant(lighting::flags(plan)),
+        _ => shaders::view::variant(view::flags(plan)),
+    };
+    variant.expect("a variant of the shader")
+}
+
+fn fragment_bindings(variant: &Variant) -> &'static [Binding] {
+    variant.fragment().expect("a fragment stage").bindings
+}
+
+/// Reflected input attachments: `pInputAttachments` index to binding.
+fn reflected_inputs(variant: &Variant) -> BTreeMap<u32, (u32, u32)> {
+    let inputs = fragment_bindings(variant).iter().filter_map(|binding| match binding.kind {
+        BindingKind::InputAttachment { index } => Some((index, (binding.set, binding.binding))),
+        _ => None,
+    });
+    inputs.collect()
+}
+
+fn name_of(refs: &References, reference: &vk::AttachmentReference) -> Option<Target> {
+    refs.order.get(reference.attachment as usize).copied()
+}
+
+#[test]
+fn geometry_writes_exactly_the_attachments_at_its_locations() {
+    for (name, plan) in samples::plans() {
+        let refs = References::of(&plan);
+        let bound: BTreeSet<u32> = (0..)
+            .zip(&refs.geometry_color)
+            .filter(|(_, reference)| reference.attachment != vk::ATTACHMENT_UNUSED)
+            .map(|(location, _)| location)
+            .collect();
+        assert_eq!(refs.geometry_color.len(), plan.geometry_locations() as usize, "{name}");
+        for &key in &plan.geometry {
+            let variant = shaders::geometry::variant(geometry::flags(&plan, key)).expect("a variant");
+            let outputs = variant.fragment().expect("a fragment stage").fragment_outputs;
+            let written: BTreeSet<u32> = outputs.iter().map(|output| output.location).collect();
+            assert_eq!(written, bound, "{name} {key:?}");
+            for output in outputs {
+                let target = name_of(&refs, &refs.geometry_color[output.location as usize]).expect("a target");
+                let all = attachments(&plan);
+                let format = all.iter().find(|attachment| attachment.target == target).expect("an attachment").format;
+                let integer = format == vk::Format::R16G16_UINT;
+                assert_eq!(output.kind == NumberKind::Uint, integer, "{name}: {target:?}");
+                let expected = expected_target(output.name, &plan);
+                assert_eq!(target, expected, "{name}: {} goes to another target", output.name);
+            }
+        }
+    }
+}
+
+/// By the names in `shaders/geometry.wgsl`.
+fn expected_target(output: &str, plan: &FramePlan) -> Target {
+    match output {
+        "albedo" => Target::Albedo,
+        "normal" => Target::Normal,
+        "material" => Target::Material,
+        "specular" => Target::Specular,
+        "position" => Target::Position,
+        "emissive" => light_target(plan),
+        // OVERDRAW returns one plain value.
+        _ => Target::Count,
+    }
+}
+
+#[test]
+fn input_attachments_lie_at_the_index_and_binding_that_the_shader_reads() {
+    for (name, plan) in samples::plans() {
+        let refs = References::of(&plan);
+        let inputs = gbuffer_inputs(&plan);
+        let variant = lighting_variant(&plan);
+        let reflected = reflected_inputs(variant);
+        let described: BTreeMap<u32, (u32, u32)> =
+            (0..).zip(&inputs).map(|(index, &(binding, _))| (index, (1, binding))).collect();
+        assert_eq!(reflected, described, "{name}");
+        assert_eq!(refs.lighting_input.len(), inputs.len(), "{name}");
+        for ((_, target), reference) in inputs.iter().zip(&refs.lighting_input) {
+            assert_eq!(name_of(&refs, reference), Some(*target), "{name}");
+            assert_eq!(reference.layout, input_layout(*target), "{name}");
+        }
+        let marked =
+            fragment_bindings(variant).iter().filter(|b| matches!(b.kind, BindingKind::InputAttachment { .. }));
+        for binding in marked {
+            let target = inputs.iter().find(|input| input.0 == binding.binding).expect("described").1;
+            let wanted = format!("subpass_{target:?}").to_lowercase();
+            assert_eq!(binding.name, wanted, "{name}: another target than the shader means");
+        }
+    }
+}
+
+#[test]
+fn tonemap_reads_the_hdr_target_and_writes_the_output() {
+    let tonemap = shaders::tonemap::variant(shaders::tonemap::Flags::NONE).expect("a variant");
+    assert_eq!(reflected_inputs(tonemap), BTreeMap::from([(0, (0, 0))]));
+    for (name, plan) in samples::plans() {
+        let refs = References::of(&plan);
+        let subpasses = Subpasses::of(&plan);
+        assert_eq!(subpasses.tonemap.is_some(), plan.hdr.is_some(), "{name}");
+        let names = |list: &[vk::AttachmentReference]| list.iter().map(|r| name_of(&refs, r)).collect::<Vec<_>>();
+        let (input, color) = match plan.hdr {
+            Some(_) => (vec![Some(Target::Hdr)], vec![Some(Target::Output)]),
+            None => (vec![], vec![]),
+        };
+        assert_eq!((names(&refs.tonemap_input), names(&refs.tonemap_color)), (input, color), "{name}");
+        assert_eq!(names(&refs.lighting_color), [Some(light_target(&plan))], "{name}");
+    }
+}
+
+#[test]
+fn full_screen_passes_write_one_colour() {
+    for (name, plan) in samples::plans() {
+        let outputs = lighting_variant(&plan).fragment().expect("a fragment stage").fragment_outputs;
+        let locations: Vec<u32> = outputs.iter().map(|output| output.location).collect();
+        assert_eq!(locations, [0], "{name}");
+        assert_eq!(References::of(&plan).lighting_color.len(), 1, "{name}");
+    }
+}
+
+#[test]
+fn shaders_bind_the_lights_and_the_shadow_map_where_the_plan_has_them() {
+    for (name, plan) in samples::plans() {
+        let bindings = fragment_bindings(lighting_variant(&plan));
+        let has = |set, index| bindings.iter().any(|binding| (binding.set, binding.binding) == (set, index));
+        assert_eq!(has(0, 1), plan.lights.any(), "{name}: lights");
+        assert_eq!(has(2, 0), plan.shadow.is_some(), "{name}: shadow map");
+        assert!(bindings.iter().all(|b| matches!((b.set, b.binding), (0, 0 | 1) | (1, _) | (2, 0))), "{name}");
+    }
+}
+
+#[test]
+fn material_textures_are_bound_by_pipelines_that_sample_some() {
+    for (name, plan) in samples::plans() {
+        for &key in &plan.geometry {
+            let variant = shaders::geometry::variant(geometry::flags(&plan, key)).expect("a variant");
+            let textured = fragment_bindings(variant).iter().any(|binding| binding.set == 1);
+            assert!(!textured || !key.textures.is_empty(), "{name} {key:?}");
+            assert!(!textured || plan.streams.uvs, "{name} {key:?}");
+        }
+    }
+}
+
+#[test]
+fn no_attachment_is_missing_unused_or_there_twice() {
+    for (name, plan) in samples::plans() {
+        let refs = References::of(&plan);
+        let distinct: BTreeSet<_> = refs.order.iter().collect();
+        assert_eq!(distinct.len(), refs.order.len(), "{name}");
+        let lists = [
+            &refs.geometry_color,
+            &refs.lighting_input,
+            &refs.lighting_color,
+            &refs.tonemap_input,
+            &refs.tonemap_color,
+        ];
+        let mut used: BTreeSet<Target> = lists.into_iter().flatten().filter_map(|r| name_of(&refs, r)).collect();
+        used.extend(plan.has_geometry().then_some(Target::Depth));
+        assert_eq!(used, refs.order.iter().copied().collect(), "{name}");
+        // Only GEOMETRY's locations may have gaps.
+        let gap = |list: &[vk::AttachmentReference]| list.iter().any(|r| r.attachment == vk::ATTACHMENT_UNUSED);
+        assert!(!lists[1..].iter().any(|list| gap(list)), "{name}");
+    }
+}
+
+#[test]
+fn a_gap_between_locations_is_unused_and_not_another_target() {
+    let scene = samples::scene(vec![samples::material(crate::scene::Brdf::Phong)], vec![samples::sky()]);
+    let plan = FramePlan::of(&scene, &Default::default(), &samples::device()).expect("a plan");
+    let refs = References::of(&plan);
+    let targets: Vec<_> = refs.geometry_color.iter().map(|reference| name_of(&refs, reference)).collect();
+    // Location 3 is emissive light's.
+    assert_eq!(
+        targets,
+        [Some(Target::Albedo), Some(Target::Normal), Some(Target::Material), None, Some(Target::Specular)]
+    );
+}
+
+#[test]
+fn what_nothing_reads_after_the_pass_is_transient_and_only_the_output_is_kept() {
+    for (name, plan) in samples::plans() {
+        for attachment in attachments(&plan) {
+            let kept = attachment.target == Target::Output;
+            let transient = vk::ImageUsageFlags::TRANSIENT_ATTACHMENT;
+            assert_eq!(attachment.usage.contains(transient), !kept, "{name} {:?}", attachment.target);
+            let stored = attachment.store == vk::AttachmentStoreOp::STORE;
+            assert_eq!(stored, kept, "{name} {:?}", attachment.target);
+            // Transient images may have no usage beyond attachments (VUID-VkImageCreateInfo-usage-00963).
+            let others = attachment.usage
+                & !(transient
+                    | vk::ImageUsageFlags::COLOR_ATTACHMENT
+                    | vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT
+                    | vk::ImageUsageFlags::INPUT_ATTACHMENT);
+            assert!(kept || others.is_empty(), "{name} {:?}", attachment.target);
+        }
+        let bytes: u32 = attachments(&plan)
+            .iter()
+            .filter(|a| plan.gbuffer.is_some() && !matches!(a.target, Target::Hdr | Target::Output))
+            .map(|a| crate::gpu::format_bytes(a.format))
+            .sum();
+        assert_eq!(bytes, plan.gbuffer_bytes_per_pixel(), "{name}");
+    }
+}
+
+#[test]
+fn what_is_blended_or_shown_over_nothing_starts_cleared() {
+    for (name, plan) in samples::plans() {
+        let load = |target| attachments(&plan).iter().find(|a| a.target == target).map(|a| a.load);
+        let clear = Some(vk::AttachmentLoadOp::CLEAR);
+        assert_eq!(load(Target::Depth).is_some(), plan.has_geometry(), "{name}");
+        for target in [Target::Depth, Target::Hdr, Target::Count] {
+            assert!(load(target).is_none() || load(target) == clear, "{name} {target:?}");
+        }
+        // TONEMAP writes every pixel itself.
+        assert_eq!(load(Target::Output) == clear, !plan.has_tonemap_subpass(), "{name}");
+    }
+}
+
+#[test]
+fn dependencies_are_the_rows_of_the_table() {
+    for (name, plan) in samples::plans() {
+        let subpasses = Subpasses::of(&plan);
+        let last = subpasses.tonemap.unwrap_or(subpasses.lighting);
+        let all = dependencies(&plan, Carrier::MainPass);
+        let rows = edges::table(&plan).into_iter().filter(|edge| edge.carrier == Carrier::MainPass).count();
+        assert_eq!(all.len(), rows, "{name}");
+        for dependency in &all {
+            let (from, to) = (dependency.src_subpass, dependency.dst_subpass);
+            let inside = |index| index <= last || index == vk::SUBPASS_EXTERNAL;
+            assert!(inside(from) && inside(to) && from != to, "{name}: {from} to {to}");
+            assert!(from < to || from == vk::SUBPASS_EXTERNAL, "{name}: {from} to {to}");
+            assert!(dependency.src_stage_mask != vk::PipelineStageFlags::empty(), "{name}");
+        }
+        assert_eq!(dependencies(&plan, Carrier::ShadowPass).len(), usize::from(plan.shadow.is_some()), "{name}");
+    }
+}
+
+#[test]
+fn the_shadow_pass_stores_its_map() {
+    let attachment = shadow::attachment();
+    assert_eq!((attachment.format, attachment.store_op), (plan::DEPTH, vk::AttachmentStoreOp::STORE));
+    assert_eq!(attachment.load_op, vk::AttachmentLoadOp::CLEAR);
+}

@@ -1,0 +1,171 @@
+//! Scenes, devices and plans for tests.
+
+use glam::{DAffine3, DVec3, Vec3};
+
+use super::{Capabilities, FramePlan};
+use crate::scene::{
+    AlphaMode, Brdf, Falloff, GbufferChoice, GbufferPreset, Light, LightKind, Material, Mesh, Object, Scene, Settings,
+    TargetChoice, View,
+};
+
+pub const VIEWS: [View; 12] = [
+    View::Final,
+    View::Position,
+    View::Normal,
+    View::NormalAbsolute,
+    View::Albedo,
+    View::Metallic,
+    View::Roughness,
+    View::Depth,
+    View::ShadowMap,
+    View::Lighting,
+    View::Overdraw,
+    View::LightsPerPixel,
+];
+
+/// A device that can do everything, without memory of its own for tiles.
+pub fn device() -> Capabilities {
+    Capabilities {
+        max_extent: 16384,
+        max_color_attachments: 8,
+        unorm_2x16_attachment: true,
+        float32_blends: true,
+        lazily_allocated: false,
+    }
+}
+
+/// A unit square for each material, in a row along X.
+pub fn scene(materials: Vec<Material>, lights: Vec<Light>) -> Scene {
+    let mut mesh =
+        Mesh::from_points("square", &[[0., 0.], [1., 0.], [1., 1.], [0., 1.]].map(|[x, y]| DVec3::new(x, y, 0.0)));
+    mesh.indices = vec![0, 1, 2, 0, 2, 3];
+    mesh.uvs = vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]];
+    mesh.compute_normals();
+    mesh.compute_tangents();
+    let object = |material| Object {
+        name: format!("square {material}"),
+        mesh: 0,
+        material,
+        transform: DAffine3::from_translation(DVec3::X * material as f64),
+    };
+    Scene {
+        meshes: vec![mesh],
+        objects: (0..materials.len()).map(object).collect(),
+        materials,
+        lights,
+        ..Scene::default()
+    }
+}
+
+pub fn material(brdf: Brdf) -> Material {
+    Material { brdf, ..Material::default() }
+}
+
+pub fn emissive() -> Material {
+    Material { emissive: Vec3::new(0.0, 10.0, 0.0), ..Material::default() }
+}
+
+/// With a texture in every slot.
+pub fn textured(brdf: Brdf) -> Material {
+    let mut material = Material { brdf, ..Material::default() };
+    material.texture_slots_mut().into_iter().enumerate().for_each(|(index, slot)| *slot = Some(index));
+    material
+}
+
+/// With holes that its texture cuts.
+pub fn masked() -> Material {
+    Material { alpha_mode: AlphaMode::Mask { cutoff: 0.5 }, base_color_texture: Some(0), ..Material::default() }
+}
+
+fn light(name: &str, kind: LightKind, casts_shadow: bool) -> Light {
+    Light { name: name.into(), kind, color: Vec3::ONE, intensity: 100.0, casts_shadow }
+}
+
+pub fn sun() -> Light {
+    light("sun", LightKind::Directional { direction: DVec3::new(0.3, -1.0, -0.5).normalize() }, true)
+}
+
+/// Directional, without a shadow.
+pub fn sky() -> Light {
+    Light { casts_shadow: false, ..sun() }
+}
+
+pub fn point(falloff: Falloff) -> Light {
+    light("lamp", LightKind::Point { position: DVec3::Z, range: Some(5.0), falloff }, false)
+}
+
+pub fn spot(falloff: Falloff) -> Light {
+    let kind = LightKind::Spot {
+        position: DVec3::Z,
+        direction: DVec3::NEG_Z,
+        inner_angle_degrees: 20.0,
+        outer_angle_degrees: 35.0,
+        range: None,
+        falloff,
+    };
+    light("spot", kind, false)
+}
+
+/// Scenes that differ in what a frame of them needs.
+pub fn scenes() -> Vec<(&'static str, Scene)> {
+    let mut mirrored = scene(vec![masked()], vec![sun(), sky()]);
+    mirrored.objects[0].transform = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+    vec![
+        ("nothing", Scene::default()),
+        ("unlit", scene(vec![material(Brdf::CookTorrance)], vec![])),
+        ("lambert", scene(vec![material(Brdf::Lambert)], vec![sky()])),
+        ("sunlit", scene(vec![material(Brdf::CookTorrance)], vec![sun()])),
+        ("sunlit-lambert", scene(vec![material(Brdf::Lambert)], vec![sun()])),
+        ("lamps", scene(vec![material(Brdf::Phong)], vec![point(Falloff::Quadratic), spot(Falloff::InverseSquare)])),
+        (
+            "mixed",
+            scene(vec![material(Brdf::Lambert), textured(Brdf::BlinnPhong)], vec![sun(), point(Falloff::Quadratic)]),
+        ),
+        ("emissive", scene(vec![emissive(), textured(Brdf::CookTorrance)], vec![sun()])),
+        ("glow", scene(vec![emissive()], vec![])),
+        ("mirrored", mirrored),
+    ]
+}
+
+/// Layouts of the G-buffer: the presets, and overrides that change which targets there are.
+pub fn gbuffers() -> Vec<(&'static str, GbufferChoice)> {
+    let preset = |preset| GbufferChoice { preset, ..GbufferChoice::default() };
+    let lean = GbufferChoice::default();
+    vec![
+        ("lean", lean),
+        ("fat", preset(GbufferPreset::Fat)),
+        ("float32", preset(GbufferPreset::Float32)),
+        ("lean,position=rgba32f", GbufferChoice { position: Some(TargetChoice::Rgba32f), ..lean }),
+        ("lean,normal=rgb10a2", GbufferChoice { normal: Some(TargetChoice::Rgb10a2), ..lean }),
+        (
+            "fat,position=depth,normal=oct16uint",
+            GbufferChoice {
+                position: Some(TargetChoice::Depth),
+                normal: Some(TargetChoice::Oct16Uint),
+                ..preset(GbufferPreset::Fat)
+            },
+        ),
+    ]
+}
+
+/// Every plan of the scenes, views, layouts, outputs and devices above, with what it is of.
+pub fn plans() -> Vec<(String, FramePlan)> {
+    let plain =
+        Capabilities { unorm_2x16_attachment: false, float32_blends: false, lazily_allocated: true, ..device() };
+    let mut plans = Vec::new();
+    for (scene_name, scene) in scenes() {
+        for (layout, gbuffer) in gbuffers() {
+            for (view, hdr_output) in VIEWS.into_iter().flat_map(|view| [(view, false), (view, true)]) {
+                for (device_name, device) in [("able", device()), ("plain", plain)] {
+                    let settings = Settings { gbuffer, view, hdr_output, ..Settings::default() };
+                    let name = format!("{scene_name} {layout} {view:?} hdr_output={hdr_output} {device_name}");
+                    match FramePlan::of(&scene, &settings, &device) {
+                        Ok(plan) => plans.push((name, plan)),
+                        Err(error) => assert_eq!(view, View::ShadowMap, "{name}: {error}"),
+                    }
+                }
+            }
+        }
+    }
+    plans
+}

@@ -1,0 +1,391 @@
+use glam::Vec3;
+
+use super::samples::{self, device, emissive, masked, material, point, scene, sky, spot, sun, textured};
+use super::*;
+use crate::scene::{
+    AlphaMode, Camera, GbufferChoice, GbufferPreset, Light, Material, ShadowSettings, TargetChoice, TextureSlot,
+};
+
+const CT: Brdf = Brdf::CookTorrance;
+
+fn plan_with(scene: &Scene, settings: &Settings) -> FramePlan {
+    FramePlan::of(scene, settings, &device()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn plan(scene: &Scene) -> FramePlan {
+    plan_with(scene, &Settings::default())
+}
+
+fn view(scene: &Scene, view: View) -> FramePlan {
+    plan_with(scene, &Settings { view, ..Settings::default() })
+}
+
+fn shadows(enabled: bool, size: u32) -> Settings {
+    Settings { shadows: ShadowSettings { enabled, size, ..ShadowSettings::default() }, ..Settings::default() }
+}
+
+fn gbuffer_of(brdf: Brdf, choice: GbufferChoice, device: &Capabilities) -> Gbuffer {
+    let settings = Settings { gbuffer: choice, ..Settings::default() };
+    let plan = FramePlan::of(&scene(vec![material(brdf)], vec![sky()]), &settings, device).expect("a plan");
+    plan.gbuffer.expect("a G-buffer")
+}
+
+fn preset(preset: GbufferPreset) -> GbufferChoice {
+    GbufferChoice { preset, ..GbufferChoice::default() }
+}
+
+#[test]
+fn only_a_shining_directional_light_that_casts_has_a_shadow_map() {
+    let lit = |light: Light| plan(&scene(vec![material(CT)], vec![light])).shadow;
+    assert_eq!(lit(sun()), Some(2048));
+    assert_eq!(lit(sky()), None);
+    assert_eq!(lit(Light { intensity: 0.0, ..sun() }), None);
+    assert_eq!(lit(Light { color: Vec3::ZERO, ..sun() }), None);
+    assert_eq!(lit(Light { casts_shadow: true, ..point(Falloff::InverseSquare) }), None);
+    assert_eq!(plan(&Scene { lights: vec![sun()], ..Scene::default() }).shadow, None);
+}
+
+#[test]
+fn shadows_follow_the_settings_and_the_view() {
+    let sunlit = scene(vec![material(CT)], vec![sun()]);
+    assert_eq!(plan_with(&sunlit, &shadows(true, 512)).shadow, Some(512));
+    assert_eq!(plan_with(&sunlit, &shadows(false, 512)).shadow, None);
+    // A size that nothing uses cannot be wrong.
+    assert_eq!(plan_with(&sunlit, &shadows(false, 0)).shadow, None);
+    for seen in samples::VIEWS {
+        let shows = matches!(seen, View::Final | View::Lighting | View::ShadowMap);
+        assert_eq!(view(&sunlit, seen).shadow.is_some(), shows, "{seen:?}");
+    }
+}
+
+#[test]
+fn the_shadow_map_view_has_nothing_but_the_map() {
+    let plan = view(&scene(vec![textured(CT), emissive()], vec![sun()]), View::ShadowMap);
+    assert_eq!((plan.shading, plan.shadow), (Shading::ShowShadowMap, Some(2048)));
+    assert!(!plan.has_geometry() && plan.geometry.is_empty() && plan.gbuffer.is_none() && plan.hdr.is_none());
+    assert!(!plan.emissive && !plan.lights.any() && plan.streams == Streams::default());
+    assert_eq!(plan.gbuffer_bytes_per_pixel(), 0);
+}
+
+#[test]
+fn emissive_light_brings_the_hdr_target_and_the_tonemap_subpass() {
+    let settings = Settings { tonemap: Tonemap::Agx, ..Settings::default() };
+    let glowing = plan_with(&scene(vec![emissive()], vec![sky()]), &settings);
+    assert!(glowing.emissive && glowing.has_tonemap_subpass());
+    assert_eq!((glowing.hdr, glowing.output), (Some(HDR), OUTPUT_SRGB));
+    assert_eq!(glowing.tone_mapping, ToneMapping::Subpass(Tonemap::Agx));
+    let dull = plan_with(&scene(vec![material(CT)], vec![sky()]), &settings);
+    assert!(!dull.emissive && !dull.has_tonemap_subpass());
+    assert_eq!((dull.hdr, dull.tone_mapping), (None, ToneMapping::InLighting(Tonemap::Agx)));
+}
+
+#[test]
+fn emissive_light_that_is_not_drawn_or_not_shown_is_left_out() {
+    // A material that no object has.
+    let mut unused = scene(vec![material(CT)], vec![sky()]);
+    unused.materials.push(emissive());
+    assert!(!plan(&unused).emissive);
+    // A texture over emission 0 emits nothing.
+    let black = Material { emissive_texture: Some(0), ..material(CT) };
+    assert!(!plan(&scene(vec![black], vec![sky()])).emissive);
+    let glowing = scene(vec![emissive()], vec![sun()]);
+    for seen in samples::VIEWS {
+        let plan = view(&glowing, seen);
+        assert_eq!(plan.emissive, seen == View::Final, "{seen:?}");
+        assert_eq!(plan.hdr.is_some(), seen == View::Final, "{seen:?}");
+    }
+}
+
+#[test]
+fn a_linear_output_is_never_tone_mapped() {
+    let single = vk::Format::R32G32B32A32_SFLOAT;
+    let settings = Settings { hdr_output: true, ..Settings::default() };
+    let plain = Capabilities { float32_blends: false, ..device() };
+    for (materials, device, output) in [
+        (material(CT), device(), single),
+        (emissive(), device(), single),
+        (material(CT), plain, single),
+        // Emission and light must add up, so the target must blend.
+        (emissive(), plain, HDR),
+    ] {
+        let plan = FramePlan::of(&scene(vec![materials], vec![sky()]), &settings, &device).expect("a plan");
+        assert_eq!((plan.hdr, plan.output, plan.tone_mapping), (None, output, ToneMapping::Absent));
+    }
+    let shown = view(&scene(vec![material(CT)], vec![sky()]), View::Normal);
+    assert_eq!((shown.output, shown.tone_mapping), (OUTPUT_SRGB, ToneMapping::Absent));
+}
+
+#[test]
+fn the_presets_spend_16_36_and_68_bytes_a_pixel() {
+    let bytes = |choice| {
+        let settings = Settings { gbuffer: preset(choice), ..Settings::default() };
+        plan_with(&scene(vec![material(CT)], vec![sun()]), &settings).gbuffer_bytes_per_pixel()
+    };
+    assert_eq!(bytes(GbufferPreset::Lean), 4 + 4 + 4 + 4);
+    assert_eq!(bytes(GbufferPreset::Fat), 4 * 8 + 4);
+    assert_eq!(bytes(GbufferPreset::Float32), 4 * 16 + 4);
+}
+
+#[test]
+fn the_presets_have_their_formats() {
+    let formats = |choice| gbuffer_of(CT, preset(choice), &device());
+    let lean = formats(GbufferPreset::Lean);
+    assert_eq!((lean.albedo, lean.normal), (vk::Format::R8G8B8A8_SRGB, vk::Format::R16G16_UNORM));
+    assert_eq!((lean.material, lean.position), (Some(vk::Format::R8G8B8A8_UNORM), None));
+    assert_eq!((lean.normal_encoding, lean.geometric_steps()), (NormalEncoding::Octahedral, 255.0));
+    for (choice, format) in [
+        (GbufferPreset::Fat, vk::Format::R16G16B16A16_SFLOAT),
+        (GbufferPreset::Float32, vk::Format::R32G32B32A32_SFLOAT),
+    ] {
+        let all = formats(choice);
+        assert_eq!((all.albedo, all.normal, all.material, all.position), (format, format, Some(format), Some(format)));
+        assert_eq!((all.normal_encoding, all.specular), (NormalEncoding::Signed, None));
+    }
+}
+
+#[test]
+fn a_target_can_be_overridden_and_the_others_stay() {
+    let base = preset(GbufferPreset::Fat);
+    let half = vk::Format::R16G16B16A16_SFLOAT;
+    let normal = gbuffer_of(CT, GbufferChoice { normal: Some(TargetChoice::Rgb10a2), ..base }, &device());
+    assert_eq!(
+        (normal.normal, normal.normal_encoding),
+        (vk::Format::A2B10G10R10_UNORM_PACK32, NormalEncoding::HalfEncoded)
+    );
+    assert_eq!((normal.albedo, normal.position), (half, Some(half)));
+    let albedo = gbuffer_of(CT, GbufferChoice { albedo: Some(TargetChoice::Rgba8), ..base }, &device());
+    assert_eq!((albedo.albedo, albedo.material), (vk::Format::R8G8B8A8_SRGB, Some(half)));
+    let material = gbuffer_of(CT, GbufferChoice { material: Some(TargetChoice::Rgba8), ..base }, &device());
+    assert_eq!((material.albedo, material.material), (half, Some(vk::Format::R8G8B8A8_UNORM)));
+    let position = gbuffer_of(CT, GbufferChoice { position: Some(TargetChoice::Depth), ..base }, &device());
+    assert_eq!((position.position, position.normal), (None, half));
+}
+
+#[test]
+fn without_normalized_16_bit_targets_octahedral_normals_are_integers() {
+    let plain = Capabilities { unorm_2x16_attachment: false, ..device() };
+    let lean = gbuffer_of(CT, GbufferChoice::default(), &plain);
+    assert_eq!((lean.normal, lean.normal_encoding), (vk::Format::R16G16_UINT, NormalEncoding::Octahedral));
+    assert_eq!(lean.bytes_per_pixel(), 16);
+    // It can also be asked for.
+    let asked =
+        gbuffer_of(CT, GbufferChoice { normal: Some(TargetChoice::Oct16Uint), ..GbufferChoice::default() }, &device());
+    assert_eq!(asked.normal, vk::Format::R16G16_UINT);
+    let half = gbuffer_of(CT, preset(GbufferPreset::Fat), &plain);
+    assert_eq!(half.normal, vk::Format::R16G16B16A16_SFLOAT);
+}
+
+#[test]
+fn specular_is_stored_for_phong_and_where_brdfs_differ() {
+    let specular = |materials: &[Brdf]| {
+        let all = materials.iter().map(|&brdf| material(brdf)).collect();
+        plan(&scene(all, vec![sky()])).gbuffer.expect("a G-buffer").specular.is_some()
+    };
+    assert!(specular(&[Brdf::Phong]) && specular(&[Brdf::BlinnPhong]));
+    assert!(!specular(&[CT]) && !specular(&[Brdf::Lambert]) && !specular(&[CT, CT]));
+    assert!(specular(&[CT, Brdf::Lambert]) && specular(&[CT, Brdf::Phong]));
+}
+
+#[test]
+fn the_brdf_is_a_constant_where_all_materials_or_the_user_agree() {
+    let mixed = scene(vec![material(CT), material(Brdf::Phong)], vec![sky()]);
+    assert_eq!(plan(&mixed).brdf, PlannedBrdf::PerPixel);
+    assert_eq!(plan(&scene(vec![material(CT); 3], vec![])).brdf, PlannedBrdf::One(CT));
+    let settings = Settings { brdf: Some(Brdf::BlinnPhong), ..Settings::default() };
+    let overridden = plan_with(&mixed, &settings);
+    assert_eq!(
+        (overridden.brdf, overridden.brdf_override),
+        (PlannedBrdf::One(Brdf::BlinnPhong), Some(Brdf::BlinnPhong))
+    );
+    assert!(overridden.geometry.iter().all(|key| key.phong));
+    // A material that nothing is made of does not count.
+    let mut unused = scene(vec![material(CT)], vec![sky()]);
+    unused.materials.push(material(Brdf::Phong));
+    assert_eq!(plan(&unused).brdf, PlannedBrdf::One(CT));
+}
+
+#[test]
+fn lambert_without_a_shadow_stores_no_material() {
+    let has = |brdf, light, seen| {
+        view(&scene(vec![material(brdf)], vec![light]), seen).gbuffer.is_some_and(|gbuffer| gbuffer.material.is_some())
+    };
+    assert!(!has(Brdf::Lambert, sky(), View::Final));
+    assert!(has(Brdf::Lambert, sun(), View::Final), "the bias needs the geometric normal");
+    assert!(has(CT, sky(), View::Final));
+    assert!(has(Brdf::Lambert, sky(), View::Roughness) && has(Brdf::Lambert, sky(), View::Metallic));
+    assert!(!has(Brdf::Lambert, sky(), View::Albedo));
+}
+
+#[test]
+fn lighting_has_code_for_the_lights_that_shine_and_no_others() {
+    let lights = |lights: Vec<Light>| plan(&scene(vec![material(CT)], lights)).lights;
+    assert!(!lights(vec![]).any() && lights(vec![]) == PlannedLights { falloff: 3, ..PlannedLights::default() });
+    let dark = Light { intensity: 0.0, ..spot(Falloff::Quadratic) };
+    assert!(!lights(vec![dark.clone()]).any());
+    let directional = lights(vec![sky(), dark]);
+    assert!(directional.directional && !directional.punctual && !directional.spot);
+    let lamp = lights(vec![point(Falloff::InverseSquare)]);
+    assert!(lamp.any() && !lamp.directional && lamp.punctual && !lamp.spot);
+    let spotted = lights(vec![spot(Falloff::InverseSquare)]);
+    assert!(spotted.punctual && spotted.spot);
+}
+
+#[test]
+fn one_falloff_is_a_constant_and_several_are_not() {
+    let polynomial = |linear| Falloff::Polynomial { constant: 1.0, linear, quadratic: 0.0 };
+    let falloff = |all: &[Falloff]| {
+        let lights = all.iter().map(|&falloff| point(falloff)).collect();
+        plan(&scene(vec![material(CT)], lights)).lights.falloff
+    };
+    assert_eq!(falloff(&[Falloff::InverseSquare]), 0);
+    assert_eq!(falloff(&[Falloff::Quadratic; 2]), 1);
+    // Coefficients are data, the kind is code.
+    assert_eq!(falloff(&[polynomial(1.0), polynomial(2.0)]), 2);
+    assert_eq!(falloff(&[Falloff::InverseSquare, Falloff::Quadratic]), 3);
+    let both = scene(vec![material(CT)], vec![point(Falloff::Quadratic), spot(polynomial(1.0))]);
+    assert_eq!(plan(&both).lights.falloff, 3);
+}
+
+#[test]
+fn ambient_light_is_in_where_there_is_some() {
+    let mut lit = scene(vec![textured(CT)], vec![sky()]);
+    assert!(!plan(&lit).lights.ambient && !sampled(&plan(&lit), TextureSlot::Occlusion));
+    lit.environment.ambient = Vec3::new(0.0, 0.1, 0.0);
+    assert!(plan(&lit).lights.ambient && sampled(&plan(&lit), TextureSlot::Occlusion));
+}
+
+fn sampled(plan: &FramePlan, slot: TextureSlot) -> bool {
+    plan.geometry.iter().any(|key| key.textures.contains(slot))
+}
+
+#[test]
+fn views_have_lights_only_where_they_show_them() {
+    let lit = scene(vec![material(CT)], vec![sun(), point(Falloff::Quadratic)]);
+    for seen in samples::VIEWS {
+        let shows = matches!(seen, View::Final | View::Lighting | View::LightsPerPixel);
+        assert_eq!(view(&lit, seen).lights.any(), shows, "{seen:?}");
+    }
+}
+
+#[test]
+fn a_geometry_pipeline_samples_what_its_brdf_and_view_look_at() {
+    use TextureSlot as S;
+    let mut lit = scene(vec![textured(CT)], vec![sky()]);
+    lit.environment.ambient = Vec3::ONE;
+    let slots = |scene: &Scene, seen| {
+        let plan = view(scene, seen);
+        assert_eq!(plan.geometry.len(), 1);
+        [S::BaseColor, S::Normal, S::MetallicRoughness, S::Occlusion, S::Emissive, S::Specular]
+            .map(|s| sampled(&plan, s))
+    };
+    assert_eq!(slots(&lit, View::Final), [true, true, true, true, false, false]);
+    assert_eq!(slots(&lit, View::Overdraw), [false; 6]);
+    lit.materials[0].emissive = Vec3::ONE;
+    assert_eq!(slots(&lit, View::Final), [true, true, true, true, true, false]);
+    lit.materials[0].brdf = Brdf::Phong;
+    assert_eq!(slots(&lit, View::Final), [true, true, false, true, true, true]);
+    lit.materials[0].brdf = Brdf::Lambert;
+    assert_eq!(slots(&lit, View::Final), [true, true, false, true, true, false]);
+    assert_eq!(slots(&lit, View::Roughness), [true, true, true, false, false, false]);
+}
+
+#[test]
+fn keys_tell_masks_sides_mirrors_and_phong_apart() {
+    let only = |scene: &Scene| {
+        let plan = plan(scene);
+        assert_eq!(plan.geometry.len(), 1);
+        *plan.geometry.first().expect("a key")
+    };
+    let plain = only(&scene(vec![material(CT)], vec![sky()]));
+    assert_eq!(
+        plain,
+        GeometryKey {
+            textures: TextureMask::default(),
+            masked: false,
+            two_sided: false,
+            mirrored: false,
+            phong: false
+        }
+    );
+    let holes = only(&scene(vec![masked()], vec![sky()]));
+    assert!(holes.masked && holes.textures.contains(TextureSlot::BaseColor));
+    // Without a texture alpha is the same all over.
+    let even = Material { alpha_mode: AlphaMode::Mask { cutoff: 0.5 }, ..material(CT) };
+    assert!(!only(&scene(vec![even], vec![sky()])).masked);
+    assert!(only(&scene(vec![Material { two_sided: true, ..material(CT) }], vec![])).two_sided);
+    assert!(only(&scene(vec![material(Brdf::BlinnPhong)], vec![])).phong);
+    let mut mirrored = scene(vec![material(CT)], vec![]);
+    mirrored.objects[0].transform = glam::DAffine3::from_scale(glam::DVec3::new(1.0, -2.0, 3.0));
+    assert!(only(&mirrored).mirrored);
+    mirrored.objects[0].transform = glam::DAffine3::from_scale(glam::DVec3::new(-1.0, -2.0, 3.0));
+    assert!(!only(&mirrored).mirrored);
+    // Equal needs share a pipeline.
+    assert_eq!(plan(&scene(vec![material(CT), material(CT), masked()], vec![])).geometry.len(), 2);
+}
+
+#[test]
+fn vertices_have_the_streams_that_something_reads() {
+    let streams = |scene: &Scene, seen| {
+        let streams = view(scene, seen).streams;
+        (streams.normals, streams.uvs, streams.tangents)
+    };
+    let plain = scene(vec![material(CT)], vec![sun()]);
+    assert_eq!(streams(&plain, View::Final), (true, false, false));
+    assert_eq!(streams(&plain, View::Overdraw), (false, false, false));
+    let colored = Material { base_color_texture: Some(0), ..material(CT) };
+    assert_eq!(streams(&scene(vec![colored.clone()], vec![]), View::Final), (true, true, false));
+    let bumpy = Material { normal_texture: Some(1), ..colored };
+    assert_eq!(streams(&scene(vec![bumpy], vec![]), View::Final), (true, true, true));
+    // SHADOW reads the UVs of what has holes.
+    assert_eq!(streams(&scene(vec![masked()], vec![sun()]), View::ShadowMap), (false, true, false));
+    let plan = view(&scene(vec![textured(CT)], vec![]), View::Final);
+    assert_eq!(plan.streams.bytes(), 12 + 12 + 8 + 16);
+}
+
+#[test]
+fn what_cannot_be_is_refused_in_one_line_that_names_it() {
+    let lit = scene(vec![material(CT)], vec![sun()]);
+    let refuse = |scene: &Scene, settings: &Settings, device: &Capabilities| {
+        let error = FramePlan::of(scene, settings, device).expect_err("must be refused");
+        let text = error.to_string();
+        assert!(!text.contains('\n'), "{text}");
+        (error, text)
+    };
+    for size in [[0, 0], [0, 720], [1280, 0], [16385, 1], [1, 16385], [u32::MAX, u32::MAX]] {
+        let (error, text) = refuse(&lit, &Settings { size, ..Settings::default() }, &device());
+        assert_eq!(error, Error::Size(size[0], size[1], 16384));
+        assert!(text.contains(&format!("{}x{}", size[0], size[1])) && text.contains("16384"), "{text}");
+    }
+    for size in [0, 16385] {
+        assert_eq!(refuse(&lit, &shadows(true, size), &device()).0, Error::ShadowSize(size, 16384));
+    }
+    let few = Capabilities { max_color_attachments: 4, ..device() };
+    let fat = Settings { gbuffer: preset(GbufferPreset::Fat), ..Settings::default() };
+    let (error, text) = refuse(&lit, &fat, &few);
+    assert_eq!(error, Error::ColorAttachments(6, 4));
+    assert!(text.contains("--gbuffer lean"), "{text}");
+    assert!(FramePlan::of(&lit, &Settings::default(), &few).is_ok());
+    let map = Settings { view: View::ShadowMap, ..Settings::default() };
+    assert!(refuse(&scene(vec![material(CT)], vec![sky()]), &map, &device()).1.contains("no directional light"));
+    let off = Settings { view: View::ShadowMap, ..shadows(false, 64) };
+    assert!(refuse(&lit, &off, &device()).1.contains("switched off"));
+    assert!(refuse(&Scene { lights: vec![sun()], ..Scene::default() }, &map, &device()).1.contains("sun"));
+}
+
+#[test]
+fn the_largest_and_the_smallest_size_are_possible() {
+    for size in [[1, 1], [16384, 16384]] {
+        assert_eq!(plan_with(&scene(vec![material(CT)], vec![]), &Settings { size, ..Settings::default() }).size, size);
+    }
+}
+
+#[test]
+fn a_plan_is_pure_and_knows_no_camera() {
+    let plans = samples::plans();
+    assert!(plans.len() > 1000);
+    assert!(plans == samples::plans());
+    let mut moved = scene(vec![textured(CT), emissive()], vec![sun(), spot(Falloff::Quadratic)]);
+    let before = plan(&moved);
+    moved.camera = Camera { position: glam::DVec3::splat(1e6), fov_y_degrees: 20.0, ..Camera::default() };
+    assert_eq!(plan(&moved), before);
+}
