@@ -3,4 +3,5 @@
 //! Scene in, plan, frame, image out: [`scene`] says what is drawn, `plan::FramePlan` what of it a frame needs, and
 //! `frame` draws it. ARCHITECTURE.md has the map.
 
+pub mod measure;
 pub mod scene;
