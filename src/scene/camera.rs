@@ -1,6 +1,10 @@
 //! A perspective camera in f64.
 
+use std::str::FromStr;
+
 use glam::{DMat3, DQuat, DVec3};
+
+use super::Error;
 
 /// A pinhole camera that looks along its local -Z, +Y up. The far plane is infinite.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,5 +48,83 @@ impl Camera {
 
     pub fn up(&self) -> DVec3 {
         self.rotation * DVec3::Y
+    }
+}
+
+impl FromStr for Camera {
+    type Err = Error;
+
+    /// `x,y,z/tx,ty,tz` or `x,y,z/tx,ty,tz/fov`: where it stands, what it looks at, and the vertical field of view in degrees
+    /// (60 when left out). Up is +Y. `near` is the default: whoever knows the scene sets it.
+    fn from_str(text: &str) -> Result<Self, Error> {
+        let wrong = |what: String| Error::Setting(format!("camera \"{text}\": {what}, as in \"0,1.7,8/0,1,0/60\""));
+        let parts: Vec<&str> = text.split('/').collect();
+        if !(2..=3).contains(&parts.len()) {
+            return Err(wrong("expected position/target or position/target/fov".into()));
+        }
+        let number = |text: &str| {
+            let parsed = text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+            parsed.ok_or_else(|| wrong(format!("\"{}\" is not a finite number", text.trim())))
+        };
+        let point = |text: &str| {
+            let numbers = text.split(',').map(number).collect::<Result<Vec<_>, _>>()?;
+            let array: Result<[f64; 3], _> = numbers.try_into();
+            array.map(DVec3::from).map_err(|_| wrong(format!("\"{text}\" should be three numbers")))
+        };
+        let (position, target) = (point(parts[0])?, point(parts[1])?);
+        if position == target {
+            return Err(wrong("position and target are the same point".into()));
+        }
+        let mut camera = Self::looking_at(position, target, DVec3::Y);
+        if let Some(fov) = parts.get(2) {
+            camera.fov_y_degrees = number(fov)?;
+            if !(camera.fov_y_degrees > 0.0 && camera.fov_y_degrees < 180.0) {
+                return Err(wrong(format!("a field of view of {fov} is not between 0 and 180 degrees")));
+            }
+        }
+        Ok(camera)
+    }
+}
+
+impl Camera {
+    /// The camera that a command line describes: see its `FromStr`.
+    pub fn parse(text: &str) -> Result<Self, Error> {
+        text.parse()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_camera_parses_with_and_without_a_field_of_view() {
+        let camera = Camera::parse("1, 2,3 / 1,2,-4/35.5").unwrap();
+        assert_eq!((camera.position, camera.fov_y_degrees), (DVec3::new(1.0, 2.0, 3.0), 35.5));
+        assert!((camera.forward() - DVec3::NEG_Z).length() < 1e-12);
+        assert_eq!(Camera::parse("0,0,1/0,0,0").unwrap().fov_y_degrees, 60.0);
+    }
+
+    #[test]
+    fn a_camera_that_cannot_be_is_refused_by_name() {
+        for text in [
+            "",
+            "1,2,3",
+            "1,2/3,4,5",
+            "1,2,nan/0,0,0",
+            "0,0,0/0,0,0",
+            "0,0,1/0,0,0/180",
+            "0,0,1/0,0,0/0",
+            "0,0,1/0,0,0/1/2",
+        ] {
+            let error = Camera::parse(text).unwrap_err().to_string();
+            assert!(error.starts_with("camera \"") && !error.contains('\n'), "{error}");
+        }
+    }
+
+    #[test]
+    fn looking_straight_down_has_a_rotation() {
+        let camera = Camera::looking_at(DVec3::Y, DVec3::ZERO, DVec3::Y);
+        assert!((camera.forward() - DVec3::NEG_Y).length() < 1e-9 && camera.right().is_normalized());
     }
 }

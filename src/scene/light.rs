@@ -43,3 +43,61 @@ pub enum Falloff {
     /// all zero.
     Polynomial { constant: f32, linear: f32, quadratic: f32 },
 }
+
+impl Falloff {
+    /// Distance in metres beyond which a polynomial light of `intensity` candela brings less than `cutoff` lux: the greatest root
+    /// of intensity / (c + l d + q d^2) = cutoff. This is the radius of the volume that such a light is drawn with.
+    ///
+    /// 0 when it is never that bright; infinity when it never falls below (no linear and no quadratic term, or a cut-off that is
+    /// not above 0); `None` for the other fall-offs, whose reach is their range. Never NaN.
+    pub fn polynomial_radius(&self, intensity: f64, cutoff: f64) -> Option<f64> {
+        let Self::Polynomial { constant, linear, quadratic } = *self else { return None };
+        let [c, l, q] = [constant, linear, quadratic].map(|term| f64::from(term).max(0.0));
+        if cutoff.is_nan() || cutoff <= 0.0 {
+            return Some(f64::INFINITY);
+        }
+        // q d^2 + l d = excess
+        let excess = intensity / cutoff - c;
+        if excess.is_nan() || excess <= 0.0 {
+            return Some(0.0);
+        }
+        // The form that does not cancel: 2 excess / (l + sqrt(l^2 + 4 q excess)), right for q = 0 as well. Roots are taken apart
+        // so that neither square overflows.
+        let root = l.hypot(2.0 * q.sqrt() * excess.sqrt());
+        let radius = 2.0 * (excess / (l + root));
+        Some(if radius.is_nan() { f64::INFINITY } else { radius })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn radius(constant: f32, linear: f32, quadratic: f32, intensity: f64, cutoff: f64) -> f64 {
+        Falloff::Polynomial { constant, linear, quadratic }.polynomial_radius(intensity, cutoff).unwrap()
+    }
+
+    #[test]
+    fn at_the_radius_the_light_is_as_bright_as_the_cutoff() {
+        for (c, l, q) in [(1.0, 0.7, 1.8), (0.0, 0.0, 1.0), (1.0, 0.5, 0.0), (0.0, 2.0, 1e-6), (1e-3, 0.0, 1e6)] {
+            let (intensity, cutoff) = (100.0, 0.02);
+            let d = radius(c, l, q, intensity, cutoff);
+            let there = intensity / (f64::from(c) + f64::from(l) * d + f64::from(q) * d * d);
+            assert!((there / cutoff - 1.0).abs() < 1e-9, "{c} {l} {q}: {d} {there}");
+        }
+    }
+
+    #[test]
+    fn the_limits_of_the_polynomial_radius_are_not_nan() {
+        assert_eq!(radius(1.0, 0.0, 0.0, 5.0, 0.1), f64::INFINITY);
+        assert_eq!(radius(1.0, 1.0, 1.0, 0.01, 0.1), 0.0);
+        assert_eq!(radius(1.0, 1.0, 1.0, 5.0, 0.0), f64::INFINITY);
+        assert_eq!(radius(0.0, 0.0, 0.0, 0.0, 0.0), f64::INFINITY);
+        for term in [0.0, f32::MIN_POSITIVE, 1.0, f32::MAX] {
+            for intensity in [0.0, f64::MIN_POSITIVE, 1.0, f64::MAX] {
+                assert!(!radius(term, term, term, intensity, 1e-300).is_nan());
+            }
+        }
+        assert_eq!(Falloff::InverseSquare.polynomial_radius(1.0, 1.0), None);
+    }
+}

@@ -58,7 +58,8 @@ pub struct Material {
     pub specular: Vec3,
     /// Ns of the Phong models, 0 and up.
     pub shininess: f32,
-    /// Share of the ambient light that is reflected besides the albedo, 0 to 1: luminance of Ka over that of Kd for the Phong models, else 1.
+    /// Share of the ambient light that is reflected besides the albedo, 0 to 1: luminance of Ka over that of Kd. Only the
+    /// Phong models look at it.
     pub ambient: f32,
     /// Emitted radiance in nits.
     pub emissive: Vec3,
@@ -112,6 +113,18 @@ impl Material {
         ]
         .into_iter()
         .filter_map(|(slot, texture)| texture.map(|texture| (slot, texture)))
+    }
+
+    /// The texture slots, in the order of [`Material::textures`].
+    pub fn texture_slots_mut(&mut self) -> [&mut Option<usize>; 6] {
+        [
+            &mut self.base_color_texture,
+            &mut self.normal_texture,
+            &mut self.metallic_roughness_texture,
+            &mut self.occlusion_texture,
+            &mut self.emissive_texture,
+            &mut self.specular_texture,
+        ]
     }
 
     pub fn is_masked(&self) -> bool {

@@ -1,5 +1,8 @@
 //! Triangle meshes and where they stand.
 
+use std::collections::HashMap;
+
+use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::Aabb;
@@ -16,7 +19,7 @@ pub struct Mesh {
     pub normals: Vec<[f32; 3]>,
     /// Empty, or as many as positions. (0, 0) is the image's upper left corner.
     pub uvs: Vec<[f32; 2]>,
-    /// Empty, or as many as positions: MikkTSpace tangents; bitangent = w * cross(normal, tangent).
+    /// Empty, or as many as positions: MikkTSpace tangents; bitangent = w * cross(normal, tangent), towards the image's top.
     pub tangents: Vec<[f32; 4]>,
     /// Three a triangle, each below `positions.len()`.
     pub indices: Vec<u32>,
@@ -25,9 +28,138 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// A mesh at `points`, in mesh space: they are recentred in f64 before they become f32, so that a model far from zero
+    /// keeps its shape. Sets `origin`, `positions` and `bounds`.
+    pub fn from_points(name: impl Into<String>, points: &[DVec3]) -> Self {
+        let origin = Aabb::of_points(points.iter().copied()).center();
+        let positions = points.iter().map(|&p| (p - origin).as_vec3().to_array()).collect();
+        let mut mesh = Self { name: name.into(), origin, positions, ..Self::default() };
+        mesh.bounds = mesh.compute_bounds();
+        mesh
+    }
+
+    /// Smooth normals from the triangles around each vertex, weighted by their angle there, which makes them independent of
+    /// how polygons were cut (Thürmer and Wüthrich 1998). A hard edge needs separate vertices on its two sides.
+    pub fn compute_normals(&mut self) {
+        let mut sums = vec![DVec3::ZERO; self.positions.len()];
+        for triangle in self.indices.as_chunks::<3>().0 {
+            let points = triangle.map(|i| Vec3::from(self.positions[i as usize]).as_dvec3());
+            let Some(normal) = triangle_normal(&points) else { continue };
+            for (corner, &vertex) in triangle.iter().enumerate() {
+                sums[vertex as usize] += normal * corner_angle(&points, corner);
+            }
+        }
+        // A vertex of no proper triangle still needs a unit vector.
+        self.normals = sums.iter().map(|sum| sum.normalize_or(DVec3::Y).as_vec3().to_array()).collect();
+    }
+
+    /// MikkTSpace tangents from positions, normals and texture coordinates; none without texture coordinates. A vertex whose
+    /// triangles disagree, as at a mirrored seam, is split.
+    pub fn compute_tangents(&mut self) {
+        self.tangents.clear();
+        if self.uvs.is_empty() || self.normals.is_empty() {
+            return;
+        }
+        let mut corners = Corners { mesh: self, tangents: vec![None; self.indices.len()] };
+        // Its error type has no values today; should it get some, the fallback below is still a valid frame.
+        let _ = bevy_mikktspace::generate_tangents(&mut corners);
+        let tangents = corners.tangents;
+        self.tangents = self.normals.iter().map(|&normal| any_tangent(normal)).collect();
+        let mut is_set = vec![false; self.positions.len()];
+        let mut splits = HashMap::new();
+        for (corner, tangent) in tangents.into_iter().enumerate() {
+            let Some(tangent) = tangent else { continue };
+            let vertex = self.indices[corner] as usize;
+            if !is_set[vertex] {
+                is_set[vertex] = true;
+                self.tangents[vertex] = tangent;
+            } else if self.tangents[vertex] != tangent {
+                let key = (vertex, tangent.map(f32::to_bits));
+                self.indices[corner] = *splits.entry(key).or_insert_with(|| self.split_vertex(vertex, tangent));
+            }
+        }
+    }
+
+    fn split_vertex(&mut self, vertex: usize, tangent: [f32; 4]) -> u32 {
+        self.positions.push(self.positions[vertex]);
+        self.normals.push(self.normals[vertex]);
+        self.uvs.push(self.uvs[vertex]);
+        self.tangents.push(tangent);
+        (self.positions.len() - 1) as u32
+    }
+
+    /// Drops triangles without area, which draw nothing but upset normals and tangents. Returns how many there were.
+    pub fn remove_degenerate_triangles(&mut self) -> usize {
+        let before = self.indices.len();
+        let kept = self.indices.as_chunks::<3>().0.iter().filter(|triangle| {
+            let points = triangle.map(|i| Vec3::from(self.positions[i as usize]).as_dvec3());
+            triangle_normal(&points).is_some()
+        });
+        self.indices = kept.flatten().copied().collect();
+        (before - self.indices.len()) / 3
+    }
+
     /// The box around `origin + positions`; what `bounds` must hold.
     pub fn compute_bounds(&self) -> Aabb {
         Aabb::of_points(self.positions.iter().map(|&p| self.origin + Vec3::from(p).as_dvec3()))
+    }
+}
+
+/// Unit normal of a counter-clockwise triangle; none when it has no area.
+pub(crate) fn triangle_normal(points: &[DVec3; 3]) -> Option<DVec3> {
+    (points[1] - points[0]).cross(points[2] - points[0]).try_normalize()
+}
+
+/// The triangle's inner angle at one of its corners, in radians.
+pub(crate) fn corner_angle(points: &[DVec3; 3], corner: usize) -> f64 {
+    let here = points[corner];
+    let a = (points[(corner + 1) % 3] - here).normalize_or_zero();
+    let b = (points[(corner + 2) % 3] - here).normalize_or_zero();
+    a.dot(b).clamp(-1.0, 1.0).acos()
+}
+
+/// Some tangent for a vertex to which the texture coordinates give none.
+fn any_tangent(normal: [f32; 3]) -> [f32; 4] {
+    Vec3::from(normal).any_orthonormal_vector().extend(1.0).to_array()
+}
+
+/// A mesh as MikkTSpace reads it, and what it writes for each corner.
+struct Corners<'a> {
+    mesh: &'a Mesh,
+    tangents: Vec<Option<[f32; 4]>>,
+}
+
+impl Corners<'_> {
+    fn vertex(&self, face: usize, corner: usize) -> usize {
+        self.mesh.indices[face * 3 + corner] as usize
+    }
+}
+
+impl Geometry for Corners<'_> {
+    fn num_faces(&self) -> usize {
+        self.mesh.indices.len() / 3
+    }
+
+    fn num_vertices_of_face(&self, _face: usize) -> usize {
+        3
+    }
+
+    fn position(&self, face: usize, corner: usize) -> [f32; 3] {
+        self.mesh.positions[self.vertex(face, corner)]
+    }
+
+    fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
+        self.mesh.normals[self.vertex(face, corner)]
+    }
+
+    fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
+        // MikkTSpace's V runs up, ours down; so the bitangent points to the image's top, as normal maps with +Y up want it.
+        let [u, v] = self.mesh.uvs[self.vertex(face, corner)];
+        [u, 1.0 - v]
+    }
+
+    fn set_tangent(&mut self, tangent_space: Option<TangentSpace>, face: usize, corner: usize) {
+        self.tangents[face * 3 + corner] = tangent_space.map(|space| space.tangent_encoded());
     }
 }
 
@@ -45,5 +177,68 @@ impl Object {
     /// World-space box.
     pub fn bounds(&self, meshes: &[Mesh]) -> Aabb {
         meshes[self.mesh].bounds.transformed(&self.transform)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn quad() -> Mesh {
+        let points = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.0));
+        let mut mesh = Mesh::from_points("quad", &points);
+        mesh.uvs = vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]];
+        mesh.indices = vec![0, 1, 2, 0, 2, 3];
+        mesh
+    }
+
+    #[test]
+    fn tangent_runs_along_u_and_bitangent_to_the_top_of_the_image() {
+        let mut mesh = quad();
+        mesh.compute_normals();
+        mesh.compute_tangents();
+        assert_eq!(mesh.normals, vec![[0.0, 0.0, 1.0]; 4]);
+        assert_eq!(mesh.tangents, vec![[1.0, 0.0, 0.0, 1.0]; 4]);
+    }
+
+    #[test]
+    fn mirrored_texture_coordinates_split_the_shared_vertices() {
+        let mut mesh = quad();
+        // The second triangle's image is mirrored about the diagonal's u.
+        mesh.uvs = vec![[0.0, 1.0], [1.0, 1.0], [0.5, 0.0], [1.0, 1.0]];
+        mesh.compute_normals();
+        mesh.compute_tangents();
+        assert!(mesh.positions.len() > 4);
+        assert_eq!(mesh.tangents.len(), mesh.positions.len());
+        assert_eq!(mesh.uvs.len(), mesh.positions.len());
+        let sign = |corner: usize| mesh.tangents[mesh.indices[corner] as usize][3];
+        assert_eq!((sign(0), sign(3)), (1.0, -1.0));
+    }
+
+    #[test]
+    fn far_from_zero_a_millimetre_is_kept() {
+        let base = DVec3::new(1e7, -3e6, 5e8);
+        let mesh = Mesh::from_points("far", &[base, base + DVec3::X * 0.001, base + DVec3::Y * 0.002]);
+        let width = f64::from(mesh.positions[1][0]) - f64::from(mesh.positions[0][0]);
+        assert!((width - 0.001).abs() < 1e-8, "{width}");
+    }
+
+    #[test]
+    fn triangles_without_area_are_dropped_and_counted() {
+        let mut mesh = quad();
+        mesh.indices.extend([0, 0, 1, 1, 1, 1]);
+        assert_eq!(mesh.remove_degenerate_triangles(), 2);
+        assert_eq!(mesh.indices.len(), 6);
+    }
+
+    #[test]
+    fn normals_do_not_depend_on_how_a_corner_is_cut() {
+        // A cube's corner: three faces, one of them cut in two there.
+        let points = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.], [1., 1., 0.]].map(DVec3::from);
+        let mut mesh = Mesh::from_points("corner", &points);
+        mesh.indices = vec![0, 4, 1, 0, 2, 4, 0, 1, 3, 0, 3, 2];
+        mesh.compute_normals();
+        let expected = DVec3::NEG_ONE.normalize();
+        assert!((Vec3::from(mesh.normals[0]).as_dvec3() - expected).length() < 1e-6);
     }
 }

@@ -7,21 +7,31 @@
 mod bounds;
 mod camera;
 mod error;
+mod exposure;
+mod import;
 mod light;
 mod material;
 mod mesh;
+mod names;
+pub mod obj;
 mod settings;
+mod suggest;
 mod texture;
 
 pub use bounds::Aabb;
 pub use camera::Camera;
 pub use error::Error;
+pub use exposure::{exposure_scale, luminance, metered_ev100};
+pub use import::{Imported, LoadOptions, Progress};
 pub use light::{Falloff, Light, LightKind};
 pub use material::{AlphaMode, Brdf, Material, TextureSlot};
 pub use mesh::{Mesh, Object};
+pub use names::TARGETS;
 pub use settings::{
-    GbufferChoice, GbufferPreset, Settings, SettingsPatch, ShadowSettings, TargetChoice, Tonemap, View,
+    GbufferChoice, GbufferPreset, MAX_SHADOW_SIZE, Settings, SettingsPatch, ShadowSettings, TargetChoice, Tonemap,
+    View, parse_size,
 };
+pub use suggest::{nearest, unknown};
 pub use texture::{ColorSpace, Texture};
 
 use glam::Vec3;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Brdf;
+use super::{Brdf, Error};
 
 /// The decided settings of a frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -177,5 +177,76 @@ impl SettingsPatch {
             view: self.view.unwrap_or(default.view),
             hdr_output: default.hdr_output,
         }
+    }
+
+    /// Whether each value that was said is in its range.
+    ///
+    /// # Errors
+    /// [`Error::Setting`], which names the setting, what it was and what it may be.
+    pub fn check(&self) -> Result<(), Error> {
+        let wrong = |what: String| Err(Error::Setting(what));
+        if let Some([width, height]) = self.size
+            && (width == 0 || height == 0)
+        {
+            return wrong(format!("size {width}x{height}: width and height must be at least 1"));
+        }
+        if let Some(ev100) = self.exposure
+            && !(-100.0..=100.0).contains(&ev100)
+        {
+            return wrong(format!("exposure {ev100}: must be an EV100 from -100 to 100"));
+        }
+        if let Some(size) = self.shadow_size
+            && !(1..=MAX_SHADOW_SIZE).contains(&size)
+        {
+            return wrong(format!("shadow size {size}: must be 1 to {MAX_SHADOW_SIZE} texels"));
+        }
+        for (name, bias) in [("normal offset", self.shadow_normal_offset), ("slope bias", self.shadow_slope_bias)] {
+            if let Some(bias) = bias
+                && !(0.0..=1000.0).contains(&bias)
+            {
+                return wrong(format!("shadow {name} {bias}: must be 0 to 1000"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The largest edge of a shadow map in texels; a device may allow less.
+pub const MAX_SHADOW_SIZE: u32 = 16384;
+
+/// Width and height from `1280x720`, each at least 1.
+///
+/// # Errors
+/// [`Error::Setting`] when the text is something else.
+pub fn parse_size(text: &str) -> Result<[u32; 2], Error> {
+    let number = |text: &str| text.trim().parse::<u32>().ok().filter(|_| !text.trim().starts_with('+'));
+    let size = text.split_once(['x', 'X']).and_then(|(width, height)| Some([number(width)?, number(height)?]));
+    let Some(size) = size else {
+        return Err(Error::Setting(format!("size \"{text}\": expected WIDTHxHEIGHT in pixels, as in 1280x720")));
+    };
+    SettingsPatch { size: Some(size), ..SettingsPatch::default() }.check()?;
+    Ok(size)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_parse_or_say_why_not() {
+        assert_eq!(parse_size("1280x720").unwrap(), [1280, 720]);
+        for text in ["0x0", "10x0", "10", "axb", "-1x5", "1x2x3", "99999999999x1", ""] {
+            assert!(parse_size(text).unwrap_err().to_string().starts_with("size "), "{text}");
+        }
+    }
+
+    #[test]
+    fn settings_out_of_range_are_refused() {
+        let refused = |patch: SettingsPatch| patch.check().is_err();
+        assert!(refused(SettingsPatch { exposure: Some(f32::NAN), ..Default::default() }));
+        assert!(refused(SettingsPatch { shadow_size: Some(0), ..Default::default() }));
+        assert!(refused(SettingsPatch { shadow_size: Some(16385), ..Default::default() }));
+        assert!(refused(SettingsPatch { shadow_slope_bias: Some(-1.0), ..Default::default() }));
+        assert!(!refused(SettingsPatch { shadow_size: Some(16384), exposure: Some(15.0), ..Default::default() }));
     }
 }

@@ -1,0 +1,101 @@
+//! Exposure by incident-light metering, as a photographer's dome meter has it, with the calibration of Lagarde and de Rousiers,
+//! "Moving Frostbite to Physically Based Rendering" (2014), section 4.5.
+
+use glam::{DVec3, Vec3};
+
+use super::{Falloff, Light, LightKind, Scene};
+
+/// Incident-light meter constant C, in lux seconds, for a flat-receptor meter.
+const CALIBRATION: f64 = 250.0;
+
+/// Photometric luminance of a linear Rec. 709 colour.
+pub fn luminance(color: Vec3) -> f32 {
+    color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}
+
+/// What pre-exposed radiance is multiplied by: 1 / (1.2 * 2^EV100), so that 1 is where a sensor saturates.
+///
+/// Finite and positive for EV100 in -100 to 100; an exposure beyond is clamped to that.
+pub fn exposure_scale(ev100: f32) -> f32 {
+    (1.0 / (1.2 * f64::from(ev100.clamp(-100.0, 100.0)).exp2())) as f32
+}
+
+/// EV100 = log2(E * 100 / 250), where E is the illuminance in lux at the point that the scene is about: the centre of its
+/// bounds, for a receptor turned to each light in turn, without shadows or cones of spots.
+///
+/// Lights nearer than a quarter of the scene's radius count as that far away, so that a lamp that happens to hang in the centre
+/// does not blacken the picture. A scene without light (or one that only emits) meters as 0.
+pub fn metered_ev100(scene: &Scene) -> f32 {
+    let bounds = scene.bounds();
+    let point = if bounds.is_empty() { scene.camera.position } else { bounds.center() };
+    let least_distance = if bounds.radius() > 0.0 { bounds.radius() * 0.25 } else { 1.0 };
+    let ambient = std::f64::consts::PI * f64::from(luminance(scene.environment.ambient));
+    let lights: f64 = scene.lights.iter().map(|light| illuminance(light, point, least_distance)).sum();
+    let ev100 = ((ambient + lights) * 100.0 / CALIBRATION).log2();
+    if ev100.is_finite() { ev100.clamp(-100.0, 100.0) as f32 } else { 0.0 }
+}
+
+/// Lux that `light` brings to a receptor at `point` that faces it.
+fn illuminance(light: &Light, point: DVec3, least_distance: f64) -> f64 {
+    let intensity = f64::from(luminance(light.color)) * f64::from(light.intensity);
+    let weakened = match light.kind {
+        LightKind::Directional { .. } => 1.0,
+        LightKind::Point { position, range, falloff } | LightKind::Spot { position, range, falloff, .. } => {
+            weakening(falloff, range, position.distance(point).max(least_distance))
+        }
+    };
+    intensity * weakened
+}
+
+/// The fall-off at `distance` metres; a range shorter than the distance still counts for the meter as if it just reached, at
+/// half its range, since a scene of many short-ranged lamps is lit although none reaches the centre.
+fn weakening(falloff: Falloff, range: Option<f64>, distance: f64) -> f64 {
+    let distance = range.map_or(distance, |range| distance.min(range * 0.5));
+    let ratio = range.map_or(0.0, |range| distance / range);
+    match falloff {
+        Falloff::InverseSquare => (1.0 - ratio.powi(4)).clamp(0.0, 1.0).powi(2) / (distance * distance).max(1e-12),
+        Falloff::Quadratic => (1.0 - ratio * ratio).clamp(0.0, 1.0),
+        Falloff::Polynomial { constant, linear, quadratic } => {
+            let [c, l, q] = [constant, linear, quadratic].map(f64::from);
+            1.0 / (c + l * distance + q * distance * distance).max(1e-12)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sun(lux: f32) -> Light {
+        Light {
+            name: "sun".into(),
+            kind: LightKind::Directional { direction: DVec3::NEG_Y },
+            color: Vec3::ONE,
+            intensity: lux,
+            casts_shadow: true,
+        }
+    }
+
+    #[test]
+    fn the_sunny_sixteen_rule_holds() {
+        // f/16 at 1/100 s and ISO 100 is EV 14.6; bright sun of 100,000 lux meters within a stop of it.
+        let scene = Scene { lights: vec![sun(100_000.0)], ..Scene::default() };
+        assert!((metered_ev100(&scene) - 15.29).abs() < 0.01, "{}", metered_ev100(&scene));
+    }
+
+    #[test]
+    fn darkness_and_overflow_meter_finitely() {
+        assert_eq!(metered_ev100(&Scene::default()), 0.0);
+        let blinding = Scene { lights: vec![sun(f32::MAX); 3], ..Scene::default() };
+        assert!(metered_ev100(&blinding).is_finite());
+        assert!(exposure_scale(f32::INFINITY) > 0.0 && exposure_scale(-1e30).is_finite());
+    }
+
+    #[test]
+    fn a_white_lambert_surface_under_metered_light_is_a_mid_tone() {
+        // E / pi exposed at log2(E / 2.5): 1 / (pi * 1.2 * 0.4) = 0.66 of the sensor's saturation.
+        let ev100 = (1000.0f32 * 100.0 / 250.0).log2();
+        let white = 1000.0 / std::f32::consts::PI * exposure_scale(ev100);
+        assert!((white - 0.663).abs() < 0.001, "{white}");
+    }
+}

@@ -1,0 +1,60 @@
+//! What a reader of model files is asked for and hands over.
+
+use glam::DAffine3;
+
+use super::{Material, Mesh, Object, Scene, Texture};
+
+/// How to load a model.
+#[derive(Default, Clone, Copy)]
+pub struct LoadOptions<'a> {
+    /// Told how far long work has come; called from several threads.
+    pub progress: Option<&'a (dyn Fn(Progress) + Sync)>,
+}
+
+impl LoadOptions<'_> {
+    pub(crate) fn report(&self, what: &'static str, done: usize, total: usize) {
+        if let Some(progress) = self.progress {
+            progress(Progress { what, done, total });
+        }
+    }
+}
+
+/// A step of loading: `done` of `total` units of `what`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    pub what: &'static str,
+    pub done: usize,
+    pub total: usize,
+}
+
+/// A model file's content. Indices point into the lists here.
+#[derive(Debug, Clone, Default)]
+pub struct Imported {
+    pub meshes: Vec<Mesh>,
+    pub objects: Vec<Object>,
+    pub materials: Vec<Material>,
+    pub textures: Vec<Texture>,
+    /// What was odd and how it was handled, a line each.
+    pub warnings: Vec<String>,
+}
+
+impl Imported {
+    /// Adds everything to a scene, its objects moved by `transform`.
+    pub fn append_to(self, scene: &mut Scene, transform: DAffine3) {
+        let (first_mesh, first_material) = (scene.meshes.len(), scene.materials.len());
+        let first_texture = scene.textures.len();
+        scene.meshes.extend(self.meshes);
+        scene.textures.extend(self.textures);
+        scene.materials.extend(self.materials.into_iter().map(|mut material| {
+            material.texture_slots_mut().into_iter().flatten().for_each(|texture| *texture += first_texture);
+            material
+        }));
+        scene.objects.extend(self.objects.into_iter().map(|object| Object {
+            mesh: object.mesh + first_mesh,
+            material: object.material + first_material,
+            transform: transform * object.transform,
+            name: object.name,
+        }));
+        scene.warnings.extend(self.warnings);
+    }
+}

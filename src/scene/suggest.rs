@@ -1,0 +1,35 @@
+//! "Did you mean": the nearest known name to a mistyped one.
+
+/// The candidate that is most like `name`, if any is like it enough to be what was meant (Jaro-Winkler 0.7 and up).
+pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let name = name.to_lowercase().replace('_', "-");
+    let likeness = |candidate: &str| strsim::jaro_winkler(&name, &candidate.to_lowercase().replace('_', "-"));
+    candidates
+        .into_iter()
+        .map(|candidate| (likeness(candidate), candidate))
+        .filter(|(score, _)| *score >= 0.7)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, candidate)| candidate)
+}
+
+/// One line: `unknown tonemap "nuetral": did you mean "neutral"? (neutral, agx, aces, none)`.
+pub fn unknown(what: &str, name: &str, candidates: &[&str]) -> String {
+    let guess = nearest(name, candidates.iter().copied());
+    let question = guess.map(|guess| format!(": did you mean \"{guess}\"?")).unwrap_or_default();
+    format!("unknown {what} \"{name}\"{question} (possible: {})", candidates.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_typo_finds_its_name_and_nonsense_finds_none() {
+        assert_eq!(nearest("fov_y_degree", ["near", "fov_y_degrees"]), Some("fov_y_degrees"));
+        assert_eq!(nearest("zzz", ["near", "target"]), None);
+        assert_eq!(
+            unknown("tonemap", "nuetral", &["neutral", "agx"]),
+            "unknown tonemap \"nuetral\": did you mean \"neutral\"? (possible: neutral, agx)"
+        );
+    }
+}
