@@ -62,6 +62,11 @@ impl Failure {
         if error.kind() == io::ErrorKind::BrokenPipe { Self { exit: None, ..failure } } else { failure }
     }
 
+    /// Whether it ends the program without a word and with success.
+    pub fn is_quiet(&self) -> bool {
+        self.exit.is_none()
+    }
+
     /// What clap has against the command line: its first paragraph as one line, its tips as the hint.
     pub fn from_clap(error: &clap::Error) -> Self {
         let text = error.render().to_string();

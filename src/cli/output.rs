@@ -5,6 +5,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
 use tempfile::NamedTempFile;
 
 use super::failure::{Exit, Failure};
@@ -85,6 +86,16 @@ pub fn print(text: &str, stdout_is_taken: bool) -> Result<(), Failure> {
         return Ok(());
     }
     write_stdout(text.as_bytes())
+}
+
+/// The value as indented JSON with a line end.
+///
+/// # Errors
+/// When it holds what JSON cannot, which would be a mistake of this program.
+pub fn json(value: &impl Serialize) -> Result<String, Failure> {
+    let text = serde_json::to_string_pretty(value);
+    let failed = |error| Failure::new(Exit::BadInput, format!("cannot write the report as JSON: {error}"));
+    text.map(|text| text + "\n").map_err(failed)
 }
 
 /// A file under a temporary name beside its target, so that the rename that publishes it stays on one file system.

@@ -2,11 +2,12 @@
 
 use std::time::Duration;
 
+use afterlight::scene;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// A spinner beside `what` until the value is dropped.
-pub fn spinner(what: String, quiet: bool) -> Progress {
-    let bar = ProgressBar::with_draw_target(None, target(quiet)).with_message(what);
+/// A spinner beside the name of what is being loaded.
+pub fn loading(what: &str, quiet: bool) -> Progress {
+    let bar = ProgressBar::with_draw_target(None, target(quiet)).with_message(format!("loading {what}"));
     bar.enable_steady_tick(Duration::from_millis(100));
     Progress { bar }
 }
@@ -32,6 +33,11 @@ pub struct Progress {
 }
 
 impl Progress {
+    /// Says how far the loading of a scene has come.
+    pub fn tell(&self, step: scene::Progress) {
+        self.bar.set_message(format!("loading {} {}/{}", step.what, step.done, step.total));
+    }
+
     pub fn step(&self) {
         self.bar.inc(1);
     }
