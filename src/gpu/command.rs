@@ -1,0 +1,133 @@
+//! Command buffers, each with a pool of its own: recorded by one thread, and recorded anew when the GPU is done.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use ash::vk;
+
+use super::device::Device;
+use super::error::{Doing, Error, Result};
+use super::owned::Owned;
+use super::submission::Ticket;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    /// Nothing is recorded.
+    Empty,
+    Recording,
+    /// Recorded, and possibly submitted.
+    Recorded,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct State {
+    phase: Phase,
+    last: Option<Ticket>,
+}
+
+/// A primary command buffer with a pool of its own, for the device's queue.
+///
+/// What is recorded into it must be alive when it is submitted; from then on dropping is safe.
+pub struct CommandBuffer {
+    /// The handle, to record with between [`begin`](CommandBuffer::begin) and [`end`](CommandBuffer::end).
+    pub raw: vk::CommandBuffer,
+    pool: Owned<vk::CommandPool>,
+    state: Mutex<State>,
+}
+
+impl CommandBuffer {
+    /// An empty command buffer.
+    ///
+    /// # Errors
+    /// Running out of memory.
+    pub fn new(device: &Arc<Device>, name: &str) -> Result<CommandBuffer> {
+        let doing = || format!("creating the command buffer '{name}'");
+        // It is reset as a whole, through its pool, each time that it is recorded.
+        let info = vk::CommandPoolCreateInfo::default()
+            .flags(vk::CommandPoolCreateFlags::TRANSIENT)
+            .queue_family_index(device.queue_family);
+        // SAFETY: the device is alive and has this queue family.
+        let pool = unsafe { device.raw.create_command_pool(&info, None) }.doing(doing)?;
+        let pool = Owned::new_from(device, name, pool);
+        let info = vk::CommandBufferAllocateInfo::default()
+            .command_pool(pool.raw)
+            .level(vk::CommandBufferLevel::PRIMARY)
+            .command_buffer_count(1);
+        // SAFETY: the pool is new and used by nobody else.
+        let buffers = unsafe { device.raw.allocate_command_buffers(&info) }.doing(doing)?;
+        let Some(&raw) = buffers.first() else {
+            return Err(Error::vulkan(doing(), vk::Result::ERROR_UNKNOWN));
+        };
+        device.name_object(raw, name);
+        Ok(CommandBuffer { raw, pool, state: Mutex::new(State { phase: Phase::Empty, last: None }) })
+    }
+
+    /// Starts recording, from nothing. If it was submitted, waits for that to be done first.
+    ///
+    /// # Errors
+    /// A lost device; running out of memory; [`Error::Misuse`] if it is being recorded already.
+    pub fn begin(&mut self) -> Result<()> {
+        let doing = || format!("beginning to record '{}'", self.pool.name());
+        let device = self.pool.device();
+        let mut state = self.lock();
+        if state.phase == Phase::Recording {
+            return Err(Error::Misuse(format!("'{}' is being recorded already", self.pool.name())));
+        }
+        if let Some(last) = state.last {
+            device.wait(last)?;
+            state.last = None;
+        }
+        state.phase = Phase::Empty;
+        // SAFETY: no submission uses the pool's only command buffer any more, and `self` is borrowed exclusively.
+        unsafe { device.raw.reset_command_pool(self.pool.raw, vk::CommandPoolResetFlags::empty()) }.doing(doing)?;
+        // SAFETY: the command buffer has just been reset.
+        unsafe { device.raw.begin_command_buffer(self.raw, &vk::CommandBufferBeginInfo::default()) }.doing(doing)?;
+        state.phase = Phase::Recording;
+        Ok(())
+    }
+
+    /// Ends recording. The recording can then be submitted, more than once if need be.
+    ///
+    /// # Errors
+    /// Running out of memory, also by what was recorded; [`Error::Misuse`] if it is not being recorded.
+    pub fn end(&mut self) -> Result<()> {
+        let mut state = self.lock();
+        if state.phase != Phase::Recording {
+            return Err(Error::Misuse(format!("'{}' is not being recorded", self.pool.name())));
+        }
+        // A failure leaves an invalid command buffer, which only a reset brings back.
+        state.phase = Phase::Empty;
+        // SAFETY: it is in the recording state, and `self` is borrowed exclusively.
+        unsafe { self.pool.device().raw.end_command_buffer(self.raw) }
+            .doing(|| format!("recording '{}'", self.pool.name()))?;
+        state.phase = Phase::Recorded;
+        Ok(())
+    }
+
+    /// The last submission, if it was submitted since it was recorded.
+    pub fn last_ticket(&self) -> Option<Ticket> {
+        self.lock().last
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        self.pool.name()
+    }
+
+    /// Runs `submit` when the recording is whole and not under way, and keeps its ticket.
+    pub(super) fn submitted_by(&self, submit: impl FnOnce() -> Result<Ticket>) -> Result<Ticket> {
+        let mut state = self.lock();
+        if state.phase != Phase::Recorded {
+            return Err(Error::Misuse(format!("'{}' is submitted, but not recorded", self.pool.name())));
+        }
+        if let Some(last) = state.last {
+            self.pool.device().wait(last)?;
+        }
+        let ticket = submit()?;
+        state.last = Some(ticket);
+        Ok(ticket)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,200 @@
+//! Descriptor set layouts, pools, and writing sets.
+
+use std::ops::Range;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use ash::vk;
+
+use super::buffer::Buffer;
+use super::device::Device;
+use super::error::{Doing, Error, Result};
+use super::owned::Owned;
+
+/// The bindings of a descriptor set.
+pub type SetLayout = Owned<vk::DescriptorSetLayout>;
+
+impl SetLayout {
+    /// A layout of these bindings.
+    ///
+    /// # Errors
+    /// Running out of memory.
+    pub fn new(device: &Arc<Device>, name: &str, bindings: &[vk::DescriptorSetLayoutBinding<'_>]) -> Result<SetLayout> {
+        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(bindings);
+        // SAFETY: the device is alive; immutable samplers, if any, are too (the module's contract).
+        let raw = unsafe { device.raw.create_descriptor_set_layout(&info, None) }
+            .doing(|| format!("creating the descriptor set layout '{name}'"))?;
+        Ok(Owned::new_from(device, name, raw))
+    }
+}
+
+/// A pool of descriptor sets, which all go with it.
+pub struct DescriptorPool {
+    owner: Owned<vk::DescriptorPool>,
+    // Vulkan wants one thread at a time.
+    allocating: Mutex<()>,
+}
+
+impl DescriptorPool {
+    /// Room for `max_sets` sets with so many descriptors of each type in all. Types of which there are none are left
+    /// out, as Vulkan wants it.
+    ///
+    /// # Errors
+    /// [`Error::Misuse`] for room for no set; running out of memory.
+    pub fn new(
+        device: &Arc<Device>,
+        name: &str,
+        max_sets: u32,
+        sizes: &[(vk::DescriptorType, u32)],
+    ) -> Result<DescriptorPool> {
+        if max_sets == 0 {
+            return Err(Error::Misuse(format!("the descriptor pool '{name}' has room for no set")));
+        }
+        let of = |&(ty, descriptor_count): &(vk::DescriptorType, u32)| vk::DescriptorPoolSize { ty, descriptor_count };
+        let sizes: Vec<vk::DescriptorPoolSize> = sizes.iter().filter(|(_, count)| *count > 0).map(of).collect();
+        let info = vk::DescriptorPoolCreateInfo::default().max_sets(max_sets).pool_sizes(&sizes);
+        // SAFETY: the device is alive.
+        let raw = unsafe { device.raw.create_descriptor_pool(&info, None) }
+            .doing(|| format!("creating the descriptor pool '{name}'"))?;
+        Ok(DescriptorPool { owner: Owned::new_from(device, name, raw), allocating: Mutex::new(()) })
+    }
+
+    /// A set whose descriptors are undefined. It lives as long as the pool.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`] if the pool is exhausted.
+    pub fn allocate(&self, name: &str, layout: vk::DescriptorSetLayout) -> Result<vk::DescriptorSet> {
+        let doing = || format!("allocating the descriptor set '{name}'");
+        let layouts = [layout];
+        let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(self.owner.raw).set_layouts(&layouts);
+        let device = self.owner.device();
+        let sets = {
+            let _one_thread = self.allocating.lock().unwrap_or_else(PoisonError::into_inner);
+            // SAFETY: the pool is alive and used by no other thread, the layout is alive (the module's contract).
+            unsafe { device.raw.allocate_descriptor_sets(&info) }.doing(doing)?
+        };
+        let Some(&set) = sets.first() else {
+            return Err(Error::vulkan(doing(), vk::Result::ERROR_UNKNOWN));
+        };
+        device.name_object(set, name);
+        Ok(set)
+    }
+}
+
+/// The bytes of a buffer that a descriptor sees: `..` for all, `256` for as many from the start, `64..128` for some.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BufferRange {
+    /// The first byte.
+    pub offset: u64,
+    /// How many bytes; `vk::WHOLE_SIZE` for all from there.
+    pub bytes: u64,
+}
+
+impl From<u64> for BufferRange {
+    fn from(bytes: u64) -> Self {
+        BufferRange { offset: 0, bytes }
+    }
+}
+
+impl From<Range<u64>> for BufferRange {
+    fn from(range: Range<u64>) -> Self {
+        BufferRange { offset: range.start, bytes: range.end.saturating_sub(range.start) }
+    }
+}
+
+impl From<std::ops::RangeFull> for BufferRange {
+    fn from(_: std::ops::RangeFull) -> Self {
+        BufferRange { offset: 0, bytes: vk::WHOLE_SIZE }
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Resource {
+    Buffer(vk::DescriptorBufferInfo),
+    Image(vk::DescriptorImageInfo),
+}
+
+/// Collects what the bindings of a set shall refer to, then writes them at once.
+#[derive(Clone, Default)]
+#[must_use = "nothing is written before `update`"]
+pub struct SetWriter {
+    writes: Vec<(u32, vk::DescriptorType, Resource)>,
+}
+
+impl SetWriter {
+    /// Nothing to write yet.
+    pub fn new() -> SetWriter {
+        SetWriter::default()
+    }
+
+    /// A uniform buffer.
+    pub fn uniform_buffer(self, binding: u32, buffer: &Buffer, range: impl Into<BufferRange>) -> SetWriter {
+        self.buffer(binding, vk::DescriptorType::UNIFORM_BUFFER, buffer, range.into())
+    }
+
+    /// A uniform buffer whose offset is given when the set is bound.
+    pub fn dynamic_uniform_buffer(self, binding: u32, buffer: &Buffer, range: impl Into<BufferRange>) -> SetWriter {
+        self.buffer(binding, vk::DescriptorType::UNIFORM_BUFFER_DYNAMIC, buffer, range.into())
+    }
+
+    /// A storage buffer.
+    pub fn storage_buffer(self, binding: u32, buffer: &Buffer, range: impl Into<BufferRange>) -> SetWriter {
+        self.buffer(binding, vk::DescriptorType::STORAGE_BUFFER, buffer, range.into())
+    }
+
+    /// An image that is sampled or fetched from, in the layout in which it then is.
+    pub fn sampled_image(self, binding: u32, view: vk::ImageView, layout: vk::ImageLayout) -> SetWriter {
+        self.image(binding, vk::DescriptorType::SAMPLED_IMAGE, view, layout)
+    }
+
+    /// An image that a shader reads and writes, in the layout in which it then is.
+    pub fn storage_image(self, binding: u32, view: vk::ImageView, layout: vk::ImageLayout) -> SetWriter {
+        self.image(binding, vk::DescriptorType::STORAGE_IMAGE, view, layout)
+    }
+
+    /// An input attachment, in the layout that it has in the subpass.
+    pub fn input_attachment(self, binding: u32, view: vk::ImageView, layout: vk::ImageLayout) -> SetWriter {
+        self.image(binding, vk::DescriptorType::INPUT_ATTACHMENT, view, layout)
+    }
+
+    /// A sampler.
+    pub fn sampler(mut self, binding: u32, sampler: vk::Sampler) -> SetWriter {
+        let info = vk::DescriptorImageInfo::default().sampler(sampler);
+        self.writes.push((binding, vk::DescriptorType::SAMPLER, Resource::Image(info)));
+        self
+    }
+
+    fn buffer(mut self, binding: u32, ty: vk::DescriptorType, buffer: &Buffer, range: BufferRange) -> SetWriter {
+        let info = vk::DescriptorBufferInfo { buffer: buffer.raw, offset: range.offset, range: range.bytes };
+        self.writes.push((binding, ty, Resource::Buffer(info)));
+        self
+    }
+
+    fn image(
+        mut self,
+        binding: u32,
+        ty: vk::DescriptorType,
+        view: vk::ImageView,
+        layout: vk::ImageLayout,
+    ) -> SetWriter {
+        let info = vk::DescriptorImageInfo::default().image_view(view).image_layout(layout);
+        self.writes.push((binding, ty, Resource::Image(info)));
+        self
+    }
+
+    /// Writes the collected descriptors. No submission may be using the set.
+    pub fn update(self, device: &Device, set: vk::DescriptorSet) {
+        let writes: Vec<vk::WriteDescriptorSet<'_>> = self
+            .writes
+            .iter()
+            .map(|(binding, ty, resource)| {
+                let write = vk::WriteDescriptorSet::default().dst_set(set).dst_binding(*binding).descriptor_type(*ty);
+                match resource {
+                    Resource::Buffer(info) => write.buffer_info(std::slice::from_ref(info)),
+                    Resource::Image(info) => write.image_info(std::slice::from_ref(info)),
+                }
+            })
+            .collect();
+        // SAFETY: the set, the views and the samplers are alive, and the set is not in use (the module's contract).
+        unsafe { device.raw.update_descriptor_sets(&writes, &[]) };
+    }
+}

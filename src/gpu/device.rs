@@ -1,0 +1,225 @@
+//! The logical device: one queue for graphics, compute and transfer, and what every object on it shares.
+
+use std::ffi::{CStr, CString, c_char};
+use std::fmt;
+use std::sync::Arc;
+
+use ash::vk;
+use ash::vk::Handle;
+
+use super::error::{Doing, Error, Result};
+use super::instance::Instance;
+use super::memory::{Memory, leak};
+use super::owned::{Registry, RetireQueue};
+use super::physical::{DeviceChoice, PhysicalDevice, choose};
+use super::pipeline_cache::PipelineCache;
+use super::submission::Submissions;
+
+/// The optional features that are enabled: those of the device among the ones that this program has a use for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct EnabledFeatures {
+    /// Depth is clamped instead of clipped: casters behind a light's near plane still cast.
+    pub depth_clamp: bool,
+    /// Wireframes.
+    pub fill_mode_non_solid: bool,
+    /// Anisotropic filtering, up to `limits.max_sampler_anisotropy`.
+    pub sampler_anisotropy: bool,
+    /// Shaders that run for each sample; multisampled input attachments need it.
+    pub sample_rate_shading: bool,
+    /// Attachments of one subpass that blend differently.
+    pub independent_blend: bool,
+    /// The device is Vulkan in part only (MoltenVK); the extension that says so is enabled.
+    pub portability_subset: bool,
+    /// The driver tells how full its heaps are.
+    pub memory_budget: bool,
+}
+
+impl EnabledFeatures {
+    fn of(physical: &PhysicalDevice) -> EnabledFeatures {
+        let has = |name: &CStr| physical.extensions.contains(&*name.to_string_lossy());
+        EnabledFeatures {
+            depth_clamp: physical.features.depth_clamp == vk::TRUE,
+            fill_mode_non_solid: physical.features.fill_mode_non_solid == vk::TRUE,
+            sampler_anisotropy: physical.features.sampler_anisotropy == vk::TRUE,
+            sample_rate_shading: physical.features.sample_rate_shading == vk::TRUE,
+            independent_blend: physical.features.independent_blend == vk::TRUE,
+            portability_subset: has(ash::khr::portability_subset::NAME),
+            memory_budget: has(ash::ext::memory_budget::NAME),
+        }
+    }
+
+    fn core(&self) -> vk::PhysicalDeviceFeatures {
+        vk::PhysicalDeviceFeatures::default()
+            .depth_clamp(self.depth_clamp)
+            .fill_mode_non_solid(self.fill_mode_non_solid)
+            .sampler_anisotropy(self.sampler_anisotropy)
+            .sample_rate_shading(self.sample_rate_shading)
+            .independent_blend(self.independent_blend)
+    }
+
+    fn extensions(&self) -> impl Iterator<Item = &'static CStr> {
+        // A device that has the portability subset must be given it.
+        let subset = self.portability_subset.then_some(ash::khr::portability_subset::NAME);
+        subset.into_iter().chain(self.memory_budget.then_some(ash::ext::memory_budget::NAME))
+    }
+}
+
+/// A logical device with its queue, memory, pipeline cache and retire queue. Shared by everything made on it.
+pub struct Device {
+    /// The device's functions.
+    pub raw: ash::Device,
+    /// What the device is and can do.
+    pub physical: PhysicalDevice,
+    /// The instance, which outlives the device.
+    pub instance: Arc<Instance>,
+    /// The family of the one queue, which does graphics, compute and transfers.
+    pub queue_family: u32,
+    /// The optional features that are enabled.
+    pub features: EnabledFeatures,
+    debug_utils: Option<ash::ext::debug_utils::Device>,
+    pub(super) submissions: Submissions,
+    pub(super) registry: Registry,
+    pub(super) retired: RetireQueue,
+    pub(super) memory: Memory,
+    pub(super) pipeline_cache: PipelineCache,
+}
+
+impl Device {
+    /// Opens the device that `choice` means.
+    ///
+    /// # Errors
+    /// [`Error::NoDriver`], [`Error::NoSuchDevice`], [`Error::Unsupported`] for a device of Vulkan 1.0; what the driver
+    /// reports.
+    pub fn new(instance: &Arc<Instance>, choice: &DeviceChoice) -> Result<Arc<Device>> {
+        Device::with_extensions(instance, choice, &[])
+    }
+
+    /// As [`Device::new`], with device extensions that must exist, such as `VK_KHR_swapchain`.
+    ///
+    /// # Errors
+    /// As [`Device::new`], and [`Error::Unsupported`] naming an extension that is missing.
+    pub fn with_extensions(
+        instance: &Arc<Instance>,
+        choice: &DeviceChoice,
+        required: &[&'static CStr],
+    ) -> Result<Arc<Device>> {
+        let mut devices = instance.physical_devices()?;
+        let physical = devices.swap_remove(choose(&devices, choice)?);
+        let Some(queue_family) = physical.queue_family else {
+            return Err(Error::Unsupported(format!("'{}' has no queue for graphics and compute", physical.name)));
+        };
+        if let Some(missing) = required.iter().find(|name| !physical.extensions.contains(&*name.to_string_lossy())) {
+            return Err(Error::Unsupported(format!("'{}' lacks {}", physical.name, missing.to_string_lossy())));
+        }
+        let features = EnabledFeatures::of(&physical);
+        let raw = create(instance, &physical, queue_family, &features, required)?;
+        // SAFETY: the device is new; destroyed once, here, if the rest of it cannot be had.
+        let memory = Memory::new(instance.raw(), &raw, physical.raw).inspect_err(|_| unsafe {
+            raw.destroy_device(None);
+        })?;
+        // SAFETY: the device was created with one queue of this family.
+        let queue = unsafe { raw.get_device_queue(queue_family, 0) };
+        let debug_utils = instance.has_debug_utils().then(|| ash::ext::debug_utils::Device::new(instance.raw(), &raw));
+        let pipeline_cache = PipelineCache::open(&raw, &physical);
+        let device = Device {
+            raw,
+            physical,
+            instance: Arc::clone(instance),
+            queue_family,
+            features,
+            debug_utils,
+            submissions: Submissions::new(queue),
+            registry: Registry::default(),
+            retired: RetireQueue::default(),
+            memory,
+            pipeline_cache,
+        };
+        device.name_object(queue, "queue");
+        Ok(Arc::new(device))
+    }
+
+    /// Names an object for layers and debuggers, where VK_EXT_debug_utils is there.
+    pub fn name_object<H: Handle>(&self, object: H, name: &str) {
+        let Some(debug_utils) = &self.debug_utils else { return };
+        let name = c_text(name);
+        let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&name);
+        // A name that cannot be set is no reason to stop; only running out of host memory can be the cause.
+        // SAFETY: the object belongs to this device (the module's contract).
+        let _ = unsafe { debug_utils.set_debug_utils_object_name(&info) };
+    }
+
+    /// Opens a labelled region in a command buffer, for layers and debuggers.
+    pub fn begin_label(&self, cmd: vk::CommandBuffer, name: &str) {
+        let Some(debug_utils) = &self.debug_utils else { return };
+        let name = c_text(name);
+        let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
+        // SAFETY: the command buffer is recording (the module's contract).
+        unsafe { debug_utils.cmd_begin_debug_utils_label(cmd, &label) };
+    }
+
+    /// Closes the region that the last [`Device::begin_label`] opened.
+    pub fn end_label(&self, cmd: vk::CommandBuffer) {
+        let Some(debug_utils) = &self.debug_utils else { return };
+        // SAFETY: the command buffer is recording, with a label open (the module's contract).
+        unsafe { debug_utils.cmd_end_debug_utils_label(cmd) };
+    }
+
+    /// Writes the pipeline cache to disk if it has grown since. Failing to is never an error: it only costs time later.
+    pub fn save_pipeline_cache(&self) {
+        self.pipeline_cache.save(&self.raw);
+    }
+}
+
+impl fmt::Debug for Device {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.physical.fmt(f)
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        // Only fails on a lost device, of which everything may be destroyed at once.
+        let _ = self.wait_idle();
+        self.destroy_all_retired();
+        self.save_pipeline_cache();
+        self.pipeline_cache.destroy(&self.raw);
+        self.submissions.destroy(&self.raw);
+        // Owners hold the device, so what is left was never given to one, or its owner lost it.
+        let log = self.instance.message_log();
+        for object in self.registry.lock().objects.values() {
+            log.push(leak(format!("{:?} '{}' was never destroyed", object.object_type, object.name)));
+        }
+        self.memory.close(&log);
+        // SAFETY: everything that this module made on it is destroyed, and nobody else has the device.
+        unsafe { self.raw.destroy_device(None) };
+    }
+}
+
+/// The text up to its first NUL, as Vulkan takes it.
+fn c_text(text: &str) -> CString {
+    let until_nul = text.split('\0').next().unwrap_or_default();
+    CString::new(until_nul).unwrap_or_default()
+}
+
+fn create(
+    instance: &Instance,
+    physical: &PhysicalDevice,
+    queue_family: u32,
+    features: &EnabledFeatures,
+    required: &[&'static CStr],
+) -> Result<ash::Device> {
+    let mut names: Vec<&CStr> = features.extensions().chain(required.iter().copied()).collect();
+    names.sort_unstable();
+    names.dedup();
+    let names: Vec<*const c_char> = names.into_iter().map(CStr::as_ptr).collect();
+    let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
+    let core = features.core();
+    let info = vk::DeviceCreateInfo::default()
+        .queue_create_infos(&queues)
+        .enabled_extension_names(&names)
+        .enabled_features(&core);
+    // SAFETY: the device was listed by this instance; it has these extensions and features; all that the structures
+    // point to lives until the call returns.
+    unsafe { instance.raw().create_device(physical.raw, &info, None) }
+        .doing(|| format!("opening the device '{}'", physical.name))
+}

@@ -1,0 +1,377 @@
+//! The loader and the instance: layers, validation settings, debug messages.
+
+use std::collections::BTreeSet;
+use std::ffi::{CStr, c_char};
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::error::{Doing, Error, Result};
+use super::message::{Message, MessageLog, messenger_info};
+use super::physical::PhysicalDevice;
+use super::system::{Missing, install_hint};
+
+const KHRONOS_VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+/// How much the validation layer checks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Validation {
+    /// No layer is loaded by this program.
+    #[default]
+    Off,
+    /// The core checks: valid usage, object lifetimes, threading.
+    Core,
+    /// The core checks and synchronization, with no limit on how often a message repeats.
+    Synchronization,
+}
+
+/// What an instance is created with.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct InstanceOptions {
+    /// How much the validation layer checks. Anything but `Off` needs the layer to be installed.
+    pub validation: Validation,
+    /// With `Synchronization`: also account for what shaders access, as far as the layer can tell from their code
+    /// (`syncval_shader_accesses_heuristic`). Layers that do not know the setting are not given it.
+    pub sync_shader_heuristic: bool,
+}
+
+/// A layer that the loader found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LayerInfo {
+    /// Its name, as `VK_LAYER_KHRONOS_validation`.
+    pub name: String,
+    /// What it says of itself.
+    pub description: String,
+    /// The Vulkan version that it was written for, packed as Vulkan packs it.
+    pub spec_version: u32,
+    /// The layer's own version number.
+    pub implementation_version: u32,
+}
+
+/// A Vulkan instance. It is destroyed when the last device and the last [`PhysicalDevice`] made from it are gone.
+pub struct Instance {
+    handles: Arc<InstanceHandles>,
+    loader_version: u32,
+    layers: Vec<LayerInfo>,
+    validation: Validation,
+}
+
+/// What must outlive every object made from an instance.
+pub(super) struct InstanceHandles {
+    pub(super) raw: ash::Instance,
+    pub(super) has_debug_utils: bool,
+    messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    // Its functions and the log that the messenger writes to are used until the instance is destroyed.
+    entry: ash::Entry,
+    log: Arc<MessageLog>,
+}
+
+impl Drop for InstanceHandles {
+    fn drop(&mut self) {
+        if let Some((debug_utils, messenger)) = self.messenger.take() {
+            // SAFETY: the messenger was made from this instance and nothing else holds it.
+            unsafe { debug_utils.destroy_debug_utils_messenger(messenger, None) };
+        }
+        // SAFETY: devices hold these handles, so that none is left; `entry` and `log` live until after this.
+        unsafe { self.raw.destroy_instance(None) };
+    }
+}
+
+impl Instance {
+    /// Loads the loader and creates an instance for Vulkan 1.1 to 1.3, with debug messages where the system has them.
+    ///
+    /// # Errors
+    /// [`Error::NoLoader`], [`Error::NoDriver`] and [`Error::MissingLayer`], each with what to install on this system;
+    /// [`Error::Unsupported`] for a loader of Vulkan 1.0.
+    pub fn new(options: &InstanceOptions) -> Result<Arc<Instance>> {
+        Instance::with_extensions(options, &[])
+    }
+
+    /// As [`Instance::new`], with instance extensions that must exist, such as a window system's surface extensions.
+    ///
+    /// # Errors
+    /// As [`Instance::new`], and [`Error::Unsupported`] naming an extension that is missing.
+    pub fn with_extensions(options: &InstanceOptions, required: &[&'static CStr]) -> Result<Arc<Instance>> {
+        let entry = load_entry()?;
+        let loader_version = loader_version(&entry)?;
+        let layers = enumerate_layers(&entry)?;
+        let validation = ValidationPlan::new(&entry, options, &layers)?;
+        let extensions = Extensions::choose(&entry, &validation, required)?;
+        let log = Arc::new(MessageLog::default());
+        let raw = create(&entry, loader_version, &validation, &extensions, &log)?;
+        let mut handles = InstanceHandles { raw, has_debug_utils: extensions.debug_utils, messenger: None, entry, log };
+        if extensions.debug_utils {
+            let debug_utils = ash::ext::debug_utils::Instance::new(&handles.entry, &handles.raw);
+            // SAFETY: the extension is enabled; the log outlives the messenger, as the handles' drop destroys it first.
+            let messenger = unsafe { debug_utils.create_debug_utils_messenger(&messenger_info(&handles.log), None) }
+                .doing(|| "creating the debug messenger")?;
+            handles.messenger = Some((debug_utils, messenger));
+        }
+        let handles = Arc::new(handles);
+        Ok(Arc::new(Instance { handles, loader_version, layers, validation: options.validation }))
+    }
+
+    /// Every device of every driver, in the loader's order, also those that this program cannot use.
+    ///
+    /// # Errors
+    /// [`Error::NoDriver`] if there is none.
+    pub fn physical_devices(&self) -> Result<Vec<PhysicalDevice>> {
+        // SAFETY: the instance is alive.
+        let found = unsafe { self.handles.raw.enumerate_physical_devices() };
+        let raw = match found {
+            // Drivers are there, but none of them could start.
+            Err(vk::Result::ERROR_INITIALIZATION_FAILED) => Vec::new(),
+            found => found.doing(|| "listing the Vulkan devices")?,
+        };
+        if raw.is_empty() {
+            return Err(no_driver("the drivers found no device"));
+        }
+        raw.into_iter().map(|raw| PhysicalDevice::query(&self.handles, raw)).collect()
+    }
+
+    /// A copy of all messages so far, oldest first.
+    pub fn messages(&self) -> Vec<Message> {
+        self.handles.log.messages()
+    }
+
+    /// All messages so far, oldest first, which are then forgotten.
+    pub fn take_messages(&self) -> Vec<Message> {
+        self.handles.log.take()
+    }
+
+    /// The list that messages go into. It can be kept, and read after the device and the instance are destroyed.
+    pub fn message_log(&self) -> Arc<MessageLog> {
+        Arc::clone(&self.handles.log)
+    }
+
+    /// The highest Vulkan version that the loader knows, packed as Vulkan packs it.
+    pub fn loader_version(&self) -> u32 {
+        self.loader_version
+    }
+
+    /// The layers that the loader found, whether in use or not.
+    pub fn layers(&self) -> &[LayerInfo] {
+        &self.layers
+    }
+
+    /// How much this instance checks.
+    pub fn validation(&self) -> Validation {
+        self.validation
+    }
+
+    /// Whether objects can be named and messages collected: VK_EXT_debug_utils is in use.
+    pub fn has_debug_utils(&self) -> bool {
+        self.handles.has_debug_utils
+    }
+
+    /// The functions of the instance, for extensions that this module does not wrap.
+    pub fn raw(&self) -> &ash::Instance {
+        &self.handles.raw
+    }
+
+    /// The functions of the loader, for extensions that this module does not wrap.
+    pub fn entry(&self) -> &ash::Entry {
+        &self.handles.entry
+    }
+}
+
+fn no_driver(reason: &str) -> Error {
+    Error::NoDriver { reason: reason.to_owned(), hint: install_hint(Missing::Driver) }
+}
+
+fn load_entry() -> Result<ash::Entry> {
+    // SAFETY: loading the system's Vulkan loader runs its initializers, which is what it is there for; the entry is
+    // kept as long as anything made from it.
+    unsafe { ash::Entry::load() }
+        .map_err(|error| Error::NoLoader { reason: error.to_string(), hint: install_hint(Missing::Loader) })
+}
+
+fn loader_version(entry: &ash::Entry) -> Result<u32> {
+    // SAFETY: a global function without preconditions.
+    let version = unsafe { entry.try_enumerate_instance_version() }
+        .doing(|| "asking the Vulkan loader for its version")?
+        .unwrap_or(vk::API_VERSION_1_0);
+    if version < vk::API_VERSION_1_1 {
+        return Err(Error::Unsupported("the Vulkan loader knows Vulkan 1.0 only; 1.1 or newer is needed".to_owned()));
+    }
+    Ok(version)
+}
+
+fn enumerate_layers(entry: &ash::Entry) -> Result<Vec<LayerInfo>> {
+    // SAFETY: a global function without preconditions.
+    let layers = unsafe { entry.enumerate_instance_layer_properties() }.doing(|| "listing the Vulkan layers")?;
+    let info = |layer: &vk::LayerProperties| LayerInfo {
+        name: fixed_text(&layer.layer_name),
+        description: fixed_text(&layer.description),
+        spec_version: layer.spec_version,
+        implementation_version: layer.implementation_version,
+    };
+    Ok(layers.iter().map(info).collect())
+}
+
+/// The instance extensions of a layer, or without one those of the loader and the drivers.
+fn enumerate_extensions(entry: &ash::Entry, layer: Option<&CStr>) -> Result<BTreeSet<String>> {
+    // SAFETY: the layer's name, if any, comes from the list of layers.
+    let extensions = unsafe { entry.enumerate_instance_extension_properties(layer) }
+        .doing(|| "listing the Vulkan instance extensions")?;
+    Ok(extensions.iter().map(|extension| fixed_text(&extension.extension_name)).collect())
+}
+
+/// The text in a fixed array, up to its NUL or its end.
+pub(super) fn fixed_text(text: &[c_char]) -> String {
+    let bytes: Vec<u8> = text.iter().map(|&byte| byte.cast_unsigned()).take_while(|&byte| byte != 0).collect();
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+/// By which interface the layer takes its settings.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum SettingsInterface {
+    /// VK_EXT_layer_settings: layers from 2024 on.
+    LayerSettings,
+    /// VK_EXT_validation_features: older ones, which have no limit on repeated messages either.
+    ValidationFeatures,
+    /// Neither: only the core checks can be had.
+    None,
+}
+
+/// What is asked of the validation layer, decided against the layer that is installed.
+struct ValidationPlan {
+    enabled: bool,
+    interface: SettingsInterface,
+    extensions: BTreeSet<String>,
+    synchronization: bool,
+    shader_heuristic: bool,
+}
+
+impl ValidationPlan {
+    fn new(entry: &ash::Entry, options: &InstanceOptions, layers: &[LayerInfo]) -> Result<ValidationPlan> {
+        let mut plan = ValidationPlan {
+            enabled: false,
+            interface: SettingsInterface::None,
+            extensions: BTreeSet::new(),
+            synchronization: options.validation == Validation::Synchronization,
+            shader_heuristic: false,
+        };
+        if options.validation == Validation::Off {
+            return Ok(plan);
+        }
+        let name = KHRONOS_VALIDATION.to_string_lossy();
+        let layer = layers.iter().find(|layer| layer.name == name).ok_or_else(|| Error::MissingLayer {
+            layer: name.into_owned(),
+            hint: install_hint(Missing::ValidationLayer),
+        })?;
+        plan.enabled = true;
+        plan.extensions = enumerate_extensions(entry, Some(KHRONOS_VALIDATION))?;
+        let has = |name: &CStr| plan.extensions.contains(&*name.to_string_lossy());
+        plan.interface = if has(ash::ext::layer_settings::NAME) {
+            SettingsInterface::LayerSettings
+        } else if has(ash::ext::validation_features::NAME) {
+            SettingsInterface::ValidationFeatures
+        } else {
+            SettingsInterface::None
+        };
+        if plan.synchronization && plan.interface == SettingsInterface::None {
+            return Err(Error::Unsupported(format!("the Vulkan layer {} cannot check synchronization", layer.name)));
+        }
+        // A layer warns of a setting that it does not know; this one came with 1.4.304 at the latest.
+        plan.shader_heuristic = plan.synchronization
+            && options.sync_shader_heuristic
+            && plan.interface == SettingsInterface::LayerSettings
+            && layer.spec_version >= vk::make_api_version(0, 1, 4, 304);
+        Ok(plan)
+    }
+}
+
+/// The instance extensions to enable.
+struct Extensions {
+    names: Vec<&'static CStr>,
+    debug_utils: bool,
+    portability: bool,
+}
+
+impl Extensions {
+    fn choose(entry: &ash::Entry, validation: &ValidationPlan, required: &[&'static CStr]) -> Result<Extensions> {
+        let mut available = enumerate_extensions(entry, None)?;
+        available.extend(validation.extensions.iter().cloned());
+        let has = |name: &CStr| available.contains(&*name.to_string_lossy());
+        if let Some(missing) = required.iter().find(|name| !has(name)) {
+            return Err(Error::Unsupported(format!("the Vulkan instance lacks {}", missing.to_string_lossy())));
+        }
+        let debug_utils = has(ash::ext::debug_utils::NAME);
+        // Without it, drivers that are Vulkan in part only (MoltenVK) are not listed.
+        let portability = has(ash::khr::portability_enumeration::NAME);
+        let mut names = required.to_vec();
+        names.extend(debug_utils.then_some(ash::ext::debug_utils::NAME));
+        names.extend(portability.then_some(ash::khr::portability_enumeration::NAME));
+        names.extend(match validation.interface {
+            SettingsInterface::LayerSettings => Some(ash::ext::layer_settings::NAME),
+            SettingsInterface::ValidationFeatures => Some(ash::ext::validation_features::NAME),
+            SettingsInterface::None => None,
+        });
+        names.sort_unstable();
+        names.dedup();
+        Ok(Extensions { names, debug_utils, portability })
+    }
+}
+
+fn create(
+    entry: &ash::Entry,
+    loader_version: u32,
+    validation: &ValidationPlan,
+    extensions: &Extensions,
+    log: &MessageLog,
+) -> Result<ash::Instance> {
+    let application = vk::ApplicationInfo::default()
+        .application_name(c"afterlight")
+        .engine_name(c"afterlight")
+        .api_version(loader_version.min(vk::API_VERSION_1_3));
+    let layer_names: &[*const c_char] = if validation.enabled { &[KHRONOS_VALIDATION.as_ptr()] } else { &[] };
+    let extension_names: Vec<*const c_char> = extensions.names.iter().map(|name| name.as_ptr()).collect();
+    let mut info = vk::InstanceCreateInfo::default()
+        .application_info(&application)
+        .enabled_layer_names(layer_names)
+        .enabled_extension_names(&extension_names);
+    if extensions.portability {
+        info = info.flags(vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR);
+    }
+
+    // Chained too, so that messages about creating and destroying the instance itself are collected.
+    let mut messenger = messenger_info(log);
+    if extensions.debug_utils {
+        info = info.push_next(&mut messenger);
+    }
+    let mut settings = vec![bool_setting(c"enable_message_limit", &vk::FALSE)];
+    settings.extend(validation.synchronization.then(|| bool_setting(c"validate_sync", &vk::TRUE)));
+    settings.extend(validation.shader_heuristic.then(|| bool_setting(c"syncval_shader_accesses_heuristic", &vk::TRUE)));
+    let mut layer_settings = vk::LayerSettingsCreateInfoEXT::default().settings(&settings);
+    let enables = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+    let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enables);
+    match validation.interface {
+        SettingsInterface::LayerSettings => info = info.push_next(&mut layer_settings),
+        SettingsInterface::ValidationFeatures if validation.synchronization => info = info.push_next(&mut features),
+        SettingsInterface::ValidationFeatures | SettingsInterface::None => {}
+    }
+
+    // SAFETY: everything that the structures point to lives until the call returns, except the log, which the caller
+    // keeps until after the instance is destroyed.
+    match unsafe { entry.create_instance(&info, None) } {
+        Err(vk::Result::ERROR_INCOMPATIBLE_DRIVER) => Err(no_driver("the loader found none that it can use")),
+        // Its manifest is there, its library is not.
+        Err(vk::Result::ERROR_LAYER_NOT_PRESENT) => Err(Error::MissingLayer {
+            layer: KHRONOS_VALIDATION.to_string_lossy().into_owned(),
+            hint: install_hint(Missing::ValidationLayer),
+        }),
+        created => created.doing(|| "creating the Vulkan instance"),
+    }
+}
+
+fn bool_setting<'a>(name: &'a CStr, value: &'a vk::Bool32) -> vk::LayerSettingEXT<'a> {
+    let mut setting = vk::LayerSettingEXT::default()
+        .layer_name(KHRONOS_VALIDATION)
+        .setting_name(name)
+        .ty(vk::LayerSettingTypeEXT::BOOL32)
+        .values(bytemuck::bytes_of(value));
+    // ash counts the bytes; Vulkan counts the values.
+    setting.value_count = 1;
+    setting
+}

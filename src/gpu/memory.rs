@@ -1,0 +1,313 @@
+//! Device memory: where it lies, what it is for, and how much of it there is.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use ash::vk;
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc};
+use gpu_allocator::{AllocationError, AllocationSizes, AllocatorDebugSettings, MemoryLocation};
+
+use super::device::Device;
+use super::error::{Error, Result};
+use super::message::{Message, MessageKind, MessageLog, Severity};
+
+/// What memory is for, as reports list it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum MemoryKind {
+    /// G-buffer, HDR, output: what a render pass writes.
+    Attachment,
+    /// Depth as lights see it.
+    ShadowMap,
+    /// Material textures.
+    Texture,
+    /// Vertices and indices.
+    Geometry,
+    /// Uniform and storage buffers: cameras, lights, materials.
+    Uniform,
+    /// What uploads pass through.
+    Staging,
+    /// What comes back to the CPU.
+    ReadBack,
+}
+
+impl MemoryKind {
+    /// All kinds, in the order of reports.
+    pub const ALL: [MemoryKind; 7] = [
+        MemoryKind::Attachment,
+        MemoryKind::ShadowMap,
+        MemoryKind::Texture,
+        MemoryKind::Geometry,
+        MemoryKind::Uniform,
+        MemoryKind::Staging,
+        MemoryKind::ReadBack,
+    ];
+
+    /// The kind in words, in lower case.
+    pub fn text(self) -> &'static str {
+        match self {
+            MemoryKind::Attachment => "attachments",
+            MemoryKind::ShadowMap => "shadow maps",
+            MemoryKind::Texture => "textures",
+            MemoryKind::Geometry => "geometry",
+            MemoryKind::Uniform => "uniforms",
+            MemoryKind::Staging => "staging",
+            MemoryKind::ReadBack => "read-back",
+        }
+    }
+}
+
+impl fmt::Display for MemoryKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.text())
+    }
+}
+
+/// Where memory lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Location {
+    /// On the device.
+    Device,
+    /// Mapped, written by the CPU and read by the device; on the device too where there is such memory.
+    Upload,
+    /// Mapped, written by the device and read by the CPU; cached where possible.
+    ReadBack,
+    /// For transient attachments: taken only when a tile does not hold them, where there is such memory; else on the
+    /// device.
+    Lazy,
+}
+
+impl Location {
+    /// What the memory's type must have, best first.
+    fn wishes(self) -> &'static [vk::MemoryPropertyFlags] {
+        use vk::MemoryPropertyFlags as Flags;
+        const DEVICE: Flags = Flags::DEVICE_LOCAL;
+        const ANY: Flags = Flags::empty();
+        const MAPPED: Flags = Flags::from_raw(Flags::HOST_VISIBLE.as_raw() | Flags::HOST_COHERENT.as_raw());
+        const MAPPED_DEVICE: Flags = Flags::from_raw(MAPPED.as_raw() | DEVICE.as_raw());
+        const MAPPED_CACHED: Flags = Flags::from_raw(MAPPED.as_raw() | Flags::HOST_CACHED.as_raw());
+        const CACHED: Flags = Flags::from_raw(Flags::HOST_VISIBLE.as_raw() | Flags::HOST_CACHED.as_raw());
+        match self {
+            Location::Device => &[DEVICE, ANY],
+            Location::Upload => &[MAPPED_DEVICE, MAPPED],
+            // Reading uncached memory is some ten times slower than invalidating the cache by hand.
+            Location::ReadBack => &[MAPPED_CACHED, CACHED, MAPPED],
+            Location::Lazy => &[Flags::LAZILY_ALLOCATED, DEVICE, ANY],
+        }
+    }
+}
+
+/// What memory an object needs.
+pub(super) struct MemoryNeed<'a> {
+    pub(super) name: &'a str,
+    pub(super) requirements: vk::MemoryRequirements,
+    pub(super) location: Location,
+    /// Whether it is for a buffer; an image of optimal tiling is not linear.
+    pub(super) linear: bool,
+    /// The image to make a device allocation for that holds nothing else.
+    pub(super) dedicated_to: Option<vk::Image>,
+}
+
+const MIB: u64 = 1 << 20;
+
+/// The allocator of one device.
+pub(super) struct Memory {
+    types: Vec<vk::MemoryType>,
+    // None once it is closed, which only the device's drop does.
+    allocator: Mutex<Option<Allocator>>,
+}
+
+impl Memory {
+    pub(super) fn new(instance: &ash::Instance, device: &ash::Device, physical: vk::PhysicalDevice) -> Result<Memory> {
+        let mut debug_settings = AllocatorDebugSettings::default();
+        // Leaks are reported by `close`, as messages that tests can fail on.
+        debug_settings.log_leaks_on_shutdown = false;
+        // Blocks start small, so that a small scene stays small, and grow with the scene.
+        let allocation_sizes = AllocationSizes::new(16 * MIB, 16 * MIB)
+            .with_max_device_memblock_size(128 * MIB)
+            .with_max_host_memblock_size(64 * MIB);
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: instance.clone(),
+            device: device.clone(),
+            physical_device: physical,
+            debug_settings,
+            buffer_device_address: false,
+            allocation_sizes,
+        })
+        .map_err(|source| Error::Allocator { doing: "starting the memory allocator".to_owned(), source })?;
+        // SAFETY: the device was listed by this instance, which is alive.
+        let properties = unsafe { instance.get_physical_device_memory_properties(physical) };
+        Ok(Memory { types: properties.memory_types_as_slice().to_vec(), allocator: Mutex::new(Some(allocator)) })
+    }
+
+    pub(super) fn allocate(&self, need: &MemoryNeed<'_>) -> Result<Allocation> {
+        let mut outcome = Err(AllocationError::NoCompatibleMemoryTypeFound);
+        for &wish in need.location.wishes() {
+            let memory_type_bits = self.types_with(wish) & need.requirements.memory_type_bits;
+            if memory_type_bits == 0 {
+                continue;
+            }
+            outcome = self.allocate_from(need, memory_type_bits);
+            // Memory that is both mapped and on the device can be a small window (256 MiB without resizable BAR): then
+            // ordinary memory serves. A full device, though, is an error, not a reason to render from system memory.
+            if need.location != Location::Upload || outcome.is_ok() {
+                break;
+            }
+        }
+        let doing = || format!("allocating memory for '{}'", need.name);
+        outcome.map_err(|error| match error {
+            AllocationError::OutOfMemory => Error::OutOfMemory { doing: doing(), bytes: Some(need.requirements.size) },
+            source => Error::Allocator { doing: doing(), source },
+        })
+    }
+
+    fn allocate_from(&self, need: &MemoryNeed<'_>, memory_type_bits: u32) -> Result<Allocation, AllocationError> {
+        let allocation_scheme =
+            need.dedicated_to.map_or(AllocationScheme::GpuAllocatorManaged, AllocationScheme::DedicatedImage);
+        let desc = AllocationCreateDesc {
+            name: need.name,
+            requirements: vk::MemoryRequirements { memory_type_bits, ..need.requirements },
+            // The type is already chosen.
+            location: MemoryLocation::Unknown,
+            linear: need.linear,
+            allocation_scheme,
+        };
+        match self.lock().as_mut() {
+            Some(allocator) => allocator.allocate(&desc),
+            None => Err(AllocationError::Internal("the allocator is closed".to_owned())),
+        }
+    }
+
+    /// The bits of the memory types that have these properties.
+    fn types_with(&self, wish: vk::MemoryPropertyFlags) -> u32 {
+        let has = |(_, kind): &(usize, &vk::MemoryType)| kind.property_flags.contains(wish);
+        self.types.iter().enumerate().filter(has).fold(0, |bits, (index, _)| bits | 1 << index)
+    }
+
+    /// Gives memory back. What was bound to it is destroyed.
+    pub(super) fn free(&self, allocation: Allocation, log: &MessageLog) {
+        let freed = self.lock().as_mut().map_or(Ok(()), |allocator| allocator.free(allocation));
+        if let Err(error) = freed {
+            log.push(leak(format!("freeing memory failed: {error}")));
+        }
+    }
+
+    /// Reports what is still allocated, then gives all memory back to the driver.
+    pub(super) fn close(&self, log: &MessageLog) {
+        let Some(allocator) = self.lock().take() else { return };
+        for allocation in allocator.generate_report().allocations {
+            log.push(leak(format!("the memory of '{}' ({} bytes) was never freed", allocation.name, allocation.size)));
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Option<Allocator>> {
+        self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// An error message about something that outlived its device.
+pub(super) fn leak(text: String) -> Message {
+    Message { severity: Severity::Error, kind: MessageKind::Leak, id_name: "leak".to_owned(), text }
+}
+
+/// The objects of one [`MemoryKind`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct KindReport {
+    /// How many objects.
+    pub objects: usize,
+    /// Their memory in bytes, as the driver sizes it.
+    pub bytes: u64,
+}
+
+/// A heap as the driver sees it: all programs' use of it, not only this one's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HeapReport {
+    /// Its size in bytes.
+    pub size: u64,
+    /// How much of it this program uses and can use, in bytes, if the driver tells (VK_EXT_memory_budget).
+    pub usage_and_budget: Option<(u64, u64)>,
+}
+
+/// What memory a device's objects take.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct MemoryReport {
+    /// Each kind that has objects. Retired objects count until the GPU is done with them.
+    pub kinds: BTreeMap<MemoryKind, KindReport>,
+    /// The sum of all kinds in bytes.
+    pub bytes: u64,
+    /// The most that the sum ever was, in bytes.
+    pub peak_bytes: u64,
+    /// How many blocks of memory are taken from the driver; objects share blocks.
+    pub blocks: usize,
+    /// The size of these blocks in bytes.
+    pub block_bytes: u64,
+    /// How many objects are alive, by type, as `IMAGE_VIEW`; those without memory too.
+    pub objects: BTreeMap<String, usize>,
+    /// The device's heaps.
+    pub heaps: Vec<HeapReport>,
+}
+
+impl Device {
+    /// What memory the device's objects take now, and took at most.
+    pub fn memory_report(&self) -> MemoryReport {
+        let mut report = MemoryReport { heaps: self.heap_reports(), ..MemoryReport::default() };
+        {
+            let registry = self.registry.lock();
+            report.peak_bytes = registry.peak_bytes;
+            for object in registry.objects.values() {
+                *report.objects.entry(format!("{:?}", object.object_type)).or_default() += 1;
+                if let Some((kind, bytes)) = object.memory {
+                    let of_kind = report.kinds.entry(kind).or_default();
+                    of_kind.objects += 1;
+                    of_kind.bytes += bytes;
+                    report.bytes += bytes;
+                }
+            }
+        }
+        if let Some(allocator) = self.memory.lock().as_ref() {
+            let blocks = allocator.generate_report();
+            report.blocks = blocks.blocks.len();
+            report.block_bytes = blocks.total_capacity_bytes;
+        }
+        report
+    }
+
+    fn heap_reports(&self) -> Vec<HeapReport> {
+        let mut budget = vk::PhysicalDeviceMemoryBudgetPropertiesEXT::default();
+        let mut query = vk::PhysicalDeviceMemoryProperties2::default();
+        if self.features.memory_budget {
+            query = query.push_next(&mut budget);
+        }
+        // SAFETY: the instance is alive, and the structures live until the call returns.
+        unsafe { self.instance.raw().get_physical_device_memory_properties2(self.physical.raw, &mut query) };
+        let heaps = query.memory_properties;
+        let told = self.features.memory_budget;
+        let report = |(index, heap): (usize, &vk::MemoryHeap)| HeapReport {
+            size: heap.size,
+            usage_and_budget: told.then(|| (budget.heap_usage[index], budget.heap_budget[index])),
+        };
+        heaps.memory_heaps_as_slice().iter().enumerate().map(report).collect()
+    }
+
+    /// The names of all objects that someone owns, sorted; an object of several has its name there several times.
+    pub fn live_objects(&self) -> Vec<String> {
+        let registry = self.registry.lock();
+        let owned = registry.objects.values().filter(|object| !object.retired);
+        let mut names: Vec<String> = owned.map(|object| object.name.to_string()).collect();
+        names.sort_unstable();
+        names
+    }
+
+    /// Pushes a message of kind [`MessageKind::Leak`] for every object that someone still owns, and returns how many
+    /// there are. For the end of a program or a test: an owner that is forgotten keeps its device alive, so that the
+    /// device's own check when it is dropped never comes.
+    pub fn report_leaks(&self) -> usize {
+        let registry = self.registry.lock();
+        let log = self.instance.message_log();
+        let owned = registry.objects.values().filter(|object| !object.retired);
+        let report = |object: &super::owned::LiveObject| {
+            log.push(leak(format!("{:?} '{}' is still alive", object.object_type, object.name)));
+        };
+        owned.inspect(|object| report(object)).count()
+    }
+}

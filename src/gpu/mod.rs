@@ -1,0 +1,57 @@
+//! Thin owners over `ash`: what must be right for every Vulkan program, and nothing that a renderer decides.
+//!
+//! An owner creates, names and destroys one object. Dropping it hands the object to the device's retire queue, which
+//! destroys it once the last submission made so far has completed; so an early `?` never pulls memory from under the
+//! GPU. Owners hold an [`Arc<Device>`](Device), and a device holds its instance: no order of drops is wrong.
+//!
+//! Helpers fill in `sType` and subresource ranges. They never choose a stage, an access or a layout: those stand at the
+//! call. The one exception is [`Uploader`], whose barriers are written out with their reasons in `upload.rs`.
+//!
+//! **Contract on handles.** Functions here take raw `vk` handles as Vulkan does. A handle must come from a live owner
+//! of the same device, and a `vk::CommandBuffer` that is recorded into must be in the recording state, used by one
+//! thread at a time. What `SAFETY` comments call "the module's contract" is this. Validation layers check it.
+//!
+//! Vulkan 1.1 is the baseline; newer features and extensions are used where they exist. One queue does everything.
+
+pub mod barrier;
+mod buffer;
+mod command;
+mod descriptor;
+mod device;
+mod error;
+mod image;
+mod instance;
+mod memory;
+mod message;
+mod owned;
+mod physical;
+mod pipeline;
+mod pipeline_cache;
+mod queries;
+mod render_pass;
+mod sampler;
+mod submission;
+pub mod system;
+mod upload;
+
+pub use ash::vk;
+
+pub use buffer::Buffer;
+pub use command::CommandBuffer;
+pub use descriptor::{BufferRange, DescriptorPool, SetLayout, SetWriter};
+pub use device::{Device, EnabledFeatures};
+pub use error::{Error, Result};
+pub use image::{Image, ImageDesc, can_blit, format_bytes, mip_count};
+pub use instance::{Instance, InstanceOptions, LayerInfo, Validation};
+pub use memory::{HeapReport, KindReport, Location, MemoryKind, MemoryReport};
+pub use message::{Message, MessageKind, MessageLog, Severity};
+pub use owned::{Destroy, Owned};
+pub use physical::{DeviceChoice, PhysicalDevice, choose};
+pub use pipeline::{
+    DepthState, GraphicsPipeline, GraphicsPipelineDesc, PipelineLayout, ShaderStage, compute_pipeline, pipeline_layout,
+};
+pub use queries::Timestamps;
+pub use render_pass::{Framebuffer, RenderPass, SubpassDesc, framebuffer};
+pub use sampler::Sampler;
+pub use submission::Ticket;
+pub use upload::{DEFAULT_STAGING_BYTES, Uploader};

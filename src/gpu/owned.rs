@@ -1,0 +1,245 @@
+//! Ownership of Vulkan objects: the generic owner, the registry of what is alive, the queue of what is retired.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::fmt;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use ash::vk;
+use ash::vk::Handle;
+use gpu_allocator::vulkan::Allocation;
+
+use super::device::Device;
+use super::memory::MemoryKind;
+
+/// A handle whose object is destroyed by one call on its device.
+pub trait Destroy: Handle + Copy {
+    /// Destroys the object.
+    ///
+    /// # Safety
+    /// The object was made by `device`, nothing uses it now or later, and it is destroyed once.
+    unsafe fn destroy(self, device: &ash::Device);
+}
+
+macro_rules! destroyed_by {
+    ($($handle:ident $function:ident),* $(,)?) => {$(
+        impl Destroy for vk::$handle {
+            unsafe fn destroy(self, device: &ash::Device) {
+                // SAFETY: the caller's promise is the same as Vulkan's.
+                unsafe { device.$function(self, None) }
+            }
+        }
+    )*};
+}
+
+destroyed_by! {
+    Buffer destroy_buffer,
+    CommandPool destroy_command_pool,
+    DescriptorPool destroy_descriptor_pool,
+    DescriptorSetLayout destroy_descriptor_set_layout,
+    Framebuffer destroy_framebuffer,
+    Image destroy_image,
+    ImageView destroy_image_view,
+    Pipeline destroy_pipeline,
+    PipelineLayout destroy_pipeline_layout,
+    QueryPool destroy_query_pool,
+    RenderPass destroy_render_pass,
+    Sampler destroy_sampler,
+    Semaphore destroy_semaphore,
+    ShaderModule destroy_shader_module,
+}
+
+/// A Vulkan object that outlives every submission that uses it, and keeps its device alive.
+pub struct Owned<H: Destroy> {
+    /// The handle. It is valid as long as this owner.
+    pub raw: H,
+    name: Arc<str>,
+    id: ObjectId,
+    device: Arc<Device>,
+}
+
+impl<H: Destroy> Owned<H> {
+    /// Takes a newly made object: names it, lists it as alive, and sees to it that it is destroyed.
+    ///
+    /// The object must be made by `device` and owned by nobody else (the module's contract).
+    pub fn new_from(device: &Arc<Device>, name: &str, raw: H) -> Owned<H> {
+        device.name_object(raw, name);
+        let name: Arc<str> = name.into();
+        let id = device.registry.add(Arc::clone(&name), H::TYPE);
+        Owned { raw, name, id, device: Arc::clone(device) }
+    }
+
+    /// Says in reports that the object has got memory of this kind and size, in bytes.
+    pub(super) fn account(&self, kind: MemoryKind, bytes: u64) {
+        self.device.registry.set_memory(self.id, kind, bytes);
+    }
+
+    /// The object's name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The device that it was made by.
+    pub fn device(&self) -> &Arc<Device> {
+        &self.device
+    }
+
+    /// Gives the object up together with its memory, which is freed after the object is destroyed.
+    pub(super) fn retire_with(&mut self, memory: Option<Allocation>) {
+        let raw = std::mem::replace(&mut self.raw, H::from_raw(0));
+        if !raw.is_null() {
+            self.device.retire(raw, self.id, memory);
+        }
+    }
+}
+
+impl<H: Destroy> Drop for Owned<H> {
+    fn drop(&mut self) {
+        // Destroyed when the last submission made so far has completed, whatever path led here.
+        self.retire_with(None);
+    }
+}
+
+impl<H: Destroy> fmt::Debug for Owned<H> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:?} '{}'", H::TYPE, self.name)
+    }
+}
+
+/// The number of an object in the registry; never used again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct ObjectId(u64);
+
+/// An object that exists on the device.
+#[derive(Clone, Debug)]
+pub(super) struct LiveObject {
+    pub(super) name: Arc<str>,
+    pub(super) object_type: vk::ObjectType,
+    /// What its memory is for, and how many bytes it takes.
+    pub(super) memory: Option<(MemoryKind, u64)>,
+    /// Nobody owns it any more; it waits for the GPU to be done with it.
+    pub(super) retired: bool,
+}
+
+/// Every object alive on a device.
+#[derive(Default)]
+pub(super) struct Registry {
+    state: Mutex<RegistryState>,
+}
+
+#[derive(Default)]
+pub(super) struct RegistryState {
+    pub(super) objects: BTreeMap<ObjectId, LiveObject>,
+    next_id: u64,
+    /// The memory of all objects now, and the most that it was, in bytes.
+    bytes: u64,
+    pub(super) peak_bytes: u64,
+}
+
+impl Registry {
+    fn add(&self, name: Arc<str>, object_type: vk::ObjectType) -> ObjectId {
+        let mut state = self.lock();
+        let id = ObjectId(state.next_id);
+        state.next_id += 1;
+        state.objects.insert(id, LiveObject { name, object_type, memory: None, retired: false });
+        id
+    }
+
+    fn set_memory(&self, id: ObjectId, kind: MemoryKind, bytes: u64) {
+        let mut state = self.lock();
+        if let Some(object) = state.objects.get_mut(&id) {
+            let before = object.memory.replace((kind, bytes)).map_or(0, |(_, bytes)| bytes);
+            state.bytes = state.bytes - before + bytes;
+            state.peak_bytes = state.peak_bytes.max(state.bytes);
+        }
+    }
+
+    fn mark_retired(&self, id: ObjectId) {
+        if let Some(object) = self.lock().objects.get_mut(&id) {
+            object.retired = true;
+        }
+    }
+
+    fn remove(&self, id: ObjectId) {
+        let mut state = self.lock();
+        if let Some(object) = state.objects.remove(&id) {
+            state.bytes -= object.memory.map_or(0, |(_, bytes)| bytes);
+        }
+    }
+
+    pub(super) fn lock(&self) -> MutexGuard<'_, RegistryState> {
+        // Each change is whole before anything can panic.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// An object that nobody owns any more.
+struct Retired {
+    /// The last submission made before it was retired; no later one uses it.
+    last_use: u64,
+    raw: u64,
+    destroy: unsafe fn(&ash::Device, u64),
+    memory: Option<Allocation>,
+    id: ObjectId,
+}
+
+/// Objects waiting for the GPU, oldest first.
+#[derive(Default)]
+pub(super) struct RetireQueue {
+    waiting: Mutex<VecDeque<Retired>>,
+}
+
+impl RetireQueue {
+    fn lock(&self) -> MutexGuard<'_, VecDeque<Retired>> {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Takes the objects out whose last use is at most `completed`.
+    fn take_done(&self, completed: u64) -> Vec<Retired> {
+        let mut waiting = self.lock();
+        // Threads may append slightly out of order; then an object waits for the one before it, which does no harm.
+        let done = waiting.iter().take_while(|retired| retired.last_use <= completed).count();
+        waiting.drain(..done).collect()
+    }
+}
+
+/// # Safety
+/// As [`Destroy::destroy`]; `raw` is the value of a handle of type `H`.
+unsafe fn destroy_raw<H: Destroy>(device: &ash::Device, raw: u64) {
+    // SAFETY: the caller's promise.
+    unsafe { H::from_raw(raw).destroy(device) }
+}
+
+impl Device {
+    /// Takes an object whose owner is gone. It and then its memory go once the last submission made so far is done.
+    pub(super) fn retire<H: Destroy>(&self, raw: H, id: ObjectId, memory: Option<Allocation>) {
+        let last_use = self.submissions.submitted();
+        self.registry.mark_retired(id);
+        let retired = Retired { last_use, raw: raw.as_raw(), destroy: destroy_raw::<H>, memory, id };
+        self.retired.lock().push_back(retired);
+        // Without a frame loop nobody else would call this; it costs nothing while the GPU is busy.
+        self.destroy_done();
+    }
+
+    /// Destroys what is retired and, as far as is known without asking the driver, no longer in use.
+    pub(super) fn destroy_done(&self) {
+        for retired in self.retired.take_done(self.submissions.completed()) {
+            self.destroy_retired(retired);
+        }
+    }
+
+    /// Destroys everything retired. The device must be idle or lost.
+    pub(super) fn destroy_all_retired(&self) {
+        for retired in self.retired.take_done(u64::MAX) {
+            self.destroy_retired(retired);
+        }
+    }
+
+    fn destroy_retired(&self, retired: Retired) {
+        // SAFETY: its owner gave it up, it is in the queue once, and the submissions that could use it are done.
+        unsafe { (retired.destroy)(&self.raw, retired.raw) };
+        if let Some(memory) = retired.memory {
+            self.memory.free(memory, self.instance.message_log().as_ref());
+        }
+        self.registry.remove(retired.id);
+    }
+}

@@ -1,0 +1,262 @@
+//! Pipelines and their layouts.
+
+use std::ffi::CStr;
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::device::Device;
+use super::error::{Doing, Error, Result};
+use super::owned::Owned;
+
+/// One shader of a pipeline.
+#[derive(Clone, Copy, Debug)]
+pub struct ShaderStage<'a> {
+    /// The SPIR-V module.
+    pub spirv: &'a [u32],
+    /// The entry point's name.
+    pub entry: &'a CStr,
+    /// Its stage.
+    pub stage: vk::ShaderStageFlags,
+    /// Specialization constants: id and the bits of the 32-bit value (0 or 1 for a bool).
+    pub constants: &'a [(u32, u32)],
+}
+
+/// How a pipeline uses the depth attachment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DepthState {
+    /// Which fragments pass.
+    pub test: vk::CompareOp,
+    /// Whether those that pass write their depth.
+    pub write: bool,
+}
+
+/// A graphics pipeline that draws triangle lists. Viewport and scissor are dynamic.
+#[derive(Clone, Copy, Debug)]
+pub struct GraphicsPipelineDesc<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Its shaders.
+    pub stages: &'a [ShaderStage<'a>],
+    /// The vertex buffers; none for triangles that the shader makes.
+    pub vertex_bindings: &'a [vk::VertexInputBindingDescription],
+    /// What is read from them.
+    pub vertex_attributes: &'a [vk::VertexInputAttributeDescription],
+    /// Which faces are not drawn.
+    pub cull_mode: vk::CullModeFlags,
+    /// Which winding, in framebuffer coordinates, is the front.
+    pub front_face: vk::FrontFace,
+    /// The depth test, if there is one.
+    pub depth: Option<DepthState>,
+    /// Whether a depth bias is applied, which `vkCmdSetDepthBias` then sets.
+    pub depth_bias: bool,
+    /// Whether depth is clamped instead of clipped; needs the feature.
+    pub depth_clamp: bool,
+    /// One for each colour attachment of the subpass.
+    pub blend: &'a [vk::PipelineColorBlendAttachmentState],
+    /// The samples a texel.
+    pub samples: vk::SampleCountFlags,
+    /// The pipeline's layout.
+    pub layout: vk::PipelineLayout,
+    /// A render pass that is compatible with the one it is used in.
+    pub render_pass: vk::RenderPass,
+    /// The index of the subpass that it is used in.
+    pub subpass: u32,
+}
+
+/// A pipeline, graphics or compute.
+pub type GraphicsPipeline = Owned<vk::Pipeline>;
+
+/// The descriptor sets and push constants of pipelines.
+pub type PipelineLayout = Owned<vk::PipelineLayout>;
+
+impl GraphicsPipeline {
+    /// Compiles a graphics pipeline, through the device's pipeline cache.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] for depth clamping that the device lacks; [`Error::Misuse`] for what is no SPIR-V; what
+    /// the driver reports.
+    pub fn new(device: &Arc<Device>, desc: &GraphicsPipelineDesc<'_>) -> Result<GraphicsPipeline> {
+        if desc.depth_clamp && !device.features.depth_clamp {
+            let lacks = format!("'{}' cannot clamp depth, as '{}' needs", device.physical.name, desc.name);
+            return Err(Error::Unsupported(lacks));
+        }
+        let shaders = Shaders::new(device, desc.name, desc.stages)?;
+        let specializations = shaders.specializations();
+        let stages = shaders.stages(&specializations);
+        let vertex_input = vk::PipelineVertexInputStateCreateInfo::default()
+            .vertex_binding_descriptions(desc.vertex_bindings)
+            .vertex_attribute_descriptions(desc.vertex_attributes);
+        let input_assembly =
+            vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
+        let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
+        let rasterization = vk::PipelineRasterizationStateCreateInfo::default()
+            .polygon_mode(vk::PolygonMode::FILL)
+            .cull_mode(desc.cull_mode)
+            .front_face(desc.front_face)
+            .depth_bias_enable(desc.depth_bias)
+            .depth_clamp_enable(desc.depth_clamp)
+            .line_width(1.0);
+        let multisample = vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(desc.samples);
+        let depth_stencil = depth_state(desc.depth);
+        let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(desc.blend);
+        let mut dynamic = vec![vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
+        dynamic.extend(desc.depth_bias.then_some(vk::DynamicState::DEPTH_BIAS));
+        let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
+        let info = vk::GraphicsPipelineCreateInfo::default()
+            .stages(&stages)
+            .vertex_input_state(&vertex_input)
+            .input_assembly_state(&input_assembly)
+            .viewport_state(&viewport)
+            .rasterization_state(&rasterization)
+            .multisample_state(&multisample)
+            .depth_stencil_state(&depth_stencil)
+            .color_blend_state(&blend)
+            .dynamic_state(&dynamic)
+            .layout(desc.layout)
+            .render_pass(desc.render_pass)
+            .subpass(desc.subpass);
+        // SAFETY: the layout and the render pass are alive (the module's contract), the shader modules are `shaders`',
+        // and what the structures point to lives until the call returns.
+        let created = unsafe { device.raw.create_graphics_pipelines(device.pipeline_cache.raw, &[info], None) };
+        owned_pipeline(device, desc.name, created)
+    }
+}
+
+/// Compiles a compute pipeline, through the device's pipeline cache.
+///
+/// # Errors
+/// [`Error::Misuse`] for what is no SPIR-V; what the driver reports.
+pub fn compute_pipeline(
+    device: &Arc<Device>,
+    name: &str,
+    stage: &ShaderStage<'_>,
+    layout: vk::PipelineLayout,
+) -> Result<Owned<vk::Pipeline>> {
+    let shaders = Shaders::new(device, name, std::slice::from_ref(stage))?;
+    let specializations = shaders.specializations();
+    let infos: Vec<vk::ComputePipelineCreateInfo<'_>> = shaders
+        .stages(&specializations)
+        .into_iter()
+        .map(|stage| vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout))
+        .collect();
+    // SAFETY: as for graphics pipelines.
+    let created = unsafe { device.raw.create_compute_pipelines(device.pipeline_cache.raw, &infos, None) };
+    owned_pipeline(device, name, created)
+}
+
+/// A layout of these descriptor sets, by number, and push constants.
+///
+/// # Errors
+/// [`Error::TooLarge`] beyond the device's limits; running out of memory.
+pub fn pipeline_layout(
+    device: &Arc<Device>,
+    name: &str,
+    sets: &[vk::DescriptorSetLayout],
+    push: &[vk::PushConstantRange],
+) -> Result<PipelineLayout> {
+    let limits = &device.physical.limits;
+    let within = |what: &str, asked: u32, limit: u32| {
+        if asked <= limit {
+            return Ok(());
+        }
+        let what = format!("the {what} of the pipeline layout '{name}'");
+        Err(Error::TooLarge { what, asked: asked.into(), limit: limit.into() })
+    };
+    within("number of descriptor sets", sets.len() as u32, limits.max_bound_descriptor_sets)?;
+    let push_end = push.iter().map(|range| range.offset.saturating_add(range.size)).max().unwrap_or(0);
+    within("push constants in bytes", push_end, limits.max_push_constants_size)?;
+    let info = vk::PipelineLayoutCreateInfo::default().set_layouts(sets).push_constant_ranges(push);
+    // SAFETY: the set layouts are alive (the module's contract).
+    let raw = unsafe { device.raw.create_pipeline_layout(&info, None) }
+        .doing(|| format!("creating the pipeline layout '{name}'"))?;
+    Ok(Owned::new_from(device, name, raw))
+}
+
+fn depth_state(depth: Option<DepthState>) -> vk::PipelineDepthStencilStateCreateInfo<'static> {
+    let state = vk::PipelineDepthStencilStateCreateInfo::default();
+    match depth {
+        Some(depth) => state.depth_test_enable(true).depth_compare_op(depth.test).depth_write_enable(depth.write),
+        None => state,
+    }
+}
+
+/// What the pipeline functions of Vulkan return: those made, and on failure the reason.
+type Created = std::result::Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>;
+
+fn owned_pipeline(device: &Arc<Device>, name: &str, created: Created) -> Result<Owned<vk::Pipeline>> {
+    let (pipelines, result) = created.map_or_else(|failed| failed, |made| (made, vk::Result::ERROR_UNKNOWN));
+    // One was asked for: a failure leaves a null handle or none.
+    match pipelines.first() {
+        Some(&raw) if raw != vk::Pipeline::null() => Ok(Owned::new_from(device, name, raw)),
+        _ => Err(Error::vulkan(format!("compiling the pipeline '{name}'"), result)),
+    }
+}
+
+/// The shader modules of a pipeline with its stages; they go when the pipeline is compiled.
+struct Shaders<'a> {
+    stages: Vec<(ShaderStage<'a>, Owned<vk::ShaderModule>)>,
+    constants: Vec<Constants>,
+}
+
+/// The specialization constants of a stage as Vulkan takes them.
+struct Constants {
+    entries: Vec<vk::SpecializationMapEntry>,
+    data: Vec<u32>,
+}
+
+const SPIRV_MAGIC: u32 = 0x0723_0203;
+
+impl<'a> Shaders<'a> {
+    fn new(device: &Arc<Device>, name: &str, stages: &[ShaderStage<'a>]) -> Result<Shaders<'a>> {
+        let with_module = |stage: &ShaderStage<'a>| {
+            if stage.spirv.first() != Some(&SPIRV_MAGIC) {
+                return Err(Error::Misuse(format!("the {:?} shader of '{name}' is no SPIR-V", stage.stage)));
+            }
+            let info = vk::ShaderModuleCreateInfo::default().code(stage.spirv);
+            // SAFETY: the device is alive; that the module is valid is what the shader compiler checks.
+            let raw = unsafe { device.raw.create_shader_module(&info, None) }
+                .doing(|| format!("loading the {:?} shader of '{name}'", stage.stage))?;
+            Ok((*stage, Owned::new_from(device, name, raw)))
+        };
+        let stages = stages.iter().map(with_module).collect::<Result<Vec<_>>>()?;
+        let constants = stages.iter().map(|(stage, _)| Constants::new(stage.constants)).collect();
+        Ok(Shaders { stages, constants })
+    }
+
+    fn specializations(&self) -> Vec<vk::SpecializationInfo<'_>> {
+        self.constants.iter().map(Constants::info).collect()
+    }
+
+    fn stages<'s>(
+        &'s self,
+        specializations: &'s [vk::SpecializationInfo<'s>],
+    ) -> Vec<vk::PipelineShaderStageCreateInfo<'s>> {
+        let info = |((stage, module), specialization): (&'s (ShaderStage<'a>, Owned<vk::ShaderModule>), _)| {
+            vk::PipelineShaderStageCreateInfo::default()
+                .stage(stage.stage)
+                .module(module.raw)
+                .name(stage.entry)
+                .specialization_info(specialization)
+        };
+        self.stages.iter().zip(specializations).map(info).collect()
+    }
+}
+
+impl Constants {
+    fn info(&self) -> vk::SpecializationInfo<'_> {
+        vk::SpecializationInfo::default().map_entries(&self.entries).data(bytemuck::cast_slice(&self.data))
+    }
+
+    fn new(constants: &[(u32, u32)]) -> Constants {
+        let entry = |(index, &(constant_id, _)): (usize, &(u32, u32))| vk::SpecializationMapEntry {
+            constant_id,
+            offset: index as u32 * 4,
+            size: 4,
+        };
+        Constants {
+            entries: constants.iter().enumerate().map(entry).collect(),
+            data: constants.iter().map(|&(_, bits)| bits).collect(),
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! Samplers.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::device::Device;
+use super::error::{Doing, Error, Result};
+use super::owned::Owned;
+
+/// How shaders filter and address an image.
+pub type Sampler = Owned<vk::Sampler>;
+
+impl Sampler {
+    /// A sampler as `info` has it.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] for anisotropy that is not enabled; [`Error::TooLarge`] for more than the device has; too
+    /// many samplers.
+    pub fn new(device: &Arc<Device>, name: &str, info: &vk::SamplerCreateInfo<'_>) -> Result<Sampler> {
+        if info.anisotropy_enable == vk::TRUE {
+            let limit = device.physical.limits.max_sampler_anisotropy;
+            if !device.features.sampler_anisotropy {
+                let lacks = format!("'{}' has no anisotropic filtering, as '{name}' needs", device.physical.name);
+                return Err(Error::Unsupported(lacks));
+            }
+            if info.max_anisotropy > limit {
+                let what = format!("the anisotropy of the sampler '{name}'");
+                return Err(Error::TooLarge { what, asked: info.max_anisotropy as u64, limit: limit as u64 });
+            }
+        }
+        // SAFETY: the device is alive, and the structure is the caller's (the module's contract).
+        let raw =
+            unsafe { device.raw.create_sampler(info, None) }.doing(|| format!("creating the sampler '{name}'"))?;
+        Ok(Owned::new_from(device, name, raw))
+    }
+}

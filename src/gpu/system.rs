@@ -1,0 +1,126 @@
+//! What to install on this system when a part of Vulkan is missing.
+
+use std::fs;
+
+/// A part of Vulkan that can be missing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Missing {
+    /// The loader library, `libvulkan.so.1` or `vulkan-1.dll`.
+    Loader,
+    /// A driver (ICD).
+    Driver,
+    /// The Khronos validation layer.
+    ValidationLayer,
+}
+
+/// The families of systems whose packages are known here.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum System {
+    Debian,
+    Fedora,
+    Suse,
+    Arch,
+    Alpine,
+    MacOs,
+    Windows,
+    Other,
+}
+
+/// One line without a line end: what to do on this system to get what is missing.
+pub fn install_hint(what: Missing) -> String {
+    hint_for(this_system(), what)
+}
+
+fn this_system() -> System {
+    if cfg!(target_os = "macos") {
+        System::MacOs
+    } else if cfg!(target_os = "windows") {
+        System::Windows
+    } else {
+        // freedesktop.org's os-release(5): the second path is the fall-back of the first.
+        let text = fs::read_to_string("/etc/os-release").or_else(|_| fs::read_to_string("/usr/lib/os-release"));
+        system_of(&text.unwrap_or_default())
+    }
+}
+
+/// The family that `ID`, or else `ID_LIKE`, names in an os-release file.
+fn system_of(os_release: &str) -> System {
+    let value = |key: &str| {
+        let line = os_release.lines().find_map(|line| line.trim().strip_prefix(key)?.strip_prefix('='));
+        line.unwrap_or("").trim_matches(['"', '\'']).to_ascii_lowercase()
+    };
+    let ids = format!("{} {}", value("ID"), value("ID_LIKE"));
+    let known = ids.split_whitespace().find_map(|id| match id {
+        "debian" | "ubuntu" | "linuxmint" | "raspbian" => Some(System::Debian),
+        "fedora" | "rhel" | "centos" => Some(System::Fedora),
+        "suse" | "opensuse" => Some(System::Suse),
+        id if id.starts_with("opensuse") => Some(System::Suse),
+        "arch" | "manjaro" => Some(System::Arch),
+        "alpine" => Some(System::Alpine),
+        _ => None,
+    });
+    known.unwrap_or(System::Other)
+}
+
+fn hint_for(system: System, what: Missing) -> String {
+    let (manager, loader, driver, layer) = match system {
+        System::Debian => ("sudo apt-get install", "libvulkan1", "mesa-vulkan-drivers", "vulkan-validationlayers"),
+        System::Fedora => ("sudo dnf install", "vulkan-loader", "mesa-vulkan-drivers", "vulkan-validation-layers"),
+        System::Suse => ("sudo zypper install", "libvulkan1", "libvulkan_lvp", "vulkan-validationlayers"),
+        System::Arch => ("sudo pacman -S", "vulkan-icd-loader", "vulkan-swrast", "vulkan-validation-layers"),
+        System::Alpine => ("sudo apk add", "vulkan-loader", "mesa-vulkan-swrast", "vulkan-validation-layers"),
+        System::MacOs => ("brew install", "vulkan-loader", "molten-vk", "vulkan-validationlayers"),
+        System::Windows => return windows_hint(what).to_owned(),
+        System::Other => return other_hint(what).to_owned(),
+    };
+    match what {
+        // A loader alone draws nothing: name the driver beside it.
+        Missing::Loader => format!("install it with: {manager} {loader} {driver}"),
+        Missing::Driver => {
+            format!("install your GPU vendor's driver, or Mesa's or MoltenVK with: {manager} {driver}")
+        }
+        Missing::ValidationLayer => format!("install it with: {manager} {layer}"),
+    }
+}
+
+fn windows_hint(what: Missing) -> &'static str {
+    match what {
+        Missing::Loader | Missing::Driver => "install your GPU vendor's driver, which brings the Vulkan loader along",
+        Missing::ValidationLayer => "install the Vulkan SDK from https://vulkan.lunarg.com",
+    }
+}
+
+fn other_hint(what: Missing) -> &'static str {
+    match what {
+        Missing::Loader => "install your system's Vulkan loader (libvulkan.so.1) and a driver, such as Mesa's",
+        Missing::Driver => "install a Vulkan driver: your GPU vendor's, or Mesa's",
+        Missing::ValidationLayer => "install your system's Vulkan validation layers (VK_LAYER_KHRONOS_validation)",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn derived_systems_are_known_by_what_they_are_like() {
+        assert_eq!(system_of("NAME=\"Debian GNU/Linux\"\nID=debian\n"), System::Debian);
+        assert_eq!(system_of("ID=neon\nID_LIKE=\"ubuntu debian\"\n"), System::Debian);
+        assert_eq!(system_of("ID=\"rocky\"\nID_LIKE=\"rhel centos fedora\"\n"), System::Fedora);
+        assert_eq!(system_of("ID=opensuse-tumbleweed\n"), System::Suse);
+        assert_eq!(system_of("ID=endeavouros\nID_LIKE=arch\n"), System::Arch);
+        assert_eq!(system_of(""), System::Other);
+    }
+
+    #[test]
+    fn every_hint_is_one_line_that_says_what_to_install() {
+        use System::*;
+        for system in [Debian, Fedora, Suse, Arch, Alpine, MacOs, Windows, Other] {
+            for what in [Missing::Loader, Missing::Driver, Missing::ValidationLayer] {
+                let hint = hint_for(system, what);
+                assert!(hint.contains("install") || hint.contains("add"), "{hint}");
+                assert!(!hint.contains('\n'), "{hint}");
+            }
+        }
+    }
+}
