@@ -6,6 +6,7 @@
 pub mod frame;
 pub mod gpu;
 pub mod gpu_scene;
+pub mod measure;
 pub mod passes;
 pub mod plan;
 pub mod scene;

@@ -4,6 +4,8 @@
 //! overlap and would hide each other's missing bits. The table is a pure function of the plan; the render passes and the
 //! barriers are made from it, and `afterlight inspect` prints it.
 
+use std::fmt;
+
 use ash::vk;
 
 use crate::gpu::sync::Use;
@@ -36,6 +38,31 @@ pub enum Carrier {
     ImageBarrier(vk::ImageLayout, vk::ImageLayout),
     /// A pipeline barrier on a buffer.
     BufferBarrier,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Outside => "OUTSIDE",
+            Self::Shadow => "SHADOW",
+            Self::Geometry => "GEOMETRY",
+            Self::Lighting => "LIGHTING",
+            Self::Tonemap => "TONEMAP",
+            Self::Copy => "COPY",
+            Self::Host => "HOST",
+        })
+    }
+}
+
+impl fmt::Display for Carrier {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::ShadowPass => f.write_str("dependency of the shadow pass"),
+            Self::MainPass => f.write_str("dependency of the main pass"),
+            Self::ImageBarrier(old, new) => write!(f, "image barrier {old:?} -> {new:?}"),
+            Self::BufferBarrier => f.write_str("buffer barrier"),
+        }
+    }
 }
 
 /// A row of the table.

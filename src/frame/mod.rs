@@ -111,13 +111,21 @@ pub fn capabilities(device: &Device) -> Capabilities {
     }
 }
 
+/// The plan of a scene's frames on a device, without making any of it.
+///
+/// # Errors
+/// When the device cannot do what the settings ask for, or a view shows what the scene does not have.
+pub fn plan_for(device: &Device, scene: &Scene, settings: &Settings) -> Result<FramePlan, plan::Error> {
+    FramePlan::of(scene, settings, &capabilities(device))
+}
+
 impl Renderer {
     /// Plans the scene's frames, uploads it and makes every pass. The scene is not needed afterwards.
     ///
     /// # Errors
     /// When the settings cannot be planned on this device, or it lacks the memory.
     pub fn new(device: &Arc<Device>, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
-        let plan = FramePlan::of(scene, settings, &capabilities(device))?;
+        let plan = plan_for(device, scene, settings)?;
         // A linear picture is in nits.
         let exposure = match settings.hdr_output {
             true => 1.0,

@@ -1,0 +1,160 @@
+//! Options that several commands share, and how their values are read.
+
+use std::fmt::Display;
+use std::str::FromStr;
+
+use afterlight::gpu::DeviceChoice;
+use afterlight::scene::{Brdf, Camera, GbufferChoice, SettingsPatch, Tonemap, View, parse_size, unknown};
+use clap::Args;
+
+/// Which device draws, and whether its use is checked.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Device")]
+pub struct DeviceArgs {
+    /// The device: its number in `afterlight doctor`, or a part of its name [default: a real GPU before a CPU]
+    #[arg(long, value_name = "N|NAME", value_parser = value::<DeviceChoice>)]
+    pub device: Option<DeviceChoice>,
+    /// Turn on the validation layer with its synchronization checks; any message ends the command with exit code 1
+    #[arg(long)]
+    pub validate: bool,
+}
+
+/// What the command line says about how to draw. It wins over the scene file.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Drawing (each overrides the scene file)")]
+pub struct SettingsArgs {
+    /// Width and height of the picture in pixels [default: 1280x720]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<[u32; 2]>,
+    /// Where the camera stands and looks to, in metres, and its vertical field of view in degrees:
+    /// `x,y,z/tx,ty,tz[/fov]`
+    #[arg(long, value_name = "CAMERA", value_parser = value::<Camera>, allow_hyphen_values = true)]
+    pub camera: Option<Camera>,
+    /// Exposure as EV100 [default: metered from the scene's lights]
+    #[arg(long, value_name = "EV100", value_parser = exposure, allow_hyphen_values = true)]
+    pub exposure: Option<f32>,
+    /// Layout of the G-buffer: lean, fat or float32, and overrides by target, as `lean,normal=rgb10a2`
+    #[arg(long, value_name = "LAYOUT", value_parser = value::<GbufferChoice>)]
+    pub gbuffer: Option<GbufferChoice>,
+    /// Reflection model of all materials: cook-torrance, phong, blinn-phong or lambert
+    #[arg(long, value_name = "MODEL", value_parser = value::<Brdf>)]
+    pub brdf: Option<Brdf>,
+    /// Tone mapper: neutral, agx, aces or none
+    #[arg(long, value_name = "NAME", value_parser = value::<Tonemap>)]
+    pub tonemap: Option<Tonemap>,
+    /// Shadows: on or off
+    #[arg(long, value_name = "on|off", value_parser = on_off)]
+    pub shadows: Option<bool>,
+    /// Edge of the sun's shadow map in texels, 1 to 16384
+    #[arg(long, value_name = "TEXELS", value_parser = shadow_size)]
+    pub shadow_size: Option<u32>,
+}
+
+impl SettingsArgs {
+    pub fn patch(&self) -> SettingsPatch {
+        SettingsPatch {
+            size: self.size,
+            exposure: self.exposure,
+            tonemap: self.tonemap,
+            brdf: self.brdf,
+            gbuffer: self.gbuffer,
+            shadows: self.shadows,
+            shadow_size: self.shadow_size,
+            ..SettingsPatch::default()
+        }
+    }
+}
+
+/// One view of the buffers, or all of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ViewChoice {
+    One(View),
+    All,
+}
+
+pub fn view(text: &str) -> Result<ViewChoice, String> {
+    if text.eq_ignore_ascii_case("all") { Ok(ViewChoice::All) } else { value(text).map(ViewChoice::One) }
+}
+
+/// What `--vary` can change.
+const VARIABLE: [&str; 8] = ["size", "exposure", "tonemap", "brdf", "gbuffer", "shadows", "shadow-size", "view"];
+
+/// Settings that `--vary` changes: `key=value`, several separated by blanks.
+pub fn variation(text: &str) -> Result<SettingsPatch, String> {
+    let mut patch = SettingsPatch::default();
+    for pair in text.split_whitespace() {
+        let (key, text) = pair.split_once('=').ok_or_else(|| format!("'{pair}' is not key=value"))?;
+        match key {
+            "size" => patch.size = Some(size(text)?),
+            "exposure" => patch.exposure = Some(exposure(text)?),
+            "tonemap" => patch.tonemap = Some(value(text)?),
+            "brdf" => patch.brdf = Some(value(text)?),
+            "gbuffer" => patch.gbuffer = Some(value(text)?),
+            "shadows" => patch.shadows = Some(on_off(text)?),
+            "shadow-size" => patch.shadow_size = Some(shadow_size(text)?),
+            "view" => patch.view = Some(value(text)?),
+            _ => return Err(unknown("setting", key, &VARIABLE)),
+        }
+    }
+    if patch == SettingsPatch::default() { Err("nothing is varied".into()) } else { Ok(patch) }
+}
+
+/// Any value that says itself what is wrong with a text.
+pub fn value<T: FromStr<Err: Display>>(text: &str) -> Result<T, String> {
+    text.parse().map_err(|error: T::Err| error.to_string())
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    parse_size(text).map_err(|error| error.to_string())
+}
+
+fn exposure(text: &str) -> Result<f32, String> {
+    let ev100 = text.parse().map_err(|_| "expected a number".to_owned())?;
+    checked(SettingsPatch { exposure: Some(ev100), ..SettingsPatch::default() })?;
+    Ok(ev100)
+}
+
+fn shadow_size(text: &str) -> Result<u32, String> {
+    let texels = text.parse().map_err(|_| "expected a number of texels".to_owned())?;
+    checked(SettingsPatch { shadow_size: Some(texels), ..SettingsPatch::default() })?;
+    Ok(texels)
+}
+
+/// The scene module knows the ranges.
+fn checked(patch: SettingsPatch) -> Result<(), String> {
+    patch.check().map_err(|error| error.to_string())
+}
+
+fn on_off(text: &str) -> Result<bool, String> {
+    match text {
+        "on" | "true" | "yes" => Ok(true),
+        "off" | "false" | "no" => Ok(false),
+        _ => Err("expected on or off".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_out_of_range_are_refused() {
+        assert_eq!(size("1280x720"), Ok([1280, 720]));
+        assert_eq!(exposure("-3.5"), Ok(-3.5));
+        assert_eq!(shadow_size("512"), Ok(512));
+        for text in ["nan", "inf", "bright", ""] {
+            assert!(exposure(text).is_err(), "{text}");
+        }
+        assert!(size("0x0").is_err() && shadow_size("0").is_err() && on_off("maybe").is_err());
+    }
+
+    #[test]
+    fn variations_change_what_they_name() {
+        let patch = variation("shadows=off  shadow-size=512").expect("two known settings");
+        assert_eq!((patch.shadows, patch.shadow_size, patch.size), (Some(false), Some(512), None));
+        assert!(variation("").is_err());
+        assert!(variation("shadows").is_err_and(|error| error.contains("key=value")));
+        assert!(variation("shadwos=off").is_err_and(|error| error.contains("did you mean \"shadows\"")));
+        assert!(variation("colour=red").is_err_and(|error| error.contains("gbuffer")));
+    }
+}

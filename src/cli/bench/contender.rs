@@ -1,0 +1,59 @@
+//! One variant of the settings, with its renderer and what was measured of it.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Instant;
+
+use afterlight::frame::{FrameTimes, Renderer};
+use afterlight::gpu::{Device, MemoryKind};
+use afterlight::scene::{Camera, Settings};
+
+use crate::cli::failure::Failure;
+use crate::cli::workload::{Workload, milliseconds_since};
+
+/// A renderer that takes its turns.
+pub struct Contender {
+    pub name: String,
+    pub settings: Settings,
+    /// From a scene in memory to its first picture: uploads, pipelines and the frame.
+    pub first_frame_ms: f64,
+    /// What this renderer allocated on the device, by kind, in bytes.
+    pub memory: BTreeMap<MemoryKind, u64>,
+    pub renderer: Renderer,
+    /// Of each measured frame.
+    pub times: Vec<FrameTimes>,
+}
+
+impl Contender {
+    /// Makes the renderer and draws its first frame.
+    pub fn new(name: &str, device: &Arc<Device>, workload: &Workload, settings: Settings) -> Result<Self, Failure> {
+        let before = memory_by_kind(device);
+        let start = Instant::now();
+        let mut renderer = Renderer::new(device, &workload.scene, &settings)?;
+        renderer.render(&workload.camera)?;
+        renderer.wait()?;
+        let first_frame_ms = milliseconds_since(start);
+        let mut memory = memory_by_kind(device);
+        for (kind, bytes) in &mut memory {
+            *bytes = bytes.saturating_sub(before.get(kind).copied().unwrap_or(0));
+        }
+        memory.retain(|_, bytes| *bytes > 0);
+        Ok(Self { name: name.to_owned(), settings, first_frame_ms, memory, renderer, times: Vec::new() })
+    }
+
+    /// Draws one frame and waits for it, so that no frame of another contender runs beside it.
+    pub fn draw(&mut self, camera: &Camera, measured: bool) -> Result<(), Failure> {
+        self.renderer.render(camera)?;
+        let times = self.renderer.wait()?;
+        if measured {
+            self.times.push(times);
+        }
+        Ok(())
+    }
+}
+
+fn memory_by_kind(device: &Device) -> BTreeMap<MemoryKind, u64> {
+    // What is retired but not yet destroyed would count for the next contender.
+    device.collect();
+    device.memory_report().kinds.into_iter().map(|(kind, report)| (kind, report.bytes)).collect()
+}

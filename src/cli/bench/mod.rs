@@ -1,0 +1,123 @@
+//! `afterlight bench`: how long frames take. Variants of the settings are drawn in turn, frame by frame, in one process,
+//! so that whatever slows the machine slows all of them.
+
+mod contender;
+mod report;
+
+use std::sync::Arc;
+
+use afterlight::gpu::Device;
+use afterlight::scene::SettingsPatch;
+
+use super::args::{DeviceArgs, SettingsArgs, variation};
+use super::failure::Failure;
+use super::output::Sink;
+use super::workload::Workload;
+use super::{output, progress, session};
+use contender::Contender;
+use report::{BenchReport, SceneReport};
+
+/// Measure how long frames take, for one or several scenes and variants of the settings
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  afterlight bench builtin:hall
+  afterlight bench sponza.obj --size 1920x1080 --frames 100 --json sponza.json
+  afterlight bench builtin:hall --vary shadows=off --vary \"gbuffer=fat shadows=off\"
+  afterlight bench \"builtin:field?lights=64\" \"builtin:field?lights=256\" --json - | jq '.scenes[].runs[].wall_ms.median'
+
+A frame's time is that from the start of its recording to its end on the device. Variants are compared by the median of
+the ratios of frames drawn one after the other.")]
+pub struct Args {
+    /// The scenes, each an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
+    #[arg(required = true, value_name = "SCENE")]
+    scenes: Vec<String>,
+    /// Frames to measure for each variant
+    #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    frames: u32,
+    /// Frames to draw before measuring, after the first
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
+    warmup: u32,
+    /// Compare with other settings: key=value, several in one go separated by blanks; may be given several times. Keys:
+    /// size, exposure, tonemap, brdf, gbuffer, shadows, shadow-size, view
+    #[arg(long, value_name = "SETTINGS", value_parser = Variant::parse)]
+    vary: Vec<Variant>,
+    /// Write the figures as JSON to a file, or to standard output for -
+    #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
+    json: Option<Sink>,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+    #[command(flatten)]
+    settings: SettingsArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
+}
+
+/// Settings that differ from those given, and how they were written.
+#[derive(Debug, Clone, Default)]
+struct Variant {
+    name: String,
+    patch: SettingsPatch,
+}
+
+impl Variant {
+    fn parse(text: &str) -> Result<Self, String> {
+        let name = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        Ok(Self { name, patch: variation(text)? })
+    }
+
+    /// The settings as they were given.
+    fn base() -> Self {
+        Self { name: "as given".into(), ..Self::default() }
+    }
+}
+
+/// Measures and reports.
+///
+/// # Errors
+/// A scene that cannot be read, a device that cannot draw it, or a file that cannot be written.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    if let Some(sink) = &args.json {
+        sink.check()?;
+    }
+    let json_on_stdout = args.json.as_ref().is_some_and(Sink::is_stdout);
+    session::with_device(&args.device, |device| {
+        let mut report = BenchReport::new(&device.physical, args.warmup, args.frames);
+        for spec in &args.scenes {
+            let scene = measure(args, spec, &device)?;
+            if !args.quiet {
+                output::print(&scene.text(&report.device.name), json_on_stdout)?;
+            }
+            report.scenes.push(scene);
+        }
+        report.peak_memory_bytes = afterlight::measure::peak_memory_bytes();
+        if !args.quiet {
+            output::print(&report.closing_text(), json_on_stdout)?;
+        }
+        match &args.json {
+            Some(sink) => sink.write(output::json(&report)?.as_bytes()),
+            None => Ok(()),
+        }
+    })
+}
+
+/// Measures all variants of one scene. All of them are held at once, or they could not take turns.
+fn measure(args: &Args, spec: &str, device: &Arc<Device>) -> Result<SceneReport, Failure> {
+    let workload = Workload::open(spec, &args.settings, args.quiet)?;
+    let mut contenders = Vec::new();
+    for variant in std::iter::once(&Variant::base()).chain(&args.vary) {
+        let settings = workload.settings(&variant.patch, &device.physical)?;
+        contenders.push(Contender::new(&variant.name, device, &workload, settings)?);
+    }
+    let rounds = args.warmup + args.frames;
+    let bar = progress::bar(workload.scene.name.clone(), u64::from(rounds), args.quiet);
+    for round in 0..rounds {
+        for contender in &mut contenders {
+            contender.draw(&workload.camera, round >= args.warmup)?;
+        }
+        bar.step();
+    }
+    drop(bar);
+    Ok(SceneReport::of(&workload, &contenders))
+}

@@ -1,0 +1,230 @@
+//! The figures of a benchmark, as JSON and as text. docs/CLI.md documents the JSON.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use afterlight::frame::FrameTimes;
+use afterlight::gpu::PhysicalDevice;
+use afterlight::measure::Distribution;
+use serde::Serialize;
+
+use super::contender::Contender;
+use crate::cli::table::{Table, bytes, milliseconds};
+use crate::cli::workload::Workload;
+
+/// Everything that one `bench` measured.
+#[derive(Serialize)]
+pub struct BenchReport {
+    /// The program's version.
+    afterlight: &'static str,
+    pub device: DeviceReport,
+    warmup_frames: u32,
+    measured_frames: u32,
+    pub scenes: Vec<SceneReport>,
+    /// Of the process over all scenes and variants; `null` where the system does not tell.
+    pub peak_memory_bytes: Option<u64>,
+}
+
+#[derive(Serialize)]
+pub struct DeviceReport {
+    pub name: String,
+    kind: String,
+    driver: String,
+    driver_info: String,
+}
+
+#[derive(Serialize)]
+pub struct SceneReport {
+    scene: String,
+    triangles: usize,
+    objects: usize,
+    lights: usize,
+    load_ms: f64,
+    /// The settings as given first, then the variants in their order.
+    runs: Vec<RunReport>,
+}
+
+#[derive(Serialize)]
+struct RunReport {
+    variant: String,
+    size: [u32; 2],
+    first_frame_ms: f64,
+    /// From the start of recording to the frame's end on the device.
+    wall_ms: Option<Distribution>,
+    /// Recording on the CPU.
+    record_ms: Option<Distribution>,
+    /// The whole frame by the device's own clock; `null` where it has none.
+    gpu_ms: Option<Distribution>,
+    /// By pass, in the order of the frame; empty where the driver's timestamps between passes mean nothing.
+    passes: Vec<PassReport>,
+    /// This run's wall time over the first run's, frame by frame; `null` for the first run.
+    ratio: Option<Distribution>,
+    gbuffer_bytes_per_pixel: u32,
+    memory_bytes: BTreeMap<&'static str, u64>,
+    drawn: DrawnReport,
+}
+
+#[derive(Serialize)]
+struct PassReport {
+    name: String,
+    gpu_ms: Option<Distribution>,
+}
+
+/// Of the last frame.
+#[derive(Serialize, Default)]
+struct DrawnReport {
+    objects: u64,
+    culled_objects: u64,
+    /// Objects that the shadow pass drew.
+    casters: u64,
+    triangles: u64,
+}
+
+impl BenchReport {
+    pub fn new(device: &PhysicalDevice, warmup_frames: u32, measured_frames: u32) -> Self {
+        let device = DeviceReport {
+            name: device.name.clone(),
+            kind: format!("{:?}", device.kind),
+            driver: device.driver_name.clone(),
+            driver_info: device.driver_info.clone(),
+        };
+        let scenes = Vec::new();
+        let afterlight = env!("CARGO_PKG_VERSION");
+        Self { afterlight, device, warmup_frames, measured_frames, scenes, peak_memory_bytes: None }
+    }
+
+    /// What is said once, after all scenes.
+    pub fn closing_text(&self) -> String {
+        let frames = format!("{} frames each, after {} to warm up", self.measured_frames, self.warmup_frames);
+        match self.peak_memory_bytes {
+            Some(peak) => format!("{frames}; peak memory of the process {}\n", bytes(peak)),
+            None => format!("{frames}\n"),
+        }
+    }
+}
+
+impl SceneReport {
+    pub fn of(workload: &Workload, contenders: &[Contender]) -> Self {
+        let scene = &workload.scene;
+        let base = contenders.first().map_or(&[][..], |first| &first.times);
+        let run = |(index, contender)| RunReport::of(contender, (index > 0).then_some(base));
+        Self {
+            scene: scene.name.clone(),
+            triangles: scene.triangle_count(),
+            objects: scene.objects.len(),
+            lights: scene.lights.len(),
+            load_ms: workload.load_ms,
+            runs: contenders.iter().enumerate().map(run).collect(),
+        }
+    }
+
+    /// The tables of one scene.
+    pub fn text(&self, device: &str) -> String {
+        let mut text = format!(
+            "{} on {device}: {} triangles in {} objects, {} lights; loaded in {}\n",
+            self.scene,
+            self.triangles,
+            self.objects,
+            self.lights,
+            milliseconds(self.load_ms)
+        );
+        let _ = writeln!(text, "{}", self.times().render());
+        for run in &self.runs {
+            text.push_str(&run.details());
+        }
+        text
+    }
+
+    fn times(&self) -> Table {
+        let mut table = Table::with_figures_from(1);
+        table.row(["", "median", "p5", "p95", "min", "CPU", "GPU", "first frame", "ratio"]);
+        let figure = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), milliseconds);
+        let median = |times: &Option<Distribution>| figure(times.map(|times| times.median));
+        for run in &self.runs {
+            table.row([
+                run.variant.clone(),
+                median(&run.wall_ms),
+                figure(run.wall_ms.map(|wall| wall.p5)),
+                figure(run.wall_ms.map(|wall| wall.p95)),
+                figure(run.wall_ms.map(|wall| wall.min)),
+                median(&run.record_ms),
+                median(&run.gpu_ms),
+                milliseconds(run.first_frame_ms),
+                run.ratio.map_or_else(|| "1".to_owned(), |ratio| format!("{:.3}", ratio.median)),
+            ]);
+        }
+        table
+    }
+}
+
+impl RunReport {
+    fn of(contender: &Contender, base: Option<&[FrameTimes]>) -> Self {
+        let times = &contender.times;
+        let ratio = base
+            .and_then(|base| Distribution::of(times.iter().zip(base).map(|(own, first)| own.wall_ms / first.wall_ms)));
+        let drawn = times.last().map(|last| DrawnReport {
+            objects: last.drawn.objects as u64,
+            culled_objects: last.drawn.culled as u64,
+            casters: last.drawn.casters as u64,
+            triangles: last.drawn.triangles as u64,
+        });
+        Self {
+            variant: contender.name.clone(),
+            size: contender.settings.size,
+            first_frame_ms: contender.first_frame_ms,
+            wall_ms: Distribution::of(times.iter().map(|frame| frame.wall_ms)),
+            record_ms: Distribution::of(times.iter().map(|frame| frame.record_ms)),
+            gpu_ms: Distribution::of(times.iter().filter_map(|frame| frame.gpu_ms)),
+            passes: passes(times),
+            ratio,
+            gbuffer_bytes_per_pixel: contender.renderer.plan().gbuffer_bytes_per_pixel(),
+            memory_bytes: contender.memory.iter().map(|(kind, bytes)| (kind.text(), *bytes)).collect(),
+            drawn: drawn.unwrap_or_default(),
+        }
+    }
+
+    /// Passes and memory.
+    fn details(&self) -> String {
+        let [width, height] = self.size;
+        let mut text = format!("{}: {width}x{height}, {} casters, ", self.variant, self.drawn.casters);
+        let _ = write!(text, "{} triangles, {} objects", self.drawn.triangles, self.drawn.objects);
+        let _ = writeln!(text, " ({} culled)", self.drawn.culled_objects);
+        let mut table = Table::with_figures_from(1);
+        for pass in &self.passes {
+            let median = pass.gpu_ms.map_or_else(|| "-".to_owned(), |times| milliseconds(times.median));
+            table.row([format!("{} on the GPU", pass.name), median]);
+        }
+        for (kind, size) in &self.memory_bytes {
+            table.row([(*kind).to_owned(), bytes(*size)]);
+        }
+        table.row(["G-buffer, a pixel".to_owned(), format!("{} B", self.gbuffer_bytes_per_pixel)]);
+        let _ = writeln!(text, "{}", table.render());
+        text
+    }
+}
+
+/// The distribution of each pass's time over the frames, in the order in which the first frame names them.
+fn passes(times: &[FrameTimes]) -> Vec<PassReport> {
+    let names = times.first().map_or(&[][..], |first| &first.passes);
+    let of = |name: &str| {
+        let samples = times.iter().flat_map(|frame| &frame.passes).filter(|(pass, _)| pass == name);
+        PassReport { name: name.to_owned(), gpu_ms: Distribution::of(samples.map(|(_, gpu_ms)| *gpu_ms)) }
+    };
+    names.iter().map(|(name, _)| of(name)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_keep_their_order_and_get_their_own_samples() {
+        let frame = |shadow: f64, main: f64| FrameTimes {
+            passes: vec![("shadow".into(), shadow), ("main".into(), main)],
+            ..FrameTimes::default()
+        };
+        let passes = passes(&[frame(1.0, 10.0), frame(3.0, 30.0)]);
+        let medians: Vec<_> = passes.iter().map(|pass| (&*pass.name, pass.gpu_ms.map(|times| times.median))).collect();
+        assert_eq!(medians, [("shadow", Some(2.0)), ("main", Some(20.0))]);
+    }
+}

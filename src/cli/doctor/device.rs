@@ -1,0 +1,130 @@
+//! What a device has of what the renderer uses.
+
+use std::fmt::Write as _;
+
+use afterlight::gpu::{PhysicalDevice, vk};
+
+use crate::cli::table::{Table, bytes};
+
+/// A format that frames use.
+struct FormatUse {
+    format: vk::Format,
+    needed: vk::FormatFeatureFlags,
+    what_for: &'static str,
+    /// What happens on a device without it; `None`: nothing can be drawn there.
+    without: Option<&'static str>,
+}
+
+const COLOR: vk::FormatFeatureFlags = vk::FormatFeatureFlags::COLOR_ATTACHMENT;
+const BLEND: vk::FormatFeatureFlags = vk::FormatFeatureFlags::from_raw(
+    vk::FormatFeatureFlags::COLOR_ATTACHMENT.as_raw() | vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND.as_raw(),
+);
+const SAMPLE: vk::FormatFeatureFlags = vk::FormatFeatureFlags::from_raw(
+    vk::FormatFeatureFlags::SAMPLED_IMAGE.as_raw() | vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR.as_raw(),
+);
+const MIPS: vk::FormatFeatureFlags = vk::FormatFeatureFlags::from_raw(
+    vk::FormatFeatureFlags::BLIT_SRC.as_raw() | vk::FormatFeatureFlags::BLIT_DST.as_raw(),
+);
+const DEPTH: vk::FormatFeatureFlags = vk::FormatFeatureFlags::from_raw(
+    vk::FormatFeatureFlags::DEPTH_STENCIL_ATTACHMENT.as_raw() | vk::FormatFeatureFlags::SAMPLED_IMAGE.as_raw(),
+);
+
+const fn used(
+    format: vk::Format,
+    needed: vk::FormatFeatureFlags,
+    what_for: &'static str,
+    without: Option<&'static str>,
+) -> FormatUse {
+    FormatUse { format, needed, what_for, without }
+}
+
+const FORMATS: [FormatUse; 10] = [
+    used(vk::Format::D32_SFLOAT, DEPTH, "depth and shadow maps", None),
+    used(vk::Format::R8G8B8A8_SRGB, COLOR, "albedo, output", None),
+    used(vk::Format::R8G8B8A8_UNORM, COLOR, "material", None),
+    used(vk::Format::R8G8B8A8_SRGB, SAMPLE, "textures", None),
+    used(vk::Format::R8G8B8A8_SRGB, MIPS, "mip chains", Some("textures have one level")),
+    used(vk::Format::R16G16_UNORM, COLOR, "normals", Some("R16G16_UINT is used")),
+    used(vk::Format::R16G16_UINT, COLOR, "normals where R16G16_UNORM cannot be drawn to", None),
+    used(vk::Format::A2B10G10R10_UNORM_PACK32, COLOR, "normal=rgb10a2", Some("that override is refused")),
+    used(vk::Format::R16G16B16A16_SFLOAT, BLEND, "HDR, --gbuffer fat", Some("what needs it is refused")),
+    used(vk::Format::R32G32B32A32_SFLOAT, COLOR, "--gbuffer float32, EXR", Some("what needs it is refused")),
+];
+
+/// Push constants that the renderer counts on, in bytes: what Vulkan guarantees.
+const PUSH_CONSTANT_BYTES: u32 = 128;
+
+/// Everything worth knowing about one device.
+pub fn describe(index: usize, device: &PhysicalDevice, chosen: bool) -> String {
+    let mark = if chosen { " (used by default)" } else { "" };
+    let mut text = format!("Device {index}: {}{mark}\n", device.name);
+    let mut table = Table::new();
+    table.row(["type".to_owned(), format!("{:?}", device.kind)]);
+    table.row(["driver".to_owned(), format!("{} {}", device.driver_name, device.driver_info)]);
+    table.row(["Vulkan".to_owned(), version(device.api_version)]);
+    for (name, value) in limits(device) {
+        table.row([name.to_owned(), value]);
+    }
+    text.push_str(&table.render());
+    let _ = write!(text, "{}", formats(device).render());
+    if let Some(reason) = unusable(device) {
+        let _ = writeln!(text, "  NOT USABLE: {reason}");
+    }
+    text
+}
+
+/// Why nothing can be drawn on the device, if so.
+pub fn unusable(device: &PhysicalDevice) -> Option<String> {
+    let missing = FORMATS.iter().find(|used| used.without.is_none() && !has(device, used));
+    let lacks_format = || missing.map(|used| format!("it cannot use {:?} for {}", used.format, used.what_for));
+    device.unusable().or_else(lacks_format)
+}
+
+fn has(device: &PhysicalDevice, used: &FormatUse) -> bool {
+    device.format_features(used.format).contains(used.needed)
+}
+
+fn formats(device: &PhysicalDevice) -> Table {
+    let mut table = Table::new();
+    for used in &FORMATS {
+        let state = match (has(device, used), used.without) {
+            (true, _) => "yes".to_owned(),
+            (false, Some(without)) => format!("no: {without}"),
+            (false, None) => "NO: nothing can be drawn".to_owned(),
+        };
+        table.row([format!("{:?}", used.format), used.what_for.to_owned(), state]);
+    }
+    table
+}
+
+fn limits(device: &PhysicalDevice) -> Vec<(&'static str, String)> {
+    let limits = &device.limits;
+    let yes_no = |has: bool| if has { "yes" } else { "no" }.to_owned();
+    let enough = if limits.max_push_constants_size < PUSH_CONSTANT_BYTES { " (too few)" } else { "" };
+    let heaps = device.memory.memory_heaps_as_slice().iter().map(|heap| bytes(heap.size));
+    let timestamps = match device.timestamp_valid_bits {
+        0 => "no: times are of the CPU's clock only".to_owned(),
+        bits => format!("{bits} bits of {} ns", limits.timestamp_period),
+    };
+    vec![
+        ("largest picture", format!("{0}x{0}", largest_picture(device))),
+        ("colour attachments", limits.max_color_attachments.to_string()),
+        ("push constants", format!("{} B{enough}", limits.max_push_constants_size)),
+        ("timestamps", timestamps),
+        ("memory heaps", heaps.collect::<Vec<_>>().join(", ")),
+        ("lazily allocated memory", yes_no(device.has_lazily_allocated_memory())),
+        ("anisotropic filtering", yes_no(device.features.sampler_anisotropy == vk::TRUE)),
+        ("depth clamp", yes_no(device.features.depth_clamp == vk::TRUE)),
+    ]
+}
+
+fn largest_picture(device: &PhysicalDevice) -> u32 {
+    let limits = &device.limits;
+    limits.max_image_dimension2_d.min(limits.max_framebuffer_width).min(limits.max_framebuffer_height)
+}
+
+/// A packed Vulkan version as people write it.
+pub fn version(packed: u32) -> String {
+    let (major, minor) = (vk::api_version_major(packed), vk::api_version_minor(packed));
+    format!("{major}.{minor}.{}", vk::api_version_patch(packed))
+}

@@ -1,0 +1,182 @@
+//! Why a command failed: one line for people and one exit code for scripts.
+
+use std::error::Error;
+use std::fmt::Write as _;
+use std::io::{self, Write as _};
+use std::process::ExitCode;
+
+use afterlight::{frame, gpu, plan, scene};
+
+/// The classes of failure, by exit code. `EXIT_CODES` says the same in the help.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Exit {
+    /// The work was done, and a check on it failed.
+    FailedCheck = 1,
+    /// The command line cannot be understood or asks for what does not exist.
+    Usage = 2,
+    /// An input cannot be used, this device cannot hold it, or the output cannot be written.
+    BadInput = 3,
+    /// There is no loader, driver, layer or device to work with, or it failed.
+    NoVulkan = 4,
+}
+
+/// The exit codes as the help lists them.
+pub const EXIT_CODES: &str = "\
+Exit codes:
+  0  success
+  1  a check failed: with --validate, the validation layer had something to say
+  2  usage: an option or its value is wrong, or no device has the number or name given
+  3  bad input: a scene cannot be read or is too large for the device, or the output cannot be written
+  4  no usable Vulkan: no loader, driver or validation layer, or the driver failed";
+
+/// An error with its exit code, ready to be printed.
+#[derive(Debug)]
+pub struct Failure {
+    /// `None`: whoever read our output has stopped reading; end without a word.
+    exit: Option<Exit>,
+    message: String,
+    hint: Option<String>,
+}
+
+impl Failure {
+    pub fn new(exit: Exit, message: impl Into<String>) -> Self {
+        Self { exit: Some(exit), message: message.into(), hint: None }
+    }
+
+    pub fn usage(message: impl Into<String>) -> Self {
+        Self::new(Exit::Usage, message)
+    }
+
+    pub fn with_hint(self, hint: impl Into<String>) -> Self {
+        Self { hint: Some(hint.into()), ..self }
+    }
+
+    /// A failed write to what `target` names, with the system's reason.
+    pub fn write(target: &str, error: &io::Error) -> Self {
+        Self::new(Exit::BadInput, format!("cannot write {target}: {error}"))
+    }
+
+    /// A failed write to standard output; a closed pipe, as `| head` leaves it, is no error.
+    pub fn stdout(error: &io::Error) -> Self {
+        let failure = Self::write("to standard output", error);
+        if error.kind() == io::ErrorKind::BrokenPipe { Self { exit: None, ..failure } } else { failure }
+    }
+
+    /// Whether it ends the program without a word and with success.
+    pub fn is_quiet(&self) -> bool {
+        self.exit.is_none()
+    }
+
+    /// What clap has against the command line: its first paragraph as one line, its tips as the hint.
+    pub fn from_clap(error: &clap::Error) -> Self {
+        let text = error.render().to_string();
+        let mut paragraphs = text.split("\n\n").map(|paragraph| {
+            let lines: Vec<&str> = paragraph.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
+            lines.join(" ")
+        });
+        let message = paragraphs.next().unwrap_or_default();
+        let tip = paragraphs.find_map(|paragraph| paragraph.strip_prefix("tip: ").map(str::to_owned));
+        let failure = Self::usage(message.strip_prefix("error: ").unwrap_or(&message));
+        failure.with_hint(tip.unwrap_or_else(|| "--help lists the options and their values".into()))
+    }
+
+    /// Prints the failure on standard error and gives the exit code.
+    pub fn report(&self) -> ExitCode {
+        let Some(exit) = self.exit else { return ExitCode::SUCCESS };
+        let mut text = format!("error: {}\n", one_line(&self.message));
+        if let Some(hint) = &self.hint {
+            let _ = writeln!(text, "hint: {}", one_line(hint));
+        }
+        // Where standard error is closed, the exit code is all that can be said.
+        let _ = io::stderr().write_all(text.as_bytes());
+        ExitCode::from(exit as u8)
+    }
+
+    #[cfg(test)]
+    fn text(&self) -> (Option<Exit>, &str, Option<&str>) {
+        (self.exit, &self.message, self.hint.as_deref())
+    }
+}
+
+impl From<scene::Error> for Failure {
+    fn from(error: scene::Error) -> Self {
+        Self::new(Exit::BadInput, with_causes(&error))
+    }
+}
+
+impl From<gpu::Error> for Failure {
+    fn from(error: gpu::Error) -> Self {
+        let exit = match &error {
+            gpu::Error::NoSuchDevice { .. } => Exit::Usage,
+            // The same scene and size would do on a larger device: what was given is at fault, not the system.
+            gpu::Error::TooLarge { .. } | gpu::Error::OutOfMemory { .. } => Exit::BadInput,
+            _ => Exit::NoVulkan,
+        };
+        Self::new(exit, with_causes(&error))
+    }
+}
+
+impl From<plan::Error> for Failure {
+    fn from(error: plan::Error) -> Self {
+        // What was asked for, by the command line or a scene file, is more than this device or this scene has.
+        Self::new(Exit::Usage, with_causes(&error))
+    }
+}
+
+impl From<frame::Error> for Failure {
+    fn from(error: frame::Error) -> Self {
+        match error {
+            frame::Error::Plan(error) => error.into(),
+            frame::Error::Gpu(error) => error.into(),
+        }
+    }
+}
+
+/// The error and its causes, outermost first. A cause that the text before it has quoted already is left out.
+pub fn with_causes(error: &dyn Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        let next = error.to_string();
+        if !text.contains(&next) {
+            let _ = write!(text, ": {next}");
+        }
+        cause = error.source();
+    }
+    text
+}
+
+fn one_line(text: &str) -> String {
+    text.split(['\n', '\r']).map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, thiserror::Error)]
+    #[error("{text}")]
+    struct Chained {
+        text: &'static str,
+        source: Option<Box<Chained>>,
+    }
+
+    #[test]
+    fn causes_follow_once_each() {
+        let inner = Chained { text: "disk full", source: None };
+        let middle = Chained { text: "cannot write: disk full", source: Some(Box::new(inner)) };
+        let outer = Chained { text: "cannot save", source: Some(Box::new(middle)) };
+        assert_eq!(with_causes(&outer), "cannot save: cannot write: disk full");
+    }
+
+    #[test]
+    fn a_closed_pipe_is_no_error_and_a_full_disk_is() {
+        assert_eq!(Failure::stdout(&io::ErrorKind::BrokenPipe.into()).text().0, None);
+        assert_eq!(Failure::stdout(&io::ErrorKind::StorageFull.into()).text().0, Some(Exit::BadInput));
+    }
+
+    #[test]
+    fn messages_are_one_line() {
+        assert_eq!(one_line("a\n  b\r\n\nc"), "a b c");
+    }
+}

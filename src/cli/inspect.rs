@@ -1,0 +1,146 @@
+//! `afterlight inspect`: the plan of a scene's frames and the dependencies between their passes.
+
+use std::fmt::Write as _;
+
+use afterlight::frame::edges::{self, Edge};
+use afterlight::frame::plan_for;
+use afterlight::plan::Part;
+use afterlight::scene::{SettingsPatch, View};
+use serde::Serialize;
+
+use super::args::{DeviceArgs, SettingsArgs, value};
+use super::failure::Failure;
+use super::table::Table;
+use super::workload::{Workload, plan_table};
+use super::{output, session};
+
+/// Print what a scene's frames consist of, what is left out, and every dependency with its reason
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  afterlight inspect builtin:hall
+  afterlight inspect sponza.obj --shadows off --gbuffer fat
+  afterlight inspect scene.toml --json | jq '.parts[] | select(.included)'")]
+pub struct Args {
+    /// The scene: an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
+    scene: String,
+    /// Print JSON instead of tables
+    #[arg(long)]
+    json: bool,
+    /// What the picture would show, as for `render`
+    #[arg(long, value_name = "NAME", value_parser = value::<View>)]
+    view: Option<View>,
+    #[command(flatten)]
+    settings: SettingsArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Report {
+    scene: String,
+    device: String,
+    size: [u32; 2],
+    gbuffer_bytes_per_pixel: u32,
+    parts: Vec<PartReport>,
+    dependencies: Vec<EdgeReport>,
+}
+
+#[derive(Serialize)]
+struct PartReport {
+    name: String,
+    included: bool,
+    reason: String,
+    bytes: u64,
+}
+
+#[derive(Serialize)]
+struct EdgeReport {
+    name: &'static str,
+    carrier: String,
+    from: String,
+    to: String,
+    src_stages: String,
+    src_access: String,
+    dst_stages: String,
+    dst_access: String,
+    by_region: bool,
+    why: &'static str,
+}
+
+impl From<Part> for PartReport {
+    fn from(part: Part) -> Self {
+        Self { name: part.name, included: part.included, reason: part.reason, bytes: part.bytes }
+    }
+}
+
+impl From<&Edge> for EdgeReport {
+    fn from(edge: &Edge) -> Self {
+        Self {
+            name: edge.name,
+            carrier: edge.carrier.to_string(),
+            from: edge.from.to_string(),
+            to: edge.to.to_string(),
+            src_stages: flags(&edge.before.stage),
+            src_access: flags(&edge.before.access),
+            dst_stages: flags(&edge.after.stage),
+            dst_access: flags(&edge.after.access),
+            by_region: edge.by_region,
+            why: edge.why,
+        }
+    }
+}
+
+/// Prints the plan.
+///
+/// # Errors
+/// A scene that cannot be read, or no device.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    session::with_device(&args.device, |device| {
+        let workload = Workload::open(&args.scene, &args.settings, false)?;
+        let variation = SettingsPatch { view: args.view, ..SettingsPatch::default() };
+        let settings = workload.settings(&variation, &device.physical)?;
+        let plan = plan_for(&device, &workload.scene, &settings)?;
+        let dependencies = edges::table(&plan);
+        if args.json {
+            let report = Report {
+                scene: workload.scene.name.clone(),
+                device: device.physical.name.clone(),
+                size: settings.size,
+                gbuffer_bytes_per_pixel: plan.gbuffer_bytes_per_pixel(),
+                parts: plan.parts().iter().cloned().map(Into::into).collect(),
+                dependencies: dependencies.iter().map(Into::into).collect(),
+            };
+            return output::print(&output::json(&report)?, false);
+        }
+        let [width, height] = settings.size;
+        let name = &workload.scene.name;
+        let mut text = format!("{name}: {width}x{height} on {}\n\n", device.physical.name);
+        let _ = write!(text, "Plan\n{}", plan_table(&plan).render());
+        let _ = writeln!(text, "  the G-buffer takes {} bytes a pixel", plan.gbuffer_bytes_per_pixel());
+        let _ = write!(text, "\nDependencies\n{}", edge_list(&dependencies));
+        output::print(&text, false)
+    })
+}
+
+/// A paragraph for each dependency: a row of a table would be 200 columns wide.
+fn edge_list(edges: &[Edge]) -> String {
+    let mut text = String::new();
+    for edge in edges {
+        let region = if edge.by_region { ", by region" } else { "" };
+        let _ = writeln!(text, "  {}: {} -> {}, {}{region}", edge.name, edge.from, edge.to, edge.carrier);
+        let mut masks = Table::new();
+        for (what, uses) in [("  after ", edge.before), ("  before", edge.after)] {
+            masks.row([what.to_owned(), flags(&uses.stage), flags(&uses.access)]);
+        }
+        let _ = writeln!(text, "{}    why: {}", masks.render(), edge.why);
+    }
+    text
+}
+
+/// The bits' names; a dash when there are none.
+fn flags(flags: &impl std::fmt::Debug) -> String {
+    let text = format!("{flags:?}");
+    if text.is_empty() { "-".to_owned() } else { text }
+}

@@ -1,0 +1,101 @@
+//! The command line: one file a subcommand. Each command returns what went wrong as a [`Failure`]; nothing here prints an
+//! error or ends the program.
+
+mod args;
+mod bench;
+mod contact_sheet;
+mod doctor;
+mod failure;
+mod inspect;
+mod logs;
+mod output;
+mod picture;
+mod progress;
+mod render;
+mod session;
+mod table;
+mod workload;
+
+use clap::error::ErrorKind;
+use clap::{ArgAction, Parser, Subcommand};
+
+use failure::{EXIT_CODES, Failure};
+
+/// A deferred renderer on raw Vulkan that knows its own error.
+#[derive(Debug, Parser)]
+#[command(name = "afterlight", version, after_help = after_help())]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    /// Log what is done, to standard error; -vv logs more. AFTERLIGHT_LOG takes a filter of its own, as
+    /// `afterlight=debug`
+    #[arg(short, long, action = ArgAction::Count, global = true)]
+    verbose: u8,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Render(render::Args),
+    Bench(bench::Args),
+    Inspect(inspect::Args),
+    Doctor(doctor::Args),
+}
+
+fn after_help() -> String {
+    format!(
+        "Examples:\n  \
+         afterlight render builtin:hall -o hall.png --size 1280x720\n  \
+         afterlight render sponza.obj --view all -o sheet.png\n  \
+         afterlight bench builtin:hall --vary shadows=off\n  \
+         afterlight inspect builtin:spheres\n  \
+         afterlight doctor\n\n{EXIT_CODES}"
+    )
+}
+
+/// Does what the command line says.
+///
+/// # Errors
+/// Whatever stopped it, with its exit code.
+pub fn run() -> Result<(), Failure> {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
+            return error.print().map_err(|error| Failure::stdout(&error));
+        }
+        // Without a command there is nothing to name in an error: the help says more.
+        Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            let _ = error.print();
+            return Err(Failure::usage("a command is needed: render, bench, inspect or doctor"));
+        }
+        Err(error) => return Err(Failure::from_clap(&error)),
+    };
+    logs::start(cli.verbose)?;
+    match cli.command {
+        Command::Render(args) => render::run(&args),
+        Command::Bench(args) => bench::run(&args),
+        Command::Inspect(args) => inspect::run(&args),
+        Command::Doctor(args) => doctor::run(&args),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_command_has_examples_and_every_option_a_help_text() {
+        for command in Cli::command().get_subcommands() {
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            assert!(help.contains("Examples:"), "{} has no examples", command.get_name());
+            for option in command.get_arguments() {
+                assert!(option.get_help().is_some(), "{} {} has no help", command.get_name(), option.get_id());
+            }
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! Pictures as files.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use afterlight::frame::{Picture, Pixels};
+use image::codecs::openexr::OpenExrEncoder;
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder, ImageResult};
+
+use super::failure::{Exit, Failure};
+use super::output::Sink;
+
+/// How a picture is stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// 8-bit sRGB.
+    Png,
+    /// Linear 32-bit floats, in nits.
+    Exr,
+}
+
+/// Where a picture goes, and how it is stored there.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Target {
+    pub sink: Sink,
+    pub format: Format,
+}
+
+impl Target {
+    /// The format follows from the file's name; standard output is PNG.
+    ///
+    /// # Errors
+    /// When the name ends in neither `.png` nor `.exr`.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let sink = Sink::parse(text)?;
+        let extension = Path::new(text).extension().map(|extension| extension.to_string_lossy().to_lowercase());
+        let format = match (&sink, extension.as_deref()) {
+            (Sink::Stdout, _) | (Sink::File(_), Some("png")) => Format::Png,
+            (Sink::File(_), Some("exr")) => Format::Exr,
+            // What this is must be told as what it is, whatever its name ends in.
+            (Sink::File(path), _) if path.is_dir() => Format::Png,
+            (Sink::File(_), Some(other)) => return Err(format!("'.{other}' is not written; use .png or .exr")),
+            (Sink::File(_), None) => return Err("the name must end in .png or .exr".into()),
+        };
+        Ok(Self { sink, format })
+    }
+
+    /// Encodes and writes the picture.
+    ///
+    /// # Errors
+    /// When it cannot be encoded or written; then no file is left behind.
+    pub fn write(&self, picture: &Picture) -> Result<(), Failure> {
+        let encoded = encode(picture, self.format)
+            .map_err(|error| Failure::new(Exit::BadInput, format!("cannot encode {}: {error}", self.sink)))?;
+        self.sink.write(&encoded)
+    }
+}
+
+/// The bytes of a file with the picture. Pixels that are not of the format's kind are refused by the encoder.
+fn encode(picture: &Picture, format: Format) -> ImageResult<Vec<u8>> {
+    let [width, height] = picture.size;
+    let mut file = Cursor::new(Vec::new());
+    match (&picture.pixels, format) {
+        (Pixels::Srgb8(rgba), Format::Png) => {
+            // Pictures are opaque: a quarter of the bytes would say so.
+            let rgb = without_alpha(rgba);
+            PngEncoder::new(&mut file).write_image(&rgb, width, height, ExtendedColorType::Rgb8)?;
+        }
+        (Pixels::LinearF32(rgba), Format::Exr) => {
+            let rgb = without_alpha(rgba);
+            let bytes = bytemuck::cast_slice(&rgb);
+            OpenExrEncoder::new(&mut file).write_image(bytes, width, height, ExtendedColorType::Rgb32F)?;
+        }
+        (Pixels::Srgb8(_), Format::Exr) => {
+            return Err(mismatch("an EXR file needs linear pixels"));
+        }
+        (Pixels::LinearF32(_), Format::Png) => {
+            return Err(mismatch("a PNG file needs 8-bit pixels"));
+        }
+    }
+    Ok(file.into_inner())
+}
+
+fn without_alpha<T: Copy>(rgba: &[T]) -> Vec<T> {
+    rgba.as_chunks::<4>().0.iter().flat_map(|&[r, g, b, _]| [r, g, b]).collect()
+}
+
+fn mismatch(what: &str) -> image::ImageError {
+    let kind = image::error::ParameterErrorKind::Generic(what.to_owned());
+    image::ImageError::Parameter(image::error::ParameterError::from_kind(kind))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_format_follows_from_the_name() {
+        let format = |text| Target::parse(text).map(|target| target.format);
+        assert_eq!(format("a.png"), Ok(Format::Png));
+        assert_eq!(format("dir.x/a.EXR"), Ok(Format::Exr));
+        assert_eq!(format("-"), Ok(Format::Png));
+        for text in ["", "a", "a.jpg", ".png"] {
+            assert!(format(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_written_reads_back() {
+        let png = Picture { size: [2, 1], pixels: Pixels::Srgb8(vec![1, 2, 3, 255, 4, 5, 6, 255]) };
+        let bytes = encode(&png, Format::Png).expect("encodes");
+        let back = image::load_from_memory(&bytes).expect("is a PNG").into_rgb8();
+        assert_eq!((back.dimensions(), back.into_raw()), ((2, 1), vec![1, 2, 3, 4, 5, 6]));
+
+        let exr = Picture { size: [1, 1], pixels: Pixels::LinearF32(vec![0.25, 70_000.0, 1e-6, 1.0]) };
+        let bytes = encode(&exr, Format::Exr).expect("encodes");
+        let back = image::load_from_memory(&bytes).expect("is an EXR").into_rgb32f();
+        assert_eq!(back.into_raw(), vec![0.25, 70_000.0, 1e-6]);
+    }
+
+    #[test]
+    fn pixels_of_the_wrong_kind_are_refused() {
+        let picture = Picture { size: [1, 1], pixels: Pixels::LinearF32(vec![0.0; 4]) };
+        assert!(encode(&picture, Format::Png).is_err());
+    }
+}

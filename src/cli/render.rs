@@ -1,0 +1,185 @@
+//! `afterlight render`: a scene into a picture.
+
+use std::fmt::Write as _;
+use std::sync::Arc;
+use std::time::Instant;
+
+use afterlight::frame::{Picture, Pixels, Renderer};
+use afterlight::gpu::Device;
+use afterlight::measure::Distribution;
+use afterlight::scene::{Settings, SettingsPatch, View};
+
+use super::args::{DeviceArgs, SettingsArgs, ViewChoice, view};
+use super::contact_sheet::{self, Tile};
+use super::failure::Failure;
+use super::picture::{Format, Target};
+use super::table::{Table, milliseconds};
+use super::workload::{Workload, memory_table, milliseconds_since, plan_table};
+use super::{output, progress, session};
+
+/// Draw a scene into a picture
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  afterlight render builtin:hall -o hall.png
+  afterlight render sponza.obj -o sponza.exr --size 1920x1080 --camera \"-9,2,0/0,3,0/70\"
+  afterlight render scene.toml -o - | display
+  afterlight render builtin:spheres --gbuffer lean,normal=rgb10a2 --brdf blinn-phong --validate
+  afterlight render builtin:hall --view all -o sheet.png")]
+pub struct Args {
+    /// The scene: an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
+    scene: String,
+    /// The picture: .png, or .exr for linear light in nits; - is standard output (PNG)
+    #[arg(short, long, value_name = "FILE", default_value = "afterlight.png", value_parser = Target::parse)]
+    output: Target,
+    /// How many frames to draw; the last one is written
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    frames: u32,
+    /// What the picture shows: final, position, normal, normal-absolute, albedo, metallic, roughness, depth, shadow-map,
+    /// lighting, overdraw, lights-per-pixel, or all of them on one labelled sheet
+    #[arg(long, value_name = "NAME|all", value_parser = view)]
+    view: Option<ViewChoice>,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+    #[command(flatten)]
+    settings: SettingsArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
+}
+
+/// Draws and writes the picture.
+///
+/// # Errors
+/// A scene that cannot be read, a device that cannot draw it, or a file that cannot be written.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    if args.view == Some(ViewChoice::All) && args.output.format == Format::Exr {
+        return Err(Failure::usage("--view all makes a PNG picture: the views have no common unit for an .exr file"));
+    }
+    args.output.sink.check()?;
+    session::with_device(&args.device, |device| {
+        let workload = Workload::open(&args.scene, &args.settings, args.quiet)?;
+        let report = match args.view {
+            Some(ViewChoice::All) => draw_sheet(args, &workload, &device)?,
+            Some(ViewChoice::One(view)) => draw(args, &workload, &device, Some(view))?,
+            None => draw(args, &workload, &device, None)?,
+        };
+        if args.quiet { Ok(()) } else { output::print(&report, args.output.sink.is_stdout()) }
+    })
+}
+
+/// Draws the frames, writes the last one and returns what there is to tell.
+fn draw(args: &Args, workload: &Workload, device: &Arc<Device>, view: Option<View>) -> Result<String, Failure> {
+    let variation = SettingsPatch { view, ..SettingsPatch::default() };
+    let settings =
+        Settings { hdr_output: args.output.format == Format::Exr, ..workload.settings(&variation, &device.physical)? };
+    let start = Instant::now();
+    let mut renderer = Renderer::new(device, &workload.scene, &settings)?;
+    renderer.render(&workload.camera)?;
+    let first = renderer.wait()?;
+    let first_frame_ms = milliseconds_since(start);
+    let periods = draw_more(args, workload, &mut renderer)?;
+    let last = if args.frames > 1 { renderer.wait()? } else { first.clone() };
+    args.output.write(&renderer.read_back()?)?;
+
+    let mut times = Table::with_figures_from(1);
+    times.row(["load".to_owned(), milliseconds(workload.load_ms)]);
+    times.row(["first frame, with set-up".to_owned(), milliseconds(first_frame_ms)]);
+    times.row(["first frame alone".to_owned(), milliseconds(first.wall_ms)]);
+    if let Some(periods) = periods {
+        times.row([format!("median of {} more frames", args.frames - 1), milliseconds(periods.median)]);
+    }
+    if let Some(gpu_ms) = last.gpu_ms {
+        times.row(["last frame on the GPU".to_owned(), milliseconds(gpu_ms)]);
+    }
+    let mut text = heading(args, workload, &settings, device);
+    let plan = renderer.plan();
+    let _ = write!(text, "\nPlan\n{}\nTimes\n{}", plan_table(plan).render(), times.render());
+    let mut memory = memory_table(&device.memory_report());
+    memory.row(["G-buffer, a pixel".to_owned(), format!("{} B", plan.gbuffer_bytes_per_pixel())]);
+    let _ = write!(text, "\nMemory\n{}", memory.render());
+    Ok(text)
+}
+
+/// Draws the frames after the first without waiting for each, as an interactive program would, and returns how long one
+/// took from its start to that of the next: `render` waits for the frame before the last one.
+fn draw_more(args: &Args, workload: &Workload, renderer: &mut Renderer) -> Result<Option<Distribution>, Failure> {
+    let bar = progress::bar("drawing".into(), u64::from(args.frames), args.quiet);
+    let mut periods = Vec::new();
+    let mut before = Instant::now();
+    for _ in 1..args.frames {
+        renderer.render(&workload.camera)?;
+        periods.push(milliseconds_since(before));
+        before = Instant::now();
+        bar.step();
+    }
+    Ok(Distribution::of(periods))
+}
+
+/// Draws every view at half the size and writes them as one picture.
+fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<String, Failure> {
+    let start = Instant::now();
+    let bar = progress::bar("drawing".into(), View::NAMES.len() as u64, args.quiet);
+    let mut tiles = Vec::new();
+    let mut whole = None;
+    for &(name, view) in View::NAMES {
+        let variation = SettingsPatch { view: Some(view), ..SettingsPatch::default() };
+        let settings = workload.settings(&variation, &device.physical)?;
+        let settings = Settings { size: tile_size(settings.size), ..settings };
+        let mut renderer = Renderer::new(device, &workload.scene, &settings)?;
+        for _ in 0..args.frames {
+            renderer.render(&workload.camera)?;
+        }
+        let picture = renderer.read_back()?;
+        if let Pixels::Srgb8(rgba) = picture.pixels {
+            tiles.push(Tile { label: name.replace('-', " "), size: picture.size, rgba });
+        }
+        whole.get_or_insert(settings);
+        bar.step();
+    }
+    drop(bar);
+    let sheet = contact_sheet::compose(&tiles);
+    let size = sheet.size;
+    args.output.write(&Picture { size, pixels: Pixels::Srgb8(sheet.rgba) })?;
+    let mut text = whole.map(|settings| heading(args, workload, &settings, device)).unwrap_or_default();
+    let mut times = Table::with_figures_from(1);
+    times.row(["load".to_owned(), milliseconds(workload.load_ms)]);
+    times.row([format!("{} views", tiles.len()), milliseconds(milliseconds_since(start))]);
+    let _ = write!(text, "\nTimes\n{}", times.render());
+    Ok(text)
+}
+
+/// Half the size, and at most 2048 pixels an edge: four of them stand side by side on the sheet.
+fn tile_size(size: [u32; 2]) -> [u32; 2] {
+    let longest = size[0].max(size[1]);
+    let divisor = longest.div_ceil(2048).max(2);
+    size.map(|edge| (edge / divisor).max(1))
+}
+
+fn heading(args: &Args, workload: &Workload, settings: &Settings, device: &Device) -> String {
+    let scene = &workload.scene;
+    let [width, height] = settings.size;
+    format!(
+        "{} -> {}: {width}x{height} on {}\n{} objects, {} triangles, {} materials, {} textures, {} lights\n",
+        scene.name,
+        args.output.sink,
+        device.physical.name,
+        scene.objects.len(),
+        scene.triangle_count(),
+        scene.materials.len(),
+        scene.textures.len(),
+        scene.lights.len(),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_are_half_the_size_and_bounded() {
+        assert_eq!(tile_size([1280, 720]), [640, 360]);
+        assert_eq!(tile_size([1, 1]), [1, 1]);
+        assert_eq!(tile_size([32768, 1]), [2048, 1]);
+    }
+}

@@ -1,0 +1,110 @@
+//! A device for the length of one command, and what the validation layer had to say meanwhile.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::sync::Arc;
+
+use afterlight::gpu::{Device, Instance, InstanceOptions, Message, MessageKind, Validation};
+
+use super::args::DeviceArgs;
+use super::failure::{Exit, Failure};
+use super::output;
+
+/// Runs `work` with the device asked for. The device is gone before messages are counted, so that what is only found at
+/// its end, as leaks, counts too.
+///
+/// # Errors
+/// No usable device; what `work` returns; and with `--validate` any message of the layer.
+pub fn with_device(args: &DeviceArgs, work: impl FnOnce(Arc<Device>) -> Result<(), Failure>) -> Result<(), Failure> {
+    let validation = if args.validate { Validation::Synchronization } else { Validation::Off };
+    let instance = Instance::new(&InstanceOptions { validation, ..InstanceOptions::default() })?;
+    let log = instance.message_log();
+    let choice = args.device.clone().unwrap_or_default();
+    let device = Device::new(&instance, &choice).inspect(|device| {
+        tracing::info!("drawing on {:?}, driver {}", device.physical, device.physical.driver_name);
+    });
+    let outcome = device.map_err(Failure::from).and_then(work);
+    drop(instance);
+    let dropped = log.dropped();
+    let (about_us, about_the_system): (Vec<Message>, Vec<Message>) =
+        log.take().into_iter().partition(|message| message.kind != MessageKind::General);
+    for message in &about_the_system {
+        tracing::info!("{}: {}", message.id_name, message.text);
+    }
+    judge(outcome, &about_us, dropped, args.validate)
+}
+
+/// Tells all messages, and lets them fail a command that went well otherwise.
+fn judge(outcome: Result<(), Failure>, messages: &[Message], dropped: u64, validate: bool) -> Result<(), Failure> {
+    if messages.is_empty() {
+        return outcome;
+    }
+    output::print(&listing(messages, dropped), true)?;
+    let count = messages.len() as u64 + dropped;
+    let failed = Failure::new(Exit::FailedCheck, format!("validation failed with {count} message(s), listed above"));
+    match outcome {
+        Err(failure) if !failure.is_quiet() => Err(failure),
+        _ if validate => Err(failed),
+        outcome => outcome,
+    }
+}
+
+/// Each different message once, with how often it came.
+fn listing(messages: &[Message], dropped: u64) -> String {
+    let mut counts: BTreeMap<(&str, &str), usize> = BTreeMap::new();
+    let mut in_order = Vec::new();
+    for message in messages {
+        let key = (message.id_name.as_str(), message.text.as_str());
+        let count = counts.entry(key).or_default();
+        if *count == 0 {
+            in_order.push((message, key));
+        }
+        *count += 1;
+    }
+    let mut text = String::new();
+    for (message, key) in in_order {
+        let times = match counts[&key] {
+            1 => String::new(),
+            count => format!(" ({count} times)"),
+        };
+        let (severity, kind) = (message.severity, message.kind);
+        let _ = writeln!(text, "{severity:?} ({kind:?}) {}{times}: {}", message.id_name, message.text);
+    }
+    if dropped > 0 {
+        let _ = writeln!(text, "and {dropped} more that were not kept");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use afterlight::gpu::Severity;
+
+    fn message(text: &str) -> Message {
+        Message {
+            severity: Severity::Error,
+            kind: MessageKind::Validation,
+            id_name: "VUID-x".into(),
+            text: text.into(),
+        }
+    }
+
+    #[test]
+    fn a_repeated_message_is_listed_once_with_its_count() {
+        let text = listing(&[message("b"), message("a"), message("b")], 7);
+        assert_eq!(text.lines().count(), 3);
+        assert!(text.starts_with("Error (Validation) VUID-x (2 times): b\n"), "{text}");
+        assert!(text.contains("7 more"), "{text}");
+    }
+
+    #[test]
+    fn messages_fail_a_validated_command_and_hide_no_other_failure() {
+        assert!(judge(Ok(()), &[message("a")], 0, true).is_err());
+        assert!(judge(Ok(()), &[message("a")], 0, false).is_ok());
+        assert!(judge(Ok(()), &[], 0, true).is_ok());
+        let usage = || Err(Failure::usage("what was wrong before"));
+        let kept = judge(usage(), &[message("a")], 0, true).expect_err("still a failure");
+        assert!(format!("{kept:?}").contains("before"));
+    }
+}

@@ -1,0 +1,128 @@
+//! A scene with what the command line says about it: what `render`, `bench` and `inspect` begin with.
+
+use std::fmt::Write as _;
+use std::time::Instant;
+
+use afterlight::gpu::{MemoryReport, PhysicalDevice};
+use afterlight::plan::FramePlan;
+use afterlight::scene::{self, Camera, OpenOptions, Scene, Settings, SettingsPatch};
+
+use super::args::SettingsArgs;
+use super::failure::{Exit, Failure};
+use super::output;
+use super::progress;
+use super::table::{Table, bytes};
+
+/// Warnings of a scene that are printed; the others are counted.
+const PRINTED_WARNINGS: usize = 20;
+
+/// A loaded scene and the camera that looks at it.
+pub struct Workload {
+    pub scene: Scene,
+    pub camera: Camera,
+    /// From the first byte read to a scene in memory.
+    pub load_ms: f64,
+    command_line: SettingsPatch,
+}
+
+impl Workload {
+    /// Loads the scene and prints its warnings.
+    ///
+    /// # Errors
+    /// When `spec` names no scene that can be read.
+    pub fn open(spec: &str, args: &SettingsArgs, quiet: bool) -> Result<Self, Failure> {
+        let progress = progress::loading(spec, quiet);
+        let start = Instant::now();
+        let tell = |step| progress.tell(step);
+        let mut options = OpenOptions { progress: Some(&tell), ..OpenOptions::default() };
+        if let Some([width, height]) = args.size {
+            options.aspect = f64::from(width) / f64::from(height);
+        }
+        let scene = scene::open(spec, &options)?;
+        let load_ms = milliseconds_since(start);
+        drop(progress);
+        if !quiet {
+            output::print(&warnings(&scene.warnings), true)?;
+        }
+        let camera = match &args.camera {
+            // The near plane suits the scene's extent, of which the command line says nothing.
+            Some(camera) => Camera { near: scene.camera.near, ..camera.clone() },
+            None => scene.camera.clone(),
+        };
+        Ok(Self { scene, camera, load_ms, command_line: args.patch() })
+    }
+
+    /// The settings of one picture: `variation` over the command line over the scene over the defaults.
+    ///
+    /// # Errors
+    /// When the picture is larger than `device` can draw.
+    pub fn settings(&self, variation: &SettingsPatch, device: &PhysicalDevice) -> Result<Settings, Failure> {
+        let said = variation.or(&self.command_line);
+        let settings = said.or(&self.scene.settings).decide();
+        let limits = &device.limits;
+        let limit = [limits.max_framebuffer_width, limits.max_framebuffer_height];
+        let limit = limit.map(|limit| limit.min(limits.max_image_dimension2_d));
+        let [width, height] = settings.size;
+        if width > limit[0] || height > limit[1] {
+            let exit = if said.size.is_some() { Exit::Usage } else { Exit::BadInput };
+            let most = format!("{} draws at most {}x{}", device.name, limit[0], limit[1]);
+            return Err(Failure::new(exit, format!("the size {width}x{height} is too large: {most}")));
+        }
+        Ok(settings)
+    }
+}
+
+pub fn milliseconds_since(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64() * 1e3
+}
+
+fn warnings(warnings: &[String]) -> String {
+    let mut text = String::new();
+    for warning in warnings.iter().take(PRINTED_WARNINGS) {
+        let _ = writeln!(text, "warning: {warning}");
+    }
+    if let Some(more) = warnings.len().checked_sub(PRINTED_WARNINGS).filter(|&more| more > 0) {
+        let _ = writeln!(text, "warning: and {more} more like these");
+    }
+    text
+}
+
+/// The parts of a plan, those that are in before those that are out.
+pub fn plan_table(plan: &FramePlan) -> Table {
+    let mut parts = plan.parts().to_vec();
+    parts.sort_by_key(|part| !part.included);
+    let mut table = Table::new();
+    for part in parts {
+        let state = if part.included { "in" } else { "out" };
+        let size = if part.bytes > 0 { bytes(part.bytes) } else { String::new() };
+        table.row([state.to_owned(), part.name, size, part.reason]);
+    }
+    table
+}
+
+/// Device memory by kind, with the sum and this process's own peak.
+pub fn memory_table(memory: &MemoryReport) -> Table {
+    let mut table = Table::with_figures_from(1);
+    for (kind, report) in &memory.kinds {
+        table.row([kind.to_string(), bytes(report.bytes)]);
+    }
+    table.row(["all on the device".to_owned(), bytes(memory.bytes)]);
+    table.row(["peak on the device".to_owned(), bytes(memory.peak_bytes)]);
+    if let Some(peak) = afterlight::measure::peak_memory_bytes() {
+        table.row(["peak of the process".to_owned(), bytes(peak)]);
+    }
+    table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_warnings_are_counted_and_not_all_printed() {
+        let text = warnings(&vec!["odd".to_owned(); PRINTED_WARNINGS + 3]);
+        assert_eq!(text.lines().count(), PRINTED_WARNINGS + 1);
+        assert!(text.ends_with("and 3 more like these\n"), "{text}");
+        assert_eq!(warnings(&["odd".to_owned()]), "warning: odd\n");
+    }
+}

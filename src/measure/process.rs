@@ -1,0 +1,34 @@
+//! What the operating system counts for this process.
+
+/// The most resident memory that this process has had so far, in bytes. `None` where the system does not tell (only
+/// Linux does, as `VmHWM`).
+pub fn peak_memory_bytes() -> Option<u64> {
+    high_water_mark(&std::fs::read_to_string("/proc/self/status").ok()?)
+}
+
+fn high_water_mark(status: &str) -> Option<u64> {
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    kibibytes.checked_mul(1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn high_water_mark_is_read_from_the_status_file() {
+        assert_eq!(
+            high_water_mark("Name:\tx\nVmPeak:\t  9 kB\nVmHWM:\t    2048 kB\nVmRSS:\t 1 kB\n"),
+            Some(2048 * 1024)
+        );
+        assert_eq!(high_water_mark("Name:\tx\n"), None);
+        assert_eq!(high_water_mark("VmHWM:\t many kB\n"), None);
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn this_process_has_used_memory() {
+        assert!(peak_memory_bytes().is_some_and(|bytes| bytes > 100_000));
+    }
+}
