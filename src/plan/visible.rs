@@ -111,7 +111,7 @@ pub struct Draw {
 /// The lists of one frame.
 #[derive(Debug, Clone, Default)]
 pub struct Visible {
-    /// By pipeline, then material, then from near to far, so that early depth tests save the most.
+    /// From near to far, so that early depth tests save the most; what is equally near by pipeline and material.
     pub draws: Vec<Draw>,
     /// What the sun's map must hold.
     pub casters: Vec<Draw>,
