@@ -24,6 +24,8 @@ override NORMAL_ENCODING: u32 = 0u;
 override GEOMETRIC_STEPS: f32 = 255.0;
 // The material's roughness channel holds a shininess instead.
 override PHONG: bool = false;
+// Largest value that the light target holds.
+override LARGEST: f32 = 65000.0;
 
 struct Push {
     // Rows of the map from mesh space to camera-relative world space.
@@ -231,8 +233,7 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
         emissive *= textureSample(emissive_texture, texture_sampler, in.uv).rgb;
     }
 #endif
-    // Half floats end at 65504.
-    out.emissive = vec4(min(emissive, vec3(65000.0)), 1.0);
+    out.emissive = vec4(min(emissive, vec3(LARGEST)), 1.0);
 #endif
 #ifdef POSITION
     out.position = vec4(in.world, 1.0);

@@ -254,6 +254,12 @@ impl FramePlan {
         self.gbuffer.as_ref().map_or(0, Gbuffer::bytes_per_pixel)
     }
 
+    /// Where light is cut off before it is stored: half floats end at 65504, single ones beyond what a finite scene reaches.
+    pub fn largest_light(&self) -> f32 {
+        let half = self.hdr.unwrap_or(self.output) == vk::Format::R16G16B16A16_SFLOAT;
+        if half { 65000.0 } else { 1e30 }
+    }
+
     /// Whether GEOMETRY exists: all but the view of the shadow map.
     pub fn has_geometry(&self) -> bool {
         self.shading != Shading::ShowShadowMap

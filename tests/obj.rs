@@ -325,3 +325,12 @@ fn progress_is_told() {
     steps.sort_unstable();
     assert_eq!(steps, [("meshes", 1, 1), ("textures", 1, 1)]);
 }
+
+#[test]
+fn backs_are_left_out_only_where_normals_say_which_side_is_the_front() {
+    let positions = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    let two_sided = |faces: &str| load_text(&format!("{positions}{faces}")).materials[0].two_sided;
+    assert!(two_sided("f 1 2 3\n"), "no normals: nobody knows");
+    assert!(!two_sided("vn 0 0 1\nf 1//1 2//1 3//1\n"), "wound as its normals say");
+    assert!(two_sided("vn 0 0 -1\nf 1//1 2//1 3//1\n"), "wound against them");
+}

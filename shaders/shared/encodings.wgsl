@@ -1,7 +1,7 @@
 // How directions fit into G-buffer channels.
 #define_import_path afterlight::encodings
 
-// NORMAL_ENCODING in the passes; src/targets.rs has the same list.
+// NORMAL_ENCODING in the passes; src/plan/gbuffer.rs has the same list.
 const OCTAHEDRAL: u32 = 0u;
 const HALF_ENCODED: u32 = 1u;
 const SIGNED: u32 = 2u;

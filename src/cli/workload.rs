@@ -46,8 +46,8 @@ impl Workload {
         }
         let camera = match &args.camera {
             // The near plane suits the scene's extent, of which the command line says nothing.
-            Some(camera) => Camera { near: scene.camera.near, ..camera.clone() },
-            None => scene.camera.clone(),
+            Some(camera) => Camera { near: scene.camera.near, ..*camera },
+            None => scene.camera,
         };
         Ok(Self { scene, camera, load_ms, command_line: args.patch() })
     }

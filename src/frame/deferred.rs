@@ -200,6 +200,6 @@ fn background(plan: &FramePlan, world: &World, target: Target) -> Vec3 {
     match plan.tone_mapping {
         ToneMapping::InLighting(curve) => tone_map(exposed, curve),
         ToneMapping::Subpass(_) if target == Target::Output => Vec3::ZERO,
-        ToneMapping::Subpass(_) | ToneMapping::Absent => exposed.min(Vec3::splat(65000.0)),
+        ToneMapping::Subpass(_) | ToneMapping::Absent => exposed.min(Vec3::splat(plan.largest_light())),
     }
 }

@@ -132,7 +132,7 @@ impl Renderer {
             false => exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(scene))),
         };
         let world = World::of(scene, settings, &plan, exposure);
-        let gpu_scene = GpuScene::new(device, scene, &plan)?;
+        let gpu_scene = GpuScene::new(device, scene, &world, &plan)?;
         let frame_layout = view_set_layout(device, &plan)?;
         let deferred = Deferred::new(device, &plan, frame_layout.raw, &gpu_scene, &world)?;
         let frames = (0..IN_FLIGHT)

@@ -1,6 +1,7 @@
 //! Textures on the device, and a descriptor set for each material that samples any.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
 use ash::vk;
@@ -9,7 +10,7 @@ use crate::gpu::{
     self, DescriptorPool, Device, Image, ImageDesc, Location, MemoryKind, Owned, Sampler, SetLayout, SetWriter,
     Uploader, mip_count,
 };
-use crate::plan::{FramePlan, TextureMask};
+use crate::plan::{FramePlan, World};
 use crate::scene::{ColorSpace, Scene, Texture, TextureSlot};
 
 /// Bindings of a material's set: a texture for each [`TextureSlot`], then the sampler.
@@ -32,16 +33,17 @@ impl Materials {
         device: &Arc<Device>,
         uploader: &mut Uploader,
         scene: &Scene,
+        world: &World,
         plan: &FramePlan,
     ) -> gpu::Result<Option<Self>> {
-        if !plan.streams.uvs {
+        let wanted = textures_by_material(world, plan);
+        if wanted.is_empty() {
             return Ok(None);
         }
-        let wanted = textures_by_material(scene, plan);
         let mut images = BTreeMap::new();
         for &texture in wanted.values().flat_map(|slots| slots.values()) {
-            if !images.contains_key(&texture) {
-                images.insert(texture, upload(device, uploader, &scene.textures[texture])?);
+            if let Entry::Vacant(place) = images.entry(texture) {
+                place.insert(upload(device, uploader, &scene.textures[texture])?);
             }
         }
         let sampler = Sampler::new(device, "material sampler", &sampler_info())?;
@@ -70,16 +72,15 @@ impl Materials {
     }
 }
 
-/// For each drawn material the textures that some pipeline of the plan samples, by binding.
-fn textures_by_material(scene: &Scene, plan: &FramePlan) -> BTreeMap<usize, BTreeMap<u32, usize>> {
-    let sampled = plan.geometry.iter().fold(TextureMask::default(), |all, key| all.union(key.textures));
+/// For each drawn material the textures that its pipelines sample, by binding.
+fn textures_by_material(world: &World, plan: &FramePlan) -> BTreeMap<usize, BTreeMap<u32, usize>> {
     let mut wanted: BTreeMap<usize, BTreeMap<u32, usize>> = BTreeMap::new();
-    for object in &scene.objects {
-        let material = &scene.materials[object.material];
+    for object in &world.objects {
+        let material = &world.materials[object.material];
         for (slot, texture) in material.textures() {
             // SHADOW samples masks whatever GEOMETRY does.
-            let masks = slot == TextureSlot::BaseColor && material.is_masked();
-            if sampled.contains(slot) || masks {
+            let masks = slot == TextureSlot::BaseColor && material.is_masked() && plan.shadow.is_some();
+            if object.key.textures.contains(slot) || masks {
                 wanted.entry(object.material).or_default().insert(slot as u32, texture);
             }
         }

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use crate::gpu::{self, Buffer, Device, Location, MemoryKind, Uploader};
-use crate::plan::FramePlan;
+use crate::plan::{FramePlan, World};
 use crate::scene::{Mesh, Scene};
 
 /// Where a mesh lies in the shared buffers.
@@ -78,7 +78,7 @@ impl GpuScene {
     ///
     /// # Errors
     /// When there is no memory for it, or the device is lost.
-    pub fn new(device: &Arc<Device>, scene: &Scene, plan: &FramePlan) -> gpu::Result<Self> {
+    pub fn new(device: &Arc<Device>, scene: &Scene, world: &World, plan: &FramePlan) -> gpu::Result<Self> {
         let mut uploader = Uploader::new(device, 32 << 20)?;
         let streams = &plan.streams;
         let meshes = &scene.meshes;
@@ -104,7 +104,7 @@ impl GpuScene {
             },
             indices: indices(device, &mut uploader, meshes)?,
             meshes: ranges(meshes),
-            materials: Materials::new(device, &mut uploader, scene, plan)?,
+            materials: Materials::new(device, &mut uploader, scene, world, plan)?,
         };
         uploader.finish()?;
         Ok(gpu_scene)

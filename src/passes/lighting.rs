@@ -107,9 +107,6 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         PlannedBrdf::One(brdf) => brdf as u32,
         PlannedBrdf::PerPixel => 4,
     };
-    // Half floats end at 65504; single ones need no clamp that a finite scene can reach.
-    let half = plan.hdr.unwrap_or(plan.output) == vk::Format::R16G16B16A16_SFLOAT;
-    let largest: f32 = if half { 65000.0 } else { 1e30 };
     vec![
         (constants::BRDF, brdf),
         (constants::NORMAL_ENCODING, gbuffer.map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
@@ -122,7 +119,7 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         (constants::RANGED, u32::from(plan.lights.ranged)),
         (constants::TONE_MAP, tone_map),
         (constants::OPERATOR, curve),
-        (constants::LARGEST, largest.to_bits()),
+        (constants::LARGEST, plan.largest_light().to_bits()),
         (constants::LIGHT_ONLY, u32::from(plan.shading == Shading::Light { light_only: true })),
     ]
 }

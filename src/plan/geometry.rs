@@ -16,10 +16,6 @@ impl TextureMask {
         Self(self.0 | 1 << slot as u8)
     }
 
-    pub fn union(self, other: Self) -> Self {
-        Self(self.0 | other.0)
-    }
-
     pub fn is_empty(self) -> bool {
         self.0 == 0
     }

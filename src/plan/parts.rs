@@ -3,7 +3,7 @@
 use ash::vk;
 
 use super::gbuffer::format_bytes;
-use super::{COUNT, DEPTH, FramePlan, PlannedBrdf, Shading, ToneMapping, shadow_reason};
+use super::{COUNT, DEPTH, FramePlan, PlannedBrdf, Shading, ToneMapping, World, shadow_reason};
 use crate::scene::{Scene, Settings, TextureSlot};
 
 /// Something that a frame can have.
@@ -34,8 +34,13 @@ fn pixels(plan: &FramePlan) -> u64 {
 }
 
 fn shadow(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Part {
+    let asked = scene.lights.iter().filter(|light| light.casts_shadow && World::shines(light)).count();
+    let others = match asked.saturating_sub(1) {
+        0 => String::new(),
+        others => format!("; {others} more that ask for a shadow get none, as only one sun has a map"),
+    };
     let reason = match shadow_reason(scene, settings) {
-        Ok(reason) if plan.shadow.is_some() => reason,
+        Ok(reason) if plan.shadow.is_some() => reason + &others,
         Ok(_) => "this view shows no shadows".into(),
         Err(reason) => reason,
     };

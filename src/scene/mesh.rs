@@ -99,6 +99,17 @@ impl Mesh {
         (before - self.indices.len()) / 3
     }
 
+    /// Triangles that are wound against the mean of their corners' normals.
+    pub(crate) fn faces_against_their_normals(&self) -> usize {
+        let corner = |values: &[[f32; 3]], index: u32| Vec3::from(values[index as usize]);
+        let against = |triangle: &&[u32]| {
+            let [a, b, c] = [0, 1, 2].map(|i| corner(&self.positions, triangle[i]));
+            let mean: Vec3 = triangle.iter().map(|&index| corner(&self.normals, index)).sum();
+            (b - a).cross(c - a).dot(mean) < 0.0
+        };
+        self.indices.chunks_exact(3).filter(against).count()
+    }
+
     /// The box around `origin + positions`; what `bounds` must hold.
     pub fn compute_bounds(&self) -> Aabb {
         Aabb::of_points(self.positions.iter().map(|&p| self.origin + Vec3::from(p).as_dvec3()))

@@ -234,8 +234,6 @@ pub(super) fn finish(
             put(&mut material, slot, texture);
             if slot == TextureSlot::BaseColor && has_holes {
                 material.alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
-                // What is cut out of a sheet, as leaves and chains are, is seen from behind too.
-                material.two_sided = true;
             }
             if slot == TextureSlot::Normal && downwardness.is_none() {
                 // The scale is in the map already, or there is no map.

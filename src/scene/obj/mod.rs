@@ -79,7 +79,23 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Imported, Error> {
     }
     let mut imported = Imported { materials, textures, warnings, ..Imported::default() };
     groups.into_iter().for_each(|group| place(&mut imported, &scan, group));
+    decide_sides(&mut imported, scan.parts.iter().all(|part| part.has_normals));
     Ok(imported)
+}
+
+/// OBJ has no word for which sides of a face are drawn. Where the file gives normals and nearly all faces are wound to agree
+/// with them, it was made with fronts in mind, and backs are left out; any other file is drawn from both sides, as are sheets
+/// with holes (leaves, chains).
+fn decide_sides(imported: &mut Imported, normals_given: bool) {
+    let mut faces = vec![(0_usize, 0_usize); imported.materials.len()];
+    for object in &imported.objects {
+        let (against, all) = &mut faces[object.material];
+        *against += imported.meshes[object.mesh].faces_against_their_normals();
+        *all += imported.meshes[object.mesh].indices.len() / 3;
+    }
+    for (material, (against, all)) in imported.materials.iter_mut().zip(faces) {
+        material.two_sided = !normals_given || against * 100 > all || material.is_masked();
+    }
 }
 
 /// A draft for each material that the OBJ uses, in its order.
