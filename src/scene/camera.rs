@@ -1,10 +1,14 @@
 //! A perspective camera in f64.
 
+use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 use glam::{DMat3, DQuat, DVec3};
 
 use super::Error;
+
+/// The fields of view that a projection in f32 holds.
+pub const FOV_Y_DEGREES: RangeInclusive<f64> = 0.001..=179.999;
 
 /// A pinhole camera that looks along its local -Z, +Y up. The far plane is infinite.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,7 +16,7 @@ pub struct Camera {
     pub position: DVec3,
     /// From camera space to world space.
     pub rotation: DQuat,
-    /// Vertical field of view, above 0 and below 180.
+    /// Vertical field of view, within [`FOV_Y_DEGREES`].
     pub fov_y_degrees: f64,
     /// Distance of the near plane, above 0.
     pub near: f64,
@@ -63,8 +67,8 @@ impl FromStr for Camera {
             return Err(wrong("expected position/target or position/target/fov".into()));
         }
         let number = |text: &str| {
-            let parsed = text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
-            parsed.ok_or_else(|| wrong(format!("\"{}\" is not a finite number", text.trim())))
+            let parsed = text.trim().parse::<f64>().ok().filter(|number| number.abs() <= 1e15);
+            parsed.ok_or_else(|| wrong(format!("\"{}\" is not a number from -1e15 to 1e15", text.trim())))
         };
         let point = |text: &str| {
             let numbers = text.split(',').map(number).collect::<Result<Vec<_>, _>>()?;
@@ -78,8 +82,8 @@ impl FromStr for Camera {
         let mut camera = Self::looking_at(position, target, DVec3::Y);
         if let Some(fov) = parts.get(2) {
             camera.fov_y_degrees = number(fov)?;
-            if !(camera.fov_y_degrees > 0.0 && camera.fov_y_degrees < 180.0) {
-                return Err(wrong(format!("a field of view of {fov} is not between 0 and 180 degrees")));
+            if !FOV_Y_DEGREES.contains(&camera.fov_y_degrees) {
+                return Err(wrong(format!("a field of view of {fov} is not from 0.001 to 179.999 degrees")));
             }
         }
         Ok(camera)
@@ -112,6 +116,8 @@ mod tests {
             "1,2,3",
             "1,2/3,4,5",
             "1,2,nan/0,0,0",
+            "1,2,1e300/0,0,0",
+            "0,0,1/0,0,0/1e-300",
             "0,0,0/0,0,0",
             "0,0,1/0,0,0/180",
             "0,0,1/0,0,0/0",

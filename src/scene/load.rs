@@ -27,8 +27,9 @@ impl<'a> OpenOptions<'a> {
     }
 }
 
-/// What can be opened, for messages.
+/// What can be opened, and what a scene file may take its models from, for messages.
 const READS: &str = "scene files (.toml), Wavefront models (.obj) and builtin:NAME";
+const READS_MODELS: &str = "models from .obj files (a scene file goes under base)";
 
 /// Opens `builtin:NAME?key=value&…`, a scene file (`.toml`) or a bare model (`.obj`), which gets a camera and a sun that fit it.
 ///
@@ -48,7 +49,7 @@ pub fn open(spec: &str, options: &OpenOptions) -> Result<Scene, Error> {
     match extension(path).as_str() {
         "toml" => file::load(path, options),
         "obj" => open_model(path, options),
-        _ => Err(unreadable(path)),
+        _ => Err(unreadable(path, READS)),
     }
 }
 
@@ -70,7 +71,7 @@ pub(super) fn load_model(
     scene: &mut Scene,
 ) -> Result<(), Error> {
     if extension(path) != "obj" {
-        return Err(unreadable(path));
+        return Err(unreadable(path, READS_MODELS));
     }
     obj::load(path, &options.load_options())?.append_to(scene, transform);
     Ok(())
@@ -80,17 +81,19 @@ fn extension(path: &Path) -> String {
     path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
 
-fn unreadable(path: &Path) -> Error {
+/// `reads` is what could be read in its place.
+fn unreadable(path: &Path, reads: &str) -> Error {
     // A missing file is the likelier slip than a wrong format.
     if let Err(error) = std::fs::metadata(path) {
         return Error::Read { path: path.to_owned(), cause: error.to_string() };
     }
     let what = match extension(path).as_str() {
         extension @ ("gltf" | "glb") => format!(".{extension} (glTF) is not read yet"),
+        "toml" => "a scene file is not a model".into(),
         "" => "the file has no extension that tells what it is".into(),
         extension => format!(".{extension} is not a format that is read"),
     };
-    Error::Content { path: path.to_owned(), line: None, what: format!("{what}; afterlight reads {READS}") }
+    Error::Content { path: path.to_owned(), line: None, what: format!("{what}; afterlight reads {reads}") }
 }
 
 #[cfg(test)]

@@ -16,7 +16,8 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
 pub fn unknown(what: &str, name: &str, candidates: &[&str]) -> String {
     let guess = nearest(name, candidates.iter().copied());
     let question = guess.map(|guess| format!(": did you mean \"{guess}\"?")).unwrap_or_default();
-    format!("unknown {what} \"{name}\"{question} (possible: {})", candidates.join(", "))
+    // Quoted as Rust has it, which keeps a name with a line break on one line.
+    format!("unknown {what} {name:?}{question} (possible: {})", candidates.join(", "))
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use crate::scene::{Brdf, Error};
 pub enum Kind {
     /// A whole number in a range, both ends included.
     Integer { least: u64, most: u64, default: u64 },
-    /// A finite number in a range, both ends included.
+    /// A finite number in a range, both ends included; nearer to 0 than 1e-12 it counts as 0, since its square would as f32.
     Number { least: f64, most: f64, default: f64 },
     /// The name of a reflection model.
     Brdf { default: Brdf },
@@ -52,13 +52,13 @@ impl Parameter {
                 .ok()
                 .filter(|value| (least..=most).contains(value))
                 .map(Value::Integer)
-                .ok_or_else(|| format!("{}={text}: must be a whole number from {least} to {most}", self.name)),
+                .ok_or_else(|| format!("{}={text:?}: must be a whole number from {least} to {most}", self.name)),
             Kind::Number { least, most, .. } => text
                 .parse()
                 .ok()
-                .filter(|value| (least..=most).contains(value))
-                .map(Value::Number)
-                .ok_or_else(|| format!("{}={text}: must be a number from {least} to {most}", self.name)),
+                .filter(|value: &f64| (least..=most).contains(value))
+                .map(|value| Value::Number(if value.abs() < 1e-12 { 0.0 } else { value }))
+                .ok_or_else(|| format!("{}={text:?}: must be a number from {least} to {most}", self.name)),
             Kind::Brdf { .. } => text.parse().map(Value::Brdf).map_err(|error: Error| error.to_string()),
         }
     }
@@ -90,12 +90,12 @@ impl Params {
         let mut given: Vec<(&'static str, Value)> = Vec::new();
         for part in query.split('&').filter(|part| !part.is_empty()) {
             let Some((key, text)) = part.split_once('=') else {
-                return Err(wrong(format!("\"{part}\" should be key=value")));
+                return Err(wrong(format!("{part:?} should be key=value")));
             };
             let Some(parameter) = known.iter().find(|parameter| parameter.name == key) else {
                 let names: Vec<_> = known.iter().map(|parameter| parameter.name).collect();
                 return Err(wrong(if names.is_empty() {
-                    format!("it has no parameters, but \"{key}\" was given")
+                    format!("it has no parameters, but {key:?} was given")
                 } else {
                     unknown("parameter", key, &names)
                 }));

@@ -8,10 +8,10 @@ use crate::scene::{Error, Falloff, Light, LightKind};
 
 pub(super) fn light(node: &Node, index: usize) -> Result<Light, Error> {
     let table = node.table(schema::LIGHT)?;
-    let kind = table.get("kind").ok_or_else(|| table.missing("needs kind: directional, point or spot"))?;
+    let kind = table.get("kind").ok_or_else(|| table.wrong("needs kind: directional, point or spot"))?;
     let kind = kind.word(&["directional", "point", "spot"])?;
     refuse_foreign(&table, kind)?;
-    let intensity = table.get("intensity").ok_or_else(|| table.missing("needs intensity, in lux or candela"))?;
+    let intensity = table.get("intensity").ok_or_else(|| table.wrong("needs intensity, in lux or candela"))?;
     Ok(Light {
         name: table.read("name", Node::string)?.map_or_else(|| format!("light {index}"), str::to_owned),
         color: table.read("color", |node| node.color(STRENGTH))?.unwrap_or(Vec3::ONE),
@@ -19,7 +19,7 @@ pub(super) fn light(node: &Node, index: usize) -> Result<Light, Error> {
         casts_shadow: table.read("casts_shadow", Node::boolean)?.unwrap_or(kind == "directional"),
         kind: match kind {
             "directional" => LightKind::Directional {
-                direction: table.read("direction", Node::direction)?.ok_or_else(|| table.missing("needs direction"))?,
+                direction: table.read("direction", Node::direction)?.ok_or_else(|| table.wrong("needs direction"))?,
             },
             "point" => point(&table)?,
             _ => spot(&table)?,
@@ -42,7 +42,7 @@ fn refuse_foreign(table: &Table, kind: &str) -> Result<(), Error> {
 }
 
 fn position(table: &Table) -> Result<DVec3, Error> {
-    table.read("position", Node::point)?.ok_or_else(|| table.missing("needs position"))
+    table.read("position", Node::point)?.ok_or_else(|| table.wrong("needs position"))
 }
 
 fn point(table: &Table) -> Result<LightKind, Error> {
@@ -57,7 +57,7 @@ fn spot(table: &Table) -> Result<LightKind, Error> {
         (None, Some(target)) => (target.point()? - position)
             .try_normalize()
             .ok_or_else(|| target.wrong("must not be the light's own position"))?,
-        _ => return Err(table.missing("needs either direction or target")),
+        _ => return Err(table.wrong("needs either direction or target")),
     };
     let outer = table.read("outer_angle_degrees", |node| node.number(CONE_ANGLE))?.unwrap_or(45.0);
     let inner = table.get("inner_angle_degrees");

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use glam::Vec3;
 
-use super::image;
 use super::node::{FACTOR, Node, SHARE, STRENGTH, Table};
 use super::schema;
-use crate::scene::{AlphaMode, ColorSpace, Error, Material, Scene};
+use crate::scene::texture::read_image;
+use crate::scene::{AlphaMode, ColorSpace, Error, Material, Scene, Texture};
 
 /// Textures that have been read, so that two materials share one image.
 pub(super) struct Textures<'a> {
@@ -26,7 +26,9 @@ impl<'a> Textures<'a> {
         if let Some(&index) = self.read.get(&(path.clone(), color_space)) {
             return Ok(index);
         }
-        scene.textures.push(image::load(&path, color_space).map_err(|what| node.wrong(what))?);
+        let image = read_image(&path, color_space).map_err(|error| node.wrong(error))?;
+        let (name, size) = (path.display().to_string(), [image.width(), image.height()]);
+        scene.textures.push(Texture { name, size, color_space, texels: image.into_raw() });
         let index = scene.textures.len() - 1;
         self.read.insert((path, color_space), index);
         Ok(index)
@@ -36,7 +38,7 @@ impl<'a> Textures<'a> {
 /// Changes every material of that name, or adds one.
 pub(super) fn material(node: &Node, scene: &mut Scene, textures: &mut Textures) -> Result<(), Error> {
     let table = node.table(schema::MATERIAL)?;
-    let name = table.get("name").ok_or_else(|| table.missing("needs name"))?.string()?;
+    let name = table.get("name").ok_or_else(|| table.wrong("needs name"))?.string()?;
     if !scene.materials.iter().any(|material| material.name == name) {
         scene.materials.push(Material { name: name.into(), ..Material::default() });
     }
@@ -96,7 +98,7 @@ fn alpha_mode(table: &Table, before: AlphaMode) -> Result<AlphaMode, Error> {
     let cutoff = table.read("alpha_cutoff", |node| node.number_f32(SHARE))?;
     match (table.read("alpha_mode", |node| node.word(&["opaque", "mask"]))?, cutoff, before) {
         (Some("opaque"), Some(_), _) | (None, Some(_), AlphaMode::Opaque) => {
-            Err(table.missing("alpha_cutoff goes with alpha_mode = \"mask\""))
+            Err(table.wrong("alpha_cutoff goes with alpha_mode = \"mask\""))
         }
         (Some("opaque"), None, _) => Ok(AlphaMode::Opaque),
         (Some(_), cutoff, _) => Ok(AlphaMode::Mask { cutoff: cutoff.unwrap_or(0.5) }),

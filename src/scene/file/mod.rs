@@ -3,7 +3,6 @@
 //! Values are read from TOML's own tree with their places, so that every message names file, line and key; what a table may hold
 //! stands in [`schema`]. Paths are relative to the scene file.
 
-mod image;
 mod lights;
 mod materials;
 mod models;
@@ -49,7 +48,7 @@ pub fn parse(text: &str, path: &Path, options: &OpenOptions) -> Result<Scene, Er
         let message = error.message().lines().collect::<Vec<_>>().join(", ");
         source.error(error.span().map_or(0, |span| span.start), message)
     })?;
-    let root = Table::open(source, String::new(), root.get_ref(), schema::ROOT)?;
+    let root = Table::open(source, 0, String::new(), root.get_ref(), schema::ROOT)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut scene = base(&root, folder, options)?;
     scene.name = path.display().to_string();

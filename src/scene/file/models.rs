@@ -16,6 +16,8 @@ use crate::scene::{Error, Imported, Material, Object, Scene};
 
 /// The most copies that all models of a file may make together.
 const MAX_OBJECTS: usize = 4_000_000;
+/// Metres from zero along an axis, as positions may be.
+const FARTHEST: f64 = 1e15;
 
 /// Loads models into a scene; the same file named twice is read once.
 pub(super) struct Models<'a> {
@@ -39,7 +41,7 @@ impl<'a> Models<'a> {
         let table = node.table(schema::MODEL)?;
         let sources = ["path", "builtin", "shape"].map(|key| table.get(key));
         if sources.iter().flatten().count() != 1 {
-            return Err(table.missing("needs exactly one of path, builtin, shape"));
+            return Err(table.wrong("needs exactly one of path, builtin, shape"));
         }
         let [path, builtin, shape] = sources;
         let mut objects = match (path, builtin, shape) {
@@ -53,13 +55,19 @@ impl<'a> Models<'a> {
         }
         let places = places(&table)?;
         if objects.len().saturating_mul(places.len()).saturating_add(scene.objects.len()) > MAX_OBJECTS {
-            return Err(table.missing(&format!("makes more than {MAX_OBJECTS} objects")));
+            return Err(table.wrong(&format!("makes more than {MAX_OBJECTS} objects")));
         }
         let first = scene.objects.len();
         for place in &places {
             scene
                 .objects
                 .extend(objects.iter().map(|object| Object { transform: *place * object.transform, ..object.clone() }));
+        }
+        // Each transform is in its range, but not the product of several.
+        let is_near = |place: DVec3| place.abs().max_element() <= FARTHEST;
+        let bounds = scene.objects[first..].iter().map(|object| object.bounds(&scene.meshes));
+        if !bounds.filter(|bounds| !bounds.is_empty()).all(|bounds| is_near(bounds.min) && is_near(bounds.max)) {
+            return Err(table.wrong(&format!("reaches farther than {FARTHEST:e} metres from zero")));
         }
         Ok(Dress { objects: first..scene.objects.len(), table })
     }
@@ -72,9 +80,9 @@ impl<'a> Models<'a> {
         let first = scene.objects.len();
         let loaded = load_model(&self.folder.join(name), self.options, DAffine3::IDENTITY, scene);
         loaded.map_err(|error| match error {
-            // Only the scene file knows where a missing model was asked for; what is wrong inside a model has its own place.
-            Error::Read { .. } => node.wrong(error),
-            other => other,
+            // What is wrong at a line of the model has its place; what has none was asked for here.
+            Error::Content { line: Some(_), .. } => error,
+            other => node.wrong(other),
         })?;
         let objects = scene.objects.split_off(first);
         self.templates.insert(name.into(), objects.clone());
@@ -101,7 +109,7 @@ const SHAPES: [&str; 6] = ["plane", "box", "sphere", "cylinder", "cone", "torus"
 
 fn from_shape(node: &Node, scene: &mut Scene) -> Result<Vec<Object>, Error> {
     let table = node.table(schema::SHAPE)?;
-    let kind = table.get("kind").ok_or_else(|| table.missing(&format!("needs kind: {}", SHAPES.join(", "))))?;
+    let kind = table.get("kind").ok_or_else(|| table.wrong(&format!("needs kind: {}", SHAPES.join(", "))))?;
     let kind = kind.word(&SHAPES)?;
     let used: &[&str] = match kind {
         "plane" | "box" => &["size"],
@@ -154,7 +162,7 @@ fn places(table: &Table) -> Result<Vec<DAffine3>, Error> {
 /// Steps along each axis, centred on the model's own place.
 fn grid(node: &Node) -> Result<Vec<DVec3>, Error> {
     let table = node.table(schema::GRID)?;
-    let count_node = table.get("count").ok_or_else(|| table.missing("needs count: [x, y, z]"))?;
+    let count_node = table.get("count").ok_or_else(|| table.wrong("needs count: [x, y, z]"))?;
     let items = count_node.items::<3>("[x, y, z] copies")?;
     let mut count = [1u32; 3];
     for (count, item) in count.iter_mut().zip(&items) {
@@ -165,7 +173,7 @@ fn grid(node: &Node) -> Result<Vec<DVec3>, Error> {
     }
     let spacing: DVec3 = table
         .read("spacing", |node| node.numbers(COORDINATE, "[x, y, z]"))?
-        .ok_or_else(|| table.missing("needs spacing: [x, y, z] in metres"))?
+        .ok_or_else(|| table.wrong("needs spacing: [x, y, z] in metres"))?
         .into();
     let along = |axis: usize| (0..count[axis]).map(move |i| f64::from(i) - f64::from(count[axis] - 1) * 0.5);
     let steps = along(2).flat_map(|z| along(1).flat_map(move |y| along(0).map(move |x| DVec3::new(x, y, z))));

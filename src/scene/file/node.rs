@@ -10,6 +10,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::schema::Schema;
 use crate::scene::Error;
+use crate::scene::camera::FOV_Y_DEGREES;
 use crate::scene::suggest::unknown;
 
 /// The text that is being read.
@@ -23,7 +24,9 @@ impl Source<'_> {
     pub fn error(&self, at: usize, what: String) -> Error {
         let before = self.text.as_bytes().iter().take(at);
         let line = before.filter(|byte| **byte == b'\n').count() + 1;
-        Error::Content { path: self.path.to_owned(), line: Some(line), what }
+        // Names and paths may hold line breaks, and escapes that a terminal would obey.
+        let what = what.chars().flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] });
+        Error::Content { path: self.path.to_owned(), line: Some(line), what: what.collect() }
     }
 }
 
@@ -36,12 +39,13 @@ pub(super) struct Limit {
 
 /// Positions and lengths: far beyond the observable, and squares of them still fit.
 pub(super) const COORDINATE: Limit = Limit { text: "a number from -1e15 to 1e15", holds: |x| x.abs() <= 1e15 };
-pub(super) const LENGTH: Limit = Limit { text: "above 0 and up to 1e15", holds: |x| x > 0.0 && x <= 1e15 };
+/// What is above 0 must still be so as f32, and so must its square.
+pub(super) const LENGTH: Limit = Limit { text: "from 1e-12 to 1e15", holds: |x| (1e-12..=1e15).contains(&x) };
 pub(super) const SHARE: Limit = Limit { text: "from 0 to 1", holds: |x| (0.0..=1.0).contains(&x) };
 /// Of light: a product of two still fits f32.
 pub(super) const STRENGTH: Limit = Limit { text: "from 0 to 1e18", holds: |x| (0.0..=1e18).contains(&x) };
 pub(super) const FIELD_OF_VIEW: Limit =
-    Limit { text: "above 0 and below 180 degrees", holds: |x| x > 0.0 && x < 180.0 };
+    Limit { text: "from 0.001 to 179.999 degrees", holds: |x| FOV_Y_DEGREES.contains(&x) };
 pub(super) const CONE_ANGLE: Limit = Limit { text: "from 0 to 180 degrees", holds: |x| (0.0..=180.0).contains(&x) };
 pub(super) const FACTOR: Limit = Limit { text: "a number from -1e6 to 1e6", holds: |x| x.abs() <= 1e6 };
 pub(super) const EV100: Limit = Limit { text: "an EV100 from -100 to 100", holds: |x| x.abs() <= 100.0 };
@@ -132,7 +136,7 @@ impl<'a> Node<'a> {
 
     pub fn table(&self, schema: Schema) -> Result<Table<'a>, Error> {
         match self.value {
-            DeValue::Table(table) => Table::open(self.source, self.key.clone(), table, schema),
+            DeValue::Table(table) => Table::open(self.source, self.span.start, self.key.clone(), table, schema),
             _ => Err(self.wrong(format!("must be a table of {}", schema.keys.join(", ")))),
         }
     }
@@ -199,6 +203,8 @@ fn srgb_to_linear(encoded: f64) -> f64 {
 /// A table whose keys have been checked against its schema.
 pub(super) struct Table<'a> {
     source: Source<'a>,
+    /// Where the table starts in the text.
+    start: usize,
     /// Empty for the root.
     key: String,
     table: &'a DeTable<'a>,
@@ -208,7 +214,13 @@ pub(super) struct Table<'a> {
 impl<'a> Table<'a> {
     /// # Errors
     /// At the first key that the schema does not have, with the one that was likely meant.
-    pub fn open(source: Source<'a>, key: String, table: &'a DeTable<'a>, schema: Schema) -> Result<Self, Error> {
+    pub fn open(
+        source: Source<'a>,
+        start: usize,
+        key: String,
+        table: &'a DeTable<'a>,
+        schema: Schema,
+    ) -> Result<Self, Error> {
         for name in table.keys() {
             if !schema.keys.contains(&name.get_ref().as_ref()) {
                 let place = if key.is_empty() { String::new() } else { format!("{key}: ") };
@@ -216,7 +228,7 @@ impl<'a> Table<'a> {
                 return Err(source.error(name.span().start, what));
             }
         }
-        Ok(Self { source, key, table, schema })
+        Ok(Self { source, start, key, table, schema })
     }
 
     pub fn get(&self, name: &str) -> Option<Node<'a>> {
@@ -235,9 +247,8 @@ impl<'a> Table<'a> {
         self.get(name).map_or(Ok(Vec::new()), |node| node.list())
     }
 
-    /// `needs KEY` in the words of `what`; told at `at`, a value of this table, since tables themselves have no one line.
-    pub fn missing(&self, what: &str) -> Error {
-        let first = self.table.keys().map(|key| key.span().start).min().unwrap_or(0);
-        self.source.error(first, format!("{}: {what}", if self.key.is_empty() { "scene" } else { &self.key }))
+    /// An error about the table as a whole, told where it starts: `models[0]: needs …`.
+    pub fn wrong(&self, what: &str) -> Error {
+        self.source.error(self.start, format!("{}: {what}", if self.key.is_empty() { "scene" } else { &self.key }))
     }
 }
