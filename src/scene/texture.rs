@@ -86,7 +86,7 @@ fn to_rgba8(image: DynamicImage, color_space: ColorSpace) -> RgbaImage {
 
 /// IEC 61966-2-1, for 0 to 1; clamps. NaN becomes 0.
 fn srgb_encode(linear: f32) -> f32 {
-    let linear = linear.max(0.0).min(1.0);
+    let linear = if linear > 0.0 { linear.min(1.0) } else { 0.0 };
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
@@ -127,7 +127,7 @@ mod tests {
 
     #[test]
     fn float_images_are_encoded_for_srgb() {
-        let image = image::Rgba32FImage::from_pixel(1, 1, image::Rgba([0.214, 2.0, f32::NAN, 0.5]));
+        let image = image::Rgba32FImage::from_pixel(1, 1, image::Rgba([0.2159, 2.0, f32::NAN, 0.5]));
         let encoded = to_rgba8(DynamicImage::ImageRgba32F(image), ColorSpace::Srgb);
         assert_eq!(encoded.get_pixel(0, 0).0, [128, 255, 0, 128]);
     }

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -10,7 +11,7 @@ use super::normals::{Faces, corner_normals};
 use super::polygon::{newell_normal, triangulate};
 use super::scan::{Part, Scan};
 use crate::scene::mesh::triangle_normal;
-use crate::scene::{Error, Mesh};
+use crate::scene::{Error, LoadOptions, Mesh};
 
 /// A mesh and what it belongs to in the scan's tables.
 pub(super) struct Group {
@@ -50,7 +51,12 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<tobj::Mesh>, Error> {
 }
 
 /// Meshes, one for each group and material, and how many triangles without area were left out. `needs` is by material.
-pub(super) fn build(scan: &Scan, parsed: Vec<tobj::Mesh>, needs: &[MaterialNeeds]) -> (Vec<Group>, usize) {
+pub(super) fn build(
+    scan: &Scan,
+    parsed: Vec<tobj::Mesh>,
+    needs: &[MaterialNeeds],
+    options: &LoadOptions,
+) -> (Vec<Group>, usize) {
     let mut places = HashMap::new();
     let mut joined: Vec<Vec<(Part, tobj::Mesh)>> = Vec::new();
     for (&part, mesh) in scan.parts.iter().zip(parsed) {
@@ -60,6 +66,7 @@ pub(super) fn build(scan: &Scan, parsed: Vec<tobj::Mesh>, needs: &[MaterialNeeds
         });
         joined[place].push((part, mesh));
     }
+    let (done, total) = (AtomicUsize::new(0), joined.len());
     let finished: Vec<(Group, usize)> = joined
         .into_par_iter()
         .map(|parts| {
@@ -67,6 +74,7 @@ pub(super) fn build(scan: &Scan, parsed: Vec<tobj::Mesh>, needs: &[MaterialNeeds
             let mut vertices = Vertices::default();
             parts.into_iter().for_each(|(part, mesh)| vertices.append(&part, mesh));
             let (mesh, degenerate) = vertices.into_mesh(&scan.groups[group], &needs[material]);
+            options.report("meshes", done.fetch_add(1, Ordering::Relaxed) + 1, total);
             (Group { group, material, mesh }, degenerate)
         })
         .collect();

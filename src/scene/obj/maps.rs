@@ -5,11 +5,9 @@ use std::path::{Path, PathBuf};
 use image::imageops::{FilterType, resize};
 use image::{GrayImage, Luma, Rgba, RgbaImage};
 
+use super::normal_maps::{downwardness, looks_like_normals, normals_of_heights};
 use crate::scene::texture::read_image;
 use crate::scene::{ColorSpace, Error, Texture};
-
-/// How many texels deep a height map of `-bm 1` is from black to white.
-const HEIGHT_IN_TEXELS: f32 = 8.0;
 
 /// An image and which of its channels is meant (`-imfchan`), where only one is.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -36,8 +34,8 @@ pub(super) struct Made {
     pub warning: Option<String>,
     /// Some texel's opacity is below a half.
     pub has_holes: bool,
-    /// A normal map that came as such, so that the bump scale is still to be applied.
-    pub is_unscaled: bool,
+    /// For a normal map that came as such: the evidence that its green points down. The bump scale is still to be applied.
+    pub downwardness: Option<f32>,
 }
 
 impl Request {
@@ -46,7 +44,7 @@ impl Request {
     /// # Errors
     /// As `read_image`.
     pub fn make(&self) -> Result<Made, Error> {
-        let made = |texture| Made { texture: Some(texture), warning: None, has_holes: false, is_unscaled: false };
+        let made = |texture| Made { texture: Some(texture), warning: None, has_holes: false, downwardness: None };
         match self {
             Self::Color { image, mask } => {
                 let texels = color(image.as_ref(), mask.as_ref())?;
@@ -58,15 +56,13 @@ impl Request {
                 let texels = read_image(&image.path, ColorSpace::Linear)?;
                 let name = file_name([image]);
                 if *must_be_normals || looks_like_normals(&texels) {
-                    return Ok(Made {
-                        is_unscaled: true,
-                        ..made(Texture::from_image(name, texels, ColorSpace::Linear))
-                    });
+                    let downwardness = Some(downwardness(&texels));
+                    return Ok(Made { downwardness, ..made(Texture::from_image(name, texels, ColorSpace::Linear)) });
                 }
                 if *is_color_too {
                     // A slip of exporters, Crytek's Sponza among them: colours are no heights.
                     let warning = Some(format!("bump map {} is the colour map too and left out", image.path.display()));
-                    return Ok(Made { texture: None, warning, has_holes: false, is_unscaled: false });
+                    return Ok(Made { texture: None, warning, has_holes: false, downwardness: None });
                 }
                 let normals = normals_of_heights(&channel(&texels, image.channel), f32::from_bits(*bump_scale));
                 Ok(made(Texture::from_image(name, normals, ColorSpace::Linear)))
@@ -129,36 +125,6 @@ fn channel(image: &RgbaImage, letter: Option<char>) -> GrayImage {
         _ => ((u32::from(r) * 54 + u32::from(g) * 183 + u32::from(b) * 19) >> 8) as u8,
     };
     GrayImage::from_fn(image.width(), image.height(), |x, y| Luma([pick(image.get_pixel(x, y).0)]))
-}
-
-/// Whether an image holds tangent-space normals: bluish all over, and its texels decode to unit vectors.
-fn looks_like_normals(image: &RgbaImage) -> bool {
-    let stride = (image.pixels().len() / 65_536).max(1);
-    let (mut sums, mut unit, mut count) = ([0.0_f32; 3], 0_u32, 0_u32);
-    for texel in image.pixels().step_by(stride) {
-        let [r, g, b, _] = texel.0.map(|value| (f32::from(value) - 128.0) / 127.0);
-        let length = (r * r + g * g + b * b).sqrt();
-        unit += u32::from(b > 0.0 && (length - 1.0).abs() < 0.25);
-        sums.iter_mut().zip([r, g, b]).for_each(|(sum, value)| *sum += value);
-        count += 1;
-    }
-    let mean = sums.map(|sum| sum / count as f32);
-    mean[2] - mean[0].max(mean[1]) > 0.2 && unit as f32 > 0.6 * count as f32
-}
-
-/// Tangent-space normals, +Y up, of a repeating height field (Sobel's gradient).
-fn normals_of_heights(heights: &GrayImage, bump_scale: f32) -> RgbaImage {
-    let (width, height) = heights.dimensions();
-    let at = |x: u32, y: u32| f32::from(heights.get_pixel(x % width, y % height).0[0]) / 255.0;
-    let strength = HEIGHT_IN_TEXELS * bump_scale / 8.0;
-    RgbaImage::from_fn(width, height, |x, y| {
-        let (left, right, above, below) = (x + width - 1, x + 1, y + height - 1, y + 1);
-        let column = |x: u32| at(x, above) + 2.0 * at(x, y) + at(x, below);
-        let row = |y: u32| at(left, y) + 2.0 * at(x, y) + at(right, y);
-        let normal = glam::Vec3::new(column(left) - column(right), row(below) - row(above), 0.0) * strength;
-        let [x, y, z] = (normal + glam::Vec3::Z).normalize().to_array().map(|n| (n * 127.0).round() as i32 + 128);
-        Rgba([x as u8, y as u8, z as u8, 255])
-    })
 }
 
 fn metallic_roughness(

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::geometry::MaterialNeeds;
 use super::maps::{Made, Request, Source, roughness_of_shininess};
 use super::mtl::{Definition, Map};
+use super::normal_maps::{CLEARLY_DOWN, turn_green_over};
 use super::text;
 use crate::scene::{AlphaMode, Error, LoadOptions, Material, Texture, TextureSlot};
 
@@ -222,19 +223,21 @@ pub(super) fn finish(
     for made in made {
         let made = made?;
         warnings.extend(made.warning);
-        outcomes.push((made.texture.is_some().then_some(textures.len()), made.has_holes, made.is_unscaled));
+        outcomes.push((made.texture.is_some().then_some(textures.len()), made.has_holes, made.downwardness));
         textures.extend(made.texture);
     }
+    let normal_maps: Vec<_> = outcomes.iter().filter_map(|&(texture, _, down)| Some((texture?, down?))).collect();
+    turn_normal_maps(&mut textures, &normal_maps, warnings);
     let materials = drafts.into_iter().map(|Draft { mut material, requests, .. }| {
         for (slot, request) in requests {
-            let (texture, has_holes, is_unscaled) = outcomes[numbers[&request]];
+            let (texture, has_holes, downwardness) = outcomes[numbers[&request]];
             put(&mut material, slot, texture);
             if slot == TextureSlot::BaseColor && has_holes {
                 material.alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
                 // What is cut out of a sheet, as leaves and chains are, is seen from behind too.
                 material.two_sided = true;
             }
-            if slot == TextureSlot::Normal && !is_unscaled {
+            if slot == TextureSlot::Normal && downwardness.is_none() {
                 // The scale is in the map already, or there is no map.
                 material.normal_scale = 1.0;
             }
@@ -243,6 +246,19 @@ pub(super) fn finish(
     });
     let materials = materials.collect();
     Ok((materials, textures))
+}
+
+/// MTL does not say which way a normal map's green points. All of a model's maps come from one tool, so they vote.
+fn turn_normal_maps(textures: &mut [Texture], maps: &[(usize, f32)], warnings: &mut Vec<String>) {
+    let mean = maps.iter().map(|(_, down)| down).sum::<f32>() / maps.len().max(1) as f32;
+    if mean <= CLEARLY_DOWN {
+        return;
+    }
+    for &(texture, _) in maps {
+        turn_green_over(&mut textures[texture].texels);
+    }
+    let (first, count) = (&textures[maps[0].0].name, maps.len());
+    warnings.push(format!("normal maps ({count}, as `{first}`) have green pointing down, as in DirectX; turned over"));
 }
 
 fn put(material: &mut Material, slot: TextureSlot, texture: Option<usize>) {
@@ -289,7 +305,9 @@ fn library_paths<'a>(folder: &Path, names: &'a str) -> (Vec<PathBuf>, Vec<&'a st
         let ends = rest.char_indices().filter(|(_, c)| c.is_whitespace()).map(|(at, _)| at);
         let mut ends: Vec<usize> = ends.chain([rest.len()]).collect();
         ends.reverse();
-        let found = ends.iter().find_map(|&end| text::find_file(folder, &rest[..end]).map(|path| (path, end)));
+        let found = ends.iter().find_map(|&end| {
+            text::find_file(folder, &rest[..end]).filter(|path| path.is_file()).map(|path| (path, end))
+        });
         let end = match found {
             Some((path, end)) => {
                 paths.push(path);

@@ -21,7 +21,7 @@
 //! | `Ks`, `map_Ks` | specular colour of the Phong models; F0 stays 0.04 whatever it is |
 //! | `Ka` | ambient share of the Phong models: luminance of Ka over Kd |
 //! | `Ke`, `map_Ke` | emitted radiance in nits |
-//! | `norm`, `bump`, `map_Bump` | normal map, +Y up; a bump map that is no normal map is taken for heights; `-bm` scales both |
+//! | `norm`, `bump`, `map_Bump` | normal map; +Y up, unless the maps' curl shows it to point down; any other picture is taken for heights; `-bm` scales both |
 //! | `-s`, `-o` | texture coordinates, if all maps of the material agree |
 //!
 //! All colours are taken as linear, as the format does not say. `illum`, `Ni`, `Tf` and `map_Ka` change nothing.
@@ -30,6 +30,7 @@ mod geometry;
 mod maps;
 mod materials;
 mod mtl;
+mod normal_maps;
 mod normals;
 mod polygon;
 mod scan;
@@ -64,7 +65,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Imported, Error> {
         || materials::finish(drafts, options, &mut warnings),
         || {
             let parsed = geometry::parse(path, &std::mem::take(&mut scan.text))?;
-            Ok(geometry::build(&scan, parsed, &needs))
+            Ok(geometry::build(&scan, parsed, &needs, options))
         },
     );
     let (groups, degenerate) = built?;
@@ -87,6 +88,7 @@ fn draft_materials(path: &Path, scan: &Scan, warnings: &mut Vec<String>) -> Resu
     let by_name: HashMap<&str, usize> = definitions.iter().enumerate().map(|(i, d)| (d.name.as_str(), i)).collect();
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut drafts = Vec::new();
+    let mut undefined = Vec::new();
     for (name, line) in &scan.materials {
         let ignoring_case = || definitions.iter().position(|d| d.name.eq_ignore_ascii_case(name));
         let found = by_name.get(name.as_str()).copied().or_else(ignoring_case);
@@ -99,12 +101,17 @@ fn draft_materials(path: &Path, scan: &Scan, warnings: &mut Vec<String>) -> Resu
             }
             None => {
                 if !name.is_empty() {
-                    let what = "is not defined, a plain one is used";
-                    warnings.push(format!("{}:{line}: material `{name}` {what}", path.display()));
+                    undefined.push((name, line));
                 }
                 materials::plain(name)
             }
         });
+    }
+    if let Some((name, line)) = undefined.first() {
+        let others = if undefined.len() > 1 { format!(" and {} more", undefined.len() - 1) } else { String::new() };
+        let verb = if undefined.len() > 1 { "are" } else { "is" };
+        let what = format!("material `{name}`{others} {verb} not defined, drawn plain");
+        warnings.push(format!("{}:{line}: {what}", path.display()));
     }
     Ok(drafts)
 }
