@@ -88,7 +88,7 @@ fn block((top, height): ([[f64; 2]; 4], f64)) -> MeshBuilder {
     let mut mesh = MeshBuilder::new();
     mesh.quad_metric([0, 1, 2, 3].map(|corner| at(corner, height)));
     for corner in 0..4 {
-        mesh.quad_metric([at(corner + 1, 0.0), at(corner, 0.0), at(corner, height), at(corner + 1, height)]);
+        mesh.quad_metric([at(corner, 0.0), at(corner + 1, 0.0), at(corner + 1, height), at(corner, height)]);
     }
     mesh
 }

@@ -5,6 +5,8 @@
 mod checks;
 mod cornell;
 mod field;
+mod hall;
+mod paint;
 mod params;
 pub mod shapes;
 mod spheres;
@@ -27,6 +29,7 @@ pub struct Builtin {
 
 /// Every built-in scene.
 pub const CATALOGUE: &[&Builtin] = &[
+    &hall::HALL,
     &spheres::SPHERES,
     &field::FIELD,
     &cornell::CORNELL,
@@ -104,7 +107,7 @@ mod tests {
         assert!(says("builtin:quad?albedo=nan").contains("number from 0 to 1"));
         assert!(says("builtin:field?lights").contains("key=value"));
         assert!(says("builtin:field?lights=1&lights=2").contains("twice"));
-        assert!(says("builtin:list").contains("spheres, field"));
+        assert!(says("builtin:list").contains("hall, spheres"));
         assert!(says("builtin:cornell?x=1").contains("no parameters"));
     }
 }

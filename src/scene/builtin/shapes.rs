@@ -145,6 +145,12 @@ impl MeshBuilder {
         self.append(other, &DAffine3::from_translation(DVec3::new(x, y, z)));
     }
 
+    /// Stretches the texture coordinates: a texture that repeats every metre comes to repeat every `1 / factor` metres.
+    pub fn scale_uvs(mut self, factor: f64) -> Self {
+        self.vertices.iter_mut().for_each(|vertex| vertex.uv *= factor);
+        self
+    }
+
     /// Recentred on its bounds, without tangents.
     pub fn finish(self, name: &str) -> Mesh {
         let bounds = Aabb::of_points(self.vertices.iter().map(|vertex| vertex.position));
@@ -283,7 +289,7 @@ mod tests {
             let expected = match name {
                 "box" => 6.0,
                 "sphere" => 33.5,
-                "cylinder" => 6.28,
+                "cylinder" => std::f32::consts::TAU,
                 "cone" => 2.09,
                 "torus" => 9.87,
                 _ => continue,
