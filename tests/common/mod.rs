@@ -4,6 +4,7 @@
 #![allow(dead_code)]
 
 pub mod compare;
+pub mod golden;
 pub mod gpu;
 pub mod stage;
 pub mod truth;
