@@ -12,3 +12,8 @@ pub mod plan;
 pub mod scene;
 pub mod shaders;
 pub mod targets;
+
+/// The README's Rust, compiled and run by the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

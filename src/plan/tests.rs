@@ -219,7 +219,10 @@ fn lambert_without_a_shadow_stores_no_material() {
 #[test]
 fn lighting_has_code_for_the_lights_that_shine_and_no_others() {
     let lights = |lights: Vec<Light>| plan(&scene(vec![material(CT)], lights)).lights;
-    assert!(!lights(vec![]).any() && lights(vec![]) == PlannedLights { falloff: 3, ..PlannedLights::default() });
+    assert!(
+        !lights(vec![]).any()
+            && lights(vec![]) == PlannedLights { falloff: 3, uniform: true, ..PlannedLights::default() }
+    );
     let dark = Light { intensity: 0.0, ..spot(Falloff::Quadratic) };
     assert!(!lights(vec![dark.clone()]).any());
     let directional = lights(vec![sky(), dark]);

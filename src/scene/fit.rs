@@ -7,7 +7,7 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::{Aabb, Camera, Environment, Light, LightKind, Scene};
+use super::{Aabb, Camera, Environment, Light, LightKind, Scene, metered_ev100};
 
 /// Room around a fitted object, as a share of the picture.
 const MARGIN: f64 = 1.06;
@@ -20,17 +20,39 @@ const HORIZON_HITS: usize = 12;
 const EYE_HEIGHTS: [f64; 2] = [0.16, 0.3];
 /// Where along the hall to stand, as shares of its length from either end.
 const STANDS: [f64; 3] = [0.1, 0.16, 0.22];
+/// How much darker the shade of a hall is than the open.
+const SHADE_STOPS: f32 = 2.0;
 /// Lux of the sun and nits of the sky light that goes with it.
 const SUN_LUX: f32 = 100_000.0;
-const SKY_NITS: f32 = 4_000.0;
+const SKY_NITS: f32 = 9_000.0;
+
+/// Where a fitted camera stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stand {
+    /// Before the model, in the open.
+    Outside,
+    /// Within its walls, where little of the sun comes.
+    Inside,
+}
 
 /// Points the scene's camera at everything in it; an empty scene keeps its own.
-pub fn fit_camera(scene: &mut Scene, aspect: f64) {
+pub fn fit_camera(scene: &mut Scene, aspect: f64) -> Stand {
     let bounds = scene.bounds();
     if bounds.is_empty() || !bounds.radius().is_finite() {
-        return;
+        return Stand::Outside;
     }
-    scene.camera = hall_camera(scene, &bounds).unwrap_or_else(|| object_camera(&bounds, aspect));
+    let inside = hall_camera(scene, &bounds);
+    let stand = if inside.is_some() { Stand::Inside } else { Stand::Outside };
+    scene.camera = inside.unwrap_or_else(|| object_camera(&bounds, aspect));
+    stand
+}
+
+/// Exposes a lit model for where its fitted camera stands. Metering knows no shadows, so that inside, where most lies in the
+/// shade, it opens by [`SHADE_STOPS`].
+pub fn fit_exposure(scene: &mut Scene, stand: Stand) {
+    if stand == Stand::Inside {
+        scene.settings.exposure = Some(metered_ev100(scene) - SHADE_STOPS);
+    }
 }
 
 /// A sun that slants in along the longer side, steep enough for the floor of an open court, and light from the sky.
@@ -95,7 +117,7 @@ fn hall_camera(scene: &Scene, bounds: &Aabb) -> Option<Camera> {
             best = Some((view, Camera { near: bounds.radius() * 1e-3, ..camera }));
         }
     }
-    best.filter(|(view, _)| *view > 0.4 * length).map(|(_, camera)| camera)
+    best.filter(|(view, _)| *view > 0.33 * length).map(|(_, camera)| camera)
 }
 
 /// All triangles in world space, for a handful of rays: no hierarchy pays for itself.

@@ -31,10 +31,11 @@ pub enum LightKind {
     },
 }
 
-/// How light weakens with the distance d. DESIGN: `sat(1-(d/r)^4)^2` windows it when there is a range r.
+/// How light weakens with the distance d, in metres; r is the range.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Falloff {
-    /// 1 / d^2, windowed as KHR_lights_punctual recommends when there is a range.
+    /// 1 / max(d^2, 1 cm^2), windowed by `sat(1 - (d/r)^4)^2` when there is a range (Karis 2013, "Real Shading in Unreal
+    /// Engine 4"; the window that KHR_lights_punctual recommends is its square root).
     #[default]
     InverseSquare,
     /// max(1 - (d/r)^2, 0); needs a range.

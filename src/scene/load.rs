@@ -57,8 +57,9 @@ pub fn open(spec: &str, options: &OpenOptions) -> Result<Scene, Error> {
 fn open_model(path: &Path, options: &OpenOptions) -> Result<Scene, Error> {
     let mut scene = Scene { name: path.display().to_string(), ..Scene::default() };
     load_model(path, options, DAffine3::IDENTITY, &mut scene)?;
-    fit::fit_camera(&mut scene, options.aspect);
+    let stand = fit::fit_camera(&mut scene, options.aspect);
     fit::add_daylight(&mut scene);
+    fit::fit_exposure(&mut scene, stand);
     Ok(scene)
 }
 

@@ -60,7 +60,7 @@ pub enum Tonemap {
     #[default]
     Neutral,
     Agx,
-    /// Narkowicz's or Hill's fit of the ACES reference rendering transform.
+    /// Stephen Hill's fit of the ACES reference and output transforms.
     Aces,
     /// Clamp only.
     None,

@@ -90,6 +90,8 @@ fn build(params: &Params) -> Scene {
     let end = hall.length() * 0.5;
     let eye = DVec3::new(-end + 1.3, 1.75, 1.25);
     let target = DVec3::new(end * 0.55, 3.55, -0.55);
+    // For open shade beside the sun: metering, which knows no shadows, would close by a stop.
+    hall.stage.scene.settings.exposure = Some(13.9);
     hall.stage.scene.camera = Camera { fov_y_degrees: 66.0, near: 0.05, ..Camera::looking_at(eye, target, DVec3::Y) };
     hall.stage.scene
 }
@@ -97,11 +99,11 @@ fn build(params: &Params) -> Scene {
 /// The sun in the afternoon, what the sky gives, and what the lit floor throws back into the shade: without it, everything that the
 /// sun does not reach would be as flat as the ambient light.
 fn daylight(stage: &mut Stage) {
-    stage.sun(DVec3::new(-0.36, -1.0, 0.46), 42_000.0, Vec3::new(1.0, 0.89, 0.72), true);
-    stage.sun(DVec3::new(0.25, 1.0, -0.55), 1_800.0, Vec3::new(1.0, 0.78, 0.55), false);
-    stage.sun(DVec3::new(0.75, -0.2, 0.35), 1_100.0, Vec3::new(0.75, 0.85, 1.0), false);
+    stage.sun(DVec3::new(-0.22, -1.0, 0.30), 60_000.0, Vec3::new(1.0, 0.91, 0.76), true);
+    stage.sun(DVec3::new(0.25, 1.0, -0.55), 5_000.0, Vec3::new(1.0, 0.80, 0.58), false);
+    stage.sun(DVec3::new(0.75, -0.2, 0.35), 2_500.0, Vec3::new(0.75, 0.85, 1.0), false);
     stage.scene.environment =
-        Environment { ambient: Vec3::new(0.86, 0.93, 1.1) * 820.0, background: Vec3::new(0.36, 0.58, 1.0) * 9_000.0 };
+        Environment { ambient: Vec3::new(0.92, 0.95, 1.04) * 4_500.0, background: Vec3::new(0.42, 0.62, 1.0) * 14_000.0 };
 }
 
 /// Height of the lanterns' flames, under the aisles' ceilings.
