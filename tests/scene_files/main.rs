@@ -1,0 +1,138 @@
+//! Scene files: what docs/SCENES.md says is what is read, and what is wrong ends in one line that names file, line and key.
+
+mod builtin;
+mod document;
+mod refused;
+
+use std::fs;
+use std::path::Path;
+
+use afterlight::scene::file::{self, schema};
+use afterlight::scene::{Brdf, Falloff, LightKind, OpenOptions, Scene, open};
+use glam::{DVec3, Vec3};
+use tempfile::TempDir;
+
+/// Every key of every table, with a value that is right.
+const EVERYTHING: &str = include_str!("everything.toml");
+
+/// A folder with the files that the examples name.
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write(
+        "crate.obj",
+        "mtllib crate.mtl\nusemtl planks\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n",
+    );
+    write("crate.mtl", "newmtl planks\nKd 0.5 0.4 0.3\n");
+    write("everything.toml", EVERYTHING);
+    image::RgbaImage::from_pixel(2, 2, image::Rgba([128, 128, 255, 255]))
+        .save(folder.path().join("planks.png"))
+        .unwrap();
+    folder
+}
+
+fn read(folder: &TempDir, text: &str) -> Result<Scene, String> {
+    file::parse(text, &folder.path().join("scene.toml"), &OpenOptions::default()).map_err(|error| error.to_string())
+}
+
+/// The error of a text, without the folder: `scene.toml:3: camera.near = 0: must be ...`.
+fn refusal(text: &str) -> String {
+    let folder = folder();
+    let Err(error) = read(&folder, text) else { panic!("{text:?} is read") };
+    assert_eq!(error.lines().count(), 1, "{error:?}");
+    error.replace(&format!("{}/", folder.path().display()), "")
+}
+
+#[test]
+fn every_key_does_what_it_says() {
+    let scene = read(&folder(), EVERYTHING).unwrap();
+    for table in schema::TABLES {
+        for key in table.keys {
+            assert!(EVERYTHING.contains(key), "{}.{key} is not tried", table.table);
+        }
+    }
+    let material = |name: &str| scene.materials.iter().position(|material| material.name == name).unwrap();
+    let worn = |name: &str| {
+        let objects = scene.objects.iter().filter(|object| object.name == name);
+        objects.map(|object| object.material).collect::<Vec<_>>()
+    };
+    assert_eq!(worn("crates"), vec![material("paint"); 4]);
+    assert_eq!(worn("ball"), vec![material("paint")]);
+    let paint = &scene.materials[material("paint")];
+    assert_eq!(
+        (paint.brdf, paint.emissive, paint.two_sided),
+        (Brdf::BlinnPhong, Vec3::new(1.0, 2.0, 3.0) * 10.0, true)
+    );
+    assert_eq!(paint.textures().count(), 6);
+    // The same file as colour and as numbers is two textures, not six.
+    assert_eq!(scene.textures.len(), 2);
+    let crates = &scene.meshes[scene.objects.iter().find(|object| object.name == "crates").unwrap().mesh];
+    assert_eq!(crates.tangents.len(), crates.positions.len());
+    let [.., point, spot] = scene.lights.as_slice() else { panic!("{:?}", scene.lights) };
+    assert!(matches!(point.kind, LightKind::Point { falloff: Falloff::Polynomial { quadratic: 3.0, .. }, .. }));
+    let LightKind::Spot { direction, .. } = spot.kind else { panic!("{spot:?}") };
+    assert!((direction - DVec3::NEG_Y).length() < 1e-12);
+    let settings = scene.settings.decide();
+    assert_eq!((settings.size, settings.exposure, settings.shadows.size), ([640, 360], Some(3.0), 512));
+    assert_eq!((scene.camera.fov_y_degrees, scene.camera.near), (50.0, 0.02));
+    assert_eq!(scene.environment.background, Vec3::new(4.0, 5.0, 6.0));
+}
+
+#[test]
+fn copies_stand_where_grid_instances_and_the_models_own_transform_put_them() {
+    let text = "[[models]]\nshape = { kind = 'sphere' }\ntranslation = [0, 10, 0]\nrotation = [0, 90, 0]\nscale = 2\n\
+                grid = { count = [2, 1, 1], spacing = [4, 0, 0] }\ninstances = [{}, { translation = [0, 0, 1] }]\n";
+    let scene = read(&folder(), text).unwrap();
+    let places: Vec<DVec3> = scene.objects.iter().map(|object| object.transform.translation).collect();
+    // A quarter turn about +Y takes +X to -Z and +Z to +X.
+    let expected = [[0., 10., 4.], [2., 10., 4.], [0., 10., -4.], [2., 10., -4.]];
+    assert_eq!(places.len(), expected.len());
+    for (place, expected) in places.iter().zip(expected) {
+        assert!((*place - DVec3::from(expected)).length() < 1e-12, "{places:?}");
+    }
+}
+
+fn write(folder: &Path, name: &str, text: &str) {
+    fs::write(folder.join(name), text).unwrap();
+}
+
+#[test]
+fn a_base_is_changed_key_by_key() {
+    let folder = folder();
+    fs::create_dir(folder.path().join("sub")).unwrap();
+    write(
+        folder.path(),
+        "sub/first.toml",
+        "base='../everything.toml'\n[settings]\nexposure = 7\n[camera]\nfov_y_degrees = 20\n",
+    );
+    let first = read(&folder, EVERYTHING).unwrap();
+    let text = "base = 'sub/first.toml'\nbase_lights = false\n[settings]\nsize = '10x20'\n[environment]\nambient_strength = 2\n";
+    let scene = read(&folder, text).unwrap();
+    let settings = scene.settings.decide();
+    assert_eq!((settings.size, settings.exposure, settings.shadows.size), ([10, 20], Some(7.0), 512));
+    assert_eq!((scene.camera.fov_y_degrees, scene.camera.near, scene.lights.len()), (20.0, 0.02, 0));
+    assert_eq!(scene.camera.position, first.camera.position);
+    assert_eq!(scene.environment.ambient, first.environment.ambient * 2.0);
+    assert_eq!(scene.objects.len(), first.objects.len());
+    let on_a_model = read(&folder, "base = 'crate.obj'").unwrap();
+    assert_eq!((on_a_model.lights.len(), on_a_model.objects.len()), (1, 1));
+}
+
+#[test]
+fn files_that_build_on_each_other_in_a_circle_are_refused() {
+    let folder = folder();
+    write(folder.path(), "a.toml", "# one\nbase = 'b.toml'");
+    write(folder.path(), "b.toml", "base = 'a.toml'");
+    for _ in 0..2 {
+        let path = folder.path().join("a.toml");
+        let error = open(path.to_str().unwrap(), &OpenOptions::default()).unwrap_err().to_string();
+        assert!(error.contains("a.toml:2: base = 'b.toml': more than 8 files build on each other"), "{error}");
+    }
+    // The limit counts files that build on each other, not files that were read.
+    write(folder.path(), "0.toml", "base = 'builtin:quad'");
+    for index in 1..8 {
+        write(folder.path(), &format!("{index}.toml"), &format!("base = '{}.toml'", index - 1));
+    }
+    assert!(read(&folder, "base = '6.toml'").is_ok());
+    assert!(read(&folder, "base = '7.toml'").is_err());
+}

@@ -1,0 +1,253 @@
+//! What is wrong in a scene file, and what is said about it.
+
+use std::fs;
+use std::path::PathBuf;
+
+use afterlight::scene::{OpenOptions, open};
+use proptest::prelude::*;
+
+use super::{EVERYTHING, folder, read, refusal};
+
+/// Each must be refused at its line with these words.
+fn all_refused(table: &[(&str, &str)]) {
+    for (text, words) in table {
+        let error = refusal(text);
+        assert!(error.contains(words), "{text:?}:\n  {error}\n  lacks {words:?}");
+    }
+}
+
+#[test]
+fn an_unknown_key_is_refused_at_its_line_with_the_one_that_was_meant() {
+    all_refused(&[
+        ("\n[cameras]\n", "scene.toml:2: unknown key \"cameras\": did you mean \"camera\"?"),
+        ("[camera]\n\nfov = 3", "scene.toml:3: camera: unknown key \"fov\": did you mean \"fov_y_degrees\"?"),
+        (
+            "[[lights]]\nkind='point'\nintensty=3",
+            "scene.toml:3: lights[0]: unknown key \"intensty\": did you mean \"intensity\"?",
+        ),
+        (
+            "[[models]]\nshape={kind='box', sizes=[1,1,1]}",
+            "scene.toml:2: models[0].shape: unknown key \"sizes\": did you mean \"size\"?",
+        ),
+        (
+            "[settings.shadows]\nsise = 3",
+            "scene.toml:2: settings.shadows: unknown key \"sise\": did you mean \"size\"?",
+        ),
+        (
+            "[settings]\n\ntonemap = 'agxx'",
+            "scene.toml:3: settings.tonemap = 'agxx': unknown tonemap \"agxx\": did you mean \"agx\"?",
+        ),
+        ("[settings]\ngbuffer = 'lean,norml=oct16'", "did you mean \"normal\"?"),
+        ("[[models]]\nshape = {kind = 'sphare'}", "did you mean \"sphere\"?"),
+        (
+            "base = 'builtin:hal'",
+            "scene.toml:1: base = 'builtin:hal': unknown built-in scene \"hal\": did you mean \"hall\"?",
+        ),
+        (
+            "[[models]]\nbuiltin = 'field?object=1'",
+            "scene.toml:2: models[0].builtin = 'field?object=1': builtin:field: unknown parameter \"object\"",
+        ),
+        (
+            "[[models]]\nshape={kind='box'}\nmaterial='steel'\n[[materials]]\nname='steal'",
+            "scene.toml:3: models[0].material = 'steel': unknown material \"steel\": did you mean \"steal\"?",
+        ),
+        (
+            "\n[[models]]\npath='crate.obj'\nmaterials={plank='planks'}",
+            "scene.toml:4: models[0].materials.plank = 'planks': the model has no such material: unknown material \"plank\": did you mean \"planks\"?",
+        ),
+        ("\"a\\nb\\u001b\" = 1", "scene.toml:1: unknown key \"a\\nb"),
+    ]);
+}
+
+#[test]
+fn a_value_of_the_wrong_type_is_refused() {
+    all_refused(&[
+        ("lights = 3", "scene.toml:1: lights = 3: must be an array"),
+        ("lights = [3]", "lights[0] = 3: must be a table of name, kind"),
+        ("camera = 'x'", "camera = 'x': must be a table"),
+        ("base = 3", "base = 3: must be a string"),
+        ("base = 'builtin:quad'\nbase_lights = 1", "scene.toml:2: base_lights = 1: must be true or false"),
+        ("[camera]\nnear = '1'", "camera.near = '1': must be from"),
+        ("[camera]\nposition = [1, 2]", "camera.position = [1, 2]: must be 3 numbers, [x, y, z]"),
+        ("[camera]\nposition = [1, true, 2]", "camera.position[1] = true: must be a number"),
+        ("[camera]\nposition = 1979-05-27", "camera.position = 1979-05-27: must be 3 numbers"),
+        ("[environment]\nambient = '#12345g'", "environment.ambient = '#12345g': must be \"#rrggbb\""),
+        ("[environment]\nambient = 4", "must be 3 numbers, linear [r, g, b]"),
+        ("[settings]\nsize = '12'", "expected WIDTHxHEIGHT"),
+        ("[settings]\nsize = [1.5, 2]", "settings.size[0] = 1.5: must be a whole number from 1"),
+        ("[settings]\nbrdf = 7", "settings.brdf = 7: must be a string"),
+        ("[[models]]\nshape={kind='box'}\nmaterials = 'x'", "must be a table"),
+        ("[[models]]\nshape={kind='box'}\nrotation = 3", "must be 3 numbers, [x, y, z] in degrees, or a table"),
+        ("[[models]]\nshape={kind='box'}\nscale = 'big'", "must be 3 numbers"),
+    ]);
+}
+
+#[test]
+fn a_number_out_of_range_is_refused_with_the_range() {
+    let light = |line: &str| format!("[[lights]]\nkind='point'\nposition=[0,0,0]\nintensity=1\n{line}");
+    let refused = |line: &str, words: &str| all_refused(&[(&light(line), &format!("scene.toml:5: {words}"))]);
+    refused("range = 0", "lights[0].range = 0: must be from 1e-12 to 1e15");
+    refused("range = -1", "lights[0].range = -1: must be");
+    refused("range = 1e-300", "lights[0].range = 1e-300: must be");
+    refused("color = [1, -1, 1]", "lights[0].color[1] = -1: must be from 0");
+    refused("falloff = 'quadratic'", "lights[0].falloff = 'quadratic': a quadratic fall-off needs a range");
+    refused("falloff = {}", "lights[0].falloff = {}: needs at least one of constant");
+    refused("falloff = { linear = -1 }", "lights[0].falloff.linear = -1: must not be negative");
+    refused("direction = [0, 1, 0]", "lights[0].direction = [0, 1, 0]: a point light has no such key");
+    all_refused(&[
+        (
+            "[[lights]]\nkind='point'\nposition=[0,0,0]\nintensity=-1",
+            "scene.toml:4: lights[0].intensity = -1: must be from 0 to 1e18",
+        ),
+        ("[[lights]]\nkind='point'\nposition=[0,0,0]\nintensity=nan", "lights[0].intensity = nan: must be"),
+        ("[[lights]]\nkind='directional'\ndirection=[0,0.0,-0.0]\nintensity=1", "must not be zero: it is a direction"),
+        (
+            "[[lights]]\nkind='spot'\nposition=[0,1,0]\ntarget=[0,1,0]\nintensity=1",
+            "must not be the light's own position",
+        ),
+        (
+            "[[lights]]\nkind='spot'\nposition=[0,1,0]\ntarget=[0,0,0]\nintensity=1\ninner_angle_degrees=50",
+            "scene.toml:6: lights[0].inner_angle_degrees = 50: must not be above outer_angle_degrees, which is 45",
+        ),
+        ("[camera]\nfov_y_degrees = 0", "must be from 0.001 to 179.999 degrees"),
+        ("[camera]\nfov_y_degrees = 180", "must be from 0.001 to 179.999 degrees"),
+        ("[camera]\nposition = [0, inf, 0]", "camera.position[1] = inf: must be a number from -1e15 to 1e15"),
+        (
+            "[camera]\nposition = [1, 2, 3]\ntarget = [1, 2, 3.0]",
+            "scene.toml:3: camera.target = [1, 2, 3.0]: must not be the camera's own position",
+        ),
+        ("[camera]\nnear = 0.0", "camera.near = 0.0: must be from 1e-12"),
+        ("[camera]\nexposure = 101", "must be an EV100 from -100 to 100"),
+        ("[settings]\nexposure = -inf", "must be an EV100 from -100 to 100"),
+        ("[settings]\nsize = [0, 720]", "settings.size[0] = 0: must be a whole number from 1"),
+        ("[settings]\nsize = '0x720'", "width and height must be at least 1"),
+        ("[settings]\nshadows = { size = 0 }", "must be a whole number from 1 to 16384"),
+        ("[settings.shadows]\nsize = 16385", "must be a whole number from 1 to 16384"),
+        ("[settings.shadows]\nslope_bias = -0.1", "must be 0 to 1000"),
+        (
+            "[[materials]]\nname='a'\nroughness = 1.01",
+            "scene.toml:3: materials[0].roughness = 1.01: must be from 0 to 1",
+        ),
+        ("[[materials]]\nname='a'\nbase_color = [0, 0, 2]", "materials[0].base_color[2] = 2: must be from 0 to 1"),
+        ("[[materials]]\nname='a'\nalpha_cutoff = 0.3", "alpha_cutoff goes with alpha_mode = \"mask\""),
+        ("[[models]]\nshape={kind='box'}\nscale = 0", "must not be 0"),
+        ("[[models]]\nshape={kind='sphere', radius=-1}", "models[0].shape.radius = -1: must be from 1e-12"),
+        ("[[models]]\nshape={kind='sphere', size=[1,1]}", "a sphere has no such key (it has radius, segments)"),
+        ("[[models]]\nshape={kind='sphere', segments=2}", "must be a whole number from 3 to 1024"),
+        ("[[models]]\nshape={kind='box'}\nrotation={axis=[0,0,0],degrees=1}", "must not be zero"),
+        ("[[models]]\nshape={kind='box'}\nrotation={quaternion=[0,0,0,0]}", "must not be zero"),
+        ("[[models]]\nshape={kind='box'}\nrotation={degrees=1}", "must have either quaternion, or axis and degrees"),
+        (
+            "[[models]]\nshape={kind='box'}\ngrid={count=[2000,2001,1],spacing=[1,1,1]}",
+            "makes more than 4000000 copies",
+        ),
+        (
+            "\n[[models]]\nshape={kind='box'}\ntranslation=[9e14,0,0]\ninstances=[{translation=[9e14,0,0]}]",
+            "scene.toml:2: models[0]: reaches farther than 1e15 metres",
+        ),
+    ]);
+}
+
+#[test]
+fn what_is_missing_or_does_not_go_together_is_told_where_its_table_starts() {
+    all_refused(&[
+        ("\n\n[[lights]]", "scene.toml:3: lights[0]: needs kind: directional, point or spot"),
+        (
+            "\n[[lights]]\nintensity=1\nkind='spot'\nposition=[0,0,0]",
+            "scene.toml:2: lights[0]: needs either direction or target",
+        ),
+        ("[[lights]]\nkind='point'", "needs intensity"),
+        ("[[lights]]\nkind='point'\nintensity=1", "needs position"),
+        ("[[materials]]\nroughness=1", "scene.toml:1: materials[0]: needs name"),
+        ("\n[[models]]\nname='x'", "scene.toml:2: models[0]: needs exactly one of path, builtin, shape"),
+        ("[[models]]\npath='a.obj'\nbuiltin='hall'", "needs exactly one of"),
+        ("[[models]]\nshape={kind='box'}\ngrid={count=[1,1,1]}", "scene.toml:3: models[0].grid: needs spacing"),
+        ("[camera]\nup=[0,1,0]", "up goes with target"),
+        (
+            "[camera]\ntarget=[0,0,0]\nrotation=[0,0,0]",
+            "scene.toml:3: camera.rotation = [0,0,0]: a camera has either target or rotation",
+        ),
+        ("base_lights = false", "base_lights goes with base"),
+    ]);
+}
+
+#[test]
+fn text_that_is_no_toml_names_the_line() {
+    all_refused(&[
+        ("\n\n[camera\n", "scene.toml:3: "),
+        ("a = 1\na = 2", "scene.toml:2: "),
+        ("[camera]\r\nnear = \r\n", "scene.toml:2: "),
+        ("\u{feff}x = 1", "scene.toml:1: unknown key \"x\""),
+        ("x", "scene.toml:1: "),
+    ]);
+    // Depth ends in an error, not at the end of the stack.
+    for text in ["[".repeat(100_000), format!("a={}", "[".repeat(100_000)), format!("a={}", "{a=".repeat(100_000))] {
+        refusal(&text);
+    }
+    refusal(&format!("{}a=1", "a.".repeat(100_000)));
+}
+
+#[test]
+fn files_that_cannot_be_read_are_told_at_the_line_that_names_them() {
+    all_refused(&[
+        ("[[models]]\n\npath='no.obj'", "scene.toml:3: models[0].path = 'no.obj': cannot read no.obj: "),
+        (
+            "[[models]]\npath='everything.toml'",
+            "scene.toml:2: models[0].path = 'everything.toml': everything.toml: a scene file is not a model",
+        ),
+        ("[[models]]\npath='planks.png'", ".png is not a format that is read; afterlight reads models from .obj files"),
+        ("[[models]]\npath='.'", "scene.toml:2: models[0].path = '.': "),
+        ("[[models]]\npath='a\\u0000b.obj'", "scene.toml:2: "),
+        ("[[models]]\npath=\"a\\nb.obj\"", "scene.toml:2: "),
+        (
+            "[[materials]]\nname='a'\nnormal_texture='no.png'",
+            "scene.toml:3: materials[0].normal_texture = 'no.png': cannot read no.png: ",
+        ),
+        ("[[materials]]\nname='a'\nnormal_texture='crate.obj'", "crate.obj: is not an image"),
+        ("[[materials]]\nname='a'\nnormal_texture=''", "scene.toml:3: "),
+        ("base = 'no.toml'", "scene.toml:1: base = 'no.toml': cannot read no.toml: "),
+        ("base = 'crate.mtl'", ".mtl is not a format that is read"),
+        ("base = ''", "it is a directory"),
+    ]);
+    let folder = folder();
+    let says = |path: PathBuf| open(path.to_str().unwrap(), &OpenOptions::default()).unwrap_err().to_string();
+    fs::write(folder.path().join("latin1.toml"), b"# caf\xe9\n").unwrap();
+    assert!(says(folder.path().join("latin1.toml")).contains("not UTF-8 text (byte 5)"));
+    fs::create_dir(folder.path().join("folder.toml")).unwrap();
+    assert!(says(folder.path().join("folder.toml")).contains("it is a directory"));
+    assert!(says(folder.path().join("none.toml")).starts_with("cannot read "));
+}
+
+/// Changes of a text: where (as a share of its length), how much goes, what comes.
+fn edits() -> impl Strategy<Value = Vec<(f64, usize, &'static str)>> {
+    let pieces =
+        ["", "\n", "=", "\"", "'", "[", "]", "{}", ",", "#", ".", "-", "nan", "1e999", "true", "é", "\u{0}", "9"];
+    prop::collection::vec((0.0..1.0f64, 0..8usize, prop::sample::select(pieces.to_vec())), 0..4)
+}
+
+fn boundary(text: &str, at: f64) -> usize {
+    text.floor_char_boundary((text.len() as f64 * at) as usize)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_damaged_file_is_read_or_refused_in_one_line(cut in 0.0..1.5f64, edits in edits()) {
+        let mut text = EVERYTHING.to_owned();
+        for (at, length, piece) in edits {
+            let start = boundary(&text, at);
+            let end = text.ceil_char_boundary((start + length).min(text.len()));
+            text.replace_range(start..end, piece);
+        }
+        text.truncate(boundary(&text, cut.min(1.0)));
+        let folder = folder();
+        match read(&folder, &text) {
+            Ok(scene) => prop_assert!(scene.objects.iter().all(|object| object.material < scene.materials.len())),
+            Err(error) => {
+                prop_assert!(error.starts_with(folder.path().to_str().unwrap()), "{}", error);
+                prop_assert_eq!(error.lines().count(), 1, "{:?}", error);
+            }
+        }
+    }
+}
