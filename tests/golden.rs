@@ -89,17 +89,16 @@ fn five_percent_of_light_and_a_pixel_aside_are_noticed() {
     on_gpu(|gpu| {
         for spec in ["builtin:spheres", "builtin:hall", "builtin:cornell", FIELD] {
             let mut scene = open(spec);
-            let settings = Settings {
-                exposure: Some(afterlight::scene::metered_ev100(&scene)),
-                ..own(&scene, SIZE.0, SIZE.1)
-            };
+            let settings =
+                Settings { exposure: Some(afterlight::scene::metered_ev100(&scene)), ..own(&scene, SIZE.0, SIZE.1) };
             let rgb = |scene: &Scene, settings: &Settings| {
                 let picture = gpu.draw(scene, settings);
                 let rgb = common::gpu::bytes(&picture).chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]);
                 image::RgbImage::from_raw(SIZE.0, SIZE.1, rgb.collect()).unwrap_or_default()
             };
             let good = rgb(&scene, &settings);
-            let brighter = Settings { exposure: settings.exposure.map(|ev100| ev100 - 1.05f32.log2()), ..settings.clone() };
+            let brighter =
+                Settings { exposure: settings.exposure.map(|ev100| ev100 - 1.05f32.log2()), ..settings.clone() };
             let (mean, _) = flip_error(&good, &rgb(&scene, &brighter));
             assert!(mean > LARGEST_MEAN, "{spec}, 5% more light: {mean}");
             let pixel = 2.0 * (scene.camera.fov_y_degrees.to_radians() * 0.5).tan() / f64::from(SIZE.1);

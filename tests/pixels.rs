@@ -44,7 +44,9 @@ fn assert_plane_is_the_formula(material: Material, lights: Vec<Light>, bound: f6
 #[test]
 fn a_lambert_plane_reflects_illuminance_times_cosine_times_albedo_over_pi() {
     on_gpu(|gpu| {
-        for (lux, degrees, albedo) in [(PI, 0.0f64, 1.0f32), (1000.0, 60.0, 0.5), (120_000.0, 85.0, 0.18), (0.01, 30.0, 0.9)] {
+        for (lux, degrees, albedo) in
+            [(PI, 0.0f64, 1.0f32), (1000.0, 60.0, 0.5), (120_000.0, 85.0, 0.18), (0.01, 30.0, 0.9)]
+        {
             let towards = DVec3::new(degrees.to_radians().sin(), 0.0, degrees.to_radians().cos());
             let picture = gpu.draw(&plane(lambert(albedo), vec![directional(towards, lux as f32)]), &exact(9, 5));
             let expected = white_radiance(f64::from(lux as f32), degrees) * f64::from(albedo);
@@ -252,7 +254,10 @@ fn the_test_card_is_the_right_way_up_the_right_way_round_and_of_the_right_colour
         // An F, not its mirror image: ink at the left of the middle, paper at the right.
         assert_eq!([at(-0.17, 0.0), at(0.2, 0.0)], [[0; 3], [188; 3]], "the letter, and sRGB 188 through linear light");
         // Half of full light is code 187.52, which a driver may round either way.
-        assert!([[187; 3], [188; 3]].contains(&at(-1.3, 0.0)), "a clockwise square is culled: what lies behind it shows");
+        assert!(
+            [[187; 3], [188; 3]].contains(&at(-1.3, 0.0)),
+            "a clockwise square is culled: what lies behind it shows"
+        );
         assert_eq!([at(1.25, 0.35), at(1.25, -0.35)], [[0, 255, 255]; 2], "the nearer square wins in either order");
         assert_eq!([at(1.55, 0.35), at(1.55, -0.35)], [[255, 255, 0]; 2], "the farther square beside it");
     });

@@ -6,9 +6,7 @@ use std::f64::consts::PI;
 
 use afterlight::frame::Picture;
 use afterlight::scene::builtin::shapes;
-use afterlight::scene::{
-    AlphaMode, Camera, ColorSpace, Falloff, Material, Scene, Settings, ShadowSettings, Texture,
-};
+use afterlight::scene::{AlphaMode, Camera, ColorSpace, Falloff, Material, Scene, Settings, ShadowSettings, Texture};
 use common::gpu::{nits, on_gpu, places};
 use common::stage::{add, directional, exact, gbuffer, lambert, plane, point, rectangle, spot, stage, sun};
 use glam::{DAffine3, DVec3};
@@ -110,12 +108,8 @@ fn assert_shadow(picture: &Picture, scene: &Scene, towards: DVec3, offset: DVec3
     (lit, dark)
 }
 
-const SUNS: [DVec3; 4] = [
-    DVec3::new(0.0, 1.0, 0.0),
-    DVec3::new(0.4, 1.0, 0.3),
-    DVec3::new(-0.9, 1.0, 0.2),
-    DVec3::new(-0.5, 0.8, -1.0),
-];
+const SUNS: [DVec3; 4] =
+    [DVec3::new(0.0, 1.0, 0.0), DVec3::new(0.4, 1.0, 0.3), DVec3::new(-0.9, 1.0, 0.2), DVec3::new(-0.5, 0.8, -1.0)];
 
 #[test]
 fn a_block_casts_the_shadow_that_rays_find() {

@@ -49,12 +49,7 @@ pub fn view(scene: &Scene, width: u32, height: u32, view: View) -> Settings {
 }
 
 pub fn camera() -> Camera {
-    Camera {
-        position: EYE,
-        rotation: DQuat::IDENTITY,
-        fov_y_degrees: 2.0 * 0.5f64.atan().to_degrees(),
-        near: 0.125,
-    }
+    Camera { position: EYE, rotation: DQuat::IDENTITY, fov_y_degrees: 2.0 * 0.5f64.atan().to_degrees(), near: 0.125 }
 }
 
 /// An empty scene.
