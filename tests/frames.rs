@@ -235,7 +235,7 @@ fn heat(share: f64) -> DVec3 {
 fn the_overdraw_view_counts_layers() {
     on_gpu(|gpu| {
         for layers in [1, 2, 4, 7, 8] {
-            // Listed from the back, each with a material of its own: every wall is shaded.
+            // Quads of one mesh, listed from the back: every wall is shaded.
             let scene = open(&format!("builtin:field?objects=0&lights=0&overdraw={layers}"));
             let settings = Settings { hdr_output: true, ..view(&scene, 16, 9, View::Overdraw) };
             let picture = gpu.draw(&scene, &settings);
@@ -243,9 +243,18 @@ fn the_overdraw_view_counts_layers() {
             let right = |(x, y)| (nits(&picture, x, y) - expected).abs().max_element() < 1e-5;
             assert!(places(&picture).all(right), "{layers}: {} for {expected}", nits(&picture, 0, 0));
         }
-        // Of one material, and so drawn from the front: hidden walls cost nothing.
-        let mut scene = open("builtin:field?objects=0&lights=0&overdraw=6");
-        scene.objects.iter_mut().for_each(|object| object.material = 0);
+        // Objects of their own are drawn from the front: hidden walls cost nothing.
+        let mut scene = open("builtin:field?objects=0&lights=0&overdraw=1");
+        let wall = scene.objects.remove(0);
+        scene.objects = (0..6)
+            .rev()
+            .map(|index| {
+                let mut wall = wall.clone();
+                wall.transform.translation.z -= f64::from(index);
+                wall.transform.matrix3 *= 2.0;
+                wall
+            })
+            .collect();
         let settings = Settings { hdr_output: true, ..view(&scene, 16, 9, View::Overdraw) };
         let found = nits(&gpu.draw(&scene, &settings), 8, 4);
         assert!((found - heat(1.0 / 8.0)).abs().max_element() < 1e-5, "{found}");

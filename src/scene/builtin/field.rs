@@ -44,23 +44,24 @@ fn slope() -> f64 {
     (FOV_Y_DEGREES * 0.5).to_radians().tan()
 }
 
-/// Each wall hides those behind it, and each has a material of its own: a renderer that draws in the listed order shades all.
+/// One mesh whose quads are listed from the back: each wall hides those before it in the list, and as no renderer sorts the
+/// triangles of a mesh, all of them are shaded.
 fn walls(stage: &mut Stage, count: usize) {
+    let mut walls = MeshBuilder::new();
     for index in 0..count {
         let distance = FARTHEST + 1.0 + (count - 1 - index) as f64 * 0.5;
         let height = 2.0 * slope() * distance * 1.1;
-        let mut wall = MeshBuilder::new();
         let [x, y] = [height * ASPECT * 0.5, height * 0.5];
         let corners = [(-x, -y), (x, -y), (x, y), (-x, y)].map(|(x, y)| DVec3::new(x, y, -distance));
-        wall.quad(corners, shapes::WHOLE_IMAGE);
-        let material = stage.material(Material {
-            name: format!("wall {index}"),
-            base_color: Vec3::splat(0.6).lerp(hue(index as f64 * 0.13), 0.2),
-            roughness: 0.8,
-            ..Material::default()
-        });
-        stage.add(&format!("wall {index}"), wall, material);
+        walls.quad(corners, shapes::WHOLE_IMAGE);
     }
+    let material = stage.material(Material {
+        name: "walls".into(),
+        base_color: Vec3::splat(0.6).lerp(hue(0.0), 0.2),
+        roughness: 0.8,
+        ..Material::default()
+    });
+    stage.add("walls", walls, material);
 }
 
 /// A point of the slab, evenly spread over its volume.
