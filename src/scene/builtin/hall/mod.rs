@@ -102,8 +102,10 @@ fn daylight(stage: &mut Stage) {
     stage.sun(DVec3::new(-0.22, -1.0, 0.30), 60_000.0, Vec3::new(1.0, 0.91, 0.76), true);
     stage.sun(DVec3::new(0.25, 1.0, -0.55), 5_000.0, Vec3::new(1.0, 0.80, 0.58), false);
     stage.sun(DVec3::new(0.75, -0.2, 0.35), 2_500.0, Vec3::new(0.75, 0.85, 1.0), false);
-    stage.scene.environment =
-        Environment { ambient: Vec3::new(0.92, 0.95, 1.04) * 4_500.0, background: Vec3::new(0.42, 0.62, 1.0) * 14_000.0 };
+    stage.scene.environment = Environment {
+        ambient: Vec3::new(0.92, 0.95, 1.04) * 4_500.0,
+        background: Vec3::new(0.42, 0.62, 1.0) * 14_000.0,
+    };
 }
 
 /// Height of the lanterns' flames, under the aisles' ceilings.
