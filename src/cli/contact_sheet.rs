@@ -8,7 +8,7 @@ pub struct Tile {
     pub label: String,
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// 8-bit sRGB and alpha, rows from the top; 4 bytes a pixel.
+    /// 8-bit sRGB and alpha, rows from the top; 4 bytes a pixel. Nothing for a tile that stays empty.
     pub rgba: Vec<u8>,
 }
 

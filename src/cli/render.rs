@@ -4,9 +4,10 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 use std::time::Instant;
 
-use afterlight::frame::{Picture, Pixels, Renderer};
+use afterlight::frame::{self, Picture, Pixels, Renderer};
 use afterlight::gpu::Device;
 use afterlight::measure::Distribution;
+use afterlight::plan;
 use afterlight::scene::{Settings, SettingsPatch, View};
 
 use super::args::{DeviceArgs, SettingsArgs, ViewChoice, view};
@@ -116,37 +117,53 @@ fn draw_more(args: &Args, workload: &Workload, renderer: &mut Renderer) -> Resul
     Ok(Distribution::of(periods))
 }
 
-/// Draws every view at half the size and writes them as one picture.
+/// Draws every view at half the size and writes them as one picture. A view of what this scene lacks has an empty tile.
 fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<String, Failure> {
     let start = Instant::now();
+    let mut settings = workload.settings(&SettingsPatch::default(), &device.physical)?;
+    settings.size = tile_size(settings.size);
     let bar = progress::bar("drawing".into(), View::NAMES.len() as u64, args.quiet);
     let mut tiles = Vec::new();
-    let mut whole = None;
     for &(name, view) in View::NAMES {
-        let variation = SettingsPatch { view: Some(view), ..SettingsPatch::default() };
-        let settings = workload.settings(&variation, &device.physical)?;
-        let settings = Settings { size: tile_size(settings.size), ..settings };
-        let mut renderer = Renderer::new(device, &workload.scene, &settings)?;
-        for _ in 0..args.frames {
-            renderer.render(&workload.camera)?;
-        }
-        let picture = renderer.read_back()?;
-        if let Pixels::Srgb8(rgba) = picture.pixels {
-            tiles.push(Tile { label: name.replace('-', " "), size: picture.size, rgba });
-        }
-        whole.get_or_insert(settings);
+        tiles.push(draw_tile(args, workload, device, name, &Settings { view, ..settings.clone() })?);
         bar.step();
     }
     drop(bar);
     let sheet = contact_sheet::compose(&tiles);
     let size = sheet.size;
     args.output.write(&Picture { size, pixels: Pixels::Srgb8(sheet.rgba) })?;
-    let mut text = whole.map(|settings| heading(args, workload, &settings, device)).unwrap_or_default();
+    let mut text = heading(args, workload, &settings, device);
     let mut times = Table::with_figures_from(1);
     times.row(["load".to_owned(), milliseconds(workload.load_ms)]);
     times.row([format!("{} views", tiles.len()), milliseconds(milliseconds_since(start))]);
     let _ = write!(text, "\nTimes\n{}", times.render());
     Ok(text)
+}
+
+fn draw_tile(
+    args: &Args,
+    workload: &Workload,
+    device: &Arc<Device>,
+    name: &str,
+    settings: &Settings,
+) -> Result<Tile, Failure> {
+    let label = name.replace('-', " ");
+    let mut renderer = match Renderer::new(device, &workload.scene, settings) {
+        Err(frame::Error::Plan(plan::Error::NoShadowMap(_))) => {
+            return Ok(Tile { label: format!("{label}: none"), size: settings.size, rgba: Vec::new() });
+        }
+        made => made?,
+    };
+    for _ in 0..args.frames {
+        renderer.render(&workload.camera)?;
+    }
+    let Picture { size, pixels } = renderer.read_back()?;
+    let rgba = match pixels {
+        Pixels::Srgb8(rgba) => rgba,
+        // The settings do not ask for linear pixels.
+        Pixels::LinearF32(_) => Vec::new(),
+    };
+    Ok(Tile { label, size, rgba })
 }
 
 /// Half the size, and at most 2048 pixels an edge: four of them stand side by side on the sheet.

@@ -1,5 +1,14 @@
 //! What several tests share.
 
+// Each test file is a program of its own and uses a part of this.
+#![allow(dead_code)]
+
+pub mod compare;
+pub mod golden;
+pub mod gpu;
+pub mod stage;
+pub mod truth;
+
 use std::path::PathBuf;
 
 /// The folder of third-party scenes: `AFTERLIGHT_SCENES`, else `../shared/scenes` beside the project. Where it is absent,

@@ -99,11 +99,11 @@ fn build(params: &Params) -> Scene {
 /// The sun in the afternoon, what the sky gives, and what the lit floor throws back into the shade: without it, everything that the
 /// sun does not reach would be as flat as the ambient light.
 fn daylight(stage: &mut Stage) {
-    stage.sun(DVec3::new(-0.22, -1.0, 0.30), 60_000.0, Vec3::new(1.0, 0.91, 0.76), true);
+    stage.sun(DVec3::new(-0.22, -1.0, 0.30), 95_000.0, Vec3::new(1.0, 0.91, 0.76), true);
     stage.sun(DVec3::new(0.25, 1.0, -0.55), 5_000.0, Vec3::new(1.0, 0.80, 0.58), false);
     stage.sun(DVec3::new(0.75, -0.2, 0.35), 2_500.0, Vec3::new(0.75, 0.85, 1.0), false);
     stage.scene.environment = Environment {
-        ambient: Vec3::new(0.92, 0.95, 1.04) * 4_500.0,
+        ambient: Vec3::new(0.92, 0.95, 1.04) * 4_000.0,
         background: Vec3::new(0.42, 0.62, 1.0) * 14_000.0,
     };
 }

@@ -1,0 +1,72 @@
+//! Golden images: what a picture looked like when somebody last looked at it.
+
+use std::path::{Path, PathBuf};
+
+use image::RgbImage;
+use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, FlipPool, flip, magma_lut};
+
+use super::gpu::bytes;
+use afterlight::frame::Picture;
+
+/// The largest mean FLIP error that passes.
+///
+/// Two drivers differ by a code here and there and along edges, where each rasterizes and filters as it may. One code in every
+/// pixel is about 0.004; a light 5% brighter, or a picture one pixel to the side, is 0.01 and more.
+pub const LARGEST_MEAN: f32 = 0.004;
+
+fn folder(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(name)
+}
+
+fn rgb(picture: &Picture) -> RgbImage {
+    let rgb = bytes(picture).chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+    RgbImage::from_raw(picture.size[0], picture.size[1], rgb).unwrap_or_else(|| panic!("a picture of the wrong length"))
+}
+
+fn save(path: &Path, image: &RgbImage) {
+    let made = path.parent().map_or(Ok(()), std::fs::create_dir_all);
+    made.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    image.save(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+}
+
+/// The mean FLIP error of two pictures of one size, and its map.
+pub fn flip_error(expected: &RgbImage, actual: &RgbImage) -> (f32, RgbImage) {
+    let (width, height) = expected.dimensions();
+    let [expected, actual] = [expected, actual].map(|image| FlipImageRgb8::with_data(width, height, image));
+    let map = flip(expected, actual, DEFAULT_PIXELS_PER_DEGREE);
+    let colors = map.apply_color_lut(&magma_lut()).to_vec();
+    let image = RgbImage::from_raw(width, height, colors).unwrap_or_else(|| panic!("a FLIP map of the wrong length"));
+    (FlipPool::from_image(&map).mean(), image)
+}
+
+/// Compares a picture with `tests/golden/NAME.png`, or writes that when AFTERLIGHT_BLESS is 1. Returns what is wrong: expected, actual
+/// and difference are then in `target/test-output/NAME`.
+pub fn check(name: &str, picture: &Picture) -> Result<(), String> {
+    let actual = rgb(picture);
+    let golden = folder("tests/golden").join(format!("{name}.png"));
+    if std::env::var("AFTERLIGHT_BLESS").is_ok_and(|value| value == "1") {
+        save(&golden, &actual);
+        return Ok(());
+    }
+    let output = folder("target/test-output").join(name);
+    let expected = match image::open(&golden) {
+        Ok(image) => image.into_rgb8(),
+        Err(error) => {
+            save(&output.join("actual.png"), &actual);
+            return Err(format!("{}: {error}; AFTERLIGHT_BLESS=1 makes it from this picture", golden.display()));
+        }
+    };
+    if expected.dimensions() != actual.dimensions() {
+        save(&output.join("actual.png"), &actual);
+        return Err(format!("{name}: {:?} instead of {:?}", actual.dimensions(), expected.dimensions()));
+    }
+    let (mean, difference) = flip_error(&expected, &actual);
+    eprintln!("{name}: mean FLIP {mean:.5}");
+    if mean <= LARGEST_MEAN {
+        return Ok(());
+    }
+    save(&output.join("expected.png"), &expected);
+    save(&output.join("actual.png"), &actual);
+    save(&output.join("difference.png"), &difference);
+    Err(format!("{name}: mean FLIP {mean:.4} exceeds {LARGEST_MEAN}; see {}", output.display()))
+}

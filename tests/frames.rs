@@ -1,0 +1,280 @@
+//! Frames: the same input gives the same bytes, whatever was drawn before, and what is left out was not needed.
+
+mod common;
+
+use afterlight::frame::{Picture, Renderer};
+use afterlight::scene::builtin::shapes;
+use afterlight::scene::{Aabb, Camera, Falloff, Light, LightKind, Material, Scene, Settings, View};
+use common::compare::{assert_identical, largest_code_difference};
+use common::gpu::{code, nits, on_gpu, places};
+use common::stage::{
+    EDGE, EYE, add, directional, display, exact, gbuffer, lambert, open, own, plane, point, rectangle, seen, srgb_code,
+    stage, view, white_radiance,
+};
+use common::truth::arriving;
+use glam::{DAffine3, DQuat, DVec3, Vec3};
+
+const SMALL: (u32, u32) = (96, 54);
+
+fn drawn_after(renderer: &mut Renderer, cameras: &[Camera]) -> Picture {
+    for camera in cameras {
+        renderer.render(camera).unwrap_or_else(|error| panic!("{error}"));
+    }
+    renderer.read_back().unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn the_same_scene_gives_the_same_bytes_on_a_new_device_and_frame_after_frame() {
+    for spec in ["builtin:spheres", "builtin:cornell", "builtin:field?objects=60&lights=16", "builtin:hall"] {
+        let scene = open(spec);
+        for hdr_output in [false, true] {
+            let settings = Settings { hdr_output, ..own(&scene, SMALL.0, SMALL.1) };
+            let mut first: Option<Picture> = None;
+            on_gpu(|gpu| {
+                let mut renderer = gpu.renderer(&scene, &settings);
+                let alone = first.insert(drawn_after(&mut renderer, &[scene.camera]));
+                assert_identical(alone, &drawn_after(&mut renderer, &[scene.camera; 5]), spec);
+            });
+            on_gpu(|gpu| {
+                if let Some(first) = &first {
+                    assert_identical(first, &gpu.draw(&scene, &settings), spec);
+                }
+            });
+        }
+    }
+}
+
+#[test]
+fn a_picture_is_that_of_its_own_camera_whatever_is_in_flight() {
+    on_gpu(|gpu| {
+        // Cornell has an HDR target, the hall a shadow map that follows the camera.
+        for spec in ["builtin:cornell", "builtin:hall"] {
+            let scene = open(spec);
+            let settings = own(&scene, SMALL.0, SMALL.1);
+            let turned = |degrees: f64| Camera {
+                rotation: scene.camera.rotation * DQuat::from_rotation_y(degrees.to_radians()),
+                ..scene.camera
+            };
+            let (a, b, c) = (scene.camera, turned(15.0), turned(-20.0));
+            let mut renderer = gpu.renderer(&scene, &settings);
+            let mixed = [&[a, b][..], &[b, a, c], &[c, c, a]].map(|cameras| drawn_after(&mut renderer, cameras));
+            let alone = [b, c, a].map(|camera| gpu.draw(&Scene { camera, ..scene.clone() }, &settings));
+            for (mixed, alone) in mixed.iter().zip(&alone) {
+                assert_identical(mixed, alone, spec);
+            }
+            assert_ne!(alone[0], alone[1], "the cameras see different things");
+        }
+    });
+}
+
+/// Boxes and lights at places whose coordinates, and their sums with 1e6, are exact in f64.
+fn boxes(offset: DVec3) -> Scene {
+    let mut scene = stage();
+    for (index, x) in [-0.75, 0.0, 0.5].into_iter().enumerate() {
+        let place = DVec3::new(x, 0.25 * index as f64 - 0.5, -0.5 * index as f64) + offset;
+        let material = Material { roughness: 0.4, ..Material::default() };
+        add(&mut scene, shapes::cuboid([0.5, 0.75, 0.5]), material, DAffine3::from_translation(place));
+    }
+    scene.lights = vec![
+        directional(DVec3::new(0.5, 0.75, 1.0), 3.0),
+        point(DVec3::new(0.25, 0.5, 1.0) + offset, 2.0, Some(4.0), Falloff::InverseSquare),
+    ];
+    scene.camera.position += offset;
+    scene.camera.rotation = DQuat::from_rotation_y(0.125) * DQuat::from_rotation_x(0.0625);
+    scene
+}
+
+#[test]
+fn a_scene_a_thousand_kilometres_away_gives_the_same_bits() {
+    on_gpu(|gpu| {
+        for gbuffer in ["lean", "fat", "float32"].map(gbuffer) {
+            let settings = Settings { gbuffer, ..exact(SMALL.0, SMALL.1) };
+            let near = gpu.draw(&boxes(DVec3::ZERO), &settings);
+            assert!(places(&near).filter(|&(x, y)| nits(&near, x, y).x > 0.01).count() > 500, "boxes are seen");
+            for offset in [DVec3::new(1e6, 0.0, 0.0), DVec3::new(-1e6, 1e6, 1e6)] {
+                assert_identical(&near, &gpu.draw(&boxes(offset), &settings), "moved by a thousand kilometres");
+            }
+        }
+    });
+}
+
+#[test]
+fn nothing_is_too_far_away_to_be_drawn() {
+    on_gpu(|gpu| {
+        for distance in [1e3, 1e6, 1e9, 1e15] {
+            let mut scene = stage();
+            let (half, z) = (distance * 0.25, EYE.z - distance);
+            add(&mut scene, rectangle([-half, -half], [half, half], z), lambert(0.5), DAffine3::IDENTITY);
+            scene.lights = vec![directional(DVec3::Z, 2.0)];
+            for gbuffer in ["lean", "float32"].map(gbuffer) {
+                let picture = gpu.draw(&scene, &Settings { gbuffer, ..exact(EDGE, EDGE) });
+                let found = nits(&picture, EDGE / 2, EDGE / 2).x;
+                // Albedo 0.5 is code 187.5 of 8 bits: up to 0.6 of a code off, 2.3 times that in linear light.
+                let expected = 0.5 * white_radiance(2.0, 0.0);
+                assert!((found / expected - 1.0).abs() < 0.008, "at {distance} m: {found} for {expected}");
+                assert_eq!(nits(&picture, 1, 1), DVec3::ZERO, "beside it is sky");
+            }
+        }
+    });
+}
+
+#[test]
+fn the_nearer_surface_wins_at_any_distance() {
+    on_gpu(|gpu| {
+        for distance in [1.0, 1e3, 1e6] {
+            let mut scene = stage();
+            // 32-bit floats tell depths apart that differ by 6e-8 of the distance; rasterized ones by 1e-6.
+            let planes = [(distance, Vec3::X), (distance * (1.0 - 4e-6), Vec3::Y)];
+            for (distance, base_color) in planes {
+                let (half, z) = (distance, EYE.z - distance);
+                let material = Material { base_color, ..lambert(1.0) };
+                add(&mut scene, rectangle([-half, -half], [half, half], z), material, DAffine3::IDENTITY);
+            }
+            scene.lights = vec![directional(DVec3::Z, 2.0)];
+            for listed in 0..2 {
+                scene.objects.rotate_left(listed);
+                let picture = gpu.draw(&scene, &exact(EDGE, EDGE));
+                let green = |(x, y): (u32, u32)| nits(&picture, x, y).y > 0.0 && nits(&picture, x, y).x == 0.0;
+                assert!(places(&picture).all(green), "at {distance} m");
+            }
+        }
+    });
+}
+
+#[test]
+fn culling_changes_no_pixel() {
+    on_gpu(|gpu| {
+        let mut scene = open("builtin:field?objects=150&lights=8");
+        scene.camera.rotation = DQuat::from_rotation_y(0.6);
+        let settings = Settings { exposure: Some(5.0), ..own(&scene, SMALL.0, SMALL.1) };
+        let drawn = |scene: &Scene| {
+            let mut renderer = gpu.renderer(scene, &settings);
+            let picture = drawn_after(&mut renderer, &[scene.camera]);
+            (picture, renderer.wait().unwrap_or_else(|error| panic!("{error}")).drawn)
+        };
+        let (culled, drawn_culled) = drawn(&scene);
+        // Boxes that reach everywhere defeat culling.
+        for mesh in &mut scene.meshes {
+            let center = mesh.bounds.center();
+            mesh.bounds = Aabb { min: center - 1e4, max: center + 1e4 };
+        }
+        let (whole, drawn_whole) = drawn(&scene);
+        assert!(drawn_culled.culled > 30 && drawn_culled.objects > 30, "{drawn_culled:?}");
+        assert_eq!((drawn_whole.culled, drawn_whole.objects), (0, scene.objects.len()));
+        assert_identical(&culled, &whole, "with and without culling");
+    });
+}
+
+#[test]
+fn a_tone_mapping_subpass_of_its_own_changes_no_colour() {
+    on_gpu(|gpu| {
+        for spec in ["builtin:spheres", "builtin:field?objects=40&lights=8"] {
+            let mut scene = open(spec);
+            let folded = gpu.draw(&scene, &own(&scene, SMALL.0, SMALL.1));
+            // A billionth of a nit: nothing to see, and yet there is an HDR target.
+            scene.materials[0].emissive = Vec3::splat(1e-9);
+            let settings = own(&scene, SMALL.0, SMALL.1);
+            assert!(gpu.renderer(&scene, &settings).plan().has_tonemap_subpass());
+            // Half floats are good to 4.9e-4, a sixth of the distance of two codes at most.
+            let (most, at) = largest_code_difference(&folded, &gpu.draw(&scene, &settings));
+            assert!(most <= 1, "{spec}: {most} codes at {at:?}");
+        }
+    });
+}
+
+#[test]
+fn what_emits_is_as_bright_as_it_says() {
+    on_gpu(|gpu| {
+        let material = Material { emissive: Vec3::new(0.25, 0.04, 1.0), ..lambert(0.5) };
+        let dark = plane(material.clone(), Vec::new());
+        let expected = [0.25, 0.04, 1.0].map(srgb_code);
+        assert_eq!(code(&gpu.draw(&dark, &display(8, 8)), 4, 4), expected);
+        let found = nits(&gpu.draw(&dark, &exact(8, 8)), 4, 4);
+        // Where the linear output cannot be blended into, it has half floats.
+        assert!((found / DVec3::new(0.25, 0.04, 1.0) - 1.0).abs().max_element() < 4.9e-4, "{found}");
+        let lit = plane(material, vec![directional(DVec3::Z, 1.0)]);
+        let found = nits(&gpu.draw(&lit, &exact(8, 8)), 4, 4).x;
+        let expected = 0.25 + 0.5 * white_radiance(1.0, 0.0);
+        assert!((found / expected - 1.0).abs() < 1e-3, "light adds to it: {found} for {expected}");
+    });
+}
+
+#[test]
+fn the_background_shows_where_nothing_is() {
+    on_gpu(|gpu| {
+        let mut scene = stage();
+        add(&mut scene, rectangle([-0.5, -0.5], [0.5, 0.5], 0.0), lambert(1.0), DAffine3::IDENTITY);
+        scene.environment.background = Vec3::new(0.3, 0.22, 0.48);
+        for emissive in [0.0, 1e-9] {
+            scene.materials[0].emissive = Vec3::splat(emissive);
+            let picture = gpu.draw(&scene, &display(16, 16));
+            assert_eq!(code(&picture, 0, 0), [0.3, 0.22, 0.48].map(srgb_code), "emissive {emissive}");
+            assert_eq!(code(&picture, 8, 8), [0; 3], "an unlit surface hides it");
+        }
+    });
+}
+
+/// `heat` of `shaders/view.wgsl` at its stops.
+const HEAT: [[f64; 3]; 7] = [
+    [0.0, 0.0, 0.0],
+    [0.1, 0.1, 0.8],
+    [0.0, 0.7, 0.9],
+    [0.1, 0.8, 0.2],
+    [0.95, 0.9, 0.1],
+    [0.9, 0.15, 0.05],
+    [1.0, 1.0, 1.0],
+];
+
+fn heat(share: f64) -> DVec3 {
+    let x = share.clamp(0.0, 1.0) * 6.0;
+    let below = (x as usize).min(5);
+    DVec3::from_array(HEAT[below]).lerp(DVec3::from_array(HEAT[below + 1]), x - below as f64)
+}
+
+#[test]
+fn the_overdraw_view_counts_layers() {
+    on_gpu(|gpu| {
+        for layers in [1, 2, 4, 7, 8] {
+            // Listed from the back, each with a material of its own: every wall is shaded.
+            let scene = open(&format!("builtin:field?objects=0&lights=0&overdraw={layers}"));
+            let settings = Settings { hdr_output: true, ..view(&scene, 16, 9, View::Overdraw) };
+            let picture = gpu.draw(&scene, &settings);
+            let expected = heat(f64::from(layers) / 8.0);
+            let right = |(x, y)| (nits(&picture, x, y) - expected).abs().max_element() < 1e-5;
+            assert!(places(&picture).all(right), "{layers}: {} for {expected}", nits(&picture, 0, 0));
+        }
+        // Of one material, and so drawn from the front: hidden walls cost nothing.
+        let mut scene = open("builtin:field?objects=0&lights=0&overdraw=6");
+        scene.objects.iter_mut().for_each(|object| object.material = 0);
+        let settings = Settings { hdr_output: true, ..view(&scene, 16, 9, View::Overdraw) };
+        let found = nits(&gpu.draw(&scene, &settings), 8, 4);
+        assert!((found - heat(1.0 / 8.0)).abs().max_element() < 1e-5, "{found}");
+    });
+}
+
+#[test]
+fn the_view_of_lights_per_pixel_counts_lights_in_reach() {
+    on_gpu(|gpu| {
+        let lamp = |x: f64| point(DVec3::new(x, 0.0, 0.3), 1.0, Some(0.8), Falloff::InverseSquare);
+        let lights: Vec<Light> = [-0.6, 0.0, 0.6].map(lamp).into();
+        let scene = plane(lambert(0.5), lights.clone());
+        let settings = Settings { view: View::LightsPerPixel, ..exact(EDGE, EDGE) };
+        let picture = gpu.draw(&scene, &settings);
+        let mut seen_counts = [0; 4];
+        for (x, y) in places(&picture) {
+            let place = seen(picture.size, x, y);
+            // At the very edge of a sphere, where its window is 1e-6 or less, rounding decides.
+            let strength = lights.iter().map(|light| arriving(light, place).1);
+            if strength.clone().any(|strength| strength > 0.0 && strength < 1e-5) {
+                continue;
+            }
+            let count = strength.filter(|&strength| strength > 0.0).count();
+            seen_counts[count] += 1;
+            let expected = heat((1.0 + count as f64).log2() / 2.0);
+            let found = nits(&picture, x, y);
+            assert!((found - expected).abs().max_element() < 1e-5, "({x}, {y}): {found} for {count} lights");
+        }
+        assert!(seen_counts.iter().all(|&pixels| pixels > 10), "{seen_counts:?}");
+        assert!(matches!(lights[0].kind, LightKind::Point { .. }));
+    });
+}

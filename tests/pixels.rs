@@ -1,0 +1,264 @@
+//! Pixels whose values are known without a renderer: formulas in f64, and codes worked out by hand.
+
+mod common;
+
+use std::f64::consts::PI;
+
+use afterlight::frame::Picture;
+use afterlight::scene::{Brdf, Environment, Falloff, Light, Material, Scene};
+use common::gpu::{code, nits, on_gpu, places};
+use common::stage::{
+    EDGE, EYE, directional, display, exact, gbuffer, lambert, open, plane, point, seen, spot, srgb_code, white_radiance,
+};
+use common::truth::radiance;
+use glam::{DVec3, Vec3};
+
+/// Single precision through a handful of operations, each good to 1.2e-7 and up to 3 units in the last place in a shader.
+const SINGLE: f64 = 1e-5;
+
+/// The same through a specular lobe: an error of 1e-6 in a direction becomes 2e-6 / alpha in GGX (alpha >= 0.09 here), and
+/// exp2, log2 and pow of a shader may err by 3 + 2 |x| units each, of which a power of 60 makes 60 times as much.
+const SINGLE_LOBE: f64 = 1e-4;
+
+/// Holds every pixel of a picture of the plane z = 0 against the light model in f64. `bound` is relative to the pixel and, where light
+/// fades to nothing, to a thousandth of the brightest pixel.
+fn assert_is_the_formula(picture: &Picture, scene: &Scene, bound: f64) {
+    let truth = |x, y| radiance(&scene.materials[0], &scene.lights, seen(picture.size, x, y), DVec3::Z, EYE);
+    let brightest = places(picture).map(|(x, y)| truth(x, y).max_element()).fold(0.0, f64::max);
+    assert!(brightest > 0.0, "nothing is lit");
+    for (x, y) in places(picture) {
+        let (found, expected) = (nits(picture, x, y), truth(x, y));
+        let allowed = bound * expected.max(DVec3::splat(1e-3 * brightest));
+        let wrong = (found - expected).abs().cmpgt(allowed).any() || !found.is_finite();
+        assert!(!wrong, "({x}, {y}): {found} instead of {expected}, of at most {brightest}");
+    }
+}
+
+fn assert_plane_is_the_formula(material: Material, lights: Vec<Light>, bound: f64) {
+    on_gpu(|gpu| {
+        let scene = plane(material, lights);
+        assert_is_the_formula(&gpu.draw(&scene, &exact(EDGE, EDGE)), &scene, bound);
+    });
+}
+
+#[test]
+fn a_lambert_plane_reflects_illuminance_times_cosine_times_albedo_over_pi() {
+    on_gpu(|gpu| {
+        for (lux, degrees, albedo) in
+            [(PI, 0.0f64, 1.0f32), (1000.0, 60.0, 0.5), (120_000.0, 85.0, 0.18), (0.01, 30.0, 0.9)]
+        {
+            let towards = DVec3::new(degrees.to_radians().sin(), 0.0, degrees.to_radians().cos());
+            let picture = gpu.draw(&plane(lambert(albedo), vec![directional(towards, lux as f32)]), &exact(9, 5));
+            let expected = white_radiance(f64::from(lux as f32), degrees) * f64::from(albedo);
+            for (x, y) in places(&picture) {
+                let found = nits(&picture, x, y);
+                let error = (found / expected - 1.0).abs().max_element();
+                assert!(error < SINGLE, "{lux} lux at {degrees} degrees: {found} instead of {expected}");
+            }
+        }
+    });
+}
+
+#[test]
+fn a_lambert_plane_has_the_srgb_code_of_its_radiance() {
+    on_gpu(|gpu| {
+        // None lies within a tenth of a code of the limit between two: drivers may round by tables.
+        for (degrees, albedo) in [(0.0, 1.0f32), (0.0, 0.48), (60.0, 0.5), (75.0, 0.25), (0.0, 0.0), (45.0, 0.025)] {
+            let spec = format!("builtin:quad?albedo={albedo}&angle={degrees}");
+            let scene = open(&spec);
+            // Albedo is not rounded to 8 bits twice.
+            let settings = afterlight::scene::Settings { gbuffer: gbuffer("float32"), ..display(5, 3) };
+            let expected = srgb_code(white_radiance(PI, degrees) * f64::from(albedo));
+            let picture = gpu.draw(&scene, &settings);
+            for (x, y) in places(&picture) {
+                assert_eq!(code(&picture, x, y), [expected; 3], "{spec} at ({x}, {y})");
+            }
+        }
+    });
+}
+
+#[test]
+fn light_from_behind_adds_nothing() {
+    on_gpu(|gpu| {
+        let lights = vec![
+            directional(DVec3::new(0.2, 0.0, -1.0), 1e4),
+            point(DVec3::new(0.0, 0.0, -1.0), 1e4, None, Falloff::InverseSquare),
+        ];
+        for brdf in [Brdf::Lambert, Brdf::CookTorrance, Brdf::Phong, Brdf::BlinnPhong] {
+            let material = Material { brdf, specular: Vec3::ONE, shininess: 3.0, ..lambert(1.0) };
+            let picture = gpu.draw(&plane(material, lights.clone()), &exact(7, 7));
+            assert!(places(&picture).all(|(x, y)| nits(&picture, x, y) == DVec3::ZERO), "{brdf}");
+        }
+    });
+}
+
+#[test]
+fn ambient_light_is_reflected_by_albedo_and_occlusion_alone() {
+    on_gpu(|gpu| {
+        let mut scene = plane(lambert(0.5), Vec::new());
+        scene.environment = Environment { ambient: Vec3::new(3.0, 2.0, 1.0), background: Vec3::ZERO };
+        let found = nits(&gpu.draw(&scene, &exact(3, 3)), 1, 1);
+        assert!((found / DVec3::new(1.5, 1.0, 0.5) - 1.0).abs().max_element() < SINGLE, "{found}");
+    });
+}
+
+#[test]
+fn a_point_light_falls_off_with_the_square_of_the_distance() {
+    let at = DVec3::new(0.25, 0.5, 0.75);
+    assert_plane_is_the_formula(lambert(0.8), vec![point(at, 50.0, None, Falloff::InverseSquare)], SINGLE);
+    // At the axis, by hand: 8 cd two metres away are 2 lux.
+    on_gpu(|gpu| {
+        let above = point(DVec3::new(0.0, 0.0, 2.0), 8.0, None, Falloff::InverseSquare);
+        let found = nits(&gpu.draw(&plane(lambert(1.0), vec![above]), &exact(EDGE, EDGE)), EDGE / 2, EDGE / 2);
+        assert!((found.x / (2.0 / PI) - 1.0).abs() < SINGLE, "{found}");
+    });
+}
+
+#[test]
+fn a_range_windows_the_light_and_ends_it() {
+    let at = DVec3::new(0.0, 0.0, 0.5);
+    assert_plane_is_the_formula(lambert(0.8), vec![point(at, 50.0, Some(0.9), Falloff::InverseSquare)], SINGLE_LOBE);
+    on_gpu(|gpu| {
+        let light = point(at, 50.0, Some(0.9), Falloff::InverseSquare);
+        let picture = gpu.draw(&plane(lambert(0.8), vec![light]), &exact(EDGE, EDGE));
+        let beyond = |&(x, y): &(u32, u32)| seen(picture.size, x, y).distance(at) > 0.9;
+        assert!(places(&picture).filter(beyond).count() > 100);
+        assert!(places(&picture).filter(beyond).all(|(x, y)| nits(&picture, x, y) == DVec3::ZERO));
+    });
+}
+
+#[test]
+fn nearer_than_a_centimetre_a_point_light_grows_no_brighter() {
+    let at = DVec3::new(0.0, 0.0, 0.0025);
+    assert_plane_is_the_formula(lambert(1.0), vec![point(at, 1.0, None, Falloff::InverseSquare)], 1e-3);
+}
+
+#[test]
+fn the_other_fall_offs_follow_their_formulas() {
+    let at = DVec3::new(-0.3, 0.1, 0.5);
+    let polynomial = Falloff::Polynomial { constant: 1.0, linear: 0.7, quadratic: 1.8 };
+    // 1 - (d/r)^2 cancels near the range: an error of 1e-6 in d is 2e-6 of the brightest.
+    assert_plane_is_the_formula(lambert(0.8), vec![point(at, 50.0, Some(1.0), Falloff::Quadratic)], SINGLE_LOBE * 20.0);
+    assert_plane_is_the_formula(lambert(0.8), vec![point(at, 50.0, None, polynomial)], SINGLE);
+    // All three at once: the shader then reads each light's own.
+    let mixed = vec![
+        point(at, 50.0, Some(4.0), Falloff::Quadratic),
+        point(-at + DVec3::Z, 9.0, None, polynomial),
+        point(EYE, 20.0, None, Falloff::InverseSquare),
+    ];
+    assert_plane_is_the_formula(lambert(0.8), mixed, SINGLE);
+}
+
+#[test]
+fn a_spot_is_full_inside_its_inner_cone_and_dark_outside_the_outer() {
+    let light = spot(DVec3::new(0.0, 0.0, 1.0), 30.0, 15.0, 35.0);
+    // cos of the angle, good to 1e-7, over the 0.15 between the cones; squared near 0 it counts against the brightest pixel.
+    assert_plane_is_the_formula(lambert(1.0), vec![light.clone()], SINGLE_LOBE * 10.0);
+    on_gpu(|gpu| {
+        let picture = gpu.draw(&plane(lambert(1.0), vec![light]), &exact(EDGE, EDGE));
+        for (x, y) in places(&picture) {
+            let radius = seen(picture.size, x, y).length();
+            let (found, inside) = (nits(&picture, x, y).x, 30.0 / PI * (1.0 + radius * radius).powi(-2));
+            if radius < 14.9f64.to_radians().tan() {
+                // cos / (1 + r^2) for the angle and the distance.
+                let expected = inside * (1.0 + radius * radius).sqrt();
+                assert!((found / expected - 1.0).abs() < SINGLE, "({x}, {y}): {found} for {expected}");
+            } else if radius > 35.1f64.to_radians().tan() {
+                assert_eq!(found, 0.0, "({x}, {y})");
+            }
+        }
+    });
+}
+
+/// Lights around the mirror direction of the middle of the picture, and one from the side.
+fn lobes() -> Vec<Light> {
+    vec![
+        directional(DVec3::new(0.1, 0.2, 1.0), 1000.0),
+        point(DVec3::new(-0.5, 0.5, 1.5), 700.0, None, Falloff::InverseSquare),
+        spot(DVec3::new(1.0, 0.0, 1.0), 300.0, 10.0, 60.0),
+        directional(DVec3::new(-1.0, 0.0, 0.1), 500.0),
+    ]
+}
+
+#[test]
+fn cook_torrance_follows_its_formula() {
+    for (metallic, roughness) in [(0.0, 1.0), (0.0, 0.5), (1.0, 0.3), (0.4, 0.6), (1.0, 1.0)] {
+        let base_color = Vec3::new(0.9, 0.5, 0.1);
+        let material = Material { metallic, roughness, base_color, ..Material::default() };
+        assert_plane_is_the_formula(material, lobes(), SINGLE_LOBE);
+    }
+}
+
+#[test]
+fn phong_and_blinn_phong_follow_their_formulas() {
+    for brdf in [Brdf::Phong, Brdf::BlinnPhong] {
+        for shininess in [1.0, 8.0, 60.0] {
+            let (base_color, specular) = (Vec3::new(0.1, 0.5, 0.3), Vec3::new(0.7, 0.2, 0.4));
+            let material = Material { brdf, base_color, specular, shininess, ..Material::default() };
+            assert_plane_is_the_formula(material, lobes(), SINGLE_LOBE);
+        }
+    }
+}
+
+#[test]
+fn materials_keep_their_own_model_where_a_scene_mixes_them() {
+    on_gpu(|gpu| {
+        let material = |brdf| Material {
+            brdf,
+            base_color: Vec3::new(0.3, 0.6, 0.2),
+            specular: Vec3::splat(0.4),
+            shininess: 12.0,
+            roughness: 0.4,
+            ..Material::default()
+        };
+        let models = [Brdf::CookTorrance, Brdf::Phong, Brdf::BlinnPhong, Brdf::Lambert];
+        let mut scene = common::stage::stage();
+        for (strip, brdf) in models.into_iter().enumerate() {
+            let left = strip as f64 * 0.5 - 1.0;
+            let mesh = common::stage::rectangle([left, -1.0], [left + 0.5, 1.0], 0.0);
+            common::stage::add(&mut scene, mesh, material(brdf), glam::DAffine3::IDENTITY);
+        }
+        scene.lights = lobes();
+        let picture = gpu.draw(&scene, &exact(32, 32));
+        for (x, y) in places(&picture) {
+            let brdf = models[x as usize / 8];
+            let expected = radiance(&material(brdf), &scene.lights, seen(picture.size, x, y), DVec3::Z, EYE);
+            let found = nits(&picture, x, y);
+            assert!((found / expected - 1.0).abs().max_element() < SINGLE_LOBE, "{brdf}: {found} for {expected}");
+        }
+    });
+}
+
+#[test]
+fn red_and_green_light_add_to_yellow() {
+    on_gpu(|gpu| {
+        let scene = open("builtin:overlap");
+        let picture = gpu.draw(&scene, &display(64, 32));
+        // Columns are 1/16 m. The spots stand at x = -0.3 and 0.3, two metres away, and light discs of 0.56 m.
+        let [left, middle, right, outside] = [24, 32, 40, 2].map(|x| code(&picture, x, 16));
+        assert_eq!((left[1], left[2], right[0], right[2]), (0, 0, 0, 0), "{left:?} {right:?}");
+        assert!(left[0] > 100 && right[1] > 100 && left[0].abs_diff(right[1]) <= 1, "{left:?} {right:?}");
+        assert!(middle[0] > 100 && middle[0].abs_diff(middle[1]) <= 1 && middle[2] == 0, "{middle:?}");
+        assert_eq!(outside, [0, 0, 0]);
+    });
+}
+
+#[test]
+fn the_test_card_is_the_right_way_up_the_right_way_round_and_of_the_right_colours() {
+    on_gpu(|gpu| {
+        // Two metres are 180 pixels: 1.8 m of card are 162, texels and pixels do not beat within the areas looked at.
+        let picture = gpu.draw(&open("builtin:orientation"), &display(320, 180));
+        let at = |x: f64, y: f64| code(&picture, (160.0 + x * 90.0) as u32, (90.0 - y * 90.0) as u32);
+        let (red, green, blue, white) = (at(-0.7, 0.7), at(0.7, 0.7), at(-0.7, -0.7), at(0.7, -0.7));
+        assert_eq!([red, green, blue, white], [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255; 3]], "texture origin");
+        // An F, not its mirror image: ink at the left of the middle, paper at the right.
+        assert_eq!([at(-0.17, 0.0), at(0.2, 0.0)], [[0; 3], [188; 3]], "the letter, and sRGB 188 through linear light");
+        // Half of full light is code 187.52, which a driver may round either way.
+        assert!(
+            [[187; 3], [188; 3]].contains(&at(-1.3, 0.0)),
+            "a clockwise square is culled: what lies behind it shows"
+        );
+        assert_eq!([at(1.25, 0.35), at(1.25, -0.35)], [[0, 255, 255]; 2], "the nearer square wins in either order");
+        assert_eq!([at(1.55, 0.35), at(1.55, -0.35)], [[255, 255, 0]; 2], "the farther square beside it");
+    });
+}
