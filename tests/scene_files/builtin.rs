@@ -6,7 +6,7 @@ use glam::Vec3;
 use proptest::prelude::*;
 
 /// What every renderer may take for granted.
-fn check(scene: &Scene) {
+pub(super) fn check(scene: &Scene) {
     let name = &scene.name;
     for mesh in &scene.meshes {
         check_mesh(mesh, name);

@@ -86,8 +86,8 @@ fn every_example_of_the_document_is_read() {
 #[test]
 fn the_example_of_an_error_is_what_is_said() {
     let text = examples()[0].replace("fov_y_degrees", "fov_degrees");
-    let error = refusal(&text).replacen("scene.toml", "tea.toml", 1);
-    let told = DOCUMENT.lines().find(|line| line.starts_with("tea.toml:")).unwrap();
+    let error = refusal(&text).replacen("scene.toml", "doughnuts.toml", 1);
+    let told = DOCUMENT.lines().find(|line| line.starts_with("doughnuts.toml:")).unwrap();
     let told = told.split('…').next().unwrap();
     assert!(error.starts_with(told), "{error}\n{told}");
 }

@@ -79,6 +79,28 @@ fn every_key_does_what_it_says() {
 }
 
 #[test]
+fn the_scenes_that_ship_are_whole() {
+    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets");
+    let paths = fs::read_dir(assets).unwrap().map(|entry| entry.unwrap().path());
+    let scenes: Vec<_> = paths.filter(|path| path.extension().is_some_and(|extension| extension == "toml")).collect();
+    assert!(!scenes.is_empty());
+    for path in scenes {
+        builtin::check(&open(path.to_str().unwrap(), &OpenOptions::default()).unwrap());
+    }
+}
+
+#[test]
+fn a_file_that_only_names_a_model_shows_it_as_if_it_were_bare() {
+    let folder = folder();
+    let bare = open(folder.path().join("crate.obj").to_str().unwrap(), &OpenOptions::default()).unwrap();
+    let named = read(&folder, "[[models]]\npath = 'crate.obj'").unwrap();
+    assert_eq!((named.camera, &named.lights, named.environment), (bare.camera, &bare.lights, bare.environment));
+    assert_eq!(named.settings, bare.settings);
+    let own_lens = read(&folder, "[[models]]\npath = 'crate.obj'\n[camera]\nfov_y_degrees = 20").unwrap();
+    assert_eq!((own_lens.camera.position, own_lens.camera.fov_y_degrees), (bare.camera.position, 20.0));
+}
+
+#[test]
 fn copies_stand_where_grid_instances_and_the_models_own_transform_put_them() {
     let text = "[[models]]\nshape = { kind = 'sphere' }\ntranslation = [0, 10, 0]\nrotation = [0, 90, 0]\nscale = 2\n\
                 grid = { count = [2, 1, 1], spacing = [4, 0, 0] }\ninstances = [{}, { translation = [0, 0, 1] }]\n";

@@ -21,8 +21,11 @@ use super::{Error, Scene};
 
 /// A built-in scene.
 pub struct Builtin {
+    /// As it stands after the prefix.
     pub name: &'static str,
+    /// What it shows, a sentence.
     pub about: &'static str,
+    /// All that it takes.
     pub parameters: &'static [Parameter],
     build: fn(&Params) -> Scene,
 }

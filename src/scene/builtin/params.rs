@@ -17,8 +17,11 @@ pub enum Kind {
 /// A parameter of a built-in scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameter {
+    /// Its key.
     pub name: &'static str,
+    /// What it says, with the unit.
     pub about: &'static str,
+    /// Type, range and default.
     pub kind: Kind,
 }
 

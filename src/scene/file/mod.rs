@@ -126,12 +126,15 @@ fn light_and_view(root: &Table, scene: &mut Scene, options: &OpenOptions) -> Res
     if let Some(node) = root.get("environment") {
         scene.environment = settings::environment(&node, scene.environment)?;
     }
-    if !says("base") && !says("lights") && !says("environment") {
-        fit::add_daylight(scene);
-    }
     if !says("base") {
         let aspect = scene.settings.size.map_or(options.aspect, |[width, height]| f64::from(width) / f64::from(height));
-        fit::fit_camera(scene, aspect);
+        let stand = fit::fit_camera(scene, aspect);
+        if !says("lights") && !says("environment") {
+            fit::add_daylight(scene);
+            if !says("camera") && scene.settings.exposure.is_none() {
+                fit::fit_exposure(scene, stand);
+            }
+        }
     }
     if let Some(node) = root.get("camera") {
         scene.camera = settings::camera(&node, scene.camera)?;

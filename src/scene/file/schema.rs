@@ -5,14 +5,15 @@
 pub struct Schema {
     /// As the documentation calls it: `root`, `camera`, `models.shape`.
     pub table: &'static str,
+    /// In no particular order.
     pub keys: &'static [&'static str],
 }
 
-pub const ROOT: Schema = Schema {
+pub(super) const ROOT: Schema = Schema {
     table: "root",
     keys: &["base", "base_lights", "camera", "environment", "lights", "materials", "models", "settings"],
 };
-pub const MODEL: Schema = Schema {
+pub(super) const MODEL: Schema = Schema {
     table: "models",
     keys: &[
         "name",
@@ -28,12 +29,12 @@ pub const MODEL: Schema = Schema {
         "grid",
     ],
 };
-pub const SHAPE: Schema =
+pub(super) const SHAPE: Schema =
     Schema { table: "models.shape", keys: &["kind", "size", "radius", "height", "tube", "segments"] };
-pub const INSTANCE: Schema = Schema { table: "models.instances", keys: &["translation", "rotation", "scale"] };
-pub const ROTATION: Schema = Schema { table: "rotation", keys: &["quaternion", "axis", "degrees"] };
-pub const GRID: Schema = Schema { table: "models.grid", keys: &["count", "spacing"] };
-pub const MATERIAL: Schema = Schema {
+pub(super) const INSTANCE: Schema = Schema { table: "models.instances", keys: &["translation", "rotation", "scale"] };
+pub(super) const ROTATION: Schema = Schema { table: "rotation", keys: &["quaternion", "axis", "degrees"] };
+pub(super) const GRID: Schema = Schema { table: "models.grid", keys: &["count", "spacing"] };
+pub(super) const MATERIAL: Schema = Schema {
     table: "materials",
     keys: &[
         "name",
@@ -59,9 +60,9 @@ pub const MATERIAL: Schema = Schema {
         "specular_texture",
     ],
 };
-pub const CAMERA: Schema =
+pub(super) const CAMERA: Schema =
     Schema { table: "camera", keys: &["position", "target", "up", "rotation", "fov_y_degrees", "near", "exposure"] };
-pub const LIGHT: Schema = Schema {
+pub(super) const LIGHT: Schema = Schema {
     table: "lights",
     keys: &[
         "name",
@@ -78,12 +79,12 @@ pub const LIGHT: Schema = Schema {
         "outer_angle_degrees",
     ],
 };
-pub const FALLOFF: Schema = Schema { table: "lights.falloff", keys: &["constant", "linear", "quadratic"] };
-pub const ENVIRONMENT: Schema =
+pub(super) const FALLOFF: Schema = Schema { table: "lights.falloff", keys: &["constant", "linear", "quadratic"] };
+pub(super) const ENVIRONMENT: Schema =
     Schema { table: "environment", keys: &["ambient", "ambient_strength", "background", "background_strength"] };
-pub const SETTINGS: Schema =
+pub(super) const SETTINGS: Schema =
     Schema { table: "settings", keys: &["size", "exposure", "tonemap", "brdf", "gbuffer", "shadows", "view"] };
-pub const SHADOWS: Schema =
+pub(super) const SHADOWS: Schema =
     Schema { table: "settings.shadows", keys: &["enabled", "size", "normal_offset", "slope_bias"] };
 
 /// All tables, in the order of the documentation.
