@@ -43,7 +43,7 @@ fn small(scene: &Scene) -> Settings {
 
 /// Every other texel is a hole.
 fn perforated() -> Texture {
-    let texel = |index: u32| [255, 128, 64, if (index + index / 4) % 2 == 0 { 255 } else { 0 }];
+    let texel = |index: u32| [255, 128, 64, if (index + index / 4).is_multiple_of(2) { 255 } else { 0 }];
     let texels = (0..16).flat_map(texel).collect();
     Texture { name: "perforated".into(), size: [4, 4], color_space: ColorSpace::Srgb, texels }
 }
