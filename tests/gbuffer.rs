@@ -79,12 +79,6 @@ impl Rounding {
         rounding
     }
 
-    /// Whether anything is rounded that the model reads.
-    fn is_lossy(&self, brdf: Brdf) -> bool {
-        let surface = self.albedo_codes + self.albedo + self.normal + self.position > 0.0;
-        surface || (brdf != Brdf::Lambert && self.material + self.material_relative > 0.0)
-    }
-
     /// The largest relative change of a linear albedo.
     fn albedo_change(&self, albedo: f64) -> f64 {
         let code = 255.0 * if albedo <= 0.003_130_8 { 12.92 * albedo } else { 1.055 * albedo.powf(1.0 / 2.4) - 0.055 };
@@ -256,7 +250,10 @@ impl Case {
         }
         let model = self.material.brdf;
         eprintln!("{model} at {} m, {name}: {worst:.3} of the bound", self.distance);
-        assert_eq!(worst > 0.0, rounding.is_lossy(model), "{model} {name}: {worst} of the bound, {rounding:?}");
+        // By name and not by plan, which might have left the override out.
+        let unread = model == Brdf::Lambert && name.contains("material=");
+        let exact = name == "float32" || name.ends_with("=rgba32f") || unread;
+        assert_eq!(worst == 0.0, exact, "{model} {name}: {worst} of the bound, {rounding:?}");
     }
 
     /// The picture of 32-bit floats, which is the light model at the known places and normals.
