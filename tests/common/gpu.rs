@@ -52,8 +52,8 @@ fn assert_watched(instance: &Instance, device: &Arc<Device>) {
     let (from, to) = buffers.unwrap_or_else(|error| panic!("{error}"));
     let mut cmd = CommandBuffer::new(device, "mistakes").unwrap_or_else(|error| panic!("{error}"));
     cmd.begin().unwrap_or_else(|error| panic!("{error}"));
-    // SAFETY: recording; the buffers outlive the wait. Software drivers fill a buffer whatever its usage says, and nobody looks
-    // at what the copy reads.
+    // SAFETY: recording; the buffers outlive the wait. A usage only tells a driver where to put a buffer, and nobody looks at what
+    // the copy reads.
     unsafe {
         device.raw.cmd_fill_buffer(cmd.raw, from.raw, 0, 64, 1);
         let region = vk::BufferCopy { src_offset: 0, dst_offset: 0, size: 64 };
