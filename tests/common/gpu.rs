@@ -3,7 +3,10 @@
 use std::sync::Arc;
 
 use afterlight::frame::{Picture, Pixels, Renderer};
-use afterlight::gpu::{Device, DeviceChoice, Instance, InstanceOptions, MessageKind, Validation};
+use afterlight::gpu::{
+    Buffer, CommandBuffer, Device, DeviceChoice, Instance, InstanceOptions, Location, MemoryKind, MessageKind,
+    Validation, vk,
+};
 use afterlight::scene::{Scene, Settings};
 use glam::DVec3;
 
@@ -29,6 +32,7 @@ fn in_mode(sync_shader_heuristic: bool, test: impl FnOnce(&Gpu)) {
     let instance = Instance::new(&options).unwrap_or_else(|error| panic!("{error}"));
     let log = instance.message_log();
     let device = Device::new(&instance, &DeviceChoice::Auto).unwrap_or_else(|error| panic!("{error}"));
+    assert_watched(&instance, &device);
     let gpu = Gpu { device };
     test(&gpu);
     let leaks = gpu.device.live_objects();
@@ -37,6 +41,31 @@ fn in_mode(sync_shader_heuristic: bool, test: impl FnOnce(&Gpu)) {
     // What the loader and the drivers say of the system is not about this program.
     let ours: Vec<_> = log.take().into_iter().filter(|message| message.kind != MessageKind::General).collect();
     assert!(ours.is_empty() && log.dropped() == 0, "messages (shader heuristic: {sync_shader_heuristic}): {ours:#?}");
+}
+
+/// Makes two mistakes on purpose, so that a silent layer means that there is nothing to say and not that it is off: a buffer that may
+/// not be filled is filled (core validation), and read with no barrier in between (synchronization validation).
+fn assert_watched(instance: &Instance, device: &Arc<Device>) {
+    let new = |name, usage| Buffer::new(device, name, 64, usage, Location::Device, MemoryKind::Geometry);
+    let buffers = new("unfillable", vk::BufferUsageFlags::TRANSFER_SRC)
+        .and_then(|from| Ok((from, new("to", vk::BufferUsageFlags::TRANSFER_DST)?)));
+    let (from, to) = buffers.unwrap_or_else(|error| panic!("{error}"));
+    let mut cmd = CommandBuffer::new(device, "mistakes").unwrap_or_else(|error| panic!("{error}"));
+    cmd.begin().unwrap_or_else(|error| panic!("{error}"));
+    // SAFETY: recording; the buffers outlive the wait. A usage only tells a driver where to put a buffer, and nobody looks at what
+    // the copy reads.
+    unsafe {
+        device.raw.cmd_fill_buffer(cmd.raw, from.raw, 0, 64, 1);
+        let region = vk::BufferCopy { src_offset: 0, dst_offset: 0, size: 64 };
+        device.raw.cmd_copy_buffer(cmd.raw, from.raw, to.raw, &[region]);
+    }
+    let done = cmd.end().and_then(|()| device.submit(&cmd)).and_then(|ticket| device.wait(ticket));
+    done.unwrap_or_else(|error| panic!("{error}"));
+    let messages = instance.take_messages();
+    for rule in ["VUID-vkCmdFillBuffer-dstBuffer-00029", "SYNC-HAZARD-READ-AFTER-WRITE"] {
+        let said = messages.iter().any(|message| message.id_name.contains(rule));
+        assert!(said, "the layer is on but does not say {rule}: {messages:#?}");
+    }
 }
 
 impl Gpu {
