@@ -26,6 +26,8 @@ override GEOMETRIC_STEPS: f32 = 255.0;
 override PHONG: bool = false;
 // Largest value that the light target holds.
 override LARGEST: f32 = 65000.0;
+// Largest coordinate that the position target holds.
+override FARTHEST: f32 = 65000.0;
 
 struct Push {
     // Rows of the map from mesh space to camera-relative world space.
@@ -186,9 +188,6 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
     if BASE_COLOR_TEXTURE {
         base *= textureSample(base_color_texture, texture_sampler, in.uv);
     }
-    if MASKED && base.a < push.alpha_cutoff {
-        discard;
-    }
 #endif
     let facing = select(1.0, -1.0, TWO_SIDED && !front);
     let geometric = unit_or(in.normal, vec3(0.0, 1.0, 0.0));
@@ -236,7 +235,15 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
     out.emissive = vec4(min(emissive, vec3(LARGEST)), 1.0);
 #endif
 #ifdef POSITION
-    out.position = vec4(in.world, 1.0);
+    // Beyond what the target holds a place moves along its ray to where it fits, so that the eye still sees it in its direction.
+    let farthest = max(abs(in.world.x), max(abs(in.world.y), abs(in.world.z)));
+    out.position = vec4(in.world * min(1.0, FARTHEST / farthest), 1.0);
+#endif
+#ifdef TEXTURED
+    // After the last texture was sampled: derivatives need all four pixels of a quad.
+    if MASKED && base.a < push.alpha_cutoff {
+        discard;
+    }
 #endif
     return out;
 }

@@ -32,6 +32,8 @@ pub struct Capabilities {
     pub max_extent: u32,
     /// Colour attachments of one subpass.
     pub max_color_attachments: u32,
+    /// Input attachments of one subpass.
+    pub max_input_attachments: u32,
     /// R16G16_UNORM can be a colour attachment; not mandatory in Vulkan.
     pub unorm_2x16_attachment: bool,
     /// R32G32B32A32_SFLOAT blends; not mandatory in Vulkan.
@@ -51,6 +53,10 @@ pub enum Error {
         "this G-buffer needs {0} colour attachments in one subpass and the device has {1}: choose fewer targets, as `--gbuffer lean`"
     )]
     ColorAttachments(u32, u32),
+    #[error(
+        "this G-buffer is read through {0} input attachments and the device has {1}: choose fewer targets, as `--gbuffer lean`"
+    )]
+    InputAttachments(u32, u32),
     #[error("there is no shadow map to show: {0}")]
     NoShadowMap(String),
 }
@@ -228,6 +234,14 @@ impl FramePlan {
         let needed = self.geometry_locations();
         if needed > device.max_color_attachments {
             return Err(Error::ColorAttachments(needed, device.max_color_attachments));
+        }
+        // Depth or position, and the other targets.
+        let read = self
+            .gbuffer
+            .as_ref()
+            .map_or(0, |gbuffer| gbuffer.formats().count() as u32 + u32::from(gbuffer.position.is_none()));
+        if read > device.max_input_attachments {
+            return Err(Error::InputAttachments(read, device.max_input_attachments));
         }
         Ok(())
     }

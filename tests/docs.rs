@@ -201,6 +201,7 @@ fn the_architecture_lists_every_dependency_with_its_reason() {
     let device = Capabilities {
         max_extent: 16384,
         max_color_attachments: 8,
+        max_input_attachments: 8,
         unorm_2x16_attachment: true,
         float32_blends: true,
         lazily_allocated: false,

@@ -139,12 +139,12 @@ impl<'a> PendingFile<'a> {
     }
 }
 
-/// The system's own error: tempfile's would name the temporary file, which means nothing to a user.
+/// The system's own error: tempfile's adds the name of the temporary file, which means nothing to a user.
 fn system_error(error: io::Error) -> io::Error {
-    let inner = error.get_ref().and_then(|inner| std::error::Error::source(inner)?.downcast_ref::<io::Error>());
-    match inner.and_then(io::Error::raw_os_error) {
-        Some(code) => io::Error::from_raw_os_error(code),
-        None => error.kind().into(),
+    let text = error.to_string();
+    match text.split_once(" at path ") {
+        Some((system, _)) => io::Error::new(error.kind(), system.to_owned()),
+        None => error,
     }
 }
 

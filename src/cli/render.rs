@@ -57,6 +57,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.view == Some(ViewChoice::All) && args.output.format == Format::Exr {
         return Err(Failure::usage("--view all makes a PNG picture: the views have no common unit for an .exr file"));
     }
+    if args.output.format == Format::Exr && (args.settings.exposure.is_some() || args.settings.tonemap.is_some()) {
+        let why = "an .exr picture holds linear light in nits: --exposure and --tonemap do not apply to it";
+        return Err(Failure::usage(why));
+    }
     args.output.sink.check()?;
     session::with_device(&args.device, |device| {
         let workload = Workload::open(&args.scene, &args.settings, args.quiet)?;

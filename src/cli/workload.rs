@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::time::Instant;
 
+use afterlight::frame::capabilities;
 use afterlight::gpu::{MemoryReport, PhysicalDevice};
 use afterlight::plan::FramePlan;
 use afterlight::scene::{self, Camera, OpenOptions, Scene, Settings, SettingsPatch};
@@ -59,13 +60,11 @@ impl Workload {
     pub fn settings(&self, variation: &SettingsPatch, device: &PhysicalDevice) -> Result<Settings, Failure> {
         let said = variation.or(&self.command_line);
         let settings = said.or(&self.scene.settings).decide();
-        let limits = &device.limits;
-        let limit = [limits.max_framebuffer_width, limits.max_framebuffer_height];
-        let limit = limit.map(|limit| limit.min(limits.max_image_dimension2_d));
+        let limit = capabilities(device).max_extent;
         let [width, height] = settings.size;
-        if width > limit[0] || height > limit[1] {
+        if width.max(height) > limit {
             let exit = if said.size.is_some() { Exit::Usage } else { Exit::BadInput };
-            let most = format!("{} draws at most {}x{}", device.name, limit[0], limit[1]);
+            let most = format!("{} draws at most {limit}x{limit}", device.name);
             return Err(Failure::new(exit, format!("the size {width}x{height} is too large: {most}")));
         }
         Ok(settings)

@@ -196,10 +196,11 @@ fn background(plan: &FramePlan, world: &World, target: Target) -> Vec3 {
     if !matches!(plan.shading, Shading::Light { light_only: false }) {
         return Vec3::ZERO;
     }
-    let exposed = world.environment.background * world.exposure;
+    // As in the shaders: cut off before it is stored or mapped, so that nothing overflows on the way.
+    let exposed = (world.environment.background * world.exposure).min(Vec3::splat(plan.largest_light()));
     match plan.tone_mapping {
         ToneMapping::InLighting(curve) => tone_map(exposed, curve),
         ToneMapping::Subpass(_) if target == Target::Output => Vec3::ZERO,
-        ToneMapping::Subpass(_) | ToneMapping::Absent => exposed.min(Vec3::splat(plan.largest_light())),
+        ToneMapping::Subpass(_) | ToneMapping::Absent => exposed,
     }
 }

@@ -105,7 +105,7 @@ pub fn table(plan: &FramePlan) -> Vec<Edge> {
         ));
     }
     if plan.has_tonemap_subpass() {
-        table.push(hdr_to_tonemap(plan));
+        table.push(hdr_to_tonemap());
     }
     table.push(subpass(
         "read-back",
@@ -226,12 +226,11 @@ fn gbuffer_to_lighting(plan: &FramePlan) -> Edge {
     )
 }
 
-fn hdr_to_tonemap(plan: &FramePlan) -> Edge {
-    let write = if plan.emissive { lighting::LIGHT_BLEND } else { lighting::LIGHT_WRITE };
+fn hdr_to_tonemap() -> Edge {
     subpass(
         "hdr-to-tonemap",
         (Place::Lighting, Place::Tonemap),
-        &[write],
+        &[lighting::LIGHT_BLEND],
         &[tonemap::HDR_READ, tonemap::HDR_DROP],
         "TONEMAP reads the light of its pixel, and as the last user drops the HDR target",
     )

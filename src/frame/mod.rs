@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use ash::vk;
 
-use crate::gpu::{self, CommandBuffer, Device, Owned, Ticket, Timestamps, barrier};
+use crate::gpu::{self, CommandBuffer, Device, Owned, PhysicalDevice, Ticket, Timestamps, barrier};
 use crate::gpu_scene::{FrameUniform, GpuScene, ViewBuffers, view_set_layout};
 use crate::passes::Recording;
 use crate::passes::copy::Copy;
@@ -95,8 +95,8 @@ pub struct Renderer {
 }
 
 /// What of the device a plan depends on.
-pub fn capabilities(device: &Device) -> Capabilities {
-    let limits = &device.physical.limits;
+pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
+    let limits = &device.limits;
     Capabilities {
         max_extent: limits
             .max_image_dimension2_d
@@ -105,9 +105,12 @@ pub fn capabilities(device: &Device) -> Capabilities {
             .min(limits.max_viewport_dimensions[0])
             .min(limits.max_viewport_dimensions[1]),
         max_color_attachments: limits.max_color_attachments.min(limits.max_fragment_output_attachments),
-        unorm_2x16_attachment: device.physical.supports_color_attachment(vk::Format::R16G16_UNORM, false),
-        float32_blends: device.physical.supports_color_attachment(vk::Format::R32G32B32A32_SFLOAT, true),
-        lazily_allocated: device.physical.has_lazily_allocated_memory(),
+        max_input_attachments: limits
+            .max_per_stage_descriptor_input_attachments
+            .min(limits.max_descriptor_set_input_attachments),
+        unorm_2x16_attachment: device.supports_color_attachment(vk::Format::R16G16_UNORM, false),
+        float32_blends: device.supports_color_attachment(vk::Format::R32G32B32A32_SFLOAT, true),
+        lazily_allocated: device.has_lazily_allocated_memory(),
     }
 }
 
@@ -116,7 +119,7 @@ pub fn capabilities(device: &Device) -> Capabilities {
 /// # Errors
 /// When the device cannot do what the settings ask for, or a view shows what the scene does not have.
 pub fn plan_for(device: &Device, scene: &Scene, settings: &Settings) -> Result<FramePlan, plan::Error> {
-    FramePlan::of(scene, settings, &capabilities(device))
+    FramePlan::of(scene, settings, &capabilities(&device.physical))
 }
 
 impl Renderer {
@@ -239,8 +242,11 @@ impl Renderer {
     /// The last frame's picture. Waits for it.
     ///
     /// # Errors
-    /// When the device is lost or lacks the memory for a copy.
+    /// When nothing was drawn yet, the device is lost, or it lacks the memory for a copy.
     pub fn read_back(&mut self) -> Result<Picture, Error> {
+        if self.frames.iter().all(|frame| frame.ticket.is_none()) {
+            return Err(gpu::Error::Misuse("a picture is read back before any was drawn".into()).into());
+        }
         if self.copy.is_none() {
             let cmd = CommandBuffer::new(&self.device, "read-back")?;
             self.copy = Some((cmd, Copy::new(&self.device, &self.plan)?));

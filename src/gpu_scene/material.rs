@@ -8,7 +8,7 @@ use ash::vk;
 
 use crate::gpu::{
     self, DescriptorPool, Device, Image, ImageDesc, Location, MemoryKind, Owned, Sampler, SetLayout, SetWriter,
-    Uploader, mip_count,
+    Uploader, can_blit, mip_count,
 };
 use crate::plan::{FramePlan, World};
 use crate::scene::{ColorSpace, Scene, Texture, TextureSlot};
@@ -115,16 +115,17 @@ fn sampler_info() -> vk::SamplerCreateInfo<'static> {
 
 fn upload(device: &Arc<Device>, uploader: &mut Uploader, texture: &Texture) -> gpu::Result<Image> {
     let extent = vk::Extent2D { width: texture.size[0], height: texture.size[1] };
+    let format = match texture.color_space {
+        ColorSpace::Srgb => vk::Format::R8G8B8A8_SRGB,
+        ColorSpace::Linear => vk::Format::R8G8B8A8_UNORM,
+    };
     let image = Image::new(
         device,
         &ImageDesc {
             name: &format!("texture {}", texture.name),
-            format: match texture.color_space {
-                ColorSpace::Srgb => vk::Format::R8G8B8A8_SRGB,
-                ColorSpace::Linear => vk::Format::R8G8B8A8_UNORM,
-            },
+            format,
             extent,
-            mip_levels: mip_count(extent),
+            mip_levels: if can_blit(&device.physical, format) { mip_count(extent) } else { 1 },
             // The chain is made by blits from level to level.
             usage: vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::TRANSFER_SRC,
             location: Location::Device,

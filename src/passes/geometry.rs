@@ -71,6 +71,7 @@ pub struct Geometry {
     streams: Vec<u32>,
     area: [u32; 2],
     brdf_override: Option<Brdf>,
+    largest_light: f32,
 }
 
 impl Geometry {
@@ -107,6 +108,7 @@ impl Geometry {
             .collect(),
             area: plan.size,
             brdf_override: plan.brdf_override,
+            largest_light: plan.largest_light(),
         };
         for &key in &plan.geometry {
             let pipeline = geometry.pipeline(device, plan, slot, key)?;
@@ -166,7 +168,8 @@ impl Geometry {
         let mut bound: (Option<GeometryKey>, Option<usize>) = (None, None);
         for draw in &recording.visible.draws {
             let object = &recording.world.objects[draw.object];
-            let Some(pipeline) = self.pipelines.get(&object.key) else { continue };
+            // The plan has a key for each object of the scene (plan.rs), and the pass a pipeline for each key.
+            let pipeline = &self.pipelines[&object.key];
             let layout = self.layout(object.key);
             if bound.0 != Some(object.key) {
                 recording.bind_pipeline(pipeline.raw);
@@ -193,7 +196,8 @@ impl Geometry {
             rows: camera_relative(&object.transform, recording.camera.position),
             base_color: material.base_color,
             alpha: material.alpha,
-            emissive: material.emissive * recording.world.exposure,
+            // Cut off here as well: infinity times a black texel would be no number.
+            emissive: (material.emissive * recording.world.exposure).min(Vec3::splat(self.largest_light)),
             alpha_cutoff: match material.alpha_mode {
                 AlphaMode::Mask { cutoff } => cutoff,
                 AlphaMode::Opaque => 0.0,
@@ -225,6 +229,8 @@ pub(crate) fn flags(plan: &FramePlan, key: GeometryKey) -> Flags {
 fn constants_of(plan: &FramePlan, key: GeometryKey) -> Vec<(u32, u32)> {
     let has = |slot| u32::from(key.textures.contains(slot));
     let gbuffer = plan.gbuffer.as_ref();
+    let half_position = gbuffer.is_some_and(|gbuffer| gbuffer.position == Some(vk::Format::R16G16B16A16_SFLOAT));
+    let farthest: f32 = if half_position { 65000.0 } else { f32::MAX };
     vec![
         (constants::BASE_COLOR_TEXTURE, has(TextureSlot::BaseColor)),
         (constants::METALLIC_ROUGHNESS_TEXTURE, has(TextureSlot::MetallicRoughness)),
@@ -235,6 +241,7 @@ fn constants_of(plan: &FramePlan, key: GeometryKey) -> Vec<(u32, u32)> {
         (constants::TWO_SIDED, u32::from(key.two_sided)),
         (constants::PHONG, u32::from(key.phong)),
         (constants::LARGEST, plan.largest_light().to_bits()),
+        (constants::FARTHEST, farthest.to_bits()),
         (constants::NORMAL_ENCODING, gbuffer.map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
         (constants::GEOMETRIC_STEPS, gbuffer.map_or(255.0, |gbuffer| gbuffer.geometric_steps()).to_bits()),
     ]

@@ -6,7 +6,7 @@ use ash::vk;
 
 use super::screen::{Input, Inputs, MapSet, Screen, ScreenDesc, replace};
 use super::{Recording, Slot};
-use crate::gpu::{self, Device};
+use crate::gpu::{self, Device, SetLayout};
 use crate::plan::{FramePlan, Gbuffer, Shading};
 use crate::scene::View;
 use crate::shaders::view::{self as shader, Flags, constants};
@@ -16,6 +16,7 @@ pub struct ViewPass {
     screen: Screen,
     inputs: Option<Inputs>,
     map: Option<MapSet>,
+    _empty: Option<SetLayout>,
     area: [u32; 2],
 }
 
@@ -33,13 +34,20 @@ impl ViewPass {
     ) -> gpu::Result<Self> {
         let (inputs, map) = inputs;
         let map = map.map(|map| MapSet::new(device, map)).transpose()?;
-        // Set 1 stays in the layout where the shadow map in set 2 needs a predecessor.
-        let inputs = Inputs::new(device, "view inputs", inputs)?;
+        let inputs = if inputs.is_empty() { None } else { Some(Inputs::new(device, "view inputs", inputs)?) };
+        // The shadow map is in set 2: where nothing is in set 1, its place in the layout is empty.
+        let empty = match &inputs {
+            None => Some(SetLayout::new(device, "no inputs", &[])?),
+            Some(_) => None,
+        };
+        let input_layout =
+            inputs.as_ref().map(|inputs| inputs.set_layout.raw).or(empty.as_ref().map(|empty| empty.raw));
         let flags = flags(plan);
         let Some(shader) = shader::variant(flags) else {
             return Err(gpu::Error::Unsupported(format!("view.wgsl has no variant {flags:?}")));
         };
-        let mut set_layouts = vec![frame_layout, inputs.set_layout.raw];
+        let mut set_layouts = vec![frame_layout];
+        set_layouts.extend(input_layout);
         set_layouts.extend(map.as_ref().map(|map| map.set_layout.raw));
         let screen = Screen::new(
             device,
@@ -53,8 +61,7 @@ impl ViewPass {
                 blend: replace(),
             },
         )?;
-        let reads_inputs = plan.has_geometry();
-        Ok(Self { screen, inputs: reads_inputs.then_some(inputs), map, area: plan.size })
+        Ok(Self { screen, inputs, map, _empty: empty, area: plan.size })
     }
 
     /// Draws the view. Runs inside its subpass.

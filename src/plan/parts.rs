@@ -1,9 +1,13 @@
 //! The plan as a list that a person reads: each part, in or out, why, and its bytes.
 
+use std::collections::BTreeSet;
+
 use ash::vk;
 
 use super::gbuffer::format_bytes;
-use super::{COUNT, DEPTH, FramePlan, PlannedBrdf, Shading, ToneMapping, World, shadow_reason};
+use super::{
+    COUNT, DEPTH, FramePlan, GeometryKey, PlannedBrdf, Shading, ToneMapping, UNIFORM_LIGHTS, World, shadow_reason,
+};
 use crate::scene::{Scene, Settings, TextureSlot};
 
 /// Something that a frame can have.
@@ -25,7 +29,7 @@ pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<
     parts.extend(gbuffer(plan));
     parts.push(hdr(plan));
     parts.extend(shading(scene, plan));
-    parts.extend(geometry(scene, plan));
+    parts.extend(geometry(scene, settings, plan));
     parts
 }
 
@@ -58,8 +62,16 @@ fn gbuffer(plan: &FramePlan) -> Vec<Part> {
         part(&name, format.is_some(), reason, bytes)
     };
     let depth = plan.has_geometry().then_some(DEPTH);
-    let mut parts =
-        vec![attachment("depth", depth, "hides what lies behind; position is rebuilt from it".into(), DEPTH)];
+    let rebuilt = plan.gbuffer.is_some_and(|gbuffer| gbuffer.position.is_none());
+    let why = match (depth, rebuilt) {
+        (None, _) => "nothing is drawn that could hide anything",
+        (Some(_), true) => "hides what lies behind; position is rebuilt from it",
+        (Some(_), false) => "hides what lies behind",
+    };
+    let mut parts = vec![
+        attachment("output", Some(plan.output), "the picture".into(), plan.output),
+        attachment("depth", depth, why.into(), DEPTH),
+    ];
     let Some(gbuffer) = &plan.gbuffer else {
         if plan.shading == Shading::ShowOverdraw {
             parts.push(attachment("fragment count", Some(COUNT), "the view shows it".into(), COUNT));
@@ -104,7 +116,9 @@ fn hdr(plan: &FramePlan) -> Part {
 }
 
 fn shading(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
-    let count = scene.lights.len();
+    let count = scene.lights.iter().filter(|light| World::shines(light)).count();
+    // A buffer for each of two frames in flight.
+    let slots = if plan.lights.uniform { UNIFORM_LIGHTS } else { count };
     let brdf = match plan.brdf {
         PlannedBrdf::One(brdf) => format!("all materials are {brdf:?}: a constant in LIGHTING"),
         PlannedBrdf::PerPixel => "materials differ: chosen for each pixel".into(),
@@ -116,7 +130,7 @@ fn shading(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
     };
     vec![
         part("BRDF by pixel", plan.brdf == PlannedBrdf::PerPixel, brdf, 0),
-        part("light buffer", lights.any(), format!("{count} lights in the scene"), 64 * count as u64),
+        part("light buffers", lights.any(), format!("{count} lights shine in the scene"), 2 * 64 * slots as u64),
         kind("directional lights", lights.directional),
         kind("point and spot lights", lights.punctual),
         kind("spot cones", lights.spot),
@@ -125,14 +139,39 @@ fn shading(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
     ]
 }
 
-fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
+/// The textures that some pipeline samples, and their bytes with all levels.
+fn sampled_textures(scene: &Scene, settings: &Settings, plan: &FramePlan) -> (usize, u64) {
+    let mut sampled = BTreeSet::new();
+    for object in &scene.objects {
+        let material = &scene.materials[object.material];
+        let key = GeometryKey::of(scene, object, settings, plan);
+        for (slot, texture) in material.textures() {
+            let masks = slot == TextureSlot::BaseColor && material.is_masked() && plan.shadow.is_some();
+            if (plan.has_geometry() && key.textures.contains(slot)) || masks {
+                sampled.insert(texture);
+            }
+        }
+    }
+    // Levels down to one texel add a third.
+    let bytes = |&index: &usize| scene.textures.get(index).map_or(0, |texture| texture.texels.len() as u64 * 4 / 3);
+    (sampled.len(), sampled.iter().map(bytes).sum())
+}
+
+fn geometry(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
     let vertices: u64 = scene.meshes.iter().map(|mesh| mesh.positions.len() as u64).sum();
+    let indices: u64 = scene.meshes.iter().map(|mesh| mesh.indices.len() as u64).sum();
+    let (textures, texture_bytes) = sampled_textures(scene, settings, plan);
     let streams = &plan.streams;
     let masked = plan.geometry.iter().any(|key| key.masked);
     let sampled = |slot| plan.geometry.iter().any(|key| key.textures.contains(slot));
-    let texture_bytes: u64 = scene.textures.iter().map(|t| u64::from(t.size[0]) * u64::from(t.size[1]) * 16 / 3).sum();
     let why = |present: bool, yes: &str, no: &str| if present { yes.to_string() } else { no.to_string() };
     let mut parts = vec![
+        part(
+            "vertex positions and indices",
+            true,
+            "every pass that draws meshes reads them",
+            12 * vertices + 4 * indices,
+        ),
         part(
             "vertex normals",
             streams.normals,
@@ -152,7 +191,12 @@ fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
             16 * vertices,
         ),
         part("alpha masks", masked, why(masked, "a material is masked by its texture", "no material is masked"), 0),
-        part("textures", streams.uvs, format!("{} in the scene", scene.textures.len()), texture_bytes),
+        part(
+            "textures",
+            textures > 0,
+            format!("{textures} of the {} in the scene are sampled", scene.textures.len()),
+            texture_bytes,
+        ),
     ];
     for (slot, name) in [
         (TextureSlot::BaseColor, "base colour textures"),

@@ -28,6 +28,7 @@ pub fn device() -> Capabilities {
     Capabilities {
         max_extent: 16384,
         max_color_attachments: 8,
+        max_input_attachments: 8,
         unorm_2x16_attachment: true,
         float32_blends: true,
         lazily_allocated: false,

@@ -1,0 +1,328 @@
+//! The program from outside: exit codes, one line for each error, whole files or none, and options that do what they say.
+
+mod common;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+const SMALL: [&str; 2] = ["--size", "64x36"];
+
+/// The program, on whichever Vulkan stack the tests run.
+fn program() -> Command {
+    let binary = env!("CARGO_BIN_EXE_afterlight");
+    match std::env::var_os("AFTERLIGHT_RUNNER") {
+        Some(runner) => {
+            let mut command = Command::new(runner);
+            command.arg(binary);
+            command
+        }
+        None => Command::new(binary),
+    }
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    program().current_dir(folder).args(arguments).output().expect("the program starts")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Runs it and expects success; what it printed.
+fn succeed(folder: &Path, arguments: &[&str]) -> String {
+    let output = run(folder, arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+/// Expects this exit code, one line of error that holds these words, and nothing on standard output.
+fn fail(folder: &Path, arguments: &[&str], code: i32, words: &[&str]) {
+    let output = run(folder, arguments);
+    let errors = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {errors}");
+    let lines: Vec<&str> = errors.lines().filter(|line| line.starts_with("error: ")).collect();
+    assert_eq!(lines.len(), 1, "{arguments:?}: {errors}");
+    let others = errors.lines().filter(|line| !line.starts_with("error: "));
+    assert!(others.clone().all(|line| ["hint: ", "warning: "].iter().any(|start| line.starts_with(start))), "{errors}");
+    for word in words {
+        assert!(lines[0].contains(word), "{arguments:?}: `{word}` is not in: {}", lines[0]);
+    }
+    assert!(output.stdout.is_empty(), "{arguments:?}: {}", text(&output.stdout));
+}
+
+fn folder() -> TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+fn write(folder: &TempDir, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
+    let path = folder.path().join(name);
+    fs::write(&path, content).expect("a writable folder");
+    path
+}
+
+fn pixels(path: &Path) -> image::RgbaImage {
+    image::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display())).into_rgba8()
+}
+
+/// A PNG header that claims an edge, and nothing after it.
+fn png_that_claims(edge: u32) -> Vec<u8> {
+    let mut chunk = b"IHDR".to_vec();
+    chunk.extend(edge.to_be_bytes());
+    chunk.extend(edge.to_be_bytes());
+    chunk.extend([8, 2, 0, 0, 0]);
+    let crc = chunk.iter().fold(!0_u32, |crc, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 })
+    });
+    let mut png = b"\x89PNG\r\n\x1a\n\0\0\0\x0d".to_vec();
+    png.extend(chunk);
+    png.extend((!crc).to_be_bytes());
+    png
+}
+
+const TRIANGLE: &str = "v -1 0 0\nv 1 0 0\nv 0 2 0\nvt 0 0\n";
+
+#[test]
+fn bad_input_is_one_line_with_exit_code_3_and_leaves_no_file() {
+    let folder = folder();
+    let textured = format!("mtllib m.mtl\n{TRIANGLE}usemtl m\nf 1/1 2/1 3/1\n");
+    write(&folder, "m.mtl", "newmtl m\nmap_Kd map.png\n");
+    write(&folder, "bad.mtl", "newmtl m\nmap_Kd huge.png\n");
+    write(&folder, "map.png", "no image at all");
+    write(&folder, "huge.png", png_that_claims(100_000));
+    fs::create_dir(folder.path().join("folder.obj")).expect("a writable folder");
+    let cases: [(&str, &str, &[&str]); 10] = [
+        ("empty.obj", "", &["empty.obj", "face"]),
+        ("points.obj", "v 0 0 0\np 1\n", &["points.obj"]),
+        ("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", &["nan.obj:1"]),
+        ("huge.obj", "v 1e38 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", &["huge.obj:1", "1e38"]),
+        ("index.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n", &["index.obj:4", "7"]),
+        ("texture.obj", &textured, &["map.png"]),
+        ("large.obj", &textured.replace("m.mtl", "bad.mtl"), &["huge.png", "16384x16384"]),
+        ("key.toml", "[camera]\nfov_degrees = 60\n", &["key.toml:2", "fov_y_degrees"]),
+        ("range.toml", "[camera]\nfov_y_degrees = 360\n", &["range.toml:2", "fov_y_degrees"]),
+        ("model.fbx", "x", &["model.fbx", ".obj"]),
+    ];
+    for (name, content, words) in cases {
+        write(&folder, name, content);
+        fail(folder.path(), &["render", name, "-o", "out.png", "--size", "8x8"], 3, words);
+    }
+    fail(folder.path(), &["render", "absent.obj", "-o", "out.png"], 3, &["absent.obj", "No such file"]);
+    fail(folder.path(), &["render", "folder.obj", "-o", "out.png"], 3, &["folder.obj", "directory"]);
+    assert!(!folder.path().join("out.png").exists());
+}
+
+#[test]
+fn wrong_usage_has_exit_code_2() {
+    let folder = folder();
+    let cases: [(&[&str], &[&str]); 12] = [
+        (&["render"], &["SCENE"]),
+        (&["render", "builtin:quad", "--size", "0x0"], &["0x0"]),
+        (&["render", "builtin:quad", "--size", "wide"], &["wide"]),
+        (&["render", "builtin:quad", "--size", "99999x4"], &["99999x4"]),
+        (&["render", "builtin:quad", "--device", "99"], &["99"]),
+        (&["render", "builtin:quad", "--device", "no such chip"], &["no such chip"]),
+        (&["render", "builtin:quad", "--gbuffer", "lean,normal=rgb8"], &["rgb8"]),
+        (&["render", "builtin:quad", "--brdf", "phon"], &["phong"]),
+        (&["render", "builtin:quad", "-o", "picture.gif"], &["picture.gif"]),
+        (&["render", "builtin:quad", "-o", "x.exr", "--exposure", "3"], &["--exposure"]),
+        (&["render", "builtin:quad", "--view", "shadow-map"], &["shadow"]),
+        (&["bench", "builtin:quad", "--vary", "gbufer=fat"], &["gbuffer"]),
+    ];
+    for (arguments, words) in cases {
+        fail(folder.path(), arguments, 2, words);
+    }
+    assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 0, "something was written");
+}
+
+#[test]
+fn without_a_driver_it_says_what_to_install_with_exit_code_4() {
+    let folder = folder();
+    // Debian 13's runner names the driver itself.
+    if std::env::var_os("AFTERLIGHT_RUNNER").is_some() {
+        return;
+    }
+    let without = |arguments: &[&str]| {
+        let nowhere = folder.path().join("none.json");
+        let mut command = program();
+        command.env("VK_DRIVER_FILES", &nowhere).env("VK_ICD_FILENAMES", &nowhere);
+        command.args(arguments).output().expect("the program starts")
+    };
+    let render = without(&["render", "builtin:quad", "-o", "-"]);
+    assert_eq!(render.status.code(), Some(4), "{}", text(&render.stderr));
+    assert!(text(&render.stderr).contains("install"), "{}", text(&render.stderr));
+    assert!(render.stdout.is_empty());
+    assert_eq!(without(&["doctor"]).status.code(), Some(4));
+    assert!(text(&run(folder.path(), &["doctor"]).stdout).contains("Drawing works"));
+}
+
+#[test]
+fn what_cannot_be_written_is_told_and_nothing_is_lost() {
+    let folder = folder();
+    let out = |name: &str| ["render", "builtin:quad", "--size", "8x8", "-o", name].map(str::to_owned);
+    let expect = |name: &str, words: &[&str]| {
+        let arguments = out(name);
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        fail(folder.path(), &arguments, 3, words);
+    };
+    fs::create_dir(folder.path().join("taken.png")).expect("a writable folder");
+    expect("taken.png", &["taken.png", "directory"]);
+    expect("absent/a.png", &["absent", "No such file or directory"]);
+    write(&folder, "file", "x");
+    expect("file/a.png", &["file"]);
+    // A scene that cannot be read leaves an older picture as it was.
+    let old = write(&folder, "old.png", "old");
+    fail(folder.path(), &["render", "absent.toml", "-o", "old.png"], 3, &["absent.toml"]);
+    assert_eq!(fs::read(old).expect("still there"), b"old");
+    if Path::new("/dev/full").exists() {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("/dev/full opens");
+        let arguments = ["render", "builtin:quad", "--size", "64x64", "-o", "-"];
+        let output = program().args(arguments).stdout(full).output().expect("the program starts");
+        assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
+    }
+}
+
+#[test]
+fn pictures_are_png_exr_or_a_stream_and_the_same_in_each() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    let render = |out: &str| {
+        let arguments = [&["render", "builtin:quad", "-o", out][..], &SMALL].concat();
+        succeed(folder.path(), &arguments)
+    };
+    assert!(render("a.png").contains("G-buffer"));
+    render("a.exr");
+    let arguments = [&["render", "builtin:quad", "-o", "-"][..], &SMALL].concat();
+    let streamed = run(folder.path(), &arguments);
+    assert_eq!(streamed.stdout, fs::read(at("a.png")).expect("the file"), "a stream is the file");
+    let png = pixels(&at("a.png"));
+    assert_eq!(png.dimensions(), (64, 36));
+    // The quad's own radiance: illuminance times albedo over pi, at a right angle.
+    let scene = afterlight::scene::open("builtin:quad", &Default::default()).expect("it opens");
+    let afterlight::scene::LightKind::Directional { direction } = scene.lights[0].kind else { panic!("a sun") };
+    let radiance = f64::from(scene.lights[0].intensity) * -direction.z / std::f64::consts::PI;
+    let exr = image::open(at("a.exr")).expect("an EXR").into_rgba32f();
+    for channel in 0..3 {
+        let expected = radiance * f64::from(scene.materials[0].base_color[channel] * scene.lights[0].color[channel]);
+        let found = f64::from(exr.get_pixel(32, 18)[channel]);
+        // The albedo has 8 bits.
+        assert!((found / expected - 1.0).abs() < 0.01, "channel {channel}: {found} for {expected}");
+    }
+    assert!(succeed(folder.path(), &[&["render", "builtin:quad", "-q"][..], &SMALL].concat()).is_empty());
+    assert!(at("afterlight.png").exists(), "the default name");
+}
+
+#[test]
+fn the_sheet_of_all_views_holds_each_also_where_one_cannot_be_drawn() {
+    let folder = folder();
+    for scene in ["builtin:field?objects=20&lights=4", "builtin:hall?detail=8"] {
+        succeed(folder.path(), &["render", scene, "--view", "all", "--size", "128x72", "-o", "sheet.png"]);
+        let sheet = pixels(&folder.path().join("sheet.png"));
+        // Four columns and three rows of half the size, and room for labels.
+        assert!(sheet.width() >= 4 * 64 && sheet.height() > 3 * 36, "{:?}", sheet.dimensions());
+        let colors: std::collections::BTreeSet<_> = sheet.pixels().map(|pixel| pixel.0).collect();
+        assert!(colors.len() > 500, "{scene}: only {} colours", colors.len());
+    }
+}
+
+#[test]
+fn the_command_line_overrides_the_scene_file() {
+    let folder = folder();
+    let toml = "base = \"builtin:spheres?rows=2&columns=2\"\n[settings]\nsize = [40, 30]\nexposure = 9.0\n\
+                tonemap = \"none\"\ngbuffer = \"fat\"\n";
+    write(&folder, "scene.toml", toml);
+    let render = |more: &[&str]| {
+        let arguments = [&["render", "scene.toml", "-q", "-o", "a.png"][..], more].concat();
+        succeed(folder.path(), &arguments);
+        pixels(&folder.path().join("a.png"))
+    };
+    let own = render(&[]);
+    assert_eq!(own.dimensions(), (40, 30));
+    let said = render(&["--exposure", "9", "--tonemap", "none", "--gbuffer", "fat", "--frames", "3"]);
+    assert!(own == said, "the same settings give another picture");
+    assert_eq!(render(&["--size", "20x10"]).dimensions(), (20, 10));
+    let changes: [&[&str]; 5] = [
+        &["--exposure", "10"],
+        &["--tonemap", "agx"],
+        &["--brdf", "lambert"],
+        &["--camera", "0,0,30/0,0,0"],
+        &["--view", "normal"],
+    ];
+    for change in changes {
+        assert!(own != render(change), "{change:?} changes nothing");
+    }
+    let bytes = |more: &[&str]| {
+        let arguments = [&["inspect", "scene.toml", "--json"][..], more].concat();
+        let report: Value = serde_json::from_str(&succeed(folder.path(), &arguments)).expect("JSON");
+        report["gbuffer_bytes_per_pixel"].as_u64().expect("a number")
+    };
+    assert_eq!((bytes(&[]), bytes(&["--gbuffer", "lean"])), (36, 16));
+    let shadow = |more: &[&str]| {
+        let arguments = [&["inspect", "builtin:hall?detail=8", "--json"][..], more].concat();
+        let report: Value = serde_json::from_str(&succeed(folder.path(), &arguments)).expect("JSON");
+        let parts = report["parts"].as_array().expect("a list").clone();
+        let map = parts.into_iter().find(|part| part["name"] == "shadow pass and map").expect("the part");
+        (map["included"].as_bool().expect("a bool"), map["bytes"].as_u64().expect("a number"))
+    };
+    assert_eq!(shadow(&["--shadow-size", "64"]), (true, 64 * 64 * 4));
+    assert!(!shadow(&["--shadows", "off"]).0);
+}
+
+#[test]
+fn bench_measures_variants_in_turn_and_writes_json() {
+    let folder = folder();
+    let arguments = ["bench", "builtin:field?objects=20&lights=8", "--size", "64x36", "--frames", "5", "--warmup", "1"];
+    let more = ["--vary", "gbuffer=fat", "--json", "bench.json"];
+    let printed = succeed(folder.path(), &[&arguments[..], &more].concat());
+    assert!(printed.contains("median") && printed.contains("gbuffer=fat"), "{printed}");
+    let json = fs::read_to_string(folder.path().join("bench.json")).expect("the file");
+    let report: Value = serde_json::from_str(&json).expect("JSON");
+    let runs = report["scenes"][0]["runs"].as_array().unwrap_or_else(|| panic!("{json}"));
+    assert_eq!(runs.len(), 2);
+    for run in runs {
+        let [low, median, high] = ["p5", "median", "p95"].map(|name| run["wall_ms"][name].as_f64().expect("a number"));
+        assert!(0.0 < low && low <= median && median <= high, "{run}");
+    }
+    assert_eq!(runs[1]["gbuffer_bytes_per_pixel"], 36);
+}
+
+#[test]
+fn inspect_prints_the_plan_and_every_dependency_with_its_reason() {
+    let folder = folder();
+    let printed = succeed(folder.path(), &["inspect", "builtin:cornell"]);
+    for word in ["gbuffer-to-lighting", "hdr-to-tonemap", "why:", "INPUT_ATTACHMENT_READ"] {
+        assert!(printed.contains(word), "{printed}");
+    }
+}
+
+#[test]
+fn validation_is_silent_and_counts_what_the_layer_says() {
+    let folder = folder();
+    succeed(folder.path(), &["render", "builtin:hall?detail=8", "--size", "64x36", "--frames", "3", "--validate"]);
+    // The layer's own demonstration that its messages arrive: best practices have something against any program.
+    let talkative = program()
+        .current_dir(folder.path())
+        .env("VK_LAYER_ENABLES", "VK_VALIDATION_FEATURE_ENABLE_BEST_PRACTICES_EXT")
+        .args(["render", "builtin:hall?detail=8", "--size", "64x36", "--validate", "-q"])
+        .output()
+        .expect("the program starts");
+    // Newer layers take the setting by another name and stay silent; where it talks, the command fails.
+    let said = text(&talkative.stderr).contains("BestPractices");
+    assert_eq!(talkative.status.code(), Some(if said { 1 } else { 0 }), "{}", text(&talkative.stderr));
+    assert!(said || std::env::var_os("AFTERLIGHT_RUNNER").is_some(), "the machine's own layer knows best practices");
+}
+
+#[test]
+fn help_names_the_exit_codes_and_a_closed_pipe_is_no_error() {
+    let folder = folder();
+    let help = succeed(folder.path(), &["--help"]);
+    for word in ["render", "bench", "inspect", "doctor", "Exit codes"] {
+        assert!(help.contains(word), "{help}");
+    }
+    for command in ["render", "bench", "inspect", "doctor"] {
+        assert!(succeed(folder.path(), &[command, "--help"]).contains("Examples:"), "{command}");
+    }
+}
