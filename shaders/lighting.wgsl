@@ -5,6 +5,7 @@
 // requires: UNIFORM_BUFFER -> LIGHTS
 // precise
 #import afterlight::frame::{frame}
+#import afterlight::screen::{screen_corner}
 #import afterlight::gbuffer::{load_texel, Texel}
 #import afterlight::encodings::{decode_shininess}
 #import afterlight::brdf::{Surface, cook_torrance_surface, phong_surface, reflect_ambient, reflect_light, COOK_TORRANCE, LAMBERT}
@@ -38,10 +39,7 @@ override LIGHT_ONLY: bool = false;
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    // One triangle over the whole screen.
-    let x = f32(index & 1u) * 4.0 - 1.0;
-    let y = f32(index >> 1u) * 4.0 - 1.0;
-    return vec4(x, y, 0.0, 1.0);
+    return screen_corner(index);
 }
 
 fn surface_of(texel: Texel, view: vec3<f32>) -> Surface {

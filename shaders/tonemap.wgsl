@@ -1,6 +1,7 @@
 // TONEMAP: the HDR target to the output. Left out when LIGHTING tone-maps by itself.
 // precise
 #import afterlight::tonemapping::{tone_map}
+#import afterlight::screen::{screen_corner}
 
 override OPERATOR: u32 = 0u;
 
@@ -8,9 +9,7 @@ override OPERATOR: u32 = 0u;
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    let x = f32(index & 1u) * 4.0 - 1.0;
-    let y = f32(index >> 1u) * 4.0 - 1.0;
-    return vec4(x, y, 0.0, 1.0);
+    return screen_corner(index);
 }
 
 @fragment

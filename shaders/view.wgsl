@@ -11,6 +11,7 @@
 // excludes: SHADOW_MAP GBUFFER
 // precise
 #import afterlight::frame::{frame}
+#import afterlight::screen::{screen_corner}
 #ifdef GBUFFER
 #import afterlight::gbuffer::{load_texel, Texel}
 #import afterlight::encodings::{decode_shininess}
@@ -44,9 +45,7 @@ override ENCODED_OUTPUT: bool = true;
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    let x = f32(index & 1u) * 4.0 - 1.0;
-    let y = f32(index >> 1u) * 4.0 - 1.0;
-    return vec4(x, y, 0.0, 1.0);
+    return screen_corner(index);
 }
 
 // IEC 61966-2-1, from the encoded value to the linear one.
