@@ -6,7 +6,6 @@ use std::time::Instant;
 
 use afterlight::frame::{self, Picture, Pixels, Renderer};
 use afterlight::gpu::Device;
-use afterlight::measure::Distribution;
 use afterlight::plan;
 use afterlight::scene::{Settings, SettingsPatch, View};
 
@@ -83,7 +82,7 @@ fn draw(args: &Args, workload: &Workload, device: &Arc<Device>, view: Option<Vie
     renderer.render(&workload.camera)?;
     let first = renderer.wait()?;
     let first_frame_ms = milliseconds_since(start);
-    let periods = draw_more(args, workload, &mut renderer)?;
+    let mean = draw_more(args, workload, &mut renderer)?;
     let last = if args.frames > 1 { renderer.wait()? } else { first.clone() };
     args.output.write(&renderer.read_back()?)?;
 
@@ -91,8 +90,8 @@ fn draw(args: &Args, workload: &Workload, device: &Arc<Device>, view: Option<Vie
     times.row(["load".to_owned(), milliseconds(workload.load_ms)]);
     times.row(["first frame, with set-up".to_owned(), milliseconds(first_frame_ms)]);
     times.row(["first frame alone".to_owned(), milliseconds(first.wall_ms)]);
-    if let Some(periods) = periods {
-        times.row([format!("median of {} more frames", args.frames - 1), milliseconds(periods.median)]);
+    if let Some(mean) = mean {
+        times.row([format!("mean of {} more frames", args.frames - 1), milliseconds(mean)]);
     }
     if let Some(gpu_ms) = last.gpu_ms {
         times.row(["last frame on the GPU".to_owned(), milliseconds(gpu_ms)]);
@@ -106,19 +105,17 @@ fn draw(args: &Args, workload: &Workload, device: &Arc<Device>, view: Option<Vie
     Ok(text)
 }
 
-/// Draws the frames after the first without waiting for each, as an interactive program would, and returns how long one
-/// took from its start to that of the next: `render` waits for the frame before the last one.
-fn draw_more(args: &Args, workload: &Workload, renderer: &mut Renderer) -> Result<Option<Distribution>, Failure> {
+/// Draws the frames after the first without waiting for each, as an interactive program would, and returns how long one took
+/// on average: the device may still draw one while the next is recorded, so that only all of them together have a time.
+fn draw_more(args: &Args, workload: &Workload, renderer: &mut Renderer) -> Result<Option<f64>, Failure> {
     let bar = progress::bar("drawing".into(), u64::from(args.frames), args.quiet);
-    let mut periods = Vec::new();
-    let mut before = Instant::now();
+    let start = Instant::now();
     for _ in 1..args.frames {
         renderer.render(&workload.camera)?;
-        periods.push(milliseconds_since(before));
-        before = Instant::now();
         bar.step();
     }
-    Ok(Distribution::of(periods))
+    renderer.wait()?;
+    Ok((args.frames > 1).then(|| milliseconds_since(start) / f64::from(args.frames - 1)))
 }
 
 /// Draws every view at half the size and writes them as one picture. A view of what this scene lacks has an empty tile.

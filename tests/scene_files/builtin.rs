@@ -141,7 +141,10 @@ fn a_misspelt_scene_or_parameter_is_answered_with_the_right_one() {
 #[test]
 fn the_field_has_what_was_asked_for() {
     let scene = builtin::open("builtin:field?objects=17&lights=5&overdraw=3&range=0").unwrap();
-    assert_eq!((scene.objects.len(), scene.lights.len()), (17 + 3, 5));
+    // The walls are one object: two triangles each.
+    assert_eq!((scene.objects.len(), scene.lights.len()), (17 + 1, 5));
+    let walls = scene.objects.iter().find(|object| object.name == "walls").expect("the walls");
+    assert_eq!(scene.meshes[walls.mesh].indices.len(), 3 * 2 * 3);
     assert!(scene.lights.iter().all(|light| matches!(light.kind, LightKind::Point { range: None, .. })));
     let places = |seed: u32| format!("{:?}", builtin::open(&format!("field?objects=9&seed={seed}")).unwrap().objects);
     assert_ne!(places(1), places(2));
