@@ -12,7 +12,7 @@ use clap::Args;
 #[command(next_help_heading = "Device")]
 pub struct DeviceArgs {
     /// The device: its number in `afterlight doctor`, or a part of its name [default: a real GPU before a CPU]
-    #[arg(long, value_name = "N|NAME", value_parser = value::<DeviceChoice>)]
+    #[arg(long, value_name = "N|NAME", value_parser = device, allow_hyphen_values = true)]
     pub device: Option<DeviceChoice>,
     /// Turn on the validation layer with its synchronization checks; any message ends the command with exit code 1
     #[arg(long)]
@@ -24,7 +24,7 @@ pub struct DeviceArgs {
 #[command(next_help_heading = "Drawing (each overrides the scene file)")]
 pub struct SettingsArgs {
     /// Width and height of the picture in pixels [default: 1280x720]
-    #[arg(long, value_name = "WxH", value_parser = size)]
+    #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true)]
     pub size: Option<[u32; 2]>,
     /// Where the camera stands and looks to, in metres, and its vertical field of view in degrees:
     /// `x,y,z/tx,ty,tz[/fov]`
@@ -46,7 +46,7 @@ pub struct SettingsArgs {
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub shadows: Option<bool>,
     /// Edge of the sun's shadow map in texels, 1 to 16384
-    #[arg(long, value_name = "TEXELS", value_parser = shadow_size)]
+    #[arg(long, value_name = "TEXELS", value_parser = shadow_size, allow_hyphen_values = true)]
     pub shadow_size: Option<u32>,
 }
 
@@ -102,6 +102,11 @@ pub fn variation(text: &str) -> Result<SettingsPatch, String> {
 /// Any value that says itself what is wrong with a text.
 pub fn value<T: FromStr<Err: Display>>(text: &str) -> Result<T, String> {
     text.parse().map_err(|error: T::Err| error.to_string())
+}
+
+/// An empty name, as an unset variable of a script leaves it, would be a part of every device's name.
+fn device(text: &str) -> Result<DeviceChoice, String> {
+    if text.trim().is_empty() { Err("a number or a part of a name is needed".into()) } else { value(text) }
 }
 
 fn size(text: &str) -> Result<[u32; 2], String> {

@@ -98,4 +98,39 @@ mod tests {
             }
         }
     }
+    /// The words that a shell makes of a line up to its first pipe, redirection or `&&`.
+    fn words(line: &str) -> Vec<String> {
+        let mut words = Vec::new();
+        let (mut word, mut quote) = (None::<String>, None);
+        for character in line.chars() {
+            match character {
+                _ if quote == Some(character) => quote = None,
+                '"' | '\'' if quote.is_none() => {
+                    quote = Some(character);
+                    word.get_or_insert_default();
+                }
+                '|' | '>' | '&' if quote.is_none() => break,
+                '?' | '*' | '$' | '(' if quote.is_none() => panic!("a shell reads {character} in {line} as its own"),
+                ' ' if quote.is_none() => words.extend(word.take()),
+                _ => word.get_or_insert_default().push(character),
+            }
+        }
+        words.extend(word);
+        words
+    }
+
+    #[test]
+    fn examples_work_when_pasted() {
+        let mut examples = Vec::new();
+        for command in Cli::command().get_subcommands().chain([&Cli::command()]) {
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            examples.extend(help.lines().filter(|line| line.starts_with("  afterlight ")).map(str::to_owned));
+        }
+        assert!(examples.len() > 10, "{examples:?}");
+        for example in examples {
+            // A longer line would be wrapped by the help of a usual terminal, and break when pasted.
+            assert!(example.len() <= 80, "{example}");
+            Cli::try_parse_from(words(&example)).unwrap_or_else(|error| panic!("{example}: {error}"));
+        }
+    }
 }

@@ -22,9 +22,9 @@ use super::{output, progress, session};
 #[command(after_help = "\
 Examples:
   afterlight render builtin:hall -o hall.png
-  afterlight render sponza.obj -o sponza.exr --size 1920x1080 --camera \"-9,2,0/0,3,0/70\"
+  afterlight render sponza.obj -o sponza.exr --camera \"-9,2,0/0,3,0/70\"
   afterlight render scene.toml -o - | display
-  afterlight render builtin:spheres --gbuffer lean,normal=rgb10a2 --brdf blinn-phong --validate
+  afterlight render builtin:spheres --gbuffer lean,normal=rgb10a2 --validate
   afterlight render builtin:hall --view all -o sheet.png")]
 pub struct Args {
     /// The scene: an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`

@@ -23,11 +23,13 @@ use report::{BenchReport, SceneReport};
 Examples:
   afterlight bench builtin:hall
   afterlight bench sponza.obj --size 1920x1080 --frames 100 --json sponza.json
-  afterlight bench builtin:hall --vary shadows=off --vary \"gbuffer=fat shadows=off\"
-  afterlight bench \"builtin:field?lights=64\" \"builtin:field?lights=256\" --json - | jq '.scenes[].runs[].wall_ms.median'
+  afterlight bench builtin:hall --vary shadows=off --vary gbuffer=fat
+  afterlight bench \"builtin:field?lights=64\" \"builtin:field?lights=256\" --frames 9
+  afterlight bench builtin:hall --json - | jq '.scenes[].runs[].wall_ms.median'
 
-A frame's time is that from the start of its recording to its end on the device. Variants are compared by the median of
-the ratios of frames drawn one after the other.")]
+A frame's time is that from the start of its recording to its end on the device.
+Variants are compared by the median of the ratios of frames drawn one after the
+other.")]
 pub struct Args {
     /// The scenes, each an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
     #[arg(required = true, value_name = "SCENE")]
