@@ -24,7 +24,7 @@ Examples:
   afterlight bench builtin:hall
   afterlight bench sponza.obj --size 1920x1080 --frames 100 --json sponza.json
   afterlight bench builtin:hall --vary shadows=off --vary gbuffer=fat
-  afterlight bench \"builtin:field?lights=64\" \"builtin:field?lights=256\" --frames 9
+  afterlight bench \"builtin:field?lights=64\" \"builtin:hall?lights=8\"
   afterlight bench builtin:hall --json - | jq '.scenes[].runs[].wall_ms.median'
 
 A frame's time is that from the start of its recording to its end on the device.
