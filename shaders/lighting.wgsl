@@ -6,14 +6,10 @@
 // precise
 #import afterlight::frame::{frame}
 #import afterlight::screen::{screen_corner}
-#import afterlight::gbuffer::{load_texel, Texel}
-#import afterlight::encodings::{decode_shininess}
-#import afterlight::brdf::{Surface, cook_torrance_surface, phong_surface, reflect_ambient, reflect_light, COOK_TORRANCE, LAMBERT}
+#import afterlight::gbuffer::{load_texel}
+#import afterlight::shading::{ambient_light, surface_of, Model}
 #ifdef LIGHTS
-#import afterlight::lights::{lights, reach_of, spot_attenuation}
-#endif
-#ifdef SHADOW
-#import afterlight::shadows::{sun_visibility}
+#import afterlight::shading::{directional_light, punctual_light}
 #endif
 #import afterlight::tonemapping::{tone_map}
 
@@ -42,80 +38,31 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
     return screen_corner(index);
 }
 
-fn surface_of(texel: Texel, view: vec3<f32>) -> Surface {
-    var albedo = texel.albedo;
-    var metallic = texel.metallic;
-    if LIGHT_ONLY {
-        albedo = vec3(1.0);
-        metallic = 0.0;
-    }
-    let brdf = select(BRDF, texel.brdf, BRDF == 4u);
-    if brdf == COOK_TORRANCE {
-        return cook_torrance_surface(texel.normal, view, albedo, metallic, texel.roughness);
-    }
-    var shininess = 0.0;
-    if brdf != LAMBERT {
-        shininess = decode_shininess(texel.roughness);
-    }
-    return phong_surface(texel.normal, view, albedo, texel.specular, shininess, brdf);
-}
-
-#ifdef LIGHTS
-fn directional_light(surface: Surface, brdf: u32, texel: Texel) -> vec3<f32> {
-    var sum = vec3(0.0);
-    let end = frame.directional_count;
-    for (var i = 0u; i < end; i++) {
-        let to_light = lights[i].position;
-        let n_dot_l = dot(surface.normal, to_light);
-        if n_dot_l > 0.0 {
-            var light = lights[i].color * reflect_light(surface, brdf, to_light, n_dot_l);
-#ifdef SHADOW
-            if i == 0u {
-                light *= sun_visibility(texel.position, texel.geometric_normal);
-            }
-#endif
-            sum += light;
-        }
-    }
-    return sum;
-}
-
-fn punctual_light(surface: Surface, brdf: u32, position: vec3<f32>) -> vec3<f32> {
-    var sum = vec3(0.0);
-    let end = frame.light_count;
-    for (var i = frame.directional_count; i < end; i++) {
-        let light = lights[i];
-        let reach = reach_of(light, position, select(FALLOFF, light.falloff, FALLOFF == 3u), RANGED);
-        let n_dot_l = dot(surface.normal, reach.to_light);
-        var strength = reach.strength;
-        if SPOT {
-            strength *= spot_attenuation(light, reach.to_light);
-        }
-        if n_dot_l > 0.0 && strength > 0.0 {
-            sum += light.color * (strength * reflect_light(surface, brdf, reach.to_light, n_dot_l));
-        }
-    }
-    return sum;
-}
-#endif
-
 @fragment
 fn fragment(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
-    let texel = load_texel(pixel.xy, NORMAL_ENCODING, GEOMETRIC_STEPS);
-    let view = normalize(-texel.position);
-    let surface = surface_of(texel, view);
-    // The switch of the model goes by a constant where there is one.
-    let brdf = select(BRDF, surface.brdf, BRDF == 4u);
+    let model = Model(BRDF, FALLOFF, RANGED, SPOT);
+    var texel = load_texel(pixel.xy, NORMAL_ENCODING, GEOMETRIC_STEPS);
+    if LIGHT_ONLY {
+        texel.albedo = vec3(1.0);
+        texel.metallic = 0.0;
+    }
+    let surface = surface_of(texel, model);
     var radiance = vec3(0.0);
     if AMBIENT {
-        radiance += frame.ambient * texel.occlusion * reflect_ambient(surface, brdf, texel.roughness);
+        radiance += ambient_light(surface, texel, model);
     }
 #ifdef LIGHTS
     if DIRECTIONAL {
-        radiance += directional_light(surface, brdf, texel);
+        let end = frame.directional_count;
+        for (var i = 0u; i < end; i++) {
+            radiance += directional_light(i, surface, texel, model);
+        }
     }
     if PUNCTUAL {
-        radiance += punctual_light(surface, brdf, texel.position);
+        let end = frame.light_count;
+        for (var i = frame.directional_count; i < end; i++) {
+            radiance += punctual_light(i, surface, texel, model);
+        }
     }
 #endif
     let exposed = min(radiance * frame.exposure, vec3(LARGEST));

@@ -13,7 +13,8 @@
 #import afterlight::frame::{frame}
 #import afterlight::screen::{screen_corner}
 #ifdef GBUFFER
-#import afterlight::gbuffer::{load_texel, Texel}
+#import afterlight::gbuffer::{load_texel}
+#import afterlight::texel::{Texel}
 #import afterlight::encodings::{decode_shininess}
 #endif
 #ifdef LIGHTS

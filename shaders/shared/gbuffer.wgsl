@@ -2,6 +2,7 @@
 #define_import_path afterlight::gbuffer
 #import afterlight::encodings::{decode_normal, decode_normal_uint, octahedral_decode, from_unorm}
 #import afterlight::frame::{frame, view_ray}
+#import afterlight::texel::{Texel}
 
 #ifndef POSITION
 @group(1) @binding(0) var subpass_depth: texture_depth_2d;
@@ -21,21 +22,6 @@
 #ifdef POSITION
 @group(1) @binding(5) var subpass_position: texture_2d<f32>;
 #endif
-
-struct Texel {
-    // Relative to the camera, in metres.
-    position: vec3<f32>,
-    normal: vec3<f32>,
-    geometric_normal: vec3<f32>,
-    albedo: vec3<f32>,
-    occlusion: f32,
-    metallic: f32,
-    // Perceptual roughness, or the encoded shininess of a Phong model.
-    roughness: f32,
-    specular: vec3<f32>,
-    // Index of the BRDF, where the scene mixes them.
-    brdf: u32,
-}
 
 // `geometric_steps`: codes of a channel that holds half of the geometric normal, as GEOMETRY wrote it.
 fn load_texel(pixel: vec2<f32>, normal_encoding: u32, geometric_steps: f32) -> Texel {

@@ -1,0 +1,83 @@
+// How light meets a surface: the same code, in the same order of operations, for every light path.
+#define_import_path afterlight::shading
+#import afterlight::frame::{frame}
+#import afterlight::texel::{Texel}
+#import afterlight::encodings::{decode_shininess}
+#import afterlight::brdf::{Surface, cook_torrance_surface, phong_surface, reflect_ambient, reflect_light, COOK_TORRANCE, LAMBERT}
+#ifdef LIGHTS
+#import afterlight::lights::{lights, reach_of, spot_attenuation}
+#endif
+#ifdef SHADOW
+#import afterlight::shadows::{sun_visibility}
+#endif
+
+// What the plan knows of the scene. Passes fill it from specialization constants, so that what is absent costs nothing.
+struct Model {
+    // Which BRDF all materials have; MIXED_BRDF where the scene mixes them.
+    brdf: u32,
+    // All lights' fall-off; MIXED_FALLOFF where they differ.
+    falloff: u32,
+    // Some light has a range.
+    ranged: bool,
+    // Some light has a cone.
+    spot: bool,
+}
+
+const MIXED_BRDF: u32 = 4u;
+const MIXED_FALLOFF: u32 = 3u;
+
+// A surface that is ready to be lit, seen from the camera.
+fn surface_of(texel: Texel, model: Model) -> Surface {
+    let view = normalize(-texel.position);
+    let brdf = select(model.brdf, texel.brdf, model.brdf == MIXED_BRDF);
+    if brdf == COOK_TORRANCE {
+        return cook_torrance_surface(texel.normal, view, texel.albedo, texel.metallic, texel.roughness);
+    }
+    var shininess = 0.0;
+    if brdf != LAMBERT {
+        shininess = decode_shininess(texel.roughness);
+    }
+    return phong_surface(texel.normal, view, texel.albedo, texel.specular, shininess, brdf);
+}
+
+// The switch of the model goes by a constant where there is one.
+fn brdf_of(surface: Surface, model: Model) -> u32 {
+    return select(model.brdf, surface.brdf, model.brdf == MIXED_BRDF);
+}
+
+fn ambient_light(surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
+    return frame.ambient * texel.occlusion * reflect_ambient(surface, brdf_of(surface, model), texel.roughness);
+}
+
+#ifdef LIGHTS
+// What directional light number `i` adds.
+fn directional_light(i: u32, surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
+    let to_light = lights[i].position;
+    let n_dot_l = dot(surface.normal, to_light);
+    if n_dot_l <= 0.0 {
+        return vec3(0.0);
+    }
+    var light = lights[i].color * reflect_light(surface, brdf_of(surface, model), to_light, n_dot_l);
+#ifdef SHADOW
+    if i == 0u {
+        light *= sun_visibility(texel.position, texel.geometric_normal);
+    }
+#endif
+    return light;
+}
+
+// What point or spot light number `i` adds; exactly zero out of its range, its cone, and behind the surface.
+fn punctual_light(i: u32, surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
+    let light = lights[i];
+    let reach = reach_of(light, texel.position, select(model.falloff, light.falloff, model.falloff == MIXED_FALLOFF), model.ranged);
+    let n_dot_l = dot(surface.normal, reach.to_light);
+    var strength = reach.strength;
+    if model.spot {
+        strength *= spot_attenuation(light, reach.to_light);
+    }
+    if n_dot_l <= 0.0 || strength <= 0.0 {
+        return vec3(0.0);
+    }
+    return light.color * (strength * reflect_light(surface, brdf_of(surface, model), reach.to_light, n_dot_l));
+}
+#endif
