@@ -5,7 +5,7 @@ mod common;
 use afterlight::frame::Renderer;
 use afterlight::scene::builtin::CATALOGUE;
 use afterlight::scene::{Brdf, Scene, Settings, Tonemap, View};
-use common::golden::{LARGEST_MEAN, check, flip_error};
+use common::golden::{LARGEST_MEAN, SAME_WITHIN, check, flip_error};
 use common::gpu::{Gpu, on_gpu};
 use common::stage::{open, own, view};
 
@@ -107,4 +107,23 @@ fn five_percent_of_light_and_a_pixel_aside_are_noticed() {
             assert!(mean > LARGEST_MEAN, "{spec}, a pixel aside: {mean}");
         }
     });
+}
+
+/// The allowance ends where it says: what is left to another processor's reciprocals is not left to mistakes.
+#[test]
+fn what_no_channel_exceeds_is_the_same_and_a_code_more_is_not() {
+    let (width, height) = SIZE;
+    // Greys all over, and every other pixel brighter or darker by `codes` in one channel.
+    let grey = image::RgbImage::from_fn(width, height, |x, y| image::Rgb([((x * 7 + y * 13) % 200 + 20) as u8; 3]));
+    let shifted = |codes: u8| {
+        let mut image = grey.clone();
+        for (x, y, pixel) in image.enumerate_pixels_mut().filter(|(x, y, _)| (x + y) % 2 == 0) {
+            let channel = &mut pixel.0[(x % 3) as usize];
+            *channel = if y % 2 == 0 { *channel + codes } else { *channel - codes };
+        }
+        flip_error(&grey, &image).0
+    };
+    assert_eq!(shifted(SAME_WITHIN), 0.0);
+    assert!(shifted(SAME_WITHIN + 1) > 0.0);
+    assert!(shifted(3 * SAME_WITHIN) > LARGEST_MEAN, "{}", shifted(3 * SAME_WITHIN));
 }
