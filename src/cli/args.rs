@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::str::FromStr;
 
 use afterlight::gpu::DeviceChoice;
-use afterlight::scene::{Brdf, Camera, GbufferChoice, SettingsPatch, Tonemap, View, parse_size, unknown};
+use afterlight::scene::{Brdf, Camera, GbufferChoice, LightPath, SettingsPatch, Tonemap, View, parse_size, unknown};
 use clap::Args;
 
 /// Which device draws, and whether its use is checked.
@@ -42,6 +42,12 @@ pub struct SettingsArgs {
     /// Tone mapper: neutral, agx, aces or none
     #[arg(long, value_name = "NAME", value_parser = value::<Tonemap>)]
     pub tonemap: Option<Tonemap>,
+    /// How pixels meet their lights: loop, per-light, volumes, clustered, compute, forward, forward-naive, or auto
+    #[arg(long, value_name = "NAME", value_parser = value::<LightPath>)]
+    pub light_path: Option<LightPath>,
+    /// Lights without a range get one, beyond which all that is dropped stays below half a step of the output: on or off
+    #[arg(long, value_name = "on|off", value_parser = on_off)]
+    pub light_cutoff: Option<bool>,
     /// Shadows: on or off
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub shadows: Option<bool>,
@@ -56,6 +62,8 @@ impl SettingsArgs {
             size: self.size,
             exposure: self.exposure,
             tonemap: self.tonemap,
+            light_path: self.light_path,
+            light_cutoff: self.light_cutoff,
             brdf: self.brdf,
             gbuffer: self.gbuffer,
             shadows: self.shadows,
@@ -77,7 +85,8 @@ pub fn view(text: &str) -> Result<ViewChoice, String> {
 }
 
 /// What `--vary` can change.
-const VARIABLE: [&str; 8] = ["size", "exposure", "tonemap", "brdf", "gbuffer", "shadows", "shadow-size", "view"];
+const VARIABLE: [&str; 10] =
+    ["size", "exposure", "tonemap", "brdf", "gbuffer", "light-path", "light-cutoff", "shadows", "shadow-size", "view"];
 
 /// Settings that `--vary` changes: `key=value`, several separated by blanks.
 pub fn variation(text: &str) -> Result<SettingsPatch, String> {
@@ -90,6 +99,8 @@ pub fn variation(text: &str) -> Result<SettingsPatch, String> {
             "tonemap" => patch.tonemap = Some(value(text)?),
             "brdf" => patch.brdf = Some(value(text)?),
             "gbuffer" => patch.gbuffer = Some(value(text)?),
+            "light-path" => patch.light_path = Some(value(text)?),
+            "light-cutoff" => patch.light_cutoff = Some(on_off(text)?),
             "shadows" => patch.shadows = Some(on_off(text)?),
             "shadow-size" => patch.shadow_size = Some(shadow_size(text)?),
             "view" => patch.view = Some(value(text)?),

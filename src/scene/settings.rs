@@ -17,6 +17,10 @@ pub struct Settings {
     pub gbuffer: GbufferChoice,
     pub shadows: ShadowSettings,
     pub view: View,
+    pub light_path: LightPath,
+    /// Gives a light without a range one, beyond which all that is dropped stays below half a step of the output. A setting of the
+    /// light path: lights themselves have none, and `loop` drops nothing.
+    pub light_cutoff: bool,
     /// Linear scene-referred output in nits (for EXR) instead of tone-mapped 8-bit sRGB.
     pub hdr_output: bool,
 }
@@ -31,9 +35,34 @@ impl Default for Settings {
             gbuffer: GbufferChoice::default(),
             shadows: ShadowSettings::default(),
             view: View::default(),
+            light_path: LightPath::default(),
+            light_cutoff: false,
             hdr_output: false,
         }
     }
+}
+
+/// How pixels meet their lights. All give the same picture; what they cost differs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LightPath {
+    /// The plan chooses by a rule, and says which and why.
+    #[default]
+    Auto,
+    /// One full-screen draw, every light on every pixel.
+    Loop,
+    /// A draw for each light, cut to the rectangle that it reaches, added by blending.
+    PerLight,
+    /// A sphere or cone for each light, drawn where surfaces lie before its back, added by blending.
+    Volumes,
+    /// Lists of lights for each froxel, made on the CPU.
+    Clustered,
+    /// The G-buffer is stored and a compute pass lights tiles with lists in shared memory.
+    Compute,
+    /// No G-buffer: surfaces are lit as they are drawn, with the lists of `Clustered`.
+    Forward,
+    /// No G-buffer, no lists, no depth pre-pass: every fragment meets every light.
+    ForwardNaive,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -140,6 +169,8 @@ pub struct SettingsPatch {
     pub shadow_normal_offset: Option<f32>,
     pub shadow_slope_bias: Option<f32>,
     pub view: Option<View>,
+    pub light_path: Option<LightPath>,
+    pub light_cutoff: Option<bool>,
 }
 
 impl SettingsPatch {
@@ -156,6 +187,8 @@ impl SettingsPatch {
             shadow_normal_offset: self.shadow_normal_offset.or(other.shadow_normal_offset),
             shadow_slope_bias: self.shadow_slope_bias.or(other.shadow_slope_bias),
             view: self.view.or(other.view),
+            light_path: self.light_path.or(other.light_path),
+            light_cutoff: self.light_cutoff.or(other.light_cutoff),
         }
     }
 
@@ -175,6 +208,8 @@ impl SettingsPatch {
                 slope_bias: self.shadow_slope_bias.unwrap_or(default.shadows.slope_bias),
             },
             view: self.view.unwrap_or(default.view),
+            light_path: self.light_path.unwrap_or(default.light_path),
+            light_cutoff: self.light_cutoff.unwrap_or(default.light_cutoff),
             hdr_output: default.hdr_output,
         }
     }

@@ -82,8 +82,10 @@ pub(super) const LIGHT: Schema = Schema {
 pub(super) const FALLOFF: Schema = Schema { table: "lights.falloff", keys: &["constant", "linear", "quadratic"] };
 pub(super) const ENVIRONMENT: Schema =
     Schema { table: "environment", keys: &["ambient", "ambient_strength", "background", "background_strength"] };
-pub(super) const SETTINGS: Schema =
-    Schema { table: "settings", keys: &["size", "exposure", "tonemap", "brdf", "gbuffer", "shadows", "view"] };
+pub(super) const SETTINGS: Schema = Schema {
+    table: "settings",
+    keys: &["size", "exposure", "tonemap", "brdf", "gbuffer", "shadows", "view", "light_path", "light_cutoff"],
+};
 pub(super) const SHADOWS: Schema =
     Schema { table: "settings.shadows", keys: &["enabled", "size", "normal_offset", "slope_bias"] };
 

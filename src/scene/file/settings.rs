@@ -59,6 +59,8 @@ pub(super) fn settings(node: &Node) -> Result<SettingsPatch, Error> {
         brdf: table.read("brdf", Node::name)?,
         gbuffer: table.read("gbuffer", Node::name)?,
         view: table.read("view", Node::name)?,
+        light_path: table.read("light_path", Node::name)?,
+        light_cutoff: table.read("light_cutoff", Node::boolean)?,
         ..SettingsPatch::default()
     };
     if let Some(node) = table.get("shadows") {
