@@ -20,6 +20,7 @@ mod names;
 pub mod obj;
 mod settings;
 mod suggest;
+mod temperature;
 mod texture;
 
 pub use bounds::Aabb;
@@ -38,6 +39,7 @@ pub use settings::{
     Tonemap, View, parse_size,
 };
 pub use suggest::{nearest, unknown};
+pub use temperature::{KELVIN, black_body_color};
 pub use texture::{ColorSpace, Texture};
 
 use glam::Vec3;

@@ -68,7 +68,8 @@ fn every_key_does_what_it_says() {
     assert_eq!(scene.textures.len(), 2);
     let crates = &scene.meshes[scene.objects.iter().find(|object| object.name == "crates").unwrap().mesh];
     assert_eq!(crates.tangents.len(), crates.positions.len());
-    let [.., point, spot] = scene.lights.as_slice() else { panic!("{:?}", scene.lights) };
+    let [.., sun, point, spot] = scene.lights.as_slice() else { panic!("{:?}", scene.lights) };
+    assert_eq!(sun.color, afterlight::scene::black_body_color(4000.0));
     assert!(matches!(point.kind, LightKind::Point { falloff: Falloff::Polynomial { quadratic: 3.0, .. }, .. }));
     let LightKind::Spot { direction, .. } = spot.kind else { panic!("{spot:?}") };
     assert!((direction - DVec3::NEG_Y).length() < 1e-12);

@@ -90,6 +90,8 @@ fn a_number_out_of_range_is_refused_with_the_range() {
     refused("range = -1", "lights[0].range = -1: must be");
     refused("range = 1e-300", "lights[0].range = 1e-300: must be");
     refused("color = [1, -1, 1]", "lights[0].color[1] = -1: must be from 0");
+    refused("temperature = 999", "lights[0].temperature = 999: must be from 1000 to 40000 kelvin");
+    refused("temperature = 2700\ncolor = [1, 1, 1]", "lights[0].temperature = 2700: a light has either color or temp");
     refused("falloff = 'quadratic'", "lights[0].falloff = 'quadratic': a quadratic fall-off needs a range");
     refused("falloff = {}", "lights[0].falloff = {}: needs at least one of constant");
     refused("falloff = { linear = -1 }", "lights[0].falloff.linear = -1: must not be negative");

@@ -2,9 +2,9 @@
 
 use glam::{DVec3, Vec3};
 
-use super::node::{CONE_ANGLE, COORDINATE, LENGTH, Node, STRENGTH, Table};
+use super::node::{CONE_ANGLE, COORDINATE, KELVIN, LENGTH, Node, STRENGTH, Table};
 use super::schema;
-use crate::scene::{Error, Falloff, Light, LightKind};
+use crate::scene::{Error, Falloff, Light, LightKind, black_body_color};
 
 pub(super) fn light(node: &Node, index: usize) -> Result<Light, Error> {
     let table = node.table(schema::LIGHT)?;
@@ -14,7 +14,7 @@ pub(super) fn light(node: &Node, index: usize) -> Result<Light, Error> {
     let intensity = table.get("intensity").ok_or_else(|| table.wrong("needs intensity, in lux or candela"))?;
     Ok(Light {
         name: table.read("name", Node::string)?.map_or_else(|| format!("light {index}"), str::to_owned),
-        color: table.read("color", |node| node.color(STRENGTH))?.unwrap_or(Vec3::ONE),
+        color: color(&table)?,
         intensity: intensity.number_f32(STRENGTH)?,
         casts_shadow: table.read("casts_shadow", Node::boolean)?.unwrap_or(kind == "directional"),
         kind: match kind {
@@ -25,6 +25,16 @@ pub(super) fn light(node: &Node, index: usize) -> Result<Light, Error> {
             _ => spot(&table)?,
         },
     })
+}
+
+/// Linear RGB as it is written, or the colour of heat; white without either.
+fn color(table: &Table) -> Result<Vec3, Error> {
+    match (table.get("color"), table.get("temperature")) {
+        (Some(_), Some(node)) => Err(node.wrong("a light has either color or temperature")),
+        (Some(color), None) => color.color(STRENGTH),
+        (None, Some(kelvin)) => kelvin.number(KELVIN).map(black_body_color),
+        (None, None) => Ok(Vec3::ONE),
+    }
 }
 
 /// A key that this kind of light does not look at is a slip.

@@ -47,6 +47,9 @@ pub(super) const STRENGTH: Limit = Limit { text: "from 0 to 1e18", holds: |x| (0
 pub(super) const FIELD_OF_VIEW: Limit =
     Limit { text: "from 0.001 to 179.999 degrees", holds: |x| FOV_Y_DEGREES.contains(&x) };
 pub(super) const CONE_ANGLE: Limit = Limit { text: "from 0 to 180 degrees", holds: |x| (0.0..=180.0).contains(&x) };
+/// Of what glows by heat.
+pub(super) const KELVIN: Limit =
+    Limit { text: "from 1000 to 40000 kelvin", holds: |x| crate::scene::KELVIN.contains(&x) };
 pub(super) const FACTOR: Limit = Limit { text: "a number from -1e6 to 1e6", holds: |x| x.abs() <= 1e6 };
 pub(super) const EV100: Limit = Limit { text: "an EV100 from -100 to 100", holds: |x| x.abs() <= 100.0 };
 

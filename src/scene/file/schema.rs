@@ -68,6 +68,7 @@ pub(super) const LIGHT: Schema = Schema {
         "name",
         "kind",
         "color",
+        "temperature",
         "intensity",
         "casts_shadow",
         "direction",
