@@ -328,7 +328,7 @@ fn planned_lights(scene: &Scene, shading: Shading) -> PlannedLights {
     if !matches!(shading, Shading::Light { .. } | Shading::ShowGbuffer(View::LightsPerPixel)) {
         return PlannedLights::default();
     }
-    let mut lights = PlannedLights { ambient: scene.environment.ambient.max_element() > 0.0, ..Default::default() };
+    let mut lights = PlannedLights { ambient: scene.environment.is_lit(), ..Default::default() };
     let mut falloffs = BTreeSet::new();
     let shining = || scene.lights.iter().filter(|light| World::shines(light));
     lights.uniform = shining().count() <= UNIFORM_LIGHTS;

@@ -83,7 +83,7 @@ fn one_of_each() -> Scene {
         ..lambert(1.0)
     };
     add(&mut scene, rectangle([-0.4, -0.4], [0.4, 0.4], 0.1), sheet, mirrored(0.5, 0.5));
-    scene.environment = Environment { ambient: Vec3::splat(0.1), background: Vec3::splat(0.2) };
+    scene.environment = Environment { ambient: Vec3::splat(0.1), background: Vec3::splat(0.2), ground: None };
     scene
 }
 

@@ -111,18 +111,20 @@ fn lambert(s: Surface, n_dot_l: f32) -> vec3<f32> {
     return s.diffuse * n_dot_l;
 }
 
-// Share of light from everywhere that a surface reflects: of ambient light, that is the same from all directions. The lobe's
-// part is Karis's fit of GGX with Schlick's Fresnel ("Physically Based Shading on Mobile", 2014), as good as 2%; the base gets
-// what the lobe leaves, so that the sum never exceeds 1.
-fn reflect_ambient(s: Surface, brdf: u32, roughness: f32) -> vec3<f32> {
-    let base = s.diffuse * PI;
+// Share of light from everywhere that a surface's lobe reflects: of ambient light, that is the same from all directions. Karis's fit of
+// GGX with Schlick's Fresnel ("Physically Based Shading on Mobile", 2014), as good as 2%. The Phong models have no share in it.
+fn ambient_lobe(s: Surface, brdf: u32, roughness: f32) -> vec3<f32> {
     if brdf != COOK_TORRANCE {
-        return base;
+        return vec3(0.0);
     }
     let r = max(roughness, MIN_ROUGHNESS) * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
     let a = min(r.x * r.x, exp2(-9.28 * s.n_dot_v)) * r.x + r.y;
-    let lobe = saturate(s.specular * (-1.04 * a + r.z) + vec3(1.04 * a + r.w));
-    return base * (vec3(1.0) - lobe) + lobe;
+    return saturate(s.specular * (-1.04 * a + r.z) + vec3(1.04 * a + r.w));
+}
+
+// Share of light from everywhere that a surface reflects. The base gets what the lobe leaves, so that the sum never exceeds 1.
+fn reflect_ambient(s: Surface, lobe: vec3<f32>) -> vec3<f32> {
+    return s.diffuse * PI * (vec3(1.0) - lobe) + lobe;
 }
 
 // `brdf` is a specialization constant where the scene has one model, and the surface's own where it mixes them.

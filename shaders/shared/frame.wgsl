@@ -14,8 +14,11 @@ struct Frame {
     ray_y: vec3<f32>,
     // 2 / width and 2 / height.
     pixel_width: f32,
+    // Radiance from everywhere: the mean of sky and ground.
     ambient: vec3<f32>,
     pixel_height: f32,
+    // Half of what the sky has more than the ground.
+    ambient_tilt: vec3<f32>,
     // Rows of the map from camera-relative world space to the sun's shadow map: u and v in texels, depth in 0..1.
     shadow_u: vec4<f32>,
     shadow_v: vec4<f32>,

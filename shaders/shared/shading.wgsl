@@ -3,7 +3,7 @@
 #import afterlight::frame::{frame}
 #import afterlight::texel::{Texel}
 #import afterlight::encodings::{decode_shininess}
-#import afterlight::brdf::{Surface, cook_torrance_surface, phong_surface, reflect_ambient, reflect_light, COOK_TORRANCE, LAMBERT}
+#import afterlight::brdf::{Surface, cook_torrance_surface, ambient_lobe, phong_surface, reflect_ambient, reflect_light, COOK_TORRANCE, LAMBERT}
 #ifdef LIGHTS
 #import afterlight::lights::{lights, reach_of, spot_attenuation}
 #endif
@@ -45,8 +45,15 @@ fn brdf_of(surface: Surface, model: Model) -> u32 {
     return select(model.brdf, surface.brdf, model.brdf == MIXED_BRDF);
 }
 
+// Light from two half-spheres, sky and ground. The base collects it by the cosine, which is exact: mean + tilt n.y. So is the lobe taken to
+// do, but about the mirrored direction: exact for a lobe as wide as the cosine's, and too soft at the horizon for a narrower one.
+// Where both half-spheres are the same, this is the same to the last bit as if there were one: the tilt is zero.
 fn ambient_light(surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
-    return frame.ambient * texel.occlusion * reflect_ambient(surface, brdf_of(surface, model), texel.roughness);
+    let lobe = ambient_lobe(surface, brdf_of(surface, model), texel.roughness);
+    let even = (frame.ambient + frame.ambient_tilt * surface.normal.y) * texel.occlusion * reflect_ambient(surface, lobe);
+    let mirrored_y = 2.0 * dot(surface.normal, surface.view) * surface.normal.y - surface.view.y;
+    // Not below zero where rounding makes the normal longer than 1.
+    return max(even + frame.ambient_tilt * ((mirrored_y - surface.normal.y) * texel.occlusion) * lobe, vec3(0.0));
 }
 
 #ifdef LIGHTS

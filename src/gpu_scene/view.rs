@@ -23,6 +23,8 @@ pub struct FrameUniform {
     pub pixel_width: f32,
     pub ambient: Vec3,
     pub pixel_height: f32,
+    pub ambient_tilt: Vec3,
+    pub ambient_padding: f32,
     pub shadow_u: Vec4,
     pub shadow_v: Vec4,
     pub shadow_depth: Vec4,
@@ -56,6 +58,7 @@ impl FrameUniform {
         let (right, up, forward) = (camera.right(), camera.up(), camera.forward());
         let rows = visible.sun.as_ref().map_or([Vec4::ZERO; 3], |sun| sun.texel_rows(camera));
         let texel = visible.sun.as_ref().map_or(0.0, |sun| sun.texel);
+        let (ambient, ambient_tilt) = world.environment.hemispheres();
         Self {
             clip_from_world: clip_from_world(camera, tan_x, tan_y),
             ray_center: forward.as_vec3(),
@@ -65,8 +68,10 @@ impl FrameUniform {
             // Rows of a picture go down.
             ray_y: (-up * tan_y).as_vec3(),
             pixel_width: (2.0 / width) as f32,
-            ambient: world.environment.ambient,
+            ambient,
             pixel_height: (2.0 / height) as f32,
+            ambient_tilt,
+            ambient_padding: 0.0,
             shadow_u: rows[0],
             shadow_v: rows[1],
             shadow_depth: rows[2],
@@ -229,6 +234,7 @@ const _: () = {
     assert!(offset_of!(FrameUniform, pixel_width) == wgsl::PIXEL_WIDTH);
     assert!(offset_of!(FrameUniform, ambient) == wgsl::AMBIENT);
     assert!(offset_of!(FrameUniform, pixel_height) == wgsl::PIXEL_HEIGHT);
+    assert!(offset_of!(FrameUniform, ambient_tilt) == wgsl::AMBIENT_TILT);
     assert!(offset_of!(FrameUniform, shadow_u) == wgsl::SHADOW_U);
     assert!(offset_of!(FrameUniform, shadow_v) == wgsl::SHADOW_V);
     assert!(offset_of!(FrameUniform, shadow_depth) == wgsl::SHADOW_DEPTH);

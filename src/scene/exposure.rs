@@ -28,7 +28,9 @@ pub fn exposure_scale(ev100: f32) -> f32 {
 pub fn metered_ev100(scene: &Scene) -> f32 {
     let bounds = scene.bounds();
     let point = if bounds.is_empty() { scene.camera.position } else { bounds.center() };
-    let ambient = std::f64::consts::PI * f64::from(luminance(scene.environment.ambient));
+    // Averaged over all ways that the receptor may be turned.
+    let (ambient, _) = scene.environment.hemispheres();
+    let ambient = std::f64::consts::PI * f64::from(luminance(ambient));
     let lights: f64 = scene.lights.iter().map(|light| illuminance(light, point, bounds.radius())).sum();
     let ev100 = ((ambient + lights) * 100.0 / CALIBRATION).log2();
     if ev100.is_finite() { ev100.clamp(-100.0, 100.0) as f32 } else { 0.0 }
@@ -93,6 +95,17 @@ mod tests {
         let blinding = Scene { lights: vec![sun(f32::MAX); 3], ..Scene::default() };
         assert!(metered_ev100(&blinding).is_finite());
         assert!(exposure_scale(f32::INFINITY) > 0.0 && exposure_scale(-1e30).is_finite());
+    }
+
+    #[test]
+    fn sky_and_ground_meter_as_their_mean() {
+        let metered = |sky: f32, ground: Option<f32>| {
+            let (ambient, ground) = (Vec3::splat(sky), ground.map(Vec3::splat));
+            let environment = super::super::Environment { ambient, ground, background: Vec3::ZERO };
+            metered_ev100(&Scene { environment, ..Scene::default() })
+        };
+        assert_eq!(metered(300.0, Some(100.0)), metered(200.0, None));
+        assert_eq!(metered(0.0, Some(400.0)), metered(200.0, None));
     }
 
     #[test]

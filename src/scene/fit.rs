@@ -70,6 +70,7 @@ pub fn add_daylight(scene: &mut Scene) {
     scene.environment = Environment {
         ambient: Vec3::new(0.8, 0.92, 1.1) * SKY_NITS,
         background: Vec3::new(0.45, 0.65, 1.0) * SKY_NITS * 2.0,
+        ground: None,
     };
 }
 

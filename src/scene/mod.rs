@@ -67,11 +67,34 @@ pub struct Scene {
 /// Light from everywhere, and what is seen where nothing is.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Environment {
-    /// Ambient radiance that reaches a surface from every direction, in nits; a lambert surface reflects albedo times this,
-    /// a metal what its lobe reflects of light from everywhere.
+    /// Ambient radiance that reaches a surface from every direction, in nits, or with `ground` from every direction above the
+    /// horizon. A lambert surface in even ambient light reflects albedo times this, a metal what its lobe reflects of it.
     pub ambient: Vec3,
+    /// Radiance from every direction below the horizon (-Y), in nits; the same as from above where there is none.
+    pub ground: Option<Vec3>,
     /// Radiance of the background, in nits.
     pub background: Vec3,
+}
+
+impl Environment {
+    /// Radiance from below the horizon.
+    pub fn ground(&self) -> Vec3 {
+        self.ground.unwrap_or(self.ambient)
+    }
+
+    /// Whether ambient light comes from anywhere.
+    pub fn is_lit(&self) -> bool {
+        self.ambient.max(self.ground()).max_element() > 0.0
+    }
+
+    /// Mean and half the difference of the two half-spheres. Their irradiance on a surface whose normal n is tilted from straight up
+    /// is pi (mean + half n.y): the shares of the half-spheres that it faces are (1 + n.y) / 2 and (1 - n.y) / 2, exactly (B. Y. H. Liu and
+    /// R. C. Jordan, "The Long-Term Average Performance of Flat-Plate Solar-Energy Collectors", 1963).
+    pub fn hemispheres(&self) -> (Vec3, Vec3) {
+        // Halved first: the sum of the largest radiances would overflow. Even light stays what it is, to the last bit.
+        let (sky, ground) = (self.ambient * 0.5, self.ground() * 0.5);
+        (sky + ground, sky - ground)
+    }
 }
 
 impl Scene {
@@ -83,5 +106,51 @@ impl Scene {
     /// Triangles after instancing.
     pub fn triangle_count(&self) -> usize {
         self.objects.iter().map(|object| self.meshes[object.mesh].indices.len() / 3).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    /// The irradiance of a surface by the sum over the directions that it faces, each as wide in the cosine as the others.
+    fn summed(sky: f64, ground: f64, normal: DVec3) -> f64 {
+        const STEPS: usize = 400;
+        let across = normal.any_orthonormal_vector();
+        let other = normal.cross(across);
+        let share = |index: usize| (index as f64 + 0.5) / STEPS as f64;
+        let directions = (0..STEPS * STEPS).map(|index| {
+            let (radius, angle) = (share(index % STEPS).sqrt(), share(index / STEPS) * std::f64::consts::TAU);
+            normal * (1.0 - radius * radius).sqrt() + (across * angle.cos() + other * angle.sin()) * radius
+        });
+        let sum: f64 = directions.map(|direction| if direction.y > 0.0 { sky } else { ground }).sum();
+        sum / (STEPS * STEPS) as f64
+    }
+
+    #[test]
+    fn half_spheres_light_a_surface_by_mean_and_tilt() {
+        let environment =
+            Environment { ambient: Vec3::splat(5.0), ground: Some(Vec3::splat(0.5)), background: Vec3::ZERO };
+        let (mean, tilt) = environment.hemispheres();
+        for degrees in [0.0, 20.0, 45.0, 90.0, 130.0, 180.0f64] {
+            let normal = DVec3::new(degrees.to_radians().sin(), degrees.to_radians().cos(), 0.0);
+            let found = f64::from(mean.x) + f64::from(tilt.x) * normal.y;
+            let expected = summed(5.0, 0.5, normal);
+            assert!((found - expected).abs() < 5e-3, "{degrees}: {found} {expected}");
+        }
+    }
+
+    #[test]
+    fn even_light_has_no_tilt_and_stays_what_it_is() {
+        for ambient in [Vec3::new(0.1, 1e18, 3e-30), Vec3::splat(f32::MAX)] {
+            for ground in [None, Some(ambient)] {
+                let environment = Environment { ambient, ground, background: Vec3::ZERO };
+                assert_eq!(environment.hemispheres(), (ambient, Vec3::ZERO));
+            }
+        }
+        let below = Environment { ambient: Vec3::ZERO, ground: Some(Vec3::X), background: Vec3::ZERO };
+        assert!(below.is_lit() && !Environment::default().is_lit());
     }
 }

@@ -15,6 +15,9 @@ use tempfile::TempDir;
 /// Every key of every table, with a value that is right.
 const EVERYTHING: &str = include_str!("everything.toml");
 
+/// The keys that go in place of others.
+const HALVES: &str = "[environment]\nsky = [1, 2, 3]\nsky_strength = 10\nground = [0.5, 0, 1]\nground_strength = 4\n";
+
 /// A folder with the files that the examples name.
 fn folder() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
@@ -48,7 +51,8 @@ fn every_key_does_what_it_says() {
     let scene = read(&folder(), EVERYTHING).unwrap();
     for table in schema::TABLES {
         for key in table.keys {
-            assert!(EVERYTHING.contains(key), "{}.{key} is not tried", table.table);
+            let tried = EVERYTHING.contains(key) || HALVES.contains(key);
+            assert!(tried, "{}.{key} is not tried", table.table);
         }
     }
     let material = |name: &str| scene.materials.iter().position(|material| material.name == name).unwrap();
@@ -139,6 +143,26 @@ fn a_base_is_changed_key_by_key() {
     assert_eq!(scene.objects.len(), first.objects.len());
     let on_a_model = read(&folder, "base = 'crate.obj'").unwrap();
     assert_eq!((on_a_model.lights.len(), on_a_model.objects.len()), (1, 1));
+}
+
+#[test]
+fn sky_and_ground_go_in_place_of_ambient_light() {
+    let folder = folder();
+    let environment = |text: &str| read(&folder, text).unwrap().environment;
+    let halves = environment(HALVES);
+    assert_eq!((halves.ambient, halves.ground), (Vec3::new(10.0, 20.0, 30.0), Some(Vec3::new(2.0, 0.0, 4.0))));
+    write(folder.path(), "halves.toml", HALVES);
+    let changed = |text: &str| environment(&format!("base = 'halves.toml'\n[environment]\n{text}"));
+    let ground_alone = changed("ground = [1, 1, 1]");
+    assert_eq!((ground_alone.ambient, ground_alone.ground), (halves.ambient, Some(Vec3::ONE)));
+    let brighter = changed("ambient_strength = 2");
+    assert_eq!((brighter.ambient, brighter.ground), (halves.ambient * 2.0, halves.ground.map(|ground| ground * 2.0)));
+    let even = changed("ambient = [1, 0, 0]");
+    assert_eq!((even.ambient, even.ground), (Vec3::X, None));
+    assert_eq!(changed("background_strength = 3").ground, halves.ground);
+    // On an even base, what is not said of the sky stays what came from everywhere.
+    let below = environment("base = 'everything.toml'\n[environment]\nground = [0, 0, 0]");
+    assert_eq!((below.ambient, below.ground), (Vec3::splat(2.0), Some(Vec3::ZERO)));
 }
 
 #[test]

@@ -170,6 +170,10 @@ fn what_is_missing_or_does_not_go_together_is_told_where_its_table_starts() {
             "scene.toml:3: camera.rotation = [0,0,0]: a camera has either target or rotation",
         ),
         ("base_lights = false", "base_lights goes with base"),
+        (
+            "[environment]\nambient_strength = 2\nground = [1, 1, 1]",
+            "scene.toml:3: environment.ground = [1, 1, 1]: an environment has either ambient, or sky and ground",
+        ),
     ]);
 }
 

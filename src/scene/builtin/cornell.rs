@@ -75,7 +75,7 @@ fn build(_: &Params) -> Scene {
         intensity: LAMP_INTENSITY,
         casts_shadow: false,
     });
-    stage.scene.environment = Environment { ambient: Vec3::new(4.0, 3.6, 3.0), background: Vec3::ZERO };
+    stage.scene.environment = Environment { ambient: Vec3::new(4.0, 3.6, 3.0), background: Vec3::ZERO, ground: None };
     let eye = DVec3::new(0.278, 0.273, -0.8);
     // A film of 25 mm behind a lens of 35 mm.
     let fov_y_degrees = 2.0 * (12.5f64 / 35.0).atan().to_degrees();

@@ -33,7 +33,7 @@ fn build(params: &Params) -> Scene {
     walls(&mut stage, params.integer("overdraw"));
     objects(&mut stage, &mut random, params.integer("objects"));
     lights(&mut stage, &mut random, params.integer("lights"), params.number("range"));
-    stage.scene.environment = Environment { ambient: Vec3::splat(2.0), background: Vec3::splat(1.0) };
+    stage.scene.environment = Environment { ambient: Vec3::splat(2.0), background: Vec3::splat(1.0), ground: None };
     stage.scene.camera =
         Camera { position: DVec3::ZERO, rotation: DQuat::IDENTITY, fov_y_degrees: FOV_Y_DEGREES, near: 0.1 };
     stage.scene

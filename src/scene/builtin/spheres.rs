@@ -64,7 +64,8 @@ fn build(params: &Params) -> Scene {
             casts_shadow: false,
         });
     }
-    stage.scene.environment = Environment { ambient: Vec3::splat(120.0), background: Vec3::new(25.0, 30.0, 40.0) };
+    stage.scene.environment =
+        Environment { ambient: Vec3::splat(120.0), background: Vec3::new(25.0, 30.0, 40.0), ground: None };
     let distance = (reach * 0.5 / (16.0 / 9.0) + 0.4) / 20f64.to_radians().tan();
     stage.scene.camera = Camera {
         fov_y_degrees: 40.0,

@@ -81,8 +81,19 @@ pub(super) const LIGHT: Schema = Schema {
     ],
 };
 pub(super) const FALLOFF: Schema = Schema { table: "lights.falloff", keys: &["constant", "linear", "quadratic"] };
-pub(super) const ENVIRONMENT: Schema =
-    Schema { table: "environment", keys: &["ambient", "ambient_strength", "background", "background_strength"] };
+pub(super) const ENVIRONMENT: Schema = Schema {
+    table: "environment",
+    keys: &[
+        "ambient",
+        "ambient_strength",
+        "sky",
+        "sky_strength",
+        "ground",
+        "ground_strength",
+        "background",
+        "background_strength",
+    ],
+};
 pub(super) const SETTINGS: Schema = Schema {
     table: "settings",
     keys: &["size", "exposure", "tonemap", "brdf", "gbuffer", "shadows", "view", "light_path", "light_cutoff"],

@@ -44,10 +44,22 @@ pub(super) fn environment(node: &Node, environment: Environment) -> Result<Envir
         let nits = table.read(strength, |node| node.number_f32(STRENGTH))?.unwrap_or(1.0);
         Ok(table.read(color, |node| node.color(STRENGTH))?.unwrap_or(before) * nits)
     };
-    Ok(Environment {
-        ambient: light("ambient", "ambient_strength", environment.ambient)?,
-        background: light("background", "background_strength", environment.background)?,
-    })
+    let says = |keys: &[&str]| keys.iter().find_map(|key| table.get(key));
+    let halves = says(&["sky", "sky_strength", "ground", "ground_strength"]);
+    if let (Some(node), Some(_)) = (&halves, says(&["ambient", "ambient_strength"])) {
+        return Err(node.wrong("an environment has either ambient, or sky and ground"));
+    }
+    let even = |before| light("ambient", "ambient_strength", before);
+    let (ambient, ground) = match halves {
+        Some(_) => {
+            let ground = light("ground", "ground_strength", environment.ground())?;
+            (light("sky", "sky_strength", environment.ambient)?, Some(ground))
+        }
+        // One colour is that of both; a strength alone leaves the base's two as they are to each other.
+        None if says(&["ambient"]).is_some() => (even(environment.ambient)?, None),
+        None => (even(environment.ambient)?, environment.ground.map(even).transpose()?),
+    };
+    Ok(Environment { ambient, ground, background: light("background", "background_strength", environment.background)? })
 }
 
 pub(super) fn settings(node: &Node) -> Result<SettingsPatch, Error> {

@@ -105,6 +105,7 @@ fn daylight(stage: &mut Stage) {
     stage.scene.environment = Environment {
         ambient: Vec3::new(0.92, 0.95, 1.04) * 4_000.0,
         background: Vec3::new(0.42, 0.62, 1.0) * 14_000.0,
+        ground: None,
     };
 }
 
