@@ -218,6 +218,31 @@ fn the_other_fall_offs_follow_their_formulas() {
 }
 
 #[test]
+fn a_polynomial_light_ends_where_it_has_fallen_to_its_cutoff() {
+    let falloff = Falloff::Polynomial { constant: 1.0, linear: 0.7, quadratic: 1.8 };
+    let (at, candela, lux) = (DVec3::new(0.0, 0.0, 0.5), 50.0f32, 18.0);
+    let range = falloff.polynomial_radius(f64::from(candela), lux);
+    on_gpu(|gpu| {
+        let scene = plane(lambert(1.0), vec![point(at, candela, range, falloff)]);
+        let picture = gpu.draw(&scene, &exact(EDGE, EDGE));
+        // Of the brightness that arrives, the plane reflects the cosine over pi.
+        let arrived = |x, y| {
+            let offset = at - seen(picture.size, x, y);
+            (nits(&picture, x, y).x * PI * offset.length() / offset.z, offset.length())
+        };
+        let lit: Vec<f64> = places(&picture).map(|(x, y)| arrived(x, y).0).filter(|lux| *lux > 0.0).collect();
+        let dimmest = lit.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!(dimmest >= lux * (1.0 - SINGLE) && dimmest < lux * 1.05, "{dimmest}");
+        let range = range.expect("a polynomial has a radius");
+        for (x, y) in places(&picture) {
+            let (found, distance) = arrived(x, y);
+            assert_eq!(found > 0.0, distance < range, "({x}, {y}): {found} lux at {distance} of {range} m");
+        }
+        assert!(lit.len() > 100 && lit.len() < (EDGE * EDGE) as usize - 100, "{}", lit.len());
+    });
+}
+
+#[test]
 fn a_spot_is_full_inside_its_inner_cone_and_dark_outside_the_outer() {
     let light = spot(DVec3::new(0.0, 0.0, 1.0), 30.0, 15.0, 35.0);
     // cos of the angle, good to 1e-7, over the 0.15 between the cones; squared near 0 it counts against the brightest pixel.

@@ -146,6 +146,29 @@ fn a_base_is_changed_key_by_key() {
 }
 
 #[test]
+fn a_cutoff_is_the_range_at_which_a_polynomial_light_is_that_bright() {
+    let folder = folder();
+    let range = |lines: &str| {
+        let scene = read(&folder, &format!("[[lights]]\nposition=[0,0,0]\n{lines}")).unwrap();
+        match scene.lights[0].kind {
+            LightKind::Point { range, .. } | LightKind::Spot { range, .. } => range,
+            LightKind::Directional { .. } => panic!("{scene:?}"),
+        }
+    };
+    // 10 / (d^2) = 0.1 at 10 m, whatever kind of light; half as far for a colour of a quarter of the luminance.
+    let point = "kind='point'\nintensity=10\n";
+    assert_eq!(range(&format!("{point}falloff={{quadratic=1, cutoff=0.1}}")), Some(10.0));
+    assert_eq!(range("kind='spot'\ndirection=[0,-1,0]\nintensity=10\nfalloff={quadratic=1, cutoff=0.1}"), Some(10.0));
+    let dim = range(&format!("{point}color=[0.25,0.25,0.25]\nfalloff={{quadratic=1, cutoff=0.1}}")).unwrap();
+    assert!((dim - 5.0).abs() < 1e-6, "{dim}");
+    assert_eq!(range(&format!("{point}falloff={{quadratic=1}}")), None);
+    // Never as dark, never as bright, and no cut at all.
+    assert_eq!(range(&format!("{point}falloff={{constant=1, cutoff=0.1}}")), None);
+    assert_eq!(range(&format!("{point}falloff={{quadratic=1, cutoff=0}}")), None);
+    assert_eq!(range(&format!("{point}falloff={{constant=1, quadratic=1, cutoff=11}}")), Some(1e-12));
+}
+
+#[test]
 fn sky_and_ground_go_in_place_of_ambient_light() {
     let folder = folder();
     let environment = |text: &str| read(&folder, text).unwrap().environment;

@@ -94,6 +94,11 @@ fn a_number_out_of_range_is_refused_with_the_range() {
     refused("temperature = 2700\ncolor = [1, 1, 1]", "lights[0].temperature = 2700: a light has either color or temp");
     refused("falloff = 'quadratic'", "lights[0].falloff = 'quadratic': a quadratic fall-off needs a range");
     refused("falloff = {}", "lights[0].falloff = {}: needs at least one of constant");
+    refused("falloff = { linear = 1, cutoff = -1 }", "lights[0].falloff.cutoff = -1: must be from 0 to 1e18");
+    refused(
+        "falloff = { linear = 1, cutoff = 1 }\nrange = 3",
+        "lights[0].falloff = { linear = 1, cutoff = 1 }: a light has",
+    );
     refused("falloff = { linear = -1 }", "lights[0].falloff.linear = -1: must not be negative");
     refused("direction = [0, 1, 0]", "lights[0].direction = [0, 1, 0]: a point light has no such key");
     all_refused(&[

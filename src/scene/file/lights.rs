@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 use super::node::{CONE_ANGLE, COORDINATE, KELVIN, LENGTH, Node, STRENGTH, Table};
 use super::schema;
-use crate::scene::{Error, Falloff, Light, LightKind, black_body_color};
+use crate::scene::{Error, Falloff, Light, LightKind, black_body_color, luminance};
 
 pub(super) fn light(node: &Node, index: usize) -> Result<Light, Error> {
     let table = node.table(schema::LIGHT)?;
@@ -12,17 +12,20 @@ pub(super) fn light(node: &Node, index: usize) -> Result<Light, Error> {
     let kind = kind.word(&["directional", "point", "spot"])?;
     refuse_foreign(&table, kind)?;
     let intensity = table.get("intensity").ok_or_else(|| table.wrong("needs intensity, in lux or candela"))?;
+    let intensity = intensity.number_f32(STRENGTH)?;
+    let color = color(&table)?;
+    let candela = f64::from(luminance(color)) * f64::from(intensity);
     Ok(Light {
         name: table.read("name", Node::string)?.map_or_else(|| format!("light {index}"), str::to_owned),
-        color: color(&table)?,
-        intensity: intensity.number_f32(STRENGTH)?,
+        color,
+        intensity,
         casts_shadow: table.read("casts_shadow", Node::boolean)?.unwrap_or(kind == "directional"),
         kind: match kind {
             "directional" => LightKind::Directional {
                 direction: table.read("direction", Node::direction)?.ok_or_else(|| table.wrong("needs direction"))?,
             },
-            "point" => point(&table)?,
-            _ => spot(&table)?,
+            "point" => point(&table, candela)?,
+            _ => spot(&table, candela)?,
         },
     })
 }
@@ -55,12 +58,12 @@ fn position(table: &Table) -> Result<DVec3, Error> {
     table.read("position", Node::point)?.ok_or_else(|| table.wrong("needs position"))
 }
 
-fn point(table: &Table) -> Result<LightKind, Error> {
-    let (range, falloff) = reach(table)?;
+fn point(table: &Table, candela: f64) -> Result<LightKind, Error> {
+    let (range, falloff) = reach(table, candela)?;
     Ok(LightKind::Point { position: position(table)?, range, falloff })
 }
 
-fn spot(table: &Table) -> Result<LightKind, Error> {
+fn spot(table: &Table, candela: f64) -> Result<LightKind, Error> {
     let position = position(table)?;
     let direction = match (table.get("direction"), table.get("target")) {
         (Some(direction), None) => direction.direction()?,
@@ -78,16 +81,21 @@ fn spot(table: &Table) -> Result<LightKind, Error> {
     if let Some(node) = inner.filter(|_| inner_angle_degrees > outer) {
         return Err(node.wrong(format!("must not be above outer_angle_degrees, which is {outer}")));
     }
-    let (range, falloff) = reach(table)?;
+    let (range, falloff) = reach(table, candela)?;
     Ok(LightKind::Spot { position, direction, inner_angle_degrees, outer_angle_degrees: outer, range, falloff })
 }
 
-/// Range and fall-off, which must fit each other.
-fn reach(table: &Table) -> Result<(Option<f64>, Falloff), Error> {
+/// Range and fall-off, which must fit each other. `candela` is the light's luminous intensity, colour and all.
+fn reach(table: &Table, candela: f64) -> Result<(Option<f64>, Falloff), Error> {
     let range = table.read("range", |node| node.number(LENGTH))?;
     let Some(node) = table.get("falloff") else { return Ok((range, Falloff::InverseSquare)) };
     if node.is_table() {
-        return Ok((range, polynomial(&node)?));
+        let (falloff, cutoff) = polynomial(&node)?;
+        return match (cutoff, range) {
+            (Some(_), Some(_)) => Err(node.wrong("a light has either range or falloff.cutoff")),
+            (Some(lux), None) => Ok((cut(falloff, candela, lux), falloff)),
+            (None, range) => Ok((range, falloff)),
+        };
     }
     match node.word(&["inverse-square", "quadratic"])? {
         "quadratic" if range.is_none() => Err(node.wrong("a quadratic fall-off needs a range")),
@@ -96,7 +104,14 @@ fn reach(table: &Table) -> Result<(Option<f64>, Falloff), Error> {
     }
 }
 
-fn polynomial(node: &Node) -> Result<Falloff, Error> {
+/// The range at whose end the light brings `lux`. A light that never does, since it is brighter everywhere, has no limit; one that is
+/// nowhere as bright has the least range that there is, and lights nothing.
+fn cut(falloff: Falloff, candela: f64, lux: f64) -> Option<f64> {
+    falloff.polynomial_radius(candela, lux).filter(|radius| *radius <= 1e15).map(|radius| radius.max(1e-12))
+}
+
+/// The fall-off and the brightness in lux at which it ends.
+fn polynomial(node: &Node) -> Result<(Falloff, Option<f64>), Error> {
     let table = node.table(schema::FALLOFF)?;
     let term = |name: &str| -> Result<f32, Error> {
         let Some(term) = table.get(name) else { return Ok(0.0) };
@@ -107,5 +122,6 @@ fn polynomial(node: &Node) -> Result<Falloff, Error> {
     if constant + linear + quadratic <= 0.0 {
         return Err(node.wrong("needs at least one of constant, linear, quadratic above 0"));
     }
-    Ok(Falloff::Polynomial { constant, linear, quadratic })
+    let cutoff = table.read("cutoff", |node| node.number(STRENGTH))?;
+    Ok((Falloff::Polynomial { constant, linear, quadratic }, cutoff))
 }

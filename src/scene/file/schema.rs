@@ -80,7 +80,8 @@ pub(super) const LIGHT: Schema = Schema {
         "outer_angle_degrees",
     ],
 };
-pub(super) const FALLOFF: Schema = Schema { table: "lights.falloff", keys: &["constant", "linear", "quadratic"] };
+pub(super) const FALLOFF: Schema =
+    Schema { table: "lights.falloff", keys: &["constant", "linear", "quadratic", "cutoff"] };
 pub(super) const ENVIRONMENT: Schema = Schema {
     table: "environment",
     keys: &[
