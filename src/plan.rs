@@ -23,7 +23,7 @@ use std::collections::BTreeSet;
 
 use ash::vk;
 
-use crate::scene::{Brdf, Falloff, LightKind, Scene, Settings, Tonemap, View};
+use crate::scene::{Brdf, Falloff, LightKind, Resolve, Scene, Settings, Tonemap, View};
 
 /// What the device can do, as far as a plan depends on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,6 +59,8 @@ pub enum Error {
     InputAttachments(u32, u32),
     #[error("there is no shadow map to show: {0}")]
     NoShadowMap(String),
+    #[error("anti-aliasing: {0}")]
+    AntiAliasing(String),
 }
 
 /// What the subpass after GEOMETRY does.
@@ -82,6 +84,8 @@ pub enum ToneMapping {
     InLighting(Tonemap),
     /// A subpass of its own, because something is blended before it.
     Subpass(Tonemap),
+    /// On the CPU: the output holds exposed light, of which many frames make one picture.
+    AfterFrames(Tonemap),
     /// Not at all: the output holds nits, or a view.
     Absent,
 }
@@ -132,6 +136,11 @@ pub struct FramePlan {
     pub hdr: Option<vk::Format>,
     pub output: vk::Format,
     pub tone_mapping: ToneMapping,
+    /// Jittered frames that make one picture.
+    pub samples: u32,
+    pub resolve: Resolve,
+    /// A pass after the main one smooths edges.
+    pub fxaa: bool,
     pub brdf: PlannedBrdf,
     /// Every material's, whatever it says itself.
     pub brdf_override: Option<Brdf>,
@@ -173,7 +182,10 @@ impl FramePlan {
         let brdf = planned_brdf(drawn.iter().map(|index| settings.brdf.unwrap_or(material(index).brdf)));
         let gbuffer = matches!(shading, Shading::Light { .. } | Shading::ShowGbuffer(_))
             .then(|| Gbuffer::choose(&settings.gbuffer, brdf, shadow.is_some(), settings.view, device));
-        let (hdr, output) = match (lit, settings.hdr_output, emissive) {
+        check_antialiasing(settings, lit)?;
+        // What is averaged from frame to frame must not be cut off before.
+        let linear = settings.hdr_output || settings.samples > 1;
+        let (hdr, output) = match (lit, linear, emissive) {
             (_, true, true) if !device.float32_blends => (None, HDR),
             (_, true, _) => (None, vk::Format::R32G32B32A32_SFLOAT),
             (true, false, true) => (Some(HDR), OUTPUT_SRGB),
@@ -181,6 +193,7 @@ impl FramePlan {
         };
         let tone_mapping = match (lit, settings.hdr_output, hdr) {
             (true, false, Some(_)) => ToneMapping::Subpass(settings.tonemap),
+            (true, false, None) if settings.samples > 1 => ToneMapping::AfterFrames(settings.tonemap),
             (true, false, None) => ToneMapping::InLighting(settings.tonemap),
             _ => ToneMapping::Absent,
         };
@@ -193,6 +206,9 @@ impl FramePlan {
             hdr,
             output,
             tone_mapping,
+            samples: settings.samples,
+            resolve: settings.resolve,
+            fxaa: settings.fxaa,
             brdf,
             brdf_override: settings.brdf,
             lights: planned_lights(scene, shading),
@@ -282,6 +298,30 @@ impl FramePlan {
     pub fn has_tonemap_subpass(&self) -> bool {
         matches!(self.tone_mapping, ToneMapping::Subpass(_))
     }
+}
+
+fn check_antialiasing(settings: &Settings, lit: bool) -> Result<(), Error> {
+    let refuse = |why: String| Err(Error::AntiAliasing(why));
+    let view = settings.view;
+    if settings.samples == 0 {
+        return refuse("a picture of 0 samples has no light: samples must be at least 1".into());
+    }
+    if settings.samples > 1 && !lit {
+        return refuse(format!("the view {view} shows values that have no mean: draw it with 1 sample"));
+    }
+    if settings.fxaa && !lit {
+        return refuse(format!("FXAA would blur the values that the view {view} shows: draw it without"));
+    }
+    if settings.fxaa && settings.hdr_output {
+        return refuse("FXAA works on a tone-mapped picture, and a linear one (.exr) is not: use --samples".into());
+    }
+    if settings.fxaa && settings.samples > 1 {
+        return refuse(format!(
+            "{} samples are averaged after FXAA could smooth anything: choose one",
+            settings.samples
+        ));
+    }
+    Ok(())
 }
 
 fn shading(view: View) -> Shading {

@@ -61,14 +61,19 @@ pub fn attachments(plan: &FramePlan) -> Vec<Attachment> {
     if let Some(format) = plan.hdr {
         list.push(transient(Target::Hdr, format, vk::AttachmentLoadOp::CLEAR));
     }
+    // What reads the output after the pass.
+    let (final_layout, usage) = match plan.fxaa {
+        true => (vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL, vk::ImageUsageFlags::SAMPLED),
+        false => (vk::ImageLayout::TRANSFER_SRC_OPTIMAL, vk::ImageUsageFlags::TRANSFER_SRC),
+    };
     list.push(Attachment {
         target: Target::Output,
         format: plan.output,
         // TONEMAP writes every pixel; LIGHTING and VIEW leave the background as it was cleared.
         load: if plan.has_tonemap_subpass() { vk::AttachmentLoadOp::DONT_CARE } else { vk::AttachmentLoadOp::CLEAR },
         store: vk::AttachmentStoreOp::STORE,
-        final_layout: vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
-        usage: vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC,
+        final_layout,
+        usage: vk::ImageUsageFlags::COLOR_ATTACHMENT | usage,
     });
     list
 }

@@ -118,7 +118,7 @@ fn bad_input_is_one_line_with_exit_code_3_and_leaves_no_file() {
 #[test]
 fn wrong_usage_has_exit_code_2() {
     let folder = folder();
-    let cases: [(&[&str], &[&str]); 12] = [
+    let cases: &[(&[&str], &[&str])] = &[
         (&["render"], &["SCENE"]),
         (&["render", "builtin:quad", "--size", "0x0"], &["0x0"]),
         (&["render", "builtin:quad", "--size", "wide"], &["wide"]),
@@ -130,9 +130,15 @@ fn wrong_usage_has_exit_code_2() {
         (&["render", "builtin:quad", "-o", "picture.gif"], &["picture.gif"]),
         (&["render", "builtin:quad", "-o", "x.exr", "--exposure", "3"], &["--exposure"]),
         (&["render", "builtin:quad", "--view", "shadow-map"], &["shadow"]),
+        (&["render", "builtin:quad", "--samples", "4097"], &["--samples", "4096"]),
+        (&["render", "builtin:quad", "--samples", "4", "--view", "normal"], &["normal", "1 sample"]),
+        (&["render", "builtin:quad", "--samples", "4", "--fxaa", "on"], &["FXAA", "choose one"]),
+        (&["render", "builtin:quad", "--samples", "4", "--view", "all"], &["--samples"]),
+        (&["render", "builtin:quad", "--fxaa", "on", "--view", "depth"], &["FXAA", "depth"]),
+        (&["render", "builtin:quad", "--fxaa", "on", "-o", "x.exr"], &["FXAA", ".exr"]),
         (&["bench", "builtin:quad", "--vary", "gbufer=fat"], &["gbuffer"]),
     ];
-    for (arguments, words) in cases {
+    for (arguments, words) in cases.iter().copied() {
         fail(folder.path(), arguments, 2, words);
     }
     assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 0, "something was written");
@@ -244,7 +250,10 @@ fn the_command_line_overrides_the_scene_file() {
     let said = render(&["--exposure", "9", "--tonemap", "none", "--gbuffer", "fat", "--frames", "3"]);
     assert!(own == said, "the same settings give another picture");
     assert_eq!(render(&["--size", "20x10"]).dimensions(), (20, 10));
-    let changes: [&[&str]; 5] = [
+    let changes: &[&[&str]] = &[
+        &["--samples", "1"],
+        &["--samples", "9"],
+        &["--fxaa", "on"],
         &["--exposure", "10"],
         &["--tonemap", "agx"],
         &["--brdf", "lambert"],
@@ -269,6 +278,25 @@ fn the_command_line_overrides_the_scene_file() {
     };
     assert_eq!(shadow(&["--shadow-size", "64"]), (true, 64 * 64 * 4));
     assert!(!shadow(&["--shadows", "off"]).0);
+}
+
+#[test]
+fn a_picture_has_eight_samples_until_something_else_is_said() {
+    let folder = folder();
+    write(&folder, "four.toml", "base = \"builtin:spheres?rows=2&columns=2\"\nsettings.samples = 4\n");
+    let render = |scene: &str, more: &[&str]| {
+        succeed(folder.path(), &[&["render", scene, "--size", "40x30", "-q", "-o", "a.png"][..], more].concat());
+        pixels(&folder.path().join("a.png"))
+    };
+    let plain = "builtin:spheres?rows=2&columns=2";
+    assert!(render(plain, &[]) == render(plain, &["--samples", "8"]));
+    assert!(render("four.toml", &[]) == render(plain, &["--samples", "4"]));
+    assert!(render("four.toml", &["--fxaa", "on"]) == render(plain, &["--fxaa", "on", "--samples", "1"]));
+    assert!(render("four.toml", &["--view", "lighting"]) == render(plain, &["--view", "lighting", "--samples", "1"]));
+    let far_too_bright = render(plain, &["--exposure", "6"]);
+    assert!(far_too_bright == render(plain, &["--exposure", "6", "--resolve", "tone-mapped"]));
+    assert!(far_too_bright != render(plain, &["--exposure", "6", "--resolve", "linear"]));
+    assert!(render(plain, &["--view", "lighting"]) != render(plain, &["--view", "lighting", "--samples", "4"]));
 }
 
 #[test]

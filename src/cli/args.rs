@@ -4,7 +4,9 @@ use std::fmt::Display;
 use std::str::FromStr;
 
 use afterlight::gpu::DeviceChoice;
-use afterlight::scene::{Brdf, Camera, GbufferChoice, LightPath, SettingsPatch, Tonemap, View, parse_size, unknown};
+use afterlight::scene::{
+    Brdf, Camera, GbufferChoice, LightPath, Resolve, SettingsPatch, Tonemap, View, parse_size, unknown,
+};
 use clap::Args;
 
 /// Which device draws, and whether its use is checked.
@@ -54,6 +56,12 @@ pub struct SettingsArgs {
     /// Edge of the sun's shadow map in texels, 1 to 16384
     #[arg(long, value_name = "TEXELS", value_parser = shadow_size, allow_hyphen_values = true)]
     pub shadow_size: Option<u32>,
+    /// Smooth edges of the finished picture (FXAA): on or off
+    #[arg(long, value_name = "on|off", value_parser = on_off)]
+    pub fxaa: Option<bool>,
+    /// Where the samples of a pixel are averaged: linear (as light), or tone-mapped
+    #[arg(long, value_name = "NAME", value_parser = value::<Resolve>)]
+    pub resolve: Option<Resolve>,
 }
 
 impl SettingsArgs {
@@ -68,6 +76,8 @@ impl SettingsArgs {
             gbuffer: self.gbuffer,
             shadows: self.shadows,
             shadow_size: self.shadow_size,
+            fxaa: self.fxaa,
+            resolve: self.resolve,
             ..SettingsPatch::default()
         }
     }
@@ -85,8 +95,19 @@ pub fn view(text: &str) -> Result<ViewChoice, String> {
 }
 
 /// What `--vary` can change.
-const VARIABLE: [&str; 10] =
-    ["size", "exposure", "tonemap", "brdf", "gbuffer", "light-path", "light-cutoff", "shadows", "shadow-size", "view"];
+const VARIABLE: [&str; 11] = [
+    "size",
+    "exposure",
+    "tonemap",
+    "brdf",
+    "gbuffer",
+    "light-path",
+    "light-cutoff",
+    "shadows",
+    "shadow-size",
+    "view",
+    "fxaa",
+];
 
 /// Settings that `--vary` changes: `key=value`, several separated by blanks.
 pub fn variation(text: &str) -> Result<SettingsPatch, String> {
@@ -104,6 +125,7 @@ pub fn variation(text: &str) -> Result<SettingsPatch, String> {
             "shadows" => patch.shadows = Some(on_off(text)?),
             "shadow-size" => patch.shadow_size = Some(shadow_size(text)?),
             "view" => patch.view = Some(value(text)?),
+            "fxaa" => patch.fxaa = Some(on_off(text)?),
             _ => return Err(unknown("setting", key, &VARIABLE)),
         }
     }
@@ -134,6 +156,12 @@ fn shadow_size(text: &str) -> Result<u32, String> {
     let texels = text.parse().map_err(|_| "expected a number of texels".to_owned())?;
     checked(SettingsPatch { shadow_size: Some(texels), ..SettingsPatch::default() })?;
     Ok(texels)
+}
+
+pub fn samples(text: &str) -> Result<u32, String> {
+    let samples = text.parse().map_err(|_| "expected a number of frames".to_owned())?;
+    checked(SettingsPatch { samples: Some(samples), ..SettingsPatch::default() })?;
+    Ok(samples)
 }
 
 /// The scene module knows the ranges.

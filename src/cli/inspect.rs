@@ -99,7 +99,8 @@ impl From<&Edge> for EdgeReport {
 pub fn run(args: &Args) -> Result<(), Failure> {
     session::with_device(&args.device, |device| {
         let workload = Workload::open(&args.scene, &args.settings, false)?;
-        let variation = SettingsPatch { view: args.view, ..SettingsPatch::default() };
+        // The plan is that of a frame, however many of them a picture is made of.
+        let variation = SettingsPatch { view: args.view, samples: Some(1), ..SettingsPatch::default() };
         let settings = workload.settings(&variation, &device.physical)?;
         let plan = plan_for(&device, &workload.scene, &settings)?;
         let dependencies = edges::table(&plan);

@@ -9,13 +9,16 @@ use afterlight::gpu::Device;
 use afterlight::plan;
 use afterlight::scene::{Settings, SettingsPatch, View};
 
-use super::args::{DeviceArgs, SettingsArgs, ViewChoice, view};
+use super::args::{DeviceArgs, SettingsArgs, ViewChoice, samples, view};
 use super::contact_sheet::{self, Tile};
 use super::failure::Failure;
 use super::picture::{Format, Target};
 use super::table::{Table, milliseconds};
 use super::workload::{Workload, memory_table, milliseconds_since, plan_table};
 use super::{output, progress, session};
+
+/// Frames that make a picture where nothing else is said: edges look smooth from here on.
+const DEFAULT_SAMPLES: u32 = 8;
 
 /// Draw a scene into a picture
 #[derive(Debug, clap::Args)]
@@ -24,6 +27,7 @@ Examples:
   afterlight render builtin:hall -o hall.png
   afterlight render sponza.obj -o sponza.exr --camera \"-9,2,0/0,3,0/70\"
   afterlight render scene.toml -o - | display
+  afterlight render builtin:hall --samples 64 -o smooth.png
   afterlight render builtin:spheres --gbuffer lean,normal=rgb10a2 --validate
   afterlight render builtin:hall --view all -o sheet.png")]
 pub struct Args {
@@ -32,9 +36,12 @@ pub struct Args {
     /// The picture: .png, or .exr for linear light in nits; - is standard output (PNG)
     #[arg(short, long, value_name = "FILE", default_value = "afterlight.png", value_parser = Target::parse)]
     output: Target,
-    /// How many frames to draw; the last one is written
+    /// How many times to draw the picture; the last one is written
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     frames: u32,
+    /// Jittered frames that are averaged into the picture, 1 to 4096 [default: 8, or 1 with --fxaa or --view]
+    #[arg(long, value_name = "N", value_parser = samples, allow_hyphen_values = true)]
+    samples: Option<u32>,
     /// What the picture shows: final, position, normal, normal-absolute, albedo, metallic, roughness, depth, shadow-map,
     /// lighting, overdraw, lights-per-pixel, or all of them on one labelled sheet
     #[arg(long, value_name = "NAME|all", value_parser = view)]
@@ -60,6 +67,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let why = "an .exr picture holds linear light in nits: --exposure and --tonemap do not apply to it";
         return Err(Failure::usage(why));
     }
+    if args.view == Some(ViewChoice::All) && args.samples.is_some() {
+        return Err(Failure::usage("--view all draws each view once: --samples does not apply to it"));
+    }
     args.output.sink.check()?;
     session::with_device(&args.device, |device| {
         let workload = Workload::open(&args.scene, &args.settings, args.quiet)?;
@@ -72,28 +82,42 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     })
 }
 
-/// Draws the frames, writes the last one and returns what there is to tell.
+/// Draws the picture as often as asked for, writes the last one and returns what there is to tell.
 fn draw(args: &Args, workload: &Workload, device: &Arc<Device>, view: Option<View>) -> Result<String, Failure> {
-    let variation = SettingsPatch { view, ..SettingsPatch::default() };
+    let variation = SettingsPatch { view, samples: Some(chosen_samples(args, workload)), ..SettingsPatch::default() };
     let settings =
         Settings { hdr_output: args.output.format == Format::Exr, ..workload.settings(&variation, &device.physical)? };
     let start = Instant::now();
     let mut renderer = Renderer::new(device, &workload.scene, &settings)?;
-    renderer.render(&workload.camera)?;
-    let first = renderer.wait()?;
-    let first_frame_ms = milliseconds_since(start);
-    let mean = draw_more(args, workload, &mut renderer)?;
-    let last = if args.frames > 1 { renderer.wait()? } else { first.clone() };
-    args.output.write(&renderer.read_back()?)?;
-
+    let bar = progress::bar("drawing".into(), u64::from(args.frames) * u64::from(settings.samples), args.quiet);
     let mut times = Table::with_figures_from(1);
     times.row(["load".to_owned(), milliseconds(workload.load_ms)]);
-    times.row(["first frame, with set-up".to_owned(), milliseconds(first_frame_ms)]);
-    times.row(["first frame alone".to_owned(), milliseconds(first.wall_ms)]);
-    if let Some(mean) = mean {
-        times.row([format!("mean of {} more frames", args.frames - 1), milliseconds(mean)]);
+    if settings.samples == 1 {
+        renderer.render(&workload.camera)?;
+        let first = renderer.wait()?;
+        bar.step();
+        times.row(["first frame, with set-up".to_owned(), milliseconds(milliseconds_since(start))]);
+        times.row(["first frame alone".to_owned(), milliseconds(first.wall_ms)]);
+        if let Some(mean) = draw_more(args, workload, &mut renderer, &|| bar.step())? {
+            times.row([format!("mean of {} more frames", args.frames - 1), milliseconds(mean)]);
+        }
+        args.output.write(&renderer.read_back()?)?;
+    } else {
+        let mut picture = renderer.picture(&workload.camera, || bar.step())?;
+        let what = format!("{} samples", settings.samples);
+        times.row([format!("first picture of {what}, with set-up"), milliseconds(milliseconds_since(start))]);
+        let start = Instant::now();
+        for _ in 1..args.frames {
+            picture = renderer.picture(&workload.camera, || bar.step())?;
+        }
+        if args.frames > 1 {
+            let mean = milliseconds_since(start) / f64::from(args.frames - 1);
+            times.row([format!("mean of {} more pictures of {what}", args.frames - 1), milliseconds(mean)]);
+        }
+        args.output.write(&picture)?;
     }
-    if let Some(gpu_ms) = last.gpu_ms {
+    drop(bar);
+    if let Some(gpu_ms) = renderer.wait()?.gpu_ms {
         times.row(["last frame on the GPU".to_owned(), milliseconds(gpu_ms)]);
     }
     let mut text = heading(args, workload, &settings, device);
@@ -105,14 +129,27 @@ fn draw(args: &Args, workload: &Workload, device: &Arc<Device>, view: Option<Vie
     Ok(text)
 }
 
+/// The samples asked for. A view, or another kind of anti-aliasing, on the command line takes the place of a scene file's samples.
+fn chosen_samples(args: &Args, workload: &Workload) -> u32 {
+    let other = |view: bool, patch: &SettingsPatch| view || patch.fxaa == Some(true);
+    let file = &workload.scene.settings;
+    let once = other(args.view.is_some(), &args.settings.patch());
+    let unsaid = if other(file.view.is_some(), file) { 1 } else { DEFAULT_SAMPLES };
+    args.samples.unwrap_or(if once { 1 } else { file.samples.unwrap_or(unsaid) })
+}
+
 /// Draws the frames after the first without waiting for each, as an interactive program would, and returns how long one took
 /// on average: the device may still draw one while the next is recorded, so that only all of them together have a time.
-fn draw_more(args: &Args, workload: &Workload, renderer: &mut Renderer) -> Result<Option<f64>, Failure> {
-    let bar = progress::bar("drawing".into(), u64::from(args.frames), args.quiet);
+fn draw_more(
+    args: &Args,
+    workload: &Workload,
+    renderer: &mut Renderer,
+    drawn: &dyn Fn(),
+) -> Result<Option<f64>, Failure> {
     let start = Instant::now();
     for _ in 1..args.frames {
         renderer.render(&workload.camera)?;
-        bar.step();
+        drawn();
     }
     renderer.wait()?;
     Ok((args.frames > 1).then(|| milliseconds_since(start) / f64::from(args.frames - 1)))
@@ -121,12 +158,13 @@ fn draw_more(args: &Args, workload: &Workload, renderer: &mut Renderer) -> Resul
 /// Draws every view at half the size and writes them as one picture. A view of what this scene lacks has an empty tile.
 fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<String, Failure> {
     let start = Instant::now();
-    let mut settings = workload.settings(&SettingsPatch::default(), &device.physical)?;
+    let once = SettingsPatch { samples: Some(1), ..SettingsPatch::default() };
+    let mut settings = workload.settings(&once, &device.physical)?;
     settings.size = tile_size(settings.size);
     let bar = progress::bar("drawing".into(), View::NAMES.len() as u64, args.quiet);
     let mut tiles = Vec::new();
     for &(name, view) in View::NAMES {
-        tiles.push(draw_tile(args, workload, device, name, &Settings { view, ..settings.clone() })?);
+        tiles.push(draw_tile(args, workload, device, name, &of_view(&settings, view))?);
         bar.step();
     }
     drop(bar);
@@ -139,6 +177,12 @@ fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<
     times.row([format!("{} views", tiles.len()), milliseconds(milliseconds_since(start))]);
     let _ = write!(text, "\nTimes\n{}", times.render());
     Ok(text)
+}
+
+/// The settings with another view. What smooths edges goes where a view shows values.
+fn of_view(settings: &Settings, view: View) -> Settings {
+    let lit = matches!(view, View::Final | View::Lighting);
+    Settings { view, fxaa: settings.fxaa && lit, ..settings.clone() }
 }
 
 fn draw_tile(

@@ -5,6 +5,7 @@
 //! main pass      GEOMETRY   surfaces into the G-buffer, in tile memory where there is any
 //!                LIGHTING   every light on every pixel; or VIEW, which shows a buffer instead
 //!                TONEMAP    only where something is blended before it
+//! FXAA pass      FXAA       smooths edges of the finished picture, where asked for
 //! ```
 //!
 //! What the plan leaves out does not exist: its field is `None` and its commands are not recorded.
@@ -18,6 +19,7 @@ use super::edges::{self, Carrier, Edge};
 use super::render_pass::{self, Subpasses, input_layout};
 use crate::gpu::{self, Device, Framebuffer, Image, RenderPass, Timestamps, barrier, framebuffer};
 use crate::gpu_scene::GpuScene;
+use crate::passes::fxaa::Fxaa;
 use crate::passes::geometry::Geometry;
 use crate::passes::lighting::Lighting;
 use crate::passes::shadow::Shadow;
@@ -46,6 +48,7 @@ pub struct Deferred {
     geometry: Option<Geometry>,
     shade: Shade,
     tonemap: Option<TonemapPass>,
+    fxaa: Option<(RenderPass, Fxaa)>,
 }
 
 impl Deferred {
@@ -98,13 +101,25 @@ impl Deferred {
             }
             None => None,
         };
+        let fxaa = match plan.fxaa {
+            true => {
+                let pass = render_pass::fxaa(device, plan)?;
+                let slot = Slot { render_pass: pass.raw, subpass: 0 };
+                let fxaa = Fxaa::new(device, plan, slot, targets.image(Target::Output).view)?;
+                Some((pass, fxaa))
+            }
+            false => None,
+        };
         let clears = clear_values(plan, world);
-        Ok(Self { targets, pass, framebuffer, clears, extent, shadow, geometry, shade, tonemap })
+        Ok(Self { targets, pass, framebuffer, clears, extent, shadow, geometry, shade, tonemap, fxaa })
     }
 
     /// The picture, in TRANSFER_SRC_OPTIMAL after the frame.
     pub fn output(&self) -> &Image {
-        self.targets.image(Target::Output)
+        match &self.fxaa {
+            Some((_, fxaa)) => fxaa.picture(),
+            None => self.targets.image(Target::Output),
+        }
     }
 
     /// Records one frame. Dependencies between subpasses are rows of [`edges::table`]; the render pass carries them.
@@ -158,6 +173,13 @@ impl Deferred {
         }
         // SAFETY: begun above, and every subpass recorded.
         unsafe { gpu.cmd_end_render_pass(cmd) };
+
+        if let Some((_, fxaa)) = &self.fxaa {
+            frame.device.begin_label(cmd, "FXAA");
+            fxaa.record(frame);
+            frame.device.end_label(cmd);
+            stamp(times, cmd, "fxaa");
+        }
     }
 }
 
@@ -201,6 +223,6 @@ fn background(plan: &FramePlan, world: &World, target: Target) -> Vec3 {
     match plan.tone_mapping {
         ToneMapping::InLighting(curve) => tone_map(exposed, curve),
         ToneMapping::Subpass(_) if target == Target::Output => Vec3::ZERO,
-        ToneMapping::Subpass(_) | ToneMapping::Absent => exposed,
+        ToneMapping::Subpass(_) | ToneMapping::AfterFrames(_) | ToneMapping::Absent => exposed,
     }
 }

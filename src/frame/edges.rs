@@ -9,7 +9,7 @@ use std::fmt;
 use ash::vk;
 
 use crate::gpu::sync::Use;
-use crate::passes::{copy, geometry, lighting, shadow, tonemap};
+use crate::passes::{copy, fxaa, geometry, lighting, shadow, tonemap};
 use crate::plan::{FramePlan, Shading};
 use crate::targets::{Target, light_target};
 
@@ -23,6 +23,7 @@ pub enum Place {
     /// LIGHTING, or VIEW in its place: they touch the same things in the same way.
     Lighting,
     Tonemap,
+    Fxaa,
     Copy,
     Host,
 }
@@ -34,6 +35,8 @@ pub enum Carrier {
     ShadowPass,
     /// A subpass dependency of the main render pass.
     MainPass,
+    /// A subpass dependency of FXAA's render pass.
+    FxaaPass,
     /// A pipeline barrier on an image, with its layouts before and after.
     ImageBarrier(vk::ImageLayout, vk::ImageLayout),
     /// A pipeline barrier on a buffer.
@@ -48,6 +51,7 @@ impl fmt::Display for Place {
             Self::Geometry => "GEOMETRY",
             Self::Lighting => "LIGHTING",
             Self::Tonemap => "TONEMAP",
+            Self::Fxaa => "FXAA",
             Self::Copy => "COPY",
             Self::Host => "HOST",
         })
@@ -59,6 +63,7 @@ impl fmt::Display for Carrier {
         match self {
             Self::ShadowPass => f.write_str("dependency of the shadow pass"),
             Self::MainPass => f.write_str("dependency of the main pass"),
+            Self::FxaaPass => f.write_str("dependency of the FXAA pass"),
             Self::ImageBarrier(old, new) => write!(f, "image barrier {old:?} -> {new:?}"),
             Self::BufferBarrier => f.write_str("buffer barrier"),
         }
@@ -96,24 +101,26 @@ pub fn table(plan: &FramePlan) -> Vec<Edge> {
     let output_write = if plan.has_tonemap_subpass() { tonemap::OUTPUT_WRITE } else { lighting::LIGHT_WRITE };
     let geometry_clears_output = plan.emissive && lights == Target::Output;
     if !geometry_clears_output {
-        table.push(subpass(
-            "output-reuse",
-            (Place::Outside, last),
-            &[copy::READ],
-            &[output_write],
-            "the last picture may still be copied when this one is cleared; its layout changes before the write",
-        ));
+        let (read, why) = match plan.fxaa {
+            true => (fxaa::OUTPUT_READ, "FXAA of the last frame may still sample the output when this one clears it"),
+            false => (
+                copy::READ,
+                "the last picture may still be copied when this one is cleared; its layout changes before the write",
+            ),
+        };
+        table.push(subpass("output-reuse", (Place::Outside, last), &[read], &[output_write], why));
     }
     if plan.has_tonemap_subpass() {
         table.push(hdr_to_tonemap());
     }
-    table.push(subpass(
-        "read-back",
-        (last, Place::Outside),
-        &[output_write],
-        &[copy::READ],
-        "COPY reads the picture after the pass, in the layout that the pass leaves it in",
-    ));
+    let read_back = "COPY reads the picture after the pass, in the layout that the pass leaves it in";
+    if plan.fxaa {
+        table.extend(fxaa_edges(last, output_write));
+        let fxaa = (Place::Fxaa, Place::Outside);
+        table.push(fxaa_pass("read-back", fxaa, fxaa::PICTURE_WRITE, copy::READ, read_back));
+    } else {
+        table.push(subpass("read-back", (last, Place::Outside), &[output_write], &[copy::READ], read_back));
+    }
     table.push(Edge {
         name: "picture-to-host",
         carrier: Carrier::BufferBarrier,
@@ -145,9 +152,33 @@ fn subpass(name: &'static str, (from, to): (Place, Place), before: &[Use], after
         before: Use::all(before),
         after: Use::all(after),
         // Between two subpasses each pixel reads only itself, so a tiler never leaves the tile.
-        by_region: from != Place::Outside && to != Place::Outside,
+        by_region: ![from, to].iter().any(|place| matches!(place, Place::Outside | Place::Fxaa)),
         why,
     }
+}
+
+/// What FXAA waits for. The main pass hands it the output.
+fn fxaa_edges(last: Place, output_write: Use) -> [Edge; 2] {
+    [
+        subpass(
+            "output-to-fxaa",
+            (last, Place::Fxaa),
+            &[output_write],
+            &[fxaa::OUTPUT_READ],
+            "FXAA samples a pixel's neighbours, so that the whole output must be there, in the layout that the pass leaves it in",
+        ),
+        fxaa_pass(
+            "picture-reuse",
+            (Place::Outside, Place::Fxaa),
+            copy::READ,
+            fxaa::PICTURE_WRITE,
+            "the last picture may still be copied when this one is drawn; its layout changes before the write",
+        ),
+    ]
+}
+
+fn fxaa_pass(name: &'static str, (from, to): (Place, Place), before: Use, after: Use, why: &'static str) -> Edge {
+    Edge { name, carrier: Carrier::FxaaPass, from, to, before, after, by_region: false, why }
 }
 
 fn shadow_edges() -> [Edge; 2] {

@@ -1,9 +1,11 @@
 //! Frames: what is recorded, in which order, and the renderer that keeps two of them in flight.
 
+mod accumulate;
 mod deferred;
 pub mod edges;
 mod render_pass;
 
+pub use accumulate::{Accumulator, sample_offset};
 pub use deferred::Deferred;
 
 use std::sync::Arc;
@@ -66,7 +68,7 @@ pub struct Picture {
 pub enum Pixels {
     /// Tone-mapped, sRGB-encoded.
     Srgb8(Vec<u8>),
-    /// Linear, in nits (or whatever a view shows).
+    /// Linear, in nits (or whatever a view shows; exposed in a frame of a picture that is made of several).
     LinearF32(Vec<f32>),
 }
 
@@ -173,6 +175,14 @@ impl Renderer {
     /// # Errors
     /// When the device is lost or out of memory.
     pub fn render(&mut self, camera: &Camera) -> Result<(), Error> {
+        self.render_jittered(camera, [0.0; 2])
+    }
+
+    /// The same, looking through another place of each pixel than its centre: pixels to the right and down.
+    ///
+    /// # Errors
+    /// When the device is lost or out of memory.
+    pub fn render_jittered(&mut self, camera: &Camera, jitter: [f64; 2]) -> Result<(), Error> {
         let frame = &mut self.frames[self.next];
         if let Some(ticket) = frame.ticket.take() {
             // Its buffers are written anew.
@@ -180,7 +190,7 @@ impl Renderer {
         }
         frame.begun = Instant::now();
         let visible = Visible::of(&self.world, camera, &self.plan);
-        let uniform = FrameUniform::of(&self.world, &visible, camera, &self.plan);
+        let uniform = FrameUniform::of(&self.world, &visible, camera, &self.plan, jitter);
         // The submission makes host writes visible to the device.
         frame.view.write(&uniform, &self.world, camera)?;
         frame.cmd.begin()?;
@@ -237,6 +247,31 @@ impl Renderer {
             passes: if on_cpu { Vec::new() } else { passes.collect() },
             drawn: frame.drawn,
         })
+    }
+
+    /// Draws the picture that the settings ask for, of one frame or many, and reads it back. `drawn` is told of each frame.
+    ///
+    /// # Errors
+    /// When the device is lost, or it lacks the memory for a copy.
+    pub fn picture(&mut self, camera: &Camera, mut drawn: impl FnMut()) -> Result<Picture, Error> {
+        let count = self.plan.samples;
+        if count == 1 {
+            self.render(camera)?;
+            drawn();
+            return self.read_back();
+        }
+        let mut sum = Accumulator::new(&self.plan);
+        for index in 0..count {
+            self.render_jittered(camera, sample_offset(index, count))?;
+            match self.read_back()?.pixels {
+                Pixels::LinearF32(rgba) => sum.add(&rgba),
+                Pixels::Srgb8(_) => {
+                    return Err(gpu::Error::Misuse("frames of several samples are not linear".into()).into());
+                }
+            }
+            drawn();
+        }
+        Ok(sum.picture())
     }
 
     /// The last frame's picture. Waits for it.

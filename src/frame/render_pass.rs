@@ -6,7 +6,7 @@ use ash::vk;
 
 use super::edges::{self, Carrier, Edge, Place};
 use crate::gpu::{self, Device, RenderPass, SubpassDesc};
-use crate::passes::shadow;
+use crate::passes::{fxaa, shadow};
 use crate::plan::{FramePlan, Shading};
 use crate::targets::{Target, attachments, gbuffer_inputs, light_target};
 
@@ -30,8 +30,8 @@ impl Subpasses {
             Place::Geometry => self.geometry.unwrap_or(0),
             Place::Lighting => self.lighting,
             Place::Tonemap => self.tonemap.unwrap_or(self.lighting),
-            // The shadow pass has one subpass.
-            Place::Shadow => 0,
+            // The passes of these have one subpass.
+            Place::Shadow | Place::Fxaa => 0,
             Place::Outside | Place::Copy | Place::Host => vk::SUBPASS_EXTERNAL,
         }
     }
@@ -97,11 +97,27 @@ pub fn shadow(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<RenderPass>
     RenderPass::new(device, "shadow pass", &[shadow::attachment()], &[subpass], &dependencies)
 }
 
+/// FXAA's pass: one subpass that writes the picture.
+///
+/// # Errors
+/// When the device cannot make it.
+pub fn fxaa(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<RenderPass> {
+    let color = [vk::AttachmentReference { attachment: 0, layout: vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL }];
+    let subpass = SubpassDesc { color: &color, ..SubpassDesc::default() };
+    let dependencies = dependencies(plan, Carrier::FxaaPass);
+    RenderPass::new(device, "FXAA pass", &[fxaa::attachment(plan)], &[subpass], &dependencies)
+}
+
 fn dependencies(plan: &FramePlan, carrier: Carrier) -> Vec<vk::SubpassDependency> {
     let subpasses = Subpasses::of(plan);
+    let index = |place| match (carrier, place) {
+        // Seen from the main pass, FXAA is outside.
+        (Carrier::MainPass, Place::Fxaa) => vk::SUBPASS_EXTERNAL,
+        _ => subpasses.index(place),
+    };
     let dependency = |edge: Edge| vk::SubpassDependency {
-        src_subpass: subpasses.index(edge.from),
-        dst_subpass: subpasses.index(edge.to),
+        src_subpass: index(edge.from),
+        dst_subpass: index(edge.to),
         src_stage_mask: edge.before.stage,
         dst_stage_mask: edge.after.stage,
         src_access_mask: edge.before.access,

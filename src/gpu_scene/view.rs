@@ -51,17 +51,20 @@ pub struct LightRecord {
 }
 
 impl FrameUniform {
-    pub fn of(world: &World, visible: &Visible, camera: &Camera, plan: &FramePlan) -> Self {
+    /// `jitter`: where in each pixel the scene is seen, in pixels to the right and down from its centre.
+    pub fn of(world: &World, visible: &Visible, camera: &Camera, plan: &FramePlan, jitter: [f64; 2]) -> Self {
         let [width, height] = plan.size.map(f64::from);
         let tan_y = (camera.fov_y_degrees.to_radians() * 0.5).tan();
         let tan_x = tan_y * width / height;
         let (right, up, forward) = (camera.right(), camera.up(), camera.forward());
         let rows = visible.sun.as_ref().map_or([Vec4::ZERO; 3], |sun| sun.texel_rows(camera));
+        // The same offset twice, so that what is projected and what is rebuilt from depth agree.
+        let (offset_x, offset_y) = (jitter[0] * 2.0 / width, jitter[1] * 2.0 / height);
         let texel = visible.sun.as_ref().map_or(0.0, |sun| sun.texel);
         let (ambient, ambient_tilt) = world.environment.hemispheres();
         Self {
-            clip_from_world: clip_from_world(camera, tan_x, tan_y),
-            ray_center: forward.as_vec3(),
+            clip_from_world: clip_from_world(camera, [tan_x, tan_y], [offset_x, offset_y]),
+            ray_center: (forward + right * (tan_x * offset_x) - up * (tan_y * offset_y)).as_vec3(),
             near: camera.near as f32,
             ray_x: (right * tan_x).as_vec3(),
             exposure: world.exposure,
@@ -86,10 +89,11 @@ impl FrameUniform {
 }
 
 /// Rotation into the camera and projection with reversed Z and an infinite far plane: z = near, w = distance. Y is turned over,
-/// because Vulkan's clip space has it downwards.
-fn clip_from_world(camera: &Camera, tan_x: f64, tan_y: f64) -> Mat4 {
-    let (right, up, forward) = (camera.right() / tan_x, -camera.up() / tan_y, camera.forward());
-    let rows = [right.extend(0.0), up.extend(0.0), DVec4::W * camera.near, forward.extend(0.0)];
+/// because Vulkan's clip space has it downwards. `offset` moves the picture, in clip space, where w is 1.
+fn clip_from_world(camera: &Camera, [tan_x, tan_y]: [f64; 2], [offset_x, offset_y]: [f64; 2]) -> Mat4 {
+    let forward = camera.forward();
+    let (right, down) = (camera.right() / tan_x - forward * offset_x, -camera.up() / tan_y - forward * offset_y);
+    let rows = [right.extend(0.0), down.extend(0.0), DVec4::W * camera.near, forward.extend(0.0)];
     DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose().as_mat4()
 }
 
@@ -263,12 +267,12 @@ mod tests {
     use crate::plan::samples;
     use crate::scene::{Material, Settings};
 
-    fn uniform_of(camera: &Camera, size: [u32; 2]) -> FrameUniform {
+    fn uniform_of(camera: &Camera, size: [u32; 2], jitter: [f64; 2]) -> FrameUniform {
         let scene = samples::scene(vec![Material::default()], vec![samples::sky()]);
         let settings = Settings { size, ..Settings::default() };
         let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
         let world = World::of(&scene, &settings, &plan, 1.0);
-        FrameUniform::of(&world, &Visible::of(&world, camera, &plan), camera, &plan)
+        FrameUniform::of(&world, &Visible::of(&world, camera, &plan), camera, &plan, jitter)
     }
 
     fn vector(range: f64) -> impl Strategy<Value = DVec3> {
@@ -281,12 +285,12 @@ mod tests {
         fn a_point_that_is_projected_and_rebuilt_from_its_depth_is_the_point(
             position in vector(1e6), toward in vector(1.0), fov in 10.0..150.0f64, near in 0.001..1.0f64,
             x in -0.99..0.99f64, y in -0.99..0.99f64, log_distance in 0.1..15.0f64,
-            width in 1..4000u32, height in 1..4000u32,
+            width in 1..4000u32, height in 1..4000u32, jitter in [-0.5..=0.5f64, -0.5..=0.5],
         ) {
             prop_assume!(toward.length() > 0.1);
             let looking = Camera::looking_at(position, position + toward, DVec3::Y);
             let camera = Camera { fov_y_degrees: fov, near, ..looking };
-            let frame = uniform_of(&camera, [width, height]);
+            let frame = uniform_of(&camera, [width, height], jitter);
             // A point in view at some distance along the axis, relative to the camera.
             let tan_y = (fov.to_radians() * 0.5).tan();
             let tan_x = tan_y * f64::from(width) / f64::from(height);
@@ -295,12 +299,15 @@ mod tests {
             let clip = frame.clip_from_world * point.as_vec3().extend(1.0);
             let depth = clip.z / clip.w;
             // Rounding grows with the angle to the axis, and with how small an angle fills the picture.
-            let steep = 1.0 + tan_x + tan_y + 1.0 / tan_x + 1.0 / tan_y;
+            let narrow = 1.0 / f64::from(width.min(height));
+            let steep = (1.0 + narrow) * (1.0 + tan_x + tan_y + 1.0 / tan_x + 1.0 / tan_y);
             prop_assert!((f64::from(depth) * distance / near - 1.0).abs() < 1e-6 * steep, "{depth}");
             let (clip_x, clip_y) = (clip.x / clip.w, clip.y / clip.w);
             // X to the right; Vulkan's Y goes down.
-            prop_assert!((f64::from(clip_x) - x).abs() < 1e-6 * steep, "{clip_x} {x}");
-            prop_assert!((f64::from(clip_y) + y).abs() < 1e-6 * steep, "{clip_y} {y}");
+            // A frame that looks to the right of the pixels' centres shows everything further left.
+            let moved = [jitter[0] * 2.0 / f64::from(width), jitter[1] * 2.0 / f64::from(height)];
+            prop_assert!((f64::from(clip_x) + moved[0] - x).abs() < 1e-6 * steep, "{clip_x} {x}");
+            prop_assert!((f64::from(clip_y) + moved[1] + y).abs() < 1e-6 * steep, "{clip_y} {y}");
             let pixel_x = (clip_x + 1.0) / frame.pixel_width;
             let pixel_y = (clip_y + 1.0) / frame.pixel_height;
             let (ray_x, ray_y) = (pixel_x * frame.pixel_width - 1.0, pixel_y * frame.pixel_height - 1.0);
@@ -314,7 +321,7 @@ mod tests {
         fn what_lies_behind_the_camera_has_no_positive_w(toward in vector(1.0), behind in 0.1..1e6f64) {
             prop_assume!(toward.length() > 0.1);
             let camera = Camera::looking_at(DVec3::ZERO, toward, DVec3::Y);
-            let clip = uniform_of(&camera, [64, 48]).clip_from_world * (camera.forward() * -behind).as_vec3().extend(1.0);
+            let clip = uniform_of(&camera, [64, 48], [0.0; 2]).clip_from_world * (camera.forward() * -behind).as_vec3().extend(1.0);
             prop_assert!(clip.w < 0.0);
         }
 

@@ -1,6 +1,7 @@
 //! One file a pass: how it touches things (its constants), its pipelines, and `record`. Passes never know each other.
 
 pub mod copy;
+pub mod fxaa;
 pub mod geometry;
 pub mod lighting;
 pub mod shadow;

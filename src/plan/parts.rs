@@ -28,6 +28,7 @@ pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<
     let mut parts = vec![shadow(scene, settings, plan)];
     parts.extend(gbuffer(plan));
     parts.push(hdr(plan));
+    parts.extend(antialiasing(plan));
     parts.extend(shading(scene, plan));
     parts.extend(geometry(scene, settings, plan));
     parts
@@ -109,10 +110,20 @@ fn hdr(plan: &FramePlan) -> Part {
     let reason = match plan.tone_mapping {
         ToneMapping::Subpass(_) => "emissive light is blended before tone mapping",
         ToneMapping::InLighting(_) => "nothing blends over the lighting: it tone-maps straight into the output",
+        ToneMapping::AfterFrames(_) => "frames are averaged before they are tone-mapped, on the CPU",
         ToneMapping::Absent if matches!(plan.shading, Shading::Light { .. }) => "the output itself is linear",
         ToneMapping::Absent => "a view is not tone-mapped",
     };
     part("HDR target and TONEMAP subpass", plan.hdr.is_some(), reason, 8 * pixels(plan))
+}
+
+fn antialiasing(plan: &FramePlan) -> Vec<Part> {
+    let many = match plan.samples {
+        1 => "one frame is a picture".to_string(),
+        samples => format!("{samples} jittered frames make a picture"),
+    };
+    let fxaa = if plan.fxaa { "asked for" } else { "not asked for" };
+    vec![part("accumulated frames", plan.samples > 1, many, 0), part("FXAA pass", plan.fxaa, fxaa, 4 * pixels(plan))]
 }
 
 fn shading(scene: &Scene, plan: &FramePlan) -> Vec<Part> {

@@ -168,5 +168,25 @@ pub fn plans() -> Vec<(String, FramePlan)> {
             }
         }
     }
+    plans.extend(antialiased());
+    plans
+}
+
+/// Plans of several frames a picture, and of FXAA.
+fn antialiased() -> Vec<(String, FramePlan)> {
+    let mut plans = Vec::new();
+    for (scene_name, scene) in scenes() {
+        for (name, settings) in [
+            ("4 samples", Settings { samples: 4, ..Settings::default() }),
+            ("4 samples of light", Settings { samples: 4, view: View::Lighting, ..Settings::default() }),
+            ("4 linear samples", Settings { samples: 4, hdr_output: true, ..Settings::default() }),
+            ("fxaa", Settings { fxaa: true, ..Settings::default() }),
+            ("fxaa of light", Settings { fxaa: true, view: View::Lighting, ..Settings::default() }),
+        ] {
+            let name = format!("{scene_name} {name}");
+            let plan = FramePlan::of(&scene, &settings, &device());
+            plans.push((name.clone(), plan.unwrap_or_else(|error| panic!("{name}: {error}"))));
+        }
+    }
     plans
 }

@@ -392,3 +392,31 @@ fn a_plan_is_pure_and_knows_no_camera() {
     moved.camera = Camera { position: glam::DVec3::splat(1e6), fov_y_degrees: 20.0, ..Camera::default() };
     assert_eq!(plan(&moved), before);
 }
+
+#[test]
+fn what_smooths_edges_is_refused_where_it_means_nothing() {
+    let scene = scene(vec![material(CT)], vec![]);
+    let normals = Settings { view: View::Normal, ..Settings::default() };
+    for (settings, why) in [
+        (Settings { samples: 0, ..Settings::default() }, "at least 1"),
+        (Settings { samples: 2, ..normals.clone() }, "the view normal"),
+        (Settings { fxaa: true, ..normals }, "the view normal"),
+        (Settings { fxaa: true, hdr_output: true, ..Settings::default() }, ".exr"),
+        (Settings { fxaa: true, samples: 2, ..Settings::default() }, "choose one"),
+    ] {
+        let text = FramePlan::of(&scene, &settings, &device()).expect_err("must be refused").to_string();
+        assert!(text.starts_with("anti-aliasing: ") && text.contains(why), "{text}");
+    }
+}
+
+#[test]
+fn frames_that_are_averaged_are_linear_and_tone_mapped_afterwards() {
+    let lit = scene(vec![material(CT), samples::emissive()], vec![]);
+    for resolve in [Resolve::Linear, Resolve::ToneMapped] {
+        let plan = plan_with(&lit, &Settings { samples: 2, resolve, tonemap: Tonemap::Agx, ..Settings::default() });
+        assert_eq!((plan.hdr, plan.output), (None, vk::Format::R32G32B32A32_SFLOAT));
+        assert_eq!((plan.tone_mapping, plan.samples), (ToneMapping::AfterFrames(Tonemap::Agx), 2));
+    }
+    let linear = plan_with(&lit, &Settings { samples: 2, hdr_output: true, ..Settings::default() });
+    assert_eq!(linear.tone_mapping, ToneMapping::Absent);
+}

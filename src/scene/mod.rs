@@ -35,8 +35,8 @@ pub use material::{AlphaMode, Brdf, Material, TextureSlot};
 pub use mesh::{Mesh, Object};
 pub use names::TARGETS;
 pub use settings::{
-    GbufferChoice, GbufferPreset, LightPath, MAX_SHADOW_SIZE, Settings, SettingsPatch, ShadowSettings, TargetChoice,
-    Tonemap, View, parse_size,
+    GbufferChoice, GbufferPreset, LightPath, MAX_SAMPLES, MAX_SHADOW_SIZE, Resolve, Settings, SettingsPatch,
+    ShadowSettings, TargetChoice, Tonemap, View, parse_size,
 };
 pub use suggest::{nearest, unknown};
 pub use temperature::{KELVIN, black_body_color};

@@ -23,6 +23,12 @@ pub struct Settings {
     pub light_cutoff: bool,
     /// Linear scene-referred output in nits (for EXR) instead of tone-mapped 8-bit sRGB.
     pub hdr_output: bool,
+    /// Jittered frames that are averaged into one picture, 1 to [`MAX_SAMPLES`].
+    pub samples: u32,
+    /// Where the samples of a pixel are averaged, whether they are frames or the hardware's.
+    pub resolve: Resolve,
+    /// Smooths the edges of the tone-mapped picture.
+    pub fxaa: bool,
 }
 
 impl Default for Settings {
@@ -38,6 +44,9 @@ impl Default for Settings {
             light_path: LightPath::default(),
             light_cutoff: false,
             hdr_output: false,
+            samples: 1,
+            resolve: Resolve::default(),
+            fxaa: false,
         }
     }
 }
@@ -93,6 +102,17 @@ pub enum Tonemap {
     Aces,
     /// Clamp only.
     None,
+}
+
+/// Where the samples of a pixel are averaged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Resolve {
+    /// As scene light: what a sensor would do. An edge against something far too bright stays jagged.
+    Linear,
+    /// As display light, after tone mapping: no sample counts for more than white.
+    #[default]
+    ToneMapped,
 }
 
 /// What the picture shows.
@@ -171,6 +191,9 @@ pub struct SettingsPatch {
     pub view: Option<View>,
     pub light_path: Option<LightPath>,
     pub light_cutoff: Option<bool>,
+    pub samples: Option<u32>,
+    pub resolve: Option<Resolve>,
+    pub fxaa: Option<bool>,
 }
 
 impl SettingsPatch {
@@ -189,6 +212,9 @@ impl SettingsPatch {
             view: self.view.or(other.view),
             light_path: self.light_path.or(other.light_path),
             light_cutoff: self.light_cutoff.or(other.light_cutoff),
+            samples: self.samples.or(other.samples),
+            resolve: self.resolve.or(other.resolve),
+            fxaa: self.fxaa.or(other.fxaa),
         }
     }
 
@@ -211,6 +237,9 @@ impl SettingsPatch {
             light_path: self.light_path.unwrap_or(default.light_path),
             light_cutoff: self.light_cutoff.unwrap_or(default.light_cutoff),
             hdr_output: default.hdr_output,
+            samples: self.samples.unwrap_or(default.samples),
+            resolve: self.resolve.unwrap_or(default.resolve),
+            fxaa: self.fxaa.unwrap_or(default.fxaa),
         }
     }
 
@@ -235,6 +264,11 @@ impl SettingsPatch {
         {
             return wrong(format!("shadow size {size}: must be 1 to {MAX_SHADOW_SIZE} texels"));
         }
+        if let Some(samples) = self.samples
+            && !(1..=MAX_SAMPLES).contains(&samples)
+        {
+            return wrong(format!("samples {samples}: must be 1 to {MAX_SAMPLES} frames"));
+        }
         for (name, bias) in [("normal offset", self.shadow_normal_offset), ("slope bias", self.shadow_slope_bias)] {
             if let Some(bias) = bias
                 && !(0.0..=1000.0).contains(&bias)
@@ -248,6 +282,9 @@ impl SettingsPatch {
 
 /// The largest edge of a shadow map in texels; a device may allow less.
 pub const MAX_SHADOW_SIZE: u32 = 16384;
+
+/// The most frames that are averaged into one picture.
+pub const MAX_SAMPLES: u32 = 4096;
 
 /// Width and height from `1280x720`, each at least 1.
 ///
@@ -282,6 +319,8 @@ mod tests {
         assert!(refused(SettingsPatch { shadow_size: Some(0), ..Default::default() }));
         assert!(refused(SettingsPatch { shadow_size: Some(16385), ..Default::default() }));
         assert!(refused(SettingsPatch { shadow_slope_bias: Some(-1.0), ..Default::default() }));
+        assert!(refused(SettingsPatch { samples: Some(0), ..Default::default() }));
+        assert!(refused(SettingsPatch { samples: Some(4097), ..Default::default() }));
         assert!(!refused(SettingsPatch { shadow_size: Some(16384), exposure: Some(15.0), ..Default::default() }));
     }
 }

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 
 use afterlight::scene::file::{self, schema};
-use afterlight::scene::{Brdf, Falloff, LightKind, OpenOptions, Scene, open};
+use afterlight::scene::{Brdf, Falloff, LightKind, OpenOptions, Resolve, Scene, open};
 use glam::{DVec3, Vec3};
 use tempfile::TempDir;
 
@@ -79,6 +79,7 @@ fn every_key_does_what_it_says() {
     assert!((direction - DVec3::NEG_Y).length() < 1e-12);
     let settings = scene.settings.decide();
     assert_eq!((settings.size, settings.exposure, settings.shadows.size), ([640, 360], Some(3.0), 512));
+    assert_eq!((settings.samples, settings.resolve, settings.fxaa), (16, Resolve::Linear, true));
     assert_eq!((scene.camera.fov_y_degrees, scene.camera.near), (50.0, 0.02));
     assert_eq!(scene.environment.background, Vec3::new(4.0, 5.0, 6.0));
 }

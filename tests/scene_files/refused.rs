@@ -126,6 +126,8 @@ fn a_number_out_of_range_is_refused_with_the_range() {
         ("[camera]\nnear = 0.0", "camera.near = 0.0: must be from 1e-12"),
         ("[camera]\nexposure = 101", "must be an EV100 from -100 to 100"),
         ("[settings]\nexposure = -inf", "must be an EV100 from -100 to 100"),
+        ("[settings]\nsamples = 4097", "must be a whole number from 1 to 4096"),
+        ("[settings]\nresolve = 'gamma'", "possible: linear, tone-mapped"),
         ("[settings]\nsize = [0, 720]", "settings.size[0] = 0: must be a whole number from 1"),
         ("[settings]\nsize = '0x720'", "width and height must be at least 1"),
         ("[settings]\nshadows = { size = 0 }", "must be a whole number from 1 to 16384"),

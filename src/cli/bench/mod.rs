@@ -7,7 +7,7 @@ mod report;
 use std::sync::Arc;
 
 use afterlight::gpu::Device;
-use afterlight::scene::SettingsPatch;
+use afterlight::scene::{Settings, SettingsPatch};
 
 use super::args::{DeviceArgs, SettingsArgs, variation};
 use super::failure::Failure;
@@ -41,7 +41,7 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     warmup: u32,
     /// Compare with other settings: key=value, several in one go separated by blanks; may be given several times. Keys:
-    /// size, exposure, tonemap, brdf, gbuffer, light-path, light-cutoff, shadows, shadow-size, view
+    /// size, exposure, tonemap, brdf, gbuffer, light-path, light-cutoff, shadows, shadow-size, view, fxaa
     #[arg(long, value_name = "SETTINGS", value_parser = Variant::parse)]
     vary: Vec<Variant>,
     /// Write the figures as JSON to a file, or to standard output for -
@@ -109,7 +109,8 @@ fn measure(args: &Args, spec: &str, device: &Arc<Device>) -> Result<SceneReport,
     let workload = Workload::open(spec, &args.settings, args.quiet)?;
     let mut contenders = Vec::new();
     for variant in std::iter::once(&Variant::base()).chain(&args.vary) {
-        let settings = workload.settings(&variant.patch, &device.physical)?;
+        // Frames are measured, however many of them a picture is made of.
+        let settings = Settings { samples: 1, ..workload.settings(&variant.patch, &device.physical)? };
         contenders.push(Contender::new(&variant.name, device, &workload, settings)?);
     }
     let rounds = args.warmup + args.frames;

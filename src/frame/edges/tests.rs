@@ -128,6 +128,7 @@ fn the_first_use_of_every_attachment_waits_for_its_last_one_in_the_frame_before(
             }
             let before = match attachment.store {
                 // What is stored is read by COPY, which waits for the write.
+                vk::AttachmentStoreOp::STORE if plan.fxaa => vec![(S::FRAGMENT_SHADER, A::SHADER_READ)],
                 vk::AttachmentStoreOp::STORE => vec![(S::TRANSFER, A::TRANSFER_READ)],
                 _ => [last.uses, vec![drop_of(target)]].concat(),
             };
@@ -195,11 +196,33 @@ fn the_store_of_the_last_subpass_that_uses_an_attachment_is_ordered_too() {
 fn the_picture_is_copied_after_the_last_subpass_and_reaches_the_host() {
     each_plan(|name, plan, table| {
         let last = if plan.has_tonemap_subpass() { Place::Tonemap } else { Place::Lighting };
-        let row = main_row(table, last, Place::Outside).unwrap_or_else(|| panic!("{name}: no read-back"));
+        let of = |from, to| table.iter().find(|edge| (edge.from, edge.to) == (from, to));
+        let (row, carrier) = match plan.fxaa {
+            true => (of(Place::Fxaa, Place::Outside), Carrier::FxaaPass),
+            false => (of(last, Place::Outside), Carrier::MainPass),
+        };
+        let row = row.unwrap_or_else(|| panic!("{name}: no read-back"));
+        assert_eq!((row.carrier, of(last, Place::Fxaa).is_some()), (carrier, plan.fxaa), "{name}");
         assert!(covers(&row.before, COLOR_WRITE) && covers(&row.after, (S::TRANSFER, A::TRANSFER_READ)), "{name}");
         let host = table.iter().find(|edge| edge.to == Place::Host).unwrap_or_else(|| panic!("{name}: no host row"));
         assert_eq!((host.carrier, host.from), (Carrier::BufferBarrier, Place::Copy), "{name}");
         assert!(covers(&host.before, (S::TRANSFER, A::TRANSFER_WRITE)) && covers(&host.after, (S::HOST, A::HOST_READ)));
+    });
+}
+
+#[test]
+fn fxaa_samples_the_whole_output_and_draws_no_picture_that_is_being_copied() {
+    each_plan(|name, plan, table| {
+        let of = |from, to| table.iter().find(|edge| (edge.from, edge.to) == (from, to));
+        let last = if plan.has_tonemap_subpass() { Place::Tonemap } else { Place::Lighting };
+        let (into, reuse) = (of(last, Place::Fxaa), of(Place::Outside, Place::Fxaa));
+        assert_eq!((into.is_some(), reuse.is_some()), (plan.fxaa, plan.fxaa), "{name}");
+        if let (Some(into), Some(reuse)) = (into, reuse) {
+            assert_eq!((into.carrier, into.by_region), (Carrier::MainPass, false), "{name}");
+            assert!(covers(&into.before, COLOR_WRITE) && covers(&into.after, (S::FRAGMENT_SHADER, A::SHADER_READ)));
+            assert_eq!(reuse.carrier, Carrier::FxaaPass, "{name}");
+            assert!(covers(&reuse.before, (S::TRANSFER, A::TRANSFER_READ)) && covers(&reuse.after, COLOR_WRITE));
+        }
     });
 }
 
@@ -249,7 +272,8 @@ fn every_access_is_one_that_a_stage_of_its_mask_supports_and_every_stage_has_one
 fn rows_are_by_region_between_subpasses_and_nowhere_else() {
     each_plan(|name, _, table| {
         for edge in table {
-            let between = edge.carrier == Carrier::MainPass && edge.from != Place::Outside && edge.to != Place::Outside;
+            let outside = |place| matches!(place, Place::Outside | Place::Fxaa);
+            let between = edge.carrier == Carrier::MainPass && !outside(edge.from) && !outside(edge.to);
             assert_eq!(edge.by_region, between, "{name}: {}", edge.name);
         }
     });

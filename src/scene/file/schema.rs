@@ -97,7 +97,20 @@ pub(super) const ENVIRONMENT: Schema = Schema {
 };
 pub(super) const SETTINGS: Schema = Schema {
     table: "settings",
-    keys: &["size", "exposure", "tonemap", "brdf", "gbuffer", "shadows", "view", "light_path", "light_cutoff"],
+    keys: &[
+        "size",
+        "exposure",
+        "tonemap",
+        "brdf",
+        "gbuffer",
+        "shadows",
+        "view",
+        "light_path",
+        "light_cutoff",
+        "samples",
+        "resolve",
+        "fxaa",
+    ],
 };
 pub(super) const SHADOWS: Schema =
     Schema { table: "settings.shadows", keys: &["enabled", "size", "normal_offset", "slope_bias"] };
