@@ -200,6 +200,30 @@ fn what_emits_is_as_bright_as_it_says() {
 }
 
 #[test]
+fn what_emits_glows_and_lights_nothing() {
+    on_gpu(|gpu| {
+        // A lamp's glass stands on the plane and covers its middle; the plane around it is as it was.
+        let mut scene = plane(lambert(0.8), vec![directional(DVec3::new(0.3, 0.2, 1.0), 2.0)]);
+        add(&mut scene, shapes::cuboid([0.5; 3]), lambert(0.1), DAffine3::IDENTITY);
+        let dull = gpu.draw(&scene, &exact(EDGE, EDGE));
+        scene.materials[1].emissive = Vec3::new(1e4, 2e4, 3e4);
+        let glowing = gpu.draw(&scene, &exact(EDGE, EDGE));
+        let mut glows = 0;
+        for (x, y) in places(&glowing) {
+            let (found, before) = (nits(&glowing, x, y), nits(&dull, x, y));
+            // The box is half a metre wide, and its front nearer by a quarter: 0.29 m of the plane to each side.
+            if seen(glowing.size, x, y).abs().max_element() > 0.3 {
+                assert_eq!(found, before, "({x}, {y})");
+            } else if found != before {
+                assert!((found - before - DVec3::new(1e4, 2e4, 3e4)).abs().max_element() < 5e-3, "({x}, {y}): {found}");
+                glows += 1;
+            }
+        }
+        assert!(glows > 50, "{glows}");
+    });
+}
+
+#[test]
 fn the_background_shows_where_nothing_is() {
     on_gpu(|gpu| {
         let mut scene = stage();

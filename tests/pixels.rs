@@ -263,6 +263,31 @@ fn a_spot_is_full_inside_its_inner_cone_and_dark_outside_the_outer() {
     });
 }
 
+#[test]
+fn a_spot_without_a_soft_edge_is_full_or_dark() {
+    on_gpu(|gpu| {
+        let angle = 24.0;
+        let picture = gpu
+            .draw(&plane(lambert(1.0), vec![spot(DVec3::new(0.0, 0.0, 1.0), 30.0, angle, angle)]), &exact(EDGE, EDGE));
+        // The guard of KHR_lights_punctual leaves an edge of 0.001 in the cosine: 0.14 degrees here.
+        let limit = |degrees: f64| (angle + degrees).to_radians().tan();
+        let mut counts = [0; 2];
+        for (x, y) in places(&picture) {
+            let radius = seen(picture.size, x, y).length();
+            let found = nits(&picture, x, y).x;
+            if radius < limit(-0.15) {
+                let expected = 30.0 / PI * (1.0 + radius * radius).powf(-1.5);
+                assert!((found / expected - 1.0).abs() < SINGLE, "({x}, {y}): {found} for {expected}");
+                counts[0] += 1;
+            } else if radius > limit(0.01) {
+                assert_eq!(found, 0.0, "({x}, {y})");
+                counts[1] += 1;
+            }
+        }
+        assert!(counts.iter().all(|count| *count > 100), "{counts:?}");
+    });
+}
+
 /// Lights around the mirror direction of the middle of the picture, and one from the side.
 fn lobes() -> Vec<Light> {
     vec![
