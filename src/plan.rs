@@ -23,7 +23,7 @@ use std::collections::BTreeSet;
 
 use ash::vk;
 
-use crate::scene::{Brdf, Falloff, LightKind, Resolve, Scene, Settings, Tonemap, View};
+use crate::scene::{Brdf, Falloff, HdrFormat, LightKind, Resolve, Scene, Settings, Tonemap, View};
 
 /// What the device can do, as far as a plan depends on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,6 +38,8 @@ pub struct Capabilities {
     pub unorm_2x16_attachment: bool,
     /// R32G32B32A32_SFLOAT blends; not mandatory in Vulkan.
     pub float32_blends: bool,
+    /// B10G11R11_UFLOAT_PACK32 blends; not mandatory in Vulkan.
+    pub packed_float_blends: bool,
     /// There is memory that only exists while a tile needs it.
     pub lazily_allocated: bool,
 }
@@ -57,6 +59,10 @@ pub enum Error {
         "this G-buffer is read through {0} input attachments and the device has {1}: choose fewer targets, as `--gbuffer lean`"
     )]
     InputAttachments(u32, u32),
+    #[error(
+        "this device cannot blend into the HDR format {0}: choose `--hdr-format rgba16f`, into which every device can"
+    )]
+    HdrFormat(HdrFormat),
     #[error("there is no shadow map to show: {0}")]
     NoShadowMap(String),
     #[error("anti-aliasing: {0}")]
@@ -188,7 +194,7 @@ impl FramePlan {
         let (hdr, output) = match (lit, linear, emissive) {
             (_, true, true) if !device.float32_blends => (None, HDR),
             (_, true, _) => (None, vk::Format::R32G32B32A32_SFLOAT),
-            (true, false, true) => (Some(HDR), OUTPUT_SRGB),
+            (true, false, true) => (Some(hdr_format(settings.hdr_format, device)?), OUTPUT_SRGB),
             _ => (None, OUTPUT_SRGB),
         };
         let tone_mapping = match (lit, settings.hdr_output, hdr) {
@@ -284,10 +290,14 @@ impl FramePlan {
         self.gbuffer.as_ref().map_or(0, Gbuffer::bytes_per_pixel)
     }
 
-    /// Where light is cut off before it is stored: half floats end at 65504, single ones beyond what a finite scene reaches.
+    /// Where light is cut off before it is stored: below the largest value of its format, which is 65504 for half floats and 65024 (red, green)
+    /// and 64512 (blue) for packed ones; single ones end beyond what a finite scene reaches.
     pub fn largest_light(&self) -> f32 {
-        let half = self.hdr.unwrap_or(self.output) == vk::Format::R16G16B16A16_SFLOAT;
-        if half { 65000.0 } else { 1e30 }
+        match self.hdr.unwrap_or(self.output) {
+            vk::Format::R16G16B16A16_SFLOAT => 65000.0,
+            vk::Format::B10G11R11_UFLOAT_PACK32 => 64000.0,
+            _ => 1e30,
+        }
     }
 
     /// Whether GEOMETRY exists: all but the view of the shadow map.
@@ -322,6 +332,16 @@ fn check_antialiasing(settings: &Settings, lit: bool) -> Result<(), Error> {
         ));
     }
     Ok(())
+}
+
+/// The format asked for, which must blend.
+fn hdr_format(asked: HdrFormat, device: &Capabilities) -> Result<vk::Format, Error> {
+    let (format, blends) = match asked {
+        HdrFormat::Rgba16f => (HDR, true),
+        HdrFormat::B10g11r11 => (vk::Format::B10G11R11_UFLOAT_PACK32, device.packed_float_blends),
+        HdrFormat::Rgba32f => (vk::Format::R32G32B32A32_SFLOAT, device.float32_blends),
+    };
+    if blends { Ok(format) } else { Err(Error::HdrFormat(asked)) }
 }
 
 fn shading(view: View) -> Shading {

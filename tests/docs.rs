@@ -10,7 +10,7 @@ use std::process::Command;
 
 use afterlight::frame::edges;
 use afterlight::plan::{Capabilities, FramePlan};
-use afterlight::scene::{Brdf, OpenOptions, Settings, TARGETS, Tonemap, View, builtin, open};
+use afterlight::scene::{Brdf, HdrFormat, OpenOptions, Settings, TARGETS, Tonemap, View, builtin, open};
 
 fn project() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -186,6 +186,7 @@ fn the_readme_names_every_value_of_the_settings_and_every_built_in_scene() {
     names.extend(View::NAMES.iter().map(|(name, _)| name.to_string()));
     names.extend(Brdf::NAMES.iter().map(|(name, _)| name.to_string()));
     names.extend(Tonemap::NAMES.iter().map(|(name, _)| name.to_string()));
+    names.extend(HdrFormat::NAMES.iter().map(|(name, _)| name.to_string()));
     names.extend(TARGETS.iter().flat_map(|(_, formats)| *formats).map(|format| format.name().to_owned()));
     for builtin in builtin::CATALOGUE {
         names.push(format!("builtin:{}", builtin.name));
@@ -204,6 +205,7 @@ fn the_architecture_lists_every_dependency_with_its_reason() {
         max_input_attachments: 8,
         unorm_2x16_attachment: true,
         float32_blends: true,
+        packed_float_blends: true,
         lazily_allocated: false,
     };
     let scene = open("builtin:hall", &OpenOptions::default()).expect("it is built in");

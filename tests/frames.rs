@@ -4,14 +4,14 @@ mod common;
 
 use afterlight::frame::{Picture, Renderer};
 use afterlight::scene::builtin::shapes;
-use afterlight::scene::{Aabb, Camera, Falloff, Light, LightKind, Material, Scene, Settings, View};
+use afterlight::scene::{Aabb, Camera, Falloff, HdrFormat, Light, LightKind, Material, Scene, Settings, Tonemap, View};
 use common::compare::{assert_identical, largest_code_difference};
 use common::gpu::{code, nits, on_gpu, places};
 use common::stage::{
     EDGE, EYE, add, directional, display, exact, gbuffer, lambert, open, own, plane, point, rectangle, seen, srgb_code,
-    stage, view, white_radiance,
+    srgb_code_unrounded, stage, view, white_radiance,
 };
-use common::truth::arriving;
+use common::truth::{arriving, radiance};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 const SMALL: (u32, u32) = (96, 54);
@@ -196,6 +196,74 @@ fn what_emits_is_as_bright_as_it_says() {
         let found = nits(&gpu.draw(&lit, &exact(8, 8)), 4, 4).x;
         let expected = 0.25 + 0.5 * white_radiance(1.0, 0.0);
         assert!((found / expected - 1.0).abs() < 1e-3, "light adds to it: {found} for {expected}");
+    });
+}
+
+/// What storing a value in red, green and blue may cost, relative: a step of the mantissa, as a driver may truncate.
+fn steps(format: HdrFormat) -> DVec3 {
+    let step = |bits: i32| 2.0f64.powi(-bits);
+    match format {
+        HdrFormat::Rgba16f => DVec3::splat(step(10)),
+        HdrFormat::B10g11r11 => DVec3::new(step(6), step(6), step(5)),
+        HdrFormat::Rgba32f => DVec3::splat(step(23)),
+    }
+}
+
+#[test]
+fn an_hdr_format_costs_what_its_mantissa_says() {
+    on_gpu(|gpu| {
+        let emissive = Vec3::new(0.07, 0.11, 0.19);
+        let lights = || vec![point(DVec3::new(0.3, -0.2, 0.8), 1.5, None, Falloff::InverseSquare)];
+        let scene = plane(Material { emissive, ..lambert(1.0) }, lights());
+        let mut largest_of_all = [0.0; 3];
+        for (index, (name, hdr_format)) in HdrFormat::NAMES.iter().enumerate() {
+            let settings = Settings { hdr_format: *hdr_format, gbuffer: gbuffer("float32"), ..display(EDGE, EDGE) };
+            let mut renderer = match Renderer::new(&gpu.device, &scene, &settings) {
+                Ok(renderer) => renderer,
+                Err(error) => {
+                    assert!(*hdr_format != HdrFormat::Rgba16f && error.to_string().contains(name), "{error}");
+                    continue;
+                }
+            };
+            let picture = drawn_after(&mut renderer, &[scene.camera]);
+            let mut largest = DVec3::ZERO;
+            for (x, y) in places(&picture) {
+                let light = radiance(&scene.materials[0], &scene.lights, seen(picture.size, x, y), DVec3::Z, EYE);
+                let exact = emissive.as_dvec3() + light;
+                assert!(exact.max_element() < 0.95, "{exact} is cut off");
+                // Stored twice: what glows, and the sum. Half a code more for the picture itself, and a fifth for its tables.
+                let off = steps(*hdr_format) * (emissive.as_dvec3() + exact) + 1e-5;
+                let found = DVec3::from_array(code(&picture, x, y).map(f64::from));
+                let encoded = |linear: DVec3| DVec3::from_array(linear.to_array().map(srgb_code_unrounded));
+                let (low, high) = (encoded(exact - off) - 0.7, encoded(exact + off) + 0.7);
+                let within = found.cmpge(low).all() && found.cmple(high).all();
+                assert!(within, "{name}, ({x}, {y}): {found} is not within {low} and {high}");
+                largest = largest.max((found - encoded(exact)).abs());
+            }
+            eprintln!("{name}: at most {largest:.2} codes of red, green and blue");
+            largest_of_all[index] = largest.max_element();
+        }
+        let [half, packed, single] = largest_of_all;
+        assert!(single < 0.7 && half < 1.0, "{largest_of_all:?}");
+        // Where it blends, packed light must be seen to be the coarser one, or this test looks at nothing.
+        assert!(packed == 0.0 || packed > 1.5, "{largest_of_all:?}");
+    });
+}
+
+#[test]
+fn light_beyond_what_an_hdr_format_holds_is_white() {
+    on_gpu(|gpu| {
+        for (name, hdr_format) in HdrFormat::NAMES {
+            for tonemap in Tonemap::NAMES.iter().map(|(_, tonemap)| *tonemap) {
+                // Each is as much as fits, and their sum is more.
+                let material = Material { emissive: Vec3::splat(1e12), ..lambert(1.0) };
+                let scene = plane(material, vec![directional(DVec3::Z, 1e12)]);
+                let settings = Settings { hdr_format: *hdr_format, tonemap, ..display(4, 4) };
+                let Ok(mut renderer) = Renderer::new(&gpu.device, &scene, &settings) else { continue };
+                let found = code(&drawn_after(&mut renderer, &[scene.camera]), 2, 2);
+                assert!(found.iter().all(|code| *code >= 253), "{name} {tonemap}: {found:?}");
+            }
+        }
     });
 }
 

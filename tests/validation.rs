@@ -10,8 +10,8 @@ use afterlight::frame::{Error, Renderer};
 use afterlight::plan;
 use afterlight::scene::builtin::{CATALOGUE, shapes};
 use afterlight::scene::{
-    AlphaMode, Brdf, Camera, ColorSpace, Environment, Falloff, GbufferPreset, Light, LightKind, Material, Scene,
-    Settings, ShadowSettings, TARGETS, Texture, View,
+    AlphaMode, Brdf, Camera, ColorSpace, Environment, Falloff, GbufferPreset, HdrFormat, Light, LightKind, Material,
+    Scene, Settings, ShadowSettings, TARGETS, Texture, View,
 };
 use common::gpu::{Gpu, on_gpu_in_both_modes};
 use common::stage::{add, gbuffer, lambert, open, own, plane, point, rectangle, spot, sun};
@@ -148,6 +148,21 @@ fn every_gbuffer_is_silent_with_and_without_an_hdr_target() {
         for (name, _) in GbufferPreset::NAMES {
             let scene = nothing_emits();
             exercise(gpu, &scene, &Settings { gbuffer: gbuffer(name), ..small(&scene) });
+        }
+    });
+}
+
+#[test]
+fn every_hdr_format_is_silent_or_refused() {
+    on_gpu_in_both_modes(|gpu| {
+        let scene = one_of_each();
+        for (name, hdr_format) in HdrFormat::NAMES {
+            let settings = Settings { hdr_format: *hdr_format, ..small(&scene) };
+            match Renderer::new(&gpu.device, &scene, &settings) {
+                Ok(mut renderer) => draw_frames(&mut renderer, &scene.camera).unwrap_or_else(|error| panic!("{error}")),
+                Err(Error::Plan(plan::Error::HdrFormat(refused))) => assert_eq!(refused, *hdr_format),
+                Err(error) => panic!("{name}: {error}"),
+            }
         }
     });
 }

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use afterlight::gpu::DeviceChoice;
 use afterlight::scene::{
-    Brdf, Camera, GbufferChoice, LightPath, Resolve, SettingsPatch, Tonemap, View, parse_size, unknown,
+    Brdf, Camera, GbufferChoice, HdrFormat, LightPath, Resolve, SettingsPatch, Tonemap, View, parse_size, unknown,
 };
 use clap::Args;
 
@@ -50,6 +50,9 @@ pub struct SettingsArgs {
     /// Lights without a range get one, beyond which all that is dropped stays below half a step of the output: on or off
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub light_cutoff: Option<bool>,
+    /// What light is kept in until it is tone-mapped, where something blends: rgba16f, b10g11r11 or rgba32f
+    #[arg(long, value_name = "NAME", value_parser = value::<HdrFormat>)]
+    pub hdr_format: Option<HdrFormat>,
     /// Shadows: on or off
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub shadows: Option<bool>,
@@ -72,6 +75,7 @@ impl SettingsArgs {
             tonemap: self.tonemap,
             light_path: self.light_path,
             light_cutoff: self.light_cutoff,
+            hdr_format: self.hdr_format,
             brdf: self.brdf,
             gbuffer: self.gbuffer,
             shadows: self.shadows,
@@ -95,7 +99,7 @@ pub fn view(text: &str) -> Result<ViewChoice, String> {
 }
 
 /// What `--vary` can change.
-const VARIABLE: [&str; 11] = [
+const VARIABLE: [&str; 12] = [
     "size",
     "exposure",
     "tonemap",
@@ -107,6 +111,7 @@ const VARIABLE: [&str; 11] = [
     "shadow-size",
     "view",
     "fxaa",
+    "hdr-format",
 ];
 
 /// Settings that `--vary` changes: `key=value`, several separated by blanks.
@@ -122,6 +127,7 @@ pub fn variation(text: &str) -> Result<SettingsPatch, String> {
             "gbuffer" => patch.gbuffer = Some(value(text)?),
             "light-path" => patch.light_path = Some(value(text)?),
             "light-cutoff" => patch.light_cutoff = Some(on_off(text)?),
+            "hdr-format" => patch.hdr_format = Some(value(text)?),
             "shadows" => patch.shadows = Some(on_off(text)?),
             "shadow-size" => patch.shadow_size = Some(shadow_size(text)?),
             "view" => patch.view = Some(value(text)?),

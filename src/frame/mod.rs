@@ -111,6 +111,7 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
             .max_per_stage_descriptor_input_attachments
             .min(limits.max_descriptor_set_input_attachments),
         unorm_2x16_attachment: device.supports_color_attachment(vk::Format::R16G16_UNORM, false),
+        packed_float_blends: device.supports_color_attachment(vk::Format::B10G11R11_UFLOAT_PACK32, true),
         float32_blends: device.supports_color_attachment(vk::Format::R32G32B32A32_SFLOAT, true),
         lazily_allocated: device.has_lazily_allocated_memory(),
     }

@@ -8,7 +8,7 @@ use super::gbuffer::format_bytes;
 use super::{
     COUNT, DEPTH, FramePlan, GeometryKey, PlannedBrdf, Shading, ToneMapping, UNIFORM_LIGHTS, World, shadow_reason,
 };
-use crate::scene::{Scene, Settings, TextureSlot};
+use crate::scene::{HdrFormat, Scene, Settings, TextureSlot};
 
 /// Something that a frame can have.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -27,7 +27,7 @@ fn part(name: &str, included: bool, reason: impl Into<String>, bytes: u64) -> Pa
 pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
     let mut parts = vec![shadow(scene, settings, plan)];
     parts.extend(gbuffer(plan));
-    parts.push(hdr(plan));
+    parts.push(hdr(settings, plan));
     parts.extend(antialiasing(plan));
     parts.extend(shading(scene, plan));
     parts.extend(geometry(scene, settings, plan));
@@ -106,7 +106,7 @@ fn gbuffer(plan: &FramePlan) -> Vec<Part> {
     parts
 }
 
-fn hdr(plan: &FramePlan) -> Part {
+fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
     let reason = match plan.tone_mapping {
         ToneMapping::Subpass(_) => "emissive light is blended before tone mapping",
         ToneMapping::InLighting(_) => "nothing blends over the lighting: it tone-maps straight into the output",
@@ -114,7 +114,14 @@ fn hdr(plan: &FramePlan) -> Part {
         ToneMapping::Absent if matches!(plan.shading, Shading::Light { .. }) => "the output itself is linear",
         ToneMapping::Absent => "a view is not tone-mapped",
     };
-    part("HDR target and TONEMAP subpass", plan.hdr.is_some(), reason, 8 * pixels(plan))
+    let asked = settings.hdr_format;
+    let reason = match plan.hdr {
+        Some(format) => format!("{reason}; {format:?}"),
+        None if asked != HdrFormat::default() => format!("{reason}, and {asked} has nothing to be the format of"),
+        None => reason.to_owned(),
+    };
+    let bytes = u64::from(format_bytes(plan.hdr.unwrap_or(super::HDR)));
+    part("HDR target and TONEMAP subpass", plan.hdr.is_some(), reason, bytes * pixels(plan))
 }
 
 fn antialiasing(plan: &FramePlan) -> Vec<Part> {

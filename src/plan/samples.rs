@@ -31,6 +31,7 @@ pub fn device() -> Capabilities {
         max_input_attachments: 8,
         unorm_2x16_attachment: true,
         float32_blends: true,
+        packed_float_blends: true,
         lazily_allocated: false,
     }
 }
@@ -151,8 +152,13 @@ pub fn gbuffers() -> Vec<(&'static str, GbufferChoice)> {
 
 /// Every plan of the scenes, views, layouts, outputs and devices above, with what it is of.
 pub fn plans() -> Vec<(String, FramePlan)> {
-    let plain =
-        Capabilities { unorm_2x16_attachment: false, float32_blends: false, lazily_allocated: true, ..device() };
+    let plain = Capabilities {
+        unorm_2x16_attachment: false,
+        float32_blends: false,
+        packed_float_blends: false,
+        lazily_allocated: true,
+        ..device()
+    };
     let mut plans = Vec::new();
     for (scene_name, scene) in scenes() {
         for (layout, gbuffer) in gbuffers() {

@@ -68,6 +68,37 @@ fn the_shadow_map_view_has_nothing_but_the_map() {
 }
 
 #[test]
+fn the_hdr_format_is_the_one_asked_for_or_the_plan_is_refused() {
+    let glowing = scene(vec![emissive()], vec![sky()]);
+    let asked = |hdr_format, device: &Capabilities| {
+        FramePlan::of(&glowing, &Settings { hdr_format, ..Settings::default() }, device)
+    };
+    let bytes = |plan: &FramePlan| {
+        let part = plan.parts().iter().find(|part| part.name.starts_with("HDR target")).expect("listed");
+        part.bytes / u64::from(plan.size[0] * plan.size[1])
+    };
+    let poor = Capabilities { float32_blends: false, packed_float_blends: false, ..device() };
+    for (format, vulkan, size, largest) in [
+        (HdrFormat::Rgba16f, HDR, 8, 65_000.0),
+        (HdrFormat::B10g11r11, vk::Format::B10G11R11_UFLOAT_PACK32, 4, 64_000.0),
+        (HdrFormat::Rgba32f, vk::Format::R32G32B32A32_SFLOAT, 16, 1e30),
+    ] {
+        let plan = asked(format, &device()).expect("a plan");
+        assert_eq!((plan.hdr, plan.largest_light(), bytes(&plan)), (Some(vulkan), largest, size));
+        match asked(format, &poor) {
+            Ok(plan) => assert_eq!((format, plan.hdr), (HdrFormat::Rgba16f, Some(HDR))),
+            Err(error) => assert!(format != HdrFormat::Rgba16f && error.to_string().contains(format.name()), "{error}"),
+        }
+        // Without a target nothing is refused, and the plan says that there is none.
+        let settings = Settings { hdr_format: format, ..Settings::default() };
+        let dull = FramePlan::of(&scene(vec![material(CT)], vec![sky()]), &settings, &poor).expect("a plan");
+        let reason = &dull.parts().iter().find(|part| part.name.starts_with("HDR target")).expect("listed").reason;
+        assert_eq!(dull.hdr, None);
+        assert_eq!(reason.contains(format.name()), format != HdrFormat::Rgba16f, "{reason}");
+    }
+}
+
+#[test]
 fn emissive_light_brings_the_hdr_target_and_the_tonemap_subpass() {
     let settings = Settings { tonemap: Tonemap::Agx, ..Settings::default() };
     let glowing = plan_with(&scene(vec![emissive()], vec![sky()]), &settings);

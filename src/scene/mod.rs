@@ -35,7 +35,7 @@ pub use material::{AlphaMode, Brdf, Material, TextureSlot};
 pub use mesh::{Mesh, Object};
 pub use names::TARGETS;
 pub use settings::{
-    GbufferChoice, GbufferPreset, LightPath, MAX_SAMPLES, MAX_SHADOW_SIZE, Resolve, Settings, SettingsPatch,
+    GbufferChoice, GbufferPreset, HdrFormat, LightPath, MAX_SAMPLES, MAX_SHADOW_SIZE, Resolve, Settings, SettingsPatch,
     ShadowSettings, TargetChoice, Tonemap, View, parse_size,
 };
 pub use suggest::{nearest, unknown};

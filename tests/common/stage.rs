@@ -127,9 +127,14 @@ pub fn spot(position: DVec3, candela: f32, inner: f64, outer: f64) -> Light {
 
 /// IEC 61966-2-1: the code of 8 bits for a linear value.
 pub fn srgb_code(linear: f64) -> u8 {
+    srgb_code_unrounded(linear).round() as u8
+}
+
+/// The same with its fraction.
+pub fn srgb_code_unrounded(linear: f64) -> f64 {
     let linear = linear.clamp(0.0, 1.0);
     let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
-    (encoded * 255.0).round() as u8
+    encoded * 255.0
 }
 
 /// Illuminance on a surface that a directional light meets at an angle, over pi: the radiance of a white lambert surface.

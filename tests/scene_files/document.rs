@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use afterlight::scene::file::schema;
-use afterlight::scene::{Brdf, GbufferPreset, Resolve, TARGETS, TargetChoice, Tonemap, View, builtin};
+use afterlight::scene::{Brdf, GbufferPreset, HdrFormat, Resolve, TARGETS, TargetChoice, Tonemap, View, builtin};
 
 use super::{folder, read, refusal};
 
@@ -44,6 +44,7 @@ fn the_document_has_every_name_of_a_setting() {
     };
     names(&mut Brdf::NAMES.iter().map(|(name, _)| *name));
     names(&mut Tonemap::NAMES.iter().map(|(name, _)| *name));
+    names(&mut HdrFormat::NAMES.iter().map(|(name, _)| *name));
     names(&mut View::NAMES.iter().map(|(name, _)| *name));
     names(&mut Resolve::NAMES.iter().map(|(name, _)| *name));
     names(&mut GbufferPreset::NAMES.iter().map(|(name, _)| *name));

@@ -38,7 +38,7 @@ const fn used(
     FormatUse { format, needed, what_for, without }
 }
 
-const FORMATS: [FormatUse; 10] = [
+const FORMATS: [FormatUse; 11] = [
     used(vk::Format::D32_SFLOAT, DEPTH, "depth and shadow maps", None),
     used(vk::Format::R8G8B8A8_SRGB, COLOR, "albedo, output", None),
     used(vk::Format::R8G8B8A8_UNORM, COLOR, "material", None),
@@ -48,6 +48,7 @@ const FORMATS: [FormatUse; 10] = [
     used(vk::Format::R16G16_UINT, COLOR, "normals where R16G16_UNORM cannot be drawn to", None),
     used(vk::Format::A2B10G10R10_UNORM_PACK32, COLOR, "normal=rgb10a2", Some("that override is refused")),
     used(vk::Format::R16G16B16A16_SFLOAT, BLEND, "HDR, --gbuffer fat", Some("what needs it is refused")),
+    used(vk::Format::B10G11R11_UFLOAT_PACK32, BLEND, "--hdr-format b10g11r11", Some("that format is refused")),
     used(vk::Format::R32G32B32A32_SFLOAT, COLOR, "--gbuffer float32, EXR", Some("what needs it is refused")),
 ];
 

@@ -110,6 +110,7 @@ pub(super) const SETTINGS: Schema = Schema {
         "samples",
         "resolve",
         "fxaa",
+        "hdr_format",
     ],
 };
 pub(super) const SHADOWS: Schema =

@@ -76,6 +76,7 @@ pub(super) fn settings(node: &Node) -> Result<SettingsPatch, Error> {
         samples: table.read("samples", |node| node.integer(1..=crate::scene::MAX_SAMPLES))?,
         resolve: table.read("resolve", Node::name)?,
         fxaa: table.read("fxaa", Node::boolean)?,
+        hdr_format: table.read("hdr_format", Node::name)?,
         ..SettingsPatch::default()
     };
     if let Some(node) = table.get("shadows") {
