@@ -1,15 +1,21 @@
 // LIGHTING: every light on every pixel that has a surface. The triangle lies at depth 0 and is drawn with compare LESS, so
 // the sky, which has depth 0, costs nothing.
-// variants: LIGHTS UNIFORM_BUFFER SHADOW MATERIAL SPECULAR POSITION NORMAL_UINT
+// variants: LIGHTS UNIFORM_BUFFER CLUSTERED SHADOW MATERIAL SPECULAR POSITION NORMAL_UINT
 // requires: SHADOW -> LIGHTS
 // requires: UNIFORM_BUFFER -> LIGHTS
+// requires: CLUSTERED -> LIGHTS
+// requires: SHADOW -> MATERIAL
+// requires: SPECULAR -> MATERIAL
 // precise
 #import afterlight::frame::{frame}
 #import afterlight::screen::{screen_corner}
-#import afterlight::gbuffer::{load_texel}
+#import afterlight::gbuffer::{load_depth, load_texel}
 #import afterlight::shading::{ambient_light, surface_of, Model}
 #ifdef LIGHTS
 #import afterlight::shading::{directional_light, punctual_light}
+#endif
+#ifdef CLUSTERED
+#import afterlight::clusters::{cluster_at, cluster_lights}
 #endif
 #import afterlight::tonemapping::{tone_map}
 
@@ -59,11 +65,17 @@ fn fragment(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
         }
     }
     if PUNCTUAL {
-        let end = frame.light_count;
+        let end = frame.looped_count;
         for (var i = frame.directional_count; i < end; i++) {
             radiance += punctual_light(i, surface, texel, model);
         }
     }
+#ifdef CLUSTERED
+    let list = cluster_at(pixel.xy, load_depth(pixel.xy));
+    for (var i = 0u; i < list.y; i++) {
+        radiance += punctual_light(cluster_lights[list.x + i], surface, texel, model);
+    }
+#endif
 #endif
     let exposed = min(radiance * frame.exposure, vec3(LARGEST));
     if TONE_MAP {

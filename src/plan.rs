@@ -3,8 +3,10 @@
 //! [`FramePlan::of`] is pure. Attachments, pipelines, specialization, dependency rows and commands are derived from the plan
 //! and nothing else decides. What changes with the camera is a [`Visible`], computed for each frame.
 
+mod clusters;
 mod gbuffer;
 mod geometry;
+mod light_path;
 mod parts;
 #[cfg(test)]
 pub(crate) mod samples;
@@ -12,18 +14,22 @@ mod sun;
 #[cfg(test)]
 mod tests;
 mod visible;
+mod volumes;
 
+pub use clusters::{Clusters, Grid, SLICES, TILE, slice_of};
 pub use gbuffer::{Gbuffer, NormalEncoding};
 pub use geometry::{GeometryKey, Streams, TextureMask};
+pub use light_path::{Reach, steepest};
 pub use parts::Part;
 pub use sun::SunView;
-pub use visible::{Draw, Visible, World, WorldObject};
+pub use visible::{Draw, LightWork, Visible, World, WorldObject};
+pub use volumes::{LightRect, VolumeRecord, cone_mesh, sphere_mesh};
 
 use std::collections::BTreeSet;
 
 use ash::vk;
 
-use crate::scene::{Brdf, Falloff, HdrFormat, LightKind, Resolve, Scene, Settings, Tonemap, View};
+use crate::scene::{Brdf, Falloff, HdrFormat, LightKind, LightPath, Resolve, Scene, Settings, Tonemap, View};
 
 /// What the device can do, as far as a plan depends on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,6 +69,18 @@ pub enum Error {
         "this device cannot blend into the HDR format {0}: choose `--hdr-format rgba16f`, into which every device can"
     )]
     HdrFormat(HdrFormat),
+    #[error("the light path {0} has no G-buffer to show: leave --light-path out to see this view")]
+    NoGbuffer(LightPath),
+    #[error("the light path {0} adds lights by blending into 32-bit floats, which this device cannot: try clustered")]
+    NoFloatBlending(LightPath),
+    #[error(
+        "compute writes the finished picture by itself, so that FXAA has nothing to read: choose another light path, or --samples"
+    )]
+    ComputeWithFxaa,
+    #[error("the light path {0} adds lights into 32-bit floats, so that the HDR format {1} does not apply: leave it out")]
+    BlendedFormat(LightPath, HdrFormat),
+    #[error("a light cut-off is certified against half a step of 8 bits, and a linear picture has none: leave it off")]
+    CutoffWithoutSteps,
     #[error("there is no shadow map to show: {0}")]
     NoShadowMap(String),
     #[error("anti-aliasing: {0}")]
@@ -105,6 +123,16 @@ pub enum PlannedBrdf {
     PerPixel,
 }
 
+impl PlannedBrdf {
+    /// As the shaders' constant BRDF has it (`shaders/shared/shading.wgsl`).
+    pub fn constant(self) -> u32 {
+        match self {
+            Self::One(brdf) => brdf as u32,
+            Self::PerPixel => 4,
+        }
+    }
+}
+
 /// Kinds of light that LIGHTING has code for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct PlannedLights {
@@ -115,6 +143,10 @@ pub struct PlannedLights {
     pub falloff: u32,
     /// Some light has a range.
     pub ranged: bool,
+    /// Some light reaches only so far, by its range or the certified cut-off.
+    pub bounded: bool,
+    /// Some point or spot light reaches everywhere.
+    pub unbounded: bool,
     pub ambient: bool,
     /// Few enough for a uniform buffer.
     pub uniform: bool,
@@ -151,6 +183,10 @@ pub struct FramePlan {
     /// Every material's, whatever it says itself.
     pub brdf_override: Option<Brdf>,
     pub lights: PlannedLights,
+    /// Never `Auto`.
+    pub light_path: LightPath,
+    /// Why it is this one.
+    pub light_path_reason: String,
     /// One pipeline of GEOMETRY each.
     pub geometry: BTreeSet<GeometryKey>,
     pub streams: Streams,
@@ -160,6 +196,8 @@ pub struct FramePlan {
 
 /// Tone-mapped pictures: 8 bits a channel, encoded by the hardware.
 pub const OUTPUT_SRGB: vk::Format = vk::Format::R8G8B8A8_SRGB;
+/// The same bytes, encoded by a compute shader: sRGB formats cannot be stored to.
+pub const OUTPUT_PLAIN: vk::Format = vk::Format::R8G8B8A8_UNORM;
 /// Half floats hold what the eye can tell apart and blend everywhere.
 pub const HDR: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 pub const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
@@ -191,16 +229,28 @@ impl FramePlan {
         check_antialiasing(settings, lit)?;
         // What is averaged from frame to frame must not be cut off before.
         let linear = settings.hdr_output || settings.samples > 1;
-        let (hdr, output) = match (lit, linear, emissive) {
+        let lights = planned_lights(scene, settings, shading);
+        let (light_path, light_path_reason) = light_path::choose(scene, settings, &lights, device)?;
+        let adds = adds_lights(light_path, &lights);
+        let (hdr, output) = match (lit, linear, emissive || adds) {
             (_, true, true) if !device.float32_blends => (None, HDR),
             (_, true, _) => (None, vk::Format::R32G32B32A32_SFLOAT),
+            // Adding to fewer bits truncates: a share of the light is lost with each light.
+            (true, false, true) if adds => (Some(vk::Format::R32G32B32A32_SFLOAT), OUTPUT_SRGB),
             (true, false, true) => (Some(hdr_format(settings.hdr_format, device)?), OUTPUT_SRGB),
             _ => (None, OUTPUT_SRGB),
         };
+        let tiled = light_path == LightPath::Compute;
+        // Compute writes the picture by itself; surfaces' own light comes to it in a target of its own.
+        let (hdr, output) = match (tiled, linear) {
+            (true, true) => (emissive.then_some(output), vk::Format::R32G32B32A32_SFLOAT),
+            (true, false) => (hdr, OUTPUT_PLAIN),
+            (false, _) => (hdr, output),
+        };
         let tone_mapping = match (lit, settings.hdr_output, hdr) {
-            (true, false, Some(_)) => ToneMapping::Subpass(settings.tonemap),
-            (true, false, None) if settings.samples > 1 => ToneMapping::AfterFrames(settings.tonemap),
-            (true, false, None) => ToneMapping::InLighting(settings.tonemap),
+            (true, false, Some(_)) if !tiled => ToneMapping::Subpass(settings.tonemap),
+            (true, false, _) if settings.samples > 1 => ToneMapping::AfterFrames(settings.tonemap),
+            (true, false, _) => ToneMapping::InLighting(settings.tonemap),
             _ => ToneMapping::Absent,
         };
         let mut plan = Self {
@@ -217,7 +267,9 @@ impl FramePlan {
             fxaa: settings.fxaa,
             brdf,
             brdf_override: settings.brdf,
-            lights: planned_lights(scene, shading),
+            lights,
+            light_path,
+            light_path_reason,
             geometry: BTreeSet::new(),
             streams: Streams::default(),
             lazily_allocated: device.lazily_allocated,
@@ -283,6 +335,26 @@ impl FramePlan {
     /// Each part that a frame can have: in or out, why, and its bytes.
     pub fn parts(&self) -> &[Part] {
         &self.parts
+    }
+
+    /// Whether lights are added one by one, by blending in LIGHTING.
+    pub fn adds_lights(&self) -> bool {
+        adds_lights(self.light_path, &self.lights)
+    }
+
+    /// Whether a compute pass lights a stored G-buffer, so that the main pass ends with GEOMETRY.
+    pub fn is_tiled(&self) -> bool {
+        self.light_path == LightPath::Compute
+    }
+
+    /// Whether LIGHTING blends over what is in its target.
+    pub fn blends_light(&self) -> bool {
+        self.emissive || self.adds_lights()
+    }
+
+    /// Whether each froxel has a list of lights.
+    pub fn has_clusters(&self) -> bool {
+        matches!(self.light_path, LightPath::Clustered | LightPath::Forward) && self.lights.bounded
     }
 
     /// Bytes of G-buffer and depth that GEOMETRY writes for each pixel; emissive light not counted.
@@ -384,7 +456,16 @@ pub fn falloff_index(falloff: Falloff) -> u32 {
     }
 }
 
-fn planned_lights(scene: &Scene, shading: Shading) -> PlannedLights {
+/// Full-screen or cut to what a light reaches: each is a draw of its own.
+fn adds_lights(path: LightPath, lights: &PlannedLights) -> bool {
+    match path {
+        LightPath::PerLight => lights.punctual,
+        LightPath::Volumes => lights.bounded,
+        _ => false,
+    }
+}
+
+fn planned_lights(scene: &Scene, settings: &Settings, shading: Shading) -> PlannedLights {
     if !matches!(shading, Shading::Light { .. } | Shading::ShowGbuffer(View::LightsPerPixel)) {
         return PlannedLights::default();
     }
@@ -393,6 +474,9 @@ fn planned_lights(scene: &Scene, shading: Shading) -> PlannedLights {
     let shining = || scene.lights.iter().filter(|light| World::shines(light));
     lights.uniform = shining().count() <= UNIFORM_LIGHTS;
     for light in shining() {
+        let bounded = light_path::bounded(light, settings);
+        lights.bounded |= bounded;
+        lights.unbounded |= !bounded && !matches!(light.kind, LightKind::Directional { .. });
         match light.kind {
             LightKind::Directional { .. } => lights.directional = true,
             LightKind::Point { falloff, range, .. } => {

@@ -61,6 +61,10 @@ pub fn attachments(plan: &FramePlan) -> Vec<Attachment> {
     if let Some(format) = plan.hdr {
         list.push(transient(Target::Hdr, format, vk::AttachmentLoadOp::CLEAR));
     }
+    if plan.is_tiled() {
+        // Compute reads what GEOMETRY wrote, and writes the output, which is no attachment.
+        return list.into_iter().map(stored).collect();
+    }
     // What reads the output after the pass.
     let (final_layout, usage) = match plan.fxaa {
         true => (vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL, vk::ImageUsageFlags::SAMPLED),
@@ -97,6 +101,22 @@ fn transient(target: Target, format: vk::Format, load: vk::AttachmentLoadOp) -> 
     }
 }
 
+/// The same attachment, kept for a compute pass to read.
+fn stored(attachment: Attachment) -> Attachment {
+    let passing = vk::ImageUsageFlags::INPUT_ATTACHMENT | vk::ImageUsageFlags::TRANSIENT_ATTACHMENT;
+    Attachment {
+        store: vk::AttachmentStoreOp::STORE,
+        usage: (attachment.usage & !passing) | vk::ImageUsageFlags::SAMPLED,
+        ..attachment
+    }
+}
+
+/// What a compute pass reads, by binding of `shaders/shared/gbuffer.wgsl`: as [`gbuffer_inputs`], and depth in any case.
+pub fn stored_inputs(plan: &FramePlan) -> Vec<(u32, Target)> {
+    let depth = Some((0, Target::Depth));
+    depth.into_iter().chain(gbuffer_inputs(plan).into_iter().filter(|&(_, target)| target != Target::Depth)).collect()
+}
+
 /// The target that LIGHTING writes and, where the plan has emissive light, GEOMETRY before it.
 pub fn light_target(plan: &FramePlan) -> Target {
     if plan.hdr.is_some() { Target::Hdr } else { Target::Output }
@@ -131,8 +151,17 @@ impl Targets {
     /// # Errors
     /// When there is no memory for them.
     pub fn new(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Self> {
+        let written = plan.is_tiled().then_some(Attachment {
+            target: Target::Output,
+            format: plan.output,
+            load: vk::AttachmentLoadOp::DONT_CARE,
+            store: vk::AttachmentStoreOp::STORE,
+            final_layout: vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+            usage: vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::TRANSFER_SRC,
+        });
         let images = attachments(plan)
             .into_iter()
+            .chain(written)
             .map(|attachment| {
                 let passing = attachment.usage.contains(vk::ImageUsageFlags::TRANSIENT_ATTACHMENT);
                 let image = Image::new(
@@ -163,7 +192,7 @@ impl Targets {
     }
 
     /// Views in framebuffer order.
-    pub fn views(&self) -> Vec<vk::ImageView> {
-        self.images.iter().map(|(_, image)| image.view).collect()
+    pub fn views(&self, plan: &FramePlan) -> Vec<vk::ImageView> {
+        self.images.iter().take(attachments(plan).len()).map(|(_, image)| image.view).collect()
     }
 }

@@ -4,6 +4,7 @@
 //! // variants: TEXTURED NORMAL_MAP MASKED     each flag on or off: all combinations ...
 //! // requires: NORMAL_MAP -> TEXTURED         ... but those with the first and without the second,
 //! // excludes: NORMAL_MAP MASKED              ... and those with more than one of these.
+//! // always: LIGHTS                          on in every variant and no flag of it: for code that is shared,
 //! // precise                                  no contraction of arithmetic (see `patch`)
 //! ```
 
@@ -22,6 +23,8 @@ pub struct Head {
     requires: Vec<(u32, u32)>,
     /// A variant may have at most one of these bits.
     excludes: Vec<u32>,
+    /// On in every variant, without a bit.
+    always: Vec<String>,
     /// Whether floating-point arithmetic is decorated NoContraction.
     pub precise: bool,
 }
@@ -64,6 +67,11 @@ impl Head {
             for name in words(names) {
                 self.add_flag(name, at)?;
             }
+        } else if let Some(names) = comment.strip_prefix("always:") {
+            for name in words(names) {
+                check_name(name, at)?;
+                self.always.push(name.to_owned());
+            }
         } else if let Some(rule) = comment.strip_prefix("requires:") {
             let (from, to) = rule
                 .split_once("->")
@@ -83,13 +91,7 @@ impl Head {
     }
 
     fn add_flag(&mut self, name: &str, at: &Location) -> Result<(), Error> {
-        let upper = |c: char| c.is_ascii_uppercase() || c == '_' || c.is_ascii_digit();
-        if !name.starts_with(|c: char| c.is_ascii_uppercase()) || !name.chars().all(upper) || name == "NONE" {
-            return Err(Error::at(
-                at.clone(),
-                format!("`{name}` is no name for a flag: it is written IN_CAPITALS, and NONE is taken"),
-            ));
-        }
+        check_name(name, at)?;
         if self.flags.iter().any(|flag| flag == name) {
             return Err(Error::at(at.clone(), format!("the flag {name} is declared twice")));
         }
@@ -123,8 +125,20 @@ impl Head {
 
     /// The names of the flags that are on in `bits`.
     pub fn names(&self, bits: u32) -> impl Iterator<Item = &str> {
-        self.flags.iter().enumerate().filter(move |(index, _)| bits & (1 << index) != 0).map(|(_, name)| name.as_str())
+        let on = self.flags.iter().enumerate().filter(move |(index, _)| bits & (1 << index) != 0);
+        self.always.iter().map(String::as_str).chain(on.map(|(_, name)| name.as_str()))
     }
+}
+
+fn check_name(name: &str, at: &Location) -> Result<(), Error> {
+    let upper = |c: char| c.is_ascii_uppercase() || c == '_' || c.is_ascii_digit();
+    if !name.starts_with(|c: char| c.is_ascii_uppercase()) || !name.chars().all(upper) || name == "NONE" {
+        return Err(Error::at(
+            at.clone(),
+            format!("`{name}` is no name for a flag: it is written IN_CAPITALS, and NONE is taken"),
+        ));
+    }
+    Ok(())
 }
 
 fn words(text: &str) -> impl Iterator<Item = &str> {

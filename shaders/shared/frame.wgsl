@@ -29,6 +29,13 @@ struct Frame {
     // Lights are sorted: the first `directional_count` are directional, the sun that casts the shadow comes first of all.
     directional_count: u32,
     light_count: u32,
+    // Where the camera looks to, a unit vector.
+    forward: vec3<f32>,
+    // The first so many lights meet every pixel in a loop; the light path deals with the others.
+    looped_count: u32,
+    // Froxels across and down.
+    cluster_columns: u32,
+    cluster_rows: u32,
     // The camera relative to the centre of the scene, and the scene's radius: for the views.
     camera_in_scene: vec3<f32>,
     scene_radius: f32,

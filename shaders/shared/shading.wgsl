@@ -73,6 +73,17 @@ fn directional_light(i: u32, surface: Surface, texel: Texel, model: Model) -> ve
     return light;
 }
 
+// Whether point or spot light number `i` brings anything to a place.
+fn reaches(i: u32, position: vec3<f32>, model: Model) -> bool {
+    let light = lights[i];
+    let reach = reach_of(light, position, select(model.falloff, light.falloff, model.falloff == MIXED_FALLOFF), model.ranged);
+    var strength = reach.strength;
+    if model.spot {
+        strength *= spot_attenuation(light, reach.to_light);
+    }
+    return strength > 0.0;
+}
+
 // What point or spot light number `i` adds; exactly zero out of its range, its cone, and behind the surface.
 fn punctual_light(i: u32, surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
     let light = lights[i];

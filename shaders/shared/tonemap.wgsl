@@ -64,6 +64,11 @@ fn aces(color: vec3<f32>) -> vec3<f32> {
     return output * (a / b);
 }
 
+// IEC 61966-2-1, for targets that do not encode by themselves.
+fn encode_srgb(linear: vec3<f32>) -> vec3<f32> {
+    return select(1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055, linear * 12.92, linear <= vec3(0.0031308));
+}
+
 // 0..1 for any finite input that is not negative.
 fn tone_map(color: vec3<f32>, curve: u32) -> vec3<f32> {
     switch curve {

@@ -22,6 +22,7 @@ use crate::gpu_scene::GpuScene;
 use crate::passes::fxaa::Fxaa;
 use crate::passes::geometry::Geometry;
 use crate::passes::lighting::Lighting;
+use crate::passes::per_light::PerLight;
 use crate::passes::shadow::Shadow;
 use crate::passes::tonemap::{TonemapPass, tone_map};
 use crate::passes::view::ViewPass;
@@ -33,7 +34,8 @@ const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
 
 /// LIGHTING's place in the frame.
 enum Shade {
-    Light(Lighting),
+    /// All that meets every pixel, and then what is added light by light.
+    Light(Lighting, Option<PerLight>),
     View(ViewPass),
 }
 
@@ -66,7 +68,7 @@ impl Deferred {
         let targets = Targets::new(device, plan)?;
         let pass = render_pass::main(device, plan)?;
         let extent = vk::Extent2D { width: plan.size[0], height: plan.size[1] };
-        let framebuffer = framebuffer(device, "main framebuffer", pass.raw, &targets.views(), extent)?;
+        let framebuffer = framebuffer(device, "main framebuffer", pass.raw, &targets.views(plan), extent)?;
         let subpasses = Subpasses::of(plan);
         let slot = |subpass| Slot { render_pass: pass.raw, subpass };
 
@@ -91,7 +93,13 @@ impl Deferred {
         let map = shadow.as_ref().map(|(_, shadow, _)| shadow.map().view);
         let lighting = slot(subpasses.lighting);
         let shade = match plan.shading {
-            Shading::Light { .. } => Shade::Light(Lighting::new(device, plan, lighting, frame_layout, (&inputs, map))?),
+            Shading::Light { .. } => {
+                let added = match plan.adds_lights() {
+                    true => Some(PerLight::new(device, plan, lighting, frame_layout, (&inputs, map))?),
+                    false => None,
+                };
+                Shade::Light(Lighting::new(device, plan, lighting, frame_layout, (&inputs, map))?, added)
+            }
             _ => Shade::View(ViewPass::new(device, plan, lighting, frame_layout, (&inputs, map))?),
         };
         let tonemap = match subpasses.tonemap {
@@ -152,9 +160,12 @@ impl Deferred {
             unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
         }
         match &self.shade {
-            Shade::Light(lighting) => {
+            Shade::Light(lighting, added) => {
                 frame.device.begin_label(cmd, "LIGHTING");
                 lighting.record(frame);
+                if let Some(added) = added {
+                    added.record(frame);
+                }
             }
             Shade::View(view) => {
                 frame.device.begin_label(cmd, "VIEW");
@@ -184,7 +195,7 @@ impl Deferred {
 }
 
 /// Carries out a row that is a pipeline barrier on an image.
-fn image_barrier(device: &Device, cmd: vk::CommandBuffer, image: &Image, edge: &Edge) {
+pub(super) fn image_barrier(device: &Device, cmd: vk::CommandBuffer, image: &Image, edge: &Edge) {
     if let Carrier::ImageBarrier(old, new) = edge.carrier {
         let before = (edge.before.stage, edge.before.access, old);
         let after = (edge.after.stage, edge.after.access, new);
@@ -193,14 +204,14 @@ fn image_barrier(device: &Device, cmd: vk::CommandBuffer, image: &Image, edge: &
 }
 
 /// The time when all that was recorded so far is done.
-fn stamp(times: &mut Option<Timestamps>, cmd: vk::CommandBuffer, label: &str) {
+pub(super) fn stamp(times: &mut Option<Timestamps>, cmd: vk::CommandBuffer, label: &str) {
     if let Some(times) = times {
         times.write(cmd, vk::PipelineStageFlags::BOTTOM_OF_PIPE, label);
     }
 }
 
 /// Clear values in framebuffer order.
-fn clear_values(plan: &FramePlan, world: &World) -> Vec<vk::ClearValue> {
+pub(super) fn clear_values(plan: &FramePlan, world: &World) -> Vec<vk::ClearValue> {
     let color = |color: Vec3| vk::ClearValue { color: vk::ClearColorValue { float32: color.extend(1.0).to_array() } };
     attachments(plan)
         .iter()
@@ -214,7 +225,7 @@ fn clear_values(plan: &FramePlan, world: &World) -> Vec<vk::ClearValue> {
 }
 
 /// What a target holds where nothing is drawn.
-fn background(plan: &FramePlan, world: &World, target: Target) -> Vec3 {
+pub(super) fn background(plan: &FramePlan, world: &World, target: Target) -> Vec3 {
     if !matches!(plan.shading, Shading::Light { light_only: false }) {
         return Vec3::ZERO;
     }

@@ -9,7 +9,7 @@ use std::fmt;
 use ash::vk;
 
 use crate::gpu::sync::Use;
-use crate::passes::{copy, fxaa, geometry, lighting, shadow, tonemap};
+use crate::passes::{copy, fxaa, geometry, lighting, shadow, tiled, tonemap};
 use crate::plan::{FramePlan, Shading};
 use crate::targets::{Target, light_target};
 
@@ -24,6 +24,8 @@ pub enum Place {
     Lighting,
     Tonemap,
     Fxaa,
+    /// The compute pass that lights a stored G-buffer.
+    Tiled,
     Copy,
     Host,
 }
@@ -52,6 +54,7 @@ impl fmt::Display for Place {
             Self::Lighting => "LIGHTING",
             Self::Tonemap => "TONEMAP",
             Self::Fxaa => "FXAA",
+            Self::Tiled => "TILED",
             Self::Copy => "COPY",
             Self::Host => "HOST",
         })
@@ -89,7 +92,12 @@ pub struct Edge {
 pub fn table(plan: &FramePlan) -> Vec<Edge> {
     let mut table = Vec::new();
     if plan.shadow.is_some() {
-        table.extend(shadow_edges());
+        table.extend(shadow_edges(plan));
+    }
+    if plan.is_tiled() {
+        table.extend(tiled_edges());
+        table.push(picture_to_host());
+        return table;
     }
     let lights = light_target(plan);
     if plan.has_geometry() {
@@ -98,7 +106,11 @@ pub fn table(plan: &FramePlan) -> Vec<Edge> {
     }
     // The last subpass writes the output; GEOMETRY is the first to touch it where emissive light goes straight there.
     let last = if plan.has_tonemap_subpass() { Place::Tonemap } else { Place::Lighting };
-    let output_write = if plan.has_tonemap_subpass() { tonemap::OUTPUT_WRITE } else { lighting::LIGHT_WRITE };
+    let output_write = match (plan.has_tonemap_subpass(), plan.adds_lights()) {
+        (true, _) => tonemap::OUTPUT_WRITE,
+        (false, true) => lighting::LIGHT_BLEND,
+        (false, false) => lighting::LIGHT_WRITE,
+    };
     let geometry_clears_output = plan.emissive && lights == Target::Output;
     if !geometry_clears_output {
         let (read, why) = match plan.fxaa {
@@ -109,6 +121,9 @@ pub fn table(plan: &FramePlan) -> Vec<Edge> {
             ),
         };
         table.push(subpass("output-reuse", (Place::Outside, last), &[read], &[output_write], why));
+    }
+    if plan.adds_lights() && !plan.emissive && lights == Target::Hdr {
+        table.push(hdr_reuse());
     }
     if plan.has_tonemap_subpass() {
         table.push(hdr_to_tonemap());
@@ -121,7 +136,12 @@ pub fn table(plan: &FramePlan) -> Vec<Edge> {
     } else {
         table.push(subpass("read-back", (last, Place::Outside), &[output_write], &[copy::READ], read_back));
     }
-    table.push(Edge {
+    table.push(picture_to_host());
+    table
+}
+
+fn picture_to_host() -> Edge {
+    Edge {
         name: "picture-to-host",
         carrier: Carrier::BufferBarrier,
         from: Place::Copy,
@@ -130,8 +150,7 @@ pub fn table(plan: &FramePlan) -> Vec<Edge> {
         after: copy::HOST_READ,
         by_region: false,
         why: "a fence alone does not make the copy's writes visible to the CPU",
-    });
-    table
+    }
 }
 
 /// The row of this name. The frame asks only for rows that its plan has.
@@ -181,14 +200,16 @@ fn fxaa_pass(name: &'static str, (from, to): (Place, Place), before: Use, after:
     Edge { name, carrier: Carrier::FxaaPass, from, to, before, after, by_region: false, why }
 }
 
-fn shadow_edges() -> [Edge; 2] {
+fn shadow_edges(plan: &FramePlan) -> [Edge; 2] {
+    let (reader, map_read) =
+        if plan.is_tiled() { (Place::Tiled, tiled::MAP_READ) } else { (Place::Lighting, lighting::MAP_READ) };
     [
         Edge {
             name: "shadow-map-reuse",
             carrier: Carrier::ShadowPass,
             from: Place::Outside,
             to: Place::Shadow,
-            before: lighting::MAP_READ,
+            before: map_read,
             after: shadow::MAP_WRITE,
             by_region: false,
             why: "frames in flight share one map: LIGHTING of the last frame may still read what this one clears",
@@ -200,9 +221,9 @@ fn shadow_edges() -> [Edge; 2] {
                 vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL,
             ),
             from: Place::Shadow,
-            to: Place::Lighting,
+            to: reader,
             before: shadow::MAP_WRITE,
-            after: lighting::MAP_READ,
+            after: map_read,
             by_region: false,
             why: "LIGHTING loads any texel of the map that SHADOW wrote and stored",
         },
@@ -245,7 +266,7 @@ fn gbuffer_to_lighting(plan: &FramePlan) -> Edge {
         before.push(color_use(plan));
         after.extend([lighting::GBUFFER_READ, lighting::COLOR_DROP]);
     }
-    if plan.emissive {
+    if plan.blends_light() {
         after.push(lighting::LIGHT_BLEND);
     }
     subpass(
@@ -257,6 +278,7 @@ fn gbuffer_to_lighting(plan: &FramePlan) -> Edge {
     )
 }
 
+/// LIGHTING blends where there is an HDR target: else it would tone-map in place.
 fn hdr_to_tonemap() -> Edge {
     subpass(
         "hdr-to-tonemap",
@@ -265,6 +287,67 @@ fn hdr_to_tonemap() -> Edge {
         &[tonemap::HDR_READ, tonemap::HDR_DROP],
         "TONEMAP reads the light of its pixel, and as the last user drops the HDR target",
     )
+}
+
+/// Where lights are added one by one and no surface emits, LIGHTING is the first to touch the HDR target.
+fn hdr_reuse() -> Edge {
+    subpass(
+        "hdr-reuse",
+        (Place::Outside, Place::Lighting),
+        &[tonemap::HDR_READ, tonemap::HDR_DROP],
+        &[lighting::LIGHT_BLEND],
+        "frames in flight share the HDR target: TONEMAP of the last frame must have read and dropped what this one clears",
+    )
+}
+
+/// The main pass ends with GEOMETRY; a compute pass reads what it stored and writes the output.
+fn tiled_edges() -> [Edge; 4] {
+    let row = |name, carrier, (from, to), before, after, why| Edge {
+        name,
+        carrier,
+        from,
+        to,
+        before,
+        after,
+        // A work group reads pixels that other fragments wrote.
+        by_region: false,
+        why,
+    };
+    let written = geometry::DEPTH_TEST.or(geometry::COLOR_WRITE);
+    [
+        row(
+            "gbuffer-reuse",
+            Carrier::MainPass,
+            (Place::Outside, Place::Geometry),
+            tiled::GBUFFER_READ,
+            written,
+            "frames in flight share the targets: TILED of the last frame must have read what this one overwrites",
+        ),
+        row(
+            "gbuffer-to-tiled",
+            Carrier::MainPass,
+            (Place::Geometry, Place::Tiled),
+            written,
+            tiled::GBUFFER_READ,
+            "TILED reads what GEOMETRY stored, in the layout that the pass leaves it in",
+        ),
+        row(
+            "output-reuse",
+            Carrier::ImageBarrier(vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL),
+            (Place::Outside, Place::Tiled),
+            copy::READ,
+            tiled::OUTPUT_WRITE,
+            "the last picture may still be copied when this one is written",
+        ),
+        row(
+            "read-back",
+            Carrier::ImageBarrier(vk::ImageLayout::GENERAL, vk::ImageLayout::TRANSFER_SRC_OPTIMAL),
+            (Place::Tiled, Place::Outside),
+            tiled::OUTPUT_WRITE,
+            copy::READ,
+            "COPY reads the picture that TILED wrote",
+        ),
+    ]
 }
 
 #[cfg(test)]

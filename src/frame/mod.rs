@@ -4,16 +4,18 @@ mod accumulate;
 mod deferred;
 pub mod edges;
 mod render_pass;
+mod tiled;
 
 pub use accumulate::{Accumulator, sample_offset};
 pub use deferred::Deferred;
+pub use tiled::TiledFrame;
 
 use std::sync::Arc;
 use std::time::Instant;
 
 use ash::vk;
 
-use crate::gpu::{self, CommandBuffer, Device, Owned, PhysicalDevice, Ticket, Timestamps, barrier};
+use crate::gpu::{self, CommandBuffer, Device, Image, Owned, PhysicalDevice, Ticket, Timestamps, barrier};
 use crate::gpu_scene::{FrameUniform, GpuScene, ViewBuffers, view_set_layout};
 use crate::passes::Recording;
 use crate::passes::copy::Copy;
@@ -83,13 +85,49 @@ struct InFlight {
     drawn: Drawn,
 }
 
+/// What a frame of the plan is.
+enum Frame {
+    Deferred(Deferred),
+    Tiled(TiledFrame),
+}
+
+impl Frame {
+    fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        frame_layout: vk::DescriptorSetLayout,
+        scene: &GpuScene,
+        world: &World,
+    ) -> gpu::Result<Self> {
+        Ok(match plan.is_tiled() {
+            true => Self::Tiled(TiledFrame::new(device, plan, frame_layout, scene, world)?),
+            false => Self::Deferred(Deferred::new(device, plan, frame_layout, scene, world)?),
+        })
+    }
+
+    fn record(&self, recording: &Recording, times: &mut Option<Timestamps>) {
+        match self {
+            Self::Deferred(frame) => frame.record(recording, times),
+            Self::Tiled(frame) => frame.record(recording, times),
+        }
+    }
+
+    /// The picture, in TRANSFER_SRC_OPTIMAL after the frame.
+    fn output(&self) -> &Image {
+        match self {
+            Self::Deferred(frame) => frame.output(),
+            Self::Tiled(frame) => frame.output(),
+        }
+    }
+}
+
 /// Draws frames of one scene with one plan.
 pub struct Renderer {
     device: Arc<Device>,
     plan: FramePlan,
     world: World,
     scene: GpuScene,
-    deferred: Deferred,
+    frame: Frame,
     copy: Option<(CommandBuffer, Copy)>,
     frames: Vec<InFlight>,
     next: usize,
@@ -140,7 +178,7 @@ impl Renderer {
         let world = World::of(scene, settings, &plan, exposure);
         let gpu_scene = GpuScene::new(device, scene, &world, &plan)?;
         let frame_layout = view_set_layout(device, &plan)?;
-        let deferred = Deferred::new(device, &plan, frame_layout.raw, &gpu_scene, &world)?;
+        let frame = Frame::new(device, &plan, frame_layout.raw, &gpu_scene, &world)?;
         let frames = (0..IN_FLIGHT)
             .map(|index| {
                 Ok(InFlight {
@@ -159,7 +197,7 @@ impl Renderer {
             plan,
             world,
             scene: gpu_scene,
-            deferred,
+            frame,
             copy: None,
             frames,
             next: 0,
@@ -193,14 +231,14 @@ impl Renderer {
         let visible = Visible::of(&self.world, camera, &self.plan);
         let uniform = FrameUniform::of(&self.world, &visible, camera, &self.plan, jitter);
         // The submission makes host writes visible to the device.
-        frame.view.write(&uniform, &self.world, camera)?;
+        frame.view.write(&uniform, &self.world, camera, &visible.lights)?;
         frame.cmd.begin()?;
         let cmd = frame.cmd.raw;
         if let Some(times) = &mut frame.times {
             times.reset(cmd);
             times.write(cmd, vk::PipelineStageFlags::TOP_OF_PIPE, "begin");
         }
-        self.deferred.record(
+        self.frame.record(
             &Recording {
                 device: &self.device,
                 cmd,
@@ -289,7 +327,7 @@ impl Renderer {
         }
         let (cmd, copy) = self.copy.as_mut().expect("made above");
         cmd.begin()?;
-        copy.record(&self.device, cmd.raw, self.deferred.output());
+        copy.record(&self.device, cmd.raw, self.frame.output());
         let edge = edges::row(&self.plan, "picture-to-host");
         let (before, after) = ((edge.before.stage, edge.before.access), (edge.after.stage, edge.after.access));
         // The CPU maps what COPY wrote.

@@ -19,6 +19,7 @@ pub struct Subpasses {
 }
 
 impl Subpasses {
+    /// Of a tiled plan only GEOMETRY is a subpass.
     pub fn of(plan: &FramePlan) -> Self {
         let geometry = plan.has_geometry().then_some(0);
         let lighting = u32::from(plan.has_geometry());
@@ -32,7 +33,7 @@ impl Subpasses {
             Place::Tonemap => self.tonemap.unwrap_or(self.lighting),
             // The passes of these have one subpass.
             Place::Shadow | Place::Fxaa => 0,
-            Place::Outside | Place::Copy | Place::Host => vk::SUBPASS_EXTERNAL,
+            Place::Outside | Place::Tiled | Place::Copy | Place::Host => vk::SUBPASS_EXTERNAL,
         }
     }
 }
@@ -66,15 +67,17 @@ pub fn main(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<RenderPass> {
             ..SubpassDesc::default()
         });
     }
-    subpasses.push(SubpassDesc {
-        input: &refs.lighting_input,
-        color: &refs.lighting_color,
-        // Tested and read as an input at once, written by neither.
-        depth: plan
-            .has_geometry()
-            .then(|| refs.reference(Target::Depth, vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL)),
-        ..SubpassDesc::default()
-    });
+    if !plan.is_tiled() {
+        subpasses.push(SubpassDesc {
+            input: &refs.lighting_input,
+            color: &refs.lighting_color,
+            // Tested and read as an input at once, written by neither.
+            depth: plan
+                .has_geometry()
+                .then(|| refs.reference(Target::Depth, vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL)),
+            ..SubpassDesc::default()
+        });
+    }
     if plan.has_tonemap_subpass() {
         subpasses.push(SubpassDesc {
             input: &refs.tonemap_input,

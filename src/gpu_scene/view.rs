@@ -7,8 +7,8 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, DVec4, Mat4, Vec3, Vec4};
 
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter};
-use crate::plan::{FramePlan, UNIFORM_LIGHTS, Visible, World, falloff_index};
-use crate::scene::{Camera, Falloff, Light, LightKind};
+use crate::plan::{FramePlan, Grid, LightWork, Reach, UNIFORM_LIGHTS, Visible, VolumeRecord, World, falloff_index};
+use crate::scene::{Camera, Falloff, Light, LightKind, LightPath};
 
 /// `Frame` of `shaders/shared/frame.wgsl`.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -32,6 +32,11 @@ pub struct FrameUniform {
     pub shadow_size: f32,
     pub directional_count: u32,
     pub light_count: u32,
+    pub forward: Vec3,
+    pub looped_count: u32,
+    pub cluster_columns: u32,
+    pub cluster_rows: u32,
+    _padding: [u32; 2],
     pub camera_in_scene: Vec3,
     pub scene_radius: f32,
 }
@@ -57,6 +62,7 @@ impl FrameUniform {
         let tan_y = (camera.fov_y_degrees.to_radians() * 0.5).tan();
         let tan_x = tan_y * width / height;
         let (right, up, forward) = (camera.right(), camera.up(), camera.forward());
+        let grid = Grid::of(plan.size);
         let rows = visible.sun.as_ref().map_or([Vec4::ZERO; 3], |sun| sun.texel_rows(camera));
         // The same offset twice, so that what is projected and what is rebuilt from depth agree.
         let (offset_x, offset_y) = (jitter[0] * 2.0 / width, jitter[1] * 2.0 / height);
@@ -82,6 +88,11 @@ impl FrameUniform {
             shadow_size: plan.shadow.unwrap_or(0) as f32,
             directional_count: world.directional_count() as u32,
             light_count: world.lights.len() as u32,
+            forward: forward.as_vec3(),
+            looped_count: world.looped_count(plan) as u32,
+            cluster_columns: grid.columns,
+            cluster_rows: grid.rows,
+            _padding: [0; 2],
             camera_in_scene: (camera.position - world.bounds.center()).as_vec3(),
             scene_radius: (world.bounds.radius() as f32).max(f32::MIN_POSITIVE),
         }
@@ -138,7 +149,16 @@ impl LightRecord {
     }
 }
 
-/// Set 0 of every pass: the frame, and the lights where the plan has any.
+/// `Volume` of `shaders/per_light.wgsl`.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct VolumeData {
+    pub rows: [Vec4; 3],
+    pub light: u32,
+    _padding: [u32; 3],
+}
+
+/// Set 0 of every pass: the frame, the lights where the plan has any, and what its light path reads besides.
 ///
 /// # Errors
 /// When the device has no memory for it.
@@ -150,12 +170,26 @@ pub fn set_layout(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Owned<v
             .descriptor_count(1)
             .stage_flags(stages)
     };
-    let everywhere = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
+    let everywhere = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT | vk::ShaderStageFlags::COMPUTE;
     let mut bindings = vec![binding(0, vk::DescriptorType::UNIFORM_BUFFER, everywhere)];
     if plan.lights.any() {
-        bindings.push(binding(1, lights_kind(plan), vk::ShaderStageFlags::FRAGMENT));
+        let stages = vk::ShaderStageFlags::FRAGMENT | vk::ShaderStageFlags::COMPUTE;
+        bindings.push(binding(1, lights_kind(plan), stages));
     }
+    bindings.extend(
+        list_bindings(plan).iter().map(|&index| binding(index, vk::DescriptorType::STORAGE_BUFFER, everywhere)),
+    );
     SetLayout::new(device, "frame set layout", &bindings)
+}
+
+/// Storage buffers that the light path reads, beside the lights: froxels and their lists; volumes; or spheres.
+fn list_bindings(plan: &FramePlan) -> &'static [u32] {
+    match plan.light_path {
+        LightPath::Compute => &[2],
+        LightPath::Clustered | LightPath::Forward if plan.lights.bounded => &[2, 3],
+        LightPath::Volumes if plan.lights.bounded => &[2],
+        _ => &[],
+    }
 }
 
 fn lights_kind(plan: &FramePlan) -> vk::DescriptorType {
@@ -169,6 +203,9 @@ fn lights_kind(plan: &FramePlan) -> vk::DescriptorType {
 pub struct ViewBuffers {
     uniform: Buffer,
     lights: Option<Buffer>,
+    /// By binding.
+    lists: Vec<(u32, Buffer)>,
+    index: usize,
     pub set: vk::DescriptorSet,
     _pool: DescriptorPool,
 }
@@ -197,7 +234,11 @@ impl ViewBuffers {
             true => Some(buffer("lights", count * size_of::<LightRecord>(), usage)?),
             false => None,
         };
-        let kinds = [(vk::DescriptorType::UNIFORM_BUFFER, 2), (vk::DescriptorType::STORAGE_BUFFER, 1)];
+        let lists = list_bindings(plan)
+            .iter()
+            .map(|&binding| Ok((binding, list_buffer(device, index, binding, LEAST_LIST)?)))
+            .collect::<gpu::Result<Vec<_>>>()?;
+        let kinds = [(vk::DescriptorType::UNIFORM_BUFFER, 2), (vk::DescriptorType::STORAGE_BUFFER, 3)];
         let pool = DescriptorPool::new(device, &format!("pool of frame {index}"), 1, &kinds)?;
         let set = pool.allocate(&format!("set of frame {index}"), layout)?;
         let mut writer = SetWriter::new().uniform_buffer(0, &uniform, uniform.size);
@@ -207,22 +248,66 @@ impl ViewBuffers {
                 false => writer.storage_buffer(1, lights, lights.size),
             };
         }
+        for (binding, list) in &lists {
+            writer = writer.storage_buffer(*binding, list, list.size);
+        }
         writer.update(device, set);
-        Ok(Self { uniform, lights, set, _pool: pool })
+        Ok(Self { uniform, lights, lists, index, set, _pool: pool })
     }
 
     /// Writes this frame's values. The frame that used the buffers before must be done.
     ///
     /// # Errors
-    /// When mapped memory cannot be flushed.
-    pub fn write(&self, uniform: &FrameUniform, world: &World, camera: &Camera) -> gpu::Result<()> {
+    /// When mapped memory cannot be flushed, or there is none for a longer list.
+    pub fn write(
+        &mut self,
+        uniform: &FrameUniform,
+        world: &World,
+        camera: &Camera,
+        work: &LightWork,
+    ) -> gpu::Result<()> {
         self.uniform.write(0, std::slice::from_ref(uniform))?;
         if let Some(lights) = &self.lights {
             let records: Vec<LightRecord> = world.lights.iter().map(|light| LightRecord::of(light, camera)).collect();
             lights.write(0, &records)?;
         }
-        Ok(())
+        match work {
+            LightWork::Nothing | LightWork::Draws(_) => Ok(()),
+            LightWork::Clusters(clusters) => {
+                self.write_list(2, &clusters.heads)?;
+                self.write_list(3, &clusters.lights)
+            }
+            LightWork::Volumes(volumes) => {
+                let data =
+                    |record: &VolumeRecord| VolumeData { rows: record.rows, light: record.light, _padding: [0; 3] };
+                self.write_list(2, &volumes.records.iter().map(data).collect::<Vec<_>>())
+            }
+            LightWork::Spheres(spheres) => {
+                let data = |reach: &Reach| reach.center.as_vec3().extend(reach.radius as f32);
+                self.write_list(2, &spheres.iter().map(data).collect::<Vec<_>>())
+            }
+        }
     }
+
+    /// Writes a list, into a longer buffer where it no longer fits. Nothing uses the old one: its frame is done.
+    fn write_list<T: Pod>(&mut self, binding: u32, list: &[T]) -> gpu::Result<()> {
+        let Some((_, buffer)) = self.lists.iter_mut().find(|(own, _)| *own == binding) else { return Ok(()) };
+        let needed = size_of_val(list) as u64;
+        if needed > buffer.size {
+            let device = buffer.device().clone();
+            *buffer = list_buffer(&device, self.index, binding, needed.next_power_of_two())?;
+            SetWriter::new().storage_buffer(binding, buffer, buffer.size).update(&device, self.set);
+        }
+        if list.is_empty() { Ok(()) } else { buffer.write(0, list) }
+    }
+}
+
+/// Bytes of a list's first buffer.
+const LEAST_LIST: u64 = 4096;
+
+fn list_buffer(device: &Arc<Device>, index: usize, binding: u32, size: u64) -> gpu::Result<Buffer> {
+    let name = format!("light list {binding} of frame {index}");
+    Buffer::new(device, &name, size, vk::BufferUsageFlags::STORAGE_BUFFER, Location::Upload, MemoryKind::Uniform)
 }
 
 const _: () = {
@@ -246,8 +331,15 @@ const _: () = {
     assert!(offset_of!(FrameUniform, shadow_size) == wgsl::SHADOW_SIZE);
     assert!(offset_of!(FrameUniform, directional_count) == wgsl::DIRECTIONAL_COUNT);
     assert!(offset_of!(FrameUniform, light_count) == wgsl::LIGHT_COUNT);
+    assert!(offset_of!(FrameUniform, forward) == wgsl::FORWARD);
+    assert!(offset_of!(FrameUniform, looped_count) == wgsl::LOOPED_COUNT);
+    assert!(offset_of!(FrameUniform, cluster_columns) == wgsl::CLUSTER_COLUMNS);
+    assert!(offset_of!(FrameUniform, cluster_rows) == wgsl::CLUSTER_ROWS);
     assert!(offset_of!(FrameUniform, camera_in_scene) == wgsl::CAMERA_IN_SCENE);
     assert!(offset_of!(FrameUniform, scene_radius) == wgsl::SCENE_RADIUS);
+    assert!(size_of::<VolumeData>() == crate::shaders::per_light::structs::volume::SIZE);
+    assert!(offset_of!(VolumeData, rows) == crate::shaders::per_light::structs::volume::ROW_X);
+    assert!(offset_of!(VolumeData, light) == crate::shaders::per_light::structs::volume::LIGHT);
     assert!(size_of::<LightRecord>() == light::SIZE);
     assert!(offset_of!(LightRecord, position) == light::POSITION);
     assert!(offset_of!(LightRecord, inverse_range_squared) == light::INVERSE_RANGE_SQUARED);

@@ -7,7 +7,7 @@ use ash::vk;
 use super::screen::{Input, Inputs, MapSet, Screen, ScreenDesc, add, replace};
 use super::{Recording, Slot};
 use crate::gpu::{self, Device, sync::Use};
-use crate::plan::{FramePlan, Gbuffer, PlannedBrdf, Shading, ToneMapping};
+use crate::plan::{FramePlan, Gbuffer, Shading, ToneMapping};
 use crate::shaders::lighting::{self as shader, Flags, constants};
 
 /// Reads its own pixel of the G-buffer.
@@ -90,6 +90,7 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
     let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
     when(plan.lights.any(), Flags::LIGHTS)
         | when(plan.lights.any() && plan.lights.uniform, Flags::UNIFORM_BUFFER)
+        | when(plan.has_clusters(), Flags::CLUSTERED)
         | when(plan.shadow.is_some(), Flags::SHADOW)
         | when(gbuffer.is_some_and(|gbuffer| gbuffer.material.is_some()), Flags::MATERIAL)
         | when(gbuffer.is_some_and(|gbuffer| gbuffer.specular.is_some()), Flags::SPECULAR)
@@ -103,12 +104,8 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         ToneMapping::InLighting(curve) => (1, curve as u32),
         _ => (0, 0),
     };
-    let brdf = match plan.brdf {
-        PlannedBrdf::One(brdf) => brdf as u32,
-        PlannedBrdf::PerPixel => 4,
-    };
     vec![
-        (constants::BRDF, brdf),
+        (constants::BRDF, plan.brdf.constant()),
         (constants::NORMAL_ENCODING, gbuffer.map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
         (constants::GEOMETRIC_STEPS, gbuffer.map_or(255.0, Gbuffer::geometric_steps).to_bits()),
         (constants::AMBIENT, u32::from(plan.lights.ambient)),

@@ -4,7 +4,9 @@ pub mod copy;
 pub mod fxaa;
 pub mod geometry;
 pub mod lighting;
+pub mod per_light;
 pub mod shadow;
+pub mod tiled;
 pub mod tonemap;
 pub mod view;
 

@@ -122,7 +122,7 @@ impl MapSet {
             .binding(0)
             .descriptor_type(vk::DescriptorType::SAMPLED_IMAGE)
             .descriptor_count(1)
-            .stage_flags(vk::ShaderStageFlags::FRAGMENT);
+            .stage_flags(vk::ShaderStageFlags::FRAGMENT | vk::ShaderStageFlags::COMPUTE);
         let set_layout = SetLayout::new(device, "shadow map set layout", &[binding])?;
         let pool = DescriptorPool::new(device, "shadow map pool", 1, &[(vk::DescriptorType::SAMPLED_IMAGE, 1)])?;
         let set = pool.allocate("shadow map set", set_layout.raw)?;

@@ -140,6 +140,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::plan::steepest;
 
     const CURVES: [Tonemap; 4] = [Tonemap::Neutral, Tonemap::Agx, Tonemap::Aces, Tonemap::None];
 
@@ -208,7 +209,32 @@ mod tests {
         }
     }
 
+    fn encode(linear: f32) -> f64 {
+        let v = f64::from(linear);
+        if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
+    }
+
     proptest! {
+        /// The certified cut-off of lights rests on it: light that is dropped moves the encoded output by at most so many times itself.
+        #[test]
+        fn no_curve_is_steeper_than_the_plan_takes_it_to_be(
+            exponents in [-6.0..1.5f32, -6.0..1.5, -6.0..1.5], black in 0..8u8, share in [0.0..=1.0f32, 0.0..=1.0, 0.0..=1.0],
+            dropped in -4.5..-2.5f32,
+        ) {
+            let mut color = Vec3::from(exponents.map(|exponent| 10f32.powf(exponent)));
+            (0..3).filter(|bit| black >> bit & 1 == 1).for_each(|channel| color[channel] = 0.0);
+            let dropped = 10f32.powf(dropped);
+            for curve in CURVES {
+                let (with, without) = (tone_map(color + Vec3::from(share) * dropped, curve), tone_map(color, curve));
+                for channel in 0..3 {
+                    let moved = (encode(with[channel]) - encode(without[channel])).abs();
+                    // The curves round in f32.
+                    let bound = f64::from(dropped) * steepest(curve) + 3e-5;
+                    prop_assert!(moved <= bound, "{curve}: {color} {dropped} {moved} {}", moved / f64::from(dropped));
+                }
+            }
+        }
+
         #[test]
         fn every_finite_light_is_shown_between_0_and_1(exponents in [-40.0..38.5f32, -40.0..38.5, -40.0..38.5], zero in 0..8u8) {
             let mut color = Vec3::from(exponents.map(|exponent| 10f32.powf(exponent).min(f32::MAX)));

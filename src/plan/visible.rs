@@ -2,16 +2,23 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::{FramePlan, GeometryKey, SunView};
-use crate::scene::{Aabb, AlphaMode, Camera, Environment, Light, LightKind, Material, Scene, Settings, ShadowSettings};
+use super::light_path::{self, sphere_of};
+use super::volumes::{self, LightRect, Volumes};
+use super::{Clusters, FramePlan, GeometryKey, Reach, SunView, clusters};
+use crate::scene::{
+    Aabb, AlphaMode, Camera, Environment, Light, LightKind, LightPath, Material, Scene, Settings, ShadowSettings,
+};
 
 /// What of a scene a frame looks at again each time. No vertices and no texels.
 #[derive(Debug, Clone)]
 pub struct World {
     pub objects: Vec<WorldObject>,
     pub materials: Vec<Material>,
-    /// Only those that shine: the sun that casts the shadow first, then directional lights, then the others.
+    /// Only those that shine: the sun that casts the shadow first, then directional lights, then those that reach everywhere, then
+    /// those whose reach is limited.
     pub lights: Vec<Light>,
+    /// How far each light reaches, in metres.
+    pub reaches: Vec<f64>,
     pub environment: Environment,
     pub bounds: Aabb,
     pub shadows: ShadowSettings,
@@ -51,11 +58,14 @@ impl World {
                 }
             })
             .collect();
+        let lights = Self::sorted(&scene.lights, settings);
+        let reaches = light_path::reaches(&lights, scene, settings, exposure);
         let bounds = objects.iter().fold(Aabb::EMPTY, |all, object| all.union(&object.bounds));
         Self {
             objects,
             materials: scene.materials.clone(),
-            lights: Self::sorted(&scene.lights),
+            lights,
+            reaches,
             environment: scene.environment,
             bounds,
             shadows: settings.shadows,
@@ -75,14 +85,15 @@ impl World {
         })
     }
 
-    fn sorted(lights: &[Light]) -> Vec<Light> {
+    fn sorted(lights: &[Light], settings: &Settings) -> Vec<Light> {
         let sun = Self::sun_of(lights);
         let mut sorted: Vec<&Light> = lights.iter().filter(|light| Self::shines(light)).collect();
         // Stable: lights of a kind keep the scene's order, and with it their sum its rounding.
         sorted.sort_by_key(|light| match light.kind {
             _ if sun.is_some_and(|sun| std::ptr::eq(sun, *light)) => 0,
             LightKind::Directional { .. } => 1,
-            _ => 2,
+            _ if !light_path::bounded(light, settings) => 2,
+            _ => 3,
         });
         sorted.into_iter().cloned().collect()
     }
@@ -90,6 +101,27 @@ impl World {
     /// How many of the first lights are directional.
     pub fn directional_count(&self) -> usize {
         self.lights.iter().take_while(|light| matches!(light.kind, LightKind::Directional { .. })).count()
+    }
+}
+
+impl World {
+    /// How many of the first lights meet every pixel in one loop; the path has lists or draws of their own for the others.
+    pub fn looped_count(&self, plan: &FramePlan) -> usize {
+        match plan.light_path {
+            LightPath::PerLight => self.directional_count(),
+            LightPath::Volumes | LightPath::Clustered | LightPath::Forward | LightPath::Compute => self.global_count(),
+            LightPath::Auto | LightPath::Loop | LightPath::ForwardNaive => self.lights.len(),
+        }
+    }
+
+    /// How many of the first lights reach everywhere.
+    fn global_count(&self) -> usize {
+        self.reaches.iter().take_while(|reach| reach.is_infinite()).count()
+    }
+
+    /// A sphere around what each light from `first` on reaches.
+    fn spheres(&self, first: usize) -> Vec<Reach> {
+        self.lights[first..].iter().zip(&self.reaches[first..]).map(|(light, &reach)| sphere_of(light, reach)).collect()
     }
 }
 
@@ -108,6 +140,19 @@ pub struct Draw {
     pub object: usize,
 }
 
+/// What the light path does with lights beyond the loop over those that meet every pixel.
+#[derive(Debug, Clone, Default)]
+pub enum LightWork {
+    #[default]
+    Nothing,
+    /// A draw each.
+    Draws(Vec<LightRect>),
+    Volumes(Volumes),
+    Clusters(Clusters),
+    /// Spheres, relative to the camera, that the tiles are tested against: every light from the first limited one on.
+    Spheres(Vec<Reach>),
+}
+
 /// The lists of one frame.
 #[derive(Debug, Clone, Default)]
 pub struct Visible {
@@ -117,6 +162,7 @@ pub struct Visible {
     /// What the sun's map must hold.
     pub casters: Vec<Draw>,
     pub sun: Option<SunView>,
+    pub lights: LightWork,
     pub culled: usize,
 }
 
@@ -143,11 +189,37 @@ impl Visible {
             draws: seen.into_iter().map(|(object, _)| Draw { object }).collect(),
             casters,
             sun,
+            lights: light_work(world, camera, plan),
         }
     }
 
     pub fn triangles(&self, world: &World) -> usize {
         self.draws.iter().map(|draw| world.objects[draw.object].triangles).sum()
+    }
+}
+
+fn light_work(world: &World, camera: &Camera, plan: &FramePlan) -> LightWork {
+    let first = world.looped_count(plan);
+    if first == world.lights.len() {
+        return LightWork::Nothing;
+    }
+    match plan.light_path {
+        LightPath::PerLight => {
+            LightWork::Draws(volumes::rectangles(&world.spheres(first), first as u32, camera, plan.size))
+        }
+        LightPath::Volumes => LightWork::Volumes(Volumes::of(world, first, camera)),
+        LightPath::Clustered | LightPath::Forward => {
+            LightWork::Clusters(clusters::bin(&world.spheres(first), first as u32, camera, plan.size))
+        }
+        LightPath::Compute => {
+            // A little larger, for the rounding of f32.
+            let relative = |reach: Reach| {
+                let center = reach.center - camera.position;
+                Reach { center, radius: reach.radius + 1e-5 * (reach.radius + center.length()) }
+            };
+            LightWork::Spheres(world.spheres(first).into_iter().map(relative).collect())
+        }
+        LightPath::Auto | LightPath::Loop | LightPath::ForwardNaive => LightWork::Nothing,
     }
 }
 
@@ -297,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn lights_are_the_sun_then_directional_then_the_others_and_only_those_that_shine() {
+    fn lights_are_the_sun_then_directional_then_the_unlimited_then_the_limited_and_only_those_that_shine() {
         let named = |name: &str, light: Light| Light { name: name.into(), ..light };
         let dark = Light { intensity: 0.0, ..samples::sun() };
         let lights = vec![
@@ -313,7 +385,7 @@ mod tests {
         let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
         let world = World::of(&scene, &settings, &plan, 1.0);
         let names: Vec<_> = world.lights.iter().map(|light| light.name.as_str()).collect();
-        assert_eq!(names, ["sun", "sky", "second sun", "lamp", "spot"]);
+        assert_eq!(names, ["sun", "sky", "second sun", "spot", "lamp"]);
         assert_eq!(world.directional_count(), 3);
     }
 }

@@ -1,0 +1,213 @@
+// TILED: every light on every pixel by compute, from a stored G-buffer. A work group is a tile of pixels; it tests the lights against
+// the tile's frustum together, keeps a bit for each in shared memory, and then each pixel goes over the bits in the lights' order.
+// always: LIGHTS STORED
+// variants: UNIFORM_BUFFER SHADOW MATERIAL SPECULAR POSITION NORMAL_UINT EMISSIVE LINEAR_OUTPUT
+// requires: SHADOW -> MATERIAL
+// requires: SPECULAR -> MATERIAL
+// precise
+#import afterlight::frame::{frame, view_ray}
+#import afterlight::gbuffer::{load_depth, load_texel}
+#import afterlight::shading::{ambient_light, directional_light, punctual_light, surface_of, Model}
+#import afterlight::tonemapping::{encode_srgb, tone_map}
+
+override BRDF: u32 = 0u;
+override NORMAL_ENCODING: u32 = 0u;
+override GEOMETRIC_STEPS: f32 = 255.0;
+override AMBIENT: bool = true;
+override DIRECTIONAL: bool = true;
+// Some lights reach everywhere, and meet every pixel.
+override UNBOUNDED: bool = true;
+// Some lights reach only so far.
+override BOUNDED: bool = true;
+override SPOT: bool = true;
+override FALLOFF: u32 = 3u;
+override RANGED: bool = true;
+override TONE_MAP: bool = true;
+override OPERATOR: u32 = 0u;
+override LARGEST: f32 = 65000.0;
+override LIGHT_ONLY: bool = false;
+
+struct Push {
+    // What is seen where nothing is, as it is stored.
+    background: vec3<f32>,
+}
+
+var<immediate> push: Push;
+
+// Spheres around what the lights of limited reach light up, relative to the camera: centre and radius.
+@group(0) @binding(2) var<storage, read> spheres: array<vec4<f32>>;
+
+#ifdef EMISSIVE
+@group(1) @binding(6) var stored_emissive: texture_2d<f32>;
+#endif
+#ifdef LINEAR_OUTPUT
+@group(1) @binding(7) var output: texture_storage_2d<rgba32float, write>;
+#else
+@group(1) @binding(7) var output: texture_storage_2d<rgba8unorm, write>;
+#endif
+
+const TILE: u32 = 16u;
+const THREADS: u32 = 256u;
+// Lights that are binned at once: 32 a word.
+const WORDS: u32 = 512u;
+const SUMMARY_WORDS: u32 = 16u;
+
+// Depths of the tile as bits, which are in order as positive floats are.
+var<workgroup> farthest: atomic<u32>;
+var<workgroup> nearest: atomic<u32>;
+// A bit for each light of the batch, and a bit for each word that is not empty.
+var<workgroup> masks: array<atomic<u32>, WORDS>;
+var<workgroup> summary: array<atomic<u32>, SUMMARY_WORDS>;
+
+// The volume of a tile: planes through the eye, their normals pointing inside, and an interval of distances along the view.
+struct Tile {
+    left: vec3<f32>,
+    right: vec3<f32>,
+    top: vec3<f32>,
+    bottom: vec3<f32>,
+    begin: f32,
+    end: f32,
+}
+
+fn tile_of(corner: vec2<f32>) -> Tile {
+    let edge = f32(TILE);
+    let a = view_ray(corner);
+    let b = view_ray(corner + vec2(edge, 0.0));
+    let c = view_ray(corner + vec2(0.0, edge));
+    let d = view_ray(corner + vec2(edge, edge));
+    // Whichever way the axes turn, the middle of the tile is inside.
+    let middle = a + d;
+    var tile: Tile;
+    tile.left = inward(cross(a, c), middle);
+    tile.right = inward(cross(b, d), middle);
+    tile.top = inward(cross(a, b), middle);
+    tile.bottom = inward(cross(c, d), middle);
+    return tile;
+}
+
+fn inward(normal: vec3<f32>, inside: vec3<f32>) -> vec3<f32> {
+    return normalize(normal) * select(-1.0, 1.0, dot(normal, inside) >= 0.0);
+}
+
+fn touches(tile: Tile, sphere: vec4<f32>) -> bool {
+    let p = sphere.xyz;
+    let along = dot(p, frame.forward);
+    let side = min(min(dot(tile.left, p), dot(tile.right, p)), min(dot(tile.top, p), dot(tile.bottom, p)));
+    return side > -sphere.w && along + sphere.w > tile.begin && along - sphere.w < tile.end;
+}
+
+@compute @workgroup_size(16, 16, 1)
+fn main(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+    @builtin(workgroup_id) group: vec3<u32>,
+) {
+    let size = textureDimensions(output);
+    let pixel = vec2<f32>(id.xy) + 0.5;
+    let inside = all(id.xy < size);
+    // The sky has depth 0; so have the threads outside the picture.
+    var depth = 0.0;
+    if inside {
+        depth = load_depth(pixel);
+    }
+    let seen = depth > 0.0;
+    let model = Model(BRDF, FALLOFF, RANGED, SPOT);
+
+    if thread == 0u {
+        atomicStore(&farthest, 0x7f800000u);
+        atomicStore(&nearest, 0u);
+    }
+    workgroupBarrier();
+    if seen {
+        atomicMin(&farthest, bitcast<u32>(depth));
+        atomicMax(&nearest, bitcast<u32>(depth));
+    }
+    workgroupBarrier();
+    var tile = tile_of(vec2<f32>(group.xy * TILE));
+    tile.begin = frame.near / bitcast<f32>(atomicLoad(&nearest));
+    tile.end = frame.near / bitcast<f32>(atomicLoad(&farthest));
+
+    var radiance = vec3(0.0);
+    var texel = load_texel(clamp(pixel, vec2(0.5), vec2<f32>(size) - 0.5), NORMAL_ENCODING, GEOMETRIC_STEPS);
+    if LIGHT_ONLY {
+        texel.albedo = vec3(1.0);
+        texel.metallic = 0.0;
+    }
+    let surface = surface_of(texel, model);
+    if seen {
+        if AMBIENT {
+            radiance += ambient_light(surface, texel, model);
+        }
+        if DIRECTIONAL {
+            let end = frame.directional_count;
+            for (var i = 0u; i < end; i++) {
+                radiance += directional_light(i, surface, texel, model);
+            }
+        }
+        if UNBOUNDED {
+            let end = frame.looped_count;
+            for (var i = frame.directional_count; i < end; i++) {
+                radiance += punctual_light(i, surface, texel, model);
+            }
+        }
+    }
+    if BOUNDED {
+        let first = frame.looped_count;
+        let count = frame.light_count - first;
+        for (var start = 0u; start < count; start += WORDS * 32u) {
+            // The batch before may still be read.
+            workgroupBarrier();
+            let batch = min(count - start, WORDS * 32u);
+            let words = (batch + 31u) / 32u;
+            for (var word = thread; word < words; word += THREADS) {
+                atomicStore(&masks[word], 0u);
+            }
+            if thread < SUMMARY_WORDS {
+                atomicStore(&summary[thread], 0u);
+            }
+            workgroupBarrier();
+            for (var light = thread; light < batch; light += THREADS) {
+                if touches(tile, spheres[start + light]) {
+                    let word = light / 32u;
+                    atomicOr(&masks[word], 1u << (light % 32u));
+                    atomicOr(&summary[word / 32u], 1u << (word % 32u));
+                }
+            }
+            workgroupBarrier();
+            if seen {
+                let summaries = (words + 31u) / 32u;
+                for (var s = 0u; s < summaries; s++) {
+                    var full = atomicLoad(&summary[s]);
+                    while full != 0u {
+                        let word = s * 32u + firstTrailingBit(full);
+                        full &= full - 1u;
+                        var bits = atomicLoad(&masks[word]);
+                        while bits != 0u {
+                            let light = start + word * 32u + firstTrailingBit(bits);
+                            bits &= bits - 1u;
+                            radiance += punctual_light(first + light, surface, texel, model);
+                        }
+                    }
+                }
+            }
+        }
+    }
+    if !inside {
+        return;
+    }
+    if !seen {
+        textureStore(output, id.xy, vec4(push.background, 1.0));
+        return;
+    }
+    var light = min(radiance * frame.exposure, vec3(LARGEST));
+#ifdef EMISSIVE
+    light = min(light + textureLoad(stored_emissive, id.xy, 0).rgb, vec3(LARGEST));
+#endif
+    if TONE_MAP {
+        light = tone_map(light, OPERATOR);
+    }
+#ifndef LINEAR_OUTPUT
+    light = encode_srgb(light);
+#endif
+    textureStore(output, id.xy, vec4(light, 1.0));
+}

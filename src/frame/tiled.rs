@@ -1,0 +1,131 @@
+//! One frame with lighting by compute, from top to bottom. On GPUs whose fragment rate is low this is the fast way.
+//!
+//! ```text
+//! shadow pass    SHADOW     as in the deferred frame
+//! main pass      GEOMETRY   surfaces into the G-buffer, which is stored
+//! compute        TILED      every light on every pixel, tile by tile, into the output
+//! ```
+
+use std::sync::Arc;
+
+use ash::vk;
+use glam::Vec3;
+
+use super::deferred::{background, clear_values, image_barrier, stamp};
+use super::edges::{self, Edge};
+use super::render_pass::{self, input_layout};
+use crate::gpu::{self, Device, Framebuffer, Image, RenderPass, Timestamps, framebuffer};
+use crate::gpu_scene::GpuScene;
+use crate::passes::geometry::Geometry;
+use crate::passes::shadow::Shadow;
+use crate::passes::tiled::{EMISSIVE, Tiled};
+use crate::passes::{Recording, Slot};
+use crate::plan::{FramePlan, OUTPUT_PLAIN, World};
+use crate::targets::{Target, Targets, stored_inputs};
+
+/// The passes of a plan and what they draw into.
+pub struct TiledFrame {
+    targets: Targets,
+    pass: RenderPass,
+    framebuffer: Framebuffer,
+    clears: Vec<vk::ClearValue>,
+    extent: vk::Extent2D,
+    shadow: Option<(RenderPass, Shadow, Edge)>,
+    geometry: Geometry,
+    tiled: Tiled,
+    output_reuse: Edge,
+    read_back: Edge,
+}
+
+impl TiledFrame {
+    /// Makes everything that the plan has, once.
+    ///
+    /// # Errors
+    /// When the device lacks the memory or cannot compile a pipeline.
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        frame_layout: vk::DescriptorSetLayout,
+        scene: &GpuScene,
+        world: &World,
+    ) -> gpu::Result<Self> {
+        let targets = Targets::new(device, plan)?;
+        let pass = render_pass::main(device, plan)?;
+        let extent = vk::Extent2D { width: plan.size[0], height: plan.size[1] };
+        let framebuffer = framebuffer(device, "main framebuffer", pass.raw, &targets.views(plan), extent)?;
+        let shadow = match plan.shadow {
+            Some(size) => {
+                let pass = render_pass::shadow(device, plan)?;
+                let slot = Slot { render_pass: pass.raw, subpass: 0 };
+                let shadow = Shadow::new(device, size, slot, scene, world)?;
+                Some((pass, shadow, edges::row(plan, "shadow-map-to-lighting")))
+            }
+            None => None,
+        };
+        let geometry = Geometry::new(device, plan, Slot { render_pass: pass.raw, subpass: 0 }, frame_layout, scene)?;
+        let mut stored: Vec<_> = stored_inputs(plan)
+            .into_iter()
+            .map(|(binding, target)| (binding, targets.image(target).view, input_layout(target)))
+            .collect();
+        if plan.emissive {
+            stored.push((EMISSIVE, targets.image(Target::Hdr).view, input_layout(Target::Hdr)));
+        }
+        let map = shadow.as_ref().map(|(_, shadow, _)| shadow.map().view);
+        let output = targets.image(Target::Output).view;
+        // An attachment's clear value would be encoded by the hardware.
+        let background = background(plan, world, Target::Output);
+        let background = if plan.output == OUTPUT_PLAIN { encode_srgb(background) } else { background };
+        let tiled = Tiled::new(device, plan, frame_layout, (&stored, output, map), background)?;
+        let clears = clear_values(plan, world);
+        let (output_reuse, read_back) = (edges::row(plan, "output-reuse"), edges::row(plan, "read-back"));
+        Ok(Self { targets, pass, framebuffer, clears, extent, shadow, geometry, tiled, output_reuse, read_back })
+    }
+
+    /// The picture, in TRANSFER_SRC_OPTIMAL after the frame.
+    pub fn output(&self) -> &Image {
+        self.targets.image(Target::Output)
+    }
+
+    /// Records one frame. The main pass carries the rows from and to GEOMETRY, the output's are barriers.
+    pub fn record(&self, frame: &Recording, times: &mut Option<Timestamps>) {
+        let (gpu, cmd) = (&frame.device.raw, frame.cmd);
+
+        if let Some((_, shadow, shadow_map_to_lighting)) = &self.shadow {
+            frame.device.begin_label(cmd, "SHADOW");
+            shadow.record(frame);
+            // TILED loads what SHADOW wrote.
+            image_barrier(frame.device, cmd, shadow.map(), shadow_map_to_lighting);
+            frame.device.end_label(cmd);
+            stamp(times, cmd, "shadow");
+        }
+
+        let begin = vk::RenderPassBeginInfo::default()
+            .render_pass(self.pass.raw)
+            .framebuffer(self.framebuffer.raw)
+            .render_area(vk::Rect2D { offset: vk::Offset2D::default(), extent: self.extent })
+            .clear_values(&self.clears);
+        frame.device.begin_label(cmd, "GEOMETRY");
+        // SAFETY: `cmd` is being recorded outside a render pass; pass, framebuffer and clear values were made from one plan.
+        unsafe { gpu.cmd_begin_render_pass(cmd, &begin, vk::SubpassContents::INLINE) };
+        self.geometry.record(frame);
+        // SAFETY: begun above; its one subpass is recorded.
+        unsafe { gpu.cmd_end_render_pass(cmd) };
+        frame.device.end_label(cmd);
+        stamp(times, cmd, "geometry");
+
+        frame.device.begin_label(cmd, "TILED");
+        // The last picture may still be copied.
+        image_barrier(frame.device, cmd, self.output(), &self.output_reuse);
+        self.tiled.record(frame);
+        // COPY reads what TILED wrote.
+        image_barrier(frame.device, cmd, self.output(), &self.read_back);
+        frame.device.end_label(cmd);
+        stamp(times, cmd, "lighting");
+    }
+}
+
+/// IEC 61966-2-1, as `shaders/shared/tonemap.wgsl` has it.
+fn encode_srgb(linear: Vec3) -> Vec3 {
+    let encode = |v: f32| if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+    Vec3::from_array(linear.to_array().map(encode))
+}

@@ -1,0 +1,167 @@
+//! LIGHTING, light by light: after LIGHTING's own triangle (ambient and directional light) each light is a draw, added by blending: cut
+//! to a rectangle of pixels (`per-light`), or as a sphere or cone in space (`volumes`).
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::screen::{Input, Inputs, MapSet, add, stages};
+use super::{Recording, Slot};
+use crate::gpu::{
+    self, Buffer, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Location, MemoryKind, Owned, Uploader,
+    pipeline_layout,
+};
+use crate::gpu_scene::{POSITION, vertex_input};
+use crate::plan::{FramePlan, Gbuffer, LightRect, LightWork, Shading, cone_mesh, sphere_mesh};
+use crate::scene::LightPath;
+use crate::shaders::per_light::{self as shader, Flags, constants};
+
+/// Bytes of the push constant: the light's index.
+const PUSH_BYTES: u32 = 4;
+const _: () = assert!(shader::push::SIZE == PUSH_BYTES as usize);
+
+/// The pass. It draws inside LIGHTING's subpass and touches things as LIGHTING does.
+pub struct PerLight {
+    layout: Owned<vk::PipelineLayout>,
+    pipeline: Owned<vk::Pipeline>,
+    inputs: Inputs,
+    shadow: Option<MapSet>,
+    /// Unit sphere, then unit cone.
+    meshes: Option<(Buffer, u32, u32)>,
+    area: [u32; 2],
+}
+
+impl PerLight {
+    /// `inputs` are the G-buffer's views, `map` that of the shadow map where the plan has one.
+    ///
+    /// # Errors
+    /// When the pipeline cannot be made, or there is no memory for the volumes' meshes.
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        slot: Slot,
+        frame_layout: vk::DescriptorSetLayout,
+        inputs: (&[Input], Option<vk::ImageView>),
+    ) -> gpu::Result<Self> {
+        let (inputs, map) = (Inputs::new(device, "G-buffer inputs light by light", inputs.0)?, inputs.1);
+        let shadow = map.map(|map| MapSet::new(device, map)).transpose()?;
+        let flags = flags(plan);
+        let volume = plan.light_path == LightPath::Volumes;
+        let Some(shader) = shader::variant(flags) else {
+            return Err(gpu::Error::Unsupported(format!("per_light.wgsl has no variant {flags:?}")));
+        };
+        let mut sets = vec![frame_layout, inputs.set_layout.raw];
+        sets.extend(shadow.as_ref().map(|shadow| shadow.set_layout.raw));
+        let range = vk::PushConstantRange { stage_flags: vk::ShaderStageFlags::FRAGMENT, offset: 0, size: PUSH_BYTES };
+        let layout =
+            pipeline_layout(device, "per light", &sets, if volume { &[] } else { std::slice::from_ref(&range) })?;
+        let (vertex_bindings, vertex_attributes) = vertex_input(if volume { &[POSITION] } else { &[] });
+        let pipeline = GraphicsPipeline::new(
+            device,
+            &GraphicsPipelineDesc {
+                name: "per light",
+                stages: &stages(shader, &constants_of(plan)),
+                vertex_bindings: &vertex_bindings,
+                vertex_attributes: &vertex_attributes,
+                // The back of a volume is there also when the camera stands inside.
+                cull_mode: if volume { vk::CullModeFlags::FRONT } else { vk::CullModeFlags::NONE },
+                front_face: vk::FrontFace::COUNTER_CLOCKWISE,
+                // Reversed Z: surfaces before the back of the volume, or before infinity.
+                depth: Some(DepthState { test: vk::CompareOp::LESS, write: false }),
+                depth_bias: false,
+                depth_clamp: false,
+                blend: &[add()],
+                samples: vk::SampleCountFlags::TYPE_1,
+                layout: layout.raw,
+                render_pass: slot.render_pass,
+                subpass: slot.subpass,
+            },
+        )?;
+        let meshes = if volume { Some(upload_meshes(device)?) } else { None };
+        Ok(Self { layout, pipeline, inputs, shadow, meshes, area: plan.size })
+    }
+
+    /// Adds the lights. Runs inside LIGHTING's subpass, after its triangle.
+    pub fn record(&self, recording: &Recording) {
+        recording.bind_pipeline(self.pipeline.raw);
+        recording.bind_set(self.layout.raw, 0, recording.frame_set);
+        recording.bind_set(self.layout.raw, 1, self.inputs.set);
+        if let Some(shadow) = &self.shadow {
+            recording.bind_set(self.layout.raw, 2, shadow.set);
+        }
+        match (&recording.visible.lights, &self.meshes) {
+            (LightWork::Draws(rects), _) => rects.iter().for_each(|rect| self.draw_rect(recording, rect)),
+            (LightWork::Volumes(volumes), Some((buffer, sphere, cone))) => {
+                let spheres = volumes.spheres as u32;
+                let cones = volumes.records.len() as u32 - spheres;
+                // SAFETY: pipeline and sets are bound; the buffer was made for vertices and holds both meshes, one after the other; the
+                // instances lie inside the list that this frame's set names.
+                unsafe {
+                    let raw = &recording.device.raw;
+                    raw.cmd_bind_vertex_buffers(recording.cmd, POSITION, &[buffer.raw], &[0]);
+                    if spheres > 0 {
+                        raw.cmd_draw(recording.cmd, *sphere, spheres, 0, 0);
+                    }
+                    if cones > 0 {
+                        raw.cmd_draw(recording.cmd, *cone, cones, *sphere, spheres);
+                    }
+                }
+            }
+            // No light reaches anything that is seen.
+            _ => {}
+        }
+        recording.set_area(self.area[0], self.area[1]);
+    }
+
+    fn draw_rect(&self, recording: &Recording, rect: &LightRect) {
+        let [x, y] = rect.offset.map(|edge| edge as i32);
+        let [width, height] = rect.extent;
+        let scissor = vk::Rect2D { offset: vk::Offset2D { x, y }, extent: vk::Extent2D { width, height } };
+        recording.push(self.layout.raw, vk::ShaderStageFlags::FRAGMENT, &rect.light);
+        // SAFETY: the pipeline is bound and its scissor dynamic; the vertex stage makes its three vertices from their index.
+        unsafe {
+            recording.device.raw.cmd_set_scissor(recording.cmd, 0, &[scissor]);
+            recording.device.raw.cmd_draw(recording.cmd, 3, 1, 0, 0);
+        }
+    }
+}
+
+fn upload_meshes(device: &Arc<Device>) -> gpu::Result<(Buffer, u32, u32)> {
+    let (sphere, cone) = (sphere_mesh(), cone_mesh());
+    let counts = (sphere.len() as u32, cone.len() as u32);
+    let corners: Vec<[f32; 3]> = sphere.into_iter().chain(cone).collect();
+    let usage = vk::BufferUsageFlags::VERTEX_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
+    let size = size_of_val(&corners[..]) as u64;
+    let buffer = Buffer::new(device, "light volumes", size, usage, Location::Device, MemoryKind::Geometry)?;
+    let mut uploader = Uploader::new(device, size)?;
+    uploader.buffer(&buffer, 0, bytemuck::cast_slice(&corners))?;
+    uploader.finish()?;
+    Ok((buffer, counts.0, counts.1))
+}
+
+/// Which variant of the shader a plan takes.
+pub(crate) fn flags(plan: &FramePlan) -> Flags {
+    let gbuffer = plan.gbuffer.as_ref();
+    let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
+    when(plan.light_path == LightPath::Volumes, Flags::VOLUME)
+        | when(plan.lights.uniform, Flags::UNIFORM_BUFFER)
+        | when(plan.shadow.is_some(), Flags::SHADOW)
+        | when(gbuffer.is_some_and(|gbuffer| gbuffer.material.is_some()), Flags::MATERIAL)
+        | when(gbuffer.is_some_and(|gbuffer| gbuffer.specular.is_some()), Flags::SPECULAR)
+        | when(gbuffer.is_some_and(|gbuffer| gbuffer.position.is_some()), Flags::POSITION)
+        | when(gbuffer.is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT), Flags::NORMAL_UINT)
+}
+
+fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
+    let gbuffer = plan.gbuffer.as_ref();
+    vec![
+        (constants::BRDF, plan.brdf.constant()),
+        (constants::NORMAL_ENCODING, gbuffer.map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
+        (constants::GEOMETRIC_STEPS, gbuffer.map_or(255.0, Gbuffer::geometric_steps).to_bits()),
+        (constants::SPOT, u32::from(plan.lights.spot)),
+        (constants::FALLOFF, plan.lights.falloff),
+        (constants::RANGED, u32::from(plan.lights.ranged)),
+        (constants::LARGEST, plan.largest_light().to_bits()),
+        (constants::LIGHT_ONLY, u32::from(plan.shading == Shading::Light { light_only: true })),
+    ]
+}

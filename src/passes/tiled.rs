@@ -1,0 +1,171 @@
+//! TILED: every light on every pixel by compute, tile by tile, from a stored G-buffer into the output.
+
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+use super::Recording;
+use super::screen::MapSet;
+use crate::gpu::{
+    self, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, compute_pipeline, pipeline_layout,
+    sync::Use,
+};
+use crate::plan::{FramePlan, Gbuffer, Shading, ToneMapping};
+use crate::shaders::tiled::{self as shader, Flags, constants};
+
+/// Reads the stored G-buffer.
+pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+/// Writes every pixel of the output.
+pub const OUTPUT_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+/// Loads from the shadow map.
+pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+
+/// Bindings of emissive light and of the output, after those of the G-buffer (`shaders/tiled.wgsl`).
+pub const EMISSIVE: u32 = 6;
+const OUTPUT: u32 = 7;
+
+/// Edge of a tile in pixels, as the shader has it.
+const TILE: u32 = 16;
+
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Push {
+    background: Vec3,
+}
+
+const _: () = {
+    assert!(std::mem::offset_of!(Push, background) == shader::push::BACKGROUND);
+    assert!(size_of::<Push>() <= shader::push::SIZE);
+};
+
+/// The pass.
+pub struct Tiled {
+    layout: Owned<vk::PipelineLayout>,
+    pipeline: Owned<vk::Pipeline>,
+    _set_layout: SetLayout,
+    _pool: DescriptorPool,
+    set: vk::DescriptorSet,
+    shadow: Option<MapSet>,
+    size: [u32; 2],
+    background: Vec3,
+}
+
+/// A stored target as a descriptor: its binding, view and layout.
+pub type Stored = (u32, vk::ImageView, vk::ImageLayout);
+
+impl Tiled {
+    /// `stored` are the views of the G-buffer, `output` that of the picture, `background` what it holds where nothing is seen.
+    ///
+    /// # Errors
+    /// When the pipeline cannot be made.
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        frame_layout: vk::DescriptorSetLayout,
+        (stored, output, map): (&[Stored], vk::ImageView, Option<vk::ImageView>),
+        background: Vec3,
+    ) -> gpu::Result<Self> {
+        let binding = |index, kind| {
+            vk::DescriptorSetLayoutBinding::default()
+                .binding(index)
+                .descriptor_type(kind)
+                .descriptor_count(1)
+                .stage_flags(vk::ShaderStageFlags::COMPUTE)
+        };
+        let mut bindings: Vec<_> =
+            stored.iter().map(|&(index, ..)| binding(index, vk::DescriptorType::SAMPLED_IMAGE)).collect();
+        bindings.push(binding(OUTPUT, vk::DescriptorType::STORAGE_IMAGE));
+        let set_layout = SetLayout::new(device, "tiled inputs", &bindings)?;
+        let kinds = [(vk::DescriptorType::SAMPLED_IMAGE, stored.len() as u32), (vk::DescriptorType::STORAGE_IMAGE, 1)];
+        let pool = DescriptorPool::new(device, "tiled inputs", 1, &kinds)?;
+        let set = pool.allocate("tiled inputs", set_layout.raw)?;
+        let writer = stored
+            .iter()
+            .fold(SetWriter::new(), |writer, &(index, view, layout)| writer.sampled_image(index, view, layout));
+        writer.storage_image(OUTPUT, output, vk::ImageLayout::GENERAL).update(device, set);
+        let shadow = map.map(|map| MapSet::new(device, map)).transpose()?;
+
+        let flags = flags(plan);
+        let entry = shader::variant(flags).and_then(|variant| variant.compute());
+        let Some(entry) = entry else {
+            return Err(gpu::Error::Unsupported(format!("tiled.wgsl has no variant {flags:?}")));
+        };
+        let mut sets = vec![frame_layout, set_layout.raw];
+        sets.extend(shadow.as_ref().map(|shadow| shadow.set_layout.raw));
+        let range = vk::PushConstantRange {
+            stage_flags: vk::ShaderStageFlags::COMPUTE,
+            offset: 0,
+            size: shader::push::SIZE as u32,
+        };
+        let layout = pipeline_layout(device, "tiled", &sets, &[range])?;
+        let constants = constants_of(plan);
+        let stage = ShaderStage {
+            spirv: entry.spirv,
+            entry: entry.name,
+            stage: vk::ShaderStageFlags::COMPUTE,
+            constants: &constants,
+        };
+        let pipeline = compute_pipeline(device, "tiled", &stage, layout.raw)?;
+        Ok(Self { layout, pipeline, _set_layout: set_layout, _pool: pool, set, shadow, size: plan.size, background })
+    }
+
+    /// Lights the picture. Runs outside any render pass.
+    pub fn record(&self, recording: &Recording) {
+        let (raw, cmd) = (&recording.device.raw, recording.cmd);
+        let point = vk::PipelineBindPoint::COMPUTE;
+        let mut sets = vec![recording.frame_set, self.set];
+        sets.extend(self.shadow.as_ref().map(|shadow| shadow.set));
+        let mut push = [0u8; shader::push::SIZE];
+        let background = Push { background: self.background };
+        push[..size_of::<Push>()].copy_from_slice(bytemuck::bytes_of(&background));
+        let groups = self.size.map(|edge| edge.div_ceil(TILE));
+        // SAFETY: `cmd` is being recorded outside a render pass; sets and push constants are those of the layout, and the pass owns
+        // all of them and outlives the submission.
+        unsafe {
+            raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
+            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &sets, &[]);
+            raw.cmd_push_constants(cmd, self.layout.raw, vk::ShaderStageFlags::COMPUTE, 0, &push);
+            raw.cmd_dispatch(cmd, groups[0], groups[1], 1);
+        }
+    }
+}
+
+/// Which variant of the shader a plan takes.
+pub(crate) fn flags(plan: &FramePlan) -> Flags {
+    let gbuffer = plan.gbuffer.as_ref();
+    let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
+    when(plan.lights.uniform, Flags::UNIFORM_BUFFER)
+        | when(plan.shadow.is_some(), Flags::SHADOW)
+        | when(gbuffer.is_some_and(|gbuffer| gbuffer.material.is_some()), Flags::MATERIAL)
+        | when(gbuffer.is_some_and(|gbuffer| gbuffer.specular.is_some()), Flags::SPECULAR)
+        | when(gbuffer.is_some_and(|gbuffer| gbuffer.position.is_some()), Flags::POSITION)
+        | when(gbuffer.is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT), Flags::NORMAL_UINT)
+        | when(plan.emissive, Flags::EMISSIVE)
+        | when(plan.output == vk::Format::R32G32B32A32_SFLOAT, Flags::LINEAR_OUTPUT)
+}
+
+fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
+    let gbuffer = plan.gbuffer.as_ref();
+    let (tone_map, curve) = match plan.tone_mapping {
+        ToneMapping::InLighting(curve) => (1, curve as u32),
+        _ => (0, 0),
+    };
+    vec![
+        (constants::BRDF, plan.brdf.constant()),
+        (constants::NORMAL_ENCODING, gbuffer.map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
+        (constants::GEOMETRIC_STEPS, gbuffer.map_or(255.0, Gbuffer::geometric_steps).to_bits()),
+        (constants::AMBIENT, u32::from(plan.lights.ambient)),
+        (constants::DIRECTIONAL, u32::from(plan.lights.directional)),
+        (constants::UNBOUNDED, u32::from(plan.lights.unbounded)),
+        (constants::BOUNDED, u32::from(plan.lights.bounded)),
+        (constants::SPOT, u32::from(plan.lights.spot)),
+        (constants::FALLOFF, plan.lights.falloff),
+        (constants::RANGED, u32::from(plan.lights.ranged)),
+        (constants::TONE_MAP, tone_map),
+        (constants::OPERATOR, curve),
+        (constants::LARGEST, plan.largest_light().to_bits()),
+        (constants::LIGHT_ONLY, u32::from(plan.shading == Shading::Light { light_only: true })),
+    ]
+}

@@ -1,0 +1,278 @@
+//! Froxels: the view cut into tiles of pixels and slices of depth, with the list of lights that reach into each.
+//!
+//! (Olsson, Billeter, Assarsson 2012, "Clustered Deferred and Forward Shading".) A slice comes from the bits of the reversed depth, half an octave
+//! each, so that the CPU and every shader agree on it exactly. Lists are in the order of the lights, so that their sum has the same
+//! rounding as that of a loop over all of them.
+
+use glam::{DMat3, DVec3};
+use rayon::prelude::*;
+
+use super::Reach;
+use crate::scene::Camera;
+
+/// Edge of a tile in pixels; `shaders/shared/clusters.wgsl` has the same three numbers.
+pub const TILE: u32 = 32;
+/// The last one reaches to infinity: 16 octaves, 65536 times the near plane.
+pub const SLICES: u32 = 32;
+/// One bit of the mantissa is left: two slices an octave.
+const SLICE_SHIFT: u32 = 22;
+/// Pixels and shares of a distance by which a light is taken to reach further, for the rounding of f32 and the jitter of a sample.
+const SLACK_PIXELS: f64 = 1.0;
+const SLACK: f64 = 1e-5;
+
+/// The froxels of one picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Grid {
+    pub columns: u32,
+    pub rows: u32,
+}
+
+impl Grid {
+    pub fn of(size: [u32; 2]) -> Self {
+        Self { columns: size[0].div_ceil(TILE), rows: size[1].div_ceil(TILE) }
+    }
+
+    pub fn clusters(self) -> usize {
+        self.columns as usize * self.rows as usize * SLICES as usize
+    }
+}
+
+/// The lists of one frame.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Clusters {
+    /// For each cluster its first entry in `lights` and how many: columns first, then rows, then slices.
+    pub heads: Vec<[u32; 2]>,
+    /// Indices of lights, ascending within a cluster.
+    pub lights: Vec<u32>,
+}
+
+/// The slice of a reversed depth, as the shader computes it.
+pub fn slice_of(depth: f32) -> u32 {
+    ((1f32.to_bits() - depth.clamp(0.0, 1.0).to_bits()) >> SLICE_SHIFT).min(SLICES - 1)
+}
+
+/// Distances along the view at which a slice begins and ends, in near planes.
+fn slice_bounds(slice: u32) -> (f64, f64) {
+    let depth = |bits: u32| 1.0 / f64::from(f32::from_bits(1f32.to_bits() - bits));
+    let end = if slice + 1 == SLICES { f64::INFINITY } else { depth((slice + 1) << SLICE_SHIFT) };
+    (depth(slice << SLICE_SHIFT), end)
+}
+
+/// Which lights reach which clusters. `reaches` are spheres in the world; the result has the indices from `first` on.
+pub fn bin(reaches: &[Reach], first: u32, camera: &Camera, size: [u32; 2]) -> Clusters {
+    let view = View::of(camera, size);
+    let spheres: Vec<Sphere> =
+        (first..).zip(reaches).filter_map(|(light, reach)| Sphere::seen(light, reach, camera, &view)).collect();
+    let slices: Vec<Slice> = (0..SLICES).into_par_iter().map(|slice| Slice::of(slice, &spheres, &view)).collect();
+    let mut clusters = Clusters { heads: Vec::with_capacity(view.grid.clusters()), lights: Vec::new() };
+    for slice in slices {
+        let before = clusters.lights.len() as u32;
+        clusters.heads.extend(slice.heads.iter().map(|&[start, count]| [start + before, count]));
+        clusters.lights.extend(slice.lights);
+    }
+    clusters
+}
+
+/// The picture's geometry, with y down as rows of pixels go.
+struct View {
+    grid: Grid,
+    axes: DMat3,
+    near: f64,
+    /// Pixels a unit of x or y over distance, and the pixel of the axis.
+    scale: [f64; 2],
+    center: [f64; 2],
+}
+
+impl View {
+    fn of(camera: &Camera, size: [u32; 2]) -> Self {
+        let [width, height] = size.map(f64::from);
+        let tan_y = (camera.fov_y_degrees.to_radians() * 0.5).tan();
+        let scale = height * 0.5 / tan_y;
+        Self {
+            grid: Grid::of(size),
+            axes: DMat3::from_cols(camera.right(), -camera.up(), camera.forward()).transpose(),
+            near: camera.near,
+            scale: [scale; 2],
+            center: [width * 0.5, height * 0.5],
+        }
+    }
+
+    /// Tiles that an interval of x or y touches between two distances, if any.
+    fn tiles(&self, axis: usize, (low, high): (f64, f64), (near, far): (f64, f64), count: u32) -> Option<(u32, u32)> {
+        // x / distance is least where x is negative and near, or positive and far.
+        let low = low / if low < 0.0 { near } else { far };
+        let high = high / if high > 0.0 { near } else { far };
+        let pixel = |tangent: f64| tangent * self.scale[axis] + self.center[axis];
+        let tile = f64::from(TILE);
+        let from = ((pixel(low) - SLACK_PIXELS) / tile).floor();
+        let to = ((pixel(high) + SLACK_PIXELS) / tile).floor();
+        if to < 0.0 || from >= f64::from(count) {
+            return None;
+        }
+        // Clamped: no cast overflows, also from infinity.
+        Some((from.max(0.0) as u32, to.min(f64::from(count - 1)) as u32))
+    }
+}
+
+/// A light's sphere relative to the camera: x to the right, y down, z along the view.
+struct Sphere {
+    light: u32,
+    center: DVec3,
+    radius: f64,
+}
+
+impl Sphere {
+    fn seen(light: u32, reach: &Reach, camera: &Camera, view: &View) -> Option<Self> {
+        let center = view.axes * (reach.center - camera.position);
+        let radius = reach.radius + SLACK * (reach.radius + center.length());
+        (center.z + radius > view.near).then_some(Self { light, center, radius })
+    }
+}
+
+/// The lists of the clusters of one slice.
+struct Slice {
+    heads: Vec<[u32; 2]>,
+    lights: Vec<u32>,
+}
+
+impl Slice {
+    fn of(slice: u32, spheres: &[Sphere], view: &View) -> Self {
+        let (begin, end) = slice_bounds(slice);
+        let (begin, end) = (begin * view.near * (1.0 - SLACK), end * view.near * (1.0 + SLACK));
+        let mut entries: Vec<(u32, u32)> = Vec::new();
+        for sphere in spheres {
+            sphere.touch(begin, end, view, |cluster| entries.push((cluster, sphere.light)));
+        }
+        // A counting sort is stable: lights stay in order within their cluster.
+        let clusters = (view.grid.columns * view.grid.rows) as usize;
+        let mut heads = vec![[0u32; 2]; clusters];
+        entries.iter().for_each(|&(cluster, _)| heads[cluster as usize][1] += 1);
+        let mut start = 0;
+        for head in &mut heads {
+            head[0] = start;
+            start += head[1];
+        }
+        let mut next: Vec<u32> = heads.iter().map(|head| head[0]).collect();
+        let mut lights = vec![0; entries.len()];
+        for (cluster, light) in entries {
+            let place = &mut next[cluster as usize];
+            lights[*place as usize] = light;
+            *place += 1;
+        }
+        Self { heads, lights }
+    }
+}
+
+impl Sphere {
+    /// Calls `add` for each cluster of a slice that the sphere may reach into.
+    fn touch(&self, begin: f64, end: f64, view: &View, mut add: impl FnMut(u32)) {
+        let (near, far) = (begin.max(self.center.z - self.radius), end.min(self.center.z + self.radius));
+        if near > far {
+            return;
+        }
+        let near = near.max(view.near * (1.0 - SLACK));
+        // The sphere's largest cross-section within the slice.
+        let off = self.center.z - self.center.z.clamp(begin, end);
+        let squared = self.radius * self.radius - off * off;
+        if !squared.is_finite() {
+            (0..view.grid.columns * view.grid.rows).for_each(add);
+            return;
+        }
+        let radius = squared.max(0.0).sqrt();
+        let span = |center: f64, radius: f64| (center - radius, center + radius);
+        let Some((top, bottom)) = view.tiles(1, span(self.center.y, radius), (near, far), view.grid.rows) else {
+            return;
+        };
+        for row in top..=bottom {
+            // What is left of the sphere between the planes above and below this row of tiles.
+            let away = self.distance_to_row(row, view);
+            let left = (self.radius * self.radius - away * away).min(squared);
+            if left < 0.0 {
+                continue;
+            }
+            let across = span(self.center.x, left.sqrt());
+            let Some((from, to)) = view.tiles(0, across, (near, far), view.grid.columns) else { continue };
+            (from..=to).for_each(|column| add(row * view.grid.columns + column));
+        }
+    }
+
+    /// How far the centre lies outside the wedge of a row of tiles, in metres; 0 inside.
+    fn distance_to_row(&self, row: u32, view: &View) -> f64 {
+        let tangent = |pixel: f64| (pixel - view.center[1]) / view.scale[1];
+        let top = tangent(f64::from(row * TILE) - SLACK_PIXELS);
+        let bottom = tangent(f64::from((row + 1) * TILE) + SLACK_PIXELS);
+        let above = (top * self.center.z - self.center.y) / top.hypot(1.0);
+        let below = (self.center.y - bottom * self.center.z) / bottom.hypot(1.0);
+        above.max(below).max(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn vector(range: f64) -> impl Strategy<Value = DVec3> {
+        [-range..range, -range..range, -range..range].prop_map(DVec3::from)
+    }
+
+    #[test]
+    fn slices_cover_every_depth_and_end_where_the_next_begins() {
+        for slice in 0..SLICES {
+            let (begin, end) = slice_bounds(slice);
+            let inside = |distance: f64| slice_of((1.0 / distance) as f32);
+            assert_eq!(inside(begin * 1.000_001), slice);
+            assert_eq!(inside((end * 0.999_999).min(1e30)), slice);
+            assert_eq!(slice_bounds((slice + 1).min(SLICES - 1)).0, if slice + 1 == SLICES { begin } else { end });
+        }
+        assert_eq!((slice_of(1.0), slice_of(0.0), slice_of(2.0)), (0, SLICES - 1, 0));
+    }
+
+    proptest! {
+        /// A point in a light's sphere that the camera sees finds the light in its cluster's list.
+        #[test]
+        fn no_light_is_missing_where_it_reaches(
+            position in vector(20.0), target in vector(5.0), fov in 10.0..140.0f64, width in 1..700u32, height in 1..500u32,
+            lights in proptest::collection::vec((vector(15.0), 0.01..8.0f64), 1..24),
+            pixels in proptest::collection::vec((0.0..1.0f64, 0.0..1.0f64, -1.0..9.0f64), 64), far in 0..2i32,
+        ) {
+            let shift = DVec3::splat(1e6 * f64::from(far));
+            prop_assume!(position.distance(target) > 0.01);
+            let camera = Camera { fov_y_degrees: fov, near: 0.05, ..Camera::looking_at(position + shift, target + shift, DVec3::Y) };
+            let reaches: Vec<Reach> =
+                lights.iter().map(|&(center, radius)| Reach { center: center + shift, radius }).collect();
+            let clusters = bin(&reaches, 7, &camera, [width, height]);
+            let grid = Grid::of([width, height]);
+            prop_assert_eq!(clusters.heads.len(), grid.clusters());
+            for (x, y, log) in pixels {
+                let (x, y) = (x * f64::from(width), y * f64::from(height));
+                let tan = (fov.to_radians() * 0.5).tan();
+                let across = (x * 2.0 / f64::from(width) - 1.0) * tan * f64::from(width) / f64::from(height);
+                let down = (y * 2.0 / f64::from(height) - 1.0) * tan;
+                let distance = camera.near * log.exp2().max(1.0);
+                let point = camera.position + (camera.forward() + camera.right() * across - camera.up() * down) * distance;
+                let depth = (camera.near / distance) as f32;
+                let cluster = (slice_of(depth) * grid.rows + y as u32 / TILE) * grid.columns + x as u32 / TILE;
+                let [first, count] = clusters.heads[cluster as usize];
+                let list = &clusters.lights[first as usize..(first + count) as usize];
+                prop_assert!(list.windows(2).all(|pair| pair[0] < pair[1]), "{list:?}");
+                for (light, reach) in (7..).zip(&reaches) {
+                    let inside = point.distance(reach.center) < reach.radius;
+                    prop_assert!(!inside || list.contains(&light), "{point} {reach:?} {list:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_small_light_is_in_few_lists_and_one_behind_the_camera_in_none() {
+        let camera = Camera { position: DVec3::ZERO, near: 0.1, ..Camera::default() };
+        let lamp = |z: f64, radius| Reach { center: DVec3::new(0.0, 0.0, z), radius };
+        let entries = |reach| bin(&[reach], 0, &camera, [1280, 720]).lights.len();
+        let few = entries(lamp(-10.0, 0.1));
+        assert!((1..=16).contains(&few), "{few}");
+        assert_eq!(entries(lamp(10.0, 5.0)), 0);
+        assert_eq!(entries(lamp(0.0, f64::INFINITY)), Grid::of([1280, 720]).clusters());
+    }
+}

@@ -1,0 +1,222 @@
+//! How pixels meet their lights: which path the plan takes, and how far each light reaches.
+
+use glam::DVec3;
+
+use super::{Capabilities, Error, PlannedLights, World};
+use crate::scene::{Brdf, Falloff, HdrFormat, Light, LightKind, LightPath, Material, Scene, Settings, TextureSlot, Tonemap, View};
+
+/// `auto` takes `loop` up to this many lights of limited reach: lists cost more than they save.
+const FEW_LIGHTS: usize = 4;
+
+/// The path that a plan takes, never `Auto`, and why.
+pub(super) fn choose(
+    scene: &Scene,
+    settings: &Settings,
+    lights: &PlannedLights,
+    device: &Capabilities,
+) -> Result<(LightPath, String), Error> {
+    let lit = matches!(settings.view, View::Final | View::Lighting);
+    if settings.light_cutoff && settings.hdr_output {
+        return Err(Error::CutoffWithoutSteps);
+    }
+    if !lit {
+        return match settings.light_path {
+            LightPath::Forward | LightPath::ForwardNaive if needs_gbuffer(settings.view) => {
+                Err(Error::NoGbuffer(settings.light_path))
+            }
+            _ => Ok((LightPath::Loop, "a view of a buffer meets no lights".into())),
+        };
+    }
+    let blends = matches!(settings.light_path, LightPath::PerLight | LightPath::Volumes);
+    if blends && !device.float32_blends {
+        return Err(Error::NoFloatBlending(settings.light_path));
+    }
+    if blends && settings.hdr_format == HdrFormat::B10g11r11 {
+        return Err(Error::BlendedFormat(settings.light_path, settings.hdr_format));
+    }
+    if settings.light_path == LightPath::Compute && settings.fxaa {
+        return Err(Error::ComputeWithFxaa);
+    }
+    match settings.light_path {
+        LightPath::Auto => {}
+        LightPath::PerLight | LightPath::Volumes | LightPath::Clustered | LightPath::Compute if !lights.any() => {
+            return Ok((LightPath::Loop, format!("{} was asked for, and there is no light", settings.light_path)));
+        }
+        asked => return Ok((asked, "asked for".into())),
+    }
+    let bounded = scene.lights.iter().filter(|light| World::shines(light) && bounded(light, settings)).count();
+    Ok(match (lights.bounded, bounded > FEW_LIGHTS) {
+        (false, _) => (LightPath::Loop, "no light has a limited reach, so that there is nothing to leave out".into()),
+        (true, false) => {
+            (LightPath::Loop, format!("{bounded} lights of limited reach: lists cost more than they save"))
+        }
+        (true, true) => (LightPath::Clustered, format!("{bounded} lights of limited reach: each pixel meets its own")),
+    })
+}
+
+fn needs_gbuffer(view: View) -> bool {
+    !matches!(view, View::Overdraw | View::ShadowMap)
+}
+
+/// Whether a light paths can leave this light out somewhere.
+pub(super) fn bounded(light: &Light, settings: &Settings) -> bool {
+    match light.kind {
+        LightKind::Directional { .. } => false,
+        LightKind::Point { range, .. } | LightKind::Spot { range, .. } => range.is_some() || settings.light_cutoff,
+    }
+}
+
+/// A sphere around all that a light reaches, in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    pub center: DVec3,
+    /// Metres; infinite for a light without a limit.
+    pub radius: f64,
+}
+
+/// The sphere around what a light brings light to within `reach` metres. A narrow cone's is smaller than the light's own: that
+/// through its apex and the rim of its base, or that around the rim alone where the cone is wider than 45 degrees.
+pub(super) fn sphere_of(light: &Light, reach: f64) -> Reach {
+    match light.kind {
+        LightKind::Directional { .. } => Reach { center: DVec3::ZERO, radius: f64::INFINITY },
+        LightKind::Point { position, .. } => Reach { center: position, radius: reach },
+        LightKind::Spot { position, direction, outer_angle_degrees, .. } => {
+            let angle = outer_angle_degrees.to_radians();
+            if !reach.is_finite() || angle >= std::f64::consts::FRAC_PI_2 {
+                Reach { center: position, radius: reach }
+            } else if angle <= std::f64::consts::FRAC_PI_4 {
+                let radius = reach / (2.0 * angle.cos());
+                Reach { center: position + direction * radius, radius }
+            } else {
+                Reach { center: position + direction * (reach * angle.cos()), radius: reach * angle.sin() }
+            }
+        }
+    }
+}
+
+/// How far each light reaches in metres: its range, or with the certified cut-off the distance beyond which the sum of all
+/// that is dropped stays below half a step of the output; else infinity.
+///
+/// A light of I candela brings a pixel at most `exposure I B / d^2`, where B bounds the reflection of all materials
+/// ([`largest_reflection`]). Half a step of 8 bits, 0.5 / 255, divided by the steepest slope of tone curve and sRGB encoding
+/// ([`steepest`]) may be dropped in all, an even share by each light.
+pub(super) fn reaches(lights: &[Light], scene: &Scene, settings: &Settings, exposure: f32) -> Vec<f64> {
+    let without = |light: &&Light| !has_range(light) && bounded(light, settings);
+    let count = lights.iter().filter(without).count();
+    let share = 0.5 / 255.0 / steepest(settings.tonemap) / count.max(1) as f64;
+    // Scanning textures is only worth it where there is something to cut.
+    let brightest = if count > 0 { f64::from(exposure) * largest_reflection(scene, settings) } else { 0.0 };
+    lights
+        .iter()
+        .map(|light| match light.kind {
+            LightKind::Directional { .. } => f64::INFINITY,
+            LightKind::Point { range, falloff, .. } | LightKind::Spot { range, falloff, .. } => {
+                let candela = f64::from(light.intensity) * f64::from(light.color.max_element());
+                match (range, settings.light_cutoff) {
+                    (Some(range), _) => range,
+                    (None, true) => distance_of(falloff, candela * brightest, share),
+                    (None, false) => f64::INFINITY,
+                }
+            }
+        })
+        .collect()
+}
+
+fn has_range(light: &Light) -> bool {
+    match light.kind {
+        LightKind::Directional { .. } => false,
+        LightKind::Point { range, .. } | LightKind::Spot { range, .. } => range.is_some(),
+    }
+}
+
+/// Where a light that is `brightest` at one metre's fall-off of 1 falls below `share`.
+fn distance_of(falloff: Falloff, brightest: f64, share: f64) -> f64 {
+    falloff.polynomial_radius(brightest, share).unwrap_or_else(|| (brightest / share).sqrt())
+}
+
+/// The steepest slope of the encoded output, 0 to 1, over exposed radiance. sRGB is steepest at black, 12.92; tone curves that are
+/// no steeper than 1 there add nothing. Found by sampling colours (a test in `src/passes/tonemap.rs` does so again), rounded up.
+pub fn steepest(tonemap: Tonemap) -> f64 {
+    match tonemap {
+        Tonemap::None | Tonemap::Neutral => 12.93,
+        Tonemap::Agx => 14.0,
+        Tonemap::Aces => 14.0,
+    }
+}
+
+/// A bound of f(l, v) NdotL over all materials that are drawn. Lambert: albedo / pi <= 1 / pi. Phong and Blinn-Phong: their
+/// normalization at the peak. GGX: D <= 1 / (pi alpha^2), and V NdotL <= 1 / (2 alpha) as the height-correlated Smith term's
+/// denominator is at least 2 NdotL sqrt(NdotV^2 (1 - alpha^2) + alpha^2) >= 2 NdotL alpha.
+fn largest_reflection(scene: &Scene, settings: &Settings) -> f64 {
+    use std::f64::consts::PI;
+    let of = |material: &Material| {
+        let shininess = f64::from(material.shininess);
+        1.0 / PI
+            + match settings.brdf.unwrap_or(material.brdf) {
+                Brdf::Lambert => 0.0,
+                Brdf::Phong => (shininess + 2.0) / (2.0 * PI),
+                Brdf::BlinnPhong => (shininess + 8.0) / (8.0 * PI),
+                Brdf::CookTorrance => {
+                    let alpha = least_roughness(scene, material).powi(2);
+                    1.0 / (2.0 * PI * alpha.powi(3))
+                }
+            }
+    };
+    scene.objects.iter().map(|object| of(&scene.materials[object.material])).fold(1.0 / PI, f64::max)
+}
+
+/// The least perceptual roughness of a material, its texture included. The model's own least is 0.01 (`shaders/shared/brdf.wgsl`).
+fn least_roughness(scene: &Scene, material: &Material) -> f64 {
+    let texture = material.textures().find(|(slot, _)| *slot == TextureSlot::MetallicRoughness);
+    let least = texture.map_or(255, |(_, index)| {
+        let texels = scene.textures[index].texels.chunks_exact(4);
+        texels.map(|texel| texel[1]).min().unwrap_or(255)
+    });
+    // G-buffers store 8 bits: half a step less.
+    (f64::from(material.roughness) * f64::from(least) / 255.0 - 0.5 / 255.0).max(0.01)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::plan::samples;
+
+    proptest! {
+        #[test]
+        fn all_that_a_cone_reaches_lies_in_its_sphere(
+            angle in 0.0..180.0f64, reach in 0.1..10.0f64, share in 0.0..=1.0f64, turn in 0.0..6.28f64, distance in 0.0..=1.0f64,
+        ) {
+            let light = Light { kind: cone(angle), ..samples::spot(Falloff::InverseSquare) };
+            let sphere = sphere_of(&light, reach);
+            let off_axis = (angle * share).to_radians();
+            let around = DVec3::new(turn.cos(), turn.sin(), 0.0) * off_axis.sin();
+            let point = DVec3::Z + (DVec3::NEG_Z * off_axis.cos() + around) * reach * distance;
+            prop_assert!(point.distance(sphere.center) <= sphere.radius * (1.0 + 1e-9), "{point} {sphere:?}");
+        }
+    }
+
+    fn cone(outer_angle_degrees: f64) -> LightKind {
+        LightKind::Spot {
+            position: DVec3::Z,
+            direction: DVec3::NEG_Z,
+            inner_angle_degrees: 0.0,
+            outer_angle_degrees,
+            range: None,
+            falloff: Falloff::InverseSquare,
+        }
+    }
+
+    #[test]
+    fn the_cut_off_shares_half_a_step_among_all_lights_without_a_range() {
+        let lamp = Light { intensity: 10.0, ..samples::spot(Falloff::InverseSquare) };
+        let scene = samples::scene(vec![samples::material(Brdf::Lambert)], vec![lamp; 4]);
+        let settings = Settings { light_cutoff: true, tonemap: Tonemap::None, ..Settings::default() };
+        let reaches = reaches(&scene.lights, &scene, &settings, 2.0);
+        let dropped: f64 = reaches.iter().map(|d| 2.0 * 10.0 / std::f64::consts::PI / (d * d)).sum();
+        assert!((dropped * 12.93 * 255.0 / 0.5 - 1.0).abs() < 1e-9, "{dropped}");
+        let off = super::reaches(&scene.lights, &scene, &Settings::default(), 2.0);
+        assert!(off.iter().all(|d| d.is_infinite()));
+    }
+}

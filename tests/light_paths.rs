@@ -1,0 +1,160 @@
+//! Every light path draws the same picture.
+
+mod common;
+
+use afterlight::frame::Picture;
+use afterlight::scene::builtin::shapes;
+use afterlight::scene::{Brdf, Camera, Falloff, Light, LightKind, LightPath, Material, Scene, Settings};
+use common::gpu::{Gpu, bytes, floats, on_gpu};
+use common::stage::{add, exact, gbuffer, lambert, open, own, plane, point, rectangle, spot, sun};
+use glam::{DAffine3, DQuat, DVec3, Vec3};
+
+/// Odd, so that no tile divides it.
+const SIZE: (u32, u32) = (203, 117);
+
+/// Those that sum in the same order as `loop`, with a light out of reach adding exactly zero.
+const SAME_ORDER: [LightPath; 2] = [LightPath::Clustered, LightPath::Compute];
+/// Those that add by blending into 32-bit floats.
+const BLENDED: [LightPath; 2] = [LightPath::PerLight, LightPath::Volumes];
+
+/// Where a light of a crowd stands: a low-discrepancy sequence over a box (Roberts 2018, R3).
+fn scattered(index: u32) -> DVec3 {
+    let share = |step: f64| (0.5 + f64::from(index) * step).fract() * 2.0 - 1.0;
+    DVec3::new(share(0.819_172_513), share(0.671_043_607), share(0.549_700_478))
+}
+
+/// Lights of every kind and fall-off, with and without a range, some behind the camera and some around it, before surfaces of
+/// several models at several distances. The sun casts a shadow.
+fn crowd(count: u32) -> Scene {
+    let polynomial = Falloff::Polynomial { constant: 1.0, linear: 0.2, quadratic: 3.0 };
+    let mut lights = vec![sun(DVec3::new(0.4, 0.6, 1.0), 0.4)];
+    for index in 0..count {
+        let place = scattered(index) * DVec3::new(1.6, 1.0, 1.5) + DVec3::Z;
+        let range = 0.3 + 0.2 * f64::from(index % 5);
+        let mut light = match index % 5 {
+            0 => point(place, 0.2, Some(range), Falloff::InverseSquare),
+            1 => point(place, 0.5, Some(range), Falloff::Quadratic),
+            2 => point(place, 0.2, Some(range), polynomial),
+            3 => ranged(spot(place, 0.6, 15.0, 20.0 + f64::from(index % 7) * 20.0), range * 2.0),
+            _ => point(place, 0.02, None, Falloff::InverseSquare),
+        };
+        light.color = Vec3::new(0.4 + 0.1 * (index % 7) as f32, 0.7, 1.0 - 0.1 * (index % 9) as f32);
+        lights.push(light);
+    }
+    let mut scene = plane(lambert(0.7), lights);
+    scene.name = format!("crowd of {count}");
+    let at = |x: f64, y: f64, z: f64| DAffine3::from_translation(DVec3::new(x, y, z));
+    let shiny = |brdf| Material { brdf, specular: Vec3::splat(0.3), shininess: 20.0, ..Material::default() };
+    add(&mut scene, shapes::cuboid([0.4; 3]), shiny(Brdf::Phong), at(-0.6, -0.5, 0.3));
+    add(&mut scene, shapes::sphere(0.25, 16), shiny(Brdf::CookTorrance), at(0.0, -0.5, 0.5));
+    add(&mut scene, shapes::sphere(0.3, 16), shiny(Brdf::BlinnPhong), at(0.7, 0.4, 0.6));
+    // Far behind an edge, so that a tile holds near and far; and the sky beyond.
+    scene.objects[0].transform = at(0.0, 0.0, -0.5);
+    add(&mut scene, rectangle([-0.1, -9.0], [0.1, 9.0], -7.0), lambert(0.9), DAffine3::IDENTITY);
+    scene.camera = Camera { fov_y_degrees: 75.0, rotation: DQuat::from_rotation_y(0.2), ..scene.camera };
+    scene.environment.ambient = Vec3::splat(0.02);
+    scene.environment.background = Vec3::new(0.05, 0.1, 0.3);
+    scene
+}
+
+fn ranged(light: Light, range: f64) -> Light {
+    let LightKind::Spot { position, direction, inner_angle_degrees, outer_angle_degrees, falloff, .. } = light.kind
+    else {
+        return light;
+    };
+    let range = Some(range);
+    Light {
+        kind: LightKind::Spot { position, direction, inner_angle_degrees, outer_angle_degrees, range, falloff },
+        ..light
+    }
+}
+
+fn draw(gpu: &Gpu, scene: &Scene, settings: &Settings, light_path: LightPath) -> Picture {
+    gpu.draw(scene, &Settings { light_path, ..settings.clone() })
+}
+
+/// The largest difference of two linear pictures, over the brightest value of either at that pixel.
+fn largest_difference(a: &Picture, b: &Picture) -> f64 {
+    let relative = |(a, b): (&[f32], &[f32])| {
+        let most = a.iter().chain(b).take(3).fold(0f32, |most, v| most.max(*v));
+        let off = a.iter().zip(b).take(3).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        f64::from(off / most.max(1e-6))
+    };
+    floats(a).chunks_exact(4).zip(floats(b).chunks_exact(4)).map(relative).fold(0.0, f64::max)
+}
+
+fn scenes() -> Vec<Scene> {
+    let mut glowing = crowd(12);
+    glowing.name = "glowing crowd".into();
+    glowing.materials[1].emissive = Vec3::new(0.3, 0.1, 0.0);
+    vec![
+        crowd(0),
+        crowd(40),
+        crowd(300),
+        glowing,
+        open("builtin:field?objects=60&lights=24&range=12"),
+        open("builtin:hall"),
+    ]
+}
+
+#[test]
+fn paths_that_sum_in_the_same_order_give_the_same_bits() {
+    on_gpu(|gpu| {
+        for scene in scenes() {
+            let layouts: &[&str] = if scene.lights.len() > 100 { &["lean"] } else { &["float32", "lean", "fat"] };
+            for layout in layouts {
+                let settings = Settings { gbuffer: gbuffer(layout), ..exact(SIZE.0, SIZE.1) };
+                let expected = draw(gpu, &scene, &settings, LightPath::Loop);
+                for path in SAME_ORDER {
+                    let found = draw(gpu, &scene, &settings, path);
+                    let different = floats(&expected).iter().zip(floats(&found)).filter(|(a, b)| a != b).count();
+                    let off = largest_difference(&expected, &found);
+                    eprintln!("{} {layout} {path}: {different} values differ, by {off:.2e} at most", scene.name);
+                    assert_eq!(different, 0, "{} {layout} {path}", scene.name);
+                }
+            }
+        }
+    });
+}
+
+#[test]
+fn paths_that_blend_differ_by_rounding() {
+    on_gpu(|gpu| {
+        for scene in scenes() {
+            let settings = exact(SIZE.0, SIZE.1);
+            let expected = draw(gpu, &scene, &settings, LightPath::Loop);
+            for path in BLENDED {
+                let off = largest_difference(&expected, &draw(gpu, &scene, &settings, path));
+                // Sums of n positive terms in two orders: each rounds n times by half a unit of 2^-23, and each term is cut off once.
+                let bound = 2.0 * (scene.lights.len() + 2) as f64 * 2f64.powi(-24);
+                eprintln!("{} {path}: {off:.2e} at most, bound {bound:.2e}", scene.name);
+                assert!(off <= bound, "{} {path}: {off} exceeds {bound}", scene.name);
+            }
+        }
+    });
+}
+
+#[test]
+fn tone_mapped_pictures_agree_to_a_code() {
+    on_gpu(|gpu| {
+        for scene in scenes() {
+            let settings = own(&scene, SIZE.0, SIZE.1);
+            let expected = draw(gpu, &scene, &settings, LightPath::Loop);
+            for path in SAME_ORDER.into_iter().chain(BLENDED) {
+                let found = draw(gpu, &scene, &settings, path);
+                let off: Vec<u8> = bytes(&expected).iter().zip(bytes(&found)).map(|(a, b)| a.abs_diff(*b)).collect();
+                let (most, differ) =
+                    (off.iter().max().copied().unwrap_or(0), off.iter().filter(|&&off| off > 0).count());
+                eprintln!("{} {path}: {differ} of {} values differ, by {most} at most", scene.name, off.len());
+                // Compute encodes sRGB by itself; what the hardware does for attachments may be as much as a code off (lavapipe's is, in
+                // 6% of all values). Blended sums on the edge between two codes may round either way.
+                let most_differ = match path {
+                    LightPath::Clustered => 0,
+                    LightPath::Compute => off.len() / 8,
+                    _ => off.len() / 200,
+                };
+                assert!(most <= 1 && differ <= most_differ, "{} {path}: {differ} differ by up to {most}", scene.name);
+            }
+        }
+    });
+}
