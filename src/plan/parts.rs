@@ -108,7 +108,11 @@ fn gbuffer(plan: &FramePlan) -> Vec<Part> {
 
 fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
     let reason = match plan.tone_mapping {
+        ToneMapping::Subpass(_) if plan.adds_lights() => {
+            "lights are added one by one before tone mapping, in 32-bit floats, as half floats would lose light"
+        }
         ToneMapping::Subpass(_) => "emissive light is blended before tone mapping",
+        ToneMapping::InLighting(_) if plan.is_tiled() => "compute tone-maps what it lit straight into the output",
         ToneMapping::InLighting(_) => "nothing blends over the lighting: it tone-maps straight into the output",
         ToneMapping::AfterFrames(_) => "frames are averaged before they are tone-mapped, on the CPU",
         ToneMapping::Absent if matches!(plan.shading, Shading::Light { .. }) => "the output itself is linear",
@@ -121,7 +125,7 @@ fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
         None => reason.to_owned(),
     };
     let bytes = u64::from(format_bytes(plan.hdr.unwrap_or(super::HDR)));
-    part("HDR target and TONEMAP subpass", plan.hdr.is_some(), reason, bytes * pixels(plan))
+    part("HDR target and TONEMAP subpass", plan.has_tonemap_subpass(), reason, bytes * pixels(plan))
 }
 
 fn antialiasing(plan: &FramePlan) -> Vec<Part> {
@@ -146,7 +150,9 @@ fn shading(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
         let reason = if present { "the scene has some" } else { "no such light, or this view needs none" };
         part(name, present, reason, 0)
     };
+    let path = format!("light path {}", plan.light_path);
     vec![
+        part(&path, matches!(plan.shading, Shading::Light { .. }), plan.light_path_reason.clone(), 0),
         part("BRDF by pixel", plan.brdf == PlannedBrdf::PerPixel, brdf, 0),
         part("light buffers", lights.any(), format!("{count} lights shine in the scene"), 2 * 64 * slots as u64),
         kind("directional lights", lights.directional),

@@ -4,8 +4,8 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::{Capabilities, FramePlan};
 use crate::scene::{
-    AlphaMode, Brdf, Falloff, GbufferChoice, GbufferPreset, Light, LightKind, Material, Mesh, Object, Scene, Settings,
-    TargetChoice, View,
+    AlphaMode, Brdf, Falloff, GbufferChoice, GbufferPreset, Light, LightKind, LightPath, Material, Mesh, Object, Scene,
+    Settings, TargetChoice, View,
 };
 
 pub const VIEWS: [View; 12] = [
@@ -175,6 +175,32 @@ pub fn plans() -> Vec<(String, FramePlan)> {
         }
     }
     plans.extend(antialiased());
+    plans.extend(light_paths(|plan| !plan.is_tiled()));
+    plans
+}
+
+/// Plans whose main pass ends with GEOMETRY, because compute lights what it stored.
+pub fn tiled_plans() -> Vec<(String, FramePlan)> {
+    light_paths(FramePlan::is_tiled)
+}
+
+/// The light paths that are `wanted`, over all scenes.
+fn light_paths(wanted: impl Fn(&FramePlan) -> bool) -> Vec<(String, FramePlan)> {
+    let mut plans = Vec::new();
+    for (scene_name, scene) in scenes() {
+        for &(path_name, light_path) in LightPath::NAMES {
+            for (layout, gbuffer) in [gbuffers()[0], gbuffers()[2]] {
+                for (hdr_output, light_cutoff) in [(false, false), (false, true), (true, false)] {
+                    let settings = Settings { light_path, light_cutoff, gbuffer, hdr_output, ..Settings::default() };
+                    let name =
+                        format!("{scene_name} {layout} {path_name} hdr_output={hdr_output} cutoff={light_cutoff}");
+                    let plan = FramePlan::of(&scene, &settings, &device());
+                    let plan = plan.unwrap_or_else(|error| panic!("{name}: {error}"));
+                    plans.extend(wanted(&plan).then_some((name, plan)));
+                }
+            }
+        }
+    }
     plans
 }
 

@@ -56,7 +56,7 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
     for (_, target) in gbuffer_inputs(plan) {
         touch(Place::Lighting, target, &[INPUT_READ]);
     }
-    let light = if plan.emissive { &[COLOR_WRITE, COLOR_READ][..] } else { &[COLOR_WRITE] };
+    let light = if plan.blends_light() { &[COLOR_WRITE, COLOR_READ][..] } else { &[COLOR_WRITE] };
     touch(Place::Lighting, light_target(plan), light);
     if plan.has_tonemap_subpass() {
         touch(Place::Tonemap, Target::Hdr, &[INPUT_READ]);
@@ -283,7 +283,7 @@ fn rows_are_by_region_between_subpasses_and_nowhere_else() {
 fn rows_wait_for_nothing_that_the_plan_leaves_out() {
     each_plan(|name, plan, table| {
         let any = |one: (S, A)| table.iter().any(|edge| covers(&edge.before, one) || covers(&edge.after, one));
-        let blends = plan.emissive || plan.shading == Shading::ShowOverdraw;
+        let blends = plan.blends_light() || plan.shading == Shading::ShowOverdraw;
         assert_eq!(any(COLOR_READ), blends, "{name}");
         let places: BTreeSet<_> =
             table.iter().flat_map(|edge| [edge.from, edge.to]).map(|p| format!("{p:?}")).collect();
@@ -292,6 +292,44 @@ fn rows_wait_for_nothing_that_the_plan_leaves_out() {
         assert_eq!(places.contains("Shadow"), plan.shadow.is_some(), "{name}");
         assert_eq!(any(INPUT_READ), plan.has_geometry(), "{name}");
     });
+}
+
+#[test]
+fn a_tiled_frame_orders_what_compute_reads_and_writes() {
+    const COMPUTE: S = S::COMPUTE_SHADER;
+    for (name, plan) in samples::tiled_plans() {
+        let table = table(&plan);
+        let of = |from, to| {
+            let row = table.iter().find(|edge| (edge.from, edge.to) == (from, to));
+            row.unwrap_or_else(|| panic!("{name}: no row {from} to {to}"))
+        };
+        // The attachments: read by the last frame, written, read by this one.
+        let (reuse, stored) = (of(Place::Outside, Place::Geometry), of(Place::Geometry, Place::Tiled));
+        assert_eq!((reuse.carrier, stored.carrier), (Carrier::MainPass, Carrier::MainPass), "{name}");
+        assert!(covers(&reuse.before, (COMPUTE, A::SHADER_READ)), "{name}");
+        assert!(covers(&stored.after, (COMPUTE, A::SHADER_READ)), "{name}");
+        for one in [DEPTH_CLEAR, DEPTH_STORE, COLOR_WRITE] {
+            assert!(covers(&reuse.after, one) && covers(&stored.before, one), "{name}: {one:?}");
+        }
+        // The output: copied from the last frame, written, copied.
+        let (output, copied) = (of(Place::Outside, Place::Tiled), of(Place::Tiled, Place::Outside));
+        let general = vk::ImageLayout::GENERAL;
+        assert_eq!(output.carrier, Carrier::ImageBarrier(vk::ImageLayout::UNDEFINED, general), "{name}");
+        assert_eq!(copied.carrier, Carrier::ImageBarrier(general, vk::ImageLayout::TRANSFER_SRC_OPTIMAL), "{name}");
+        for (row, write) in [(&output.after, &output.before), (&copied.before, &copied.after)] {
+            assert!(
+                covers(row, (COMPUTE, A::SHADER_WRITE)) && covers(write, (S::TRANSFER, A::TRANSFER_READ)),
+                "{name}"
+            );
+        }
+        assert_eq!(of(Place::Copy, Place::Host).carrier, Carrier::BufferBarrier, "{name}");
+        if plan.shadow.is_some() {
+            assert!(covers(&of(Place::Outside, Place::Shadow).before, (COMPUTE, A::SHADER_READ)), "{name}");
+            assert!(covers(&of(Place::Shadow, Place::Tiled).after, (COMPUTE, A::SHADER_READ)), "{name}");
+        }
+        let names: BTreeSet<_> = table.iter().map(|edge| edge.name).collect();
+        assert!(names.len() == table.len() && table.iter().all(|edge| !edge.by_region), "{name}");
+    }
 }
 
 #[test]

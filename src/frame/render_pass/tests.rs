@@ -133,7 +133,9 @@ fn shaders_bind_the_lights_and_the_shadow_map_where_the_plan_has_them() {
         let has = |set, index| bindings.iter().any(|binding| (binding.set, binding.binding) == (set, index));
         assert_eq!(has(0, 1), plan.lights.any(), "{name}: lights");
         assert_eq!(has(2, 0), plan.shadow.is_some(), "{name}: shadow map");
-        assert!(bindings.iter().all(|b| matches!((b.set, b.binding), (0, 0 | 1) | (1, _) | (2, 0))), "{name}");
+        let lists = has(0, 2) && has(0, 3);
+        assert_eq!(lists, plan.has_clusters() && matches!(plan.shading, Shading::Light { .. }), "{name}: clusters");
+        assert!(bindings.iter().all(|b| matches!((b.set, b.binding), (0, 0..=3) | (1, _) | (2, 0))), "{name}");
     }
 }
 
@@ -221,6 +223,34 @@ fn what_is_blended_or_shown_over_nothing_starts_cleared() {
         }
         // TONEMAP writes every pixel itself.
         assert_eq!(load(Target::Output) == clear, !plan.has_tonemap_subpass(), "{name}");
+    }
+}
+
+#[test]
+fn a_tiled_frame_stores_what_its_compute_shader_binds_and_no_more() {
+    for (name, plan) in samples::tiled_plans() {
+        let flags = crate::passes::tiled::flags(&plan);
+        let entry = shaders::tiled::variant(flags).and_then(|variant| variant.compute()).expect("a variant");
+        let bound: BTreeMap<u32, BindingKind> =
+            entry.bindings.iter().filter(|b| b.set == 1).map(|b| (b.binding, b.kind)).collect();
+        let mut stored: BTreeSet<Target> = BTreeSet::new();
+        for (binding, target) in crate::targets::stored_inputs(&plan) {
+            assert_eq!(bound.get(&binding), Some(&BindingKind::SampledImage), "{name} {target:?}");
+            stored.insert(target);
+        }
+        stored.extend(plan.emissive.then_some(Target::Hdr));
+        assert_eq!(bound.contains_key(&crate::passes::tiled::EMISSIVE), plan.emissive, "{name}");
+        // Those and the output.
+        assert_eq!(bound.len(), stored.len() + 1, "{name}");
+        let attached: BTreeSet<Target> = attachments(&plan).iter().map(|attachment| attachment.target).collect();
+        assert_eq!(stored, attached, "{name}");
+        for attachment in attachments(&plan) {
+            assert_eq!(attachment.store, vk::AttachmentStoreOp::STORE, "{name}");
+            assert!(attachment.usage.contains(vk::ImageUsageFlags::SAMPLED), "{name}");
+            // Transient images may not be sampled (VUID-VkImageCreateInfo-usage-00963).
+            assert!(!attachment.usage.contains(vk::ImageUsageFlags::TRANSIENT_ATTACHMENT), "{name}");
+        }
+        assert_eq!(dependencies(&plan, Carrier::MainPass).len(), 2, "{name}");
     }
 }
 
