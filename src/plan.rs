@@ -77,7 +77,9 @@ pub enum Error {
         "compute writes the finished picture by itself, so that FXAA has nothing to read: choose another light path, or --samples"
     )]
     ComputeWithFxaa,
-    #[error("the light path {0} adds lights into 32-bit floats, so that the HDR format {1} does not apply: leave it out")]
+    #[error(
+        "the light path {0} adds lights into 32-bit floats, so that the HDR format {1} does not apply: leave it out"
+    )]
     BlendedFormat(LightPath, HdrFormat),
     #[error("a light cut-off is certified against half a step of 8 bits, and a linear picture has none: leave it off")]
     CutoffWithoutSteps,

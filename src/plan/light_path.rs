@@ -3,7 +3,9 @@
 use glam::DVec3;
 
 use super::{Capabilities, Error, PlannedLights, World};
-use crate::scene::{Brdf, Falloff, HdrFormat, Light, LightKind, LightPath, Material, Scene, Settings, TextureSlot, Tonemap, View};
+use crate::scene::{
+    Brdf, Falloff, HdrFormat, Light, LightKind, LightPath, Material, Scene, Settings, TextureSlot, Tonemap, View,
+};
 
 /// `auto` takes `loop` up to this many lights of limited reach: lists cost more than they save.
 const FEW_LIGHTS: usize = 4;
