@@ -35,7 +35,7 @@ const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
 /// LIGHTING's place in the frame.
 enum Shade {
     /// All that meets every pixel, and then what is added light by light.
-    Light(Lighting, Option<PerLight>),
+    Light(Lighting, Option<Box<PerLight>>),
     View(ViewPass),
 }
 
@@ -95,7 +95,7 @@ impl Deferred {
         let shade = match plan.shading {
             Shading::Light { .. } => {
                 let added = match plan.adds_lights() {
-                    true => Some(PerLight::new(device, plan, lighting, frame_layout, (&inputs, map))?),
+                    true => Some(Box::new(PerLight::new(device, plan, lighting, frame_layout, (&inputs, map))?)),
                     false => None,
                 };
                 Shade::Light(Lighting::new(device, plan, lighting, frame_layout, (&inputs, map))?, added)

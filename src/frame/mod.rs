@@ -87,8 +87,8 @@ struct InFlight {
 
 /// What a frame of the plan is.
 enum Frame {
-    Deferred(Deferred),
-    Tiled(TiledFrame),
+    Deferred(Box<Deferred>),
+    Tiled(Box<TiledFrame>),
 }
 
 impl Frame {
@@ -100,8 +100,8 @@ impl Frame {
         world: &World,
     ) -> gpu::Result<Self> {
         Ok(match plan.is_tiled() {
-            true => Self::Tiled(TiledFrame::new(device, plan, frame_layout, scene, world)?),
-            false => Self::Deferred(Deferred::new(device, plan, frame_layout, scene, world)?),
+            true => Self::Tiled(Box::new(TiledFrame::new(device, plan, frame_layout, scene, world)?)),
+            false => Self::Deferred(Box::new(Deferred::new(device, plan, frame_layout, scene, world)?)),
         })
     }
 
