@@ -19,6 +19,8 @@ override EMISSIVE_TEXTURE: bool = false;
 override SPECULAR_TEXTURE: bool = false;
 override MASKED: bool = false;
 override TWO_SIDED: bool = false;
+// Shadows fall on it.
+override RECEIVES: bool = true;
 override NORMAL_ENCODING: u32 = 0u;
 // Codes of a channel that holds half an octahedral geometric normal.
 override GEOMETRIC_STEPS: f32 = 255.0;
@@ -220,7 +222,10 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
 #endif
 #ifdef MATERIAL
     let stored_roughness = select(roughness, encode_shininess(roughness), PHONG);
-    out.material = vec4(metallic, stored_roughness, to_unorm(octahedral(geometric * facing), GEOMETRIC_STEPS));
+    var plane = to_unorm(octahedral(geometric * facing), GEOMETRIC_STEPS);
+    // Only shadows need the geometric normal. Its codes never reach 1, which says that there is none.
+    plane.x = select(1.0, plane.x, RECEIVES);
+    out.material = vec4(metallic, stored_roughness, plane);
 #endif
 #ifdef SPECULAR
     out.specular = vec4(specular, push.brdf);

@@ -31,6 +31,8 @@ override SPOT: bool = true;
 override FALLOFF: u32 = 3u;
 // Some light has a range.
 override RANGED: bool = true;
+// How shadow maps are looked up.
+override SHADOW_FILTER: u32 = 2u;
 // No HDR target: tone-map straight into the output.
 override TONE_MAP: bool = true;
 override OPERATOR: u32 = 0u;
@@ -46,7 +48,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
 
 @fragment
 fn fragment(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
-    let model = Model(BRDF, FALLOFF, RANGED, SPOT);
+    let model = Model(BRDF, FALLOFF, RANGED, SPOT, SHADOW_FILTER);
     var texel = load_texel(pixel.xy, NORMAL_ENCODING, GEOMETRIC_STEPS);
     if LIGHT_ONLY {
         texel.albedo = vec3(1.0);

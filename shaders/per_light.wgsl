@@ -16,6 +16,7 @@ override GEOMETRIC_STEPS: f32 = 255.0;
 override SPOT: bool = true;
 override FALLOFF: u32 = 3u;
 override RANGED: bool = true;
+override SHADOW_FILTER: u32 = 2u;
 override LARGEST: f32 = 65000.0;
 override LIGHT_ONLY: bool = false;
 
@@ -66,7 +67,7 @@ fn fragment(in: Varying) -> @location(0) vec4<f32> {
 #else
     let light = push.light;
 #endif
-    let model = Model(BRDF, FALLOFF, RANGED, SPOT);
+    let model = Model(BRDF, FALLOFF, RANGED, SPOT, SHADOW_FILTER);
     // Most pixels of a rectangle lie out of reach: they need no more than their place.
     if !reaches(light, load_position(in.position.xy), model) {
         discard;

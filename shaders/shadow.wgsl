@@ -1,12 +1,13 @@
-// SHADOW: the sun's depth, nothing else. Only alpha-masked casters have a fragment stage.
+// SHADOW: a map's depth, nothing else. Only alpha-masked casters have a fragment stage.
 // variants: MASKED
 // precise
 
 struct Push {
-    // Rows of the map from mesh space to the light's clip space; orthographic, so affine.
+    // Rows of the map from mesh space to the light's clip space. Depth is reversed; w is 1 where the map is orthographic.
     row_x: vec4<f32>,
     row_y: vec4<f32>,
     row_z: vec4<f32>,
+    row_w: vec4<f32>,
     alpha: f32,
     alpha_cutoff: f32,
 }
@@ -31,7 +32,7 @@ struct Vertex {
 fn vertex(in: Vertex) -> Varying {
     var out: Varying;
     let p = vec4(in.position, 1.0);
-    out.position = vec4(dot(push.row_x, p), dot(push.row_y, p), dot(push.row_z, p), 1.0);
+    out.position = vec4(dot(push.row_x, p), dot(push.row_y, p), dot(push.row_z, p), dot(push.row_w, p));
 #ifdef MASKED
     out.uv = in.uv;
 #endif

@@ -18,7 +18,7 @@
 #import afterlight::encodings::{decode_shininess}
 #endif
 #ifdef LIGHTS
-#import afterlight::lights::{lights, reach_of, spot_attenuation}
+#import afterlight::lights::{falloff_of, lights, reach_of, spot_attenuation}
 #endif
 
 // What is shown; src/passes/view.rs has the same list.
@@ -41,7 +41,7 @@ override ENCODED_OUTPUT: bool = true;
 @group(1) @binding(0) var subpass_count: texture_2d<f32>;
 #endif
 #ifdef SHADOW_MAP
-@group(2) @binding(0) var shadow_map: texture_depth_2d;
+#import afterlight::shadows::{shadow_atlas, shadow_views}
 #endif
 
 @vertex
@@ -76,7 +76,7 @@ fn heat(t: f32) -> vec3<f32> {
 fn lights_in_reach(position: vec3<f32>) -> u32 {
     var count = frame.directional_count;
     for (var i = frame.directional_count; i < frame.light_count; i++) {
-        let reach = reach_of(lights[i], position, lights[i].falloff, true);
+        let reach = reach_of(lights[i], position, falloff_of(lights[i]), true);
         if reach.strength * spot_attenuation(lights[i], reach.to_light) > 0.0 {
             count += 1u;
         }
@@ -111,6 +111,20 @@ fn show(texel: Texel) -> vec4<f32> {
 }
 #endif
 
+#ifdef SHADOW_MAP
+// Depth of an orthographic map as it is. That of a perspective one falls as 1 / distance, from a ten-thousandth of the scene's extent on:
+// its fourth root shows near and far.
+fn shown_depth(texel: vec2<f32>, layer: u32, depth: f32) -> f32 {
+    for (var i = 0u; i < frame.shadow_view_count; i++) {
+        let high = shadow_views[i].low + shadow_views[i].edge;
+        if shadow_views[i].layer == layer && all(texel >= shadow_views[i].low) && all(texel < high) {
+            return select(depth, sqrt(sqrt(depth)), any(shadow_views[i].w.xyz != vec3(0.0)));
+        }
+    }
+    return depth;
+}
+#endif
+
 @fragment
 fn fragment(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
 #ifdef GBUFFER
@@ -121,14 +135,22 @@ fn fragment(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
     return plain(heat(textureLoad(subpass_count, vec2<i32>(0, 0), 0).r * 255.0 / 8.0));
 #else
 #ifdef SHADOW_MAP
-    // The map is square: the largest square in the middle of the picture.
+    // Layers side by side, in the largest square in the middle of the picture.
     let size = vec2(2.0 / frame.pixel_width, 2.0 / frame.pixel_height);
     let edge = min(size.x, size.y);
     let uv = (pixel.xy - (size - edge) * 0.5) / edge;
     if any(uv < vec2(0.0)) || any(uv >= vec2(1.0)) {
         return vec4(0.0, 0.0, 0.0, 1.0);
     }
-    return plain(vec3(textureLoad(shadow_map, vec2<i32>(uv * frame.shadow_size), 0)));
+    let columns = ceil(sqrt(f32(frame.shadow_layers)));
+    let cell = floor(uv * columns);
+    let layer = u32(cell.y * columns + cell.x);
+    if layer >= frame.shadow_layers {
+        return vec4(0.0, 0.0, 0.0, 1.0);
+    }
+    let texel = floor(fract(uv * columns) * frame.shadow_size);
+    let depth = textureLoad(shadow_atlas, vec2<i32>(texel), i32(layer), 0);
+    return plain(vec3(1.0 - shown_depth(texel, layer, depth)));
 #else
     return vec4(0.0);
 #endif

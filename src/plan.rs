@@ -10,7 +10,7 @@ mod light_path;
 mod parts;
 #[cfg(test)]
 pub(crate) mod samples;
-mod sun;
+mod shadows;
 #[cfg(test)]
 mod tests;
 mod visible;
@@ -21,7 +21,7 @@ pub use gbuffer::{Gbuffer, NormalEncoding};
 pub use geometry::{GeometryKey, Streams, TextureMask};
 pub use light_path::{Reach, steepest};
 pub use parts::Part;
-pub use sun::SunView;
+pub use shadows::{Caster, MAX_SHADOW_VIEWS, Projection, ShadowCache, ShadowLight, ShadowPlan, ShadowView, Tile};
 pub use visible::{Draw, LightWork, Visible, World, WorldObject};
 pub use volumes::{LightRect, VolumeRecord, cone_mesh, sphere_mesh};
 
@@ -29,7 +29,9 @@ use std::collections::BTreeSet;
 
 use ash::vk;
 
-use crate::scene::{Brdf, Falloff, HdrFormat, LightKind, LightPath, Resolve, Scene, Settings, Tonemap, View};
+use crate::scene::{
+    Brdf, CastsShadow, Falloff, HdrFormat, LightKind, LightPath, Resolve, Scene, Settings, Tonemap, View,
+};
 
 /// What the device can do, as far as a plan depends on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,6 +42,10 @@ pub struct Capabilities {
     pub max_color_attachments: u32,
     /// Input attachments of one subpass.
     pub max_input_attachments: u32,
+    /// Layers of an image.
+    pub max_layers: u32,
+    /// Depth can be clamped instead of clipped.
+    pub depth_clamp: bool,
     /// R16G16_UNORM can be a colour attachment; not mandatory in Vulkan.
     pub unorm_2x16_attachment: bool,
     /// R32G32B32A32_SFLOAT blends; not mandatory in Vulkan.
@@ -87,6 +93,8 @@ pub enum Error {
     NoShadowMap(String),
     #[error("anti-aliasing: {0}")]
     AntiAliasing(String),
+    #[error("{0}")]
+    Change(String),
 }
 
 /// What the subpass after GEOMETRY does.
@@ -168,8 +176,8 @@ pub struct FramePlan {
     pub shading: Shading,
     /// Absent for the views that read none.
     pub gbuffer: Option<Gbuffer>,
-    /// Edge of the sun's shadow map in texels.
-    pub shadow: Option<u32>,
+    /// The shadow maps of all lights that have some.
+    pub shadow: Option<ShadowPlan>,
     /// Emissive light is written by GEOMETRY and LIGHTING adds to it.
     pub emissive: bool,
     /// An attachment of its own between LIGHTING and the output.
@@ -194,6 +202,7 @@ pub struct FramePlan {
     pub streams: Streams,
     pub lazily_allocated: bool,
     parts: Vec<Part>,
+    warnings: Vec<String>,
 }
 
 /// Tone-mapped pictures: 8 bits a channel, encoded by the hardware.
@@ -221,7 +230,7 @@ impl FramePlan {
         }
         let shading = shading(settings.view);
         let lit = matches!(shading, Shading::Light { .. });
-        let shadow = Self::plan_shadow(scene, settings, device, shading)?;
+        let (shadow, warnings) = Self::plan_shadow(scene, settings, device, shading)?;
         let drawn: BTreeSet<usize> = scene.objects.iter().map(|object| object.material).collect();
         let material = |&index: &usize| &scene.materials[index];
         let emissive = settings.view == View::Final && drawn.iter().any(|index| material(index).is_emissive());
@@ -276,6 +285,7 @@ impl FramePlan {
             streams: Streams::default(),
             lazily_allocated: device.lazily_allocated,
             parts: Vec::new(),
+            warnings,
         };
         plan.check_attachments(device)?;
         if shading != Shading::ShowShadowMap {
@@ -292,18 +302,23 @@ impl FramePlan {
         settings: &Settings,
         device: &Capabilities,
         shading: Shading,
-    ) -> Result<Option<u32>, Error> {
+    ) -> Result<(Option<ShadowPlan>, Vec<String>), Error> {
+        let none = (None, Vec::new());
         let wanted = matches!(shading, Shading::Light { .. } | Shading::ShowShadowMap);
         if let Err(why) = shadow_reason(scene, settings) {
-            return if shading == Shading::ShowShadowMap { Err(Error::NoShadowMap(why)) } else { Ok(None) };
+            return if shading == Shading::ShowShadowMap { Err(Error::NoShadowMap(why)) } else { Ok(none) };
         }
         if !wanted {
-            return Ok(None);
+            return Ok(none);
         }
         if settings.shadows.size == 0 || settings.shadows.size > device.max_extent {
             return Err(Error::ShadowSize(settings.shadows.size, device.max_extent));
         }
-        Ok(Some(settings.shadows.size))
+        let (plan, warnings) = ShadowPlan::of(scene, settings, device);
+        if plan.is_none() && shading == Shading::ShowShadowMap {
+            return Err(Error::NoShadowMap(warnings.join("; ")));
+        }
+        Ok((plan, warnings))
     }
 
     fn check_attachments(&self, device: &Capabilities) -> Result<(), Error> {
@@ -357,6 +372,11 @@ impl FramePlan {
     /// Whether each froxel has a list of lights.
     pub fn has_clusters(&self) -> bool {
         matches!(self.light_path, LightPath::Clustered | LightPath::Forward) && self.lights.bounded
+    }
+
+    /// What was asked for and is not there, a line each.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// Bytes of G-buffer and depth that GEOMETRY writes for each pixel; emissive light not counted.
@@ -428,15 +448,18 @@ fn shading(view: View) -> Shading {
     }
 }
 
-/// Why there is a shadow map, or why there is none.
-fn shadow_reason(scene: &Scene, settings: &Settings) -> Result<String, String> {
+/// Why there are no shadow maps.
+fn shadow_reason(scene: &Scene, settings: &Settings) -> Result<(), String> {
     if !settings.shadows.enabled {
         return Err("shadows are switched off".into());
     }
-    match World::sun_of(&scene.lights) {
-        Some(sun) if scene.objects.is_empty() => Err(format!("nothing can stand between {} and anything", sun.name)),
-        Some(sun) => Ok(format!("the light {} casts a shadow", sun.name)),
-        None => Err("no directional light casts a shadow".into()),
+    let asking = scene.lights.iter().find(|light| light.casts_shadow && World::shines(light));
+    match asking {
+        None => Err("no light casts a shadow".into()),
+        Some(light) if scene.objects.iter().all(|object| object.casts_shadow == CastsShadow::No) => {
+            Err(format!("nothing can stand between {} and anything", light.name))
+        }
+        Some(_) => Ok(()),
     }
 }
 

@@ -200,6 +200,8 @@ fn the_readme_names_every_value_of_the_settings_and_every_built_in_scene() {
 #[test]
 fn the_architecture_lists_every_dependency_with_its_reason() {
     let device = Capabilities {
+        max_layers: 256,
+        depth_clamp: true,
         max_extent: 16384,
         max_color_attachments: 8,
         max_input_attachments: 8,

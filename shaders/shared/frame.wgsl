@@ -19,23 +19,23 @@ struct Frame {
     pixel_height: f32,
     // Half of what the sky has more than the ground.
     ambient_tilt: vec3<f32>,
-    // Rows of the map from camera-relative world space to the sun's shadow map: u and v in texels, depth in 0..1.
-    shadow_u: vec4<f32>,
-    shadow_v: vec4<f32>,
-    shadow_depth: vec4<f32>,
-    // How far a shadow lookup moves along the geometric normal, in metres.
+    // How far a shadow lookup moves along the geometric normal, in texels of the map at that place.
     shadow_normal_offset: f32,
+    // Edge of a layer of maps in texels.
     shadow_size: f32,
-    // Lights are sorted: the first `directional_count` are directional, the sun that casts the shadow comes first of all.
+    // Lights are sorted: the first `directional_count` are directional.
     directional_count: u32,
     light_count: u32,
-    // Where the camera looks to, a unit vector.
-    forward: vec3<f32>,
     // The first so many lights meet every pixel in a loop; the light path deals with the others.
     looped_count: u32,
+    // Where the camera looks to, a unit vector.
+    forward: vec3<f32>,
     // Froxels across and down.
     cluster_columns: u32,
     cluster_rows: u32,
+    // Layers of shadow maps, and how many maps there are.
+    shadow_layers: u32,
+    shadow_view_count: u32,
     // The camera relative to the centre of the scene, and the scene's radius: for the views.
     camera_in_scene: vec3<f32>,
     scene_radius: f32,

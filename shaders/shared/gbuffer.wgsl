@@ -136,9 +136,12 @@ fn load_texel(pixel: vec2<f32>, normal_encoding: u32, geometric_steps: f32) -> T
 #endif
     texel.geometric_normal = texel.normal;
     texel.roughness = 1.0;
+    texel.receives = true;
 #ifdef MATERIAL
     texel.metallic = stored.material.r;
     texel.roughness = stored.material.g;
+    // Codes of normals end below 1: a surface that receives no shadow has that instead.
+    texel.receives = stored.material.b < (geometric_steps - 0.5) / geometric_steps;
     texel.geometric_normal = octahedral_decode(from_unorm(stored.material.ba, geometric_steps));
 #endif
 #ifdef SPECULAR

@@ -15,6 +15,7 @@ struct Light {
     inverse_range_squared: f32,
     // Colour times intensity.
     color: vec3<f32>,
+    // Bits 0 and 1: the fall-off. The others are those of its shadow maps, see shadows.wgsl.
     falloff: u32,
     // Where a spot's light travels to.
     direction: vec3<f32>,
@@ -23,6 +24,10 @@ struct Light {
     // Coefficients of the polynomial: constant, linear, quadratic.
     polynomial: vec3<f32>,
     spot_offset: f32,
+}
+
+fn falloff_of(light: Light) -> u32 {
+    return light.falloff & 3u;
 }
 
 // Where a light is seen from: its direction and how strong it is there, without the spot's cone.

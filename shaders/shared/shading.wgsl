@@ -5,10 +5,10 @@
 #import afterlight::encodings::{decode_shininess}
 #import afterlight::brdf::{Surface, cook_torrance_surface, ambient_lobe, phong_surface, reflect_ambient, reflect_light, COOK_TORRANCE, LAMBERT}
 #ifdef LIGHTS
-#import afterlight::lights::{lights, reach_of, spot_attenuation}
+#import afterlight::lights::{falloff_of, lights, reach_of, spot_attenuation}
 #endif
 #ifdef SHADOW
-#import afterlight::shadows::{sun_visibility}
+#import afterlight::shadows::{visibility}
 #endif
 
 // What the plan knows of the scene. Passes fill it from specialization constants, so that what is absent costs nothing.
@@ -21,6 +21,8 @@ struct Model {
     ranged: bool,
     // Some light has a cone.
     spot: bool,
+    // How shadow maps are looked up (shadows.wgsl).
+    shadow_filter: u32,
 }
 
 const MIXED_BRDF: u32 = 4u;
@@ -66,8 +68,8 @@ fn directional_light(i: u32, surface: Surface, texel: Texel, model: Model) -> ve
     }
     var light = lights[i].color * reflect_light(surface, brdf_of(surface, model), to_light, n_dot_l);
 #ifdef SHADOW
-    if i == 0u {
-        light *= sun_visibility(texel.position, texel.geometric_normal);
+    if texel.receives {
+        light *= visibility(lights[i].falloff, texel.position, texel.geometric_normal, to_light, model.shadow_filter);
     }
 #endif
     return light;
@@ -76,7 +78,7 @@ fn directional_light(i: u32, surface: Surface, texel: Texel, model: Model) -> ve
 // Whether point or spot light number `i` brings anything to a place.
 fn reaches(i: u32, position: vec3<f32>, model: Model) -> bool {
     let light = lights[i];
-    let reach = reach_of(light, position, select(model.falloff, light.falloff, model.falloff == MIXED_FALLOFF), model.ranged);
+    let reach = reach_of(light, position, select(model.falloff, falloff_of(light), model.falloff == MIXED_FALLOFF), model.ranged);
     var strength = reach.strength;
     if model.spot {
         strength *= spot_attenuation(light, reach.to_light);
@@ -87,7 +89,7 @@ fn reaches(i: u32, position: vec3<f32>, model: Model) -> bool {
 // What point or spot light number `i` adds; exactly zero out of its range, its cone, and behind the surface.
 fn punctual_light(i: u32, surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
     let light = lights[i];
-    let reach = reach_of(light, texel.position, select(model.falloff, light.falloff, model.falloff == MIXED_FALLOFF), model.ranged);
+    let reach = reach_of(light, texel.position, select(model.falloff, falloff_of(light), model.falloff == MIXED_FALLOFF), model.ranged);
     let n_dot_l = dot(surface.normal, reach.to_light);
     var strength = reach.strength;
     if model.spot {
@@ -96,6 +98,11 @@ fn punctual_light(i: u32, surface: Surface, texel: Texel, model: Model) -> vec3<
     if n_dot_l <= 0.0 || strength <= 0.0 {
         return vec3(0.0);
     }
+#ifdef SHADOW
+    if texel.receives {
+        strength *= visibility(light.falloff, texel.position, texel.geometric_normal, reach.to_light, model.shadow_filter);
+    }
+#endif
     return light.color * (strength * reflect_light(surface, brdf_of(surface, model), reach.to_light, n_dot_l));
 }
 #endif

@@ -1,39 +1,253 @@
-// Looking a shadow map up.
+// Shadow maps: what share of a light reaches a point. All maps lie in one layered image; which of them a light has, its record says.
+// Depth is reversed, 1 near the light and 0 where nothing was drawn. Texels are fetched and compared by hand, because depth formats
+// need not filter.
 #define_import_path afterlight::shadows
 #import afterlight::frame::{frame}
 
-@group(2) @binding(0) var shadow_map: texture_depth_2d;
+// The most maps that there are; src/plan/shadows.rs has the same number.
+const SHADOW_VIEWS: u32 = 128u;
 
-fn lit_texel(texel: vec2<i32>, depth: f32) -> f32 {
-    let last = i32(frame.shadow_size) - 1;
-    let stored = textureLoad(shadow_map, clamp(texel, vec2(0), vec2(last)), 0);
-    return select(0.0, 1.0, depth <= stored);
+// One map; src/gpu_scene/shadows.rs has the same record.
+struct ShadowView {
+    // Rows from camera-relative world space to u and v in texels of the layer, depth, and w, by which the others are divided.
+    u: vec4<f32>,
+    v: vec4<f32>,
+    depth: vec4<f32>,
+    w: vec4<f32>,
+    // The first texel of its square, and the edge of that; 0 where there is nothing to look up.
+    low: vec2<f32>,
+    edge: f32,
+    layer: u32,
+    // Edge of a texel in metres, where w is 1.
+    texel: f32,
+    // The tangent of half the angle under which a directional light is seen; the radius of another one in metres.
+    light_size: f32,
+    // Where a cascade ends, in metres along the view, and where the next one begins to take over.
+    end: f32,
+    blend: f32,
 }
 
-// Share of the sun that reaches a point: 3x3 percentage-closer filtering (Reeves et al. 1987), the outer texels weighted by
-// how far the point has moved across its own, so that the edge slides instead of stepping. Texels are fetched and compared
-// by hand, because depth formats need not filter.
-fn sun_visibility(position: vec3<f32>, geometric_normal: vec3<f32>) -> f32 {
-    let p = vec4(position + geometric_normal * frame.shadow_normal_offset, 1.0);
-    let uv = vec2(dot(frame.shadow_u, p), dot(frame.shadow_v, p));
-    let depth = dot(frame.shadow_depth, p);
-    // Outside the map nothing was drawn: lit.
-    if any(uv < vec2(0.0)) || any(uv > vec2(frame.shadow_size)) || depth >= 1.0 {
+@group(2) @binding(0) var shadow_atlas: texture_depth_2d_array;
+@group(2) @binding(1) var<uniform> shadow_views: array<ShadowView, SHADOW_VIEWS>;
+
+// SHADOW_FILTER in the passes; ShadowFilter in src/scene/settings.rs has the same list.
+const NO_FILTER: u32 = 0u;
+const BOX_TWO: u32 = 1u;
+const BOX_THREE: u32 = 2u;
+const BOX_FIVE: u32 = 3u;
+const POISSON: u32 = 4u;
+const PCSS: u32 = 5u;
+
+// How a light looks at the scene: bits 2 and 3 of its record's `falloff`, 0 for a light without a map. Bits 4 to 11 are its first
+// map, the others how many it has. `ShadowPlan::code` in src/plan/shadows.rs packs them.
+const CASCADES: u32 = 1u;
+const PERSPECTIVE: u32 = 2u;
+const CUBE: u32 = 3u;
+
+// A disc of sixteen points that keep their distance, in a unit circle.
+const DISC_POINTS: i32 = 16;
+
+fn disc_point(i: i32) -> vec2<f32> {
+    var points = array(
+        vec2(-0.0585, 0.0472), vec2(0.3641, -0.2307), vec2(-0.1983, -0.4389), vec2(0.1706, 0.4632),
+        vec2(-0.4917, 0.2358), vec2(0.5723, 0.2154), vec2(-0.6262, -0.1796), vec2(0.2237, -0.6593),
+        vec2(-0.2646, 0.7009), vec2(0.7338, -0.4101), vec2(-0.5573, -0.6434), vec2(0.5012, 0.6815),
+        vec2(-0.7826, 0.5403), vec2(0.9357, 0.1379), vec2(-0.9663, 0.0687), vec2(0.0419, -0.9641),
+    );
+    return points[i];
+}
+
+fn stored_depth(view: ShadowView, texel: vec2<f32>) -> f32 {
+    // Never a texel of another map.
+    let inside = clamp(texel, view.low, view.low + (view.edge - 1.0));
+    return textureLoad(shadow_atlas, vec2<i32>(inside), i32(view.layer), 0);
+}
+
+fn is_lit(view: ShadowView, texel: vec2<f32>, depth: f32) -> f32 {
+    return select(0.0, 1.0, depth >= stored_depth(view, texel));
+}
+
+// Percentage-closer filtering (Reeves et al. 1987) over a square of texels, the outer ones weighted by how much of them the square
+// covers, so that the edge slides instead of stepping. Two texels a side is bilinear filtering.
+fn box_filter(view: ShadowView, uv: vec2<f32>, depth: f32, texels: i32) -> f32 {
+    let width = f32(texels - 1);
+    let start = uv - width * 0.5;
+    let first = floor(start);
+    let f = start - first;
+    var sum = 0.0;
+    for (var y = 0; y < texels; y++) {
+        let weight_y = select(select(1.0, f.y, y == texels - 1), 1.0 - f.y, y == 0);
+        var row = 0.0;
+        for (var x = 0; x < texels; x++) {
+            let weight_x = select(select(1.0, f.x, x == texels - 1), 1.0 - f.x, x == 0);
+            row += weight_x * is_lit(view, first + vec2(f32(x), f32(y)), depth);
+        }
+        sum += weight_y * row;
+    }
+    return sum / (width * width);
+}
+
+// A point in a map.
+struct MapPoint {
+    uv: vec2<f32>,
+    depth: f32,
+    w: f32,
+}
+
+fn map_point(view: ShadowView, position: vec3<f32>) -> MapPoint {
+    let p = vec4(position, 1.0);
+    let w = dot(view.w, p);
+    return MapPoint(vec2(dot(view.u, p), dot(view.v, p)) / w, dot(view.depth, p) / w, w);
+}
+
+// How the depth of the plane through a point changes along u and v: what a wide filter has to compare with, or a slanting surface would
+// shade itself (Isidoro 2006, "Shadow Mapping: GPU-based Tips and Techniques").
+fn plane_slope(view: ShadowView, at: MapPoint, position: vec3<f32>, normal: vec3<f32>) -> vec2<f32> {
+    // Two points of the plane, a texel away.
+    let other = select(vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), abs(normal.x) > 0.7);
+    let tangent = normalize(cross(normal, other));
+    let step = view.texel * at.w;
+    let a = map_point(view, position + tangent * step);
+    let b = map_point(view, position + cross(normal, tangent) * step);
+    let du = vec2(a.uv.x - at.uv.x, b.uv.x - at.uv.x);
+    let dv = vec2(a.uv.y - at.uv.y, b.uv.y - at.uv.y);
+    let dz = vec2(a.depth - at.depth, b.depth - at.depth);
+    let area = du.x * dv.y - du.y * dv.x;
+    // Seen from its edge, a plane has no slope that means anything.
+    if abs(area) < 0.005 {
+        return vec2(0.0);
+    }
+    return vec2(dz.x * dv.y - dz.y * dv.x, du.x * dz.y - du.y * dz.x) / area;
+}
+
+// Cosine and sine of an angle that differs from pixel to pixel: interleaved gradient noise (Jimenez 2014). By the pixel that the point
+// is seen in, so that every light path turns the disc alike.
+fn disc_turn(position: vec3<f32>) -> vec2<f32> {
+    let clip = frame.clip_from_world * vec4(position, 1.0);
+    let pixel = floor((clip.xy / clip.w + 1.0) / vec2(frame.pixel_width, frame.pixel_height));
+    let angle = 6.2831853 * fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
+    return vec2(cos(angle), sin(angle));
+}
+
+fn turned(point: vec2<f32>, turn: vec2<f32>) -> vec2<f32> {
+    return vec2(point.x * turn.x - point.y * turn.y, point.x * turn.y + point.y * turn.x);
+}
+
+fn disc_filter(view: ShadowView, at: MapPoint, slope: vec2<f32>, turn: vec2<f32>, radius: f32) -> f32 {
+    var sum = 0.0;
+    for (var i = 0; i < DISC_POINTS; i++) {
+        let offset = turned(disc_point(i), turn) * radius;
+        // In the middle of the texel that is fetched, not of the point on the disc.
+        let texel = floor(at.uv + offset);
+        sum += is_lit(view, texel, at.depth + dot(slope, texel + 0.5 - at.uv));
+    }
+    return sum / f32(DISC_POINTS);
+}
+
+// Percentage-closer soft shadows (Fernando 2005): blockers are searched for, and the disc is as wide as the penumbra that the
+// light's size and their mean distance make. `most` bounds both discs, in texels.
+fn soft_filter(view: ShadowView, at: MapPoint, slope: vec2<f32>, turn: vec2<f32>, most: f32) -> f32 {
+    // The map is perspective where w changes with the place.
+    let perspective = any(view.w.xyz != vec3(0.0));
+    let texel = view.texel * at.w;
+    // As wide as the penumbra of the farthest blocker that there can be; near a lamp that has no bound, so a third of the way to the
+    // lamp is as near to it as blockers are looked for.
+    let range = 1.0 / max(length(view.depth.xyz), 1e-30);
+    let widest = select((1.0 - at.depth) * range, 2.0, perspective) * view.light_size;
+    let search = clamp(widest / texel, 1.0, most);
+    var sum = 0.0;
+    var count = 0.0;
+    for (var i = 0; i < DISC_POINTS; i++) {
+        let offset = turned(disc_point(i), turn) * search;
+        let place = floor(at.uv + offset);
+        let stored = stored_depth(view, place);
+        if stored > at.depth + dot(slope, place + 0.5 - at.uv) {
+            sum += stored;
+            count += 1.0;
+        }
+    }
+    if count == 0.0 {
         return 1.0;
     }
-    let texel = vec2<i32>(floor(uv));
-    let f = uv - floor(uv);
-    let weight_x = vec3(1.0 - f.x, 1.0, f.x);
-    let weight_y = vec3(1.0 - f.y, 1.0, f.y);
-    var sum = 0.0;
-    for (var row = 0; row < 3; row++) {
-        let y = row - 1;
-        let lit = vec3(
-            lit_texel(texel + vec2(-1, y), depth),
-            lit_texel(texel + vec2(0, y), depth),
-            lit_texel(texel + vec2(1, y), depth),
-        );
-        sum += dot(lit, weight_x) * weight_y[row];
+    let blocker = sum / count;
+    var penumbra = 0.0;
+    if perspective {
+        // Depth is near / distance; similar triangles with the light above, the receiver below.
+        let ratio = blocker / at.depth;
+        penumbra = view.light_size * (ratio - 1.0);
+    } else {
+        penumbra = (blocker - at.depth) * range * view.light_size;
     }
-    return sum * 0.25;
+    return disc_filter(view, at, slope, turn, clamp(penumbra / texel, 1.0, most));
+}
+
+// Share of light in one map.
+fn visibility_in(view: ShadowView, position: vec3<f32>, normal: vec3<f32>, chosen: u32) -> f32 {
+    // Where nothing was drawn, or behind the light: lit.
+    let w = dot(view.w, vec4(position, 1.0));
+    if view.edge <= 0.0 || w <= 0.0 {
+        return 1.0;
+    }
+    // In texels at that place, so that the same scene in another unit has the same shadows.
+    let moved = position + normal * (view.texel * w * frame.shadow_normal_offset);
+    let at = map_point(view, moved);
+    if any(at.uv < view.low) || any(at.uv > view.low + view.edge) || at.depth <= 0.0 {
+        return 1.0;
+    }
+    switch chosen {
+        case NO_FILTER: { return is_lit(view, floor(at.uv), at.depth); }
+        case BOX_TWO: { return box_filter(view, at.uv, at.depth, 2); }
+        case BOX_FIVE: { return box_filter(view, at.uv, at.depth, 5); }
+        case POISSON: {
+            return disc_filter(view, at, plane_slope(view, at, moved, normal), disc_turn(position), 2.5);
+        }
+        case PCSS: {
+            if view.light_size > 0.0 {
+                let most = clamp(view.edge / 24.0, 2.5, 40.0);
+                return soft_filter(view, at, plane_slope(view, at, moved, normal), disc_turn(position), most);
+            }
+            return box_filter(view, at.uv, at.depth, 3);
+        }
+        default: { return box_filter(view, at.uv, at.depth, 3); }
+    }
+}
+
+// Which of six maps sees a direction away from the light.
+fn cube_face(direction: vec3<f32>) -> u32 {
+    let size = abs(direction);
+    if size.x >= size.y && size.x >= size.z {
+        return select(1u, 0u, direction.x > 0.0);
+    }
+    if size.y >= size.z {
+        return select(3u, 2u, direction.y > 0.0);
+    }
+    return select(5u, 4u, direction.z > 0.0);
+}
+
+// Share of a light that reaches a point. `code` is the light's `falloff`, `to_light` a unit vector, `chosen` the filter.
+fn visibility(code: u32, position: vec3<f32>, normal: vec3<f32>, to_light: vec3<f32>, chosen: u32) -> f32 {
+    let kind = (code >> 2u) & 3u;
+    if kind == 0u {
+        return 1.0;
+    }
+    var index = (code >> 4u) & 255u;
+    if kind != CASCADES {
+        if kind == CUBE {
+            index += cube_face(-to_light);
+        }
+        return visibility_in(shadow_views[index], position, normal, chosen);
+    }
+    // By the distance along the view. The last cascade has no end.
+    let distance = dot(position, frame.forward);
+    let last = index + (code >> 12u) - 1u;
+    while index < last && distance > shadow_views[index].end {
+        index += 1u;
+    }
+    let view = shadow_views[index];
+    var light = visibility_in(view, position, normal, chosen);
+    if distance > view.blend && index < last {
+        let next = visibility_in(shadow_views[index + 1u], position, normal, chosen);
+        light = mix(light, next, (distance - view.blend) / (view.end - view.blend));
+    }
+    return light;
 }

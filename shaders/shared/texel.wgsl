@@ -14,4 +14,6 @@ struct Texel {
     specular: vec3<f32>,
     // Index of the BRDF, where the scene mixes them.
     brdf: u32,
+    // Whether shadows fall on it.
+    receives: bool,
 }

@@ -5,7 +5,8 @@ use std::str::FromStr;
 
 use afterlight::gpu::DeviceChoice;
 use afterlight::scene::{
-    Brdf, Camera, GbufferChoice, HdrFormat, LightPath, Resolve, SettingsPatch, Tonemap, View, parse_size, unknown,
+    Brdf, Camera, GbufferChoice, HdrFormat, LightPath, Resolve, SettingsPatch, ShadowFilter, Tonemap, View, parse_size,
+    unknown,
 };
 use clap::Args;
 
@@ -56,7 +57,8 @@ pub struct SettingsArgs {
     /// Shadows: on or off
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub shadows: Option<bool>,
-    /// Edge of the sun's shadow map in texels, 1 to 16384
+    /// Edge of a layer of shadow maps in texels, 32 to 16384: a cascade has a whole layer, a spot light and each of a point
+    /// light's six faces a quarter [default: 2048]
     #[arg(long, value_name = "TEXELS", value_parser = shadow_size, allow_hyphen_values = true)]
     pub shadow_size: Option<u32>,
     /// Smooth edges of the finished picture (FXAA): on or off
@@ -65,6 +67,21 @@ pub struct SettingsArgs {
     /// Where the samples of a pixel are averaged: linear (as light), or tone-mapped
     #[arg(long, value_name = "NAME", value_parser = value::<Resolve>)]
     pub resolve: Option<Resolve>,
+    /// Filter of shadows: none, 2x2, 3x3, 5x5, poisson, or pcss (as soft as the light is large) [default: 3x3]
+    #[arg(long, value_name = "NAME", value_parser = value::<ShadowFilter>)]
+    pub shadow_filter: Option<ShadowFilter>,
+    /// Shadow maps of each directional light, 1 to 4 [default: 3]
+    #[arg(long, value_name = "N", value_parser = cascades, allow_hyphen_values = true)]
+    pub cascades: Option<u32>,
+    /// How the cascades part the view: 0 evenly, 1 logarithmically [default: 0.7]
+    #[arg(long, value_name = "0..1", value_parser = shadow_lambda, allow_hyphen_values = true)]
+    pub shadow_lambda: Option<f32>,
+    /// MiB that all shadow maps may take; the most important lights get theirs first [default: 256]
+    #[arg(long, value_name = "MIB", value_parser = shadow_budget, allow_hyphen_values = true)]
+    pub shadow_budget: Option<u32>,
+    /// Draw a shadow map only when something in it moved: on or off [default: on]
+    #[arg(long, value_name = "on|off", value_parser = on_off)]
+    pub shadow_cache: Option<bool>,
 }
 
 impl SettingsArgs {
@@ -82,6 +99,11 @@ impl SettingsArgs {
             shadow_size: self.shadow_size,
             fxaa: self.fxaa,
             resolve: self.resolve,
+            shadow_filter: self.shadow_filter,
+            cascades: self.cascades,
+            shadow_lambda: self.shadow_lambda,
+            shadow_budget: self.shadow_budget,
+            shadow_cache: self.shadow_cache,
             ..SettingsPatch::default()
         }
     }
@@ -99,7 +121,7 @@ pub fn view(text: &str) -> Result<ViewChoice, String> {
 }
 
 /// What `--vary` can change.
-const VARIABLE: [&str; 12] = [
+const VARIABLE: [&str; 17] = [
     "size",
     "exposure",
     "tonemap",
@@ -109,6 +131,11 @@ const VARIABLE: [&str; 12] = [
     "light-cutoff",
     "shadows",
     "shadow-size",
+    "shadow-filter",
+    "cascades",
+    "shadow-lambda",
+    "shadow-budget",
+    "shadow-cache",
     "view",
     "fxaa",
     "hdr-format",
@@ -130,6 +157,11 @@ pub fn variation(text: &str) -> Result<SettingsPatch, String> {
             "hdr-format" => patch.hdr_format = Some(value(text)?),
             "shadows" => patch.shadows = Some(on_off(text)?),
             "shadow-size" => patch.shadow_size = Some(shadow_size(text)?),
+            "shadow-filter" => patch.shadow_filter = Some(value(text)?),
+            "cascades" => patch.cascades = Some(cascades(text)?),
+            "shadow-lambda" => patch.shadow_lambda = Some(shadow_lambda(text)?),
+            "shadow-budget" => patch.shadow_budget = Some(shadow_budget(text)?),
+            "shadow-cache" => patch.shadow_cache = Some(on_off(text)?),
             "view" => patch.view = Some(value(text)?),
             "fxaa" => patch.fxaa = Some(on_off(text)?),
             _ => return Err(unknown("setting", key, &VARIABLE)),
@@ -168,6 +200,24 @@ pub fn samples(text: &str) -> Result<u32, String> {
     let samples = text.parse().map_err(|_| "expected a number of frames".to_owned())?;
     checked(SettingsPatch { samples: Some(samples), ..SettingsPatch::default() })?;
     Ok(samples)
+}
+
+fn cascades(text: &str) -> Result<u32, String> {
+    let count = text.parse().map_err(|_| "expected a number from 1 to 4".to_owned())?;
+    checked(SettingsPatch { cascades: Some(count), ..SettingsPatch::default() })?;
+    Ok(count)
+}
+
+fn shadow_lambda(text: &str) -> Result<f32, String> {
+    let lambda = text.parse().map_err(|_| "expected a number from 0 to 1".to_owned())?;
+    checked(SettingsPatch { shadow_lambda: Some(lambda), ..SettingsPatch::default() })?;
+    Ok(lambda)
+}
+
+fn shadow_budget(text: &str) -> Result<u32, String> {
+    let budget = text.parse().map_err(|_| "expected a number of MiB".to_owned())?;
+    checked(SettingsPatch { shadow_budget: Some(budget), ..SettingsPatch::default() })?;
+    Ok(budget)
 }
 
 /// The scene module knows the ranges.

@@ -89,6 +89,7 @@ fn draw(args: &Args, workload: &Workload, device: &Arc<Device>, view: Option<Vie
         Settings { hdr_output: args.output.format == Format::Exr, ..workload.settings(&variation, &device.physical)? };
     let start = Instant::now();
     let mut renderer = Renderer::new(device, &workload.scene, &settings)?;
+    workload.warn(renderer.plan())?;
     let bar = progress::bar("drawing".into(), u64::from(args.frames) * u64::from(settings.samples), args.quiet);
     let mut times = Table::with_figures_from(1);
     times.row(["load".to_owned(), milliseconds(workload.load_ms)]);

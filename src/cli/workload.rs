@@ -24,6 +24,7 @@ pub struct Workload {
     /// From the first byte read to a scene in memory.
     pub load_ms: f64,
     command_line: SettingsPatch,
+    quiet: bool,
 }
 
 impl Workload {
@@ -50,7 +51,15 @@ impl Workload {
             Some(camera) => Camera { near: scene.camera.near, ..*camera },
             None => scene.camera,
         };
-        Ok(Self { scene, camera, load_ms, command_line: args.patch() })
+        Ok(Self { scene, camera, load_ms, command_line: args.patch(), quiet })
+    }
+
+    /// Prints what the plan lacks of what was asked for.
+    ///
+    /// # Errors
+    /// When that cannot be printed.
+    pub fn warn(&self, plan: &FramePlan) -> Result<(), Failure> {
+        if self.quiet { Ok(()) } else { output::print(&warnings(plan.warnings()), true) }
     }
 
     /// The settings of one picture: `variation` over the command line over the scene over the defaults.

@@ -1,7 +1,7 @@
 //! One deferred frame, from top to bottom, as explicit Vulkan. This is the file to read first.
 //!
 //! ```text
-//! shadow pass    SHADOW     the sun's depth map
+//! shadow passes  SHADOW     depth maps of lights, those in which something has moved
 //! main pass      GEOMETRY   surfaces into the G-buffer, in tile memory where there is any
 //!                LIGHTING   every light on every pixel; or VIEW, which shows a buffer instead
 //!                TONEMAP    only where something is blended before it
@@ -15,10 +15,10 @@ use std::sync::Arc;
 use ash::vk;
 use glam::Vec3;
 
-use super::edges::{self, Carrier, Edge};
+use super::edges::{Carrier, Edge};
 use super::render_pass::{self, Subpasses, input_layout};
 use crate::gpu::{self, Device, Framebuffer, Image, RenderPass, Timestamps, barrier, framebuffer};
-use crate::gpu_scene::GpuScene;
+use crate::gpu_scene::{GpuScene, ShadowAtlas};
 use crate::passes::fxaa::Fxaa;
 use crate::passes::geometry::Geometry;
 use crate::passes::lighting::Lighting;
@@ -26,7 +26,7 @@ use crate::passes::per_light::PerLight;
 use crate::passes::shadow::Shadow;
 use crate::passes::tonemap::{TonemapPass, tone_map};
 use crate::passes::view::ViewPass;
-use crate::passes::{Recording, Slot};
+use crate::passes::{Recording, SetLayouts, Slot};
 use crate::plan::{FramePlan, Shading, ToneMapping, World};
 use crate::targets::{Target, Targets, attachments, gbuffer_inputs};
 
@@ -46,7 +46,7 @@ pub struct Deferred {
     framebuffer: Framebuffer,
     clears: Vec<vk::ClearValue>,
     extent: vk::Extent2D,
-    shadow: Option<(RenderPass, Shadow, Edge)>,
+    shadow: Option<(RenderPass, Shadow)>,
     geometry: Option<Geometry>,
     shade: Shade,
     tonemap: Option<TonemapPass>,
@@ -62,6 +62,7 @@ impl Deferred {
         device: &Arc<Device>,
         plan: &FramePlan,
         frame_layout: vk::DescriptorSetLayout,
+        atlas: Option<&ShadowAtlas>,
         scene: &GpuScene,
         world: &World,
     ) -> gpu::Result<Self> {
@@ -72,14 +73,14 @@ impl Deferred {
         let subpasses = Subpasses::of(plan);
         let slot = |subpass| Slot { render_pass: pass.raw, subpass };
 
-        let shadow = match plan.shadow {
-            Some(size) => {
+        let shadow = match (&plan.shadow, atlas) {
+            (Some(shadow_plan), Some(atlas)) => {
                 let pass = render_pass::shadow(device, plan)?;
                 let slot = Slot { render_pass: pass.raw, subpass: 0 };
-                let shadow = Shadow::new(device, size, slot, scene, world)?;
-                Some((pass, shadow, edges::row(plan, "shadow-map-to-lighting")))
+                let shadow = Shadow::new(device, shadow_plan, atlas, slot, scene, world)?;
+                Some((pass, shadow))
             }
-            None => None,
+            _ => None,
         };
         let geometry = match subpasses.geometry {
             Some(subpass) => Some(Geometry::new(device, plan, slot(subpass), frame_layout, scene)?),
@@ -90,17 +91,18 @@ impl Deferred {
             .into_iter()
             .map(|(binding, target)| (binding, input(target).0, input(target).1))
             .collect();
-        let map = shadow.as_ref().map(|(_, shadow, _)| shadow.map().view);
+        let shadows = atlas.map(|atlas| atlas.set_layout.raw);
+        let layouts = SetLayouts { frame: frame_layout, shadows };
         let lighting = slot(subpasses.lighting);
         let shade = match plan.shading {
             Shading::Light { .. } => {
                 let added = match plan.adds_lights() {
-                    true => Some(Box::new(PerLight::new(device, plan, lighting, frame_layout, (&inputs, map))?)),
+                    true => Some(Box::new(PerLight::new(device, plan, lighting, layouts, &inputs)?)),
                     false => None,
                 };
-                Shade::Light(Lighting::new(device, plan, lighting, frame_layout, (&inputs, map))?, added)
+                Shade::Light(Lighting::new(device, plan, lighting, layouts, &inputs)?, added)
             }
-            _ => Shade::View(ViewPass::new(device, plan, lighting, frame_layout, (&inputs, map))?),
+            _ => Shade::View(ViewPass::new(device, plan, lighting, layouts, &inputs)?),
         };
         let tonemap = match subpasses.tonemap {
             Some(subpass) => {
@@ -134,11 +136,10 @@ impl Deferred {
     pub fn record(&self, frame: &Recording, times: &mut Option<Timestamps>) {
         let (gpu, cmd) = (&frame.device.raw, frame.cmd);
 
-        if let Some((_, shadow, shadow_map_to_lighting)) = &self.shadow {
+        if let Some((_, shadow)) = &self.shadow {
             frame.device.begin_label(cmd, "SHADOW");
+            // LIGHTING loads what SHADOW wrote: rows of the table, which each of its render passes carries.
             shadow.record(frame);
-            // LIGHTING loads what SHADOW wrote.
-            image_barrier(frame.device, cmd, shadow.map(), shadow_map_to_lighting);
             frame.device.end_label(cmd);
             stamp(times, cmd, "shadow");
         }

@@ -33,7 +33,7 @@ pub enum Place {
 /// What a row becomes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Carrier {
-    /// A subpass dependency of the shadow render pass.
+    /// A subpass dependency of the shadow render pass, of which each map that is drawn has an instance.
     ShadowPass,
     /// A subpass dependency of the main render pass.
     MainPass,
@@ -202,30 +202,27 @@ fn fxaa_pass(name: &'static str, (from, to): (Place, Place), before: Use, after:
 
 fn shadow_edges(plan: &FramePlan) -> [Edge; 2] {
     let (reader, map_read) =
-        if plan.is_tiled() { (Place::Tiled, tiled::MAP_READ) } else { (Place::Lighting, lighting::MAP_READ) };
+        if plan.is_tiled() { (Place::Tiled, tiled::MAP_READ) } else { (Place::Lighting, shadow::MAP_READ) };
     [
         Edge {
             name: "shadow-map-reuse",
             carrier: Carrier::ShadowPass,
             from: Place::Outside,
             to: Place::Shadow,
-            before: map_read,
+            before: map_read.or(shadow::MAP_WRITE),
             after: shadow::MAP_WRITE,
             by_region: false,
-            why: "frames in flight share one map: LIGHTING of the last frame may still read what this one clears",
+            why: "frames share the maps: LIGHTING of the last one may still read what this one clears; and maps of one layer follow each other",
         },
         Edge {
             name: "shadow-map-to-lighting",
-            carrier: Carrier::ImageBarrier(
-                vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
-                vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL,
-            ),
+            carrier: Carrier::ShadowPass,
             from: Place::Shadow,
             to: reader,
             before: shadow::MAP_WRITE,
             after: map_read,
             by_region: false,
-            why: "LIGHTING loads any texel of the map that SHADOW wrote and stored",
+            why: "LIGHTING loads any texel of a map that SHADOW wrote and stored",
         },
     ]
 }

@@ -14,13 +14,14 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use ash::vk;
+use glam::DAffine3;
 
 use crate::gpu::{self, CommandBuffer, Device, Image, Owned, PhysicalDevice, Ticket, Timestamps, barrier};
-use crate::gpu_scene::{FrameUniform, GpuScene, ViewBuffers, view_set_layout};
+use crate::gpu_scene::{FrameUniform, GpuScene, ShadowAtlas, ViewBuffers, view_set_layout};
 use crate::passes::Recording;
 use crate::passes::copy::Copy;
-use crate::plan::{self, Capabilities, FramePlan, Visible, World};
-use crate::scene::{Camera, Scene, Settings, exposure_scale, metered_ev100};
+use crate::plan::{self, Capabilities, FramePlan, ShadowCache, Visible, World};
+use crate::scene::{Camera, Light, Scene, Settings, exposure_scale, metered_ev100};
 
 /// While the device draws one frame, the CPU records the next.
 const IN_FLIGHT: usize = 2;
@@ -40,7 +41,11 @@ pub struct Drawn {
     pub objects: usize,
     pub culled: usize,
     pub triangles: usize,
+    /// Draws into shadow maps.
     pub casters: usize,
+    /// Shadow maps that are looked up, and how many of them were drawn anew.
+    pub shadow_maps: usize,
+    pub shadow_maps_drawn: usize,
 }
 
 /// How long a frame took.
@@ -96,12 +101,13 @@ impl Frame {
         device: &Arc<Device>,
         plan: &FramePlan,
         frame_layout: vk::DescriptorSetLayout,
+        atlas: Option<&ShadowAtlas>,
         scene: &GpuScene,
         world: &World,
     ) -> gpu::Result<Self> {
         Ok(match plan.is_tiled() {
-            true => Self::Tiled(Box::new(TiledFrame::new(device, plan, frame_layout, scene, world)?)),
-            false => Self::Deferred(Box::new(Deferred::new(device, plan, frame_layout, scene, world)?)),
+            true => Self::Tiled(Box::new(TiledFrame::new(device, plan, frame_layout, atlas, scene, world)?)),
+            false => Self::Deferred(Box::new(Deferred::new(device, plan, frame_layout, atlas, scene, world)?)),
         })
     }
 
@@ -128,6 +134,8 @@ pub struct Renderer {
     world: World,
     scene: GpuScene,
     frame: Frame,
+    atlas: Option<ShadowAtlas>,
+    shadow_cache: ShadowCache,
     copy: Option<(CommandBuffer, Copy)>,
     frames: Vec<InFlight>,
     next: usize,
@@ -144,6 +152,8 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
             .min(limits.max_framebuffer_height)
             .min(limits.max_viewport_dimensions[0])
             .min(limits.max_viewport_dimensions[1]),
+        max_layers: limits.max_image_array_layers,
+        depth_clamp: device.features.depth_clamp == vk::TRUE,
         max_color_attachments: limits.max_color_attachments.min(limits.max_fragment_output_attachments),
         max_input_attachments: limits
             .max_per_stage_descriptor_input_attachments
@@ -178,7 +188,8 @@ impl Renderer {
         let world = World::of(scene, settings, &plan, exposure);
         let gpu_scene = GpuScene::new(device, scene, &world, &plan)?;
         let frame_layout = view_set_layout(device, &plan)?;
-        let frame = Frame::new(device, &plan, frame_layout.raw, &gpu_scene, &world)?;
+        let atlas = plan.shadow.as_ref().map(|shadow| ShadowAtlas::new(device, shadow, IN_FLIGHT)).transpose()?;
+        let frame = Frame::new(device, &plan, frame_layout.raw, atlas.as_ref(), &gpu_scene, &world)?;
         let frames = (0..IN_FLIGHT)
             .map(|index| {
                 Ok(InFlight {
@@ -198,6 +209,8 @@ impl Renderer {
             world,
             scene: gpu_scene,
             frame,
+            atlas,
+            shadow_cache: ShadowCache::default(),
             copy: None,
             frames,
             next: 0,
@@ -207,6 +220,22 @@ impl Renderer {
 
     pub fn plan(&self) -> &FramePlan {
         &self.plan
+    }
+
+    /// Moves an object, by its index in the scene, to where `transform` places it from the next frame on.
+    ///
+    /// # Errors
+    /// When there is no such object, or it would need another pipeline.
+    pub fn move_object(&mut self, index: usize, transform: &DAffine3) -> Result<(), Error> {
+        Ok(self.world.move_object(index, transform)?)
+    }
+
+    /// Changes a light, by its index in the scene, from the next frame on.
+    ///
+    /// # Errors
+    /// When there is no such light, or the changed one would need other pipelines or maps.
+    pub fn set_light(&mut self, index: usize, light: &Light) -> Result<(), Error> {
+        Ok(self.world.set_light(index, light)?)
     }
 
     /// Records and submits a frame. Returns as soon as it is submitted; waits only for the frame before the last.
@@ -228,10 +257,18 @@ impl Renderer {
             self.device.wait(ticket)?;
         }
         frame.begun = Instant::now();
+        self.world.refresh(&self.plan);
         let visible = Visible::of(&self.world, camera, &self.plan);
-        let uniform = FrameUniform::of(&self.world, &visible, camera, &self.plan, jitter);
+        if !self.world.shadows.cache {
+            self.shadow_cache = ShadowCache::default();
+        }
+        let stale_maps = self.shadow_cache.stale(&visible.shadows);
+        let uniform = FrameUniform::of(&self.world, camera, &self.plan, jitter);
         // The submission makes host writes visible to the device.
         frame.view.write(&uniform, &self.world, camera, &visible.lights)?;
+        if let Some(atlas) = &self.atlas {
+            atlas.write(self.next, &visible, camera)?;
+        }
         frame.cmd.begin()?;
         let cmd = frame.cmd.raw;
         if let Some(times) = &mut frame.times {
@@ -247,6 +284,8 @@ impl Renderer {
                 visible: &visible,
                 camera,
                 frame_set: frame.view.set,
+                shadow_set: self.atlas.as_ref().map(|atlas| atlas.set(self.next)),
+                stale_maps: &stale_maps,
             },
             &mut frame.times,
         );
@@ -256,9 +295,12 @@ impl Renderer {
             objects: visible.draws.len(),
             culled: visible.culled,
             triangles: visible.triangles(&self.world),
-            casters: visible.casters.len(),
+            casters: stale_maps.iter().flat_map(|&map| &visible.shadows[map]).map(|map| map.casters.len()).sum(),
+            shadow_maps: visible.shadows.iter().flatten().count(),
+            shadow_maps_drawn: stale_maps.len(),
         };
         frame.ticket = Some(self.device.submit(&frame.cmd)?);
+        self.shadow_cache.keep(&visible.shadows, &stale_maps);
         self.device.collect();
         self.next = (self.next + 1) % IN_FLIGHT;
         Ok(())

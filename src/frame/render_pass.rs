@@ -89,7 +89,7 @@ pub fn main(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<RenderPass> {
     RenderPass::new(device, "main pass", &descriptions, &subpasses, &dependencies)
 }
 
-/// The shadow map's pass: one subpass, depth only.
+/// The shadow maps' pass: one subpass, depth only.
 ///
 /// # Errors
 /// When the device cannot make it.
@@ -116,6 +116,8 @@ fn dependencies(plan: &FramePlan, carrier: Carrier) -> Vec<vk::SubpassDependency
     let index = |place| match (carrier, place) {
         // Seen from the main pass, FXAA is outside.
         (Carrier::MainPass, Place::Fxaa) => vk::SUBPASS_EXTERNAL,
+        // The shadow pass has one subpass, and all else is outside.
+        (Carrier::ShadowPass, place) if place != Place::Shadow => vk::SUBPASS_EXTERNAL,
         _ => subpasses.index(place),
     };
     let dependency = |edge: Edge| vk::SubpassDependency {

@@ -1,7 +1,7 @@
 //! One frame with lighting by compute, from top to bottom. On GPUs whose fragment rate is low this is the fast way.
 //!
 //! ```text
-//! shadow pass    SHADOW     as in the deferred frame
+//! shadow passes  SHADOW     as in the deferred frame
 //! main pass      GEOMETRY   surfaces into the G-buffer, which is stored
 //! compute        TILED      every light on every pixel, tile by tile, into the output
 //! ```
@@ -15,11 +15,11 @@ use super::deferred::{background, clear_values, image_barrier, stamp};
 use super::edges::{self, Edge};
 use super::render_pass::{self, input_layout};
 use crate::gpu::{self, Device, Framebuffer, Image, RenderPass, Timestamps, framebuffer};
-use crate::gpu_scene::GpuScene;
+use crate::gpu_scene::{GpuScene, ShadowAtlas};
 use crate::passes::geometry::Geometry;
 use crate::passes::shadow::Shadow;
 use crate::passes::tiled::{EMISSIVE, Tiled};
-use crate::passes::{Recording, Slot};
+use crate::passes::{Recording, SetLayouts, Slot};
 use crate::plan::{FramePlan, OUTPUT_PLAIN, World};
 use crate::targets::{Target, Targets, stored_inputs};
 
@@ -30,7 +30,7 @@ pub struct TiledFrame {
     framebuffer: Framebuffer,
     clears: Vec<vk::ClearValue>,
     extent: vk::Extent2D,
-    shadow: Option<(RenderPass, Shadow, Edge)>,
+    shadow: Option<(RenderPass, Shadow)>,
     geometry: Geometry,
     tiled: Tiled,
     output_reuse: Edge,
@@ -46,6 +46,7 @@ impl TiledFrame {
         device: &Arc<Device>,
         plan: &FramePlan,
         frame_layout: vk::DescriptorSetLayout,
+        atlas: Option<&ShadowAtlas>,
         scene: &GpuScene,
         world: &World,
     ) -> gpu::Result<Self> {
@@ -53,14 +54,14 @@ impl TiledFrame {
         let pass = render_pass::main(device, plan)?;
         let extent = vk::Extent2D { width: plan.size[0], height: plan.size[1] };
         let framebuffer = framebuffer(device, "main framebuffer", pass.raw, &targets.views(plan), extent)?;
-        let shadow = match plan.shadow {
-            Some(size) => {
+        let shadow = match (&plan.shadow, atlas) {
+            (Some(shadow_plan), Some(atlas)) => {
                 let pass = render_pass::shadow(device, plan)?;
                 let slot = Slot { render_pass: pass.raw, subpass: 0 };
-                let shadow = Shadow::new(device, size, slot, scene, world)?;
-                Some((pass, shadow, edges::row(plan, "shadow-map-to-lighting")))
+                let shadow = Shadow::new(device, shadow_plan, atlas, slot, scene, world)?;
+                Some((pass, shadow))
             }
-            None => None,
+            _ => None,
         };
         let geometry = Geometry::new(device, plan, Slot { render_pass: pass.raw, subpass: 0 }, frame_layout, scene)?;
         let mut stored: Vec<_> = stored_inputs(plan)
@@ -70,12 +71,12 @@ impl TiledFrame {
         if plan.emissive {
             stored.push((EMISSIVE, targets.image(Target::Hdr).view, input_layout(Target::Hdr)));
         }
-        let map = shadow.as_ref().map(|(_, shadow, _)| shadow.map().view);
         let output = targets.image(Target::Output).view;
         // An attachment's clear value would be encoded by the hardware.
         let background = background(plan, world, Target::Output);
         let background = if plan.output == OUTPUT_PLAIN { encode_srgb(background) } else { background };
-        let tiled = Tiled::new(device, plan, frame_layout, (&stored, output, map), background)?;
+        let layouts = SetLayouts { frame: frame_layout, shadows: atlas.map(|atlas| atlas.set_layout.raw) };
+        let tiled = Tiled::new(device, plan, layouts, (&stored, output), background)?;
         let clears = clear_values(plan, world);
         let (output_reuse, read_back) = (edges::row(plan, "output-reuse"), edges::row(plan, "read-back"));
         Ok(Self { targets, pass, framebuffer, clears, extent, shadow, geometry, tiled, output_reuse, read_back })
@@ -90,11 +91,10 @@ impl TiledFrame {
     pub fn record(&self, frame: &Recording, times: &mut Option<Timestamps>) {
         let (gpu, cmd) = (&frame.device.raw, frame.cmd);
 
-        if let Some((_, shadow, shadow_map_to_lighting)) = &self.shadow {
+        if let Some((_, shadow)) = &self.shadow {
             frame.device.begin_label(cmd, "SHADOW");
+            // TILED loads what SHADOW wrote: rows of the table, which each of its render passes carries.
             shadow.record(frame);
-            // TILED loads what SHADOW wrote.
-            image_barrier(frame.device, cmd, shadow.map(), shadow_map_to_lighting);
             frame.device.end_label(cmd);
             stamp(times, cmd, "shadow");
         }

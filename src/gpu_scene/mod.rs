@@ -1,9 +1,11 @@
 //! A scene's buffers, textures and descriptor sets on the device: what the plan needs of it and no more.
 
 mod material;
+mod shadows;
 mod view;
 
 pub use material::Materials;
+pub use shadows::{ATLAS_LAYOUT, ShadowAtlas};
 pub use view::{FrameUniform, LightRecord, ViewBuffers, set_layout as view_set_layout};
 
 use std::sync::Arc;

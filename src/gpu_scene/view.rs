@@ -7,7 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, DVec4, Mat4, Vec3, Vec4};
 
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter};
-use crate::plan::{FramePlan, Grid, LightWork, Reach, UNIFORM_LIGHTS, Visible, VolumeRecord, World, falloff_index};
+use crate::plan::{FramePlan, Grid, LightWork, Reach, ShadowPlan, UNIFORM_LIGHTS, VolumeRecord, World, falloff_index};
 use crate::scene::{Camera, Falloff, Light, LightKind, LightPath};
 
 /// `Frame` of `shaders/shared/frame.wgsl`.
@@ -24,19 +24,17 @@ pub struct FrameUniform {
     pub ambient: Vec3,
     pub pixel_height: f32,
     pub ambient_tilt: Vec3,
-    pub ambient_padding: f32,
-    pub shadow_u: Vec4,
-    pub shadow_v: Vec4,
-    pub shadow_depth: Vec4,
     pub shadow_normal_offset: f32,
     pub shadow_size: f32,
     pub directional_count: u32,
     pub light_count: u32,
-    pub forward: Vec3,
     pub looped_count: u32,
+    pub forward: Vec3,
     pub cluster_columns: u32,
     pub cluster_rows: u32,
-    _padding: [u32; 2],
+    pub shadow_layers: u32,
+    pub shadow_view_count: u32,
+    _padding: u32,
     pub camera_in_scene: Vec3,
     pub scene_radius: f32,
 }
@@ -57,17 +55,16 @@ pub struct LightRecord {
 
 impl FrameUniform {
     /// `jitter`: where in each pixel the scene is seen, in pixels to the right and down from its centre.
-    pub fn of(world: &World, visible: &Visible, camera: &Camera, plan: &FramePlan, jitter: [f64; 2]) -> Self {
+    pub fn of(world: &World, camera: &Camera, plan: &FramePlan, jitter: [f64; 2]) -> Self {
         let [width, height] = plan.size.map(f64::from);
         let tan_y = (camera.fov_y_degrees.to_radians() * 0.5).tan();
         let tan_x = tan_y * width / height;
         let (right, up, forward) = (camera.right(), camera.up(), camera.forward());
         let grid = Grid::of(plan.size);
-        let rows = visible.sun.as_ref().map_or([Vec4::ZERO; 3], |sun| sun.texel_rows(camera));
         // The same offset twice, so that what is projected and what is rebuilt from depth agree.
         let (offset_x, offset_y) = (jitter[0] * 2.0 / width, jitter[1] * 2.0 / height);
-        let texel = visible.sun.as_ref().map_or(0.0, |sun| sun.texel);
         let (ambient, ambient_tilt) = world.environment.hemispheres();
+        let shadow = plan.shadow.as_ref();
         Self {
             clip_from_world: clip_from_world(camera, [tan_x, tan_y], [offset_x, offset_y]),
             ray_center: (forward + right * (tan_x * offset_x) - up * (tan_y * offset_y)).as_vec3(),
@@ -80,19 +77,17 @@ impl FrameUniform {
             ambient,
             pixel_height: (2.0 / height) as f32,
             ambient_tilt,
-            ambient_padding: 0.0,
-            shadow_u: rows[0],
-            shadow_v: rows[1],
-            shadow_depth: rows[2],
-            shadow_normal_offset: world.shadows.normal_offset * texel as f32,
-            shadow_size: plan.shadow.unwrap_or(0) as f32,
+            shadow_normal_offset: world.shadows.normal_offset * shadow.map_or(0.0, ShadowPlan::bias_scale),
+            shadow_size: shadow.map_or(0, |shadow| shadow.size) as f32,
             directional_count: world.directional_count() as u32,
             light_count: world.lights.len() as u32,
             forward: forward.as_vec3(),
             looped_count: world.looped_count(plan) as u32,
             cluster_columns: grid.columns,
             cluster_rows: grid.rows,
-            _padding: [0; 2],
+            shadow_layers: shadow.map_or(0, |shadow| shadow.layers),
+            shadow_view_count: shadow.map_or(0, |shadow| shadow.tiles.len() as u32),
+            _padding: 0,
             camera_in_scene: (camera.position - world.bounds.center()).as_vec3(),
             scene_radius: (world.bounds.radius() as f32).max(f32::MIN_POSITIVE),
         }
@@ -109,13 +104,14 @@ fn clip_from_world(camera: &Camera, [tan_x, tan_y]: [f64; 2], [offset_x, offset_
 }
 
 impl LightRecord {
-    fn of(light: &Light, camera: &Camera) -> Self {
+    /// `shadow_code` is what the plan says of the light's maps.
+    fn of(light: &Light, shadow_code: u32, camera: &Camera) -> Self {
         let relative = |position: DVec3| (position - camera.position).as_vec3();
         let mut record = Self {
             position: Vec3::ZERO,
             inverse_range_squared: 0.0,
             color: light.color * light.intensity,
-            falloff: 0,
+            falloff: shadow_code,
             direction: Vec3::ZERO,
             spot_scale: 0.0,
             polynomial: Vec3::ZERO,
@@ -123,7 +119,7 @@ impl LightRecord {
         };
         let mut fade = |range: Option<f64>, falloff: Falloff| {
             record.inverse_range_squared = range.map_or(0.0, |range| (1.0 / (range * range)) as f32);
-            record.falloff = falloff_index(falloff);
+            record.falloff |= falloff_index(falloff);
             if let Falloff::Polynomial { constant, linear, quadratic } = falloff {
                 record.polynomial = Vec3::new(constant, linear, quadratic);
             }
@@ -268,7 +264,8 @@ impl ViewBuffers {
     ) -> gpu::Result<()> {
         self.uniform.write(0, std::slice::from_ref(uniform))?;
         if let Some(lights) = &self.lights {
-            let records: Vec<LightRecord> = world.lights.iter().map(|light| LightRecord::of(light, camera)).collect();
+            let coded = world.lights.iter().zip(&world.shadow_codes);
+            let records: Vec<_> = coded.map(|(light, &code)| LightRecord::of(light, code, camera)).collect();
             lights.write(0, &records)?;
         }
         match work {
@@ -324,9 +321,6 @@ const _: () = {
     assert!(offset_of!(FrameUniform, ambient) == wgsl::AMBIENT);
     assert!(offset_of!(FrameUniform, pixel_height) == wgsl::PIXEL_HEIGHT);
     assert!(offset_of!(FrameUniform, ambient_tilt) == wgsl::AMBIENT_TILT);
-    assert!(offset_of!(FrameUniform, shadow_u) == wgsl::SHADOW_U);
-    assert!(offset_of!(FrameUniform, shadow_v) == wgsl::SHADOW_V);
-    assert!(offset_of!(FrameUniform, shadow_depth) == wgsl::SHADOW_DEPTH);
     assert!(offset_of!(FrameUniform, shadow_normal_offset) == wgsl::SHADOW_NORMAL_OFFSET);
     assert!(offset_of!(FrameUniform, shadow_size) == wgsl::SHADOW_SIZE);
     assert!(offset_of!(FrameUniform, directional_count) == wgsl::DIRECTIONAL_COUNT);
@@ -340,6 +334,8 @@ const _: () = {
     assert!(size_of::<VolumeData>() == crate::shaders::per_light::structs::volume::SIZE);
     assert!(offset_of!(VolumeData, rows) == crate::shaders::per_light::structs::volume::ROW_X);
     assert!(offset_of!(VolumeData, light) == crate::shaders::per_light::structs::volume::LIGHT);
+    assert!(offset_of!(FrameUniform, shadow_layers) == wgsl::SHADOW_LAYERS);
+    assert!(offset_of!(FrameUniform, shadow_view_count) == wgsl::SHADOW_VIEW_COUNT);
     assert!(size_of::<LightRecord>() == light::SIZE);
     assert!(offset_of!(LightRecord, position) == light::POSITION);
     assert!(offset_of!(LightRecord, inverse_range_squared) == light::INVERSE_RANGE_SQUARED);
@@ -364,7 +360,7 @@ mod tests {
         let settings = Settings { size, ..Settings::default() };
         let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
         let world = World::of(&scene, &settings, &plan, 1.0);
-        FrameUniform::of(&world, &Visible::of(&world, camera, &plan), camera, &plan, jitter)
+        FrameUniform::of(&world, camera, &plan, jitter)
     }
 
     fn vector(range: f64) -> impl Strategy<Value = DVec3> {
@@ -420,7 +416,7 @@ mod tests {
         #[test]
         fn a_spot_is_whole_at_its_inner_angle_and_gone_at_its_outer_one(inner in 0.0..170.0f64, wider in 3.0..60.0f64) {
             let outer = (inner + wider).min(180.0);
-            let record = LightRecord::of(&spot(inner, outer), &Camera::default());
+            let record = LightRecord::of(&spot(inner, outer), 0, &Camera::default());
             let cone = |degrees: f64| f64::from(record.spot_scale) * degrees.to_radians().cos() + f64::from(record.spot_offset);
             // The guard of KHR_lights_punctual takes over where the cosines lie within 0.001 of each other.
             prop_assume!(inner.to_radians().cos() - outer.to_radians().cos() > 0.001);
@@ -445,7 +441,7 @@ mod tests {
     #[test]
     fn a_cone_without_a_soft_edge_is_finite() {
         for angle in [0.0, 30.0, 180.0] {
-            let record = LightRecord::of(&spot(angle, angle), &Camera::default());
+            let record = LightRecord::of(&spot(angle, angle), 0, &Camera::default());
             assert!(record.spot_scale.is_finite() && record.spot_offset.is_finite());
             let at = |degrees: f32| degrees.to_radians().cos() * record.spot_scale + record.spot_offset;
             assert!(at(angle as f32).abs() < 1e-3 && (angle < 10.0 || at(angle as f32 - 5.0) >= 1.0), "{angle}");
@@ -455,7 +451,7 @@ mod tests {
     #[test]
     fn a_record_holds_its_light_relative_to_the_camera() {
         let camera = Camera { position: DVec3::new(1.0, 1.0, 1.0), ..Camera::default() };
-        let record = LightRecord::of(&spot(10.0, 20.0), &camera);
+        let record = LightRecord::of(&spot(10.0, 20.0), 0, &camera);
         assert_eq!(record.position, Vec3::new(0.0, 1.0, 2.0));
         assert_eq!((record.direction, record.color), (Vec3::NEG_Y, Vec3::new(8.0, 4.0, 2.0)));
         assert_eq!((record.inverse_range_squared, record.falloff), (1.0 / 16.0, 2));
@@ -463,11 +459,11 @@ mod tests {
         // Far from zero the difference is taken before it is rounded.
         let far = DVec3::splat(1e9);
         let kind = LightKind::Point { position: far + DVec3::X * 0.25, range: None, falloff: Falloff::InverseSquare };
-        let lamp = LightRecord::of(&Light { kind, ..spot(0.0, 1.0) }, &Camera { position: far, ..camera });
+        let lamp = LightRecord::of(&Light { kind, ..spot(0.0, 1.0) }, 0, &Camera { position: far, ..camera });
         assert_eq!((lamp.position, lamp.inverse_range_squared), (Vec3::X * 0.25, 0.0));
         // No cone: saturate(0 x + 1) is 1 everywhere.
         assert_eq!((lamp.spot_scale, lamp.spot_offset), (0.0, 1.0));
-        let sun = LightRecord::of(&samples::sun(), &camera);
+        let sun = LightRecord::of(&samples::sun(), 0, &camera);
         assert!((sun.position + Vec3::new(0.3, -1.0, -0.5).normalize()).length() < 1e-6, "towards the light");
     }
 }

@@ -239,6 +239,7 @@ fn constants_of(plan: &FramePlan, key: GeometryKey) -> Vec<(u32, u32)> {
         (constants::SPECULAR_TEXTURE, has(TextureSlot::Specular)),
         (constants::MASKED, u32::from(key.masked)),
         (constants::TWO_SIDED, u32::from(key.two_sided)),
+        (constants::RECEIVES, u32::from(key.receives)),
         (constants::PHONG, u32::from(key.phong)),
         (constants::LARGEST, plan.largest_light().to_bits()),
         (constants::FARTHEST, farthest.to_bits()),

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::screen::{Input, Inputs, MapSet, Screen, ScreenDesc, add, replace};
-use super::{Recording, Slot};
+use super::screen::{Input, Inputs, Screen, ScreenDesc, add, replace};
+use super::{Recording, SetLayouts, Slot};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Gbuffer, Shading, ToneMapping};
 use crate::shaders::lighting::{self as shader, Flags, constants};
@@ -31,18 +31,15 @@ pub const LIGHT_WRITE: Use =
 /// Adds to the emissive light that is there.
 pub const LIGHT_BLEND: Use =
     LIGHT_WRITE.or(Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_READ));
-/// Loads from the shadow map.
-pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
 
 /// The pass: one pipeline, its constants set by the plan.
 pub struct Lighting {
     screen: Screen,
     inputs: Inputs,
-    shadow: Option<MapSet>,
 }
 
 impl Lighting {
-    /// `inputs` are the G-buffer's views, `map` that of the shadow map where the plan has one.
+    /// `layouts` are those of set 0 and, where the plan has shadow maps, of set 2; `inputs` are the G-buffer's views.
     ///
     /// # Errors
     /// When the pipeline cannot be made.
@@ -50,17 +47,16 @@ impl Lighting {
         device: &Arc<Device>,
         plan: &FramePlan,
         slot: Slot,
-        frame_layout: vk::DescriptorSetLayout,
-        inputs: (&[Input], Option<vk::ImageView>),
+        layouts: SetLayouts,
+        inputs: &[Input],
     ) -> gpu::Result<Self> {
-        let (inputs, map) = (Inputs::new(device, "G-buffer inputs", inputs.0)?, inputs.1);
-        let shadow = map.map(|map| MapSet::new(device, map)).transpose()?;
+        let inputs = Inputs::new(device, "G-buffer inputs", inputs)?;
         let flags = flags(plan);
         let Some(shader) = shader::variant(flags) else {
             return Err(gpu::Error::Unsupported(format!("lighting.wgsl has no variant {flags:?}")));
         };
-        let mut set_layouts = vec![frame_layout, inputs.set_layout.raw];
-        set_layouts.extend(shadow.as_ref().map(|shadow| shadow.set_layout.raw));
+        let mut set_layouts = vec![layouts.frame, inputs.set_layout.raw];
+        set_layouts.extend(layouts.shadows);
         let screen = Screen::new(
             device,
             &ScreenDesc {
@@ -73,13 +69,13 @@ impl Lighting {
                 blend: if plan.emissive { add() } else { replace() },
             },
         )?;
-        Ok(Self { screen, inputs, shadow })
+        Ok(Self { screen, inputs })
     }
 
     /// Lights the picture. Runs inside its subpass.
     pub fn record(&self, recording: &Recording) {
         let mut sets = vec![(0, recording.frame_set), (1, self.inputs.set)];
-        sets.extend(self.shadow.as_ref().map(|shadow| (2, shadow.set)));
+        sets.extend(recording.shadow_set.map(|set| (2, set)));
         self.screen.record(recording, &sets);
     }
 }
@@ -114,6 +110,7 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         (constants::SPOT, u32::from(plan.lights.spot)),
         (constants::FALLOFF, plan.lights.falloff),
         (constants::RANGED, u32::from(plan.lights.ranged)),
+        (constants::SHADOW_FILTER, plan.shadow.as_ref().map_or(0, |shadow| shadow.filter as u32)),
         (constants::TONE_MAP, tone_map),
         (constants::OPERATOR, curve),
         (constants::LARGEST, plan.largest_light().to_bits()),

@@ -27,6 +27,15 @@ pub struct Slot {
     pub subpass: u32,
 }
 
+/// Layouts of the sets that passes share.
+#[derive(Debug, Clone, Copy)]
+pub struct SetLayouts {
+    /// Set 0: camera and lights.
+    pub frame: vk::DescriptorSetLayout,
+    /// Set 2: the shadow maps, where the plan has some.
+    pub shadows: Option<vk::DescriptorSetLayout>,
+}
+
 /// What every `record` needs: the frame that is being recorded.
 #[derive(Clone, Copy)]
 pub struct Recording<'a> {
@@ -38,18 +47,32 @@ pub struct Recording<'a> {
     pub camera: &'a Camera,
     /// Set 0 of every pass: camera and lights.
     pub frame_set: vk::DescriptorSet,
+    /// Set 2 of whatever shades: the shadow maps, where the plan has some.
+    pub shadow_set: Option<vk::DescriptorSet>,
+    /// Shadow maps that this frame draws anew, by their index.
+    pub stale_maps: &'a [usize],
 }
 
 impl Recording<'_> {
     /// The whole of an attachment as viewport and scissor.
     fn set_area(&self, width: u32, height: u32) {
-        let viewport =
-            vk::Viewport { x: 0.0, y: 0.0, width: width as f32, height: height as f32, min_depth: 0.0, max_depth: 1.0 };
-        let scissor = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
+        self.set_rectangle(vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } });
+    }
+
+    /// A part of an attachment as viewport and scissor.
+    fn set_rectangle(&self, area: vk::Rect2D) {
+        let viewport = vk::Viewport {
+            x: area.offset.x as f32,
+            y: area.offset.y as f32,
+            width: area.extent.width as f32,
+            height: area.extent.height as f32,
+            min_depth: 0.0,
+            max_depth: 1.0,
+        };
         // SAFETY: `cmd` is being recorded; both states are dynamic in every pipeline.
         unsafe {
             self.device.raw.cmd_set_viewport(self.cmd, 0, &[viewport]);
-            self.device.raw.cmd_set_scissor(self.cmd, 0, &[scissor]);
+            self.device.raw.cmd_set_scissor(self.cmd, 0, &[area]);
         }
     }
 

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::screen::{Input, Inputs, MapSet, add, stages};
-use super::{Recording, Slot};
+use super::screen::{Input, Inputs, add, stages};
+use super::{Recording, SetLayouts, Slot};
 use crate::gpu::{
     self, Buffer, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Location, MemoryKind, Owned, Uploader,
     pipeline_layout,
@@ -25,14 +25,13 @@ pub struct PerLight {
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,
     inputs: Inputs,
-    shadow: Option<MapSet>,
     /// Unit sphere, then unit cone.
     meshes: Option<(Buffer, u32, u32)>,
     area: [u32; 2],
 }
 
 impl PerLight {
-    /// `inputs` are the G-buffer's views, `map` that of the shadow map where the plan has one.
+    /// `layouts` are those of set 0 and, where the plan has shadow maps, of set 2; `inputs` are the G-buffer's views.
     ///
     /// # Errors
     /// When the pipeline cannot be made, or there is no memory for the volumes' meshes.
@@ -40,18 +39,17 @@ impl PerLight {
         device: &Arc<Device>,
         plan: &FramePlan,
         slot: Slot,
-        frame_layout: vk::DescriptorSetLayout,
-        inputs: (&[Input], Option<vk::ImageView>),
+        layouts: SetLayouts,
+        inputs: &[Input],
     ) -> gpu::Result<Self> {
-        let (inputs, map) = (Inputs::new(device, "G-buffer inputs light by light", inputs.0)?, inputs.1);
-        let shadow = map.map(|map| MapSet::new(device, map)).transpose()?;
+        let inputs = Inputs::new(device, "G-buffer inputs light by light", inputs)?;
         let flags = flags(plan);
         let volume = plan.light_path == LightPath::Volumes;
         let Some(shader) = shader::variant(flags) else {
             return Err(gpu::Error::Unsupported(format!("per_light.wgsl has no variant {flags:?}")));
         };
-        let mut sets = vec![frame_layout, inputs.set_layout.raw];
-        sets.extend(shadow.as_ref().map(|shadow| shadow.set_layout.raw));
+        let mut sets = vec![layouts.frame, inputs.set_layout.raw];
+        sets.extend(layouts.shadows);
         let range = vk::PushConstantRange { stage_flags: vk::ShaderStageFlags::FRAGMENT, offset: 0, size: PUSH_BYTES };
         let layout =
             pipeline_layout(device, "per light", &sets, if volume { &[] } else { std::slice::from_ref(&range) })?;
@@ -78,7 +76,7 @@ impl PerLight {
             },
         )?;
         let meshes = if volume { Some(upload_meshes(device)?) } else { None };
-        Ok(Self { layout, pipeline, inputs, shadow, meshes, area: plan.size })
+        Ok(Self { layout, pipeline, inputs, meshes, area: plan.size })
     }
 
     /// Adds the lights. Runs inside LIGHTING's subpass, after its triangle.
@@ -86,8 +84,8 @@ impl PerLight {
         recording.bind_pipeline(self.pipeline.raw);
         recording.bind_set(self.layout.raw, 0, recording.frame_set);
         recording.bind_set(self.layout.raw, 1, self.inputs.set);
-        if let Some(shadow) = &self.shadow {
-            recording.bind_set(self.layout.raw, 2, shadow.set);
+        if let Some(shadow_set) = recording.shadow_set {
+            recording.bind_set(self.layout.raw, 2, shadow_set);
         }
         match (&recording.visible.lights, &self.meshes) {
             (LightWork::Draws(rects), _) => rects.iter().for_each(|rect| self.draw_rect(recording, rect)),
@@ -161,6 +159,7 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         (constants::SPOT, u32::from(plan.lights.spot)),
         (constants::FALLOFF, plan.lights.falloff),
         (constants::RANGED, u32::from(plan.lights.ranged)),
+        (constants::SHADOW_FILTER, plan.shadow.as_ref().map_or(0, |shadow| shadow.filter as u32)),
         (constants::LARGEST, plan.largest_light().to_bits()),
         (constants::LIGHT_ONLY, u32::from(plan.shading == Shading::Light { light_only: true })),
     ]

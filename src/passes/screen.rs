@@ -109,28 +109,6 @@ fn input_binding(binding: u32) -> vk::DescriptorSetLayoutBinding<'static> {
         .stage_flags(vk::ShaderStageFlags::FRAGMENT)
 }
 
-/// A set with the one texture that a shadow lookup loads from.
-pub struct MapSet {
-    pub set_layout: Owned<vk::DescriptorSetLayout>,
-    pub set: vk::DescriptorSet,
-    _pool: DescriptorPool,
-}
-
-impl MapSet {
-    pub fn new(device: &Arc<Device>, map: vk::ImageView) -> gpu::Result<Self> {
-        let binding = vk::DescriptorSetLayoutBinding::default()
-            .binding(0)
-            .descriptor_type(vk::DescriptorType::SAMPLED_IMAGE)
-            .descriptor_count(1)
-            .stage_flags(vk::ShaderStageFlags::FRAGMENT | vk::ShaderStageFlags::COMPUTE);
-        let set_layout = SetLayout::new(device, "shadow map set layout", &[binding])?;
-        let pool = DescriptorPool::new(device, "shadow map pool", 1, &[(vk::DescriptorType::SAMPLED_IMAGE, 1)])?;
-        let set = pool.allocate("shadow map set", set_layout.raw)?;
-        SetWriter::new().sampled_image(0, map, vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL).update(device, set);
-        Ok(Self { set_layout, set, _pool: pool })
-    }
-}
-
 /// Writes all channels as they are.
 pub fn replace() -> vk::PipelineColorBlendAttachmentState {
     vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA)

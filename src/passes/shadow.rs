@@ -1,5 +1,6 @@
-//! SHADOW: the sun's depth map, in a render pass of its own.
+//! SHADOW: depth maps of lights, a render pass of its own for each that is to be drawn.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use ash::vk;
@@ -9,18 +10,21 @@ use glam::Vec4;
 use super::screen::stages;
 use super::{Recording, Slot};
 use crate::gpu::{
-    self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Image, ImageDesc, Location, MemoryKind, Owned,
-    framebuffer, pipeline_layout, sync::Use,
+    self, DepthState, Device, Framebuffer, GraphicsPipeline, GraphicsPipelineDesc, Owned, framebuffer, pipeline_layout,
+    sync::Use,
 };
-use crate::gpu_scene::{GpuScene, POSITION, UV, vertex_input};
-use crate::plan::{DEPTH, World};
-use crate::scene::AlphaMode;
+use crate::gpu_scene::{ATLAS_LAYOUT, GpuScene, POSITION, ShadowAtlas, UV, vertex_input};
+use crate::plan::{DEPTH, ShadowPlan, ShadowView, World, WorldObject};
+use crate::scene::{AlphaMode, CastsShadow};
 use crate::shaders::shadow::{self as shader, Flags};
 
-/// Clears, tests and writes the map; its store is a write in the late stage.
+/// Clears, tests and writes a map; its store is a write in the late stage.
 pub const MAP_WRITE: Use =
     Use::new(vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ)
         .or(Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE));
+
+/// Looks maps up: whatever shades does, and VIEW.
+pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
 
 const PUSH_STAGES: vk::ShaderStageFlags =
     vk::ShaderStageFlags::from_raw(vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::FRAGMENT.as_raw());
@@ -28,7 +32,7 @@ const PUSH_STAGES: vk::ShaderStageFlags =
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct Push {
-    rows: [Vec4; 3],
+    rows: [Vec4; 4],
     alpha: f32,
     alpha_cutoff: f32,
     _padding: [f32; 2],
@@ -43,18 +47,42 @@ const _: () = {
     assert!(offset_of!(Push, alpha_cutoff) == wgsl::ALPHA_CUTOFF);
 };
 
-/// The pass and its map.
+/// All that sets one pipeline of the pass apart from another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct CasterKey {
+    /// Its texture cuts holes.
+    masked: bool,
+    /// Only faces that are turned to the light cast.
+    front: bool,
+    /// The transform swaps front and back.
+    mirrored: bool,
+}
+
+impl CasterKey {
+    fn of(world: &World, object: &WorldObject) -> Self {
+        let material = &world.materials[object.material];
+        let front = object.casts == CastsShadow::Front;
+        Self {
+            masked: material.is_masked() && material.base_color_texture.is_some(),
+            front,
+            // Where both sides cast, it does not matter which is which.
+            mirrored: front && object.key.mirrored,
+        }
+    }
+}
+
+/// The pass: a pipeline for each kind of caster, a framebuffer for each layer of the atlas.
 pub struct Shadow {
-    map: Image,
     render_pass: vk::RenderPass,
-    framebuffer: Owned<vk::Framebuffer>,
-    opaque: (Owned<vk::PipelineLayout>, Owned<vk::Pipeline>),
-    /// Casters with holes, where the scene has some.
-    masked: Option<(Owned<vk::PipelineLayout>, Owned<vk::Pipeline>)>,
+    framebuffers: Vec<Framebuffer>,
+    plain_layout: Owned<vk::PipelineLayout>,
+    /// For casters with holes, where the scene has some.
+    masked_layout: Option<Owned<vk::PipelineLayout>>,
+    pipelines: BTreeMap<CasterKey, Owned<vk::Pipeline>>,
     slope_bias: f32,
 }
 
-/// The one attachment of the pass: cleared, kept for LIGHTING.
+/// The one attachment of the pass: the drawn square is cleared, the rest of the layer stays. Between passes it is readable.
 pub fn attachment() -> vk::AttachmentDescription {
     vk::AttachmentDescription::default()
         .format(DEPTH)
@@ -63,93 +91,116 @@ pub fn attachment() -> vk::AttachmentDescription {
         .store_op(vk::AttachmentStoreOp::STORE)
         .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
         .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
-        .initial_layout(vk::ImageLayout::UNDEFINED)
-        // The barrier after the pass takes it to LIGHTING's layout.
-        .final_layout(vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL)
+        .initial_layout(ATLAS_LAYOUT)
+        .final_layout(ATLAS_LAYOUT)
 }
 
 impl Shadow {
-    /// A square map of `size` texels.
-    ///
     /// # Errors
-    /// When there is no memory for it or a pipeline cannot be made.
-    pub fn new(device: &Arc<Device>, size: u32, slot: Slot, scene: &GpuScene, world: &World) -> gpu::Result<Self> {
-        let extent = vk::Extent2D { width: size, height: size };
-        let map = Image::new(
-            device,
-            &ImageDesc {
-                name: "shadow map",
-                format: DEPTH,
-                extent,
-                usage: vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT | vk::ImageUsageFlags::SAMPLED,
-                location: Location::Device,
-                kind: MemoryKind::ShadowMap,
-                ..ImageDesc::default()
-            },
-        )?;
-        let framebuffer = framebuffer(device, "shadow framebuffer", slot.render_pass, &[map.view], extent)?;
-        let masked = match &scene.materials {
-            Some(materials) if world.objects.iter().any(|object| casts_holes(world, object.material)) => {
-                Some(pipeline(device, slot, Flags::MASKED, &[materials.set_layout.raw])?)
-            }
-            _ => None,
+    /// When a pipeline cannot be made.
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &ShadowPlan,
+        atlas: &ShadowAtlas,
+        slot: Slot,
+        scene: &GpuScene,
+        world: &World,
+    ) -> gpu::Result<Self> {
+        let layer = |(index, view): (usize, &Owned<vk::ImageView>)| {
+            let name = format!("shadow framebuffer, layer {index}");
+            framebuffer(device, &name, slot.render_pass, &[view.raw], atlas.image.extent)
         };
-        Ok(Self {
-            map,
+        let framebuffers = atlas.layers.iter().enumerate().map(layer).collect::<gpu::Result<_>>()?;
+        let range = vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<Push>() as u32 };
+        let plain_layout = pipeline_layout(device, "shadow layout", &[], &[range])?;
+        let masked_layout = match &scene.materials {
+            Some(materials) => {
+                Some(pipeline_layout(device, "masked shadow layout", &[materials.set_layout.raw], &[range])?)
+            }
+            None => None,
+        };
+        let mut shadow = Self {
             render_pass: slot.render_pass,
-            framebuffer,
-            opaque: pipeline(device, slot, Flags::NONE, &[])?,
-            masked,
-            slope_bias: world.shadows.slope_bias,
-        })
+            framebuffers,
+            plain_layout,
+            masked_layout,
+            pipelines: BTreeMap::new(),
+            // Reversed depth: farther from the light is less.
+            slope_bias: -world.shadows.slope_bias * plan.bias_scale(),
+        };
+        for object in world.objects.iter().filter(|object| object.casts != CastsShadow::No) {
+            let key = CasterKey::of(world, object);
+            if !shadow.pipelines.contains_key(&key) {
+                let pipeline = pipeline(device, slot, key, shadow.layout(key), plan.clamp)?;
+                shadow.pipelines.insert(key, pipeline);
+            }
+        }
+        Ok(shadow)
     }
 
-    pub fn map(&self) -> &Image {
-        &self.map
+    fn layout(&self, key: CasterKey) -> vk::PipelineLayout {
+        match &self.masked_layout {
+            Some(layout) if key.masked => layout.raw,
+            _ => self.plain_layout.raw,
+        }
     }
 
-    /// Begins the render pass, draws every caster, ends it.
+    /// Draws the maps that the frame has to draw anew.
     pub fn record(&self, recording: &Recording) {
-        let clear = vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 1.0, stencil: 0 } };
+        let maps = recording.stale_maps.iter().filter_map(|&index| recording.visible.shadows[index].as_deref());
+        for view in maps {
+            self.record_map(recording, view);
+        }
+    }
+
+    /// Begins the render pass over a map's square, draws every caster, ends it.
+    fn record_map(&self, recording: &Recording, view: &ShadowView) {
+        let tile = view.tile;
+        let area = vk::Rect2D {
+            offset: vk::Offset2D { x: tile.x as i32, y: tile.y as i32 },
+            extent: vk::Extent2D { width: tile.edge, height: tile.edge },
+        };
+        // Reversed depth: nothing is there.
+        let clear = vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } };
         let begin = vk::RenderPassBeginInfo::default()
             .render_pass(self.render_pass)
-            .framebuffer(self.framebuffer.raw)
-            .render_area(vk::Rect2D { offset: vk::Offset2D::default(), extent: self.map.extent })
+            .framebuffer(self.framebuffers[tile.layer as usize].raw)
+            .render_area(area)
             .clear_values(std::slice::from_ref(&clear));
-        // SAFETY: `cmd` is being recorded outside a render pass; pass and framebuffer belong together.
+        // SAFETY: `cmd` is being recorded outside a render pass; pass and framebuffer belong together, and the area lies in it.
         unsafe {
             recording.device.raw.cmd_begin_render_pass(recording.cmd, &begin, vk::SubpassContents::INLINE);
         }
-        recording.set_area(self.map.extent.width, self.map.extent.height);
-        // SAFETY: depth bias is dynamic in both pipelines.
+        recording.set_rectangle(area);
+        // SAFETY: depth bias is dynamic in every pipeline of the pass.
         unsafe { recording.device.raw.cmd_set_depth_bias(recording.cmd, 0.0, 0.0, self.slope_bias) };
-        self.draw(recording);
+        self.draw(recording, view);
         // SAFETY: begun above.
         unsafe { recording.device.raw.cmd_end_render_pass(recording.cmd) };
     }
 
-    fn draw(&self, recording: &Recording) {
-        let Some(sun) = &recording.visible.sun else { return };
+    fn draw(&self, recording: &Recording, view: &ShadowView) {
         recording.scene.bind(recording.device, recording.cmd, &[POSITION, UV]);
-        let mut bound: (Option<vk::Pipeline>, Option<usize>) = (None, None);
-        for draw in &recording.visible.casters {
-            let object = &recording.world.objects[draw.object];
-            let holes = casts_holes(recording.world, object.material);
-            let (layout, pipeline) = if holes { self.masked.as_ref().unwrap_or(&self.opaque) } else { &self.opaque };
-            if bound.0 != Some(pipeline.raw) {
-                recording.bind_pipeline(pipeline.raw);
-                bound = (Some(pipeline.raw), None);
+        let mut bound: (Option<CasterKey>, Option<usize>) = (None, None);
+        for caster in &view.casters {
+            let object = &recording.world.objects[caster.draw.object];
+            let key = CasterKey::of(recording.world, object);
+            let layout = self.layout(key);
+            if bound.0 != Some(key) {
+                // There is one for each object that casts.
+                recording.bind_pipeline(self.pipelines[&key].raw);
+                bound = (Some(key), None);
             }
-            if holes && bound.1 != Some(object.material) {
+            if key.masked && bound.1 != Some(object.material) {
                 let sets = recording.scene.materials.as_ref().map(|materials| &materials.sets);
                 if let Some(set) = sets.and_then(|sets| sets[object.material]) {
-                    recording.bind_set(layout.raw, 0, set);
+                    recording.bind_set(layout, 0, set);
                 }
                 bound.1 = Some(object.material);
             }
             let material = &recording.world.materials[object.material];
             let push = Push {
-                rows: sun.clip_rows(&object.transform),
+                rows: view.clip_rows(&object.transform),
                 alpha: material.alpha,
                 alpha_cutoff: match material.alpha_mode {
                     AlphaMode::Mask { cutoff } => cutoff,
@@ -157,50 +208,43 @@ impl Shadow {
                 },
                 _padding: [0.0; 2],
             };
-            recording.push(layout.raw, PUSH_STAGES, &push);
+            recording.push(layout, PUSH_STAGES, &push);
             recording.draw_mesh(object.mesh);
         }
     }
 }
 
-fn casts_holes(world: &World, material: usize) -> bool {
-    let material = &world.materials[material];
-    material.is_masked() && material.base_color_texture.is_some()
-}
-
 fn pipeline(
     device: &Arc<Device>,
     slot: Slot,
-    flags: Flags,
-    sets: &[vk::DescriptorSetLayout],
-) -> gpu::Result<(Owned<vk::PipelineLayout>, Owned<vk::Pipeline>)> {
-    let masked = flags == Flags::MASKED;
-    let name = if masked { "masked shadow" } else { "shadow" };
-    let range = vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<Push>() as u32 };
-    let layout = pipeline_layout(device, name, sets, &[range])?;
+    key: CasterKey,
+    layout: vk::PipelineLayout,
+    clamp: bool,
+) -> gpu::Result<Owned<vk::Pipeline>> {
+    let flags = if key.masked { Flags::MASKED } else { Flags::NONE };
     let Some(variant) = shader::variant(flags) else {
         return Err(gpu::Error::Unsupported(format!("shadow.wgsl has no variant {flags:?}")));
     };
-    let (vertex_bindings, vertex_attributes) = vertex_input(if masked { &[POSITION, UV] } else { &[POSITION] });
-    let pipeline = GraphicsPipeline::new(
+    let (vertex_bindings, vertex_attributes) = vertex_input(if key.masked { &[POSITION, UV] } else { &[POSITION] });
+    GraphicsPipeline::new(
         device,
         &GraphicsPipelineDesc {
-            name,
+            name: &format!("shadow {key:?}"),
             stages: &stages(variant, &[]),
             vertex_bindings: &vertex_bindings,
             vertex_attributes: &vertex_attributes,
-            // Both sides cast: a surface seen from behind still stands in the light.
-            cull_mode: vk::CullModeFlags::NONE,
-            front_face: vk::FrontFace::COUNTER_CLOCKWISE,
-            depth: Some(DepthState { test: vk::CompareOp::LESS_OR_EQUAL, write: true }),
+            // Both sides cast, unless the object says otherwise: a surface seen from behind still stands in the light.
+            cull_mode: if key.front { vk::CullModeFlags::BACK } else { vk::CullModeFlags::NONE },
+            front_face: if key.mirrored { vk::FrontFace::CLOCKWISE } else { vk::FrontFace::COUNTER_CLOCKWISE },
+            depth: Some(DepthState { test: vk::CompareOp::GREATER_OR_EQUAL, write: true }),
             depth_bias: true,
-            depth_clamp: false,
+            // What stands before the near plane still casts.
+            depth_clamp: clamp,
             blend: &[],
             samples: vk::SampleCountFlags::TYPE_1,
-            layout: layout.raw,
+            layout,
             render_pass: slot.render_pass,
             subpass: slot.subpass,
         },
-    )?;
-    Ok((layout, pipeline))
+    )
 }

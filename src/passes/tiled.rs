@@ -6,8 +6,7 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-use super::Recording;
-use super::screen::MapSet;
+use super::{Recording, SetLayouts};
 use crate::gpu::{
     self, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, compute_pipeline, pipeline_layout,
     sync::Use,
@@ -47,7 +46,6 @@ pub struct Tiled {
     _set_layout: SetLayout,
     _pool: DescriptorPool,
     set: vk::DescriptorSet,
-    shadow: Option<MapSet>,
     size: [u32; 2],
     background: Vec3,
 }
@@ -63,8 +61,8 @@ impl Tiled {
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
-        frame_layout: vk::DescriptorSetLayout,
-        (stored, output, map): (&[Stored], vk::ImageView, Option<vk::ImageView>),
+        layouts: SetLayouts,
+        (stored, output): (&[Stored], vk::ImageView),
         background: Vec3,
     ) -> gpu::Result<Self> {
         let binding = |index, kind| {
@@ -85,15 +83,14 @@ impl Tiled {
             .iter()
             .fold(SetWriter::new(), |writer, &(index, view, layout)| writer.sampled_image(index, view, layout));
         writer.storage_image(OUTPUT, output, vk::ImageLayout::GENERAL).update(device, set);
-        let shadow = map.map(|map| MapSet::new(device, map)).transpose()?;
 
         let flags = flags(plan);
         let entry = shader::variant(flags).and_then(|variant| variant.compute());
         let Some(entry) = entry else {
             return Err(gpu::Error::Unsupported(format!("tiled.wgsl has no variant {flags:?}")));
         };
-        let mut sets = vec![frame_layout, set_layout.raw];
-        sets.extend(shadow.as_ref().map(|shadow| shadow.set_layout.raw));
+        let mut sets = vec![layouts.frame, set_layout.raw];
+        sets.extend(layouts.shadows);
         let range = vk::PushConstantRange {
             stage_flags: vk::ShaderStageFlags::COMPUTE,
             offset: 0,
@@ -108,7 +105,7 @@ impl Tiled {
             constants: &constants,
         };
         let pipeline = compute_pipeline(device, "tiled", &stage, layout.raw)?;
-        Ok(Self { layout, pipeline, _set_layout: set_layout, _pool: pool, set, shadow, size: plan.size, background })
+        Ok(Self { layout, pipeline, _set_layout: set_layout, _pool: pool, set, size: plan.size, background })
     }
 
     /// Lights the picture. Runs outside any render pass.
@@ -116,7 +113,7 @@ impl Tiled {
         let (raw, cmd) = (&recording.device.raw, recording.cmd);
         let point = vk::PipelineBindPoint::COMPUTE;
         let mut sets = vec![recording.frame_set, self.set];
-        sets.extend(self.shadow.as_ref().map(|shadow| shadow.set));
+        sets.extend(recording.shadow_set);
         let mut push = [0u8; shader::push::SIZE];
         let background = Push { background: self.background };
         push[..size_of::<Push>()].copy_from_slice(bytemuck::bytes_of(&background));
@@ -163,6 +160,7 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         (constants::SPOT, u32::from(plan.lights.spot)),
         (constants::FALLOFF, plan.lights.falloff),
         (constants::RANGED, u32::from(plan.lights.ranged)),
+        (constants::SHADOW_FILTER, plan.shadow.as_ref().map_or(0, |shadow| shadow.filter as u32)),
         (constants::TONE_MAP, tone_map),
         (constants::OPERATOR, curve),
         (constants::LARGEST, plan.largest_light().to_bits()),

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::screen::{Input, Inputs, MapSet, Screen, ScreenDesc, replace};
-use super::{Recording, Slot};
+use super::screen::{Input, Inputs, Screen, ScreenDesc, replace};
+use super::{Recording, SetLayouts, Slot};
 use crate::gpu::{self, Device, SetLayout};
 use crate::plan::{FramePlan, Gbuffer, Shading};
 use crate::scene::View;
@@ -15,13 +15,12 @@ use crate::shaders::view::{self as shader, Flags, constants};
 pub struct ViewPass {
     screen: Screen,
     inputs: Option<Inputs>,
-    map: Option<MapSet>,
     _empty: Option<SetLayout>,
     area: [u32; 2],
 }
 
 impl ViewPass {
-    /// `inputs` are the views of what is shown, `map` that of the shadow map where it is shown.
+    /// `layouts` are those of set 0 and, where the shadow maps are shown, of set 2; `inputs` are the views of what is shown.
     ///
     /// # Errors
     /// When the pipeline cannot be made.
@@ -29,13 +28,11 @@ impl ViewPass {
         device: &Arc<Device>,
         plan: &FramePlan,
         slot: Slot,
-        frame_layout: vk::DescriptorSetLayout,
-        inputs: (&[Input], Option<vk::ImageView>),
+        layouts: SetLayouts,
+        inputs: &[Input],
     ) -> gpu::Result<Self> {
-        let (inputs, map) = inputs;
-        let map = map.map(|map| MapSet::new(device, map)).transpose()?;
         let inputs = if inputs.is_empty() { None } else { Some(Inputs::new(device, "view inputs", inputs)?) };
-        // The shadow map is in set 2: where nothing is in set 1, its place in the layout is empty.
+        // The shadow maps are in set 2: where nothing is in set 1, its place in the layout is empty.
         let empty = match &inputs {
             None => Some(SetLayout::new(device, "no inputs", &[])?),
             Some(_) => None,
@@ -46,9 +43,9 @@ impl ViewPass {
         let Some(shader) = shader::variant(flags) else {
             return Err(gpu::Error::Unsupported(format!("view.wgsl has no variant {flags:?}")));
         };
-        let mut set_layouts = vec![frame_layout];
+        let mut set_layouts = vec![layouts.frame];
         set_layouts.extend(input_layout);
-        set_layouts.extend(map.as_ref().map(|map| map.set_layout.raw));
+        set_layouts.extend(layouts.shadows);
         let screen = Screen::new(
             device,
             &ScreenDesc {
@@ -61,7 +58,7 @@ impl ViewPass {
                 blend: replace(),
             },
         )?;
-        Ok(Self { screen, inputs, map, _empty: empty, area: plan.size })
+        Ok(Self { screen, inputs, _empty: empty, area: plan.size })
     }
 
     /// Draws the view. Runs inside its subpass.
@@ -69,7 +66,7 @@ impl ViewPass {
         recording.set_area(self.area[0], self.area[1]);
         let mut sets = vec![(0, recording.frame_set)];
         sets.extend(self.inputs.as_ref().map(|inputs| (1, inputs.set)));
-        sets.extend(self.map.as_ref().map(|map| (2, map.set)));
+        sets.extend(recording.shadow_set.map(|set| (2, set)));
         self.screen.record(recording, &sets);
     }
 }

@@ -32,6 +32,8 @@ pub struct GeometryKey {
     pub mirrored: bool,
     /// Stores a shininess, not a roughness.
     pub phong: bool,
+    /// Shadows fall on it; always where there are none.
+    pub receives: bool,
 }
 
 impl GeometryKey {
@@ -62,6 +64,7 @@ impl GeometryKey {
             two_sided: material.two_sided,
             mirrored: object.transform.matrix3.determinant() < 0.0,
             phong,
+            receives: object.receives_shadow || plan.shadow.is_none(),
         }
     }
 }

@@ -102,26 +102,38 @@ pub(super) fn sphere_of(light: &Light, reach: f64) -> Reach {
 /// A light of I candela brings a pixel at most `exposure I B / d^2`, where B bounds the reflection of all materials
 /// ([`largest_reflection`]). Half a step of 8 bits, 0.5 / 255, divided by the steepest slope of tone curve and sRGB encoding
 /// ([`steepest`]) may be dropped in all, an even share by each light.
-pub(super) fn reaches(lights: &[Light], scene: &Scene, settings: &Settings, exposure: f32) -> Vec<f64> {
-    let without = |light: &&Light| !has_range(light) && bounded(light, settings);
-    let count = lights.iter().filter(without).count();
-    let share = 0.5 / 255.0 / steepest(settings.tonemap) / count.max(1) as f64;
-    // Scanning textures is only worth it where there is something to cut.
-    let brightest = if count > 0 { f64::from(exposure) * largest_reflection(scene, settings) } else { 0.0 };
-    lights
-        .iter()
-        .map(|light| match light.kind {
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cut {
+    enabled: bool,
+    /// Brightest pixel for each candela, at a metre.
+    brightest: f64,
+    /// What each light may drop.
+    share: f64,
+}
+
+impl Cut {
+    pub(super) fn of(scene: &Scene, settings: &Settings, exposure: f32) -> Self {
+        let without = |light: &&Light| World::shines(light) && !has_range(light) && bounded(light, settings);
+        let count = scene.lights.iter().filter(without).count();
+        let share = 0.5 / 255.0 / steepest(settings.tonemap) / count.max(1) as f64;
+        // Scanning textures is only worth it where there is something to cut.
+        let brightest = if count > 0 { f64::from(exposure) * largest_reflection(scene, settings) } else { 0.0 };
+        Self { enabled: settings.light_cutoff, brightest, share }
+    }
+
+    pub(super) fn reach(&self, light: &Light) -> f64 {
+        match light.kind {
             LightKind::Directional { .. } => f64::INFINITY,
             LightKind::Point { range, falloff, .. } | LightKind::Spot { range, falloff, .. } => {
                 let candela = f64::from(light.intensity) * f64::from(light.color.max_element());
-                match (range, settings.light_cutoff) {
+                match (range, self.enabled) {
                     (Some(range), _) => range,
-                    (None, true) => distance_of(falloff, candela * brightest, share),
+                    (None, true) => distance_of(falloff, candela * self.brightest, self.share),
                     (None, false) => f64::INFINITY,
                 }
             }
-        })
-        .collect()
+        }
+    }
 }
 
 fn has_range(light: &Light) -> bool {
@@ -215,10 +227,14 @@ mod tests {
         let lamp = Light { intensity: 10.0, ..samples::spot(Falloff::InverseSquare) };
         let scene = samples::scene(vec![samples::material(Brdf::Lambert)], vec![lamp; 4]);
         let settings = Settings { light_cutoff: true, tonemap: Tonemap::None, ..Settings::default() };
-        let reaches = reaches(&scene.lights, &scene, &settings, 2.0);
+        let reaches = |settings: &Settings| -> Vec<f64> {
+            let cut = Cut::of(&scene, settings, 2.0);
+            scene.lights.iter().map(|light| cut.reach(light)).collect()
+        };
+        let off = reaches(&Settings::default());
+        let reaches = reaches(&settings);
         let dropped: f64 = reaches.iter().map(|d| 2.0 * 10.0 / std::f64::consts::PI / (d * d)).sum();
         assert!((dropped * 12.93 * 255.0 / 0.5 - 1.0).abs() < 1e-9, "{dropped}");
-        let off = super::reaches(&scene.lights, &scene, &Settings::default(), 2.0);
         assert!(off.iter().all(|d| d.is_infinite()));
     }
 }

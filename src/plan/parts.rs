@@ -6,7 +6,8 @@ use ash::vk;
 
 use super::gbuffer::format_bytes;
 use super::{
-    COUNT, DEPTH, FramePlan, GeometryKey, PlannedBrdf, Shading, ToneMapping, UNIFORM_LIGHTS, World, shadow_reason,
+    COUNT, DEPTH, FramePlan, GeometryKey, PlannedBrdf, Projection, Shading, ShadowLight, ShadowPlan, ToneMapping,
+    UNIFORM_LIGHTS, World, shadow_reason,
 };
 use crate::scene::{HdrFormat, Scene, Settings, TextureSlot};
 
@@ -39,18 +40,33 @@ fn pixels(plan: &FramePlan) -> u64 {
 }
 
 fn shadow(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Part {
-    let asked = scene.lights.iter().filter(|light| light.casts_shadow && World::shines(light)).count();
-    let others = match asked.saturating_sub(1) {
-        0 => String::new(),
-        others => format!("; {others} more that ask for a shadow get none, as only one sun has a map"),
+    let layer = u64::from(settings.shadows.size) * u64::from(settings.shadows.size) * 4;
+    let missing = plan.warnings().iter().map(|warning| format!("; {warning}")).collect::<String>();
+    let (reason, bytes) = match (shadow_reason(scene, settings), &plan.shadow) {
+        (Err(reason), _) => (reason, layer),
+        (Ok(()), Some(shadow)) => (shadow_maps(shadow) + &missing, shadow.bytes()),
+        (Ok(()), None) if missing.is_empty() => ("this view shows no shadows".into(), layer),
+        (Ok(()), None) => (missing.trim_start_matches("; ").into(), layer),
     };
-    let reason = match shadow_reason(scene, settings) {
-        Ok(reason) if plan.shadow.is_some() => reason + &others,
-        Ok(_) => "this view shows no shadows".into(),
-        Err(reason) => reason,
+    part("shadow pass and maps", plan.shadow.is_some(), reason, bytes)
+}
+
+/// Who has how many maps, in which filter: `sun (3 cascades), lamp (6 faces): 10 maps in 5 layers, 3x3`.
+fn shadow_maps(shadow: &ShadowPlan) -> String {
+    const MOST: usize = 8;
+    let one = |light: &ShadowLight| match light.projection {
+        Projection::Cascades(1) => format!("{} (1 map)", light.name),
+        Projection::Cascades(count) => format!("{} ({count} cascades)", light.name),
+        Projection::Perspective => format!("{} (1 map)", light.name),
+        Projection::Cube => format!("{} (6 faces)", light.name),
     };
-    let size = u64::from(settings.shadows.size);
-    part("shadow pass and map", plan.shadow.is_some(), reason, size * size * 4)
+    let mut names = shadow.lights.iter().take(MOST).map(one).collect::<Vec<_>>().join(", ");
+    if let Some(more) = shadow.lights.len().checked_sub(MOST).filter(|&more| more > 0) {
+        names += &format!(" and {more} more");
+    }
+    let plural = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+    let (maps, layers) = (plural(shadow.tiles.len(), "map"), plural(shadow.layers as usize, "layer"));
+    format!("{names}: {maps} in {layers} of {}x{}, filter {}", shadow.size, shadow.size, shadow.filter)
 }
 
 fn gbuffer(plan: &FramePlan) -> Vec<Part> {

@@ -27,6 +27,8 @@ pub const VIEWS: [View; 12] = [
 pub fn device() -> Capabilities {
     Capabilities {
         max_extent: 16384,
+        max_layers: 2048,
+        depth_clamp: true,
         max_color_attachments: 8,
         max_input_attachments: 8,
         unorm_2x16_attachment: true,
@@ -44,11 +46,9 @@ pub fn scene(materials: Vec<Material>, lights: Vec<Light>) -> Scene {
     mesh.uvs = vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]];
     mesh.compute_normals();
     mesh.compute_tangents();
-    let object = |material| Object {
-        name: format!("square {material}"),
-        mesh: 0,
-        material,
-        transform: DAffine3::from_translation(DVec3::X * material as f64),
+    let object = |material| {
+        let place = DAffine3::from_translation(DVec3::X * material as f64);
+        Object::new(format!("square {material}"), 0, material, place)
     };
     Scene {
         meshes: vec![mesh],
@@ -80,7 +80,7 @@ pub fn masked() -> Material {
 }
 
 fn light(name: &str, kind: LightKind, casts_shadow: bool) -> Light {
-    Light { name: name.into(), kind, color: Vec3::ONE, intensity: 100.0, casts_shadow }
+    Light { name: name.into(), kind, color: Vec3::ONE, intensity: 100.0, casts_shadow, size: 0.0 }
 }
 
 pub fn sun() -> Light {
@@ -108,6 +108,12 @@ pub fn spot(falloff: Falloff) -> Light {
     light("spot", kind, false)
 }
 
+/// Every kind of light, each with a shadow.
+pub fn shadowed_lamps() -> Vec<Light> {
+    let lights = [sun(), point(Falloff::Quadratic), spot(Falloff::InverseSquare)];
+    lights.into_iter().map(|light| Light { casts_shadow: true, ..light }).collect()
+}
+
 /// Scenes that differ in what a frame of them needs.
 pub fn scenes() -> Vec<(&'static str, Scene)> {
     let mut mirrored = scene(vec![masked()], vec![sun(), sky()]);
@@ -123,6 +129,7 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
             "mixed",
             scene(vec![material(Brdf::Lambert), textured(Brdf::BlinnPhong)], vec![sun(), point(Falloff::Quadratic)]),
         ),
+        ("shadowed-lamps", scene(vec![textured(Brdf::CookTorrance)], shadowed_lamps())),
         ("emissive", scene(vec![emissive(), textured(Brdf::CookTorrance)], vec![sun()])),
         ("glow", scene(vec![emissive()], vec![])),
         ("mirrored", mirrored),
@@ -157,6 +164,7 @@ pub fn plans() -> Vec<(String, FramePlan)> {
         float32_blends: false,
         packed_float_blends: false,
         lazily_allocated: true,
+        depth_clamp: false,
         ..device()
     };
     let mut plans = Vec::new();

@@ -35,20 +35,36 @@ fn preset(preset: GbufferPreset) -> GbufferChoice {
 }
 
 #[test]
-fn only_a_shining_directional_light_that_casts_has_a_shadow_map() {
-    let lit = |light: Light| plan(&scene(vec![material(CT)], vec![light])).shadow;
-    assert_eq!(lit(sun()), Some(2048));
-    assert_eq!(lit(sky()), None);
-    assert_eq!(lit(Light { intensity: 0.0, ..sun() }), None);
-    assert_eq!(lit(Light { color: Vec3::ZERO, ..sun() }), None);
-    assert_eq!(lit(Light { casts_shadow: true, ..point(Falloff::InverseSquare) }), None);
-    assert_eq!(plan(&Scene { lights: vec![sun()], ..Scene::default() }).shadow, None);
+fn only_shining_lights_that_cast_have_shadow_maps() {
+    let maps = |scene: &Scene| plan(scene).shadow.map_or(0, |shadow| shadow.tiles.len());
+    let lit = |light: Light| maps(&scene(vec![material(CT)], vec![light]));
+    assert_eq!(lit(sun()), 3);
+    assert_eq!(lit(sky()), 0);
+    assert_eq!(lit(Light { intensity: 0.0, ..sun() }), 0);
+    assert_eq!(lit(Light { color: Vec3::ZERO, ..sun() }), 0);
+    assert_eq!(lit(point(Falloff::InverseSquare)), 0);
+    assert_eq!(lit(Light { casts_shadow: true, ..point(Falloff::InverseSquare) }), 6);
+    assert_eq!(lit(Light { casts_shadow: true, ..samples::spot(Falloff::InverseSquare) }), 1);
+    assert_eq!(maps(&Scene { lights: vec![sun()], ..Scene::default() }), 0);
+    // Nor where no object casts.
+    let mut bare = scene(vec![material(CT)], vec![sun()]);
+    bare.objects[0].casts_shadow = CastsShadow::No;
+    assert_eq!(maps(&bare), 0);
+}
+
+#[test]
+fn only_where_there_are_shadows_a_pipeline_knows_who_receives_none() {
+    for (light, keys) in [(sun(), 2), (sky(), 1)] {
+        let mut scene = scene(vec![material(CT), material(CT)], vec![light]);
+        scene.objects[1].receives_shadow = false;
+        assert_eq!(plan(&scene).geometry.len(), keys);
+    }
 }
 
 #[test]
 fn shadows_follow_the_settings_and_the_view() {
     let sunlit = scene(vec![material(CT)], vec![sun()]);
-    assert_eq!(plan_with(&sunlit, &shadows(true, 512)).shadow, Some(512));
+    assert_eq!(plan_with(&sunlit, &shadows(true, 512)).shadow.map(|shadow| shadow.size), Some(512));
     assert_eq!(plan_with(&sunlit, &shadows(false, 512)).shadow, None);
     // A size that nothing uses cannot be wrong.
     assert_eq!(plan_with(&sunlit, &shadows(false, 0)).shadow, None);
@@ -61,7 +77,7 @@ fn shadows_follow_the_settings_and_the_view() {
 #[test]
 fn the_shadow_map_view_has_nothing_but_the_map() {
     let plan = view(&scene(vec![textured(CT), emissive()], vec![sun()]), View::ShadowMap);
-    assert_eq!((plan.shading, plan.shadow), (Shading::ShowShadowMap, Some(2048)));
+    assert_eq!((plan.shading, plan.shadow.is_some()), (Shading::ShowShadowMap, true));
     assert!(!plan.has_geometry() && plan.geometry.is_empty() && plan.gbuffer.is_none() && plan.hdr.is_none());
     assert!(!plan.emissive && !plan.lights.any() && plan.streams == Streams::default());
     assert_eq!(plan.gbuffer_bytes_per_pixel(), 0);
@@ -338,7 +354,8 @@ fn keys_tell_masks_sides_mirrors_and_phong_apart() {
             masked: false,
             two_sided: false,
             mirrored: false,
-            phong: false
+            phong: false,
+            receives: true
         }
     );
     let holes = only(&scene(vec![masked()], vec![sky()]));
@@ -400,7 +417,7 @@ fn what_cannot_be_is_refused_in_one_line_that_names_it() {
     assert!(text.contains("--gbuffer lean"), "{text}");
     assert!(FramePlan::of(&lit, &Settings::default(), &few).is_ok());
     let map = Settings { view: View::ShadowMap, ..Settings::default() };
-    assert!(refuse(&scene(vec![material(CT)], vec![sky()]), &map, &device()).1.contains("no directional light"));
+    assert!(refuse(&scene(vec![material(CT)], vec![sky()]), &map, &device()).1.contains("no light casts"));
     let off = Settings { view: View::ShadowMap, ..shadows(false, 64) };
     assert!(refuse(&lit, &off, &device()).1.contains("switched off"));
     assert!(refuse(&Scene { lights: vec![sun()], ..Scene::default() }, &map, &device()).1.contains("sun"));

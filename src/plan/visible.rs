@@ -1,12 +1,16 @@
-//! What one camera sees of a scene: culled, sorted, and the sun's map fitted to it.
+//! What one camera sees of a scene: culled, sorted, and the shadow maps fitted to it.
+
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 
-use super::light_path::{self, sphere_of};
+use super::light_path::{self, Cut, sphere_of};
+use super::shadows::{add_cascades, lamp_views};
 use super::volumes::{self, LightRect, Volumes};
-use super::{Clusters, FramePlan, GeometryKey, Reach, SunView, clusters};
+use super::{Clusters, Error, FramePlan, GeometryKey, Projection, Reach, ShadowView, clusters, falloff_index};
 use crate::scene::{
-    Aabb, AlphaMode, Camera, Environment, Light, LightKind, LightPath, Material, Scene, Settings, ShadowSettings,
+    Aabb, AlphaMode, Camera, CastsShadow, Environment, Light, LightKind, LightPath, Material, Scene, Settings,
+    ShadowSettings,
 };
 
 /// What of a scene a frame looks at again each time. No vertices and no texels.
@@ -14,16 +18,28 @@ use crate::scene::{
 pub struct World {
     pub objects: Vec<WorldObject>,
     pub materials: Vec<Material>,
-    /// Only those that shine: the sun that casts the shadow first, then directional lights, then those that reach everywhere, then
-    /// those whose reach is limited.
+    /// Only those that shine: directional lights, then those that reach everywhere, then those whose reach is limited.
     pub lights: Vec<Light>,
     /// How far each light reaches, in metres.
     pub reaches: Vec<f64>,
+    /// Where lights without a range are cut off.
+    cut: Cut,
+    /// What the record of each light says of its shadow maps; see `ShadowPlan::code`.
+    pub shadow_codes: Vec<u32>,
+    /// Maps that only change when something moves, by their index.
+    lamps: Vec<Option<Arc<ShadowView>>>,
     pub environment: Environment,
     pub bounds: Aabb,
+    /// Of the scene as it was at first: maps are scaled by it, and must not change when something far away moves.
+    pub radius: f64,
     pub shadows: ShadowSettings,
     /// From nits to what is tone-mapped.
     pub exposure: f32,
+    /// By the scene's own numbers: which of [`World::objects`] and [`World::lights`] it is, if it is among them.
+    object_of: Vec<Option<usize>>,
+    light_of: Vec<Option<usize>>,
+    /// Something has moved since `lamps` and `bounds` were worked out.
+    stale: bool,
 }
 
 /// An object that can be drawn.
@@ -34,6 +50,11 @@ pub struct WorldObject {
     /// From the mesh's f32 vertices to the world.
     pub transform: DAffine3,
     pub bounds: Aabb,
+    pub casts: CastsShadow,
+    /// Counts how often it has moved.
+    pub revision: u32,
+    /// The mesh's own place and box.
+    mesh_place: (DVec3, Aabb),
     pub key: GeometryKey,
     pub triangles: usize,
 }
@@ -41,36 +62,108 @@ pub struct WorldObject {
 impl World {
     /// `exposure` is the factor from nits to what is tone-mapped.
     pub fn of(scene: &Scene, settings: &Settings, plan: &FramePlan, exposure: f32) -> Self {
-        let objects: Vec<WorldObject> = scene
-            .objects
-            .iter()
-            .filter(|object| !is_cut_away(&scene.materials[object.material]))
-            .filter(|object| !scene.meshes[object.mesh].indices.is_empty())
-            .map(|object| {
-                let mesh = &scene.meshes[object.mesh];
-                WorldObject {
-                    mesh: object.mesh,
-                    material: object.material,
-                    transform: object.transform * DAffine3::from_translation(mesh.origin),
-                    bounds: object.bounds(&scene.meshes),
-                    key: GeometryKey::of(scene, object, settings, plan),
-                    triangles: mesh.indices.len() / 3,
-                }
-            })
-            .collect();
+        let is_drawn = |index: &usize| {
+            let object = &scene.objects[*index];
+            !is_cut_away(&scene.materials[object.material]) && !scene.meshes[object.mesh].indices.is_empty()
+        };
+        let drawn: Vec<usize> = (0..scene.objects.len()).filter(is_drawn).collect();
+        let world_object = |&index: &usize| {
+            let object = &scene.objects[index];
+            let mesh = &scene.meshes[object.mesh];
+            WorldObject {
+                mesh: object.mesh,
+                material: object.material,
+                transform: object.transform * DAffine3::from_translation(mesh.origin),
+                bounds: object.bounds(&scene.meshes),
+                casts: object.casts_shadow,
+                revision: 0,
+                mesh_place: (mesh.origin, mesh.bounds),
+                key: GeometryKey::of(scene, object, settings, plan),
+                triangles: mesh.indices.len() / 3,
+            }
+        };
+        let mut object_of = vec![None; scene.objects.len()];
+        drawn.iter().enumerate().for_each(|(own, &index)| object_of[index] = Some(own));
         let lights = Self::sorted(&scene.lights, settings);
-        let reaches = light_path::reaches(&lights, scene, settings, exposure);
-        let bounds = objects.iter().fold(Aabb::EMPTY, |all, object| all.union(&object.bounds));
-        Self {
-            objects,
+        let mut light_of = vec![None; scene.lights.len()];
+        lights.iter().enumerate().for_each(|(own, &index)| light_of[index] = Some(own));
+        let cut = Cut::of(scene, settings, exposure);
+        let mut world = Self {
+            objects: drawn.iter().map(world_object).collect(),
             materials: scene.materials.clone(),
-            lights,
-            reaches,
+            shadow_codes: (0..lights.len())
+                .map(|light| plan.shadow.as_ref().map_or(0, |shadow| shadow.code(light)))
+                .collect(),
+            light_of,
+            reaches: lights.iter().map(|&index| cut.reach(&scene.lights[index])).collect(),
+            cut,
+            lights: lights.into_iter().map(|index| scene.lights[index].clone()).collect(),
+            lamps: Vec::new(),
             environment: scene.environment,
-            bounds,
+            bounds: Aabb::EMPTY,
+            radius: 0.0,
             shadows: settings.shadows,
             exposure,
+            object_of,
+            stale: true,
+        };
+        world.refresh(plan);
+        world.radius = world.bounds.radius();
+        // The maps are scaled by the radius.
+        world.stale = true;
+        world.refresh(plan);
+        world
+    }
+
+    /// Works out what follows from where objects and lights are, if any has moved.
+    pub fn refresh(&mut self, plan: &FramePlan) {
+        if !std::mem::take(&mut self.stale) {
+            return;
         }
+        self.bounds = self.objects.iter().fold(Aabb::EMPTY, |all, object| all.union(&object.bounds));
+        self.lamps = plan.shadow.as_ref().map(|shadow| lamp_views(self, shadow)).unwrap_or_default();
+    }
+
+    /// Moves an object, by its index in the scene, to where `transform` places it.
+    ///
+    /// # Errors
+    /// When there is no such object, or it would need another pipeline.
+    pub fn move_object(&mut self, index: usize, transform: &DAffine3) -> Result<(), Error> {
+        let Some(own) = self.object_of.get(index) else {
+            return Err(Error::Change(format!("there is no object {index}: the scene has {}", self.object_of.len())));
+        };
+        let Some(object) = own.map(|own| &mut self.objects[own]) else { return Ok(()) };
+        if (transform.matrix3.determinant() < 0.0) != object.key.mirrored {
+            return Err(Error::Change(format!("object {index} cannot be mirrored while it is drawn")));
+        }
+        let (origin, bounds) = object.mesh_place;
+        object.transform = *transform * DAffine3::from_translation(origin);
+        object.bounds = bounds.transformed(transform);
+        object.revision += 1;
+        self.stale = true;
+        Ok(())
+    }
+
+    /// Changes a light, by its index in the scene.
+    ///
+    /// # Errors
+    /// When there is no such light, or frames of the changed one would need other pipelines or maps.
+    pub fn set_light(&mut self, index: usize, light: &Light) -> Result<(), Error> {
+        let Some(own) = self.light_of.get(index) else {
+            return Err(Error::Change(format!("there is no light {index}: the scene has {}", self.light_of.len())));
+        };
+        let Some(own_index) = *own else {
+            return Err(Error::Change(format!("light {index} was dark when its scene was planned")));
+        };
+        let own = &mut self.lights[own_index];
+        if structure(own, &self.shadows) != structure(light, &self.shadows) {
+            let what = "its kind, whether it shines, casts a shadow or has a range, its fall-off's kind and how wide a spot opens";
+            return Err(Error::Change(format!("light {index} is drawn as it was planned: {what} must stay")));
+        }
+        own.clone_from(light);
+        self.reaches[own_index] = self.cut.reach(light);
+        self.stale = true;
+        Ok(())
     }
 
     /// Whether a light can add anything.
@@ -78,24 +171,16 @@ impl World {
         light.intensity > 0.0 && light.color.max_element() > 0.0
     }
 
-    /// The light whose shadow is drawn: the first directional one that casts any.
-    pub fn sun_of(lights: &[Light]) -> Option<&Light> {
-        lights.iter().find(|light| {
-            light.casts_shadow && Self::shines(light) && matches!(light.kind, LightKind::Directional { .. })
-        })
-    }
-
-    fn sorted(lights: &[Light], settings: &Settings) -> Vec<Light> {
-        let sun = Self::sun_of(lights);
-        let mut sorted: Vec<&Light> = lights.iter().filter(|light| Self::shines(light)).collect();
+    /// The indices of those that shine, in the order in which frames have them.
+    pub(super) fn sorted(lights: &[Light], settings: &Settings) -> Vec<usize> {
+        let mut sorted: Vec<usize> = (0..lights.len()).filter(|&index| Self::shines(&lights[index])).collect();
         // Stable: lights of a kind keep the scene's order, and with it their sum its rounding.
-        sorted.sort_by_key(|light| match light.kind {
-            _ if sun.is_some_and(|sun| std::ptr::eq(sun, *light)) => 0,
-            LightKind::Directional { .. } => 1,
-            _ if !light_path::bounded(light, settings) => 2,
-            _ => 3,
+        sorted.sort_by_key(|&index| match lights[index].kind {
+            LightKind::Directional { .. } => 0,
+            _ if !light_path::bounded(&lights[index], settings) => 1,
+            _ => 2,
         });
-        sorted.into_iter().cloned().collect()
+        sorted
     }
 
     /// How many of the first lights are directional.
@@ -123,6 +208,19 @@ impl World {
     fn spheres(&self, first: usize) -> Vec<Reach> {
         self.lights[first..].iter().zip(&self.reaches[first..]).map(|(light, &reach)| sphere_of(light, reach)).collect()
     }
+}
+
+/// What of a light a plan depends on.
+fn structure(light: &Light, shadows: &ShadowSettings) -> impl PartialEq {
+    let (range, falloff) = match light.kind {
+        LightKind::Directional { .. } => (false, 0),
+        LightKind::Point { range, falloff, .. } | LightKind::Spot { range, falloff, .. } => {
+            (range.is_some(), falloff_index(falloff))
+        }
+    };
+    let projection = Projection::of(light, shadows.cascades);
+    let kind = std::mem::discriminant(&light.kind);
+    (kind, projection, range, falloff, light.casts_shadow, World::shines(light))
 }
 
 /// An alpha below the cut-off that no texture changes: nothing of the object is there.
@@ -159,9 +257,8 @@ pub struct Visible {
     /// From near to far, so that early depth tests save the most: hidden fragments cost more than changes of state (Sponza's
     /// GEOMETRY takes a fifth less CPU on lavapipe than sorted by material). Equally near ones by pipeline and material.
     pub draws: Vec<Draw>,
-    /// What the sun's map must hold.
-    pub casters: Vec<Draw>,
-    pub sun: Option<SunView>,
+    /// The plan's shadow maps; none of a cascade in which nothing is seen.
+    pub shadows: Vec<Option<Arc<ShadowView>>>,
     pub lights: LightWork,
     pub culled: usize,
 }
@@ -179,16 +276,15 @@ impl Visible {
             .collect();
         let state = |index: usize| (world.objects[index].key, world.objects[index].material, index);
         seen.sort_by(|a, b| a.1.total_cmp(&b.1).then_with(|| state(a.0).cmp(&state(b.0))));
-        let sun = plan.shadow.and_then(|size| {
-            let boxes = seen.iter().map(|&(index, _)| world.objects[index].bounds);
-            SunView::fit(world, camera, aspect, size, boxes)
-        });
-        let casters = sun.as_ref().map(|sun| casters_of(world, sun)).unwrap_or_default();
+        let mut shadows = world.lamps.clone();
+        if let Some(shadow) = &plan.shadow {
+            let boxes: Vec<Aabb> = seen.iter().map(|&(index, _)| world.objects[index].bounds).collect();
+            add_cascades(&mut shadows, world, shadow, camera, aspect, &boxes);
+        }
         Self {
             culled: world.objects.len() - seen.len(),
             draws: seen.into_iter().map(|(object, _)| Draw { object }).collect(),
-            casters,
-            sun,
+            shadows,
             lights: light_work(world, camera, plan),
         }
     }
@@ -221,17 +317,6 @@ fn light_work(world: &World, camera: &Camera, plan: &FramePlan) -> LightWork {
         }
         LightPath::Auto | LightPath::Loop | LightPath::ForwardNaive => LightWork::Nothing,
     }
-}
-
-fn casters_of(world: &World, sun: &SunView) -> Vec<Draw> {
-    let mut casters: Vec<usize> =
-        (0..world.objects.len()).filter(|&index| sun.may_shadow(&world.objects[index].bounds)).collect();
-    // Opaque casters first: one pipeline change.
-    casters.sort_by_key(|&index| {
-        let object = &world.objects[index];
-        (object.key.masked, object.material, index)
-    });
-    casters.into_iter().map(|object| Draw { object }).collect()
 }
 
 /// The planes of a view volume without far plane; normals point inside.
@@ -369,7 +454,7 @@ mod tests {
     }
 
     #[test]
-    fn lights_are_the_sun_then_directional_then_the_unlimited_then_the_limited_and_only_those_that_shine() {
+    fn lights_are_directional_then_the_unlimited_then_the_limited_and_only_those_that_shine() {
         let named = |name: &str, light: Light| Light { name: name.into(), ..light };
         let dark = Light { intensity: 0.0, ..samples::sun() };
         let lights = vec![
@@ -385,7 +470,7 @@ mod tests {
         let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
         let world = World::of(&scene, &settings, &plan, 1.0);
         let names: Vec<_> = world.lights.iter().map(|light| light.name.as_str()).collect();
-        assert_eq!(names, ["sun", "sky", "second sun", "spot", "lamp"]);
+        assert_eq!(names, ["sky", "sun", "second sun", "spot", "lamp"]);
         assert_eq!(world.directional_count(), 3);
     }
 }

@@ -79,6 +79,7 @@ mod tests {
             color: Vec3::ONE,
             intensity: lux,
             casts_shadow: true,
+            size: 0.0,
         }
     }
 

@@ -66,6 +66,8 @@ pub fn add_daylight(scene: &mut Scene) {
         color: Vec3::new(1.0, 0.95, 0.87),
         intensity: SUN_LUX,
         casts_shadow: true,
+        // The sun's angular diameter in degrees.
+        size: 0.53,
     });
     scene.environment = Environment {
         ambient: Vec3::new(0.8, 0.92, 1.1) * SKY_NITS,
@@ -187,7 +189,7 @@ mod tests {
         Scene {
             meshes: vec![mesh.finish("it")],
             materials: vec![Material::default()],
-            objects: vec![Object { name: "it".into(), mesh: 0, material: 0, transform }],
+            objects: vec![Object::new("it", 0, 0, transform)],
             ..Scene::default()
         }
     }

@@ -53,7 +53,7 @@ impl Imported {
             mesh: object.mesh + first_mesh,
             material: object.material + first_material,
             transform: transform * object.transform,
-            name: object.name,
+            ..object
         }));
         scene.warnings.extend(self.warnings);
     }
@@ -69,7 +69,7 @@ mod tests {
     fn what_is_appended_keeps_pointing_at_its_own() {
         let imported = Imported {
             meshes: vec![Mesh::default()],
-            objects: vec![Object { name: "a".into(), mesh: 0, material: 0, transform: DAffine3::IDENTITY }],
+            objects: vec![Object::new("a", 0, 0, DAffine3::IDENTITY)],
             materials: vec![Material { normal_texture: Some(0), ..Material::default() }],
             textures: vec![Texture {
                 name: "n".into(),

@@ -12,6 +12,9 @@ pub struct Light {
     /// Lux for a directional light, candela for point and spot. Not negative.
     pub intensity: f32,
     pub casts_shadow: bool,
+    /// How large the source is, for soft shadows: the angular diameter in degrees of a directional light, the radius in metres of
+    /// the others. 0 for a light without a size.
+    pub size: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -189,9 +189,28 @@ pub struct Object {
     pub material: usize,
     /// From mesh space to world space. May mirror.
     pub transform: DAffine3,
+    pub casts_shadow: CastsShadow,
+    /// Whether shadows fall on it.
+    pub receives_shadow: bool,
+}
+
+/// Which faces of an object stand in the light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub enum CastsShadow {
+    No,
+    /// Only faces that are turned to the light.
+    Front,
+    #[default]
+    Yes,
 }
 
 impl Object {
+    /// A mesh with a material at a place, which casts and receives shadows.
+    pub fn new(name: impl Into<String>, mesh: usize, material: usize, transform: DAffine3) -> Self {
+        let casts_shadow = CastsShadow::Yes;
+        Self { name: name.into(), mesh, material, transform, casts_shadow, receives_shadow: true }
+    }
+
     /// World-space box.
     pub fn bounds(&self, meshes: &[Mesh]) -> Aabb {
         meshes[self.mesh].bounds.transformed(&self.transform)

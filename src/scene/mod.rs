@@ -32,11 +32,11 @@ pub use import::{Imported, LoadOptions, Progress};
 pub use light::{Falloff, Light, LightKind};
 pub use load::{OpenOptions, open};
 pub use material::{AlphaMode, Brdf, Material, TextureSlot};
-pub use mesh::{Mesh, Object};
+pub use mesh::{CastsShadow, Mesh, Object};
 pub use names::TARGETS;
 pub use settings::{
-    GbufferChoice, GbufferPreset, HdrFormat, LightPath, MAX_SAMPLES, MAX_SHADOW_SIZE, Resolve, Settings, SettingsPatch,
-    ShadowSettings, TargetChoice, Tonemap, View, parse_size,
+    GbufferChoice, GbufferPreset, HdrFormat, LightPath, MAX_SAMPLES, MAX_SHADOW_SIZE, MIN_SHADOW_SIZE, Resolve,
+    Settings, SettingsPatch, ShadowFilter, ShadowSettings, TargetChoice, Tonemap, View, parse_size,
 };
 pub use suggest::{nearest, unknown};
 pub use temperature::{KELVIN, black_body_color};

@@ -94,17 +94,37 @@ pub enum LightPath {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShadowSettings {
     pub enabled: bool,
-    /// Edge of the sun's map in texels.
+    /// Edge in texels of a layer of maps: a cascade has a whole one, a spot light and each face of a point light a quarter.
     pub size: u32,
-    /// Offset along the geometric normal, in texels of the map.
+    pub filter: ShadowFilter,
+    /// Maps of a directional light, 1 to 4.
+    pub cascades: u32,
+    /// How the cascades part the view: 0 evenly, 1 logarithmically (Zhang et al. 2006).
+    pub lambda: f32,
+    /// MiB that all maps may take together.
+    pub budget: u32,
+    /// Whether a map is drawn only when something in it moved.
+    pub cache: bool,
+    /// Offset along the geometric normal, in texels of the map at that place; for the 3x3 filter, the others scale it by their
+    /// reach.
     pub normal_offset: f32,
-    /// Slope-scaled depth bias (`depthBiasSlopeFactor`).
+    /// Slope-scaled depth bias (`depthBiasSlopeFactor`), scaled likewise.
     pub slope_bias: f32,
 }
 
 impl Default for ShadowSettings {
     fn default() -> Self {
-        Self { enabled: true, size: 2048, normal_offset: 1.5, slope_bias: 1.5 }
+        Self {
+            enabled: true,
+            size: 2048,
+            filter: ShadowFilter::default(),
+            cascades: 3,
+            lambda: 0.7,
+            budget: 256,
+            cache: true,
+            normal_offset: 1.5,
+            slope_bias: 1.5,
+        }
     }
 }
 
@@ -130,6 +150,24 @@ pub enum Resolve {
     /// As display light, after tone mapping: no sample counts for more than white.
     #[default]
     ToneMapped,
+}
+
+/// How texels of a shadow map become a share of light; the numbers are those of `shaders/shared/shadows.wgsl`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum ShadowFilter {
+    /// The nearest texel: lit or not.
+    None = 0,
+    /// Percentage-closer filtering of two by two texels, bilinearly weighted.
+    Box2 = 1,
+    /// Three by three.
+    #[default]
+    Box3 = 2,
+    /// Five by five.
+    Box5 = 3,
+    /// Sixteen texels on a disc that is turned from pixel to pixel.
+    Poisson = 4,
+    /// Percentage-closer soft shadows (Fernando 2005): the disc is as wide as the penumbra of a light that has a size.
+    Pcss = 5,
 }
 
 /// What the picture shows.
@@ -203,6 +241,11 @@ pub struct SettingsPatch {
     pub gbuffer: Option<GbufferChoice>,
     pub shadows: Option<bool>,
     pub shadow_size: Option<u32>,
+    pub shadow_filter: Option<ShadowFilter>,
+    pub cascades: Option<u32>,
+    pub shadow_lambda: Option<f32>,
+    pub shadow_budget: Option<u32>,
+    pub shadow_cache: Option<bool>,
     pub shadow_normal_offset: Option<f32>,
     pub shadow_slope_bias: Option<f32>,
     pub view: Option<View>,
@@ -225,6 +268,11 @@ impl SettingsPatch {
             gbuffer: self.gbuffer.or(other.gbuffer),
             shadows: self.shadows.or(other.shadows),
             shadow_size: self.shadow_size.or(other.shadow_size),
+            shadow_filter: self.shadow_filter.or(other.shadow_filter),
+            cascades: self.cascades.or(other.cascades),
+            shadow_lambda: self.shadow_lambda.or(other.shadow_lambda),
+            shadow_budget: self.shadow_budget.or(other.shadow_budget),
+            shadow_cache: self.shadow_cache.or(other.shadow_cache),
             shadow_normal_offset: self.shadow_normal_offset.or(other.shadow_normal_offset),
             shadow_slope_bias: self.shadow_slope_bias.or(other.shadow_slope_bias),
             view: self.view.or(other.view),
@@ -249,6 +297,11 @@ impl SettingsPatch {
             shadows: ShadowSettings {
                 enabled: self.shadows.unwrap_or(default.shadows.enabled),
                 size: self.shadow_size.unwrap_or(default.shadows.size),
+                filter: self.shadow_filter.unwrap_or(default.shadows.filter),
+                cascades: self.cascades.unwrap_or(default.shadows.cascades),
+                lambda: self.shadow_lambda.unwrap_or(default.shadows.lambda),
+                budget: self.shadow_budget.unwrap_or(default.shadows.budget),
+                cache: self.shadow_cache.unwrap_or(default.shadows.cache),
                 normal_offset: self.shadow_normal_offset.unwrap_or(default.shadows.normal_offset),
                 slope_bias: self.shadow_slope_bias.unwrap_or(default.shadows.slope_bias),
             },
@@ -280,9 +333,22 @@ impl SettingsPatch {
             return wrong(format!("exposure {ev100}: must be an EV100 from -100 to 100"));
         }
         if let Some(size) = self.shadow_size
-            && !(1..=MAX_SHADOW_SIZE).contains(&size)
+            && !(MIN_SHADOW_SIZE..=MAX_SHADOW_SIZE).contains(&size)
         {
-            return wrong(format!("shadow size {size}: must be 1 to {MAX_SHADOW_SIZE} texels"));
+            return wrong(format!("shadow size {size}: must be {MIN_SHADOW_SIZE} to {MAX_SHADOW_SIZE} texels"));
+        }
+        if let Some(cascades) = self.cascades
+            && !(1..=4).contains(&cascades)
+        {
+            return wrong(format!("cascades {cascades}: must be 1 to 4"));
+        }
+        if let Some(lambda) = self.shadow_lambda
+            && !(0.0..=1.0).contains(&lambda)
+        {
+            return wrong(format!("shadow lambda {lambda}: must be 0 to 1"));
+        }
+        if self.shadow_budget == Some(0) {
+            return wrong("shadow budget 0: must be at least 1 MiB".into());
         }
         if let Some(samples) = self.samples
             && !(1..=MAX_SAMPLES).contains(&samples)
@@ -300,7 +366,9 @@ impl SettingsPatch {
     }
 }
 
-/// The largest edge of a shadow map in texels; a device may allow less.
+/// The smallest edge of a layer of shadow maps in texels: a quarter of it still has room for a filter.
+pub const MIN_SHADOW_SIZE: u32 = 32;
+/// The largest edge in texels; a device may allow less.
 pub const MAX_SHADOW_SIZE: u32 = 16384;
 
 /// The most frames that are averaged into one picture.

@@ -67,7 +67,7 @@ pub fn add(scene: &mut Scene, mesh: MeshBuilder, material: Material, transform: 
     scene.materials.push(material);
     scene.meshes.push(mesh.finish(&name));
     let (mesh, material) = (scene.meshes.len() - 1, scene.materials.len() - 1);
-    scene.objects.push(Object { name, mesh, material, transform });
+    scene.objects.push(Object::new(name, mesh, material, transform));
 }
 
 /// A rectangle that faces +Z, from its lower left to its upper right corner.
@@ -95,7 +95,7 @@ pub fn seen(size: [u32; 2], x: u32, y: u32) -> DVec3 {
 }
 
 fn light(kind: LightKind, color: Vec3, intensity: f32) -> Light {
-    Light { name: "light".into(), kind, color, intensity, casts_shadow: false }
+    Light { name: "light".into(), kind, color, intensity, casts_shadow: false, size: 0.0 }
 }
 
 /// A directional light that comes from `towards`.

@@ -130,8 +130,8 @@ fn a_number_out_of_range_is_refused_with_the_range() {
         ("[settings]\nresolve = 'gamma'", "possible: linear, tone-mapped"),
         ("[settings]\nsize = [0, 720]", "settings.size[0] = 0: must be a whole number from 1"),
         ("[settings]\nsize = '0x720'", "width and height must be at least 1"),
-        ("[settings]\nshadows = { size = 0 }", "must be a whole number from 1 to 16384"),
-        ("[settings.shadows]\nsize = 16385", "must be a whole number from 1 to 16384"),
+        ("[settings]\nshadows = { size = 0 }", "must be a whole number from 32 to 16384"),
+        ("[settings.shadows]\nsize = 16385", "must be a whole number from 32 to 16384"),
         ("[settings.shadows]\nslope_bias = -0.1", "must be 0 to 1000"),
         (
             "[[materials]]\nname='a'\nroughness = 1.01",

@@ -30,6 +30,7 @@ impl Contender {
         let before = memory_by_kind(device);
         let start = Instant::now();
         let mut renderer = Renderer::new(device, &workload.scene, &settings)?;
+        workload.warn(renderer.plan())?;
         renderer.render(&workload.camera)?;
         renderer.wait()?;
         let first_frame_ms = milliseconds_since(start);

@@ -75,7 +75,9 @@ struct PassReport {
 struct DrawnReport {
     objects: u64,
     culled_objects: u64,
-    /// Objects that the shadow pass drew.
+    /// Shadow maps that are looked up, how many of them were drawn anew, and how often an object was drawn into these.
+    shadow_maps: u64,
+    shadow_maps_drawn: u64,
     casters: u64,
     triangles: u64,
 }
@@ -165,6 +167,8 @@ impl RunReport {
         let drawn = times.last().map(|last| DrawnReport {
             objects: last.drawn.objects as u64,
             culled_objects: last.drawn.culled as u64,
+            shadow_maps: last.drawn.shadow_maps as u64,
+            shadow_maps_drawn: last.drawn.shadow_maps_drawn as u64,
             casters: last.drawn.casters as u64,
             triangles: last.drawn.triangles as u64,
         });
@@ -186,7 +190,9 @@ impl RunReport {
     /// Passes and memory.
     fn details(&self) -> String {
         let [width, height] = self.size;
-        let mut text = format!("{}: {width}x{height}, {} casters, ", self.variant, self.drawn.casters);
+        let (drawn, maps) = (self.drawn.shadow_maps_drawn, self.drawn.shadow_maps);
+        let mut text = format!("{}: {width}x{height}, ", self.variant);
+        let _ = write!(text, "{drawn} of {maps} shadow maps drawn with {} casters, ", self.drawn.casters);
         let _ = write!(text, "{} triangles, {} objects", self.drawn.triangles, self.drawn.objects);
         let _ = writeln!(text, " ({} culled)", self.drawn.culled_objects);
         let mut table = Table::with_figures_from(1);

@@ -132,10 +132,10 @@ fn shaders_bind_the_lights_and_the_shadow_map_where_the_plan_has_them() {
         let bindings = fragment_bindings(lighting_variant(&plan));
         let has = |set, index| bindings.iter().any(|binding| (binding.set, binding.binding) == (set, index));
         assert_eq!(has(0, 1), plan.lights.any(), "{name}: lights");
-        assert_eq!(has(2, 0), plan.shadow.is_some(), "{name}: shadow map");
+        assert_eq!((has(2, 0), has(2, 1)), (plan.shadow.is_some(), plan.shadow.is_some()), "{name}: shadow maps");
         let lists = has(0, 2) && has(0, 3);
         assert_eq!(lists, plan.has_clusters() && matches!(plan.shading, Shading::Light { .. }), "{name}: clusters");
-        assert!(bindings.iter().all(|b| matches!((b.set, b.binding), (0, 0..=3) | (1, _) | (2, 0))), "{name}");
+        assert!(bindings.iter().all(|b| matches!((b.set, b.binding), (0, 0..=3) | (1, _) | (2, 0 | 1))), "{name}");
     }
 }
 
@@ -269,13 +269,22 @@ fn dependencies_are_the_rows_of_the_table() {
             assert!(from < to || from == vk::SUBPASS_EXTERNAL, "{name}: {from} to {to}");
             assert!(dependency.src_stage_mask != vk::PipelineStageFlags::empty(), "{name}");
         }
-        assert_eq!(dependencies(&plan, Carrier::ShadowPass).len(), usize::from(plan.shadow.is_some()), "{name}");
+        let shadow = dependencies(&plan, Carrier::ShadowPass);
+        assert_eq!(shadow.len(), 2 * usize::from(plan.shadow.is_some()), "{name}");
+        // Into the one subpass and out of it.
+        let ends: Vec<_> = shadow.iter().map(|one| (one.src_subpass, one.dst_subpass)).collect();
+        assert!(
+            ends.iter().all(|ends| matches!(ends, (vk::SUBPASS_EXTERNAL, 0) | (0, vk::SUBPASS_EXTERNAL))),
+            "{name}"
+        );
     }
 }
 
 #[test]
-fn the_shadow_pass_stores_its_map() {
+fn the_shadow_pass_stores_its_map_and_leaves_it_readable() {
     let attachment = shadow::attachment();
     assert_eq!((attachment.format, attachment.store_op), (plan::DEPTH, vk::AttachmentStoreOp::STORE));
     assert_eq!(attachment.load_op, vk::AttachmentLoadOp::CLEAR);
+    let readable = vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL;
+    assert_eq!((attachment.initial_layout, attachment.final_layout), (readable, readable));
 }

@@ -116,6 +116,7 @@ fn overlap(_: &Params) -> Scene {
             color,
             intensity: 4.0 * std::f32::consts::PI,
             casts_shadow: false,
+            size: 0.0,
         });
     }
     stage.scene

@@ -74,6 +74,7 @@ fn build(_: &Params) -> Scene {
         color: Vec3::new(1.0, 0.85, 0.6),
         intensity: LAMP_INTENSITY,
         casts_shadow: false,
+        size: 0.0,
     });
     stage.scene.environment = Environment { ambient: Vec3::new(4.0, 3.6, 3.0), background: Vec3::ZERO, ground: None };
     let eye = DVec3::new(0.278, 0.273, -0.8);

@@ -119,6 +119,7 @@ fn lights(stage: &mut Stage, random: &mut Random, count: usize, range: f64) {
             color: Vec3::ONE.lerp(hue(random.unit()), 0.7),
             intensity,
             casts_shadow: false,
+            size: 0.0,
         });
     }
 }

@@ -62,6 +62,7 @@ fn build(params: &Params) -> Scene {
             color,
             intensity: strength * (reach * reach) as f32,
             casts_shadow: false,
+            size: 0.0,
         });
     }
     stage.scene.environment =

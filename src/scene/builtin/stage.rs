@@ -33,7 +33,7 @@ impl Stage {
 
     pub fn place(&mut self, mesh: usize, material: usize, transform: DAffine3) {
         let name = self.scene.meshes[mesh].name.clone();
-        self.scene.objects.push(Object { name, mesh, material, transform });
+        self.scene.objects.push(Object::new(name, mesh, material, transform));
     }
 
     /// Adds a mesh and places it where it was built.
@@ -45,7 +45,7 @@ impl Stage {
     /// A directional light of `lux` that travels along `direction`.
     pub fn sun(&mut self, direction: DVec3, lux: f32, color: Vec3, casts_shadow: bool) {
         let kind = LightKind::Directional { direction: direction.normalize_or(DVec3::NEG_Y) };
-        self.light(Light { name: "sun".into(), kind, color, intensity: lux, casts_shadow });
+        self.light(Light { name: "sun".into(), kind, color, intensity: lux, casts_shadow, size: 0.53 });
     }
 
     pub fn light(&mut self, light: Light) {

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::node::{CONE_ANGLE, COORDINATE, KELVIN, LENGTH, Node, STRENGTH, Table};
+use super::node::{CONE_ANGLE, COORDINATE, KELVIN, LENGTH, Node, RADIUS, STRENGTH, SUN_ANGLE, Table};
 use super::schema;
 use crate::scene::{Error, Falloff, Light, LightKind, black_body_color, luminance};
 
@@ -19,6 +19,11 @@ pub(super) fn light(node: &Node, index: usize) -> Result<Light, Error> {
         name: table.read("name", Node::string)?.map_or_else(|| format!("light {index}"), str::to_owned),
         color,
         intensity,
+        size: match kind {
+            "directional" => table.read("angular_diameter_degrees", |node| node.number(SUN_ANGLE))?,
+            _ => table.read("radius", |node| node.number(RADIUS))?,
+        }
+        .unwrap_or(0.0),
         casts_shadow: table.read("casts_shadow", Node::boolean)?.unwrap_or(kind == "directional"),
         kind: match kind {
             "directional" => LightKind::Directional {
@@ -42,11 +47,14 @@ fn color(table: &Table) -> Result<Vec3, Error> {
 
 /// A key that this kind of light does not look at is a slip.
 fn refuse_foreign(table: &Table, kind: &str) -> Result<(), Error> {
-    const SPOT: [&str; 4] = ["direction", "target", "inner_angle_degrees", "outer_angle_degrees"];
+    const SPOT: [&str; 5] =
+        ["direction", "target", "inner_angle_degrees", "outer_angle_degrees", "angular_diameter_degrees"];
     let foreign: &[&str] = match kind {
-        "directional" => &["position", "target", "range", "falloff", "inner_angle_degrees", "outer_angle_degrees"],
+        "directional" => {
+            &["position", "target", "range", "falloff", "inner_angle_degrees", "outer_angle_degrees", "radius"]
+        }
         "point" => &SPOT,
-        _ => &[],
+        _ => &["angular_diameter_degrees"],
     };
     match foreign.iter().find_map(|key| table.get(key)) {
         Some(node) => Err(node.wrong(format!("a {kind} light has no such key"))),

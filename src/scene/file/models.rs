@@ -12,7 +12,7 @@ use super::schema;
 use crate::scene::builtin::{self, shapes};
 use crate::scene::load::{OpenOptions, load_model};
 use crate::scene::suggest::unknown;
-use crate::scene::{Error, Imported, Material, Object, Scene};
+use crate::scene::{CastsShadow, Error, Imported, Material, Object, Scene};
 
 /// The most copies that all models of a file may make together.
 const MAX_OBJECTS: usize = 4_000_000;
@@ -53,6 +53,7 @@ impl<'a> Models<'a> {
         if let Some(name) = table.read("name", Node::string)? {
             objects.iter_mut().for_each(|object| object.name = name.into());
         }
+        shadow(&table, &mut objects)?;
         let places = places(&table)?;
         if objects.len().saturating_mul(places.len()).saturating_add(scene.objects.len()) > MAX_OBJECTS {
             return Err(table.wrong(&format!("makes more than {MAX_OBJECTS} objects")));
@@ -136,7 +137,26 @@ fn from_shape(node: &Node, scene: &mut Scene) -> Result<Vec<Object>, Error> {
     scene.meshes.push(mesh.finish(kind));
     scene.materials.push(Material::default());
     let (mesh, material) = (scene.meshes.len() - 1, scene.materials.len() - 1);
-    Ok(vec![Object { name: kind.into(), mesh, material, transform: DAffine3::IDENTITY }])
+    Ok(vec![Object::new(kind, mesh, material, DAffine3::IDENTITY)])
+}
+
+/// What the model says of its shadows.
+fn shadow(table: &Table, objects: &mut [Object]) -> Result<(), Error> {
+    if let Some(node) = table.get("casts_shadow") {
+        let casts = match node.is_boolean() {
+            true if node.boolean()? => CastsShadow::Yes,
+            true => CastsShadow::No,
+            false => {
+                node.word(&["front"]).map_err(|_| node.wrong("must be true, false or \"front\""))?;
+                CastsShadow::Front
+            }
+        };
+        objects.iter_mut().for_each(|object| object.casts_shadow = casts);
+    }
+    if let Some(receives) = table.read("receives_shadow", Node::boolean)? {
+        objects.iter_mut().for_each(|object| object.receives_shadow = receives);
+    }
+    Ok(())
 }
 
 /// Where the model's copies stand: its own transform, then the grid's, then the instances'.

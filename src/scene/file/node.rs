@@ -50,6 +50,9 @@ pub(super) const CONE_ANGLE: Limit = Limit { text: "from 0 to 180 degrees", hold
 /// Of what glows by heat.
 pub(super) const KELVIN: Limit =
     Limit { text: "from 1000 to 40000 kelvin", holds: |x| crate::scene::KELVIN.contains(&x) };
+/// Of a source of light; 0 for none.
+pub(super) const RADIUS: Limit = Limit { text: "from 0 to 1e15", holds: |x| (0.0..=1e15).contains(&x) };
+pub(super) const SUN_ANGLE: Limit = Limit { text: "from 0 to 90 degrees", holds: |x| (0.0..=90.0).contains(&x) };
 pub(super) const FACTOR: Limit = Limit { text: "a number from -1e6 to 1e6", holds: |x| x.abs() <= 1e6 };
 pub(super) const EV100: Limit = Limit { text: "an EV100 from -100 to 100", holds: |x| x.abs() <= 100.0 };
 

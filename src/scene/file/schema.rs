@@ -22,6 +22,8 @@ pub(super) const MODEL: Schema = Schema {
         "shape",
         "material",
         "materials",
+        "casts_shadow",
+        "receives_shadow",
         "translation",
         "rotation",
         "scale",
@@ -71,6 +73,8 @@ pub(super) const LIGHT: Schema = Schema {
         "temperature",
         "intensity",
         "casts_shadow",
+        "radius",
+        "angular_diameter_degrees",
         "direction",
         "position",
         "target",
@@ -113,8 +117,10 @@ pub(super) const SETTINGS: Schema = Schema {
         "hdr_format",
     ],
 };
-pub(super) const SHADOWS: Schema =
-    Schema { table: "settings.shadows", keys: &["enabled", "size", "normal_offset", "slope_bias"] };
+pub(super) const SHADOWS: Schema = Schema {
+    table: "settings.shadows",
+    keys: &["enabled", "size", "filter", "cascades", "lambda", "budget", "cache", "normal_offset", "slope_bias"],
+};
 
 /// All tables, in the order of the documentation.
 pub const TABLES: &[Schema] =

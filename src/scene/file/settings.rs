@@ -2,10 +2,10 @@
 
 use glam::{DVec3, Vec3};
 
-use super::node::{EV100, FACTOR, FIELD_OF_VIEW, LENGTH, Node, STRENGTH};
+use super::node::{EV100, FACTOR, FIELD_OF_VIEW, LENGTH, Node, SHARE, STRENGTH};
 use super::place::rotation;
 use super::schema;
-use crate::scene::{Camera, Environment, Error, SettingsPatch, parse_size};
+use crate::scene::{Camera, Environment, Error, MAX_SHADOW_SIZE, MIN_SHADOW_SIZE, SettingsPatch, parse_size};
 
 /// What the file says of the camera, over what there was.
 pub(super) fn camera(node: &Node, mut camera: Camera) -> Result<Camera, Error> {
@@ -108,7 +108,12 @@ fn shadows(node: &Node, patch: &mut SettingsPatch) -> Result<(), Error> {
         if (0.0..=1000.0).contains(&bias) { Ok(Some(bias)) } else { Err(node.wrong("must be 0 to 1000")) }
     };
     patch.shadows = table.read("enabled", Node::boolean)?;
-    patch.shadow_size = table.read("size", |node| node.integer(1..=crate::scene::MAX_SHADOW_SIZE))?;
+    patch.shadow_size = table.read("size", |node| node.integer(MIN_SHADOW_SIZE..=MAX_SHADOW_SIZE))?;
+    patch.shadow_filter = table.read("filter", Node::name)?;
+    patch.cascades = table.read("cascades", |node| node.integer(1..=4))?;
+    patch.shadow_lambda = table.read("lambda", |node| node.number_f32(SHARE))?;
+    patch.shadow_budget = table.read("budget", |node| node.integer(1..=u32::MAX))?;
+    patch.shadow_cache = table.read("cache", Node::boolean)?;
     patch.shadow_normal_offset = bias("normal_offset")?;
     patch.shadow_slope_bias = bias("slope_bias")?;
     Ok(())

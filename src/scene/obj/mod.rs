@@ -137,11 +137,7 @@ fn place(imported: &mut Imported, scan: &Scan, Group { group, material, mut mesh
         // Its bump map turned out to be none.
         mesh.tangents = Vec::new();
     }
-    imported.objects.push(Object {
-        name: scan.groups[group].clone(),
-        mesh: imported.meshes.len(),
-        material,
-        transform: DAffine3::IDENTITY,
-    });
+    let object = Object::new(&scan.groups[group], imported.meshes.len(), material, DAffine3::IDENTITY);
+    imported.objects.push(object);
     imported.meshes.push(mesh);
 }

@@ -130,6 +130,7 @@ fn lamps(hall: &mut Hall, count: usize, range: Option<f64>) {
             color: if is_lantern { Vec3::new(1.0, 0.62, 0.28) } else { Vec3::ONE.lerp(hue(random.unit()), 0.75) },
             intensity: if is_lantern { 5_000.0 } else { 1_500.0 },
             casts_shadow: false,
+            size: 0.0,
         });
     }
 }
