@@ -354,6 +354,22 @@ fn the_overdraw_view_counts_layers() {
 }
 
 #[test]
+fn layers_are_all_shaded_and_only_the_first_is_seen() {
+    on_gpu(|gpu| {
+        let one = open("builtin:layers?count=1&lights=5");
+        let alone = gpu.draw(&one, &own(&one, SMALL.0, SMALL.1));
+        for count in [2, 7] {
+            let scene = open(&format!("builtin:layers?count={count}&lights=5"));
+            assert_identical(&alone, &gpu.draw(&scene, &own(&scene, SMALL.0, SMALL.1)), &scene.name);
+            let overdraw = gpu.draw(&scene, &view(&scene, SMALL.0, SMALL.1, View::Overdraw));
+            let wall = open(&format!("builtin:field?objects=0&lights=0&overdraw={count}"));
+            let expected = gpu.draw(&wall, &view(&wall, SMALL.0, SMALL.1, View::Overdraw));
+            assert_identical(&expected, &overdraw, &format!("overdraw of {count}"));
+        }
+    });
+}
+
+#[test]
 fn the_view_of_lights_per_pixel_counts_lights_in_reach() {
     on_gpu(|gpu| {
         let lamp = |x: f64| point(DVec3::new(x, 0.0, 0.3), 1.0, Some(0.8), Falloff::InverseSquare);

@@ -72,7 +72,9 @@ fn every_key_does_what_it_says() {
     assert_eq!(scene.textures.len(), 2);
     let crates = &scene.meshes[scene.objects.iter().find(|object| object.name == "crates").unwrap().mesh];
     assert_eq!(crates.tangents.len(), crates.positions.len());
-    let [.., sun, point, spot] = scene.lights.as_slice() else { panic!("{:?}", scene.lights) };
+    let [.., sun, point, spot, first, second, _] = scene.lights.as_slice() else { panic!("{:?}", scene.lights) };
+    assert!(first.name == "garland 0" && matches!(first.kind, LightKind::Point { range: Some(2.0), .. }), "{first:?}");
+    assert!(second.color.min_element() == 0.0 && second.intensity == 5.0, "{second:?}");
     assert_eq!(sun.color, afterlight::scene::black_body_color(4000.0));
     assert!(matches!(point.kind, LightKind::Point { falloff: Falloff::Polynomial { quadratic: 3.0, .. }, .. }));
     let LightKind::Spot { direction, .. } = spot.kind else { panic!("{spot:?}") };
@@ -144,6 +146,71 @@ fn a_base_is_changed_key_by_key() {
     assert_eq!(scene.objects.len(), first.objects.len());
     let on_a_model = read(&folder, "base = 'crate.obj'").unwrap();
     assert_eq!((on_a_model.lights.len(), on_a_model.objects.len()), (1, 1));
+}
+
+#[test]
+fn scattered_lights_are_as_many_as_asked_for_and_where() {
+    let folder = folder();
+    let lights = |lines: &str| {
+        let text = format!("[[scattered_lights]]\nmin=[-1,0,2]\nmax=[3,5,2]\nintensity=40\n{lines}");
+        read(&folder, &text).unwrap().lights
+    };
+    let thousand = lights("count = 1000");
+    assert_eq!(thousand.len(), 1000);
+    let within = |light: &afterlight::scene::Light| match light.kind {
+        LightKind::Point { position, range: None, falloff: Falloff::InverseSquare } => {
+            position.cmpge(DVec3::new(-1.0, 0.0, 2.0)).all() && position.cmple(DVec3::new(3.0, 5.0, 2.0)).all()
+        }
+        _ => false,
+    };
+    assert!(thousand.iter().all(|light| within(light) && light.intensity == 40.0 && !light.casts_shadow));
+    // The fewer are the first of the more, and the first hangs in the middle.
+    assert_eq!(lights("count = 10"), thousand[..10]);
+    assert!(matches!(thousand[0].kind, LightKind::Point { position, .. } if position == DVec3::new(1.0, 2.5, 2.0)));
+    assert_ne!(lights("count = 10\nseed = 1")[0].kind, thousand[0].kind);
+    assert!(lights("count = 5\nsaturation = 0").iter().all(|light| light.color == Vec3::ONE));
+    assert!(lights("count = 5\nsaturation = 1").iter().all(|light| light.color.min_element() == 0.0));
+    let ranged = lights("count = 2\nrange = 3\nfalloff = 'quadratic'");
+    let is_ranged = |kind| matches!(kind, LightKind::Point { range: Some(3.0), falloff: Falloff::Quadratic, .. });
+    assert!(ranged.iter().all(|light| is_ranged(light.kind)));
+    // A file that scatters lights has light: no sun is added.
+    let lit = read(
+        &folder,
+        "[[models]]\npath='crate.obj'\n[[scattered_lights]]\ncount=1\nmin=[0,0,0]\nmax=[0,0,0]\nintensity=1",
+    );
+    assert_eq!(lit.unwrap().lights.len(), 1);
+}
+
+/// The number of lights in the name of each, and the range that makes neighbours overlap a little: benches/README.md says which.
+#[test]
+fn the_benchmarks_have_as_many_lights_as_their_names_say() {
+    let benches = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches");
+    let folder = folder();
+    write(folder.path(), "bare.toml", "[[lights]]\nkind='directional'\ndirection=[0,-1,0]\nintensity=1");
+    let mut counts = Vec::new();
+    for entry in fs::read_dir(benches).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+        let Some(count) = name.strip_prefix("sponza_").and_then(|name| name.strip_suffix("_ranged_lights.toml")) else {
+            continue;
+        };
+        let count: usize = count.parse().unwrap();
+        let text = fs::read_to_string(&path).unwrap();
+        let base = text.lines().find(|line| line.starts_with("base = ")).expect("a base");
+        let scene = read(&folder, &text.replace(base, "base = 'bare.toml'")).unwrap();
+        assert_eq!(scene.lights.len(), count, "{name}");
+        let size = DVec3::new(24.0, 9.0, 11.0);
+        let spacing = (size.element_product() / count as f64).cbrt();
+        for light in &scene.lights {
+            let LightKind::Point { position, range: Some(range), .. } = light.kind else { panic!("{name}: {light:?}") };
+            assert!((range / (0.75 * spacing) - 1.0).abs() < 0.02, "{name}: {range} m at a spacing of {spacing} m");
+            assert!((f64::from(light.intensity) / (40.0 * range * range) - 1.0).abs() < 0.02, "{name}: {light:?}");
+            assert!((position - DVec3::new(0.0, 4.5, 0.0)).abs().cmple(size * 0.5).all(), "{name}: {position}");
+        }
+        counts.push(count);
+    }
+    counts.sort_unstable();
+    assert_eq!(counts, [1, 16, 64, 256, 1024, 10_000]);
 }
 
 #[test]

@@ -116,6 +116,7 @@ fn a_number_out_of_range_is_refused_with_the_range() {
             "[[lights]]\nkind='spot'\nposition=[0,1,0]\ntarget=[0,0,0]\nintensity=1\ninner_angle_degrees=50",
             "scene.toml:6: lights[0].inner_angle_degrees = 50: must not be above outer_angle_degrees, which is 45",
         ),
+        ("[[scattered_lights]]\ncount=0", "scattered_lights[0].count = 0: must be a whole number from 1 to 1000000"),
         ("[camera]\nfov_y_degrees = 0", "must be from 0.001 to 179.999 degrees"),
         ("[camera]\nfov_y_degrees = 180", "must be from 0.001 to 179.999 degrees"),
         ("[camera]\nposition = [0, inf, 0]", "camera.position[1] = inf: must be a number from -1e15 to 1e15"),
@@ -177,6 +178,15 @@ fn what_is_missing_or_does_not_go_together_is_told_where_its_table_starts() {
             "scene.toml:3: camera.rotation = [0,0,0]: a camera has either target or rotation",
         ),
         ("base_lights = false", "base_lights goes with base"),
+        ("\n[[scattered_lights]]\ncount=2", "scene.toml:2: scattered_lights[0]: needs min"),
+        (
+            "[[scattered_lights]]\ncount=2\nmin=[0,0,0]\nmax=[1,-1,1]",
+            "scene.toml:4: scattered_lights[0].max = [1,-1,1]: must not be below min in any coordinate",
+        ),
+        (
+            "[[scattered_lights]]\ncount=2\nmin=[0,0,0]\nmax=[1,1,1]\nintensity=1\nfalloff='quadratic'",
+            "scattered_lights[0].falloff = 'quadratic': a quadratic fall-off needs a range",
+        ),
         (
             "[environment]\nambient_strength = 2\nground = [1, 1, 1]",
             "scene.toml:3: environment.ground = [1, 1, 1]: an environment has either ambient, or sky and ground",

@@ -6,11 +6,12 @@ mod checks;
 mod cornell;
 mod field;
 mod hall;
+mod layers;
 mod paint;
 mod params;
 pub mod shapes;
 mod spheres;
-mod stage;
+pub(in crate::scene) mod stage;
 
 pub use params::{Kind, Parameter};
 
@@ -35,6 +36,7 @@ pub const CATALOGUE: &[&Builtin] = &[
     &hall::HALL,
     &spheres::SPHERES,
     &field::FIELD,
+    &layers::LAYERS,
     &cornell::CORNELL,
     &checks::QUAD,
     &checks::TRIANGLE,

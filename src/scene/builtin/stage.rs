@@ -63,7 +63,7 @@ pub(super) fn turned(degrees: f64, x: f64, y: f64, z: f64) -> DAffine3 {
 }
 
 /// A small generator of the same numbers everywhere: SplitMix64 (Steele, Lea and Flood 2014).
-pub(super) struct Random(pub u64);
+pub(in crate::scene) struct Random(pub u64);
 
 impl Random {
     pub fn bits(&mut self) -> u64 {
@@ -85,7 +85,7 @@ impl Random {
 }
 
 /// A fully saturated colour; `hue` from 0 to 1 runs from red over green and blue back to red.
-pub(super) fn hue(hue: f64) -> Vec3 {
+pub(in crate::scene) fn hue(hue: f64) -> Vec3 {
     let channel = |shift: f64| (((hue + shift).rem_euclid(1.0) * 6.0 - 3.0).abs() - 1.0).clamp(0.0, 1.0) as f32;
     Vec3::new(channel(0.0), channel(2.0 / 3.0), channel(1.0 / 3.0))
 }

@@ -94,7 +94,7 @@ fn spot(table: &Table, candela: f64) -> Result<LightKind, Error> {
 }
 
 /// Range and fall-off, which must fit each other. `candela` is the light's luminous intensity, colour and all.
-fn reach(table: &Table, candela: f64) -> Result<(Option<f64>, Falloff), Error> {
+pub(super) fn reach(table: &Table, candela: f64) -> Result<(Option<f64>, Falloff), Error> {
     let range = table.read("range", |node| node.number(LENGTH))?;
     let Some(node) = table.get("falloff") else { return Ok((range, Falloff::InverseSquare)) };
     if node.is_table() {

@@ -8,6 +8,7 @@ mod materials;
 mod models;
 mod node;
 mod place;
+mod scatter;
 pub mod schema;
 mod settings;
 
@@ -123,13 +124,16 @@ fn light_and_view(root: &Table, scene: &mut Scene, options: &OpenOptions) -> Res
     for (index, node) in root.list("lights")?.iter().enumerate() {
         scene.lights.push(lights::light(node, index)?);
     }
+    for node in root.list("scattered_lights")? {
+        scatter::lights(&node, &mut scene.lights)?;
+    }
     if let Some(node) = root.get("environment") {
         scene.environment = settings::environment(&node, scene.environment)?;
     }
     if !says("base") {
         let aspect = scene.settings.size.map_or(options.aspect, |[width, height]| f64::from(width) / f64::from(height));
         let stand = fit::fit_camera(scene, aspect);
-        if !says("lights") && !says("environment") {
+        if !says("lights") && !says("scattered_lights") && !says("environment") {
             fit::add_daylight(scene);
             if !says("camera") && scene.settings.exposure.is_none() {
                 fit::fit_exposure(scene, stand);

@@ -11,7 +11,17 @@ pub struct Schema {
 
 pub(super) const ROOT: Schema = Schema {
     table: "root",
-    keys: &["base", "base_lights", "camera", "environment", "lights", "materials", "models", "settings"],
+    keys: &[
+        "base",
+        "base_lights",
+        "camera",
+        "environment",
+        "lights",
+        "materials",
+        "models",
+        "scattered_lights",
+        "settings",
+    ],
 };
 pub(super) const MODEL: Schema = Schema {
     table: "models",
@@ -86,6 +96,10 @@ pub(super) const LIGHT: Schema = Schema {
 };
 pub(super) const FALLOFF: Schema =
     Schema { table: "lights.falloff", keys: &["constant", "linear", "quadratic", "cutoff"] };
+pub(super) const SCATTER: Schema = Schema {
+    table: "scattered_lights",
+    keys: &["name", "count", "min", "max", "intensity", "range", "falloff", "saturation", "seed"],
+};
 pub(super) const ENVIRONMENT: Schema = Schema {
     table: "environment",
     keys: &[
@@ -123,5 +137,19 @@ pub(super) const SHADOWS: Schema = Schema {
 };
 
 /// All tables, in the order of the documentation.
-pub const TABLES: &[Schema] =
-    &[ROOT, MODEL, SHAPE, INSTANCE, ROTATION, GRID, MATERIAL, CAMERA, LIGHT, FALLOFF, ENVIRONMENT, SETTINGS, SHADOWS];
+pub const TABLES: &[Schema] = &[
+    ROOT,
+    MODEL,
+    SHAPE,
+    INSTANCE,
+    ROTATION,
+    GRID,
+    MATERIAL,
+    CAMERA,
+    LIGHT,
+    FALLOFF,
+    SCATTER,
+    ENVIRONMENT,
+    SETTINGS,
+    SHADOWS,
+];
