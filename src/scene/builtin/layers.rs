@@ -62,6 +62,7 @@ fn build(params: &Params) -> Scene {
             color: Vec3::ONE.lerp(hue(random.unit()), 0.7),
             intensity,
             casts_shadow: false,
+            size: 0.0,
         });
     }
     stage.scene.environment = Environment { ambient: Vec3::splat(2.0), background: Vec3::splat(1.0), ground: None };

@@ -35,6 +35,7 @@ pub(super) fn lights(node: &Node, lights: &mut Vec<Light>) -> Result<(), Error> 
             color,
             intensity,
             casts_shadow: false,
+            size: 0.0,
         });
     }
     Ok(())
