@@ -10,8 +10,12 @@
 // precise
 #import afterlight::frame::{frame}
 #import afterlight::encodings::{encode_normal, encode_normal_uint, encode_shininess, octahedral, to_unorm}
+#import afterlight::material::{plain_point, push, unit_or, world_normal, world_position, world_tangent}
+#ifdef TEXTURED
+#import afterlight::material::{alpha_at, emissive_at, mapped_normal, point_at, Slots}
+#endif
 
-// Which of a material's textures exist. Slots without one alias another texture and are never sampled.
+// Which of a material's textures exist.
 override BASE_COLOR_TEXTURE: bool = false;
 override METALLIC_ROUGHNESS_TEXTURE: bool = false;
 override OCCLUSION_TEXTURE: bool = false;
@@ -30,38 +34,6 @@ override PHONG: bool = false;
 override LARGEST: f32 = 65000.0;
 // Largest coordinate that the position target holds.
 override FARTHEST: f32 = 65000.0;
-
-struct Push {
-    // Rows of the map from mesh space to camera-relative world space.
-    row_x: vec4<f32>,
-    row_y: vec4<f32>,
-    row_z: vec4<f32>,
-    base_color: vec3<f32>,
-    alpha: f32,
-    // Pre-exposed.
-    emissive: vec3<f32>,
-    alpha_cutoff: f32,
-    specular: vec3<f32>,
-    // BRDF's index / 3.
-    brdf: f32,
-    metallic: f32,
-    // Perceptual roughness, or shininess for the Phong models.
-    roughness: f32,
-    ambient: f32,
-    normal_scale: f32,
-}
-
-var<immediate> push: Push;
-
-#ifdef TEXTURED
-@group(1) @binding(0) var base_color_texture: texture_2d<f32>;
-@group(1) @binding(1) var normal_texture: texture_2d<f32>;
-@group(1) @binding(2) var metallic_roughness_texture: texture_2d<f32>;
-@group(1) @binding(3) var occlusion_texture: texture_2d<f32>;
-@group(1) @binding(4) var emissive_texture: texture_2d<f32>;
-@group(1) @binding(5) var specular_texture: texture_2d<f32>;
-@group(1) @binding(6) var texture_sampler: sampler;
-#endif
 
 struct Vertex {
     @location(0) position: vec3<f32>,
@@ -95,24 +67,16 @@ struct Varying {
 @vertex
 fn vertex(in: Vertex) -> Varying {
     var out: Varying;
-    let p = vec4(in.position, 1.0);
-    let world = vec3(dot(push.row_x, p), dot(push.row_y, p), dot(push.row_z, p));
+    let world = world_position(in.position);
     out.position = frame.clip_from_world * vec4(world, 1.0);
 #ifndef OVERDRAW
-    // Normals go by the cofactor matrix, which is right for any scale and mirror.
-    let x = push.row_x.xyz;
-    let y = push.row_y.xyz;
-    let z = push.row_z.xyz;
-    let cofactor_x = cross(y, z);
-    let handed = select(-1.0, 1.0, dot(x, cofactor_x) >= 0.0);
-    out.normal = handed * vec3(dot(cofactor_x, in.normal), dot(cross(z, x), in.normal), dot(cross(x, y), in.normal));
+    out.normal = world_normal(in.normal);
 #endif
 #ifdef TEXTURED
     out.uv = in.uv;
 #endif
 #ifdef NORMAL_MAP
-    let t = in.tangent.xyz;
-    out.tangent = vec4(dot(x, t), dot(y, t), dot(z, t), in.tangent.w * handed);
+    out.tangent = world_tangent(in.tangent);
 #endif
 #ifdef POSITION
     out.world = world;
@@ -127,7 +91,7 @@ fn vertex(in: Vertex) -> Varying {
 fn fragment(in: Varying) -> @location(0) vec4<f32> {
 #ifdef TEXTURED
     if MASKED && BASE_COLOR_TEXTURE {
-        if textureSample(base_color_texture, texture_sampler, in.uv).a * push.alpha < push.alpha_cutoff {
+        if alpha_at(in.uv) < push.alpha_cutoff {
             discard;
         }
     }
@@ -158,84 +122,41 @@ struct Gbuffer {
 #endif
 }
 
-// A vector of any length to a unit one; a zero vector gives the fallback.
-fn unit_or(v: vec3<f32>, fallback: vec3<f32>) -> vec3<f32> {
-    // Scaled first, so that squares neither overflow nor vanish.
-    let largest = max(abs(v.x), max(abs(v.y), abs(v.z)));
-    if !(largest > 0.0) {
-        return fallback;
-    }
-    return normalize(v / largest);
-}
-
-#ifdef NORMAL_MAP
-fn mapped_normal(in: Varying, normal: vec3<f32>) -> vec3<f32> {
-    // 128 of 255 is the zero: a neutral map decodes to exactly (0, 0, 1). The dead zone of 1/100 of a step takes up the
-    // driver's rounding.
-    let centered = textureSample(normal_texture, texture_sampler, in.uv).xyz * 255.0 - 128.0;
-    let snapped = select(centered, vec3(0.0), abs(centered) < vec3(0.01));
-    let n = snapped / 127.0 * vec3(push.normal_scale, push.normal_scale, 1.0);
-    let tangent = in.tangent.xyz;
-    let bitangent = cross(normal, tangent) * in.tangent.w;
-    // MikkTSpace: the interpolated frame is used as it is, neither orthogonalized nor normalized (Mikkelsen 2008).
-    return unit_or(tangent * n.x + bitangent * n.y + normal * n.z, normal);
-}
-#endif
-
 @fragment
 fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
     var out: Gbuffer;
-    var base = vec4(push.base_color, push.alpha);
 #ifdef TEXTURED
-    if BASE_COLOR_TEXTURE {
-        base *= textureSample(base_color_texture, texture_sampler, in.uv);
-    }
+    let point = point_at(in.uv, Slots(BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE && !PHONG, OCCLUSION_TEXTURE, SPECULAR_TEXTURE));
+#else
+    let point = plain_point();
 #endif
     let facing = select(1.0, -1.0, TWO_SIDED && !front);
     let geometric = unit_or(in.normal, vec3(0.0, 1.0, 0.0));
     var normal = geometric;
 #ifdef NORMAL_MAP
-    normal = mapped_normal(in, geometric);
+    normal = mapped_normal(geometric, in.tangent, in.uv);
 #endif
-    var ambient = push.ambient;
-    var metallic = push.metallic;
-    var roughness = push.roughness;
-    var specular = push.specular;
-#ifdef TEXTURED
-    if OCCLUSION_TEXTURE {
-        ambient *= textureSample(occlusion_texture, texture_sampler, in.uv).r;
-    }
-    if METALLIC_ROUGHNESS_TEXTURE && !PHONG {
-        let texel = textureSample(metallic_roughness_texture, texture_sampler, in.uv);
-        roughness *= texel.g;
-        metallic *= texel.b;
-    }
-    if SPECULAR_TEXTURE {
-        specular *= textureSample(specular_texture, texture_sampler, in.uv).rgb;
-    }
-#endif
-    out.albedo = vec4(base.rgb, ambient);
+    out.albedo = vec4(point.base.rgb, point.ambient);
 #ifdef NORMAL_UINT
     out.normal = encode_normal_uint(normal * facing);
 #else
     out.normal = encode_normal(normal * facing, NORMAL_ENCODING);
 #endif
 #ifdef MATERIAL
-    let stored_roughness = select(roughness, encode_shininess(roughness), PHONG);
+    let stored_roughness = select(point.roughness, encode_shininess(point.roughness), PHONG);
     var plane = to_unorm(octahedral(geometric * facing), GEOMETRIC_STEPS);
     // Only shadows need the geometric normal. Its codes never reach 1, which says that there is none.
     plane.x = select(1.0, plane.x, RECEIVES);
-    out.material = vec4(metallic, stored_roughness, plane);
+    out.material = vec4(point.metallic, stored_roughness, plane);
 #endif
 #ifdef SPECULAR
-    out.specular = vec4(specular, push.brdf);
+    out.specular = vec4(point.specular, push.brdf);
 #endif
 #ifdef EMISSIVE
-    var emissive = push.emissive;
 #ifdef TEXTURED
-    if EMISSIVE_TEXTURE {
-        emissive *= textureSample(emissive_texture, texture_sampler, in.uv).rgb;
-    }
+    let emissive = emissive_at(in.uv, EMISSIVE_TEXTURE);
+#else
+    let emissive = push.emissive;
 #endif
     out.emissive = vec4(min(emissive, vec3(LARGEST)), 1.0);
 #endif
@@ -246,7 +167,7 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
 #endif
 #ifdef TEXTURED
     // After the last texture was sampled: derivatives need all four pixels of a quad.
-    if MASKED && base.a < push.alpha_cutoff {
+    if MASKED && point.base.a < push.alpha_cutoff {
         discard;
     }
 #endif

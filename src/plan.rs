@@ -18,11 +18,11 @@ mod volumes;
 
 pub use clusters::{Clusters, Grid, SLICES, TILE, slice_of};
 pub use gbuffer::{Gbuffer, NormalEncoding};
-pub use geometry::{GeometryKey, Streams, TextureMask};
+pub use geometry::{ForwardKey, GeometryKey, Opacity, Streams, TextureMask};
 pub use light_path::{Reach, steepest};
 pub use parts::Part;
 pub use shadows::{Caster, MAX_SHADOW_VIEWS, Projection, ShadowCache, ShadowLight, ShadowPlan, ShadowView, Tile};
-pub use visible::{Draw, LightWork, Visible, World, WorldObject};
+pub use visible::{Draw, LightWork, SortedDraw, Visible, World, WorldObject};
 pub use volumes::{LightRect, VolumeRecord, cone_mesh, sphere_mesh};
 
 use std::collections::BTreeSet;
@@ -30,7 +30,7 @@ use std::collections::BTreeSet;
 use ash::vk;
 
 use crate::scene::{
-    Brdf, CastsShadow, Falloff, HdrFormat, LightKind, LightPath, Resolve, Scene, Settings, Tonemap, View,
+    Brdf, CastsShadow, Falloff, HdrFormat, LightKind, LightPath, Resolve, Scene, Settings, Tonemap, Transparency, View,
 };
 
 /// What the device can do, as far as a plan depends on it.
@@ -54,6 +54,8 @@ pub struct Capabilities {
     pub packed_float_blends: bool,
     /// There is memory that only exists while a tile needs it.
     pub lazily_allocated: bool,
+    /// The attachments of a subpass can blend each in its own way; not mandatory in Vulkan.
+    pub independent_blend: bool,
 }
 
 /// A frame that cannot be planned. One line that names the setting and the limit.
@@ -95,6 +97,14 @@ pub enum Error {
     AntiAliasing(String),
     #[error("{0}")]
     Change(String),
+    #[error(
+        "weighted blended transparency needs attachments that blend each in its own way (independentBlend), which the device lacks: choose `--transparency sorted`"
+    )]
+    IndependentBlend,
+    #[error(
+        "the light path compute writes the finished picture, and transparent surfaces would have to come after it: choose `--light-path clustered`"
+    )]
+    ComputeWithTransparency,
 }
 
 /// What the subpass after GEOMETRY does.
@@ -180,6 +190,10 @@ pub struct FramePlan {
     pub shadow: Option<ShadowPlan>,
     /// Emissive light is written by GEOMETRY and LIGHTING adds to it.
     pub emissive: bool,
+    /// How transparent surfaces are laid over the lit ones, where some are drawn.
+    pub transparency: Option<Transparency>,
+    /// Of all transparent objects: no pixel has more layers.
+    pub transparent_triangles: u32,
     /// An attachment of its own between LIGHTING and the output.
     pub hdr: Option<vk::Format>,
     pub output: vk::Format,
@@ -199,6 +213,8 @@ pub struct FramePlan {
     pub light_path_reason: String,
     /// One pipeline of GEOMETRY each.
     pub geometry: BTreeSet<GeometryKey>,
+    /// One pipeline of TRANSPARENT each.
+    pub transparent: BTreeSet<GeometryKey>,
     pub streams: Streams,
     pub lazily_allocated: bool,
     parts: Vec<Part>,
@@ -212,6 +228,8 @@ pub const OUTPUT_PLAIN: vk::Format = vk::Format::R8G8B8A8_UNORM;
 /// Half floats hold what the eye can tell apart and blend everywhere.
 pub const HDR: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 pub const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
+/// The share of the picture that transparent surfaces leave: exact to 1/2048, and mandatory to blend.
+pub const REVEALAGE: vk::Format = vk::Format::R16_SFLOAT;
 /// Counts fragments in steps of 1/255; mandatory to blend.
 pub const COUNT: vk::Format = vk::Format::R8_UNORM;
 
@@ -231,8 +249,16 @@ impl FramePlan {
         let shading = shading(settings.view);
         let lit = matches!(shading, Shading::Light { .. });
         let (shadow, warnings) = Self::plan_shadow(scene, settings, device, shading)?;
-        let drawn: BTreeSet<usize> = scene.objects.iter().map(|object| object.material).collect();
+        let (transparent, drawn): (BTreeSet<usize>, BTreeSet<usize>) = scene
+            .objects
+            .iter()
+            .map(|object| object.material)
+            .partition(|&index| scene.materials[index].is_transparent());
         let material = |&index: &usize| &scene.materials[index];
+        let transparency = (settings.view == View::Final && !transparent.is_empty()).then_some(settings.transparency);
+        if transparency == Some(Transparency::Oit) && !device.independent_blend {
+            return Err(Error::IndependentBlend);
+        }
         let emissive = settings.view == View::Final && drawn.iter().any(|index| material(index).is_emissive());
         let brdf = planned_brdf(drawn.iter().map(|index| settings.brdf.unwrap_or(material(index).brdf)));
         let gbuffer = matches!(shading, Shading::Light { .. } | Shading::ShowGbuffer(_))
@@ -243,7 +269,7 @@ impl FramePlan {
         let lights = planned_lights(scene, settings, shading);
         let (light_path, light_path_reason) = light_path::choose(scene, settings, &lights, device)?;
         let adds = adds_lights(light_path, &lights);
-        let (hdr, output) = match (lit, linear, emissive || adds) {
+        let (hdr, output) = match (lit, linear, emissive || adds || transparency.is_some()) {
             (_, true, true) if !device.float32_blends => (None, HDR),
             (_, true, _) => (None, vk::Format::R32G32B32A32_SFLOAT),
             // Adding to fewer bits truncates: a share of the light is lost with each light.
@@ -252,6 +278,9 @@ impl FramePlan {
             _ => (None, OUTPUT_SRGB),
         };
         let tiled = light_path == LightPath::Compute;
+        if tiled && transparency.is_some() {
+            return Err(Error::ComputeWithTransparency);
+        }
         // Compute writes the picture by itself; surfaces' own light comes to it in a target of its own.
         let (hdr, output) = match (tiled, linear) {
             (true, true) => (emissive.then_some(output), vk::Format::R32G32B32A32_SFLOAT),
@@ -270,6 +299,8 @@ impl FramePlan {
             gbuffer,
             shadow,
             emissive,
+            transparency,
+            transparent_triangles: 0,
             hdr,
             output,
             tone_mapping,
@@ -282,6 +313,7 @@ impl FramePlan {
             light_path,
             light_path_reason,
             geometry: BTreeSet::new(),
+            transparent: BTreeSet::new(),
             streams: Streams::default(),
             lazily_allocated: device.lazily_allocated,
             parts: Vec::new(),
@@ -289,12 +321,26 @@ impl FramePlan {
         };
         plan.check_attachments(device)?;
         if shading != Shading::ShowShadowMap {
-            plan.geometry =
-                scene.objects.iter().map(|object| GeometryKey::of(scene, object, settings, &plan)).collect();
+            plan.plan_pipelines(scene, settings);
         }
         plan.streams = Streams::of(scene, &plan);
         plan.parts = parts::list(scene, settings, &plan);
         Ok(plan)
+    }
+
+    fn plan_pipelines(&mut self, scene: &Scene, settings: &Settings) {
+        let mut triangles = 0;
+        for object in &scene.objects {
+            let key = GeometryKey::of(scene, object, settings, self);
+            let transparent = scene.materials[object.material].is_transparent();
+            if !transparent {
+                self.geometry.insert(key);
+            } else if self.transparency.is_some() {
+                self.transparent.insert(key);
+                triangles += scene.meshes[object.mesh].indices.len() / 3;
+            }
+        }
+        self.transparent_triangles = u32::try_from(triangles).unwrap_or(u32::MAX);
     }
 
     fn plan_shadow(
@@ -385,13 +431,35 @@ impl FramePlan {
     }
 
     /// Where light is cut off before it is stored: below the largest value of its format, which is 65504 for half floats and 65024 (red, green)
-    /// and 64512 (blue) for packed ones; single ones end beyond what a finite scene reaches.
+    /// and 64512 (blue) for packed ones; single ones end beyond what a finite scene reaches. Half of that where transparent surfaces
+    /// may add their highlights to it.
     pub fn largest_light(&self) -> f32 {
-        match self.hdr.unwrap_or(self.output) {
+        match self.light_format() {
+            vk::Format::R16G16B16A16_SFLOAT | vk::Format::B10G11R11_UFLOAT_PACK32 if self.transparency.is_some() => {
+                32000.0
+            }
             vk::Format::R16G16B16A16_SFLOAT => 65000.0,
             vk::Format::B10G11R11_UFLOAT_PACK32 => 64000.0,
             _ => 1e30,
         }
+    }
+
+    /// The format that light is added up in.
+    pub fn light_format(&self) -> vk::Format {
+        self.hdr.unwrap_or(self.output)
+    }
+
+    /// The format of the sums of weighted blending: as precise as what they go into.
+    pub fn accumulation(&self) -> Option<vk::Format> {
+        (self.transparency == Some(Transparency::Oit)).then(|| match self.light_format() {
+            vk::Format::R32G32B32A32_SFLOAT => vk::Format::R32G32B32A32_SFLOAT,
+            _ => vk::Format::R16G16B16A16_SFLOAT,
+        })
+    }
+
+    /// The pipelines of all passes that draw surfaces.
+    pub fn keys(&self) -> impl Iterator<Item = &GeometryKey> {
+        self.geometry.iter().chain(&self.transparent)
     }
 
     /// Whether GEOMETRY exists: all but the view of the shadow map.

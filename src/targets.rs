@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use crate::gpu::{self, Device, Image, ImageDesc, Location, MemoryKind};
-use crate::plan::{COUNT, DEPTH, FramePlan, Shading};
+use crate::plan::{COUNT, DEPTH, FramePlan, REVEALAGE, Shading};
 
 /// What an attachment holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -18,6 +18,10 @@ pub enum Target {
     Position,
     /// Fragments for each pixel.
     Count,
+    /// Transparent surfaces, weighted and summed up.
+    Accumulation,
+    /// The share of the picture that they leave.
+    Revealage,
     Hdr,
     Output,
 }
@@ -57,6 +61,10 @@ pub fn attachments(plan: &FramePlan) -> Vec<Attachment> {
     }
     if plan.shading == Shading::ShowOverdraw {
         list.push(transient(Target::Count, COUNT, vk::AttachmentLoadOp::CLEAR));
+    }
+    if let Some(format) = plan.accumulation() {
+        list.push(transient(Target::Accumulation, format, vk::AttachmentLoadOp::CLEAR));
+        list.push(transient(Target::Revealage, REVEALAGE, vk::AttachmentLoadOp::CLEAR));
     }
     if let Some(format) = plan.hdr {
         list.push(transient(Target::Hdr, format, vk::AttachmentLoadOp::CLEAR));
@@ -141,6 +149,9 @@ pub fn gbuffer_inputs(plan: &FramePlan) -> Vec<(u32, Target)> {
     .map(|(binding, target, _)| (binding, target))
     .collect()
 }
+
+/// What COMPOSITE reads, in the order of `shaders/composite.wgsl`'s bindings.
+pub const COMPOSITE_INPUTS: [(u32, Target); 2] = [(0, Target::Accumulation), (1, Target::Revealage)];
 
 /// The images of a plan's attachments.
 pub struct Targets {

@@ -10,7 +10,9 @@ use std::process::Command;
 
 use afterlight::frame::edges;
 use afterlight::plan::{Capabilities, FramePlan};
-use afterlight::scene::{Brdf, HdrFormat, OpenOptions, Settings, TARGETS, Tonemap, View, builtin, open};
+use afterlight::scene::{
+    AlphaMode, Brdf, HdrFormat, OpenOptions, Scene, Settings, TARGETS, Tonemap, Transparency, View, builtin, open,
+};
 
 fn project() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -185,6 +187,7 @@ fn the_readme_names_every_value_of_the_settings_and_every_built_in_scene() {
     let mut names: Vec<String> = Vec::new();
     names.extend(View::NAMES.iter().map(|(name, _)| name.to_string()));
     names.extend(Brdf::NAMES.iter().map(|(name, _)| name.to_string()));
+    names.extend(Transparency::NAMES.iter().map(|(name, _)| name.to_string()));
     names.extend(Tonemap::NAMES.iter().map(|(name, _)| name.to_string()));
     names.extend(HdrFormat::NAMES.iter().map(|(name, _)| name.to_string()));
     names.extend(TARGETS.iter().flat_map(|(_, formats)| *formats).map(|format| format.name().to_owned()));
@@ -209,20 +212,31 @@ fn the_architecture_lists_every_dependency_with_its_reason() {
         float32_blends: true,
         packed_float_blends: true,
         lazily_allocated: false,
+        independent_blend: true,
     };
-    let scene = open("builtin:hall", &OpenOptions::default()).expect("it is built in");
-    let plan = FramePlan::of(&scene, &Settings::default(), &device).expect("a plan");
-    let table = edges::table(&plan);
-    let expected: Vec<String> =
-        table.iter().map(|edge| format!("| `{}` | {} | {} | {} |", edge.name, edge.from, edge.to, edge.why)).collect();
+    let mut scene = open("builtin:hall", &OpenOptions::default()).expect("it is built in");
+    let rows = |scene: &Scene, settings: &Settings| -> Vec<String> {
+        let plan = FramePlan::of(scene, settings, &device).expect("a plan");
+        let row = |edge: &edges::Edge| format!("| `{}` | {} | {} | {} |", edge.name, edge.from, edge.to, edge.why);
+        edges::table(&plan).iter().map(row).collect()
+    };
+    let base = rows(&scene, &Settings::default());
+    assert_eq!(listed_dependencies(0), base, "the table of ARCHITECTURE.md should be\n{}", base.join("\n"));
+    // Then the rows that are new or others where something is transparent.
+    let material = scene.objects[0].material;
+    scene.materials[material].alpha_mode = AlphaMode::Blend;
+    for (index, (name, transparency)) in Transparency::NAMES.iter().enumerate() {
+        let mut changed = rows(&scene, &Settings { transparency: *transparency, ..Settings::default() });
+        changed.retain(|row| !base.contains(row));
+        assert_eq!(listed_dependencies(1 + index), changed, "{name}: it should be\n{}", changed.join("\n"));
+    }
+}
+
+/// The rows of ARCHITECTURE.md's dependency table of this number.
+fn listed_dependencies(number: usize) -> Vec<String> {
     let text = document("ARCHITECTURE.md");
-    let listed: Vec<&str> = text
-        .lines()
-        .skip_while(|line| !line.starts_with("| Dependency |"))
-        .skip(2)
-        .take_while(|line| line.starts_with('|'))
-        .collect();
-    assert_eq!(listed, expected, "the table of ARCHITECTURE.md should be\n{}", expected.join("\n"));
+    let table = text.split("| Dependency |").nth(1 + number).unwrap_or_default();
+    table.lines().skip(2).take_while(|line| line.starts_with('|')).map(str::to_owned).collect()
 }
 
 #[test]

@@ -241,7 +241,11 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
 
 fn pass_names(src: &Path) -> Vec<String> {
     let stem = |path: &PathBuf| path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
-    sources(&src.join("passes")).iter().filter_map(stem).filter(|name| name != "mod" && name != "screen").collect()
+    sources(&src.join("passes"))
+        .iter()
+        .filter_map(stem)
+        .filter(|name| !["mod", "screen", "surface"].contains(&name.as_str()))
+        .collect()
 }
 
 #[test]

@@ -185,9 +185,15 @@ fn phong_becomes_metallic_roughness() {
     assert!((phong.roughness - 0.5).abs() < 1e-6 && (phong.ambient - 0.2).abs() < 1e-6);
     let metal = material("Kd 1 1 1\nNs 30\nPr 0.3\nPm 0.9");
     assert_eq!((metal.roughness, metal.metallic), (0.3, 0.9));
-    for (text, opacity) in [("d 0.5", "0.5"), ("Tr 0.25", "0.75"), ("d 0", "0"), ("Tr 1\nd 0.5", "0.5")] {
-        let warnings = with_material(&folder, text).warnings;
-        assert!(warnings[0].contains(&format!("material `m`: opacity {opacity} is not supported")), "{warnings:?}");
+    for (text, opacity) in [("d 0.5", 0.5), ("Tr 0.25", 0.75), ("Tr 1\nd 0.5", 0.5)] {
+        let material = material(text);
+        assert_eq!((material.alpha, material.alpha_mode), (opacity, AlphaMode::Blend), "{text}");
+    }
+    for text in ["d 0", "Tr 1", "d -1"] {
+        let imported = with_material(&folder, text);
+        let material = &imported.materials[0];
+        assert_eq!((material.alpha, material.alpha_mode), (1.0, AlphaMode::Opaque), "{text}");
+        assert!(imported.warnings[0].contains("would leave nothing to see, drawn opaque"), "{:?}", imported.warnings);
     }
     assert_eq!(with_material(&folder, "d 1\nTr 1").warnings, Vec::<String>::new());
 }

@@ -11,7 +11,7 @@ use afterlight::plan;
 use afterlight::scene::builtin::{CATALOGUE, shapes};
 use afterlight::scene::{
     AlphaMode, Brdf, Camera, ColorSpace, Environment, Falloff, GbufferPreset, HdrFormat, Light, LightKind, Material,
-    Scene, Settings, ShadowSettings, TARGETS, Texture, View,
+    Scene, Settings, ShadowSettings, TARGETS, Texture, Transparency, View,
 };
 use common::gpu::{Gpu, on_gpu_in_both_modes};
 use common::stage::{add, gbuffer, lambert, open, own, plane, point, rectangle, spot, sun};
@@ -94,6 +94,43 @@ fn nothing_emits() -> Scene {
         (material.emissive, material.emissive_texture) = (Vec3::ZERO, None);
     }
     scene
+}
+
+/// The same with a glowing sheet that blends, a glass ball in a mirror, and textured gauze, which overlap.
+fn with_transparent(mut scene: Scene) -> Scene {
+    scene.name += " behind glass";
+    let transparent = |alpha_mode| Material { alpha_mode, alpha: 0.4, two_sided: true, ..Material::default() };
+    let at = |z: f64| DAffine3::from_translation(DVec3::new(0.0, 0.0, z));
+    let glow = Material { emissive: Vec3::new(0.5, 1.0, 0.2), ..transparent(AlphaMode::Blend) };
+    add(&mut scene, rectangle([-0.5, -0.5], [0.5, 0.5], 0.0), glow, at(0.5));
+    let mirrored = at(0.6) * DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+    add(&mut scene, shapes::sphere(0.3, 12), transparent(AlphaMode::Glass), mirrored);
+    let textures = (!scene.textures.is_empty()).then_some(0);
+    let gauze = Material {
+        brdf: Brdf::Phong,
+        base_color_texture: textures,
+        normal_texture: textures,
+        ..transparent(AlphaMode::Blend)
+    };
+    add(&mut scene, rectangle([-0.4, -0.4], [0.6, 0.6], 0.0), gauze, at(0.7));
+    scene
+}
+
+#[test]
+fn transparent_surfaces_are_silent_sorted_and_weighted() {
+    on_gpu_in_both_modes(|gpu| {
+        let alone = Scene { name: "nothing".into(), ..plane(lambert(0.5), Vec::new()) };
+        for scene in [one_of_each(), nothing_emits(), alone].map(with_transparent) {
+            for (_, transparency) in Transparency::NAMES {
+                for hdr_output in [false, true] {
+                    for name in ["lean", "float32"] {
+                        let settings = Settings { transparency: *transparency, hdr_output, ..small(&scene) };
+                        exercise(gpu, &scene, &Settings { gbuffer: gbuffer(name), ..settings });
+                    }
+                }
+            }
+        }
+    });
 }
 
 #[test]

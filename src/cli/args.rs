@@ -5,8 +5,8 @@ use std::str::FromStr;
 
 use afterlight::gpu::DeviceChoice;
 use afterlight::scene::{
-    Brdf, Camera, GbufferChoice, HdrFormat, LightPath, Resolve, SettingsPatch, ShadowFilter, Tonemap, View, parse_size,
-    unknown,
+    Brdf, Camera, GbufferChoice, HdrFormat, LightPath, Resolve, SettingsPatch, ShadowFilter, Tonemap, Transparency,
+    View, parse_size, unknown,
 };
 use clap::Args;
 
@@ -54,6 +54,9 @@ pub struct SettingsArgs {
     /// What light is kept in until it is tone-mapped, where something blends: rgba16f, b10g11r11 or rgba32f
     #[arg(long, value_name = "NAME", value_parser = value::<HdrFormat>)]
     pub hdr_format: Option<HdrFormat>,
+    /// How transparent surfaces are laid over one another: sorted, or oit (weighted blended, in any order)
+    #[arg(long, value_name = "NAME", value_parser = value::<Transparency>)]
+    pub transparency: Option<Transparency>,
     /// Shadows: on or off
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub shadows: Option<bool>,
@@ -93,6 +96,7 @@ impl SettingsArgs {
             light_path: self.light_path,
             light_cutoff: self.light_cutoff,
             hdr_format: self.hdr_format,
+            transparency: self.transparency,
             brdf: self.brdf,
             gbuffer: self.gbuffer,
             shadows: self.shadows,
@@ -121,7 +125,7 @@ pub fn view(text: &str) -> Result<ViewChoice, String> {
 }
 
 /// What `--vary` can change.
-const VARIABLE: [&str; 17] = [
+const VARIABLE: &[&str] = &[
     "size",
     "exposure",
     "tonemap",
@@ -129,6 +133,7 @@ const VARIABLE: [&str; 17] = [
     "gbuffer",
     "light-path",
     "light-cutoff",
+    "transparency",
     "shadows",
     "shadow-size",
     "shadow-filter",
@@ -155,6 +160,7 @@ pub fn variation(text: &str) -> Result<SettingsPatch, String> {
             "light-path" => patch.light_path = Some(value(text)?),
             "light-cutoff" => patch.light_cutoff = Some(on_off(text)?),
             "hdr-format" => patch.hdr_format = Some(value(text)?),
+            "transparency" => patch.transparency = Some(value(text)?),
             "shadows" => patch.shadows = Some(on_off(text)?),
             "shadow-size" => patch.shadow_size = Some(shadow_size(text)?),
             "shadow-filter" => patch.shadow_filter = Some(value(text)?),
@@ -164,7 +170,7 @@ pub fn variation(text: &str) -> Result<SettingsPatch, String> {
             "shadow-cache" => patch.shadow_cache = Some(on_off(text)?),
             "view" => patch.view = Some(value(text)?),
             "fxaa" => patch.fxaa = Some(on_off(text)?),
-            _ => return Err(unknown("setting", key, &VARIABLE)),
+            _ => return Err(unknown("setting", key, VARIABLE)),
         }
     }
     if patch == SettingsPatch::default() { Err("nothing is varied".into()) } else { Ok(patch) }

@@ -4,6 +4,8 @@
 //! shadow passes  SHADOW     depth maps of lights, those in which something has moved
 //! main pass      GEOMETRY   surfaces into the G-buffer, in tile memory where there is any
 //!                LIGHTING   every light on every pixel; or VIEW, which shows a buffer instead
+//!                TRANSPARENT  what shows what lies behind it, over the lit picture
+//!                COMPOSITE  only where it was summed up without sorting
 //!                TONEMAP    only where something is blended before it
 //! FXAA pass      FXAA       smooths edges of the finished picture, where asked for
 //! ```
@@ -19,16 +21,18 @@ use super::edges::{Carrier, Edge};
 use super::render_pass::{self, Subpasses, input_layout};
 use crate::gpu::{self, Device, Framebuffer, Image, RenderPass, Timestamps, barrier, framebuffer};
 use crate::gpu_scene::{GpuScene, ShadowAtlas};
+use crate::passes::composite::Composite;
 use crate::passes::fxaa::Fxaa;
 use crate::passes::geometry::Geometry;
 use crate::passes::lighting::Lighting;
 use crate::passes::per_light::PerLight;
 use crate::passes::shadow::Shadow;
 use crate::passes::tonemap::{TonemapPass, tone_map};
+use crate::passes::transparent::Transparent;
 use crate::passes::view::ViewPass;
 use crate::passes::{Recording, SetLayouts, Slot};
 use crate::plan::{FramePlan, Shading, ToneMapping, World};
-use crate::targets::{Target, Targets, attachments, gbuffer_inputs};
+use crate::targets::{COMPOSITE_INPUTS, Target, Targets, attachments, gbuffer_inputs};
 
 const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
 
@@ -49,6 +53,8 @@ pub struct Deferred {
     shadow: Option<(RenderPass, Shadow)>,
     geometry: Option<Geometry>,
     shade: Shade,
+    transparent: Option<Transparent>,
+    composite: Option<Composite>,
     tonemap: Option<TonemapPass>,
     fxaa: Option<(RenderPass, Fxaa)>,
 }
@@ -104,6 +110,17 @@ impl Deferred {
             }
             _ => Shade::View(ViewPass::new(device, plan, lighting, layouts, &inputs)?),
         };
+        let transparent = match subpasses.transparent {
+            Some(subpass) => Some(Transparent::new(device, plan, slot(subpass), layouts, scene)?),
+            None => None,
+        };
+        let composite = match subpasses.composite {
+            Some(subpass) => {
+                let sums = COMPOSITE_INPUTS.map(|(binding, target)| (binding, input(target).0, input(target).1));
+                Some(Composite::new(device, plan, slot(subpass), &sums)?)
+            }
+            None => None,
+        };
         let tonemap = match subpasses.tonemap {
             Some(subpass) => {
                 let (view, layout) = input(Target::Hdr);
@@ -121,7 +138,20 @@ impl Deferred {
             false => None,
         };
         let clears = clear_values(plan, world);
-        Ok(Self { targets, pass, framebuffer, clears, extent, shadow, geometry, shade, tonemap, fxaa })
+        Ok(Self {
+            targets,
+            pass,
+            framebuffer,
+            clears,
+            extent,
+            shadow,
+            geometry,
+            shade,
+            transparent,
+            composite,
+            tonemap,
+            fxaa,
+        })
     }
 
     /// The picture, in TRANSFER_SRC_OPTIMAL after the frame.
@@ -175,6 +205,22 @@ impl Deferred {
         }
         frame.device.end_label(cmd);
         stamp(times, cmd, "lighting");
+        if let Some(transparent) = &self.transparent {
+            // SAFETY: the pass has TRANSPARENT next.
+            unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
+            frame.device.begin_label(cmd, "TRANSPARENT");
+            transparent.record(frame);
+            frame.device.end_label(cmd);
+            stamp(times, cmd, "transparent");
+        }
+        if let Some(composite) = &self.composite {
+            // SAFETY: the pass has COMPOSITE next.
+            unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
+            frame.device.begin_label(cmd, "COMPOSITE");
+            composite.record(frame);
+            frame.device.end_label(cmd);
+            stamp(times, cmd, "composite");
+        }
         if let Some(tonemap) = &self.tonemap {
             // SAFETY: the pass has TONEMAP next.
             unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
@@ -219,6 +265,9 @@ pub(super) fn clear_values(plan: &FramePlan, world: &World) -> Vec<vk::ClearValu
         .map(|attachment| match attachment.target {
             // Reversed Z: infinity.
             Target::Depth => vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } },
+            // No surface has covered anything yet.
+            Target::Revealage => color(Vec3::ONE),
+            Target::Accumulation => vk::ClearValue { color: vk::ClearColorValue { float32: [0.0; 4] } },
             Target::Hdr | Target::Output => color(background(plan, world, attachment.target)),
             _ => color(Vec3::ZERO),
         })

@@ -9,8 +9,9 @@ use std::fmt;
 use ash::vk;
 
 use crate::gpu::sync::Use;
-use crate::passes::{copy, fxaa, geometry, lighting, shadow, tiled, tonemap};
+use crate::passes::{composite, copy, fxaa, geometry, lighting, shadow, tiled, tonemap, transparent};
 use crate::plan::{FramePlan, Shading};
+use crate::scene::Transparency;
 use crate::targets::{Target, light_target};
 
 /// Where something happens.
@@ -22,6 +23,8 @@ pub enum Place {
     Geometry,
     /// LIGHTING, or VIEW in its place: they touch the same things in the same way.
     Lighting,
+    Transparent,
+    Composite,
     Tonemap,
     Fxaa,
     /// The compute pass that lights a stored G-buffer.
@@ -52,6 +55,8 @@ impl fmt::Display for Place {
             Self::Shadow => "SHADOW",
             Self::Geometry => "GEOMETRY",
             Self::Lighting => "LIGHTING",
+            Self::Transparent => "TRANSPARENT",
+            Self::Composite => "COMPOSITE",
             Self::Tonemap => "TONEMAP",
             Self::Fxaa => "FXAA",
             Self::Tiled => "TILED",
@@ -104,12 +109,14 @@ pub fn table(plan: &FramePlan) -> Vec<Edge> {
         table.push(gbuffer_reuse(plan));
         table.push(gbuffer_to_lighting(plan));
     }
-    // The last subpass writes the output; GEOMETRY is the first to touch it where emissive light goes straight there.
-    let last = if plan.has_tonemap_subpass() { Place::Tonemap } else { Place::Lighting };
-    let output_write = match (plan.has_tonemap_subpass(), plan.adds_lights()) {
-        (true, _) => tonemap::OUTPUT_WRITE,
-        (false, true) => lighting::LIGHT_BLEND,
-        (false, false) => lighting::LIGHT_WRITE,
+    if !plan.emissive && lights == Target::Hdr {
+        table.push(hdr_reuse(plan));
+    }
+    let (last_light, light_use) = last_light(plan);
+    // The first to touch the output, and the last. Where emissive light goes straight there, GEOMETRY is the first.
+    let ((first, first_use), (last, last_use)) = match lights {
+        Target::Hdr => ((Place::Tonemap, tonemap::OUTPUT_WRITE), (Place::Tonemap, tonemap::OUTPUT_WRITE)),
+        _ => ((Place::Lighting, light_write(plan)), (last_light, light_use)),
     };
     let geometry_clears_output = plan.emissive && lights == Target::Output;
     if !geometry_clears_output {
@@ -120,21 +127,21 @@ pub fn table(plan: &FramePlan) -> Vec<Edge> {
                 "the last picture may still be copied when this one is cleared; its layout changes before the write",
             ),
         };
-        table.push(subpass("output-reuse", (Place::Outside, last), &[read], &[output_write], why));
+        table.push(subpass("output-reuse", (Place::Outside, first), &[read], &[first_use], why));
     }
-    if plan.adds_lights() && !plan.emissive && lights == Target::Hdr {
-        table.push(hdr_reuse());
+    if let Some(transparency) = plan.transparency {
+        table.extend(transparent_edges(plan, transparency));
     }
     if plan.has_tonemap_subpass() {
-        table.push(hdr_to_tonemap());
+        table.push(hdr_to_tonemap(last_light, light_use));
     }
     let read_back = "COPY reads the picture after the pass, in the layout that the pass leaves it in";
     if plan.fxaa {
-        table.extend(fxaa_edges(last, output_write));
+        table.extend(fxaa_edges(last, last_use));
         let fxaa = (Place::Fxaa, Place::Outside);
         table.push(fxaa_pass("read-back", fxaa, fxaa::PICTURE_WRITE, copy::READ, read_back));
     } else {
-        table.push(subpass("read-back", (last, Place::Outside), &[output_write], &[copy::READ], read_back));
+        table.push(subpass("read-back", (last, Place::Outside), &[last_use], &[copy::READ], read_back));
     }
     table.push(picture_to_host());
     table
@@ -229,7 +236,10 @@ fn shadow_edges(plan: &FramePlan) -> [Edge; 2] {
 
 /// Frames in flight share one G-buffer, and the HDR target where there is one.
 fn gbuffer_reuse(plan: &FramePlan) -> Edge {
-    let mut before = vec![lighting::DEPTH_DROP, lighting::DEPTH_READ];
+    let mut before = match plan.transparency {
+        Some(_) => vec![transparent::DEPTH_DROP, transparent::DEPTH_READ],
+        None => vec![lighting::DEPTH_DROP, lighting::DEPTH_READ],
+    };
     let mut after = vec![geometry::DEPTH_TEST];
     // What LIGHTING or VIEW read and dropped.
     if plan.geometry_locations() > 0 {
@@ -258,7 +268,10 @@ fn color_use(plan: &FramePlan) -> Use {
 
 fn gbuffer_to_lighting(plan: &FramePlan) -> Edge {
     let mut before = vec![geometry::DEPTH_TEST];
-    let mut after = vec![lighting::DEPTH_READ, lighting::DEPTH_DROP];
+    let mut after = vec![lighting::DEPTH_READ];
+    if plan.transparency.is_none() {
+        after.push(lighting::DEPTH_DROP);
+    }
     if plan.geometry_locations() > 0 {
         before.push(color_use(plan));
         after.extend([lighting::GBUFFER_READ, lighting::COLOR_DROP]);
@@ -266,33 +279,92 @@ fn gbuffer_to_lighting(plan: &FramePlan) -> Edge {
     if plan.blends_light() {
         after.push(lighting::LIGHT_BLEND);
     }
-    subpass(
-        "gbuffer-to-lighting",
-        (Place::Geometry, Place::Lighting),
-        &before,
-        &after,
-        "LIGHTING reads what GEOMETRY wrote, tests against its depth, and as the last user drops it all",
-    )
+    let why = match plan.transparency {
+        Some(_) => {
+            "LIGHTING reads what GEOMETRY wrote, tests against its depth, and as the last user drops all but that"
+        }
+        None => "LIGHTING reads what GEOMETRY wrote, tests against its depth, and as the last user drops it all",
+    };
+    subpass("gbuffer-to-lighting", (Place::Geometry, Place::Lighting), &before, &after, why)
 }
 
-/// LIGHTING blends where there is an HDR target: else it would tone-map in place.
-fn hdr_to_tonemap() -> Edge {
+/// How LIGHTING writes the light's target.
+fn light_write(plan: &FramePlan) -> Use {
+    if plan.blends_light() { lighting::LIGHT_BLEND } else { lighting::LIGHT_WRITE }
+}
+
+/// The subpass that is the last to write the light's target before it is shown, and how it does.
+fn last_light(plan: &FramePlan) -> (Place, Use) {
+    match plan.transparency {
+        Some(Transparency::Sorted) => (Place::Transparent, transparent::BLEND),
+        Some(Transparency::Oit) => (Place::Composite, composite::LIGHT_BLEND),
+        None => (Place::Lighting, light_write(plan)),
+    }
+}
+
+fn transparent_edges(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> {
+    let light = light_write(plan);
+    let depth = [transparent::DEPTH_READ, transparent::DEPTH_DROP];
+    // LIGHTING tests depth, and reads it as an input where no target has the position.
+    let lit = [lighting::DEPTH_READ, lighting::GBUFFER_READ];
+    match transparency {
+        Transparency::Sorted => vec![subpass(
+            "lighting-to-transparent",
+            (Place::Lighting, Place::Transparent),
+            &[lit[0], lit[1], light],
+            &[depth[0], depth[1], transparent::BLEND],
+            "TRANSPARENT blends over what LIGHTING wrote, tests against the depth that LIGHTING read, and as the last user drops that",
+        )],
+        Transparency::Oit => vec![
+            subpass(
+                "sums-reuse",
+                (Place::Outside, Place::Transparent),
+                &[composite::SUM_READ, composite::SUM_DROP],
+                &[transparent::BLEND],
+                "frames in flight share the sums: COMPOSITE of the last frame must have read and dropped what this one clears",
+            ),
+            subpass(
+                "lighting-to-transparent",
+                (Place::Lighting, Place::Transparent),
+                &lit,
+                &depth,
+                "TRANSPARENT tests against the depth that LIGHTING read, and as the last user drops it",
+            ),
+            subpass(
+                "lighting-to-composite",
+                (Place::Lighting, Place::Composite),
+                &[light],
+                &[composite::LIGHT_BLEND],
+                "COMPOSITE blends over what LIGHTING wrote",
+            ),
+            subpass(
+                "sums-to-composite",
+                (Place::Transparent, Place::Composite),
+                &[transparent::BLEND],
+                &[composite::SUM_READ, composite::SUM_DROP],
+                "COMPOSITE reads the sums of its pixel, and as the last user drops them",
+            ),
+        ],
+    }
+}
+
+fn hdr_to_tonemap(from: Place, light: Use) -> Edge {
     subpass(
         "hdr-to-tonemap",
-        (Place::Lighting, Place::Tonemap),
-        &[lighting::LIGHT_BLEND],
+        (from, Place::Tonemap),
+        &[light],
         &[tonemap::HDR_READ, tonemap::HDR_DROP],
         "TONEMAP reads the light of its pixel, and as the last user drops the HDR target",
     )
 }
 
-/// Where lights are added one by one and no surface emits, LIGHTING is the first to touch the HDR target.
-fn hdr_reuse() -> Edge {
+/// Where no surface emits, LIGHTING is the first to touch the HDR target.
+fn hdr_reuse(plan: &FramePlan) -> Edge {
     subpass(
         "hdr-reuse",
         (Place::Outside, Place::Lighting),
         &[tonemap::HDR_READ, tonemap::HDR_DROP],
-        &[lighting::LIGHT_BLEND],
+        &[light_write(plan)],
         "frames in flight share the HDR target: TONEMAP of the last frame must have read and dropped what this one clears",
     )
 }

@@ -17,7 +17,7 @@ use ash::vk;
 use glam::DAffine3;
 
 use crate::gpu::{self, CommandBuffer, Device, Image, Owned, PhysicalDevice, Ticket, Timestamps, barrier};
-use crate::gpu_scene::{FrameUniform, GpuScene, ShadowAtlas, ViewBuffers, view_set_layout};
+use crate::gpu_scene::{FrameUniform, GpuScene, ShadowAtlas, SortedIndices, ViewBuffers, view_set_layout};
 use crate::passes::Recording;
 use crate::passes::copy::Copy;
 use crate::plan::{self, Capabilities, FramePlan, ShadowCache, Visible, World};
@@ -83,6 +83,7 @@ pub enum Pixels {
 struct InFlight {
     cmd: CommandBuffer,
     view: ViewBuffers,
+    sorted: Option<SortedIndices>,
     times: Option<Timestamps>,
     ticket: Option<Ticket>,
     begun: Instant,
@@ -162,6 +163,8 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
         packed_float_blends: device.supports_color_attachment(vk::Format::B10G11R11_UFLOAT_PACK32, true),
         float32_blends: device.supports_color_attachment(vk::Format::R32G32B32A32_SFLOAT, true),
         lazily_allocated: device.has_lazily_allocated_memory(),
+        // Enabled wherever it is there (gpu/device.rs).
+        independent_blend: device.features.independent_blend == vk::TRUE,
     }
 }
 
@@ -195,6 +198,7 @@ impl Renderer {
                 Ok(InFlight {
                     cmd: CommandBuffer::new(device, &format!("frame {index}"))?,
                     view: ViewBuffers::new(device, index, frame_layout.raw, &plan, &world)?,
+                    sorted: SortedIndices::new(device, index, &world)?,
                     times: Timestamps::new(device, &format!("times of frame {index}"), 8)?,
                     ticket: None,
                     begun: Instant::now(),
@@ -269,6 +273,9 @@ impl Renderer {
         if let Some(atlas) = &self.atlas {
             atlas.write(self.next, &visible, camera)?;
         }
+        if let Some(sorted) = &frame.sorted {
+            sorted.write(&visible.sorted_indices)?;
+        }
         frame.cmd.begin()?;
         let cmd = frame.cmd.raw;
         if let Some(times) = &mut frame.times {
@@ -286,6 +293,7 @@ impl Renderer {
                 frame_set: frame.view.set,
                 shadow_set: self.atlas.as_ref().map(|atlas| atlas.set(self.next)),
                 stale_maps: &stale_maps,
+                sorted: frame.sorted.as_ref().map(SortedIndices::raw),
             },
             &mut frame.times,
         );

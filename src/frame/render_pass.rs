@@ -8,13 +8,16 @@ use super::edges::{self, Carrier, Edge, Place};
 use crate::gpu::{self, Device, RenderPass, SubpassDesc};
 use crate::passes::{fxaa, shadow};
 use crate::plan::{FramePlan, Shading};
-use crate::targets::{Target, attachments, gbuffer_inputs, light_target};
+use crate::scene::Transparency;
+use crate::targets::{COMPOSITE_INPUTS, Target, attachments, gbuffer_inputs, light_target};
 
 /// Indices of the main pass's subpasses; which exist depends on the plan.
 #[derive(Debug, Clone, Copy)]
 pub struct Subpasses {
     pub geometry: Option<u32>,
     pub lighting: u32,
+    pub transparent: Option<u32>,
+    pub composite: Option<u32>,
     pub tonemap: Option<u32>,
 }
 
@@ -23,13 +26,22 @@ impl Subpasses {
     pub fn of(plan: &FramePlan) -> Self {
         let geometry = plan.has_geometry().then_some(0);
         let lighting = u32::from(plan.has_geometry());
-        Self { geometry, lighting, tonemap: plan.has_tonemap_subpass().then_some(lighting + 1) }
+        let mut last = lighting;
+        let mut next = |present: bool| {
+            last += u32::from(present);
+            present.then_some(last)
+        };
+        let transparent = next(plan.transparency.is_some());
+        let composite = next(plan.transparency == Some(Transparency::Oit));
+        Self { geometry, lighting, transparent, composite, tonemap: next(plan.has_tonemap_subpass()) }
     }
 
     fn index(&self, place: Place) -> u32 {
         match place {
             Place::Geometry => self.geometry.unwrap_or(0),
             Place::Lighting => self.lighting,
+            Place::Transparent => self.transparent.unwrap_or(self.lighting),
+            Place::Composite => self.composite.unwrap_or(self.lighting),
             Place::Tonemap => self.tonemap.unwrap_or(self.lighting),
             // The passes of these have one subpass.
             Place::Shadow | Place::Fxaa => 0,
@@ -38,7 +50,7 @@ impl Subpasses {
     }
 }
 
-/// The one pass with subpasses GEOMETRY, LIGHTING (or VIEW) and TONEMAP, as far as the plan has them.
+/// The one pass with subpasses GEOMETRY, LIGHTING (or VIEW), TRANSPARENT, COMPOSITE and TONEMAP, as far as the plan has them.
 ///
 /// # Errors
 /// When the device cannot make it.
@@ -75,6 +87,22 @@ pub fn main(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<RenderPass> {
             depth: plan
                 .has_geometry()
                 .then(|| refs.reference(Target::Depth, vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL)),
+            ..SubpassDesc::default()
+        });
+    }
+    if plan.transparency.is_some() {
+        subpasses.push(SubpassDesc {
+            color: &refs.transparent_color,
+            // Tested, not written.
+            depth: Some(refs.reference(Target::Depth, vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL)),
+            preserve: &refs.transparent_preserve,
+            ..SubpassDesc::default()
+        });
+    }
+    if plan.transparency == Some(Transparency::Oit) {
+        subpasses.push(SubpassDesc {
+            input: &refs.composite_input,
+            color: &refs.lighting_color,
             ..SubpassDesc::default()
         });
     }
@@ -137,7 +165,11 @@ struct References {
     order: Vec<Target>,
     geometry_color: Vec<vk::AttachmentReference>,
     lighting_input: Vec<vk::AttachmentReference>,
+    /// COMPOSITE's too.
     lighting_color: Vec<vk::AttachmentReference>,
+    transparent_color: Vec<vk::AttachmentReference>,
+    transparent_preserve: Vec<u32>,
+    composite_input: Vec<vk::AttachmentReference>,
     tonemap_input: Vec<vk::AttachmentReference>,
     tonemap_color: Vec<vk::AttachmentReference>,
 }
@@ -150,6 +182,9 @@ impl References {
             geometry_color: Vec::new(),
             lighting_input: Vec::new(),
             lighting_color: Vec::new(),
+            transparent_color: Vec::new(),
+            transparent_preserve: Vec::new(),
+            composite_input: Vec::new(),
             tonemap_input: Vec::new(),
             tonemap_color: Vec::new(),
         };
@@ -167,6 +202,16 @@ impl References {
         refs.lighting_input =
             gbuffer_inputs(plan).into_iter().map(|(_, target)| refs.reference(target, input_layout(target))).collect();
         refs.lighting_color = vec![refs.reference(light_target(plan), color)];
+        match plan.transparency {
+            Some(Transparency::Sorted) => refs.transparent_color = refs.lighting_color.clone(),
+            Some(Transparency::Oit) => {
+                refs.transparent_color = COMPOSITE_INPUTS.map(|(_, target)| refs.reference(target, color)).to_vec();
+                refs.composite_input = COMPOSITE_INPUTS.map(|(_, target)| refs.reference(target, read)).to_vec();
+                // LIGHTING has written it, COMPOSITE blends over it.
+                refs.transparent_preserve = refs.lighting_color.iter().map(|light| light.attachment).collect();
+            }
+            None => {}
+        }
         if plan.has_tonemap_subpass() {
             refs.tonemap_input = vec![refs.reference(Target::Hdr, read)];
             refs.tonemap_color = vec![refs.reference(Target::Output, color)];

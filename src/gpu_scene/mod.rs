@@ -2,10 +2,12 @@
 
 mod material;
 mod shadows;
+mod sorted;
 mod view;
 
 pub use material::Materials;
 pub use shadows::{ATLAS_LAYOUT, ShadowAtlas};
+pub use sorted::SortedIndices;
 pub use view::{FrameUniform, LightRecord, ViewBuffers, set_layout as view_set_layout};
 
 use std::sync::Arc;

@@ -1,5 +1,6 @@
 //! One file a pass: how it touches things (its constants), its pipelines, and `record`. Passes never know each other.
 
+pub mod composite;
 pub mod copy;
 pub mod fxaa;
 pub mod geometry;
@@ -8,15 +9,17 @@ pub mod per_light;
 pub mod shadow;
 pub mod tiled;
 pub mod tonemap;
+pub mod transparent;
 pub mod view;
 
 mod screen;
+mod surface;
 
 use ash::vk;
 use glam::{DAffine3, DVec3, Vec4};
 
 use crate::gpu::Device;
-use crate::gpu_scene::GpuScene;
+use crate::gpu_scene::{GpuScene, MeshRange};
 use crate::plan::{Visible, World};
 use crate::scene::Camera;
 
@@ -51,6 +54,8 @@ pub struct Recording<'a> {
     pub shadow_set: Option<vk::DescriptorSet>,
     /// Shadow maps that this frame draws anew, by their index.
     pub stale_maps: &'a [usize],
+    /// The frame's own index buffer with [`Visible::sorted_indices`], where the plan sorts triangles.
+    pub sorted: Option<vk::Buffer>,
 }
 
 impl Recording<'_> {
@@ -97,8 +102,12 @@ impl Recording<'_> {
     }
 
     fn draw_mesh(&self, mesh: usize) {
-        let range = self.scene.meshes[mesh];
-        // SAFETY: pipeline, sets and buffers are bound; the range lies inside the index buffer (GpuScene made both).
+        self.draw_range(self.scene.meshes[mesh]);
+    }
+
+    fn draw_range(&self, range: MeshRange) {
+        // SAFETY: pipeline, sets and buffers are bound; the range lies inside the index buffer (GpuScene made both, or the frame
+        // has written its own).
         unsafe {
             let raw = &self.device.raw;
             raw.cmd_draw_indexed(self.cmd, range.index_count, 1, range.first_index, range.vertex_offset, 0);

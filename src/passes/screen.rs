@@ -125,3 +125,11 @@ pub fn add() -> vk::PipelineColorBlendAttachmentState {
         .dst_alpha_blend_factor(vk::BlendFactor::ZERO)
         .alpha_blend_op(vk::BlendOp::ADD)
 }
+
+/// The operator `over` of Porter and Duff, for colours that are times their alpha already. The picture itself stays opaque.
+pub fn over() -> vk::PipelineColorBlendAttachmentState {
+    add()
+        .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
+        .src_alpha_blend_factor(vk::BlendFactor::ZERO)
+        .dst_alpha_blend_factor(vk::BlendFactor::ONE)
+}

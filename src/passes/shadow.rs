@@ -204,7 +204,7 @@ impl Shadow {
                 alpha: material.alpha,
                 alpha_cutoff: match material.alpha_mode {
                     AlphaMode::Mask { cutoff } => cutoff,
-                    AlphaMode::Opaque => 0.0,
+                    AlphaMode::Opaque | AlphaMode::Blend | AlphaMode::Glass => 0.0,
                 },
                 _padding: [0.0; 2],
             };

@@ -104,6 +104,7 @@ pub fn format_bytes(format: vk::Format) -> u32 {
     match format {
         vk::Format::R32G32B32A32_SFLOAT => 16,
         vk::Format::R16G16B16A16_SFLOAT => 8,
+        vk::Format::R16_SFLOAT => 2,
         vk::Format::R8_UNORM => 1,
         _ => 4,
     }

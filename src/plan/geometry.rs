@@ -1,7 +1,7 @@
-//! Which pipelines GEOMETRY needs and which vertex attributes they read.
+//! Which pipelines draw surfaces and which vertex attributes they read.
 
 use super::{FramePlan, Shading};
-use crate::scene::{Brdf, Object, Scene, Settings, TextureSlot, View};
+use crate::scene::{AlphaMode, Brdf, Object, Scene, Settings, TextureSlot, View};
 
 /// The texture slots that a material fills, a bit each in the order of [`TextureSlot`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -21,7 +21,23 @@ impl TextureMask {
     }
 }
 
-/// All that sets one GEOMETRY pipeline apart from another within a plan.
+/// How a surface goes with what lies behind it; the numbers are those of `shaders/forward.wgsl`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Opacity {
+    Hides = 0,
+    Blend = 1,
+    Glass = 2,
+}
+
+/// What sets pipelines apart that light surfaces while they draw them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ForwardKey {
+    pub brdf: Brdf,
+    pub opacity: Opacity,
+    pub emissive: bool,
+}
+
+/// All that sets one pipeline for surfaces apart from another within a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct GeometryKey {
     /// Only slots that this plan samples.
@@ -34,6 +50,8 @@ pub struct GeometryKey {
     pub phong: bool,
     /// Shadows fall on it; always where there are none.
     pub receives: bool,
+    /// What is lit as it is drawn; none for what goes into the G-buffer.
+    pub forward: Option<ForwardKey>,
 }
 
 impl GeometryKey {
@@ -43,13 +61,23 @@ impl GeometryKey {
         let phong = matches!(brdf, Brdf::Phong | Brdf::BlinnPhong);
         let masked = material.is_masked();
         let counting = plan.shading == Shading::ShowOverdraw;
+        let forward = material.is_transparent().then(|| ForwardKey {
+            brdf,
+            opacity: match material.alpha_mode {
+                AlphaMode::Opaque | AlphaMode::Mask { .. } => Opacity::Hides,
+                AlphaMode::Blend => Opacity::Blend,
+                AlphaMode::Glass => Opacity::Glass,
+            },
+            emissive: settings.view == View::Final && material.is_emissive(),
+        });
+        let emissive = forward.map_or(plan.emissive && material.is_emissive(), |forward| forward.emissive);
         let wanted = |slot| match slot {
             TextureSlot::BaseColor => !counting || masked,
             TextureSlot::Normal => !counting,
             TextureSlot::MetallicRoughness => !counting && !phong && brdf != Brdf::Lambert,
             // Albedo's alpha takes it in either case; only the ambient light looks at it.
             TextureSlot::Occlusion => !counting && plan.lights.ambient,
-            TextureSlot::Emissive => plan.emissive && material.is_emissive(),
+            TextureSlot::Emissive => emissive,
             TextureSlot::Specular => !counting && phong,
         };
         let needs_roughness = matches!(settings.view, View::Metallic | View::Roughness) && !phong;
@@ -65,6 +93,7 @@ impl GeometryKey {
             mirrored: object.transform.matrix3.determinant() < 0.0,
             phong,
             receives: object.receives_shadow || plan.shadow.is_none(),
+            forward,
         }
     }
 }
@@ -86,9 +115,9 @@ impl Streams {
                 material.is_masked() && material.base_color_texture.is_some()
             });
         Self {
-            normals: plan.gbuffer.is_some(),
-            uvs: masked_casters || plan.geometry.iter().any(|key| !key.textures.is_empty()),
-            tangents: plan.geometry.iter().any(|key| key.textures.contains(TextureSlot::Normal)),
+            normals: plan.gbuffer.is_some() || plan.keys().any(|key| key.forward.is_some()),
+            uvs: masked_casters || plan.keys().any(|key| !key.textures.is_empty()),
+            tangents: plan.keys().any(|key| key.textures.contains(TextureSlot::Normal)),
         }
     }
 

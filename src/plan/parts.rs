@@ -6,10 +6,10 @@ use ash::vk;
 
 use super::gbuffer::format_bytes;
 use super::{
-    COUNT, DEPTH, FramePlan, GeometryKey, PlannedBrdf, Projection, Shading, ShadowLight, ShadowPlan, ToneMapping,
-    UNIFORM_LIGHTS, World, shadow_reason,
+    COUNT, DEPTH, FramePlan, GeometryKey, PlannedBrdf, Projection, REVEALAGE, Shading, ShadowLight, ShadowPlan,
+    ToneMapping, UNIFORM_LIGHTS, World, shadow_reason,
 };
-use crate::scene::{HdrFormat, Scene, Settings, TextureSlot};
+use crate::scene::{HdrFormat, Scene, Settings, TextureSlot, Transparency};
 
 /// Something that a frame can have.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -30,6 +30,7 @@ pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<
     parts.extend(gbuffer(plan));
     parts.push(hdr(settings, plan));
     parts.extend(antialiasing(plan));
+    parts.extend(transparency(scene, plan));
     parts.extend(shading(scene, plan));
     parts.extend(geometry(scene, settings, plan));
     parts
@@ -127,7 +128,8 @@ fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
         ToneMapping::Subpass(_) if plan.adds_lights() => {
             "lights are added one by one before tone mapping, in 32-bit floats, as half floats would lose light"
         }
-        ToneMapping::Subpass(_) => "emissive light is blended before tone mapping",
+        ToneMapping::Subpass(_) if plan.emissive => "emissive light is blended before tone mapping",
+        ToneMapping::Subpass(_) => "transparent surfaces are blended before tone mapping",
         ToneMapping::InLighting(_) if plan.is_tiled() => "compute tone-maps what it lit straight into the output",
         ToneMapping::InLighting(_) => "nothing blends over the lighting: it tone-maps straight into the output",
         ToneMapping::AfterFrames(_) => "frames are averaged before they are tone-mapped, on the CPU",
@@ -151,6 +153,29 @@ fn antialiasing(plan: &FramePlan) -> Vec<Part> {
     };
     let fxaa = if plan.fxaa { "asked for" } else { "not asked for" };
     vec![part("accumulated frames", plan.samples > 1, many, 0), part("FXAA pass", plan.fxaa, fxaa, 4 * pixels(plan))]
+}
+
+fn transparency(scene: &Scene, plan: &FramePlan) -> [Part; 2] {
+    let objects = scene.objects.iter().filter(|object| scene.materials[object.material].is_transparent()).count();
+    let reason = match plan.transparency {
+        Some(Transparency::Sorted) => format!("{objects} transparent objects, sorted from back to front"),
+        Some(Transparency::Oit) => format!("{objects} transparent objects, summed up with weights in any order"),
+        None if objects > 0 => "this view leaves transparent objects out".into(),
+        None => "no object is transparent".into(),
+    };
+    // Sorted triangles have an index buffer in each of two frames in flight.
+    let indices = 2 * 12 * u64::from(plan.transparent_triangles);
+    let sorted = plan.transparency == Some(Transparency::Sorted);
+    let accumulation = plan.accumulation();
+    let texel = format_bytes(accumulation.unwrap_or(vk::Format::R16G16B16A16_SFLOAT)) + format_bytes(REVEALAGE);
+    let sums = match accumulation {
+        Some(format) => format!("in {format:?} and {REVEALAGE:?}: what the surfaces send, and how much they leave"),
+        None => "transparent surfaces are sorted, or there are none".into(),
+    };
+    [
+        part("TRANSPARENT subpass", plan.transparency.is_some(), reason, if sorted { indices } else { 0 }),
+        part("sums and COMPOSITE subpass", accumulation.is_some(), sums, u64::from(texel) * pixels(plan)),
+    ]
 }
 
 fn shading(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
@@ -187,6 +212,9 @@ fn sampled_textures(scene: &Scene, settings: &Settings, plan: &FramePlan) -> (us
         let key = GeometryKey::of(scene, object, settings, plan);
         for (slot, texture) in material.textures() {
             let masks = slot == TextureSlot::BaseColor && material.is_masked() && plan.shadow.is_some();
+            if material.is_transparent() && plan.transparency.is_none() {
+                continue;
+            }
             if (plan.has_geometry() && key.textures.contains(slot)) || masks {
                 sampled.insert(texture);
             }
@@ -203,7 +231,7 @@ fn geometry(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
     let (textures, texture_bytes) = sampled_textures(scene, settings, plan);
     let streams = &plan.streams;
     let masked = plan.geometry.iter().any(|key| key.masked);
-    let sampled = |slot| plan.geometry.iter().any(|key| key.textures.contains(slot));
+    let sampled = |slot| plan.keys().any(|key| key.textures.contains(slot));
     let why = |present: bool, yes: &str, no: &str| if present { yes.to_string() } else { no.to_string() };
     let mut parts = vec![
         part(
@@ -264,6 +292,8 @@ mod tests {
             let included = |text| starts(text).is_some_and(|part| part.included);
             assert_eq!(included("shadow pass"), plan.shadow.is_some(), "{name}");
             assert_eq!(included("HDR target"), plan.has_tonemap_subpass(), "{name}");
+            assert_eq!(included("TRANSPARENT"), plan.transparency.is_some(), "{name}");
+            assert_eq!(included("sums"), plan.transparency == Some(crate::scene::Transparency::Oit), "{name}");
             assert_eq!(included("depth"), plan.has_geometry(), "{name}");
             assert_eq!(included("light buffer"), plan.lights.any(), "{name}");
             assert_eq!(included("material"), plan.gbuffer.is_some_and(|gbuffer| gbuffer.material.is_some()), "{name}");

@@ -2,10 +2,10 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::{Capabilities, FramePlan};
+use super::{Capabilities, Error, FramePlan};
 use crate::scene::{
     AlphaMode, Brdf, Falloff, GbufferChoice, GbufferPreset, Light, LightKind, LightPath, Material, Mesh, Object, Scene,
-    Settings, TargetChoice, View,
+    Settings, TargetChoice, Transparency, View,
 };
 
 pub const VIEWS: [View; 12] = [
@@ -35,6 +35,7 @@ pub fn device() -> Capabilities {
         float32_blends: true,
         packed_float_blends: true,
         lazily_allocated: false,
+        independent_blend: true,
     }
 }
 
@@ -77,6 +78,21 @@ pub fn textured(brdf: Brdf) -> Material {
 /// With holes that its texture cuts.
 pub fn masked() -> Material {
     Material { alpha_mode: AlphaMode::Mask { cutoff: 0.5 }, base_color_texture: Some(0), ..Material::default() }
+}
+
+/// What lies behind shows through it.
+pub fn glass() -> Material {
+    Material { alpha_mode: AlphaMode::Glass, alpha: 0.25, ..Material::default() }
+}
+
+/// A textured cover that also glows.
+pub fn gauze() -> Material {
+    Material {
+        alpha_mode: AlphaMode::Blend,
+        alpha: 0.5,
+        two_sided: true,
+        ..Material { emissive: Vec3::ONE, ..textured(Brdf::Phong) }
+    }
 }
 
 fn light(name: &str, kind: LightKind, casts_shadow: bool) -> Light {
@@ -133,6 +149,9 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
         ("emissive", scene(vec![emissive(), textured(Brdf::CookTorrance)], vec![sun()])),
         ("glow", scene(vec![emissive()], vec![])),
         ("mirrored", mirrored),
+        ("glass", scene(vec![material(Brdf::CookTorrance), glass()], vec![sun(), point(Falloff::Quadratic)])),
+        ("glowing gauze", scene(vec![emissive(), gauze(), masked()], vec![sky()])),
+        ("nothing but glass", scene(vec![glass()], vec![])),
     ]
 }
 
@@ -172,7 +191,8 @@ pub fn plans() -> Vec<(String, FramePlan)> {
         for (layout, gbuffer) in gbuffers() {
             for (view, hdr_output) in VIEWS.into_iter().flat_map(|view| [(view, false), (view, true)]) {
                 for (device_name, device) in [("able", device()), ("plain", plain)] {
-                    let settings = Settings { gbuffer, view, hdr_output, ..Settings::default() };
+                    let transparency = if device.lazily_allocated { Transparency::Oit } else { Transparency::Sorted };
+                    let settings = Settings { gbuffer, view, hdr_output, transparency, ..Settings::default() };
                     let name = format!("{scene_name} {layout} {view:?} hdr_output={hdr_output} {device_name}");
                     match FramePlan::of(&scene, &settings, &device) {
                         Ok(plan) => plans.push((name, plan)),
@@ -202,8 +222,10 @@ fn light_paths(wanted: impl Fn(&FramePlan) -> bool) -> Vec<(String, FramePlan)> 
                     let settings = Settings { light_path, light_cutoff, gbuffer, hdr_output, ..Settings::default() };
                     let name =
                         format!("{scene_name} {layout} {path_name} hdr_output={hdr_output} cutoff={light_cutoff}");
-                    let plan = FramePlan::of(&scene, &settings, &device());
-                    let plan = plan.unwrap_or_else(|error| panic!("{name}: {error}"));
+                    let plan = match FramePlan::of(&scene, &settings, &device()) {
+                        Err(Error::ComputeWithTransparency) => continue,
+                        plan => plan.unwrap_or_else(|error| panic!("{name}: {error}")),
+                    };
                     plans.extend(wanted(&plan).then_some((name, plan)));
                 }
             }

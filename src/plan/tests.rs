@@ -355,7 +355,8 @@ fn keys_tell_masks_sides_mirrors_and_phong_apart() {
             two_sided: false,
             mirrored: false,
             phong: false,
-            receives: true
+            receives: true,
+            forward: None,
         }
     );
     let holes = only(&scene(vec![masked()], vec![sky()]));

@@ -2,18 +2,20 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3};
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::{DAffine3, DVec3, Vec3};
 
 use super::light_path::{self, Cut, sphere_of};
 use super::shadows::{add_cascades, lamp_views};
 use super::volumes::{self, LightRect, Volumes};
 use super::{Clusters, Error, FramePlan, GeometryKey, Projection, Reach, ShadowView, clusters, falloff_index};
 use crate::scene::{
-    Aabb, AlphaMode, Camera, CastsShadow, Environment, Light, LightKind, LightPath, Material, Scene, Settings,
-    ShadowSettings,
+    Aabb, AlphaMode, Camera, CastsShadow, Environment, Light, LightKind, LightPath, Material, Mesh, Scene, Settings,
+    ShadowSettings, Transparency,
 };
 
-/// What of a scene a frame looks at again each time. No vertices and no texels.
+/// What of a scene a frame looks at again each time. No texels, and no vertices but where triangles are sorted.
 #[derive(Debug, Clone)]
 pub struct World {
     pub objects: Vec<WorldObject>,
@@ -35,11 +37,21 @@ pub struct World {
     pub shadows: ShadowSettings,
     /// From nits to what is tone-mapped.
     pub exposure: f32,
+    /// By mesh: triangles that are sorted for each frame, as they are transparent.
+    pub sortable: BTreeMap<usize, Vec<SortableTriangle>>,
     /// By the scene's own numbers: which of [`World::objects`] and [`World::lights`] it is, if it is among them.
     object_of: Vec<Option<usize>>,
     light_of: Vec<Option<usize>>,
     /// Something has moved since `lamps` and `bounds` were worked out.
     stale: bool,
+}
+
+/// A triangle of a mesh, as far as it is sorted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SortableTriangle {
+    pub indices: [u32; 3],
+    /// In mesh space.
+    pub centroid: Vec3,
 }
 
 /// An object that can be drawn.
@@ -57,6 +69,7 @@ pub struct WorldObject {
     mesh_place: (DVec3, Aabb),
     pub key: GeometryKey,
     pub triangles: usize,
+    pub transparent: bool,
 }
 
 impl World {
@@ -64,18 +77,23 @@ impl World {
     pub fn of(scene: &Scene, settings: &Settings, plan: &FramePlan, exposure: f32) -> Self {
         let is_drawn = |index: &usize| {
             let object = &scene.objects[*index];
-            !is_cut_away(&scene.materials[object.material]) && !scene.meshes[object.mesh].indices.is_empty()
+            let material = &scene.materials[object.material];
+            let left_out = material.is_transparent() && plan.transparency.is_none();
+            !is_cut_away(material) && !left_out && !scene.meshes[object.mesh].indices.is_empty()
         };
         let drawn: Vec<usize> = (0..scene.objects.len()).filter(is_drawn).collect();
         let world_object = |&index: &usize| {
             let object = &scene.objects[index];
             let mesh = &scene.meshes[object.mesh];
+            let transparent = scene.materials[object.material].is_transparent();
             WorldObject {
                 mesh: object.mesh,
                 material: object.material,
                 transform: object.transform * DAffine3::from_translation(mesh.origin),
                 bounds: object.bounds(&scene.meshes),
-                casts: object.casts_shadow,
+                // Light goes through what the eye looks through.
+                casts: if transparent { CastsShadow::No } else { object.casts_shadow },
+                transparent,
                 revision: 0,
                 mesh_place: (mesh.origin, mesh.bounds),
                 key: GeometryKey::of(scene, object, settings, plan),
@@ -88,8 +106,13 @@ impl World {
         let mut light_of = vec![None; scene.lights.len()];
         lights.iter().enumerate().for_each(|(own, &index)| light_of[index] = Some(own));
         let cut = Cut::of(scene, settings, exposure);
+        let objects: Vec<WorldObject> = drawn.iter().map(world_object).collect();
+        let sorts = plan.transparency == Some(Transparency::Sorted);
+        let sorted: BTreeSet<usize> =
+            objects.iter().filter(|object| sorts && object.transparent).map(|object| object.mesh).collect();
         let mut world = Self {
-            objects: drawn.iter().map(world_object).collect(),
+            objects,
+            sortable: sorted.into_iter().map(|mesh| (mesh, SortableTriangle::all(&scene.meshes[mesh]))).collect(),
             materials: scene.materials.clone(),
             shadow_codes: (0..lights.len())
                 .map(|light| plan.shadow.as_ref().map_or(0, |shadow| shadow.code(light)))
@@ -228,6 +251,17 @@ fn is_cut_away(material: &Material) -> bool {
     match material.alpha_mode {
         AlphaMode::Mask { cutoff } => material.base_color_texture.is_none() && material.alpha < cutoff,
         AlphaMode::Opaque => false,
+        // Without a highlight nothing is left of it.
+        AlphaMode::Blend => material.alpha <= 0.0,
+        AlphaMode::Glass => false,
+    }
+}
+
+impl SortableTriangle {
+    fn all(mesh: &Mesh) -> Vec<Self> {
+        let corner = |index: u32| Vec3::from(mesh.positions[index as usize]);
+        let triangle = |indices: [u32; 3]| Self { indices, centroid: indices.map(corner).iter().sum::<Vec3>() / 3.0 };
+        mesh.indices.chunks_exact(3).map(|indices| triangle([indices[0], indices[1], indices[2]])).collect()
     }
 }
 
@@ -251,12 +285,25 @@ pub enum LightWork {
     Spheres(Vec<Reach>),
 }
 
+/// A transparent object to be drawn, and where its triangles lie from back to front.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SortedDraw {
+    /// Index into [`World::objects`].
+    pub object: usize,
+    /// Where its indices begin in [`Visible::sorted_indices`]; none where the order does not matter.
+    pub first_index: Option<u32>,
+}
+
 /// The lists of one frame.
 #[derive(Debug, Clone, Default)]
 pub struct Visible {
     /// From near to far, so that early depth tests save the most: hidden fragments cost more than changes of state (Sponza's
     /// GEOMETRY takes a fifth less CPU on lavapipe than sorted by material). Equally near ones by pipeline and material.
     pub draws: Vec<Draw>,
+    /// Transparent objects, the farthest first.
+    pub transparent: Vec<SortedDraw>,
+    /// Indices of the transparent objects' triangles, the farthest of each object first.
+    pub sorted_indices: Vec<u32>,
     /// The plan's shadow maps; none of a cascade in which nothing is seen.
     pub shadows: Vec<Option<Arc<ShadowView>>>,
     pub lights: LightWork,
@@ -281,16 +328,23 @@ impl Visible {
             let boxes: Vec<Aabb> = seen.iter().map(|&(index, _)| world.objects[index].bounds).collect();
             add_cascades(&mut shadows, world, shadow, camera, aspect, &boxes);
         }
+        let (transparent, opaque): (Vec<_>, Vec<_>) =
+            seen.iter().map(|&(index, _)| index).partition(|&index| world.objects[index].transparent);
+        let (transparent, sorted_indices) = back_to_front(world, camera, transparent.into_iter().rev());
         Self {
             culled: world.objects.len() - seen.len(),
-            draws: seen.into_iter().map(|(object, _)| Draw { object }).collect(),
+            draws: opaque.into_iter().map(|object| Draw { object }).collect(),
+            transparent,
+            sorted_indices,
             shadows,
             lights: light_work(world, camera, plan),
         }
     }
 
     pub fn triangles(&self, world: &World) -> usize {
-        self.draws.iter().map(|draw| world.objects[draw.object].triangles).sum()
+        let opaque = self.draws.iter().map(|draw| draw.object);
+        let drawn = opaque.chain(self.transparent.iter().map(|draw| draw.object));
+        drawn.map(|object| world.objects[object].triangles).sum()
     }
 }
 
@@ -317,6 +371,29 @@ fn light_work(world: &World, camera: &Camera, plan: &FramePlan) -> LightWork {
         }
         LightPath::Auto | LightPath::Loop | LightPath::ForwardNaive => LightWork::Nothing,
     }
+}
+
+/// Sorts the triangles of each of these objects by the distance of their centroid, the farthest first; equally far ones as they
+/// lie in the mesh. Distances and not depths: the order stays when the camera only turns.
+fn back_to_front(world: &World, camera: &Camera, objects: impl Iterator<Item = usize>) -> (Vec<SortedDraw>, Vec<u32>) {
+    let mut indices = Vec::new();
+    let draws = objects.map(|index| {
+        let object = &world.objects[index];
+        let Some(triangles) = world.sortable.get(&object.mesh) else {
+            return SortedDraw { object: index, first_index: None };
+        };
+        // In f64: what is near must not take its order from how far the origin is.
+        let distance = |triangle: &SortableTriangle| {
+            (object.transform.transform_point3(triangle.centroid.as_dvec3()) - camera.position).length_squared()
+        };
+        let mut order: Vec<(f64, usize)> =
+            triangles.iter().enumerate().map(|(place, triangle)| (distance(triangle), place)).collect();
+        order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let first_index = indices.len() as u32;
+        indices.extend(order.into_iter().flat_map(|(_, place)| triangles[place].indices));
+        SortedDraw { object: index, first_index: Some(first_index) }
+    });
+    (draws.collect(), indices)
 }
 
 /// The planes of a view volume without far plane; normals point inside.
@@ -356,7 +433,7 @@ mod tests {
 
     use super::*;
     use crate::plan::samples;
-    use crate::scene::{Falloff, Mesh};
+    use crate::scene::Falloff;
 
     fn unit_box_at(center: DVec3) -> Aabb {
         Aabb { min: center - 0.5, max: center + 0.5 }

@@ -21,6 +21,11 @@ pub enum AlphaMode {
     Opaque,
     /// A fragment whose alpha is below the cut-off is not there.
     Mask { cutoff: f32 },
+    /// What the surface reflects and emits, times alpha, over what lies behind it: a thin cover, as gauze or smoke.
+    Blend,
+    /// Alpha is that of the body only: its diffuse light is times alpha, its highlights and what it emits are whole, and what lies
+    /// behind is times 1 - alpha. So that a clear pane still shines.
+    Glass,
 }
 
 /// The texture slots of a material, in the order of their descriptor bindings.
@@ -47,7 +52,7 @@ pub struct Material {
     pub brdf: Brdf,
     /// Albedo (Kd), 0 to 1.
     pub base_color: Vec3,
-    /// Opacity, 0 to 1; only `AlphaMode::Mask` looks at it.
+    /// Opacity, 0 to 1; all modes but `AlphaMode::Opaque` look at it.
     pub alpha: f32,
     pub alpha_mode: AlphaMode,
     /// 0 to 1.
@@ -129,6 +134,11 @@ impl Material {
 
     pub fn is_masked(&self) -> bool {
         matches!(self.alpha_mode, AlphaMode::Mask { .. })
+    }
+
+    /// Whether what lies behind shows through.
+    pub fn is_transparent(&self) -> bool {
+        matches!(self.alpha_mode, AlphaMode::Blend | AlphaMode::Glass)
     }
 
     pub fn is_emissive(&self) -> bool {

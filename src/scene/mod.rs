@@ -36,7 +36,7 @@ pub use mesh::{CastsShadow, Mesh, Object};
 pub use names::TARGETS;
 pub use settings::{
     GbufferChoice, GbufferPreset, HdrFormat, LightPath, MAX_SAMPLES, MAX_SHADOW_SIZE, MIN_SHADOW_SIZE, Resolve,
-    Settings, SettingsPatch, ShadowFilter, ShadowSettings, TargetChoice, Tonemap, View, parse_size,
+    Settings, SettingsPatch, ShadowFilter, ShadowSettings, TargetChoice, Tonemap, Transparency, View, parse_size,
 };
 pub use suggest::{nearest, unknown};
 pub use temperature::{KELVIN, black_body_color};

@@ -6,7 +6,8 @@ use std::str::FromStr;
 
 use super::suggest::unknown;
 use super::{
-    Brdf, Error, GbufferChoice, GbufferPreset, HdrFormat, LightPath, Resolve, ShadowFilter, TargetChoice, Tonemap, View,
+    Brdf, Error, GbufferChoice, GbufferPreset, HdrFormat, LightPath, Resolve, ShadowFilter, TargetChoice, Tonemap,
+    Transparency, View,
 };
 
 /// Gives a type `NAMES`, `name()`, `FromStr` and `Display` out of one table.
@@ -55,6 +56,7 @@ named!(Resolve, "resolve", "linear" => Linear, "tone-mapped" => ToneMapped);
 named!(HdrFormat, "HDR format", "rgba16f" => Rgba16f, "b10g11r11" => B10g11r11, "rgba32f" => Rgba32f);
 named!(ShadowFilter, "shadow filter",
     "none" => None, "2x2" => Box2, "3x3" => Box3, "5x5" => Box5, "poisson" => Poisson, "pcss" => Pcss);
+named!(Transparency, "transparency", "sorted" => Sorted, "oit" => Oit);
 named!(GbufferPreset, "G-buffer preset", "lean" => Lean, "fat" => Fat, "float32" => Float32);
 named!(TargetChoice, "target format",
     "depth" => Depth, "oct16" => Oct16, "oct16-uint" => Oct16Uint, "rgb10a2" => Rgb10a2,

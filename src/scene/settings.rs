@@ -23,6 +23,7 @@ pub struct Settings {
     pub light_cutoff: bool,
     /// Of the target between LIGHTING and tone mapping, where a plan has one.
     pub hdr_format: HdrFormat,
+    pub transparency: Transparency,
     /// Linear scene-referred output in nits (for EXR) instead of tone-mapped 8-bit sRGB.
     pub hdr_output: bool,
     /// Jittered frames that are averaged into one picture, 1 to [`MAX_SAMPLES`].
@@ -46,6 +47,7 @@ impl Default for Settings {
             light_path: LightPath::default(),
             light_cutoff: false,
             hdr_format: HdrFormat::default(),
+            transparency: Transparency::default(),
             hdr_output: false,
             samples: 1,
             resolve: Resolve::default(),
@@ -66,6 +68,17 @@ pub enum HdrFormat {
     B10g11r11,
     /// 16 bytes a pixel, 23 bits of mantissa.
     Rgba32f,
+}
+
+/// How surfaces that show what lies behind them are laid over one another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Transparency {
+    /// From back to front, by object and by triangle within one: exact where surfaces do not pass through each other.
+    #[default]
+    Sorted,
+    /// Weighted blended, in any order (McGuire and Bavoil 2013): an estimate where surfaces overlap, exact where there is one.
+    Oit,
 }
 
 /// How pixels meet their lights. All give the same picture; what they cost differs.
@@ -255,6 +268,7 @@ pub struct SettingsPatch {
     pub resolve: Option<Resolve>,
     pub fxaa: Option<bool>,
     pub hdr_format: Option<HdrFormat>,
+    pub transparency: Option<Transparency>,
 }
 
 impl SettingsPatch {
@@ -282,6 +296,7 @@ impl SettingsPatch {
             resolve: self.resolve.or(other.resolve),
             fxaa: self.fxaa.or(other.fxaa),
             hdr_format: self.hdr_format.or(other.hdr_format),
+            transparency: self.transparency.or(other.transparency),
         }
     }
 
@@ -309,6 +324,7 @@ impl SettingsPatch {
             light_path: self.light_path.unwrap_or(default.light_path),
             light_cutoff: self.light_cutoff.unwrap_or(default.light_cutoff),
             hdr_format: self.hdr_format.unwrap_or(default.hdr_format),
+            transparency: self.transparency.unwrap_or(default.transparency),
             hdr_output: default.hdr_output,
             samples: self.samples.unwrap_or(default.samples),
             resolve: self.resolve.unwrap_or(default.resolve),

@@ -41,8 +41,8 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     warmup: u32,
     /// Compare with other settings: key=value, several in one go separated by blanks; may be given several times. Keys:
-    /// size, exposure, tonemap, brdf, gbuffer, light-path, light-cutoff, shadows, shadow-size, shadow-filter, cascades,
-    /// shadow-lambda, shadow-budget, shadow-cache, view, fxaa, hdr-format
+    /// size, exposure, tonemap, brdf, gbuffer, light-path, light-cutoff, transparency, shadows, shadow-size, shadow-filter,
+    /// cascades, shadow-lambda, shadow-budget, shadow-cache, view, fxaa, hdr-format
     #[arg(long, value_name = "SETTINGS", value_parser = Variant::parse)]
     vary: Vec<Variant>,
     /// Write the figures as JSON to a file, or to standard output for -

@@ -21,6 +21,8 @@ const SUPPORTED: &[(A, S)] = &[
     (A::HOST_READ, S::HOST),
 ];
 
+const SUBPASSES: [Place; 5] = [Place::Geometry, Place::Lighting, Place::Transparent, Place::Composite, Place::Tonemap];
+
 /// What a subpass does with an attachment, told by the plan alone.
 struct Touch {
     place: Place,
@@ -37,6 +39,11 @@ const DEPTH_STORE: (S, A) = (S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT
 const DEPTH_READ_EARLY: (S, A) = (S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ);
 const DEPTH_READ_LATE: (S, A) = (S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ);
 
+fn is_gbuffer(target: Target) -> bool {
+    let others = [Target::Depth, Target::Accumulation, Target::Revealage, Target::Hdr, Target::Output];
+    !others.contains(&target)
+}
+
 /// In the order of the subpasses.
 fn touches(plan: &FramePlan) -> Vec<Touch> {
     let mut all = Vec::new();
@@ -44,7 +51,7 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
     if plan.has_geometry() {
         touch(Place::Geometry, Target::Depth, &[DEPTH_CLEAR, DEPTH_STORE, DEPTH_READ_EARLY]);
         let stored = attachments(plan).into_iter().map(|attachment| attachment.target);
-        for target in stored.filter(|target| !matches!(target, Target::Depth | Target::Hdr | Target::Output)) {
+        for target in stored.filter(|target| is_gbuffer(*target)) {
             let counts = target == Target::Count;
             touch(Place::Geometry, target, if counts { &[COLOR_WRITE, COLOR_READ] } else { &[COLOR_WRITE] });
         }
@@ -58,6 +65,22 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
     }
     let light = if plan.blends_light() { &[COLOR_WRITE, COLOR_READ][..] } else { &[COLOR_WRITE] };
     touch(Place::Lighting, light_target(plan), light);
+    let depth = &[DEPTH_READ_EARLY, DEPTH_READ_LATE];
+    match plan.transparency {
+        Some(Transparency::Sorted) => {
+            touch(Place::Transparent, Target::Depth, depth);
+            touch(Place::Transparent, light_target(plan), &[COLOR_WRITE, COLOR_READ]);
+        }
+        Some(Transparency::Oit) => {
+            touch(Place::Transparent, Target::Depth, depth);
+            for target in [Target::Accumulation, Target::Revealage] {
+                touch(Place::Transparent, target, &[COLOR_WRITE, COLOR_READ]);
+                touch(Place::Composite, target, &[INPUT_READ]);
+            }
+            touch(Place::Composite, light_target(plan), &[COLOR_WRITE, COLOR_READ]);
+        }
+        None => {}
+    }
     if plan.has_tonemap_subpass() {
         touch(Place::Tonemap, Target::Hdr, &[INPUT_READ]);
         touch(Place::Tonemap, Target::Output, &[COLOR_WRITE]);
@@ -152,8 +175,7 @@ fn what_a_subpass_wrote_is_ordered_before_every_later_subpass_that_touches_it() 
             let same = |earlier: &&Touch| earlier.target == later.target && earlier.place != later.place;
             let written_before = touches.iter().filter(same).take_while(|earlier| earlier.place != later.place);
             // The writer next before it: rows chain from there.
-            let place_index =
-                |place| [Place::Geometry, Place::Lighting, Place::Tonemap].iter().position(|&p| p == place);
+            let place_index = |place| SUBPASSES.iter().position(|&p| p == place);
             let Some(earlier) =
                 written_before.filter(|earlier| place_index(earlier.place) < place_index(later.place)).last()
             else {
@@ -195,7 +217,8 @@ fn the_store_of_the_last_subpass_that_uses_an_attachment_is_ordered_too() {
 #[test]
 fn the_picture_is_copied_after_the_last_subpass_and_reaches_the_host() {
     each_plan(|name, plan, table| {
-        let last = if plan.has_tonemap_subpass() { Place::Tonemap } else { Place::Lighting };
+        let last = touches(plan).into_iter().rfind(|touch| touch.target == Target::Output);
+        let last = last.expect("something writes the output").place;
         let of = |from, to| table.iter().find(|edge| (edge.from, edge.to) == (from, to));
         let (row, carrier) = match plan.fxaa {
             true => (of(Place::Fxaa, Place::Outside), Carrier::FxaaPass),
@@ -281,12 +304,14 @@ fn rows_are_by_region_between_subpasses_and_nowhere_else() {
 fn rows_wait_for_nothing_that_the_plan_leaves_out() {
     each_plan(|name, plan, table| {
         let any = |one: (S, A)| table.iter().any(|edge| covers(&edge.before, one) || covers(&edge.after, one));
-        let blends = plan.blends_light() || plan.shading == Shading::ShowOverdraw;
+        let blends = plan.blends_light() || plan.transparency.is_some() || plan.shading == Shading::ShowOverdraw;
         assert_eq!(any(COLOR_READ), blends, "{name}");
         let places: BTreeSet<_> =
             table.iter().flat_map(|edge| [edge.from, edge.to]).map(|p| format!("{p:?}")).collect();
         assert_eq!(places.contains("Geometry"), plan.has_geometry(), "{name}");
         assert_eq!(places.contains("Tonemap"), plan.has_tonemap_subpass(), "{name}");
+        assert_eq!(places.contains("Transparent"), plan.transparency.is_some(), "{name}");
+        assert_eq!(places.contains("Composite"), plan.transparency == Some(Transparency::Oit), "{name}");
         assert_eq!(places.contains("Shadow"), plan.shadow.is_some(), "{name}");
         assert_eq!(any(INPUT_READ), plan.has_geometry(), "{name}");
     });

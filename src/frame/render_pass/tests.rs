@@ -1,7 +1,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::*;
-use crate::passes::{geometry, lighting, view};
+use crate::passes::{geometry, lighting, transparent, view};
 use crate::plan::{self, samples};
 use crate::shaders::{self, Binding, BindingKind, NumberKind, Variant};
 
@@ -117,6 +117,47 @@ fn tonemap_reads_the_hdr_target_and_writes_the_output() {
 }
 
 #[test]
+fn transparent_surfaces_go_over_the_light_or_into_sums_that_composite_reads() {
+    let composite = shaders::composite::variant(shaders::composite::Flags::NONE).expect("a variant");
+    assert_eq!(reflected_inputs(composite), BTreeMap::from([(0, (0, 0)), (1, (0, 1))]));
+    for binding in fragment_bindings(composite) {
+        let target = COMPOSITE_INPUTS[binding.binding as usize].1;
+        assert_eq!(binding.name, format!("subpass_{target:?}").to_lowercase());
+    }
+    let mut seen = BTreeSet::new();
+    for (name, plan) in samples::plans() {
+        let refs = References::of(&plan);
+        let subpasses = Subpasses::of(&plan);
+        let names = |list: &[vk::AttachmentReference]| list.iter().map(|r| name_of(&refs, r)).collect::<Vec<_>>();
+        let sums = [Some(Target::Accumulation), Some(Target::Revealage)];
+        let light = [Some(light_target(&plan))];
+        let drawn = names(&refs.transparent_color);
+        let kept: Vec<_> = refs.transparent_preserve.iter().map(|&index| refs.order[index as usize]).collect();
+        match plan.transparency {
+            Some(Transparency::Sorted) => assert_eq!((drawn, kept), (light.to_vec(), vec![]), "{name}"),
+            Some(Transparency::Oit) => assert_eq!((drawn, kept), (sums.to_vec(), vec![light_target(&plan)]), "{name}"),
+            None => assert_eq!((drawn, kept), (vec![], vec![]), "{name}"),
+        }
+        let oit = plan.transparency == Some(Transparency::Oit);
+        assert_eq!(names(&refs.composite_input), if oit { sums.to_vec() } else { vec![] }, "{name}");
+        assert_eq!(
+            (subpasses.transparent.is_some(), subpasses.composite.is_some()),
+            (plan.transparency.is_some(), oit)
+        );
+        for &key in &plan.transparent {
+            let variant = shaders::forward::variant(transparent::flags(&plan, key)).expect("a variant");
+            let bindings = fragment_bindings(variant);
+            let has = |set, index| bindings.iter().any(|binding| (binding.set, binding.binding) == (set, index));
+            assert_eq!((has(0, 1), has(2, 0)), (plan.lights.any(), plan.shadow.is_some()), "{name} {key:?}");
+            let textured = bindings.iter().any(|binding| binding.set == 1);
+            assert!(!textured || !key.textures.is_empty() && plan.streams.uvs, "{name} {key:?}");
+        }
+        seen.insert((plan.transparency.is_some(), oit, plan.hdr.is_some()));
+    }
+    assert_eq!(seen.iter().filter(|(transparent, ..)| *transparent).count(), 4, "{seen:?}");
+}
+
+#[test]
 fn full_screen_passes_write_one_colour() {
     for (name, plan) in samples::plans() {
         let outputs = lighting_variant(&plan).fragment().expect("a fragment stage").fragment_outputs;
@@ -161,6 +202,8 @@ fn no_attachment_is_missing_unused_or_there_twice() {
             &refs.geometry_color,
             &refs.lighting_input,
             &refs.lighting_color,
+            &refs.transparent_color,
+            &refs.composite_input,
             &refs.tonemap_input,
             &refs.tonemap_color,
         ];
@@ -205,7 +248,10 @@ fn what_nothing_reads_after_the_pass_is_transient_and_only_the_output_is_kept() 
         }
         let bytes: u32 = attachments(&plan)
             .iter()
-            .filter(|a| plan.gbuffer.is_some() && !matches!(a.target, Target::Hdr | Target::Output))
+            .filter(|a| {
+                plan.gbuffer.is_some()
+                    && !matches!(a.target, Target::Accumulation | Target::Revealage | Target::Hdr | Target::Output)
+            })
             .map(|a| crate::gpu::format_bytes(a.format))
             .sum();
         assert_eq!(bytes, plan.gbuffer_bytes_per_pixel(), "{name}");
@@ -218,7 +264,7 @@ fn what_is_blended_or_shown_over_nothing_starts_cleared() {
         let load = |target| attachments(&plan).iter().find(|a| a.target == target).map(|a| a.load);
         let clear = Some(vk::AttachmentLoadOp::CLEAR);
         assert_eq!(load(Target::Depth).is_some(), plan.has_geometry(), "{name}");
-        for target in [Target::Depth, Target::Hdr, Target::Count] {
+        for target in [Target::Depth, Target::Hdr, Target::Count, Target::Accumulation, Target::Revealage] {
             assert!(load(target).is_none() || load(target) == clear, "{name} {target:?}");
         }
         // TONEMAP writes every pixel itself.
@@ -258,7 +304,8 @@ fn a_tiled_frame_stores_what_its_compute_shader_binds_and_no_more() {
 fn dependencies_are_the_rows_of_the_table() {
     for (name, plan) in samples::plans() {
         let subpasses = Subpasses::of(&plan);
-        let last = subpasses.tonemap.unwrap_or(subpasses.lighting);
+        let last = [subpasses.tonemap, subpasses.composite, subpasses.transparent].into_iter().flatten().max();
+        let last = last.unwrap_or(subpasses.lighting);
         let all = dependencies(&plan, Carrier::MainPass);
         let rows = edges::table(&plan).into_iter().filter(|edge| edge.carrier == Carrier::MainPass).count();
         assert_eq!(all.len(), rows, "{name}");

@@ -96,13 +96,16 @@ fn change(table: &Table, material: &mut Material) -> Result<(), Error> {
 
 fn alpha_mode(table: &Table, before: AlphaMode) -> Result<AlphaMode, Error> {
     let cutoff = table.read("alpha_cutoff", |node| node.number_f32(SHARE))?;
-    match (table.read("alpha_mode", |node| node.word(&["opaque", "mask"]))?, cutoff, before) {
-        (Some("opaque"), Some(_), _) | (None, Some(_), AlphaMode::Opaque) => {
-            Err(table.wrong("alpha_cutoff goes with alpha_mode = \"mask\""))
-        }
-        (Some("opaque"), None, _) => Ok(AlphaMode::Opaque),
-        (Some(_), cutoff, _) => Ok(AlphaMode::Mask { cutoff: cutoff.unwrap_or(0.5) }),
-        (None, Some(cutoff), AlphaMode::Mask { .. }) => Ok(AlphaMode::Mask { cutoff }),
-        (None, None, before) => Ok(before),
+    let mode = match table.read("alpha_mode", |node| node.word(&["opaque", "mask", "blend", "glass"]))? {
+        Some("opaque") => AlphaMode::Opaque,
+        Some("blend") => AlphaMode::Blend,
+        Some("glass") => AlphaMode::Glass,
+        Some(_) => AlphaMode::Mask { cutoff: 0.5 },
+        None => before,
+    };
+    match (mode, cutoff) {
+        (AlphaMode::Mask { .. }, Some(cutoff)) => Ok(AlphaMode::Mask { cutoff }),
+        (_, Some(_)) => Err(table.wrong("alpha_cutoff goes with alpha_mode = \"mask\"")),
+        (mode, None) => Ok(mode),
     }
 }

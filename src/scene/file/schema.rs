@@ -129,6 +129,7 @@ pub(super) const SETTINGS: Schema = Schema {
         "resolve",
         "fxaa",
         "hdr_format",
+        "transparency",
     ],
 };
 pub(super) const SHADOWS: Schema = Schema {

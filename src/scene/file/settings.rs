@@ -77,6 +77,7 @@ pub(super) fn settings(node: &Node) -> Result<SettingsPatch, Error> {
         resolve: table.read("resolve", Node::name)?,
         fxaa: table.read("fxaa", Node::boolean)?,
         hdr_format: table.read("hdr_format", Node::name)?,
+        transparency: table.read("transparency", Node::name)?,
         ..SettingsPatch::default()
     };
     if let Some(node) = table.get("shadows") {

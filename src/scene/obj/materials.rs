@@ -97,10 +97,13 @@ impl Drafter<'_> {
         let shininess = source.shininess.unwrap_or(0.0).max(0.0) as f32;
         let unit = |value: f32| value.clamp(0.0, 1.0);
         let opacity = source.dissolve.or(self.number("Tr").map(|tr| 1.0 - f64::from(tr)));
-        if let Some(opacity) = opacity.filter(|&opacity| opacity < 1.0) {
+        let opacity = opacity.filter(|&opacity| opacity < 1.0);
+        if let Some(opacity) = opacity.filter(|&opacity| opacity <= 0.0) {
+            // Some exporters write `d` for `Tr` and the other way round, and nobody models what cannot be seen.
             let keyword = if source.dissolve.is_some() { "d" } else { "Tr" };
-            self.warn(keyword, &format!("opacity {opacity} is not supported, drawn opaque"));
+            self.warn(keyword, &format!("opacity {opacity} would leave nothing to see, drawn opaque"));
         }
+        let alpha = opacity.filter(|&opacity| opacity > 0.0).map(|opacity| opacity as f32);
         Material {
             name: self.definition.name.clone(),
             // Exporters write black beside a map and mean the map.
@@ -115,6 +118,8 @@ impl Drafter<'_> {
             shininess,
             ambient: source.ambient.map_or(1.0, |ka| ambient_share(color(ka), diffuse.unwrap_or(Vec3::ONE))),
             emissive: source.emissive.map_or(Vec3::ZERO, color),
+            alpha: alpha.unwrap_or(1.0),
+            alpha_mode: if alpha.is_some() { AlphaMode::Blend } else { AlphaMode::Opaque },
             ..Material::default()
         }
     }
@@ -232,7 +237,7 @@ pub(super) fn finish(
         for (slot, request) in requests {
             let (texture, has_holes, downwardness) = outcomes[numbers[&request]];
             put(&mut material, slot, texture);
-            if slot == TextureSlot::BaseColor && has_holes {
+            if slot == TextureSlot::BaseColor && has_holes && !material.is_transparent() {
                 material.alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
             }
             if slot == TextureSlot::Normal && downwardness.is_none() {

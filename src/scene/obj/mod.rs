@@ -15,7 +15,7 @@
 //! |---|---|
 //! | `Kd`, `map_Kd` | base colour: their product; a black `Kd` beside a map counts as white |
 //! | `map_d`, alpha of `map_Kd` | alpha; masked at a half, and two-sided, if anything is below it |
-//! | `d`, `Tr` | nothing yet: drawn opaque, with a warning |
+//! | `d`, `Tr` | alpha, and blended over what lies behind, from 0 (exclusive) to 1; 0, which leaves nothing, is drawn opaque with a warning |
 //! | `Ns`, `map_Ns` | shininess; perceptual roughness (2 / (Ns + 2))^(1/4), whose highlight is as wide; rough without `Ns` |
 //! | `Pr`, `Pm`, `map_Pr`, `map_Pm` | roughness and metalness, before what `Ns` says; 0 metallic without |
 //! | `Ks`, `map_Ks` | specular colour of the Phong models; F0 stays 0.04 whatever it is |

@@ -1,0 +1,229 @@
+// FORWARD and TRANSPARENT: surfaces are lit while they are rasterized, by the same code as in LIGHTING.
+// variants: TEXTURED NORMAL_MAP LIGHTS UNIFORM_BUFFER CLUSTERED SHADOW WEIGHTED
+// requires: NORMAL_MAP -> TEXTURED
+// requires: UNIFORM_BUFFER -> LIGHTS
+// requires: CLUSTERED -> LIGHTS
+// requires: SHADOW -> LIGHTS
+// precise
+#import afterlight::frame::{frame}
+#import afterlight::encodings::{encode_shininess}
+#import afterlight::brdf::{Surface}
+#import afterlight::material::{plain_point, push, unit_or, world_normal, world_position, world_tangent}
+#ifdef TEXTURED
+#import afterlight::material::{emissive_at, mapped_normal, point_at, Slots}
+#endif
+#import afterlight::shading::{ambient_light, surface_of, Model}
+#ifdef LIGHTS
+#import afterlight::shading::{directional_light, punctual_light}
+#endif
+#ifdef CLUSTERED
+#import afterlight::clusters::{cluster_at, cluster_lights}
+#endif
+#import afterlight::texel::{Texel}
+#import afterlight::tonemapping::{tone_map}
+
+// Which of a material's textures exist.
+override BASE_COLOR_TEXTURE: bool = false;
+override METALLIC_ROUGHNESS_TEXTURE: bool = false;
+override OCCLUSION_TEXTURE: bool = false;
+override EMISSIVE_TEXTURE: bool = false;
+override SPECULAR_TEXTURE: bool = false;
+override MASKED: bool = false;
+override TWO_SIDED: bool = false;
+// Shadows fall on it.
+override RECEIVES: bool = true;
+// The material's BRDF, and whether its roughness is a shininess.
+override BRDF: u32 = 0u;
+override PHONG: bool = false;
+// What surfaces emit is shown.
+override EMISSIVE: bool = true;
+override AMBIENT: bool = true;
+override DIRECTIONAL: bool = true;
+override PUNCTUAL: bool = true;
+override SPOT: bool = true;
+// All lights' fall-off; 3 where they differ.
+override FALLOFF: u32 = 3u;
+// Some light has a range.
+override RANGED: bool = true;
+// How shadow maps are looked up.
+override SHADOW_FILTER: u32 = 2u;
+// The view of the light alone: albedo 1, not metallic.
+override LIGHT_ONLY: bool = false;
+// Nothing is blended over this surface: tone-map straight into the output.
+override TONE_MAP: bool = false;
+override OPERATOR: u32 = 0u;
+// Largest value that the target takes.
+override LARGEST: f32 = 65000.0;
+// How the surface goes with what lies behind it: 0 hides it, 1 is times alpha as a whole, 2 keeps its highlights whole.
+override OPACITY: u32 = 0u;
+// How much a surface may add beyond its share of LARGEST. src/passes/transparent.rs chooses it so that no sum overflows.
+override HIGHLIGHT: f32 = 0.0;
+// Largest weight.
+override WEIGHT: f32 = 1.0;
+
+const HIDES: u32 = 0u;
+const BLEND: u32 = 1u;
+const GLASS: u32 = 2u;
+
+struct Vertex {
+    @location(0) position: vec3<f32>,
+    @location(1) normal: vec3<f32>,
+#ifdef TEXTURED
+    @location(2) uv: vec2<f32>,
+#endif
+#ifdef NORMAL_MAP
+    @location(3) tangent: vec4<f32>,
+#endif
+}
+
+struct Varying {
+    @builtin(position) position: vec4<f32>,
+    @location(1) normal: vec3<f32>,
+#ifdef TEXTURED
+    @location(2) uv: vec2<f32>,
+#endif
+#ifdef NORMAL_MAP
+    @location(3) tangent: vec4<f32>,
+#endif
+    @location(4) world: vec3<f32>,
+}
+
+@vertex
+fn vertex(in: Vertex) -> Varying {
+    var out: Varying;
+    let world = world_position(in.position);
+    out.position = frame.clip_from_world * vec4(world, 1.0);
+    out.normal = world_normal(in.normal);
+#ifdef TEXTURED
+    out.uv = in.uv;
+#endif
+#ifdef NORMAL_MAP
+    out.tangent = world_tangent(in.tangent);
+#endif
+    out.world = world;
+    return out;
+}
+
+// Light that a surface sends to the eye, in nits: the lights in LIGHTING's order.
+fn all_light(pixel: vec4<f32>, surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
+    var radiance = vec3(0.0);
+    if AMBIENT {
+        radiance += ambient_light(surface, texel, model);
+    }
+#ifdef LIGHTS
+    if DIRECTIONAL {
+        let end = frame.directional_count;
+        for (var i = 0u; i < end; i++) {
+            radiance += directional_light(i, surface, texel, model);
+        }
+    }
+    if PUNCTUAL {
+#ifdef CLUSTERED
+        let end = frame.looped_count;
+#else
+        // Paths that add lights one by one do so only to what is opaque.
+        let end = frame.light_count;
+#endif
+        for (var i = frame.directional_count; i < end; i++) {
+            radiance += punctual_light(i, surface, texel, model);
+        }
+    }
+#ifdef CLUSTERED
+    let list = cluster_at(pixel.xy, pixel.z);
+    for (var i = 0u; i < list.y; i++) {
+        radiance += punctual_light(cluster_lights[list.x + i], surface, texel, model);
+    }
+#endif
+#endif
+    return radiance;
+}
+
+// Colour and alpha, with the colour times its share of the picture.
+fn shade(in: Varying, front: bool) -> vec4<f32> {
+#ifdef TEXTURED
+    let point = point_at(in.uv, Slots(BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE && !PHONG, OCCLUSION_TEXTURE, SPECULAR_TEXTURE));
+#else
+    let point = plain_point();
+#endif
+    let facing = select(1.0, -1.0, TWO_SIDED && !front);
+    let geometric = unit_or(in.normal, vec3(0.0, 1.0, 0.0));
+    var normal = geometric;
+#ifdef NORMAL_MAP
+    normal = mapped_normal(geometric, in.tangent, in.uv);
+#endif
+    var emissive = vec3(0.0);
+    if EMISSIVE {
+#ifdef TEXTURED
+        emissive = emissive_at(in.uv, EMISSIVE_TEXTURE);
+#else
+        emissive = push.emissive;
+#endif
+    }
+#ifdef TEXTURED
+    // After the last texture was sampled: derivatives need all four pixels of a quad.
+    if MASKED && point.base.a < push.alpha_cutoff {
+        discard;
+    }
+#endif
+    var texel: Texel;
+    texel.position = in.world;
+    texel.normal = normal * facing;
+    texel.geometric_normal = geometric * facing;
+    texel.albedo = select(point.base.rgb, vec3(1.0), LIGHT_ONLY);
+    texel.occlusion = point.ambient;
+    texel.metallic = select(point.metallic, 0.0, LIGHT_ONLY);
+    texel.roughness = select(point.roughness, encode_shininess(point.roughness), PHONG);
+    texel.specular = point.specular;
+    texel.brdf = BRDF;
+    texel.receives = RECEIVES;
+    let model = Model(BRDF, FALLOFF, RANGED, SPOT, SHADOW_FILTER);
+    var surface = surface_of(texel, model);
+    let alpha = select(saturate(point.base.a), 1.0, OPACITY == HIDES);
+    if OPACITY == GLASS {
+        // The body's share of the light; what the surface mirrors is whole.
+        surface.diffuse *= alpha;
+    }
+    let light = min(all_light(in.position, surface, texel, model) * frame.exposure, vec3(LARGEST)) + min(emissive, vec3(LARGEST));
+    let share = select(1.0, alpha, OPACITY == BLEND);
+    return vec4(min(light * share, vec3(LARGEST * alpha + HIGHLIGHT)), alpha);
+}
+
+#ifdef WEIGHTED
+
+// Weighted blended order-independent transparency (McGuire and Bavoil 2013): sums that no order changes.
+struct Weighted {
+    // Colour and alpha, times the weight; added up.
+    @location(0) accumulation: vec4<f32>,
+    // The share of the background that the surface hides; 1 minus it is multiplied up.
+    @location(1) revealage: vec4<f32>,
+}
+
+// Near surfaces count for more than far ones, as they would if they were sorted. From 1 at the eye to 2^-12 three scene radii
+// away, where half floats are still exact to a thousandth.
+fn weight_at(position: vec3<f32>) -> f32 {
+    let nearness = frame.scene_radius / (frame.scene_radius + length(position));
+    let cubed = nearness * nearness * nearness;
+    return max(cubed * cubed, 1.0 / 4096.0) * WEIGHT;
+}
+
+@fragment
+fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Weighted {
+    let color = shade(in, front);
+    // A clear pane's highlight is a colour without cover: it gets the least cover that an 8-bit picture does not show.
+    let cover = select(color.a, max(color.a, 1.0 / 255.0), OPACITY == GLASS);
+    let weight = weight_at(in.world);
+    return Weighted(vec4(color.rgb, cover) * weight, vec4(cover));
+}
+
+#else
+
+@fragment
+fn fragment(in: Varying, @builtin(front_facing) front: bool) -> @location(0) vec4<f32> {
+    let color = shade(in, front);
+    if TONE_MAP {
+        return vec4(tone_map(color.rgb, OPERATOR), 1.0);
+    }
+    return color;
+}
+
+#endif

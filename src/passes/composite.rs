@@ -1,0 +1,62 @@
+//! COMPOSITE: lays what weighted blending has summed up over the picture, as one layer.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::screen::{Input, Inputs, Screen, ScreenDesc, over};
+use super::{Recording, Slot};
+use crate::gpu::{self, Device, sync::Use};
+use crate::plan::FramePlan;
+use crate::shaders::composite::{self as shader, Flags, constants};
+
+/// Reads its own pixel of the sums.
+pub const SUM_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::INPUT_ATTACHMENT_READ);
+/// As the last user of the sums it performs their store, and DONT_CARE counts as a write.
+pub const SUM_DROP: Use =
+    Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
+/// Blends over the light.
+pub const LIGHT_BLEND: Use = Use::new(
+    vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT,
+    vk::AccessFlags::from_raw(
+        vk::AccessFlags::COLOR_ATTACHMENT_WRITE.as_raw() | vk::AccessFlags::COLOR_ATTACHMENT_READ.as_raw(),
+    ),
+);
+
+/// The pass.
+pub struct Composite {
+    screen: Screen,
+    inputs: Inputs,
+}
+
+impl Composite {
+    /// `inputs` are the sums.
+    ///
+    /// # Errors
+    /// When the pipeline cannot be made.
+    pub fn new(device: &Arc<Device>, plan: &FramePlan, slot: Slot, inputs: &[Input]) -> gpu::Result<Self> {
+        let inputs = Inputs::new(device, "sums of transparent surfaces", inputs)?;
+        let Some(shader) = shader::variant(Flags::NONE) else {
+            return Err(gpu::Error::Unsupported("composite.wgsl has no variant".into()));
+        };
+        let screen = Screen::new(
+            device,
+            &ScreenDesc {
+                name: "composite",
+                slot,
+                shader,
+                constants: &[(constants::LARGEST, plan.largest_light().to_bits())],
+                set_layouts: &[inputs.set_layout.raw],
+                // Transparent surfaces stand before the sky as well.
+                skip_sky: false,
+                blend: over(),
+            },
+        )?;
+        Ok(Self { screen, inputs })
+    }
+
+    /// Lays the layer over the picture. Runs inside its subpass.
+    pub fn record(&self, recording: &Recording) {
+        self.screen.record(recording, &[(0, self.inputs.set)]);
+    }
+}

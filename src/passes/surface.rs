@@ -1,0 +1,198 @@
+//! What the passes share that draw surfaces: their push constants, pipeline layouts, and the loop over the objects.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec3, Vec4};
+
+use super::{Recording, SetLayouts, camera_relative};
+use crate::gpu::{self, Device, Owned, SetLayout, pipeline_layout};
+use crate::gpu_scene::{GpuScene, MeshRange, NORMAL, POSITION, TANGENT, UV};
+use crate::plan::{FramePlan, GeometryKey, WorldObject};
+use crate::scene::{AlphaMode, Brdf};
+
+pub const PUSH_STAGES: vk::ShaderStageFlags =
+    vk::ShaderStageFlags::from_raw(vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::FRAGMENT.as_raw());
+
+/// What changes from draw to draw: 112 of the 128 bytes that every device has.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct Push {
+    rows: [Vec4; 3],
+    base_color: Vec3,
+    alpha: f32,
+    emissive: Vec3,
+    alpha_cutoff: f32,
+    specular: Vec3,
+    brdf: f32,
+    metallic: f32,
+    roughness: f32,
+    ambient: f32,
+    normal_scale: f32,
+}
+
+const _: () = {
+    use crate::shaders::geometry::push as wgsl;
+    use std::mem::offset_of;
+    assert!(size_of::<Push>() <= 128);
+    assert!(size_of::<Push>() == wgsl::SIZE);
+    assert!(size_of::<Push>() == crate::shaders::forward::push::SIZE);
+    assert!(offset_of!(Push, rows) == wgsl::ROW_X);
+    assert!(offset_of!(Push, base_color) == wgsl::BASE_COLOR);
+    assert!(offset_of!(Push, alpha) == wgsl::ALPHA);
+    assert!(offset_of!(Push, emissive) == wgsl::EMISSIVE);
+    assert!(offset_of!(Push, alpha_cutoff) == wgsl::ALPHA_CUTOFF);
+    assert!(offset_of!(Push, specular) == wgsl::SPECULAR);
+    assert!(offset_of!(Push, brdf) == wgsl::BRDF);
+    assert!(offset_of!(Push, metallic) == wgsl::METALLIC);
+    assert!(offset_of!(Push, roughness) == wgsl::ROUGHNESS);
+    assert!(offset_of!(Push, ambient) == wgsl::AMBIENT);
+    assert!(offset_of!(Push, normal_scale) == wgsl::NORMAL_SCALE);
+};
+
+/// A pipeline for each [`GeometryKey`] of a pass.
+pub struct Surfaces {
+    plain_layout: Owned<vk::PipelineLayout>,
+    textured_layout: Option<Owned<vk::PipelineLayout>>,
+    pipelines: BTreeMap<GeometryKey, Owned<vk::Pipeline>>,
+    /// What is drawn is lit, with shadows.
+    shadows: bool,
+    _empty: Option<SetLayout>,
+    streams: Vec<u32>,
+    area: [u32; 2],
+    brdf_override: Option<Brdf>,
+    largest_light: f32,
+}
+
+impl Surfaces {
+    /// No pipelines yet. `layouts` are those of set 0 and, for passes that light what they draw, of set 2.
+    ///
+    /// # Errors
+    /// When a layout or set cannot be made.
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        name: &str,
+        layouts: SetLayouts,
+        scene: &GpuScene,
+    ) -> gpu::Result<Self> {
+        let range = vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<Push>() as u32 };
+        // Shadow maps are in set 2: where nothing is in set 1, its place in the layout is empty.
+        let empty = layouts.shadows.is_some().then(|| SetLayout::new(device, "no textures", &[])).transpose()?;
+        let layout = |name: &str, textures: Option<vk::DescriptorSetLayout>| {
+            let sets = [Some(layouts.frame), textures, layouts.shadows];
+            pipeline_layout(device, name, &sets.into_iter().flatten().collect::<Vec<_>>(), &[range])
+        };
+        let plain_layout = layout(&format!("{name} layout"), empty.as_ref().map(|empty| empty.raw))?;
+        let textured_layout = match &scene.materials {
+            Some(materials) => Some(layout(&format!("textured {name} layout"), Some(materials.set_layout.raw))?),
+            None => None,
+        };
+        Ok(Self {
+            plain_layout,
+            textured_layout,
+            pipelines: BTreeMap::new(),
+            shadows: layouts.shadows.is_some(),
+            _empty: empty,
+            streams: [
+                (POSITION, true),
+                (NORMAL, plan.streams.normals),
+                (UV, plan.streams.uvs),
+                (TANGENT, plan.streams.tangents),
+            ]
+            .into_iter()
+            .filter_map(|(stream, present)| present.then_some(stream))
+            .collect(),
+            area: plan.size,
+            brdf_override: plan.brdf_override,
+            largest_light: plan.largest_light(),
+        })
+    }
+
+    /// The layout that the pipeline of a key has.
+    pub fn layout(&self, key: GeometryKey) -> vk::PipelineLayout {
+        match &self.textured_layout {
+            Some(layout) if !key.textures.is_empty() => layout.raw,
+            _ => self.plain_layout.raw,
+        }
+    }
+
+    pub fn insert(&mut self, key: GeometryKey, pipeline: Owned<vk::Pipeline>) {
+        self.pipelines.insert(key, pipeline);
+    }
+
+    /// Draws objects in this order. Runs inside the subpass of the pipelines. A draw takes the mesh's indices from the scene's
+    /// buffer, or as many from `sorted` where it has a place in it.
+    pub fn record(
+        &self,
+        recording: &Recording,
+        sorted: Option<vk::Buffer>,
+        draws: impl Iterator<Item = (usize, Option<u32>)>,
+    ) {
+        recording.set_area(self.area[0], self.area[1]);
+        recording.scene.bind(recording.device, recording.cmd, &self.streams);
+        if let Some(sorted) = sorted {
+            // SAFETY: the buffer has INDEX_BUFFER usage and lives until the frame that it belongs to is recorded anew.
+            unsafe { recording.device.raw.cmd_bind_index_buffer(recording.cmd, sorted, 0, vk::IndexType::UINT32) };
+        }
+        let mut bound: (Option<GeometryKey>, Option<usize>) = (None, None);
+        for (object, first_index) in draws {
+            let object = &recording.world.objects[object];
+            // The plan has a key for each object of the scene (plan.rs), and the pass a pipeline for each key.
+            let pipeline = &self.pipelines[&object.key];
+            let layout = self.layout(object.key);
+            if bound.0 != Some(object.key) {
+                recording.bind_pipeline(pipeline.raw);
+                // The two layouts differ in set 1 only, but that disturbs the sets after it, and a change of push constant ranges
+                // may disturb set 0.
+                recording.bind_set(layout, 0, recording.frame_set);
+                if let Some(set) = recording.shadow_set.filter(|_| self.shadows) {
+                    recording.bind_set(layout, 2, set);
+                }
+                bound = (Some(object.key), None);
+            }
+            if bound.1 != Some(object.material) {
+                let set = recording.scene.materials.as_ref().and_then(|materials| materials.sets[object.material]);
+                if let Some(set) = set.filter(|_| !object.key.textures.is_empty()) {
+                    recording.bind_set(layout, 1, set);
+                }
+                bound.1 = Some(object.material);
+            }
+            recording.push(layout, PUSH_STAGES, &self.push(recording, object));
+            let range = recording.scene.meshes[object.mesh];
+            recording.draw_range(MeshRange { first_index: first_index.unwrap_or(range.first_index), ..range });
+        }
+    }
+
+    fn push(&self, recording: &Recording, object: &WorldObject) -> Push {
+        let material = &recording.world.materials[object.material];
+        let brdf = self.brdf_override.unwrap_or(material.brdf);
+        Push {
+            rows: camera_relative(&object.transform, recording.camera.position),
+            base_color: material.base_color,
+            alpha: material.alpha,
+            // Cut off here as well: infinity times a black texel would be no number.
+            emissive: (material.emissive * recording.world.exposure).min(Vec3::splat(self.largest_light)),
+            alpha_cutoff: match material.alpha_mode {
+                AlphaMode::Mask { cutoff } => cutoff,
+                AlphaMode::Opaque | AlphaMode::Blend | AlphaMode::Glass => 0.0,
+            },
+            specular: material.specular,
+            brdf: brdf as u32 as f32 / 3.0,
+            metallic: material.metallic,
+            roughness: if object.key.phong { material.shininess } else { material.roughness },
+            ambient: if object.key.phong { material.ambient } else { 1.0 },
+            normal_scale: material.normal_scale,
+        }
+    }
+}
+
+/// How the pipelines of a key cull: which faces, and which winding is the front.
+pub fn faces(key: GeometryKey) -> (vk::CullModeFlags, vk::FrontFace) {
+    (
+        if key.two_sided { vk::CullModeFlags::NONE } else { vk::CullModeFlags::BACK },
+        if key.mirrored { vk::FrontFace::CLOCKWISE } else { vk::FrontFace::COUNTER_CLOCKWISE },
+    )
+}
