@@ -4,10 +4,14 @@ mod common;
 
 use std::f64::consts::PI;
 
-use afterlight::frame::Picture;
+use afterlight::frame::{Drawn, Picture, Renderer};
 use afterlight::scene::builtin::shapes;
-use afterlight::scene::{AlphaMode, Camera, ColorSpace, Falloff, Material, Scene, Settings, ShadowSettings, Texture};
-use common::gpu::{nits, on_gpu, places};
+use afterlight::scene::{
+    AlphaMode, Camera, CastsShadow, ColorSpace, Falloff, Light, LightKind, LightPath, Material, Scene, Settings,
+    ShadowFilter, ShadowSettings, Texture, View,
+};
+use common::compare::assert_identical;
+use common::gpu::{Gpu, bytes, nits, on_gpu, on_gpu_in_both_modes, places};
 use common::stage::{add, directional, exact, gbuffer, lambert, plane, point, rectangle, spot, stage, sun};
 use glam::{DAffine3, DVec3};
 
@@ -146,7 +150,11 @@ fn what_the_camera_does_not_see_still_casts_its_shadow() {
         renderer.render(&scene.camera).unwrap_or_else(|error| panic!("{error}"));
         let picture = renderer.read_back().unwrap_or_else(|error| panic!("{error}"));
         let drawn = renderer.wait().unwrap_or_else(|error| panic!("{error}")).drawn;
-        assert_eq!(drawn.culled, 1, "the block");
+        // Floor and block in each map that is there: those of the slices in which the floor is seen.
+        assert!(
+            drawn.culled == 1 && drawn.casters > drawn.shadow_maps_drawn,
+            "the block is culled, and casts: {drawn:?}"
+        );
         let (_, dark) = assert_shadow(&picture, &scene, SUNS[2], DVec3::ZERO);
         assert!(dark > 1000, "{dark}");
     });
@@ -218,7 +226,7 @@ fn without_shadows_everything_is_lit() {
 }
 
 #[test]
-fn only_the_sun_is_shadowed() {
+fn lights_without_a_shadow_shine_as_if_there_were_none() {
     on_gpu(|gpu| {
         let mut scene = floor_and_block(SUNS[1], DVec3::ZERO);
         let alone = gpu.draw(&scene, &settings("float32"));
@@ -226,7 +234,7 @@ fn only_the_sun_is_shadowed() {
             [point(DVec3::Y * 3.0, 9.0, None, Falloff::InverseSquare), directional(DVec3::new(0.1, 1.0, 0.0), 1.0)];
         scene.lights = lamps.to_vec();
         let others = gpu.draw(&scene, &settings("float32"));
-        // The sun is listed last, and still is the one that casts.
+        // The sun is listed last, and is the only one that casts.
         scene.lights.push(sun(SUNS[1], LUX));
         scene.lights.push(spot(DVec3::Y * 5.0, 0.0, 10.0, 20.0));
         let all = gpu.draw(&scene, &settings("float32"));
@@ -268,6 +276,291 @@ fn a_masked_surface_casts_the_shadow_of_what_is_left_of_it() {
             } else if place > 0.1 && place < 0.9 {
                 assert_eq!(found, 0.0, "({x}, {y}): the sheet casts a shadow");
             }
+        }
+    });
+}
+
+/// The wall z = 0 in the light of `light`, and a sheet before it at z = 1 that covers x > 0, seen from between them.
+fn wall_behind_a_sheet(light: Light, sheet: Material) -> Scene {
+    let mut scene = plane(lambert(1.0), vec![Light { casts_shadow: true, ..light }]);
+    add(&mut scene, rectangle([0.0, -2.0], [2.5, 2.0], 1.0), sheet, DAffine3::IDENTITY);
+    scene.camera.near = 1.1;
+    scene
+}
+
+/// Lights at z = 3 above the axis, of each kind.
+fn above() -> [(&'static str, Light); 4] {
+    let place = DVec3::Z * 3.0;
+    [
+        ("sun", directional(DVec3::Z, 3.0)),
+        ("point", point(place, 30.0, None, Falloff::InverseSquare)),
+        ("spot", spot(place, 30.0, 30.0, 50.0)),
+        ("wide spot", spot(place, 30.0, 70.0, 80.0)),
+    ]
+}
+
+fn square(shadows: ShadowSettings) -> Settings {
+    Settings { shadows, ..exact(64, 64) }
+}
+
+/// Share of the light to the left and to the right of the axis, away from it.
+fn sides(gpu: &Gpu, scene: &Scene, settings: &Settings) -> (f64, f64) {
+    let bare = Settings { shadows: ShadowSettings { enabled: false, ..settings.shadows }, ..settings.clone() };
+    let (shaded, bare) = (gpu.draw(scene, settings), gpu.draw(scene, &bare));
+    let mean = |right: bool| {
+        let own: Vec<f64> = places(&shaded)
+            .filter(|&(x, y)| {
+                let place = common::stage::seen(shaded.size, x, y);
+                place.x.abs() > 0.1 && (place.x > 0.0) == right && nits(&bare, x, y).x > 0.0
+            })
+            .map(|(x, y)| nits(&shaded, x, y).x / nits(&bare, x, y).x)
+            .collect();
+        assert!(own.len() > 1000, "{}", own.len());
+        own.iter().sum::<f64>() / own.len() as f64
+    };
+    (mean(false), mean(true))
+}
+
+#[test]
+fn a_mask_casts_its_holes_in_the_light_of_every_kind() {
+    on_gpu(|gpu| {
+        for (name, light) in above() {
+            let masked = Material {
+                base_color_texture: Some(0),
+                alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
+                two_sided: true,
+                ..lambert(1.0)
+            };
+            let mut scene = wall_behind_a_sheet(light, masked);
+            // Over both sides, with its hole on the left.
+            scene.objects[1].transform = DAffine3::from_translation(DVec3::X * -1.25);
+            scene.textures.push(half_a_hole());
+            let (left, right) = sides(gpu, &scene, &square(ShadowSettings::default()));
+            assert_eq!((left, right), (1.0, 0.0), "{name}");
+        }
+    });
+}
+
+#[test]
+fn one_sided_casters_cast_with_the_side_that_the_light_sees() {
+    on_gpu(|gpu| {
+        let turned = DAffine3::from_rotation_y(PI) * DAffine3::from_translation(DVec3::new(-2.5, 0.0, -2.0));
+        let mirrored = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0)) * DAffine3::from_translation(DVec3::X * -2.5);
+        for (name, light) in above() {
+            // The sheet's front is turned to +Z, where the light is; turned about its back is; a mirrored front is still the front.
+            for (transform, front_is_lit) in [(DAffine3::IDENTITY, true), (turned, false), (mirrored, true)] {
+                for (casts, dark) in
+                    [(CastsShadow::Yes, true), (CastsShadow::Front, front_is_lit), (CastsShadow::No, false)]
+                {
+                    let mut scene = wall_behind_a_sheet(light.clone(), lambert(1.0));
+                    (scene.objects[1].casts_shadow, scene.objects[1].transform) = (casts, transform);
+                    let found = sides(gpu, &scene, &square(ShadowSettings::default()));
+                    let expected = (1.0, if dark { 0.0 } else { 1.0 });
+                    assert_eq!(found, expected, "{name}, {casts:?}, front to the light: {front_is_lit}");
+                }
+            }
+        }
+    });
+}
+
+#[test]
+fn an_object_that_receives_no_shadow_is_lit_and_the_others_are_not() {
+    on_gpu(|gpu| {
+        for layout in ["lean", "fat", "float32", "lean,material=rgba16f", "fat,material=rgba8"] {
+            for (name, light) in above() {
+                for receives in [true, false] {
+                    let mut scene = wall_behind_a_sheet(light.clone(), lambert(1.0));
+                    scene.objects[0].receives_shadow = receives;
+                    let settings = Settings { gbuffer: gbuffer(layout), ..square(ShadowSettings::default()) };
+                    let found = sides(gpu, &scene, &settings);
+                    assert_eq!(
+                        found,
+                        (1.0, if receives { 0.0 } else { 1.0 }),
+                        "{name}, {layout}, receives: {receives}"
+                    );
+                }
+            }
+        }
+    });
+}
+
+#[test]
+fn what_stands_before_the_near_plane_casts_as_well() {
+    on_gpu(|gpu| {
+        // Half the wall's light is taken far away, where no map of the wall reaches.
+        for height in [10.0, 300.0, 1e5] {
+            let mut scene = plane(lambert(1.0), vec![sun(DVec3::Z, 3.0)]);
+            add(&mut scene, rectangle([0.0, -4.0], [9.0, 4.0], height), lambert(1.0), DAffine3::IDENTITY);
+            for filter in [ShadowFilter::Box3, ShadowFilter::Pcss] {
+                let shadows = ShadowSettings { filter, ..ShadowSettings::default() };
+                assert_eq!(sides(gpu, &scene, &square(shadows)), (1.0, 0.0), "{height} m, {filter}");
+            }
+        }
+    });
+}
+
+#[test]
+fn lights_beyond_the_budget_are_named_and_shine_without_a_shadow() {
+    on_gpu(|gpu| {
+        let mut scene = wall_behind_a_sheet(above()[0].1.clone(), lambert(1.0));
+        scene.lights =
+            above().into_iter().map(|(name, light)| Light { name: name.into(), casts_shadow: true, ..light }).collect();
+        // Layers of 4 MiB: one for the sun, one for the spot; none for twelve faces.
+        let shadows = ShadowSettings { size: 1024, budget: 8, cascades: 1, ..ShadowSettings::default() };
+        let renderer = gpu.renderer(&scene, &square(shadows));
+        let warnings = renderer.plan().warnings().join("\n");
+        assert!(warnings.contains("point, wide spot") && warnings.contains("budget of 8 MiB"), "{warnings}");
+        let part = renderer.plan().parts().iter().find(|part| part.name.starts_with("shadow")).expect("a part");
+        assert!(
+            part.reason.contains("sun (1 map), spot (1 map)") && part.reason.contains(&warnings),
+            "{}",
+            part.reason
+        );
+        assert_eq!(part.bytes, 8 << 20);
+        let found = gpu.draw(&scene, &square(shadows));
+        for light in &mut scene.lights {
+            light.casts_shadow = ["sun", "spot"].contains(&light.name.as_str());
+        }
+        let expected = gpu.draw(&scene, &square(shadows));
+        assert_identical(&found, &expected, "as if the others had not asked");
+        assert!(gpu.renderer(&scene, &square(shadows)).plan().warnings().is_empty());
+    });
+}
+
+/// Every kind of light with a shadow over a floor with two blocks.
+fn yard() -> Scene {
+    let mut scene = floor_and_block(SUNS[1], DVec3::ZERO);
+    let small = DAffine3::from_translation(DVec3::new(2.5, 0.5, 1.5));
+    add(&mut scene, shapes::cuboid([0.5, 1.0, 0.5]), lambert(ALBEDO), small);
+    let place = DVec3::new(-2.0, 3.0, 1.0);
+    let kind = LightKind::Spot {
+        position: place,
+        direction: -place.normalize(),
+        inner_angle_degrees: 20.0,
+        outer_angle_degrees: 40.0,
+        range: None,
+        falloff: Falloff::InverseSquare,
+    };
+    let down = Light { kind, ..spot(place, 20.0, 20.0, 40.0) };
+    // The lamp reaches the large block, not the small one.
+    let lamp = point(DVec3::new(-0.5, 2.6, 0.2), 8.0, Some(3.0), Falloff::InverseSquare);
+    scene.lights.extend([down, lamp].map(|light| Light { casts_shadow: true, ..light }));
+    scene
+}
+
+fn frame(renderer: &mut Renderer, camera: &Camera) -> (Picture, Drawn) {
+    renderer.render(camera).unwrap_or_else(|error| panic!("{error}"));
+    let drawn = renderer.wait().unwrap_or_else(|error| panic!("{error}")).drawn;
+    (renderer.read_back().unwrap_or_else(|error| panic!("{error}")), drawn)
+}
+
+#[test]
+fn a_map_is_drawn_again_only_when_something_in_it_moved_and_the_picture_is_the_same() {
+    on_gpu(|gpu| {
+        let scene = yard();
+        let settings =
+            |cache| Settings { shadows: ShadowSettings { cache, ..settings("lean").shadows }, ..settings("lean") };
+        let (mut cached, mut plain) = (gpu.renderer(&scene, &settings(true)), gpu.renderer(&scene, &settings(false)));
+        let mut camera = scene.camera;
+        let mut both = |what: &str, camera: &Camera, change: &dyn Fn(&mut Renderer)| {
+            change(&mut cached);
+            change(&mut plain);
+            let ((picture, drawn), (expected, all)) = (frame(&mut cached, camera), frame(&mut plain, camera));
+            assert_identical(&picture, &expected, what);
+            assert_eq!(all.shadow_maps_drawn, all.shadow_maps, "{what}: without the cache all are drawn");
+            assert_eq!(drawn.shadow_maps, all.shadow_maps, "{what}");
+            println!("{what}: {} of {} maps", drawn.shadow_maps_drawn, drawn.shadow_maps);
+            (drawn.shadow_maps_drawn, drawn.shadow_maps)
+        };
+        let nothing = |_: &mut Renderer| {};
+        let (drawn, maps) = both("the first frame", &camera, &nothing);
+        assert!(drawn == maps && maps >= 8, "{drawn} of {maps}");
+        for _ in 0..3 {
+            assert_eq!(both("a still frame", &camera, &nothing).0, 0);
+        }
+        // The small block stands in the sun's maps and the spot's, and beyond the lamp's range.
+        let aside = DAffine3::from_translation(DVec3::new(2.5, 0.5, 1.6));
+        let (drawn, maps) = both("the small block moves", &camera, &|renderer| {
+            renderer.move_object(2, &aside).unwrap_or_else(|error| panic!("{error}"));
+        });
+        assert!((1..=maps - 6).contains(&drawn), "{drawn} of {maps}");
+        // The sun and the spot do not depend on the lamp.
+        let mut lamp = scene.lights[2].clone();
+        let (drawn, _) = both("the lamp moves", &camera, &|renderer| {
+            let mut lamp = lamp.clone();
+            lamp.kind = point(DVec3::new(-0.4, 2.6, 0.2), 8.0, Some(3.0), Falloff::InverseSquare).kind;
+            renderer.set_light(2, &lamp).unwrap_or_else(|error| panic!("{error}"));
+        });
+        assert_eq!(drawn, 6);
+        lamp.kind = point(DVec3::new(-0.4, 2.6, 0.2), 8.0, Some(3.0), Falloff::InverseSquare).kind;
+        lamp.intensity = 3.0;
+        let (drawn, _) = both("the lamp weakens", &camera, &|renderer| {
+            renderer.set_light(2, &lamp).unwrap_or_else(|error| panic!("{error}"));
+        });
+        assert_eq!(drawn, 0);
+        for step in 0..4 {
+            camera.position += DVec3::new(0.3, 0.05, -0.4);
+            let (drawn, _) = both(&format!("the camera moves, {step}"), &camera, &nothing);
+            assert!(drawn <= 3, "{drawn}: only cascades follow the camera");
+        }
+    });
+}
+
+#[test]
+fn every_filter_gives_a_share_of_the_light() {
+    on_gpu(|gpu| {
+        let mut scene = yard();
+        scene.lights.iter_mut().for_each(|light| light.size = 0.3);
+        for &(name, filter) in ShadowFilter::NAMES {
+            let shadows = ShadowSettings { filter, size: 256, ..ShadowSettings::default() };
+            let mut partly = 0;
+            for light in &scene.lights {
+                let alone = Scene { lights: vec![light.clone()], ..scene.clone() };
+                let settings = Settings { shadows, ..settings("float32") };
+                let off = Settings { shadows: ShadowSettings { enabled: false, ..shadows }, ..settings.clone() };
+                let (shaded, bare) = (gpu.draw(&alone, &settings), gpu.draw(&alone, &off));
+                let (mut dark, mut lit) = (0, 0);
+                for (x, y) in places(&shaded).filter(|&(x, y)| nits(&bare, x, y).x > 1e-4) {
+                    let share = nits(&shaded, x, y).x / nits(&bare, x, y).x;
+                    assert!((0.0..=1.0 + 1e-6).contains(&share), "{name}, {}: {share} at ({x}, {y})", light.name);
+                    dark += usize::from(share == 0.0);
+                    lit += usize::from(share > 1.0 - 1e-6);
+                    partly += usize::from(share > 0.0 && share < 1.0 - 1e-6);
+                }
+                assert!(dark > 20 && lit > 100, "{name}: {dark} dark, {lit} lit");
+            }
+            assert_eq!(partly > 0, filter != ShadowFilter::None, "{name}: {partly} pixels are partly lit");
+        }
+    });
+}
+
+#[test]
+fn shadows_of_every_kind_are_silent_in_every_light_path_and_view() {
+    on_gpu_in_both_modes(|gpu| {
+        let scene = yard();
+        let base = Settings { hdr_output: false, exposure: Some(2.0), ..settings("lean") };
+        let pictures: Vec<Picture> =
+            [LightPath::Loop, LightPath::PerLight, LightPath::Volumes, LightPath::Clustered, LightPath::Compute]
+                .into_iter()
+                .map(|light_path| {
+                    let mut renderer = gpu.renderer(&scene, &Settings { light_path, ..base.clone() });
+                    let mut camera = scene.camera;
+                    for _ in 0..3 {
+                        camera.position.x += 0.2;
+                        frame(&mut renderer, &camera);
+                    }
+                    frame(&mut renderer, &camera).0
+                })
+                .collect();
+        for other in &pictures[1..] {
+            let off = bytes(&pictures[0]).iter().zip(bytes(other)).map(|(a, b)| a.abs_diff(*b)).max();
+            assert!(off <= Some(1), "{off:?}");
+        }
+        for view in [View::ShadowMap, View::Lighting] {
+            let mut renderer = gpu.renderer(&scene, &Settings { view, ..base.clone() });
+            let shown = frame(&mut renderer, &scene.camera).0;
+            let codes: std::collections::BTreeSet<u8> = bytes(&shown).iter().copied().collect();
+            assert!(codes.len() > 20, "{view}: {} codes", codes.len());
         }
     });
 }

@@ -203,7 +203,7 @@ fn visibility_in(view: ShadowView, position: vec3<f32>, normal: vec3<f32>, chose
         }
         case PCSS: {
             if view.light_size > 0.0 {
-                let most = clamp(view.edge / 24.0, 2.5, 40.0);
+                let most = clamp(view.edge / 24.0, 2.5, 64.0);
                 return soft_filter(view, at, plane_slope(view, at, moved, normal), disc_turn(position), most);
             }
             return box_filter(view, at.uv, at.depth, 3);

@@ -202,7 +202,7 @@ impl ShadowPlan {
     pub fn disc(&self, edge: u32) -> f64 {
         match self.filter {
             ShadowFilter::Poisson => 2.5,
-            ShadowFilter::Pcss => (f64::from(edge) / 24.0).clamp(2.5, 40.0),
+            ShadowFilter::Pcss => (f64::from(edge) / 24.0).clamp(2.5, 64.0),
             _ => 0.0,
         }
     }

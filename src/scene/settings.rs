@@ -135,7 +135,7 @@ impl Default for ShadowSettings {
             lambda: 0.7,
             budget: 256,
             cache: true,
-            normal_offset: 1.5,
+            normal_offset: 2.0,
             slope_bias: 1.5,
         }
     }

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 
 use afterlight::scene::file::{self, schema};
-use afterlight::scene::{Brdf, Falloff, LightKind, OpenOptions, Resolve, Scene, open};
+use afterlight::scene::{Brdf, CastsShadow, Falloff, LightKind, OpenOptions, Resolve, Scene, ShadowFilter, open};
 use glam::{DVec3, Vec3};
 use tempfile::TempDir;
 
@@ -79,7 +79,15 @@ fn every_key_does_what_it_says() {
     assert!(matches!(point.kind, LightKind::Point { falloff: Falloff::Polynomial { quadratic: 3.0, .. }, .. }));
     let LightKind::Spot { direction, .. } = spot.kind else { panic!("{spot:?}") };
     assert!((direction - DVec3::NEG_Y).length() < 1e-12);
+    let ball = scene.objects.iter().find(|object| object.name == "ball").unwrap();
+    assert_eq!((ball.casts_shadow, ball.receives_shadow), (CastsShadow::Front, false));
+    let other = scene.objects.iter().find(|object| object.name == "crates").unwrap();
+    assert_eq!((other.casts_shadow, other.receives_shadow), (CastsShadow::Yes, true));
+    assert_eq!((sun.size, point.size, spot.size), (0.53, 0.25, 0.0));
     let settings = scene.settings.decide();
+    let shadows = settings.shadows;
+    assert_eq!((shadows.filter, shadows.cascades, shadows.lambda), (ShadowFilter::Pcss, 4, 0.25));
+    assert_eq!((shadows.budget, shadows.cache), (100, false));
     assert_eq!((settings.size, settings.exposure, settings.shadows.size), ([640, 360], Some(3.0), 512));
     assert_eq!((settings.samples, settings.resolve, settings.fxaa), (16, Resolve::Linear, true));
     assert_eq!((scene.camera.fov_y_degrees, scene.camera.near), (50.0, 0.02));

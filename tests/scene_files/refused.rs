@@ -132,6 +132,13 @@ fn a_number_out_of_range_is_refused_with_the_range() {
         ("[settings]\nsize = [0, 720]", "settings.size[0] = 0: must be a whole number from 1"),
         ("[settings]\nsize = '0x720'", "width and height must be at least 1"),
         ("[settings]\nshadows = { size = 0 }", "must be a whole number from 32 to 16384"),
+        ("[settings.shadows]\nfilter = '7x7'", "possible: none, 2x2, 3x3, 5x5, poisson, pcss"),
+        ("[settings.shadows]\ncascades = 5", "must be a whole number from 1 to 4"),
+        ("[settings.shadows]\nlambda = 1.5", "must be from 0 to 1"),
+        ("[settings.shadows]\nbudget = 0", "must be a whole number from 1"),
+        ("[[models]]\nshape = { kind = 'box' }\ncasts_shadow = 'back'", "must be true, false or \"front\""),
+        ("[[lights]]\nkind = 'point'\nangular_diameter_degrees = 1", "a point light has no such key"),
+        ("[[lights]]\nkind = 'directional'\nradius = 1", "a directional light has no such key"),
         ("[settings.shadows]\nsize = 16385", "must be a whole number from 32 to 16384"),
         ("[settings.shadows]\nslope_bias = -0.1", "must be 0 to 1000"),
         (
