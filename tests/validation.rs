@@ -10,7 +10,7 @@ use afterlight::frame::{Error, Renderer};
 use afterlight::plan;
 use afterlight::scene::builtin::{CATALOGUE, shapes};
 use afterlight::scene::{
-    AlphaMode, Brdf, Camera, ColorSpace, Environment, Falloff, GbufferPreset, HdrFormat, Light, LightKind, Material,
+    AlphaMode, Brdf, Camera, ColorSpace, Environment, Falloff, GbufferPreset, HdrFormat, Light, LightKind, LightPath, Material,
     Scene, Settings, ShadowSettings, TARGETS, Texture, Transparency, View,
 };
 use common::gpu::{Gpu, on_gpu_in_both_modes};
@@ -185,6 +185,30 @@ fn every_gbuffer_is_silent_with_and_without_an_hdr_target() {
         for (name, _) in GbufferPreset::NAMES {
             let scene = nothing_emits();
             exercise(gpu, &scene, &Settings { gbuffer: gbuffer(name), ..small(&scene) });
+        }
+    });
+}
+
+#[test]
+fn every_light_path_is_silent() {
+    on_gpu_in_both_modes(|gpu| {
+        // More lights than a uniform buffer holds, of limited reach.
+        let lamp = |index| point(DVec3::new(index as f64 * 1e-3, 0.0, 1.0), 0.01, Some(2.0), Falloff::InverseSquare);
+        let mut crowd = one_of_each();
+        crowd.lights.extend((0..300).map(lamp));
+        for (_, light_path) in LightPath::NAMES {
+            for scene in [&one_of_each(), &nothing_emits(), &crowd] {
+                for hdr_output in [false, true] {
+                    exercise(gpu, scene, &Settings { light_path: *light_path, hdr_output, ..small(scene) });
+                }
+            }
+        }
+        let scene = nothing_emits();
+        for light_path in [LightPath::PerLight, LightPath::Volumes, LightPath::Clustered, LightPath::Compute] {
+            for name in ["float32", "fat", "normal=oct16-uint"] {
+                exercise(gpu, &scene, &Settings { light_path, gbuffer: gbuffer(name), ..small(&scene) });
+            }
+            exercise(gpu, &scene, &Settings { light_path, light_cutoff: true, ..small(&scene) });
         }
     });
 }
