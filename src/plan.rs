@@ -207,6 +207,8 @@ pub struct FramePlan {
     /// Every material's, whatever it says itself.
     pub brdf_override: Option<Brdf>,
     pub lights: PlannedLights,
+    /// Depth of opaque surfaces is drawn first, so that each pixel is shaded once.
+    pub depth_prepass: bool,
     /// Never `Auto`.
     pub light_path: LightPath,
     /// Why it is this one.
@@ -310,6 +312,9 @@ impl FramePlan {
             brdf,
             brdf_override: settings.brdf,
             lights,
+            // Counting and depth alone gain nothing from it.
+            depth_prepass: settings.depth_prepass.unwrap_or(false)
+                && matches!(shading, Shading::Light { .. } | Shading::ShowGbuffer(_)),
             light_path,
             light_path_reason,
             geometry: BTreeSet::new(),

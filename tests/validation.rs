@@ -10,8 +10,8 @@ use afterlight::frame::{Error, Renderer};
 use afterlight::plan;
 use afterlight::scene::builtin::{CATALOGUE, shapes};
 use afterlight::scene::{
-    AlphaMode, Brdf, Camera, ColorSpace, Environment, Falloff, GbufferPreset, HdrFormat, Light, LightKind, LightPath, Material,
-    Scene, Settings, ShadowSettings, TARGETS, Texture, Transparency, View,
+    AlphaMode, Brdf, Camera, ColorSpace, Environment, Falloff, GbufferPreset, HdrFormat, Light, LightKind, LightPath,
+    Material, Scene, Settings, ShadowSettings, TARGETS, Texture, Transparency, View,
 };
 use common::gpu::{Gpu, on_gpu_in_both_modes};
 use common::stage::{add, gbuffer, lambert, open, own, plane, point, rectangle, spot, sun};
@@ -209,6 +209,7 @@ fn every_light_path_is_silent() {
                 exercise(gpu, &scene, &Settings { light_path, gbuffer: gbuffer(name), ..small(&scene) });
             }
             exercise(gpu, &scene, &Settings { light_path, light_cutoff: true, ..small(&scene) });
+            exercise(gpu, &scene, &Settings { light_path, depth_prepass: Some(true), ..small(&scene) });
         }
     });
 }

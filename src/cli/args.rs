@@ -51,6 +51,9 @@ pub struct SettingsArgs {
     /// Lights without a range get one, beyond which all that is dropped stays below half a step of the output: on or off
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub light_cutoff: Option<bool>,
+    /// Draw the depth of opaque surfaces first, so that each pixel is shaded once: on or off
+    #[arg(long, value_name = "on|off", value_parser = on_off)]
+    pub depth_prepass: Option<bool>,
     /// What light is kept in until it is tone-mapped, where something blends: rgba16f, b10g11r11 or rgba32f
     #[arg(long, value_name = "NAME", value_parser = value::<HdrFormat>)]
     pub hdr_format: Option<HdrFormat>,
@@ -95,6 +98,7 @@ impl SettingsArgs {
             tonemap: self.tonemap,
             light_path: self.light_path,
             light_cutoff: self.light_cutoff,
+            depth_prepass: self.depth_prepass,
             hdr_format: self.hdr_format,
             transparency: self.transparency,
             brdf: self.brdf,
@@ -134,6 +138,7 @@ const VARIABLE: &[&str] = &[
     "light-path",
     "light-cutoff",
     "transparency",
+    "depth-prepass",
     "shadows",
     "shadow-size",
     "shadow-filter",
@@ -159,6 +164,7 @@ pub fn variation(text: &str) -> Result<SettingsPatch, String> {
             "gbuffer" => patch.gbuffer = Some(value(text)?),
             "light-path" => patch.light_path = Some(value(text)?),
             "light-cutoff" => patch.light_cutoff = Some(on_off(text)?),
+            "depth-prepass" => patch.depth_prepass = Some(on_off(text)?),
             "hdr-format" => patch.hdr_format = Some(value(text)?),
             "transparency" => patch.transparency = Some(value(text)?),
             "shadows" => patch.shadows = Some(on_off(text)?),

@@ -22,6 +22,7 @@ use super::render_pass::{self, Subpasses, input_layout};
 use crate::gpu::{self, Device, Framebuffer, Image, RenderPass, Timestamps, barrier, framebuffer};
 use crate::gpu_scene::{GpuScene, ShadowAtlas};
 use crate::passes::composite::Composite;
+use crate::passes::depth::Depth;
 use crate::passes::fxaa::Fxaa;
 use crate::passes::geometry::Geometry;
 use crate::passes::lighting::Lighting;
@@ -51,6 +52,7 @@ pub struct Deferred {
     clears: Vec<vk::ClearValue>,
     extent: vk::Extent2D,
     shadow: Option<(RenderPass, Shadow)>,
+    depth: Option<Depth>,
     geometry: Option<Geometry>,
     shade: Shade,
     transparent: Option<Transparent>,
@@ -87,6 +89,10 @@ impl Deferred {
                 Some((pass, shadow))
             }
             _ => None,
+        };
+        let depth = match subpasses.geometry.filter(|_| plan.depth_prepass) {
+            Some(subpass) => Some(Depth::new(device, plan, slot(subpass), frame_layout, plan.geometry_locations())?),
+            None => None,
         };
         let geometry = match subpasses.geometry {
             Some(subpass) => Some(Geometry::new(device, plan, slot(subpass), frame_layout, scene)?),
@@ -145,6 +151,7 @@ impl Deferred {
             clears,
             extent,
             shadow,
+            depth,
             geometry,
             shade,
             transparent,
@@ -184,6 +191,10 @@ impl Deferred {
         unsafe { gpu.cmd_begin_render_pass(cmd, &begin, INLINE) };
         if let Some(geometry) = &self.geometry {
             frame.device.begin_label(cmd, "GEOMETRY");
+            if let Some(depth) = &self.depth {
+                // In the same subpass: rasterization order alone puts it before what it hides.
+                depth.record(frame);
+            }
             geometry.record(frame);
             frame.device.end_label(cmd);
             stamp(times, cmd, "geometry");

@@ -16,6 +16,7 @@ use super::edges::{self, Edge};
 use super::render_pass::{self, input_layout};
 use crate::gpu::{self, Device, Framebuffer, Image, RenderPass, Timestamps, framebuffer};
 use crate::gpu_scene::{GpuScene, ShadowAtlas};
+use crate::passes::depth::Depth;
 use crate::passes::geometry::Geometry;
 use crate::passes::shadow::Shadow;
 use crate::passes::tiled::{EMISSIVE, Tiled};
@@ -31,6 +32,7 @@ pub struct TiledFrame {
     clears: Vec<vk::ClearValue>,
     extent: vk::Extent2D,
     shadow: Option<(RenderPass, Shadow)>,
+    depth: Option<Depth>,
     geometry: Geometry,
     tiled: Tiled,
     output_reuse: Edge,
@@ -63,7 +65,12 @@ impl TiledFrame {
             }
             _ => None,
         };
-        let geometry = Geometry::new(device, plan, Slot { render_pass: pass.raw, subpass: 0 }, frame_layout, scene)?;
+        let slot = Slot { render_pass: pass.raw, subpass: 0 };
+        let depth = match plan.depth_prepass {
+            true => Some(Depth::new(device, plan, slot, frame_layout, plan.geometry_locations())?),
+            false => None,
+        };
+        let geometry = Geometry::new(device, plan, slot, frame_layout, scene)?;
         let mut stored: Vec<_> = stored_inputs(plan)
             .into_iter()
             .map(|(binding, target)| (binding, targets.image(target).view, input_layout(target)))
@@ -79,7 +86,7 @@ impl TiledFrame {
         let tiled = Tiled::new(device, plan, layouts, (&stored, output), background)?;
         let clears = clear_values(plan, world);
         let (output_reuse, read_back) = (edges::row(plan, "output-reuse"), edges::row(plan, "read-back"));
-        Ok(Self { targets, pass, framebuffer, clears, extent, shadow, geometry, tiled, output_reuse, read_back })
+        Ok(Self { targets, pass, framebuffer, clears, extent, shadow, depth, geometry, tiled, output_reuse, read_back })
     }
 
     /// The picture, in TRANSFER_SRC_OPTIMAL after the frame.
@@ -107,6 +114,10 @@ impl TiledFrame {
         frame.device.begin_label(cmd, "GEOMETRY");
         // SAFETY: `cmd` is being recorded outside a render pass; pass, framebuffer and clear values were made from one plan.
         unsafe { gpu.cmd_begin_render_pass(cmd, &begin, vk::SubpassContents::INLINE) };
+        if let Some(depth) = &self.depth {
+            // In the same subpass: rasterization order alone puts it before what it hides.
+            depth.record(frame);
+        }
         self.geometry.record(frame);
         // SAFETY: begun above; its one subpass is recorded.
         unsafe { gpu.cmd_end_render_pass(cmd) };

@@ -27,6 +27,7 @@ pub const DEPTH_TEST: Use =
 /// The pass: a pipeline for each [`GeometryKey`] of the plan.
 pub struct Geometry {
     surfaces: Surfaces,
+    after_prepass: bool,
 }
 
 impl Geometry {
@@ -45,12 +46,18 @@ impl Geometry {
             let pipeline = pipeline(device, plan, slot, key, surfaces.layout(key))?;
             surfaces.insert(key, pipeline);
         }
-        Ok(Self { surfaces })
+        Ok(Self { surfaces, after_prepass: plan.depth_prepass })
     }
 
     /// Draws what is visible. Runs inside its subpass.
     pub fn record(&self, recording: &Recording) {
-        self.surfaces.record(recording, None, recording.visible.draws.iter().map(|draw| (draw.object, None)));
+        let draws = recording.visible.draws.iter().map(|draw| (draw.object, None));
+        // Of surfaces that lie in each other the first drawn is seen. After a pre-pass all of them are equal, so that it is the last:
+        // then the order is turned around.
+        match self.after_prepass {
+            true => self.surfaces.record(recording, None, draws.rev()),
+            false => self.surfaces.record(recording, None, draws),
+        }
     }
 }
 
@@ -78,8 +85,7 @@ fn pipeline(
             vertex_attributes: &vertex_attributes,
             cull_mode,
             front_face,
-            // Reversed Z.
-            depth: Some(DepthState { test: vk::CompareOp::GREATER, write: true }),
+            depth: Some(depth_state(plan, key)),
             depth_bias: false,
             depth_clamp: false,
             blend: &blend(plan),
@@ -125,6 +131,14 @@ fn constants_of(plan: &FramePlan, key: GeometryKey) -> Vec<(u32, u32)> {
         (constants::NORMAL_ENCODING, gbuffer.map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
         (constants::GEOMETRIC_STEPS, gbuffer.map_or(255.0, |gbuffer| gbuffer.geometric_steps()).to_bits()),
     ]
+}
+
+/// Reversed Z. After a depth pre-pass only what it left visible is equal to its depth; masked surfaces were not in it.
+fn depth_state(plan: &FramePlan, key: GeometryKey) -> DepthState {
+    match plan.depth_prepass && !key.masked {
+        true => DepthState { test: vk::CompareOp::EQUAL, write: false },
+        false => DepthState { test: vk::CompareOp::GREATER, write: true },
+    }
 }
 
 /// One state for each colour location of the subpass.

@@ -2,6 +2,7 @@
 
 pub mod composite;
 pub mod copy;
+pub mod depth;
 pub mod fxaa;
 pub mod geometry;
 pub mod lighting;

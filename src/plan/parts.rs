@@ -31,7 +31,7 @@ pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<
     parts.push(hdr(settings, plan));
     parts.extend(antialiasing(plan));
     parts.extend(transparency(scene, plan));
-    parts.extend(shading(scene, plan));
+    parts.extend(shading(scene, settings, plan));
     parts.extend(geometry(scene, settings, plan));
     parts
 }
@@ -178,7 +178,7 @@ fn transparency(scene: &Scene, plan: &FramePlan) -> [Part; 2] {
     ]
 }
 
-fn shading(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
+fn shading(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
     let count = scene.lights.iter().filter(|light| World::shines(light)).count();
     // A buffer for each of two frames in flight.
     let slots = if plan.lights.uniform { UNIFORM_LIGHTS } else { count };
@@ -191,9 +191,15 @@ fn shading(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
         let reason = if present { "the scene has some" } else { "no such light, or this view needs none" };
         part(name, present, reason, 0)
     };
+    let prepass = match plan.depth_prepass {
+        true => "asked for: each pixel is shaded once",
+        false if settings.depth_prepass == Some(true) => "this view shades nothing",
+        false => "not asked for",
+    };
     let path = format!("light path {}", plan.light_path);
     vec![
         part(&path, matches!(plan.shading, Shading::Light { .. }), plan.light_path_reason.clone(), 0),
+        part("depth pre-pass", plan.depth_prepass, prepass, 0),
         part("BRDF by pixel", plan.brdf == PlannedBrdf::PerPixel, brdf, 0),
         part("light buffers", lights.any(), format!("{count} lights shine in the scene"), 2 * 64 * slots as u64),
         kind("directional lights", lights.directional),

@@ -21,6 +21,8 @@ pub struct Settings {
     /// Gives a light without a range one, beyond which all that is dropped stays below half a step of the output. A setting of the
     /// light path: lights themselves have none, and `loop` drops nothing.
     pub light_cutoff: bool,
+    /// Draw the depth of opaque surfaces first, so that each pixel is shaded once. `None`: as the light path has it.
+    pub depth_prepass: Option<bool>,
     /// Of the target between LIGHTING and tone mapping, where a plan has one.
     pub hdr_format: HdrFormat,
     pub transparency: Transparency,
@@ -46,6 +48,7 @@ impl Default for Settings {
             view: View::default(),
             light_path: LightPath::default(),
             light_cutoff: false,
+            depth_prepass: None,
             hdr_format: HdrFormat::default(),
             transparency: Transparency::default(),
             hdr_output: false,
@@ -264,6 +267,7 @@ pub struct SettingsPatch {
     pub view: Option<View>,
     pub light_path: Option<LightPath>,
     pub light_cutoff: Option<bool>,
+    pub depth_prepass: Option<bool>,
     pub samples: Option<u32>,
     pub resolve: Option<Resolve>,
     pub fxaa: Option<bool>,
@@ -292,6 +296,7 @@ impl SettingsPatch {
             view: self.view.or(other.view),
             light_path: self.light_path.or(other.light_path),
             light_cutoff: self.light_cutoff.or(other.light_cutoff),
+            depth_prepass: self.depth_prepass.or(other.depth_prepass),
             samples: self.samples.or(other.samples),
             resolve: self.resolve.or(other.resolve),
             fxaa: self.fxaa.or(other.fxaa),
@@ -323,6 +328,7 @@ impl SettingsPatch {
             view: self.view.unwrap_or(default.view),
             light_path: self.light_path.unwrap_or(default.light_path),
             light_cutoff: self.light_cutoff.unwrap_or(default.light_cutoff),
+            depth_prepass: self.depth_prepass.or(default.depth_prepass),
             hdr_format: self.hdr_format.unwrap_or(default.hdr_format),
             transparency: self.transparency.unwrap_or(default.transparency),
             hdr_output: default.hdr_output,

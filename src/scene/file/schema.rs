@@ -125,6 +125,7 @@ pub(super) const SETTINGS: Schema = Schema {
         "view",
         "light_path",
         "light_cutoff",
+        "depth_prepass",
         "samples",
         "resolve",
         "fxaa",

@@ -1,0 +1,114 @@
+//! DEPTH, the pre-pass: opaque surfaces into the depth target alone, before the same subpass shades them where depths are equal. Masked
+//! ones are left out: what cuts their holes is their texture, and the shading pass samples it anyway.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+use glam::Vec4;
+
+use super::screen::stages;
+use super::{Recording, Slot, camera_relative};
+use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
+use crate::gpu_scene::{POSITION, vertex_input};
+use crate::plan::{FramePlan, GeometryKey};
+use crate::shaders::depth::{self as shader, Flags};
+
+const PUSH_STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::VERTEX;
+
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Push {
+    rows: [Vec4; 3],
+}
+
+const _: () = assert!(size_of::<Push>() == shader::push::SIZE && shader::push::ROW_X == 0);
+
+/// All that sets pipelines of the pass apart: which faces are drawn.
+type Faces = (bool, bool);
+
+fn faces(key: &GeometryKey) -> Faces {
+    // Of what is drawn from both sides it does not matter which is which.
+    (key.two_sided, key.mirrored && !key.two_sided)
+}
+
+/// The pass. It draws inside the subpass that shades afterwards and touches depth as that does.
+pub struct Depth {
+    layout: Owned<vk::PipelineLayout>,
+    pipelines: BTreeMap<Faces, Owned<vk::Pipeline>>,
+    area: [u32; 2],
+}
+
+impl Depth {
+    /// `colors`: the colour locations of the subpass, none of which is written.
+    ///
+    /// # Errors
+    /// When a pipeline cannot be made.
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        slot: Slot,
+        frame_layout: vk::DescriptorSetLayout,
+        colors: u32,
+    ) -> gpu::Result<Self> {
+        let range = vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<Push>() as u32 };
+        let layout = pipeline_layout(device, "depth layout", &[frame_layout], &[range])?;
+        let Some(variant) = shader::variant(Flags::NONE) else {
+            return Err(gpu::Error::Unsupported("depth.wgsl has no variant".into()));
+        };
+        let (vertex_bindings, vertex_attributes) = vertex_input(&[POSITION]);
+        let blend = vec![vk::PipelineColorBlendAttachmentState::default(); colors as usize];
+        let mut pipelines = BTreeMap::new();
+        for key in plan.geometry.iter().filter(|key| !key.masked) {
+            let (two_sided, mirrored) = faces(key);
+            if pipelines.contains_key(&(two_sided, mirrored)) {
+                continue;
+            }
+            let pipeline = GraphicsPipeline::new(
+                device,
+                &GraphicsPipelineDesc {
+                    name: &format!("depth, two-sided {two_sided}, mirrored {mirrored}"),
+                    stages: &stages(variant, &[]),
+                    vertex_bindings: &vertex_bindings,
+                    vertex_attributes: &vertex_attributes,
+                    cull_mode: if two_sided { vk::CullModeFlags::NONE } else { vk::CullModeFlags::BACK },
+                    front_face: if mirrored { vk::FrontFace::CLOCKWISE } else { vk::FrontFace::COUNTER_CLOCKWISE },
+                    // Reversed Z.
+                    depth: Some(DepthState { test: vk::CompareOp::GREATER, write: true }),
+                    depth_bias: false,
+                    depth_clamp: false,
+                    blend: &blend,
+                    samples: vk::SampleCountFlags::TYPE_1,
+                    layout: layout.raw,
+                    render_pass: slot.render_pass,
+                    subpass: slot.subpass,
+                },
+            )?;
+            pipelines.insert((two_sided, mirrored), pipeline);
+        }
+        Ok(Self { layout, pipelines, area: plan.size })
+    }
+
+    /// Draws what is visible and opaque. Runs inside the subpass, before what shades.
+    pub fn record(&self, recording: &Recording) {
+        recording.set_area(self.area[0], self.area[1]);
+        recording.scene.bind(recording.device, recording.cmd, &[POSITION]);
+        recording.bind_set(self.layout.raw, 0, recording.frame_set);
+        let mut bound = None;
+        for draw in &recording.visible.draws {
+            let object = &recording.world.objects[draw.object];
+            // There is one for each opaque key of the plan.
+            let Some(pipeline) = self.pipelines.get(&faces(&object.key)).filter(|_| !object.key.masked) else {
+                continue;
+            };
+            if bound != Some(pipeline.raw) {
+                recording.bind_pipeline(pipeline.raw);
+                bound = Some(pipeline.raw);
+            }
+            let push = Push { rows: camera_relative(&object.transform, recording.camera.position) };
+            recording.push(self.layout.raw, PUSH_STAGES, &push);
+            recording.draw_mesh(object.mesh);
+        }
+    }
+}
