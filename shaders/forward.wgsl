@@ -119,7 +119,7 @@ fn all_light(pixel: vec4<f32>, surface: Surface, texel: Texel, model: Model) -> 
     }
     if PUNCTUAL {
 #ifdef CLUSTERED
-        let end = frame.looped_count;
+        let end = frame.global_count;
 #else
         // Paths that add lights one by one do so only to what is opaque.
         let end = frame.light_count;

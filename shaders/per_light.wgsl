@@ -29,7 +29,7 @@ struct Volume {
     light: u32,
 }
 
-@group(0) @binding(2) var<storage, read> volumes: array<Volume>;
+@group(0) @binding(4) var<storage, read> volumes: array<Volume>;
 
 struct Varying {
     @builtin(position) position: vec4<f32>,

@@ -36,7 +36,7 @@ struct Push {
 var<immediate> push: Push;
 
 // Spheres around what the lights of limited reach light up, relative to the camera: centre and radius.
-@group(0) @binding(2) var<storage, read> spheres: array<vec4<f32>>;
+@group(0) @binding(4) var<storage, read> spheres: array<vec4<f32>>;
 
 #ifdef EMISSIVE
 @group(1) @binding(6) var stored_emissive: texture_2d<f32>;

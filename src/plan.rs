@@ -422,7 +422,18 @@ impl FramePlan {
 
     /// Whether each froxel has a list of lights.
     pub fn has_clusters(&self) -> bool {
-        matches!(self.light_path, LightPath::Clustered | LightPath::Forward) && self.lights.bounded
+        let forward = match self.light_path {
+            LightPath::Clustered | LightPath::Forward => true,
+            // What is transparent is lit as it is drawn, whatever lights the rest.
+            LightPath::ForwardNaive => false,
+            _ => self.transparency.is_some(),
+        };
+        forward && self.lights.bounded
+    }
+
+    /// Whether LIGHTING goes over the lists of the froxels.
+    pub fn lights_by_clusters(&self) -> bool {
+        self.light_path == LightPath::Clustered && self.lights.bounded
     }
 
     /// What was asked for and is not there, a line each.

@@ -30,6 +30,8 @@ struct Frame {
     looped_count: u32,
     // Where the camera looks to, a unit vector.
     forward: vec3<f32>,
+    // The first so many reach everywhere; the froxels have lists of the others.
+    global_count: u32,
     // Froxels across and down.
     cluster_columns: u32,
     cluster_rows: u32,

@@ -269,7 +269,7 @@ impl Renderer {
         let stale_maps = self.shadow_cache.stale(&visible.shadows);
         let uniform = FrameUniform::of(&self.world, camera, &self.plan, jitter);
         // The submission makes host writes visible to the device.
-        frame.view.write(&uniform, &self.world, camera, &visible.lights)?;
+        frame.view.write(&uniform, &self.world, camera, (visible.clusters.as_ref(), &visible.lights))?;
         if let Some(atlas) = &self.atlas {
             atlas.write(self.next, &visible, camera)?;
         }

@@ -7,7 +7,9 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, DVec4, Mat4, Vec3, Vec4};
 
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter};
-use crate::plan::{FramePlan, Grid, LightWork, Reach, ShadowPlan, UNIFORM_LIGHTS, VolumeRecord, World, falloff_index};
+use crate::plan::{
+    Clusters, FramePlan, Grid, LightWork, Reach, ShadowPlan, UNIFORM_LIGHTS, VolumeRecord, World, falloff_index,
+};
 use crate::scene::{Camera, Falloff, Light, LightKind, LightPath};
 
 /// `Frame` of `shaders/shared/frame.wgsl`.
@@ -30,11 +32,11 @@ pub struct FrameUniform {
     pub light_count: u32,
     pub looped_count: u32,
     pub forward: Vec3,
+    pub global_count: u32,
     pub cluster_columns: u32,
     pub cluster_rows: u32,
     pub shadow_layers: u32,
     pub shadow_view_count: u32,
-    _padding: u32,
     pub camera_in_scene: Vec3,
     pub scene_radius: f32,
 }
@@ -83,11 +85,11 @@ impl FrameUniform {
             light_count: world.lights.len() as u32,
             forward: forward.as_vec3(),
             looped_count: world.looped_count(plan) as u32,
+            global_count: world.global_count() as u32,
             cluster_columns: grid.columns,
             cluster_rows: grid.rows,
             shadow_layers: shadow.map_or(0, |shadow| shadow.layers),
             shadow_view_count: shadow.map_or(0, |shadow| shadow.tiles.len() as u32),
-            _padding: 0,
             camera_in_scene: (camera.position - world.bounds.center()).as_vec3(),
             scene_radius: (world.bounds.radius() as f32).max(f32::MIN_POSITIVE),
         }
@@ -173,19 +175,25 @@ pub fn set_layout(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Owned<v
         bindings.push(binding(1, lights_kind(plan), stages));
     }
     bindings.extend(
-        list_bindings(plan).iter().map(|&index| binding(index, vk::DescriptorType::STORAGE_BUFFER, everywhere)),
+        list_bindings(plan).into_iter().map(|index| binding(index, vk::DescriptorType::STORAGE_BUFFER, everywhere)),
     );
     SetLayout::new(device, "frame set layout", &bindings)
 }
 
-/// Storage buffers that the light path reads, beside the lights: froxels and their lists; volumes; or spheres.
-fn list_bindings(plan: &FramePlan) -> &'static [u32] {
-    match plan.light_path {
-        LightPath::Compute => &[2],
-        LightPath::Clustered | LightPath::Forward if plan.lights.bounded => &[2, 3],
-        LightPath::Volumes if plan.lights.bounded => &[2],
-        _ => &[],
-    }
+/// Storage buffers that light paths read beside the lights (`shaders/shared/clusters.wgsl`, `per_light.wgsl`, `tiled.wgsl`).
+const CLUSTER_HEADS: u32 = 2;
+const CLUSTER_LIGHTS: u32 = 3;
+/// Volumes to be drawn, or spheres to be tested.
+const VOLUMES: u32 = 4;
+
+fn list_bindings(plan: &FramePlan) -> Vec<u32> {
+    let clusters = plan.has_clusters().then_some([CLUSTER_HEADS, CLUSTER_LIGHTS]);
+    let volumes = match plan.light_path {
+        LightPath::Compute => true,
+        LightPath::Volumes => plan.lights.bounded,
+        _ => false,
+    };
+    clusters.into_iter().flatten().chain(volumes.then_some(VOLUMES)).collect()
 }
 
 fn lights_kind(plan: &FramePlan) -> vk::DescriptorType {
@@ -231,10 +239,10 @@ impl ViewBuffers {
             false => None,
         };
         let lists = list_bindings(plan)
-            .iter()
-            .map(|&binding| Ok((binding, list_buffer(device, index, binding, LEAST_LIST)?)))
+            .into_iter()
+            .map(|binding| Ok((binding, list_buffer(device, index, binding, LEAST_LIST)?)))
             .collect::<gpu::Result<Vec<_>>>()?;
-        let kinds = [(vk::DescriptorType::UNIFORM_BUFFER, 2), (vk::DescriptorType::STORAGE_BUFFER, 3)];
+        let kinds = [(vk::DescriptorType::UNIFORM_BUFFER, 2), (vk::DescriptorType::STORAGE_BUFFER, 4)];
         let pool = DescriptorPool::new(device, &format!("pool of frame {index}"), 1, &kinds)?;
         let set = pool.allocate(&format!("set of frame {index}"), layout)?;
         let mut writer = SetWriter::new().uniform_buffer(0, &uniform, uniform.size);
@@ -260,7 +268,7 @@ impl ViewBuffers {
         uniform: &FrameUniform,
         world: &World,
         camera: &Camera,
-        work: &LightWork,
+        (clusters, work): (Option<&Clusters>, &LightWork),
     ) -> gpu::Result<()> {
         self.uniform.write(0, std::slice::from_ref(uniform))?;
         if let Some(lights) = &self.lights {
@@ -268,20 +276,20 @@ impl ViewBuffers {
             let records: Vec<_> = coded.map(|(light, &code)| LightRecord::of(light, code, camera)).collect();
             lights.write(0, &records)?;
         }
+        if let Some(clusters) = clusters {
+            self.write_list(CLUSTER_HEADS, &clusters.heads)?;
+            self.write_list(CLUSTER_LIGHTS, &clusters.lights)?;
+        }
         match work {
             LightWork::Nothing | LightWork::Draws(_) => Ok(()),
-            LightWork::Clusters(clusters) => {
-                self.write_list(2, &clusters.heads)?;
-                self.write_list(3, &clusters.lights)
-            }
             LightWork::Volumes(volumes) => {
                 let data =
                     |record: &VolumeRecord| VolumeData { rows: record.rows, light: record.light, _padding: [0; 3] };
-                self.write_list(2, &volumes.records.iter().map(data).collect::<Vec<_>>())
+                self.write_list(VOLUMES, &volumes.records.iter().map(data).collect::<Vec<_>>())
             }
             LightWork::Spheres(spheres) => {
                 let data = |reach: &Reach| reach.center.as_vec3().extend(reach.radius as f32);
-                self.write_list(2, &spheres.iter().map(data).collect::<Vec<_>>())
+                self.write_list(VOLUMES, &spheres.iter().map(data).collect::<Vec<_>>())
             }
         }
     }
@@ -327,6 +335,7 @@ const _: () = {
     assert!(offset_of!(FrameUniform, light_count) == wgsl::LIGHT_COUNT);
     assert!(offset_of!(FrameUniform, forward) == wgsl::FORWARD);
     assert!(offset_of!(FrameUniform, looped_count) == wgsl::LOOPED_COUNT);
+    assert!(offset_of!(FrameUniform, global_count) == wgsl::GLOBAL_COUNT);
     assert!(offset_of!(FrameUniform, cluster_columns) == wgsl::CLUSTER_COLUMNS);
     assert!(offset_of!(FrameUniform, cluster_rows) == wgsl::CLUSTER_ROWS);
     assert!(offset_of!(FrameUniform, camera_in_scene) == wgsl::CAMERA_IN_SCENE);

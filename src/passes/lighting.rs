@@ -86,7 +86,7 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
     let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
     when(plan.lights.any(), Flags::LIGHTS)
         | when(plan.lights.any() && plan.lights.uniform, Flags::UNIFORM_BUFFER)
-        | when(plan.has_clusters(), Flags::CLUSTERED)
+        | when(plan.lights_by_clusters(), Flags::CLUSTERED)
         | when(plan.shadow.is_some(), Flags::SHADOW)
         | when(gbuffer.is_some_and(|gbuffer| gbuffer.material.is_some()), Flags::MATERIAL)
         | when(gbuffer.is_some_and(|gbuffer| gbuffer.specular.is_some()), Flags::SPECULAR)

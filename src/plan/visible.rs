@@ -223,7 +223,7 @@ impl World {
     }
 
     /// How many of the first lights reach everywhere.
-    fn global_count(&self) -> usize {
+    pub fn global_count(&self) -> usize {
         self.reaches.iter().take_while(|reach| reach.is_infinite()).count()
     }
 
@@ -280,7 +280,6 @@ pub enum LightWork {
     /// A draw each.
     Draws(Vec<LightRect>),
     Volumes(Volumes),
-    Clusters(Clusters),
     /// Spheres, relative to the camera, that the tiles are tested against: every light from the first limited one on.
     Spheres(Vec<Reach>),
 }
@@ -306,6 +305,8 @@ pub struct Visible {
     pub sorted_indices: Vec<u32>,
     /// The plan's shadow maps; none of a cascade in which nothing is seen.
     pub shadows: Vec<Option<Arc<ShadowView>>>,
+    /// The lights of limited reach by froxel, where the plan has such lists.
+    pub clusters: Option<Clusters>,
     pub lights: LightWork,
     pub culled: usize,
 }
@@ -337,6 +338,10 @@ impl Visible {
             transparent,
             sorted_indices,
             shadows,
+            clusters: plan.has_clusters().then(|| {
+                let first = world.global_count();
+                clusters::bin(&world.spheres(first), first as u32, camera, plan.size)
+            }),
             lights: light_work(world, camera, plan),
         }
     }
@@ -358,9 +363,6 @@ fn light_work(world: &World, camera: &Camera, plan: &FramePlan) -> LightWork {
             LightWork::Draws(volumes::rectangles(&world.spheres(first), first as u32, camera, plan.size))
         }
         LightPath::Volumes => LightWork::Volumes(Volumes::of(world, first, camera)),
-        LightPath::Clustered | LightPath::Forward => {
-            LightWork::Clusters(clusters::bin(&world.spheres(first), first as u32, camera, plan.size))
-        }
         LightPath::Compute => {
             // A little larger, for the rounding of f32.
             let relative = |reach: Reach| {
@@ -369,7 +371,9 @@ fn light_work(world: &World, camera: &Camera, plan: &FramePlan) -> LightWork {
             };
             LightWork::Spheres(world.spheres(first).into_iter().map(relative).collect())
         }
-        LightPath::Auto | LightPath::Loop | LightPath::ForwardNaive => LightWork::Nothing,
+        LightPath::Auto | LightPath::Loop | LightPath::Clustered | LightPath::Forward | LightPath::ForwardNaive => {
+            LightWork::Nothing
+        }
     }
 }
 

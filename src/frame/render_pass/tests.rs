@@ -175,7 +175,7 @@ fn shaders_bind_the_lights_and_the_shadow_map_where_the_plan_has_them() {
         assert_eq!(has(0, 1), plan.lights.any(), "{name}: lights");
         assert_eq!((has(2, 0), has(2, 1)), (plan.shadow.is_some(), plan.shadow.is_some()), "{name}: shadow maps");
         let lists = has(0, 2) && has(0, 3);
-        assert_eq!(lists, plan.has_clusters() && matches!(plan.shading, Shading::Light { .. }), "{name}: clusters");
+        assert_eq!(lists, plan.lights_by_clusters(), "{name}: clusters");
         assert!(bindings.iter().all(|b| matches!((b.set, b.binding), (0, 0..=3) | (1, _) | (2, 0 | 1))), "{name}");
     }
 }
