@@ -121,11 +121,14 @@ fn plane_slope(view: ShadowView, at: MapPoint, position: vec3<f32>, normal: vec3
 }
 
 // Cosine and sine of an angle that differs from pixel to pixel: interleaved gradient noise (Jimenez 2014). By the pixel that the point
-// is seen in, so that every light path turns the disc alike.
+// is seen in, so that every light path turns the disc alike; and by where in the pixel a frame of several samples looks, so that these
+// average out.
 fn disc_turn(position: vec3<f32>) -> vec2<f32> {
     let clip = frame.clip_from_world * vec4(position, 1.0);
     let pixel = floor((clip.xy / clip.w + 1.0) / vec2(frame.pixel_width, frame.pixel_height));
-    let angle = 6.2831853 * fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
+    let noise = fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
+    let sample = fract(dot(frame.ray_center - frame.forward, vec3(7919.0, 5081.0, 9631.0)));
+    let angle = 6.2831853 * (noise + sample);
     return vec2(cos(angle), sin(angle));
 }
 
