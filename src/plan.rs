@@ -54,6 +54,8 @@ pub struct Capabilities {
     pub packed_float_blends: bool,
     /// There is memory that only exists while a tile needs it.
     pub lazily_allocated: bool,
+    /// The device is a CPU.
+    pub software: bool,
     /// The attachments of a subpass can blend each in its own way; not mandatory in Vulkan.
     pub independent_blend: bool,
 }

@@ -163,6 +163,7 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
         packed_float_blends: device.supports_color_attachment(vk::Format::B10G11R11_UFLOAT_PACK32, true),
         float32_blends: device.supports_color_attachment(vk::Format::R32G32B32A32_SFLOAT, true),
         lazily_allocated: device.has_lazily_allocated_memory(),
+        software: device.kind == vk::PhysicalDeviceType::CPU,
         // Enabled wherever it is there (gpu/device.rs).
         independent_blend: device.features.independent_blend == vk::TRUE,
     }

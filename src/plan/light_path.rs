@@ -47,13 +47,32 @@ pub(super) fn choose(
         asked => return Ok((asked, "asked for".into())),
     }
     let bounded = scene.lights.iter().filter(|light| World::shines(light) && bounded(light, settings)).count();
-    Ok(match (lights.bounded, bounded > FEW_LIGHTS) {
-        (false, _) => (LightPath::Loop, "no light has a limited reach, so that there is nothing to leave out".into()),
-        (true, false) => {
-            (LightPath::Loop, format!("{bounded} lights of limited reach: lists cost more than they save"))
+    if !lights.bounded {
+        return Ok((LightPath::Loop, "no light has a limited reach, so that there is nothing to leave out".into()));
+    }
+    let many = format!("{bounded} lights of limited reach");
+    if bounded <= FEW_LIGHTS {
+        return Ok((LightPath::Loop, format!("{many}: lists cost more than they save")));
+    }
+    Ok(match compute_is_out(scene, settings, device) {
+        Some(why) => (LightPath::Clustered, format!("{many}: each pixel meets its own; not by compute, as {why}")),
+        None => {
+            (LightPath::Compute, format!("{many}: each pixel meets its own, and a GPU computes faster than it shades"))
         }
-        (true, true) => (LightPath::Clustered, format!("{bounded} lights of limited reach: each pixel meets its own")),
     })
+}
+
+/// Why `auto` does not choose compute: what the path cannot do, and where it is known to be slower (README, "Measured").
+fn compute_is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> Option<&'static str> {
+    let transparent = scene.objects.iter().any(|object| scene.materials[object.material].is_transparent());
+    [
+        (device.software, "a CPU keeps no list in shared memory faster than in any other"),
+        (device.lazily_allocated, "the G-buffer would leave the tile"),
+        (transparent, "transparent surfaces come after it"),
+        (settings.fxaa, "FXAA reads the output"),
+    ]
+    .into_iter()
+    .find_map(|(out, why)| out.then_some(why))
 }
 
 fn needs_gbuffer(view: View) -> bool {
@@ -219,6 +238,38 @@ mod tests {
             outer_angle_degrees,
             range: None,
             falloff: Falloff::InverseSquare,
+        }
+    }
+
+    #[test]
+    fn auto_chooses_by_lights_and_device_and_says_why() {
+        let lamps = |count| {
+            samples::scene(vec![samples::material(Brdf::Lambert)], vec![samples::point(Falloff::Quadratic); count])
+        };
+        let chosen = |scene: &Scene, settings: &Settings, device: &Capabilities| {
+            let plan = super::super::FramePlan::of(scene, settings, device).expect("a plan");
+            (plan.light_path, plan.light_path_reason)
+        };
+        let (gpu, defaults) = (samples::device(), Settings::default());
+        let software = Capabilities { software: true, ..gpu };
+        let tiler = Capabilities { lazily_allocated: true, ..gpu };
+        assert_eq!(chosen(&lamps(FEW_LIGHTS), &defaults, &gpu).0, LightPath::Loop);
+        assert_eq!(chosen(&lamps(FEW_LIGHTS + 1), &defaults, &gpu).0, LightPath::Compute);
+        for (settings, device) in
+            [(&defaults, &software), (&defaults, &tiler), (&Settings { fxaa: true, ..defaults.clone() }, &gpu)]
+        {
+            let (path, why) = chosen(&lamps(FEW_LIGHTS + 1), settings, device);
+            assert!(path == LightPath::Clustered && why.contains("not by compute"), "{why}");
+        }
+        let mut unlimited = lamps(9);
+        unlimited.lights = vec![samples::spot(Falloff::InverseSquare); 9];
+        assert_eq!(chosen(&unlimited, &defaults, &gpu).0, LightPath::Loop);
+        let cut = Settings { light_cutoff: true, ..defaults };
+        assert_eq!(chosen(&unlimited, &cut, &software).0, LightPath::Clustered);
+        for asked in [LightPath::Volumes, LightPath::Clustered, LightPath::Compute] {
+            let settings = Settings { light_path: asked, ..Settings::default() };
+            assert_eq!(chosen(&lamps(1), &settings, &software), (asked, "asked for".into()));
+            assert_eq!(chosen(&lamps(0), &settings, &software).0, LightPath::Loop);
         }
     }
 

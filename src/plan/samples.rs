@@ -35,6 +35,7 @@ pub fn device() -> Capabilities {
         float32_blends: true,
         packed_float_blends: true,
         lazily_allocated: false,
+        software: false,
         independent_blend: true,
     }
 }
