@@ -212,6 +212,7 @@ fn the_architecture_lists_every_dependency_with_its_reason() {
         float32_blends: true,
         packed_float_blends: true,
         lazily_allocated: false,
+        software: false,
         independent_blend: true,
     };
     let mut scene = open("builtin:hall", &OpenOptions::default()).expect("it is built in");
