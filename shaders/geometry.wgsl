@@ -48,19 +48,21 @@ struct Vertex {
 #endif
 }
 
+// Centroid: where an edge cuts a pixel with several samples, values are those of a point on the surface and not beside it. With one
+// sample that is the pixel's centre.
 struct Varying {
     @builtin(position) position: vec4<f32>,
 #ifndef OVERDRAW
-    @location(1) normal: vec3<f32>,
+    @location(1) @interpolate(perspective, centroid) normal: vec3<f32>,
 #endif
 #ifdef TEXTURED
-    @location(2) uv: vec2<f32>,
+    @location(2) @interpolate(perspective, centroid) uv: vec2<f32>,
 #endif
 #ifdef NORMAL_MAP
-    @location(3) tangent: vec4<f32>,
+    @location(3) @interpolate(perspective, centroid) tangent: vec4<f32>,
 #endif
 #ifdef POSITION
-    @location(4) world: vec3<f32>,
+    @location(4) @interpolate(perspective, centroid) world: vec3<f32>,
 #endif
 }
 

@@ -1,6 +1,10 @@
 // LIGHTING: every light on every pixel that has a surface. The triangle lies at depth 0 and is drawn with compare LESS, so
 // the sky, which has depth 0, costs nothing.
-// variants: LIGHTS UNIFORM_BUFFER CLUSTERED SHADOW MATERIAL SPECULAR POSITION NORMAL_UINT
+// With several samples a pixel there are two draws, because one invocation cannot write different samples: pixels whose samples
+// agree are shaded once, the others once a sample (PER_SAMPLE).
+// variants: LIGHTS UNIFORM_BUFFER CLUSTERED SHADOW MATERIAL SPECULAR POSITION NORMAL_UINT MSAA PER_SAMPLE
+// requires: PER_SAMPLE -> MSAA
+// excludes: MSAA NORMAL_UINT
 // requires: SHADOW -> LIGHTS
 // requires: UNIFORM_BUFFER -> LIGHTS
 // requires: CLUSTERED -> LIGHTS
@@ -10,6 +14,13 @@
 #import afterlight::frame::{frame}
 #import afterlight::screen::{screen_corner}
 #import afterlight::gbuffer::{load_depth, load_texel}
+#ifdef MSAA
+#import afterlight::gbuffer::{samples_agree}
+#endif
+#ifdef PER_SAMPLE
+#import afterlight::gbuffer::{read_one}
+#import afterlight::multisampling::{sample_offset}
+#endif
 #import afterlight::shading::{ambient_light, surface_of, Model}
 #ifdef LIGHTS
 #import afterlight::shading::{directional_light, punctual_light}
@@ -40,14 +51,17 @@ override OPERATOR: u32 = 0u;
 override LARGEST: f32 = 65000.0;
 // The view of the light alone: albedo 1, not metallic.
 override LIGHT_ONLY: bool = false;
+#ifdef MSAA
+override SAMPLES: u32 = 4u;
+#endif
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
     return screen_corner(index);
 }
 
-@fragment
-fn fragment(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
+// The light of a pixel, or of one of its samples.
+fn shade(pixel: vec2<f32>) -> vec4<f32> {
     let model = Model(BRDF, FALLOFF, RANGED, SPOT, SHADOW_FILTER);
     var texel = load_texel(pixel.xy, NORMAL_ENCODING, GEOMETRIC_STEPS);
     if LIGHT_ONLY {
@@ -85,3 +99,29 @@ fn fragment(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
     }
     return vec4(exposed, 1.0);
 }
+
+#ifdef PER_SAMPLE
+@fragment
+fn fragment(@builtin(position) pixel: vec4<f32>, @builtin(sample_index) sample: u32) -> @location(0) vec4<f32> {
+    let center = floor(pixel.xy) + 0.5;
+    if samples_agree(center, SAMPLES, NORMAL_ENCODING, GEOMETRIC_STEPS) {
+        discard;
+    }
+    read_one(sample);
+    return shade(center + sample_offset(sample, SAMPLES));
+}
+#else
+@fragment
+fn fragment(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
+#ifdef MSAA
+    // A driver may run whatever reads multisampled inputs once a sample, with the sample's own position (Mesa does).
+    let center = floor(pixel.xy) + 0.5;
+    if !samples_agree(center, SAMPLES, NORMAL_ENCODING, GEOMETRIC_STEPS) {
+        discard;
+    }
+    return shade(center);
+#else
+    return shade(pixel.xy);
+#endif
+}
+#endif

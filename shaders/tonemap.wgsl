@@ -1,20 +1,57 @@
 // TONEMAP: the HDR target to the output. Left out when LIGHTING tone-maps by itself.
+// With several samples a pixel it resolves them: the hardware's resolve could only average before tone mapping.
+// variants: MSAA
 // precise
 #import afterlight::tonemapping::{tone_map}
 #import afterlight::screen::{screen_corner}
 
 override OPERATOR: u32 = 0u;
 
+#ifdef MSAA
+override SAMPLES: u32 = 4u;
+// Average light, and not what is shown of it.
+override LINEAR: bool = false;
+@group(0) @binding(0) var subpass_hdr: texture_multisampled_2d<f32>;
+#else
 @group(0) @binding(0) var subpass_hdr: texture_2d<f32>;
+#endif
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
     return screen_corner(index);
 }
 
+fn shown(hdr: vec3<f32>) -> vec3<f32> {
+    // Each that was added is at most that bright, but their sum may have become infinite.
+    return tone_map(min(hdr, vec3(65000.0)), OPERATOR);
+}
+
+#ifdef MSAA
+fn sample_value(sample: u32) -> vec3<f32> {
+    let hdr = textureLoad(subpass_hdr, vec2<i32>(0, 0), sample).rgb;
+    if LINEAR {
+        return hdr;
+    }
+    return shown(hdr);
+}
+#endif
+
 @fragment
 fn fragment() -> @location(0) vec4<f32> {
+#ifdef MSAA
+    // By differences, so that the mean of equal samples is that sample.
+    let first = sample_value(0u);
+    var differences = vec3(0.0);
+    for (var i = 1u; i < SAMPLES; i++) {
+        differences += sample_value(i) - first;
+    }
+    let mean = first + differences / f32(SAMPLES);
+    if LINEAR {
+        return vec4(shown(mean), 1.0);
+    }
+    return vec4(mean, 1.0);
+#else
     let hdr = textureLoad(subpass_hdr, vec2<i32>(0, 0), 0).rgb;
-    // Each that was added is at most that bright, but their sum may have become infinite.
-    return vec4(tone_map(min(hdr, vec3(65000.0)), OPERATOR), 1.0);
+    return vec4(shown(hdr), 1.0);
+#endif
 }

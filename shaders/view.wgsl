@@ -1,5 +1,8 @@
 // VIEW: one of the frame's buffers instead of its light.
-// variants: GBUFFER LIGHTS UNIFORM_BUFFER MATERIAL SPECULAR POSITION NORMAL_UINT OVERDRAW SHADOW_MAP
+// variants: GBUFFER LIGHTS UNIFORM_BUFFER MATERIAL SPECULAR POSITION NORMAL_UINT OVERDRAW SHADOW_MAP MSAA
+// requires: MSAA -> GBUFFER
+// excludes: MSAA LIGHTS
+// excludes: MSAA NORMAL_UINT
 // requires: LIGHTS -> GBUFFER
 // requires: UNIFORM_BUFFER -> LIGHTS
 // requires: MATERIAL -> GBUFFER
@@ -16,6 +19,9 @@
 #import afterlight::gbuffer::{load_texel}
 #import afterlight::texel::{Texel}
 #import afterlight::encodings::{decode_shininess}
+#endif
+#ifdef MSAA
+#import afterlight::gbuffer::{covered_samples, samples_agree}
 #endif
 #ifdef LIGHTS
 #import afterlight::lights::{falloff_of, lights, reach_of, spot_attenuation}
@@ -36,6 +42,9 @@ override NORMAL_ENCODING: u32 = 0u;
 override GEOMETRIC_STEPS: f32 = 255.0;
 // The output encodes sRGB: undo that for values that are no light, so that the picture holds them as they are.
 override ENCODED_OUTPUT: bool = true;
+#ifdef MSAA
+override SAMPLES: u32 = 4u;
+#endif
 
 #ifdef OVERDRAW
 @group(1) @binding(0) var subpass_count: texture_2d<f32>;
@@ -127,6 +136,14 @@ fn shown_depth(texel: vec2<f32>, layer: u32, depth: f32) -> f32 {
 
 @fragment
 fn fragment(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
+#ifdef MSAA
+    // What is shaded once a sample is bright; src/frame/complexity.rs counts these codes.
+    if covered_samples(SAMPLES) == 0u {
+        return vec4(0.0, 0.0, 0.0, 1.0);
+    }
+    let once = samples_agree(pixel.xy, SAMPLES, NORMAL_ENCODING, GEOMETRIC_STEPS);
+    return plain(select(vec3(1.0, 0.6, 0.2), vec3(0.0, 0.2, 0.4), once));
+#else
 #ifdef GBUFFER
     return show(load_texel(pixel.xy, NORMAL_ENCODING, GEOMETRIC_STEPS));
 #else
@@ -153,6 +170,7 @@ fn fragment(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
     return plain(vec3(1.0 - shown_depth(texel, layer, depth)));
 #else
     return vec4(0.0);
+#endif
 #endif
 #endif
 #endif

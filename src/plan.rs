@@ -30,7 +30,8 @@ use std::collections::BTreeSet;
 use ash::vk;
 
 use crate::scene::{
-    Brdf, CastsShadow, Falloff, HdrFormat, LightKind, LightPath, Resolve, Scene, Settings, Tonemap, Transparency, View,
+    Brdf, CastsShadow, Falloff, HdrFormat, LightKind, LightPath, MSAA, Resolve, Scene, Settings, Tonemap, Transparency,
+    View,
 };
 
 /// What the device can do, as far as a plan depends on it.
@@ -52,6 +53,8 @@ pub struct Capabilities {
     pub float32_blends: bool,
     /// B10G11R11_UFLOAT_PACK32 blends; not mandatory in Vulkan.
     pub packed_float_blends: bool,
+    /// Samples a pixel that every attachment can have, as bits (2 for 2, 4 for 4), at their standard places and shaded one by one.
+    pub msaa: u32,
     /// There is memory that only exists while a tile needs it.
     pub lazily_allocated: bool,
     /// The device is a CPU.
@@ -205,6 +208,8 @@ pub struct FramePlan {
     pub resolve: Resolve,
     /// A pass after the main one smooths edges.
     pub fxaa: bool,
+    /// Samples of each attachment but the output.
+    pub msaa: u32,
     pub brdf: PlannedBrdf,
     /// Every material's, whatever it says itself.
     pub brdf_override: Option<Brdf>,
@@ -265,15 +270,21 @@ impl FramePlan {
         }
         let emissive = settings.view == View::Final && drawn.iter().any(|index| material(index).is_emissive());
         let brdf = planned_brdf(drawn.iter().map(|index| settings.brdf.unwrap_or(material(index).brdf)));
+        let complexity = settings.view == View::Complexity;
+        // What is compared must be what LIGHTING would read.
+        let shadowed = shadow.is_some() || (complexity && shadow_reason(scene, settings).is_ok());
         let gbuffer = matches!(shading, Shading::Light { .. } | Shading::ShowGbuffer(_))
-            .then(|| Gbuffer::choose(&settings.gbuffer, brdf, shadow.is_some(), settings.view, device));
+            .then(|| Gbuffer::choose(&settings.gbuffer, brdf, shadowed, settings.view, device));
         check_antialiasing(settings, lit)?;
         // What is averaged from frame to frame must not be cut off before.
         let linear = settings.hdr_output || settings.samples > 1;
         let lights = planned_lights(scene, settings, shading);
         let (light_path, light_path_reason) = light_path::choose(scene, settings, &lights, device)?;
         let adds = adds_lights(light_path, &lights);
-        let (hdr, output) = match (lit, linear, emissive || adds || transparency.is_some()) {
+        check_msaa(settings, gbuffer.as_ref(), light_path, transparency, device)?;
+        // Samples are averaged before they are tone-mapped, and so kept until then.
+        let averaged = lit && settings.msaa > 1 && settings.resolve == Resolve::Linear && !linear;
+        let (hdr, output) = match (lit, linear, emissive || adds || transparency.is_some() || averaged) {
             (_, true, true) if !device.float32_blends => (None, HDR),
             (_, true, _) => (None, vk::Format::R32G32B32A32_SFLOAT),
             // Adding to fewer bits truncates: a share of the light is lost with each light.
@@ -311,6 +322,7 @@ impl FramePlan {
             samples: settings.samples,
             resolve: settings.resolve,
             fxaa: settings.fxaa,
+            msaa: settings.msaa,
             brdf,
             brdf_override: settings.brdf,
             lights,
@@ -379,11 +391,10 @@ impl FramePlan {
         if needed > device.max_color_attachments {
             return Err(Error::ColorAttachments(needed, device.max_color_attachments));
         }
-        // Depth or position, and the other targets.
-        let read = self
-            .gbuffer
-            .as_ref()
-            .map_or(0, |gbuffer| gbuffer.formats().count() as u32 + u32::from(gbuffer.position.is_none()));
+        // Depth or position, and the other targets; with several samples depth in any case.
+        let depth = |gbuffer: &Gbuffer| gbuffer.position.is_none() || self.msaa > 1;
+        let read =
+            self.gbuffer.as_ref().map_or(0, |gbuffer| gbuffer.formats().count() as u32 + u32::from(depth(gbuffer)));
         if read > device.max_input_attachments {
             return Err(Error::InputAttachments(read, device.max_input_attachments));
         }
@@ -445,7 +456,23 @@ impl FramePlan {
 
     /// Bytes of G-buffer and depth that GEOMETRY writes for each pixel; emissive light not counted.
     pub fn gbuffer_bytes_per_pixel(&self) -> u32 {
-        self.gbuffer.as_ref().map_or(0, Gbuffer::bytes_per_pixel)
+        self.gbuffer.as_ref().map_or(0, Gbuffer::bytes_per_pixel) * self.msaa
+    }
+
+    /// The samples of each attachment but the output, as Vulkan has them.
+    pub fn sample_count(&self) -> vk::SampleCountFlags {
+        vk::SampleCountFlags::from_raw(self.msaa)
+    }
+
+    /// Whether LIGHTING writes the output's own light sample by sample, which the render pass then resolves.
+    pub fn resolves_output(&self) -> bool {
+        self.msaa > 1 && self.hdr.is_none() && matches!(self.shading, Shading::Light { .. })
+    }
+
+    /// Whether LIGHTING, or VIEW in its place, leaves out the sky by a depth test. A view of all samples writes the output, which has one,
+    /// and so cannot test against their depth.
+    pub fn lighting_tests_depth(&self) -> bool {
+        self.has_geometry() && self.shading != Shading::ShowGbuffer(View::Complexity)
     }
 
     /// Where light is cut off before it is stored: below the largest value of its format, which is 65504 for half floats and 65024 (red, green)
@@ -524,6 +551,52 @@ fn hdr_format(asked: HdrFormat, device: &Capabilities) -> Result<vk::Format, Err
     if blends { Ok(format) } else { Err(Error::HdrFormat(asked)) }
 }
 
+/// Multisampling goes with every layout of floats and every path that shades from the G-buffer in one draw.
+fn check_msaa(
+    settings: &Settings,
+    gbuffer: Option<&Gbuffer>,
+    light_path: LightPath,
+    transparency: Option<Transparency>,
+    device: &Capabilities,
+) -> Result<(), Error> {
+    let refuse = |why: String| Err(Error::AntiAliasing(why));
+    let (msaa, view) = (settings.msaa, settings.view);
+    if msaa == 1 {
+        return match view {
+            View::Complexity => {
+                refuse("the view complexity shows where samples of a pixel differ: ask for several, as --msaa 4".into())
+            }
+            _ => Ok(()),
+        };
+    }
+    if !msaa.is_power_of_two() || device.msaa & msaa == 0 {
+        let counts = MSAA.into_iter().filter(|count| device.msaa & count != 0).map(|count| count.to_string());
+        let counts = counts.collect::<Vec<_>>().join(", ");
+        return refuse(format!("this device cannot draw {msaa} samples a pixel; it can draw {counts}"));
+    }
+    if !matches!(view, View::Final | View::Lighting | View::Complexity) {
+        return refuse(format!("the view {view} shows the values of one sample: draw it without multisampling"));
+    }
+    if settings.samples > 1 {
+        let samples = settings.samples;
+        return refuse(format!("{samples} jittered frames smooth what multisampling would: choose one of them"));
+    }
+    if gbuffer.is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT) {
+        return refuse(
+            "normals in integers are not multisampled: choose another format, as --gbuffer lean,normal=rgb10a2".into(),
+        );
+    }
+    if transparency.is_some() {
+        return refuse(
+            "transparent surfaces have one sample a pixel: smooth them by --samples in place of --msaa".into(),
+        );
+    }
+    if !matches!(light_path, LightPath::Loop | LightPath::Clustered) {
+        return refuse(format!("the light path {light_path} shades one sample a pixel: choose loop or clustered"));
+    }
+    Ok(())
+}
+
 fn shading(view: View) -> Shading {
     match view {
         View::Final => Shading::Light { light_only: false },
@@ -577,6 +650,10 @@ fn adds_lights(path: LightPath, lights: &PlannedLights) -> bool {
 }
 
 fn planned_lights(scene: &Scene, settings: &Settings, shading: Shading) -> PlannedLights {
+    if shading == Shading::ShowGbuffer(View::Complexity) {
+        // What is compared is what LIGHTING would read, and ambient light has occlusion stored.
+        return PlannedLights { ambient: scene.environment.is_lit(), ..Default::default() };
+    }
     if !matches!(shading, Shading::Light { .. } | Shading::ShowGbuffer(View::LightsPerPixel)) {
         return PlannedLights::default();
     }

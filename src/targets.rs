@@ -23,6 +23,8 @@ pub enum Target {
     /// The share of the picture that they leave.
     Revealage,
     Hdr,
+    /// The output's light before it is resolved, several samples a pixel.
+    Samples,
     Output,
 }
 
@@ -73,6 +75,14 @@ pub fn attachments(plan: &FramePlan) -> Vec<Attachment> {
         // Compute reads what GEOMETRY wrote, and writes the output, which is no attachment.
         return list.into_iter().map(stored).collect();
     }
+    if plan.resolves_output() {
+        list.push(Attachment {
+            usage: vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSIENT_ATTACHMENT,
+            // The last to touch it is its resolve.
+            final_layout: vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
+            ..transient(Target::Samples, plan.output, vk::AttachmentLoadOp::CLEAR)
+        });
+    }
     // What reads the output after the pass.
     let (final_layout, usage) = match plan.fxaa {
         true => (vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL, vk::ImageUsageFlags::SAMPLED),
@@ -81,8 +91,11 @@ pub fn attachments(plan: &FramePlan) -> Vec<Attachment> {
     list.push(Attachment {
         target: Target::Output,
         format: plan.output,
-        // TONEMAP writes every pixel; LIGHTING and VIEW leave the background as it was cleared.
-        load: if plan.has_tonemap_subpass() { vk::AttachmentLoadOp::DONT_CARE } else { vk::AttachmentLoadOp::CLEAR },
+        // TONEMAP and a resolve write every pixel; LIGHTING and VIEW leave the background as it was cleared.
+        load: match plan.has_tonemap_subpass() || plan.resolves_output() {
+            true => vk::AttachmentLoadOp::DONT_CARE,
+            false => vk::AttachmentLoadOp::CLEAR,
+        },
         store: vk::AttachmentStoreOp::STORE,
         final_layout,
         usage: vk::ImageUsageFlags::COLOR_ATTACHMENT | usage,
@@ -127,7 +140,16 @@ pub fn stored_inputs(plan: &FramePlan) -> Vec<(u32, Target)> {
 
 /// The target that LIGHTING writes and, where the plan has emissive light, GEOMETRY before it.
 pub fn light_target(plan: &FramePlan) -> Target {
-    if plan.hdr.is_some() { Target::Hdr } else { Target::Output }
+    match plan.hdr {
+        Some(_) => Target::Hdr,
+        None if plan.resolves_output() => Target::Samples,
+        None => Target::Output,
+    }
+}
+
+/// The samples a pixel of a target.
+pub fn samples_of(plan: &FramePlan, target: Target) -> vk::SampleCountFlags {
+    if target == Target::Output { vk::SampleCountFlags::TYPE_1 } else { plan.sample_count() }
 }
 
 /// What the subpass after GEOMETRY reads, in the order of `shaders/shared/gbuffer.wgsl`'s bindings; that of depth is the first.
@@ -137,7 +159,7 @@ pub fn gbuffer_inputs(plan: &FramePlan) -> Vec<(u32, Target)> {
     }
     let Some(gbuffer) = &plan.gbuffer else { return Vec::new() };
     [
-        (0, Target::Depth, gbuffer.position.is_none()),
+        (0, Target::Depth, gbuffer.position.is_none() || plan.msaa > 1),
         (1, Target::Albedo, true),
         (2, Target::Normal, true),
         (3, Target::Material, gbuffer.material.is_some()),
@@ -181,6 +203,7 @@ impl Targets {
                         name: &format!("target {:?}", attachment.target),
                         format: attachment.format,
                         extent: vk::Extent2D { width: plan.size[0], height: plan.size[1] },
+                        samples: samples_of(plan, attachment.target),
                         usage: attachment.usage,
                         location: if passing && plan.lazily_allocated { Location::Lazy } else { Location::Device },
                         kind: MemoryKind::Attachment,

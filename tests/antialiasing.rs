@@ -1,11 +1,14 @@
-//! What smooths edges: jittered frames and FXAA, against coverage that is computed in f64.
+//! What smooths edges: jittered frames, multisampling and FXAA, against coverage that is computed in f64.
 
 mod common;
 
-use afterlight::frame::{Picture, sample_offset};
-use afterlight::scene::{Resolve, Scene, Settings};
+use afterlight::frame::{Complexity, Picture, sample_offset};
+use afterlight::scene::{ColorSpace, Falloff, LightPath, Resolve, Scene, Settings, Texture, View};
 use common::gpu::{bytes, code, floats, nits, on_gpu, on_gpu_in_both_modes, places};
-use common::stage::{EDGE, add, directional, display, exact, lambert, open, own, rectangle, srgb_code, stage};
+use common::stage::{
+    EDGE, EYE, add, directional, display, exact, gbuffer, lambert, open, own, point, rectangle, srgb_code, stage,
+};
+use common::truth::radiance;
 use glam::{DAffine3, DVec3, Vec3};
 
 /// Radiance of the half-plane in nits; that of the background is `DARK`.
@@ -229,6 +232,13 @@ fn the_layers_have_nothing_to_say_about_any_of_it() {
                 Settings { samples: 3, hdr_output: true, ..base.clone() },
                 Settings { samples: 3, resolve: Resolve::Linear, ..base.clone() },
                 Settings { fxaa: true, ..base.clone() },
+                Settings { msaa: 4, ..base.clone() },
+                Settings { msaa: 4, fxaa: true, ..base.clone() },
+                Settings { msaa: 4, resolve: Resolve::Linear, ..base.clone() },
+                Settings { msaa: 4, hdr_output: true, ..base.clone() },
+                Settings { msaa: 4, gbuffer: gbuffer("float32"), ..base.clone() },
+                Settings { msaa: 4, view: View::Complexity, ..base.clone() },
+                Settings { msaa: 4, light_path: LightPath::Clustered, ..base.clone() },
             ] {
                 let mut renderer = gpu.renderer(&scene, &settings);
                 let first = renderer.picture(&scene.camera, || ()).expect("a picture");
@@ -243,6 +253,169 @@ fn the_layers_have_nothing_to_say_about_any_of_it() {
                 } else {
                     assert!(bytes(&first).iter().any(|code| *code > 0 && *code < 255));
                 }
+            }
+        }
+    });
+}
+
+/// Samples of a pixel with 4, from its centre, to the right and down: "Standard sample locations" of the Vulkan specification.
+const FOUR: [[f64; 2]; 4] = [[-0.125, -0.375], [0.375, -0.125], [-0.375, 0.125], [0.125, 0.375]];
+
+/// How many of a pixel's samples the half-plane covers; `None` where one lies too near the edge to say.
+fn covered_samples(degrees: f64, x: u32, y: u32) -> Option<usize> {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let middle = f64::from(EDGE) / 2.0;
+    let inside = FOUR
+        .map(|[right, down]| (f64::from(x) + 0.5 + right - middle) * cos + (middle - f64::from(y) - 0.5 - down) * sin);
+    // Vertices have 8 bits below the pixel.
+    inside.iter().all(|d| d.abs() > 1.0 / 128.0).then(|| inside.iter().filter(|d| **d > 0.0).count())
+}
+
+#[test]
+fn multisampled_edges_have_as_much_of_each_side_as_samples_lie_there() {
+    on_gpu(|gpu| {
+        for degrees in [5.0, 17.0, 45.5, 78.0] {
+            let scene = edge(degrees);
+            let linear = gpu.draw(&scene, &Settings { msaa: 4, ..exact(EDGE, EDGE) });
+            let mut levels = [0; 5];
+            for (x, y) in places(&linear) {
+                let Some(covered) = covered_samples(degrees, x, y) else { continue };
+                levels[covered] += 1;
+                let expected = DARK + (BRIGHT - DARK) * covered as f64 / 4.0;
+                let error = (nits(&linear, x, y).y - expected).abs();
+                assert!(error < 1e-5, "{degrees} degrees, ({x}, {y}): {covered} of 4 covered, off by {error}");
+            }
+            assert!(levels.iter().all(|count| *count > 0), "{degrees} degrees: {levels:?}");
+        }
+    });
+}
+
+/// Where a point of the picture, in pixels from its upper left corner, lies in the plane z = 0.
+fn in_plane(right: f64, down: f64) -> DVec3 {
+    let middle = f64::from(EDGE) / 2.0;
+    DVec3::new(right - middle, middle - down, 0.0) / middle
+}
+
+#[test]
+fn each_sample_of_an_edge_is_lit_at_its_own_place() {
+    on_gpu(|gpu| {
+        let degrees = 17.0;
+        let mut scene = edge(degrees);
+        // So near that its light changes much within a pixel.
+        scene.lights = vec![point(DVec3::new(0.02, 0.03, 0.04), 0.01, None, Falloff::InverseSquare)];
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        // Rebuilt from depth: a position target has one place for all samples that a triangle covers, and not where they are. The albedo
+        // of `lean` has 8 bits.
+        for (layout, bound) in [("lean", 0.01), ("lean,albedo=rgba32f,normal=rgba32f", 0.001)] {
+            let picture = gpu.draw(&scene, &Settings { msaa: 4, gbuffer: gbuffer(layout), ..exact(EDGE, EDGE) });
+            for (x, y) in places(&picture) {
+                let Some(covered) = covered_samples(degrees, x, y) else { continue };
+                let lit = |[right, down]: [f64; 2]| {
+                    let place = in_plane(f64::from(x) + 0.5 + right, f64::from(y) + 0.5 + down);
+                    radiance(&scene.materials[0], &scene.lights, place, DVec3::Z, EYE).y
+                };
+                let inside = |[right, down]: [f64; 2]| {
+                    let place = in_plane(f64::from(x) + 0.5 + right, f64::from(y) + 0.5 + down);
+                    place.x * cos + place.y * sin > 0.0
+                };
+                let expected = match covered {
+                    // Samples that agree are lit as one, in the pixel's middle.
+                    4 => lit([0.0, 0.0]),
+                    _ => FOUR.into_iter().map(|at| if inside(at) { lit(at) } else { DARK }).sum::<f64>() / 4.0,
+                };
+                let error = (nits(&picture, x, y).y - expected).abs() / expected;
+                assert!(error < bound, "{layout} ({x}, {y}), {covered} covered: off by {error}");
+            }
+        }
+    });
+}
+
+#[test]
+fn samples_are_resolved_as_light_or_as_shown() {
+    on_gpu(|gpu| {
+        let degrees = 17.0;
+        let mut scene = edge(degrees);
+        // Four times white on a quarter of white, with the clamp as the tone mapper; glowing or lit.
+        scene.environment.background = Vec3::splat(0.25);
+        let lit = scene.clone();
+        scene.lights.clear();
+        scene.materials[0].emissive = Vec3::splat(4.0);
+        let glowing = scene;
+        let mut lit = lit;
+        lit.lights[0].intensity *= (4.0 / BRIGHT) as f32;
+        for (scene, name) in [(&lit, "lit"), (&glowing, "glowing")] {
+            for resolve in [Resolve::Linear, Resolve::ToneMapped] {
+                let picture = gpu.draw(scene, &Settings { msaa: 4, resolve, ..display(EDGE, EDGE) });
+                for (x, y) in places(&picture) {
+                    let Some(covered) = covered_samples(degrees, x, y) else { continue };
+                    let share = covered as f64 / 4.0;
+                    let expected = match resolve {
+                        Resolve::Linear => 0.25 + (4.0 - 0.25) * share,
+                        Resolve::ToneMapped => 0.25 + (1.0 - 0.25) * share,
+                    };
+                    let (code, expected) = (code(&picture, x, y)[1], srgb_code(expected));
+                    // A resolve of 8 bits may round once more.
+                    assert!(code.abs_diff(expected) <= 1, "{name} {resolve} ({x}, {y}): {code}, not {expected}");
+                }
+            }
+        }
+    });
+}
+
+#[test]
+fn what_lies_inside_a_surface_is_the_same_with_one_sample_as_with_four() {
+    on_gpu(|gpu| {
+        let plain = edge(30.0);
+        let inside_plain = |x, y| coverage_is_whole(30.0, x, y);
+        // A square whose colours change from pixel to pixel, as interpolation at a wrong place would show.
+        let mut noisy = stage();
+        add(&mut noisy, rectangle([-0.75, -0.75], [0.75, 0.75], 0.0), lambert(1.0), DAffine3::IDENTITY);
+        noisy.lights = vec![directional(DVec3::Z, 3.0)];
+        let texels = (0..64 * 64u32).flat_map(|i| [i * 37 % 251, i * 91 % 241, i * 13 % 239, 255].map(|v| v as u8));
+        let (name, size) = ("noise".into(), [64, 64]);
+        noisy.textures.push(Texture { name, size, color_space: ColorSpace::Srgb, texels: texels.collect() });
+        noisy.materials[0].base_color_texture = Some(0);
+        // Away from its border, and from where its two triangles meet.
+        let inside_noisy = |x: u32, y: u32| {
+            let (x, y) = (x.abs_diff(EDGE / 2), y.abs_diff(EDGE / 2));
+            x.max(y) < 11 && x.abs_diff(y) > 2
+        };
+        for scene in [&plain, &noisy] {
+            let inside = |x, y| if scene.textures.is_empty() { inside_plain(x, y) } else { inside_noisy(x, y) };
+            for layout in ["lean", "fat", "float32"] {
+                let settings = Settings { gbuffer: gbuffer(layout), ..display(EDGE, EDGE) };
+                let one = gpu.draw(scene, &settings);
+                let four = gpu.draw(scene, &Settings { msaa: 4, ..settings });
+                for (x, y) in places(&one).filter(|&(x, y)| inside(x, y)) {
+                    assert_eq!(code(&one, x, y), code(&four, x, y), "{layout} ({x}, {y})");
+                }
+            }
+        }
+    });
+}
+
+#[test]
+fn the_view_of_complexity_marks_the_pixels_whose_samples_differ() {
+    on_gpu(|gpu| {
+        for degrees in [5.0, 45.5, 78.0] {
+            for layout in ["lean", "fat", "float32"] {
+                let scene = edge(degrees);
+                let gbuffer = gbuffer(layout);
+                let settings = Settings { msaa: 4, gbuffer, view: View::Complexity, ..display(EDGE, EDGE) };
+                let picture = gpu.draw(&scene, &settings);
+                let mut counted = Complexity { covered: 0, complex: 0 };
+                for (x, y) in places(&picture) {
+                    let shown = code(&picture, x, y);
+                    let (complex, covered) = (shown[0] > 127, shown[2] > 0);
+                    counted.covered += usize::from(covered);
+                    counted.complex += usize::from(complex);
+                    if let Some(samples) = covered_samples(degrees, x, y) {
+                        let expected = (!matches!(samples, 0 | 4), samples > 0);
+                        assert_eq!((complex, covered), expected, "{layout}, {degrees} degrees, ({x}, {y})");
+                    }
+                }
+                assert_eq!(Complexity::of(&picture), counted);
+                assert!(counted.share() > 0.02 && counted.share() < 0.2, "{}", counted.share());
             }
         }
     });

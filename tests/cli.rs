@@ -131,6 +131,11 @@ fn wrong_usage_has_exit_code_2() {
         (&["render", "builtin:quad", "-o", "x.exr", "--exposure", "3"], &["--exposure"]),
         (&["render", "builtin:quad", "--view", "shadow-map"], &["shadow"]),
         (&["render", "builtin:quad", "--samples", "4097"], &["--samples", "4096"]),
+        (&["render", "builtin:quad", "--msaa", "3"], &["--msaa", "2, 4 or 8"]),
+        (&["render", "builtin:quad", "--msaa", "4", "--samples", "4"], &["choose one"]),
+        (&["render", "builtin:quad", "--msaa", "4", "--view", "normal"], &["normal"]),
+        (&["render", "builtin:quad", "--msaa", "4", "--light-path", "compute"], &["clustered"]),
+        (&["render", "builtin:quad", "--view", "complexity"], &["--msaa"]),
         (&["render", "builtin:quad", "--samples", "4", "--view", "normal"], &["normal", "1 sample"]),
         (&["render", "builtin:quad", "--samples", "4", "--fxaa", "on"], &["FXAA", "choose one"]),
         (&["render", "builtin:quad", "--samples", "4", "--view", "all"], &["--samples"]),
@@ -292,6 +297,10 @@ fn a_picture_has_eight_samples_until_something_else_is_said() {
     let plain = "builtin:spheres?rows=2&columns=2";
     assert!(render(plain, &[]) == render(plain, &["--samples", "8"]));
     assert!(render("four.toml", &[]) == render(plain, &["--samples", "4"]));
+    assert!(render("four.toml", &["--msaa", "4"]) == render(plain, &["--msaa", "4", "--samples", "1"]));
+    assert!(render(plain, &["--msaa", "4"]) != render(plain, &["--samples", "1"]));
+    let told = succeed(folder.path(), &["render", plain, "--msaa", "4", "--view", "complexity", "-o", "c.png"]);
+    assert!(told.contains("are shaded once a sample"), "{told}");
     assert!(render("four.toml", &["--fxaa", "on"]) == render(plain, &["--fxaa", "on", "--samples", "1"]));
     assert!(render("four.toml", &["--view", "lighting"]) == render(plain, &["--view", "lighting", "--samples", "1"]));
     let far_too_bright = render(plain, &["--exposure", "6"]);

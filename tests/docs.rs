@@ -211,6 +211,7 @@ fn the_architecture_lists_every_dependency_with_its_reason() {
         unorm_2x16_attachment: true,
         float32_blends: true,
         packed_float_blends: true,
+        msaa: 1,
         lazily_allocated: false,
         software: false,
         independent_blend: true,

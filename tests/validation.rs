@@ -153,7 +153,9 @@ fn every_view_is_silent_or_says_why_there_is_none() {
         for scene in [one_of_each(), open("builtin:cornell"), open("builtin:spheres?rows=1&columns=2")] {
             let shadowed = scene.lights.iter().any(|light| light.casts_shadow);
             for (name, view) in View::NAMES {
-                let settings = Settings { view: *view, ..small(&scene) };
+                // What it shows is how samples differ.
+                let msaa = if *view == View::Complexity { 4 } else { 1 };
+                let settings = Settings { view: *view, msaa, ..small(&scene) };
                 match Renderer::new(&gpu.device, &scene, &settings) {
                     Ok(mut renderer) => {
                         let drawn = draw_frames(&mut renderer, &scene.camera);

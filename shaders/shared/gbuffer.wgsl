@@ -3,6 +3,9 @@
 #import afterlight::encodings::{decode_normal, decode_normal_uint, octahedral_decode, from_unorm}
 #import afterlight::frame::{frame, view_ray}
 #import afterlight::texel::{Texel}
+#ifdef MSAA
+#import afterlight::multisampling::{sample_offset}
+#endif
 
 #ifdef STORED
 // Compute reads the stored targets as textures. Depth is there in any case: it tells the sky.
@@ -23,6 +26,21 @@
 @group(1) @binding(5) var stored_position: texture_2d<f32>;
 #endif
 #else
+#ifdef MSAA
+// Depth is there in any case: it tells which samples are sky.
+@group(1) @binding(0) var subpass_depth: texture_depth_multisampled_2d;
+@group(1) @binding(1) var subpass_albedo: texture_multisampled_2d<f32>;
+@group(1) @binding(2) var subpass_normal: texture_multisampled_2d<f32>;
+#ifdef MATERIAL
+@group(1) @binding(3) var subpass_material: texture_multisampled_2d<f32>;
+#endif
+#ifdef SPECULAR
+@group(1) @binding(4) var subpass_specular: texture_multisampled_2d<f32>;
+#endif
+#ifdef POSITION
+@group(1) @binding(5) var subpass_position: texture_multisampled_2d<f32>;
+#endif
+#else
 #ifndef POSITION
 @group(1) @binding(0) var subpass_depth: texture_depth_2d;
 #endif
@@ -40,6 +58,7 @@
 #endif
 #ifdef POSITION
 @group(1) @binding(5) var subpass_position: texture_2d<f32>;
+#endif
 #endif
 #endif
 
@@ -75,6 +94,124 @@ fn load_stored(pixel: vec2<f32>) -> Stored {
 }
 
 #else
+#ifdef MSAA
+// What is read of the pixel: one of its samples; or the first, at the mean place of so many.
+var<private> chosen_sample: u32 = 0u;
+var<private> samples_in_mean: u32 = 1u;
+
+fn read_one(sample: u32) {
+    chosen_sample = sample;
+    samples_in_mean = 1u;
+}
+
+fn read_mean(count: u32) {
+    chosen_sample = 0u;
+    samples_in_mean = count;
+}
+
+fn load_sample(sample: u32) -> Stored {
+    var stored: Stored;
+    stored.albedo = textureLoad(subpass_albedo, vec2<i32>(0, 0), sample);
+    stored.normal = textureLoad(subpass_normal, vec2<i32>(0, 0), sample);
+#ifdef MATERIAL
+    stored.material = textureLoad(subpass_material, vec2<i32>(0, 0), sample);
+#endif
+#ifdef SPECULAR
+    stored.specular = textureLoad(subpass_specular, vec2<i32>(0, 0), sample);
+#endif
+    return stored;
+}
+
+fn sample_depth(sample: u32) -> f32 {
+    return textureLoad(subpass_depth, vec2<i32>(0, 0), sample);
+}
+
+fn load_stored(pixel: vec2<f32>) -> Stored {
+    return load_sample(chosen_sample);
+}
+
+// Samples that show a surface.
+fn covered_samples(count: u32) -> u32 {
+    var covered = 0u;
+    for (var i = 0u; i < count; i++) {
+        covered += select(0u, 1u, sample_depth(i) > 0.0);
+    }
+    return covered;
+}
+
+// How much the values of samples may differ that are shaded as one: where two triangles of one smooth surface meet in a pixel, they
+// differ by less than from one pixel to the next. Of an encoded normal, or of the value itself.
+const NORMAL_TOLERANCE: f32 = 1.0 / 64.0;
+const VALUE_TOLERANCE: f32 = 1.0 / 64.0;
+const LEAST_TOLERANCE: f32 = 1.0 / 1024.0;
+// How far a sample's depth may lie from the plane of the pixel's surface: this part of what the plane's slope makes of it across
+// the pixel, or that of a plane at half the slope of 45 degrees, as the normal of a smooth mesh is not that of its triangles;
+// and rounding, as a part of the depth.
+const SLOPE_TOLERANCE: f32 = 0.25;
+const LEAST_SLOPE: f32 = 0.5;
+const DEPTH_TOLERANCE: f32 = 1.0 / 262144.0;
+
+// False for NaN.
+fn alike(a: vec4<f32>, b: vec4<f32>) -> bool {
+    return all(abs(a - b) <= VALUE_TOLERANCE * max(abs(a), abs(b)) + LEAST_TOLERANCE);
+}
+
+// Whether shading once does for all samples of a pixel: they show one surface, with about the same values, and their depths lie in
+// the plane that the normal tells. `center` is the pixel's. What is read afterwards is the mean.
+fn samples_agree(center: vec2<f32>, count: u32, normal_encoding: u32, geometric_steps: f32) -> bool {
+    read_mean(count);
+    let first = load_sample(0u);
+    var same = sample_depth(0u) > 0.0;
+    for (var i = 1u; i < count; i++) {
+        let other = load_sample(i);
+        same = same && sample_depth(i) > 0.0 && all(abs(other.normal - first.normal) <= vec4(NORMAL_TOLERANCE));
+        same = same && alike(other.albedo, first.albedo) && alike(other.specular, first.specular);
+        // Metallic and roughness; the normal there says no more than the other.
+        same = same && alike(vec4(other.material.xy, 0.0, 0.0), vec4(first.material.xy, 0.0, 0.0));
+    }
+    if !same {
+        return false;
+    }
+    // Depth is linear across the picture: n * ray over n * ray through the centre, times the depth there.
+    let normal = load_texel(center, normal_encoding, geometric_steps).geometric_normal;
+    let depth = mean_depth();
+    let ray = view_ray(center);
+    let facing = dot(normal, ray);
+    var slope = 0.0;
+    for (var i = 0u; i < count; i++) {
+        let offset = view_ray(center + sample_offset(i, count)) - ray;
+        slope = max(slope, max(abs(dot(normal, offset) / facing), LEAST_SLOPE * length(offset) / length(ray)));
+    }
+    let tolerance = (SLOPE_TOLERANCE * slope + DEPTH_TOLERANCE) * depth;
+    for (var i = 0u; i < count; i++) {
+        let expected = depth * dot(normal, view_ray(center + sample_offset(i, count))) / facing;
+        same = same && abs(sample_depth(i) - expected) <= tolerance;
+    }
+    return same;
+}
+
+// By differences, so that the mean of equal values is that value.
+fn mean_depth() -> f32 {
+    let first = sample_depth(chosen_sample);
+    var differences = 0.0;
+    for (var i = 1u; i < samples_in_mean; i++) {
+        differences += sample_depth(i) - first;
+    }
+    return first + differences / f32(samples_in_mean);
+}
+
+#ifdef POSITION
+fn mean_position() -> vec3<f32> {
+    let first = textureLoad(subpass_position, vec2<i32>(0, 0), chosen_sample).xyz;
+    var differences = vec3(0.0);
+    for (var i = 1u; i < samples_in_mean; i++) {
+        differences += textureLoad(subpass_position, vec2<i32>(0, 0), i).xyz - first;
+    }
+    return first + differences / f32(samples_in_mean);
+}
+#endif
+
+#else
 
 fn load_stored(pixel: vec2<f32>) -> Stored {
     var stored: Stored;
@@ -93,6 +230,7 @@ fn load_stored(pixel: vec2<f32>) -> Stored {
     return stored;
 }
 #endif
+#endif
 
 // Relative to the camera, in metres.
 fn load_position(pixel: vec2<f32>) -> vec3<f32> {
@@ -100,7 +238,11 @@ fn load_position(pixel: vec2<f32>) -> vec3<f32> {
 #ifdef STORED
     return textureLoad(stored_position, vec2<i32>(pixel), 0).xyz;
 #else
+#ifdef MSAA
+    return mean_position();
+#else
     return textureLoad(subpass_position, vec2<i32>(0, 0), 0).xyz;
+#endif
 #endif
 #else
     // Reversed Z with an infinite far plane: depth = near / distance along the view axis.
@@ -113,11 +255,15 @@ fn load_depth(pixel: vec2<f32>) -> f32 {
 #ifdef STORED
     return textureLoad(stored_depth, vec2<i32>(pixel), 0);
 #else
+#ifdef MSAA
+    return mean_depth();
+#else
 #ifdef POSITION
     let along = dot(load_position(pixel), frame.forward);
     return select(0.0, frame.near / along, along > 0.0);
 #else
     return textureLoad(subpass_depth, vec2<i32>(0, 0), 0);
+#endif
 #endif
 #endif
 }

@@ -70,6 +70,9 @@ pub struct SettingsArgs {
     /// Smooth edges of the finished picture (FXAA): on or off
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub fxaa: Option<bool>,
+    /// Samples of the hardware in each pixel: 1, 2, 4 or 8, as far as the device has them; edges are shaded once a sample
+    #[arg(long, value_name = "N", value_parser = msaa, allow_hyphen_values = true)]
+    pub msaa: Option<u32>,
     /// Where the samples of a pixel are averaged: linear (as light), or tone-mapped
     #[arg(long, value_name = "NAME", value_parser = value::<Resolve>)]
     pub resolve: Option<Resolve>,
@@ -106,6 +109,7 @@ impl SettingsArgs {
             shadows: self.shadows,
             shadow_size: self.shadow_size,
             fxaa: self.fxaa,
+            msaa: self.msaa,
             resolve: self.resolve,
             shadow_filter: self.shadow_filter,
             cascades: self.cascades,
@@ -149,6 +153,7 @@ const VARIABLE: &[&str] = &[
     "view",
     "fxaa",
     "hdr-format",
+    "msaa",
 ];
 
 /// Settings that `--vary` changes: `key=value`, several separated by blanks.
@@ -176,6 +181,7 @@ pub fn variation(text: &str) -> Result<SettingsPatch, String> {
             "shadow-cache" => patch.shadow_cache = Some(on_off(text)?),
             "view" => patch.view = Some(value(text)?),
             "fxaa" => patch.fxaa = Some(on_off(text)?),
+            "msaa" => patch.msaa = Some(msaa(text)?),
             _ => return Err(unknown("setting", key, VARIABLE)),
         }
     }
@@ -206,6 +212,12 @@ fn shadow_size(text: &str) -> Result<u32, String> {
     let texels = text.parse().map_err(|_| "expected a number of texels".to_owned())?;
     checked(SettingsPatch { shadow_size: Some(texels), ..SettingsPatch::default() })?;
     Ok(texels)
+}
+
+fn msaa(text: &str) -> Result<u32, String> {
+    let msaa = text.parse().map_err(|_| "expected a number of samples".to_owned())?;
+    checked(SettingsPatch { msaa: Some(msaa), ..SettingsPatch::default() })?;
+    Ok(msaa)
 }
 
 pub fn samples(text: &str) -> Result<u32, String> {

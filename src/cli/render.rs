@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 use std::time::Instant;
 
-use afterlight::frame::{self, Picture, Pixels, Renderer};
+use afterlight::frame::{self, Complexity, Picture, Pixels, Renderer};
 use afterlight::gpu::Device;
 use afterlight::plan;
 use afterlight::scene::{Settings, SettingsPatch, View};
@@ -39,11 +39,11 @@ pub struct Args {
     /// How many times to draw the picture; the last one is written
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     frames: u32,
-    /// Jittered frames that are averaged into the picture, 1 to 4096 [default: 8, or 1 with --fxaa or --view]
+    /// Jittered frames that are averaged into the picture, 1 to 4096 [default: 8, or 1 with --fxaa, --msaa or --view]
     #[arg(long, value_name = "N", value_parser = samples, allow_hyphen_values = true)]
     samples: Option<u32>,
     /// What the picture shows: final, position, normal, normal-absolute, albedo, metallic, roughness, depth, shadow-map,
-    /// lighting, overdraw, lights-per-pixel, or all of them on one labelled sheet
+    /// lighting, overdraw, lights-per-pixel, complexity, or all of them on one labelled sheet
     #[arg(long, value_name = "NAME|all", value_parser = view)]
     view: Option<ViewChoice>,
     /// Print nothing but errors
@@ -93,6 +93,7 @@ fn draw(args: &Args, workload: &Workload, device: &Arc<Device>, view: Option<Vie
     let bar = progress::bar("drawing".into(), u64::from(args.frames) * u64::from(settings.samples), args.quiet);
     let mut times = Table::with_figures_from(1);
     times.row(["load".to_owned(), milliseconds(workload.load_ms)]);
+    let mut picture;
     if settings.samples == 1 {
         renderer.render(&workload.camera)?;
         let first = renderer.wait()?;
@@ -102,9 +103,9 @@ fn draw(args: &Args, workload: &Workload, device: &Arc<Device>, view: Option<Vie
         if let Some(mean) = draw_more(args, workload, &mut renderer, &|| bar.step())? {
             times.row([format!("mean of {} more frames", args.frames - 1), milliseconds(mean)]);
         }
-        args.output.write(&renderer.read_back()?)?;
+        picture = renderer.read_back()?;
     } else {
-        let mut picture = renderer.picture(&workload.camera, || bar.step())?;
+        picture = renderer.picture(&workload.camera, || bar.step())?;
         let what = format!("{} samples", settings.samples);
         times.row([format!("first picture of {what}, with set-up"), milliseconds(milliseconds_since(start))]);
         let start = Instant::now();
@@ -115,14 +116,19 @@ fn draw(args: &Args, workload: &Workload, device: &Arc<Device>, view: Option<Vie
             let mean = milliseconds_since(start) / f64::from(args.frames - 1);
             times.row([format!("mean of {} more pictures of {what}", args.frames - 1), milliseconds(mean)]);
         }
-        args.output.write(&picture)?;
     }
+    args.output.write(&picture)?;
     drop(bar);
     if let Some(gpu_ms) = renderer.wait()?.gpu_ms {
         times.row(["last frame on the GPU".to_owned(), milliseconds(gpu_ms)]);
     }
     let mut text = heading(args, workload, &settings, device);
     let plan = renderer.plan();
+    if settings.view == View::Complexity {
+        let Complexity { covered, complex } = Complexity::of(&picture);
+        let share = 100.0 * Complexity { covered, complex }.share();
+        let _ = writeln!(text, "{complex} of {covered} pixels with a surface, {share:.1}%, are shaded once a sample");
+    }
     let _ = write!(text, "\nPlan\n{}\nTimes\n{}", plan_table(plan).render(), times.render());
     let mut memory = memory_table(&device.memory_report());
     memory.row(["G-buffer, a pixel".to_owned(), format!("{} B", plan.gbuffer_bytes_per_pixel())]);
@@ -132,7 +138,8 @@ fn draw(args: &Args, workload: &Workload, device: &Arc<Device>, view: Option<Vie
 
 /// The samples asked for. A view, or another kind of anti-aliasing, on the command line takes the place of a scene file's samples.
 fn chosen_samples(args: &Args, workload: &Workload) -> u32 {
-    let other = |view: bool, patch: &SettingsPatch| view || patch.fxaa == Some(true);
+    let other =
+        |view: bool, patch: &SettingsPatch| view || patch.fxaa == Some(true) || patch.msaa.is_some_and(|msaa| msaa > 1);
     let file = &workload.scene.settings;
     let once = other(args.view.is_some(), &args.settings.patch());
     let unsaid = if other(file.view.is_some(), file) { 1 } else { DEFAULT_SAMPLES };
@@ -183,7 +190,8 @@ fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<
 /// The settings with another view. What smooths edges goes where a view shows values.
 fn of_view(settings: &Settings, view: View) -> Settings {
     let lit = matches!(view, View::Final | View::Lighting);
-    Settings { view, fxaa: settings.fxaa && lit, ..settings.clone() }
+    let msaa = if lit || view == View::Complexity { settings.msaa } else { 1 };
+    Settings { view, fxaa: settings.fxaa && lit, msaa, ..settings.clone() }
 }
 
 fn draw_tile(
@@ -194,9 +202,13 @@ fn draw_tile(
     settings: &Settings,
 ) -> Result<Tile, Failure> {
     let label = name.replace('-', " ");
+    let none = || Tile { label: format!("{label}: none"), size: settings.size, rgba: Vec::new() };
+    if settings.view == View::Complexity && settings.msaa == 1 {
+        return Ok(none());
+    }
     let mut renderer = match Renderer::new(device, &workload.scene, settings) {
         Err(frame::Error::Plan(plan::Error::NoShadowMap(_))) => {
-            return Ok(Tile { label: format!("{label}: none"), size: settings.size, rgba: Vec::new() });
+            return Ok(none());
         }
         made => made?,
     };

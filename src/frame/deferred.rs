@@ -279,7 +279,7 @@ pub(super) fn clear_values(plan: &FramePlan, world: &World) -> Vec<vk::ClearValu
             // No surface has covered anything yet.
             Target::Revealage => color(Vec3::ONE),
             Target::Accumulation => vk::ClearValue { color: vk::ClearColorValue { float32: [0.0; 4] } },
-            Target::Hdr | Target::Output => color(background(plan, world, attachment.target)),
+            Target::Hdr | Target::Samples | Target::Output => color(background(plan, world, attachment.target)),
             _ => color(Vec3::ZERO),
         })
         .collect()

@@ -127,7 +127,15 @@ pub fn table(plan: &FramePlan) -> Vec<Edge> {
                 "the last picture may still be copied when this one is cleared; its layout changes before the write",
             ),
         };
-        table.push(subpass("output-reuse", (Place::Outside, first), &[read], &[first_use], why));
+        let (before, after, why) = match plan.resolves_output() {
+            true => (
+                vec![read, lighting::RESOLVE],
+                first_use.or(lighting::RESOLVE),
+                "frames in flight share the samples and the output: the last frame must have resolved the ones and let go of the other",
+            ),
+            false => (vec![read], first_use, why),
+        };
+        table.push(subpass("output-reuse", (Place::Outside, first), &before, &[after], why));
     }
     if let Some(transparency) = plan.transparency {
         table.extend(transparent_edges(plan, transparency));
@@ -250,6 +258,7 @@ fn gbuffer_reuse(plan: &FramePlan) -> Edge {
         before.push(match light_target(plan) {
             // Its clear waits for TONEMAP of the last frame to have let go of it.
             Target::Hdr => tonemap::HDR_READ.or(tonemap::HDR_DROP),
+            Target::Samples => lighting::RESOLVE,
             _ => copy::READ,
         });
     }

@@ -1,12 +1,14 @@
 //! Frames: what is recorded, in which order, and the renderer that keeps two of them in flight.
 
 mod accumulate;
+mod complexity;
 mod deferred;
 pub mod edges;
 mod render_pass;
 mod tiled;
 
 pub use accumulate::{Accumulator, sample_offset};
+pub use complexity::Complexity;
 pub use deferred::Deferred;
 pub use tiled::TiledFrame;
 
@@ -162,11 +164,40 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
         unorm_2x16_attachment: device.supports_color_attachment(vk::Format::R16G16_UNORM, false),
         packed_float_blends: device.supports_color_attachment(vk::Format::B10G11R11_UFLOAT_PACK32, true),
         float32_blends: device.supports_color_attachment(vk::Format::R32G32B32A32_SFLOAT, true),
+        msaa: msaa(device),
         lazily_allocated: device.has_lazily_allocated_memory(),
         software: device.kind == vk::PhysicalDeviceType::CPU,
         // Enabled wherever it is there (gpu/device.rs).
         independent_blend: device.features.independent_blend == vk::TRUE,
     }
+}
+
+/// The sample counts that every format of an attachment has on the device. More than one must be shaded one by one, and lie where
+/// `shaders/shared/multisampling.wgsl` says.
+fn msaa(device: &PhysicalDevice) -> u32 {
+    let features = device.features.sample_rate_shading == vk::TRUE;
+    if !features || device.limits.standard_sample_locations == vk::FALSE {
+        return 1;
+    }
+    let color = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::INPUT_ATTACHMENT;
+    let depth = vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT | vk::ImageUsageFlags::INPUT_ATTACHMENT;
+    let mut counts = device.attachment_samples();
+    for (format, usage) in [
+        (vk::Format::D32_SFLOAT, depth),
+        (vk::Format::R8G8B8A8_SRGB, color),
+        (vk::Format::R8G8B8A8_UNORM, color),
+        (vk::Format::R16G16_UNORM, color),
+        (vk::Format::A2B10G10R10_UNORM_PACK32, color),
+        (vk::Format::R16G16B16A16_SFLOAT, color),
+        (vk::Format::B10G11R11_UFLOAT_PACK32, color),
+        (vk::Format::R32G32B32A32_SFLOAT, color),
+    ] {
+        // A format that the device does not have is not chosen either.
+        if let Ok(Some(limits)) = device.image_limits(format, usage) {
+            counts &= limits.sample_counts;
+        }
+    }
+    counts.as_raw()
 }
 
 /// The plan of a scene's frames on a device, without making any of it.

@@ -9,7 +9,7 @@ use crate::gpu::{self, Device, RenderPass, SubpassDesc};
 use crate::passes::{fxaa, shadow};
 use crate::plan::{FramePlan, Shading};
 use crate::scene::Transparency;
-use crate::targets::{COMPOSITE_INPUTS, Target, attachments, gbuffer_inputs, light_target};
+use crate::targets::{COMPOSITE_INPUTS, Target, attachments, gbuffer_inputs, light_target, samples_of};
 
 /// Indices of the main pass's subpasses; which exist depends on the plan.
 #[derive(Debug, Clone, Copy)]
@@ -60,7 +60,7 @@ pub fn main(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<RenderPass> {
         .map(|attachment| {
             vk::AttachmentDescription::default()
                 .format(attachment.format)
-                .samples(vk::SampleCountFlags::TYPE_1)
+                .samples(samples_of(plan, attachment.target))
                 .load_op(attachment.load)
                 .store_op(attachment.store)
                 .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
@@ -83,9 +83,10 @@ pub fn main(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<RenderPass> {
         subpasses.push(SubpassDesc {
             input: &refs.lighting_input,
             color: &refs.lighting_color,
+            resolve: &refs.lighting_resolve,
             // Tested and read as an input at once, written by neither.
             depth: plan
-                .has_geometry()
+                .lighting_tests_depth()
                 .then(|| refs.reference(Target::Depth, vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL)),
             ..SubpassDesc::default()
         });
@@ -170,6 +171,7 @@ struct References {
     transparent_color: Vec<vk::AttachmentReference>,
     transparent_preserve: Vec<u32>,
     composite_input: Vec<vk::AttachmentReference>,
+    lighting_resolve: Vec<vk::AttachmentReference>,
     tonemap_input: Vec<vk::AttachmentReference>,
     tonemap_color: Vec<vk::AttachmentReference>,
 }
@@ -185,6 +187,7 @@ impl References {
             transparent_color: Vec::new(),
             transparent_preserve: Vec::new(),
             composite_input: Vec::new(),
+            lighting_resolve: Vec::new(),
             tonemap_input: Vec::new(),
             tonemap_color: Vec::new(),
         };
@@ -202,6 +205,9 @@ impl References {
         refs.lighting_input =
             gbuffer_inputs(plan).into_iter().map(|(_, target)| refs.reference(target, input_layout(target))).collect();
         refs.lighting_color = vec![refs.reference(light_target(plan), color)];
+        if plan.resolves_output() {
+            refs.lighting_resolve = vec![refs.reference(Target::Output, color)];
+        }
         match plan.transparency {
             Some(Transparency::Sorted) => refs.transparent_color = refs.lighting_color.clone(),
             Some(Transparency::Oit) => {

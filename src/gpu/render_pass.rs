@@ -21,6 +21,8 @@ pub struct SubpassDesc<'a> {
     pub input: &'a [vk::AttachmentReference],
     /// Written by location.
     pub color: &'a [vk::AttachmentReference],
+    /// Where each of `color` is resolved to after the subpass; empty, or as many.
+    pub resolve: &'a [vk::AttachmentReference],
     /// Tested, and written if its layout allows that.
     pub depth: Option<vk::AttachmentReference>,
     /// Kept through a subpass that does not use them.
@@ -55,6 +57,10 @@ impl RenderPass {
                     .input_attachments(subpass.input)
                     .color_attachments(subpass.color)
                     .preserve_attachments(subpass.preserve);
+                let description = match subpass.resolve.is_empty() {
+                    true => description,
+                    false => description.resolve_attachments(subpass.resolve),
+                };
                 match &subpass.depth {
                     Some(depth) => description.depth_stencil_attachment(depth),
                     None => description,

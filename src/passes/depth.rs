@@ -79,7 +79,7 @@ impl Depth {
                     depth_bias: false,
                     depth_clamp: false,
                     blend: &blend,
-                    samples: vk::SampleCountFlags::TYPE_1,
+                    samples: plan.sample_count(),
                     layout: layout.raw,
                     render_pass: slot.render_pass,
                     subpass: slot.subpass,

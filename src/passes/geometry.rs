@@ -89,7 +89,7 @@ fn pipeline(
             depth_bias: false,
             depth_clamp: false,
             blend: &blend(plan),
-            samples: vk::SampleCountFlags::TYPE_1,
+            samples: plan.sample_count(),
             layout,
             render_pass: slot.render_pass,
             subpass: slot.subpass,

@@ -32,9 +32,13 @@ pub const LIGHT_WRITE: Use =
 pub const LIGHT_BLEND: Use =
     LIGHT_WRITE.or(Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_READ));
 
-/// The pass: one pipeline, its constants set by the plan.
+/// Resolves what it wrote into the output after the subpass: reads the samples, and as their last user drops them.
+pub const RESOLVE: Use = LIGHT_BLEND;
+
+/// The pass: its constants set by the plan.
 pub struct Lighting {
-    screen: Screen,
+    /// One pipeline; with several samples a pixel one for pixels whose samples agree, and one that shades the others' samples.
+    screens: Vec<Screen>,
     inputs: Inputs,
 }
 
@@ -51,32 +55,37 @@ impl Lighting {
         inputs: &[Input],
     ) -> gpu::Result<Self> {
         let inputs = Inputs::new(device, "G-buffer inputs", inputs)?;
-        let flags = flags(plan);
-        let Some(shader) = shader::variant(flags) else {
-            return Err(gpu::Error::Unsupported(format!("lighting.wgsl has no variant {flags:?}")));
-        };
         let mut set_layouts = vec![layouts.frame, inputs.set_layout.raw];
         set_layouts.extend(layouts.shadows);
-        let screen = Screen::new(
-            device,
-            &ScreenDesc {
-                name: "lighting",
+        let screen = |name, flags| {
+            let Some(shader) = shader::variant(flags) else {
+                return Err(gpu::Error::Unsupported(format!("lighting.wgsl has no variant {flags:?}")));
+            };
+            let desc = ScreenDesc {
+                name,
                 slot,
                 shader,
                 constants: &constants_of(plan),
                 set_layouts: &set_layouts,
                 skip_sky: true,
                 blend: if plan.emissive { add() } else { replace() },
-            },
-        )?;
-        Ok(Self { screen, inputs })
+            };
+            Screen::multisampled(device, &desc, plan.sample_count())
+        };
+        let mut screens = vec![screen("lighting", flags(plan))?];
+        if plan.msaa > 1 {
+            screens.push(screen("lighting by sample", flags(plan) | Flags::PER_SAMPLE)?);
+        }
+        Ok(Self { screens, inputs })
     }
 
     /// Lights the picture. Runs inside its subpass.
     pub fn record(&self, recording: &Recording) {
         let mut sets = vec![(0, recording.frame_set), (1, self.inputs.set)];
         sets.extend(recording.shadow_set.map(|set| (2, set)));
-        self.screen.record(recording, &sets);
+        for screen in &self.screens {
+            screen.record(recording, &sets);
+        }
     }
 }
 
@@ -92,6 +101,7 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
         | when(gbuffer.is_some_and(|gbuffer| gbuffer.specular.is_some()), Flags::SPECULAR)
         | when(gbuffer.is_some_and(|gbuffer| gbuffer.position.is_some()), Flags::POSITION)
         | when(gbuffer.is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT), Flags::NORMAL_UINT)
+        | when(plan.msaa > 1, Flags::MSAA)
 }
 
 fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
@@ -114,6 +124,7 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         (constants::TONE_MAP, tone_map),
         (constants::OPERATOR, curve),
         (constants::LARGEST, plan.largest_light().to_bits()),
+        (constants::SAMPLES, plan.msaa),
         (constants::LIGHT_ONLY, u32::from(plan.shading == Shading::Light { light_only: true })),
     ]
 }

@@ -31,6 +31,11 @@ pub struct Screen {
 
 impl Screen {
     pub fn new(device: &Arc<Device>, desc: &ScreenDesc) -> gpu::Result<Self> {
+        Self::multisampled(device, desc, vk::SampleCountFlags::TYPE_1)
+    }
+
+    /// Into attachments of so many samples a pixel.
+    pub fn multisampled(device: &Arc<Device>, desc: &ScreenDesc, samples: vk::SampleCountFlags) -> gpu::Result<Self> {
         let layout = pipeline_layout(device, desc.name, desc.set_layouts, &[])?;
         let pipeline = GraphicsPipeline::new(
             device,
@@ -46,7 +51,7 @@ impl Screen {
                 depth_bias: false,
                 depth_clamp: false,
                 blend: &[desc.blend],
-                samples: vk::SampleCountFlags::TYPE_1,
+                samples,
                 layout: layout.raw,
                 render_pass: desc.slot.render_pass,
                 subpass: desc.slot.subpass,

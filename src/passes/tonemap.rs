@@ -9,7 +9,7 @@ use super::screen::{Input, Inputs, Screen, ScreenDesc, replace};
 use super::{Recording, Slot};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, ToneMapping};
-use crate::scene::Tonemap;
+use crate::scene::{Resolve, Tonemap};
 use crate::shaders::tonemap::{self as shader, Flags, constants};
 
 /// Reads its own pixel of the HDR target.
@@ -37,7 +37,7 @@ impl TonemapPass {
             return Err(gpu::Error::Unsupported("a TONEMAP subpass that the plan does not have".into()));
         };
         let inputs = Inputs::new(device, "HDR input", &[input])?;
-        let Some(shader) = shader::variant(Flags::NONE) else {
+        let Some(shader) = shader::variant(flags(plan)) else {
             return Err(gpu::Error::Unsupported("tonemap.wgsl has no variant".into()));
         };
         let screen = Screen::new(
@@ -46,7 +46,11 @@ impl TonemapPass {
                 name: "tonemap",
                 slot,
                 shader,
-                constants: &[(constants::OPERATOR, curve as u32)],
+                constants: &[
+                    (constants::OPERATOR, curve as u32),
+                    (constants::SAMPLES, plan.msaa),
+                    (constants::LINEAR, u32::from(plan.resolve == Resolve::Linear)),
+                ],
                 set_layouts: &[inputs.set_layout.raw],
                 // The background is tone-mapped as well.
                 skip_sky: false,
@@ -60,6 +64,11 @@ impl TonemapPass {
     pub fn record(&self, recording: &Recording) {
         self.screen.record(recording, &[(0, self.inputs.set)]);
     }
+}
+
+/// Which variant of the shader a plan takes.
+pub(crate) fn flags(plan: &FramePlan) -> Flags {
+    if plan.msaa > 1 { Flags::MSAA } else { Flags::NONE }
 }
 
 /// The curves of `shaders/shared/tonemap.wgsl`, where they are named and cited: scene-linear to display-linear, 0 to 1.

@@ -54,7 +54,7 @@ impl ViewPass {
                 shader,
                 constants: &constants_of(plan),
                 set_layouts: &set_layouts,
-                skip_sky: plan.has_geometry(),
+                skip_sky: plan.lighting_tests_depth(),
                 blend: replace(),
             },
         )?;
@@ -86,6 +86,7 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
                 | when(gbuffer.specular.is_some(), Flags::SPECULAR)
                 | when(gbuffer.position.is_some(), Flags::POSITION)
                 | when(gbuffer.normal == vk::Format::R16G16_UINT, Flags::NORMAL_UINT)
+                | when(plan.msaa > 1, Flags::MSAA)
         }
     }
 }
@@ -105,6 +106,7 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
     };
     vec![
         (constants::SHOW, show),
+        (constants::SAMPLES, plan.msaa),
         (constants::NORMAL_ENCODING, gbuffer.map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
         (constants::GEOMETRIC_STEPS, gbuffer.map_or(255.0, Gbuffer::geometric_steps).to_bits()),
         (constants::ENCODED_OUTPUT, u32::from(plan.output == crate::plan::OUTPUT_SRGB)),

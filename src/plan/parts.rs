@@ -72,7 +72,8 @@ fn shadow_maps(shadow: &ShadowPlan) -> String {
 
 fn gbuffer(plan: &FramePlan) -> Vec<Part> {
     let attachment = |name: &str, format: Option<vk::Format>, reason: String, absent: vk::Format| {
-        let bytes = u64::from(format_bytes(format.unwrap_or(absent))) * pixels(plan);
+        let samples = if name == "output" { 1 } else { plan.msaa };
+        let bytes = u64::from(format_bytes(format.unwrap_or(absent)) * samples) * pixels(plan);
         let name = match format {
             Some(format) => format!("{name} ({format:?})"),
             None => name.to_string(),
@@ -142,7 +143,7 @@ fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
         None if asked != HdrFormat::default() => format!("{reason}, and {asked} has nothing to be the format of"),
         None => reason.to_owned(),
     };
-    let bytes = u64::from(format_bytes(plan.hdr.unwrap_or(super::HDR)));
+    let bytes = u64::from(format_bytes(plan.hdr.unwrap_or(super::HDR)) * plan.msaa);
     part("HDR target and TONEMAP subpass", plan.has_tonemap_subpass(), reason, bytes * pixels(plan))
 }
 
@@ -151,8 +152,23 @@ fn antialiasing(plan: &FramePlan) -> Vec<Part> {
         1 => "one frame is a picture".to_string(),
         samples => format!("{samples} jittered frames make a picture"),
     };
+    let multisampling = match plan.msaa {
+        1 => "one sample a pixel".to_string(),
+        samples => format!("{samples} samples a pixel; where they differ, LIGHTING shades each"),
+    };
+    let resolved = match (plan.resolves_output(), plan.msaa) {
+        (true, _) => "the render pass resolves what LIGHTING shows of each sample",
+        (false, 1) => "one sample a pixel",
+        (false, _) => "TONEMAP resolves, or the view shows all samples at once",
+    };
+    let samples = u64::from(format_bytes(plan.output) * plan.msaa);
     let fxaa = if plan.fxaa { "asked for" } else { "not asked for" };
-    vec![part("accumulated frames", plan.samples > 1, many, 0), part("FXAA pass", plan.fxaa, fxaa, 4 * pixels(plan))]
+    vec![
+        part("accumulated frames", plan.samples > 1, many, 0),
+        part("multisampling", plan.msaa > 1, multisampling, 0),
+        part("samples of the output", plan.resolves_output(), resolved, samples * pixels(plan)),
+        part("FXAA pass", plan.fxaa, fxaa, 4 * pixels(plan)),
+    ]
 }
 
 fn transparency(scene: &Scene, plan: &FramePlan) -> [Part; 2] {

@@ -4,8 +4,8 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::{Capabilities, Error, FramePlan};
 use crate::scene::{
-    AlphaMode, Brdf, Falloff, GbufferChoice, GbufferPreset, Light, LightKind, LightPath, Material, Mesh, Object, Scene,
-    Settings, TargetChoice, Transparency, View,
+    AlphaMode, Brdf, Falloff, GbufferChoice, GbufferPreset, Light, LightKind, LightPath, Material, Mesh, Object,
+    Resolve, Scene, Settings, TargetChoice, Transparency, View,
 };
 
 pub const VIEWS: [View; 12] = [
@@ -34,6 +34,7 @@ pub fn device() -> Capabilities {
         unorm_2x16_attachment: true,
         float32_blends: true,
         packed_float_blends: true,
+        msaa: 1 | 2 | 4 | 8,
         lazily_allocated: false,
         software: false,
         independent_blend: true,
@@ -204,6 +205,7 @@ pub fn plans() -> Vec<(String, FramePlan)> {
         }
     }
     plans.extend(antialiased());
+    plans.extend(multisampled());
     plans.extend(light_paths(|plan| !plan.is_tiled()));
     plans
 }
@@ -249,6 +251,45 @@ fn antialiased() -> Vec<(String, FramePlan)> {
             let name = format!("{scene_name} {name}");
             let plan = FramePlan::of(&scene, &settings, &device());
             plans.push((name.clone(), plan.unwrap_or_else(|error| panic!("{name}: {error}"))));
+        }
+    }
+    plans
+}
+
+/// Plans of several samples a pixel: all scenes, layouts of floats, outputs, ways to resolve, and the view that goes with it.
+fn multisampled() -> Vec<(String, FramePlan)> {
+    let mut plans = Vec::new();
+    for (scene_name, scene) in scenes() {
+        for (layout, gbuffer) in gbuffers().into_iter().filter(|(layout, _)| !layout.contains("uint")) {
+            for (view, light_path) in [
+                (View::Final, LightPath::Loop),
+                (View::Final, LightPath::Clustered),
+                (View::Lighting, LightPath::Auto),
+                (View::Complexity, LightPath::Auto),
+            ] {
+                for (hdr_output, resolve) in
+                    [(false, Resolve::ToneMapped), (false, Resolve::Linear), (true, Resolve::Linear)]
+                {
+                    let settings = Settings {
+                        msaa: 4,
+                        fxaa: !hdr_output && view == View::Lighting,
+                        gbuffer,
+                        view,
+                        light_path,
+                        hdr_output,
+                        resolve,
+                        ..Settings::default()
+                    };
+                    let name =
+                        format!("{scene_name} {layout} msaa {view:?} {light_path} {resolve} hdr_output={hdr_output}");
+                    match FramePlan::of(&scene, &settings, &device()) {
+                        Ok(plan) => plans.push((name, plan)),
+                        // What is not multisampled.
+                        Err(Error::AntiAliasing(why)) => assert!(why.contains("transparent"), "{name}: {why}"),
+                        Err(error) => panic!("{name}: {error}"),
+                    }
+                }
+            }
         }
     }
     plans

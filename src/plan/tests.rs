@@ -451,6 +451,16 @@ fn what_smooths_edges_is_refused_where_it_means_nothing() {
         (Settings { samples: 2, ..normals.clone() }, "the view normal"),
         (Settings { fxaa: true, ..normals }, "the view normal"),
         (Settings { fxaa: true, hdr_output: true, ..Settings::default() }, ".exr"),
+        (Settings { msaa: 0, ..Settings::default() }, "cannot draw 0 samples"),
+        (Settings { msaa: 3, ..Settings::default() }, "it can draw 1, 2, 4, 8"),
+        (Settings { msaa: 16, ..Settings::default() }, "it can draw 1, 2, 4, 8"),
+        (Settings { msaa: 4, view: View::Depth, ..Settings::default() }, "the view depth"),
+        (Settings { msaa: 4, samples: 2, ..Settings::default() }, "choose one"),
+        (Settings { view: View::Complexity, ..Settings::default() }, "--msaa 4"),
+        (
+            Settings { msaa: 4, gbuffer: "lean,normal=oct16-uint".parse().expect("a layout"), ..Settings::default() },
+            "rgb10a2",
+        ),
         (Settings { fxaa: true, samples: 2, ..Settings::default() }, "choose one"),
     ] {
         let text = FramePlan::of(&scene, &settings, &device()).expect_err("must be refused").to_string();
@@ -468,4 +478,35 @@ fn frames_that_are_averaged_are_linear_and_tone_mapped_afterwards() {
     }
     let linear = plan_with(&lit, &Settings { samples: 2, hdr_output: true, ..Settings::default() });
     assert_eq!(linear.tone_mapping, ToneMapping::Absent);
+}
+
+#[test]
+fn multisampling_keeps_light_until_it_is_averaged() {
+    let (dull, bright) = (scene(vec![material(CT)], vec![]), scene(vec![emissive()], vec![]));
+    let with = |scene: &Scene, resolve, hdr_output| {
+        let plan = plan_with(scene, &Settings { msaa: 4, resolve, hdr_output, ..Settings::default() });
+        (plan.hdr.is_some(), plan.resolves_output())
+    };
+    // Shown sample by sample in LIGHTING, where nothing blends before that; in TONEMAP else. Linear output is resolved as it is.
+    assert_eq!(with(&dull, Resolve::ToneMapped, false), (false, true));
+    assert_eq!(with(&dull, Resolve::Linear, false), (true, false));
+    assert_eq!(with(&bright, Resolve::ToneMapped, false), (true, false));
+    assert_eq!(with(&bright, Resolve::Linear, false), (true, false));
+    assert_eq!(with(&bright, Resolve::ToneMapped, true), (false, true));
+    let plan = plan_with(&dull, &Settings { msaa: 4, ..Settings::default() });
+    assert_eq!(plan.gbuffer_bytes_per_pixel(), 4 * plan_with(&dull, &Settings::default()).gbuffer_bytes_per_pixel());
+}
+
+#[test]
+fn a_device_that_has_not_the_samples_or_the_path_that_shades_one_is_refused() {
+    let lit = scene(vec![material(CT)], vec![point(Falloff::Quadratic)]);
+    let four = Settings { msaa: 4, ..Settings::default() };
+    let poor = Capabilities { msaa: 1 | 2, ..device() };
+    let text = FramePlan::of(&lit, &four, &poor).expect_err("no 4 samples").to_string();
+    assert!(text.contains("cannot draw 4") && text.contains("1, 2"), "{text}");
+    for light_path in [LightPath::PerLight, LightPath::Volumes, LightPath::Compute] {
+        let settings = Settings { light_path, ..four.clone() };
+        let text = FramePlan::of(&lit, &settings, &device()).expect_err("one sample").to_string();
+        assert!(text.contains(light_path.name()) && text.contains("clustered"), "{text}");
+    }
 }

@@ -35,7 +35,7 @@ pub use material::{AlphaMode, Brdf, Material, TextureSlot};
 pub use mesh::{CastsShadow, Mesh, Object};
 pub use names::TARGETS;
 pub use settings::{
-    GbufferChoice, GbufferPreset, HdrFormat, LightPath, MAX_SAMPLES, MAX_SHADOW_SIZE, MIN_SHADOW_SIZE, Resolve,
+    GbufferChoice, GbufferPreset, HdrFormat, LightPath, MAX_SAMPLES, MAX_SHADOW_SIZE, MIN_SHADOW_SIZE, MSAA, Resolve,
     Settings, SettingsPatch, ShadowFilter, ShadowSettings, TargetChoice, Tonemap, Transparency, View, parse_size,
 };
 pub use suggest::{nearest, unknown};

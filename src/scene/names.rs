@@ -48,7 +48,7 @@ named!(View, "view",
     "final" => Final, "position" => Position, "normal" => Normal, "normal-absolute" => NormalAbsolute,
     "albedo" => Albedo, "metallic" => Metallic, "roughness" => Roughness, "depth" => Depth,
     "shadow-map" => ShadowMap, "lighting" => Lighting, "overdraw" => Overdraw,
-    "lights-per-pixel" => LightsPerPixel);
+    "lights-per-pixel" => LightsPerPixel, "complexity" => Complexity);
 named!(LightPath, "light path",
     "auto" => Auto, "loop" => Loop, "per-light" => PerLight, "volumes" => Volumes, "clustered" => Clustered,
     "compute" => Compute, "forward" => Forward, "forward-naive" => ForwardNaive);

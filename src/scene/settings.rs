@@ -34,6 +34,8 @@ pub struct Settings {
     pub resolve: Resolve,
     /// Smooths the edges of the tone-mapped picture.
     pub fxaa: bool,
+    /// Samples of depth and G-buffer in each pixel: 1, 2, 4 or 8, as far as the device has them.
+    pub msaa: u32,
 }
 
 impl Default for Settings {
@@ -55,6 +57,7 @@ impl Default for Settings {
             samples: 1,
             resolve: Resolve::default(),
             fxaa: false,
+            msaa: 1,
         }
     }
 }
@@ -209,6 +212,8 @@ pub enum View {
     Overdraw,
     /// Lights that reach each pixel, as a heat map.
     LightsPerPixel,
+    /// Pixels whose multisamples differ, so that each of them is shaded.
+    Complexity,
 }
 
 /// Which format each target of the G-buffer has.
@@ -273,6 +278,7 @@ pub struct SettingsPatch {
     pub fxaa: Option<bool>,
     pub hdr_format: Option<HdrFormat>,
     pub transparency: Option<Transparency>,
+    pub msaa: Option<u32>,
 }
 
 impl SettingsPatch {
@@ -302,6 +308,7 @@ impl SettingsPatch {
             fxaa: self.fxaa.or(other.fxaa),
             hdr_format: self.hdr_format.or(other.hdr_format),
             transparency: self.transparency.or(other.transparency),
+            msaa: self.msaa.or(other.msaa),
         }
     }
 
@@ -335,6 +342,7 @@ impl SettingsPatch {
             samples: self.samples.unwrap_or(default.samples),
             resolve: self.resolve.unwrap_or(default.resolve),
             fxaa: self.fxaa.unwrap_or(default.fxaa),
+            msaa: self.msaa.unwrap_or(default.msaa),
         }
     }
 
@@ -377,6 +385,11 @@ impl SettingsPatch {
         {
             return wrong(format!("samples {samples}: must be 1 to {MAX_SAMPLES} frames"));
         }
+        if let Some(msaa) = self.msaa
+            && !MSAA.contains(&msaa)
+        {
+            return wrong(format!("msaa {msaa}: must be 1, 2, 4 or 8 samples a pixel"));
+        }
         for (name, bias) in [("normal offset", self.shadow_normal_offset), ("slope bias", self.shadow_slope_bias)] {
             if let Some(bias) = bias
                 && !(0.0..=1000.0).contains(&bias)
@@ -395,6 +408,9 @@ pub const MAX_SHADOW_SIZE: u32 = 16384;
 
 /// The most frames that are averaged into one picture.
 pub const MAX_SAMPLES: u32 = 4096;
+
+/// Samples a pixel that multisampling can have; a device may have fewer.
+pub const MSAA: [u32; 4] = [1, 2, 4, 8];
 
 /// Width and height from `1280x720`, each at least 1.
 ///
@@ -430,6 +446,7 @@ mod tests {
         assert!(refused(SettingsPatch { shadow_size: Some(16385), ..Default::default() }));
         assert!(refused(SettingsPatch { shadow_slope_bias: Some(-1.0), ..Default::default() }));
         assert!(refused(SettingsPatch { samples: Some(0), ..Default::default() }));
+        assert!(refused(SettingsPatch { msaa: Some(3), ..Default::default() }));
         assert!(refused(SettingsPatch { samples: Some(4097), ..Default::default() }));
         assert!(!refused(SettingsPatch { shadow_size: Some(16384), exposure: Some(15.0), ..Default::default() }));
     }

@@ -40,7 +40,7 @@ const DEPTH_READ_EARLY: (S, A) = (S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTA
 const DEPTH_READ_LATE: (S, A) = (S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ);
 
 fn is_gbuffer(target: Target) -> bool {
-    let others = [Target::Depth, Target::Accumulation, Target::Revealage, Target::Hdr, Target::Output];
+    let others = [Target::Depth, Target::Accumulation, Target::Revealage, Target::Hdr, Target::Samples, Target::Output];
     !others.contains(&target)
 }
 
@@ -63,8 +63,13 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
     for (_, target) in gbuffer_inputs(plan) {
         touch(Place::Lighting, target, &[INPUT_READ]);
     }
-    let light = if plan.blends_light() { &[COLOR_WRITE, COLOR_READ][..] } else { &[COLOR_WRITE] };
+    // A resolve reads the samples and writes the output, both as colour attachments (specification, 8.4).
+    let reads = plan.blends_light() || plan.resolves_output();
+    let light = if reads { &[COLOR_WRITE, COLOR_READ][..] } else { &[COLOR_WRITE] };
     touch(Place::Lighting, light_target(plan), light);
+    if plan.resolves_output() {
+        touch(Place::Lighting, Target::Output, &[COLOR_WRITE]);
+    }
     let depth = &[DEPTH_READ_EARLY, DEPTH_READ_LATE];
     match plan.transparency {
         Some(Transparency::Sorted) => {
@@ -304,7 +309,10 @@ fn rows_are_by_region_between_subpasses_and_nowhere_else() {
 fn rows_wait_for_nothing_that_the_plan_leaves_out() {
     each_plan(|name, plan, table| {
         let any = |one: (S, A)| table.iter().any(|edge| covers(&edge.before, one) || covers(&edge.after, one));
-        let blends = plan.blends_light() || plan.transparency.is_some() || plan.shading == Shading::ShowOverdraw;
+        let blends = plan.blends_light()
+            || plan.resolves_output()
+            || plan.transparency.is_some()
+            || plan.shading == Shading::ShowOverdraw;
         assert_eq!(any(COLOR_READ), blends, "{name}");
         let places: BTreeSet<_> =
             table.iter().flat_map(|edge| [edge.from, edge.to]).map(|p| format!("{p:?}")).collect();

@@ -204,6 +204,7 @@ fn no_attachment_is_missing_unused_or_there_twice() {
             &refs.lighting_color,
             &refs.transparent_color,
             &refs.composite_input,
+            &refs.lighting_resolve,
             &refs.tonemap_input,
             &refs.tonemap_color,
         ];
@@ -246,13 +247,15 @@ fn what_nothing_reads_after_the_pass_is_transient_and_only_the_output_is_kept() 
                     | vk::ImageUsageFlags::INPUT_ATTACHMENT);
             assert!(kept || others.is_empty(), "{name} {:?}", attachment.target);
         }
+        let lights = [Target::Hdr, Target::Samples, Target::Output];
         let bytes: u32 = attachments(&plan)
             .iter()
             .filter(|a| {
                 plan.gbuffer.is_some()
-                    && !matches!(a.target, Target::Accumulation | Target::Revealage | Target::Hdr | Target::Output)
+                    && !matches!(a.target, Target::Accumulation | Target::Revealage)
+                    && !lights.contains(&a.target)
             })
-            .map(|a| crate::gpu::format_bytes(a.format))
+            .map(|a| crate::gpu::format_bytes(a.format) * samples_of(&plan, a.target).as_raw())
             .sum();
         assert_eq!(bytes, plan.gbuffer_bytes_per_pixel(), "{name}");
     }
@@ -264,11 +267,12 @@ fn what_is_blended_or_shown_over_nothing_starts_cleared() {
         let load = |target| attachments(&plan).iter().find(|a| a.target == target).map(|a| a.load);
         let clear = Some(vk::AttachmentLoadOp::CLEAR);
         assert_eq!(load(Target::Depth).is_some(), plan.has_geometry(), "{name}");
-        for target in [Target::Depth, Target::Hdr, Target::Count, Target::Accumulation, Target::Revealage] {
+        let lights = [Target::Hdr, Target::Samples, Target::Accumulation, Target::Revealage];
+        for target in [Target::Depth, Target::Count].into_iter().chain(lights) {
             assert!(load(target).is_none() || load(target) == clear, "{name} {target:?}");
         }
-        // TONEMAP writes every pixel itself.
-        assert_eq!(load(Target::Output) == clear, !plan.has_tonemap_subpass(), "{name}");
+        // TONEMAP and a resolve write every pixel themselves.
+        assert_eq!(load(Target::Output) == clear, !plan.has_tonemap_subpass() && !plan.resolves_output(), "{name}");
     }
 }
 
@@ -334,4 +338,29 @@ fn the_shadow_pass_stores_its_map_and_leaves_it_readable() {
     assert_eq!(attachment.load_op, vk::AttachmentLoadOp::CLEAR);
     let readable = vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL;
     assert_eq!((attachment.initial_layout, attachment.final_layout), (readable, readable));
+}
+
+#[test]
+fn subpasses_write_attachments_of_one_sample_count_and_resolve_into_the_output() {
+    for (name, plan) in samples::plans() {
+        let refs = References::of(&plan);
+        let count =
+            |reference: &vk::AttachmentReference| name_of(&refs, reference).map(|target| samples_of(&plan, target));
+        let counts = |list: &[vk::AttachmentReference]| list.iter().filter_map(count).collect::<BTreeSet<_>>();
+        let many = BTreeSet::from([plan.sample_count()]);
+        if plan.has_geometry() {
+            assert!(counts(&refs.geometry_color).is_subset(&many), "{name}");
+        }
+        // VIEW shows all samples at once, and then has no depth to test against.
+        let lit = if plan.lighting_tests_depth() { many } else { BTreeSet::from([vk::SampleCountFlags::TYPE_1]) };
+        assert_eq!(counts(&refs.lighting_color), lit, "{name}");
+        assert!(counts(&refs.tonemap_color).iter().all(|count| *count == vk::SampleCountFlags::TYPE_1), "{name}");
+        let resolved: Vec<_> = refs.lighting_resolve.iter().map(|reference| name_of(&refs, reference)).collect();
+        assert_eq!(resolved, if plan.resolves_output() { vec![Some(Target::Output)] } else { vec![] }, "{name}");
+        // Someone resolves whatever has several samples.
+        assert!(
+            plan.msaa == 1 || plan.resolves_output() || plan.hdr.is_some() || !plan.lighting_tests_depth(),
+            "{name}"
+        );
+    }
 }

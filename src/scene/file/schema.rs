@@ -131,6 +131,7 @@ pub(super) const SETTINGS: Schema = Schema {
         "fxaa",
         "hdr_format",
         "transparency",
+        "msaa",
     ],
 };
 pub(super) const SHADOWS: Schema = Schema {

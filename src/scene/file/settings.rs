@@ -79,6 +79,7 @@ pub(super) fn settings(node: &Node) -> Result<SettingsPatch, Error> {
         fxaa: table.read("fxaa", Node::boolean)?,
         hdr_format: table.read("hdr_format", Node::name)?,
         transparency: table.read("transparency", Node::name)?,
+        msaa: table.read("msaa", |node| node.integer(1..=8))?,
         ..SettingsPatch::default()
     };
     if let Some(node) = table.get("shadows") {
