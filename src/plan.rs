@@ -106,6 +106,8 @@ pub enum Error {
         "weighted blended transparency needs attachments that blend each in its own way (independentBlend), which the device lacks: choose `--transparency sorted`"
     )]
     IndependentBlend,
+    #[error("forward-naive has no depth pre-pass, which is what it is there to show: choose `--light-path forward`")]
+    NaivePrepass,
     #[error(
         "the light path compute writes the finished picture, and transparent surfaces would have to come after it: choose `--light-path clustered`"
     )]
@@ -220,7 +222,7 @@ pub struct FramePlan {
     pub light_path: LightPath,
     /// Why it is this one.
     pub light_path_reason: String,
-    /// One pipeline of GEOMETRY each.
+    /// One pipeline of GEOMETRY each, or of FORWARD.
     pub geometry: BTreeSet<GeometryKey>,
     /// One pipeline of TRANSPARENT each.
     pub transparent: BTreeSet<GeometryKey>,
@@ -268,18 +270,24 @@ impl FramePlan {
         if transparency == Some(Transparency::Oit) && !device.independent_blend {
             return Err(Error::IndependentBlend);
         }
-        let emissive = settings.view == View::Final && drawn.iter().any(|index| material(index).is_emissive());
+        let lights = planned_lights(scene, settings, shading);
+        let (light_path, light_path_reason) = light_path::choose(scene, settings, &lights, device)?;
+        let forward = is_forward(light_path);
+        if settings.depth_prepass == Some(true) && light_path == LightPath::ForwardNaive {
+            return Err(Error::NaivePrepass);
+        }
+        // Where there is no G-buffer, what surfaces emit is added as they are drawn.
+        let emissive =
+            !forward && settings.view == View::Final && drawn.iter().any(|index| material(index).is_emissive());
         let brdf = planned_brdf(drawn.iter().map(|index| settings.brdf.unwrap_or(material(index).brdf)));
         let complexity = settings.view == View::Complexity;
         // What is compared must be what LIGHTING would read.
         let shadowed = shadow.is_some() || (complexity && shadow_reason(scene, settings).is_ok());
-        let gbuffer = matches!(shading, Shading::Light { .. } | Shading::ShowGbuffer(_))
+        let gbuffer = (!forward && matches!(shading, Shading::Light { .. } | Shading::ShowGbuffer(_)))
             .then(|| Gbuffer::choose(&settings.gbuffer, brdf, shadowed, settings.view, device));
         check_antialiasing(settings, lit)?;
         // What is averaged from frame to frame must not be cut off before.
         let linear = settings.hdr_output || settings.samples > 1;
-        let lights = planned_lights(scene, settings, shading);
-        let (light_path, light_path_reason) = light_path::choose(scene, settings, &lights, device)?;
         let adds = adds_lights(light_path, &lights);
         check_msaa(settings, gbuffer.as_ref(), light_path, transparency, device)?;
         // Samples are averaged before they are tone-mapped, and so kept until then.
@@ -327,7 +335,7 @@ impl FramePlan {
             brdf_override: settings.brdf,
             lights,
             // Counting and depth alone gain nothing from it.
-            depth_prepass: settings.depth_prepass.unwrap_or(false)
+            depth_prepass: settings.depth_prepass.unwrap_or(light_path == LightPath::Forward)
                 && matches!(shading, Shading::Light { .. } | Shading::ShowGbuffer(_)),
             light_path,
             light_path_reason,
@@ -426,6 +434,11 @@ impl FramePlan {
     /// Whether a compute pass lights a stored G-buffer, so that the main pass ends with GEOMETRY.
     pub fn is_tiled(&self) -> bool {
         self.light_path == LightPath::Compute
+    }
+
+    /// Whether surfaces are lit while they are rasterized: there is no G-buffer.
+    pub fn is_forward(&self) -> bool {
+        is_forward(self.light_path)
     }
 
     /// Whether LIGHTING blends over what is in its target.
@@ -638,6 +651,10 @@ pub fn falloff_index(falloff: Falloff) -> u32 {
         Falloff::Quadratic => 1,
         Falloff::Polynomial { .. } => 2,
     }
+}
+
+fn is_forward(path: LightPath) -> bool {
+    matches!(path, LightPath::Forward | LightPath::ForwardNaive)
 }
 
 /// Full-screen or cut to what a light reaches: each is a draw of its own.

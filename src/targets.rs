@@ -44,7 +44,12 @@ pub fn attachments(plan: &FramePlan) -> Vec<Attachment> {
     let mut list = Vec::new();
     if plan.has_geometry() {
         // 32 bits: cleared to infinity (reversed Z), never stored.
-        list.push(transient(Target::Depth, DEPTH, vk::AttachmentLoadOp::CLEAR));
+        let mut depth = transient(Target::Depth, DEPTH, vk::AttachmentLoadOp::CLEAR);
+        if plan.is_forward() && plan.transparency.is_none() {
+            // FORWARD alone uses it.
+            depth.final_layout = vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
+        }
+        list.push(depth);
     }
     if let Some(gbuffer) = &plan.gbuffer {
         // Not cleared: LIGHTING leaves out every pixel that GEOMETRY did not write.

@@ -11,7 +11,8 @@ use std::process::Command;
 use afterlight::frame::edges;
 use afterlight::plan::{Capabilities, FramePlan};
 use afterlight::scene::{
-    AlphaMode, Brdf, HdrFormat, OpenOptions, Scene, Settings, TARGETS, Tonemap, Transparency, View, builtin, open,
+    AlphaMode, Brdf, HdrFormat, LightPath, OpenOptions, Scene, Settings, TARGETS, Tonemap, Transparency, View, builtin,
+    open,
 };
 
 fn project() -> &'static Path {
@@ -232,6 +233,11 @@ fn the_architecture_lists_every_dependency_with_its_reason() {
         changed.retain(|row| !base.contains(row));
         assert_eq!(listed_dependencies(1 + index), changed, "{name}: it should be\n{}", changed.join("\n"));
     }
+    // And those of a frame without a G-buffer.
+    scene.materials[material].alpha_mode = AlphaMode::Opaque;
+    let mut changed = rows(&scene, &Settings { light_path: LightPath::Forward, ..Settings::default() });
+    changed.retain(|row| !base.contains(row));
+    assert_eq!(listed_dependencies(3), changed, "forward: it should be\n{}", changed.join("\n"));
 }
 
 /// The rows of ARCHITECTURE.md's dependency table of this number.

@@ -127,6 +127,17 @@ fn transparent_surfaces_are_silent_sorted_and_weighted() {
                         let settings = Settings { transparency: *transparency, hdr_output, ..small(&scene) };
                         exercise(gpu, &scene, &Settings { gbuffer: gbuffer(name), ..settings });
                     }
+                    for (light_path, depth_prepass) in [
+                        (LightPath::Forward, Some(true)),
+                        (LightPath::Forward, Some(false)),
+                        (LightPath::ForwardNaive, None),
+                        (LightPath::PerLight, None),
+                        (LightPath::Volumes, None),
+                        (LightPath::Clustered, None),
+                    ] {
+                        let settings = Settings { transparency: *transparency, hdr_output, ..small(&scene) };
+                        exercise(gpu, &scene, &Settings { light_path, depth_prepass, ..settings });
+                    }
                 }
             }
         }

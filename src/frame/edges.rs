@@ -9,9 +9,9 @@ use std::fmt;
 use ash::vk;
 
 use crate::gpu::sync::Use;
-use crate::passes::{composite, copy, fxaa, geometry, lighting, shadow, tiled, tonemap, transparent};
+use crate::passes::{composite, copy, forward, fxaa, geometry, lighting, shadow, tiled, tonemap, transparent};
 use crate::plan::{FramePlan, Shading};
-use crate::scene::Transparency;
+use crate::scene::{LightPath, Transparency};
 use crate::targets::{Target, light_target};
 
 /// Where something happens.
@@ -23,6 +23,8 @@ pub enum Place {
     Geometry,
     /// LIGHTING, or VIEW in its place: they touch the same things in the same way.
     Lighting,
+    /// GEOMETRY and LIGHTING at once.
+    Forward,
     Transparent,
     Composite,
     Tonemap,
@@ -55,6 +57,7 @@ impl fmt::Display for Place {
             Self::Shadow => "SHADOW",
             Self::Geometry => "GEOMETRY",
             Self::Lighting => "LIGHTING",
+            Self::Forward => "FORWARD",
             Self::Transparent => "TRANSPARENT",
             Self::Composite => "COMPOSITE",
             Self::Tonemap => "TONEMAP",
@@ -105,12 +108,16 @@ pub fn table(plan: &FramePlan) -> Vec<Edge> {
         return table;
     }
     let lights = light_target(plan);
-    if plan.has_geometry() {
-        table.push(gbuffer_reuse(plan));
-        table.push(gbuffer_to_lighting(plan));
-    }
-    if !plan.emissive && lights == Target::Hdr {
-        table.push(hdr_reuse(plan));
+    if plan.is_forward() {
+        table.push(forward_edge(plan));
+    } else {
+        if plan.has_geometry() {
+            table.push(gbuffer_reuse(plan));
+            table.push(gbuffer_to_lighting(plan));
+        }
+        if !plan.emissive && lights == Target::Hdr {
+            table.push(hdr_reuse(plan));
+        }
     }
     let (last_light, light_use) = last_light(plan);
     // The first to touch the output, and the last. Where emissive light goes straight there, GEOMETRY is the first.
@@ -118,8 +125,9 @@ pub fn table(plan: &FramePlan) -> Vec<Edge> {
         Target::Hdr => ((Place::Tonemap, tonemap::OUTPUT_WRITE), (Place::Tonemap, tonemap::OUTPUT_WRITE)),
         _ => ((Place::Lighting, light_write(plan)), (last_light, light_use)),
     };
-    let geometry_clears_output = plan.emissive && lights == Target::Output;
-    if !geometry_clears_output {
+    // Rows above order that, where GEOMETRY or FORWARD is the first.
+    let output_is_ordered = (plan.emissive || plan.is_forward()) && lights == Target::Output;
+    if !output_is_ordered {
         let (read, why) = match plan.fxaa {
             true => (fxaa::OUTPUT_READ, "FXAA of the last frame may still sample the output when this one clears it"),
             false => (
@@ -216,8 +224,11 @@ fn fxaa_pass(name: &'static str, (from, to): (Place, Place), before: Use, after:
 }
 
 fn shadow_edges(plan: &FramePlan) -> [Edge; 2] {
-    let (reader, map_read) =
-        if plan.is_tiled() { (Place::Tiled, tiled::MAP_READ) } else { (Place::Lighting, shadow::MAP_READ) };
+    let (reader, map_read) = match plan.light_path {
+        LightPath::Compute => (Place::Tiled, tiled::MAP_READ),
+        LightPath::Forward | LightPath::ForwardNaive => (Place::Forward, shadow::MAP_READ),
+        _ => (Place::Lighting, shadow::MAP_READ),
+    };
     [
         Edge {
             name: "shadow-map-reuse",
@@ -307,11 +318,36 @@ fn last_light(plan: &FramePlan) -> (Place, Use) {
     match plan.transparency {
         Some(Transparency::Sorted) => (Place::Transparent, transparent::BLEND),
         Some(Transparency::Oit) => (Place::Composite, composite::LIGHT_BLEND),
+        None if plan.is_forward() => (Place::Forward, forward::LIGHT_WRITE),
         None => (Place::Lighting, light_write(plan)),
     }
 }
 
+/// FORWARD is the first to touch all that it draws into.
+fn forward_edge(plan: &FramePlan) -> Edge {
+    // How the last frame let go of depth, and of the light.
+    let depth = match plan.transparency {
+        Some(_) => transparent::DEPTH_DROP.or(transparent::DEPTH_READ),
+        None => forward::DEPTH_TEST,
+    };
+    let light = match light_target(plan) {
+        Target::Hdr => tonemap::HDR_READ.or(tonemap::HDR_DROP),
+        _ if plan.fxaa => fxaa::OUTPUT_READ,
+        _ => copy::READ,
+    };
+    subpass(
+        "targets-reuse",
+        (Place::Outside, Place::Forward),
+        &[depth, light],
+        &[forward::DEPTH_TEST, forward::LIGHT_WRITE],
+        "frames in flight share the targets: the last frame must have read or copied what this one clears, and dropped the rest",
+    )
+}
+
 fn transparent_edges(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> {
+    if plan.is_forward() {
+        return transparent_after_forward(transparency);
+    }
     let light = light_write(plan);
     let depth = [transparent::DEPTH_READ, transparent::DEPTH_DROP];
     // LIGHTING tests depth, and reads it as an input where no target has the position.
@@ -325,13 +361,7 @@ fn transparent_edges(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> 
             "TRANSPARENT blends over what LIGHTING wrote, tests against the depth that LIGHTING read, and as the last user drops that",
         )],
         Transparency::Oit => vec![
-            subpass(
-                "sums-reuse",
-                (Place::Outside, Place::Transparent),
-                &[composite::SUM_READ, composite::SUM_DROP],
-                &[transparent::BLEND],
-                "frames in flight share the sums: COMPOSITE of the last frame must have read and dropped what this one clears",
-            ),
+            sums_reuse(),
             subpass(
                 "lighting-to-transparent",
                 (Place::Lighting, Place::Transparent),
@@ -346,15 +376,61 @@ fn transparent_edges(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> 
                 &[composite::LIGHT_BLEND],
                 "COMPOSITE blends over what LIGHTING wrote",
             ),
-            subpass(
-                "sums-to-composite",
-                (Place::Transparent, Place::Composite),
-                &[transparent::BLEND],
-                &[composite::SUM_READ, composite::SUM_DROP],
-                "COMPOSITE reads the sums of its pixel, and as the last user drops them",
-            ),
+            sums_to_composite(),
         ],
     }
+}
+
+fn transparent_after_forward(transparency: Transparency) -> Vec<Edge> {
+    let depth = [transparent::DEPTH_READ, transparent::DEPTH_DROP];
+    let (from, light) = (Place::Forward, forward::LIGHT_WRITE);
+    match transparency {
+        Transparency::Sorted => vec![subpass(
+            "forward-to-transparent",
+            (from, Place::Transparent),
+            &[forward::DEPTH_TEST, light],
+            &[depth[0], depth[1], transparent::BLEND],
+            "TRANSPARENT blends over what FORWARD wrote, tests against depth, and as the last user drops that",
+        )],
+        Transparency::Oit => vec![
+            sums_reuse(),
+            subpass(
+                "forward-to-transparent",
+                (from, Place::Transparent),
+                &[forward::DEPTH_TEST],
+                &depth,
+                "TRANSPARENT tests against depth, and as the last user drops it",
+            ),
+            subpass(
+                "forward-to-composite",
+                (from, Place::Composite),
+                &[light],
+                &[composite::LIGHT_BLEND],
+                "COMPOSITE blends over what FORWARD wrote",
+            ),
+            sums_to_composite(),
+        ],
+    }
+}
+
+fn sums_reuse() -> Edge {
+    subpass(
+        "sums-reuse",
+        (Place::Outside, Place::Transparent),
+        &[composite::SUM_READ, composite::SUM_DROP],
+        &[transparent::BLEND],
+        "frames in flight share the sums: COMPOSITE of the last frame must have read and dropped what this one clears",
+    )
+}
+
+fn sums_to_composite() -> Edge {
+    subpass(
+        "sums-to-composite",
+        (Place::Transparent, Place::Composite),
+        &[transparent::BLEND],
+        &[composite::SUM_READ, composite::SUM_DROP],
+        "COMPOSITE reads the sums of its pixel, and as the last user drops them",
+    )
 }
 
 fn hdr_to_tonemap(from: Place, light: Use) -> Edge {

@@ -4,12 +4,14 @@ mod accumulate;
 mod complexity;
 mod deferred;
 pub mod edges;
+mod forward;
 mod render_pass;
 mod tiled;
 
 pub use accumulate::{Accumulator, sample_offset};
 pub use complexity::Complexity;
 pub use deferred::Deferred;
+pub use forward::ForwardFrame;
 pub use tiled::TiledFrame;
 
 use std::sync::Arc;
@@ -23,7 +25,7 @@ use crate::gpu_scene::{FrameUniform, GpuScene, ShadowAtlas, SortedIndices, ViewB
 use crate::passes::Recording;
 use crate::passes::copy::Copy;
 use crate::plan::{self, Capabilities, FramePlan, ShadowCache, Visible, World};
-use crate::scene::{Camera, Light, Scene, Settings, exposure_scale, metered_ev100};
+use crate::scene::{Camera, Light, LightPath, Scene, Settings, exposure_scale, metered_ev100};
 
 /// While the device draws one frame, the CPU records the next.
 const IN_FLIGHT: usize = 2;
@@ -97,6 +99,7 @@ struct InFlight {
 enum Frame {
     Deferred(Box<Deferred>),
     Tiled(Box<TiledFrame>),
+    Forward(Box<ForwardFrame>),
 }
 
 impl Frame {
@@ -108,9 +111,14 @@ impl Frame {
         scene: &GpuScene,
         world: &World,
     ) -> gpu::Result<Self> {
-        Ok(match plan.is_tiled() {
-            true => Self::Tiled(Box::new(TiledFrame::new(device, plan, frame_layout, atlas, scene, world)?)),
-            false => Self::Deferred(Box::new(Deferred::new(device, plan, frame_layout, atlas, scene, world)?)),
+        Ok(match plan.light_path {
+            LightPath::Compute => {
+                Self::Tiled(Box::new(TiledFrame::new(device, plan, frame_layout, atlas, scene, world)?))
+            }
+            LightPath::Forward | LightPath::ForwardNaive => {
+                Self::Forward(Box::new(ForwardFrame::new(device, plan, frame_layout, atlas, scene, world)?))
+            }
+            _ => Self::Deferred(Box::new(Deferred::new(device, plan, frame_layout, atlas, scene, world)?)),
         })
     }
 
@@ -118,6 +126,7 @@ impl Frame {
         match self {
             Self::Deferred(frame) => frame.record(recording, times),
             Self::Tiled(frame) => frame.record(recording, times),
+            Self::Forward(frame) => frame.record(recording, times),
         }
     }
 
@@ -126,6 +135,7 @@ impl Frame {
         match self {
             Self::Deferred(frame) => frame.output(),
             Self::Tiled(frame) => frame.output(),
+            Self::Forward(frame) => frame.output(),
         }
     }
 }

@@ -15,6 +15,7 @@ use crate::targets::{COMPOSITE_INPUTS, Target, attachments, gbuffer_inputs, ligh
 #[derive(Debug, Clone, Copy)]
 pub struct Subpasses {
     pub geometry: Option<u32>,
+    /// Or FORWARD, in a frame without a G-buffer.
     pub lighting: u32,
     pub transparent: Option<u32>,
     pub composite: Option<u32>,
@@ -24,8 +25,8 @@ pub struct Subpasses {
 impl Subpasses {
     /// Of a tiled plan only GEOMETRY is a subpass.
     pub fn of(plan: &FramePlan) -> Self {
-        let geometry = plan.has_geometry().then_some(0);
-        let lighting = u32::from(plan.has_geometry());
+        let geometry = (plan.has_geometry() && !plan.is_forward()).then_some(0);
+        let lighting = u32::from(geometry.is_some());
         let mut last = lighting;
         let mut next = |present: bool| {
             last += u32::from(present);
@@ -39,7 +40,7 @@ impl Subpasses {
     fn index(&self, place: Place) -> u32 {
         match place {
             Place::Geometry => self.geometry.unwrap_or(0),
-            Place::Lighting => self.lighting,
+            Place::Lighting | Place::Forward => self.lighting,
             Place::Transparent => self.transparent.unwrap_or(self.lighting),
             Place::Composite => self.composite.unwrap_or(self.lighting),
             Place::Tonemap => self.tonemap.unwrap_or(self.lighting),
@@ -72,14 +73,17 @@ pub fn main(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<RenderPass> {
         .collect();
     let refs = References::of(plan);
     let mut subpasses = Vec::new();
-    if plan.has_geometry() {
+    if plan.is_forward() {
+        let depth = refs.reference(Target::Depth, vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL);
+        subpasses.push(SubpassDesc { color: &refs.lighting_color, depth: Some(depth), ..SubpassDesc::default() });
+    } else if plan.has_geometry() {
         subpasses.push(SubpassDesc {
             color: &refs.geometry_color,
             depth: Some(refs.reference(Target::Depth, vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL)),
             ..SubpassDesc::default()
         });
     }
-    if !plan.is_tiled() {
+    if !plan.is_tiled() && !plan.is_forward() {
         subpasses.push(SubpassDesc {
             input: &refs.lighting_input,
             color: &refs.lighting_color,

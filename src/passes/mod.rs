@@ -3,6 +3,7 @@
 pub mod composite;
 pub mod copy;
 pub mod depth;
+pub mod forward;
 pub mod fxaa;
 pub mod geometry;
 pub mod lighting;

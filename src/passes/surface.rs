@@ -7,11 +7,13 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 
-use super::{Recording, SetLayouts, camera_relative};
-use crate::gpu::{self, Device, Owned, SetLayout, pipeline_layout};
-use crate::gpu_scene::{GpuScene, MeshRange, NORMAL, POSITION, TANGENT, UV};
-use crate::plan::{FramePlan, GeometryKey, WorldObject};
-use crate::scene::{AlphaMode, Brdf};
+use super::screen::stages;
+use super::{Recording, SetLayouts, Slot, camera_relative};
+use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout, pipeline_layout};
+use crate::gpu_scene::{GpuScene, MeshRange, NORMAL, POSITION, TANGENT, UV, vertex_input};
+use crate::plan::{FramePlan, GeometryKey, Opacity, Shading, ToneMapping, WorldObject};
+use crate::scene::{AlphaMode, Brdf, TextureSlot};
+use crate::shaders::forward::{self as shader, Flags, constants};
 
 pub const PUSH_STAGES: vk::ShaderStageFlags =
     vk::ShaderStageFlags::from_raw(vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::FRAGMENT.as_raw());
@@ -140,10 +142,11 @@ impl Surfaces {
         let mut bound: (Option<GeometryKey>, Option<usize>) = (None, None);
         for (object, first_index) in draws {
             let object = &recording.world.objects[object];
+            let key = object.key;
             // The plan has a key for each object of the scene (plan.rs), and the pass a pipeline for each key.
-            let pipeline = &self.pipelines[&object.key];
-            let layout = self.layout(object.key);
-            if bound.0 != Some(object.key) {
+            let pipeline = &self.pipelines[&key];
+            let layout = self.layout(key);
+            if bound.0 != Some(key) {
                 recording.bind_pipeline(pipeline.raw);
                 // The two layouts differ in set 1 only, but that disturbs the sets after it, and a change of push constant ranges
                 // may disturb set 0.
@@ -151,11 +154,11 @@ impl Surfaces {
                 if let Some(set) = recording.shadow_set.filter(|_| self.shadows) {
                     recording.bind_set(layout, 2, set);
                 }
-                bound = (Some(object.key), None);
+                bound = (Some(key), None);
             }
             if bound.1 != Some(object.material) {
                 let set = recording.scene.materials.as_ref().and_then(|materials| materials.sets[object.material]);
-                if let Some(set) = set.filter(|_| !object.key.textures.is_empty()) {
+                if let Some(set) = set.filter(|_| !key.textures.is_empty()) {
                     recording.bind_set(layout, 1, set);
                 }
                 bound.1 = Some(object.material);
@@ -195,4 +198,107 @@ pub fn faces(key: GeometryKey) -> (vk::CullModeFlags, vk::FrontFace) {
         if key.two_sided { vk::CullModeFlags::NONE } else { vk::CullModeFlags::BACK },
         if key.mirrored { vk::FrontFace::CLOCKWISE } else { vk::FrontFace::COUNTER_CLOCKWISE },
     )
+}
+
+/// What FORWARD and TRANSPARENT do differently with `shaders/forward.wgsl`.
+pub struct LitDesc<'a> {
+    pub name: &'a str,
+    /// [`Flags::WEIGHTED`] or nothing.
+    pub weighted: Flags,
+    /// LARGEST, HIGHLIGHT and WEIGHT of the shader.
+    pub limits: (f32, f32, f32),
+    pub masked: bool,
+    pub depth: DepthState,
+    pub blend: &'a [vk::PipelineColorBlendAttachmentState],
+}
+
+/// A pipeline that lights what it draws.
+///
+/// # Errors
+/// When it cannot be made.
+pub fn lit_pipeline(
+    device: &Arc<Device>,
+    plan: &FramePlan,
+    slot: Slot,
+    key: GeometryKey,
+    layout: vk::PipelineLayout,
+    desc: &LitDesc,
+) -> gpu::Result<Owned<vk::Pipeline>> {
+    let flags = lit_flags(plan, key) | desc.weighted;
+    let Some(variant) = shader::variant(flags) else {
+        return Err(gpu::Error::Unsupported(format!("forward.wgsl has no variant {flags:?}")));
+    };
+    let inputs = variant.vertex().map_or(&[][..], |entry| entry.vertex_inputs);
+    let streams: Vec<u32> = inputs.iter().map(|input| input.location).collect();
+    let (vertex_bindings, vertex_attributes) = vertex_input(&streams);
+    let (cull_mode, front_face) = faces(key);
+    GraphicsPipeline::new(
+        device,
+        &GraphicsPipelineDesc {
+            name: &format!("{} {key:?}", desc.name),
+            stages: &stages(variant, &lit_constants(plan, key, desc)),
+            vertex_bindings: &vertex_bindings,
+            vertex_attributes: &vertex_attributes,
+            cull_mode,
+            front_face,
+            depth: Some(desc.depth),
+            depth_bias: false,
+            depth_clamp: false,
+            blend: desc.blend,
+            samples: vk::SampleCountFlags::TYPE_1,
+            layout,
+            render_pass: slot.render_pass,
+            subpass: slot.subpass,
+        },
+    )
+}
+
+/// Which variant of `shaders/forward.wgsl` a pipeline of the plan takes, but for the outputs.
+pub(crate) fn lit_flags(plan: &FramePlan, key: GeometryKey) -> Flags {
+    let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
+    when(!key.textures.is_empty(), Flags::TEXTURED)
+        | when(key.textures.contains(TextureSlot::Normal), Flags::NORMAL_MAP)
+        | when(plan.lights.any(), Flags::LIGHTS)
+        | when(plan.lights.any() && plan.lights.uniform, Flags::UNIFORM_BUFFER)
+        | when(plan.has_clusters(), Flags::CLUSTERED)
+        | when(plan.shadow.is_some(), Flags::SHADOW)
+}
+
+fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32, u32)> {
+    let has = |slot| u32::from(key.textures.contains(slot));
+    let forward = key.forward;
+    let (largest, highlight, weight) = desc.limits;
+    let opacity = forward.map_or(Opacity::Hides, |forward| forward.opacity);
+    // Transparent surfaces bring a subpass for it.
+    let (tone_map, curve) = match plan.tone_mapping {
+        ToneMapping::InLighting(curve) if opacity == Opacity::Hides => (1, curve as u32),
+        _ => (0, 0),
+    };
+    vec![
+        (constants::BASE_COLOR_TEXTURE, has(TextureSlot::BaseColor)),
+        (constants::METALLIC_ROUGHNESS_TEXTURE, has(TextureSlot::MetallicRoughness)),
+        (constants::OCCLUSION_TEXTURE, has(TextureSlot::Occlusion)),
+        (constants::EMISSIVE_TEXTURE, has(TextureSlot::Emissive)),
+        (constants::SPECULAR_TEXTURE, has(TextureSlot::Specular)),
+        (constants::MASKED, u32::from(desc.masked)),
+        (constants::TWO_SIDED, u32::from(key.two_sided)),
+        (constants::RECEIVES, u32::from(key.receives)),
+        (constants::BRDF, forward.map_or(0, |forward| forward.brdf as u32)),
+        (constants::PHONG, u32::from(key.phong)),
+        (constants::EMISSIVE, u32::from(forward.is_some_and(|forward| forward.emissive))),
+        (constants::AMBIENT, u32::from(plan.lights.ambient)),
+        (constants::DIRECTIONAL, u32::from(plan.lights.directional)),
+        (constants::PUNCTUAL, u32::from(plan.lights.punctual)),
+        (constants::SPOT, u32::from(plan.lights.spot)),
+        (constants::FALLOFF, plan.lights.falloff),
+        (constants::RANGED, u32::from(plan.lights.ranged)),
+        (constants::SHADOW_FILTER, plan.shadow.as_ref().map_or(0, |shadow| shadow.filter as u32)),
+        (constants::LIGHT_ONLY, u32::from(plan.shading == Shading::Light { light_only: true })),
+        (constants::TONE_MAP, tone_map),
+        (constants::OPERATOR, curve),
+        (constants::LARGEST, largest.to_bits()),
+        (constants::OPACITY, opacity as u32),
+        (constants::HIGHLIGHT, highlight.to_bits()),
+        (constants::WEIGHT, weight.to_bits()),
+    ]
 }

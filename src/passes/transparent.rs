@@ -5,14 +5,13 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::screen::stages;
-use super::surface::{Surfaces, faces};
+use super::surface::{LitDesc, Surfaces, lit_pipeline};
 use super::{Recording, SetLayouts, Slot};
-use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, sync::Use};
-use crate::gpu_scene::{GpuScene, vertex_input};
-use crate::plan::{FramePlan, GeometryKey, Opacity};
-use crate::scene::{TextureSlot, Transparency};
-use crate::shaders::forward::{self as shader, Flags, constants};
+use crate::gpu::{self, DepthState, Device, sync::Use};
+use crate::gpu_scene::GpuScene;
+use crate::plan::FramePlan;
+use crate::scene::Transparency;
+use crate::shaders::forward::Flags;
 
 /// Compares with the depth of what is opaque; nothing is written. Both stages read: which one does it is the implementation's choice.
 pub const DEPTH_READ: Use = Use::new(
@@ -51,7 +50,17 @@ impl Transparent {
     ) -> gpu::Result<Self> {
         let mut surfaces = Surfaces::new(device, plan, "transparent", layouts, scene)?;
         for &key in &plan.transparent {
-            let pipeline = pipeline(device, plan, slot, key, surfaces.layout(key))?;
+            let limits = Limits::of(plan);
+            let desc = LitDesc {
+                name: "transparent",
+                weighted: weighted(plan),
+                limits: (limits.share, limits.highlight, limits.weight),
+                masked: key.masked,
+                // Reversed Z. What is opaque hides what is behind it; transparent surfaces hide nothing.
+                depth: DepthState { test: vk::CompareOp::GREATER, write: false },
+                blend: &blend(plan),
+            };
+            let pipeline = lit_pipeline(device, plan, slot, key, surfaces.layout(key), &desc)?;
             surfaces.insert(key, pipeline);
         }
         Ok(Self { surfaces })
@@ -64,83 +73,15 @@ impl Transparent {
     }
 }
 
-fn pipeline(
-    device: &Arc<Device>,
-    plan: &FramePlan,
-    slot: Slot,
-    key: GeometryKey,
-    layout: vk::PipelineLayout,
-) -> gpu::Result<Owned<vk::Pipeline>> {
-    let flags = flags(plan, key);
-    let Some(variant) = shader::variant(flags) else {
-        return Err(gpu::Error::Unsupported(format!("forward.wgsl has no variant {flags:?}")));
-    };
-    let inputs = variant.vertex().map_or(&[][..], |entry| entry.vertex_inputs);
-    let streams: Vec<u32> = inputs.iter().map(|input| input.location).collect();
-    let (vertex_bindings, vertex_attributes) = vertex_input(&streams);
-    let (cull_mode, front_face) = faces(key);
-    GraphicsPipeline::new(
-        device,
-        &GraphicsPipelineDesc {
-            name: &format!("transparent {key:?}"),
-            stages: &stages(variant, &constants_of(plan, key)),
-            vertex_bindings: &vertex_bindings,
-            vertex_attributes: &vertex_attributes,
-            cull_mode,
-            front_face,
-            // Reversed Z. What is opaque hides what is behind it; transparent surfaces hide nothing.
-            depth: Some(DepthState { test: vk::CompareOp::GREATER, write: false }),
-            depth_bias: false,
-            depth_clamp: false,
-            blend: &blend(plan),
-            samples: vk::SampleCountFlags::TYPE_1,
-            layout,
-            render_pass: slot.render_pass,
-            subpass: slot.subpass,
-        },
-    )
+/// Sums have outputs of their own.
+fn weighted(plan: &FramePlan) -> Flags {
+    if plan.transparency == Some(Transparency::Oit) { Flags::WEIGHTED } else { Flags::NONE }
 }
 
 /// Which variant of the shader a pipeline of the plan takes.
-pub(crate) fn flags(plan: &FramePlan, key: GeometryKey) -> Flags {
-    let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
-    when(!key.textures.is_empty(), Flags::TEXTURED)
-        | when(key.textures.contains(TextureSlot::Normal), Flags::NORMAL_MAP)
-        | when(plan.lights.any(), Flags::LIGHTS)
-        | when(plan.lights.any() && plan.lights.uniform, Flags::UNIFORM_BUFFER)
-        | when(plan.has_clusters(), Flags::CLUSTERED)
-        | when(plan.shadow.is_some(), Flags::SHADOW)
-        | when(plan.transparency == Some(Transparency::Oit), Flags::WEIGHTED)
-}
-
-fn constants_of(plan: &FramePlan, key: GeometryKey) -> Vec<(u32, u32)> {
-    let has = |slot| u32::from(key.textures.contains(slot));
-    let forward = key.forward;
-    let limits = Limits::of(plan);
-    vec![
-        (constants::BASE_COLOR_TEXTURE, has(TextureSlot::BaseColor)),
-        (constants::METALLIC_ROUGHNESS_TEXTURE, has(TextureSlot::MetallicRoughness)),
-        (constants::OCCLUSION_TEXTURE, has(TextureSlot::Occlusion)),
-        (constants::EMISSIVE_TEXTURE, has(TextureSlot::Emissive)),
-        (constants::SPECULAR_TEXTURE, has(TextureSlot::Specular)),
-        (constants::MASKED, u32::from(key.masked)),
-        (constants::TWO_SIDED, u32::from(key.two_sided)),
-        (constants::RECEIVES, u32::from(key.receives)),
-        (constants::BRDF, forward.map_or(0, |forward| forward.brdf as u32)),
-        (constants::PHONG, u32::from(key.phong)),
-        (constants::EMISSIVE, u32::from(forward.is_some_and(|forward| forward.emissive))),
-        (constants::AMBIENT, u32::from(plan.lights.ambient)),
-        (constants::DIRECTIONAL, u32::from(plan.lights.directional)),
-        (constants::PUNCTUAL, u32::from(plan.lights.punctual)),
-        (constants::SPOT, u32::from(plan.lights.spot)),
-        (constants::FALLOFF, plan.lights.falloff),
-        (constants::RANGED, u32::from(plan.lights.ranged)),
-        (constants::SHADOW_FILTER, plan.shadow.as_ref().map_or(0, |shadow| shadow.filter as u32)),
-        (constants::LARGEST, limits.share.to_bits()),
-        (constants::OPACITY, forward.map_or(Opacity::Hides, |forward| forward.opacity) as u32),
-        (constants::HIGHLIGHT, limits.highlight.to_bits()),
-        (constants::WEIGHT, limits.weight.to_bits()),
-    ]
+#[cfg(test)]
+pub(crate) fn flags(plan: &FramePlan, key: crate::plan::GeometryKey) -> Flags {
+    super::surface::lit_flags(plan, key) | weighted(plan)
 }
 
 /// What a layer may be, so that no sum of layers overflows its target. A layer's colour is at most `share` times its alpha plus
@@ -204,6 +145,7 @@ mod tests {
     use super::*;
     use crate::gpu_scene::{NORMAL, POSITION, TANGENT, UV};
     use crate::plan::samples;
+    use crate::shaders::forward as shader;
 
     #[test]
     fn every_pipeline_has_a_shader_that_reads_only_streams_of_the_plan() {

@@ -61,7 +61,7 @@ impl GeometryKey {
         let phong = matches!(brdf, Brdf::Phong | Brdf::BlinnPhong);
         let masked = material.is_masked();
         let counting = plan.shading == Shading::ShowOverdraw;
-        let forward = material.is_transparent().then(|| ForwardKey {
+        let forward = (material.is_transparent() || plan.is_forward()).then(|| ForwardKey {
             brdf,
             opacity: match material.alpha_mode {
                 AlphaMode::Opaque | AlphaMode::Mask { .. } => Opacity::Hides,

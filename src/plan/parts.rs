@@ -95,7 +95,8 @@ fn gbuffer(plan: &FramePlan) -> Vec<Part> {
         if plan.shading == Shading::ShowOverdraw {
             parts.push(attachment("fragment count", Some(COUNT), "the view shows it".into(), COUNT));
         }
-        parts.push(part("G-buffer", false, "this view reads none", 0));
+        let why = if plan.is_forward() { "surfaces are lit as they are drawn" } else { "this view reads none" };
+        parts.push(part("G-buffer", false, why, 0));
         return parts;
     };
     let rgba8 = vk::Format::R8G8B8A8_UNORM;
@@ -131,6 +132,7 @@ fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
         }
         ToneMapping::Subpass(_) if plan.emissive => "emissive light is blended before tone mapping",
         ToneMapping::Subpass(_) => "transparent surfaces are blended before tone mapping",
+        ToneMapping::InLighting(_) if plan.is_forward() => "nothing blends over it: FORWARD tone-maps into the output",
         ToneMapping::InLighting(_) if plan.is_tiled() => "compute tone-maps what it lit straight into the output",
         ToneMapping::InLighting(_) => "nothing blends over the lighting: it tone-maps straight into the output",
         ToneMapping::AfterFrames(_) => "frames are averaged before they are tone-mapped, on the CPU",
@@ -208,6 +210,7 @@ fn shading(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
         part(name, present, reason, 0)
     };
     let prepass = match plan.depth_prepass {
+        true if settings.depth_prepass.is_none() => "forward has it by itself: each pixel is lit once",
         true => "asked for: each pixel is shaded once",
         false if settings.depth_prepass == Some(true) => "this view shades nothing",
         false => "not asked for",

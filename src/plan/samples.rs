@@ -206,13 +206,36 @@ pub fn plans() -> Vec<(String, FramePlan)> {
     }
     plans.extend(antialiased());
     plans.extend(multisampled());
-    plans.extend(light_paths(|plan| !plan.is_tiled()));
+    plans.extend(light_paths(|plan| !plan.is_tiled() && !plan.is_forward()));
     plans
 }
 
 /// Plans whose main pass ends with GEOMETRY, because compute lights what it stored.
 pub fn tiled_plans() -> Vec<(String, FramePlan)> {
     light_paths(FramePlan::is_tiled)
+}
+
+/// Plans without a G-buffer: both paths, with and without what is drawn before and after FORWARD.
+pub fn forward_plans() -> Vec<(String, FramePlan)> {
+    let mut plans = light_paths(FramePlan::is_forward);
+    for (scene_name, scene) in scenes() {
+        for (name, settings) in [
+            ("without pre-pass", Settings { depth_prepass: Some(false), ..Settings::default() }),
+            ("oit", Settings { transparency: Transparency::Oit, ..Settings::default() }),
+            ("oit in nits", Settings { transparency: Transparency::Oit, hdr_output: true, ..Settings::default() }),
+            ("fxaa", Settings { fxaa: true, ..Settings::default() }),
+            ("fxaa without pre-pass", Settings { fxaa: true, depth_prepass: Some(false), ..Settings::default() }),
+            ("light", Settings { view: View::Lighting, ..Settings::default() }),
+            ("4 samples", Settings { samples: 4, ..Settings::default() }),
+        ] {
+            let settings = Settings { light_path: LightPath::Forward, ..settings };
+            let plan = FramePlan::of(&scene, &settings, &device());
+            let name = format!("{scene_name} forward {name}");
+            plans.push((name.clone(), plan.unwrap_or_else(|error| panic!("{name}: {error}"))));
+        }
+    }
+    assert!(plans.iter().all(|(_, plan)| plan.is_forward()));
+    plans
 }
 
 /// The light paths that are `wanted`, over all scenes.

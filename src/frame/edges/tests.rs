@@ -21,7 +21,8 @@ const SUPPORTED: &[(A, S)] = &[
     (A::HOST_READ, S::HOST),
 ];
 
-const SUBPASSES: [Place; 5] = [Place::Geometry, Place::Lighting, Place::Transparent, Place::Composite, Place::Tonemap];
+const SUBPASSES: [Place; 6] =
+    [Place::Geometry, Place::Lighting, Place::Forward, Place::Transparent, Place::Composite, Place::Tonemap];
 
 /// What a subpass does with an attachment, told by the plan alone.
 struct Touch {
@@ -48,8 +49,12 @@ fn is_gbuffer(target: Target) -> bool {
 fn touches(plan: &FramePlan) -> Vec<Touch> {
     let mut all = Vec::new();
     let mut touch = |place, target, uses: &[(S, A)]| all.push(Touch { place, target, uses: uses.to_vec() });
-    if plan.has_geometry() {
-        touch(Place::Geometry, Target::Depth, &[DEPTH_CLEAR, DEPTH_STORE, DEPTH_READ_EARLY]);
+    let written = &[DEPTH_CLEAR, DEPTH_STORE, DEPTH_READ_EARLY];
+    if plan.is_forward() {
+        touch(Place::Forward, Target::Depth, written);
+        touch(Place::Forward, light_target(plan), &[COLOR_WRITE]);
+    } else if plan.has_geometry() {
+        touch(Place::Geometry, Target::Depth, written);
         let stored = attachments(plan).into_iter().map(|attachment| attachment.target);
         for target in stored.filter(|target| is_gbuffer(*target)) {
             let counts = target == Target::Count;
@@ -66,7 +71,9 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
     // A resolve reads the samples and writes the output, both as colour attachments (specification, 8.4).
     let reads = plan.blends_light() || plan.resolves_output();
     let light = if reads { &[COLOR_WRITE, COLOR_READ][..] } else { &[COLOR_WRITE] };
-    touch(Place::Lighting, light_target(plan), light);
+    if !plan.is_forward() {
+        touch(Place::Lighting, light_target(plan), light);
+    }
     if plan.resolves_output() {
         touch(Place::Lighting, Target::Output, &[COLOR_WRITE]);
     }
@@ -93,6 +100,11 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
     all
 }
 
+/// Where what is opaque is lit.
+fn lit(plan: &FramePlan) -> Place {
+    if plan.is_forward() { Place::Forward } else { Place::Lighting }
+}
+
 fn covers(one: &Use, (stage, access): (S, A)) -> bool {
     one.stage.contains(stage) && one.access.contains(access)
 }
@@ -102,7 +114,7 @@ fn main_row(table: &[Edge], from: Place, to: Place) -> Option<&Edge> {
 }
 
 fn each_plan(check: impl Fn(&str, &FramePlan, &[Edge])) {
-    for (name, plan) in samples::plans() {
+    for (name, plan) in samples::plans().into_iter().chain(samples::forward_plans()) {
         check(&name, &plan, &table(&plan));
     }
 }
@@ -242,7 +254,8 @@ fn the_picture_is_copied_after_the_last_subpass_and_reaches_the_host() {
 fn fxaa_samples_the_whole_output_and_draws_no_picture_that_is_being_copied() {
     each_plan(|name, plan, table| {
         let of = |from, to| table.iter().find(|edge| (edge.from, edge.to) == (from, to));
-        let last = if plan.has_tonemap_subpass() { Place::Tonemap } else { Place::Lighting };
+        let last = touches(plan).into_iter().rfind(|touch| touch.target == Target::Output);
+        let last = last.expect("something writes the output").place;
         let (into, reuse) = (of(last, Place::Fxaa), of(Place::Outside, Place::Fxaa));
         assert_eq!((into.is_some(), reuse.is_some()), (plan.fxaa, plan.fxaa), "{name}");
         if let (Some(into), Some(reuse)) = (into, reuse) {
@@ -259,7 +272,7 @@ fn the_shadow_map_has_its_rows_where_the_plan_has_one() {
     each_plan(|name, plan, table| {
         let of = |from, to| table.iter().find(|edge| (edge.from, edge.to) == (from, to));
         let read = (S::FRAGMENT_SHADER, A::SHADER_READ);
-        let (reuse, into) = (of(Place::Outside, Place::Shadow), of(Place::Shadow, Place::Lighting));
+        let (reuse, into) = (of(Place::Outside, Place::Shadow), of(Place::Shadow, lit(plan)));
         assert_eq!((reuse.is_some(), into.is_some()), (plan.shadow.is_some(), plan.shadow.is_some()), "{name}");
         if let (Some(reuse), Some(into)) = (reuse, into) {
             assert!(covers(&reuse.before, read) && covers(&into.after, read), "{name}");
@@ -316,12 +329,15 @@ fn rows_wait_for_nothing_that_the_plan_leaves_out() {
         assert_eq!(any(COLOR_READ), blends, "{name}");
         let places: BTreeSet<_> =
             table.iter().flat_map(|edge| [edge.from, edge.to]).map(|p| format!("{p:?}")).collect();
-        assert_eq!(places.contains("Geometry"), plan.has_geometry(), "{name}");
+        assert_eq!(places.contains("Geometry"), plan.has_geometry() && !plan.is_forward(), "{name}");
+        assert_eq!(places.contains("Forward"), plan.is_forward(), "{name}");
+        assert_eq!(places.contains("Lighting"), !plan.is_forward(), "{name}");
         assert_eq!(places.contains("Tonemap"), plan.has_tonemap_subpass(), "{name}");
         assert_eq!(places.contains("Transparent"), plan.transparency.is_some(), "{name}");
         assert_eq!(places.contains("Composite"), plan.transparency == Some(Transparency::Oit), "{name}");
         assert_eq!(places.contains("Shadow"), plan.shadow.is_some(), "{name}");
-        assert_eq!(any(INPUT_READ), plan.has_geometry(), "{name}");
+        let reads_light = plan.has_tonemap_subpass() || plan.transparency == Some(Transparency::Oit);
+        assert_eq!(any(INPUT_READ), plan.has_geometry() && (!plan.is_forward() || reads_light), "{name}");
     });
 }
 

@@ -1,7 +1,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::*;
-use crate::passes::{geometry, lighting, transparent, view};
+use crate::passes::{forward, geometry, lighting, transparent, view};
 use crate::plan::{self, samples};
 use crate::shaders::{self, Binding, BindingKind, NumberKind, Variant};
 
@@ -155,6 +155,38 @@ fn transparent_surfaces_go_over_the_light_or_into_sums_that_composite_reads() {
         seen.insert((plan.transparency.is_some(), oit, plan.hdr.is_some()));
     }
     assert_eq!(seen.iter().filter(|(transparent, ..)| *transparent).count(), 4, "{seen:?}");
+}
+
+#[test]
+fn a_forward_frame_has_nothing_of_a_gbuffer() {
+    for (name, plan) in samples::forward_plans() {
+        let refs = References::of(&plan);
+        let subpasses = Subpasses::of(&plan);
+        assert_eq!((subpasses.geometry, subpasses.lighting), (None, 0), "{name}");
+        assert!(refs.geometry_color.is_empty() && refs.lighting_input.is_empty(), "{name}");
+        assert!(!plan.geometry.iter().any(|key| key.forward.is_none()), "{name}");
+        let allowed = [Target::Depth, Target::Accumulation, Target::Revealage, Target::Hdr, Target::Output];
+        assert!(refs.order.iter().all(|target| allowed.contains(target)), "{name}: {:?}", refs.order);
+        assert_eq!(plan.hdr.is_some(), plan.has_tonemap_subpass(), "{name}");
+        let depth = attachments(&plan).into_iter().find(|a| a.target == Target::Depth).expect("depth");
+        // The layout that its last subpass uses it in.
+        let last = match plan.transparency.is_none() {
+            true => vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
+            false => vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL,
+        };
+        assert_eq!(depth.final_layout, last, "{name}");
+        for &key in &plan.geometry {
+            let variant = shaders::forward::variant(forward::flags(&plan, key)).expect("a variant");
+            let bindings = fragment_bindings(variant);
+            let has = |set, index| bindings.iter().any(|binding| (binding.set, binding.binding) == (set, index));
+            assert_eq!((has(0, 1), has(2, 0)), (plan.lights.any(), plan.shadow.is_some()), "{name} {key:?}");
+            assert_eq!(has(0, 2), plan.has_clusters(), "{name} {key:?}");
+            let outputs = variant.fragment().expect("a fragment stage").fragment_outputs;
+            assert_eq!((outputs.len(), outputs[0].location), (1, 0), "{name} {key:?}");
+        }
+        let rows = edges::table(&plan).into_iter().filter(|edge| edge.carrier == Carrier::MainPass).count();
+        assert_eq!(dependencies(&plan, Carrier::MainPass).len(), rows, "{name}");
+    }
 }
 
 #[test]

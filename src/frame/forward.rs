@@ -1,0 +1,199 @@
+//! One forward frame, from top to bottom: no G-buffer, surfaces are lit while they are rasterized.
+//!
+//! ```text
+//! shadow passes  SHADOW       as in the deferred frame
+//! main pass      FORWARD      opaque surfaces, lit as they are drawn; after their depth alone, where there is a pre-pass
+//!                TRANSPARENT, COMPOSITE, TONEMAP, and then FXAA, as in the deferred frame
+//! ```
+//!
+//! What the plan leaves out does not exist: its field is `None` and its commands are not recorded.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::deferred::{clear_values, stamp};
+use super::render_pass::{self, Subpasses, input_layout};
+use crate::gpu::{self, Device, Framebuffer, Image, RenderPass, Timestamps, framebuffer};
+use crate::gpu_scene::{GpuScene, ShadowAtlas};
+use crate::passes::composite::Composite;
+use crate::passes::depth::Depth;
+use crate::passes::forward::Forward;
+use crate::passes::fxaa::Fxaa;
+use crate::passes::shadow::Shadow;
+use crate::passes::tonemap::TonemapPass;
+use crate::passes::transparent::Transparent;
+use crate::passes::{Recording, SetLayouts, Slot};
+use crate::plan::{FramePlan, World};
+use crate::targets::{COMPOSITE_INPUTS, Target, Targets};
+
+const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
+
+/// The passes of a plan and what they draw into.
+pub struct ForwardFrame {
+    targets: Targets,
+    pass: RenderPass,
+    framebuffer: Framebuffer,
+    clears: Vec<vk::ClearValue>,
+    extent: vk::Extent2D,
+    shadow: Option<(RenderPass, Shadow)>,
+    depth: Option<Depth>,
+    forward: Forward,
+    transparent: Option<Transparent>,
+    composite: Option<Composite>,
+    tonemap: Option<TonemapPass>,
+    fxaa: Option<(RenderPass, Fxaa)>,
+}
+
+impl ForwardFrame {
+    /// Makes everything that the plan has, once.
+    ///
+    /// # Errors
+    /// When the device lacks the memory or cannot compile a pipeline.
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        frame_layout: vk::DescriptorSetLayout,
+        atlas: Option<&ShadowAtlas>,
+        scene: &GpuScene,
+        world: &World,
+    ) -> gpu::Result<Self> {
+        let targets = Targets::new(device, plan)?;
+        let pass = render_pass::main(device, plan)?;
+        let extent = vk::Extent2D { width: plan.size[0], height: plan.size[1] };
+        let framebuffer = framebuffer(device, "main framebuffer", pass.raw, &targets.views(plan), extent)?;
+        let subpasses = Subpasses::of(plan);
+        let slot = |subpass| Slot { render_pass: pass.raw, subpass };
+
+        let shadow = match (&plan.shadow, atlas) {
+            (Some(shadow_plan), Some(atlas)) => {
+                let pass = render_pass::shadow(device, plan)?;
+                let slot = Slot { render_pass: pass.raw, subpass: 0 };
+                let shadow = Shadow::new(device, shadow_plan, atlas, slot, scene, world)?;
+                Some((pass, shadow))
+            }
+            _ => None,
+        };
+        let lit = slot(subpasses.lighting);
+        let depth = match plan.depth_prepass {
+            true => Some(Depth::new(device, plan, lit, frame_layout, 1)?),
+            false => None,
+        };
+        let layouts = SetLayouts { frame: frame_layout, shadows: atlas.map(|atlas| atlas.set_layout.raw) };
+        let forward = Forward::new(device, plan, lit, layouts, scene)?;
+        let transparent = match subpasses.transparent {
+            Some(subpass) => Some(Transparent::new(device, plan, slot(subpass), layouts, scene)?),
+            None => None,
+        };
+        let input = |target| (targets.image(target).view, input_layout(target));
+        let composite = match subpasses.composite {
+            Some(subpass) => {
+                let sums = COMPOSITE_INPUTS.map(|(binding, target)| (binding, input(target).0, input(target).1));
+                Some(Composite::new(device, plan, slot(subpass), &sums)?)
+            }
+            None => None,
+        };
+        let tonemap = match subpasses.tonemap {
+            Some(subpass) => {
+                let (view, layout) = input(Target::Hdr);
+                Some(TonemapPass::new(device, plan, slot(subpass), (0, view, layout))?)
+            }
+            None => None,
+        };
+        let fxaa = match plan.fxaa {
+            true => {
+                let pass = render_pass::fxaa(device, plan)?;
+                let slot = Slot { render_pass: pass.raw, subpass: 0 };
+                let fxaa = Fxaa::new(device, plan, slot, targets.image(Target::Output).view)?;
+                Some((pass, fxaa))
+            }
+            false => None,
+        };
+        let clears = clear_values(plan, world);
+        Ok(Self {
+            targets,
+            pass,
+            framebuffer,
+            clears,
+            extent,
+            shadow,
+            depth,
+            forward,
+            transparent,
+            composite,
+            tonemap,
+            fxaa,
+        })
+    }
+
+    /// The picture, in TRANSFER_SRC_OPTIMAL after the frame.
+    pub fn output(&self) -> &Image {
+        match &self.fxaa {
+            Some((_, fxaa)) => fxaa.picture(),
+            None => self.targets.image(Target::Output),
+        }
+    }
+
+    /// Records one frame. Dependencies between subpasses are rows of [`super::edges::table`]; the render pass carries them.
+    pub fn record(&self, frame: &Recording, times: &mut Option<Timestamps>) {
+        let (gpu, cmd) = (&frame.device.raw, frame.cmd);
+
+        if let Some((_, shadow)) = &self.shadow {
+            frame.device.begin_label(cmd, "SHADOW");
+            // FORWARD loads what SHADOW wrote: rows of the table, which each of its render passes carries.
+            shadow.record(frame);
+            frame.device.end_label(cmd);
+            stamp(times, cmd, "shadow");
+        }
+
+        let begin = vk::RenderPassBeginInfo::default()
+            .render_pass(self.pass.raw)
+            .framebuffer(self.framebuffer.raw)
+            .render_area(vk::Rect2D { offset: vk::Offset2D::default(), extent: self.extent })
+            .clear_values(&self.clears);
+        // SAFETY: `cmd` is being recorded outside a render pass; pass, framebuffer and clear values were made from one plan,
+        // as were the subpasses that follow.
+        unsafe { gpu.cmd_begin_render_pass(cmd, &begin, INLINE) };
+        frame.device.begin_label(cmd, "FORWARD");
+        if let Some(depth) = &self.depth {
+            // In the same subpass: rasterization order alone puts it before what it hides.
+            depth.record(frame);
+        }
+        self.forward.record(frame);
+        frame.device.end_label(cmd);
+        stamp(times, cmd, "forward");
+        if let Some(transparent) = &self.transparent {
+            // SAFETY: the pass has TRANSPARENT next.
+            unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
+            frame.device.begin_label(cmd, "TRANSPARENT");
+            transparent.record(frame);
+            frame.device.end_label(cmd);
+            stamp(times, cmd, "transparent");
+        }
+        if let Some(composite) = &self.composite {
+            // SAFETY: the pass has COMPOSITE next.
+            unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
+            frame.device.begin_label(cmd, "COMPOSITE");
+            composite.record(frame);
+            frame.device.end_label(cmd);
+            stamp(times, cmd, "composite");
+        }
+        if let Some(tonemap) = &self.tonemap {
+            // SAFETY: the pass has TONEMAP next.
+            unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
+            frame.device.begin_label(cmd, "TONEMAP");
+            tonemap.record(frame);
+            frame.device.end_label(cmd);
+            stamp(times, cmd, "tonemap");
+        }
+        // SAFETY: begun above, and every subpass recorded.
+        unsafe { gpu.cmd_end_render_pass(cmd) };
+
+        if let Some((_, fxaa)) = &self.fxaa {
+            frame.device.begin_label(cmd, "FXAA");
+            fxaa.record(frame);
+            frame.device.end_label(cmd);
+            stamp(times, cmd, "fxaa");
+        }
+    }
+}
