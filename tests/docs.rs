@@ -223,21 +223,24 @@ fn the_architecture_lists_every_dependency_with_its_reason() {
         let row = |edge: &edges::Edge| format!("| `{}` | {} | {} | {} |", edge.name, edge.from, edge.to, edge.why);
         edges::table(&plan).iter().map(row).collect()
     };
-    let base = rows(&scene, &Settings::default());
+    let deferred = Settings { light_path: LightPath::Clustered, ..Settings::default() };
+    let base = rows(&scene, &deferred);
     assert_eq!(listed_dependencies(0), base, "the table of ARCHITECTURE.md should be\n{}", base.join("\n"));
     // Then the rows that are new or others where something is transparent.
     let material = scene.objects[0].material;
     scene.materials[material].alpha_mode = AlphaMode::Blend;
     for (index, (name, transparency)) in Transparency::NAMES.iter().enumerate() {
-        let mut changed = rows(&scene, &Settings { transparency: *transparency, ..Settings::default() });
+        let mut changed = rows(&scene, &Settings { transparency: *transparency, ..deferred.clone() });
         changed.retain(|row| !base.contains(row));
         assert_eq!(listed_dependencies(1 + index), changed, "{name}: it should be\n{}", changed.join("\n"));
     }
-    // And those of a frame without a G-buffer.
+    // And those of frames without a G-buffer, and of those that compute lights.
     scene.materials[material].alpha_mode = AlphaMode::Opaque;
-    let mut changed = rows(&scene, &Settings { light_path: LightPath::Forward, ..Settings::default() });
-    changed.retain(|row| !base.contains(row));
-    assert_eq!(listed_dependencies(3), changed, "forward: it should be\n{}", changed.join("\n"));
+    for (number, light_path) in [(3, LightPath::Forward), (4, LightPath::Compute)] {
+        let mut changed = rows(&scene, &Settings { light_path, ..Settings::default() });
+        changed.retain(|row| !base.contains(row));
+        assert_eq!(listed_dependencies(number), changed, "{light_path}: it should be\n{}", changed.join("\n"));
+    }
 }
 
 /// The rows of ARCHITECTURE.md's dependency table of this number.
