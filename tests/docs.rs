@@ -126,6 +126,31 @@ fn every_example_of_the_readme_works_when_pasted() {
     }
 }
 
+/// The pictures of lights are what their commands draw: none is shown without one, and each command works from the project's folder.
+#[test]
+fn every_picture_of_a_light_has_a_command_that_draws_it() {
+    let text = document("docs/LIGHTS.md");
+    let shown = links(&prose(&text)).into_iter().filter(|link| link.starts_with("images/"));
+    let shown: BTreeSet<String> = shown.map(|link| format!("docs/{link}")).collect();
+    let blocks = blocks(&text, "sh").concat();
+    let drawn: Vec<String> =
+        blocks.lines().filter_map(|command| command.rsplit_once(" -o ")).map(|(_, file)| file.to_owned()).collect();
+    assert_eq!(drawn.len(), blocks.lines().count(), "a command without -o at its end");
+    assert!(drawn.len() > 20, "only {} commands were found", drawn.len());
+    assert_eq!(shown, drawn.iter().cloned().collect());
+
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::create_dir_all(folder.path().join("docs/images/lights")).expect("it can be made");
+    std::os::unix::fs::symlink(project().join("assets"), folder.path().join("assets")).expect("a link");
+    let mut shell = Command::new("bash");
+    shell.args(["-euo", "pipefail", "-c", &format!("{SMALL}{blocks}")]).current_dir(folder.path());
+    let output = shell.env("PROGRAM", env!("CARGO_BIN_EXE_afterlight")).output().expect("bash starts");
+    let complaint = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && complaint.is_empty(), "{}\n{complaint}", output.status);
+    let missing: Vec<&String> = drawn.iter().filter(|name| !folder.path().join(name).is_file()).collect();
+    assert!(missing.is_empty(), "not drawn: {missing:?}");
+}
+
 /// A shell function in the program's place: the same command at 96x54, and with at most two frames. The runner of another Vulkan stack
 /// goes before the program.
 const SMALL: &str = r#"
