@@ -4,7 +4,7 @@ mod common;
 
 use afterlight::frame::Renderer;
 use afterlight::scene::builtin::CATALOGUE;
-use afterlight::scene::{Brdf, Scene, Settings, Tonemap, View};
+use afterlight::scene::{Brdf, Scene, Settings, ShadowFilter, Tonemap, Transparency, View};
 use common::golden::{LARGEST_MEAN, SAME_WITHIN, check, flip_error};
 use common::gpu::{Gpu, on_gpu};
 use common::stage::{open, own, view};
@@ -80,6 +80,45 @@ fn every_model_and_every_tone_mapper_looks_as_it_did() {
             let settings = Settings { tonemap, ..own(&scene, SIZE.0, SIZE.1) };
             album.compare(&format!("spheres-{tonemap}"), &scene, &settings);
         }
+    });
+}
+
+/// The scenes of docs/LIGHTS.md, once each: every light path draws the same, which tests/light_paths.rs sees to.
+#[test]
+fn every_picture_of_the_gallery_looks_as_it_did() {
+    album(|album| {
+        let gallery = |name: &str| open(&format!("assets/gallery/{name}.toml"));
+        for name in [
+            "ambient",
+            "hemisphere",
+            "emissive",
+            "directional",
+            "several-directional",
+            "point",
+            "spot",
+            "temperature",
+            "fall-offs",
+            "cascades",
+            "soft-shadows",
+        ] {
+            let scene = gallery(name);
+            album.compare(&format!("gallery-{name}"), &scene, &own(&scene, SIZE.0, SIZE.1));
+        }
+        let scene = gallery("filters");
+        for (name, filter) in ShadowFilter::NAMES {
+            let mut settings = own(&scene, SIZE.0, SIZE.1);
+            settings.shadows.filter = *filter;
+            album.compare(&format!("gallery-filter-{name}"), &scene, &settings);
+        }
+        let scene = gallery("transparency");
+        for (name, transparency) in Transparency::NAMES {
+            let settings = Settings { transparency: *transparency, ..own(&scene, SIZE.0, SIZE.1) };
+            album.compare(&format!("gallery-transparency-{name}"), &scene, &settings);
+        }
+        let scene = gallery("edges");
+        let base = own(&scene, SIZE.0, SIZE.1);
+        album.compare("gallery-edges-fxaa", &scene, &Settings { fxaa: true, ..base.clone() });
+        album.compare("gallery-edges-msaa", &scene, &Settings { msaa: 4, ..base });
     });
 }
 
