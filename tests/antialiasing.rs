@@ -239,6 +239,7 @@ fn the_layers_have_nothing_to_say_about_any_of_it() {
                 Settings { msaa: 4, gbuffer: gbuffer("float32"), ..base.clone() },
                 Settings { msaa: 4, view: View::Complexity, ..base.clone() },
                 Settings { msaa: 4, light_path: LightPath::Clustered, ..base.clone() },
+                Settings { msaa: 4, depth_prepass: Some(true), ..base.clone() },
             ] {
                 let mut renderer = gpu.renderer(&scene, &settings);
                 let first = renderer.picture(&scene.camera, || ()).expect("a picture");
@@ -417,6 +418,20 @@ fn the_view_of_complexity_marks_the_pixels_whose_samples_differ() {
                 assert_eq!(Complexity::of(&picture), counted);
                 assert!(counted.share() > 0.02 && counted.share() < 0.2, "{}", counted.share());
             }
+        }
+    });
+}
+
+#[test]
+fn a_depth_pre_pass_meets_the_same_samples() {
+    on_gpu(|gpu| {
+        // Without textures: where in a partly covered pixel a texture is sampled is the driver's choice, and may go by what passes the
+        // depth test.
+        for spec in ["builtin:spheres?rows=2&columns=2", "builtin:cornell"] {
+            let scene = open(spec);
+            let settings = Settings { msaa: 4, light_path: LightPath::Loop, ..own(&scene, 64, 48) };
+            let without = gpu.draw(&scene, &Settings { depth_prepass: Some(false), ..settings.clone() });
+            assert_eq!(without, gpu.draw(&scene, &Settings { depth_prepass: Some(true), ..settings }), "{spec}");
         }
     });
 }

@@ -70,6 +70,7 @@ fn compute_is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> 
         (device.lazily_allocated, "the G-buffer would leave the tile"),
         (transparent, "transparent surfaces come after it"),
         (settings.fxaa, "FXAA reads the output"),
+        (settings.msaa > 1, "it reads one sample a pixel"),
     ]
     .into_iter()
     .find_map(|(out, why)| out.then_some(why))

@@ -510,3 +510,16 @@ fn a_device_that_has_not_the_samples_or_the_path_that_shades_one_is_refused() {
         assert!(text.contains(light_path.name()) && text.contains("clustered"), "{text}");
     }
 }
+
+#[test]
+fn auto_takes_a_path_that_multisampling_and_fxaa_go_with() {
+    let lamps: Vec<Light> = (0..20).map(|_| point(Falloff::Quadratic)).collect();
+    let lit = scene(vec![material(CT)], lamps);
+    let gpu = Capabilities { software: false, lazily_allocated: false, ..device() };
+    for settings in [Settings { msaa: 4, ..Settings::default() }, Settings { fxaa: true, ..Settings::default() }] {
+        let plan = FramePlan::of(&lit, &settings, &gpu).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(plan.light_path, LightPath::Clustered);
+    }
+    let plain = FramePlan::of(&lit, &Settings::default(), &gpu).expect("a plan");
+    assert_eq!(plain.light_path, LightPath::Compute, "or this test says nothing");
+}
