@@ -76,6 +76,8 @@ fn shadows_are_the_same_but_for_pixels_on_a_texels_border() {
     });
 }
 
+/// But where surfaces of one mesh lie in each other, which none does here where a pixel has its centre: of those the first drawn is seen
+/// without a pre-pass and the last with one.
 #[test]
 fn a_depth_prepass_changes_no_bit() {
     on_gpu(|gpu| {

@@ -127,18 +127,27 @@ fn transparent_surfaces_are_silent_sorted_and_weighted() {
                         let settings = Settings { transparency: *transparency, hdr_output, ..small(&scene) };
                         exercise(gpu, &scene, &Settings { gbuffer: gbuffer(name), ..settings });
                     }
-                    for (light_path, depth_prepass) in [
-                        (LightPath::Forward, Some(true)),
-                        (LightPath::Forward, Some(false)),
-                        (LightPath::ForwardNaive, None),
-                        (LightPath::PerLight, None),
-                        (LightPath::Volumes, None),
-                        (LightPath::Clustered, None),
-                    ] {
-                        let settings = Settings { transparency: *transparency, hdr_output, ..small(&scene) };
-                        exercise(gpu, &scene, &Settings { light_path, depth_prepass, ..settings });
-                    }
                 }
+            }
+        }
+    });
+}
+
+#[test]
+fn transparent_surfaces_are_silent_on_every_light_path() {
+    on_gpu_in_both_modes(|gpu| {
+        let scene = with_transparent(one_of_each());
+        for (_, transparency) in Transparency::NAMES {
+            for (light_path, depth_prepass) in [
+                (LightPath::Forward, Some(true)),
+                (LightPath::Forward, Some(false)),
+                (LightPath::ForwardNaive, None),
+                (LightPath::PerLight, None),
+                (LightPath::Volumes, None),
+                (LightPath::Clustered, Some(true)),
+            ] {
+                let settings = Settings { transparency: *transparency, light_path, depth_prepass, ..small(&scene) };
+                exercise(gpu, &scene, &settings);
             }
         }
     });

@@ -201,6 +201,7 @@ fn shading(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
     // A buffer for each of two frames in flight.
     let slots = if plan.lights.uniform { UNIFORM_LIGHTS } else { count };
     let brdf = match plan.brdf {
+        _ if plan.is_forward() => "a constant of each pipeline that lights what it draws".into(),
         PlannedBrdf::One(brdf) => format!("all materials are {brdf:?}: a constant in LIGHTING"),
         PlannedBrdf::PerPixel => "materials differ: chosen for each pixel".into(),
     };
@@ -219,13 +220,13 @@ fn shading(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
     vec![
         part(&path, matches!(plan.shading, Shading::Light { .. }), plan.light_path_reason.clone(), 0),
         part("depth pre-pass", plan.depth_prepass, prepass, 0),
-        part("BRDF by pixel", plan.brdf == PlannedBrdf::PerPixel, brdf, 0),
+        part("BRDF by pixel", plan.brdf == PlannedBrdf::PerPixel && !plan.is_forward(), brdf, 0),
         part("light buffers", lights.any(), format!("{count} lights shine in the scene"), 2 * 64 * slots as u64),
         kind("directional lights", lights.directional),
         kind("point and spot lights", lights.punctual),
         kind("spot cones", lights.spot),
         kind("ambient light", lights.ambient),
-        kind("emissive surfaces", plan.emissive),
+        kind("emissive surfaces", plan.emissive || plan.keys().any(|key| key.forward.is_some_and(|key| key.emissive))),
     ]
 }
 
