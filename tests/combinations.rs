@@ -19,7 +19,7 @@ type Named = Vec<(&'static str, String)>;
 fn scene(transparent: bool) -> Scene {
     let mut lights = vec![sun(DVec3::new(0.3, 0.5, 1.0), 1.0)];
     let lamp = |index: u32| {
-        let range = (index % 3 > 0).then_some(1.0);
+        let range = (!index.is_multiple_of(3)).then_some(1.0);
         point(DVec3::new(f64::from(index) * 0.2 - 1.0, 0.3, 0.6), 0.2, range, Falloff::InverseSquare)
     };
     lights.extend((0..9).map(lamp));
