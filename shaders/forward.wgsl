@@ -12,11 +12,9 @@
 #ifdef TEXTURED
 #import afterlight::material::{emissive_at, mapped_normal, point_at, Slots}
 #endif
-#import afterlight::shading::{ambient_light, surface_of, Model}
-#ifdef LIGHTS
-#import afterlight::shading::{directional_light, punctual_light}
-#endif
+#import afterlight::shading::{light_everywhere, surface_of, Everywhere, Model}
 #ifdef CLUSTERED
+#import afterlight::shading::{punctual_light}
 #import afterlight::clusters::{cluster_at, cluster_lights}
 #endif
 #import afterlight::texel::{Texel}
@@ -106,34 +104,18 @@ fn vertex(in: Vertex) -> Varying {
 
 // Light that a surface sends to the eye, in nits: the lights in LIGHTING's order.
 fn all_light(pixel: vec4<f32>, surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
-    var radiance = vec3(0.0);
-    if AMBIENT {
-        radiance += ambient_light(surface, texel, model);
-    }
-#ifdef LIGHTS
-    if DIRECTIONAL {
-        let end = frame.directional_count;
-        for (var i = 0u; i < end; i++) {
-            radiance += directional_light(i, surface, texel, model);
-        }
-    }
-    if PUNCTUAL {
 #ifdef CLUSTERED
-        let end = frame.global_count;
+    let end = frame.global_count;
 #else
-        // Paths that add lights one by one do so only to what is opaque.
-        let end = frame.light_count;
+    // Paths that add lights one by one do so only to what is opaque.
+    let end = frame.light_count;
 #endif
-        for (var i = frame.directional_count; i < end; i++) {
-            radiance += punctual_light(i, surface, texel, model);
-        }
-    }
+    var radiance = light_everywhere(surface, texel, model, Everywhere(AMBIENT, DIRECTIONAL, PUNCTUAL, end));
 #ifdef CLUSTERED
     let list = cluster_at(pixel.xy, pixel.z);
     for (var i = 0u; i < list.y; i++) {
         radiance += punctual_light(cluster_lights[list.x + i], surface, texel, model);
     }
-#endif
 #endif
     return radiance;
 }

@@ -21,11 +21,9 @@
 #import afterlight::gbuffer::{read_one}
 #import afterlight::multisampling::{sample_offset}
 #endif
-#import afterlight::shading::{ambient_light, surface_of, Model}
-#ifdef LIGHTS
-#import afterlight::shading::{directional_light, punctual_light}
-#endif
+#import afterlight::shading::{light_everywhere, surface_of, Everywhere, Model}
 #ifdef CLUSTERED
+#import afterlight::shading::{punctual_light}
 #import afterlight::clusters::{cluster_at, cluster_lights}
 #endif
 #import afterlight::tonemapping::{tone_map}
@@ -69,29 +67,13 @@ fn shade(pixel: vec2<f32>) -> vec4<f32> {
         texel.metallic = 0.0;
     }
     let surface = surface_of(texel, model);
-    var radiance = vec3(0.0);
-    if AMBIENT {
-        radiance += ambient_light(surface, texel, model);
-    }
-#ifdef LIGHTS
-    if DIRECTIONAL {
-        let end = frame.directional_count;
-        for (var i = 0u; i < end; i++) {
-            radiance += directional_light(i, surface, texel, model);
-        }
-    }
-    if PUNCTUAL {
-        let end = frame.looped_count;
-        for (var i = frame.directional_count; i < end; i++) {
-            radiance += punctual_light(i, surface, texel, model);
-        }
-    }
+    let which = Everywhere(AMBIENT, DIRECTIONAL, PUNCTUAL, frame.looped_count);
+    var radiance = light_everywhere(surface, texel, model, which);
 #ifdef CLUSTERED
     let list = cluster_at(pixel.xy, load_depth(pixel.xy));
     for (var i = 0u; i < list.y; i++) {
         radiance += punctual_light(cluster_lights[list.x + i], surface, texel, model);
     }
-#endif
 #endif
     let exposed = min(radiance * frame.exposure, vec3(LARGEST));
     if TONE_MAP {

@@ -7,7 +7,7 @@
 // precise
 #import afterlight::frame::{frame, view_ray}
 #import afterlight::gbuffer::{load_depth, load_texel}
-#import afterlight::shading::{ambient_light, directional_light, punctual_light, surface_of, Model}
+#import afterlight::shading::{light_everywhere, punctual_light, surface_of, Everywhere, Model}
 #import afterlight::tonemapping::{encode_srgb, tone_map}
 
 override BRDF: u32 = 0u;
@@ -71,23 +71,22 @@ struct Tile {
 }
 
 fn tile_of(corner: vec2<f32>) -> Tile {
-    let edge = f32(TILE);
-    let a = view_ray(corner);
-    let b = view_ray(corner + vec2(edge, 0.0));
-    let c = view_ray(corner + vec2(0.0, edge));
-    let d = view_ray(corner + vec2(edge, edge));
-    // Whichever way the axes turn, the middle of the tile is inside.
-    let middle = a + d;
+    // Steps of a tile, from the axes: the difference of two rays would cancel where the field of view is narrow.
+    let across = frame.ray_x * (f32(TILE) * frame.pixel_width);
+    let down = frame.ray_y * (f32(TILE) * frame.pixel_height);
+    let first = view_ray(corner);
+    let last = view_ray(corner + f32(TILE));
     var tile: Tile;
-    tile.left = inward(cross(a, c), middle);
-    tile.right = inward(cross(b, d), middle);
-    tile.top = inward(cross(a, b), middle);
-    tile.bottom = inward(cross(c, d), middle);
+    tile.left = inward(cross(first, down), across);
+    tile.right = inward(cross(last, down), -across);
+    tile.top = inward(cross(first, across), down);
+    tile.bottom = inward(cross(last, across), -down);
     return tile;
 }
 
-fn inward(normal: vec3<f32>, inside: vec3<f32>) -> vec3<f32> {
-    return normalize(normal) * select(-1.0, 1.0, dot(normal, inside) >= 0.0);
+// Whichever way the axes turn, `towards` leads inside.
+fn inward(normal: vec3<f32>, towards: vec3<f32>) -> vec3<f32> {
+    return normalize(normal) * select(-1.0, 1.0, dot(normal, towards) >= 0.0);
 }
 
 fn touches(tile: Tile, sphere: vec4<f32>) -> bool {
@@ -128,29 +127,16 @@ fn main(
     tile.begin = frame.near / bitcast<f32>(atomicLoad(&nearest));
     tile.end = frame.near / bitcast<f32>(atomicLoad(&farthest));
 
-    var radiance = vec3(0.0);
     var texel = load_texel(clamp(pixel, vec2(0.5), vec2<f32>(size) - 0.5), NORMAL_ENCODING, GEOMETRIC_STEPS);
     if LIGHT_ONLY {
         texel.albedo = vec3(1.0);
         texel.metallic = 0.0;
     }
     let surface = surface_of(texel, model);
+    var radiance = vec3(0.0);
     if seen {
-        if AMBIENT {
-            radiance += ambient_light(surface, texel, model);
-        }
-        if DIRECTIONAL {
-            let end = frame.directional_count;
-            for (var i = 0u; i < end; i++) {
-                radiance += directional_light(i, surface, texel, model);
-            }
-        }
-        if UNBOUNDED {
-            let end = frame.looped_count;
-            for (var i = frame.directional_count; i < end; i++) {
-                radiance += punctual_light(i, surface, texel, model);
-            }
-        }
+        let which = Everywhere(AMBIENT, DIRECTIONAL, UNBOUNDED, frame.looped_count);
+        radiance = light_everywhere(surface, texel, model, which);
     }
     if BOUNDED {
         let first = frame.looped_count;

@@ -57,6 +57,8 @@ pub struct Capabilities {
     pub msaa: u32,
     /// There is memory that only exists while a tile needs it.
     pub lazily_allocated: bool,
+    /// Invocations of a compute work group.
+    pub compute_invocations: u32,
     /// The device is a CPU.
     pub software: bool,
     /// The attachments of a subpass can blend each in its own way; not mandatory in Vulkan.
@@ -90,6 +92,10 @@ pub enum Error {
         "compute writes the finished picture by itself, so that FXAA has nothing to read: choose another light path, or --samples"
     )]
     ComputeWithFxaa,
+    #[error(
+        "the light path compute needs work groups of {0} invocations, and this device has at most {1}: try clustered"
+    )]
+    WorkGroup(u32, u32),
     #[error(
         "the light path {0} adds lights into 32-bit floats, so that the HDR format {1} does not apply: leave it out"
     )]

@@ -4,7 +4,10 @@ mod common;
 
 use afterlight::frame::Picture;
 use afterlight::scene::builtin::shapes;
-use afterlight::scene::{Brdf, Camera, Falloff, HdrFormat, Light, LightKind, LightPath, Material, Scene, Settings};
+use afterlight::scene::{
+    Brdf, Camera, Falloff, HdrFormat, Light, LightKind, LightPath, Material, Scene, Settings, ShadowFilter,
+    ShadowSettings, Tonemap,
+};
 use common::gpu::{Gpu, bytes, floats, on_gpu};
 use common::stage::{add, exact, gbuffer, lambert, open, own, plane, point, rectangle, spot, sun};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
@@ -131,6 +134,110 @@ fn paths_that_blend_differ_by_rounding() {
                 assert!(off <= bound, "{} {path}: {off} exceeds {bound}", scene.name);
             }
         }
+    });
+}
+
+/// Lamps of a crowd cast shadows as well, and the filter turns its disc from pixel to pixel: alike on every path.
+#[test]
+fn shadows_of_every_kind_of_light_give_the_same_bits() {
+    on_gpu(|gpu| {
+        let mut scene = crowd(10);
+        scene.lights.iter_mut().for_each(|light| light.casts_shadow = true);
+        for filter in [ShadowFilter::Box3, ShadowFilter::Poisson] {
+            let shadows = ShadowSettings { filter, size: 256, ..ShadowSettings::default() };
+            let settings = Settings { shadows, ..exact(SIZE.0, SIZE.1) };
+            let expected = draw(gpu, &scene, &settings, LightPath::Loop);
+            for path in SAME_ORDER {
+                let found = draw(gpu, &scene, &settings, path);
+                let different = floats(&expected).iter().zip(floats(&found)).filter(|(a, b)| a != b).count();
+                assert_eq!(different, 0, "{filter} {path}");
+            }
+            for path in BLENDED {
+                let off = largest_difference(&expected, &draw(gpu, &scene, &settings, path));
+                assert!(off <= 2.0 * 13.0 * 2f64.powi(-24), "{filter} {path}: {off}");
+            }
+        }
+    });
+}
+
+/// A narrow field of view: a tile's planes lie close together.
+#[test]
+fn a_telescope_sees_what_the_loop_sees() {
+    on_gpu(|gpu| {
+        let scene = crowd(40);
+        for (fov_y_degrees, turn) in [(1.0, 0.1), (0.05, -0.15)] {
+            let rotation = DQuat::from_rotation_y(turn) * DQuat::from_rotation_x(-0.12) * DQuat::from_rotation_z(0.7);
+            let narrow = Scene { camera: Camera { fov_y_degrees, rotation, ..scene.camera }, ..scene.clone() };
+            let settings = exact(SIZE.0, SIZE.1);
+            let expected = draw(gpu, &narrow, &settings, LightPath::Loop);
+            for path in SAME_ORDER {
+                let found = draw(gpu, &narrow, &settings, path);
+                let different = floats(&expected).iter().zip(floats(&found)).filter(|(a, b)| a != b).count();
+                assert_eq!(different, 0, "{fov_y_degrees} degrees, {path}");
+            }
+        }
+    });
+}
+
+/// More lights than TILED bins in one batch (16,384), each of a small reach.
+#[test]
+fn twenty_thousand_lights_work() {
+    on_gpu(|gpu| {
+        let lamp = |index: u32| {
+            let place = scattered(index) * DVec3::new(1.2, 1.0, 0.2) + DVec3::Z * 0.1;
+            point(place, 0.001, Some(0.08), Falloff::InverseSquare)
+        };
+        let scene = plane(lambert(0.8), (0..20_000).map(lamp).collect());
+        let settings = exact(27, 19);
+        let expected = draw(gpu, &scene, &settings, LightPath::Loop);
+        let lit = floats(&expected).chunks_exact(4).filter(|pixel| pixel[0] > 0.0).count();
+        assert!(lit > 27 * 19 * 3 / 4, "{lit} pixels are lit");
+        for path in SAME_ORDER {
+            let found = draw(gpu, &scene, &settings, path);
+            let different = floats(&expected).iter().zip(floats(&found)).filter(|(a, b)| a != b).count();
+            assert_eq!(different, 0, "{path}");
+        }
+        for path in BLENDED {
+            let off = largest_difference(&expected, &draw(gpu, &scene, &settings, path));
+            // No pixel has more than a few hundred of them in reach.
+            assert!(off <= 2.0 * 500.0 * 2f64.powi(-24), "{path}: {off}");
+        }
+    });
+}
+
+/// The certified cut-off drops light, and nobody sees it.
+#[test]
+fn what_the_cut_off_drops_is_less_than_half_a_step() {
+    on_gpu(|gpu| {
+        // Lamps along a road that leads away: at EV 0 the bound reaches some tens of metres.
+        let lamp = |index: u32| {
+            let place = DVec3::new(f64::from(index % 2) * 4.0 - 2.0, 0.5, 1.0 - 20.0 * f64::from(index));
+            point(place, 0.3, None, Falloff::InverseSquare)
+        };
+        let mut scene = plane(lambert(0.9), (0..24).map(lamp).collect());
+        let road = rectangle([-6.0, -0.5], [6.0, 600.0], 0.0);
+        add(&mut scene, road, Material { roughness: 0.7, ..Material::default() }, DAffine3::from_rotation_x(-1.571));
+        scene.objects.remove(0);
+        scene.camera = Camera { position: DVec3::new(0.0, 1.5, 3.0), near: 0.1, ..scene.camera };
+        for (_, tonemap) in Tonemap::NAMES {
+            let base = Settings { exposure: Some(0.0), tonemap: *tonemap, ..own(&scene, SIZE.0, SIZE.1) };
+            let whole = draw(gpu, &scene, &base, LightPath::Loop);
+            assert!(bytes(&whole).iter().any(|&code| code > 40), "{tonemap}: black");
+            let cut = Settings { light_cutoff: true, ..base.clone() };
+            let mut renderer = gpu.renderer(&scene, &Settings { light_path: LightPath::Clustered, ..cut });
+            let drawn = renderer.render(&scene.camera).and_then(|()| renderer.read_back());
+            let cut = drawn.unwrap_or_else(|error| panic!("{error}"));
+            let off = bytes(&whole).iter().zip(bytes(&cut)).map(|(a, b)| a.abs_diff(*b)).max();
+            let differ = bytes(&whole).iter().zip(bytes(&cut)).filter(|(a, b)| a != b).count();
+            eprintln!("{tonemap}: {differ} values differ, by {off:?} at most");
+            // Half a step moves a value by one code where it was near the edge between two.
+            assert!(off <= Some(1), "{tonemap}: {off:?}");
+        }
+        // Something was dropped: with linear light the difference shows.
+        let linear = Settings { samples: 2, exposure: Some(0.0), ..own(&scene, SIZE.0, SIZE.1) };
+        let pictures = [false, true]
+            .map(|light_cutoff| draw(gpu, &scene, &Settings { light_cutoff, ..linear.clone() }, LightPath::Clustered));
+        assert!(pictures[0] != pictures[1], "nothing was dropped");
     });
 }
 

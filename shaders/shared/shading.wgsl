@@ -106,3 +106,34 @@ fn punctual_light(i: u32, surface: Surface, texel: Texel, model: Model) -> vec3<
     return light.color * (strength * reflect_light(surface, brdf_of(surface, model), reach.to_light, n_dot_l));
 }
 #endif
+
+// Which of the lights that meet every pixel there are.
+struct Everywhere {
+    ambient: bool,
+    directional: bool,
+    punctual: bool,
+    // The first punctual light that the path deals with otherwise.
+    end: u32,
+}
+
+// Light that meets every pixel. Paths add their own after it, so that all of them sum in one order.
+fn light_everywhere(surface: Surface, texel: Texel, model: Model, which: Everywhere) -> vec3<f32> {
+    var radiance = vec3(0.0);
+    if which.ambient {
+        radiance += ambient_light(surface, texel, model);
+    }
+#ifdef LIGHTS
+    if which.directional {
+        let end = frame.directional_count;
+        for (var i = 0u; i < end; i++) {
+            radiance += directional_light(i, surface, texel, model);
+        }
+    }
+    if which.punctual {
+        for (var i = frame.directional_count; i < which.end; i++) {
+            radiance += punctual_light(i, surface, texel, model);
+        }
+    }
+#endif
+    return radiance;
+}

@@ -176,6 +176,7 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
         float32_blends: device.supports_color_attachment(vk::Format::R32G32B32A32_SFLOAT, true),
         msaa: msaa(device),
         lazily_allocated: device.has_lazily_allocated_memory(),
+        compute_invocations: limits.max_compute_work_group_invocations.min(limits.max_compute_work_group_size[0]),
         software: device.kind == vk::PhysicalDeviceType::CPU,
         // Enabled wherever it is there (gpu/device.rs).
         independent_blend: device.features.independent_blend == vk::TRUE,

@@ -4,6 +4,8 @@
 //! each, so that the CPU and every shader agree on it exactly. Lists are in the order of the lights, so that their sum has the same
 //! rounding as that of a loop over all of them.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
@@ -19,6 +21,9 @@ const SLICE_SHIFT: u32 = 22;
 /// Pixels and shares of a distance by which a light is taken to reach further, for the rounding of f32 and the jitter of a sample.
 const SLACK_PIXELS: f64 = 1.0;
 const SLACK: f64 = 1e-5;
+
+/// Entries of all lists together: 64 MiB, half of what a storage buffer may have on every device.
+const MOST_ENTRIES: usize = 16 << 20;
 
 /// The froxels of one picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,11 +64,24 @@ fn slice_bounds(slice: u32) -> (f64, f64) {
 }
 
 /// Which lights reach which clusters. `reaches` are spheres in the world; the result has the indices from `first` on.
+///
+/// So many lights that reach so much that their lists exceed `MOST_ENTRIES` gain nothing from lists: then one list, of all, is
+/// every cluster's.
 pub fn bin(reaches: &[Reach], first: u32, camera: &Camera, size: [u32; 2]) -> Clusters {
+    bin_within(reaches, first, camera, size, MOST_ENTRIES)
+}
+
+fn bin_within(reaches: &[Reach], first: u32, camera: &Camera, size: [u32; 2], most: usize) -> Clusters {
     let view = View::of(camera, size);
     let spheres: Vec<Sphere> =
         (first..).zip(reaches).filter_map(|(light, reach)| Sphere::seen(light, reach, camera, &view)).collect();
-    let slices: Vec<Slice> = (0..SLICES).into_par_iter().map(|slice| Slice::of(slice, &spheres, &view)).collect();
+    let room = Room { entries: AtomicUsize::new(0), most };
+    let slices: Vec<Slice> =
+        (0..SLICES).into_par_iter().map(|slice| Slice::of(slice, &spheres, &view, &room)).collect();
+    if room.is_full() {
+        let all = reaches.len() as u32;
+        return Clusters { heads: vec![[0, all]; view.grid.clusters()], lights: (first..first + all).collect() };
+    }
     let mut clusters = Clusters { heads: Vec::with_capacity(view.grid.clusters()), lights: Vec::new() };
     for slice in slices {
         let before = clusters.lights.len() as u32;
@@ -71,6 +89,18 @@ pub fn bin(reaches: &[Reach], first: u32, camera: &Camera, size: [u32; 2]) -> Cl
         clusters.lights.extend(slice.lights);
     }
     clusters
+}
+
+/// How many entries there are so far, of all slices, and how many there may be.
+struct Room {
+    entries: AtomicUsize,
+    most: usize,
+}
+
+impl Room {
+    fn is_full(&self) -> bool {
+        self.entries.load(Ordering::Relaxed) > self.most
+    }
 }
 
 /// The picture's geometry, with y down as rows of pixels go.
@@ -99,19 +129,23 @@ impl View {
 
     /// Tiles that an interval of x or y touches between two distances, if any.
     fn tiles(&self, axis: usize, (low, high): (f64, f64), (near, far): (f64, f64), count: u32) -> Option<(u32, u32)> {
-        // x / distance is least where x is negative and near, or positive and far.
-        let low = low / if low < 0.0 { near } else { far };
-        let high = high / if high > 0.0 { near } else { far };
-        let pixel = |tangent: f64| tangent * self.scale[axis] + self.center[axis];
-        let tile = f64::from(TILE);
-        let from = ((pixel(low) - SLACK_PIXELS) / tile).floor();
-        let to = ((pixel(high) + SLACK_PIXELS) / tile).floor();
+        let (low, high) = screen_span((low, high), (near, far), self.scale[axis], self.center[axis]);
+        let (from, to) = ((low / f64::from(TILE)).floor(), (high / f64::from(TILE)).floor());
         if to < 0.0 || from >= f64::from(count) {
             return None;
         }
         // Clamped: no cast overflows, also from infinity.
         Some((from.max(0.0) as u32, to.min(f64::from(count - 1)) as u32))
     }
+}
+
+/// The pixels that an interval of x or y covers anywhere between two distances, with a pixel of slack. `scale` is in pixels a unit of x
+/// over distance, `center` the pixel of the axis.
+pub(super) fn screen_span((low, high): (f64, f64), (near, far): (f64, f64), scale: f64, center: f64) -> (f64, f64) {
+    // x / distance is least where x is negative and near, or positive and far.
+    let low = low / if low < 0.0 { near } else { far };
+    let high = high / if high > 0.0 { near } else { far };
+    (low * scale + center - SLACK_PIXELS, high * scale + center + SLACK_PIXELS)
 }
 
 /// A light's sphere relative to the camera: x to the right, y down, z along the view.
@@ -136,12 +170,17 @@ struct Slice {
 }
 
 impl Slice {
-    fn of(slice: u32, spheres: &[Sphere], view: &View) -> Self {
+    fn of(slice: u32, spheres: &[Sphere], view: &View, room: &Room) -> Self {
         let (begin, end) = slice_bounds(slice);
         let (begin, end) = (begin * view.near * (1.0 - SLACK), end * view.near * (1.0 + SLACK));
         let mut entries: Vec<(u32, u32)> = Vec::new();
         for sphere in spheres {
+            let before = entries.len();
             sphere.touch(begin, end, view, |cluster| entries.push((cluster, sphere.light)));
+            room.entries.fetch_add(entries.len() - before, Ordering::Relaxed);
+            if room.is_full() {
+                break;
+            }
         }
         // A counting sort is stable: lights stay in order within their cluster.
         let clusters = (view.grid.columns * view.grid.rows) as usize;
@@ -263,6 +302,17 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn too_many_entries_become_one_list_of_all() {
+        let camera = Camera { position: DVec3::ZERO, near: 0.1, ..Camera::default() };
+        let reaches: Vec<Reach> = (0..9).map(|i| Reach { center: DVec3::X * f64::from(i), radius: 1e3 }).collect();
+        let all = bin_within(&reaches, 4, &camera, [640, 360], 1000);
+        assert_eq!(all.lights, (4..13).collect::<Vec<_>>());
+        assert_eq!(all.heads, vec![[0, 9]; Grid::of([640, 360]).clusters()]);
+        let apart = bin_within(&reaches, 4, &camera, [640, 360], usize::MAX);
+        assert!(apart.lights.len() > 1000);
     }
 
     #[test]

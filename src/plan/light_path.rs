@@ -10,6 +10,12 @@ use crate::scene::{
 /// `auto` takes `loop` up to this many lights of limited reach: lists cost more than they save.
 const FEW_LIGHTS: usize = 4;
 
+/// Metres beyond which no scene of f32 positions extends.
+const FARTHEST: f64 = 1e30;
+
+/// Invocations of a work group of TILED (`shaders/tiled.wgsl`).
+const TILE_INVOCATIONS: u32 = 256;
+
 /// The path that a plan takes, never `Auto`, and why.
 pub(super) fn choose(
     scene: &Scene,
@@ -38,6 +44,9 @@ pub(super) fn choose(
     }
     if settings.light_path == LightPath::Compute && settings.fxaa {
         return Err(Error::ComputeWithFxaa);
+    }
+    if settings.light_path == LightPath::Compute && device.compute_invocations < TILE_INVOCATIONS {
+        return Err(Error::WorkGroup(TILE_INVOCATIONS, device.compute_invocations));
     }
     match settings.light_path {
         LightPath::Auto => {}
@@ -68,6 +77,8 @@ fn compute_is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> 
     [
         (device.software, "a CPU keeps no list in shared memory faster than in any other"),
         (device.lazily_allocated, "the G-buffer would leave the tile"),
+        (device.compute_invocations < TILE_INVOCATIONS, "the device's work groups are too small"),
+        (settings.msaa > 1, "it shades one sample a pixel"),
         (transparent, "transparent surfaces come after it"),
         (settings.fxaa, "FXAA reads the output"),
         (settings.msaa > 1, "it reads one sample a pixel"),
@@ -84,8 +95,15 @@ fn needs_gbuffer(view: View) -> bool {
 pub(super) fn bounded(light: &Light, settings: &Settings) -> bool {
     match light.kind {
         LightKind::Directional { .. } => false,
-        LightKind::Point { range, .. } | LightKind::Spot { range, .. } => range.is_some() || settings.light_cutoff,
+        LightKind::Point { range, falloff, .. } | LightKind::Spot { range, falloff, .. } => {
+            range.is_some() || (settings.light_cutoff && weakens(falloff))
+        }
     }
+}
+
+/// Whether light grows weaker with distance at all: a polynomial of nothing but a constant does not.
+pub(super) fn weakens(falloff: Falloff) -> bool {
+    !matches!(falloff, Falloff::Polynomial { linear: 0.0, quadratic: 0.0, .. })
 }
 
 /// A sphere around all that a light reaches, in the world.
@@ -148,8 +166,11 @@ impl Cut {
                 let candela = f64::from(light.intensity) * f64::from(light.color.max_element());
                 match (range, self.enabled) {
                     (Some(range), _) => range,
-                    (None, true) => distance_of(falloff, candela * self.brightest, self.share),
-                    (None, false) => f64::INFINITY,
+                    // Finite, as `bounded` says: what reaches everywhere is sorted before what does not.
+                    (None, true) if weakens(falloff) => {
+                        distance_of(falloff, candela * self.brightest, self.share).min(FARTHEST)
+                    }
+                    (None, _) => f64::INFINITY,
                 }
             }
         }

@@ -37,6 +37,7 @@ pub fn device() -> Capabilities {
         msaa: 1 | 2 | 4 | 8,
         lazily_allocated: false,
         software: false,
+        compute_invocations: 1024,
         independent_blend: true,
     }
 }

@@ -236,9 +236,9 @@ impl World {
 /// What of a light a plan depends on.
 fn structure(light: &Light, shadows: &ShadowSettings) -> impl PartialEq {
     let (range, falloff) = match light.kind {
-        LightKind::Directional { .. } => (false, 0),
+        LightKind::Directional { .. } => (false, (0, false)),
         LightKind::Point { range, falloff, .. } | LightKind::Spot { range, falloff, .. } => {
-            (range.is_some(), falloff_index(falloff))
+            (range.is_some(), (falloff_index(falloff), light_path::weakens(falloff)))
         }
     };
     let projection = Projection::of(light, shadows.cascades);

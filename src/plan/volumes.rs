@@ -3,6 +3,7 @@
 
 use glam::{DMat3, DVec3, Vec4};
 
+use super::clusters::screen_span;
 use super::{Reach, World};
 use crate::scene::{Camera, LightKind};
 
@@ -29,8 +30,6 @@ pub struct Volumes {
     pub spheres: usize,
 }
 
-/// A pixel more on each side, for rounding and the jitter of a sample.
-const SLACK_PIXELS: f64 = 1.0;
 /// Share by which a volume is larger than its light, for the rounding of f32.
 const SLACK: f64 = 1e-3;
 /// Cones wider than this half angle are drawn as spheres: their mesh would be mostly base.
@@ -48,13 +47,10 @@ pub(super) fn rectangles(reaches: &[Reach], first: u32, camera: &Camera, size: [
         }
         let (near, far) = ((center.z - radius).max(camera.near), center.z + radius);
         let span = |axis: usize| {
-            let (low, high) = (center[axis] - radius, center[axis] + radius);
-            // x / distance is least where x is negative and near, or positive and far.
-            let low = low / if low < 0.0 { near } else { far };
-            let high = high / if high > 0.0 { near } else { far };
-            let (middle, edge) = (f64::from(size[axis]) * 0.5, f64::from(size[axis]));
-            let from = (low * scale + middle - SLACK_PIXELS).floor().clamp(0.0, edge);
-            let to = (high * scale + middle + SLACK_PIXELS).ceil().clamp(0.0, edge);
+            let edge = f64::from(size[axis]);
+            let across = (center[axis] - radius, center[axis] + radius);
+            let (low, high) = screen_span(across, (near, far), scale, edge * 0.5);
+            let (from, to) = (low.floor().clamp(0.0, edge), high.ceil().clamp(0.0, edge));
             // An infinite reach has no finite span: all of it.
             let (from, to) = if radius.is_finite() { (from, to) } else { (0.0, edge) };
             (from < to).then_some((from as u32, (to - from) as u32))
