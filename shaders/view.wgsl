@@ -121,13 +121,13 @@ fn show(texel: Texel) -> vec4<f32> {
 #endif
 
 #ifdef SHADOW_MAP
-// Depth of an orthographic map as it is. That of a perspective one falls as 1 / distance, from a ten-thousandth of the scene's extent on:
-// its fourth root shows near and far.
+// Depth of an orthographic map as it is. That of a perspective one falls as 1 / distance, from a ten-millionth of the scene's extent on:
+// its seventh root shows near and far.
 fn shown_depth(texel: vec2<f32>, layer: u32, depth: f32) -> f32 {
     for (var i = 0u; i < frame.shadow_view_count; i++) {
         let high = shadow_views[i].low + shadow_views[i].edge;
         if shadow_views[i].layer == layer && all(texel >= shadow_views[i].low) && all(texel < high) {
-            return select(depth, sqrt(sqrt(depth)), any(shadow_views[i].w.xyz != vec3(0.0)));
+            return select(depth, pow(depth, 1.0 / 7.0), any(shadow_views[i].w.xyz != vec3(0.0)));
         }
     }
     return depth;

@@ -400,6 +400,33 @@ fn what_stands_before_the_near_plane_casts_as_well() {
 }
 
 #[test]
+fn what_hangs_close_over_a_lamp_in_a_huge_scene_casts_as_well() {
+    on_gpu(|gpu| {
+        // Half a metre from the lamps, in a scene of 100 km.
+        let place = DVec3::Z * 1.5;
+        let lamps = [
+            ("point", point(place, 30.0, None, Falloff::InverseSquare)),
+            ("point with a range", point(place, 30.0, Some(1e5), Falloff::InverseSquare)),
+            ("spot", spot(place, 30.0, 30.0, 58.0)),
+            ("wide spot", spot(place, 30.0, 70.0, 80.0)),
+        ];
+        for (name, light) in lamps {
+            let mut scene = wall_behind_a_sheet(light, lambert(1.0));
+            let far = DAffine3::from_translation(DVec3::X * 1e5);
+            add(&mut scene, shapes::cuboid([1.0; 3]), lambert(1.0), far);
+            for &(filter_name, filter) in ShadowFilter::NAMES {
+                for size in [0.0, 0.001] {
+                    scene.lights[0].size = size;
+                    let shadows = ShadowSettings { filter, ..ShadowSettings::default() };
+                    let found = sides(gpu, &scene, &square(shadows));
+                    assert_eq!(found, (1.0, 0.0), "{name} of {size} m, {filter_name}");
+                }
+            }
+        }
+    });
+}
+
+#[test]
 fn lights_beyond_the_budget_are_named_and_shine_without_a_shadow() {
     on_gpu(|gpu| {
         let mut scene = wall_behind_a_sheet(above()[0].1.clone(), lambert(1.0));

@@ -1,6 +1,7 @@
 //! Shadow maps: which lights have some, and where in the atlas, is decided once from the scene alone; what each of them sees is
 //! worked out for a frame, fitted to what the camera sees and snapped to its texels.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, DVec4, Vec4};
@@ -26,8 +27,9 @@ const BLEND: f64 = 0.1;
 /// Splits begin at this share of the farthest distance, however near the near plane is.
 const NEAREST_SPLIT: f64 = 1e-3;
 
-/// Near plane of perspective maps over the light's range or the scene's radius: depth is 1 there, and falls as 1 / distance.
-const NEAR: f64 = 1e-4;
+/// Near plane of perspective maps over the light's range or the scene's radius: depth is 1 there, and falls as 1 / distance. In f32 that
+/// keeps its precision however near the plane is, so it is nearer than anything that could stand between it and the lamp.
+const NEAR: f64 = 1e-7;
 
 /// A square of the atlas, in texels of its layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -84,7 +86,7 @@ pub struct ShadowPlan {
     pub size: u32,
     pub layers: u32,
     pub filter: ShadowFilter,
-    /// Casters before a map's near plane are pressed onto it; else the near plane reaches back to them.
+    /// Casters before a map's near plane are pressed onto it: where the device can.
     pub clamp: bool,
     /// The most important first.
     pub lights: Vec<ShadowLight>,
@@ -104,68 +106,77 @@ impl ShadowPlan {
             size: shadows.size,
             layers: 0,
             filter: shadows.filter,
-            // The distance of a blocker that is pressed onto the near plane is lost, and with it the penumbra's width.
-            clamp: device.depth_clamp && shadows.filter != ShadowFilter::Pcss,
+            clamp: device.depth_clamp,
             lights: Vec::new(),
             tiles: Vec::new(),
         };
         let mut free = Vec::new();
         let mut unserved = Vec::new();
-        let room = match most {
-            0 => "no layer".into(),
-            1 => "1 layer".into(),
-            most => format!("{most} layers"),
+        let reason = |short: Short| match short {
+            Short::Views => format!("{MAX_SHADOW_VIEWS} maps are the most"),
+            Short::Layers if within_budget > u64::from(most) => {
+                format!("the device has no more than {} an image", layers_text(most))
+            }
+            Short::Layers => format!(
+                "the budget of {} MiB for maps has room for {} of {} texels",
+                shadows.budget,
+                layers_text(most),
+                shadows.size
+            ),
         };
-        let budget =
-            format!("the budget of {} MiB for maps has room for {room} of {} texels", shadows.budget, shadows.size);
-        let views = format!("{MAX_SHADOW_VIEWS} maps are the most");
         for (light, source) in by_importance(scene, settings) {
             let wanted = Projection::of(source, shadows.cascades);
-            let mut projection = wanted;
-            if let Projection::Cascades(count) = &mut projection {
-                *count = (*count).min(most - plan.layers).min((MAX_SHADOW_VIEWS - plan.tiles.len()) as u32);
-            }
-            let tiles = match plan.room(projection, &mut free, most) {
-                Some(tiles) if !tiles.is_empty() => tiles,
-                _ => {
-                    let full = plan.tiles.len() + wanted.views() > MAX_SHADOW_VIEWS;
-                    unserved.push((source.name.as_str(), if full { &*views } else { &*budget }, false));
-                    continue;
-                }
+            let tries: Vec<Projection> = match wanted {
+                Projection::Cascades(count) => (1..=count).rev().map(Projection::Cascades).collect(),
+                Projection::Perspective | Projection::Cube => vec![wanted],
             };
-            let first_view = plan.tiles.len();
-            if projection != wanted {
-                unserved.push((source.name.as_str(), &*budget, true));
+            // The reason for the first try that fails: what keeps it from being whole.
+            let (mut short, mut found) = (None, None);
+            for projection in tries {
+                match plan.room(projection, &mut free, most) {
+                    Ok(tiles) => {
+                        found = Some((projection, tiles));
+                        break;
+                    }
+                    Err(why) => short = short.or(Some(why)),
+                }
             }
-            plan.tiles.extend(tiles);
-            plan.lights.push(ShadowLight { light, name: source.name.clone(), first_view, projection });
+            if let Some(short) = short {
+                unserved.push((source.name.as_str(), reason(short), found.is_some()));
+            }
+            if let Some((projection, tiles)) = found {
+                let first_view = plan.tiles.len();
+                plan.tiles.extend(tiles);
+                plan.lights.push(ShadowLight { light, name: source.name.clone(), first_view, projection });
+            }
         }
         let warnings = warnings(&unserved);
         ((!plan.lights.is_empty()).then_some(plan), warnings)
     }
 
-    /// Places for all maps of a light: whole layers for cascades, quarters for the others. None when they do not all fit.
-    fn room(&mut self, projection: Projection, free: &mut Vec<Tile>, most: u32) -> Option<Vec<Tile>> {
+    /// Places for all maps of a light: whole layers for cascades, quarters for the others. When they do not all fit, why.
+    fn room(&mut self, projection: Projection, free: &mut Vec<Tile>, most: u32) -> Result<Vec<Tile>, Short> {
         let count = projection.views();
         if self.tiles.len() + count > MAX_SHADOW_VIEWS {
-            return None;
+            return Err(Short::Views);
         }
-        let size = self.size;
-        if let Projection::Cascades(_) = projection {
-            let first = self.layers;
-            self.layers += count as u32;
-            return Some((first..self.layers).map(|layer| Tile { layer, x: 0, y: 0, edge: size }).collect());
-        }
-        let missing = count.saturating_sub(free.len()).div_ceil(4) as u32;
+        let (whole, missing) = match projection {
+            Projection::Cascades(count) => (true, count),
+            _ => (false, count.saturating_sub(free.len()).div_ceil(4) as u32),
+        };
         if missing > most - self.layers {
-            return None;
+            return Err(Short::Layers);
         }
-        let edge = size / 2;
-        for layer in self.layers..self.layers + missing {
+        let (size, edge) = (self.size, self.size / 2);
+        let new = self.layers..self.layers + missing;
+        self.layers += missing;
+        if whole {
+            return Ok(new.map(|layer| Tile { layer, x: 0, y: 0, edge: size }).collect());
+        }
+        for layer in new {
             free.extend([(0, 0), (edge, 0), (0, edge), (edge, edge)].map(|(x, y)| Tile { layer, x, y, edge }));
         }
-        self.layers += missing;
-        Some(free.drain(..count).collect())
+        Ok(free.drain(..count).collect())
     }
 
     /// Device memory of all layers.
@@ -184,6 +195,12 @@ impl ShadowPlan {
             };
             (kind << 2) | ((own.first_view as u32) << 4) | (count << 12)
         })
+    }
+
+    /// Whether the near plane of a cascade lies before all casters. The distance of a blocker that is pressed onto it would be lost, and
+    /// with it the penumbra's width.
+    fn reaches_back(&self) -> bool {
+        !self.clamp || self.filter == ShadowFilter::Pcss
     }
 
     /// How far from the point that is looked up texels are compared without their own depth being worked out, in texels along an
@@ -219,6 +236,23 @@ impl ShadowPlan {
     }
 }
 
+/// What keeps a light from its maps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Short {
+    /// No layer is left that the budget has room for, or the device.
+    Layers,
+    /// There are as many maps as there can be.
+    Views,
+}
+
+fn layers_text(count: u32) -> String {
+    match count {
+        0 => "no layer".into(),
+        1 => "1 layer".into(),
+        count => format!("{count} layers"),
+    }
+}
+
 /// The reach of the 3x3 filter, for which the biases are said.
 const FULL_REACH: f64 = 1.5;
 
@@ -246,13 +280,13 @@ fn by_importance<'a>(scene: &'a Scene, settings: &Settings) -> Vec<(usize, &'a L
 }
 
 /// A line for each reason, which names the lights: name, reason, and whether it has at least some of its cascades.
-fn warnings(unserved: &[(&str, &str, bool)]) -> Vec<String> {
-    let mut kinds: Vec<(&str, bool)> = unserved.iter().map(|&(_, why, some)| (why, some)).collect();
+fn warnings(unserved: &[(&str, String, bool)]) -> Vec<String> {
+    let mut kinds: Vec<(&str, bool)> = unserved.iter().map(|(_, why, some)| (why.as_str(), *some)).collect();
     kinds.sort_unstable();
     kinds.dedup();
     let line = |(why, some): (&str, bool)| {
-        let own = unserved.iter().filter(|&&(_, own, own_some)| (own, own_some) == (why, some));
-        let text = named(&own.map(|&(name, ..)| name).collect::<Vec<_>>())?;
+        let own = unserved.iter().filter(|(_, own, own_some)| (own.as_str(), *own_some) == (why, some));
+        let text = named(&own.map(|(name, ..)| *name).collect::<Vec<_>>())?;
         let what = if some { "with fewer cascades than it should have" } else { "without the shadow that it asks for" };
         Some(format!("{text} {what}: {why}"))
     };
@@ -422,8 +456,23 @@ fn light_axes(direction: DVec3) -> DMat3 {
     DMat3::from_cols(right, direction.cross(right), direction).transpose()
 }
 
-/// Maps of the point and spot lights, which no camera changes. The others are none.
-pub(super) fn lamp_views(world: &World, plan: &ShadowPlan) -> Vec<Option<Arc<ShadowView>>> {
+/// What has changed since the maps of lamps were worked out.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Changes {
+    /// Indices into [`World::lights`].
+    pub lights: BTreeSet<usize>,
+    /// Where objects that cast were, and where they are.
+    pub boxes: Vec<Aabb>,
+}
+
+/// Maps of the point and spot lights, which no camera changes. The others are none. Those of `before` stay whose light is as it was
+/// and in whose volume nothing has moved.
+pub(super) fn lamp_views(
+    world: &World,
+    plan: &ShadowPlan,
+    before: &[Option<Arc<ShadowView>>],
+    changes: &Changes,
+) -> Vec<Option<Arc<ShadowView>>> {
     let mut views = vec![None; plan.tiles.len()];
     for own in &plan.lights {
         let light = &world.lights[own.light];
@@ -436,6 +485,13 @@ pub(super) fn lamp_views(world: &World, plan: &ShadowPlan) -> Vec<Option<Arc<Sha
         };
         let near = NEAR * range.unwrap_or(f64::INFINITY).min(world.radius).max(f64::MIN_POSITIVE);
         for index in own.first_view..own.first_view + own.projection.views() {
+            if let Some(Some(before)) = before.get(index)
+                && !changes.lights.contains(&own.light)
+                && !changes.boxes.iter().any(|bounds| before.may_shadow(bounds))
+            {
+                views[index] = Some(before.clone());
+                continue;
+            }
             let (direction, tangent) = match own.projection {
                 Projection::Cube => (FACES[index - own.first_view], 1.0),
                 // A cone of no angle still has a map.
@@ -531,7 +587,8 @@ fn fit<'a>(
     // Steps in depth as well, so that a small step of the camera leaves the map as it is; and with room before and behind, so that
     // what touches a plane is inside.
     let step = edge / 16.0;
-    let first = if plan.clamp { fitted.min.z } else { world.bounds.transformed(&to_light).min.z.min(fitted.min.z) };
+    let first =
+        if !plan.reaches_back() { fitted.min.z } else { world.bounds.transformed(&to_light).min.z.min(fitted.min.z) };
     let near = ((first / step).floor() - 1.0) * step;
     let depth = ((fitted.max.z / step).ceil() + 1.0) * step - near;
     let corner = DVec3::new(snap(fitted.min.x), snap(fitted.min.y), near);
@@ -930,6 +987,52 @@ mod tests {
     }
 
     #[test]
+    fn what_a_light_is_short_of_is_named() {
+        let shadows = |budget| ShadowSettings { size: 32, budget, ..ShadowSettings::default() };
+        let suns = |count| (0..count).map(|_| sun(DVec3::NEG_Y)).collect::<Vec<_>>();
+        // Three cascades each, of which the last sun has fewer: there is budget for thousands.
+        let count = MAX_SHADOW_VIEWS / 3 + 1;
+        let (plan, warnings) = tiles_of(suns(count), shadows(256));
+        let last = plan.and_then(|plan| plan.lights.last().map(|light| light.projection));
+        assert_eq!(last, Some(Projection::Cascades((MAX_SHADOW_VIEWS % 3) as u32)));
+        assert!(warnings.len() == 1 && warnings[0].contains("fewer cascades"), "{warnings:?}");
+        assert!(warnings[0].contains("maps are the most") && !warnings[0].contains("budget"), "{warnings:?}");
+        // The device's layers, of which there are fewer than the budget would pay.
+        let scene = scene(&[(DVec3::ZERO, DVec3::ONE)], suns(2));
+        let device = Capabilities { max_layers: 4, ..samples::device() };
+        let (plan, warnings) = ShadowPlan::of(&scene, &settings(shadows(256)), &device);
+        assert_eq!(plan.map(|plan| plan.layers), Some(4));
+        assert!(
+            warnings.len() == 1 && warnings[0].contains("device") && warnings[0].contains("4 layers"),
+            "{warnings:?}"
+        );
+        assert!(!warnings[0].contains("budget"), "{warnings:?}");
+    }
+
+    #[test]
+    fn what_stands_close_to_a_lamp_in_a_huge_scene_is_behind_its_near_plane() {
+        for (radius, range) in [(1e5, None), (1e5, Some(5e4)), (1e-3, None)] {
+            let boxes =
+                [(DVec3::ZERO, DVec3::splat(radius)), (DVec3::splat(radius * 0.1), DVec3::splat(radius * 0.01))];
+            for depth_clamp in [true, false] {
+                let lights = vec![lamp(DVec3::ZERO, range), spot(DVec3::ZERO, DVec3::Y, 40.0)];
+                let device = Capabilities { depth_clamp, ..samples::device() };
+                let (world, plan) = planned(&scene(&boxes, lights), ShadowSettings::default(), &device);
+                let views = Visible::of(&world, &Camera::default(), &plan).shadows;
+                // Over each lamp, by a hundred-thousandth of the scene's extent and by a part that is larger.
+                for above in [1e-5, 5e-6, 1e-6].map(|share| DVec3::Y * share * radius) {
+                    let over = views.iter().flatten().filter(|view| map(view, above).1 > 0.99 * above.y);
+                    assert_eq!(over.clone().count(), 2);
+                    for view in over {
+                        let depth = map(view, above).0.z;
+                        assert!(depth > 0.0 && depth < 1.0, "{depth} {} m above the lamp", above.y);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
     fn which_lights_have_maps_does_not_depend_on_where_a_frame_is_drawn_from() {
         let scene = scene(&[(DVec3::ZERO, DVec3::ONE)], samples::shadowed_lamps());
         let (world, plan) = planned(&scene, ShadowSettings::default(), &samples::device());
@@ -974,6 +1077,41 @@ mod tests {
         assert_eq!(redrawn(&mut world, &camera).1, 6);
         world.set_light(1, &Light { intensity: 5.0, ..lamp(DVec3::X * 2.1, Some(3.0)) }).expect("a light");
         assert_eq!(redrawn(&mut world, &camera), (0, 0, seen));
+    }
+
+    #[test]
+    fn maps_in_which_nothing_moved_are_kept_and_the_others_are_as_if_all_were_made_anew() {
+        let boxes: Vec<(DVec3, DVec3)> =
+            (0..6).map(|i| (DVec3::new(f64::from(i) * 3.0 - 8.0, 0.0, 1.0), DVec3::ONE)).collect();
+        let lights =
+            vec![lamp(DVec3::X * -6.0, Some(3.0)), lamp(DVec3::X * 6.0, None), spot(DVec3::Y * 4.0, DVec3::X, 20.0)];
+        let scene = scene(&boxes, lights);
+        let (mut world, plan) = planned(&scene, ShadowSettings::default(), &samples::device());
+        let shadow = plan.shadow.as_ref().expect("maps");
+        let camera = Camera::default();
+        let mut before = Visible::of(&world, &camera, &plan).shadows;
+        let mut kept_by_moves = Vec::new();
+        for (object, to) in [(0, DVec3::X * -9.0), (5, DVec3::Y * 5.0), (2, DVec3::Z * -2.0), (3, DVec3::splat(40.0))] {
+            let transform = DAffine3::from_translation(to) * scene.objects[object].transform;
+            world.move_object(object, &transform).expect("an object");
+            world.refresh(&plan);
+            let after = Visible::of(&world, &camera, &plan).shadows;
+            assert_eq!(after, lamp_views(&world, shadow, &[], &Changes::default()));
+            let kept = before.iter().zip(&after).filter(|pair| match pair {
+                (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+                _ => false,
+            });
+            kept_by_moves.push(kept.count());
+            before = after;
+        }
+        assert!(kept_by_moves.iter().all(|&kept| (3..13).contains(&kept)), "{kept_by_moves:?}");
+        // A light that changes has its own made anew; that nothing is asked for keeps all.
+        world.set_light(0, &lamp(DVec3::X * -5.0, Some(3.0))).expect("a light");
+        world.refresh(&plan);
+        let after = Visible::of(&world, &camera, &plan).shadows;
+        assert_eq!(after, lamp_views(&world, shadow, &[], &Changes::default()));
+        let anew = before.iter().zip(&after).filter(|(a, b)| !Arc::ptr_eq(a.as_ref().unwrap(), b.as_ref().unwrap()));
+        assert_eq!(anew.count(), 6);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::light_path::{self, Cut, sphere_of};
-use super::shadows::{add_cascades, lamp_views};
+use super::shadows::{Changes, add_cascades, lamp_views};
 use super::volumes::{self, LightRect, Volumes};
 use super::{Clusters, Error, FramePlan, GeometryKey, Projection, Reach, ShadowView, clusters, falloff_index};
 use crate::scene::{
@@ -42,8 +42,8 @@ pub struct World {
     /// By the scene's own numbers: which of [`World::objects`] and [`World::lights`] it is, if it is among them.
     object_of: Vec<Option<usize>>,
     light_of: Vec<Option<usize>>,
-    /// Something has moved since `lamps` and `bounds` were worked out.
-    stale: bool,
+    /// What has moved since `lamps` and `bounds` were worked out, if anything has.
+    changes: Option<Changes>,
 }
 
 /// A triangle of a mesh, as far as it is sorted.
@@ -128,23 +128,25 @@ impl World {
             shadows: settings.shadows,
             exposure,
             object_of,
-            stale: true,
+            changes: Some(Changes::default()),
         };
-        world.refresh(plan);
+        world.bounds = world.union();
         world.radius = world.bounds.radius();
-        // The maps are scaled by the radius.
-        world.stale = true;
         world.refresh(plan);
         world
     }
 
     /// Works out what follows from where objects and lights are, if any has moved.
     pub fn refresh(&mut self, plan: &FramePlan) {
-        if !std::mem::take(&mut self.stale) {
-            return;
+        let Some(changes) = self.changes.take() else { return };
+        self.bounds = self.union();
+        if let Some(shadow) = &plan.shadow {
+            self.lamps = lamp_views(self, shadow, &self.lamps, &changes);
         }
-        self.bounds = self.objects.iter().fold(Aabb::EMPTY, |all, object| all.union(&object.bounds));
-        self.lamps = plan.shadow.as_ref().map(|shadow| lamp_views(self, shadow)).unwrap_or_default();
+    }
+
+    fn union(&self) -> Aabb {
+        self.objects.iter().fold(Aabb::EMPTY, |all, object| all.union(&object.bounds))
     }
 
     /// Moves an object, by its index in the scene, to where `transform` places it.
@@ -160,10 +162,13 @@ impl World {
             return Err(Error::Change(format!("object {index} cannot be mirrored while it is drawn")));
         }
         let (origin, bounds) = object.mesh_place;
+        let before = std::mem::replace(&mut object.bounds, bounds.transformed(transform));
         object.transform = *transform * DAffine3::from_translation(origin);
-        object.bounds = bounds.transformed(transform);
         object.revision += 1;
-        self.stale = true;
+        let changes = self.changes.get_or_insert_default();
+        if object.casts != CastsShadow::No {
+            changes.boxes.extend([before, object.bounds]);
+        }
         Ok(())
     }
 
@@ -185,7 +190,7 @@ impl World {
         }
         own.clone_from(light);
         self.reaches[own_index] = self.cut.reach(light);
-        self.stale = true;
+        self.changes.get_or_insert_default().lights.insert(own_index);
         Ok(())
     }
 
