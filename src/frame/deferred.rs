@@ -10,7 +10,8 @@
 //! FXAA pass      FXAA       smooths edges of the finished picture, where asked for
 //! ```
 //!
-//! What the plan leaves out does not exist: its field is `None` and its commands are not recorded.
+//! What the plan leaves out does not exist: its field is `None` and its commands are not recorded. What other kinds of frame have as well
+//! is in [`super::stages`]: SHADOW, and all after LIGHTING.
 
 use std::sync::Arc;
 
@@ -19,21 +20,18 @@ use glam::Vec3;
 
 use super::edges::{Carrier, Edge};
 use super::render_pass::{self, Subpasses, input_layout};
+use super::stages::{FxaaStage, ShadowStage, Tail, stamp};
 use crate::gpu::{self, Device, Framebuffer, Image, RenderPass, Timestamps, barrier, framebuffer};
 use crate::gpu_scene::{GpuScene, ShadowAtlas};
-use crate::passes::composite::Composite;
 use crate::passes::depth::Depth;
-use crate::passes::fxaa::Fxaa;
 use crate::passes::geometry::Geometry;
 use crate::passes::lighting::Lighting;
 use crate::passes::per_light::PerLight;
-use crate::passes::shadow::Shadow;
-use crate::passes::tonemap::{TonemapPass, tone_map};
-use crate::passes::transparent::Transparent;
+use crate::passes::tonemap::tone_map;
 use crate::passes::view::ViewPass;
 use crate::passes::{Recording, SetLayouts, Slot};
 use crate::plan::{FramePlan, Shading, ToneMapping, World};
-use crate::targets::{COMPOSITE_INPUTS, Target, Targets, attachments, gbuffer_inputs};
+use crate::targets::{Target, Targets, attachments, gbuffer_inputs};
 
 const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
 
@@ -51,14 +49,12 @@ pub struct Deferred {
     framebuffer: Framebuffer,
     clears: Vec<vk::ClearValue>,
     extent: vk::Extent2D,
-    shadow: Option<(RenderPass, Shadow)>,
+    shadow: Option<ShadowStage>,
     depth: Option<Depth>,
     geometry: Option<Geometry>,
     shade: Shade,
-    transparent: Option<Transparent>,
-    composite: Option<Composite>,
-    tonemap: Option<TonemapPass>,
-    fxaa: Option<(RenderPass, Fxaa)>,
+    tail: Tail,
+    fxaa: Option<FxaaStage>,
 }
 
 impl Deferred {
@@ -81,15 +77,7 @@ impl Deferred {
         let subpasses = Subpasses::of(plan);
         let slot = |subpass| Slot { render_pass: pass.raw, subpass };
 
-        let shadow = match (&plan.shadow, atlas) {
-            (Some(shadow_plan), Some(atlas)) => {
-                let pass = render_pass::shadow(device, plan)?;
-                let slot = Slot { render_pass: pass.raw, subpass: 0 };
-                let shadow = Shadow::new(device, shadow_plan, atlas, slot, scene, world)?;
-                Some((pass, shadow))
-            }
-            _ => None,
-        };
+        let shadow = ShadowStage::new(device, plan, atlas, scene, world)?;
         let depth = match subpasses.geometry.filter(|_| plan.depth_prepass) {
             Some(subpass) => Some(Depth::new(device, plan, slot(subpass), frame_layout, plan.geometry_locations())?),
             None => None,
@@ -116,55 +104,16 @@ impl Deferred {
             }
             _ => Shade::View(ViewPass::new(device, plan, lighting, layouts, &inputs)?),
         };
-        let transparent = match subpasses.transparent {
-            Some(subpass) => Some(Transparent::new(device, plan, slot(subpass), layouts, scene)?),
-            None => None,
-        };
-        let composite = match subpasses.composite {
-            Some(subpass) => {
-                let sums = COMPOSITE_INPUTS.map(|(binding, target)| (binding, input(target).0, input(target).1));
-                Some(Composite::new(device, plan, slot(subpass), &sums)?)
-            }
-            None => None,
-        };
-        let tonemap = match subpasses.tonemap {
-            Some(subpass) => {
-                let (view, layout) = input(Target::Hdr);
-                Some(TonemapPass::new(device, plan, slot(subpass), (0, view, layout))?)
-            }
-            None => None,
-        };
-        let fxaa = match plan.fxaa {
-            true => {
-                let pass = render_pass::fxaa(device, plan)?;
-                let slot = Slot { render_pass: pass.raw, subpass: 0 };
-                let fxaa = Fxaa::new(device, plan, slot, targets.image(Target::Output).view)?;
-                Some((pass, fxaa))
-            }
-            false => None,
-        };
+        let tail = Tail::new(device, plan, &pass, layouts, scene, &targets)?;
+        let fxaa = FxaaStage::new(device, plan, &targets)?;
         let clears = clear_values(plan, world);
-        Ok(Self {
-            targets,
-            pass,
-            framebuffer,
-            clears,
-            extent,
-            shadow,
-            depth,
-            geometry,
-            shade,
-            transparent,
-            composite,
-            tonemap,
-            fxaa,
-        })
+        Ok(Self { targets, pass, framebuffer, clears, extent, shadow, depth, geometry, shade, tail, fxaa })
     }
 
     /// The picture, in TRANSFER_SRC_OPTIMAL after the frame.
     pub fn output(&self) -> &Image {
         match &self.fxaa {
-            Some((_, fxaa)) => fxaa.picture(),
+            Some(fxaa) => fxaa.picture(),
             None => self.targets.image(Target::Output),
         }
     }
@@ -173,12 +122,9 @@ impl Deferred {
     pub fn record(&self, frame: &Recording, times: &mut Option<Timestamps>) {
         let (gpu, cmd) = (&frame.device.raw, frame.cmd);
 
-        if let Some((_, shadow)) = &self.shadow {
-            frame.device.begin_label(cmd, "SHADOW");
+        if let Some(shadow) = &self.shadow {
             // LIGHTING loads what SHADOW wrote: rows of the table, which each of its render passes carries.
-            shadow.record(frame);
-            frame.device.end_label(cmd);
-            stamp(times, cmd, "shadow");
+            shadow.record(frame, times);
         }
 
         let begin = vk::RenderPassBeginInfo::default()
@@ -216,38 +162,13 @@ impl Deferred {
         }
         frame.device.end_label(cmd);
         stamp(times, cmd, "lighting");
-        if let Some(transparent) = &self.transparent {
-            // SAFETY: the pass has TRANSPARENT next.
-            unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
-            frame.device.begin_label(cmd, "TRANSPARENT");
-            transparent.record(frame);
-            frame.device.end_label(cmd);
-            stamp(times, cmd, "transparent");
-        }
-        if let Some(composite) = &self.composite {
-            // SAFETY: the pass has COMPOSITE next.
-            unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
-            frame.device.begin_label(cmd, "COMPOSITE");
-            composite.record(frame);
-            frame.device.end_label(cmd);
-            stamp(times, cmd, "composite");
-        }
-        if let Some(tonemap) = &self.tonemap {
-            // SAFETY: the pass has TONEMAP next.
-            unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
-            frame.device.begin_label(cmd, "TONEMAP");
-            tonemap.record(frame);
-            frame.device.end_label(cmd);
-            stamp(times, cmd, "tonemap");
-        }
+        // TRANSPARENT, COMPOSITE and TONEMAP, each where the plan has it.
+        self.tail.record_next_subpasses(frame, times);
         // SAFETY: begun above, and every subpass recorded.
         unsafe { gpu.cmd_end_render_pass(cmd) };
 
-        if let Some((_, fxaa)) = &self.fxaa {
-            frame.device.begin_label(cmd, "FXAA");
-            fxaa.record(frame);
-            frame.device.end_label(cmd);
-            stamp(times, cmd, "fxaa");
+        if let Some(fxaa) = &self.fxaa {
+            fxaa.record(frame, times);
         }
     }
 }
@@ -258,13 +179,6 @@ pub(super) fn image_barrier(device: &Device, cmd: vk::CommandBuffer, image: &Ima
         let before = (edge.before.stage, edge.before.access, old);
         let after = (edge.after.stage, edge.after.access, new);
         barrier::image_barrier(device, cmd, image, before, after);
-    }
-}
-
-/// The time when all that was recorded so far is done.
-pub(super) fn stamp(times: &mut Option<Timestamps>, cmd: vk::CommandBuffer, label: &str) {
-    if let Some(times) = times {
-        times.write(cmd, vk::PipelineStageFlags::BOTTOM_OF_PIPE, label);
     }
 }
 

@@ -12,20 +12,16 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::deferred::{clear_values, stamp};
-use super::render_pass::{self, Subpasses, input_layout};
+use super::deferred::clear_values;
+use super::render_pass::{self, Subpasses};
+use super::stages::{FxaaStage, ShadowStage, Tail, stamp};
 use crate::gpu::{self, Device, Framebuffer, Image, RenderPass, Timestamps, framebuffer};
 use crate::gpu_scene::{GpuScene, ShadowAtlas};
-use crate::passes::composite::Composite;
 use crate::passes::depth::Depth;
 use crate::passes::forward::Forward;
-use crate::passes::fxaa::Fxaa;
-use crate::passes::shadow::Shadow;
-use crate::passes::tonemap::TonemapPass;
-use crate::passes::transparent::Transparent;
 use crate::passes::{Recording, SetLayouts, Slot};
 use crate::plan::{FramePlan, World};
-use crate::targets::{COMPOSITE_INPUTS, Target, Targets};
+use crate::targets::{Target, Targets};
 
 const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
 
@@ -36,13 +32,11 @@ pub struct ForwardFrame {
     framebuffer: Framebuffer,
     clears: Vec<vk::ClearValue>,
     extent: vk::Extent2D,
-    shadow: Option<(RenderPass, Shadow)>,
+    shadow: Option<ShadowStage>,
     depth: Option<Depth>,
     forward: Forward,
-    transparent: Option<Transparent>,
-    composite: Option<Composite>,
-    tonemap: Option<TonemapPass>,
-    fxaa: Option<(RenderPass, Fxaa)>,
+    tail: Tail,
+    fxaa: Option<FxaaStage>,
 }
 
 impl ForwardFrame {
@@ -65,15 +59,7 @@ impl ForwardFrame {
         let subpasses = Subpasses::of(plan);
         let slot = |subpass| Slot { render_pass: pass.raw, subpass };
 
-        let shadow = match (&plan.shadow, atlas) {
-            (Some(shadow_plan), Some(atlas)) => {
-                let pass = render_pass::shadow(device, plan)?;
-                let slot = Slot { render_pass: pass.raw, subpass: 0 };
-                let shadow = Shadow::new(device, shadow_plan, atlas, slot, scene, world)?;
-                Some((pass, shadow))
-            }
-            _ => None,
-        };
+        let shadow = ShadowStage::new(device, plan, atlas, scene, world)?;
         let lit = slot(subpasses.lighting);
         let depth = match plan.depth_prepass {
             true => Some(Depth::new(device, plan, lit, frame_layout, 1)?),
@@ -81,55 +67,16 @@ impl ForwardFrame {
         };
         let layouts = SetLayouts { frame: frame_layout, shadows: atlas.map(|atlas| atlas.set_layout.raw) };
         let forward = Forward::new(device, plan, lit, layouts, scene)?;
-        let transparent = match subpasses.transparent {
-            Some(subpass) => Some(Transparent::new(device, plan, slot(subpass), layouts, scene)?),
-            None => None,
-        };
-        let input = |target| (targets.image(target).view, input_layout(target));
-        let composite = match subpasses.composite {
-            Some(subpass) => {
-                let sums = COMPOSITE_INPUTS.map(|(binding, target)| (binding, input(target).0, input(target).1));
-                Some(Composite::new(device, plan, slot(subpass), &sums)?)
-            }
-            None => None,
-        };
-        let tonemap = match subpasses.tonemap {
-            Some(subpass) => {
-                let (view, layout) = input(Target::Hdr);
-                Some(TonemapPass::new(device, plan, slot(subpass), (0, view, layout))?)
-            }
-            None => None,
-        };
-        let fxaa = match plan.fxaa {
-            true => {
-                let pass = render_pass::fxaa(device, plan)?;
-                let slot = Slot { render_pass: pass.raw, subpass: 0 };
-                let fxaa = Fxaa::new(device, plan, slot, targets.image(Target::Output).view)?;
-                Some((pass, fxaa))
-            }
-            false => None,
-        };
+        let tail = Tail::new(device, plan, &pass, layouts, scene, &targets)?;
+        let fxaa = FxaaStage::new(device, plan, &targets)?;
         let clears = clear_values(plan, world);
-        Ok(Self {
-            targets,
-            pass,
-            framebuffer,
-            clears,
-            extent,
-            shadow,
-            depth,
-            forward,
-            transparent,
-            composite,
-            tonemap,
-            fxaa,
-        })
+        Ok(Self { targets, pass, framebuffer, clears, extent, shadow, depth, forward, tail, fxaa })
     }
 
     /// The picture, in TRANSFER_SRC_OPTIMAL after the frame.
     pub fn output(&self) -> &Image {
         match &self.fxaa {
-            Some((_, fxaa)) => fxaa.picture(),
+            Some(fxaa) => fxaa.picture(),
             None => self.targets.image(Target::Output),
         }
     }
@@ -138,12 +85,9 @@ impl ForwardFrame {
     pub fn record(&self, frame: &Recording, times: &mut Option<Timestamps>) {
         let (gpu, cmd) = (&frame.device.raw, frame.cmd);
 
-        if let Some((_, shadow)) = &self.shadow {
-            frame.device.begin_label(cmd, "SHADOW");
+        if let Some(shadow) = &self.shadow {
             // FORWARD loads what SHADOW wrote: rows of the table, which each of its render passes carries.
-            shadow.record(frame);
-            frame.device.end_label(cmd);
-            stamp(times, cmd, "shadow");
+            shadow.record(frame, times);
         }
 
         let begin = vk::RenderPassBeginInfo::default()
@@ -162,38 +106,13 @@ impl ForwardFrame {
         self.forward.record(frame);
         frame.device.end_label(cmd);
         stamp(times, cmd, "forward");
-        if let Some(transparent) = &self.transparent {
-            // SAFETY: the pass has TRANSPARENT next.
-            unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
-            frame.device.begin_label(cmd, "TRANSPARENT");
-            transparent.record(frame);
-            frame.device.end_label(cmd);
-            stamp(times, cmd, "transparent");
-        }
-        if let Some(composite) = &self.composite {
-            // SAFETY: the pass has COMPOSITE next.
-            unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
-            frame.device.begin_label(cmd, "COMPOSITE");
-            composite.record(frame);
-            frame.device.end_label(cmd);
-            stamp(times, cmd, "composite");
-        }
-        if let Some(tonemap) = &self.tonemap {
-            // SAFETY: the pass has TONEMAP next.
-            unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
-            frame.device.begin_label(cmd, "TONEMAP");
-            tonemap.record(frame);
-            frame.device.end_label(cmd);
-            stamp(times, cmd, "tonemap");
-        }
+        // TRANSPARENT, COMPOSITE and TONEMAP, each where the plan has it.
+        self.tail.record_next_subpasses(frame, times);
         // SAFETY: begun above, and every subpass recorded.
         unsafe { gpu.cmd_end_render_pass(cmd) };
 
-        if let Some((_, fxaa)) = &self.fxaa {
-            frame.device.begin_label(cmd, "FXAA");
-            fxaa.record(frame);
-            frame.device.end_label(cmd);
-            stamp(times, cmd, "fxaa");
+        if let Some(fxaa) = &self.fxaa {
+            fxaa.record(frame, times);
         }
     }
 }

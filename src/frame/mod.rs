@@ -6,6 +6,7 @@ mod deferred;
 pub mod edges;
 mod forward;
 mod render_pass;
+mod stages;
 mod tiled;
 
 pub use accumulate::{Accumulator, sample_offset};

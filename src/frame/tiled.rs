@@ -11,14 +11,14 @@ use std::sync::Arc;
 use ash::vk;
 use glam::Vec3;
 
-use super::deferred::{background, clear_values, image_barrier, stamp};
+use super::deferred::{background, clear_values, image_barrier};
 use super::edges::{self, Edge};
 use super::render_pass::{self, input_layout};
+use super::stages::{ShadowStage, stamp};
 use crate::gpu::{self, Device, Framebuffer, Image, RenderPass, Timestamps, framebuffer};
 use crate::gpu_scene::{GpuScene, ShadowAtlas};
 use crate::passes::depth::Depth;
 use crate::passes::geometry::Geometry;
-use crate::passes::shadow::Shadow;
 use crate::passes::tiled::{EMISSIVE, Tiled};
 use crate::passes::{Recording, SetLayouts, Slot};
 use crate::plan::{FramePlan, OUTPUT_PLAIN, World};
@@ -31,7 +31,7 @@ pub struct TiledFrame {
     framebuffer: Framebuffer,
     clears: Vec<vk::ClearValue>,
     extent: vk::Extent2D,
-    shadow: Option<(RenderPass, Shadow)>,
+    shadow: Option<ShadowStage>,
     depth: Option<Depth>,
     geometry: Geometry,
     tiled: Tiled,
@@ -56,15 +56,7 @@ impl TiledFrame {
         let pass = render_pass::main(device, plan)?;
         let extent = vk::Extent2D { width: plan.size[0], height: plan.size[1] };
         let framebuffer = framebuffer(device, "main framebuffer", pass.raw, &targets.views(plan), extent)?;
-        let shadow = match (&plan.shadow, atlas) {
-            (Some(shadow_plan), Some(atlas)) => {
-                let pass = render_pass::shadow(device, plan)?;
-                let slot = Slot { render_pass: pass.raw, subpass: 0 };
-                let shadow = Shadow::new(device, shadow_plan, atlas, slot, scene, world)?;
-                Some((pass, shadow))
-            }
-            _ => None,
-        };
+        let shadow = ShadowStage::new(device, plan, atlas, scene, world)?;
         let slot = Slot { render_pass: pass.raw, subpass: 0 };
         let depth = match plan.depth_prepass {
             true => Some(Depth::new(device, plan, slot, frame_layout, plan.geometry_locations())?),
@@ -98,12 +90,9 @@ impl TiledFrame {
     pub fn record(&self, frame: &Recording, times: &mut Option<Timestamps>) {
         let (gpu, cmd) = (&frame.device.raw, frame.cmd);
 
-        if let Some((_, shadow)) = &self.shadow {
-            frame.device.begin_label(cmd, "SHADOW");
+        if let Some(shadow) = &self.shadow {
             // TILED loads what SHADOW wrote: rows of the table, which each of its render passes carries.
-            shadow.record(frame);
-            frame.device.end_label(cmd);
-            stamp(times, cmd, "shadow");
+            shadow.record(frame, times);
         }
 
         let begin = vk::RenderPassBeginInfo::default()
