@@ -18,9 +18,9 @@ use glam::{DAffine3, DVec3};
 const SIZE: (u32, u32) = (96, 72);
 const LUX: f32 = 3.0;
 const ALBEDO: f32 = 0.5;
-/// The floor is 8 m square, so the map's edge is at most 8 sqrt(3) m, a fourth of an octave more, in 1024 texels.
+/// A map is never larger than the sphere around the scene: a floor 8 m square and a block up to 1.75 m over it.
 const MAP: u32 = 1024;
-const TEXEL: f64 = 8.0 * 1.733 * 1.19 / (MAP as f64 - 7.0);
+const TEXEL: f64 = 11.5 / (MAP as f64 - 9.0);
 /// Within so many metres of a shadow's edge nothing is asserted: the filter's 2 texels, the normal offset's 1.5, and what
 /// a bias of 1.5 texels' slope moves the edge by.
 const BORDER: f64 = 6.0 * TEXEL;

@@ -1,5 +1,6 @@
 //! Shadow maps: which lights have some, and where in the atlas, is decided once from the scene alone; what each of them sees is
-//! worked out for a frame, fitted to what the camera sees and snapped to its texels.
+//! worked out for a frame. A cascade's size depends on its part of the view and on the scene, not on what is seen, and it moves by whole
+//! texels: shadows do not swim, whether the camera walks or turns.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -510,8 +511,8 @@ pub(super) fn lamp_views(
     views
 }
 
-/// Adds the cascades of the directional lights, each fitted to the parts of the `seen` boxes that lie in its slice of the
-/// camera's view.
+/// Adds the cascades of the directional lights, each around its slice of the camera's view. Where none of the `seen` boxes lies in it,
+/// there is none. One that holds the whole scene is the last: those behind it would be the same.
 pub(super) fn add_cascades(
     views: &mut [Option<Arc<ShadowView>>],
     world: &World,
@@ -525,9 +526,7 @@ pub(super) fn add_cascades(
         let (center, half) = ((bounds.center() - camera.position).dot(forward), forward.abs().dot(bounds.size() * 0.5));
         (center - half, center + half)
     };
-    let far = seen.iter().map(|bounds| along(bounds).1).fold(camera.near, f64::max);
-    // In steps of a quarter of a power of two, so that borders between cascades seldom move.
-    let far = ((far.log2() * 4.0).ceil() * 0.25).exp2();
+    let far = farthest(&world.extent, camera);
     for own in &plan.lights {
         let (Projection::Cascades(count), LightKind::Directional { direction }) =
             (own.projection, world.lights[own.light].kind)
@@ -537,21 +536,60 @@ pub(super) fn add_cascades(
         let axes = light_axes(direction);
         let mut begin = camera.near;
         for cascade in 0..count {
+            let tile = plan.tiles[own.first_view + cascade as usize];
             let end = split(camera.near, far, world.shadows.lambda, cascade + 1, count);
-            let is_last = cascade + 1 == count;
+            let slice = Sphere::around(camera, aspect, begin, end);
+            let fit = Fit::of(world, plan, &axes, &slice);
+            let is_last = cascade + 1 == count || fit.is_whole;
             // In the last part of the one before, this one is looked up too.
             let blend = if is_last { f64::MAX } else { end - BLEND * (end - begin) };
-            let slice = seen.iter().filter(|bounds| along(bounds).0 <= end && along(bounds).1 >= begin);
-            let index = own.first_view + cascade as usize;
-            let volume = view_corners(camera, aspect, begin, end);
-            views[index] = fit(world, plan, plan.tiles[index], &axes, &volume, slice).map(|view| {
+            let last_seen = if is_last { f64::MAX } else { end };
+            let volume = view_corners(camera, aspect, begin, last_seen.min(far));
+            let in_slice = seen.iter().filter(|bounds| along(bounds).0 <= last_seen && along(bounds).1 >= begin);
+            if is_seen(&axes, &volume, in_slice) {
                 let half_angle = (0.5 * world.lights[own.light].size).to_radians();
-                let end = if is_last { f64::MAX } else { end };
-                ShadowView { light_size: half_angle.tan(), end, blend, ..view }.with_casters(world)
-            });
-            begin = blend.min(end);
+                let view = fit.view(world, plan, tile, &axes);
+                let view = ShadowView { light_size: half_angle.tan(), end: last_seen, blend, ..view };
+                views[own.first_view + cascade as usize] = Some(view.with_casters(world));
+            }
+            if is_last {
+                break;
+            }
+            begin = blend;
         }
     }
+}
+
+/// The distance along the view at which cascades end, in metres. From inside the sphere around the scene it is always that sphere's
+/// diameter. From outside it follows the camera in steps of a quarter of a power of two; how the camera is turned never matters.
+fn farthest(extent: &Aabb, camera: &Camera) -> f64 {
+    let radius = extent.radius();
+    let distance = camera.position.distance(extent.center());
+    if distance <= radius {
+        return (2.0 * radius).max(camera.near);
+    }
+    quantized(distance + radius).max(camera.near)
+}
+
+/// The next larger quarter of a power of two.
+fn quantized(length: f64) -> f64 {
+    ((length.log2() * 4.0).ceil() * 0.25).exp2()
+}
+
+/// The box of a scene whose objects have moved: that of the scene as it was `at_first`, widened on all sides, in steps of a quarter of a
+/// power of two of its radius, until it holds them. So maps of the whole scene stay as they are while something moves within it.
+pub(super) fn widened(at_first: &Aabb, bounds: &Aabb) -> Aabb {
+    if at_first.is_empty() || bounds.is_empty() {
+        return *bounds;
+    }
+    let beyond = (at_first.min - bounds.min).max(bounds.max - at_first.max).max_element();
+    if beyond <= 0.0 {
+        return *at_first;
+    }
+    let radius = at_first.radius().max(f64::MIN_POSITIVE);
+    // Never less than what is beyond, however that rounds.
+    let by = (quantized(1.0 + beyond / radius) * radius - radius).max(beyond);
+    Aabb { min: at_first.min - by, max: at_first.max + by }
 }
 
 /// Where the cascade ends, in metres along the view: the practical split scheme (Zhang et al. 2006, "Parallel-Split Shadow Maps for
@@ -562,37 +600,73 @@ fn split(near: f64, far: f64, lambda: f32, index: u32, count: u32) -> f64 {
     lambda * near * (far / near).powf(share) + (1.0 - lambda) * (near + (far - near) * share)
 }
 
-/// Fits a map to the part of the boxes that lies inside a part of the camera's view. `None` when nothing does.
-fn fit<'a>(
-    world: &World,
-    plan: &ShadowPlan,
-    tile: Tile,
-    axes: &DMat3,
-    volume: &[DVec3],
-    seen: impl Iterator<Item = &'a Aabb>,
-) -> Option<ShadowView> {
+struct Sphere {
+    center: DVec3,
+    radius: f64,
+}
+
+impl Sphere {
+    /// The smallest one around the part of the camera's view between two distances along it. Its size is the same wherever the
+    /// camera is and however it is turned.
+    fn around(camera: &Camera, aspect: f64, begin: f64, end: f64) -> Self {
+        let tan_y = (camera.fov_y_degrees.to_radians() * 0.5).tan();
+        // A corner at distance d is d * slope beside the axis. The centre is as far from the near corners as from the far ones, but
+        // not behind these.
+        let slope_squared = tan_y * tan_y * (1.0 + aspect * aspect);
+        let along = (0.5 * (begin + end) * (1.0 + slope_squared)).min(end);
+        let radius = (end - along).hypot(end * slope_squared.sqrt());
+        Self { center: camera.position + camera.forward() * along, radius }
+    }
+}
+
+/// Where a cascade lies, in the axes of its light.
+struct Fit {
+    /// It holds the whole scene, wherever the camera is.
+    is_whole: bool,
+    /// Edge of the square that is looked up, in metres, and its least corner, before it is snapped.
+    edge: f64,
+    low: DVec3,
+    /// How far it is seen along the light.
+    high: f64,
+}
+
+impl Fit {
+    /// Around a sphere, but never larger than what holds the scene. All sizes depend on the sphere's and the scene's alone.
+    fn of(world: &World, plan: &ShadowPlan, axes: &DMat3, slice: &Sphere) -> Self {
+        let scene = world.extent.transformed(&DAffine3::from_mat3(*axes));
+        let whole = scene.size().truncate().max_element();
+        let least = (1e-6 * world.radius).max(1e-30);
+        if 2.0 * slice.radius >= whole {
+            return Self { is_whole: true, edge: whole.max(least), low: scene.min, high: scene.max.z };
+        }
+        let edge = (2.0 * slice.radius).max(least);
+        let low = *axes * slice.center - 0.5 * edge;
+        // A slice that ends behind the scene needs no depth there, nor before it.
+        let first = if plan.reaches_back() { scene.min.z } else { low.z.max(scene.min.z) };
+        let high = (low.z + edge).min(scene.max.z).max(first);
+        Self { is_whole: false, edge, low: low.truncate().extend(first), high }
+    }
+
+    fn view(&self, world: &World, plan: &ShadowPlan, tile: Tile, axes: &DMat3) -> ShadowView {
+        let margin = plan.margin(tile.edge, &world.shadows);
+        let texels = f64::from(tile.edge);
+        let texel = self.edge / (texels - 2.0 * margin - 1.0).max(0.25 * texels);
+        let snap = |low: f64| (low / texel).floor() * texel - margin * texel;
+        // Steps in depth as well, so that a small step of the camera leaves the map as it is; and with room before and behind, so that
+        // what touches a plane is inside.
+        let step = self.edge / 16.0;
+        let near = ((self.low.z / step).floor() - 1.0) * step;
+        let depth = ((self.high / step).ceil() + 1.0) * step - near;
+        let corner = DVec3::new(snap(self.low.x), snap(self.low.y), near);
+        ShadowView::orthographic(axes, tile, corner, texel, depth)
+    }
+}
+
+/// Whether any of the boxes lies in a part of the camera's view, as far as boxes around both in the light's axes tell.
+fn is_seen<'a>(axes: &DMat3, volume: &[DVec3], seen: impl Iterator<Item = &'a Aabb>) -> bool {
     let to_light = DAffine3::from_mat3(*axes);
     let receivers = seen.fold(Aabb::EMPTY, |all, bounds| all.union(&bounds.transformed(&to_light)));
-    let fitted = receivers.intersection(&Aabb::of_points(volume.iter().map(|&corner| *axes * corner)));
-    if fitted.is_empty() {
-        return None;
-    }
-    // In steps of a quarter of a power of two, so that a turning camera seldom changes the texel's size.
-    let edge = fitted.size().truncate().max_element().max(1e-6 * world.radius).max(1e-30);
-    let edge = ((edge.log2() * 4.0).ceil() * 0.25).exp2();
-    let margin = plan.margin(tile.edge, &world.shadows);
-    let texels = f64::from(tile.edge);
-    let texel = edge / (texels - 2.0 * margin - 1.0).max(0.25 * texels);
-    let snap = |low: f64| (low / texel).floor() * texel - margin * texel;
-    // Steps in depth as well, so that a small step of the camera leaves the map as it is; and with room before and behind, so that
-    // what touches a plane is inside.
-    let step = edge / 16.0;
-    let first =
-        if !plan.reaches_back() { fitted.min.z } else { world.bounds.transformed(&to_light).min.z.min(fitted.min.z) };
-    let near = ((first / step).floor() - 1.0) * step;
-    let depth = ((fitted.max.z / step).ceil() + 1.0) * step - near;
-    let corner = DVec3::new(snap(fitted.min.x), snap(fitted.min.y), near);
-    Some(ShadowView::orthographic(axes, tile, corner, texel, depth))
+    !receivers.intersection(&Aabb::of_points(volume.iter().map(|&corner| *axes * corner))).is_empty()
 }
 
 /// Corners of the view volume between two distances along the view.
@@ -808,36 +882,84 @@ mod tests {
         }
 
         #[test]
-        fn a_moving_camera_does_not_move_texels_over_the_world(
-            boxes in boxes(), sun in direction(), camera in camera(), step in vector(0.05), point in vector(30.0),
+        fn a_walking_and_turning_camera_does_not_move_texels_over_the_world(
+            boxes in boxes(), sun in direction(), camera in camera(), step in vector(0.5), turn in vector(0.4), point in vector(30.0),
+            walks: bool, turns: bool, cascades in 1..=4u32, clamp: bool,
         ) {
-            let (world, plan) = world(&boxes, sun, true);
-            let cascades = plan.shadow.as_ref().map_or(0, |shadow| shadow.tiles.len());
-            for cascade in 0..cascades {
-                let mut sizes: Vec<f64> = Vec::new();
-                let mut fraction: Option<(f64, DVec3)> = None;
-                for i in 0..12 {
-                    let moved = Camera { position: camera.position + step * f64::from(i), ..camera };
-                    let Some(view) = &Visible::of(&world, &moved, &plan).shadows[cascade] else { continue };
-                    let (origin, _) = map(view, DVec3::ZERO);
+            let device = Capabilities { depth_clamp: clamp, ..samples::device() };
+            let shadows = ShadowSettings { cascades, ..ShadowSettings::default() };
+            let (world, plan) = planned(&scene(&boxes, vec![self::sun(sun)]), shadows, &device);
+            let sphere = |camera: &Camera| camera.position.distance(world.bounds.center()) <= world.bounds.radius();
+            for cascade in 0..cascades as usize {
+                let mut before: Option<(Arc<ShadowView>, Camera)> = None;
+                for i in 0..24 {
+                    let (walked, turned) = (f64::from(i) * f64::from(u8::from(walks)), f64::from(i) * f64::from(u8::from(turns)));
+                    let ahead = DQuat::from_scaled_axis(turn * turned) * camera.forward();
+                    let place = camera.position + step * walked;
+                    let moved = Camera { fov_y_degrees: camera.fov_y_degrees, ..Camera::looking_at(place, place + ahead, DVec3::Y) };
+                    let Some(view) = Visible::of(&world, &moved, &plan).shadows[cascade].clone() else { continue };
+                    let (origin, _) = map(&view, DVec3::ZERO);
                     let corner = origin.truncate();
                     prop_assert!((corner - corner.round()).abs().max_element() < 1e-6, "{corner}");
-                    let (here, _) = map(view, point);
-                    if let Some((texel, before)) = fraction && texel == view.texel {
-                        let slid = (here - before).truncate();
-                        prop_assert!((slid - slid.round()).abs().max_element() < 1e-5, "{slid}");
+                    if let Some((before, place)) = &before {
+                        // The size is the same while the camera only turns, and while it walks inside the sphere around the scene.
+                        if !walks || (sphere(&moved) && sphere(place)) {
+                            prop_assert_eq!((view.texel, view.end, view.blend), (before.texel, before.end, before.blend));
+                        }
+                        if view.texel == before.texel {
+                            let slid = (map(&view, point).0 - map(before, point).0).truncate();
+                            prop_assert!((slid - slid.round()).abs().max_element() < 1e-5, "{slid}");
+                        }
                     }
-                    fraction = Some((view.texel, here));
-                    sizes.push(view.texel);
-                }
-                sizes.dedup();
-                // A path of 0.6 m in a scene of tens of metres; sizes go in steps of a quarter of a power of two.
-                prop_assert!(sizes.len() <= 8, "{sizes:?}");
-                let steps = sizes.windows(2).map(|pair| (pair[1] / pair[0]).log2() * 4.0);
-                for step in steps {
-                    prop_assert!((step - step.round()).abs() < 1e-6, "{step}");
+                    before = Some((view, moved));
                 }
             }
+        }
+
+        #[test]
+        fn a_map_of_the_whole_scene_stays_wherever_the_camera_is(
+            boxes in boxes(), sun in direction(), a in camera(), b in camera(), clamp: bool,
+        ) {
+            let device = Capabilities { depth_clamp: clamp, ..samples::device() };
+            let shadows = ShadowSettings { cascades: 1, ..ShadowSettings::default() };
+            let (world, plan) = planned(&scene(&boxes, vec![self::sun(sun)]), shadows, &device);
+            let views = [a, b].map(|camera| Visible::of(&world, &camera, &plan).shadows);
+            // A slice as long as the scene is as wide as it; a narrow view from inside may need less.
+            if let [Some(a), Some(b)] = [&views[0][0], &views[1][0]] {
+                let whole = world.bounds.transformed(&DAffine3::from_mat3(light_axes(sun))).size().truncate().max_element();
+                let usable = f64::from(a.tile.edge) - 2.0 * plan.shadow.as_ref().map_or(0.0, |shadow| shadow.margin(a.tile.edge, &world.shadows)) - 1.0;
+                for view in [a, b] {
+                    prop_assert!(view.texel * usable <= whole.max(1e-6 * world.radius) * (1.0 + 1e-9), "{} {whole}", view.texel * usable);
+                }
+                let is_whole = |view: &ShadowView| view.texel * usable >= whole * (1.0 - 1e-9);
+                if is_whole(a) && is_whole(b) {
+                    prop_assert!(a.draws_as(b));
+                }
+            }
+        }
+
+        #[test]
+        fn the_sphere_around_a_slice_holds_its_corners_and_touches_them(
+            camera in camera(), begin in 0.01..20.0f64, long in 0.01..50.0f64,
+        ) {
+            let end = begin + long;
+            let sphere = Sphere::around(&camera, ASPECT, begin, end);
+            let distances = view_corners(&camera, ASPECT, begin, end).map(|corner| corner.distance(sphere.center));
+            let farthest = distances.into_iter().fold(0.0, f64::max);
+            prop_assert!((farthest / sphere.radius - 1.0).abs() < 1e-9, "{distances:?} {}", sphere.radius);
+        }
+
+        #[test]
+        fn a_widened_box_holds_what_moved_and_grows_in_steps(boxes in boxes(), to in vector(200.0)) {
+            let all = |boxes: &[(DVec3, DVec3)]| Aabb::of_points(boxes.iter().flat_map(|(c, s)| [*c - *s * 0.5, *c + *s * 0.5]));
+            let at_first = all(&boxes);
+            let mut moved = boxes.clone();
+            moved[0].0 = to;
+            let (bounds, wide) = (all(&moved), widened(&at_first, &all(&moved)));
+            prop_assert!(wide.union(&bounds) == wide && wide.union(&at_first) == wide, "{wide:?}");
+            let by = (at_first.min.x - wide.min.x) / at_first.radius();
+            prop_assert!(((1.0 + by).log2() * 4.0 - ((1.0 + by).log2() * 4.0).round()).abs() < 1e-6, "{by}");
+            prop_assert_eq!(widened(&at_first, &boxes[..1].iter().fold(at_first, |all, _| all)), at_first);
         }
 
         #[test]

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::light_path::{self, Cut, sphere_of};
-use super::shadows::{Changes, add_cascades, lamp_views};
+use super::shadows::{Changes, add_cascades, lamp_views, widened};
 use super::volumes::{self, LightRect, Volumes};
 use super::{Clusters, Error, FramePlan, GeometryKey, Projection, Reach, ShadowView, clusters, falloff_index};
 use crate::scene::{
@@ -34,6 +34,9 @@ pub struct World {
     pub bounds: Aabb,
     /// Of the scene as it was at first: maps are scaled by it, and must not change when something far away moves.
     pub radius: f64,
+    /// The same, widened in steps where objects have left it: cascades are never larger.
+    pub extent: Aabb,
+    at_first: Aabb,
     pub shadows: ShadowSettings,
     /// From nits to what is tone-mapped.
     pub exposure: f32,
@@ -125,6 +128,8 @@ impl World {
             environment: scene.environment,
             bounds: Aabb::EMPTY,
             radius: 0.0,
+            extent: Aabb::EMPTY,
+            at_first: Aabb::EMPTY,
             shadows: settings.shadows,
             exposure,
             object_of,
@@ -132,6 +137,7 @@ impl World {
         };
         world.bounds = world.union();
         world.radius = world.bounds.radius();
+        world.at_first = world.bounds;
         world.refresh(plan);
         world
     }
@@ -140,6 +146,7 @@ impl World {
     pub fn refresh(&mut self, plan: &FramePlan) {
         let Some(changes) = self.changes.take() else { return };
         self.bounds = self.union();
+        self.extent = widened(&self.at_first, &self.bounds);
         if let Some(shadow) = &plan.shadow {
             self.lamps = lamp_views(self, shadow, &self.lamps, &changes);
         }
