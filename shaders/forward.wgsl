@@ -56,8 +56,10 @@ override LARGEST: f32 = 65000.0;
 override OPACITY: u32 = 0u;
 // How much a surface may add beyond its share of LARGEST. src/passes/transparent.rs chooses it so that no sum overflows.
 override HIGHLIGHT: f32 = 0.0;
-// Largest weight.
+// Weight of a surface at the eye, the least one as a share of it, and the most that a surface may add to a sum; as HIGHLIGHT.
 override WEIGHT: f32 = 1.0;
+override LEAST: f32 = 0.000244140625;
+override PEAK: f32 = 1e28;
 
 const HIDES: u32 = 0u;
 const BLEND: u32 = 1u;
@@ -180,12 +182,24 @@ struct Weighted {
     @location(1) revealage: vec4<f32>,
 }
 
-// Near surfaces count for more than far ones, as they would if they were sorted. From 1 at the eye to 2^-12 three scene radii
-// away, where half floats are still exact to a thousandth.
-fn weight_at(position: vec3<f32>) -> f32 {
+// Near surfaces count for more than far ones, as they would if they were sorted; what is brighter than PEAK / WEIGHT counts for less,
+// and alone on its pixel still has its own colour.
+//
+// No sum overflows. A layer adds at most PEAK to any channel, for alpha because WEIGHT <= PEAK. In single floats PEAK is 1e38 / T of
+// the scene's T transparent triangles. In half floats a sum below 65504 gains at most half a step, 16, by rounding, so that T layers
+// stay below T (PEAK + 16), which is 64000 up to T = 2000. From there on PEAK is 16, and no number of layers passes 2^15: there a
+// step is 32, and a sum to which half a step or less is added stays (rounded to even, or cut off).
+//
+// No sum is lost. In half floats, LEAST WEIGHT >= 2^-6, so that an alpha of 1/255 adds a normal number, at least 2^-14. What is bright
+// adds PEAK alpha / colour, which is normal for every colour up to 32000 alpha + 512, hence for all tone-mapped light. Only a clear pane's
+// highlight of more than 900 nits in a linear picture adds less: still 32 of the steps of 2^-24 that lie below. An alpha below 1/255 adds
+// less too, and where nothing is left of it COMPOSITE leaves the background.
+// Single floats hold all of it: 2^-12 / 255 and PEAK / 255 / 2e30 are normal.
+fn weight_of(color: vec3<f32>, position: vec3<f32>) -> f32 {
     let nearness = frame.scene_radius / (frame.scene_radius + length(position));
     let cubed = nearness * nearness * nearness;
-    return max(cubed * cubed, 1.0 / 4096.0) * WEIGHT;
+    let brightest = max(max(color.r, color.g), max(color.b, 1.0));
+    return min(max(cubed * cubed, LEAST) * WEIGHT, PEAK / brightest);
 }
 
 @fragment
@@ -193,7 +207,7 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Weighted {
     let color = shade(in, front);
     // A clear pane's highlight is a colour without cover: it gets the least cover that an 8-bit picture does not show.
     let cover = select(color.a, max(color.a, 1.0 / 255.0), OPACITY == GLASS);
-    let weight = weight_at(in.world);
+    let weight = weight_of(color.rgb, in.world);
     return Weighted(vec4(color.rgb, cover) * weight, vec4(cover));
 }
 

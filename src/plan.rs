@@ -49,7 +49,7 @@ pub struct Capabilities {
     pub depth_clamp: bool,
     /// R16G16_UNORM can be a colour attachment; not mandatory in Vulkan.
     pub unorm_2x16_attachment: bool,
-    /// R32G32B32A32_SFLOAT blends; not mandatory in Vulkan.
+    /// R32G32B32A32_SFLOAT and R32_SFLOAT blend; not mandatory in Vulkan.
     pub float32_blends: bool,
     /// B10G11R11_UFLOAT_PACK32 blends; not mandatory in Vulkan.
     pub packed_float_blends: bool,
@@ -118,6 +118,21 @@ pub enum Error {
         "the light path compute writes the finished picture, and transparent surfaces would have to come after it: choose `--light-path clustered`"
     )]
     ComputeWithTransparency,
+}
+
+/// Formats of the targets of weighted blending.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sums {
+    /// Colour and alpha of the layers, weighted and added up.
+    pub accumulation: vk::Format,
+    /// The share of the picture that the layers leave.
+    pub revealage: vk::Format,
+}
+
+impl Sums {
+    pub const SINGLE: Self = Self { accumulation: vk::Format::R32G32B32A32_SFLOAT, revealage: vk::Format::R32_SFLOAT };
+    /// Mandatory to blend. Revealage is exact to 1/2048, which is 1% of what a pane of alpha 0.04 hides.
+    pub const HALF: Self = Self { accumulation: vk::Format::R16G16B16A16_SFLOAT, revealage: vk::Format::R16_SFLOAT };
 }
 
 /// What the subpass after GEOMETRY does.
@@ -205,6 +220,8 @@ pub struct FramePlan {
     pub emissive: bool,
     /// How transparent surfaces are laid over the lit ones, where some are drawn.
     pub transparency: Option<Transparency>,
+    /// What weighted blending sums up, where it is chosen.
+    pub sums: Option<Sums>,
     /// Of all transparent objects: no pixel has more layers.
     pub transparent_triangles: u32,
     /// An attachment of its own between LIGHTING and the output.
@@ -245,8 +262,6 @@ pub const OUTPUT_PLAIN: vk::Format = vk::Format::R8G8B8A8_UNORM;
 /// Half floats hold what the eye can tell apart and blend everywhere.
 pub const HDR: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 pub const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
-/// The share of the picture that transparent surfaces leave: exact to 1/2048, and mandatory to blend.
-pub const REVEALAGE: vk::Format = vk::Format::R16_SFLOAT;
 /// Counts fragments in steps of 1/255; mandatory to blend.
 pub const COUNT: vk::Format = vk::Format::R8_UNORM;
 
@@ -329,6 +344,11 @@ impl FramePlan {
             shadow,
             emissive,
             transparency,
+            sums: (transparency == Some(Transparency::Oit)).then_some(if device.float32_blends {
+                Sums::SINGLE
+            } else {
+                Sums::HALF
+            }),
             transparent_triangles: 0,
             hdr,
             output,
@@ -511,14 +531,6 @@ impl FramePlan {
     /// The format that light is added up in.
     pub fn light_format(&self) -> vk::Format {
         self.hdr.unwrap_or(self.output)
-    }
-
-    /// The format of the sums of weighted blending: as precise as what they go into.
-    pub fn accumulation(&self) -> Option<vk::Format> {
-        (self.transparency == Some(Transparency::Oit)).then(|| match self.light_format() {
-            vk::Format::R32G32B32A32_SFLOAT => vk::Format::R32G32B32A32_SFLOAT,
-            _ => vk::Format::R16G16B16A16_SFLOAT,
-        })
     }
 
     /// The pipelines of all passes that draw surfaces.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use crate::gpu::{self, Device, Image, ImageDesc, Location, MemoryKind};
-use crate::plan::{COUNT, DEPTH, FramePlan, REVEALAGE, Shading};
+use crate::plan::{COUNT, DEPTH, FramePlan, Shading};
 
 /// What an attachment holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -69,9 +69,9 @@ pub fn attachments(plan: &FramePlan) -> Vec<Attachment> {
     if plan.shading == Shading::ShowOverdraw {
         list.push(transient(Target::Count, COUNT, vk::AttachmentLoadOp::CLEAR));
     }
-    if let Some(format) = plan.accumulation() {
-        list.push(transient(Target::Accumulation, format, vk::AttachmentLoadOp::CLEAR));
-        list.push(transient(Target::Revealage, REVEALAGE, vk::AttachmentLoadOp::CLEAR));
+    if let Some(sums) = plan.sums {
+        list.push(transient(Target::Accumulation, sums.accumulation, vk::AttachmentLoadOp::CLEAR));
+        list.push(transient(Target::Revealage, sums.revealage, vk::AttachmentLoadOp::CLEAR));
     }
     if let Some(format) = plan.hdr {
         list.push(transient(Target::Hdr, format, vk::AttachmentLoadOp::CLEAR));

@@ -174,7 +174,9 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
             .min(limits.max_descriptor_set_input_attachments),
         unorm_2x16_attachment: device.supports_color_attachment(vk::Format::R16G16_UNORM, false),
         packed_float_blends: device.supports_color_attachment(vk::Format::B10G11R11_UFLOAT_PACK32, true),
-        float32_blends: device.supports_color_attachment(vk::Format::R32G32B32A32_SFLOAT, true),
+        float32_blends: [vk::Format::R32G32B32A32_SFLOAT, vk::Format::R32_SFLOAT]
+            .into_iter()
+            .all(|format| device.supports_color_attachment(format, true)),
         msaa: msaa(device),
         lazily_allocated: device.has_lazily_allocated_memory(),
         compute_invocations: limits.max_compute_work_group_invocations.min(limits.max_compute_work_group_size[0]),

@@ -7,7 +7,7 @@ use ash::vk;
 use super::screen::{Input, Inputs, Screen, ScreenDesc, over};
 use super::{Recording, Slot};
 use crate::gpu::{self, Device, sync::Use};
-use crate::plan::FramePlan;
+use crate::plan::{FramePlan, Sums};
 use crate::shaders::composite::{self as shader, Flags, constants};
 
 /// Reads its own pixel of the sums.
@@ -45,7 +45,10 @@ impl Composite {
                 name: "composite",
                 slot,
                 shader,
-                constants: &[(constants::LARGEST, plan.largest_light().to_bits())],
+                constants: &[
+                    (constants::LARGEST, plan.largest_light().to_bits()),
+                    (constants::MOST, most(plan).to_bits()),
+                ],
                 set_layouts: &[inputs.set_layout.raw],
                 // Transparent surfaces stand before the sky as well.
                 skip_sky: false,
@@ -59,4 +62,9 @@ impl Composite {
     pub fn record(&self, recording: &Recording) {
         self.screen.record(recording, &[(0, self.inputs.set)]);
     }
+}
+
+/// The largest finite value of the sums.
+pub(super) fn most(plan: &FramePlan) -> f32 {
+    if plan.sums == Some(Sums::SINGLE) { f32::MAX } else { 65504.0 }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::screen::replace;
-use super::surface::{LitDesc, Surfaces, lit_pipeline};
+use super::surface::{Limits, LitDesc, Surfaces, lit_pipeline};
 use super::{Recording, SetLayouts, Slot};
 use crate::gpu::{self, DepthState, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
@@ -44,7 +44,7 @@ impl Forward {
             let desc = LitDesc {
                 name: "forward",
                 weighted: Flags::NONE,
-                limits: (plan.largest_light(), 0.0, 1.0),
+                limits: Limits::unweighted(plan.largest_light(), 0.0),
                 masked: key.masked,
                 depth: depth_state(plan, key),
                 blend: &[replace()],

@@ -205,11 +205,27 @@ pub struct LitDesc<'a> {
     pub name: &'a str,
     /// [`Flags::WEIGHTED`] or nothing.
     pub weighted: Flags,
-    /// LARGEST, HIGHLIGHT and WEIGHT of the shader.
-    pub limits: (f32, f32, f32),
+    pub limits: Limits,
     pub masked: bool,
     pub depth: DepthState,
     pub blend: &'a [vk::PipelineColorBlendAttachmentState],
+}
+
+/// The shader's constants of these names.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    pub largest: f32,
+    pub highlight: f32,
+    pub weight: f32,
+    pub least: f32,
+    pub peak: f32,
+}
+
+impl Limits {
+    /// For what is not summed up with weights.
+    pub fn unweighted(largest: f32, highlight: f32) -> Self {
+        Self { largest, highlight, weight: 1.0, least: 1.0, peak: 1.0 }
+    }
 }
 
 /// A pipeline that lights what it draws.
@@ -267,7 +283,7 @@ pub(crate) fn lit_flags(plan: &FramePlan, key: GeometryKey) -> Flags {
 fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32, u32)> {
     let has = |slot| u32::from(key.textures.contains(slot));
     let forward = key.forward;
-    let (largest, highlight, weight) = desc.limits;
+    let limits = desc.limits;
     let opacity = forward.map_or(Opacity::Hides, |forward| forward.opacity);
     // Transparent surfaces bring a subpass for it.
     let (tone_map, curve) = match plan.tone_mapping {
@@ -296,9 +312,11 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
         (constants::LIGHT_ONLY, u32::from(plan.shading == Shading::Light { light_only: true })),
         (constants::TONE_MAP, tone_map),
         (constants::OPERATOR, curve),
-        (constants::LARGEST, largest.to_bits()),
+        (constants::LARGEST, limits.largest.to_bits()),
         (constants::OPACITY, opacity as u32),
-        (constants::HIGHLIGHT, highlight.to_bits()),
-        (constants::WEIGHT, weight.to_bits()),
+        (constants::HIGHLIGHT, limits.highlight.to_bits()),
+        (constants::WEIGHT, limits.weight.to_bits()),
+        (constants::LEAST, limits.least.to_bits()),
+        (constants::PEAK, limits.peak.to_bits()),
     ]
 }

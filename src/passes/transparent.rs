@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::surface::{LitDesc, Surfaces, lit_pipeline};
+use super::surface::{Limits, LitDesc, Surfaces, lit_pipeline};
 use super::{Recording, SetLayouts, Slot};
 use crate::gpu::{self, DepthState, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
-use crate::plan::FramePlan;
+use crate::plan::{FramePlan, Sums};
 use crate::scene::Transparency;
 use crate::shaders::forward::Flags;
 
@@ -50,11 +50,10 @@ impl Transparent {
     ) -> gpu::Result<Self> {
         let mut surfaces = Surfaces::new(device, plan, "transparent", layouts, scene)?;
         for &key in &plan.transparent {
-            let limits = Limits::of(plan);
             let desc = LitDesc {
                 name: "transparent",
                 weighted: weighted(plan),
-                limits: (limits.share, limits.highlight, limits.weight),
+                limits: limits(plan),
                 masked: key.masked,
                 // Reversed Z. What is opaque hides what is behind it; transparent surfaces hide nothing.
                 depth: DepthState { test: vk::CompareOp::GREATER, write: false },
@@ -84,36 +83,40 @@ pub(crate) fn flags(plan: &FramePlan, key: crate::plan::GeometryKey) -> Flags {
     super::surface::lit_flags(plan, key) | weighted(plan)
 }
 
-/// What a layer may be, so that no sum of layers overflows its target. A layer's colour is at most `share` times its alpha plus
-/// `highlight` (`shaders/forward.wgsl`); no pixel has more layers than the scene has transparent triangles, T.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Limits {
-    share: f32,
-    highlight: f32,
-    weight: f32,
-}
+/// Largest number of layers whose sum, with all rounding, is held below 64000 by their number. More are held by half floats themselves:
+/// a sum of values up to 16 ends at 2^15, where half a step is 16.
+const COUNTED_LAYERS: f32 = 2000.0;
 
-impl Limits {
-    fn of(plan: &FramePlan) -> Self {
-        let layers = plan.transparent_triangles.max(1) as f32;
-        let largest = plan.largest_light();
-        let half = plan.light_format() != vk::Format::R32G32B32A32_SFLOAT;
-        match plan.transparency {
-            // Single floats overflow nowhere: 1e30 times a weight, 2^32 times.
-            _ if !half => Self { share: largest, highlight: largest / layers, weight: 1.0 / layers },
-            // Sums are at most T weight (share + highlight) <= 64000, and alpha's T weight. What is tone-mapped is white long before 64,
-            // so that the weights of up to 500 triangles need not shrink; in nits nothing may be cut off.
-            Some(Transparency::Oit) => {
-                let most = if plan.has_tonemap_subpass() { 64.0 } else { largest };
-                Self { share: most, highlight: most, weight: (64000.0 / (2.0 * most * layers)).min(1.0) }
-            }
-            // A layer over a picture p gives p (1 - alpha) + share alpha + highlight <= max(p, share) + highlight: T layers over 32000 stay
-            // below 32000 + T highlight <= 64000. A highlight of 16 is white however it is tone-mapped, so that more than 2000
-            // triangles do not dim it; for them to overflow, more than 2000 such highlights would have to lie on one pixel.
-            _ => Self { share: largest, highlight: (largest / layers).max(16.0), weight: 1.0 },
+/// What a layer may be, so that no sum of layers overflows its target, and what weighted blending adds is not rounded to nothing. A
+/// layer's colour is at most `largest` times its alpha plus `highlight`; no pixel has more layers than the scene has transparent
+/// triangles. `shaders/forward.wgsl` says how the weights do it.
+fn limits(plan: &FramePlan) -> Limits {
+    let layers = plan.transparent_triangles.max(1) as f32;
+    let largest = plan.largest_light();
+    match plan.sums {
+        Some(Sums::SINGLE) => {
+            Limits { largest, highlight: largest, weight: 1.0, least: LEAST_WEIGHT, peak: 1e38 / layers }
         }
+        Some(_) => {
+            let peak = 64000.0 / layers.min(COUNTED_LAYERS) - 16.0;
+            // Light up to 16 has the weight of its distance alone.
+            let weight = peak / 16.0;
+            // What is tone-mapped is white long before 512; in nits nothing may be cut off.
+            let highlight = if plan.has_tonemap_subpass() { 512.0 } else { largest };
+            // 2^-6 times an alpha of 1/255 is a normal number.
+            Limits { largest, highlight, weight, least: LEAST_WEIGHT.max(1.0 / 64.0 / weight), peak }
+        }
+        // Single floats overflow nowhere.
+        None if plan.light_format() == vk::Format::R32G32B32A32_SFLOAT => Limits::unweighted(largest, largest / layers),
+        // A layer over a picture p gives p (1 - alpha) + largest alpha + highlight <= max(p, largest) + highlight: T layers over 32000
+        // stay below 32000 + T highlight <= 64000. A highlight of 16 is white however it is tone-mapped, so that more than 2000
+        // triangles do not dim it; for them to overflow, more than 2000 such highlights would have to lie on one pixel.
+        None => Limits::unweighted(largest, (largest / layers).max(16.0)),
     }
 }
+
+/// Where weights stop falling, at three scene radii, as a share of that at the eye.
+const LEAST_WEIGHT: f32 = 1.0 / 4096.0;
 
 /// One state for each colour location of the subpass.
 fn blend(plan: &FramePlan) -> Vec<vk::PipelineColorBlendAttachmentState> {
@@ -142,6 +145,8 @@ fn multiply() -> vk::PipelineColorBlendAttachmentState {
 
 #[cfg(test)]
 mod tests {
+    use half::f16;
+
     use super::*;
     use crate::gpu_scene::{NORMAL, POSITION, TANGENT, UV};
     use crate::plan::samples;
@@ -174,23 +179,157 @@ mod tests {
     }
 
     #[test]
-    fn no_sum_of_layers_overflows_a_half_float() {
-        for (name, plan) in samples::plans() {
-            let Some(transparency) = plan.transparency else { continue };
-            for triangles in [1, 2, 500, 501, 2000] {
+    fn no_sum_of_layers_overflows_its_target() {
+        let mut kinds = [0; 3];
+        let plans = samples::plans().into_iter().filter(|(_, plan)| plan.transparency.is_some());
+        // The same where the device blends single floats, into light of any format.
+        let plans = plans.flat_map(|(name, plan)| {
+            let (mut single, mut bright) = (plan.clone(), plan.clone());
+            single.sums = plan.sums.and(Some(Sums::SINGLE));
+            (bright.sums, bright.hdr) = (single.sums, Some(vk::Format::R32G32B32A32_SFLOAT));
+            [plan, single, bright].map(|plan| (name.clone(), plan))
+        });
+        for (name, plan) in plans {
+            for triangles in [1, 2, 500, 1999, 2000, 2001, 1_000_000, u32::MAX] {
                 let mut plan = plan.clone();
                 plan.transparent_triangles = triangles;
-                let Limits { share, highlight, weight } = Limits::of(&plan);
+                let Limits { largest, highlight, weight, least, peak } = limits(&plan);
                 let layers = f64::from(triangles);
-                let most = match transparency {
-                    Transparency::Sorted => f64::from(plan.largest_light()) + layers * f64::from(highlight),
-                    Transparency::Oit => layers * f64::from(weight) * (f64::from(share) + f64::from(highlight)),
-                };
-                // Room for the rounding of the sum: a step of half floats is 32 there.
-                let half = plan.light_format() != vk::Format::R32G32B32A32_SFLOAT;
-                let limit = if half { 64000.0 * 1.000_001 } else { 1e31 };
-                assert!(most <= limit, "{name}: {triangles} layers reach {most}");
-                assert!(share > 0.0 && highlight > 0.0 && weight > 0.0, "{name}");
+                assert!(largest > 0.0 && highlight > 0.0, "{name}");
+                match plan.sums {
+                    None if triangles <= 2000 => {
+                        let most = f64::from(plan.largest_light()) + layers * f64::from(highlight);
+                        let half = plan.light_format() != vk::Format::R32G32B32A32_SFLOAT;
+                        let limit = if half { 64000.0 * 1.000_001 } else { 1e31 };
+                        assert!(most <= limit, "{name}: {triangles} layers reach {most}");
+                        kinds[0] += 1;
+                    }
+                    None => {}
+                    Some(Sums::SINGLE) => {
+                        assert!(layers * f64::from(peak) < 1.01e38 && weight <= peak, "{name}: {triangles}, {peak}");
+                        let faintest = (weight * least).min(peak / (largest + highlight)) / 255.0;
+                        assert!(faintest.is_normal(), "{name}: {triangles}, {faintest}");
+                        kinds[1] += 1;
+                    }
+                    Some(sums) => {
+                        assert_eq!(sums, Sums::HALF);
+                        let counted = layers * (f64::from(peak) + 16.0) <= 64000.5;
+                        assert!(weight <= peak && least <= 1.0 && (counted || peak <= 16.0), "{name}: {triangles}");
+                        assert!(weight * least / 255.0 >= f16::MIN_POSITIVE.to_f32(), "{name}: {triangles}");
+                        kinds[2] += 1;
+                    }
+                }
+            }
+        }
+        assert!(kinds.iter().all(|&count| count > 0), "{kinds:?}");
+    }
+
+    /// Half floats as blenders make them: rounded to the nearest, or cut off, as lavapipe does.
+    #[derive(Debug, Clone, Copy)]
+    enum Rounding {
+        Nearest,
+        Down,
+    }
+
+    impl Rounding {
+        fn half(self, value: f32) -> f32 {
+            let near = f16::from_f32(value);
+            match self {
+                Self::Down if near.to_f32() > value => f16::from_bits(near.to_bits() - 1).to_f32(),
+                _ => near.to_f32(),
+            }
+        }
+
+        /// So many times the value, added one by one.
+        fn sum(self, value: f32, count: u32) -> f32 {
+            let value = self.half(value);
+            let mut sum = 0.0;
+            for _ in 0..count {
+                let next = self.half(sum + value);
+                // What does not change it once never will.
+                if next == sum {
+                    break;
+                }
+                sum = next;
+            }
+            sum
+        }
+    }
+
+    /// `weight_of` of `shaders/forward.wgsl`, at a distance in scene radii.
+    fn weight_of(limits: &Limits, brightest: f32, distance: f32) -> f32 {
+        let near = (1.0 / (1.0 + distance)).powi(6).max(limits.least) * limits.weight;
+        near.min(limits.peak / brightest.max(1.0))
+    }
+
+    /// Plans whose sums are half floats, tone-mapped and linear.
+    fn half_plans() -> [FramePlan; 2] {
+        [false, true].map(|linear| {
+            let found = samples::plans()
+                .into_iter()
+                .map(|(_, plan)| plan)
+                .find(|plan| plan.sums == Some(Sums::HALF) && plan.has_tonemap_subpass() != linear);
+            found.unwrap_or_else(|| panic!("no plan with linear = {linear}"))
+        })
+    }
+
+    /// Light that a layer sends: a share of what it is lit by, or a clear pane's highlight.
+    fn colors(limits: &Limits, alpha: f32) -> Vec<(f32, f32)> {
+        // Of 32 steps a blender that cuts off may lose one.
+        let most = (limits.largest * alpha + limits.highlight, 1.0 / 31.0);
+        // What is normal keeps 11 bits, of the colour and of alpha.
+        let lit = [0.0, 0.05, 1.0, 16.0, 100.0, limits.largest].map(|light| (light * alpha, 1.0 / 512.0));
+        lit.into_iter().chain([(512.0, 1.0 / 512.0), most]).collect()
+    }
+
+    const ALPHAS: [f32; 6] = [1.0 / 255.0, 0.01, 0.04, 0.1, 0.5, 1.0];
+    const DISTANCES: [f32; 7] = [0.0, 0.1, 1.0, 3.0, 10.0, 1e3, 1e4];
+    const TRIANGLES: [u32; 9] = [1, 2, 12, 500, 1999, 2000, 2001, 200_000, 1_000_000];
+
+    #[test]
+    fn sums_of_half_floats_neither_overflow_nor_vanish() {
+        for mut plan in half_plans() {
+            for triangles in TRIANGLES {
+                plan.transparent_triangles = triangles;
+                let limits = limits(&plan);
+                for (alpha, distance) in ALPHAS.into_iter().flat_map(|a| DISTANCES.map(|d| (a, d))) {
+                    for (color, relative) in colors(&limits, alpha) {
+                        for rounding in [Rounding::Nearest, Rounding::Down] {
+                            let what = format!("{triangles} of {color}, {alpha}, at {distance}, {rounding:?}");
+                            let weight = weight_of(&limits, color, distance);
+                            let sums = |count| [color, alpha].map(|value| rounding.sum(value * weight, count));
+                            let [light, cover] = sums(triangles);
+                            assert!(light < 65504.0 && cover > 0.0 && cover < 65504.0, "{what}: {light}, {cover}");
+                            // Alone it has its own colour, to what 11 bits leave, and to 1/1024 of white where it is dark.
+                            let [light, cover] = sums(1);
+                            let (shown, own) = (light / cover, color / alpha);
+                            let error = (shown - own).abs();
+                            assert!(error <= own * relative + 1.0 / 1024.0, "{what}: {shown} instead of {own}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Values that are not alike round otherwise than equal ones: all of a pixel's layers, of the brightest and of any light below.
+    #[test]
+    fn sums_of_unlike_half_floats_do_not_overflow() {
+        for mut plan in half_plans() {
+            for triangles in TRIANGLES {
+                plan.transparent_triangles = triangles;
+                let peak = limits(&plan).peak;
+                for faintest in [1.0, 0.75, 0.53, 0.1] {
+                    let (mut sum, mut share) = (0.0f32, 1.0f32);
+                    for _ in 0..triangles {
+                        sum = Rounding::Nearest.half(sum + Rounding::Nearest.half(peak * share));
+                        share = (share * 0.97).max(faintest);
+                        if share == faintest {
+                            share = 1.0;
+                        }
+                    }
+                    assert!(sum < 65504.0, "{triangles} of up to {peak}: {sum}");
+                }
             }
         }
     }

@@ -6,8 +6,8 @@ use ash::vk;
 
 use super::gbuffer::format_bytes;
 use super::{
-    COUNT, DEPTH, FramePlan, GeometryKey, PlannedBrdf, Projection, REVEALAGE, Shading, ShadowLight, ShadowPlan,
-    ToneMapping, UNIFORM_LIGHTS, World, shadow_reason,
+    COUNT, DEPTH, FramePlan, GeometryKey, PlannedBrdf, Projection, Shading, ShadowLight, ShadowPlan, Sums, ToneMapping,
+    UNIFORM_LIGHTS, World, shadow_reason,
 };
 use crate::scene::{HdrFormat, Scene, Settings, TextureSlot, Transparency};
 
@@ -184,15 +184,16 @@ fn transparency(scene: &Scene, plan: &FramePlan) -> [Part; 2] {
     // Sorted triangles have an index buffer in each of two frames in flight.
     let indices = 2 * 12 * u64::from(plan.transparent_triangles);
     let sorted = plan.transparency == Some(Transparency::Sorted);
-    let accumulation = plan.accumulation();
-    let texel = format_bytes(accumulation.unwrap_or(vk::Format::R16G16B16A16_SFLOAT)) + format_bytes(REVEALAGE);
-    let sums = match accumulation {
-        Some(format) => format!("in {format:?} and {REVEALAGE:?}: what the surfaces send, and how much they leave"),
+    let texel = plan.sums.map_or(0, |sums| format_bytes(sums.accumulation) + format_bytes(sums.revealage));
+    let sums = match plan.sums {
+        Some(Sums { accumulation, revealage }) => {
+            format!("in {accumulation:?} and {revealage:?}: what the surfaces send, and how much they leave")
+        }
         None => "transparent surfaces are sorted, or there are none".into(),
     };
     [
         part("TRANSPARENT subpass", plan.transparency.is_some(), reason, if sorted { indices } else { 0 }),
-        part("sums and COMPOSITE subpass", accumulation.is_some(), sums, u64::from(texel) * pixels(plan)),
+        part("sums and COMPOSITE subpass", plan.sums.is_some(), sums, u64::from(texel) * pixels(plan)),
     ]
 }
 

@@ -115,6 +115,22 @@ fn the_hdr_format_is_the_one_asked_for_or_the_plan_is_refused() {
 }
 
 #[test]
+fn weighted_sums_are_single_floats_wherever_they_blend() {
+    let glass = Material { alpha_mode: AlphaMode::Blend, alpha: 0.5, ..material(CT) };
+    let scene = scene(vec![material(CT), glass], vec![sky()]);
+    let sums = |transparency, float32_blends, hdr_output| {
+        let settings = Settings { transparency, hdr_output, ..Settings::default() };
+        let device = Capabilities { float32_blends, ..device() };
+        FramePlan::of(&scene, &settings, &device).expect("a plan").sums
+    };
+    for hdr_output in [false, true] {
+        assert_eq!(sums(Transparency::Oit, true, hdr_output), Some(Sums::SINGLE));
+        assert_eq!(sums(Transparency::Oit, false, hdr_output), Some(Sums::HALF));
+        assert_eq!(sums(Transparency::Sorted, true, hdr_output), None);
+    }
+}
+
+#[test]
 fn emissive_light_brings_the_hdr_target_and_the_tonemap_subpass() {
     let settings = Settings { tonemap: Tonemap::Agx, ..Settings::default() };
     let glowing = plan_with(&scene(vec![emissive()], vec![sky()]), &settings);
