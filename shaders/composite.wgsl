@@ -8,7 +8,7 @@ override LARGEST: f32 = 65000.0;
 override MOST: f32 = 65504.0;
 
 @group(0) @binding(0) var subpass_accumulation: texture_2d<f32>;
-@group(0) @binding(1) var subpass_revealage: texture_2d<f32>;
+@group(0) @binding(1) var subpass_weights: texture_2d<f32>;
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
@@ -20,12 +20,13 @@ fn fragment() -> @location(0) vec4<f32> {
     // forward.wgsl says why no sum of its weights overflows or is lost. A blender that keeps more bits between two layers than the
     // target has may still store an infinity, which shows here as the largest value instead of as nothing at all.
     let sum = min(textureLoad(subpass_accumulation, vec2<i32>(0, 0), 0), vec4(MOST));
-    let cover = 1.0 - textureLoad(subpass_revealage, vec2<i32>(0, 0), 0).r;
+    let weights = min(textureLoad(subpass_weights, vec2<i32>(0, 0), 0).r, MOST);
+    let cover = 1.0 - sum.a;
     // Of no surface, or of one with so little alpha that no colour of it is known: cover without colour would be black.
-    if sum.a <= 0.0 {
+    if weights <= 0.0 {
         return vec4(0.0);
     }
     // The mean colour, as much of it as the surfaces hide together. With one surface its own colour, whatever its weight.
-    let mean = sum.rgb / max(sum.a, 1e-30);
+    let mean = sum.rgb / max(weights, 1e-30);
     return vec4(min(mean * cover, vec3(LARGEST)), cover);
 }

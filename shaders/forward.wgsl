@@ -176,10 +176,10 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
 
 // Weighted blended order-independent transparency (McGuire and Bavoil 2013): sums that no order changes.
 struct Weighted {
-    // Colour and alpha, times the weight; added up.
+    // Colour times the weight, added up; and the share of the background that the surface hides, of which 1 minus it is multiplied up.
     @location(0) accumulation: vec4<f32>,
-    // The share of the background that the surface hides; 1 minus it is multiplied up.
-    @location(1) revealage: vec4<f32>,
+    // That share times the weight in red, added up. Alpha is as above, though the target has none: both blend in one way.
+    @location(1) weights: vec4<f32>,
 }
 
 // Near surfaces count for more than far ones, as they would if they were sorted; what is brighter than PEAK / WEIGHT counts for less,
@@ -208,7 +208,7 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Weighted {
     // A clear pane's highlight is a colour without cover: it gets the least cover that an 8-bit picture does not show.
     let cover = select(color.a, max(color.a, 1.0 / 255.0), OPACITY == GLASS);
     let weight = weight_of(color.rgb, in.world);
-    return Weighted(vec4(color.rgb, cover) * weight, vec4(cover));
+    return Weighted(vec4(color.rgb * weight, cover), vec4(cover * weight, 0.0, 0.0, cover));
 }
 
 #else

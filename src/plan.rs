@@ -61,8 +61,6 @@ pub struct Capabilities {
     pub compute_invocations: u32,
     /// The device is a CPU.
     pub software: bool,
-    /// The attachments of a subpass can blend each in its own way; not mandatory in Vulkan.
-    pub independent_blend: bool,
 }
 
 /// A frame that cannot be planned. One line that names the setting and the limit.
@@ -108,10 +106,6 @@ pub enum Error {
     AntiAliasing(String),
     #[error("{0}")]
     Change(String),
-    #[error(
-        "weighted blended transparency needs attachments that blend each in its own way (independentBlend), which the device lacks: choose `--transparency sorted`"
-    )]
-    IndependentBlend,
     #[error("forward-naive has no depth pre-pass, which is what it is there to show: choose `--light-path forward`")]
     NaivePrepass,
     #[error(
@@ -123,16 +117,16 @@ pub enum Error {
 /// Formats of the targets of weighted blending.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sums {
-    /// Colour and alpha of the layers, weighted and added up.
+    /// Colour of the layers, weighted and added up; alpha is the share of the picture that they leave.
     pub accumulation: vk::Format,
-    /// The share of the picture that the layers leave.
-    pub revealage: vk::Format,
+    /// Their weights, added up.
+    pub weights: vk::Format,
 }
 
 impl Sums {
-    pub const SINGLE: Self = Self { accumulation: vk::Format::R32G32B32A32_SFLOAT, revealage: vk::Format::R32_SFLOAT };
-    /// Mandatory to blend. Revealage is exact to 1/2048, which is 1% of what a pane of alpha 0.04 hides.
-    pub const HALF: Self = Self { accumulation: vk::Format::R16G16B16A16_SFLOAT, revealage: vk::Format::R16_SFLOAT };
+    pub const SINGLE: Self = Self { accumulation: vk::Format::R32G32B32A32_SFLOAT, weights: vk::Format::R32_SFLOAT };
+    /// Mandatory to blend. The share that is left is exact to 1/2048, which is 1% of what a pane of alpha 0.04 hides.
+    pub const HALF: Self = Self { accumulation: vk::Format::R16G16B16A16_SFLOAT, weights: vk::Format::R16_SFLOAT };
 }
 
 /// What the subpass after GEOMETRY does.
@@ -288,9 +282,6 @@ impl FramePlan {
             .partition(|&index| scene.materials[index].is_transparent());
         let material = |&index: &usize| &scene.materials[index];
         let transparency = (settings.view == View::Final && !transparent.is_empty()).then_some(settings.transparency);
-        if transparency == Some(Transparency::Oit) && !device.independent_blend {
-            return Err(Error::IndependentBlend);
-        }
         let lights = planned_lights(scene, settings, shading);
         let (light_path, light_path_reason) = light_path::choose(scene, settings, &lights, device)?;
         let forward = is_forward(light_path);

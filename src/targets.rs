@@ -18,10 +18,10 @@ pub enum Target {
     Position,
     /// Fragments for each pixel.
     Count,
-    /// Transparent surfaces, weighted and summed up.
+    /// Transparent surfaces, weighted and summed up; alpha is the share of the picture that they leave.
     Accumulation,
-    /// The share of the picture that they leave.
-    Revealage,
+    /// The sum of their weights.
+    Weights,
     Hdr,
     /// The output's light before it is resolved, several samples a pixel.
     Samples,
@@ -71,7 +71,7 @@ pub fn attachments(plan: &FramePlan) -> Vec<Attachment> {
     }
     if let Some(sums) = plan.sums {
         list.push(transient(Target::Accumulation, sums.accumulation, vk::AttachmentLoadOp::CLEAR));
-        list.push(transient(Target::Revealage, sums.revealage, vk::AttachmentLoadOp::CLEAR));
+        list.push(transient(Target::Weights, sums.weights, vk::AttachmentLoadOp::CLEAR));
     }
     if let Some(format) = plan.hdr {
         list.push(transient(Target::Hdr, format, vk::AttachmentLoadOp::CLEAR));
@@ -178,7 +178,7 @@ pub fn gbuffer_inputs(plan: &FramePlan) -> Vec<(u32, Target)> {
 }
 
 /// What COMPOSITE reads, in the order of `shaders/composite.wgsl`'s bindings.
-pub const COMPOSITE_INPUTS: [(u32, Target); 2] = [(0, Target::Accumulation), (1, Target::Revealage)];
+pub const COMPOSITE_INPUTS: [(u32, Target); 2] = [(0, Target::Accumulation), (1, Target::Weights)];
 
 /// The images of a plan's attachments.
 pub struct Targets {

@@ -241,7 +241,6 @@ fn the_architecture_lists_every_dependency_with_its_reason() {
         lazily_allocated: false,
         software: false,
         compute_invocations: 256,
-        independent_blend: true,
     };
     let mut scene = open("builtin:hall", &OpenOptions::default()).expect("it is built in");
     let rows = |scene: &Scene, settings: &Settings| -> Vec<String> {

@@ -190,9 +190,7 @@ pub(super) fn clear_values(plan: &FramePlan, world: &World) -> Vec<vk::ClearValu
         .map(|attachment| match attachment.target {
             // Reversed Z: infinity.
             Target::Depth => vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } },
-            // No surface has covered anything yet.
-            Target::Revealage => color(Vec3::ONE),
-            Target::Accumulation => vk::ClearValue { color: vk::ClearColorValue { float32: [0.0; 4] } },
+            // Alpha of the sums is 1: no surface has covered anything yet.
             Target::Hdr | Target::Samples | Target::Output => color(background(plan, world, attachment.target)),
             _ => color(Vec3::ZERO),
         })

@@ -181,8 +181,6 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
         lazily_allocated: device.has_lazily_allocated_memory(),
         compute_invocations: limits.max_compute_work_group_invocations.min(limits.max_compute_work_group_size[0]),
         software: device.kind == vk::PhysicalDeviceType::CPU,
-        // Enabled wherever it is there (gpu/device.rs).
-        independent_blend: device.features.independent_blend == vk::TRUE,
     }
 }
 

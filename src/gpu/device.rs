@@ -26,8 +26,6 @@ pub struct EnabledFeatures {
     pub sampler_anisotropy: bool,
     /// Shaders that run for each sample; multisampled input attachments need it.
     pub sample_rate_shading: bool,
-    /// Attachments of one subpass that blend differently.
-    pub independent_blend: bool,
     /// The device is Vulkan in part only (MoltenVK); the extension that says so is enabled.
     pub portability_subset: bool,
     /// The driver tells how full its heaps are.
@@ -42,7 +40,6 @@ impl EnabledFeatures {
             fill_mode_non_solid: physical.features.fill_mode_non_solid == vk::TRUE,
             sampler_anisotropy: physical.features.sampler_anisotropy == vk::TRUE,
             sample_rate_shading: physical.features.sample_rate_shading == vk::TRUE,
-            independent_blend: physical.features.independent_blend == vk::TRUE,
             portability_subset: has(ash::khr::portability_subset::NAME),
             memory_budget: has(ash::ext::memory_budget::NAME),
         }
@@ -54,7 +51,6 @@ impl EnabledFeatures {
             .fill_mode_non_solid(self.fill_mode_non_solid)
             .sampler_anisotropy(self.sampler_anisotropy)
             .sample_rate_shading(self.sample_rate_shading)
-            .independent_blend(self.independent_blend)
     }
 
     fn extensions(&self) -> impl Iterator<Item = &'static CStr> {

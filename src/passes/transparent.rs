@@ -121,26 +121,17 @@ const LEAST_WEIGHT: f32 = 1.0 / 4096.0;
 /// One state for each colour location of the subpass.
 fn blend(plan: &FramePlan) -> Vec<vk::PipelineColorBlendAttachmentState> {
     match plan.transparency {
-        Some(Transparency::Oit) => vec![sum(), multiply()],
+        // Both in one way: not every device has independentBlend, and Mesa 25's lavapipe forgets it after a pipeline without colours.
+        Some(Transparency::Oit) => vec![sum_and_multiply(); 2],
         _ => vec![super::screen::over()],
     }
 }
 
-/// Adds up all four channels.
-fn sum() -> vk::PipelineColorBlendAttachmentState {
-    super::screen::add().dst_alpha_blend_factor(vk::BlendFactor::ONE)
-}
-
-/// Times 1 minus the value.
-fn multiply() -> vk::PipelineColorBlendAttachmentState {
-    super::screen::replace()
-        .blend_enable(true)
-        .src_color_blend_factor(vk::BlendFactor::ZERO)
-        .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_COLOR)
-        .color_blend_op(vk::BlendOp::ADD)
+/// Adds up the colour, and multiplies alpha by 1 minus the value.
+fn sum_and_multiply() -> vk::PipelineColorBlendAttachmentState {
+    super::screen::add()
         .src_alpha_blend_factor(vk::BlendFactor::ZERO)
-        .dst_alpha_blend_factor(vk::BlendFactor::ONE)
-        .alpha_blend_op(vk::BlendOp::ADD)
+        .dst_alpha_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
 }
 
 #[cfg(test)]

@@ -184,10 +184,12 @@ fn transparency(scene: &Scene, plan: &FramePlan) -> [Part; 2] {
     // Sorted triangles have an index buffer in each of two frames in flight.
     let indices = 2 * 12 * u64::from(plan.transparent_triangles);
     let sorted = plan.transparency == Some(Transparency::Sorted);
-    let texel = plan.sums.map_or(0, |sums| format_bytes(sums.accumulation) + format_bytes(sums.revealage));
+    let texel = plan.sums.map_or(0, |sums| format_bytes(sums.accumulation) + format_bytes(sums.weights));
     let sums = match plan.sums {
-        Some(Sums { accumulation, revealage }) => {
-            format!("in {accumulation:?} and {revealage:?}: what the surfaces send, and how much they leave")
+        Some(Sums { accumulation, weights }) => {
+            format!(
+                "in {accumulation:?} and {weights:?}: what the surfaces send, how much they leave, and their weights"
+            )
         }
         None => "transparent surfaces are sorted, or there are none".into(),
     };

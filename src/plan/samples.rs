@@ -38,7 +38,6 @@ pub fn device() -> Capabilities {
         lazily_allocated: false,
         software: false,
         compute_invocations: 1024,
-        independent_blend: true,
     }
 }
 

@@ -41,7 +41,7 @@ const DEPTH_READ_EARLY: (S, A) = (S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTA
 const DEPTH_READ_LATE: (S, A) = (S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ);
 
 fn is_gbuffer(target: Target) -> bool {
-    let others = [Target::Depth, Target::Accumulation, Target::Revealage, Target::Hdr, Target::Samples, Target::Output];
+    let others = [Target::Depth, Target::Accumulation, Target::Weights, Target::Hdr, Target::Samples, Target::Output];
     !others.contains(&target)
 }
 
@@ -85,7 +85,7 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
         }
         Some(Transparency::Oit) => {
             touch(Place::Transparent, Target::Depth, depth);
-            for target in [Target::Accumulation, Target::Revealage] {
+            for target in [Target::Accumulation, Target::Weights] {
                 touch(Place::Transparent, target, &[COLOR_WRITE, COLOR_READ]);
                 touch(Place::Composite, target, &[INPUT_READ]);
             }

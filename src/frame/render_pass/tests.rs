@@ -129,7 +129,7 @@ fn transparent_surfaces_go_over_the_light_or_into_sums_that_composite_reads() {
         let refs = References::of(&plan);
         let subpasses = Subpasses::of(&plan);
         let names = |list: &[vk::AttachmentReference]| list.iter().map(|r| name_of(&refs, r)).collect::<Vec<_>>();
-        let sums = [Some(Target::Accumulation), Some(Target::Revealage)];
+        let sums = [Some(Target::Accumulation), Some(Target::Weights)];
         let light = [Some(light_target(&plan))];
         let drawn = names(&refs.transparent_color);
         let kept: Vec<_> = refs.transparent_preserve.iter().map(|&index| refs.order[index as usize]).collect();
@@ -165,7 +165,7 @@ fn a_forward_frame_has_nothing_of_a_gbuffer() {
         assert_eq!((subpasses.geometry, subpasses.lighting), (None, 0), "{name}");
         assert!(refs.geometry_color.is_empty() && refs.lighting_input.is_empty(), "{name}");
         assert!(!plan.geometry.iter().any(|key| key.forward.is_none()), "{name}");
-        let allowed = [Target::Depth, Target::Accumulation, Target::Revealage, Target::Hdr, Target::Output];
+        let allowed = [Target::Depth, Target::Accumulation, Target::Weights, Target::Hdr, Target::Output];
         assert!(refs.order.iter().all(|target| allowed.contains(target)), "{name}: {:?}", refs.order);
         assert_eq!(plan.hdr.is_some(), plan.has_tonemap_subpass(), "{name}");
         let depth = attachments(&plan).into_iter().find(|a| a.target == Target::Depth).expect("depth");
@@ -284,7 +284,7 @@ fn what_nothing_reads_after_the_pass_is_transient_and_only_the_output_is_kept() 
             .iter()
             .filter(|a| {
                 plan.gbuffer.is_some()
-                    && !matches!(a.target, Target::Accumulation | Target::Revealage)
+                    && !matches!(a.target, Target::Accumulation | Target::Weights)
                     && !lights.contains(&a.target)
             })
             .map(|a| crate::gpu::format_bytes(a.format) * samples_of(&plan, a.target).as_raw())
@@ -299,7 +299,7 @@ fn what_is_blended_or_shown_over_nothing_starts_cleared() {
         let load = |target| attachments(&plan).iter().find(|a| a.target == target).map(|a| a.load);
         let clear = Some(vk::AttachmentLoadOp::CLEAR);
         assert_eq!(load(Target::Depth).is_some(), plan.has_geometry(), "{name}");
-        let lights = [Target::Hdr, Target::Samples, Target::Accumulation, Target::Revealage];
+        let lights = [Target::Hdr, Target::Samples, Target::Accumulation, Target::Weights];
         for target in [Target::Depth, Target::Count].into_iter().chain(lights) {
             assert!(load(target).is_none() || load(target) == clear, "{name} {target:?}");
         }
