@@ -50,6 +50,8 @@ override LIGHT_ONLY: bool = false;
 // Nothing is blended over this surface: tone-map straight into the output.
 override TONE_MAP: bool = false;
 override OPERATOR: u32 = 0u;
+// A pixel has several samples.
+override MULTISAMPLED: bool = false;
 // Largest value that the target takes.
 override LARGEST: f32 = 65000.0;
 // How the surface goes with what lies behind it: 0 hides it, 1 is times alpha as a whole, 2 keeps its highlights whole.
@@ -76,16 +78,17 @@ struct Vertex {
 #endif
 }
 
+// Centroid: as in geometry.wgsl. A pixel with several samples is shaded once for each triangle in it, on the triangle.
 struct Varying {
     @builtin(position) position: vec4<f32>,
-    @location(1) normal: vec3<f32>,
+    @location(1) @interpolate(perspective, centroid) normal: vec3<f32>,
 #ifdef TEXTURED
-    @location(2) uv: vec2<f32>,
+    @location(2) @interpolate(perspective, centroid) uv: vec2<f32>,
 #endif
 #ifdef NORMAL_MAP
-    @location(3) tangent: vec4<f32>,
+    @location(3) @interpolate(perspective, centroid) tangent: vec4<f32>,
 #endif
-    @location(4) world: vec3<f32>,
+    @location(4) @interpolate(perspective, centroid) world: vec3<f32>,
 }
 
 @vertex
@@ -114,7 +117,13 @@ fn all_light(pixel: vec4<f32>, surface: Surface, texel: Texel, model: Model) -> 
 #endif
     var radiance = light_everywhere(surface, texel, model, Everywhere(AMBIENT, DIRECTIONAL, PUNCTUAL, end));
 #ifdef CLUSTERED
-    let list = cluster_at(pixel.xy, pixel.z);
+    var depth = pixel.z;
+    if MULTISAMPLED {
+        // That of the pixel's centre, which may lie beside the surface, and in another froxel.
+        let clip = frame.clip_from_world * vec4(texel.position, 1.0);
+        depth = clip.z / clip.w;
+    }
+    let list = cluster_at(pixel.xy, depth);
     for (var i = 0u; i < list.y; i++) {
         radiance += punctual_light(cluster_lights[list.x + i], surface, texel, model);
     }

@@ -301,7 +301,7 @@ impl FramePlan {
         // What is averaged from frame to frame must not be cut off before.
         let linear = settings.hdr_output || settings.samples > 1;
         let adds = adds_lights(light_path, &lights);
-        check_msaa(settings, gbuffer.as_ref(), light_path, transparency, device)?;
+        check_msaa(settings, gbuffer.as_ref(), light_path, device)?;
         // Samples are averaged before they are tone-mapped, and so kept until then.
         let averaged = lit && settings.msaa > 1 && settings.resolve == Resolve::Linear && !linear;
         let (hdr, output) = match (lit, linear, emissive || adds || transparency.is_some() || averaged) {
@@ -494,7 +494,7 @@ impl FramePlan {
         vk::SampleCountFlags::from_raw(self.msaa)
     }
 
-    /// Whether LIGHTING writes the output's own light sample by sample, which the render pass then resolves.
+    /// Whether the output's own light is written sample by sample, which the render pass then resolves.
     pub fn resolves_output(&self) -> bool {
         self.msaa > 1 && self.hdr.is_none() && matches!(self.shading, Shading::Light { .. })
     }
@@ -573,12 +573,11 @@ fn hdr_format(asked: HdrFormat, device: &Capabilities) -> Result<vk::Format, Err
     if blends { Ok(format) } else { Err(Error::HdrFormat(asked)) }
 }
 
-/// Multisampling goes with every layout of floats and every path that shades from the G-buffer in one draw.
+/// Multisampling goes with every layout of floats, and with the paths that rasterize what they light or light a G-buffer in one draw.
 fn check_msaa(
     settings: &Settings,
     gbuffer: Option<&Gbuffer>,
     light_path: LightPath,
-    transparency: Option<Transparency>,
     device: &Capabilities,
 ) -> Result<(), Error> {
     let refuse = |why: String| Err(Error::AntiAliasing(why));
@@ -608,13 +607,10 @@ fn check_msaa(
             "normals in integers are not multisampled: choose another format, as --gbuffer lean,normal=rgb10a2".into(),
         );
     }
-    if transparency.is_some() {
-        return refuse(
-            "transparent surfaces have one sample a pixel: smooth them by --samples in place of --msaa".into(),
-        );
-    }
-    if !matches!(light_path, LightPath::Loop | LightPath::Clustered) {
-        return refuse(format!("the light path {light_path} shades one sample a pixel: choose loop or clustered"));
+    if matches!(light_path, LightPath::PerLight | LightPath::Volumes | LightPath::Compute) {
+        return refuse(format!(
+            "the light path {light_path} shades one sample a pixel: choose loop, clustered or forward"
+        ));
     }
     Ok(())
 }

@@ -143,7 +143,7 @@ pub fn stored_inputs(plan: &FramePlan) -> Vec<(u32, Target)> {
     depth.into_iter().chain(gbuffer_inputs(plan).into_iter().filter(|&(_, target)| target != Target::Depth)).collect()
 }
 
-/// The target that LIGHTING writes and, where the plan has emissive light, GEOMETRY before it.
+/// The target that LIGHTING or FORWARD writes and, where the plan has emissive light, GEOMETRY before it.
 pub fn light_target(plan: &FramePlan) -> Target {
     match plan.hdr {
         Some(_) => Target::Hdr,

@@ -8,6 +8,7 @@ use std::fmt;
 
 use ash::vk;
 
+use super::render_pass;
 use crate::gpu::sync::Use;
 use crate::passes::{composite, copy, forward, fxaa, geometry, lighting, shadow, tiled, tonemap, transparent};
 use crate::plan::{FramePlan, Shading};
@@ -123,10 +124,18 @@ pub fn table(plan: &FramePlan) -> Vec<Edge> {
     // The first to touch the output, and the last. Where emissive light goes straight there, GEOMETRY is the first.
     let ((first, first_use), (last, last_use)) = match lights {
         Target::Hdr => ((Place::Tonemap, tonemap::OUTPUT_WRITE), (Place::Tonemap, tonemap::OUTPUT_WRITE)),
+        Target::Samples => ((last_light, render_pass::RESOLVE), (last_light, light_use)),
         _ => ((Place::Lighting, light_write(plan)), (last_light, light_use)),
     };
     // Rows above order that, where GEOMETRY or FORWARD is the first.
-    let output_is_ordered = (plan.emissive || plan.is_forward()) && lights == Target::Output;
+    let output_is_ordered = match lights {
+        Target::Hdr => false,
+        Target::Samples => first == Place::Forward,
+        _ => plan.emissive || plan.is_forward(),
+    };
+    if lights == Target::Samples && !plan.emissive && !plan.is_forward() && first != Place::Lighting {
+        table.push(samples_reuse(plan));
+    }
     if !output_is_ordered {
         let (read, why) = match plan.fxaa {
             true => (fxaa::OUTPUT_READ, "FXAA of the last frame may still sample the output when this one clears it"),
@@ -136,10 +145,15 @@ pub fn table(plan: &FramePlan) -> Vec<Edge> {
             ),
         };
         let (before, after, why) = match plan.resolves_output() {
-            true => (
-                vec![read, lighting::RESOLVE],
-                first_use.or(lighting::RESOLVE),
+            true if first == Place::Lighting => (
+                vec![read, render_pass::RESOLVE],
+                first_use.or(light_write(plan)),
                 "frames in flight share the samples and the output: the last frame must have resolved the ones and let go of the other",
+            ),
+            true => (
+                vec![read, render_pass::RESOLVE],
+                first_use,
+                "the last picture may still be copied when samples are resolved into this one; its layout changes before the write",
             ),
             false => (vec![read], first_use, why),
         };
@@ -269,7 +283,7 @@ fn gbuffer_reuse(plan: &FramePlan) -> Edge {
         before.push(match light_target(plan) {
             // Its clear waits for TONEMAP of the last frame to have let go of it.
             Target::Hdr => tonemap::HDR_READ.or(tonemap::HDR_DROP),
-            Target::Samples => lighting::RESOLVE,
+            Target::Samples => render_pass::RESOLVE,
             _ => copy::READ,
         });
     }
@@ -308,6 +322,22 @@ fn gbuffer_to_lighting(plan: &FramePlan) -> Edge {
     subpass("gbuffer-to-lighting", (Place::Geometry, Place::Lighting), &before, &after, why)
 }
 
+/// Samples that LIGHTING is the first to touch, and a later subpass resolves.
+fn samples_reuse(plan: &FramePlan) -> Edge {
+    subpass(
+        "samples-reuse",
+        (Place::Outside, Place::Lighting),
+        &[render_pass::RESOLVE],
+        &[light_write(plan)],
+        "frames in flight share the samples: the last frame must have resolved and dropped what this one clears",
+    )
+}
+
+/// The subpass after which the pass resolves the samples into the output, where it does.
+pub(super) fn resolving(plan: &FramePlan) -> Option<Place> {
+    plan.resolves_output().then(|| last_light(plan).0)
+}
+
 /// How LIGHTING writes the light's target.
 fn light_write(plan: &FramePlan) -> Use {
     if plan.blends_light() { lighting::LIGHT_BLEND } else { lighting::LIGHT_WRITE }
@@ -330,16 +360,19 @@ fn forward_edge(plan: &FramePlan) -> Edge {
         Some(_) => transparent::DEPTH_DROP.or(transparent::DEPTH_READ),
         None => forward::DEPTH_TEST,
     };
-    let light = match light_target(plan) {
-        Target::Hdr => tonemap::HDR_READ.or(tonemap::HDR_DROP),
-        _ if plan.fxaa => fxaa::OUTPUT_READ,
-        _ => copy::READ,
+    let output = if plan.fxaa { fxaa::OUTPUT_READ } else { copy::READ };
+    let (before, after) = match light_target(plan) {
+        Target::Hdr => (tonemap::HDR_READ.or(tonemap::HDR_DROP), forward::LIGHT_WRITE),
+        // With its samples FORWARD has the output, into which they are resolved; else a later subpass has.
+        Target::Samples if plan.transparency.is_none() => (output.or(render_pass::RESOLVE), render_pass::RESOLVE),
+        Target::Samples => (render_pass::RESOLVE, forward::LIGHT_WRITE),
+        _ => (output, forward::LIGHT_WRITE),
     };
     subpass(
         "targets-reuse",
         (Place::Outside, Place::Forward),
-        &[depth, light],
-        &[forward::DEPTH_TEST, forward::LIGHT_WRITE],
+        &[depth, before],
+        &[forward::DEPTH_TEST, after],
         "frames in flight share the targets: the last frame must have read or copied what this one clears, and dropped the rest",
     )
 }

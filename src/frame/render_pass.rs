@@ -5,11 +5,20 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::edges::{self, Carrier, Edge, Place};
+use crate::gpu::sync::Use;
 use crate::gpu::{self, Device, RenderPass, SubpassDesc};
 use crate::passes::{fxaa, shadow};
 use crate::plan::{FramePlan, Shading};
 use crate::scene::Transparency;
 use crate::targets::{COMPOSITE_INPUTS, Target, attachments, gbuffer_inputs, light_target, samples_of};
+
+/// Resolves samples into the output after the subpass that is the last to write them: reads them, and as their last user drops them.
+pub const RESOLVE: Use = Use::new(
+    vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT,
+    vk::AccessFlags::from_raw(
+        vk::AccessFlags::COLOR_ATTACHMENT_WRITE.as_raw() | vk::AccessFlags::COLOR_ATTACHMENT_READ.as_raw(),
+    ),
+);
 
 /// Indices of the main pass's subpasses; which exist depends on the plan.
 #[derive(Debug, Clone, Copy)]
@@ -72,10 +81,17 @@ pub fn main(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<RenderPass> {
         })
         .collect();
     let refs = References::of(plan);
+    // Nothing, but after the subpass that is the last to write the samples.
+    let resolve = |place| if edges::resolving(plan) == Some(place) { &refs.resolve[..] } else { &[] };
     let mut subpasses = Vec::new();
     if plan.is_forward() {
         let depth = refs.reference(Target::Depth, vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL);
-        subpasses.push(SubpassDesc { color: &refs.lighting_color, depth: Some(depth), ..SubpassDesc::default() });
+        subpasses.push(SubpassDesc {
+            color: &refs.lighting_color,
+            resolve: resolve(Place::Forward),
+            depth: Some(depth),
+            ..SubpassDesc::default()
+        });
     } else if plan.has_geometry() {
         subpasses.push(SubpassDesc {
             color: &refs.geometry_color,
@@ -87,7 +103,7 @@ pub fn main(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<RenderPass> {
         subpasses.push(SubpassDesc {
             input: &refs.lighting_input,
             color: &refs.lighting_color,
-            resolve: &refs.lighting_resolve,
+            resolve: resolve(Place::Lighting),
             // Tested and read as an input at once, written by neither.
             depth: plan
                 .lighting_tests_depth()
@@ -98,6 +114,7 @@ pub fn main(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<RenderPass> {
     if plan.transparency.is_some() {
         subpasses.push(SubpassDesc {
             color: &refs.transparent_color,
+            resolve: resolve(Place::Transparent),
             // Tested, not written.
             depth: Some(refs.reference(Target::Depth, vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL)),
             preserve: &refs.transparent_preserve,
@@ -108,6 +125,7 @@ pub fn main(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<RenderPass> {
         subpasses.push(SubpassDesc {
             input: &refs.composite_input,
             color: &refs.lighting_color,
+            resolve: resolve(Place::Composite),
             ..SubpassDesc::default()
         });
     }
@@ -175,7 +193,7 @@ struct References {
     transparent_color: Vec<vk::AttachmentReference>,
     transparent_preserve: Vec<u32>,
     composite_input: Vec<vk::AttachmentReference>,
-    lighting_resolve: Vec<vk::AttachmentReference>,
+    resolve: Vec<vk::AttachmentReference>,
     tonemap_input: Vec<vk::AttachmentReference>,
     tonemap_color: Vec<vk::AttachmentReference>,
 }
@@ -191,7 +209,7 @@ impl References {
             transparent_color: Vec::new(),
             transparent_preserve: Vec::new(),
             composite_input: Vec::new(),
-            lighting_resolve: Vec::new(),
+            resolve: Vec::new(),
             tonemap_input: Vec::new(),
             tonemap_color: Vec::new(),
         };
@@ -210,7 +228,7 @@ impl References {
             gbuffer_inputs(plan).into_iter().map(|(_, target)| refs.reference(target, input_layout(target))).collect();
         refs.lighting_color = vec![refs.reference(light_target(plan), color)];
         if plan.resolves_output() {
-            refs.lighting_resolve = vec![refs.reference(Target::Output, color)];
+            refs.resolve = vec![refs.reference(Target::Output, color)];
         }
         match plan.transparency {
             Some(Transparency::Sorted) => refs.transparent_color = refs.lighting_color.clone(),

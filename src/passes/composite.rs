@@ -36,10 +36,10 @@ impl Composite {
     /// When the pipeline cannot be made.
     pub fn new(device: &Arc<Device>, plan: &FramePlan, slot: Slot, inputs: &[Input]) -> gpu::Result<Self> {
         let inputs = Inputs::new(device, "sums of transparent surfaces", inputs)?;
-        let Some(shader) = shader::variant(Flags::NONE) else {
+        let Some(shader) = shader::variant(flags(plan)) else {
             return Err(gpu::Error::Unsupported("composite.wgsl has no variant".into()));
         };
-        let screen = Screen::new(
+        let screen = Screen::multisampled(
             device,
             &ScreenDesc {
                 name: "composite",
@@ -54,6 +54,7 @@ impl Composite {
                 skip_sky: false,
                 blend: over(),
             },
+            plan.sample_count(),
         )?;
         Ok(Self { screen, inputs })
     }
@@ -67,4 +68,9 @@ impl Composite {
 /// The largest finite value of the sums.
 pub(super) fn most(plan: &FramePlan) -> f32 {
     if plan.sums == Some(Sums::SINGLE) { f32::MAX } else { 65504.0 }
+}
+
+/// Which variant of the shader a plan takes.
+pub(crate) fn flags(plan: &FramePlan) -> Flags {
+    if plan.msaa > 1 { Flags::MSAA } else { Flags::NONE }
 }

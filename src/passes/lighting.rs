@@ -32,9 +32,6 @@ pub const LIGHT_WRITE: Use =
 pub const LIGHT_BLEND: Use =
     LIGHT_WRITE.or(Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_READ));
 
-/// Resolves what it wrote into the output after the subpass: reads the samples, and as their last user drops them.
-pub const RESOLVE: Use = LIGHT_BLEND;
-
 /// The pass: its constants set by the plan.
 pub struct Lighting {
     /// One pipeline; with several samples a pixel one for pixels whose samples agree, and one that shades the others' samples.

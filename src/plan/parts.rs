@@ -156,10 +156,11 @@ fn antialiasing(plan: &FramePlan) -> Vec<Part> {
     };
     let multisampling = match plan.msaa {
         1 => "one sample a pixel".to_string(),
+        samples if plan.is_forward() => format!("{samples} samples a pixel; each triangle in it is shaded once"),
         samples => format!("{samples} samples a pixel; where they differ, LIGHTING shades each"),
     };
     let resolved = match (plan.resolves_output(), plan.msaa) {
-        (true, _) => "the render pass resolves what LIGHTING shows of each sample",
+        (true, _) => "the render pass resolves what is shown of each sample",
         (false, 1) => "one sample a pixel",
         (false, _) => "TONEMAP resolves, or the view shows all samples at once",
     };

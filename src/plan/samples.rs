@@ -227,6 +227,16 @@ pub fn forward_plans() -> Vec<(String, FramePlan)> {
             ("fxaa without pre-pass", Settings { fxaa: true, depth_prepass: Some(false), ..Settings::default() }),
             ("light", Settings { view: View::Lighting, ..Settings::default() }),
             ("4 samples", Settings { samples: 4, ..Settings::default() }),
+            ("msaa", Settings { msaa: 4, ..Settings::default() }),
+            ("msaa, averaged light", Settings { msaa: 4, resolve: Resolve::Linear, ..Settings::default() }),
+            ("msaa in nits", Settings { msaa: 4, hdr_output: true, ..Settings::default() }),
+            ("msaa and fxaa", Settings { msaa: 4, fxaa: true, ..Settings::default() }),
+            ("msaa without pre-pass", Settings { msaa: 4, depth_prepass: Some(false), ..Settings::default() }),
+            ("msaa and oit", Settings { msaa: 4, transparency: Transparency::Oit, ..Settings::default() }),
+            (
+                "msaa and oit in nits",
+                Settings { msaa: 4, transparency: Transparency::Oit, hdr_output: true, ..Settings::default() },
+            ),
         ] {
             let settings = Settings { light_path: LightPath::Forward, ..settings };
             let plan = FramePlan::of(&scene, &settings, &device());
@@ -305,11 +315,11 @@ fn multisampled() -> Vec<(String, FramePlan)> {
                     };
                     let name =
                         format!("{scene_name} {layout} msaa {view:?} {light_path} {resolve} hdr_output={hdr_output}");
-                    match FramePlan::of(&scene, &settings, &device()) {
-                        Ok(plan) => plans.push((name, plan)),
-                        // What is not multisampled.
-                        Err(Error::AntiAliasing(why)) => assert!(why.contains("transparent"), "{name}: {why}"),
-                        Err(error) => panic!("{name}: {error}"),
+                    for transparency in [Transparency::Sorted, Transparency::Oit] {
+                        let settings = Settings { transparency, ..settings.clone() };
+                        let name = format!("{name} {transparency}");
+                        let plan = FramePlan::of(&scene, &settings, &device());
+                        plans.push((name.clone(), plan.unwrap_or_else(|error| panic!("{name}: {error}"))));
                     }
                 }
             }

@@ -52,7 +52,6 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
     let written = &[DEPTH_CLEAR, DEPTH_STORE, DEPTH_READ_EARLY];
     if plan.is_forward() {
         touch(Place::Forward, Target::Depth, written);
-        touch(Place::Forward, light_target(plan), &[COLOR_WRITE]);
     } else if plan.has_geometry() {
         touch(Place::Geometry, Target::Depth, written);
         let stored = attachments(plan).into_iter().map(|attachment| attachment.target);
@@ -69,19 +68,20 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
         touch(Place::Lighting, target, &[INPUT_READ]);
     }
     // A resolve reads the samples and writes the output, both as colour attachments (specification, 8.4).
-    let reads = plan.blends_light() || plan.resolves_output();
-    let light = if reads { &[COLOR_WRITE, COLOR_READ][..] } else { &[COLOR_WRITE] };
-    if !plan.is_forward() {
-        touch(Place::Lighting, light_target(plan), light);
-    }
-    if plan.resolves_output() {
-        touch(Place::Lighting, Target::Output, &[COLOR_WRITE]);
+    let resolves = plan.resolves_output() && plan.transparency.is_none();
+    let light = if plan.blends_light() || resolves { &[COLOR_WRITE, COLOR_READ][..] } else { &[COLOR_WRITE] };
+    touch(lit(plan), light_target(plan), light);
+    if resolves {
+        touch(lit(plan), Target::Output, &[COLOR_WRITE]);
     }
     let depth = &[DEPTH_READ_EARLY, DEPTH_READ_LATE];
     match plan.transparency {
         Some(Transparency::Sorted) => {
             touch(Place::Transparent, Target::Depth, depth);
             touch(Place::Transparent, light_target(plan), &[COLOR_WRITE, COLOR_READ]);
+            if plan.resolves_output() {
+                touch(Place::Transparent, Target::Output, &[COLOR_WRITE]);
+            }
         }
         Some(Transparency::Oit) => {
             touch(Place::Transparent, Target::Depth, depth);
@@ -90,6 +90,9 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
                 touch(Place::Composite, target, &[INPUT_READ]);
             }
             touch(Place::Composite, light_target(plan), &[COLOR_WRITE, COLOR_READ]);
+            if plan.resolves_output() {
+                touch(Place::Composite, Target::Output, &[COLOR_WRITE]);
+            }
         }
         None => {}
     }

@@ -165,7 +165,8 @@ fn a_forward_frame_has_nothing_of_a_gbuffer() {
         assert_eq!((subpasses.geometry, subpasses.lighting), (None, 0), "{name}");
         assert!(refs.geometry_color.is_empty() && refs.lighting_input.is_empty(), "{name}");
         assert!(!plan.geometry.iter().any(|key| key.forward.is_none()), "{name}");
-        let allowed = [Target::Depth, Target::Accumulation, Target::Weights, Target::Hdr, Target::Output];
+        let allowed =
+            [Target::Depth, Target::Accumulation, Target::Weights, Target::Hdr, Target::Samples, Target::Output];
         assert!(refs.order.iter().all(|target| allowed.contains(target)), "{name}: {:?}", refs.order);
         assert_eq!(plan.hdr.is_some(), plan.has_tonemap_subpass(), "{name}");
         let depth = attachments(&plan).into_iter().find(|a| a.target == Target::Depth).expect("depth");
@@ -236,7 +237,7 @@ fn no_attachment_is_missing_unused_or_there_twice() {
             &refs.lighting_color,
             &refs.transparent_color,
             &refs.composite_input,
-            &refs.lighting_resolve,
+            &refs.resolve,
             &refs.tonemap_input,
             &refs.tonemap_color,
         ];
@@ -387,7 +388,7 @@ fn subpasses_write_attachments_of_one_sample_count_and_resolve_into_the_output()
         let lit = if plan.lighting_tests_depth() { many } else { BTreeSet::from([vk::SampleCountFlags::TYPE_1]) };
         assert_eq!(counts(&refs.lighting_color), lit, "{name}");
         assert!(counts(&refs.tonemap_color).iter().all(|count| *count == vk::SampleCountFlags::TYPE_1), "{name}");
-        let resolved: Vec<_> = refs.lighting_resolve.iter().map(|reference| name_of(&refs, reference)).collect();
+        let resolved: Vec<_> = refs.resolve.iter().map(|reference| name_of(&refs, reference)).collect();
         assert_eq!(resolved, if plan.resolves_output() { vec![Some(Target::Output)] } else { vec![] }, "{name}");
         // Someone resolves whatever has several samples.
         assert!(
