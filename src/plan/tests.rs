@@ -509,6 +509,15 @@ fn multisampling_keeps_light_until_it_is_averaged() {
     assert_eq!(with(&bright, Resolve::ToneMapped, false), (true, false));
     assert_eq!(with(&bright, Resolve::Linear, false), (true, false));
     assert_eq!(with(&bright, Resolve::ToneMapped, true), (false, true));
+    // What is transparent blends over it.
+    let glass = scene(vec![material(CT), samples::glass()], vec![]);
+    assert_eq!(with(&glass, Resolve::ToneMapped, false), (true, false));
+    assert_eq!(with(&glass, Resolve::Linear, true), (false, true));
+    // FORWARD adds what surfaces emit before it tone-maps.
+    for light_path in [LightPath::Forward, LightPath::ForwardNaive] {
+        let plan = plan_with(&bright, &Settings { msaa: 4, light_path, ..Settings::default() });
+        assert_eq!((plan.hdr, plan.resolves_output()), (None, true));
+    }
     let plan = plan_with(&dull, &Settings { msaa: 4, ..Settings::default() });
     assert_eq!(plan.gbuffer_bytes_per_pixel(), 4 * plan_with(&dull, &Settings::default()).gbuffer_bytes_per_pixel());
 }
