@@ -508,7 +508,7 @@ fn what_lies_inside_a_surface_is_the_same_with_one_sample_as_with_four() {
                     let one = gpu.draw(scene, &Settings { msaa: 1, ..settings.clone() });
                     let four = gpu.draw(scene, &settings);
                     // Bit for bit; but that lavapipe rounds what it interpolates to a centroid elsewhere than to a centre, which moves where a
-                    // texture is sampled, and a weight of half floats.
+                    // texture is sampled, and a layer's weight.
                     let weighted = scene.materials[0].alpha < 1.0 && settings.transparency == Transparency::Oit;
                     let rounded = weighted || !scene.textures.is_empty();
                     for (x, y) in places(&one).filter(|&(x, y)| inside(x, y)) {

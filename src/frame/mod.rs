@@ -203,6 +203,8 @@ fn msaa(device: &PhysicalDevice) -> u32 {
         (vk::Format::R16G16B16A16_SFLOAT, color),
         (vk::Format::B10G11R11_UFLOAT_PACK32, color),
         (vk::Format::R32G32B32A32_SFLOAT, color),
+        (vk::Format::R16_SFLOAT, color),
+        (vk::Format::R32_SFLOAT, color),
     ] {
         // A format that the device does not have is not chosen either.
         if let Ok(Some(limits)) = device.image_limits(format, usage) {
