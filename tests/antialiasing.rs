@@ -352,9 +352,10 @@ fn an_edge_that_is_lit_as_it_is_drawn_is_lit_where_the_surface_is() {
     on_gpu(|gpu| {
         let degrees = 17.0;
         let mut scene = edge(degrees);
-        // So near that its light changes much within a pixel.
-        scene.lights = vec![point(DVec3::new(0.02, 0.03, 0.04), 0.01, None, Falloff::InverseSquare)];
         let (sin, cos) = degrees.to_radians().sin_cos();
+        // So near that its light changes much within a pixel, away from the edge.
+        let lamp = DVec3::new(0.08 * cos, 0.08 * sin, 0.04);
+        scene.lights = vec![point(lamp, 0.01, None, Falloff::InverseSquare)];
         for (way, settings) in multisampled(&exact(EDGE, EDGE)).into_iter().filter(|(way, _)| way.contains("forward")) {
             let picture = gpu.draw(&scene, &settings);
             let mut cut = 0;
@@ -384,10 +385,16 @@ fn an_edge_that_is_lit_as_it_is_drawn_is_lit_where_the_surface_is() {
 #[test]
 fn lists_of_lights_change_no_sample() {
     on_gpu(|gpu| {
-        for spec in ["builtin:field?objects=60&lights=30", "builtin:hall", "builtin:spheres?rows=2&columns=2"] {
-            let scene = open(spec);
-            for hdr_output in [false, true] {
-                let settings = Settings { msaa: 4, hdr_output, ..own(&scene, 96, 54) };
+        // A floor that ends 6.9 m away, within a pixel whose centre lies 8.25 m away on its plane: behind the froxel, from 5.7 m to 8 m,
+        // that has the light.
+        let mut floor = stage();
+        let flat = DAffine3::from_rotation_x(-90f64.to_radians());
+        add(&mut floor, rectangle([-8.0, -1.5], [8.0, 4.9], -0.5), lambert(0.5), flat);
+        floor.lights = vec![point(DVec3::new(0.0, -0.3, -4.6), 1.0, Some(0.8), Falloff::InverseSquare)];
+        for scene in [floor, open("builtin:field?objects=60&lights=30"), open("builtin:hall")] {
+            let spec = &scene.name;
+            for base in [exact(EDGE, EDGE), display(EDGE, EDGE)] {
+                let settings = Settings { msaa: 4, exposure: own(&scene, 1, 1).exposure, ..base };
                 let draw = |light_path, depth_prepass| {
                     gpu.draw(&scene, &Settings { light_path, depth_prepass, ..settings.clone() })
                 };
