@@ -45,6 +45,9 @@ override FALLOFF: u32 = 3u;
 override RANGED: bool = true;
 // How shadow maps are looked up.
 override SHADOW_FILTER: u32 = 2u;
+// Which lights have some.
+override DIRECTIONAL_SHADOWS: bool = true;
+override PUNCTUAL_SHADOWS: bool = true;
 // The view of the light alone: albedo 1, not metallic.
 override LIGHT_ONLY: bool = false;
 // Nothing is blended over this surface: tone-map straight into the output.
@@ -169,7 +172,7 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
     texel.specular = point.specular;
     texel.brdf = BRDF;
     texel.receives = RECEIVES;
-    let model = Model(BRDF, FALLOFF, RANGED, SPOT, SHADOW_FILTER);
+    let model = Model(BRDF, FALLOFF, RANGED, SPOT, DIRECTIONAL_SHADOWS, PUNCTUAL_SHADOWS, SHADOW_FILTER);
     var surface = surface_of(texel, model);
     let alpha = select(saturate(point.base.a), 1.0, OPACITY == HIDES);
     if OPACITY == GLASS {

@@ -42,6 +42,9 @@ override FALLOFF: u32 = 3u;
 override RANGED: bool = true;
 // How shadow maps are looked up.
 override SHADOW_FILTER: u32 = 2u;
+// Which lights have some.
+override DIRECTIONAL_SHADOWS: bool = true;
+override PUNCTUAL_SHADOWS: bool = true;
 // No HDR target: tone-map straight into the output.
 override TONE_MAP: bool = true;
 override OPERATOR: u32 = 0u;
@@ -60,7 +63,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
 
 // The light of a pixel, or of one of its samples.
 fn shade(pixel: vec2<f32>) -> vec4<f32> {
-    let model = Model(BRDF, FALLOFF, RANGED, SPOT, SHADOW_FILTER);
+    let model = Model(BRDF, FALLOFF, RANGED, SPOT, DIRECTIONAL_SHADOWS, PUNCTUAL_SHADOWS, SHADOW_FILTER);
     var texel = load_texel(pixel.xy, NORMAL_ENCODING, GEOMETRIC_STEPS);
     if LIGHT_ONLY {
         texel.albedo = vec3(1.0);

@@ -17,6 +17,7 @@ override SPOT: bool = true;
 override FALLOFF: u32 = 3u;
 override RANGED: bool = true;
 override SHADOW_FILTER: u32 = 2u;
+override PUNCTUAL_SHADOWS: bool = true;
 override LARGEST: f32 = 65000.0;
 override LIGHT_ONLY: bool = false;
 
@@ -67,7 +68,7 @@ fn fragment(in: Varying) -> @location(0) vec4<f32> {
 #else
     let light = push.light;
 #endif
-    let model = Model(BRDF, FALLOFF, RANGED, SPOT, SHADOW_FILTER);
+    let model = Model(BRDF, FALLOFF, RANGED, SPOT, false, PUNCTUAL_SHADOWS, SHADOW_FILTER);
     // Most pixels of a rectangle lie out of reach: they need no more than their place.
     if !reaches(light, load_position(in.position.xy), model) {
         discard;

@@ -23,6 +23,9 @@ override SPOT: bool = true;
 override FALLOFF: u32 = 3u;
 override RANGED: bool = true;
 override SHADOW_FILTER: u32 = 2u;
+// Which lights have some.
+override DIRECTIONAL_SHADOWS: bool = true;
+override PUNCTUAL_SHADOWS: bool = true;
 override TONE_MAP: bool = true;
 override OPERATOR: u32 = 0u;
 override LARGEST: f32 = 65000.0;
@@ -111,7 +114,7 @@ fn main(
         depth = load_depth(pixel);
     }
     let seen = depth > 0.0;
-    let model = Model(BRDF, FALLOFF, RANGED, SPOT, SHADOW_FILTER);
+    let model = Model(BRDF, FALLOFF, RANGED, SPOT, DIRECTIONAL_SHADOWS, PUNCTUAL_SHADOWS, SHADOW_FILTER);
 
     if thread == 0u {
         atomicStore(&farthest, 0x7f800000u);

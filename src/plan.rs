@@ -463,6 +463,21 @@ impl FramePlan {
         self.emissive || self.adds_lights()
     }
 
+    /// Whether a directional light has shadow maps. lavapipe runs both sides of every branch, so that a lookup which no light needs is left out
+    /// by a constant.
+    pub fn has_directional_shadows(&self) -> bool {
+        self.has_shadows_of(|projection| matches!(projection, Projection::Cascades(_)))
+    }
+
+    /// Whether a point or spot light has shadow maps.
+    pub fn has_punctual_shadows(&self) -> bool {
+        self.has_shadows_of(|projection| !matches!(projection, Projection::Cascades(_)))
+    }
+
+    fn has_shadows_of(&self, kind: impl Fn(Projection) -> bool) -> bool {
+        self.shadow.as_ref().is_some_and(|shadow| shadow.lights.iter().any(|light| kind(light.projection)))
+    }
+
     /// Whether each froxel has a list of lights.
     pub fn has_clusters(&self) -> bool {
         let forward = match self.light_path {

@@ -21,6 +21,9 @@ struct Model {
     ranged: bool,
     // Some light has a cone.
     spot: bool,
+    // Some directional light, some point or spot light has shadow maps.
+    directional_shadows: bool,
+    punctual_shadows: bool,
     // How shadow maps are looked up (shadows.wgsl).
     shadow_filter: u32,
 }
@@ -68,7 +71,7 @@ fn directional_light(i: u32, surface: Surface, texel: Texel, model: Model) -> ve
     }
     var light = lights[i].color * reflect_light(surface, brdf_of(surface, model), to_light, n_dot_l);
 #ifdef SHADOW
-    if texel.receives {
+    if model.directional_shadows && texel.receives {
         light *= visibility(lights[i].falloff, texel.position, texel.geometric_normal, to_light, model.shadow_filter);
     }
 #endif
@@ -99,7 +102,7 @@ fn punctual_light(i: u32, surface: Surface, texel: Texel, model: Model) -> vec3<
         return vec3(0.0);
     }
 #ifdef SHADOW
-    if texel.receives {
+    if model.punctual_shadows && texel.receives {
         strength *= visibility(light.falloff, texel.position, texel.geometric_normal, reach.to_light, model.shadow_filter);
     }
 #endif

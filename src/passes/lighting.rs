@@ -118,6 +118,8 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         (constants::FALLOFF, plan.lights.falloff),
         (constants::RANGED, u32::from(plan.lights.ranged)),
         (constants::SHADOW_FILTER, plan.shadow.as_ref().map_or(0, |shadow| shadow.filter as u32)),
+        (constants::DIRECTIONAL_SHADOWS, u32::from(plan.has_directional_shadows())),
+        (constants::PUNCTUAL_SHADOWS, u32::from(plan.has_punctual_shadows())),
         (constants::TONE_MAP, tone_map),
         (constants::OPERATOR, curve),
         (constants::LARGEST, plan.largest_light().to_bits()),

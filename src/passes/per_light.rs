@@ -160,6 +160,7 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         (constants::FALLOFF, plan.lights.falloff),
         (constants::RANGED, u32::from(plan.lights.ranged)),
         (constants::SHADOW_FILTER, plan.shadow.as_ref().map_or(0, |shadow| shadow.filter as u32)),
+        (constants::PUNCTUAL_SHADOWS, u32::from(plan.has_punctual_shadows())),
         (constants::LARGEST, plan.largest_light().to_bits()),
         (constants::LIGHT_ONLY, u32::from(plan.shading == Shading::Light { light_only: true })),
     ]

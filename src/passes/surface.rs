@@ -309,6 +309,8 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
         (constants::FALLOFF, plan.lights.falloff),
         (constants::RANGED, u32::from(plan.lights.ranged)),
         (constants::SHADOW_FILTER, plan.shadow.as_ref().map_or(0, |shadow| shadow.filter as u32)),
+        (constants::DIRECTIONAL_SHADOWS, u32::from(plan.has_directional_shadows())),
+        (constants::PUNCTUAL_SHADOWS, u32::from(plan.has_punctual_shadows())),
         (constants::LIGHT_ONLY, u32::from(plan.shading == Shading::Light { light_only: true })),
         (constants::TONE_MAP, tone_map),
         (constants::OPERATOR, curve),

@@ -78,7 +78,6 @@ fn compute_is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> 
         (device.software, "a CPU keeps no list in shared memory faster than in any other"),
         (device.lazily_allocated, "the G-buffer would leave the tile"),
         (device.compute_invocations < TILE_INVOCATIONS, "the device's work groups are too small"),
-        (settings.msaa > 1, "it shades one sample a pixel"),
         (transparent, "transparent surfaces come after it"),
         (settings.fxaa, "FXAA reads the output"),
         (settings.msaa > 1, "it reads one sample a pixel"),
