@@ -6,8 +6,8 @@ use ash::vk;
 
 use super::gbuffer::format_bytes;
 use super::{
-    COUNT, DEPTH, FramePlan, GeometryKey, PlannedBrdf, Projection, Shading, ShadowLight, ShadowPlan, Sums, ToneMapping,
-    UNIFORM_LIGHTS, World, shadow_reason,
+    COUNT, DEPTH, FramePlan, GeometryKey, Grid, PlannedBrdf, Projection, SLICES, Shading, ShadowLight, ShadowPlan,
+    Sums, ToneMapping, UNIFORM_LIGHTS, World, shadow_reason,
 };
 use crate::scene::{HdrFormat, Scene, Settings, TextureSlot, Transparency};
 
@@ -220,11 +220,20 @@ fn shading(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
         false if settings.depth_prepass == Some(true) => "this view shades nothing",
         false => "not asked for",
     };
+    let froxels = Grid::of(plan.size);
+    let lists = match plan.has_clusters() {
+        true => format!(
+            "{}x{} tiles by {SLICES} slices, and as many entries as lights reach into them",
+            froxels.columns, froxels.rows
+        ),
+        false => "no pass goes over lists of lights".into(),
+    };
     let path = format!("light path {}", plan.light_path);
     vec![
         part(&path, matches!(plan.shading, Shading::Light { .. }), plan.light_path_reason.clone(), 0),
         part("depth pre-pass", plan.depth_prepass, prepass, 0),
         part("BRDF by pixel", plan.brdf == PlannedBrdf::PerPixel && !plan.is_forward(), brdf, 0),
+        part("lists of lights by froxel", plan.has_clusters(), lists, 2 * 8 * froxels.clusters() as u64),
         part("light buffers", lights.any(), format!("{count} lights shine in the scene"), 2 * 64 * slots as u64),
         kind("directional lights", lights.directional),
         kind("point and spot lights", lights.punctual),
