@@ -1,0 +1,398 @@
+//! What each shadow map sees in a frame: cascades fitted to the view, the maps of lamps, and which of them are still as they were drawn.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3, DVec4, Vec4};
+
+use super::{Projection, ShadowPlan, Tile};
+use crate::plan::{Draw, World};
+use crate::scene::{Aabb, Camera, CastsShadow, LightKind};
+
+/// The part of a cascade's range over which the next one takes over.
+const BLEND: f64 = 0.1;
+
+/// Splits begin at this share of the farthest distance, however near the near plane is.
+const NEAREST_SPLIT: f64 = 1e-3;
+
+/// Near plane of perspective maps over the light's range or the scene's radius: depth is 1 there, and falls as 1 / distance. In f32 that
+/// keeps its precision however near the plane is, so it is nearer than anything that could stand between it and the lamp.
+const NEAR: f64 = 1e-7;
+
+/// Directions of the six maps of a point light, in the order of `shaders/shared/shadows.wgsl`.
+pub(super) const FACES: [DVec3; 6] = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
+
+/// An object in a map, as it was when it was drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Caster {
+    pub draw: Draw,
+    /// Counts how often it has moved.
+    pub revision: u32,
+}
+
+/// One depth map: what a light sees. The depth is reversed, 1 near the light.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShadowView {
+    /// Rows from world space to u and v in texels of the layer, depth, and w; the first three are to be divided by the last.
+    pub(super) rows: [DVec4; 4],
+    pub tile: Tile,
+    /// Edge of a texel in metres, where w is 1.
+    pub texel: f64,
+    /// The tangent of half the angle under which a directional light is seen, or the radius of another one in metres.
+    pub light_size: f64,
+    /// Where along the camera's view, in metres, the cascade ends, and where the next one begins to take over.
+    pub end: f64,
+    pub blend: f64,
+    /// Nothing farther from this place is lit at all.
+    pub(super) reach: Option<(DVec3, f64)>,
+    pub casters: Vec<Caster>,
+}
+
+impl ShadowView {
+    fn orthographic(axes: &DMat3, tile: Tile, corner: DVec3, texel: f64, depth: f64) -> Self {
+        let axes = axes.transpose();
+        let row = |axis: DVec3, corner: f64, unit: f64| (axis / unit).extend(-corner / unit);
+        let rows = [
+            row(axes.x_axis, corner.x, texel) + DVec4::W * f64::from(tile.x),
+            row(axes.y_axis, corner.y, texel) + DVec4::W * f64::from(tile.y),
+            DVec4::W - row(axes.z_axis, corner.z, depth),
+            DVec4::W,
+        ];
+        let [end, blend] = [f64::MAX; 2];
+        Self { rows, tile, texel, light_size: 0.0, end, blend, reach: None, casters: Vec::new() }
+    }
+
+    /// `tangent` is that of half the angle that the map without its margin sees.
+    fn perspective(place: DVec3, direction: DVec3, tangent: f64, near: f64, tile: Tile, margin: f64) -> Self {
+        let axes = light_axes(direction).transpose();
+        let edge = f64::from(tile.edge);
+        let texel = 2.0 * tangent / (edge - 2.0 * margin).max(0.25 * edge);
+        let row = |axis: DVec3| axis.extend(-axis.dot(place));
+        let w = row(axes.z_axis);
+        let centre = |corner: u32| w * (f64::from(corner) + 0.5 * edge);
+        let rows =
+            [row(axes.x_axis) / texel + centre(tile.x), row(axes.y_axis) / texel + centre(tile.y), DVec4::W * near, w];
+        let [end, blend] = [f64::MAX; 2];
+        Self { rows, tile, texel, light_size: 0.0, end, blend, reach: None, casters: Vec::new() }
+    }
+
+    /// Whether the box can stand between the light and anything in the map.
+    fn may_shadow(&self, bounds: &Aabb) -> bool {
+        if let Some((place, range)) = self.reach
+            && place.distance(place.clamp(bounds.min, bounds.max)) > range
+        {
+            return false;
+        }
+        let [u, v, depth, w] = self.rows;
+        let (x, y, edge) = (f64::from(self.tile.x), f64::from(self.tile.y), f64::from(self.tile.edge));
+        let planes = [u - w * x, w * (x + edge) - u, v - w * y, w * (y + edge) - v, depth, w];
+        let (center, half) = (bounds.center(), bounds.size() * 0.5);
+        planes.into_iter().all(|plane| {
+            let (normal, offset) = (plane.truncate(), plane.w);
+            let (at, reach) = (normal.dot(center), normal.abs().dot(half));
+            // The slack keeps rounding from cutting what touches a plane.
+            at + offset + reach >= -1e-9 * (at.abs() + offset.abs() + reach)
+        })
+    }
+
+    fn with_casters(mut self, world: &World) -> Arc<Self> {
+        let casts = |index: &usize| {
+            let object = &world.objects[*index];
+            object.casts != CastsShadow::No && self.may_shadow(&object.bounds)
+        };
+        let mut casters: Vec<usize> = (0..world.objects.len()).filter(casts).collect();
+        // Casters that share a pipeline and a material follow each other.
+        casters.sort_by_key(|&index| {
+            let object = &world.objects[index];
+            (object.key.masked, object.casts, object.key.mirrored, object.material, index)
+        });
+        self.casters = casters
+            .into_iter()
+            .map(|object| Caster { draw: Draw { object }, revision: world.objects[object].revision })
+            .collect();
+        Arc::new(self)
+    }
+
+    /// Whether the same texels come of drawing it.
+    pub(super) fn draws_as(&self, other: &Self) -> bool {
+        (self.rows, self.tile) == (other.rows, other.tile) && self.casters == other.casters
+    }
+
+    /// Rows of the map from camera-relative world space to u and v in texels of the layer, depth and w.
+    pub fn texel_rows(&self, camera: &Camera) -> [Vec4; 4] {
+        self.rows.map(|row| {
+            let axis = row.truncate();
+            axis.extend(row.w + axis.dot(camera.position)).as_vec4()
+        })
+    }
+
+    /// Rows of the map from a mesh to the light's clip space, of which the tile is the viewport.
+    pub fn clip_rows(&self, transform: &DAffine3) -> [Vec4; 4] {
+        let [u, v, depth, w] = self.rows;
+        let edge = f64::from(self.tile.edge);
+        let to_clip = |row: DVec4, corner: u32| (row - w * f64::from(corner)) * (2.0 / edge) - w;
+        [to_clip(u, self.tile.x), to_clip(v, self.tile.y), depth, w].map(|row| {
+            let axis = row.truncate();
+            let linear = transform.matrix3.transpose() * axis;
+            linear.extend(row.w + axis.dot(transform.translation)).as_vec4()
+        })
+    }
+}
+
+/// Which maps hold what they should, so that only the others are drawn.
+#[derive(Debug, Default)]
+pub struct ShadowCache {
+    drawn: Vec<Option<Arc<ShadowView>>>,
+}
+
+impl ShadowCache {
+    /// The maps that would come out otherwise than they are.
+    pub fn stale(&self, views: &[Option<Arc<ShadowView>>]) -> Vec<usize> {
+        let is_stale = |index: &usize| match (&views[*index], self.drawn.get(*index)) {
+            (None, _) => false,
+            (Some(view), Some(Some(drawn))) => !Arc::ptr_eq(view, drawn) && !view.draws_as(drawn),
+            (Some(_), _) => true,
+        };
+        (0..views.len()).filter(is_stale).collect()
+    }
+
+    /// Remembers what was drawn.
+    pub fn keep(&mut self, views: &[Option<Arc<ShadowView>>], drawn: &[usize]) {
+        self.drawn.resize(views.len(), None);
+        for &index in drawn {
+            self.drawn[index].clone_from(&views[index]);
+        }
+    }
+}
+
+/// Rows: a map's u and v axis and the direction of its light, in world space. Right-handed with v downwards, as Vulkan's clip space,
+/// and fixed in the world, so that edges of shadows do not turn with the camera.
+pub(super) fn light_axes(direction: DVec3) -> DMat3 {
+    let up = if direction.y.abs() < 0.99 { DVec3::Y } else { DVec3::Z };
+    let right = direction.cross(up).normalize_or(DVec3::X);
+    DMat3::from_cols(right, direction.cross(right), direction).transpose()
+}
+
+/// What has changed since the maps of lamps were worked out.
+#[derive(Debug, Clone, Default)]
+pub(in crate::plan) struct Changes {
+    /// Indices into [`World::lights`].
+    pub lights: BTreeSet<usize>,
+    /// Where objects that cast were, and where they are.
+    pub boxes: Vec<Aabb>,
+}
+
+/// Maps of the point and spot lights, which no camera changes. The others are none. Those of `before` stay whose light is as it was
+/// and in whose volume nothing has moved.
+pub(in crate::plan) fn lamp_views(
+    world: &World,
+    plan: &ShadowPlan,
+    before: &[Option<Arc<ShadowView>>],
+    changes: &Changes,
+) -> Vec<Option<Arc<ShadowView>>> {
+    let mut views = vec![None; plan.tiles.len()];
+    for own in &plan.lights {
+        let light = &world.lights[own.light];
+        let (place, direction, tangent, range) = match light.kind {
+            LightKind::Directional { .. } => continue,
+            LightKind::Point { position, range, .. } => (position, DVec3::Z, 1.0, range),
+            LightKind::Spot { position, direction, outer_angle_degrees, range, .. } => {
+                (position, direction, outer_angle_degrees.to_radians().tan(), range)
+            }
+        };
+        let near = NEAR * range.unwrap_or(f64::INFINITY).min(world.radius).max(f64::MIN_POSITIVE);
+        for index in own.first_view..own.first_view + own.projection.views() {
+            if let Some(Some(before)) = before.get(index)
+                && !changes.lights.contains(&own.light)
+                && !changes.boxes.iter().any(|bounds| before.may_shadow(bounds))
+            {
+                views[index] = Some(before.clone());
+                continue;
+            }
+            let (direction, tangent) = match own.projection {
+                Projection::Cube => (FACES[index - own.first_view], 1.0),
+                // A cone of no angle still has a map.
+                _ => (direction, tangent.max(1e-3)),
+            };
+            let tile = plan.tiles[index];
+            let margin = plan.margin(tile.edge, &world.shadows);
+            let view = ShadowView {
+                light_size: light.size,
+                reach: range.map(|range| (place, range)),
+                ..ShadowView::perspective(place, direction, tangent, near, tile, margin)
+            };
+            views[index] = Some(view.with_casters(world));
+        }
+    }
+    views
+}
+
+/// Adds the cascades of the directional lights, each around its slice of the camera's view. Where none of the `seen` boxes lies in it,
+/// there is none. One that holds the whole scene is the last: those behind it would be the same.
+pub(in crate::plan) fn add_cascades(
+    views: &mut [Option<Arc<ShadowView>>],
+    world: &World,
+    plan: &ShadowPlan,
+    camera: &Camera,
+    aspect: f64,
+    seen: &[Aabb],
+) {
+    let forward = camera.forward();
+    let along = |bounds: &Aabb| {
+        let (center, half) = ((bounds.center() - camera.position).dot(forward), forward.abs().dot(bounds.size() * 0.5));
+        (center - half, center + half)
+    };
+    let far = farthest(&world.extent, camera);
+    for own in &plan.lights {
+        let (Projection::Cascades(count), LightKind::Directional { direction }) =
+            (own.projection, world.lights[own.light].kind)
+        else {
+            continue;
+        };
+        let axes = light_axes(direction);
+        let mut begin = camera.near;
+        for cascade in 0..count {
+            let tile = plan.tiles[own.first_view + cascade as usize];
+            let end = split(camera.near, far, world.shadows.lambda, cascade + 1, count);
+            let slice = Sphere::around(camera, aspect, begin, end);
+            let fit = Fit::of(world, plan, &axes, &slice);
+            let is_last = cascade + 1 == count || fit.is_whole;
+            // In the last part of the one before, this one is looked up too.
+            let blend = if is_last { f64::MAX } else { end - BLEND * (end - begin) };
+            let last_seen = if is_last { f64::MAX } else { end };
+            let volume = view_corners(camera, aspect, begin, last_seen.min(far));
+            let in_slice = seen.iter().filter(|bounds| along(bounds).0 <= last_seen && along(bounds).1 >= begin);
+            if is_seen(&axes, &volume, in_slice) {
+                let half_angle = (0.5 * world.lights[own.light].size).to_radians();
+                let view = fit.view(world, plan, tile, &axes);
+                let view = ShadowView { light_size: half_angle.tan(), end: last_seen, blend, ..view };
+                views[own.first_view + cascade as usize] = Some(view.with_casters(world));
+            }
+            if is_last {
+                break;
+            }
+            begin = blend;
+        }
+    }
+}
+
+/// The distance along the view at which cascades end, in metres. From inside the sphere around the scene it is always that sphere's
+/// diameter. From outside it follows the camera in steps of a quarter of a power of two; how the camera is turned never matters.
+pub(super) fn farthest(extent: &Aabb, camera: &Camera) -> f64 {
+    let radius = extent.radius();
+    let distance = camera.position.distance(extent.center());
+    if distance <= radius {
+        return (2.0 * radius).max(camera.near);
+    }
+    quantized(distance + radius).max(camera.near)
+}
+
+/// The next larger quarter of a power of two.
+fn quantized(length: f64) -> f64 {
+    ((length.log2() * 4.0).ceil() * 0.25).exp2()
+}
+
+/// The box of a scene whose objects have moved: that of the scene as it was `at_first`, widened on all sides, in steps of a quarter of a
+/// power of two of its radius, until it holds them. So maps of the whole scene stay as they are while something moves within it.
+pub(in crate::plan) fn widened(at_first: &Aabb, bounds: &Aabb) -> Aabb {
+    if at_first.is_empty() || bounds.is_empty() {
+        return *bounds;
+    }
+    let beyond = (at_first.min - bounds.min).max(bounds.max - at_first.max).max_element();
+    if beyond <= 0.0 {
+        return *at_first;
+    }
+    let radius = at_first.radius().max(f64::MIN_POSITIVE);
+    // Never less than what is beyond, however that rounds.
+    let by = (quantized(1.0 + beyond / radius) * radius - radius).max(beyond);
+    Aabb { min: at_first.min - by, max: at_first.max + by }
+}
+
+/// Where the cascade ends, in metres along the view: the practical split scheme (Zhang et al. 2006, "Parallel-Split Shadow Maps for
+/// Large-scale Virtual Environments"), a mixture of logarithmic and even splits.
+pub(super) fn split(near: f64, far: f64, lambda: f32, index: u32, count: u32) -> f64 {
+    let near = near.max(NEAREST_SPLIT * far);
+    let (share, lambda) = (f64::from(index) / f64::from(count), f64::from(lambda));
+    lambda * near * (far / near).powf(share) + (1.0 - lambda) * (near + (far - near) * share)
+}
+
+pub(super) struct Sphere {
+    pub(super) center: DVec3,
+    pub(super) radius: f64,
+}
+
+impl Sphere {
+    /// The smallest one around the part of the camera's view between two distances along it. Its size is the same wherever the
+    /// camera is and however it is turned.
+    pub(super) fn around(camera: &Camera, aspect: f64, begin: f64, end: f64) -> Self {
+        let tan_y = (camera.fov_y_degrees.to_radians() * 0.5).tan();
+        // A corner at distance d is d * slope beside the axis. The centre is as far from the near corners as from the far ones, but
+        // not behind these.
+        let slope_squared = tan_y * tan_y * (1.0 + aspect * aspect);
+        let along = (0.5 * (begin + end) * (1.0 + slope_squared)).min(end);
+        let radius = (end - along).hypot(end * slope_squared.sqrt());
+        Self { center: camera.position + camera.forward() * along, radius }
+    }
+}
+
+/// Where a cascade lies, in the axes of its light.
+struct Fit {
+    /// It holds the whole scene, wherever the camera is.
+    is_whole: bool,
+    /// Edge of the square that is looked up, in metres, and its least corner, before it is snapped.
+    edge: f64,
+    low: DVec3,
+    /// How far it is seen along the light.
+    high: f64,
+}
+
+impl Fit {
+    /// Around a sphere, but never larger than what holds the scene. All sizes depend on the sphere's and the scene's alone.
+    fn of(world: &World, plan: &ShadowPlan, axes: &DMat3, slice: &Sphere) -> Self {
+        let scene = world.extent.transformed(&DAffine3::from_mat3(*axes));
+        let whole = scene.size().truncate().max_element();
+        let least = (1e-6 * world.radius).max(1e-30);
+        if 2.0 * slice.radius >= whole {
+            return Self { is_whole: true, edge: whole.max(least), low: scene.min, high: scene.max.z };
+        }
+        let edge = (2.0 * slice.radius).max(least);
+        let low = *axes * slice.center - 0.5 * edge;
+        // A slice that ends behind the scene needs no depth there, nor before it.
+        let first = if plan.reaches_back() { scene.min.z } else { low.z.max(scene.min.z) };
+        let high = (low.z + edge).min(scene.max.z).max(first);
+        Self { is_whole: false, edge, low: low.truncate().extend(first), high }
+    }
+
+    fn view(&self, world: &World, plan: &ShadowPlan, tile: Tile, axes: &DMat3) -> ShadowView {
+        let margin = plan.margin(tile.edge, &world.shadows);
+        let texels = f64::from(tile.edge);
+        let texel = self.edge / (texels - 2.0 * margin - 1.0).max(0.25 * texels);
+        let snap = |low: f64| (low / texel).floor() * texel - margin * texel;
+        // Steps in depth as well, so that a small step of the camera leaves the map as it is; and with room before and behind, so that
+        // what touches a plane is inside.
+        let step = self.edge / 16.0;
+        let near = ((self.low.z / step).floor() - 1.0) * step;
+        let depth = ((self.high / step).ceil() + 1.0) * step - near;
+        let corner = DVec3::new(snap(self.low.x), snap(self.low.y), near);
+        ShadowView::orthographic(axes, tile, corner, texel, depth)
+    }
+}
+
+/// Whether any of the boxes lies in a part of the camera's view, as far as boxes around both in the light's axes tell.
+fn is_seen<'a>(axes: &DMat3, volume: &[DVec3], seen: impl Iterator<Item = &'a Aabb>) -> bool {
+    let to_light = DAffine3::from_mat3(*axes);
+    let receivers = seen.fold(Aabb::EMPTY, |all, bounds| all.union(&bounds.transformed(&to_light)));
+    !receivers.intersection(&Aabb::of_points(volume.iter().map(|&corner| *axes * corner))).is_empty()
+}
+
+/// Corners of the view volume between two distances along the view.
+pub(super) fn view_corners(camera: &Camera, aspect: f64, begin: f64, end: f64) -> [DVec3; 8] {
+    let tan_y = (camera.fov_y_degrees.to_radians() * 0.5).tan();
+    let (right, up) = (camera.right() * tan_y * aspect, camera.up() * tan_y);
+    std::array::from_fn(|i| {
+        let distance = if i & 1 == 0 { begin } else { end };
+        let x = if i & 2 == 0 { -1.0 } else { 1.0 };
+        let y = if i & 4 == 0 { -1.0 } else { 1.0 };
+        camera.position + (camera.forward() + right * x + up * y) * distance
+    })
+}
