@@ -4,7 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{Picture, Pixels};
-use crate::passes::tonemap::tone_map;
+use crate::passes::tonemap::{encode_srgb, tone_map};
 use crate::plan::{FramePlan, ToneMapping};
 use crate::scene::{Resolve, Tonemap};
 
@@ -82,9 +82,7 @@ impl Accumulator {
 
 /// IEC 61966-2-1: the 8-bit code of a linear value, as an sRGB attachment stores it.
 fn srgb_code(linear: f64) -> u8 {
-    let linear = linear.clamp(0.0, 1.0);
-    let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
-    (encoded * 255.0).round() as u8
+    (encode_srgb(linear.clamp(0.0, 1.0)) * 255.0).round() as u8
 }
 
 #[cfg(test)]

@@ -9,7 +9,6 @@
 use std::sync::Arc;
 
 use ash::vk;
-use glam::Vec3;
 
 use super::deferred::{background, clear_values, image_barrier};
 use super::edges::{self, Edge};
@@ -20,6 +19,7 @@ use crate::gpu_scene::{GpuScene, ShadowAtlas};
 use crate::passes::depth::Depth;
 use crate::passes::geometry::Geometry;
 use crate::passes::tiled::{EMISSIVE, Tiled};
+use crate::passes::tonemap::encode_srgb;
 use crate::passes::{Recording, SetLayouts, Slot};
 use crate::plan::{FramePlan, OUTPUT_PLAIN, World};
 use crate::targets::{Target, Targets, stored_inputs};
@@ -73,7 +73,8 @@ impl TiledFrame {
         let output = targets.image(Target::Output).view;
         // An attachment's clear value would be encoded by the hardware.
         let background = background(plan, world, Target::Output);
-        let background = if plan.output == OUTPUT_PLAIN { encode_srgb(background) } else { background };
+        let background =
+            if plan.output == OUTPUT_PLAIN { background.map(|v| encode_srgb(f64::from(v)) as f32) } else { background };
         let layouts = SetLayouts { frame: frame_layout, shadows: atlas.map(|atlas| atlas.set_layout.raw) };
         let tiled = Tiled::new(device, plan, layouts, (&stored, output), background)?;
         let clears = clear_values(plan, world);
@@ -122,10 +123,4 @@ impl TiledFrame {
         frame.device.end_label(cmd);
         stamp(times, cmd, "lighting");
     }
-}
-
-/// IEC 61966-2-1, as `shaders/shared/tonemap.wgsl` has it.
-fn encode_srgb(linear: Vec3) -> Vec3 {
-    let encode = |v: f32| if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
-    Vec3::from_array(linear.to_array().map(encode))
 }

@@ -99,14 +99,10 @@ fn pipeline(
 
 /// Which variant of the shader a pipeline of the plan takes.
 pub(crate) fn flags(plan: &FramePlan, key: GeometryKey) -> Flags {
-    let gbuffer = plan.gbuffer.as_ref();
     let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
     when(!key.textures.is_empty(), Flags::TEXTURED)
         | when(key.textures.contains(TextureSlot::Normal), Flags::NORMAL_MAP)
-        | when(gbuffer.is_some_and(|gbuffer| gbuffer.material.is_some()), Flags::MATERIAL)
-        | when(gbuffer.is_some_and(|gbuffer| gbuffer.specular.is_some()), Flags::SPECULAR)
-        | when(gbuffer.is_some_and(|gbuffer| gbuffer.position.is_some()), Flags::POSITION)
-        | when(gbuffer.is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT), Flags::NORMAL_UINT)
+        | gbuffer_flags!(plan)
         | when(plan.emissive, Flags::EMISSIVE)
         | when(plan.shading == Shading::ShowOverdraw, Flags::OVERDRAW)
 }

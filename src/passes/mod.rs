@@ -1,5 +1,38 @@
 //! One file a pass: how it touches things (its constants), its pipelines, and `record`. Passes never know each other.
 
+/// The flags that say which targets a plan's G-buffer has: every shader that writes or reads it has the same (`shaders/shared/gbuffer.wgsl`).
+/// `Flags` is the shader's own type.
+macro_rules! gbuffer_flags {
+    ($plan:expr) => {{
+        let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
+        $plan.gbuffer.as_ref().map_or(Flags::NONE, |gbuffer| {
+            when(gbuffer.material.is_some(), Flags::MATERIAL)
+                | when(gbuffer.specular.is_some(), Flags::SPECULAR)
+                | when(gbuffer.position.is_some(), Flags::POSITION)
+                | when(gbuffer.normal == vk::Format::R16G16_UINT, Flags::NORMAL_UINT)
+        })
+    }};
+}
+
+/// The constants of every shader that lights a G-buffer. `constants` are the shader's own ids.
+macro_rules! light_constants {
+    ($plan:expr) => {{
+        let gbuffer = $plan.gbuffer.as_ref();
+        [
+            (constants::BRDF, $plan.brdf.constant()),
+            (constants::NORMAL_ENCODING, gbuffer.map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
+            (constants::GEOMETRIC_STEPS, gbuffer.map_or(255.0, |gbuffer| gbuffer.geometric_steps()).to_bits()),
+            (constants::SPOT, u32::from($plan.lights.spot)),
+            (constants::FALLOFF, $plan.lights.falloff),
+            (constants::RANGED, u32::from($plan.lights.ranged)),
+            (constants::SHADOW_FILTER, $plan.shadow.as_ref().map_or(0, |shadow| shadow.filter as u32)),
+            (constants::PUNCTUAL_SHADOWS, u32::from($plan.has_punctual_shadows())),
+            (constants::LARGEST, $plan.largest_light().to_bits()),
+            (constants::LIGHT_ONLY, u32::from($plan.shading == Shading::Light { light_only: true })),
+        ]
+    }};
+}
+
 pub mod composite;
 pub mod copy;
 pub mod depth;

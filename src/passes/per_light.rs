@@ -12,7 +12,7 @@ use crate::gpu::{
     pipeline_layout,
 };
 use crate::gpu_scene::{POSITION, vertex_input};
-use crate::plan::{FramePlan, Gbuffer, LightRect, LightWork, Shading, cone_mesh, sphere_mesh};
+use crate::plan::{FramePlan, LightRect, LightWork, Shading, cone_mesh, sphere_mesh};
 use crate::scene::LightPath;
 use crate::shaders::per_light::{self as shader, Flags, constants};
 
@@ -139,29 +139,13 @@ fn upload_meshes(device: &Arc<Device>) -> gpu::Result<(Buffer, u32, u32)> {
 
 /// Which variant of the shader a plan takes.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
-    let gbuffer = plan.gbuffer.as_ref();
     let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
     when(plan.light_path == LightPath::Volumes, Flags::VOLUME)
         | when(plan.lights.uniform, Flags::UNIFORM_BUFFER)
         | when(plan.shadow.is_some(), Flags::SHADOW)
-        | when(gbuffer.is_some_and(|gbuffer| gbuffer.material.is_some()), Flags::MATERIAL)
-        | when(gbuffer.is_some_and(|gbuffer| gbuffer.specular.is_some()), Flags::SPECULAR)
-        | when(gbuffer.is_some_and(|gbuffer| gbuffer.position.is_some()), Flags::POSITION)
-        | when(gbuffer.is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT), Flags::NORMAL_UINT)
+        | gbuffer_flags!(plan)
 }
 
 fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
-    let gbuffer = plan.gbuffer.as_ref();
-    vec![
-        (constants::BRDF, plan.brdf.constant()),
-        (constants::NORMAL_ENCODING, gbuffer.map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
-        (constants::GEOMETRIC_STEPS, gbuffer.map_or(255.0, Gbuffer::geometric_steps).to_bits()),
-        (constants::SPOT, u32::from(plan.lights.spot)),
-        (constants::FALLOFF, plan.lights.falloff),
-        (constants::RANGED, u32::from(plan.lights.ranged)),
-        (constants::SHADOW_FILTER, plan.shadow.as_ref().map_or(0, |shadow| shadow.filter as u32)),
-        (constants::PUNCTUAL_SHADOWS, u32::from(plan.has_punctual_shadows())),
-        (constants::LARGEST, plan.largest_light().to_bits()),
-        (constants::LIGHT_ONLY, u32::from(plan.shading == Shading::Light { light_only: true })),
-    ]
+    light_constants!(plan).to_vec()
 }

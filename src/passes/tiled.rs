@@ -11,7 +11,7 @@ use crate::gpu::{
     self, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, compute_pipeline, pipeline_layout,
     sync::Use,
 };
-use crate::plan::{FramePlan, Gbuffer, Shading, ToneMapping};
+use crate::plan::{FramePlan, Shading, ToneMapping};
 use crate::shaders::tiled::{self as shader, Flags, constants};
 
 /// Reads the stored G-buffer.
@@ -131,41 +131,27 @@ impl Tiled {
 
 /// Which variant of the shader a plan takes.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
-    let gbuffer = plan.gbuffer.as_ref();
     let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
     when(plan.lights.uniform, Flags::UNIFORM_BUFFER)
         | when(plan.shadow.is_some(), Flags::SHADOW)
-        | when(gbuffer.is_some_and(|gbuffer| gbuffer.material.is_some()), Flags::MATERIAL)
-        | when(gbuffer.is_some_and(|gbuffer| gbuffer.specular.is_some()), Flags::SPECULAR)
-        | when(gbuffer.is_some_and(|gbuffer| gbuffer.position.is_some()), Flags::POSITION)
-        | when(gbuffer.is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT), Flags::NORMAL_UINT)
+        | gbuffer_flags!(plan)
         | when(plan.emissive, Flags::EMISSIVE)
         | when(plan.output == vk::Format::R32G32B32A32_SFLOAT, Flags::LINEAR_OUTPUT)
 }
 
 fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
-    let gbuffer = plan.gbuffer.as_ref();
     let (tone_map, curve) = match plan.tone_mapping {
         ToneMapping::InLighting(curve) => (1, curve as u32),
         _ => (0, 0),
     };
-    vec![
-        (constants::BRDF, plan.brdf.constant()),
-        (constants::NORMAL_ENCODING, gbuffer.map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
-        (constants::GEOMETRIC_STEPS, gbuffer.map_or(255.0, Gbuffer::geometric_steps).to_bits()),
+    let own = [
         (constants::AMBIENT, u32::from(plan.lights.ambient)),
         (constants::DIRECTIONAL, u32::from(plan.lights.directional)),
         (constants::UNBOUNDED, u32::from(plan.lights.unbounded)),
         (constants::BOUNDED, u32::from(plan.lights.bounded)),
-        (constants::SPOT, u32::from(plan.lights.spot)),
-        (constants::FALLOFF, plan.lights.falloff),
-        (constants::RANGED, u32::from(plan.lights.ranged)),
-        (constants::SHADOW_FILTER, plan.shadow.as_ref().map_or(0, |shadow| shadow.filter as u32)),
         (constants::DIRECTIONAL_SHADOWS, u32::from(plan.has_directional_shadows())),
-        (constants::PUNCTUAL_SHADOWS, u32::from(plan.has_punctual_shadows())),
         (constants::TONE_MAP, tone_map),
         (constants::OPERATOR, curve),
-        (constants::LARGEST, plan.largest_light().to_bits()),
-        (constants::LIGHT_ONLY, u32::from(plan.shading == Shading::Light { light_only: true })),
-    ]
+    ];
+    [&light_constants!(plan)[..], &own].concat()
 }

@@ -82,6 +82,11 @@ pub fn tone_map(color: Vec3, curve: Tonemap) -> Vec3 {
     mapped.clamp(Vec3::ZERO, Vec3::ONE)
 }
 
+/// IEC 61966-2-1, for what no attachment encodes: 0 to 1, linear to encoded.
+pub fn encode_srgb(linear: f64) -> f64 {
+    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}
+
 fn neutral(color: Vec3) -> Vec3 {
     const START: f32 = 0.8 - 0.04;
     let least = color.min_element();
@@ -218,11 +223,6 @@ mod tests {
         }
     }
 
-    fn encode(linear: f32) -> f64 {
-        let v = f64::from(linear);
-        if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
-    }
-
     proptest! {
         /// The certified cut-off of lights rests on it: light that is dropped moves the encoded output by at most so many times itself.
         #[test]
@@ -236,7 +236,7 @@ mod tests {
             for curve in CURVES {
                 let (with, without) = (tone_map(color + Vec3::from(share) * dropped, curve), tone_map(color, curve));
                 for channel in 0..3 {
-                    let moved = (encode(with[channel]) - encode(without[channel])).abs();
+                    let moved = (encode_srgb(with[channel].into()) - encode_srgb(without[channel].into())).abs();
                     // The curves round in f32.
                     let bound = f64::from(dropped) * steepest(curve) + 3e-5;
                     prop_assert!(moved <= bound, "{curve}: {color} {dropped} {moved} {}", moved / f64::from(dropped));

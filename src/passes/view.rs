@@ -78,14 +78,11 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
         (Shading::ShowOverdraw, _) => Flags::OVERDRAW,
         (Shading::ShowShadowMap, _) => Flags::SHADOW_MAP,
         (_, None) => Flags::NONE,
-        (_, Some(gbuffer)) => {
+        (_, Some(_)) => {
             Flags::GBUFFER
                 | when(plan.lights.any(), Flags::LIGHTS)
                 | when(plan.lights.any() && plan.lights.uniform, Flags::UNIFORM_BUFFER)
-                | when(gbuffer.material.is_some(), Flags::MATERIAL)
-                | when(gbuffer.specular.is_some(), Flags::SPECULAR)
-                | when(gbuffer.position.is_some(), Flags::POSITION)
-                | when(gbuffer.normal == vk::Format::R16G16_UINT, Flags::NORMAL_UINT)
+                | gbuffer_flags!(plan)
                 | when(plan.msaa > 1, Flags::MSAA)
         }
     }
