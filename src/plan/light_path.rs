@@ -4,7 +4,8 @@ use glam::DVec3;
 
 use super::{Capabilities, Error, PlannedLights, World};
 use crate::scene::{
-    Brdf, Falloff, HdrFormat, Light, LightKind, LightPath, Material, Scene, Settings, TextureSlot, Tonemap, View,
+    AlphaMode, Brdf, Falloff, HdrFormat, Light, LightKind, LightPath, Material, Object, Scene, Settings, TextureSlot,
+    Tonemap, View,
 };
 
 /// `auto` takes `loop` up to this many lights of limited reach: lists cost more than they save.
@@ -152,7 +153,12 @@ impl Cut {
     pub(super) fn of(scene: &Scene, settings: &Settings, exposure: f32) -> Self {
         let without = |light: &&Light| World::shines(light) && !has_range(light) && bounded(light, settings);
         let count = scene.lights.iter().filter(without).count();
-        let share = 0.5 / 255.0 / steepest(settings.tonemap) / count.max(1) as f64;
+        // A pane of glass adds its whole highlight to what is behind it, so that each layer may drop as much again. Other surfaces
+        // that blend take a mean, which drops no more than one of them.
+        let is_glass = |object: &&Object| scene.materials[object.material].alpha_mode == AlphaMode::Glass;
+        let panes = scene.objects.iter().filter(is_glass).map(|object| scene.meshes[object.mesh].indices.len() / 3);
+        let layers = 1 + panes.sum::<usize>();
+        let share = 0.5 / 255.0 / steepest(settings.tonemap) / (count.max(1) * layers) as f64;
         // Scanning textures is only worth it where there is something to cut.
         let brightest = if count > 0 { f64::from(exposure) * largest_reflection(scene, settings) } else { 0.0 };
         Self { enabled: settings.light_cutoff, brightest, share }
@@ -308,5 +314,11 @@ mod tests {
         let dropped: f64 = reaches.iter().map(|d| 2.0 * 10.0 / std::f64::consts::PI / (d * d)).sum();
         assert!((dropped * 12.93 * 255.0 / 0.5 - 1.0).abs() < 1e-9, "{dropped}");
         assert!(off.iter().all(|d| d.is_infinite()));
+        // A square of glass is two triangles, which may lie over one pixel: three layers share the step.
+        let mut glazed = scene.clone();
+        let glass = Material { alpha_mode: AlphaMode::Glass, ..samples::material(Brdf::Lambert) };
+        glazed.materials[0] = glass;
+        let far = Cut::of(&glazed, &settings, 2.0).reach(&glazed.lights[0]);
+        assert!((far / reaches[0] - 3f64.sqrt()).abs() < 1e-9, "{far}");
     }
 }
