@@ -30,8 +30,8 @@ use std::collections::BTreeSet;
 use ash::vk;
 
 use crate::scene::{
-    Brdf, CastsShadow, Falloff, HdrFormat, LightKind, LightPath, MSAA, Resolve, Scene, Settings, Tonemap, Transparency,
-    View,
+    Brdf, CastsShadow, Falloff, HdrFormat, Keep, LightKind, LightPath, MSAA, Resolve, Scene, Settings, Tonemap,
+    Transparency, View,
 };
 
 /// What the device can do, as far as a plan depends on it.
@@ -245,6 +245,8 @@ pub struct FramePlan {
     pub transparent: BTreeSet<GeometryKey>,
     pub streams: Streams,
     pub lazily_allocated: bool,
+    /// What stays although nothing needs it.
+    pub keep: Keep,
     parts: Vec<Part>,
     warnings: Vec<String>,
 }
@@ -360,6 +362,7 @@ impl FramePlan {
             transparent: BTreeSet::new(),
             streams: Streams::default(),
             lazily_allocated: device.lazily_allocated,
+            keep: settings.keep,
             parts: Vec::new(),
             warnings,
         };

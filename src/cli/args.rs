@@ -5,8 +5,8 @@ use std::str::FromStr;
 
 use afterlight::gpu::DeviceChoice;
 use afterlight::scene::{
-    Brdf, Camera, GbufferChoice, HdrFormat, LightPath, Resolve, SettingsPatch, ShadowFilter, Tonemap, Transparency,
-    View, parse_size, unknown,
+    Brdf, Camera, GbufferChoice, HdrFormat, Keep, LightPath, Resolve, SettingsPatch, ShadowFilter, Tonemap,
+    Transparency, View, parse_size, unknown,
 };
 use clap::Args;
 
@@ -91,6 +91,10 @@ pub struct SettingsArgs {
     /// Draw a shadow map only when something in it moved: on or off [default: on]
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub shadow_cache: Option<bool>,
+    /// What stays in the frame although the scene does not need it: lean (nothing), full (everything), or names of parts as
+    /// `inspect` lists them, separated by commas [default: lean]
+    #[arg(long, value_name = "PLAN", value_parser = value::<Keep>)]
+    pub plan: Option<Keep>,
 }
 
 impl SettingsArgs {
@@ -116,6 +120,7 @@ impl SettingsArgs {
             shadow_lambda: self.shadow_lambda,
             shadow_budget: self.shadow_budget,
             shadow_cache: self.shadow_cache,
+            keep: self.plan,
             ..SettingsPatch::default()
         }
     }
@@ -154,6 +159,7 @@ const VARIABLE: &[&str] = &[
     "fxaa",
     "hdr-format",
     "msaa",
+    "plan",
 ];
 
 /// Settings that `--vary` changes: `key=value`, several separated by blanks.
@@ -182,6 +188,7 @@ pub fn variation(text: &str) -> Result<SettingsPatch, String> {
             "view" => patch.view = Some(value(text)?),
             "fxaa" => patch.fxaa = Some(on_off(text)?),
             "msaa" => patch.msaa = Some(msaa(text)?),
+            "plan" => patch.keep = Some(value(text)?),
             _ => return Err(unknown("setting", key, VARIABLE)),
         }
     }

@@ -18,6 +18,7 @@ mod material;
 pub(crate) mod mesh;
 mod names;
 pub mod obj;
+mod optional;
 mod settings;
 mod suggest;
 mod temperature;
@@ -34,6 +35,7 @@ pub use load::{OpenOptions, open};
 pub use material::{AlphaMode, Brdf, Material, TextureSlot};
 pub use mesh::{CastsShadow, Mesh, Object};
 pub use names::TARGETS;
+pub use optional::{Keep, OptionalPart};
 pub use settings::{
     GbufferChoice, GbufferPreset, HdrFormat, LightPath, MAX_SAMPLES, MAX_SHADOW_SIZE, MIN_SHADOW_SIZE, MSAA, Resolve,
     Settings, SettingsPatch, ShadowFilter, ShadowSettings, TargetChoice, Tonemap, Transparency, View, parse_size,

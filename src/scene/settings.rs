@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Brdf, Error};
+use super::{Brdf, Error, Keep};
 
 /// The decided settings of a frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,6 +36,8 @@ pub struct Settings {
     pub fxaa: bool,
     /// Samples of depth and G-buffer in each pixel: 1, 2, 4 or 8, as far as the device has them.
     pub msaa: u32,
+    /// What stays in the plan although nothing needs it.
+    pub keep: Keep,
 }
 
 impl Default for Settings {
@@ -58,6 +60,7 @@ impl Default for Settings {
             resolve: Resolve::default(),
             fxaa: false,
             msaa: 1,
+            keep: Keep::NONE,
         }
     }
 }
@@ -279,6 +282,7 @@ pub struct SettingsPatch {
     pub hdr_format: Option<HdrFormat>,
     pub transparency: Option<Transparency>,
     pub msaa: Option<u32>,
+    pub keep: Option<Keep>,
 }
 
 impl SettingsPatch {
@@ -309,6 +313,7 @@ impl SettingsPatch {
             hdr_format: self.hdr_format.or(other.hdr_format),
             transparency: self.transparency.or(other.transparency),
             msaa: self.msaa.or(other.msaa),
+            keep: self.keep.or(other.keep),
         }
     }
 
@@ -343,6 +348,7 @@ impl SettingsPatch {
             resolve: self.resolve.unwrap_or(default.resolve),
             fxaa: self.fxaa.unwrap_or(default.fxaa),
             msaa: self.msaa.unwrap_or(default.msaa),
+            keep: self.keep.unwrap_or(default.keep),
         }
     }
 

@@ -42,7 +42,7 @@ pub struct Args {
     warmup: u32,
     /// Compare with other settings: key=value, several in one go separated by blanks; may be given several times. Keys:
     /// size, exposure, tonemap, brdf, gbuffer, light-path, light-cutoff, depth-prepass, transparency, shadows, shadow-size, shadow-filter,
-    /// cascades, shadow-lambda, shadow-budget, shadow-cache, view, fxaa, hdr-format, msaa
+    /// cascades, shadow-lambda, shadow-budget, shadow-cache, view, fxaa, hdr-format, msaa, plan
     #[arg(long, value_name = "SETTINGS", value_parser = Variant::parse)]
     vary: Vec<Variant>,
     /// Write the figures as JSON to a file, or to standard output for -

@@ -132,6 +132,7 @@ pub(super) const SETTINGS: Schema = Schema {
         "hdr_format",
         "transparency",
         "msaa",
+        "plan",
     ],
 };
 pub(super) const SHADOWS: Schema = Schema {

@@ -1,0 +1,227 @@
+//! What a plan may leave out, by name: the words that the plan, the reports and the command line share.
+
+use std::fmt;
+use std::str::FromStr;
+
+use super::{Error, unknown};
+
+/// A part that a frame has only where the scene needs it. Kept without need it gets a neutral input, and the picture stays the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum OptionalPart {
+    /// The HDR target, and the TONEMAP subpass that reads it.
+    HdrTarget,
+    /// The subpass for transparent surfaces.
+    Transparent,
+    /// The location of GEOMETRY that what surfaces emit is written to.
+    Emissive,
+    /// The G-buffer's target for roughness and what else is in it.
+    MaterialTarget,
+    /// The channel of the material target for metals.
+    MetallicChannel,
+    /// The channels of the material target for the geometric normal, by which shadows are biased.
+    GeometricNormalChannels,
+    /// The G-buffer's target for Phong's terms and the BRDF's index.
+    SpecularTarget,
+    /// A BRDF that is chosen for each pixel.
+    BrdfByPixel,
+    /// Normals of vertices.
+    Normals,
+    /// Texture coordinates of vertices.
+    Uvs,
+    /// Tangents of vertices.
+    Tangents,
+    /// 32 bits for each index, where 16 suffice.
+    WideIndices,
+    /// Meshes that no drawn object has.
+    UnusedMeshes,
+    BaseColorTextures,
+    NormalMaps,
+    MetallicRoughnessTextures,
+    OcclusionTextures,
+    EmissiveTextures,
+    SpecularTextures,
+    /// Textures of materials that no drawn object has, and those that no pipeline samples.
+    UnusedTextures,
+    /// Textures of one colour, which the material's factor can hold.
+    ConstantTextures,
+    /// Levels of textures that no pixel can sample, however near the camera comes.
+    TextureLevels,
+    /// The discarding of fragments by alpha where nothing is masked.
+    AlphaMasks,
+    /// Masks that are opaque all over.
+    OpaqueMasks,
+    AmbientLight,
+    DirectionalLights,
+    /// Point and spot lights.
+    PunctualLights,
+    SpotCones,
+    /// A fall-off that is chosen for each light.
+    Falloffs,
+    /// Ranges of lights.
+    LightRanges,
+    /// Lists of lights by froxel.
+    LightLists,
+    /// Lights that reach nothing.
+    IdleLights,
+    /// The atlas of shadow maps, and its lookups.
+    ShadowMaps,
+    /// Casters whose shadow falls on nothing that is seen.
+    IdleCasters,
+    /// Objects beside or behind the view.
+    OffscreenObjects,
+    /// Objects behind others.
+    OccludedObjects,
+}
+
+impl OptionalPart {
+    /// Every part with its name, in the order of a frame's reports.
+    pub const NAMES: &'static [(&'static str, Self)] = &[
+        ("hdr-target", Self::HdrTarget),
+        ("transparent", Self::Transparent),
+        ("emissive", Self::Emissive),
+        ("material-target", Self::MaterialTarget),
+        ("metallic-channel", Self::MetallicChannel),
+        ("geometric-normal-channels", Self::GeometricNormalChannels),
+        ("specular-target", Self::SpecularTarget),
+        ("brdf-by-pixel", Self::BrdfByPixel),
+        ("normals", Self::Normals),
+        ("uvs", Self::Uvs),
+        ("tangents", Self::Tangents),
+        ("wide-indices", Self::WideIndices),
+        ("unused-meshes", Self::UnusedMeshes),
+        ("base-color-textures", Self::BaseColorTextures),
+        ("normal-maps", Self::NormalMaps),
+        ("metallic-roughness-textures", Self::MetallicRoughnessTextures),
+        ("occlusion-textures", Self::OcclusionTextures),
+        ("emissive-textures", Self::EmissiveTextures),
+        ("specular-textures", Self::SpecularTextures),
+        ("unused-textures", Self::UnusedTextures),
+        ("constant-textures", Self::ConstantTextures),
+        ("texture-levels", Self::TextureLevels),
+        ("alpha-masks", Self::AlphaMasks),
+        ("opaque-masks", Self::OpaqueMasks),
+        ("ambient-light", Self::AmbientLight),
+        ("directional-lights", Self::DirectionalLights),
+        ("punctual-lights", Self::PunctualLights),
+        ("spot-cones", Self::SpotCones),
+        ("falloffs", Self::Falloffs),
+        ("light-ranges", Self::LightRanges),
+        ("light-lists", Self::LightLists),
+        ("idle-lights", Self::IdleLights),
+        ("shadow-maps", Self::ShadowMaps),
+        ("idle-casters", Self::IdleCasters),
+        ("offscreen-objects", Self::OffscreenObjects),
+        ("occluded-objects", Self::OccludedObjects),
+    ];
+
+    pub fn all() -> impl Iterator<Item = Self> {
+        Self::NAMES.iter().map(|&(_, part)| part)
+    }
+
+    /// As `--plan` takes it.
+    pub fn name(self) -> &'static str {
+        // Of a table that has each value once, which a test holds.
+        Self::NAMES[self as usize].0
+    }
+}
+
+impl fmt::Display for OptionalPart {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// The parts that stay in a plan although nothing needs them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct Keep(u64);
+
+impl Keep {
+    /// Only what is needed.
+    pub const NONE: Self = Self(0);
+    /// Every part, to compare with.
+    pub const ALL: Self = Self((1 << OptionalPart::NAMES.len()) - 1);
+
+    pub const fn has(self, part: OptionalPart) -> bool {
+        self.0 & (1 << part as u64) != 0
+    }
+
+    #[must_use]
+    pub const fn with(self, part: OptionalPart) -> Self {
+        Self(self.0 | 1 << part as u64)
+    }
+
+    #[must_use]
+    pub const fn without(self, part: OptionalPart) -> Self {
+        Self(self.0 & !(1 << part as u64))
+    }
+
+    pub fn parts(self) -> impl Iterator<Item = OptionalPart> {
+        OptionalPart::all().filter(move |&part| self.has(part))
+    }
+}
+
+impl FromIterator<OptionalPart> for Keep {
+    fn from_iter<I: IntoIterator<Item = OptionalPart>>(parts: I) -> Self {
+        parts.into_iter().fold(Self::NONE, Self::with)
+    }
+}
+
+/// `lean`, `full`, or the names of the parts that stay: `hdr-target,tangents`.
+impl FromStr for Keep {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self, Error> {
+        let lower = text.trim().to_lowercase().replace('_', "-");
+        match lower.as_str() {
+            "lean" => return Ok(Self::NONE),
+            "full" => return Ok(Self::ALL),
+            _ => {}
+        }
+        let part = |name: &str| {
+            let found = OptionalPart::NAMES.iter().find(|(own, _)| *own == name);
+            found.map(|&(_, part)| part).ok_or_else(|| {
+                let names = OptionalPart::NAMES.iter().map(|&(own, _)| own);
+                let known: Vec<_> = ["lean", "full"].into_iter().chain(names).collect();
+                Error::Setting(unknown("plan", name, &known))
+            })
+        };
+        lower.split(',').map(|name| part(name.trim())).collect()
+    }
+}
+
+impl fmt::Display for Keep {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::NONE => f.pad("lean"),
+            Self::ALL => f.pad("full"),
+            some => f.pad(&some.parts().map(OptionalPart::name).collect::<Vec<_>>().join(",")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_part_has_its_name_at_its_number() {
+        for (index, &(name, part)) in OptionalPart::NAMES.iter().enumerate() {
+            assert_eq!((part as usize, part.name()), (index, name));
+        }
+        assert_eq!(Keep::ALL.parts().count(), OptionalPart::NAMES.len());
+    }
+
+    #[test]
+    fn a_plan_is_lean_or_full_or_a_list_of_parts() {
+        let some = Keep::NONE.with(OptionalPart::HdrTarget).with(OptionalPart::Tangents);
+        for (text, keep) in [("lean", Keep::NONE), ("FULL", Keep::ALL), ("tangents, hdr_target", some)] {
+            assert_eq!(text.parse::<Keep>().expect(text), keep);
+            assert_eq!(keep.to_string().parse::<Keep>().expect("its own name"), keep);
+        }
+        assert_eq!(some.without(OptionalPart::Tangents).to_string(), "hdr-target");
+        for (text, says) in [("tangent", "tangents"), ("", "lean"), ("lean,full", "lean")] {
+            let error = text.parse::<Keep>().expect_err(text).to_string();
+            assert!(error.contains(says), "{error}");
+        }
+    }
+}
