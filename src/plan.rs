@@ -4,6 +4,7 @@
 //! and nothing else decides. What changes with the camera is a [`Visible`], computed for each frame.
 
 mod clusters;
+mod cost;
 mod gbuffer;
 mod geometry;
 mod light_path;
@@ -17,10 +18,11 @@ mod visible;
 mod volumes;
 
 pub use clusters::{Clusters, Grid, SLICES, TILE, slice_of};
-pub use gbuffer::{Gbuffer, NormalEncoding};
+pub use cost::Cost;
+pub use gbuffer::{Gbuffer, NormalEncoding, format_bytes};
 pub use geometry::{ForwardKey, GeometryKey, Opacity, Streams, TextureMask};
 pub use light_path::{Reach, steepest};
-pub use parts::Part;
+pub use parts::{Part, PartGroup};
 pub use shadows::{Caster, MAX_SHADOW_VIEWS, Projection, ShadowCache, ShadowLight, ShadowPlan, ShadowView, Tile};
 pub use visible::{Draw, LightWork, SortedDraw, Visible, World, WorldObject};
 pub use volumes::{LightRect, VolumeRecord, cone_mesh, sphere_mesh};

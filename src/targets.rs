@@ -235,3 +235,22 @@ impl Targets {
         self.images.iter().take(attachments(plan).len()).map(|(_, image)| image.view).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::{format_bytes, samples};
+
+    #[test]
+    fn a_plan_tells_the_bytes_of_all_its_attachments() {
+        let plans = [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat();
+        for (name, plan) in plans {
+            let bytes = |format, samples: vk::SampleCountFlags| u64::from(format_bytes(format) * samples.as_raw());
+            let attached: u64 =
+                attachments(&plan).iter().map(|own| bytes(own.format, samples_of(&plan, own.target))).sum();
+            // Compute writes the output, which is no attachment then.
+            let stored = if plan.is_tiled() { bytes(plan.output, vk::SampleCountFlags::TYPE_1) } else { 0 };
+            assert_eq!(plan.target_bytes_per_pixel(), attached + stored, "{name}");
+        }
+    }
+}

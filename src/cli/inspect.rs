@@ -3,15 +3,15 @@
 use std::fmt::Write as _;
 
 use afterlight::frame::edges::{self, Edge};
-use afterlight::frame::plan_for;
-use afterlight::plan::Part;
+use afterlight::frame::{capabilities, plan_for};
 use afterlight::scene::{SettingsPatch, View};
 use serde::Serialize;
 
 use super::args::{DeviceArgs, SettingsArgs, value};
 use super::failure::Failure;
+use super::plan_report::PlanReport;
 use super::table::Table;
-use super::workload::{Workload, plan_table};
+use super::workload::Workload;
 use super::{output, session};
 
 /// Print what a scene's frames consist of, what is left out, and every dependency with its reason
@@ -43,16 +43,9 @@ struct Report {
     device: String,
     size: [u32; 2],
     gbuffer_bytes_per_pixel: u32,
-    parts: Vec<PartReport>,
+    #[serde(flatten)]
+    plan: PlanReport,
     dependencies: Vec<EdgeReport>,
-}
-
-#[derive(Serialize)]
-struct PartReport {
-    name: String,
-    included: bool,
-    reason: String,
-    bytes: u64,
 }
 
 #[derive(Serialize)]
@@ -67,12 +60,6 @@ struct EdgeReport {
     dst_access: String,
     by_region: bool,
     why: &'static str,
-}
-
-impl From<Part> for PartReport {
-    fn from(part: Part) -> Self {
-        Self { name: part.name, included: part.included, reason: part.reason, bytes: part.bytes }
-    }
 }
 
 impl From<&Edge> for EdgeReport {
@@ -103,6 +90,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let variation = SettingsPatch { view: args.view, samples: Some(1), ..SettingsPatch::default() };
         let settings = workload.settings(&variation, &device.physical)?;
         let plan = plan_for(&device, &workload.scene, &settings)?;
+        let parts = PlanReport::of(&plan, &workload.scene, &settings, &capabilities(&device.physical));
         let dependencies = edges::table(&plan);
         if args.json {
             let report = Report {
@@ -110,7 +98,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 device: device.physical.name.clone(),
                 size: settings.size,
                 gbuffer_bytes_per_pixel: plan.gbuffer_bytes_per_pixel(),
-                parts: plan.parts().iter().cloned().map(Into::into).collect(),
+                plan: parts,
                 dependencies: dependencies.iter().map(Into::into).collect(),
             };
             return output::print(&output::json(&report)?, false);
@@ -118,8 +106,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let [width, height] = settings.size;
         let name = &workload.scene.name;
         let mut text = format!("{name}: {width}x{height} on {}\n\n", device.physical.name);
-        let _ = write!(text, "Plan\n{}", plan_table(&plan).render());
-        let _ = writeln!(text, "  the G-buffer takes {} bytes a pixel", plan.gbuffer_bytes_per_pixel());
+        text.push_str(&parts.text());
+        let _ = writeln!(text, "The G-buffer takes {} bytes a pixel.", plan.gbuffer_bytes_per_pixel());
         let _ = write!(text, "\nDependencies\n{}", edge_list(&dependencies));
         output::print(&text, false)
     })

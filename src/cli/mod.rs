@@ -10,6 +10,7 @@ mod inspect;
 mod logs;
 mod output;
 mod picture;
+mod plan_report;
 mod progress;
 mod render;
 mod session;

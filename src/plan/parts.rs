@@ -9,30 +9,72 @@ use super::{
     COUNT, DEPTH, FramePlan, GeometryKey, Grid, PlannedBrdf, Projection, SLICES, Shading, ShadowLight, ShadowPlan,
     Sums, ToneMapping, UNIFORM_LIGHTS, World, shadow_reason,
 };
-use crate::scene::{HdrFormat, Scene, Settings, TextureSlot, Transparency};
+use crate::scene::{HdrFormat, OptionalPart, Scene, Settings, TextureSlot, Transparency};
 
 /// Something that a frame can have.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Part {
     pub name: String,
+    pub group: PartGroup,
+    /// Its word for `--plan`, where it can be kept without need.
+    pub optional: Option<OptionalPart>,
     pub included: bool,
     pub reason: String,
-    /// Device memory that it takes, or would take.
+    /// Device memory that it takes; none where it is out. What it would take, [`FramePlan::cost_of`] finds out.
     pub bytes: u64,
 }
 
+/// What a part belongs to, in the order of reports.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum PartGroup {
+    Targets,
+    Passes,
+    Geometry,
+    Textures,
+    Lights,
+    Shadows,
+    /// What is decided anew for each frame.
+    Camera,
+}
+
+impl PartGroup {
+    /// As a heading.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Targets => "Targets",
+            Self::Passes => "Subpasses and passes",
+            Self::Geometry => "Geometry",
+            Self::Textures => "Textures",
+            Self::Lights => "Materials and lights",
+            Self::Shadows => "Shadows",
+            Self::Camera => "What the camera sees, decided for each frame",
+        }
+    }
+}
+
 fn part(name: &str, included: bool, reason: impl Into<String>, bytes: u64) -> Part {
-    Part { name: name.into(), included, reason: reason.into(), bytes }
+    let bytes = if included { bytes } else { 0 };
+    // The group is set where parts are put together.
+    Part { name: name.into(), group: PartGroup::Passes, optional: None, included, reason: reason.into(), bytes }
+}
+
+impl Part {
+    /// It stays where the settings keep `optional`.
+    fn is(self, optional: OptionalPart) -> Self {
+        Self { optional: Some(optional), ..self }
+    }
 }
 
 pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
-    let mut parts = vec![shadow(scene, settings, plan)];
-    parts.extend(gbuffer(plan));
-    parts.push(hdr(settings, plan));
-    parts.extend(antialiasing(plan));
-    parts.extend(transparency(scene, plan));
-    parts.extend(shading(scene, settings, plan));
-    parts.extend(geometry(scene, settings, plan));
+    let mut parts = Vec::new();
+    let mut add = |group, some: Vec<Part>| parts.extend(some.into_iter().map(|part| Part { group, ..part }));
+    add(PartGroup::Targets, gbuffer(plan));
+    add(PartGroup::Targets, vec![hdr(settings, plan), sums(plan), samples_of_output(plan)]);
+    add(PartGroup::Passes, passes(scene, settings, plan));
+    add(PartGroup::Geometry, geometry(scene, plan));
+    add(PartGroup::Textures, textures(scene, settings, plan));
+    add(PartGroup::Lights, shading(scene, plan));
+    add(PartGroup::Shadows, vec![shadow(scene, settings, plan)]);
     parts
 }
 
@@ -41,15 +83,14 @@ fn pixels(plan: &FramePlan) -> u64 {
 }
 
 fn shadow(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Part {
-    let layer = u64::from(settings.shadows.size) * u64::from(settings.shadows.size) * 4;
     let missing = plan.warnings().iter().map(|warning| format!("; {warning}")).collect::<String>();
     let (reason, bytes) = match (shadow_reason(scene, settings), &plan.shadow) {
-        (Err(reason), _) => (reason, layer),
+        (Err(reason), _) => (reason, 0),
         (Ok(()), Some(shadow)) => (shadow_maps(shadow) + &missing, shadow.bytes()),
-        (Ok(()), None) if missing.is_empty() => ("this view shows no shadows".into(), layer),
-        (Ok(()), None) => (missing.trim_start_matches("; ").into(), layer),
+        (Ok(()), None) if missing.is_empty() => ("this view shows no shadows".into(), 0),
+        (Ok(()), None) => (missing.trim_start_matches("; ").into(), 0),
     };
-    part("shadow pass and maps", plan.shadow.is_some(), reason, bytes)
+    part("shadow pass and maps", plan.shadow.is_some(), reason, bytes).is(OptionalPart::ShadowMaps)
 }
 
 /// Who has how many maps, in which filter: `sun (3 cascades), lamp (6 faces): 10 maps in 5 layers, 3x3`.
@@ -71,9 +112,9 @@ fn shadow_maps(shadow: &ShadowPlan) -> String {
 }
 
 fn gbuffer(plan: &FramePlan) -> Vec<Part> {
-    let attachment = |name: &str, format: Option<vk::Format>, reason: String, absent: vk::Format| {
+    let attachment = |name: &str, format: Option<vk::Format>, reason: String| {
         let samples = if name == "output" { 1 } else { plan.msaa };
-        let bytes = u64::from(format_bytes(format.unwrap_or(absent)) * samples) * pixels(plan);
+        let bytes = u64::from(format.map_or(0, format_bytes) * samples) * pixels(plan);
         let name = match format {
             Some(format) => format!("{name} ({format:?})"),
             None => name.to_string(),
@@ -82,46 +123,37 @@ fn gbuffer(plan: &FramePlan) -> Vec<Part> {
     };
     let depth = plan.has_geometry().then_some(DEPTH);
     let rebuilt = plan.gbuffer.is_some_and(|gbuffer| gbuffer.position.is_none());
-    let why = match (depth, rebuilt) {
+    let hides = match (depth, rebuilt) {
         (None, _) => "nothing is drawn that could hide anything",
         (Some(_), true) => "hides what lies behind; position is rebuilt from it",
         (Some(_), false) => "hides what lies behind",
     };
-    let mut parts = vec![
-        attachment("output", Some(plan.output), "the picture".into(), plan.output),
-        attachment("depth", depth, why.into(), DEPTH),
-    ];
+    let mut parts =
+        vec![attachment("output", Some(plan.output), "the picture".into()), attachment("depth", depth, hides.into())];
     let Some(gbuffer) = &plan.gbuffer else {
         if plan.shading == Shading::ShowOverdraw {
-            parts.push(attachment("fragment count", Some(COUNT), "the view shows it".into(), COUNT));
+            parts.push(attachment("fragment count", Some(COUNT), "the view shows it".into()));
         }
-        let why = if plan.is_forward() { "surfaces are lit as they are drawn" } else { "this view reads none" };
-        parts.push(part("G-buffer", false, why, 0));
+        let reason = if plan.is_forward() { "surfaces are lit as they are drawn" } else { "this view reads none" };
+        parts.push(part("G-buffer", false, reason, 0));
         return parts;
     };
-    let rgba8 = vk::Format::R8G8B8A8_UNORM;
-    let why = |present: bool, yes: &str, no: &str| if present { yes.to_string() } else { no.to_string() };
-    parts.push(attachment(
-        "albedo",
-        Some(gbuffer.albedo),
-        "every light needs it; alpha is ambient occlusion".into(),
-        rgba8,
-    ));
-    parts.push(attachment("normal", Some(gbuffer.normal), format!("{:?}", gbuffer.normal_encoding), rgba8));
+    parts.push(attachment("albedo", Some(gbuffer.albedo), "every light needs it; alpha is ambient occlusion".into()));
+    parts.push(attachment("normal", Some(gbuffer.normal), format!("{:?}", gbuffer.normal_encoding)));
     let material = why(
         gbuffer.material.is_some(),
         "metallic and roughness, and the geometric normal for the shadow's bias",
         "all materials are lambert and nothing casts a shadow",
     );
-    parts.push(attachment("material", gbuffer.material, material, rgba8));
+    parts.push(attachment("material", gbuffer.material, material).is(OptionalPart::MaterialTarget));
     let specular = why(
         gbuffer.specular.is_some(),
         "a material has Phong's terms, or materials differ in their BRDF",
         "no material has Phong's terms and all have the same BRDF",
     );
-    parts.push(attachment("specular", gbuffer.specular, specular, rgba8));
+    parts.push(attachment("specular", gbuffer.specular, specular).is(OptionalPart::SpecularTarget));
     let position = why(gbuffer.position.is_some(), "asked for", "rebuilt from depth");
-    parts.push(attachment("position", gbuffer.position, position, vk::Format::R16G16B16A16_SFLOAT));
+    parts.push(attachment("position", gbuffer.position, position));
     parts
 }
 
@@ -145,8 +177,37 @@ fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
         None if asked != HdrFormat::default() => format!("{reason}, and {asked} has nothing to be the format of"),
         None => reason.to_owned(),
     };
-    let bytes = u64::from(format_bytes(plan.hdr.unwrap_or(super::HDR)) * plan.msaa);
-    part("HDR target and TONEMAP subpass", plan.has_tonemap_subpass(), reason, bytes * pixels(plan))
+    let bytes = u64::from(plan.hdr.map_or(0, format_bytes) * plan.msaa);
+    let name = if plan.is_tiled() { "target of emitted light" } else { "HDR target and TONEMAP subpass" };
+    part(name, plan.hdr.is_some(), reason, bytes * pixels(plan)).is(OptionalPart::HdrTarget)
+}
+
+fn samples_of_output(plan: &FramePlan) -> Part {
+    let resolved = match (plan.resolves_output(), plan.msaa) {
+        (true, _) => "the render pass resolves what is shown of each sample",
+        (false, 1) => "one sample a pixel",
+        (false, _) => "TONEMAP resolves, or the view shows all samples at once",
+    };
+    let bytes = u64::from(format_bytes(plan.output) * plan.msaa) * pixels(plan);
+    part("samples of the output", plan.resolves_output(), resolved, bytes)
+}
+
+/// Subpasses and passes, and how often they run.
+fn passes(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
+    let mut parts = vec![prepass(settings, plan)];
+    parts.push(transparency(scene, plan));
+    parts.extend(antialiasing(plan));
+    parts
+}
+
+fn prepass(settings: &Settings, plan: &FramePlan) -> Part {
+    let reason = match plan.depth_prepass {
+        true if settings.depth_prepass.is_none() => "forward has it by itself: each pixel is lit once",
+        true => "asked for: each pixel is shaded once",
+        false if settings.depth_prepass == Some(true) => "this view shades nothing",
+        false => "not asked for",
+    };
+    part("depth pre-pass", plan.depth_prepass, reason, 0)
 }
 
 fn antialiasing(plan: &FramePlan) -> Vec<Part> {
@@ -159,22 +220,15 @@ fn antialiasing(plan: &FramePlan) -> Vec<Part> {
         samples if plan.is_forward() => format!("{samples} samples a pixel; each triangle in it is shaded once"),
         samples => format!("{samples} samples a pixel; where they differ, LIGHTING shades each"),
     };
-    let resolved = match (plan.resolves_output(), plan.msaa) {
-        (true, _) => "the render pass resolves what is shown of each sample",
-        (false, 1) => "one sample a pixel",
-        (false, _) => "TONEMAP resolves, or the view shows all samples at once",
-    };
-    let samples = u64::from(format_bytes(plan.output) * plan.msaa);
     let fxaa = if plan.fxaa { "asked for" } else { "not asked for" };
     vec![
         part("accumulated frames", plan.samples > 1, many, 0),
         part("multisampling", plan.msaa > 1, multisampling, 0),
-        part("samples of the output", plan.resolves_output(), resolved, samples * pixels(plan)),
         part("FXAA pass", plan.fxaa, fxaa, 4 * pixels(plan)),
     ]
 }
 
-fn transparency(scene: &Scene, plan: &FramePlan) -> [Part; 2] {
+fn transparency(scene: &Scene, plan: &FramePlan) -> Part {
     let objects = scene.objects.iter().filter(|object| scene.materials[object.material].is_transparent()).count();
     let reason = match plan.transparency {
         Some(Transparency::Sorted) => format!("{objects} transparent objects, sorted from back to front"),
@@ -185,8 +239,12 @@ fn transparency(scene: &Scene, plan: &FramePlan) -> [Part; 2] {
     // Sorted triangles have an index buffer in each of two frames in flight.
     let indices = 2 * 12 * u64::from(plan.transparent_triangles);
     let sorted = plan.transparency == Some(Transparency::Sorted);
-    let texel = plan.sums.map_or(0, |sums| format_bytes(sums.accumulation) + format_bytes(sums.weights));
-    let sums = match plan.sums {
+    part("TRANSPARENT subpass", plan.transparency.is_some(), reason, if sorted { indices } else { 0 })
+        .is(OptionalPart::Transparent)
+}
+
+fn sums(plan: &FramePlan) -> Part {
+    let reason = match plan.sums {
         Some(Sums { accumulation, weights }) => {
             format!(
                 "in {accumulation:?} and {weights:?}: what the surfaces send, how much they leave, and their weights"
@@ -194,13 +252,11 @@ fn transparency(scene: &Scene, plan: &FramePlan) -> [Part; 2] {
         }
         None => "transparent surfaces are sorted, or there are none".into(),
     };
-    [
-        part("TRANSPARENT subpass", plan.transparency.is_some(), reason, if sorted { indices } else { 0 }),
-        part("sums and COMPOSITE subpass", plan.sums.is_some(), sums, u64::from(texel) * pixels(plan)),
-    ]
+    let texel = plan.sums.map_or(0, |sums| format_bytes(sums.accumulation) + format_bytes(sums.weights));
+    part("sums and COMPOSITE subpass", plan.sums.is_some(), reason, u64::from(texel * plan.msaa) * pixels(plan))
 }
 
-fn shading(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
+fn shading(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
     let count = scene.lights.iter().filter(|light| World::shines(light)).count();
     // A buffer for each of two frames in flight.
     let slots = if plan.lights.uniform { UNIFORM_LIGHTS } else { count };
@@ -210,15 +266,9 @@ fn shading(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
         PlannedBrdf::PerPixel => "materials differ: chosen for each pixel".into(),
     };
     let lights = &plan.lights;
-    let kind = |name: &str, present: bool| {
+    let kind = |name: &str, present: bool, optional| {
         let reason = if present { "the scene has some" } else { "no such light, or this view needs none" };
-        part(name, present, reason, 0)
-    };
-    let prepass = match plan.depth_prepass {
-        true if settings.depth_prepass.is_none() => "forward has it by itself: each pixel is lit once",
-        true => "asked for: each pixel is shaded once",
-        false if settings.depth_prepass == Some(true) => "this view shades nothing",
-        false => "not asked for",
+        part(name, present, reason, 0).is(optional)
     };
     let froxels = Grid::of(plan.size);
     let lists = match plan.has_clusters() {
@@ -229,17 +279,19 @@ fn shading(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
         false => "no pass goes over lists of lights".into(),
     };
     let path = format!("light path {}", plan.light_path);
+    let emissive = plan.emissive || plan.keys().any(|key| key.forward.is_some_and(|key| key.emissive));
     vec![
         part(&path, matches!(plan.shading, Shading::Light { .. }), plan.light_path_reason.clone(), 0),
-        part("depth pre-pass", plan.depth_prepass, prepass, 0),
-        part("BRDF by pixel", plan.brdf == PlannedBrdf::PerPixel && !plan.is_forward(), brdf, 0),
-        part("lists of lights by froxel", plan.has_clusters(), lists, 2 * 8 * froxels.clusters() as u64),
+        part("BRDF by pixel", plan.brdf == PlannedBrdf::PerPixel && !plan.is_forward(), brdf, 0)
+            .is(OptionalPart::BrdfByPixel),
+        part("lists of lights by froxel", plan.has_clusters(), lists, 2 * 8 * froxels.clusters() as u64)
+            .is(OptionalPart::LightLists),
         part("light buffers", lights.any(), format!("{count} lights shine in the scene"), 2 * 64 * slots as u64),
-        kind("directional lights", lights.directional),
-        kind("point and spot lights", lights.punctual),
-        kind("spot cones", lights.spot),
-        kind("ambient light", lights.ambient),
-        kind("emissive surfaces", plan.emissive || plan.keys().any(|key| key.forward.is_some_and(|key| key.emissive))),
+        kind("directional lights", lights.directional, OptionalPart::DirectionalLights),
+        kind("point and spot lights", lights.punctual, OptionalPart::PunctualLights),
+        kind("spot cones", lights.spot, OptionalPart::SpotCones),
+        kind("ambient light", lights.ambient, OptionalPart::AmbientLight),
+        kind("emissive surfaces", emissive, OptionalPart::Emissive),
     ]
 }
 
@@ -264,15 +316,11 @@ fn sampled_textures(scene: &Scene, settings: &Settings, plan: &FramePlan) -> (us
     (sampled.len(), sampled.iter().map(bytes).sum())
 }
 
-fn geometry(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
+fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
     let vertices: u64 = scene.meshes.iter().map(|mesh| mesh.positions.len() as u64).sum();
     let indices: u64 = scene.meshes.iter().map(|mesh| mesh.indices.len() as u64).sum();
-    let (textures, texture_bytes) = sampled_textures(scene, settings, plan);
     let streams = &plan.streams;
-    let masked = plan.geometry.iter().any(|key| key.masked);
-    let sampled = |slot| plan.keys().any(|key| key.textures.contains(slot));
-    let why = |present: bool, yes: &str, no: &str| if present { yes.to_string() } else { no.to_string() };
-    let mut parts = vec![
+    vec![
         part(
             "vertex positions and indices",
             true,
@@ -284,37 +332,54 @@ fn geometry(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
             streams.normals,
             why(streams.normals, "shading reads them", "nothing shades"),
             12 * vertices,
-        ),
+        )
+        .is(OptionalPart::Normals),
         part(
             "vertex UVs",
             streams.uvs,
             why(streams.uvs, "textures are sampled", "no texture is sampled"),
             8 * vertices,
-        ),
+        )
+        .is(OptionalPart::Uvs),
         part(
             "vertex tangents",
             streams.tangents,
             why(streams.tangents, "a normal map is sampled", "no normal map is sampled"),
             16 * vertices,
-        ),
-        part("alpha masks", masked, why(masked, "a material is masked by its texture", "no material is masked"), 0),
+        )
+        .is(OptionalPart::Tangents),
+    ]
+}
+
+fn why(present: bool, yes: &str, no: &str) -> String {
+    if present { yes.to_string() } else { no.to_string() }
+}
+
+fn textures(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
+    let (textures, bytes) = sampled_textures(scene, settings, plan);
+    let masked = plan.geometry.iter().any(|key| key.masked);
+    let sampled = |slot| plan.keys().any(|key| key.textures.contains(slot));
+    let mut parts = vec![
         part(
             "textures",
             textures > 0,
             format!("{textures} of the {} in the scene are sampled", scene.textures.len()),
-            texture_bytes,
+            bytes,
         ),
+        part("alpha masks", masked, why(masked, "a material is masked by its texture", "no material is masked"), 0)
+            .is(OptionalPart::AlphaMasks),
     ];
-    for (slot, name) in [
-        (TextureSlot::BaseColor, "base colour textures"),
-        (TextureSlot::Normal, "normal maps"),
-        (TextureSlot::MetallicRoughness, "metallic-roughness textures"),
-        (TextureSlot::Occlusion, "ambient occlusion textures"),
-        (TextureSlot::Emissive, "emissive textures"),
-        (TextureSlot::Specular, "specular textures"),
+    for (slot, name, optional) in [
+        (TextureSlot::BaseColor, "base colour textures", OptionalPart::BaseColorTextures),
+        (TextureSlot::Normal, "normal maps", OptionalPart::NormalMaps),
+        (TextureSlot::MetallicRoughness, "metallic-roughness textures", OptionalPart::MetallicRoughnessTextures),
+        (TextureSlot::Occlusion, "ambient occlusion textures", OptionalPart::OcclusionTextures),
+        (TextureSlot::Emissive, "emissive textures", OptionalPart::EmissiveTextures),
+        (TextureSlot::Specular, "specular textures", OptionalPart::SpecularTextures),
     ] {
         let present = sampled(slot);
-        parts.push(part(name, present, why(present, "a drawn material has one", "no drawn material needs one"), 0));
+        let why = why(present, "a drawn material has one", "no drawn material needs one");
+        parts.push(part(name, present, why, 0).is(optional));
     }
     parts
 }
@@ -335,6 +400,10 @@ mod tests {
             assert_eq!(included("sums"), plan.transparency == Some(crate::scene::Transparency::Oit), "{name}");
             assert_eq!(included("depth"), plan.has_geometry(), "{name}");
             assert_eq!(included("light buffer"), plan.lights.any(), "{name}");
+            let mut optional: Vec<_> = plan.parts().iter().filter_map(|part| part.optional).collect();
+            optional.sort();
+            assert!(optional.windows(2).all(|pair| pair[0] != pair[1]), "{name}: a part is listed twice");
+            assert!(plan.parts().iter().all(|part| part.included || part.bytes == 0), "{name}");
             assert_eq!(included("material"), plan.gbuffer.is_some_and(|gbuffer| gbuffer.material.is_some()), "{name}");
         }
     }

@@ -1,0 +1,149 @@
+//! A plan as people read it, and as JSON: every part with what it takes, or what it would have cost.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use afterlight::plan::{Capabilities, Cost, FramePlan, Part};
+use afterlight::scene::{Keep, OptionalPart, Scene, Settings};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::table::{Table, bytes};
+
+/// The parts of a plan, and what keeping those that are out would cost.
+#[derive(Serialize)]
+pub struct PlanReport {
+    parts: Vec<PartReport>,
+    /// Device memory of all parts that are in.
+    bytes: u64,
+    /// Of attachments and the output.
+    target_bytes_per_pixel: u64,
+    /// What `--plan full` would take more; `null` where it cannot be planned.
+    full: Option<CostReport>,
+}
+
+#[derive(Serialize)]
+struct PartReport {
+    name: String,
+    group: &'static str,
+    /// The word for `--plan`; `null` for what the settings or the view decide.
+    plan: Option<&'static str>,
+    included: bool,
+    reason: String,
+    /// Device memory that it takes.
+    bytes: u64,
+    /// What it would take if it stayed without need; `null` where it is in, or cannot stay.
+    cost: Option<CostReport>,
+    /// Why it cannot stay.
+    refused: Option<String>,
+}
+
+#[derive(Debug, Clone, Copy, Serialize)]
+struct CostReport {
+    bytes: i64,
+    bytes_per_pixel: i64,
+    /// Keeping it changes nothing that a plan decides.
+    same: bool,
+}
+
+impl From<Cost> for CostReport {
+    fn from(Cost { bytes, bytes_per_pixel, same }: Cost) -> Self {
+        Self { bytes, bytes_per_pixel, same }
+    }
+}
+
+impl PlanReport {
+    /// `plan` is that of the other arguments.
+    pub fn of(plan: &FramePlan, scene: &Scene, settings: &Settings, device: &Capabilities) -> Self {
+        let out = |part: OptionalPart| plan.parts().iter().any(|own| own.optional == Some(part) && !own.included);
+        let tried: Vec<_> = OptionalPart::all().filter(|&part| out(part)).collect();
+        // Each is a plan of its own, which may look at every texel.
+        let costs = tried.into_par_iter().map(|part| (part, plan.cost_of(part, scene, settings, device)));
+        let costs: BTreeMap<_, _> = costs.collect();
+        let report = |part: &Part| {
+            let cost = part.optional.and_then(|optional| costs.get(&optional));
+            PartReport {
+                name: part.name.clone(),
+                group: part.group.name(),
+                plan: part.optional.map(OptionalPart::name),
+                included: part.included,
+                reason: part.reason.clone(),
+                bytes: part.bytes,
+                cost: cost.and_then(|cost| cost.as_ref().ok()).map(|&cost| cost.into()),
+                refused: cost.and_then(|cost| cost.as_ref().err()).map(ToString::to_string),
+            }
+        };
+        let mut parts: Vec<&Part> = plan.parts().iter().collect();
+        // As a heading each: what is in before what is out.
+        parts.sort_by_key(|part| (part.group, !part.included));
+        Self {
+            parts: parts.into_iter().map(report).collect(),
+            bytes: plan.bytes(),
+            target_bytes_per_pixel: plan.target_bytes_per_pixel(),
+            full: plan.cost_of_all(Keep::ALL, scene, settings, device).ok().map(Into::into),
+        }
+    }
+
+    /// A table for each group, and the sums.
+    pub fn text(&self) -> String {
+        let mut text = String::new();
+        for parts in self.parts.chunk_by(|one, next| one.group == next.group) {
+            let _ = writeln!(text, "{}", parts[0].group);
+            text.push_str(&Self::table(parts));
+            text.push('\n');
+        }
+        let _ = writeln!(
+            text,
+            "In the plan: {}, of which attachments and the output are {} bytes a pixel.",
+            bytes(self.bytes),
+            self.target_bytes_per_pixel
+        );
+        if let Some(full) = self.full {
+            let (more, per_pixel) = (change(full.bytes), full.bytes_per_pixel);
+            let _ = writeln!(text, "With everything kept (--plan full): {more}, {per_pixel:+} bytes a pixel.");
+        }
+        text
+    }
+
+    fn table(parts: &[PartReport]) -> String {
+        let mut table = Table::new();
+        // Every group is a table of its own, and all of them align.
+        let heading = [("", 3), ("part", 36), ("takes", 10), ("if kept", 10), ("--plan", 27)];
+        let heading = heading.map(|(name, width)| format!("{name:width$}"));
+        table.row(heading.into_iter().chain(["why".to_owned()]));
+        for part in parts {
+            let state = if part.included { "in" } else { "out" };
+            let takes = if part.bytes > 0 { bytes(part.bytes) } else { String::new() };
+            let kept = match (&part.cost, &part.refused) {
+                (Some(cost), _) if cost.bytes != 0 => change(cost.bytes),
+                (Some(cost), _) if cost.same => "the same".into(),
+                (Some(_), _) => "+0 B".into(),
+                (None, Some(_)) => "cannot be".into(),
+                (None, None) => String::new(),
+            };
+            let why = match &part.refused {
+                Some(refused) => format!("{}; {refused}", part.reason),
+                None => part.reason.clone(),
+            };
+            let plan = part.plan.unwrap_or_default().to_owned();
+            table.row([state.to_owned(), part.name.clone(), takes, kept, plan, why]);
+        }
+        table.render()
+    }
+}
+
+/// A number of bytes with its sign.
+fn change(change: i64) -> String {
+    let sign = if change < 0 { "-" } else { "+" };
+    format!("{sign}{}", bytes(change.unsigned_abs()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn changes_have_a_sign() {
+        assert_eq!((change(2048), change(-3), change(0)), ("+2.0 KiB".into(), "-3 B".into(), "+0 B".into()));
+    }
+}

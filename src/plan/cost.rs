@@ -1,0 +1,71 @@
+//! What a plan's parts take, and what leaving one out saves: found by planning once more with that part kept.
+
+use super::{Capabilities, Error, FramePlan, PartGroup};
+use crate::scene::{Keep, OptionalPart, Scene, Settings};
+
+/// What a frame would take more if the settings kept something without need.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Cost {
+    /// Device memory. Less than nothing where a part that stays makes another one smaller.
+    pub bytes: i64,
+    /// Of attachments, for each pixel.
+    pub bytes_per_pixel: i64,
+    /// The plan has it anyway, or has no place for it, so that keeping it changes nothing.
+    pub same: bool,
+}
+
+impl FramePlan {
+    /// Device memory of all parts that are in.
+    pub fn bytes(&self) -> u64 {
+        self.parts().iter().map(|part| part.bytes).sum()
+    }
+
+    /// Of all that the main pass draws into, and the output.
+    pub fn target_bytes_per_pixel(&self) -> u64 {
+        let targets = self.parts().iter().filter(|part| part.group == PartGroup::Targets);
+        targets.map(|part| part.bytes).sum::<u64>() / (u64::from(self.size[0]) * u64::from(self.size[1]))
+    }
+
+    /// What this plan, which is that of the other arguments, would take more with `part` kept.
+    ///
+    /// # Errors
+    /// When the part cannot be kept, as on a device that is too small for it.
+    pub fn cost_of(
+        &self,
+        part: OptionalPart,
+        scene: &Scene,
+        settings: &Settings,
+        device: &Capabilities,
+    ) -> Result<Cost, Error> {
+        self.cost_of_all(settings.keep.with(part), scene, settings, device)
+    }
+
+    /// The same for several parts at once.
+    ///
+    /// # Errors
+    /// As [`FramePlan::cost_of`].
+    pub fn cost_of_all(
+        &self,
+        keep: Keep,
+        scene: &Scene,
+        settings: &Settings,
+        device: &Capabilities,
+    ) -> Result<Cost, Error> {
+        let kept = Self::of(scene, &Settings { keep, ..settings.clone() }, device)?;
+        let bytes_per_pixel = |plan: &Self| plan.target_bytes_per_pixel().cast_signed();
+        Ok(Cost {
+            bytes: kept.bytes().cast_signed() - self.bytes().cast_signed(),
+            bytes_per_pixel: bytes_per_pixel(&kept) - bytes_per_pixel(self),
+            same: kept.has_structure_of(self),
+        })
+    }
+
+    /// Whether two plans make the same frames, whatever they say of why.
+    fn has_structure_of(&self, other: &Self) -> bool {
+        let plain = |plan: &Self| {
+            let light_path_reason = String::new();
+            Self { keep: Keep::NONE, parts: Vec::new(), warnings: Vec::new(), light_path_reason, ..plan.clone() }
+        };
+        plain(self) == plain(other)
+    }
+}
