@@ -19,7 +19,7 @@ use ash::vk;
 use glam::Vec3;
 
 use super::edges::{Carrier, Edge};
-use super::render_pass::{self, Subpasses, input_layout};
+use super::render_pass::{PassDescription, Subpasses, input_layout};
 use super::stages::{FxaaStage, ShadowStage, Tail, stamp};
 use crate::gpu::{self, Device, Framebuffer, Image, RenderPass, Timestamps, barrier, framebuffer};
 use crate::gpu_scene::{GpuScene, ShadowAtlas};
@@ -71,7 +71,7 @@ impl Deferred {
         world: &World,
     ) -> gpu::Result<Self> {
         let targets = Targets::new(device, plan)?;
-        let pass = render_pass::main(device, plan)?;
+        let pass = PassDescription::main(plan).make(device)?;
         let extent = vk::Extent2D { width: plan.size[0], height: plan.size[1] };
         let framebuffer = framebuffer(device, "main framebuffer", pass.raw, &targets.views(plan), extent)?;
         let subpasses = Subpasses::of(plan);

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::deferred::clear_values;
-use super::render_pass::{self, Subpasses};
+use super::render_pass::{PassDescription, Subpasses};
 use super::stages::{FxaaStage, ShadowStage, Tail, stamp};
 use crate::gpu::{self, Device, Framebuffer, Image, RenderPass, Timestamps, framebuffer};
 use crate::gpu_scene::{GpuScene, ShadowAtlas};
@@ -53,7 +53,7 @@ impl ForwardFrame {
         world: &World,
     ) -> gpu::Result<Self> {
         let targets = Targets::new(device, plan)?;
-        let pass = render_pass::main(device, plan)?;
+        let pass = PassDescription::main(plan).make(device)?;
         let extent = vk::Extent2D { width: plan.size[0], height: plan.size[1] };
         let framebuffer = framebuffer(device, "main framebuffer", pass.raw, &targets.views(plan), extent)?;
         let subpasses = Subpasses::of(plan);

@@ -5,7 +5,7 @@ mod complexity;
 mod deferred;
 pub mod edges;
 mod forward;
-mod render_pass;
+pub mod render_pass;
 mod stages;
 mod tiled;
 

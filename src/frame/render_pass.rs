@@ -10,7 +10,7 @@ use crate::gpu::{self, Device, RenderPass, SubpassDesc};
 use crate::passes::{fxaa, shadow};
 use crate::plan::{FramePlan, Shading};
 use crate::scene::Transparency;
-use crate::targets::{COMPOSITE_INPUTS, Target, attachments, gbuffer_inputs, light_target, samples_of};
+use crate::targets::{Attachment, COMPOSITE_INPUTS, Target, attachments, gbuffer_inputs, light_target, samples_of};
 
 /// Resolves samples into the output after the subpass that is the last to write them: reads them, and as their last user drops them.
 pub const RESOLVE: Use = Use::new(
@@ -60,15 +60,54 @@ impl Subpasses {
     }
 }
 
-/// The one pass with subpasses GEOMETRY, LIGHTING (or VIEW), TRANSPARENT, COMPOSITE and TONEMAP, as far as the plan has them.
-///
-/// # Errors
-/// When the device cannot make it.
-pub fn main(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<RenderPass> {
-    let descriptions: Vec<_> = attachments(plan)
-        .iter()
-        .map(|attachment| {
-            vk::AttachmentDescription::default()
+/// A render pass as a value. The device's is made from it, and `report::graph` draws it.
+#[derive(Debug, Clone)]
+pub struct PassDescription {
+    pub name: &'static str,
+    pub attachments: Vec<(Resource, vk::AttachmentDescription)>,
+    pub subpasses: Vec<Subpass>,
+    /// Rows of [`edges::table`], each with the subpasses that it is between.
+    pub dependencies: Vec<(Edge, [u32; 2])>,
+}
+
+/// An image that a render pass draws into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Resource {
+    Target(Target),
+    /// A layer of the image of all shadow maps.
+    ShadowMaps,
+    /// What FXAA draws.
+    SmoothedPicture,
+}
+
+/// What a subpass does with attachments; references count them in the order of the pass, and `vk::ATTACHMENT_UNUSED` is a gap.
+#[derive(Debug, Clone)]
+pub struct Subpass {
+    pub place: Place,
+    /// Read by `InputAttachmentIndex`.
+    pub input: Vec<vk::AttachmentReference>,
+    /// Written by location.
+    pub color: Vec<vk::AttachmentReference>,
+    /// Where `color` is resolved to after the subpass; empty, or as many.
+    pub resolve: Vec<vk::AttachmentReference>,
+    /// Tested, and written if its layout allows that.
+    pub depth: Option<vk::AttachmentReference>,
+    /// Kept through a subpass that does not use them.
+    pub preserve: Vec<u32>,
+}
+
+impl Subpass {
+    fn at(place: Place) -> Self {
+        Self { place, input: Vec::new(), color: Vec::new(), resolve: Vec::new(), depth: None, preserve: Vec::new() }
+    }
+}
+
+impl PassDescription {
+    /// The one pass with subpasses GEOMETRY, LIGHTING (or VIEW), TRANSPARENT, COMPOSITE and TONEMAP, or FORWARD in the place of
+    /// the first two, as far as the plan has them.
+    pub fn main(plan: &FramePlan) -> Self {
+        let describe = |attachment: &Attachment| {
+            let description = vk::AttachmentDescription::default()
                 .format(attachment.format)
                 .samples(samples_of(plan, attachment.target))
                 .load_op(attachment.load)
@@ -77,92 +116,132 @@ pub fn main(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<RenderPass> {
                 .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
                 // Nothing is kept from frame to frame.
                 .initial_layout(vk::ImageLayout::UNDEFINED)
-                .final_layout(attachment.final_layout)
-        })
-        .collect();
+                .final_layout(attachment.final_layout);
+            (Resource::Target(attachment.target), description)
+        };
+        Self {
+            name: "main pass",
+            attachments: attachments(plan).iter().map(describe).collect(),
+            subpasses: main_subpasses(plan),
+            dependencies: dependencies(plan, Carrier::MainPass),
+        }
+    }
+
+    /// The shadow maps' pass: one subpass, depth only.
+    pub fn shadow(plan: &FramePlan) -> Self {
+        let layout = vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
+        let depth = Some(vk::AttachmentReference { attachment: 0, layout });
+        Self {
+            name: "shadow pass",
+            attachments: vec![(Resource::ShadowMaps, shadow::attachment())],
+            subpasses: vec![Subpass { depth, ..Subpass::at(Place::Shadow) }],
+            dependencies: dependencies(plan, Carrier::ShadowPass),
+        }
+    }
+
+    /// FXAA's pass: one subpass that writes the picture.
+    pub fn fxaa(plan: &FramePlan) -> Self {
+        let layout = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
+        let color = vec![vk::AttachmentReference { attachment: 0, layout }];
+        Self {
+            name: "FXAA pass",
+            attachments: vec![(Resource::SmoothedPicture, fxaa::attachment(plan))],
+            subpasses: vec![Subpass { color, ..Subpass::at(Place::Fxaa) }],
+            dependencies: dependencies(plan, Carrier::FxaaPass),
+        }
+    }
+
+    /// # Errors
+    /// When the device cannot make it.
+    pub fn make(&self, device: &Arc<Device>) -> gpu::Result<RenderPass> {
+        let attachments: Vec<_> = self.attachments.iter().map(|&(_, description)| description).collect();
+        let subpasses: Vec<_> = self
+            .subpasses
+            .iter()
+            .map(|subpass| SubpassDesc {
+                input: &subpass.input,
+                color: &subpass.color,
+                resolve: &subpass.resolve,
+                depth: subpass.depth,
+                preserve: &subpass.preserve,
+            })
+            .collect();
+        let dependencies: Vec<_> = self
+            .dependencies
+            .iter()
+            .map(|(edge, [from, to])| vk::SubpassDependency {
+                src_subpass: *from,
+                dst_subpass: *to,
+                src_stage_mask: edge.before.stage,
+                dst_stage_mask: edge.after.stage,
+                src_access_mask: edge.before.access,
+                dst_access_mask: edge.after.access,
+                dependency_flags: match edge.by_region {
+                    true => vk::DependencyFlags::BY_REGION,
+                    false => vk::DependencyFlags::empty(),
+                },
+            })
+            .collect();
+        RenderPass::new(device, self.name, &attachments, &subpasses, &dependencies)
+    }
+}
+
+/// The main pass's subpasses, in the order of [`Subpasses`].
+fn main_subpasses(plan: &FramePlan) -> Vec<Subpass> {
     let refs = References::of(plan);
-    // Nothing, but after the subpass that is the last to write the samples.
-    let resolve = |place| if edges::resolving(plan) == Some(place) { &refs.resolve[..] } else { &[] };
+    let depth = |layout| Some(refs.reference(Target::Depth, layout));
+    // Tested, and in GEOMETRY and FORWARD written; by LIGHTING read as an input at once.
+    let written = || depth(vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL);
+    let tested = || depth(vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL);
     let mut subpasses = Vec::new();
     if plan.is_forward() {
-        let depth = refs.reference(Target::Depth, vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL);
-        subpasses.push(SubpassDesc {
-            color: &refs.lighting_color,
-            resolve: resolve(Place::Forward),
-            depth: Some(depth),
-            ..SubpassDesc::default()
-        });
+        subpasses.push(Subpass { color: refs.lighting_color.clone(), depth: written(), ..Subpass::at(Place::Forward) });
     } else if plan.has_geometry() {
-        subpasses.push(SubpassDesc {
-            color: &refs.geometry_color,
-            depth: Some(refs.reference(Target::Depth, vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL)),
-            ..SubpassDesc::default()
+        subpasses.push(Subpass {
+            color: refs.geometry_color.clone(),
+            depth: written(),
+            ..Subpass::at(Place::Geometry)
         });
     }
     if !plan.is_tiled() && !plan.is_forward() {
-        subpasses.push(SubpassDesc {
-            input: &refs.lighting_input,
-            color: &refs.lighting_color,
-            resolve: resolve(Place::Lighting),
-            // Tested and read as an input at once, written by neither.
-            depth: plan
-                .lighting_tests_depth()
-                .then(|| refs.reference(Target::Depth, vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL)),
-            ..SubpassDesc::default()
+        subpasses.push(Subpass {
+            input: refs.lighting_input.clone(),
+            color: refs.lighting_color.clone(),
+            depth: plan.lighting_tests_depth().then(tested).flatten(),
+            ..Subpass::at(Place::Lighting)
         });
     }
     if plan.transparency.is_some() {
-        subpasses.push(SubpassDesc {
-            color: &refs.transparent_color,
-            resolve: resolve(Place::Transparent),
-            // Tested, not written.
-            depth: Some(refs.reference(Target::Depth, vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL)),
-            preserve: &refs.transparent_preserve,
-            ..SubpassDesc::default()
+        subpasses.push(Subpass {
+            color: refs.transparent_color.clone(),
+            depth: tested(),
+            preserve: refs.transparent_preserve.clone(),
+            ..Subpass::at(Place::Transparent)
         });
     }
     if plan.transparency == Some(Transparency::Oit) {
-        subpasses.push(SubpassDesc {
-            input: &refs.composite_input,
-            color: &refs.lighting_color,
-            resolve: resolve(Place::Composite),
-            ..SubpassDesc::default()
+        subpasses.push(Subpass {
+            input: refs.composite_input.clone(),
+            color: refs.lighting_color.clone(),
+            ..Subpass::at(Place::Composite)
         });
     }
     if plan.has_tonemap_subpass() {
-        subpasses.push(SubpassDesc {
-            input: &refs.tonemap_input,
-            color: &refs.tonemap_color,
-            ..SubpassDesc::default()
+        subpasses.push(Subpass {
+            input: refs.tonemap_input.clone(),
+            color: refs.tonemap_color.clone(),
+            ..Subpass::at(Place::Tonemap)
         });
     }
-    let dependencies = dependencies(plan, Carrier::MainPass);
-    RenderPass::new(device, "main pass", &descriptions, &subpasses, &dependencies)
+    // After the subpass that is the last to write the samples.
+    let last = edges::resolving(plan);
+    for subpass in subpasses.iter_mut().filter(|subpass| last == Some(subpass.place)) {
+        subpass.resolve.clone_from(&refs.resolve);
+    }
+    subpasses
 }
 
-/// The shadow maps' pass: one subpass, depth only.
-///
-/// # Errors
-/// When the device cannot make it.
-pub fn shadow(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<RenderPass> {
-    let depth = vk::AttachmentReference { attachment: 0, layout: vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL };
-    let subpass = SubpassDesc { depth: Some(depth), ..SubpassDesc::default() };
-    let dependencies = dependencies(plan, Carrier::ShadowPass);
-    RenderPass::new(device, "shadow pass", &[shadow::attachment()], &[subpass], &dependencies)
-}
-
-/// FXAA's pass: one subpass that writes the picture.
-///
-/// # Errors
-/// When the device cannot make it.
-pub fn fxaa(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<RenderPass> {
-    let color = [vk::AttachmentReference { attachment: 0, layout: vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL }];
-    let subpass = SubpassDesc { color: &color, ..SubpassDesc::default() };
-    let dependencies = dependencies(plan, Carrier::FxaaPass);
-    RenderPass::new(device, "FXAA pass", &[fxaa::attachment(plan)], &[subpass], &dependencies)
-}
-
-fn dependencies(plan: &FramePlan, carrier: Carrier) -> Vec<vk::SubpassDependency> {
+fn dependencies(plan: &FramePlan, carrier: Carrier) -> Vec<(Edge, [u32; 2])> {
     let subpasses = Subpasses::of(plan);
     let index = |place| match (carrier, place) {
         // Seen from the main pass, FXAA is outside.
@@ -171,16 +250,8 @@ fn dependencies(plan: &FramePlan, carrier: Carrier) -> Vec<vk::SubpassDependency
         (Carrier::ShadowPass, place) if place != Place::Shadow => vk::SUBPASS_EXTERNAL,
         _ => subpasses.index(place),
     };
-    let dependency = |edge: Edge| vk::SubpassDependency {
-        src_subpass: index(edge.from),
-        dst_subpass: index(edge.to),
-        src_stage_mask: edge.before.stage,
-        dst_stage_mask: edge.after.stage,
-        src_access_mask: edge.before.access,
-        dst_access_mask: edge.after.access,
-        dependency_flags: if edge.by_region { vk::DependencyFlags::BY_REGION } else { vk::DependencyFlags::empty() },
-    };
-    edges::table(plan).into_iter().filter(|edge| edge.carrier == carrier).map(dependency).collect()
+    let rows = edges::table(plan).into_iter().filter(|edge| edge.carrier == carrier);
+    rows.map(|edge| (edge.clone(), [index(edge.from), index(edge.to)])).collect()
 }
 
 /// Attachment references of each subpass.

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::render_pass::{self, Subpasses, input_layout};
+use super::render_pass::{PassDescription, Subpasses, input_layout};
 use crate::gpu::{self, Device, Image, RenderPass, Timestamps};
 use crate::gpu_scene::{GpuScene, ShadowAtlas};
 use crate::passes::composite::Composite;
@@ -45,7 +45,7 @@ impl ShadowStage {
         let (Some(shadow_plan), Some(atlas)) = (&plan.shadow, atlas) else {
             return Ok(None);
         };
-        let pass = render_pass::shadow(device, plan)?;
+        let pass = PassDescription::shadow(plan).make(device)?;
         let slot = Slot { render_pass: pass.raw, subpass: 0 };
         let shadow = Shadow::new(device, shadow_plan, atlas, slot, scene, world)?;
         Ok(Some(Self { _pass: pass, shadow }))
@@ -144,7 +144,7 @@ impl FxaaStage {
         if !plan.fxaa {
             return Ok(None);
         }
-        let pass = render_pass::fxaa(device, plan)?;
+        let pass = PassDescription::fxaa(plan).make(device)?;
         let slot = Slot { render_pass: pass.raw, subpass: 0 };
         let fxaa = Fxaa::new(device, plan, slot, targets.image(Target::Output).view)?;
         Ok(Some(Self { _pass: pass, fxaa }))

@@ -12,7 +12,7 @@ use ash::vk;
 
 use super::deferred::{background, clear_values, image_barrier};
 use super::edges::{self, Edge};
-use super::render_pass::{self, input_layout};
+use super::render_pass::{PassDescription, input_layout};
 use super::stages::{ShadowStage, stamp};
 use crate::gpu::{self, Device, Framebuffer, Image, RenderPass, Timestamps, framebuffer};
 use crate::gpu_scene::{GpuScene, ShadowAtlas};
@@ -53,7 +53,7 @@ impl TiledFrame {
         world: &World,
     ) -> gpu::Result<Self> {
         let targets = Targets::new(device, plan)?;
-        let pass = render_pass::main(device, plan)?;
+        let pass = PassDescription::main(plan).make(device)?;
         let extent = vk::Extent2D { width: plan.size[0], height: plan.size[1] };
         let framebuffer = framebuffer(device, "main framebuffer", pass.raw, &targets.views(plan), extent)?;
         let shadow = ShadowStage::new(device, plan, atlas, scene, world)?;

@@ -346,19 +346,18 @@ fn dependencies_are_the_rows_of_the_table() {
         let all = dependencies(&plan, Carrier::MainPass);
         let rows = edges::table(&plan).into_iter().filter(|edge| edge.carrier == Carrier::MainPass).count();
         assert_eq!(all.len(), rows, "{name}");
-        for dependency in &all {
-            let (from, to) = (dependency.src_subpass, dependency.dst_subpass);
+        for &(ref edge, [from, to]) in &all {
             let inside = |index| index <= last || index == vk::SUBPASS_EXTERNAL;
             assert!(inside(from) && inside(to) && from != to, "{name}: {from} to {to}");
             assert!(from < to || from == vk::SUBPASS_EXTERNAL, "{name}: {from} to {to}");
-            assert!(dependency.src_stage_mask != vk::PipelineStageFlags::empty(), "{name}");
+            assert!(edge.before.stage != vk::PipelineStageFlags::empty(), "{name}");
         }
         let shadow = dependencies(&plan, Carrier::ShadowPass);
         assert_eq!(shadow.len(), 2 * usize::from(plan.shadow.is_some()), "{name}");
         // Into the one subpass and out of it.
-        let ends: Vec<_> = shadow.iter().map(|one| (one.src_subpass, one.dst_subpass)).collect();
+        let ends: Vec<_> = shadow.iter().map(|&(_, ends)| ends).collect();
         assert!(
-            ends.iter().all(|ends| matches!(ends, (vk::SUBPASS_EXTERNAL, 0) | (0, vk::SUBPASS_EXTERNAL))),
+            ends.iter().all(|ends| matches!(ends, [vk::SUBPASS_EXTERNAL, 0] | [0, vk::SUBPASS_EXTERNAL])),
             "{name}"
         );
     }
@@ -395,5 +394,19 @@ fn subpasses_write_attachments_of_one_sample_count_and_resolve_into_the_output()
             plan.msaa == 1 || plan.resolves_output() || plan.hdr.is_some() || !plan.lighting_tests_depth(),
             "{name}"
         );
+    }
+}
+
+#[test]
+fn subpasses_stand_where_the_frame_steps_to() {
+    let plans = [samples::plans(), samples::forward_plans()].concat();
+    for (name, plan) in plans {
+        let subpasses = Subpasses::of(&plan);
+        let places: Vec<Place> = PassDescription::main(&plan).subpasses.iter().map(|subpass| subpass.place).collect();
+        for (index, &place) in (0..).zip(&places) {
+            assert_eq!(subpasses.index(place), index, "{name}: {place}");
+        }
+        let optional = [subpasses.geometry, subpasses.transparent, subpasses.composite, subpasses.tonemap];
+        assert_eq!(places.len(), 1 + optional.iter().flatten().count(), "{name}: {places:?}");
     }
 }
