@@ -14,6 +14,7 @@ pub(crate) mod samples;
 mod shadows;
 #[cfg(test)]
 mod tests;
+mod uploads;
 mod visible;
 mod volumes;
 
@@ -24,6 +25,7 @@ pub use geometry::{ForwardKey, GeometryKey, Opacity, Streams, TextureMask};
 pub use light_path::{Reach, steepest};
 pub use parts::{Part, PartGroup};
 pub use shadows::{Caster, MAX_SHADOW_VIEWS, Projection, ShadowCache, ShadowLight, ShadowPlan, ShadowView, Tile};
+pub use uploads::Uploads;
 pub use visible::{Draw, LightWork, SortedDraw, Visible, World, WorldObject};
 pub use volumes::{LightRect, VolumeRecord, cone_mesh, sphere_mesh};
 
@@ -246,6 +248,7 @@ pub struct FramePlan {
     /// One pipeline of TRANSPARENT each.
     pub transparent: BTreeSet<GeometryKey>,
     pub streams: Streams,
+    pub uploads: Uploads,
     pub lazily_allocated: bool,
     /// What stays although nothing needs it.
     pub keep: Keep,
@@ -363,6 +366,7 @@ impl FramePlan {
             geometry: BTreeSet::new(),
             transparent: BTreeSet::new(),
             streams: Streams::default(),
+            uploads: Uploads::default(),
             lazily_allocated: device.lazily_allocated,
             keep: settings.keep,
             parts: Vec::new(),
@@ -373,6 +377,7 @@ impl FramePlan {
             plan.plan_pipelines(scene, settings);
         }
         plan.streams = Streams::of(scene, &plan);
+        plan.uploads = Uploads::of(scene, settings, &plan);
         plan.parts = parts::list(scene, settings, &plan);
         Ok(plan)
     }

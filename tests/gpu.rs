@@ -4,10 +4,11 @@
 use std::error::Error as StdError;
 use std::sync::Arc;
 
+use afterlight::gpu::sync::Use;
 use afterlight::gpu::{
     self, Buffer, CommandBuffer, DescriptorPool, Device, DeviceChoice, Framebuffer, GraphicsPipeline,
     GraphicsPipelineDesc, Image, ImageDesc, Instance, InstanceOptions, Location, MemoryKind, MessageKind, RenderPass,
-    SetLayout, SetWriter, ShaderStage, SubpassDesc, Timestamps, Uploader, Validation, barrier, vk,
+    SetLayout, SetWriter, ShaderStage, SubpassDesc, Timestamps, UploadOrder, Uploader, Validation, barrier, vk,
 };
 
 type TestResult = Result<(), Box<dyn StdError>>;
@@ -97,6 +98,13 @@ fn texture_desc(name: &str, width: u32, height: u32, mip_levels: u32) -> ImageDe
     }
 }
 
+/// Of what is copied again, and of textures that are sampled by fragments.
+fn uploader(device: &Arc<Device>, staging_bytes: u64) -> gpu::Result<Uploader> {
+    let copied = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ);
+    let sampled = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
+    Uploader::new(device, staging_bytes, UploadOrder::before(copied, sampled))
+}
+
 #[test]
 fn a_buffer_larger_than_the_staging_memory_arrives_whole() -> TestResult {
     with_device(|device| {
@@ -106,7 +114,7 @@ fn a_buffer_larger_than_the_staging_memory_arrives_whole() -> TestResult {
             | vk::BufferUsageFlags::TRANSFER_SRC;
         let size = data.len() as u64;
         let buffer = Buffer::new(device, "vertices", size, usage, Location::Device, MemoryKind::Geometry)?;
-        let mut uploader = Uploader::new(device, 0)?;
+        let mut uploader = uploader(device, 0)?;
         uploader.buffer(&buffer, 0, &data[..1000])?;
         uploader.buffer(&buffer, 1000, &data[1000..])?;
         uploader.finish()?;
@@ -136,7 +144,7 @@ fn each_mip_level_is_the_mean_of_the_one_above() -> TestResult {
             *texel = [[0, 0, 0, 255], [200, 0, 0, 255], [0, 100, 0, 255], [0, 0, 60, 255]][block];
         }
         (texels[0], texels[5]) = ([40, 80, 120, 255], [40, 80, 120, 255]);
-        let mut uploader = Uploader::new(device, gpu::DEFAULT_STAGING_BYTES)?;
+        let mut uploader = uploader(device, gpu::DEFAULT_STAGING_BYTES)?;
         uploader.texture(&image, bytemuck::cast_slice(&texels))?;
         uploader.finish()?;
 
@@ -162,7 +170,7 @@ fn a_texture_larger_than_the_staging_memory_is_split_by_rows_and_layers() -> Tes
         let desc = ImageDesc { layers: 2, ..texture_desc("layers", 703, 711, 10) };
         let image = Image::new(device, &desc)?;
         let data = pattern(703 * 711 * 4 * 2);
-        let mut uploader = Uploader::new(device, 0)?;
+        let mut uploader = uploader(device, 0)?;
         uploader.texture(&image, &data)?;
         uploader.finish()?;
         assert!(read_level(&image, 0, SAMPLED)? == data);
@@ -176,7 +184,7 @@ fn mip_levels_that_are_given_arrive_as_given() -> TestResult {
     with_device(|device| {
         let image = Image::new(device, &texture_desc("given", 8, 2, 4))?;
         let levels: Vec<Vec<u8>> = [8 * 2, 4, 2, 1].map(|texels| pattern(texels * 4)).into();
-        let mut uploader = Uploader::new(device, gpu::DEFAULT_STAGING_BYTES)?;
+        let mut uploader = uploader(device, gpu::DEFAULT_STAGING_BYTES)?;
         uploader.texture_levels(&image, &levels.iter().map(Vec::as_slice).collect::<Vec<_>>())?;
         assert!(uploader.texture(&image, &levels[1]).is_err(), "level 0 of another size");
         uploader.finish()?;

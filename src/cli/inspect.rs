@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use afterlight::frame::edges::{self, Edge};
+use afterlight::frame::edges::{self, Edge, Edges};
 use afterlight::frame::{capabilities, plan_for};
 use afterlight::scene::{SettingsPatch, View};
 use serde::Serialize;
@@ -114,9 +114,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// A paragraph for each dependency: a row of a table would be 200 columns wide.
-fn edge_list(edges: &[Edge]) -> String {
+fn edge_list(edges: &Edges) -> String {
     let mut text = String::new();
-    for edge in edges {
+    for edge in edges.iter() {
         let region = if edge.by_region { ", by region" } else { "" };
         let _ = writeln!(text, "  {}: {} -> {}, {}{region}", edge.name, edge.from, edge.to, edge.carrier);
         let mut masks = Table::new();

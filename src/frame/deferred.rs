@@ -13,16 +13,14 @@
 //! What the plan leaves out does not exist: its field is `None` and its commands are not recorded. What other kinds of frame have as well
 //! is in [`super::stages`]: SHADOW, and all after LIGHTING.
 
-use std::sync::Arc;
-
 use ash::vk;
 use glam::Vec3;
 
+use super::FrameParts;
 use super::edges::{Carrier, Edge};
 use super::render_pass::{PassDescription, Subpasses, input_layout};
 use super::stages::{FxaaStage, ShadowStage, Tail, stamp};
 use crate::gpu::{self, Device, Framebuffer, Image, RenderPass, Timestamps, barrier, framebuffer};
-use crate::gpu_scene::{GpuScene, ShadowAtlas};
 use crate::passes::depth::Depth;
 use crate::passes::geometry::Geometry;
 use crate::passes::lighting::Lighting;
@@ -62,22 +60,16 @@ impl Deferred {
     ///
     /// # Errors
     /// When the device lacks the memory or cannot compile a pipeline.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        frame_layout: vk::DescriptorSetLayout,
-        atlas: Option<&ShadowAtlas>,
-        scene: &GpuScene,
-        world: &World,
-    ) -> gpu::Result<Self> {
+    pub fn new(parts: &FrameParts) -> gpu::Result<Self> {
+        let &FrameParts { device, plan, edges, frame_layout, atlas, scene, world } = parts;
         let targets = Targets::new(device, plan)?;
-        let pass = PassDescription::main(plan).make(device)?;
+        let pass = PassDescription::main(plan, edges).make(device)?;
         let extent = vk::Extent2D { width: plan.size[0], height: plan.size[1] };
         let framebuffer = framebuffer(device, "main framebuffer", pass.raw, &targets.views(plan), extent)?;
         let subpasses = Subpasses::of(plan);
         let slot = |subpass| Slot { render_pass: pass.raw, subpass };
 
-        let shadow = ShadowStage::new(device, plan, atlas, scene, world)?;
+        let shadow = ShadowStage::new(parts)?;
         let depth = match subpasses.geometry.filter(|_| plan.depth_prepass) {
             Some(subpass) => Some(Depth::new(device, plan, slot(subpass), frame_layout, plan.geometry_locations())?),
             None => None,
@@ -105,7 +97,7 @@ impl Deferred {
             _ => Shade::View(ViewPass::new(device, plan, lighting, layouts, &inputs)?),
         };
         let tail = Tail::new(device, plan, &pass, layouts, scene, &targets)?;
-        let fxaa = FxaaStage::new(device, plan, &targets)?;
+        let fxaa = FxaaStage::new(parts, &targets)?;
         let clears = clear_values(plan, world);
         Ok(Self { targets, pass, framebuffer, clears, extent, shadow, depth, geometry, shade, tail, fxaa })
     }
@@ -118,7 +110,7 @@ impl Deferred {
         }
     }
 
-    /// Records one frame. Dependencies between subpasses are rows of [`edges::table`]; the render pass carries them.
+    /// Records one frame. Dependencies between subpasses are rows of [`super::edges::table`]; the render pass carries them.
     pub fn record(&self, frame: &Recording, times: &mut Option<Timestamps>) {
         let (gpu, cmd) = (&frame.device.raw, frame.cmd);
 

@@ -1,19 +1,29 @@
-//! Every dependency of a frame, in one table.
+//! Every dependency of the program, in one table for a plan.
 //!
 //! A row orders all uses of one place before all uses of another: one row for each pair, because rows of the same pair
-//! overlap and would hide each other's missing bits. The table is a pure function of the plan; the render passes and the
-//! barriers are made from it, and `afterlight inspect` prints it.
+//! overlap and would hide each other's missing bits. [`table`] is a pure function of the plan; the render passes and the
+//! barriers are made from its value, an [`Edges`], and nothing else knows a stage or an access. `afterlight inspect` prints it.
+//!
+//! Since all of a renderer is made from the value, another value makes another renderer: with a row dropped, or one bit. So
+//! `tests/necessity.rs` proves that each is needed, and `afterlight inspect --drop` shows what a layer says of it.
 
 use std::fmt;
 
 use ash::vk;
 
-use super::render_pass;
-use crate::gpu::sync::Use;
-use crate::passes::{composite, copy, forward, fxaa, geometry, lighting, shadow, tiled, tonemap, transparent};
-use crate::plan::{FramePlan, Shading};
-use crate::scene::{LightPath, Transparency};
-use crate::targets::{Target, light_target};
+use crate::gpu::sync::{Dependency, Use};
+use crate::plan::FramePlan;
+use crate::scene;
+
+mod forward;
+mod host;
+mod main_pass;
+mod masks;
+mod shadow;
+mod tiled;
+mod uploads;
+
+pub(super) use main_pass::resolving;
 
 /// Where something happens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -32,11 +42,20 @@ pub enum Place {
     Fxaa,
     /// The compute pass that lights a stored G-buffer.
     Tiled,
+    /// Copies out of staging buffers, and blits from level to level of a texture.
+    Upload,
+    /// The clear that the shadow maps' image begins with.
+    Clear,
+    /// Every pass that draws the scene's meshes with its textures.
+    Draws,
     Copy,
+    /// Everything that one submission does on the device.
+    Device,
+    /// The CPU.
     Host,
 }
 
-/// What a row becomes.
+/// What a row becomes. There are no semaphores: one queue does everything, and nothing is presented yet. A window brings them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Carrier {
     /// A subpass dependency of the shadow render pass, of which each map that is drawn has an instance.
@@ -49,6 +68,31 @@ pub enum Carrier {
     ImageBarrier(vk::ImageLayout, vk::ImageLayout),
     /// A pipeline barrier on a buffer.
     BufferBarrier,
+    /// A pipeline barrier on all memory.
+    MemoryBarrier,
+    /// What `vkQueueSubmit` orders by itself: the CPU's writes before it, and all that is submitted ("Host Write Ordering Guarantees").
+    /// Submissions are not ordered among themselves but by rows that reach over them: those from OUTSIDE, and to it.
+    Submission,
+    /// The CPU waits for a submission's fence (a `Ticket`).
+    Fence,
+}
+
+impl Carrier {
+    /// Whether rows of this kind are dependencies of a render pass.
+    pub fn is_render_pass(self) -> bool {
+        matches!(self, Self::ShadowPass | Self::MainPass | Self::FxaaPass)
+    }
+
+    /// Why rows of this kind cannot be dropped, where they cannot.
+    pub fn stays(self) -> Option<&'static str> {
+        match self {
+            Self::Submission => Some("vkQueueSubmit orders it, whatever the program does"),
+            Self::Fence => Some(
+                "without it the CPU would read, write or free memory under the device's hands, and no driver has to survive that",
+            ),
+            _ => None,
+        }
+    }
 }
 
 impl fmt::Display for Place {
@@ -64,7 +108,11 @@ impl fmt::Display for Place {
             Self::Tonemap => "TONEMAP",
             Self::Fxaa => "FXAA",
             Self::Tiled => "TILED",
+            Self::Upload => "UPLOAD",
+            Self::Clear => "CLEAR",
+            Self::Draws => "DRAWS",
             Self::Copy => "COPY",
+            Self::Device => "DEVICE",
             Self::Host => "HOST",
         })
     }
@@ -78,6 +126,9 @@ impl fmt::Display for Carrier {
             Self::FxaaPass => f.write_str("dependency of the FXAA pass"),
             Self::ImageBarrier(old, new) => write!(f, "image barrier {old:?} -> {new:?}"),
             Self::BufferBarrier => f.write_str("buffer barrier"),
+            Self::MemoryBarrier => f.write_str("memory barrier"),
+            Self::Submission => f.write_str("submission"),
+            Self::Fence => f.write_str("fence"),
         }
     }
 }
@@ -89,7 +140,7 @@ pub struct Edge {
     pub carrier: Carrier,
     pub from: Place,
     pub to: Place,
-    /// All uses that must be over, in one.
+    /// All uses that must be over, in one: their stages, and of their accesses the writes.
     pub before: Use,
     /// All uses that must wait, in one.
     pub after: Use,
@@ -97,444 +148,141 @@ pub struct Edge {
     pub why: &'static str,
 }
 
+/// A side of a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Side {
+    /// What must be over.
+    Before,
+    /// What must wait.
+    After,
+}
+
+impl Edge {
+    fn new(
+        name: &'static str,
+        carrier: Carrier,
+        (from, to): (Place, Place),
+        (before, after): (Use, Use),
+        why: &'static str,
+    ) -> Self {
+        // A reader is waited for by its stage alone: only what was written has to be made available (specification, "Execution and
+        // Memory Dependencies"), so that a read access before a dependency does nothing.
+        Self { name, carrier, from, to, before: before.writes(), after, by_region: false, why }
+    }
+
+    /// Both sides' masks, as a barrier takes them.
+    pub fn order(&self) -> Dependency {
+        Dependency { before: self.before, after: self.after }
+    }
+
+    pub fn side(&self, side: Side) -> Use {
+        match side {
+            Side::Before => self.before,
+            Side::After => self.after,
+        }
+    }
+}
+
+/// A row that cannot be changed: a name that the plan has not, or one that stays.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct Refused(String);
+
+/// The dependencies of a plan's frames, or all but some of them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Edges(Vec<Edge>);
+
+impl Edges {
+    pub fn iter(&self) -> impl Iterator<Item = &Edge> {
+        self.0.iter()
+    }
+
+    /// The rows of one carrier.
+    pub fn of(&self, carrier: Carrier) -> impl Iterator<Item = &Edge> {
+        self.iter().filter(move |edge| edge.carrier == carrier)
+    }
+
+    pub fn find(&self, name: &str) -> Option<&Edge> {
+        self.iter().find(|edge| edge.name == name)
+    }
+
+    /// The row of this name. The frame asks only for barriers that its plan has.
+    ///
+    /// # Panics
+    /// When there is no such row: a mistake in the frame, not in its input.
+    pub fn row(&self, name: &str) -> &Edge {
+        self.find(name).unwrap_or_else(|| panic!("there is no dependency {name}"))
+    }
+
+    /// All but the row of this name. A render pass is then made without it. A barrier becomes one that orders nothing, so that a layout
+    /// that it changes is still changed.
+    ///
+    /// # Errors
+    /// When there is no such row, or it cannot be dropped.
+    pub fn without(&self, name: &str) -> Result<Self, Refused> {
+        let index = self.changeable(name)?;
+        let mut rows = self.0.clone();
+        if rows[index].carrier.is_render_pass() {
+            rows.remove(index);
+        } else {
+            (rows[index].before, rows[index].after) = (Use::START, Use::END);
+        }
+        Ok(Self(rows))
+    }
+
+    /// The same table without some bits of one side of a row. With a stage go the accesses that no other stage there supports. A side
+    /// without stages waits for nothing, or holds nothing back.
+    ///
+    /// # Errors
+    /// When there is no such row, or it cannot be changed.
+    pub fn without_bits(&self, name: &str, side: Side, bits: Use) -> Result<Self, Refused> {
+        let index = self.changeable(name)?;
+        let mut rows = self.0.clone();
+        let row = &mut rows[index];
+        match side {
+            Side::Before => row.before = masks::without(row.before, bits).unwrap_or(Use::START),
+            Side::After => row.after = masks::without(row.after, bits).unwrap_or(Use::END),
+        }
+        Ok(Self(rows))
+    }
+
+    /// Where a row is that an experiment may change.
+    fn changeable(&self, name: &str) -> Result<usize, Refused> {
+        let Some(index) = self.0.iter().position(|edge| edge.name == name) else {
+            return Err(Refused(scene::unknown(
+                "dependency of this plan",
+                name,
+                &self.iter().map(|edge| edge.name).collect::<Vec<_>>(),
+            )));
+        };
+        match self.0[index].carrier.stays() {
+            Some(why) => Err(Refused(format!("the dependency {name} cannot be dropped: {why}"))),
+            None => Ok(index),
+        }
+    }
+}
+
 /// The dependencies of a plan's frames.
-pub fn table(plan: &FramePlan) -> Vec<Edge> {
-    let mut table = Vec::new();
+pub fn table(plan: &FramePlan) -> Edges {
+    let mut rows = uploads::rows(plan);
     if plan.shadow.is_some() {
-        table.extend(shadow_edges(plan));
+        rows.extend(shadow::rows(plan));
     }
-    if plan.is_tiled() {
-        table.extend(tiled_edges());
-        table.push(picture_to_host());
-        return table;
+    match plan.is_tiled() {
+        true => rows.extend(tiled::rows()),
+        false => rows.extend(main_pass::rows(plan)),
     }
-    let lights = light_target(plan);
-    if plan.is_forward() {
-        table.push(forward_edge(plan));
-    } else {
-        if plan.has_geometry() {
-            table.push(gbuffer_reuse(plan));
-            table.push(gbuffer_to_lighting(plan));
-        }
-        if !plan.emissive && lights == Target::Hdr {
-            table.push(hdr_reuse(plan));
-        }
-    }
-    let (last_light, light_use) = last_light(plan);
-    // The first to touch the output, and the last. Where emissive light goes straight there, GEOMETRY is the first.
-    let ((first, first_use), (last, last_use)) = match lights {
-        Target::Hdr => ((Place::Tonemap, tonemap::OUTPUT_WRITE), (Place::Tonemap, tonemap::OUTPUT_WRITE)),
-        Target::Samples => ((last_light, render_pass::RESOLVE), (last_light, light_use)),
-        _ => ((Place::Lighting, light_write(plan)), (last_light, light_use)),
-    };
-    // Rows above order that, where GEOMETRY or FORWARD is the first.
-    let output_is_ordered = match lights {
-        Target::Hdr => false,
-        Target::Samples => first == Place::Forward,
-        _ => plan.emissive || plan.is_forward(),
-    };
-    if lights == Target::Samples && !plan.emissive && !plan.is_forward() && first != Place::Lighting {
-        table.push(samples_reuse(plan));
-    }
-    if !output_is_ordered {
-        let (read, why) = match plan.fxaa {
-            true => (fxaa::OUTPUT_READ, "FXAA of the last frame may still sample the output when this one clears it"),
-            false => (
-                copy::READ,
-                "the last picture may still be copied when this one is cleared; its layout changes before the write",
-            ),
-        };
-        let (before, after, why) = match plan.resolves_output() {
-            true if first == Place::Lighting => (
-                vec![read, render_pass::RESOLVE],
-                first_use.or(light_write(plan)),
-                "frames in flight share the samples and the output: the last frame must have resolved the ones and let go of the other",
-            ),
-            true => (
-                vec![read, render_pass::RESOLVE],
-                first_use,
-                "the last picture may still be copied when samples are resolved into this one; its layout changes before the write",
-            ),
-            false => (vec![read], first_use, why),
-        };
-        table.push(subpass("output-reuse", (Place::Outside, first), &before, &[after], why));
-    }
-    if let Some(transparency) = plan.transparency {
-        table.extend(transparent_edges(plan, transparency));
-    }
-    if plan.has_tonemap_subpass() {
-        table.push(hdr_to_tonemap(last_light, light_use));
-    }
-    let read_back = "COPY reads the picture after the pass, in the layout that the pass leaves it in";
-    if plan.fxaa {
-        table.extend(fxaa_edges(last, last_use));
-        let fxaa = (Place::Fxaa, Place::Outside);
-        table.push(fxaa_pass("read-back", fxaa, fxaa::PICTURE_WRITE, copy::READ, read_back));
-    } else {
-        table.push(subpass("read-back", (last, Place::Outside), &[last_use], &[copy::READ], read_back));
-    }
-    table.push(picture_to_host());
-    table
+    rows.extend(host::rows());
+    Edges(rows)
 }
 
-fn picture_to_host() -> Edge {
-    Edge {
-        name: "picture-to-host",
-        carrier: Carrier::BufferBarrier,
-        from: Place::Copy,
-        to: Place::Host,
-        before: copy::WRITE,
-        after: copy::HOST_READ,
-        by_region: false,
-        why: "a fence alone does not make the copy's writes visible to the CPU",
-    }
-}
-
-/// The row of this name. The frame asks only for rows that its plan has.
-///
-/// # Panics
-/// When the plan has no such row: a mistake in the frame, not in its input.
-pub fn row(plan: &FramePlan, name: &str) -> Edge {
-    let found = table(plan).into_iter().find(|edge| edge.name == name);
-    found.unwrap_or_else(|| panic!("the plan has no dependency {name}"))
-}
-
+/// A row of the main pass.
 fn subpass(name: &'static str, (from, to): (Place, Place), before: &[Use], after: &[Use], why: &'static str) -> Edge {
     Edge {
-        name,
-        carrier: Carrier::MainPass,
-        from,
-        to,
-        before: Use::all(before),
-        after: Use::all(after),
         // Between two subpasses each pixel reads only itself, so a tiler never leaves the tile.
         by_region: ![from, to].iter().any(|place| matches!(place, Place::Outside | Place::Fxaa)),
-        why,
+        ..Edge::new(name, Carrier::MainPass, (from, to), (Use::all(before), Use::all(after)), why)
     }
-}
-
-/// What FXAA waits for. The main pass hands it the output.
-fn fxaa_edges(last: Place, output_write: Use) -> [Edge; 2] {
-    [
-        subpass(
-            "output-to-fxaa",
-            (last, Place::Fxaa),
-            &[output_write],
-            &[fxaa::OUTPUT_READ],
-            "FXAA samples a pixel's neighbours, so that the whole output must be there, in the layout that the pass leaves it in",
-        ),
-        fxaa_pass(
-            "picture-reuse",
-            (Place::Outside, Place::Fxaa),
-            copy::READ,
-            fxaa::PICTURE_WRITE,
-            "the last picture may still be copied when this one is drawn; its layout changes before the write",
-        ),
-    ]
-}
-
-fn fxaa_pass(name: &'static str, (from, to): (Place, Place), before: Use, after: Use, why: &'static str) -> Edge {
-    Edge { name, carrier: Carrier::FxaaPass, from, to, before, after, by_region: false, why }
-}
-
-fn shadow_edges(plan: &FramePlan) -> [Edge; 2] {
-    let (reader, map_read) = match plan.light_path {
-        LightPath::Compute => (Place::Tiled, tiled::MAP_READ),
-        LightPath::Forward | LightPath::ForwardNaive => (Place::Forward, shadow::MAP_READ),
-        _ => (Place::Lighting, shadow::MAP_READ),
-    };
-    [
-        Edge {
-            name: "shadow-map-reuse",
-            carrier: Carrier::ShadowPass,
-            from: Place::Outside,
-            to: Place::Shadow,
-            before: map_read.or(shadow::MAP_WRITE),
-            after: shadow::MAP_WRITE,
-            by_region: false,
-            why: "frames share the maps: LIGHTING of the last one may still read what this one clears; and maps of one layer follow each other",
-        },
-        Edge {
-            name: "shadow-map-to-lighting",
-            carrier: Carrier::ShadowPass,
-            from: Place::Shadow,
-            to: reader,
-            before: shadow::MAP_WRITE,
-            after: map_read,
-            by_region: false,
-            why: "LIGHTING loads any texel of a map that SHADOW wrote and stored",
-        },
-    ]
-}
-
-/// Frames in flight share one G-buffer, and the HDR target where there is one.
-fn gbuffer_reuse(plan: &FramePlan) -> Edge {
-    let mut before = match plan.transparency {
-        Some(_) => vec![transparent::DEPTH_DROP, transparent::DEPTH_READ],
-        None => vec![lighting::DEPTH_DROP, lighting::DEPTH_READ],
-    };
-    let mut after = vec![geometry::DEPTH_TEST];
-    // What LIGHTING or VIEW read and dropped.
-    if plan.geometry_locations() > 0 {
-        before.extend([lighting::GBUFFER_READ, lighting::COLOR_DROP]);
-        after.push(color_use(plan));
-    }
-    if plan.emissive {
-        before.push(match light_target(plan) {
-            // Its clear waits for TONEMAP of the last frame to have let go of it.
-            Target::Hdr => tonemap::HDR_READ.or(tonemap::HDR_DROP),
-            Target::Samples => render_pass::RESOLVE,
-            _ => copy::READ,
-        });
-    }
-    subpass(
-        "gbuffer-reuse",
-        (Place::Outside, Place::Geometry),
-        &before,
-        &after,
-        "frames in flight share the targets: the last frame must have read and dropped them, and a DONT_CARE store is a write",
-    )
-}
-
-fn color_use(plan: &FramePlan) -> Use {
-    if plan.shading == Shading::ShowOverdraw { geometry::COUNT_BLEND } else { geometry::COLOR_WRITE }
-}
-
-fn gbuffer_to_lighting(plan: &FramePlan) -> Edge {
-    let mut before = vec![geometry::DEPTH_TEST];
-    let mut after = vec![lighting::DEPTH_READ];
-    if plan.transparency.is_none() {
-        after.push(lighting::DEPTH_DROP);
-    }
-    if plan.geometry_locations() > 0 {
-        before.push(color_use(plan));
-        after.extend([lighting::GBUFFER_READ, lighting::COLOR_DROP]);
-    }
-    if plan.blends_light() {
-        after.push(lighting::LIGHT_BLEND);
-    }
-    let why = match plan.transparency {
-        Some(_) => {
-            "LIGHTING reads what GEOMETRY wrote, tests against its depth, and as the last user drops all but that"
-        }
-        None => "LIGHTING reads what GEOMETRY wrote, tests against its depth, and as the last user drops it all",
-    };
-    subpass("gbuffer-to-lighting", (Place::Geometry, Place::Lighting), &before, &after, why)
-}
-
-/// Samples that LIGHTING is the first to touch, and a later subpass resolves.
-fn samples_reuse(plan: &FramePlan) -> Edge {
-    subpass(
-        "samples-reuse",
-        (Place::Outside, Place::Lighting),
-        &[render_pass::RESOLVE],
-        &[light_write(plan)],
-        "frames in flight share the samples: the last frame must have resolved and dropped what this one clears",
-    )
-}
-
-/// The subpass after which the pass resolves the samples into the output, where it does.
-pub(super) fn resolving(plan: &FramePlan) -> Option<Place> {
-    plan.resolves_output().then(|| last_light(plan).0)
-}
-
-/// How LIGHTING writes the light's target.
-fn light_write(plan: &FramePlan) -> Use {
-    if plan.blends_light() { lighting::LIGHT_BLEND } else { lighting::LIGHT_WRITE }
-}
-
-/// The subpass that is the last to write the light's target before it is shown, and how it does.
-fn last_light(plan: &FramePlan) -> (Place, Use) {
-    match plan.transparency {
-        Some(Transparency::Sorted) => (Place::Transparent, transparent::BLEND),
-        Some(Transparency::Oit) => (Place::Composite, composite::LIGHT_BLEND),
-        None if plan.is_forward() => (Place::Forward, forward::LIGHT_WRITE),
-        None => (Place::Lighting, light_write(plan)),
-    }
-}
-
-/// FORWARD is the first to touch all that it draws into.
-fn forward_edge(plan: &FramePlan) -> Edge {
-    // How the last frame let go of depth, and of the light.
-    let depth = match plan.transparency {
-        Some(_) => transparent::DEPTH_DROP.or(transparent::DEPTH_READ),
-        None => forward::DEPTH_TEST,
-    };
-    let output = if plan.fxaa { fxaa::OUTPUT_READ } else { copy::READ };
-    let (before, after) = match light_target(plan) {
-        Target::Hdr => (tonemap::HDR_READ.or(tonemap::HDR_DROP), forward::LIGHT_WRITE),
-        // With its samples FORWARD has the output, into which they are resolved; else a later subpass has.
-        Target::Samples if plan.transparency.is_none() => (output.or(render_pass::RESOLVE), render_pass::RESOLVE),
-        Target::Samples => (render_pass::RESOLVE, forward::LIGHT_WRITE),
-        _ => (output, forward::LIGHT_WRITE),
-    };
-    subpass(
-        "targets-reuse",
-        (Place::Outside, Place::Forward),
-        &[depth, before],
-        &[forward::DEPTH_TEST, after],
-        "frames in flight share the targets: the last frame must have read or copied what this one clears, and dropped the rest",
-    )
-}
-
-fn transparent_edges(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> {
-    if plan.is_forward() {
-        return transparent_after_forward(transparency);
-    }
-    let light = light_write(plan);
-    let depth = [transparent::DEPTH_READ, transparent::DEPTH_DROP];
-    // LIGHTING tests depth, and reads it as an input where no target has the position.
-    let lit = [lighting::DEPTH_READ, lighting::GBUFFER_READ];
-    match transparency {
-        Transparency::Sorted => vec![subpass(
-            "lighting-to-transparent",
-            (Place::Lighting, Place::Transparent),
-            &[lit[0], lit[1], light],
-            &[depth[0], depth[1], transparent::BLEND],
-            "TRANSPARENT blends over what LIGHTING wrote, tests against the depth that LIGHTING read, and as the last user drops that",
-        )],
-        Transparency::Oit => vec![
-            sums_reuse(),
-            subpass(
-                "lighting-to-transparent",
-                (Place::Lighting, Place::Transparent),
-                &lit,
-                &depth,
-                "TRANSPARENT tests against the depth that LIGHTING read, and as the last user drops it",
-            ),
-            subpass(
-                "lighting-to-composite",
-                (Place::Lighting, Place::Composite),
-                &[light],
-                &[composite::LIGHT_BLEND],
-                "COMPOSITE blends over what LIGHTING wrote",
-            ),
-            sums_to_composite(),
-        ],
-    }
-}
-
-fn transparent_after_forward(transparency: Transparency) -> Vec<Edge> {
-    let depth = [transparent::DEPTH_READ, transparent::DEPTH_DROP];
-    let (from, light) = (Place::Forward, forward::LIGHT_WRITE);
-    match transparency {
-        Transparency::Sorted => vec![subpass(
-            "forward-to-transparent",
-            (from, Place::Transparent),
-            &[forward::DEPTH_TEST, light],
-            &[depth[0], depth[1], transparent::BLEND],
-            "TRANSPARENT blends over what FORWARD wrote, tests against depth, and as the last user drops that",
-        )],
-        Transparency::Oit => vec![
-            sums_reuse(),
-            subpass(
-                "forward-to-transparent",
-                (from, Place::Transparent),
-                &[forward::DEPTH_TEST],
-                &depth,
-                "TRANSPARENT tests against depth, and as the last user drops it",
-            ),
-            subpass(
-                "forward-to-composite",
-                (from, Place::Composite),
-                &[light],
-                &[composite::LIGHT_BLEND],
-                "COMPOSITE blends over what FORWARD wrote",
-            ),
-            sums_to_composite(),
-        ],
-    }
-}
-
-fn sums_reuse() -> Edge {
-    subpass(
-        "sums-reuse",
-        (Place::Outside, Place::Transparent),
-        &[composite::SUM_READ, composite::SUM_DROP],
-        &[transparent::BLEND],
-        "frames in flight share the sums: COMPOSITE of the last frame must have read and dropped what this one clears",
-    )
-}
-
-fn sums_to_composite() -> Edge {
-    subpass(
-        "sums-to-composite",
-        (Place::Transparent, Place::Composite),
-        &[transparent::BLEND],
-        &[composite::SUM_READ, composite::SUM_DROP],
-        "COMPOSITE reads the sums of its pixel, and as the last user drops them",
-    )
-}
-
-fn hdr_to_tonemap(from: Place, light: Use) -> Edge {
-    subpass(
-        "hdr-to-tonemap",
-        (from, Place::Tonemap),
-        &[light],
-        &[tonemap::HDR_READ, tonemap::HDR_DROP],
-        "TONEMAP reads the light of its pixel, and as the last user drops the HDR target",
-    )
-}
-
-/// Where no surface emits, LIGHTING is the first to touch the HDR target.
-fn hdr_reuse(plan: &FramePlan) -> Edge {
-    subpass(
-        "hdr-reuse",
-        (Place::Outside, Place::Lighting),
-        &[tonemap::HDR_READ, tonemap::HDR_DROP],
-        &[light_write(plan)],
-        "frames in flight share the HDR target: TONEMAP of the last frame must have read and dropped what this one clears",
-    )
-}
-
-/// The main pass ends with GEOMETRY; a compute pass reads what it stored and writes the output.
-fn tiled_edges() -> [Edge; 4] {
-    let row = |name, carrier, (from, to), before, after, why| Edge {
-        name,
-        carrier,
-        from,
-        to,
-        before,
-        after,
-        // A work group reads pixels that other fragments wrote.
-        by_region: false,
-        why,
-    };
-    let written = geometry::DEPTH_TEST.or(geometry::COLOR_WRITE);
-    [
-        row(
-            "gbuffer-reuse",
-            Carrier::MainPass,
-            (Place::Outside, Place::Geometry),
-            tiled::GBUFFER_READ,
-            written,
-            "frames in flight share the targets: TILED of the last frame must have read what this one overwrites",
-        ),
-        row(
-            "gbuffer-to-tiled",
-            Carrier::MainPass,
-            (Place::Geometry, Place::Tiled),
-            written,
-            tiled::GBUFFER_READ,
-            "TILED reads what GEOMETRY stored, in the layout that the pass leaves it in",
-        ),
-        row(
-            "output-reuse",
-            Carrier::ImageBarrier(vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL),
-            (Place::Outside, Place::Tiled),
-            copy::READ,
-            tiled::OUTPUT_WRITE,
-            "the last picture may still be copied when this one is written",
-        ),
-        row(
-            "read-back",
-            Carrier::ImageBarrier(vk::ImageLayout::GENERAL, vk::ImageLayout::TRANSFER_SRC_OPTIMAL),
-            (Place::Tiled, Place::Outside),
-            tiled::OUTPUT_WRITE,
-            copy::READ,
-            "COPY reads the picture that TILED wrote",
-        ),
-    ]
 }
 
 #[cfg(test)]

@@ -8,19 +8,16 @@
 //!
 //! What the plan leaves out does not exist: its field is `None` and its commands are not recorded.
 
-use std::sync::Arc;
-
 use ash::vk;
 
+use super::FrameParts;
 use super::deferred::clear_values;
 use super::render_pass::{PassDescription, Subpasses};
 use super::stages::{FxaaStage, ShadowStage, Tail, stamp};
-use crate::gpu::{self, Device, Framebuffer, Image, RenderPass, Timestamps, framebuffer};
-use crate::gpu_scene::{GpuScene, ShadowAtlas};
+use crate::gpu::{self, Framebuffer, Image, RenderPass, Timestamps, framebuffer};
 use crate::passes::depth::Depth;
 use crate::passes::forward::Forward;
 use crate::passes::{Recording, SetLayouts, Slot};
-use crate::plan::{FramePlan, World};
 use crate::targets::{Target, Targets};
 
 const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
@@ -44,22 +41,16 @@ impl ForwardFrame {
     ///
     /// # Errors
     /// When the device lacks the memory or cannot compile a pipeline.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        frame_layout: vk::DescriptorSetLayout,
-        atlas: Option<&ShadowAtlas>,
-        scene: &GpuScene,
-        world: &World,
-    ) -> gpu::Result<Self> {
+    pub fn new(parts: &FrameParts) -> gpu::Result<Self> {
+        let &FrameParts { device, plan, edges, frame_layout, atlas, scene, world } = parts;
         let targets = Targets::new(device, plan)?;
-        let pass = PassDescription::main(plan).make(device)?;
+        let pass = PassDescription::main(plan, edges).make(device)?;
         let extent = vk::Extent2D { width: plan.size[0], height: plan.size[1] };
         let framebuffer = framebuffer(device, "main framebuffer", pass.raw, &targets.views(plan), extent)?;
         let subpasses = Subpasses::of(plan);
         let slot = |subpass| Slot { render_pass: pass.raw, subpass };
 
-        let shadow = ShadowStage::new(device, plan, atlas, scene, world)?;
+        let shadow = ShadowStage::new(parts)?;
         let lit = slot(subpasses.lighting);
         let depth = match plan.depth_prepass {
             true => Some(Depth::new(device, plan, lit, frame_layout, 1)?),
@@ -68,7 +59,7 @@ impl ForwardFrame {
         let layouts = SetLayouts { frame: frame_layout, shadows: atlas.map(|atlas| atlas.set_layout.raw) };
         let forward = Forward::new(device, plan, lit, layouts, scene)?;
         let tail = Tail::new(device, plan, &pass, layouts, scene, &targets)?;
-        let fxaa = FxaaStage::new(device, plan, &targets)?;
+        let fxaa = FxaaStage::new(parts, &targets)?;
         let clears = clear_values(plan, world);
         Ok(Self { targets, pass, framebuffer, clears, extent, shadow, depth, forward, tail, fxaa })
     }

@@ -15,6 +15,8 @@ pub use deferred::Deferred;
 pub use forward::ForwardFrame;
 pub use tiled::TiledFrame;
 
+use edges::Edges;
+
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -103,23 +105,27 @@ enum Frame {
     Forward(Box<ForwardFrame>),
 }
 
+/// What frames are made of.
+#[derive(Clone, Copy)]
+pub struct FrameParts<'a> {
+    pub device: &'a Arc<Device>,
+    pub plan: &'a FramePlan,
+    /// Every stage, access and layout of its dependencies.
+    pub edges: &'a Edges,
+    /// Of set 0.
+    pub frame_layout: vk::DescriptorSetLayout,
+    /// Where the plan has shadow maps.
+    pub atlas: Option<&'a ShadowAtlas>,
+    pub scene: &'a GpuScene,
+    pub world: &'a World,
+}
+
 impl Frame {
-    fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        frame_layout: vk::DescriptorSetLayout,
-        atlas: Option<&ShadowAtlas>,
-        scene: &GpuScene,
-        world: &World,
-    ) -> gpu::Result<Self> {
-        Ok(match plan.light_path {
-            LightPath::Compute => {
-                Self::Tiled(Box::new(TiledFrame::new(device, plan, frame_layout, atlas, scene, world)?))
-            }
-            LightPath::Forward | LightPath::ForwardNaive => {
-                Self::Forward(Box::new(ForwardFrame::new(device, plan, frame_layout, atlas, scene, world)?))
-            }
-            _ => Self::Deferred(Box::new(Deferred::new(device, plan, frame_layout, atlas, scene, world)?)),
+    fn new(parts: &FrameParts) -> gpu::Result<Self> {
+        Ok(match parts.plan.light_path {
+            LightPath::Compute => Self::Tiled(Box::new(TiledFrame::new(parts)?)),
+            LightPath::Forward | LightPath::ForwardNaive => Self::Forward(Box::new(ForwardFrame::new(parts)?)),
+            _ => Self::Deferred(Box::new(Deferred::new(parts)?)),
         })
     }
 
@@ -145,6 +151,7 @@ impl Frame {
 pub struct Renderer {
     device: Arc<Device>,
     plan: FramePlan,
+    edges: Edges,
     world: World,
     scene: GpuScene,
     frame: Frame,
@@ -229,16 +236,48 @@ impl Renderer {
     /// When the settings cannot be planned on this device, or it lacks the memory.
     pub fn new(device: &Arc<Device>, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
         let plan = plan_for(device, scene, settings)?;
+        let edges = edges::table(&plan);
+        Self::of(device, scene, settings, plan, edges)
+    }
+
+    /// The same with other dependencies than [`edges::table`] has for the plan, for experiments and proofs: without a row or a bit
+    /// pictures are undefined, and a synchronization validation layer should say why.
+    ///
+    /// # Errors
+    /// As [`Renderer::new`].
+    pub fn with_edges(device: &Arc<Device>, scene: &Scene, settings: &Settings, edges: Edges) -> Result<Self, Error> {
+        let plan = plan_for(device, scene, settings)?;
+        Self::of(device, scene, settings, plan, edges)
+    }
+
+    fn of(
+        device: &Arc<Device>,
+        scene: &Scene,
+        settings: &Settings,
+        plan: FramePlan,
+        edges: Edges,
+    ) -> Result<Self, Error> {
         // A linear picture is in nits.
         let exposure = match settings.hdr_output {
             true => 1.0,
             false => exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(scene))),
         };
         let world = World::of(scene, settings, &plan, exposure);
-        let gpu_scene = GpuScene::new(device, scene, &world, &plan)?;
+        let gpu_scene = GpuScene::new(device, scene, &world, &plan, edges.upload_order())?;
         let frame_layout = view_set_layout(device, &plan)?;
-        let atlas = plan.shadow.as_ref().map(|shadow| ShadowAtlas::new(device, shadow, IN_FLIGHT)).transpose()?;
-        let frame = Frame::new(device, &plan, frame_layout.raw, atlas.as_ref(), &gpu_scene, &world)?;
+        let atlas = match (&plan.shadow, edges.clear_order()) {
+            (Some(shadow), Some(order)) => Some(ShadowAtlas::new(device, shadow, IN_FLIGHT, order)?),
+            _ => None,
+        };
+        let frame = Frame::new(&FrameParts {
+            device,
+            plan: &plan,
+            edges: &edges,
+            frame_layout: frame_layout.raw,
+            atlas: atlas.as_ref(),
+            scene: &gpu_scene,
+            world: &world,
+        })?;
         let frames = (0..IN_FLIGHT)
             .map(|index| {
                 Ok(InFlight {
@@ -256,6 +295,7 @@ impl Renderer {
         Ok(Self {
             device: device.clone(),
             plan,
+            edges,
             world,
             scene: gpu_scene,
             frame,
@@ -303,7 +343,7 @@ impl Renderer {
     pub fn render_jittered(&mut self, camera: &Camera, jitter: [f64; 2]) -> Result<(), Error> {
         let frame = &mut self.frames[self.next];
         if let Some(ticket) = frame.ticket.take() {
-            // Its buffers are written anew.
+            // Its buffers are written anew: the row "frame-to-host".
             self.device.wait(ticket)?;
         }
         frame.begun = Instant::now();
@@ -314,7 +354,7 @@ impl Renderer {
         }
         let stale_maps = self.shadow_cache.stale(&visible.shadows);
         let uniform = FrameUniform::of(&self.world, camera, &self.plan, jitter);
-        // The submission makes host writes visible to the device.
+        // The submission makes them visible to the device: the row "host-to-frame".
         frame.view.write(&uniform, &self.world, camera, (visible.clusters.as_ref(), &visible.lights))?;
         if let Some(atlas) = &self.atlas {
             atlas.write(self.next, &visible, camera)?;
@@ -424,12 +464,13 @@ impl Renderer {
         let (cmd, copy) = self.copy.as_mut().expect("made above");
         cmd.begin()?;
         copy.record(&self.device, cmd.raw, self.frame.output());
-        let edge = edges::row(&self.plan, "picture-to-host");
+        let edge = self.edges.row("picture-to-host");
         let (before, after) = ((edge.before.stage, edge.before.access), (edge.after.stage, edge.after.access));
         // The CPU maps what COPY wrote.
         barrier::buffer_barrier(&self.device, cmd.raw, &copy.buffer, before, after);
         cmd.end()?;
         let ticket = self.device.submit(cmd)?;
+        // The row "copy-to-host".
         self.device.wait(ticket)?;
         let pixels = copy.buffer.read_with(0, copy.buffer.size, |bytes| decode(self.plan.output, bytes))?;
         Ok(Picture { size: self.plan.size, pixels })

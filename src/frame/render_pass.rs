@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::edges::{self, Carrier, Edge, Place};
+use super::edges::{self, Carrier, Edge, Edges, Place};
 use crate::gpu::sync::Use;
 use crate::gpu::{self, Device, RenderPass, SubpassDesc};
 use crate::passes::{fxaa, shadow};
@@ -55,7 +55,7 @@ impl Subpasses {
             Place::Tonemap => self.tonemap.unwrap_or(self.lighting),
             // The passes of these have one subpass.
             Place::Shadow | Place::Fxaa => 0,
-            Place::Outside | Place::Tiled | Place::Copy | Place::Host => vk::SUBPASS_EXTERNAL,
+            _ => vk::SUBPASS_EXTERNAL,
         }
     }
 }
@@ -66,7 +66,7 @@ pub struct PassDescription {
     pub name: &'static str,
     pub attachments: Vec<(Resource, vk::AttachmentDescription)>,
     pub subpasses: Vec<Subpass>,
-    /// Rows of [`edges::table`], each with the subpasses that it is between.
+    /// Rows of the table, each with the subpasses that it is between.
     pub dependencies: Vec<(Edge, [u32; 2])>,
 }
 
@@ -105,7 +105,7 @@ impl Subpass {
 impl PassDescription {
     /// The one pass with subpasses GEOMETRY, LIGHTING (or VIEW), TRANSPARENT, COMPOSITE and TONEMAP, or FORWARD in the place of
     /// the first two, as far as the plan has them.
-    pub fn main(plan: &FramePlan) -> Self {
+    pub fn main(plan: &FramePlan, edges: &Edges) -> Self {
         let describe = |attachment: &Attachment| {
             let description = vk::AttachmentDescription::default()
                 .format(attachment.format)
@@ -123,31 +123,31 @@ impl PassDescription {
             name: "main pass",
             attachments: attachments(plan).iter().map(describe).collect(),
             subpasses: main_subpasses(plan),
-            dependencies: dependencies(plan, Carrier::MainPass),
+            dependencies: dependencies(plan, edges, Carrier::MainPass),
         }
     }
 
     /// The shadow maps' pass: one subpass, depth only.
-    pub fn shadow(plan: &FramePlan) -> Self {
+    pub fn shadow(plan: &FramePlan, edges: &Edges) -> Self {
         let layout = vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
         let depth = Some(vk::AttachmentReference { attachment: 0, layout });
         Self {
             name: "shadow pass",
             attachments: vec![(Resource::ShadowMaps, shadow::attachment())],
             subpasses: vec![Subpass { depth, ..Subpass::at(Place::Shadow) }],
-            dependencies: dependencies(plan, Carrier::ShadowPass),
+            dependencies: dependencies(plan, edges, Carrier::ShadowPass),
         }
     }
 
     /// FXAA's pass: one subpass that writes the picture.
-    pub fn fxaa(plan: &FramePlan) -> Self {
+    pub fn fxaa(plan: &FramePlan, edges: &Edges) -> Self {
         let layout = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
         let color = vec![vk::AttachmentReference { attachment: 0, layout }];
         Self {
             name: "FXAA pass",
             attachments: vec![(Resource::SmoothedPicture, fxaa::attachment(plan))],
             subpasses: vec![Subpass { color, ..Subpass::at(Place::Fxaa) }],
-            dependencies: dependencies(plan, Carrier::FxaaPass),
+            dependencies: dependencies(plan, edges, Carrier::FxaaPass),
         }
     }
 
@@ -241,7 +241,7 @@ fn main_subpasses(plan: &FramePlan) -> Vec<Subpass> {
     subpasses
 }
 
-fn dependencies(plan: &FramePlan, carrier: Carrier) -> Vec<(Edge, [u32; 2])> {
+fn dependencies(plan: &FramePlan, edges: &Edges, carrier: Carrier) -> Vec<(Edge, [u32; 2])> {
     let subpasses = Subpasses::of(plan);
     let index = |place| match (carrier, place) {
         // Seen from the main pass, FXAA is outside.
@@ -250,8 +250,7 @@ fn dependencies(plan: &FramePlan, carrier: Carrier) -> Vec<(Edge, [u32; 2])> {
         (Carrier::ShadowPass, place) if place != Place::Shadow => vk::SUBPASS_EXTERNAL,
         _ => subpasses.index(place),
     };
-    let rows = edges::table(plan).into_iter().filter(|edge| edge.carrier == carrier);
-    rows.map(|edge| (edge.clone(), [index(edge.from), index(edge.to)])).collect()
+    edges.of(carrier).map(|edge| (edge.clone(), [index(edge.from), index(edge.to)])).collect()
 }
 
 /// Attachment references of each subpass.

@@ -12,16 +12,17 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::FrameParts;
 use super::render_pass::{PassDescription, Subpasses, input_layout};
 use crate::gpu::{self, Device, Image, RenderPass, Timestamps};
-use crate::gpu_scene::{GpuScene, ShadowAtlas};
+use crate::gpu_scene::GpuScene;
 use crate::passes::composite::Composite;
 use crate::passes::fxaa::Fxaa;
 use crate::passes::shadow::Shadow;
 use crate::passes::tonemap::TonemapPass;
 use crate::passes::transparent::Transparent;
 use crate::passes::{Recording, SetLayouts, Slot};
-use crate::plan::{FramePlan, World};
+use crate::plan::FramePlan;
 use crate::targets::{COMPOSITE_INPUTS, Target, Targets};
 
 /// SHADOW: a render pass for each map that is drawn anew.
@@ -35,17 +36,12 @@ impl ShadowStage {
     ///
     /// # Errors
     /// When the device lacks the memory or cannot compile a pipeline.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        atlas: Option<&ShadowAtlas>,
-        scene: &GpuScene,
-        world: &World,
-    ) -> gpu::Result<Option<Self>> {
+    pub fn new(parts: &FrameParts) -> gpu::Result<Option<Self>> {
+        let &FrameParts { device, plan, edges, atlas, scene, world, .. } = parts;
         let (Some(shadow_plan), Some(atlas)) = (&plan.shadow, atlas) else {
             return Ok(None);
         };
-        let pass = PassDescription::shadow(plan).make(device)?;
+        let pass = PassDescription::shadow(plan, edges).make(device)?;
         let slot = Slot { render_pass: pass.raw, subpass: 0 };
         let shadow = Shadow::new(device, shadow_plan, atlas, slot, scene, world)?;
         Ok(Some(Self { _pass: pass, shadow }))
@@ -140,11 +136,12 @@ impl FxaaStage {
     ///
     /// # Errors
     /// When the device lacks the memory or cannot compile a pipeline.
-    pub fn new(device: &Arc<Device>, plan: &FramePlan, targets: &Targets) -> gpu::Result<Option<Self>> {
+    pub fn new(parts: &FrameParts, targets: &Targets) -> gpu::Result<Option<Self>> {
+        let &FrameParts { device, plan, edges, .. } = parts;
         if !plan.fxaa {
             return Ok(None);
         }
-        let pass = PassDescription::fxaa(plan).make(device)?;
+        let pass = PassDescription::fxaa(plan, edges).make(device)?;
         let slot = Slot { render_pass: pass.raw, subpass: 0 };
         let fxaa = Fxaa::new(device, plan, slot, targets.image(Target::Output).view)?;
         Ok(Some(Self { _pass: pass, fxaa }))

@@ -6,22 +6,20 @@
 //! compute        TILED      every light on every pixel, tile by tile, into the output
 //! ```
 
-use std::sync::Arc;
-
 use ash::vk;
 
+use super::FrameParts;
 use super::deferred::{background, clear_values, image_barrier};
-use super::edges::{self, Edge};
+use super::edges::Edge;
 use super::render_pass::{PassDescription, input_layout};
 use super::stages::{ShadowStage, stamp};
-use crate::gpu::{self, Device, Framebuffer, Image, RenderPass, Timestamps, framebuffer};
-use crate::gpu_scene::{GpuScene, ShadowAtlas};
+use crate::gpu::{self, Framebuffer, Image, RenderPass, Timestamps, framebuffer};
 use crate::passes::depth::Depth;
 use crate::passes::geometry::Geometry;
 use crate::passes::tiled::{EMISSIVE, Tiled};
 use crate::passes::tonemap::encode_srgb;
 use crate::passes::{Recording, SetLayouts, Slot};
-use crate::plan::{FramePlan, OUTPUT_PLAIN, World};
+use crate::plan::OUTPUT_PLAIN;
 use crate::targets::{Target, Targets, stored_inputs};
 
 /// The passes of a plan and what they draw into.
@@ -44,19 +42,13 @@ impl TiledFrame {
     ///
     /// # Errors
     /// When the device lacks the memory or cannot compile a pipeline.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        frame_layout: vk::DescriptorSetLayout,
-        atlas: Option<&ShadowAtlas>,
-        scene: &GpuScene,
-        world: &World,
-    ) -> gpu::Result<Self> {
+    pub fn new(parts: &FrameParts) -> gpu::Result<Self> {
+        let &FrameParts { device, plan, edges, frame_layout, atlas, scene, world } = parts;
         let targets = Targets::new(device, plan)?;
-        let pass = PassDescription::main(plan).make(device)?;
+        let pass = PassDescription::main(plan, edges).make(device)?;
         let extent = vk::Extent2D { width: plan.size[0], height: plan.size[1] };
         let framebuffer = framebuffer(device, "main framebuffer", pass.raw, &targets.views(plan), extent)?;
-        let shadow = ShadowStage::new(device, plan, atlas, scene, world)?;
+        let shadow = ShadowStage::new(parts)?;
         let slot = Slot { render_pass: pass.raw, subpass: 0 };
         let depth = match plan.depth_prepass {
             true => Some(Depth::new(device, plan, slot, frame_layout, plan.geometry_locations())?),
@@ -78,7 +70,8 @@ impl TiledFrame {
         let layouts = SetLayouts { frame: frame_layout, shadows: atlas.map(|atlas| atlas.set_layout.raw) };
         let tiled = Tiled::new(device, plan, layouts, (&stored, output), background)?;
         let clears = clear_values(plan, world);
-        let (output_reuse, read_back) = (edges::row(plan, "output-reuse"), edges::row(plan, "read-back"));
+        let row = |name| edges.row(name).clone();
+        let (output_reuse, read_back) = (row("output-reuse"), row("read-back"));
         Ok(Self { targets, pass, framebuffer, clears, extent, shadow, depth, geometry, tiled, output_reuse, read_back })
     }
 

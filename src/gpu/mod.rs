@@ -5,7 +5,7 @@
 //! GPU. Owners hold an [`Arc<Device>`](Device), and a device holds its instance: no order of drops is wrong.
 //!
 //! Helpers fill in `sType` and subresource ranges. They never choose a stage, an access or a layout: those stand at the
-//! call. The one exception is [`Uploader`], whose barriers are written out with their reasons in `upload.rs`.
+//! call, or come to it from the caller's table.
 //!
 //! **Contract on handles.** Functions here take raw `vk` handles as Vulkan does. A handle must come from a live owner
 //! of the same device, and a `vk::CommandBuffer` that is recorded into must be in the recording state, used by one
@@ -33,7 +33,7 @@ mod sampler;
 mod submission;
 pub mod sync;
 pub mod system;
-mod upload;
+pub mod upload;
 
 pub use ash::vk;
 
@@ -55,4 +55,4 @@ pub use queries::Timestamps;
 pub use render_pass::{Framebuffer, RenderPass, SubpassDesc, framebuffer};
 pub use sampler::Sampler;
 pub use submission::Ticket;
-pub use upload::{DEFAULT_STAGING_BYTES, Uploader};
+pub use upload::{DEFAULT_STAGING_BYTES, UploadOrder, Uploader};

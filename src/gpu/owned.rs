@@ -220,6 +220,11 @@ impl Device {
         self.destroy_done();
     }
 
+    /// The last submission that something retired waits for; `None` when nothing waits.
+    pub(super) fn last_retired_use(&self) -> Option<u64> {
+        self.retired.lock().iter().map(|retired| retired.last_use).max()
+    }
+
     /// Destroys what is retired and, as far as is known without asking the driver, no longer in use.
     pub(super) fn destroy_done(&self) {
         for retired in self.retired.take_done(self.submissions.completed()) {

@@ -50,9 +50,12 @@ impl Submissions {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes note of the fences that have signalled.
-    fn poll(&self, device: &ash::Device, state: &mut State) -> Result<()> {
-        while let Some(&(_, fence)) = state.pending.front() {
+    /// Takes note of the fences that have signalled, up to that of submission `last`. What nobody wants to know is not asked: a
+    /// layer takes an answer for a wait, and would then see no hazard with what is done (`tests/necessity.rs`).
+    fn poll(&self, device: &ash::Device, state: &mut State, last: u64) -> Result<()> {
+        while let Some(&(serial, fence)) = state.pending.front()
+            && serial <= last
+        {
             // SAFETY: the fence belongs to this device and is alive.
             if !unsafe { device.get_fence_status(fence) }.doing(|| "asking whether the GPU is done")? {
                 break;
@@ -160,7 +163,7 @@ impl Device {
                 // SAFETY: the fence is alive and pending; the lock keeps others from resetting it.
                 unsafe { self.raw.wait_for_fences(&[fence], true, u64::MAX) }.doing(|| "waiting for the GPU")?;
             }
-            self.submissions.poll(&self.raw, &mut state)?;
+            self.submissions.poll(&self.raw, &mut state, ticket.0)?;
         }
         self.destroy_done();
         Ok(())
@@ -172,16 +175,17 @@ impl Device {
     /// A lost device.
     pub fn is_done(&self, ticket: Ticket) -> Result<bool> {
         if ticket.0 > self.submissions.completed() {
-            self.submissions.poll(&self.raw, &mut self.submissions.lock())?;
+            self.submissions.poll(&self.raw, &mut self.submissions.lock(), ticket.0)?;
         }
         Ok(ticket.0 <= self.submissions.completed())
     }
 
     /// Destroys what is retired and no longer in use. Cheap; for once a frame.
     pub fn collect(&self) {
+        let Some(last_use) = self.last_retired_use() else { return };
         // A failure here means a lost device: the next submission or wait says so, and then nothing more is destroyed
         // before the device is.
-        if self.submissions.poll(&self.raw, &mut self.submissions.lock()).is_ok() {
+        if self.submissions.poll(&self.raw, &mut self.submissions.lock(), last_use).is_ok() {
             self.destroy_done();
         }
     }
@@ -195,7 +199,7 @@ impl Device {
             let mut state = self.submissions.lock();
             // SAFETY: the device is alive, and its only queue is not used meanwhile, as that needs the lock.
             unsafe { self.raw.device_wait_idle() }.doing(|| "waiting for the GPU to be idle")?;
-            self.submissions.poll(&self.raw, &mut state)?;
+            self.submissions.poll(&self.raw, &mut state, u64::MAX)?;
         }
         self.destroy_done();
         Ok(())

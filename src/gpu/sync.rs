@@ -10,7 +10,28 @@ pub struct Use {
     pub access: vk::AccessFlags,
 }
 
+/// What the CPU does to mapped memory before a submission.
+pub const HOST_WRITE: Use = Use::new(vk::PipelineStageFlags::HOST, vk::AccessFlags::HOST_WRITE);
+/// Everything that a submission does.
+pub const DEVICE_ACCESS: Use = Use::new(
+    vk::PipelineStageFlags::ALL_COMMANDS,
+    vk::AccessFlags::from_raw(vk::AccessFlags::MEMORY_READ.as_raw() | vk::AccessFlags::MEMORY_WRITE.as_raw()),
+);
+
+/// Every access that writes, of those that passes name.
+const WRITES: u32 = vk::AccessFlags::SHADER_WRITE.as_raw()
+    | vk::AccessFlags::COLOR_ATTACHMENT_WRITE.as_raw()
+    | vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw()
+    | vk::AccessFlags::TRANSFER_WRITE.as_raw()
+    | vk::AccessFlags::HOST_WRITE.as_raw()
+    | vk::AccessFlags::MEMORY_WRITE.as_raw();
+
 impl Use {
+    /// Before a dependency that waits for nothing.
+    pub const START: Self = Self::new(vk::PipelineStageFlags::TOP_OF_PIPE, vk::AccessFlags::empty());
+    /// After a dependency that holds nothing back.
+    pub const END: Self = Self::new(vk::PipelineStageFlags::BOTTOM_OF_PIPE, vk::AccessFlags::empty());
+
     pub const fn new(stage: vk::PipelineStageFlags, access: vk::AccessFlags) -> Self {
         Self { stage, access }
     }
@@ -23,8 +44,22 @@ impl Use {
         }
     }
 
+    /// The same stages, and of the accesses those that write.
+    pub const fn writes(self) -> Self {
+        Self { access: vk::AccessFlags::from_raw(self.access.as_raw() & WRITES), ..self }
+    }
+
     /// All of `uses` in one.
     pub fn all(uses: &[Self]) -> Self {
         uses.iter().fold(Self::new(vk::PipelineStageFlags::empty(), vk::AccessFlags::empty()), |sum, &one| sum.or(one))
     }
+}
+
+/// What a barrier orders.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Dependency {
+    /// What must be over.
+    pub before: Use,
+    /// What must wait.
+    pub after: Use,
 }

@@ -1,8 +1,8 @@
 //! Staged uploads: data goes through a bounded staging buffer to where the GPU reads it.
 //!
-//! This is the one place in `gpu` that chooses stages, accesses and layouts; each choice is explained here. Everything
-//! is read by shaders or vertex fetch in submissions after [`Uploader::finish`], whose wait orders execution; what the
-//! barriers add is that the writes become visible to those reads, which a fence alone does not do.
+//! Its barriers are the caller's: an [`UploadOrder`] says what each of them waits for and holds back. Nothing here waits for
+//! the GPU but for room in a staging buffer: what is submitted later to the same queue is ordered by the barriers, and the
+//! staging buffers go through the retire queue.
 
 use std::sync::Arc;
 
@@ -15,6 +15,41 @@ use super::device::Device;
 use super::error::{Error, Result};
 use super::image::{Image, can_blit, format_bytes};
 use super::memory::{Location, MemoryKind};
+use super::sync::{Dependency, Use};
+
+/// Copies to buffers and levels of textures; blits to levels.
+pub const COPY_WRITE: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE);
+/// Blits from levels.
+pub const BLIT_READ: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ);
+
+/// What each barrier of an uploader orders; `None` where there is nothing to upload that would need it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct UploadOrder {
+    /// Copies to buffers, and what reads the buffers.
+    pub buffers: Option<Dependency>,
+    /// Whatever there was, and the first write to a texture.
+    pub first: Option<Dependency>,
+    /// The write to a level, and the blit from it.
+    pub blit: Option<Dependency>,
+    /// The blit from a level, and what samples it.
+    pub blitted: Option<Dependency>,
+    /// The write to a level that is not blitted from, and what samples it.
+    pub written: Option<Dependency>,
+}
+
+impl UploadOrder {
+    /// That of uploads which are read as `buffers` and `textures` say, and by nothing else.
+    pub fn before(buffers: Use, textures: Use) -> UploadOrder {
+        let order = |before: Use, after| Some(Dependency { before: before.writes(), after });
+        UploadOrder {
+            buffers: order(COPY_WRITE, buffers),
+            first: order(Use::START, COPY_WRITE),
+            blit: order(COPY_WRITE, BLIT_READ),
+            blitted: order(BLIT_READ, textures),
+            written: order(COPY_WRITE, textures),
+        }
+    }
+}
 
 /// How much staging memory is enough to keep the GPU busy: 32 MiB.
 pub const DEFAULT_STAGING_BYTES: u64 = 32 << 20;
@@ -28,8 +63,9 @@ pub struct Uploader {
     device: Arc<Device>,
     slots: [Slot; 2],
     current: usize,
-    /// Where and how the buffers that were written will be read.
-    reads: (vk::PipelineStageFlags, vk::AccessFlags),
+    order: UploadOrder,
+    /// Some buffer was written.
+    wrote_buffers: bool,
 }
 
 struct Slot {
@@ -47,11 +83,12 @@ struct Staged {
 }
 
 impl Uploader {
-    /// An uploader with two staging buffers that together have `staging_bytes` (at least 2 MiB are taken).
+    /// An uploader with two staging buffers that together have `staging_bytes` (at least 2 MiB are taken), whose barriers
+    /// order what `order` says.
     ///
     /// # Errors
     /// [`Error::OutOfMemory`].
-    pub fn new(device: &Arc<Device>, staging_bytes: u64) -> Result<Uploader> {
+    pub fn new(device: &Arc<Device>, staging_bytes: u64, order: UploadOrder) -> Result<Uploader> {
         let size = (staging_bytes / 2).max(LEAST_SLOT_BYTES);
         let slot = |name: &str| -> Result<Slot> {
             let usage = vk::BufferUsageFlags::TRANSFER_SRC;
@@ -62,7 +99,8 @@ impl Uploader {
             device: Arc::clone(device),
             slots: [slot("upload 0")?, slot("upload 1")?],
             current: 0,
-            reads: (vk::PipelineStageFlags::empty(), vk::AccessFlags::empty()),
+            order,
+            wrote_buffers: false,
         })
     }
 
@@ -77,8 +115,8 @@ impl Uploader {
             let what = format!("{} bytes at {offset} cannot be uploaded to {dst:?} ({:?})", data.len(), dst.usage);
             return Err(Error::Misuse(what));
         }
-        let reads = reads_of(dst.usage);
-        self.reads = (self.reads.0 | reads.0, self.reads.1 | reads.1);
+        planned(self.order.buffers, dst)?;
+        self.wrote_buffers = true;
         let mut done = 0;
         while done < data.len() {
             let rest = &data[done..];
@@ -94,7 +132,7 @@ impl Uploader {
     }
 
     /// Copies level 0 of every layer, rows and layers tightly packed, makes the other levels by linear blits, and leaves
-    /// all of the image in `SHADER_READ_ONLY_OPTIMAL` for fragment shaders. The old content is lost. The image must live
+    /// all of the image in `SHADER_READ_ONLY_OPTIMAL`. The old content is lost. The image must live
     /// until [`Uploader::finish`].
     ///
     /// # Errors
@@ -110,18 +148,23 @@ impl Uploader {
         }
         let source = if blits { vk::ImageUsageFlags::TRANSFER_SRC } else { vk::ImageUsageFlags::empty() };
         check_texture(image, vk::ImageUsageFlags::TRANSFER_DST | source, &[level0])?;
+        let written = planned(self.order.written, image)?;
+        let levels = match blits {
+            true => Some((planned(self.order.blit, image)?, planned(self.order.blitted, image)?)),
+            false => None,
+        };
         self.make_writable(image)?;
         self.copy_level(image, 0, level0)?;
         let cmd = self.recording()?;
-        if blits {
-            self.blit_levels(cmd, image);
+        if let Some((blit, _)) = levels {
+            self.blit_levels(cmd, image, blit);
         }
         // The last level, or the only one, was written by a copy or a blit and never read.
-        self.make_readable(cmd, image, image.mip_levels - 1, 1, WRITTEN);
-        if blits {
+        self.make_readable(cmd, image, (image.mip_levels - 1, 1), (written, WRITTEN));
+        if let Some((_, blitted)) = levels {
             // The others were read by the blit into the next level. Their writes were made available before that; this
             // barrier waits for the read, changes the layout, and makes them visible to shaders.
-            self.make_readable(cmd, image, 0, image.mip_levels - 1, BLITTED);
+            self.make_readable(cmd, image, (0, image.mip_levels - 1), (blitted, BLITTED));
         }
         Ok(())
     }
@@ -136,82 +179,74 @@ impl Uploader {
             return Err(Error::Misuse(format!("{given} levels are given for '{name}', which has {has}")));
         }
         check_texture(image, vk::ImageUsageFlags::TRANSFER_DST, levels)?;
+        let written = planned(self.order.written, image)?;
         self.make_writable(image)?;
         for (level, data) in (0..).zip(levels) {
             self.copy_level(image, level, data)?;
         }
         let cmd = self.recording()?;
-        self.make_readable(cmd, image, 0, image.mip_levels, WRITTEN);
+        self.make_readable(cmd, image, (0, image.mip_levels), (written, WRITTEN));
         Ok(())
     }
 
-    /// Submits what is left and waits until all of it is done.
+    /// Submits what is left. What is submitted later finds it all in its place; nothing is waited for.
     ///
     /// # Errors
     /// A lost device.
     pub fn finish(mut self) -> Result<()> {
-        if self.reads.0 != vk::PipelineStageFlags::empty() {
+        if self.wrote_buffers {
             let cmd = self.recording()?;
             // All copies to buffers, those of earlier submissions included: a barrier orders everything submitted
             // before it to the same queue.
-            memory_barrier(
-                &self.device,
-                cmd,
-                (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE),
-                self.reads,
-            );
+            let Dependency { before, after } = planned(self.order.buffers, "buffers")?;
+            memory_barrier(&self.device, cmd, (before.stage, before.access), (after.stage, after.access));
         }
-        self.submit_current()?;
-        // The other slot's submission came before, so that it is done too when the last one is.
-        for slot in &self.slots {
-            if let Some(ticket) = slot.cmd.last_ticket() {
-                self.device.wait(ticket)?;
-            }
-        }
-        Ok(())
+        self.submit_current()
     }
 
     /// The whole image becomes a copy's target. What it held is dropped, so that there is nothing to wait for or keep.
     fn make_writable(&mut self, image: &Image) -> Result<()> {
+        let first = planned(self.order.first, image)?;
         let cmd = self.recording()?;
-        image_barrier(
-            &self.device,
-            cmd,
-            image,
-            (vk::PipelineStageFlags::TOP_OF_PIPE, vk::AccessFlags::empty(), vk::ImageLayout::UNDEFINED),
-            WRITTEN,
-        );
+        self.change(cmd, image, first, (vk::ImageLayout::UNDEFINED, WRITTEN));
         Ok(())
     }
 
-    /// Some levels, used last as `from` says, become readable for fragment shaders, which alone sample textures.
-    fn make_readable(&self, cmd: vk::CommandBuffer, image: &Image, first: u32, count: u32, from: LevelUse) {
-        image_barrier(
-            &self.device,
-            cmd,
-            ImageRange::from(image).levels(first, count),
-            from,
-            (
-                vk::PipelineStageFlags::FRAGMENT_SHADER,
-                vk::AccessFlags::SHADER_READ,
-                vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
-            ),
-        );
+    /// `count` levels from `first`, now in `old` layout, become readable for shaders.
+    fn make_readable(
+        &self,
+        cmd: vk::CommandBuffer,
+        image: &Image,
+        (first, count): (u32, u32),
+        (order, old): (Dependency, vk::ImageLayout),
+    ) {
+        let levels = ImageRange::from(image).levels(first, count);
+        self.change(cmd, levels, order, (old, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL));
+    }
+
+    fn change(
+        &self,
+        cmd: vk::CommandBuffer,
+        target: impl Into<ImageRange>,
+        Dependency { before, after }: Dependency,
+        (old, new): (vk::ImageLayout, vk::ImageLayout),
+    ) {
+        image_barrier(&self.device, cmd, target, (before.stage, before.access, old), (after.stage, after.access, new));
     }
 
     /// Makes each level from the one above it. Levels above the last end as blit sources.
-    fn blit_levels(&self, cmd: vk::CommandBuffer, image: &Image) {
+    fn blit_levels(&self, cmd: vk::CommandBuffer, image: &Image, order: Dependency) {
         for level in 1..image.mip_levels {
             // The level above was just written, by the copy or by the last blit, and is now read.
             let above = ImageRange::from(image).levels(level - 1, 1);
-            image_barrier(&self.device, cmd, above, WRITTEN, BLITTED);
+            self.change(cmd, above, order, (WRITTEN, BLITTED));
             let blit = vk::ImageBlit {
                 src_subresource: layers_of(image, level - 1),
                 src_offsets: corners(image.level_extent(level - 1)),
                 dst_subresource: layers_of(image, level),
                 dst_offsets: corners(image.level_extent(level)),
             };
-            let (src, dst) = (BLITTED.2, WRITTEN.2);
+            let (src, dst) = (BLITTED, WRITTEN);
             // SAFETY: the command buffer is recording, the image lives until `finish`, and its levels are in these
             // layouts.
             unsafe {
@@ -240,7 +275,7 @@ impl Uploader {
                     .image_subresource(subresource)
                     .image_offset(vk::Offset3D { x: 0, y: (done / row) as i32, z: 0 })
                     .image_extent(vk::Extent3D { width: extent.width, height: (taken / row) as u32, depth: 1 });
-                let layout = WRITTEN.2;
+                let layout = WRITTEN;
                 // SAFETY: the command buffer is recording, the staging buffer is alive, the image until `finish`, as
                 // promised; the region lies within both.
                 unsafe {
@@ -304,31 +339,16 @@ impl Uploader {
     }
 }
 
-type LevelUse = (vk::PipelineStageFlags, vk::AccessFlags, vk::ImageLayout);
-
-/// A level that copies or blits write to.
-const WRITTEN: LevelUse =
-    (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE, vk::ImageLayout::TRANSFER_DST_OPTIMAL);
-
-/// A level that a blit reads.
-const BLITTED: LevelUse =
-    (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ, vk::ImageLayout::TRANSFER_SRC_OPTIMAL);
-
-/// Every read that a buffer's usage allows: vertex fetch, indirect draws, and the shaders of the stages that there are.
-fn reads_of(usage: vk::BufferUsageFlags) -> (vk::PipelineStageFlags, vk::AccessFlags) {
-    use vk::{AccessFlags as Access, BufferUsageFlags as Usage, PipelineStageFlags as Stage};
-    let shaders = Stage::VERTEX_SHADER | Stage::FRAGMENT_SHADER | Stage::COMPUTE_SHADER;
-    let table = [
-        (Usage::VERTEX_BUFFER, Stage::VERTEX_INPUT, Access::VERTEX_ATTRIBUTE_READ),
-        (Usage::INDEX_BUFFER, Stage::VERTEX_INPUT, Access::INDEX_READ),
-        (Usage::INDIRECT_BUFFER, Stage::DRAW_INDIRECT, Access::INDIRECT_COMMAND_READ),
-        (Usage::UNIFORM_BUFFER, shaders, Access::UNIFORM_READ),
-        (Usage::STORAGE_BUFFER, shaders, Access::SHADER_READ),
-        (Usage::TRANSFER_SRC, Stage::TRANSFER, Access::TRANSFER_READ),
-    ];
-    let of_usage = table.into_iter().filter(|(flag, ..)| usage.contains(*flag));
-    of_usage.fold((Stage::empty(), Access::empty()), |all, (_, stage, access)| (all.0 | stage, all.1 | access))
+/// The barrier for what is uploaded, which the uploader's order must have.
+fn planned(order: Option<Dependency>, what: impl std::fmt::Debug) -> Result<Dependency> {
+    order.ok_or_else(|| Error::Misuse(format!("the uploader has no order for {what:?}")))
 }
+
+/// Layout of a level that copies or blits write to.
+const WRITTEN: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+
+/// Layout of a level that a blit reads.
+const BLITTED: vk::ImageLayout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
 
 /// Whether the image can be uploaded to, and the levels have their right sizes. Before anything is recorded, so that an
 /// image is left as it was when this fails.

@@ -6,7 +6,7 @@ mod sorted;
 mod view;
 
 pub use material::Materials;
-pub use shadows::{ATLAS_LAYOUT, ShadowAtlas};
+pub use shadows::{ATLAS_LAYOUT, ClearOrder, ShadowAtlas, clear as shadow_clear};
 pub use sorted::SortedIndices;
 pub use view::{FrameUniform, LightRecord, ViewBuffers, set_layout as view_set_layout};
 
@@ -14,9 +14,17 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use crate::gpu::{self, Buffer, Device, Location, MemoryKind, Uploader};
-use crate::plan::{FramePlan, World};
+use crate::gpu::sync::Use;
+use crate::gpu::{self, Buffer, Device, Location, MemoryKind, UploadOrder, Uploader};
+use crate::plan::{FramePlan, World, cone_mesh, sphere_mesh};
 use crate::scene::{Mesh, Scene};
+
+/// Fetches a vertex.
+pub const VERTEX_READ: Use = Use::new(vk::PipelineStageFlags::VERTEX_INPUT, vk::AccessFlags::VERTEX_ATTRIBUTE_READ);
+/// Fetches an index.
+pub const INDEX_READ: Use = Use::new(vk::PipelineStageFlags::VERTEX_INPUT, vk::AccessFlags::INDEX_READ);
+/// Samples a material's texture, in whichever pass.
+pub const TEXTURE_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
 
 /// Where a mesh lies in the shared buffers.
 #[derive(Debug, Clone, Copy)]
@@ -35,6 +43,15 @@ pub struct GpuScene {
     pub indices: Option<Buffer>,
     pub meshes: Vec<MeshRange>,
     pub materials: Option<Materials>,
+    /// Where the light path draws lights' volumes.
+    pub volumes: Option<VolumeMeshes>,
+}
+
+/// The volumes of lights, whose corners lie one after the other: those of a sphere, then those of a cone.
+pub struct VolumeMeshes {
+    pub corners: Buffer,
+    pub sphere: u32,
+    pub cone: u32,
 }
 
 /// Vertex buffer bindings, as `shaders/geometry.wgsl` numbers its locations.
@@ -78,12 +95,18 @@ pub fn vertex_input(
 }
 
 impl GpuScene {
-    /// Uploads and waits until the device has it all.
+    /// Submits the uploads, which `order` puts before all that is submitted later.
     ///
     /// # Errors
     /// When there is no memory for it, or the device is lost.
-    pub fn new(device: &Arc<Device>, scene: &Scene, world: &World, plan: &FramePlan) -> gpu::Result<Self> {
-        let mut uploader = Uploader::new(device, 32 << 20)?;
+    pub fn new(
+        device: &Arc<Device>,
+        scene: &Scene,
+        world: &World,
+        plan: &FramePlan,
+        order: UploadOrder,
+    ) -> gpu::Result<Self> {
+        let mut uploader = Uploader::new(device, 32 << 20, order)?;
         let streams = &plan.streams;
         let meshes = &scene.meshes;
         let gpu_scene = Self {
@@ -109,6 +132,10 @@ impl GpuScene {
             indices: indices(device, &mut uploader, meshes)?,
             meshes: ranges(meshes),
             materials: Materials::new(device, &mut uploader, scene, world, plan)?,
+            volumes: match plan.uploads.volumes {
+                true => Some(volumes(device, &mut uploader)?),
+                false => None,
+            },
         };
         uploader.finish()?;
         Ok(gpu_scene)
@@ -184,6 +211,17 @@ fn stream<'a>(
         offset += size;
     }
     Ok(Some(buffer))
+}
+
+fn volumes(device: &Arc<Device>, uploader: &mut Uploader) -> gpu::Result<VolumeMeshes> {
+    let (sphere, cone) = (sphere_mesh(), cone_mesh());
+    let counts = (sphere.len() as u32, cone.len() as u32);
+    let data: Vec<[f32; 3]> = sphere.into_iter().chain(cone).collect();
+    let usage = vk::BufferUsageFlags::VERTEX_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
+    let size = size_of_val(&data[..]) as u64;
+    let corners = Buffer::new(device, "light volumes", size, usage, Location::Device, MemoryKind::Geometry)?;
+    uploader.buffer(&corners, 0, bytemuck::cast_slice(&data))?;
+    Ok(VolumeMeshes { corners, sphere: counts.0, cone: counts.1 })
 }
 
 fn indices(device: &Arc<Device>, uploader: &mut Uploader, meshes: &[Mesh]) -> gpu::Result<Option<Buffer>> {

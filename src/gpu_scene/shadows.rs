@@ -6,9 +6,9 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec4};
 
+use crate::gpu::sync::Dependency;
 use crate::gpu::{
-    self, Buffer, CommandBuffer, DescriptorPool, Device, Image, ImageDesc, Location, MemoryKind, Owned, SetLayout,
-    SetWriter, barrier,
+    self, Buffer, DescriptorPool, Device, Image, ImageDesc, Location, MemoryKind, Owned, SetLayout, SetWriter,
 };
 use crate::plan::{DEPTH, MAX_SHADOW_VIEWS, ShadowPlan, Visible};
 use crate::scene::Camera;
@@ -44,6 +44,15 @@ const _: () = {
 /// Layout of the atlas whenever no map is being drawn.
 pub const ATLAS_LAYOUT: vk::ImageLayout = vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL;
 
+/// What the barriers around the atlas's first clear order.
+#[derive(Debug, Clone, Copy)]
+pub struct ClearOrder {
+    /// Whatever there was, and the clear.
+    pub clear: Dependency,
+    /// The clear, and who looks maps up.
+    pub look_up: Dependency,
+}
+
 /// The image of all maps, and a set for each frame in flight: binding 0 the image, binding 1 what lies where in it.
 pub struct ShadowAtlas {
     pub image: Image,
@@ -60,7 +69,12 @@ impl ShadowAtlas {
     ///
     /// # Errors
     /// When the device has no memory for it.
-    pub fn new(device: &Arc<Device>, plan: &ShadowPlan, frames_in_flight: usize) -> gpu::Result<Self> {
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &ShadowPlan,
+        frames_in_flight: usize,
+        order: ClearOrder,
+    ) -> gpu::Result<Self> {
         let image = Image::new(
             device,
             &ImageDesc {
@@ -76,7 +90,7 @@ impl ShadowAtlas {
                 ..ImageDesc::default()
             },
         )?;
-        clear(device, &image)?;
+        clear::submit(device, &image, order)?;
         let range = vk::ImageSubresourceRange {
             aspect_mask: vk::ImageAspectFlags::DEPTH,
             level_count: 1,
@@ -145,39 +159,43 @@ impl ShadowAtlas {
     }
 }
 
-/// Clears all maps to "nothing is there" and takes them to where they are read from. Waits until that is done.
-fn clear(device: &Arc<Device>, image: &Image) -> gpu::Result<()> {
-    let mut cmd = CommandBuffer::new(device, "clear shadow atlas")?;
-    cmd.begin()?;
-    let transfer = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
-    let written = (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE, transfer);
-    // Nothing was there before.
-    let nothing = (vk::PipelineStageFlags::TOP_OF_PIPE, vk::AccessFlags::empty(), vk::ImageLayout::UNDEFINED);
-    barrier::image_barrier(device, cmd.raw, image, nothing, written);
-    let range = vk::ImageSubresourceRange {
-        aspect_mask: vk::ImageAspectFlags::DEPTH,
-        level_count: 1,
-        layer_count: image.layers,
-        ..Default::default()
-    };
-    // SAFETY: recording, outside a render pass; the image is in this layout and has the usage.
-    unsafe {
-        let far = vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 };
-        device.raw.cmd_clear_depth_stencil_image(cmd.raw, image.raw, transfer, &far, &[range]);
+/// The clear that the atlas begins with.
+pub mod clear {
+    use std::sync::Arc;
+
+    use ash::vk;
+
+    use super::{ATLAS_LAYOUT, ClearOrder};
+    use crate::gpu::sync::{Dependency, Use};
+    use crate::gpu::{self, CommandBuffer, Device, Image, barrier};
+
+    /// Clears the whole image.
+    pub const WRITE: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE);
+
+    /// Clears all maps to "nothing is there" and takes them to where they are read from.
+    pub(super) fn submit(device: &Arc<Device>, image: &Image, order: ClearOrder) -> gpu::Result<()> {
+        let mut cmd = CommandBuffer::new(device, "clear shadow atlas")?;
+        cmd.begin()?;
+        let cleared = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+        let change = |Dependency { before, after }: Dependency, old, new| {
+            let (before, after) = ((before.stage, before.access, old), (after.stage, after.access, new));
+            barrier::image_barrier(device, cmd.raw, image, before, after);
+        };
+        change(order.clear, vk::ImageLayout::UNDEFINED, cleared);
+        let range = vk::ImageSubresourceRange {
+            aspect_mask: vk::ImageAspectFlags::DEPTH,
+            level_count: 1,
+            layer_count: image.layers,
+            ..Default::default()
+        };
+        // SAFETY: recording, outside a render pass; the image is in this layout and has the usage.
+        unsafe {
+            let far = vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 };
+            device.raw.cmd_clear_depth_stencil_image(cmd.raw, image.raw, cleared, &far, &[range]);
+        }
+        change(order.look_up, cleared, ATLAS_LAYOUT);
+        cmd.end()?;
+        device.submit(&cmd)?;
+        Ok(())
     }
-    // Next it is looked up, or drawn into, whose pass begins with a transition of its own.
-    let used = (
-        vk::PipelineStageFlags::FRAGMENT_SHADER
-            | vk::PipelineStageFlags::COMPUTE_SHADER
-            | vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS
-            | vk::PipelineStageFlags::LATE_FRAGMENT_TESTS,
-        vk::AccessFlags::SHADER_READ
-            | vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ
-            | vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE,
-        ATLAS_LAYOUT,
-    );
-    barrier::image_barrier(device, cmd.raw, image, written, used);
-    cmd.end()?;
-    let ticket = device.submit(&cmd)?;
-    device.wait(ticket)
 }

@@ -7,12 +7,9 @@ use ash::vk;
 
 use super::screen::{Input, Inputs, add, stages};
 use super::{Recording, SetLayouts, Slot};
-use crate::gpu::{
-    self, Buffer, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Location, MemoryKind, Owned, Uploader,
-    pipeline_layout,
-};
+use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
 use crate::gpu_scene::{POSITION, vertex_input};
-use crate::plan::{FramePlan, LightRect, LightWork, Shading, cone_mesh, sphere_mesh};
+use crate::plan::{FramePlan, LightRect, LightWork, Shading};
 use crate::scene::LightPath;
 use crate::shaders::per_light::{self as shader, Flags, constants};
 
@@ -25,8 +22,6 @@ pub struct PerLight {
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,
     inputs: Inputs,
-    /// Unit sphere, then unit cone.
-    meshes: Option<(Buffer, u32, u32)>,
     area: [u32; 2],
 }
 
@@ -34,7 +29,7 @@ impl PerLight {
     /// `layouts` are those of set 0 and, where the plan has shadow maps, of set 2; `inputs` are the G-buffer's views.
     ///
     /// # Errors
-    /// When the pipeline cannot be made, or there is no memory for the volumes' meshes.
+    /// When the pipeline cannot be made.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
@@ -75,8 +70,7 @@ impl PerLight {
                 subpass: slot.subpass,
             },
         )?;
-        let meshes = if volume { Some(upload_meshes(device)?) } else { None };
-        Ok(Self { layout, pipeline, inputs, meshes, area: plan.size })
+        Ok(Self { layout, pipeline, inputs, area: plan.size })
     }
 
     /// Adds the lights. Runs inside LIGHTING's subpass, after its triangle.
@@ -87,21 +81,21 @@ impl PerLight {
         if let Some(shadow_set) = recording.shadow_set {
             recording.bind_set(self.layout.raw, 2, shadow_set);
         }
-        match (&recording.visible.lights, &self.meshes) {
+        match (&recording.visible.lights, &recording.scene.volumes) {
             (LightWork::Draws(rects), _) => rects.iter().for_each(|rect| self.draw_rect(recording, rect)),
-            (LightWork::Volumes(volumes), Some((buffer, sphere, cone))) => {
+            (LightWork::Volumes(volumes), Some(meshes)) => {
                 let spheres = volumes.spheres as u32;
                 let cones = volumes.records.len() as u32 - spheres;
                 // SAFETY: pipeline and sets are bound; the buffer was made for vertices and holds both meshes, one after the other; the
                 // instances lie inside the list that this frame's set names.
                 unsafe {
                     let raw = &recording.device.raw;
-                    raw.cmd_bind_vertex_buffers(recording.cmd, POSITION, &[buffer.raw], &[0]);
+                    raw.cmd_bind_vertex_buffers(recording.cmd, POSITION, &[meshes.corners.raw], &[0]);
                     if spheres > 0 {
-                        raw.cmd_draw(recording.cmd, *sphere, spheres, 0, 0);
+                        raw.cmd_draw(recording.cmd, meshes.sphere, spheres, 0, 0);
                     }
                     if cones > 0 {
-                        raw.cmd_draw(recording.cmd, *cone, cones, *sphere, spheres);
+                        raw.cmd_draw(recording.cmd, meshes.cone, cones, meshes.sphere, spheres);
                     }
                 }
             }
@@ -122,19 +116,6 @@ impl PerLight {
             recording.device.raw.cmd_draw(recording.cmd, 3, 1, 0, 0);
         }
     }
-}
-
-fn upload_meshes(device: &Arc<Device>) -> gpu::Result<(Buffer, u32, u32)> {
-    let (sphere, cone) = (sphere_mesh(), cone_mesh());
-    let counts = (sphere.len() as u32, cone.len() as u32);
-    let corners: Vec<[f32; 3]> = sphere.into_iter().chain(cone).collect();
-    let usage = vk::BufferUsageFlags::VERTEX_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
-    let size = size_of_val(&corners[..]) as u64;
-    let buffer = Buffer::new(device, "light volumes", size, usage, Location::Device, MemoryKind::Geometry)?;
-    let mut uploader = Uploader::new(device, size)?;
-    uploader.buffer(&buffer, 0, bytemuck::cast_slice(&corners))?;
-    uploader.finish()?;
-    Ok((buffer, counts.0, counts.1))
 }
 
 /// Which variant of the shader a plan takes.

@@ -2,24 +2,11 @@ use std::collections::BTreeSet;
 
 use ash::vk::{AccessFlags as A, PipelineStageFlags as S};
 
+use super::masks::SUPPORTED;
 use super::*;
-use crate::plan::samples;
-use crate::targets::{Attachment, attachments, gbuffer_inputs};
-
-const DEPTH_TESTS: S = S::from_raw(S::EARLY_FRAGMENT_TESTS.as_raw() | S::LATE_FRAGMENT_TESTS.as_raw());
-
-/// "Supported access types" of the specification (7.1.2), for the accesses that rows name.
-const SUPPORTED: &[(A, S)] = &[
-    (A::INPUT_ATTACHMENT_READ, S::FRAGMENT_SHADER),
-    (A::SHADER_READ, S::from_raw(S::VERTEX_SHADER.as_raw() | S::FRAGMENT_SHADER.as_raw())),
-    (A::COLOR_ATTACHMENT_READ, S::COLOR_ATTACHMENT_OUTPUT),
-    (A::COLOR_ATTACHMENT_WRITE, S::COLOR_ATTACHMENT_OUTPUT),
-    (A::DEPTH_STENCIL_ATTACHMENT_READ, DEPTH_TESTS),
-    (A::DEPTH_STENCIL_ATTACHMENT_WRITE, DEPTH_TESTS),
-    (A::TRANSFER_READ, S::TRANSFER),
-    (A::TRANSFER_WRITE, S::TRANSFER),
-    (A::HOST_READ, S::HOST),
-];
+use crate::plan::{Shading, samples};
+use crate::scene::Transparency;
+use crate::targets::{Attachment, Target, attachments, gbuffer_inputs, light_target};
 
 const SUBPASSES: [Place; 6] =
     [Place::Geometry, Place::Lighting, Place::Forward, Place::Transparent, Place::Composite, Place::Tonemap];
@@ -112,11 +99,16 @@ fn covers(one: &Use, (stage, access): (S, A)) -> bool {
     one.stage.contains(stage) && one.access.contains(access)
 }
 
-fn main_row(table: &[Edge], from: Place, to: Place) -> Option<&Edge> {
+/// Whether it is waited for: its stage, and what it wrote.
+fn waits_for(one: &Use, (stage, access): (S, A)) -> bool {
+    covers(one, (stage, Use::new(stage, access).writes().access))
+}
+
+fn main_row(table: &Edges, from: Place, to: Place) -> Option<&Edge> {
     table.iter().find(|edge| edge.carrier == Carrier::MainPass && (edge.from, edge.to) == (from, to))
 }
 
-fn each_plan(check: impl Fn(&str, &FramePlan, &[Edge])) {
+fn each_plan(check: impl Fn(&str, &FramePlan, &Edges)) {
     for (name, plan) in samples::plans().into_iter().chain(samples::forward_plans()) {
         check(&name, &plan, &table(&plan));
     }
@@ -138,7 +130,7 @@ fn lifetime(plan: &FramePlan, attachment: &Attachment) -> (Touch, Touch) {
 fn names_are_unique_and_every_row_says_why() {
     each_plan(|name, _, table| {
         let names: BTreeSet<_> = table.iter().map(|edge| edge.name).collect();
-        assert_eq!(names.len(), table.len(), "{name}");
+        assert_eq!(names.len(), table.iter().count(), "{name}");
         assert!(table.iter().all(|edge| !edge.why.is_empty()), "{name}");
     });
 }
@@ -146,7 +138,7 @@ fn names_are_unique_and_every_row_says_why() {
 #[test]
 fn one_row_a_pair_of_subpasses() {
     each_plan(|name, _, table| {
-        for (index, edge) in table.iter().enumerate() {
+        for (index, edge) in table.iter().enumerate().filter(|(_, edge)| edge.carrier.is_render_pass()) {
             let same = |other: &&Edge| {
                 (other.from, other.to) == (edge.from, edge.to)
                     && std::mem::discriminant(&other.carrier) == std::mem::discriminant(&edge.carrier)
@@ -176,7 +168,7 @@ fn the_first_use_of_every_attachment_waits_for_its_last_one_in_the_frame_before(
                 _ => [last.uses, vec![drop_of(target)]].concat(),
             };
             for one in before {
-                assert!(covers(&row.before, one), "{name}: {} does not wait for {one:?} of {target:?}", row.name);
+                assert!(waits_for(&row.before, one), "{name}: {} does not wait for {one:?} of {target:?}", row.name);
             }
         }
     });
@@ -204,7 +196,7 @@ fn what_a_subpass_wrote_is_ordered_before_every_later_subpass_that_touches_it() 
             let row = main_row(table, earlier.place, later.place)
                 .unwrap_or_else(|| panic!("{name}: no row {:?} to {:?}", earlier.place, later.place));
             for &one in earlier.uses.iter().filter(|(_, access)| is_write(*access)) {
-                assert!(covers(&row.before, one), "{name}: {} does not wait for {one:?}", row.name);
+                assert!(waits_for(&row.before, one), "{name}: {} does not wait for {one:?}", row.name);
             }
             for &one in &later.uses {
                 assert!(covers(&row.after, one), "{name}: {} does not hold back {one:?}", row.name);
@@ -246,10 +238,12 @@ fn the_picture_is_copied_after_the_last_subpass_and_reaches_the_host() {
         };
         let row = row.unwrap_or_else(|| panic!("{name}: no read-back"));
         assert_eq!((row.carrier, of(last, Place::Fxaa).is_some()), (carrier, plan.fxaa), "{name}");
-        assert!(covers(&row.before, COLOR_WRITE) && covers(&row.after, (S::TRANSFER, A::TRANSFER_READ)), "{name}");
-        let host = table.iter().find(|edge| edge.to == Place::Host).unwrap_or_else(|| panic!("{name}: no host row"));
+        assert!(waits_for(&row.before, COLOR_WRITE) && covers(&row.after, (S::TRANSFER, A::TRANSFER_READ)), "{name}");
+        let host = table.row("picture-to-host");
         assert_eq!((host.carrier, host.from), (Carrier::BufferBarrier, Place::Copy), "{name}");
-        assert!(covers(&host.before, (S::TRANSFER, A::TRANSFER_WRITE)) && covers(&host.after, (S::HOST, A::HOST_READ)));
+        assert!(
+            waits_for(&host.before, (S::TRANSFER, A::TRANSFER_WRITE)) && covers(&host.after, (S::HOST, A::HOST_READ))
+        );
     });
 }
 
@@ -263,9 +257,9 @@ fn fxaa_samples_the_whole_output_and_draws_no_picture_that_is_being_copied() {
         assert_eq!((into.is_some(), reuse.is_some()), (plan.fxaa, plan.fxaa), "{name}");
         if let (Some(into), Some(reuse)) = (into, reuse) {
             assert_eq!((into.carrier, into.by_region), (Carrier::MainPass, false), "{name}");
-            assert!(covers(&into.before, COLOR_WRITE) && covers(&into.after, (S::FRAGMENT_SHADER, A::SHADER_READ)));
+            assert!(waits_for(&into.before, COLOR_WRITE) && covers(&into.after, (S::FRAGMENT_SHADER, A::SHADER_READ)));
             assert_eq!(reuse.carrier, Carrier::FxaaPass, "{name}");
-            assert!(covers(&reuse.before, (S::TRANSFER, A::TRANSFER_READ)) && covers(&reuse.after, COLOR_WRITE));
+            assert!(waits_for(&reuse.before, (S::TRANSFER, A::TRANSFER_READ)) && covers(&reuse.after, COLOR_WRITE));
         }
     });
 }
@@ -278,22 +272,23 @@ fn the_shadow_map_has_its_rows_where_the_plan_has_one() {
         let (reuse, into) = (of(Place::Outside, Place::Shadow), of(Place::Shadow, lit(plan)));
         assert_eq!((reuse.is_some(), into.is_some()), (plan.shadow.is_some(), plan.shadow.is_some()), "{name}");
         if let (Some(reuse), Some(into)) = (reuse, into) {
-            assert!(covers(&reuse.before, read) && covers(&into.after, read), "{name}");
+            assert!(waits_for(&reuse.before, read) && covers(&into.after, read), "{name}");
             for one in [DEPTH_CLEAR, DEPTH_STORE, DEPTH_READ_EARLY] {
                 assert!(covers(&reuse.after, one), "{name}: {one:?}");
             }
-            assert!(covers(&into.before, DEPTH_STORE), "{name}");
+            assert!(waits_for(&into.before, DEPTH_STORE), "{name}");
             // Maps of one layer are drawn one after the other.
-            assert!(covers(&reuse.before, DEPTH_STORE), "{name}");
+            assert!(waits_for(&reuse.before, DEPTH_STORE), "{name}");
             assert_eq!((reuse.carrier, into.carrier), (Carrier::ShadowPass, Carrier::ShadowPass), "{name}");
         }
     });
 }
 
 #[test]
-fn every_access_is_one_that_a_stage_of_its_mask_supports_and_every_stage_has_one() {
+fn every_access_is_one_that_a_stage_of_its_mask_supports_and_every_stage_that_must_wait_has_one() {
     each_plan(|name, _, table| {
-        for (edge, one) in table.iter().flat_map(|edge| [(edge, edge.before), (edge, edge.after)]) {
+        for (edge, side) in table.iter().flat_map(|edge| [(edge, Side::Before), (edge, Side::After)]) {
+            let one = edge.side(side);
             let named = SUPPORTED.iter().filter(|(access, _)| one.access.contains(*access));
             let (mut accesses, mut stages) = (A::empty(), S::empty());
             for &(access, supporting) in named {
@@ -301,11 +296,11 @@ fn every_access_is_one_that_a_stage_of_its_mask_supports_and_every_stage_has_one
                 (accesses, stages) = (accesses | access, stages | supporting);
             }
             assert_eq!(accesses, one.access, "{name}: {}: an access that the table does not know", edge.name);
-            assert!(
-                !one.stage.is_empty() && stages.contains(one.stage),
-                "{name}: {}: a stage that does nothing",
-                edge.name
-            );
+            // A stage that only read is waited for without an access, and the CPU frees what it does not look at.
+            let bare = side == Side::Before || edge.name == "last-use-to-destroy";
+            assert!(!one.stage.is_empty(), "{name}: {}: no stage", edge.name);
+            assert!(bare || stages.contains(one.stage), "{name}: {}: a stage that does nothing", edge.name);
+            assert!(side == Side::After || one == one.writes(), "{name}: {}: a read made available", edge.name);
         }
     });
 }
@@ -313,7 +308,7 @@ fn every_access_is_one_that_a_stage_of_its_mask_supports_and_every_stage_has_one
 #[test]
 fn rows_are_by_region_between_subpasses_and_nowhere_else() {
     each_plan(|name, _, table| {
-        for edge in table {
+        for edge in table.iter() {
             let outside = |place| matches!(place, Place::Outside | Place::Fxaa);
             let between = edge.carrier == Carrier::MainPass && !outside(edge.from) && !outside(edge.to);
             assert_eq!(edge.by_region, between, "{name}: {}", edge.name);
@@ -356,35 +351,93 @@ fn a_tiled_frame_orders_what_compute_reads_and_writes() {
         // The attachments: read by the last frame, written, read by this one.
         let (reuse, stored) = (of(Place::Outside, Place::Geometry), of(Place::Geometry, Place::Tiled));
         assert_eq!((reuse.carrier, stored.carrier), (Carrier::MainPass, Carrier::MainPass), "{name}");
-        assert!(covers(&reuse.before, (COMPUTE, A::SHADER_READ)), "{name}");
+        assert!(waits_for(&reuse.before, (COMPUTE, A::SHADER_READ)), "{name}");
         assert!(covers(&stored.after, (COMPUTE, A::SHADER_READ)), "{name}");
         for one in [DEPTH_CLEAR, DEPTH_STORE, COLOR_WRITE] {
-            assert!(covers(&reuse.after, one) && covers(&stored.before, one), "{name}: {one:?}");
+            assert!(covers(&reuse.after, one) && waits_for(&stored.before, one), "{name}: {one:?}");
         }
         // The output: copied from the last frame, written, copied.
         let (output, copied) = (of(Place::Outside, Place::Tiled), of(Place::Tiled, Place::Outside));
         let general = vk::ImageLayout::GENERAL;
         assert_eq!(output.carrier, Carrier::ImageBarrier(vk::ImageLayout::UNDEFINED, general), "{name}");
         assert_eq!(copied.carrier, Carrier::ImageBarrier(general, vk::ImageLayout::TRANSFER_SRC_OPTIMAL), "{name}");
-        for (row, write) in [(&output.after, &output.before), (&copied.before, &copied.after)] {
-            assert!(
-                covers(row, (COMPUTE, A::SHADER_WRITE)) && covers(write, (S::TRANSFER, A::TRANSFER_READ)),
-                "{name}"
-            );
+        for row in [&output.after, &copied.before] {
+            assert!(covers(row, (COMPUTE, A::SHADER_WRITE)), "{name}");
         }
-        assert_eq!(of(Place::Copy, Place::Host).carrier, Carrier::BufferBarrier, "{name}");
+        let copy = (S::TRANSFER, A::TRANSFER_READ);
+        assert!(waits_for(&output.before, copy) && covers(&copied.after, copy), "{name}");
+        assert_eq!(table.row("picture-to-host").carrier, Carrier::BufferBarrier, "{name}");
         if plan.shadow.is_some() {
-            assert!(covers(&of(Place::Outside, Place::Shadow).before, (COMPUTE, A::SHADER_READ)), "{name}");
+            assert!(waits_for(&of(Place::Outside, Place::Shadow).before, (COMPUTE, A::SHADER_READ)), "{name}");
             assert!(covers(&of(Place::Shadow, Place::Tiled).after, (COMPUTE, A::SHADER_READ)), "{name}");
         }
         let names: BTreeSet<_> = table.iter().map(|edge| edge.name).collect();
-        assert!(names.len() == table.len() && table.iter().all(|edge| !edge.by_region), "{name}");
+        assert!(names.len() == table.iter().count() && table.iter().all(|edge| !edge.by_region), "{name}");
     }
 }
 
 #[test]
-fn a_row_is_found_by_its_name() {
-    for (name, plan) in samples::plans() {
-        assert_eq!(row(&plan, "picture-to-host").from, Place::Copy, "{name}");
+fn what_is_uploaded_has_its_rows_and_what_is_not_has_none() {
+    each_plan(|name, plan, table| {
+        let has = |row| table.find(row).is_some();
+        let uploads = plan.uploads;
+        assert_eq!(has("upload-to-vertices"), uploads.vertices || uploads.volumes, "{name}");
+        assert_eq!((has("texture-to-copy"), has("upload-to-textures")), (uploads.textures, uploads.textures), "{name}");
+        assert_eq!((has("level-to-blit"), has("blit-to-textures")), (uploads.mip_levels, uploads.mip_levels), "{name}");
+        let order = table.upload_order();
+        assert_eq!(order.buffers, table.find("upload-to-vertices").map(Edge::order), "{name}");
+        assert_eq!(table.clear_order().is_some(), plan.shadow.is_some(), "{name}");
+    });
+}
+
+#[test]
+fn a_dropped_dependency_of_a_render_pass_is_gone_and_a_dropped_barrier_orders_nothing() {
+    each_plan(|name, _, table| {
+        for edge in table.iter() {
+            let Ok(without) = table.without(edge.name) else {
+                assert!(edge.carrier.stays().is_some(), "{name}: {}", edge.name);
+                continue;
+            };
+            assert!(edge.carrier.stays().is_none(), "{name}: {}", edge.name);
+            if edge.carrier.is_render_pass() {
+                assert!(without.find(edge.name).is_none(), "{name}: {}", edge.name);
+            } else {
+                let left = without.row(edge.name);
+                assert_eq!((left.before, left.after, left.carrier), (Use::START, Use::END, edge.carrier), "{name}");
+            }
+            assert!(without.iter().filter(|other| other.name != edge.name).all(|other| other == table.row(other.name)));
+        }
+    });
+}
+
+#[test]
+fn a_bit_goes_with_what_only_it_supports() {
+    let (_, plan) = samples::plans().into_iter().find(|(_, plan)| plan.has_geometry()).expect("a G-buffer");
+    let table = table(&plan);
+    let row = table.row("gbuffer-reuse");
+    let stage = |stage| Use::new(stage, A::empty());
+    // Late tests still support what early ones did.
+    let late = table.without_bits(row.name, Side::After, stage(S::EARLY_FRAGMENT_TESTS)).expect("a row");
+    assert_eq!(late.row(row.name).after.access, row.after.access);
+    // Nothing else writes colours.
+    let no_color = table.without_bits(row.name, Side::After, stage(S::COLOR_ATTACHMENT_OUTPUT)).expect("a row");
+    assert_eq!(no_color.row(row.name).after.access, row.after.access & !A::COLOR_ATTACHMENT_WRITE);
+    let nothing = table.without_bits(row.name, Side::Before, row.before).expect("a row");
+    assert_eq!((nothing.row(row.name).before, nothing.row(row.name).after), (Use::START, row.after));
+    let access = Use::new(S::empty(), A::DEPTH_STENCIL_ATTACHMENT_READ);
+    let blind = table.without_bits(row.name, Side::After, access).expect("a row");
+    assert_eq!(blind.row(row.name).after.stage, row.after.stage);
+    assert_eq!(blind.row(row.name).after.access, row.after.access & !access.access);
+}
+
+#[test]
+fn a_row_that_is_not_there_is_refused_with_a_suggestion_and_one_that_stays_with_its_reason() {
+    let (_, plan) = samples::plans().remove(0);
+    let table = table(&plan);
+    let refused = table.without("picture-to-hosts").expect_err("no such row").to_string();
+    assert!(refused.contains("did you mean \"picture-to-host\"?"), "{refused}");
+    for name in ["host-to-frame", "frame-to-host", "copy-to-host", "last-use-to-destroy"] {
+        let refused = table.without_bits(name, Side::After, Use::END).expect_err("it stays").to_string();
+        assert!(refused.contains(name) && refused.contains("cannot be dropped"), "{refused}");
     }
 }

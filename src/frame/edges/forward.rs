@@ -1,0 +1,65 @@
+//! The rows of a frame without a G-buffer, in the place of those of GEOMETRY and LIGHTING.
+
+use super::main_pass::{sums_reuse, sums_to_composite};
+use super::{Edge, Place, subpass};
+use crate::frame::render_pass;
+use crate::passes::{composite, copy, forward, fxaa, tonemap, transparent};
+use crate::plan::FramePlan;
+use crate::scene::Transparency;
+use crate::targets::{Target, light_target};
+
+/// FORWARD is the first to touch all that it draws into.
+pub(super) fn forward_edge(plan: &FramePlan) -> Edge {
+    // How the last frame let go of depth, and of the light.
+    let depth = match plan.transparency {
+        Some(_) => transparent::DEPTH_DROP.or(transparent::DEPTH_READ),
+        None => forward::DEPTH_TEST,
+    };
+    let output = if plan.fxaa { fxaa::OUTPUT_READ } else { copy::READ };
+    let (before, after) = match light_target(plan) {
+        Target::Hdr => (tonemap::HDR_READ.or(tonemap::HDR_DROP), forward::LIGHT_WRITE),
+        // With its samples FORWARD has the output, into which they are resolved; else a later subpass has.
+        Target::Samples if plan.transparency.is_none() => (output.or(render_pass::RESOLVE), render_pass::RESOLVE),
+        Target::Samples => (render_pass::RESOLVE, forward::LIGHT_WRITE),
+        _ => (output, forward::LIGHT_WRITE),
+    };
+    subpass(
+        "targets-reuse",
+        (Place::Outside, Place::Forward),
+        &[depth, before],
+        &[forward::DEPTH_TEST, after],
+        "frames in flight share the targets: the last frame must have read or copied what this one clears, and dropped the rest",
+    )
+}
+
+pub(super) fn transparent_after_forward(transparency: Transparency) -> Vec<Edge> {
+    let depth = [transparent::DEPTH_READ, transparent::DEPTH_DROP];
+    let (from, light) = (Place::Forward, forward::LIGHT_WRITE);
+    match transparency {
+        Transparency::Sorted => vec![subpass(
+            "forward-to-transparent",
+            (from, Place::Transparent),
+            &[forward::DEPTH_TEST, light],
+            &[depth[0], depth[1], transparent::BLEND],
+            "TRANSPARENT blends over what FORWARD wrote, tests against depth, and as the last user drops that",
+        )],
+        Transparency::Oit => vec![
+            sums_reuse(),
+            subpass(
+                "forward-to-transparent",
+                (from, Place::Transparent),
+                &[forward::DEPTH_TEST],
+                &depth,
+                "TRANSPARENT tests against depth, and as the last user drops it",
+            ),
+            subpass(
+                "forward-to-composite",
+                (from, Place::Composite),
+                &[light],
+                &[composite::LIGHT_BLEND],
+                "COMPOSITE blends over what FORWARD wrote",
+            ),
+            sums_to_composite(),
+        ],
+    }
+}

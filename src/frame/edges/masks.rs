@@ -1,0 +1,36 @@
+//! Which stage can do what: what goes with a bit that is taken out of a mask.
+
+use ash::vk::{AccessFlags as A, PipelineStageFlags as S};
+
+use crate::gpu::sync::Use;
+
+const DEPTH_TESTS: S = S::from_raw(S::EARLY_FRAGMENT_TESTS.as_raw() | S::LATE_FRAGMENT_TESTS.as_raw());
+const SHADERS: S = S::from_raw(S::VERTEX_SHADER.as_raw() | S::FRAGMENT_SHADER.as_raw() | S::COMPUTE_SHADER.as_raw());
+const COPIES: S = S::TRANSFER;
+
+/// "Supported access types" of the specification, for the accesses that rows name.
+pub(super) const SUPPORTED: &[(A, S)] = &[
+    (A::INDEX_READ, S::VERTEX_INPUT),
+    (A::VERTEX_ATTRIBUTE_READ, S::VERTEX_INPUT),
+    (A::INPUT_ATTACHMENT_READ, S::FRAGMENT_SHADER),
+    (A::SHADER_READ, SHADERS),
+    (A::SHADER_WRITE, SHADERS),
+    (A::COLOR_ATTACHMENT_READ, S::COLOR_ATTACHMENT_OUTPUT),
+    (A::COLOR_ATTACHMENT_WRITE, S::COLOR_ATTACHMENT_OUTPUT),
+    (A::DEPTH_STENCIL_ATTACHMENT_READ, DEPTH_TESTS),
+    (A::DEPTH_STENCIL_ATTACHMENT_WRITE, DEPTH_TESTS),
+    (A::TRANSFER_READ, COPIES),
+    (A::TRANSFER_WRITE, COPIES),
+    (A::HOST_READ, S::HOST),
+    (A::HOST_WRITE, S::HOST),
+    (A::MEMORY_READ, S::ALL_COMMANDS),
+    (A::MEMORY_WRITE, S::ALL_COMMANDS),
+];
+
+/// The mask less some bits, and less the accesses that no stage that is left supports. `None` when no stage is left.
+pub(super) fn without(mask: Use, bits: Use) -> Option<Use> {
+    let stage = mask.stage & !bits.stage;
+    let supported = SUPPORTED.iter().filter(|(_, stages)| stage.intersects(*stages));
+    let supported = supported.fold(A::empty(), |all, (access, _)| all | *access);
+    (!stage.is_empty()).then(|| Use::new(stage, mask.access & !bits.access & supported))
+}

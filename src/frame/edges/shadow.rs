@@ -1,0 +1,64 @@
+//! The rows of the shadow maps, and of the clear that their image begins with.
+
+use ash::vk;
+
+use super::{Carrier, Edge, Edges, Place};
+use crate::gpu::sync::Use;
+use crate::gpu_scene::{ATLAS_LAYOUT, ClearOrder, shadow_clear};
+use crate::passes::{shadow, tiled};
+use crate::plan::FramePlan;
+use crate::scene::LightPath;
+
+const CLEARED: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+
+pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
+    let (reader, map_read) = reader(plan);
+    [
+        Edge::new(
+            "shadow-atlas-to-clear",
+            Carrier::ImageBarrier(vk::ImageLayout::UNDEFINED, CLEARED),
+            (Place::Outside, Place::Clear),
+            (Use::START, shadow_clear::WRITE),
+            "the image is new: there is nothing to wait for, but its layout changes before the write",
+        ),
+        Edge::new(
+            "clear-to-shadow-maps",
+            Carrier::ImageBarrier(CLEARED, ATLAS_LAYOUT),
+            (Place::Clear, reader),
+            // SHADOW waits for these readers and so for the clear as well.
+            (shadow_clear::WRITE, map_read),
+            "a map that is not drawn yet is looked up, or drawn into by a pass that waits for those who look up",
+        ),
+        Edge::new(
+            "shadow-map-reuse",
+            Carrier::ShadowPass,
+            (Place::Outside, Place::Shadow),
+            (map_read.or(shadow::MAP_WRITE), shadow::MAP_WRITE),
+            "frames share the maps: LIGHTING of the last one may still read what this one clears; and maps of one layer follow each other",
+        ),
+        Edge::new(
+            "shadow-map-to-lighting",
+            Carrier::ShadowPass,
+            (Place::Shadow, reader),
+            (shadow::MAP_WRITE, map_read),
+            "LIGHTING loads any texel of a map that SHADOW wrote and stored",
+        ),
+    ]
+}
+
+/// Who looks maps up, and how.
+fn reader(plan: &FramePlan) -> (Place, Use) {
+    match plan.light_path {
+        LightPath::Compute => (Place::Tiled, tiled::MAP_READ),
+        LightPath::Forward | LightPath::ForwardNaive => (Place::Forward, shadow::MAP_READ),
+        _ => (Place::Lighting, shadow::MAP_READ),
+    }
+}
+
+impl Edges {
+    /// The rows that the atlas is made with; `None` without shadow maps.
+    pub(in crate::frame) fn clear_order(&self) -> Option<ClearOrder> {
+        let clear = self.find("shadow-atlas-to-clear")?.order();
+        Some(ClearOrder { clear, look_up: self.find("clear-to-shadow-maps")?.order() })
+    }
+}

@@ -1,0 +1,79 @@
+//! The rows of uploads: from the copies out of staging buffers to what reads the scene.
+
+use ash::vk;
+
+use super::{Carrier, Edge, Edges, Place};
+use crate::gpu::UploadOrder;
+use crate::gpu::sync::Use;
+use crate::gpu::upload::{BLIT_READ, COPY_WRITE};
+use crate::gpu_scene::{INDEX_READ, TEXTURE_READ, VERTEX_READ};
+use crate::plan::FramePlan;
+
+const WRITTEN: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+const BLITTED: vk::ImageLayout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+const READABLE: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
+
+/// Those that the plan uploads anything for.
+pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
+    let row = |name, (old, new), places, uses, why| Edge::new(name, Carrier::ImageBarrier(old, new), places, uses, why);
+    let mut rows = Vec::new();
+    let uploads = plan.uploads;
+    if uploads.vertices || uploads.volumes {
+        rows.push(Edge::new(
+            "upload-to-vertices",
+            Carrier::MemoryBarrier,
+            (Place::Upload, Place::Draws),
+            (COPY_WRITE, if uploads.vertices { VERTEX_READ.or(INDEX_READ) } else { VERTEX_READ }),
+            "draws fetch vertices and indices that were copied; the same barrier serves all buffers",
+        ));
+    }
+    if uploads.textures {
+        rows.push(row(
+            "texture-to-copy",
+            (vk::ImageLayout::UNDEFINED, WRITTEN),
+            (Place::Outside, Place::Upload),
+            (Use::START, COPY_WRITE),
+            "the image is new: there is nothing to wait for, but its layout changes before the write",
+        ));
+    }
+    if uploads.mip_levels {
+        rows.push(row(
+            "level-to-blit",
+            (WRITTEN, BLITTED),
+            (Place::Upload, Place::Upload),
+            (COPY_WRITE, BLIT_READ),
+            "each level of a texture is made from the one above it, which a copy or the last blit wrote",
+        ));
+        rows.push(row(
+            "blit-to-textures",
+            (BLITTED, READABLE),
+            (Place::Upload, Place::Draws),
+            (BLIT_READ, TEXTURE_READ),
+            "shaders sample a level when the blit that reads it is over; its layout changes in between",
+        ));
+    }
+    if uploads.textures {
+        rows.push(row(
+            "upload-to-textures",
+            (WRITTEN, READABLE),
+            (Place::Upload, Place::Draws),
+            (COPY_WRITE, TEXTURE_READ),
+            "shaders sample the last level, or the only one, that a blit or a copy wrote",
+        ));
+    }
+    rows
+}
+
+impl Edges {
+    /// The rows that an uploader carries out. What the plan does not upload needs none.
+    pub(in crate::frame) fn upload_order(&self) -> UploadOrder {
+        let order = |name| self.find(name).map(Edge::order);
+        UploadOrder {
+            buffers: order("upload-to-vertices"),
+            first: order("texture-to-copy"),
+            blit: order("level-to-blit"),
+            blitted: order("blit-to-textures"),
+            written: order("upload-to-textures"),
+        }
+    }
+}
