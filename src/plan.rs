@@ -8,6 +8,7 @@ mod cost;
 mod gbuffer;
 mod geometry;
 mod light_path;
+mod meshes;
 mod parts;
 #[cfg(test)]
 pub(crate) mod samples;
@@ -23,6 +24,7 @@ pub use cost::Cost;
 pub use gbuffer::{Gbuffer, NormalEncoding, format_bytes};
 pub use geometry::{ForwardKey, GeometryKey, Opacity, Streams, TextureMask};
 pub use light_path::{Reach, steepest};
+pub use meshes::{IndexWidth, MeshPlan, PlannedMesh};
 pub use parts::{Part, PartGroup};
 pub use shadows::{Caster, MAX_SHADOW_VIEWS, Projection, ShadowCache, ShadowLight, ShadowPlan, ShadowView, Tile};
 pub use uploads::Uploads;
@@ -34,7 +36,7 @@ use std::collections::BTreeSet;
 use ash::vk;
 
 use crate::scene::{
-    Brdf, CastsShadow, Falloff, HdrFormat, Keep, LightKind, LightPath, MSAA, Resolve, Scene, Settings, Tonemap,
+    Brdf, CastsShadow, Falloff, HdrFormat, Keep, LightKind, LightPath, MSAA, Object, Resolve, Scene, Settings, Tonemap,
     Transparency, View,
 };
 
@@ -247,7 +249,10 @@ pub struct FramePlan {
     pub geometry: BTreeSet<GeometryKey>,
     /// One pipeline of TRANSPARENT each.
     pub transparent: BTreeSet<GeometryKey>,
+    /// The vertex streams that there are.
     pub streams: Streams,
+    /// Meshes on the device.
+    pub meshes: MeshPlan,
     pub uploads: Uploads,
     pub lazily_allocated: bool,
     /// What stays although nothing needs it.
@@ -366,6 +371,7 @@ impl FramePlan {
             geometry: BTreeSet::new(),
             transparent: BTreeSet::new(),
             streams: Streams::default(),
+            meshes: MeshPlan::default(),
             uploads: Uploads::default(),
             lazily_allocated: device.lazily_allocated,
             keep: settings.keep,
@@ -376,7 +382,8 @@ impl FramePlan {
         if shading != Shading::ShowShadowMap {
             plan.plan_pipelines(scene, settings);
         }
-        plan.streams = Streams::of(scene, &plan);
+        plan.meshes = MeshPlan::of(scene, settings, &plan);
+        plan.streams = plan.meshes.streams();
         plan.uploads = Uploads::of(scene, settings, &plan);
         plan.parts = parts::list(scene, settings, &plan);
         Ok(plan)
@@ -384,17 +391,44 @@ impl FramePlan {
 
     fn plan_pipelines(&mut self, scene: &Scene, settings: &Settings) {
         let mut triangles = 0;
-        for object in &scene.objects {
+        let plan = &*self;
+        let drawn: Vec<&Object> = scene.objects.iter().filter(|object| plan.draws(scene, object)).collect();
+        for object in drawn {
             let key = GeometryKey::of(scene, object, settings, self);
-            let transparent = scene.materials[object.material].is_transparent();
-            if !transparent {
+            if !scene.materials[object.material].is_transparent() {
                 self.geometry.insert(key);
-            } else if self.transparency.is_some() {
+            } else {
                 self.transparent.insert(key);
                 triangles += scene.meshes[object.mesh].indices.len() / 3;
             }
         }
         self.transparent_triangles = u32::try_from(triangles).unwrap_or(u32::MAX);
+    }
+
+    /// Whether an object of the scene is in the world of the plan's frames.
+    pub(crate) fn draws(&self, scene: &Scene, object: &Object) -> bool {
+        let material = &scene.materials[object.material];
+        let left_out = material.is_transparent() && self.transparency.is_none();
+        !visible::is_cut_away(material) && !left_out && !scene.meshes[object.mesh].indices.is_empty()
+    }
+
+    /// Whether a pass draws an object's mesh.
+    fn needs_mesh(&self, scene: &Scene, object: &Object) -> bool {
+        let casts = self.shadow.is_some()
+            && object.casts_shadow != CastsShadow::No
+            && !scene.materials[object.material].is_transparent();
+        self.draws(scene, object) && (self.has_geometry() || casts)
+    }
+
+    /// Whether an object's triangles are sorted for each frame.
+    fn sorts(&self, scene: &Scene, object: &Object) -> bool {
+        let transparent = scene.materials[object.material].is_transparent();
+        transparent && self.transparency == Some(Transparency::Sorted) && self.draws(scene, object)
+    }
+
+    /// Bytes of one frame's buffer of sorted indices.
+    pub fn sorted_index_bytes(&self) -> u64 {
+        self.meshes.sorted_width.map_or(0, |width| 3 * width.bytes() * u64::from(self.transparent_triangles))
     }
 
     fn plan_shadow(

@@ -283,7 +283,7 @@ impl Renderer {
                 Ok(InFlight {
                     cmd: CommandBuffer::new(device, &format!("frame {index}"))?,
                     view: ViewBuffers::new(device, index, frame_layout.raw, &plan, &world)?,
-                    sorted: SortedIndices::new(device, index, &world)?,
+                    sorted: SortedIndices::new(device, index, &plan)?,
                     times: Timestamps::new(device, &format!("times of frame {index}"), 8)?,
                     ticket: None,
                     begun: Instant::now(),

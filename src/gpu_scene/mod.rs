@@ -13,10 +13,11 @@ pub use view::{FrameUniform, LightRecord, ViewBuffers, set_layout as view_set_la
 use std::sync::Arc;
 
 use ash::vk;
+use bytemuck::Pod;
 
 use crate::gpu::sync::Use;
 use crate::gpu::{self, Buffer, Device, Location, MemoryKind, UploadOrder, Uploader};
-use crate::plan::{FramePlan, World, cone_mesh, sphere_mesh};
+use crate::plan::{FramePlan, IndexWidth, MeshPlan, PlannedMesh, World, cone_mesh, sphere_mesh};
 use crate::scene::{Mesh, Scene};
 
 /// Fetches a vertex.
@@ -32,16 +33,19 @@ pub struct MeshRange {
     pub first_index: u32,
     pub index_count: u32,
     pub vertex_offset: i32,
+    pub width: IndexWidth,
 }
 
 /// Vertex streams lie in buffers of their own, so that a pass binds only what it reads.
 pub struct GpuScene {
-    pub positions: Option<Buffer>,
-    pub normals: Option<Buffer>,
-    pub uvs: Option<Buffer>,
-    pub tangents: Option<Buffer>,
-    pub indices: Option<Buffer>,
-    pub meshes: Vec<MeshRange>,
+    positions: Option<Buffer>,
+    normals: Option<Buffer>,
+    uvs: Option<Buffer>,
+    tangents: Option<Buffer>,
+    indices_16: Option<Buffer>,
+    indices_32: Option<Buffer>,
+    /// By mesh of the scene; none where it is not on the device.
+    meshes: Vec<Option<MeshRange>>,
     pub materials: Option<Materials>,
     /// Where the light path draws lights' volumes.
     pub volumes: Option<VolumeMeshes>,
@@ -107,30 +111,15 @@ impl GpuScene {
         order: UploadOrder,
     ) -> gpu::Result<Self> {
         let mut uploader = Uploader::new(device, 32 << 20, order)?;
-        let streams = &plan.streams;
-        let meshes = &scene.meshes;
+        let mut meshes = MeshUpload { device, uploader: &mut uploader, scene, plan: &plan.meshes };
         let gpu_scene = Self {
-            positions: stream(device, &mut uploader, "positions", meshes, 3, |mesh| {
-                bytemuck::cast_slice(&mesh.positions)
-            })?,
-            normals: match streams.normals {
-                true => {
-                    stream(device, &mut uploader, "normals", meshes, 3, |mesh| bytemuck::cast_slice(&mesh.normals))?
-                }
-                false => None,
-            },
-            uvs: match streams.uvs {
-                true => stream(device, &mut uploader, "uvs", meshes, 2, |mesh| bytemuck::cast_slice(&mesh.uvs))?,
-                false => None,
-            },
-            tangents: match streams.tangents {
-                true => {
-                    stream(device, &mut uploader, "tangents", meshes, 4, |mesh| bytemuck::cast_slice(&mesh.tangents))?
-                }
-                false => None,
-            },
-            indices: indices(device, &mut uploader, meshes)?,
-            meshes: ranges(meshes),
+            positions: meshes.stream("positions", plan.meshes.vertices, |mesh| &mesh.positions)?,
+            normals: meshes.stream("normals", plan.meshes.normals, |mesh| &mesh.normals)?,
+            uvs: meshes.stream("uvs", plan.meshes.uvs, |mesh| &mesh.uvs)?,
+            tangents: meshes.stream("tangents", plan.meshes.tangents, |mesh| &mesh.tangents)?,
+            indices_16: meshes.indices(IndexWidth::Bits16, plan.meshes.indices_16)?,
+            indices_32: meshes.indices(IndexWidth::Bits32, plan.meshes.indices_32)?,
+            meshes: meshes.ranges(),
             materials: Materials::new(device, &mut uploader, scene, world, plan)?,
             volumes: match plan.uploads.volumes {
                 true => Some(volumes(device, &mut uploader)?),
@@ -141,7 +130,12 @@ impl GpuScene {
         Ok(gpu_scene)
     }
 
-    /// Binds the vertex and index buffers of some streams.
+    /// A mesh of the scene that the plan has on the device.
+    pub fn mesh(&self, mesh: usize) -> Option<MeshRange> {
+        self.meshes.get(mesh).copied().flatten()
+    }
+
+    /// Binds the vertex buffers of some streams.
     pub fn bind(&self, device: &Device, cmd: vk::CommandBuffer, streams: &[u32]) {
         for &stream in streams {
             let buffer = match stream {
@@ -156,61 +150,99 @@ impl GpuScene {
                 unsafe { device.raw.cmd_bind_vertex_buffers(cmd, stream, &[buffer.raw], &[0]) };
             }
         }
-        if let Some(indices) = &self.indices {
+    }
+
+    /// Binds the index buffer of a width.
+    pub fn bind_indices(&self, device: &Device, cmd: vk::CommandBuffer, width: IndexWidth) {
+        let indices = match width {
+            IndexWidth::Bits16 => &self.indices_16,
+            IndexWidth::Bits32 => &self.indices_32,
+        };
+        if let Some(indices) = indices {
             // SAFETY: as above, with INDEX_BUFFER usage.
-            unsafe { device.raw.cmd_bind_index_buffer(cmd, indices.raw, 0, vk::IndexType::UINT32) };
+            unsafe { device.raw.cmd_bind_index_buffer(cmd, indices.raw, 0, index_type(width)) };
         }
     }
 }
 
-fn ranges(meshes: &[Mesh]) -> Vec<MeshRange> {
-    let (mut first_index, mut vertex_offset) = (0, 0);
-    meshes
-        .iter()
-        .map(|mesh| {
-            let range = MeshRange { first_index, index_count: mesh.indices.len() as u32, vertex_offset };
-            first_index += mesh.indices.len() as u32;
-            vertex_offset += mesh.positions.len() as i32;
-            range
-        })
-        .collect()
+/// Vulkan's name of a width.
+pub fn index_type(width: IndexWidth) -> vk::IndexType {
+    match width {
+        IndexWidth::Bits16 => vk::IndexType::UINT16,
+        IndexWidth::Bits32 => vk::IndexType::UINT32,
+    }
 }
 
-/// One attribute of all meshes, one after the other. A mesh that lacks it gets zeros: its UVs and tangents are only read when
-/// its material has textures.
-fn stream<'a>(
-    device: &Arc<Device>,
-    uploader: &mut Uploader,
-    name: &str,
-    meshes: &'a [Mesh],
-    components: u64,
-    bytes: impl Fn(&'a Mesh) -> &'a [u8],
-) -> gpu::Result<Option<Buffer>> {
-    let vertices: u64 = meshes.iter().map(|mesh| mesh.positions.len() as u64).sum();
-    if vertices == 0 {
-        return Ok(None);
-    }
-    let usage = vk::BufferUsageFlags::VERTEX_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
-    let buffer = Buffer::new(
-        device,
-        &format!("vertex {name}"),
-        vertices * components * 4,
-        usage,
-        Location::Device,
-        MemoryKind::Geometry,
-    )?;
-    let mut offset = 0;
-    for mesh in meshes {
-        let data = bytes(mesh);
-        let size = mesh.positions.len() as u64 * components * 4;
-        if data.is_empty() {
-            uploader.buffer(&buffer, offset, &vec![0; size as usize])?;
-        } else {
-            uploader.buffer(&buffer, offset, data)?;
+/// Carries out what the plan says of meshes.
+struct MeshUpload<'a> {
+    device: &'a Arc<Device>,
+    uploader: &'a mut Uploader,
+    scene: &'a Scene,
+    plan: &'a MeshPlan,
+}
+
+impl<'a> MeshUpload<'a> {
+    fn ranges(&self) -> Vec<Option<MeshRange>> {
+        let mut ranges = vec![None; self.scene.meshes.len()];
+        for mesh in &self.plan.meshes {
+            let &PlannedMesh { first_index, index_count, width, .. } = mesh;
+            let vertex_offset = mesh.first_vertex as i32;
+            ranges[mesh.mesh] = Some(MeshRange { first_index, index_count, vertex_offset, width });
         }
-        offset += size;
+        ranges
     }
-    Ok(Some(buffer))
+
+    /// The first `vertices` of an attribute, of one mesh after the other. A mesh that lacks it has zeros there: it is read only of meshes
+    /// whose materials have textures, and where a part is kept without need.
+    fn stream<T: Pod>(
+        &mut self,
+        name: &str,
+        vertices: u64,
+        data: impl Fn(&'a Mesh) -> &'a [T],
+    ) -> gpu::Result<Option<Buffer>> {
+        let stride = size_of::<T>() as u64;
+        let usage = vk::BufferUsageFlags::VERTEX_BUFFER;
+        let Some(buffer) = self.buffer(&format!("vertex {name}"), vertices * stride, usage)? else { return Ok(None) };
+        let first = |mesh: &PlannedMesh| u64::from(mesh.first_vertex);
+        for planned in self.plan.meshes.iter().filter(|mesh| first(mesh) < vertices) {
+            let mesh = &self.scene.meshes[planned.mesh];
+            let offset = first(planned) * stride;
+            match data(mesh) {
+                [] => self.uploader.buffer(&buffer, offset, &vec![0; mesh.positions.len() * stride as usize])?,
+                some => self.uploader.buffer(&buffer, offset, bytemuck::cast_slice(some))?,
+            }
+        }
+        Ok(Some(buffer))
+    }
+
+    fn indices(&mut self, width: IndexWidth, count: u64) -> gpu::Result<Option<Buffer>> {
+        let name = match width {
+            IndexWidth::Bits16 => "indices of 16 bits",
+            IndexWidth::Bits32 => "indices of 32 bits",
+        };
+        let usage = vk::BufferUsageFlags::INDEX_BUFFER;
+        let Some(buffer) = self.buffer(name, count * width.bytes(), usage)? else { return Ok(None) };
+        for planned in self.plan.meshes.iter().filter(|mesh| mesh.width == width) {
+            let indices = &self.scene.meshes[planned.mesh].indices;
+            let offset = u64::from(planned.first_index) * width.bytes();
+            match width {
+                IndexWidth::Bits16 => {
+                    // The plan chose 16 bits because the mesh has no vertex of a higher number.
+                    let short: Vec<u16> = indices.iter().map(|&index| index as u16).collect();
+                    self.uploader.buffer(&buffer, offset, bytemuck::cast_slice(&short))?;
+                }
+                IndexWidth::Bits32 => self.uploader.buffer(&buffer, offset, bytemuck::cast_slice(indices))?,
+            }
+        }
+        Ok(Some(buffer))
+    }
+
+    /// None of no bytes.
+    fn buffer(&self, name: &str, bytes: u64, usage: vk::BufferUsageFlags) -> gpu::Result<Option<Buffer>> {
+        let usage = usage | vk::BufferUsageFlags::TRANSFER_DST;
+        let new = || Buffer::new(self.device, name, bytes, usage, Location::Device, MemoryKind::Geometry);
+        (bytes > 0).then(new).transpose()
+    }
 }
 
 fn volumes(device: &Arc<Device>, uploader: &mut Uploader) -> gpu::Result<VolumeMeshes> {
@@ -222,19 +254,4 @@ fn volumes(device: &Arc<Device>, uploader: &mut Uploader) -> gpu::Result<VolumeM
     let corners = Buffer::new(device, "light volumes", size, usage, Location::Device, MemoryKind::Geometry)?;
     uploader.buffer(&corners, 0, bytemuck::cast_slice(&data))?;
     Ok(VolumeMeshes { corners, sphere: counts.0, cone: counts.1 })
-}
-
-fn indices(device: &Arc<Device>, uploader: &mut Uploader, meshes: &[Mesh]) -> gpu::Result<Option<Buffer>> {
-    let count: u64 = meshes.iter().map(|mesh| mesh.indices.len() as u64).sum();
-    if count == 0 {
-        return Ok(None);
-    }
-    let usage = vk::BufferUsageFlags::INDEX_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
-    let buffer = Buffer::new(device, "indices", count * 4, usage, Location::Device, MemoryKind::Geometry)?;
-    let mut offset = 0;
-    for mesh in meshes.iter().filter(|mesh| !mesh.indices.is_empty()) {
-        uploader.buffer(&buffer, offset, bytemuck::cast_slice(&mesh.indices))?;
-        offset += mesh.indices.len() as u64 * 4;
-    }
-    Ok(Some(buffer))
 }

@@ -5,11 +5,14 @@ use std::sync::Arc;
 use ash::vk;
 
 use crate::gpu::{self, Buffer, Device, Location, MemoryKind};
-use crate::plan::World;
+use crate::plan::{FramePlan, IndexWidth};
+
+use super::index_type;
 
 /// The index buffer of one frame in flight.
 pub struct SortedIndices {
     buffer: Buffer,
+    width: IndexWidth,
 }
 
 impl SortedIndices {
@@ -17,21 +20,17 @@ impl SortedIndices {
     ///
     /// # Errors
     /// When the device has no memory for it.
-    pub fn new(device: &Arc<Device>, index: usize, world: &World) -> gpu::Result<Option<Self>> {
-        let sorted =
-            world.objects.iter().filter(|object| object.transparent && world.sortable.contains_key(&object.mesh));
-        let triangles: usize = sorted.map(|object| object.triangles).sum();
-        if triangles == 0 {
-            return Ok(None);
-        }
+    pub fn new(device: &Arc<Device>, index: usize, plan: &FramePlan) -> gpu::Result<Option<Self>> {
+        let Some(width) = plan.meshes.sorted_width else { return Ok(None) };
         let name = format!("sorted indices of frame {index}");
-        let (size, usage) = (triangles as u64 * 12, vk::BufferUsageFlags::INDEX_BUFFER);
+        let (size, usage) = (plan.sorted_index_bytes(), vk::BufferUsageFlags::INDEX_BUFFER);
         let buffer = Buffer::new(device, &name, size, usage, Location::Upload, MemoryKind::Geometry)?;
-        Ok(Some(Self { buffer }))
+        Ok(Some(Self { buffer, width }))
     }
 
-    pub fn raw(&self) -> vk::Buffer {
-        self.buffer.raw
+    /// The buffer and the width of its indices.
+    pub fn raw(&self) -> (vk::Buffer, vk::IndexType) {
+        (self.buffer.raw, index_type(self.width))
     }
 
     /// Writes this frame's order. The frame that used the buffer before must be done.
@@ -39,6 +38,10 @@ impl SortedIndices {
     /// # Errors
     /// When mapped memory cannot be flushed.
     pub fn write(&self, indices: &[u32]) -> gpu::Result<()> {
-        self.buffer.write(0, indices)
+        match self.width {
+            // No transparent mesh has a vertex of a higher number.
+            IndexWidth::Bits16 => self.buffer.write(0, &indices.iter().map(|&index| index as u16).collect::<Vec<_>>()),
+            IndexWidth::Bits32 => self.buffer.write(0, indices),
+        }
     }
 }

@@ -9,7 +9,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
 
 use super::screen::stages;
-use super::{Recording, Slot, camera_relative};
+use super::{MeshDraws, Recording, Slot, camera_relative};
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
 use crate::gpu_scene::{POSITION, vertex_input};
 use crate::plan::{FramePlan, GeometryKey};
@@ -93,7 +93,7 @@ impl Depth {
     /// Draws what is visible and opaque. Runs inside the subpass, before what shades.
     pub fn record(&self, recording: &Recording) {
         recording.set_area(self.area[0], self.area[1]);
-        recording.scene.bind(recording.device, recording.cmd, &[POSITION]);
+        let mut meshes = MeshDraws::new(recording, &[POSITION]);
         recording.bind_set(self.layout.raw, 0, recording.frame_set);
         let mut bound = None;
         for draw in &recording.visible.draws {
@@ -108,7 +108,7 @@ impl Depth {
             }
             let push = Push { rows: camera_relative(&object.transform, recording.camera.position) };
             recording.push(self.layout.raw, PUSH_STAGES, &push);
-            recording.draw_mesh(object.mesh);
+            meshes.draw(object.mesh, None);
         }
     }
 }

@@ -61,8 +61,8 @@ impl Forward {
         // Of surfaces that lie in each other the first drawn is seen. After a pre-pass all of them are equal, so that it is the last:
         // then the order is turned around.
         match self.after_prepass {
-            true => self.surfaces.record(recording, None, draws.rev()),
-            false => self.surfaces.record(recording, None, draws),
+            true => self.surfaces.record(recording, draws.rev()),
+            false => self.surfaces.record(recording, draws),
         }
     }
 }

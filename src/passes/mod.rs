@@ -54,8 +54,8 @@ use ash::vk;
 use glam::{DAffine3, DVec3, Vec4};
 
 use crate::gpu::Device;
-use crate::gpu_scene::{GpuScene, MeshRange};
-use crate::plan::{Visible, World};
+use crate::gpu_scene::GpuScene;
+use crate::plan::{IndexWidth, Visible, World};
 use crate::scene::Camera;
 
 /// Where in a render pass a pipeline runs.
@@ -90,7 +90,7 @@ pub struct Recording<'a> {
     /// Shadow maps that this frame draws anew, by their index.
     pub stale_maps: &'a [usize],
     /// The frame's own index buffer with [`Visible::sorted_indices`], where the plan sorts triangles.
-    pub sorted: Option<vk::Buffer>,
+    pub sorted: Option<(vk::Buffer, vk::IndexType)>,
 }
 
 impl Recording<'_> {
@@ -135,18 +135,56 @@ impl Recording<'_> {
         // SAFETY: the layout has one range of this size for these stages.
         unsafe { self.device.raw.cmd_push_constants(self.cmd, layout, stages, 0, bytemuck::bytes_of(push)) };
     }
+}
 
-    fn draw_mesh(&self, mesh: usize) {
-        self.draw_range(self.scene.meshes[mesh]);
+/// Which index buffer is bound.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Indices {
+    OfScene(IndexWidth),
+    /// The frame's own.
+    Sorted,
+}
+
+/// Draws meshes, and binds another index buffer only where the next mesh needs it.
+struct MeshDraws<'a> {
+    recording: &'a Recording<'a>,
+    bound: Option<Indices>,
+}
+
+impl<'a> MeshDraws<'a> {
+    /// With these vertex streams.
+    fn new(recording: &'a Recording<'a>, streams: &[u32]) -> Self {
+        recording.scene.bind(recording.device, recording.cmd, streams);
+        Self { recording, bound: None }
     }
 
-    fn draw_range(&self, range: MeshRange) {
+    /// Draws a mesh, in the order that the frame has sorted its triangles into if they are `sorted`: then this is their first index.
+    fn draw(&mut self, mesh: usize, sorted: Option<u32>) {
+        // The plan has the mesh of each object that a pass draws.
+        let Some(range) = self.recording.scene.mesh(mesh) else { return };
+        let indices = if sorted.is_some() { Indices::Sorted } else { Indices::OfScene(range.width) };
+        if self.bound != Some(indices) {
+            self.bind(indices);
+        }
+        let first_index = sorted.unwrap_or(range.first_index);
+        let Recording { device, cmd, .. } = *self.recording;
         // SAFETY: pipeline, sets and buffers are bound; the range lies inside the index buffer (GpuScene made both, or the frame
         // has written its own).
-        unsafe {
-            let raw = &self.device.raw;
-            raw.cmd_draw_indexed(self.cmd, range.index_count, 1, range.first_index, range.vertex_offset, 0);
+        unsafe { device.raw.cmd_draw_indexed(cmd, range.index_count, 1, first_index, range.vertex_offset, 0) };
+    }
+
+    fn bind(&mut self, indices: Indices) {
+        let Recording { device, cmd, scene, sorted, .. } = *self.recording;
+        match (indices, sorted) {
+            (Indices::OfScene(width), _) => scene.bind_indices(device, cmd, width),
+            // SAFETY: the buffer has INDEX_BUFFER usage and lives until the frame that it belongs to is recorded anew.
+            (Indices::Sorted, Some((buffer, width))) => unsafe {
+                device.raw.cmd_bind_index_buffer(cmd, buffer, 0, width);
+            },
+            // Only a plan that sorts has such draws.
+            (Indices::Sorted, None) => {}
         }
+        self.bound = Some(indices);
     }
 }
 

@@ -8,7 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
 
 use super::screen::stages;
-use super::{Recording, Slot};
+use super::{MeshDraws, Recording, Slot};
 use crate::gpu::{
     self, DepthState, Device, Framebuffer, GraphicsPipeline, GraphicsPipelineDesc, Owned, framebuffer, pipeline_layout,
     sync::Use,
@@ -180,7 +180,8 @@ impl Shadow {
     }
 
     fn draw(&self, recording: &Recording, view: &ShadowView) {
-        recording.scene.bind(recording.device, recording.cmd, &[POSITION, UV]);
+        let mut meshes = MeshDraws::new(recording, &[POSITION]);
+        let mut has_uvs = false;
         let mut bound: (Option<CasterKey>, Option<usize>) = (None, None);
         for caster in &view.casters {
             let object = &recording.world.objects[caster.draw.object];
@@ -190,6 +191,10 @@ impl Shadow {
                 // There is one for each object that casts.
                 recording.bind_pipeline(self.pipelines[&key].raw);
                 bound = (Some(key), None);
+            }
+            if key.masked && !has_uvs {
+                recording.scene.bind(recording.device, recording.cmd, &[UV]);
+                has_uvs = true;
             }
             if key.masked && bound.1 != Some(object.material) {
                 let sets = recording.scene.materials.as_ref().map(|materials| &materials.sets);
@@ -209,7 +214,7 @@ impl Shadow {
                 _padding: [0.0; 2],
             };
             recording.push(layout, PUSH_STAGES, &push);
-            recording.draw_mesh(object.mesh);
+            meshes.draw(object.mesh, None);
         }
     }
 }

@@ -8,9 +8,9 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 
 use super::screen::stages;
-use super::{Recording, SetLayouts, Slot, camera_relative};
+use super::{MeshDraws, Recording, SetLayouts, Slot, camera_relative};
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout, pipeline_layout};
-use crate::gpu_scene::{GpuScene, MeshRange, NORMAL, POSITION, TANGENT, UV, vertex_input};
+use crate::gpu_scene::{GpuScene, NORMAL, POSITION, TANGENT, UV, vertex_input};
 use crate::plan::{FramePlan, GeometryKey, Opacity, Shading, ToneMapping, WorldObject};
 use crate::scene::{AlphaMode, Brdf, TextureSlot};
 use crate::shaders::forward::{self as shader, Flags, constants};
@@ -126,19 +126,10 @@ impl Surfaces {
     }
 
     /// Draws objects in this order. Runs inside the subpass of the pipelines. A draw takes the mesh's indices from the scene's
-    /// buffer, or as many from `sorted` where it has a place in it.
-    pub fn record(
-        &self,
-        recording: &Recording,
-        sorted: Option<vk::Buffer>,
-        draws: impl Iterator<Item = (usize, Option<u32>)>,
-    ) {
+    /// buffer, or as many from the frame's sorted ones where it has a place in them.
+    pub fn record(&self, recording: &Recording, draws: impl Iterator<Item = (usize, Option<u32>)>) {
         recording.set_area(self.area[0], self.area[1]);
-        recording.scene.bind(recording.device, recording.cmd, &self.streams);
-        if let Some(sorted) = sorted {
-            // SAFETY: the buffer has INDEX_BUFFER usage and lives until the frame that it belongs to is recorded anew.
-            unsafe { recording.device.raw.cmd_bind_index_buffer(recording.cmd, sorted, 0, vk::IndexType::UINT32) };
-        }
+        let mut meshes = MeshDraws::new(recording, &self.streams);
         let mut bound: (Option<GeometryKey>, Option<usize>) = (None, None);
         for (object, first_index) in draws {
             let object = &recording.world.objects[object];
@@ -164,8 +155,7 @@ impl Surfaces {
                 bound.1 = Some(object.material);
             }
             recording.push(layout, PUSH_STAGES, &self.push(recording, object));
-            let range = recording.scene.meshes[object.mesh];
-            recording.draw_range(MeshRange { first_index: first_index.unwrap_or(range.first_index), ..range });
+            meshes.draw(object.mesh, first_index);
         }
     }
 

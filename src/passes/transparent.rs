@@ -68,7 +68,7 @@ impl Transparent {
     /// Draws what is visible, the farthest first. Runs inside its subpass.
     pub fn record(&self, recording: &Recording) {
         let draws = recording.visible.transparent.iter().map(|draw| (draw.object, draw.first_index));
-        self.surfaces.record(recording, recording.sorted, draws);
+        self.surfaces.record(recording, draws);
     }
 }
 

@@ -98,7 +98,7 @@ impl GeometryKey {
     }
 }
 
-/// Vertex attributes that some pipeline of the plan reads, besides positions.
+/// Vertex attributes besides positions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Streams {
     pub normals: bool,
@@ -107,17 +107,12 @@ pub struct Streams {
 }
 
 impl Streams {
-    pub(super) fn of(scene: &Scene, plan: &FramePlan) -> Self {
-        // A masked caster needs its UVs in SHADOW as well, also where nothing else is drawn.
-        let masked_casters = plan.shadow.is_some()
-            && scene.objects.iter().any(|object| {
-                let material = &scene.materials[object.material];
-                material.is_masked() && material.base_color_texture.is_some()
-            });
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
         Self {
-            normals: plan.gbuffer.is_some() || plan.keys().any(|key| key.forward.is_some()),
-            uvs: masked_casters || plan.keys().any(|key| !key.textures.is_empty()),
-            tangents: plan.keys().any(|key| key.textures.contains(TextureSlot::Normal)),
+            normals: self.normals || other.normals,
+            uvs: self.uvs || other.uvs,
+            tangents: self.tangents || other.tangents,
         }
     }
 

@@ -237,7 +237,7 @@ fn transparency(scene: &Scene, plan: &FramePlan) -> Part {
         None => "no object is transparent".into(),
     };
     // Sorted triangles have an index buffer in each of two frames in flight.
-    let indices = 2 * 12 * u64::from(plan.transparent_triangles);
+    let indices = 2 * plan.sorted_index_bytes();
     let sorted = plan.transparency == Some(Transparency::Sorted);
     part("TRANSPARENT subpass", plan.transparency.is_some(), reason, if sorted { indices } else { 0 })
         .is(OptionalPart::Transparent)
@@ -316,38 +316,46 @@ fn sampled_textures(scene: &Scene, settings: &Settings, plan: &FramePlan) -> (us
     (sampled.len(), sampled.iter().map(bytes).sum())
 }
 
+/// Vertices and indices on the device, by stream.
 fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
-    let vertices: u64 = scene.meshes.iter().map(|mesh| mesh.positions.len() as u64).sum();
-    let indices: u64 = scene.meshes.iter().map(|mesh| mesh.indices.len() as u64).sum();
-    let streams = &plan.streams;
+    let planned = &plan.meshes;
+    let needed: BTreeSet<usize> =
+        scene.objects.iter().filter(|object| plan.needs_mesh(scene, object)).map(|object| object.mesh).collect();
+    let unused = scene.meshes.len() - needed.len();
+    let keeps_unused = plan.keep.has(OptionalPart::UnusedMeshes) && unused > 0;
+    let unused = match unused {
+        0 => "no mesh of the scene is unused".into(),
+        count => format!("no pass draws {count} of {} meshes", scene.meshes.len()),
+    };
+    let stream = |name: &str, optional: OptionalPart, vertices: u64, stride: u64, (yes, no): (&str, &str)| {
+        let reason = match (vertices, plan.keep.has(optional)) {
+            (0, _) => no.to_string(),
+            (_, true) => "kept for all vertices".into(),
+            (some, false) if some == planned.vertices => yes.to_string(),
+            (some, false) => format!("{yes}: {some} of {} vertices have it", planned.vertices),
+        };
+        part(name, vertices > 0, reason, stride * vertices).is(optional)
+    };
+    let wide = match (planned.indices_32, plan.keep.has(OptionalPart::WideIndices)) {
+        (0, _) => "no mesh has more vertices than 16 bits can number".into(),
+        (_, true) => "kept for all meshes".into(),
+        (_, false) => "of meshes with more than 65536 vertices".to_string(),
+    };
     vec![
-        part(
-            "vertex positions and indices",
-            true,
-            "every pass that draws meshes reads them",
-            12 * vertices + 4 * indices,
-        ),
-        part(
-            "vertex normals",
-            streams.normals,
-            why(streams.normals, "shading reads them", "nothing shades"),
-            12 * vertices,
-        )
-        .is(OptionalPart::Normals),
-        part(
-            "vertex UVs",
-            streams.uvs,
-            why(streams.uvs, "textures are sampled", "no texture is sampled"),
-            8 * vertices,
-        )
-        .is(OptionalPart::Uvs),
-        part(
+        part("vertex positions", true, "every pass that draws meshes reads them", 12 * planned.vertices),
+        part("16-bit indices", planned.indices_16 > 0, "of meshes with at most 65536 vertices", 2 * planned.indices_16),
+        part("32-bit indices", planned.indices_32 > 0, wide, 4 * planned.indices_32).is(OptionalPart::WideIndices),
+        // Their bytes count above and below.
+        part("unused meshes", keeps_unused, unused, 0).is(OptionalPart::UnusedMeshes),
+        stream("vertex normals", OptionalPart::Normals, planned.normals, 12, ("shading reads them", "nothing shades")),
+        stream("vertex UVs", OptionalPart::Uvs, planned.uvs, 8, ("textures are sampled", "no texture is sampled")),
+        stream(
             "vertex tangents",
-            streams.tangents,
-            why(streams.tangents, "a normal map is sampled", "no normal map is sampled"),
-            16 * vertices,
-        )
-        .is(OptionalPart::Tangents),
+            OptionalPart::Tangents,
+            planned.tangents,
+            16,
+            ("a normal map is sampled", "no normal map is sampled"),
+        ),
     ]
 }
 

@@ -4,8 +4,8 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::{Capabilities, Error, FramePlan};
 use crate::scene::{
-    AlphaMode, Brdf, Falloff, GbufferChoice, GbufferPreset, Light, LightKind, LightPath, Material, Mesh, Object,
-    Resolve, Scene, Settings, TargetChoice, Transparency, View,
+    AlphaMode, Brdf, ColorSpace, Falloff, GbufferChoice, GbufferPreset, Light, LightKind, LightPath, Material, Mesh,
+    Object, Resolve, Scene, Settings, TargetChoice, Texture, Transparency, View,
 };
 
 pub const VIEWS: [View; 12] = [
@@ -53,13 +53,17 @@ pub fn scene(materials: Vec<Material>, lights: Vec<Light>) -> Scene {
         let place = DAffine3::from_translation(DVec3::X * material as f64);
         Object::new(format!("square {material}"), 0, material, place)
     };
-    Scene {
+    let mut scene = Scene {
         meshes: vec![mesh],
         objects: (0..materials.len()).map(object).collect(),
         materials,
         lights,
         ..Scene::default()
+    };
+    if scene.materials.iter().any(|material| material.textures().next().is_some()) {
+        add_textures(&mut scene);
     }
+    scene
 }
 
 pub fn material(brdf: Brdf) -> Material {
@@ -68,6 +72,19 @@ pub fn material(brdf: Brdf) -> Material {
 
 pub fn emissive() -> Material {
     Material { emissive: Vec3::new(0.0, 10.0, 0.0), ..Material::default() }
+}
+
+/// Six textures that differ from texel to texel, for [`textured`] and [`masked`].
+pub fn add_textures(scene: &mut Scene) {
+    let color_space = |slot| if [0, 4, 5].contains(&slot) { ColorSpace::Srgb } else { ColorSpace::Linear };
+    scene.textures = (0..6)
+        .map(|slot| Texture {
+            name: format!("texture {slot}"),
+            size: [2, 2],
+            color_space: color_space(slot),
+            texels: [[255, 90, 200, 0], [10, 128, 250, 255], [0, 20, 128, 60], [99, 30, 180, 255]].concat(),
+        })
+        .collect();
 }
 
 /// With a texture in every slot.

@@ -19,7 +19,7 @@ pub struct Uploads {
 impl Uploads {
     pub(super) fn of(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Self {
         let mut uploads = Self {
-            vertices: scene.meshes.iter().any(|mesh| !mesh.positions.is_empty()),
+            vertices: plan.meshes.vertices > 0,
             volumes: plan.light_path == LightPath::Volumes && plan.adds_lights(),
             ..Self::default()
         };

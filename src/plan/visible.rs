@@ -78,13 +78,8 @@ pub struct WorldObject {
 impl World {
     /// `exposure` is the factor from nits to what is tone-mapped.
     pub fn of(scene: &Scene, settings: &Settings, plan: &FramePlan, exposure: f32) -> Self {
-        let is_drawn = |index: &usize| {
-            let object = &scene.objects[*index];
-            let material = &scene.materials[object.material];
-            let left_out = material.is_transparent() && plan.transparency.is_none();
-            !is_cut_away(material) && !left_out && !scene.meshes[object.mesh].indices.is_empty()
-        };
-        let drawn: Vec<usize> = (0..scene.objects.len()).filter(is_drawn).collect();
+        let drawn: Vec<usize> =
+            (0..scene.objects.len()).filter(|&index| plan.draws(scene, &scene.objects[index])).collect();
         let world_object = |&index: &usize| {
             let object = &scene.objects[index];
             let mesh = &scene.meshes[object.mesh];
@@ -259,7 +254,7 @@ fn structure(light: &Light, shadows: &ShadowSettings) -> impl PartialEq {
 }
 
 /// An alpha below the cut-off that no texture changes: nothing of the object is there.
-fn is_cut_away(material: &Material) -> bool {
+pub(super) fn is_cut_away(material: &Material) -> bool {
     match material.alpha_mode {
         AlphaMode::Mask { cutoff } => material.base_color_texture.is_none() && material.alpha < cutoff,
         AlphaMode::Opaque => false,

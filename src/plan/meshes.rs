@@ -1,0 +1,285 @@
+//! Which meshes lie on the device, which vertex streams each of them has there, and how wide its indices are.
+
+use super::{FramePlan, GeometryKey, Streams};
+use crate::scene::{CastsShadow, Keep, Mesh, Object, OptionalPart, Scene, Settings, TextureSlot};
+
+/// Bits of an index.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum IndexWidth {
+    Bits16,
+    Bits32,
+}
+
+impl IndexWidth {
+    /// Vertices that 16 bits can number. The last one is 0xffff, which is a vertex like any other: it restarts primitives only where
+    /// `primitiveRestartEnable` is set, and no pipeline sets it.
+    const MOST_OF_16_BITS: usize = 1 << 16;
+
+    fn of(mesh: &Mesh, keep: Keep) -> Self {
+        match mesh.positions.len() <= Self::MOST_OF_16_BITS && !keep.has(OptionalPart::WideIndices) {
+            true => Self::Bits16,
+            false => Self::Bits32,
+        }
+    }
+
+    pub fn bytes(self) -> u64 {
+        match self {
+            Self::Bits16 => 2,
+            Self::Bits32 => 4,
+        }
+    }
+}
+
+/// A mesh as it lies in the shared buffers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PlannedMesh {
+    /// Index into the scene's meshes.
+    pub mesh: usize,
+    /// Its first vertex, in all streams that it has.
+    pub first_vertex: u32,
+    /// Its first index, in the buffer of its width.
+    pub first_index: u32,
+    pub index_count: u32,
+    pub width: IndexWidth,
+    /// Streams that a pipeline reads of it, or that are kept.
+    pub streams: Streams,
+}
+
+/// The meshes of a plan. Those that need most streams come first, so that each stream ends early and all share one first vertex.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct MeshPlan {
+    /// In the order in which they lie in the buffers.
+    pub meshes: Vec<PlannedMesh>,
+    pub vertices: u64,
+    /// Vertices of each other stream: up to the last mesh that needs it.
+    pub normals: u64,
+    pub uvs: u64,
+    pub tangents: u64,
+    pub indices_16: u64,
+    pub indices_32: u64,
+    /// Of triangles that are sorted for each frame.
+    pub sorted_width: Option<IndexWidth>,
+}
+
+impl MeshPlan {
+    /// `textures`, normals and lights must be planned: a pipeline's key says what it reads.
+    pub(super) fn of(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Self {
+        let mut streams = vec![None::<Streams>; scene.meshes.len()];
+        let mut sorted_width = None;
+        for object in scene.objects.iter().filter(|object| plan.needs_mesh(scene, object)) {
+            let own = streams[object.mesh].get_or_insert_default();
+            *own = own.union(streams_of(scene, settings, plan, object));
+            if plan.sorts(scene, object) {
+                sorted_width = sorted_width.max(Some(IndexWidth::of(&scene.meshes[object.mesh], plan.keep)));
+            }
+        }
+        if plan.keep.has(OptionalPart::UnusedMeshes) {
+            streams.iter_mut().for_each(|own| *own = Some(own.unwrap_or_default()));
+        }
+        let kept = Streams {
+            normals: plan.keep.has(OptionalPart::Normals),
+            uvs: plan.keep.has(OptionalPart::Uvs),
+            tangents: plan.keep.has(OptionalPart::Tangents),
+        };
+        let mut order: Vec<(usize, Streams)> =
+            streams.into_iter().enumerate().filter_map(|(mesh, own)| own.map(|own| (mesh, own.union(kept)))).collect();
+        // Stable: alike ones keep the scene's order.
+        order.sort_by_key(|(_, own)| std::cmp::Reverse((own.tangents, own.uvs, own.normals)));
+        let mut planned = Self { sorted_width, ..Self::default() };
+        for (mesh, own) in order {
+            planned.push(mesh, &scene.meshes[mesh], own, plan.keep);
+        }
+        planned
+    }
+
+    fn push(&mut self, mesh: usize, data: &Mesh, streams: Streams, keep: Keep) {
+        let width = IndexWidth::of(data, keep);
+        let indices = match width {
+            IndexWidth::Bits16 => &mut self.indices_16,
+            IndexWidth::Bits32 => &mut self.indices_32,
+        };
+        let index_count = data.indices.len() as u32;
+        let (first_vertex, first_index) = (self.vertices as u32, *indices as u32);
+        *indices += u64::from(index_count);
+        self.meshes.push(PlannedMesh { mesh, first_vertex, first_index, index_count, width, streams });
+        self.vertices += data.positions.len() as u64;
+        for (needed, end) in
+            [(streams.normals, &mut self.normals), (streams.uvs, &mut self.uvs), (streams.tangents, &mut self.tangents)]
+        {
+            if needed {
+                *end = self.vertices;
+            }
+        }
+    }
+
+    /// The streams that some mesh has.
+    pub fn streams(&self) -> Streams {
+        Streams { normals: self.normals > 0, uvs: self.uvs > 0, tangents: self.tangents > 0 }
+    }
+
+    pub fn index_bytes(&self) -> u64 {
+        2 * self.indices_16 + 4 * self.indices_32
+    }
+
+    /// Bytes of all vertex and index buffers.
+    pub fn bytes(&self) -> u64 {
+        12 * (self.vertices + self.normals) + 8 * self.uvs + 16 * self.tangents + self.index_bytes()
+    }
+}
+
+/// The streams that pipelines read of an object's mesh.
+fn streams_of(scene: &Scene, settings: &Settings, plan: &FramePlan, object: &Object) -> Streams {
+    let material = &scene.materials[object.material];
+    // SHADOW reads UVs of what has holes, also where nothing else is drawn.
+    let masks = plan.shadow.is_some()
+        && object.casts_shadow != CastsShadow::No
+        && material.is_masked()
+        && material.base_color_texture.is_some();
+    if !plan.has_geometry() {
+        return Streams { uvs: masks, ..Streams::default() };
+    }
+    let key = GeometryKey::of(scene, object, settings, plan);
+    Streams {
+        normals: plan.gbuffer.is_some() || key.forward.is_some(),
+        uvs: masks || !key.textures.is_empty(),
+        tangents: key.textures.contains(TextureSlot::Normal),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use glam::DVec3;
+
+    use super::*;
+    use crate::plan::samples;
+    use crate::scene::{Brdf, Material, View};
+
+    fn plan(scene: &Scene, settings: &Settings) -> FramePlan {
+        FramePlan::of(scene, settings, &samples::device()).expect("a plan")
+    }
+
+    fn keeping(parts: &[OptionalPart]) -> Settings {
+        Settings { keep: parts.iter().copied().collect(), ..Settings::default() }
+    }
+
+    /// A triangle of so many vertices, of which all but three belong to no triangle.
+    fn mesh_of(vertices: usize) -> Mesh {
+        let points: Vec<_> = (0..vertices).map(|i| DVec3::new((i % 2) as f64, (i % 3) as f64, 0.0)).collect();
+        let mut mesh = Mesh::from_points("wide", &points);
+        mesh.indices = vec![0, 1, vertices as u32 - 1];
+        mesh.normals = vec![[0.0, 0.0, 1.0]; vertices];
+        mesh
+    }
+
+    /// A mesh for each material; the first has three vertices, each other one more than the last.
+    fn distinct(materials: Vec<Material>) -> Scene {
+        let mut scene = samples::scene(materials, vec![samples::sky()]);
+        scene.meshes = (0..scene.materials.len()).map(|index| mesh_of(3 + index)).collect();
+        scene.objects.iter_mut().enumerate().for_each(|(index, object)| object.mesh = index);
+        scene
+    }
+
+    #[test]
+    fn sixteen_bits_number_as_many_vertices_as_they_can() {
+        for (vertices, width) in [
+            (3, IndexWidth::Bits16),
+            (65_535, IndexWidth::Bits16),
+            (65_536, IndexWidth::Bits16),
+            (65_537, IndexWidth::Bits32),
+        ] {
+            let mut scene = distinct(vec![Material::default()]);
+            scene.meshes = vec![mesh_of(vertices)];
+            let meshes = plan(&scene, &Settings::default()).meshes;
+            assert_eq!(meshes.meshes[0].width, width, "{vertices}");
+            assert_eq!(meshes.index_bytes(), 3 * width.bytes());
+            assert!(width == IndexWidth::Bits32 || scene.meshes[0].indices[2] <= u32::from(u16::MAX));
+            let kept = plan(&scene, &keeping(&[OptionalPart::WideIndices])).meshes;
+            assert_eq!((kept.meshes[0].width, kept.indices_16, kept.indices_32), (IndexWidth::Bits32, 0, 3));
+        }
+    }
+
+    #[test]
+    fn buffers_hold_each_mesh_from_its_place_on() {
+        let mut scene = distinct(vec![Material::default(); 4]);
+        scene.meshes[1] = mesh_of(70_000);
+        scene.meshes[3] = mesh_of(70_001);
+        let meshes = plan(&scene, &Settings::default()).meshes;
+        let places: Vec<_> =
+            meshes.meshes.iter().map(|mesh| (mesh.mesh, mesh.first_vertex, mesh.first_index)).collect();
+        assert_eq!(places, [(0, 0, 0), (1, 3, 0), (2, 70_003, 3), (3, 70_008, 3)]);
+        assert_eq!((meshes.indices_16, meshes.indices_32), (6, 6));
+    }
+
+    #[test]
+    fn meshes_that_nothing_draws_or_casts_are_left_out() {
+        let cut_away = Material { alpha: 0.1, ..Material { base_color_texture: None, ..samples::masked() } };
+        let mut scene = distinct(vec![Material::default(), cut_away, samples::glass(), Material::default()]);
+        scene.objects.truncate(3);
+        let of = |settings: &Settings| {
+            let meshes = plan(&scene, settings).meshes.meshes;
+            meshes.iter().map(|mesh| mesh.mesh).collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>()
+        };
+        assert_eq!(of(&Settings::default()), [0, 2], "the second is cut away, the fourth has no object");
+        // A view that shows no transparent surfaces needs no mesh of them.
+        assert_eq!(of(&Settings { view: View::Normal, ..Settings::default() }), [0]);
+        assert_eq!(of(&keeping(&[OptionalPart::UnusedMeshes])), [0, 1, 2, 3]);
+        // The view of the maps draws casters alone.
+        scene.lights = vec![samples::sun()];
+        scene.objects.push(Object::new("floor", 3, 3, Default::default()));
+        scene.objects[0].casts_shadow = CastsShadow::No;
+        let maps = Settings { view: View::ShadowMap, ..Settings::default() };
+        let meshes = plan(&scene, &maps).meshes;
+        assert_eq!(meshes.meshes.iter().map(|mesh| mesh.mesh).collect::<Vec<_>>(), [3]);
+        assert_eq!(meshes.streams(), Streams::default());
+    }
+
+    #[test]
+    fn each_stream_ends_with_the_last_mesh_that_needs_it() {
+        let mapped = Material { normal_texture: Some(0), ..Material::default() };
+        let colored = Material { base_color_texture: Some(0), ..Material::default() };
+        let mut scene = distinct(vec![Material::default(), colored, mapped, Material::default()]);
+        samples::add_textures(&mut scene);
+        let meshes = plan(&scene, &Settings::default()).meshes;
+        // 5 vertices with tangents, 4 with UVs alone, 3 and 6 with neither.
+        assert_eq!(meshes.meshes.iter().map(|mesh| mesh.mesh).collect::<Vec<_>>(), [2, 1, 0, 3]);
+        assert_eq!((meshes.vertices, meshes.normals, meshes.uvs, meshes.tangents), (18, 18, 9, 5));
+        assert_eq!(meshes.bytes(), 18 * 24 + 9 * 8 + 5 * 16 + 4 * 3 * 2);
+        for (part, expected) in [(OptionalPart::Tangents, (9, 18)), (OptionalPart::Uvs, (18, 5))] {
+            let kept = plan(&scene, &keeping(&[part])).meshes;
+            // A stream that is kept is whole; the others end as early as they can.
+            assert_eq!((kept.uvs, kept.tangents), expected, "{part}");
+        }
+        let counted = plan(&scene, &Settings { view: View::Overdraw, ..Settings::default() }).meshes;
+        assert_eq!(counted.streams(), Streams::default(), "fragments are counted by their positions");
+        let kept = Settings { view: View::Overdraw, ..keeping(&[OptionalPart::Normals]) };
+        assert_eq!(plan(&scene, &kept).meshes.normals, 18);
+    }
+
+    #[test]
+    fn what_is_masked_in_a_shadow_map_alone_still_has_uvs() {
+        let mut scene = samples::scene(vec![samples::masked()], vec![samples::sun()]);
+        samples::add_textures(&mut scene);
+        let maps = Settings { view: View::ShadowMap, ..Settings::default() };
+        assert_eq!(plan(&scene, &maps).meshes.streams(), Streams { uvs: true, ..Streams::default() });
+        scene.objects[0].casts_shadow = CastsShadow::No;
+        scene.objects.push(Object::new("pane", 0, 0, Default::default()));
+        scene.materials.push(samples::material(Brdf::Lambert));
+        scene.objects[1].material = 1;
+        assert_eq!(plan(&scene, &maps).meshes.streams(), Streams::default(), "it casts no shadow");
+    }
+
+    #[test]
+    fn sorted_indices_are_as_wide_as_the_largest_transparent_mesh_needs() {
+        let mut scene = distinct(vec![Material::default(), samples::glass(), samples::glass()]);
+        let width = |scene: &Scene, settings: &Settings| plan(scene, settings).meshes.sorted_width;
+        let lean = Settings::default();
+        scene.meshes[0] = mesh_of(70_000);
+        assert_eq!(width(&scene, &lean), Some(IndexWidth::Bits16), "what is opaque is not sorted");
+        scene.meshes[2] = mesh_of(70_000);
+        assert_eq!(width(&scene, &lean), Some(IndexWidth::Bits32));
+        let oit = Settings { transparency: crate::scene::Transparency::Oit, ..Settings::default() };
+        assert_eq!(width(&scene, &oit), None);
+    }
+}
