@@ -3,11 +3,14 @@
 //! [`FramePlan::of`] is pure. Attachments, pipelines, specialization, dependency rows and commands are derived from the plan
 //! and nothing else decides. What changes with the camera is a [`Visible`], computed for each frame.
 
+mod boxes;
 mod clusters;
 mod cost;
+mod frustum;
 mod gbuffer;
 mod geometry;
 mod light_path;
+mod lit;
 mod meshes;
 mod parts;
 #[cfg(test)]
@@ -24,6 +27,7 @@ pub use cost::Cost;
 pub use gbuffer::{Gbuffer, NormalEncoding, format_bytes};
 pub use geometry::{ForwardKey, GeometryKey, Opacity, Streams, TextureMask};
 pub use light_path::{Reach, steepest};
+pub use lit::Lit;
 pub use meshes::{IndexWidth, MeshPlan, PlannedMesh};
 pub use parts::{Part, PartGroup};
 pub use shadows::{Caster, MAX_SHADOW_VIEWS, Projection, ShadowCache, ShadowLight, ShadowPlan, ShadowView, Tile};
@@ -689,7 +693,8 @@ fn shadow_reason(scene: &Scene, settings: &Settings) -> Result<(), String> {
     if !settings.shadows.enabled {
         return Err("shadows are switched off".into());
     }
-    let asking = scene.lights.iter().find(|light| light.casts_shadow && World::shines(light));
+    let mut planned = World::sorted(scene, settings).into_iter().map(|index| &scene.lights[index]);
+    let asking = planned.find(|light| light.casts_shadow);
     match asking {
         None => Err("no light casts a shadow".into()),
         Some(light) if scene.objects.iter().all(|object| object.casts_shadow == CastsShadow::No) => {
@@ -740,9 +745,9 @@ fn planned_lights(scene: &Scene, settings: &Settings, shading: Shading) -> Plann
     }
     let mut lights = PlannedLights { ambient: scene.environment.is_lit(), ..Default::default() };
     let mut falloffs = BTreeSet::new();
-    let shining = || scene.lights.iter().filter(|light| World::shines(light));
-    lights.uniform = shining().count() <= UNIFORM_LIGHTS;
-    for light in shining() {
+    let planned = World::sorted(scene, settings);
+    lights.uniform = planned.len() <= UNIFORM_LIGHTS;
+    for light in planned.into_iter().map(|index| &scene.lights[index]) {
         let bounded = light_path::bounded(light, settings);
         lights.bounded |= bounded;
         lights.unbounded |= !bounded && !matches!(light.kind, LightKind::Directional { .. });

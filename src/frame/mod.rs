@@ -46,8 +46,12 @@ pub enum Error {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Drawn {
     pub objects: usize,
+    /// Beside or behind the view.
     pub culled: usize,
     pub triangles: usize,
+    /// Lights that reach what is seen, and those of the plan that do not.
+    pub lights: usize,
+    pub idle_lights: usize,
     /// Draws into shadow maps.
     pub casters: usize,
     /// Shadow maps that are looked up, and how many of them were drawn anew.
@@ -353,9 +357,9 @@ impl Renderer {
             self.shadow_cache = ShadowCache::default();
         }
         let stale_maps = self.shadow_cache.stale(&visible.shadows);
-        let uniform = FrameUniform::of(&self.world, camera, &self.plan, jitter);
+        let uniform = FrameUniform::of(&self.world, &visible, camera, &self.plan, jitter);
         // The submission makes them visible to the device: the row "host-to-frame".
-        frame.view.write(&uniform, &self.world, camera, (visible.clusters.as_ref(), &visible.lights))?;
+        frame.view.write(&uniform, &self.world, &visible, camera)?;
         if let Some(atlas) = &self.atlas {
             atlas.write(self.next, &visible, camera)?;
         }
@@ -389,6 +393,8 @@ impl Renderer {
             objects: visible.draws.len(),
             culled: visible.culled,
             triangles: visible.triangles(&self.world),
+            lights: visible.lit.lights.len(),
+            idle_lights: self.world.lights.len() - visible.lit.lights.len(),
             casters: stale_maps.iter().flat_map(|&map| &visible.shadows[map]).map(|map| map.casters.len()).sum(),
             shadow_maps: visible.shadows.iter().flatten().count(),
             shadow_maps_drawn: stale_maps.len(),

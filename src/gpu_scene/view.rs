@@ -8,7 +8,7 @@ use glam::{DMat4, DVec3, DVec4, Mat4, Vec3, Vec4};
 
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter};
 use crate::plan::{
-    Clusters, FramePlan, Grid, LightWork, Reach, ShadowPlan, UNIFORM_LIGHTS, VolumeRecord, World, falloff_index,
+    FramePlan, Grid, LightWork, Reach, ShadowPlan, UNIFORM_LIGHTS, Visible, VolumeRecord, World, falloff_index,
 };
 use crate::scene::{Camera, Falloff, Light, LightKind, LightPath};
 
@@ -57,7 +57,7 @@ pub struct LightRecord {
 
 impl FrameUniform {
     /// `jitter`: where in each pixel the scene is seen, in pixels to the right and down from its centre.
-    pub fn of(world: &World, camera: &Camera, plan: &FramePlan, jitter: [f64; 2]) -> Self {
+    pub fn of(world: &World, visible: &Visible, camera: &Camera, plan: &FramePlan, jitter: [f64; 2]) -> Self {
         let [width, height] = plan.size.map(f64::from);
         let tan_y = (camera.fov_y_degrees.to_radians() * 0.5).tan();
         let tan_x = tan_y * width / height;
@@ -81,11 +81,11 @@ impl FrameUniform {
             ambient_tilt,
             shadow_normal_offset: world.shadows.normal_offset * shadow.map_or(0.0, ShadowPlan::bias_scale),
             shadow_size: shadow.map_or(0, |shadow| shadow.size) as f32,
-            directional_count: world.directional_count() as u32,
-            light_count: world.lights.len() as u32,
+            directional_count: visible.lit.directional as u32,
+            light_count: visible.lit.lights.len() as u32,
             forward: forward.as_vec3(),
-            looped_count: world.looped_count(plan) as u32,
-            global_count: world.global_count() as u32,
+            looped_count: visible.lit.looped as u32,
+            global_count: visible.lit.global as u32,
             cluster_columns: grid.columns,
             cluster_rows: grid.rows,
             shadow_layers: shadow.map_or(0, |shadow| shadow.layers),
@@ -267,20 +267,23 @@ impl ViewBuffers {
         &mut self,
         uniform: &FrameUniform,
         world: &World,
+        visible: &Visible,
         camera: &Camera,
-        (clusters, work): (Option<&Clusters>, &LightWork),
     ) -> gpu::Result<()> {
         self.uniform.write(0, std::slice::from_ref(uniform))?;
         if let Some(lights) = &self.lights {
-            let coded = world.lights.iter().zip(&world.shadow_codes);
-            let records: Vec<_> = coded.map(|(light, &code)| LightRecord::of(light, code, camera)).collect();
-            lights.write(0, &records)?;
+            let record = |&light: &usize| LightRecord::of(&world.lights[light], world.shadow_codes[light], camera);
+            let records: Vec<_> = visible.lit.lights.iter().map(record).collect();
+            // A frame may have none.
+            if !records.is_empty() {
+                lights.write(0, &records)?;
+            }
         }
-        if let Some(clusters) = clusters {
+        if let Some(clusters) = &visible.clusters {
             self.write_list(CLUSTER_HEADS, &clusters.heads)?;
             self.write_list(CLUSTER_LIGHTS, &clusters.lights)?;
         }
-        match work {
+        match &visible.lights {
             LightWork::Nothing | LightWork::Draws(_) => Ok(()),
             LightWork::Volumes(volumes) => {
                 let data =
@@ -369,7 +372,7 @@ mod tests {
         let settings = Settings { size, ..Settings::default() };
         let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
         let world = World::of(&scene, &settings, &plan, 1.0);
-        FrameUniform::of(&world, camera, &plan, jitter)
+        FrameUniform::of(&world, &Visible::of(&world, camera, &plan), camera, &plan, jitter)
     }
 
     fn vector(range: f64) -> impl Strategy<Value = DVec3> {

@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use super::{Capabilities, Error, PlannedLights, World};
 use crate::scene::{
-    AlphaMode, Brdf, Falloff, HdrFormat, Light, LightKind, LightPath, Material, Object, Scene, Settings, TextureSlot,
-    Tonemap, View,
+    Aabb, AlphaMode, Brdf, Falloff, HdrFormat, Light, LightKind, LightPath, Material, Object, Scene, Settings,
+    TextureSlot, Tonemap, View,
 };
 
 /// `auto` takes `loop` up to this many lights of limited reach: lists cost more than they save.
@@ -56,7 +56,8 @@ pub(super) fn choose(
         }
         asked => return Ok((asked, "asked for".into())),
     }
-    let bounded = scene.lights.iter().filter(|light| World::shines(light) && bounded(light, settings)).count();
+    let planned = World::sorted(scene, settings);
+    let bounded = planned.iter().filter(|&&index| bounded(&scene.lights[index], settings)).count();
     if !lights.bounded {
         return Ok((LightPath::Loop, "no light has a limited reach, so that there is nothing to leave out".into()));
     }
@@ -114,6 +115,12 @@ pub struct Reach {
     pub radius: f64,
 }
 
+impl Reach {
+    pub fn touches(&self, bounds: &Aabb) -> bool {
+        !bounds.is_empty() && self.center.clamp(bounds.min, bounds.max).distance(self.center) <= self.radius
+    }
+}
+
 /// The sphere around what a light brings light to within `reach` metres. A narrow cone's is smaller than the light's own: that
 /// through its apex and the rim of its base, or that around the rim alone where the cone is wider than 45 degrees.
 pub(super) fn sphere_of(light: &Light, reach: f64) -> Reach {
@@ -151,7 +158,7 @@ pub(super) struct Cut {
 
 impl Cut {
     pub(super) fn of(scene: &Scene, settings: &Settings, exposure: f32) -> Self {
-        let without = |light: &&Light| World::shines(light) && !has_range(light) && bounded(light, settings);
+        let without = |light: &&Light| World::shines(light) && range_of(light).is_none() && bounded(light, settings);
         let count = scene.lights.iter().filter(without).count();
         // A pane of glass adds its whole highlight to what is behind it, so that each layer may drop as much again. Other surfaces
         // that blend take a mean, which drops no more than one of them.
@@ -182,10 +189,11 @@ impl Cut {
     }
 }
 
-fn has_range(light: &Light) -> bool {
+/// Metres beyond which the light is exactly zero, if there is such a distance.
+pub(super) fn range_of(light: &Light) -> Option<f64> {
     match light.kind {
-        LightKind::Directional { .. } => false,
-        LightKind::Point { range, .. } | LightKind::Spot { range, .. } => range.is_some(),
+        LightKind::Directional { .. } => None,
+        LightKind::Point { range, .. } | LightKind::Spot { range, .. } => range,
     }
 }
 

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use ash::vk;
 
 use super::gbuffer::format_bytes;
+use super::lit::IdleLights;
 use super::{
     COUNT, DEPTH, FramePlan, GeometryKey, Grid, PlannedBrdf, Projection, SLICES, Shading, ShadowLight, ShadowPlan,
     Sums, ToneMapping, UNIFORM_LIGHTS, World, shadow_reason,
@@ -73,7 +74,7 @@ pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<
     add(PartGroup::Passes, passes(scene, settings, plan));
     add(PartGroup::Geometry, geometry(scene, plan));
     add(PartGroup::Textures, textures(scene, settings, plan));
-    add(PartGroup::Lights, shading(scene, plan));
+    add(PartGroup::Lights, shading(scene, settings, plan));
     add(PartGroup::Shadows, vec![shadow(scene, settings, plan)]);
     parts
 }
@@ -256,8 +257,8 @@ fn sums(plan: &FramePlan) -> Part {
     part("sums and COMPOSITE subpass", plan.sums.is_some(), reason, u64::from(texel * plan.msaa) * pixels(plan))
 }
 
-fn shading(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
-    let count = scene.lights.iter().filter(|light| World::shines(light)).count();
+fn shading(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
+    let count = World::sorted(scene, settings).len();
     // A buffer for each of two frames in flight.
     let slots = if plan.lights.uniform { UNIFORM_LIGHTS } else { count };
     let brdf = match plan.brdf {
@@ -286,13 +287,26 @@ fn shading(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
             .is(OptionalPart::BrdfByPixel),
         part("lists of lights by froxel", plan.has_clusters(), lists, 2 * 8 * froxels.clusters() as u64)
             .is(OptionalPart::LightLists),
-        part("light buffers", lights.any(), format!("{count} lights shine in the scene"), 2 * 64 * slots as u64),
+        part("light buffers", lights.any(), format!("{count} lights shine on the scene"), 2 * 64 * slots as u64),
+        idle_lights(scene, settings),
         kind("directional lights", lights.directional, OptionalPart::DirectionalLights),
         kind("point and spot lights", lights.punctual, OptionalPart::PunctualLights),
         kind("spot cones", lights.spot, OptionalPart::SpotCones),
         kind("ambient light", lights.ambient, OptionalPart::AmbientLight),
         kind("emissive surfaces", emissive, OptionalPart::Emissive),
     ]
+}
+
+/// Of each camera's view more are left out, frame by frame.
+fn idle_lights(scene: &Scene, settings: &Settings) -> Part {
+    let kept = settings.keep.has(OptionalPart::IdleLights);
+    let reason = match IdleLights::of(scene, settings).count() {
+        _ if kept => "asked to stay, whether or not they reach anything".into(),
+        0 => "each light can reach an object".into(),
+        1 => "1 light reaches no object".into(),
+        count => format!("{count} lights reach no object"),
+    };
+    part("lights that reach nothing", kept, reason, 0).is(OptionalPart::IdleLights)
 }
 
 /// The textures that some pipeline samples, and their bytes with all levels.

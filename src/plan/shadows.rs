@@ -256,7 +256,7 @@ fn by_importance<'a>(scene: &'a Scene, settings: &Settings) -> Vec<(usize, &'a L
             }
         }
     };
-    let sorted = World::sorted(&scene.lights, settings).into_iter().map(|index| &scene.lights[index]);
+    let sorted = World::sorted(scene, settings).into_iter().map(|index| &scene.lights[index]);
     let mut asking: Vec<_> = sorted.enumerate().filter(|(_, light)| light.casts_shadow).collect();
     asking.sort_by(|(_, a), (_, b)| {
         let (a, b) = (importance(a), importance(b));

@@ -6,13 +6,15 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::light_path::{self, Cut, sphere_of};
+use super::frustum::Frustum;
+use super::light_path::{self, Cut};
+use super::lit::{IdleLights, Lit};
 use super::shadows::{Changes, add_cascades, lamp_views, widened};
 use super::volumes::{self, LightRect, Volumes};
 use super::{Clusters, Error, FramePlan, GeometryKey, Projection, Reach, ShadowView, clusters, falloff_index};
 use crate::scene::{
-    Aabb, AlphaMode, Camera, CastsShadow, Environment, Light, LightKind, LightPath, Material, Mesh, Scene, Settings,
-    ShadowSettings, Transparency,
+    Aabb, AlphaMode, Camera, CastsShadow, Environment, Light, LightKind, LightPath, Material, Mesh, OptionalPart,
+    Scene, Settings, ShadowSettings, Transparency,
 };
 
 /// What of a scene a frame looks at again each time. No texels, and no vertices but where triangles are sorted.
@@ -20,7 +22,7 @@ use crate::scene::{
 pub struct World {
     pub objects: Vec<WorldObject>,
     pub materials: Vec<Material>,
-    /// Only those that shine: directional lights, then those that reach everywhere, then those whose reach is limited.
+    /// Only those that shine and can reach an object: directional lights, then those that reach everywhere, then those whose reach is limited.
     pub lights: Vec<Light>,
     /// How far each light reaches, in metres.
     pub reaches: Vec<f64>,
@@ -45,6 +47,8 @@ pub struct World {
     /// By the scene's own numbers: which of [`World::objects`] and [`World::lights`] it is, if it is among them.
     object_of: Vec<Option<usize>>,
     light_of: Vec<Option<usize>>,
+    /// What the plan left out.
+    idle_lights: IdleLights,
     /// What has moved since `lamps` and `bounds` were worked out, if anything has.
     changes: Option<Changes>,
 }
@@ -100,7 +104,7 @@ impl World {
         };
         let mut object_of = vec![None; scene.objects.len()];
         drawn.iter().enumerate().for_each(|(own, &index)| object_of[index] = Some(own));
-        let lights = Self::sorted(&scene.lights, settings);
+        let lights = Self::sorted(scene, settings);
         let mut light_of = vec![None; scene.lights.len()];
         lights.iter().enumerate().for_each(|(own, &index)| light_of[index] = Some(own));
         let cut = Cut::of(scene, settings, exposure);
@@ -116,6 +120,7 @@ impl World {
                 .map(|light| plan.shadow.as_ref().map_or(0, |shadow| shadow.code(light)))
                 .collect(),
             light_of,
+            idle_lights: IdleLights::of(scene, settings),
             reaches: lights.iter().map(|&index| cut.reach(&scene.lights[index])).collect(),
             cut,
             lights: lights.into_iter().map(|index| scene.lights[index].clone()).collect(),
@@ -164,7 +169,12 @@ impl World {
             return Err(Error::Change(format!("object {index} cannot be mirrored while it is drawn")));
         }
         let (origin, bounds) = object.mesh_place;
-        let before = std::mem::replace(&mut object.bounds, bounds.transformed(transform));
+        let place = bounds.transformed(transform);
+        if let Some(light) = self.idle_lights.reaching(&place) {
+            let what = "which reached nothing when its scene was planned; `--plan idle-lights` keeps such lights";
+            return Err(Error::Change(format!("object {index} cannot come into reach of light {light}, {what}")));
+        }
+        let before = std::mem::replace(&mut object.bounds, place);
         object.transform = *transform * DAffine3::from_translation(origin);
         object.revision += 1;
         let changes = self.changes.get_or_insert_default();
@@ -182,6 +192,13 @@ impl World {
         let Some(own) = self.light_of.get(index) else {
             return Err(Error::Change(format!("there is no light {index}: the scene has {}", self.light_of.len())));
         };
+        if self.idle_lights.has(index) {
+            if self.idle_lights.set(index, light, self.objects.iter().map(|object| object.bounds)) {
+                return Ok(());
+            }
+            let why = "it reached nothing when its scene was planned; `--plan idle-lights` keeps such lights";
+            return Err(Error::Change(format!("light {index} cannot come to reach an object: {why}")));
+        }
         let Some(own_index) = *own else {
             return Err(Error::Change(format!("light {index} was dark when its scene was planned")));
         };
@@ -201,9 +218,11 @@ impl World {
         light.intensity > 0.0 && light.color.max_element() > 0.0
     }
 
-    /// The indices of those that shine, in the order in which frames have them.
-    pub(super) fn sorted(lights: &[Light], settings: &Settings) -> Vec<usize> {
-        let mut sorted: Vec<usize> = (0..lights.len()).filter(|&index| Self::shines(&lights[index])).collect();
+    /// The indices of those that shine and reach something, in the order in which frames have them.
+    pub(super) fn sorted(scene: &Scene, settings: &Settings) -> Vec<usize> {
+        let (lights, idle) = (&scene.lights, IdleLights::of(scene, settings));
+        let planned = |index: &usize| Self::shines(&lights[*index]) && !idle.has(*index);
+        let mut sorted: Vec<usize> = (0..lights.len()).filter(planned).collect();
         // Stable: lights of a kind keep the scene's order, and with it their sum its rounding.
         sorted.sort_by_key(|&index| match lights[index].kind {
             LightKind::Directional { .. } => 0,
@@ -220,23 +239,9 @@ impl World {
 }
 
 impl World {
-    /// How many of the first lights meet every pixel in one loop; the path has lists or draws of their own for the others.
-    pub fn looped_count(&self, plan: &FramePlan) -> usize {
-        match plan.light_path {
-            LightPath::PerLight => self.directional_count(),
-            LightPath::Volumes | LightPath::Clustered | LightPath::Forward | LightPath::Compute => self.global_count(),
-            LightPath::Auto | LightPath::Loop | LightPath::ForwardNaive => self.lights.len(),
-        }
-    }
-
     /// How many of the first lights reach everywhere.
     pub fn global_count(&self) -> usize {
         self.reaches.iter().take_while(|reach| reach.is_infinite()).count()
-    }
-
-    /// A sphere around what each light from `first` on reaches.
-    fn spheres(&self, first: usize) -> Vec<Reach> {
-        self.lights[first..].iter().zip(&self.reaches[first..]).map(|(light, &reach)| sphere_of(light, reach)).collect()
     }
 }
 
@@ -315,6 +320,9 @@ pub struct Visible {
     /// The lights of limited reach by froxel, where the plan has such lists.
     pub clusters: Option<Clusters>,
     pub lights: LightWork,
+    /// The lights that reach what is seen.
+    pub lit: Lit,
+    /// Objects beside or behind the view.
     pub culled: usize,
 }
 
@@ -326,14 +334,15 @@ impl Visible {
             .objects
             .iter()
             .enumerate()
-            .filter(|(_, object)| frustum.may_see(&object.bounds))
+            .filter(|(_, object)| plan.keep.has(OptionalPart::OffscreenObjects) || frustum.may_see(&object.bounds))
             .map(|(index, object)| (index, (object.bounds.center() - camera.position).length_squared()))
             .collect();
         let state = |index: usize| (world.objects[index].key, world.objects[index].material, index);
         seen.sort_by(|a, b| a.1.total_cmp(&b.1).then_with(|| state(a.0).cmp(&state(b.0))));
+        let boxes: Vec<Aabb> = seen.iter().map(|&(index, _)| world.objects[index].bounds).collect();
+        let lit = Lit::of(world, plan, camera, &frustum, &boxes);
         let mut shadows = world.lamps.clone();
         if let Some(shadow) = &plan.shadow {
-            let boxes: Vec<Aabb> = seen.iter().map(|&(index, _)| world.objects[index].bounds).collect();
             add_cascades(&mut shadows, world, shadow, camera, aspect, &boxes);
         }
         let (transparent, opaque): (Vec<_>, Vec<_>) =
@@ -345,11 +354,11 @@ impl Visible {
             transparent,
             sorted_indices,
             shadows,
-            clusters: plan.has_clusters().then(|| {
-                let first = world.global_count();
-                clusters::bin(&world.spheres(first), first as u32, camera, plan.size)
-            }),
-            lights: light_work(world, camera, plan),
+            clusters: plan
+                .has_clusters()
+                .then(|| clusters::bin(&lit.spheres(world, lit.global), lit.global as u32, camera, plan.size)),
+            lights: light_work(world, camera, plan, &lit),
+            lit,
         }
     }
 
@@ -360,23 +369,23 @@ impl Visible {
     }
 }
 
-fn light_work(world: &World, camera: &Camera, plan: &FramePlan) -> LightWork {
-    let first = world.looped_count(plan);
-    if first == world.lights.len() {
+fn light_work(world: &World, camera: &Camera, plan: &FramePlan, lit: &Lit) -> LightWork {
+    let first = lit.looped;
+    if first == lit.lights.len() {
         return LightWork::Nothing;
     }
     match plan.light_path {
         LightPath::PerLight => {
-            LightWork::Draws(volumes::rectangles(&world.spheres(first), first as u32, camera, plan.size))
+            LightWork::Draws(volumes::rectangles(&lit.spheres(world, first), first as u32, camera, plan.size))
         }
-        LightPath::Volumes => LightWork::Volumes(Volumes::of(world, first, camera)),
+        LightPath::Volumes => LightWork::Volumes(Volumes::of(world, lit, camera)),
         LightPath::Compute => {
             // A little larger, for the rounding of f32.
             let relative = |reach: Reach| {
                 let center = reach.center - camera.position;
                 Reach { center, radius: reach.radius + 1e-5 * (reach.radius + center.length()) }
             };
-            LightWork::Spheres(world.spheres(first).into_iter().map(relative).collect())
+            LightWork::Spheres(lit.spheres(world, first).into_iter().map(relative).collect())
         }
         LightPath::Auto | LightPath::Loop | LightPath::Clustered | LightPath::Forward | LightPath::ForwardNaive => {
             LightWork::Nothing
@@ -407,99 +416,11 @@ fn back_to_front(world: &World, camera: &Camera, objects: impl Iterator<Item = u
     (draws.collect(), indices)
 }
 
-/// The planes of a view volume without far plane; normals point inside.
-struct Frustum {
-    planes: [(DVec3, f64); 5],
-}
-
-impl Frustum {
-    fn of(camera: &Camera, aspect: f64) -> Self {
-        let tan_y = (camera.fov_y_degrees.to_radians() * 0.5).tan();
-        let tan_x = tan_y * aspect;
-        let (forward, right, up) = (camera.forward(), camera.right(), camera.up());
-        // A side plane holds the camera and a ray along the frustum's side.
-        let side = |normal: DVec3| (normal, -normal.dot(camera.position));
-        Self {
-            planes: [
-                (forward, -forward.dot(camera.position) - camera.near),
-                side((forward * tan_x - right).normalize()),
-                side((forward * tan_x + right).normalize()),
-                side((forward * tan_y - up).normalize()),
-                side((forward * tan_y + up).normalize()),
-            ],
-        }
-    }
-
-    /// False only if the box is wholly behind one plane. The slack keeps rounding from cutting what touches a plane.
-    fn may_see(&self, bounds: &Aabb) -> bool {
-        let slack = 1e-9 * (bounds.center().length() + bounds.radius());
-        let (center, half) = (bounds.center(), bounds.size() * 0.5);
-        self.planes.iter().all(|(normal, distance)| normal.dot(center) + distance + normal.abs().dot(half) >= -slack)
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use proptest::prelude::*;
-
     use super::*;
     use crate::plan::samples;
     use crate::scene::Falloff;
-
-    fn unit_box_at(center: DVec3) -> Aabb {
-        Aabb { min: center - 0.5, max: center + 0.5 }
-    }
-
-    #[test]
-    fn a_box_is_seen_in_front_of_the_camera_and_not_behind_or_beside_it() {
-        let camera = Camera { position: DVec3::ZERO, ..Camera::default() };
-        let frustum = Frustum::of(&camera, 1.0);
-        assert!(frustum.may_see(&unit_box_at(DVec3::new(0.0, 0.0, -5.0))));
-        assert!(!frustum.may_see(&unit_box_at(DVec3::new(0.0, 0.0, 5.0))));
-        assert!(!frustum.may_see(&unit_box_at(DVec3::new(20.0, 0.0, -5.0))));
-        assert!(!frustum.may_see(&unit_box_at(DVec3::new(0.0, -20.0, -5.0))));
-    }
-
-    #[test]
-    fn a_box_around_the_camera_and_one_far_away_are_seen() {
-        let camera = Camera { position: DVec3::splat(1e6), ..Camera::default() };
-        let frustum = Frustum::of(&camera, 2.0);
-        assert!(frustum.may_see(&unit_box_at(camera.position)));
-        assert!(frustum.may_see(&unit_box_at(camera.position + DVec3::new(0.0, 0.0, -1e9))));
-    }
-
-    /// A point in clip space: x and y over w, as the shader has it, in f64.
-    fn is_in_clip_volume(camera: &Camera, aspect: f64, point: DVec3) -> bool {
-        let offset = point - camera.position;
-        let (w, tan_y) = (offset.dot(camera.forward()), (camera.fov_y_degrees.to_radians() * 0.5).tan());
-        let (x, y) = (offset.dot(camera.right()) / (tan_y * aspect), offset.dot(camera.up()) / tan_y);
-        w >= camera.near && x.abs() <= w && y.abs() <= w
-    }
-
-    fn vector(range: f64) -> impl Strategy<Value = DVec3> {
-        [-range..range, -range..range, -range..range].prop_map(DVec3::from)
-    }
-
-    proptest! {
-        #[test]
-        fn a_box_of_which_any_point_is_in_view_is_never_dropped(
-            position in vector(100.0), target in vector(10.0), fov in 1.0..179.0f64, aspect in 0.1..10.0f64,
-            center in vector(60.0), half in [0.0..40.0, 0.0..40.0, 0.0..40.0f64], far in 0..4i32,
-            inside in proptest::collection::vec([0.0..1.0, 0.0..1.0, 0.0..1.0f64], 16),
-        ) {
-            // The same at a distance from the origin where f64 rounds.
-            let shift = DVec3::splat(if far == 0 { 0.0 } else { 10f64.powi(far * 3) });
-            let camera = Camera {
-                fov_y_degrees: fov,
-                ..Camera::looking_at(position + shift, target + shift, DVec3::Y)
-            };
-            let bounds = Aabb { min: center - DVec3::from(half) + shift, max: center + DVec3::from(half) + shift };
-            let points = inside.iter().map(|&t| bounds.min + DVec3::from(t) * bounds.size()).chain(bounds.corners());
-            if points.into_iter().any(|point| is_in_clip_volume(&camera, aspect, point)) {
-                prop_assert!(Frustum::of(&camera, aspect).may_see(&bounds));
-            }
-        }
-    }
 
     #[test]
     fn draws_are_from_near_to_far_then_by_pipeline_and_material() {

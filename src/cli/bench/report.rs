@@ -80,6 +80,9 @@ struct DrawnReport {
     shadow_maps_drawn: u64,
     casters: u64,
     triangles: u64,
+    /// Lights that reach what is seen, and those of the plan that do not.
+    lights: u64,
+    idle_lights: u64,
 }
 
 impl BenchReport {
@@ -171,6 +174,8 @@ impl RunReport {
             shadow_maps_drawn: last.drawn.shadow_maps_drawn as u64,
             casters: last.drawn.casters as u64,
             triangles: last.drawn.triangles as u64,
+            lights: last.drawn.lights as u64,
+            idle_lights: last.drawn.idle_lights as u64,
         });
         Self {
             variant: contender.name.clone(),
@@ -194,7 +199,8 @@ impl RunReport {
         let mut text = format!("{}: {width}x{height}, ", self.variant);
         let _ = write!(text, "{drawn} of {maps} shadow maps drawn with {} casters, ", self.drawn.casters);
         let _ = write!(text, "{} triangles, {} objects", self.drawn.triangles, self.drawn.objects);
-        let _ = writeln!(text, " ({} culled)", self.drawn.culled_objects);
+        let _ = write!(text, " ({} culled), ", self.drawn.culled_objects);
+        let _ = writeln!(text, "{} lights ({} idle)", self.drawn.lights, self.drawn.idle_lights);
         let mut table = Table::with_figures_from(1);
         for pass in &self.passes {
             let median = pass.gpu_ms.map_or_else(|| "-".to_owned(), |times| milliseconds(times.median));

@@ -1,0 +1,91 @@
+//! A tree of boxes, to ask whether any of many touches something.
+
+use crate::scene::Aabb;
+
+use super::Reach;
+
+/// Boxes by where they are: a binary tree, cut at the median of the longest axis.
+#[derive(Debug, Clone, Default)]
+pub struct BoxTree {
+    /// A node, then its first half, then its second.
+    nodes: Vec<Node>,
+}
+
+#[derive(Debug, Clone)]
+struct Node {
+    bounds: Aabb,
+    /// The node after all that are below this one. A leaf has none below.
+    end: usize,
+}
+
+impl BoxTree {
+    /// Of these boxes; empty ones hold nothing and are left out.
+    pub fn of(boxes: impl IntoIterator<Item = Aabb>) -> Self {
+        let mut boxes: Vec<Aabb> = boxes.into_iter().filter(|bounds| !bounds.is_empty()).collect();
+        let mut tree = Self { nodes: Vec::with_capacity(2 * boxes.len()) };
+        if !boxes.is_empty() {
+            tree.add(&mut boxes);
+        }
+        tree
+    }
+
+    fn add(&mut self, boxes: &mut [Aabb]) {
+        let bounds = boxes.iter().fold(Aabb::EMPTY, |all, bounds| all.union(bounds));
+        let own = self.nodes.len();
+        self.nodes.push(Node { bounds, end: own + 1 });
+        if boxes.len() > 1 {
+            let axis = bounds.size().max_position();
+            let middle = boxes.len() / 2;
+            boxes.select_nth_unstable_by(middle, |a, b| a.center()[axis].total_cmp(&b.center()[axis]));
+            let (first, second) = boxes.split_at_mut(middle);
+            self.add(first);
+            self.add(second);
+            self.nodes[own].end = self.nodes.len();
+        }
+    }
+
+    /// Whether the test holds for any of the boxes. What holds for a box must hold for each box around it.
+    pub fn any(&self, mut test: impl FnMut(&Aabb) -> bool) -> bool {
+        let mut index = 0;
+        while let Some(node) = self.nodes.get(index) {
+            if !test(&node.bounds) {
+                index = node.end;
+            } else if node.end == index + 1 {
+                return true;
+            } else {
+                index += 1;
+            }
+        }
+        false
+    }
+
+    /// Whether any of the boxes comes into a sphere.
+    pub fn touches(&self, sphere: &Reach) -> bool {
+        self.any(|bounds| sphere.touches(bounds))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn vector(range: f64) -> impl Strategy<Value = DVec3> {
+        [-range..range, -range..range, -range..range].prop_map(DVec3::from)
+    }
+
+    proptest! {
+        #[test]
+        fn the_tree_finds_what_a_look_at_each_box_finds(
+            boxes in proptest::collection::vec((vector(9.0), vector(2.0)), 0..40), center in vector(12.0), radius in 0.0..4.0f64,
+        ) {
+            let boxes: Vec<Aabb> = boxes.into_iter().map(|(at, size)| Aabb { min: at, max: at + size }).collect();
+            let tree = BoxTree::of(boxes.iter().copied());
+            let sphere = Reach { center, radius };
+            let touched = |bounds: &&Aabb| !bounds.is_empty() && center.clamp(bounds.min, bounds.max).distance(center) <= radius;
+            prop_assert_eq!(tree.touches(&sphere), boxes.iter().any(|bounds| touched(&bounds)));
+        }
+    }
+}

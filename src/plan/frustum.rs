@@ -1,0 +1,104 @@
+//! The part of space that a camera sees.
+
+use glam::DVec3;
+
+use super::Reach;
+use crate::scene::{Aabb, Camera};
+
+/// The planes of a view volume without far plane; normals point inside.
+pub struct Frustum {
+    planes: [(DVec3, f64); 5],
+}
+
+impl Frustum {
+    pub fn of(camera: &Camera, aspect: f64) -> Self {
+        let tan_y = (camera.fov_y_degrees.to_radians() * 0.5).tan();
+        let tan_x = tan_y * aspect;
+        let (forward, right, up) = (camera.forward(), camera.right(), camera.up());
+        // A side plane holds the camera and a ray along the frustum's side.
+        let side = |normal: DVec3| (normal, -normal.dot(camera.position));
+        Self {
+            planes: [
+                (forward, -forward.dot(camera.position) - camera.near),
+                side((forward * tan_x - right).normalize()),
+                side((forward * tan_x + right).normalize()),
+                side((forward * tan_y - up).normalize()),
+                side((forward * tan_y + up).normalize()),
+            ],
+        }
+    }
+
+    /// False only if the box is wholly behind one plane. The slack keeps rounding from cutting what touches a plane.
+    pub fn may_see(&self, bounds: &Aabb) -> bool {
+        let slack = 1e-9 * (bounds.center().length() + bounds.radius());
+        let (center, half) = (bounds.center(), bounds.size() * 0.5);
+        self.planes.iter().all(|(normal, distance)| normal.dot(center) + distance + normal.abs().dot(half) >= -slack)
+    }
+
+    /// False only if the sphere is wholly behind one plane.
+    pub fn may_reach(&self, sphere: &Reach) -> bool {
+        self.planes.iter().all(|(normal, distance)| normal.dot(sphere.center) + distance >= -sphere.radius)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn unit_box_at(center: DVec3) -> Aabb {
+        Aabb { min: center - 0.5, max: center + 0.5 }
+    }
+
+    #[test]
+    fn a_box_is_seen_in_front_of_the_camera_and_not_behind_or_beside_it() {
+        let camera = Camera { position: DVec3::ZERO, ..Camera::default() };
+        let frustum = Frustum::of(&camera, 1.0);
+        assert!(frustum.may_see(&unit_box_at(DVec3::new(0.0, 0.0, -5.0))));
+        assert!(!frustum.may_see(&unit_box_at(DVec3::new(0.0, 0.0, 5.0))));
+        assert!(!frustum.may_see(&unit_box_at(DVec3::new(20.0, 0.0, -5.0))));
+        assert!(!frustum.may_see(&unit_box_at(DVec3::new(0.0, -20.0, -5.0))));
+    }
+
+    #[test]
+    fn a_box_around_the_camera_and_one_far_away_are_seen() {
+        let camera = Camera { position: DVec3::splat(1e6), ..Camera::default() };
+        let frustum = Frustum::of(&camera, 2.0);
+        assert!(frustum.may_see(&unit_box_at(camera.position)));
+        assert!(frustum.may_see(&unit_box_at(camera.position + DVec3::new(0.0, 0.0, -1e9))));
+    }
+
+    /// A point in clip space: x and y over w, as the shader has it, in f64.
+    fn is_in_clip_volume(camera: &Camera, aspect: f64, point: DVec3) -> bool {
+        let offset = point - camera.position;
+        let (w, tan_y) = (offset.dot(camera.forward()), (camera.fov_y_degrees.to_radians() * 0.5).tan());
+        let (x, y) = (offset.dot(camera.right()) / (tan_y * aspect), offset.dot(camera.up()) / tan_y);
+        w >= camera.near && x.abs() <= w && y.abs() <= w
+    }
+
+    fn vector(range: f64) -> impl Strategy<Value = DVec3> {
+        [-range..range, -range..range, -range..range].prop_map(DVec3::from)
+    }
+
+    proptest! {
+        #[test]
+        fn a_box_of_which_any_point_is_in_view_is_never_dropped(
+            position in vector(100.0), target in vector(10.0), fov in 1.0..179.0f64, aspect in 0.1..10.0f64,
+            center in vector(60.0), half in [0.0..40.0, 0.0..40.0, 0.0..40.0f64], far in 0..4i32,
+            inside in proptest::collection::vec([0.0..1.0, 0.0..1.0, 0.0..1.0f64], 16),
+        ) {
+            // The same at a distance from the origin where f64 rounds.
+            let shift = DVec3::splat(if far == 0 { 0.0 } else { 10f64.powi(far * 3) });
+            let camera = Camera {
+                fov_y_degrees: fov,
+                ..Camera::looking_at(position + shift, target + shift, DVec3::Y)
+            };
+            let bounds = Aabb { min: center - DVec3::from(half) + shift, max: center + DVec3::from(half) + shift };
+            let points = inside.iter().map(|&t| bounds.min + DVec3::from(t) * bounds.size()).chain(bounds.corners());
+            if points.into_iter().any(|point| is_in_clip_volume(&camera, aspect, point)) {
+                prop_assert!(Frustum::of(&camera, aspect).may_see(&bounds));
+            }
+        }
+    }
+}

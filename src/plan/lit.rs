@@ -1,0 +1,291 @@
+//! Which lights there are: a plan has those that can reach something of the scene, a frame those that can reach something that is seen.
+//! Beyond its range every fall-off is exactly zero (`shaders/shared/lights.wgsl`), so that a light which is left out would have added zero to
+//! each pixel. Only ranges count: the certified cut-off of a light without one is not exact.
+
+use std::collections::BTreeMap;
+
+use ash::vk;
+use glam::DVec3;
+
+use super::boxes::BoxTree;
+use super::frustum::Frustum;
+use super::light_path::{range_of, sphere_of};
+use super::{FramePlan, Reach, Shading, World};
+use crate::scene::{Aabb, Camera, Light, LightPath, OptionalPart, Scene, Settings, View};
+
+/// Share of its distance from the camera by which a surface is lit beside where it is: f32, and depth that is interpolated over large triangles.
+const ROUNDING: f64 = 1e-4;
+/// The same where positions are stored in half floats, of 11 bits.
+const HALF_ROUNDING: f64 = 2e-3;
+
+/// The same for a plan, which knows no camera, as a share of the scene's radius.
+const PLANNED_ROUNDING: f64 = 0.01;
+
+/// The lights that a plan leaves out: those that shine and reach no object of the scene.
+#[derive(Debug, Clone, Default)]
+pub(super) struct IdleLights {
+    /// What each may reach, by its number in the scene.
+    reaches: BTreeMap<usize, Reach>,
+    /// How much further a light is taken to reach.
+    metres: f64,
+}
+
+impl IdleLights {
+    pub(super) fn of(scene: &Scene, settings: &Settings) -> Self {
+        // The view counts all lights, and says how many of how many reach a pixel.
+        if settings.keep.has(OptionalPart::IdleLights) || settings.view == View::LightsPerPixel {
+            return Self::default();
+        }
+        let metres = PLANNED_ROUNDING * scene.bounds().radius();
+        let mut idle = Self { reaches: BTreeMap::new(), metres };
+        let ranged = scene.lights.iter().enumerate().filter(|(_, light)| World::shines(light));
+        idle.reaches = ranged.filter_map(|(index, light)| Some((index, idle.reach_of(light)?))).collect();
+        if !idle.reaches.is_empty() {
+            let objects = BoxTree::of(scene.objects.iter().map(|object| object.bounds(&scene.meshes)));
+            idle.reaches.retain(|_, reach| !objects.touches(reach));
+        }
+        idle
+    }
+
+    fn reach_of(&self, light: &Light) -> Option<Reach> {
+        let reach = sphere_of(light, range_of(light)?);
+        Some(Reach { radius: reach.radius * (1.0 + PLANNED_ROUNDING) + self.metres, ..reach })
+    }
+
+    pub(super) fn has(&self, light: usize) -> bool {
+        self.reaches.contains_key(&light)
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.reaches.len()
+    }
+
+    /// A light that would reach into this box.
+    pub(super) fn reaching(&self, bounds: &Aabb) -> Option<usize> {
+        self.reaches.iter().find(|(_, reach)| reach.touches(bounds)).map(|(&light, _)| light)
+    }
+
+    /// Changes one of these lights. False where the changed one would reach one of the objects, and so stays as it was.
+    pub(super) fn set(&mut self, light: usize, to: &Light, mut objects: impl Iterator<Item = Aabb>) -> bool {
+        let nothing = Reach { center: DVec3::ZERO, radius: f64::NEG_INFINITY };
+        let reach = if World::shines(to) { self.reach_of(to) } else { Some(nothing) };
+        let Some(reach) = reach.filter(|reach| !objects.any(|bounds| reach.touches(&bounds))) else { return false };
+        self.reaches.insert(light, reach);
+        true
+    }
+}
+
+/// Share of its distance from the camera by which a surface may be lit beside where it is.
+pub(super) fn misplacement(plan: &FramePlan, camera: &Camera) -> f64 {
+    let half = plan.gbuffer.is_some_and(|gbuffer| gbuffer.position == Some(vk::Format::R16G16B16A16_SFLOAT));
+    pixel(camera, plan.msaa, plan.size) + if half { HALF_ROUNDING } else { ROUNDING }
+}
+
+/// The angle of a pixel, where samples of several are shaded once, in its middle.
+fn pixel(camera: &Camera, msaa: u32, size: [u32; 2]) -> f64 {
+    let tan_y = (camera.fov_y_degrees.to_radians() * 0.5).tan();
+    if msaa > 1 { 2.0 * tan_y / f64::from(size[1]) } else { 0.0 }
+}
+
+/// The lights of a frame, in the order of [`World::lights`]. What shaders call the number of a light is its place in this list.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Lit {
+    /// Indices into [`World::lights`], ascending.
+    pub lights: Vec<usize>,
+    /// How many of the first are directional.
+    pub directional: usize,
+    /// How many of the first reach everywhere.
+    pub global: usize,
+    /// How many of the first meet every pixel in one loop; the light path has lists or draws of its own for the others.
+    pub looped: usize,
+}
+
+impl Lit {
+    /// The lights that reach any of the `seen` boxes, within what the camera sees.
+    pub(super) fn of(world: &World, plan: &FramePlan, camera: &Camera, frustum: &Frustum, seen: &[Aabb]) -> Self {
+        let lights = if plan.keep.has(OptionalPart::IdleLights)
+            || plan.shading == Shading::ShowGbuffer(View::LightsPerPixel)
+        {
+            (0..world.lights.len()).collect()
+        } else if seen.is_empty() {
+            Vec::new()
+        } else {
+            let share = misplacement(plan, camera);
+            // A tree pays only where some light may reach nothing.
+            let tree =
+                world.lights.iter().any(|light| range_of(light).is_some()).then(|| BoxTree::of(seen.iter().copied()));
+            let reaches = |index: &usize| {
+                let light = &world.lights[*index];
+                let (Some(range), Some(tree)) = (range_of(light), &tree) else { return true };
+                let reach = sphere_of(light, range);
+                let slack = share * (reach.radius + reach.center.distance(camera.position));
+                let reach = Reach { radius: reach.radius + slack, ..reach };
+                frustum.may_reach(&reach) && tree.touches(&reach)
+            };
+            (0..world.lights.len()).filter(reaches).collect()
+        };
+        let first = |count: usize| lights.partition_point(|&light| light < count);
+        let (directional, global) = (first(world.directional_count()), first(world.global_count()));
+        let looped = match plan.light_path {
+            LightPath::PerLight => directional,
+            LightPath::Volumes | LightPath::Clustered | LightPath::Forward | LightPath::Compute => global,
+            LightPath::Auto | LightPath::Loop | LightPath::ForwardNaive => lights.len(),
+        };
+        Self { lights, directional, global, looped }
+    }
+
+    /// Spheres around what those lights reach that the loop does not take, with the path's own limit.
+    pub(super) fn spheres(&self, world: &World, first: usize) -> Vec<Reach> {
+        self.lights[first..].iter().map(|&light| sphere_of(&world.lights[light], world.reaches[light])).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DAffine3, DVec3};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::plan::{LightWork, Visible, samples};
+    use crate::scene::{Falloff, Keep, LightKind, Material};
+
+    fn lamp(position: DVec3, range: Option<f64>) -> Light {
+        let kind = LightKind::Point { position, range, falloff: Falloff::InverseSquare };
+        Light { kind, ..samples::point(Falloff::InverseSquare) }
+    }
+
+    fn planned(scene: &Scene, settings: &Settings) -> (World, FramePlan) {
+        let plan = FramePlan::of(scene, settings, &samples::device()).expect("a plan");
+        (World::of(scene, settings, &plan, 1.0), plan)
+    }
+
+    /// Squares in a row along X, of which the camera sees some.
+    fn row(count: usize, lights: Vec<Light>) -> Scene {
+        samples::scene(vec![Material::default(); count], lights)
+    }
+
+    fn vector(range: f64) -> impl Strategy<Value = DVec3> {
+        [-range..range, -range..range, -range..range].prop_map(DVec3::from)
+    }
+
+    proptest! {
+        #[test]
+        fn no_light_is_missing_that_reaches_a_point_in_view(
+            lamps in proptest::collection::vec((vector(6.0), 0.1..3.0f64), 1..12), position in vector(8.0), target in vector(3.0),
+            points in proptest::collection::vec((0..5usize, 0.0..=1.0f64, 0.0..=1.0f64), 64), angle in 1.0..170.0f64, to in vector(1.0),
+        ) {
+            prop_assume!(position.distance(target) > 0.01 && to.length() > 0.1);
+            let spot = |(position, range): (DVec3, f64)| LightKind::Spot {
+                position, direction: to.normalize(), inner_angle_degrees: 0.0, outer_angle_degrees: angle, range: Some(range),
+                falloff: Falloff::Quadratic,
+            };
+            let spots = lamps.iter().map(|&at| Light { kind: spot(at), ..samples::spot(Falloff::Quadratic) });
+            let lights: Vec<Light> = lamps.iter().map(|&(at, range)| lamp(at, Some(range))).chain(spots).collect();
+            let scene = row(5, lights.clone());
+            let (world, plan) = planned(&scene, &Settings::default());
+            let camera = Camera::looking_at(position, target, DVec3::Y);
+            let visible = Visible::of(&world, &camera, &plan);
+            prop_assert!(visible.lit.lights.is_sorted());
+            let aspect = f64::from(plan.size[0]) / f64::from(plan.size[1]);
+            for (square, x, y) in points {
+                let point = DVec3::new(square as f64 + x, y, 0.0);
+                let offset = point - camera.position;
+                let (depth, tan_y) = (offset.dot(camera.forward()), (camera.fov_y_degrees.to_radians() * 0.5).tan());
+                let seen = depth > camera.near
+                    && offset.dot(camera.up()).abs() < depth * tan_y
+                    && offset.dot(camera.right()).abs() < depth * tan_y * aspect;
+                for light in lights.iter().filter(|_| seen) {
+                    let reached = match light.kind {
+                        LightKind::Point { position, range, .. } => position.distance(point) < range.unwrap_or(0.0),
+                        LightKind::Spot { position, direction, range, .. } => {
+                            let ray = point - position;
+                            ray.length() < range.unwrap_or(0.0) && ray.angle_between(direction).to_degrees() < angle
+                        }
+                        LightKind::Directional { .. } => false,
+                    };
+                    let listed = visible.lit.lights.iter().any(|&own| world.lights[own].kind == light.kind);
+                    prop_assert!(!reached || listed, "{light:?} at {point}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lights_out_of_view_and_out_of_reach_are_in_no_list_and_the_others_keep_their_order() {
+        // Three squares at x = 0 to 3; the camera sees the first two.
+        let lights = vec![
+            lamp(DVec3::new(0.5, 0.5, 0.5), Some(1.0)),
+            lamp(DVec3::new(2.5, 0.5, 0.2), Some(0.3)),
+            samples::sky(),
+            lamp(DVec3::new(0.0, 0.0, 4.0), None),
+            lamp(DVec3::new(1.2, 0.5, 1.0), Some(0.5)),
+            lamp(DVec3::new(0.8, 0.5, 0.5), Some(0.9)),
+        ];
+        let camera = Camera {
+            fov_y_degrees: 20.0,
+            ..Camera::looking_at(DVec3::new(0.8, 0.5, 4.0), DVec3::new(0.8, 0.5, 0.0), DVec3::Y)
+        };
+        let scene = row(3, lights);
+        for &(name, light_path) in LightPath::NAMES {
+            let settings = Settings { light_path, size: [64, 64], ..Settings::default() };
+            let (world, plan) = planned(&scene, &settings);
+            // The fifth hangs before all squares without reaching any.
+            assert_eq!(world.lights.len(), 5, "{name}");
+            let visible = Visible::of(&world, &camera, &plan);
+            assert_eq!(
+                (&visible.lit.lights[..], visible.lit.directional, visible.lit.global),
+                (&[0, 1, 2, 4][..], 1, 2),
+                "{name}"
+            );
+            let numbers: Vec<u32> = match &visible.lights {
+                LightWork::Draws(rects) => rects.iter().map(|rect| rect.light).collect(),
+                LightWork::Volumes(volumes) => volumes.records.iter().map(|record| record.light).collect(),
+                LightWork::Spheres(spheres) => (2..).take(spheres.len()).collect(),
+                LightWork::Nothing => (visible.lit.looped as u32..4).collect(),
+            };
+            assert_eq!(numbers, (visible.lit.looped as u32..4).collect::<Vec<_>>(), "{name}");
+            if let Some(clusters) = &visible.clusters {
+                assert!(clusters.lights.iter().all(|light| (2..4).contains(light)), "{name}");
+            }
+            let kept = Settings { keep: Keep::NONE.with(OptionalPart::IdleLights), ..settings };
+            let (world, plan) = planned(&scene, &kept);
+            let visible = Visible::of(&world, &camera, &plan);
+            assert_eq!((world.lights.len(), visible.lit.lights.len()), (6, 6), "{name}");
+            // Where nothing is seen, nothing is lit.
+            let (world, plan) = planned(&scene, &settings);
+            let away = Camera::looking_at(DVec3::Z * 4.0, DVec3::Z * 9.0, DVec3::Y);
+            assert_eq!(Visible::of(&world, &away, &plan).lit, Lit::default(), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_light_that_reaches_no_object_is_not_planned_and_nothing_may_come_into_its_reach() {
+        let idle = Light { casts_shadow: true, ..lamp(DVec3::new(0.5, 0.5, 9.0), Some(2.0)) };
+        let scene = row(2, vec![samples::sky(), idle.clone()]);
+        let (mut world, plan) = planned(&scene, &Settings::default());
+        assert!(plan.lights.directional && !plan.lights.punctual && plan.shadow.is_none());
+        assert_eq!(world.lights.len(), 1);
+        let said = plan.parts().iter().find(|part| part.name == "lights that reach nothing").expect("a part");
+        assert!(!said.included && said.reason.starts_with("1 light"), "{said:?}");
+        // Aside, but not into reach.
+        world.move_object(0, &DAffine3::from_translation(DVec3::Z * 5.0)).expect("out of reach");
+        let error =
+            world.move_object(0, &DAffine3::from_translation(DVec3::Z * 7.5)).expect_err("into reach").to_string();
+        assert!(
+            error.contains("object 0") && error.contains("light 1") && error.contains("--plan idle-lights"),
+            "{error}"
+        );
+        assert_eq!(world.objects[0].bounds.min.z, 5.0, "it stays where it was");
+        world.set_light(1, &lamp(DVec3::new(0.5, 0.5, 20.0), Some(2.0))).expect("it still reaches nothing");
+        world.move_object(0, &DAffine3::from_translation(DVec3::Z * 7.5)).expect("the light is gone");
+        for reaching in [lamp(DVec3::new(0.5, 0.5, 8.0), Some(2.0)), lamp(DVec3::ZERO, None), samples::sky()] {
+            let error = world.set_light(1, &reaching).expect_err("it would reach something").to_string();
+            assert!(error.contains("light 1") && error.contains("--plan idle-lights"), "{error}");
+        }
+        let kept = Settings { keep: Keep::NONE.with(OptionalPart::IdleLights), ..Settings::default() };
+        let (mut world, plan) = planned(&scene, &kept);
+        assert!(plan.lights.punctual && plan.shadow.is_some());
+        world.move_object(0, &DAffine3::from_translation(DVec3::Z * 7.5)).expect("the light is planned");
+        world.set_light(1, &Light { kind: lamp(DVec3::ZERO, Some(3.0)).kind, ..idle }).expect("the light is planned");
+    }
+}

@@ -1,0 +1,140 @@
+//! What a frame leaves out is not seen: pictures with and without are the same, bit for bit.
+
+mod common;
+
+use afterlight::frame::{Drawn, Picture, Renderer};
+use afterlight::scene::builtin::shapes;
+use afterlight::scene::{Camera, Falloff, Keep, Light, LightKind, LightPath, OptionalPart, Scene, Settings};
+use common::compare::assert_identical;
+use common::gpu::{Gpu, on_gpu};
+use common::stage::{add, exact, gbuffer, lambert, point, rectangle, spot, stage, sun};
+use glam::{DAffine3, DVec3, Vec3};
+
+/// Odd, so that no tile divides it.
+const SIZE: (u32, u32) = (131, 75);
+
+fn frame(renderer: &mut Renderer, camera: &Camera) -> (Picture, Drawn) {
+    renderer.render(camera).unwrap_or_else(|error| panic!("{error}"));
+    let drawn = renderer.wait().unwrap_or_else(|error| panic!("{error}")).drawn;
+    (renderer.read_back().unwrap_or_else(|error| panic!("{error}")), drawn)
+}
+
+fn keeping(part: OptionalPart, settings: &Settings) -> Settings {
+    Settings { keep: Keep::NONE.with(part), ..settings.clone() }
+}
+
+/// Rows of blocks on a floor between two walls, with lamps of every fall-off and spots among and above them, of which each camera sees
+/// some, and with a pane in the middle.
+fn street() -> Scene {
+    let mut scene = stage();
+    scene.name = "street".into();
+    let at = |x: f64, y: f64, z: f64| DAffine3::from_translation(DVec3::new(x, y, z));
+    for tile in 0..12 {
+        let floor = shapes::plane([8.0, 4.0]);
+        add(&mut scene, floor, lambert(0.6), at(0.0, 0.0, -4.0 * f64::from(tile)));
+    }
+    for block in 0..24 {
+        let (side, along) = (f64::from(block % 2) * 2.0 - 1.0, f64::from(block / 2) * -4.0);
+        let height = 0.5 + 0.4 * f64::from(block % 5);
+        add(&mut scene, shapes::cuboid([0.7, height, 0.7]), lambert(0.8), at(side * 2.0, height * 0.5, along));
+    }
+    let polynomial = Falloff::Polynomial { constant: 1.0, linear: 0.5, quadratic: 2.0 };
+    for index in 0..36 {
+        let place =
+            DVec3::new(f64::from(index * 7 % 9) - 4.0, 0.4 + 0.3 * f64::from(index % 4), -1.3 * f64::from(index));
+        let range = Some(0.8 + 0.3 * f64::from(index % 3));
+        let mut light = match index % 4 {
+            0 => point(place, 3.0, range, Falloff::InverseSquare),
+            1 => point(place, 2.0, range, Falloff::Quadratic),
+            2 => point(place, 3.0, range, polynomial),
+            _ => {
+                let kind = LightKind::Spot {
+                    position: place + DVec3::Y,
+                    direction: DVec3::new(0.3, -1.0, 0.2).normalize(),
+                    inner_angle_degrees: 15.0,
+                    outer_angle_degrees: 25.0 + f64::from(index),
+                    range: Some(2.5),
+                    falloff: Falloff::InverseSquare,
+                };
+                Light { kind, ..spot(place, 6.0, 15.0, 30.0) }
+            }
+        };
+        light.color = Vec3::new(1.0, 0.5 + 0.05 * (index % 9) as f32, 0.4);
+        scene.lights.push(light);
+    }
+    // High above, where nothing is.
+    scene.lights.push(point(DVec3::Y * 50.0, 9.0, Some(5.0), Falloff::InverseSquare));
+    scene.lights.push(sun(DVec3::new(0.5, 1.0, 0.3), 1.0));
+    scene.environment.ambient = Vec3::splat(0.05);
+    let pane = lambert(0.5);
+    add(&mut scene, rectangle([-1.0, 0.2], [1.0, 2.0], -6.0), pane, DAffine3::IDENTITY);
+    scene
+}
+
+/// Down the street, across it, at the ground, and away from it all.
+fn cameras() -> [Camera; 4] {
+    let looking = |from: [f64; 3], to: [f64; 3]| Camera {
+        fov_y_degrees: 50.0,
+        near: 0.05,
+        ..Camera::looking_at(DVec3::from(from), DVec3::from(to), DVec3::Y)
+    };
+    [
+        looking([0.0, 1.6, 3.0], [0.2, 1.0, -10.0]),
+        looking([0.5, 1.0, -9.0], [4.0, 0.5, -11.0]),
+        looking([-1.0, 1.5, -16.0], [-1.2, 0.0, -16.5]),
+        looking([0.0, 2.0, 4.0], [0.0, 5.0, 9.0]),
+    ]
+}
+
+/// Draws each view with the part and without it, and returns what the frames drew: lean first.
+fn both(gpu: &Gpu, scene: &Scene, settings: &Settings, part: OptionalPart, cameras: &[Camera]) -> Vec<[Drawn; 2]> {
+    let mut lean = gpu.renderer(scene, settings);
+    let mut full = gpu.renderer(scene, &keeping(part, settings));
+    let compare = |(index, camera): (usize, &Camera)| {
+        let ((picture, drawn), (expected, all)) = (frame(&mut lean, camera), frame(&mut full, camera));
+        assert_identical(
+            &picture,
+            &expected,
+            &format!("{}, {}, camera {index}, without {part}", scene.name, settings.light_path),
+        );
+        [drawn, all]
+    };
+    cameras.iter().enumerate().map(compare).collect()
+}
+
+#[test]
+fn lights_that_reach_nothing_are_not_missed_on_any_light_path() {
+    on_gpu(|gpu| {
+        let scene = street();
+        let glass = {
+            let mut scene = street();
+            scene.name = "street with a pane".into();
+            let material = scene.materials.last_mut().expect("the pane's");
+            (material.alpha_mode, material.alpha) = (afterlight::scene::AlphaMode::Blend, 0.5);
+            scene
+        };
+        for &(name, light_path) in LightPath::NAMES {
+            for scene in [&scene, &glass] {
+                if light_path == LightPath::Compute && scene.name != "street" {
+                    continue;
+                }
+                for (layout, msaa) in [("float32", 1), ("lean,position=rgba16f", 1), ("lean", 4)] {
+                    let blends = matches!(light_path, LightPath::PerLight | LightPath::Volumes | LightPath::Compute);
+                    if msaa > 1 && blends {
+                        continue;
+                    }
+                    let settings = Settings { light_path, msaa, gbuffer: gbuffer(layout), ..exact(SIZE.0, SIZE.1) };
+                    let drawn = both(gpu, scene, &settings, OptionalPart::IdleLights, &cameras());
+                    for (index, [lean, full]) in drawn.iter().enumerate() {
+                        assert_eq!((full.lights, full.idle_lights), (38, 0), "{name}");
+                        assert!(
+                            lean.lights + lean.idle_lights == 37 && lean.idle_lights >= [1, 10, 10, 37][index],
+                            "{name}: {lean:?}"
+                        );
+                        assert_eq!(lean.lights == 0, index == 3, "{name}: {lean:?}");
+                    }
+                }
+            }
+        }
+    });
+}
