@@ -48,6 +48,8 @@ override SHADOW_FILTER: u32 = 2u;
 // Which lights have some.
 override DIRECTIONAL_SHADOWS: bool = true;
 override PUNCTUAL_SHADOWS: bool = true;
+// Some surface is a metal.
+override METAL: bool = true;
 // The view of the light alone: albedo 1, not metallic.
 override LIGHT_ONLY: bool = false;
 // Nothing is blended over this surface: tone-map straight into the output.
@@ -167,7 +169,7 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
     texel.geometric_normal = geometric * facing;
     texel.albedo = select(point.base.rgb, vec3(1.0), LIGHT_ONLY);
     texel.occlusion = point.ambient;
-    texel.metallic = select(point.metallic, 0.0, LIGHT_ONLY);
+    texel.metallic = select(0.0, point.metallic, METAL && !LIGHT_ONLY);
     texel.roughness = select(point.roughness, encode_shininess(point.roughness), PHONG);
     texel.specular = point.specular;
     texel.brdf = BRDF;

@@ -26,7 +26,7 @@ override TWO_SIDED: bool = false;
 // Shadows fall on it.
 override RECEIVES: bool = true;
 override NORMAL_ENCODING: u32 = 0u;
-// Codes of a channel that holds half an octahedral geometric normal.
+// Codes of a channel that holds half an octahedral geometric normal; 0 where none does.
 override GEOMETRIC_STEPS: f32 = 255.0;
 // The material's roughness channel holds a shininess instead.
 override PHONG: bool = false;
@@ -146,10 +146,14 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
 #endif
 #ifdef MATERIAL
     let stored_roughness = select(point.roughness, encode_shininess(point.roughness), PHONG);
-    var plane = to_unorm(octahedral(geometric * facing), GEOMETRIC_STEPS);
-    // Only shadows need the geometric normal. Its codes never reach 1, which says that there is none.
-    plane.x = select(1.0, plane.x, RECEIVES);
-    out.material = vec4(point.metallic, stored_roughness, plane);
+    // What is needed most comes first: the target has as many channels as the scene needs.
+    out.material = vec4(stored_roughness, point.metallic, 0.0, 0.0);
+    if GEOMETRIC_STEPS > 0.0 {
+        var plane = to_unorm(octahedral(geometric * facing), GEOMETRIC_STEPS);
+        // Only shadows need the geometric normal. Its codes never reach 1, which says that there is none.
+        plane.x = select(1.0, plane.x, RECEIVES);
+        out.material = vec4(stored_roughness, point.metallic, plane);
+    }
 #endif
 #ifdef SPECULAR
     out.specular = vec4(point.specular, push.brdf);

@@ -8,7 +8,6 @@
 // requires: SHADOW -> LIGHTS
 // requires: UNIFORM_BUFFER -> LIGHTS
 // requires: CLUSTERED -> LIGHTS
-// requires: SHADOW -> MATERIAL
 // requires: SPECULAR -> MATERIAL
 // precise
 #import afterlight::frame::{frame}
@@ -30,6 +29,8 @@
 
 // Which BRDF all materials have; 4 where the scene mixes them.
 override BRDF: u32 = 0u;
+// Some surface is a metal.
+override METAL: bool = true;
 override NORMAL_ENCODING: u32 = 0u;
 override GEOMETRIC_STEPS: f32 = 255.0;
 override AMBIENT: bool = true;
@@ -65,10 +66,8 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
 fn shade(pixel: vec2<f32>) -> vec4<f32> {
     let model = Model(BRDF, FALLOFF, RANGED, SPOT, DIRECTIONAL_SHADOWS, PUNCTUAL_SHADOWS, SHADOW_FILTER);
     var texel = load_texel(pixel.xy, NORMAL_ENCODING, GEOMETRIC_STEPS);
-    if LIGHT_ONLY {
-        texel.albedo = vec3(1.0);
-        texel.metallic = 0.0;
-    }
+    texel.albedo = select(texel.albedo, vec3(1.0), LIGHT_ONLY);
+    texel.metallic = select(0.0, texel.metallic, METAL && !LIGHT_ONLY);
     let surface = surface_of(texel, model);
     let which = Everywhere(AMBIENT, DIRECTIONAL, PUNCTUAL, frame.looped_count);
     var radiance = light_everywhere(surface, texel, model, which);

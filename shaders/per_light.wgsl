@@ -2,7 +2,6 @@
 // The triangle or volume is blended over what LIGHTING drew first.
 // always: LIGHTS
 // variants: VOLUME UNIFORM_BUFFER SHADOW MATERIAL SPECULAR POSITION NORMAL_UINT
-// requires: SHADOW -> MATERIAL
 // requires: SPECULAR -> MATERIAL
 // precise
 #import afterlight::frame::{frame}
@@ -11,6 +10,8 @@
 #import afterlight::shading::{punctual_light, reaches, surface_of, Model}
 
 override BRDF: u32 = 0u;
+// Some surface is a metal.
+override METAL: bool = true;
 override NORMAL_ENCODING: u32 = 0u;
 override GEOMETRIC_STEPS: f32 = 255.0;
 override SPOT: bool = true;
@@ -74,10 +75,8 @@ fn fragment(in: Varying) -> @location(0) vec4<f32> {
         discard;
     }
     var texel = load_texel(in.position.xy, NORMAL_ENCODING, GEOMETRIC_STEPS);
-    if LIGHT_ONLY {
-        texel.albedo = vec3(1.0);
-        texel.metallic = 0.0;
-    }
+    texel.albedo = select(texel.albedo, vec3(1.0), LIGHT_ONLY);
+    texel.metallic = select(0.0, texel.metallic, METAL && !LIGHT_ONLY);
     let radiance = punctual_light(light, surface_of(texel, model), texel, model);
     return vec4(min(radiance * frame.exposure, vec3(LARGEST)), 1.0);
 }

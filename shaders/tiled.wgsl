@@ -2,7 +2,6 @@
 // the tile's frustum together, keeps a bit for each in shared memory, and then each pixel goes over the bits in the lights' order.
 // always: LIGHTS STORED
 // variants: UNIFORM_BUFFER SHADOW MATERIAL SPECULAR POSITION NORMAL_UINT EMISSIVE LINEAR_OUTPUT
-// requires: SHADOW -> MATERIAL
 // requires: SPECULAR -> MATERIAL
 // precise
 #import afterlight::frame::{frame, view_ray}
@@ -11,6 +10,8 @@
 #import afterlight::tonemapping::{encode_srgb, tone_map}
 
 override BRDF: u32 = 0u;
+// Some surface is a metal.
+override METAL: bool = true;
 override NORMAL_ENCODING: u32 = 0u;
 override GEOMETRIC_STEPS: f32 = 255.0;
 override AMBIENT: bool = true;
@@ -131,10 +132,8 @@ fn main(
     tile.end = frame.near / bitcast<f32>(atomicLoad(&farthest));
 
     var texel = load_texel(clamp(pixel, vec2(0.5), vec2<f32>(size) - 0.5), NORMAL_ENCODING, GEOMETRIC_STEPS);
-    if LIGHT_ONLY {
-        texel.albedo = vec3(1.0);
-        texel.metallic = 0.0;
-    }
+    texel.albedo = select(texel.albedo, vec3(1.0), LIGHT_ONLY);
+    texel.metallic = select(0.0, texel.metallic, METAL && !LIGHT_ONLY);
     let surface = surface_of(texel, model);
     var radiance = vec3(0.0);
     if seen {

@@ -4,14 +4,18 @@
 //! and nothing else decides. What changes with the camera is a [`Visible`], computed for each frame.
 
 mod boxes;
+mod checks;
 mod clusters;
 mod cost;
+mod error;
 mod frustum;
 mod gbuffer;
 mod geometry;
 mod light_path;
+mod lights;
 mod lit;
 mod meshes;
+mod output;
 mod parts;
 #[cfg(test)]
 pub(crate) mod samples;
@@ -24,11 +28,14 @@ mod volumes;
 
 pub use clusters::{Clusters, Grid, SLICES, TILE, slice_of};
 pub use cost::Cost;
+pub use error::Error;
 pub use gbuffer::{Gbuffer, NormalEncoding, format_bytes};
 pub use geometry::{ForwardKey, GeometryKey, Opacity, Streams, TextureMask};
 pub use light_path::{Reach, steepest};
+pub use lights::{PlannedLights, UNIFORM_LIGHTS, falloff_index};
 pub use lit::Lit;
 pub use meshes::{IndexWidth, MeshPlan, PlannedMesh};
+pub use output::{HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping};
 pub use parts::{Part, PartGroup};
 pub use shadows::{Caster, MAX_SHADOW_VIEWS, Projection, ShadowCache, ShadowLight, ShadowPlan, ShadowView, Tile};
 pub use uploads::Uploads;
@@ -39,9 +46,13 @@ use std::collections::BTreeSet;
 
 use ash::vk;
 
+use checks::{check_antialiasing, check_msaa};
+use gbuffer::Stored;
+use lights::{adds_lights, planned_lights};
+use output::{Blending, Way};
+
 use crate::scene::{
-    Brdf, CastsShadow, Falloff, HdrFormat, Keep, LightKind, LightPath, MSAA, Object, Resolve, Scene, Settings, Tonemap,
-    Transparency, View,
+    Brdf, CastsShadow, Keep, LightPath, Material, Object, OptionalPart, Resolve, Scene, Settings, Transparency, View,
 };
 
 /// What the device can do, as far as a plan depends on it.
@@ -73,57 +84,6 @@ pub struct Capabilities {
     pub software: bool,
 }
 
-/// A frame that cannot be planned. One line that names the setting and the limit.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum Error {
-    #[error("the size {0}x{1} is not possible on this device: each edge must be 1 to {2} pixels")]
-    Size(u32, u32, u32),
-    #[error("a shadow map of {0} texels is not possible on this device: the limit is {1}")]
-    ShadowSize(u32, u32),
-    #[error(
-        "this G-buffer needs {0} colour attachments in one subpass and the device has {1}: choose fewer targets, as `--gbuffer lean`"
-    )]
-    ColorAttachments(u32, u32),
-    #[error(
-        "this G-buffer is read through {0} input attachments and the device has {1}: choose fewer targets, as `--gbuffer lean`"
-    )]
-    InputAttachments(u32, u32),
-    #[error(
-        "this device cannot blend into the HDR format {0}: choose `--hdr-format rgba16f`, into which every device can"
-    )]
-    HdrFormat(HdrFormat),
-    #[error("the light path {0} has no G-buffer to show: leave --light-path out to see this view")]
-    NoGbuffer(LightPath),
-    #[error("the light path {0} adds lights by blending into 32-bit floats, which this device cannot: try clustered")]
-    NoFloatBlending(LightPath),
-    #[error(
-        "compute writes the finished picture by itself, so that FXAA has nothing to read: choose another light path, or --samples"
-    )]
-    ComputeWithFxaa,
-    #[error(
-        "the light path compute needs work groups of {0} invocations, and this device has at most {1}: try clustered"
-    )]
-    WorkGroup(u32, u32),
-    #[error(
-        "the light path {0} adds lights into 32-bit floats, so that the HDR format {1} does not apply: leave it out"
-    )]
-    BlendedFormat(LightPath, HdrFormat),
-    #[error("a light cut-off is certified against half a step of 8 bits, and a linear picture has none: leave it off")]
-    CutoffWithoutSteps,
-    #[error("there is no shadow map to show: {0}")]
-    NoShadowMap(String),
-    #[error("anti-aliasing: {0}")]
-    AntiAliasing(String),
-    #[error("{0}")]
-    Change(String),
-    #[error("forward-naive has no depth pre-pass, which is what it is there to show: choose `--light-path forward`")]
-    NaivePrepass,
-    #[error(
-        "the light path compute writes the finished picture, and transparent surfaces would have to come after it: choose `--light-path clustered`"
-    )]
-    ComputeWithTransparency,
-}
-
 /// Formats of the targets of weighted blending.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sums {
@@ -153,19 +113,6 @@ pub enum Shading {
     ShowShadowMap,
 }
 
-/// Where scene light becomes display light.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ToneMapping {
-    /// Inside LIGHTING: no HDR target, no TONEMAP subpass.
-    InLighting(Tonemap),
-    /// A subpass of its own, because something is blended before it.
-    Subpass(Tonemap),
-    /// On the CPU: the output holds exposed light, of which many frames make one picture.
-    AfterFrames(Tonemap),
-    /// Not at all: the output holds nits, or a view.
-    Absent,
-}
-
 /// Which reflection models LIGHTING evaluates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlannedBrdf {
@@ -182,32 +129,6 @@ impl PlannedBrdf {
             Self::One(brdf) => brdf as u32,
             Self::PerPixel => 4,
         }
-    }
-}
-
-/// Kinds of light that LIGHTING has code for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct PlannedLights {
-    pub directional: bool,
-    pub punctual: bool,
-    pub spot: bool,
-    /// The index of the one fall-off that all have (`shaders/shared/lights.wgsl`), 3 where they differ.
-    pub falloff: u32,
-    /// Some light has a range.
-    pub ranged: bool,
-    /// Some light reaches only so far, by its range or the certified cut-off.
-    pub bounded: bool,
-    /// Some point or spot light reaches everywhere.
-    pub unbounded: bool,
-    pub ambient: bool,
-    /// Few enough for a uniform buffer.
-    pub uniform: bool,
-}
-
-impl PlannedLights {
-    /// Whether there is a buffer of lights.
-    pub fn any(&self) -> bool {
-        self.directional || self.punctual
     }
 }
 
@@ -240,6 +161,8 @@ pub struct FramePlan {
     /// Samples of each attachment but the output.
     pub msaa: u32,
     pub brdf: PlannedBrdf,
+    /// Some surface is a metal.
+    pub metal: bool,
     /// Every material's, whatever it says itself.
     pub brdf_override: Option<Brdf>,
     pub lights: PlannedLights,
@@ -265,18 +188,9 @@ pub struct FramePlan {
     warnings: Vec<String>,
 }
 
-/// Tone-mapped pictures: 8 bits a channel, encoded by the hardware.
-pub const OUTPUT_SRGB: vk::Format = vk::Format::R8G8B8A8_SRGB;
-/// The same bytes, encoded by a compute shader: sRGB formats cannot be stored to.
-pub const OUTPUT_PLAIN: vk::Format = vk::Format::R8G8B8A8_UNORM;
-/// Half floats hold what the eye can tell apart and blend everywhere.
-pub const HDR: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 pub const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
 /// Counts fragments in steps of 1/255; mandatory to blend.
 pub const COUNT: vk::Format = vk::Format::R8_UNORM;
-
-/// Lights that fit into the least uniform buffer that a device must have; `shaders/shared/lights.wgsl` has the same number.
-pub const UNIFORM_LIGHTS: usize = 256;
 
 impl FramePlan {
     /// Decides what exists.
@@ -288,62 +202,45 @@ impl FramePlan {
         if width == 0 || height == 0 || width.max(height) > device.max_extent {
             return Err(Error::Size(width, height, device.max_extent));
         }
-        let shading = shading(settings.view);
+        let (shading, keep) = (shading(settings.view), settings.keep);
         let lit = matches!(shading, Shading::Light { .. });
-        let (shadow, warnings) = Self::plan_shadow(scene, settings, device, shading)?;
-        let (transparent, drawn): (BTreeSet<usize>, BTreeSet<usize>) = scene
-            .objects
-            .iter()
-            .map(|object| object.material)
-            .partition(|&index| scene.materials[index].is_transparent());
-        let material = |&index: &usize| &scene.materials[index];
-        let transparency = (settings.view == View::Final && !transparent.is_empty()).then_some(settings.transparency);
         let lights = planned_lights(scene, settings, shading);
         let (light_path, light_path_reason) = light_path::choose(scene, settings, &lights, device)?;
-        let forward = is_forward(light_path);
+        let lights = if lit { lights.kept(keep) } else { lights };
+        let (shadow, warnings) = Self::plan_shadow(scene, settings, device, shading)?;
+        let shadow = shadow.or_else(|| {
+            let kept = lit && lights.any() && keep.has(OptionalPart::ShadowMaps);
+            kept.then(|| ShadowPlan::without_lights(settings, device))
+        });
         if settings.depth_prepass == Some(true) && light_path == LightPath::ForwardNaive {
             return Err(Error::NaivePrepass);
         }
+        let (forward, tiled) = (is_forward(light_path), light_path == LightPath::Compute);
+        let surfaces = Surfaces::of(scene, settings);
+        let last = settings.view == View::Final;
         // Where there is no G-buffer, what surfaces emit is added as they are drawn.
-        let emissive =
-            !forward && settings.view == View::Final && drawn.iter().any(|index| material(index).is_emissive());
-        let brdf = planned_brdf(drawn.iter().map(|index| settings.brdf.unwrap_or(material(index).brdf)));
-        let complexity = settings.view == View::Complexity;
-        // What is compared must be what LIGHTING would read.
-        let shadowed = shadow.is_some() || (complexity && shadow_reason(scene, settings).is_ok());
-        let gbuffer = (!forward && matches!(shading, Shading::Light { .. } | Shading::ShowGbuffer(_)))
-            .then(|| Gbuffer::choose(&settings.gbuffer, brdf, shadowed, settings.view, device));
-        check_antialiasing(settings, lit)?;
-        // What is averaged from frame to frame must not be cut off before.
-        let linear = settings.hdr_output || settings.samples > 1;
-        let adds = adds_lights(light_path, &lights);
-        check_msaa(settings, gbuffer.as_ref(), light_path, device)?;
-        // Samples are averaged before they are tone-mapped, and so kept until then.
-        let averaged = lit && settings.msaa > 1 && settings.resolve == Resolve::Linear && !linear;
-        let (hdr, output) = match (lit, linear, emissive || adds || transparency.is_some() || averaged) {
-            (_, true, true) if !device.float32_blends => (None, HDR),
-            (_, true, _) => (None, vk::Format::R32G32B32A32_SFLOAT),
-            // Adding to fewer bits truncates: a share of the light is lost with each light.
-            (true, false, true) if adds => (Some(vk::Format::R32G32B32A32_SFLOAT), OUTPUT_SRGB),
-            (true, false, true) => (Some(hdr_format(settings.hdr_format, device)?), OUTPUT_SRGB),
-            _ => (None, OUTPUT_SRGB),
-        };
-        let tiled = light_path == LightPath::Compute;
-        if tiled && transparency.is_some() {
+        let emissive = !forward && last && (surfaces.emissive || keep.has(OptionalPart::Emissive));
+        if tiled && last && surfaces.transparent {
             return Err(Error::ComputeWithTransparency);
         }
-        // Compute writes the picture by itself; surfaces' own light comes to it in a target of its own.
-        let (hdr, output) = match (tiled, linear) {
-            (true, true) => (emissive.then_some(output), vk::Format::R32G32B32A32_SFLOAT),
-            (true, false) => (hdr, OUTPUT_PLAIN),
-            (false, _) => (hdr, output),
+        let transparent = last && !tiled && (surfaces.transparent || keep.has(OptionalPart::Transparent));
+        let transparency = transparent.then_some(settings.transparency);
+        let brdf = match keep.has(OptionalPart::BrdfByPixel) {
+            true => PlannedBrdf::PerPixel,
+            false => surfaces.brdf,
         };
-        let tone_mapping = match (lit, settings.hdr_output, hdr) {
-            (true, false, Some(_)) if !tiled => ToneMapping::Subpass(settings.tonemap),
-            (true, false, _) if settings.samples > 1 => ToneMapping::AfterFrames(settings.tonemap),
-            (true, false, _) => ToneMapping::InLighting(settings.tonemap),
-            _ => ToneMapping::Absent,
-        };
+        // What the view of the complexity compares must be what LIGHTING would read.
+        let shadowed =
+            shadow.is_some() || (settings.view == View::Complexity && shadow_reason(scene, settings).is_ok());
+        let gbuffer = (!forward && matches!(shading, Shading::Light { .. } | Shading::ShowGbuffer(_))).then(|| {
+            let geometric_normal = shadowed && surfaces.two_normals;
+            let stored = Stored { brdf, metal: surfaces.metal, geometric_normal, view: settings.view, keep };
+            Gbuffer::choose(&settings.gbuffer, stored, device)
+        });
+        check_antialiasing(settings, lit)?;
+        check_msaa(settings, gbuffer.as_ref(), light_path, device)?;
+        let adds_lights = adds_lights(light_path, &lights);
+        let way = Way::of(settings, device, Blending { lit, tiled, emissive, adds_lights, transparent })?;
         let mut plan = Self {
             size: settings.size,
             shading,
@@ -357,14 +254,17 @@ impl FramePlan {
                 Sums::HALF
             }),
             transparent_triangles: 0,
-            hdr,
-            output,
-            tone_mapping,
+            hdr: way.hdr,
+            output: way.output,
+            tone_mapping: way.tone_mapping,
             samples: settings.samples,
             resolve: settings.resolve,
             fxaa: settings.fxaa,
             msaa: settings.msaa,
             brdf,
+            metal: surfaces.metal
+                || (transparent && surfaces.transparent_metal)
+                || keep.has(OptionalPart::MetallicChannel),
             brdf_override: settings.brdf,
             lights,
             // Counting and depth alone gain nothing from it.
@@ -378,7 +278,7 @@ impl FramePlan {
             meshes: MeshPlan::default(),
             uploads: Uploads::default(),
             lazily_allocated: device.lazily_allocated,
-            keep: settings.keep,
+            keep,
             parts: Vec::new(),
             warnings,
         };
@@ -514,16 +414,17 @@ impl FramePlan {
     /// Whether a directional light has shadow maps. lavapipe runs both sides of every branch, so that a lookup which no light needs is left out
     /// by a constant.
     pub fn has_directional_shadows(&self) -> bool {
-        self.has_shadows_of(|projection| matches!(projection, Projection::Cascades(_)))
+        self.lights.directional && self.has_shadows_of(|projection| matches!(projection, Projection::Cascades(_)))
     }
 
     /// Whether a point or spot light has shadow maps.
     pub fn has_punctual_shadows(&self) -> bool {
-        self.has_shadows_of(|projection| !matches!(projection, Projection::Cascades(_)))
+        self.lights.punctual && self.has_shadows_of(|projection| !matches!(projection, Projection::Cascades(_)))
     }
 
     fn has_shadows_of(&self, kind: impl Fn(Projection) -> bool) -> bool {
-        self.shadow.as_ref().is_some_and(|shadow| shadow.lights.iter().any(|light| kind(light.projection)))
+        let kept = self.keep.has(OptionalPart::ShadowMaps);
+        self.shadow.as_ref().is_some_and(|shadow| kept || shadow.lights.iter().any(|light| kind(light.projection)))
     }
 
     /// Whether each froxel has a list of lights.
@@ -534,12 +435,16 @@ impl FramePlan {
             LightPath::ForwardNaive => false,
             _ => self.transparency.is_some(),
         };
-        forward && self.lights.bounded
+        forward && self.may_list_lights()
+    }
+
+    fn may_list_lights(&self) -> bool {
+        self.lights.bounded || (self.lights.any() && self.keep.has(OptionalPart::LightLists))
     }
 
     /// Whether LIGHTING goes over the lists of the froxels.
     pub fn lights_by_clusters(&self) -> bool {
-        self.light_path == LightPath::Clustered && self.lights.bounded
+        self.light_path == LightPath::Clustered && self.may_list_lights()
     }
 
     /// What was asked for and is not there, a line each.
@@ -602,82 +507,6 @@ impl FramePlan {
     }
 }
 
-fn check_antialiasing(settings: &Settings, lit: bool) -> Result<(), Error> {
-    let refuse = |why: String| Err(Error::AntiAliasing(why));
-    let view = settings.view;
-    if settings.samples == 0 {
-        return refuse("a picture of 0 samples has no light: samples must be at least 1".into());
-    }
-    if settings.samples > 1 && !lit {
-        return refuse(format!("the view {view} shows values that have no mean: draw it with 1 sample"));
-    }
-    if settings.fxaa && !lit {
-        return refuse(format!("FXAA would blur the values that the view {view} shows: draw it without"));
-    }
-    if settings.fxaa && settings.hdr_output {
-        return refuse("FXAA works on a tone-mapped picture, and a linear one (.exr) is not: use --samples".into());
-    }
-    if settings.fxaa && settings.samples > 1 {
-        return refuse(format!(
-            "{} samples are averaged after FXAA could smooth anything: choose one",
-            settings.samples
-        ));
-    }
-    Ok(())
-}
-
-/// The format asked for, which must blend.
-fn hdr_format(asked: HdrFormat, device: &Capabilities) -> Result<vk::Format, Error> {
-    let (format, blends) = match asked {
-        HdrFormat::Rgba16f => (HDR, true),
-        HdrFormat::B10g11r11 => (vk::Format::B10G11R11_UFLOAT_PACK32, device.packed_float_blends),
-        HdrFormat::Rgba32f => (vk::Format::R32G32B32A32_SFLOAT, device.float32_blends),
-    };
-    if blends { Ok(format) } else { Err(Error::HdrFormat(asked)) }
-}
-
-/// Multisampling goes with every layout of floats, and with the paths that rasterize what they light or light a G-buffer in one draw.
-fn check_msaa(
-    settings: &Settings,
-    gbuffer: Option<&Gbuffer>,
-    light_path: LightPath,
-    device: &Capabilities,
-) -> Result<(), Error> {
-    let refuse = |why: String| Err(Error::AntiAliasing(why));
-    let (msaa, view) = (settings.msaa, settings.view);
-    if msaa == 1 {
-        return match view {
-            View::Complexity => {
-                refuse("the view complexity shows where samples of a pixel differ: ask for several, as --msaa 4".into())
-            }
-            _ => Ok(()),
-        };
-    }
-    if !msaa.is_power_of_two() || device.msaa & msaa == 0 {
-        let counts = MSAA.into_iter().filter(|count| device.msaa & count != 0).map(|count| count.to_string());
-        let counts = counts.collect::<Vec<_>>().join(", ");
-        return refuse(format!("this device cannot draw {msaa} samples a pixel; it can draw {counts}"));
-    }
-    if !matches!(view, View::Final | View::Lighting | View::Complexity) {
-        return refuse(format!("the view {view} shows the values of one sample: draw it without multisampling"));
-    }
-    if settings.samples > 1 {
-        let samples = settings.samples;
-        return refuse(format!("{samples} jittered frames smooth what multisampling would: choose one of them"));
-    }
-    if gbuffer.is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT) {
-        return refuse(
-            "normals in integers are not multisampled: choose another format, as --gbuffer lean,normal=rgb10a2".into(),
-        );
-    }
-    if matches!(light_path, LightPath::PerLight | LightPath::Volumes | LightPath::Compute) {
-        return refuse(format!(
-            "the light path {light_path} shades one sample a pixel: choose loop, clustered or forward"
-        ));
-    }
-    Ok(())
-}
-
 fn shading(view: View) -> Shading {
     match view {
         View::Final => Shading::Light { light_only: false },
@@ -704,6 +533,38 @@ fn shadow_reason(scene: &Scene, settings: &Settings) -> Result<(), String> {
     }
 }
 
+/// What a plan must know of the surfaces that can be drawn.
+struct Surfaces {
+    /// Of the opaque ones, as all below but the first.
+    brdf: PlannedBrdf,
+    transparent: bool,
+    emissive: bool,
+    metal: bool,
+    transparent_metal: bool,
+    /// Somewhere the normal of the surface is not that of its shading, or no shadow falls, which is stored in its place.
+    two_normals: bool,
+}
+
+impl Surfaces {
+    fn of(scene: &Scene, settings: &Settings) -> Self {
+        let material = |object: &Object| &scene.materials[object.material];
+        let (transparent, opaque): (Vec<_>, Vec<_>) =
+            scene.objects.iter().partition(|object| material(object).is_transparent());
+        let brdf = |material: &Material| settings.brdf.unwrap_or(material.brdf);
+        let metal = |material: &Material| brdf(material) == Brdf::CookTorrance && material.metallic > 0.0;
+        let any = |what: &dyn Fn(&Material) -> bool| opaque.iter().any(|object| what(material(object)));
+        Self {
+            brdf: planned_brdf(opaque.iter().map(|object| brdf(material(object)))),
+            transparent: !transparent.is_empty(),
+            emissive: any(&Material::is_emissive),
+            metal: any(&metal),
+            transparent_metal: transparent.iter().any(|object| metal(material(object))),
+            two_normals: any(&|material| material.normal_texture.is_some())
+                || opaque.iter().any(|object| !object.receives_shadow),
+        }
+    }
+}
+
 fn planned_brdf(all: impl Iterator<Item = Brdf>) -> PlannedBrdf {
     let distinct: BTreeSet<Brdf> = all.collect();
     match distinct.len() {
@@ -713,58 +574,6 @@ fn planned_brdf(all: impl Iterator<Item = Brdf>) -> PlannedBrdf {
     }
 }
 
-/// The number of a fall-off in `shaders/shared/lights.wgsl`.
-pub fn falloff_index(falloff: Falloff) -> u32 {
-    match falloff {
-        Falloff::InverseSquare => 0,
-        Falloff::Quadratic => 1,
-        Falloff::Polynomial { .. } => 2,
-    }
-}
-
 fn is_forward(path: LightPath) -> bool {
     matches!(path, LightPath::Forward | LightPath::ForwardNaive)
-}
-
-/// Full-screen or cut to what a light reaches: each is a draw of its own.
-fn adds_lights(path: LightPath, lights: &PlannedLights) -> bool {
-    match path {
-        LightPath::PerLight => lights.punctual,
-        LightPath::Volumes => lights.bounded,
-        _ => false,
-    }
-}
-
-fn planned_lights(scene: &Scene, settings: &Settings, shading: Shading) -> PlannedLights {
-    if shading == Shading::ShowGbuffer(View::Complexity) {
-        // What is compared is what LIGHTING would read, and ambient light has occlusion stored.
-        return PlannedLights { ambient: scene.environment.is_lit(), ..Default::default() };
-    }
-    if !matches!(shading, Shading::Light { .. } | Shading::ShowGbuffer(View::LightsPerPixel)) {
-        return PlannedLights::default();
-    }
-    let mut lights = PlannedLights { ambient: scene.environment.is_lit(), ..Default::default() };
-    let mut falloffs = BTreeSet::new();
-    let planned = World::sorted(scene, settings);
-    lights.uniform = planned.len() <= UNIFORM_LIGHTS;
-    for light in planned.into_iter().map(|index| &scene.lights[index]) {
-        let bounded = light_path::bounded(light, settings);
-        lights.bounded |= bounded;
-        lights.unbounded |= !bounded && !matches!(light.kind, LightKind::Directional { .. });
-        match light.kind {
-            LightKind::Directional { .. } => lights.directional = true,
-            LightKind::Point { falloff, range, .. } => {
-                lights.punctual = true;
-                lights.ranged |= range.is_some();
-                falloffs.insert(falloff_index(falloff));
-            }
-            LightKind::Spot { falloff, range, .. } => {
-                (lights.punctual, lights.spot) = (true, true);
-                lights.ranged |= range.is_some();
-                falloffs.insert(falloff_index(falloff));
-            }
-        }
-    }
-    lights.falloff = if falloffs.len() == 1 { *falloffs.first().expect("there is one") } else { 3 };
-    lights
 }

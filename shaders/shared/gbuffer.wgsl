@@ -166,7 +166,7 @@ fn samples_agree(center: vec2<f32>, count: u32, normal_encoding: u32, geometric_
         let other = load_sample(i);
         same = same && sample_depth(i) > 0.0 && all(abs(other.normal - first.normal) <= vec4(NORMAL_TOLERANCE));
         same = same && alike(other.albedo, first.albedo) && alike(other.specular, first.specular);
-        // Metallic and roughness; the normal there says no more than the other.
+        // Roughness and metallic; the normal there says no more than the other.
         same = same && alike(vec4(other.material.xy, 0.0, 0.0), vec4(first.material.xy, 0.0, 0.0));
     }
     if !same {
@@ -268,7 +268,7 @@ fn load_depth(pixel: vec2<f32>) -> f32 {
 #endif
 }
 
-// `geometric_steps`: codes of a channel that holds half of the geometric normal, as GEOMETRY wrote it.
+// `geometric_steps`: codes of a channel that holds half of the geometric normal, as GEOMETRY wrote it; 0 where none does.
 fn load_texel(pixel: vec2<f32>, normal_encoding: u32, geometric_steps: f32) -> Texel {
     let stored = load_stored(pixel);
     var texel: Texel;
@@ -284,11 +284,14 @@ fn load_texel(pixel: vec2<f32>, normal_encoding: u32, geometric_steps: f32) -> T
     texel.roughness = 1.0;
     texel.receives = true;
 #ifdef MATERIAL
-    texel.metallic = stored.material.r;
-    texel.roughness = stored.material.g;
-    // Codes of normals end below 1: a surface that receives no shadow has that instead.
-    texel.receives = stored.material.b < (geometric_steps - 0.5) / geometric_steps;
-    texel.geometric_normal = octahedral_decode(from_unorm(stored.material.ba, geometric_steps));
+    texel.roughness = stored.material.r;
+    // 0 where the target has one channel.
+    texel.metallic = stored.material.g;
+    if geometric_steps > 0.0 {
+        // Codes of normals end below 1: a surface that receives no shadow has that instead.
+        texel.receives = stored.material.b < (geometric_steps - 0.5) / geometric_steps;
+        texel.geometric_normal = octahedral_decode(from_unorm(stored.material.ba, geometric_steps));
+    }
 #endif
 #ifdef SPECULAR
     texel.specular = stored.specular.rgb;

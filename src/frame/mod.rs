@@ -209,12 +209,16 @@ fn msaa(device: &PhysicalDevice) -> u32 {
         (vk::Format::D32_SFLOAT, depth),
         (vk::Format::R8G8B8A8_SRGB, color),
         (vk::Format::R8G8B8A8_UNORM, color),
+        (vk::Format::R8G8_UNORM, color),
+        (vk::Format::R8_UNORM, color),
         (vk::Format::R16G16_UNORM, color),
         (vk::Format::A2B10G10R10_UNORM_PACK32, color),
         (vk::Format::R16G16B16A16_SFLOAT, color),
         (vk::Format::B10G11R11_UFLOAT_PACK32, color),
         (vk::Format::R32G32B32A32_SFLOAT, color),
         (vk::Format::R16_SFLOAT, color),
+        (vk::Format::R16G16_SFLOAT, color),
+        (vk::Format::R32G32_SFLOAT, color),
         (vk::Format::R32_SFLOAT, color),
     ] {
         // A format that the device does not have is not chosen either.

@@ -125,7 +125,7 @@ fn constants_of(plan: &FramePlan, key: GeometryKey) -> Vec<(u32, u32)> {
         (constants::LARGEST, plan.largest_light().to_bits()),
         (constants::FARTHEST, farthest.to_bits()),
         (constants::NORMAL_ENCODING, gbuffer.map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
-        (constants::GEOMETRIC_STEPS, gbuffer.map_or(255.0, |gbuffer| gbuffer.geometric_steps()).to_bits()),
+        (constants::GEOMETRIC_STEPS, gbuffer.map_or(0.0, |gbuffer| gbuffer.geometric_steps()).to_bits()),
     ]
 }
 

@@ -20,8 +20,9 @@ macro_rules! light_constants {
         let gbuffer = $plan.gbuffer.as_ref();
         [
             (constants::BRDF, $plan.brdf.constant()),
+            (constants::METAL, u32::from($plan.metal)),
             (constants::NORMAL_ENCODING, gbuffer.map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
-            (constants::GEOMETRIC_STEPS, gbuffer.map_or(255.0, |gbuffer| gbuffer.geometric_steps()).to_bits()),
+            (constants::GEOMETRIC_STEPS, gbuffer.map_or(0.0, |gbuffer| gbuffer.geometric_steps()).to_bits()),
             (constants::SPOT, u32::from($plan.lights.spot)),
             (constants::FALLOFF, $plan.lights.falloff),
             (constants::RANGED, u32::from($plan.lights.ranged)),

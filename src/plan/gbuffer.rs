@@ -3,7 +3,7 @@
 use ash::vk;
 
 use super::{Capabilities, DEPTH, PlannedBrdf};
-use crate::scene::{Brdf, GbufferChoice, GbufferPreset, TargetChoice, View};
+use crate::scene::{Brdf, GbufferChoice, GbufferPreset, Keep, OptionalPart, TargetChoice, View};
 
 /// How a normal fits its target; the numbers are those of `shaders/shared/encodings.wgsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,22 +21,33 @@ pub struct Gbuffer {
     /// Shading normal.
     pub normal: vk::Format,
     pub normal_encoding: NormalEncoding,
-    /// Metallic, perceptual roughness (or shininess), geometric normal octahedral in the last two.
+    /// Perceptual roughness (or shininess), metallic, geometric normal octahedral in the last two; as many channels as are needed.
     pub material: Option<vk::Format>,
+    /// The second of those channels is in use.
+    pub metallic: bool,
+    /// The last two of those channels are in use. Where they are not, the shading normal is the geometric one.
+    pub geometric_normal: bool,
     /// Ks, and the BRDF's index in alpha.
     pub specular: Option<vk::Format>,
     /// Relative to the camera; rebuilt from depth where it is absent.
     pub position: Option<vk::Format>,
 }
 
+/// What of the surfaces a G-buffer has to hold.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stored {
+    pub brdf: PlannedBrdf,
+    /// Some surface is a metal.
+    pub metal: bool,
+    /// Shadows fall on surfaces, and their bias needs a normal that is not that of the shading, or some are free of shadows.
+    pub geometric_normal: bool,
+    /// Is it looked at?
+    pub view: View,
+    pub keep: Keep,
+}
+
 impl Gbuffer {
-    pub(super) fn choose(
-        choice: &GbufferChoice,
-        brdf: PlannedBrdf,
-        shadow: bool,
-        view: View,
-        device: &Capabilities,
-    ) -> Self {
+    pub(super) fn choose(choice: &GbufferChoice, stored: Stored, device: &Capabilities) -> Self {
         use TargetChoice as T;
         let (position, normal, rest) = match choice.preset {
             // 32 + 32 + 32 bits and depth: 128 bits a pixel.
@@ -52,15 +63,27 @@ impl Gbuffer {
             T::Rgba32f | T::Depth | T::Rgba8 => (vk::Format::R32G32B32A32_SFLOAT, NormalEncoding::Signed),
         };
         let material = choice.material.unwrap_or(rest);
-        // Metallic and roughness for the lobe, the geometric normal for the shadow's bias, or because they are looked at.
-        let needs_material =
-            brdf != PlannedBrdf::One(Brdf::Lambert) || shadow || matches!(view, View::Metallic | View::Roughness);
-        let needs_specular = !matches!(brdf, PlannedBrdf::One(Brdf::CookTorrance | Brdf::Lambert));
+        let keep = |part| stored.keep.has(part);
+        // For the lobe, for the shadow's bias, or because they are looked at.
+        let all = keep(OptionalPart::MaterialTarget);
+        let geometric_normal = stored.geometric_normal || all || keep(OptionalPart::GeometricNormalChannels);
+        let metallic = stored.metal || stored.view == View::Metallic || all || keep(OptionalPart::MetallicChannel);
+        let roughness = stored.brdf != PlannedBrdf::One(Brdf::Lambert) || stored.view == View::Roughness;
+        let needs_specular = !matches!(stored.brdf, PlannedBrdf::One(Brdf::CookTorrance | Brdf::Lambert))
+            || keep(OptionalPart::SpecularTarget);
+        let channels = match (geometric_normal, metallic, roughness || needs_specular) {
+            (true, ..) => 4,
+            (_, true, _) => 2,
+            (_, _, true) => 1,
+            _ => 0,
+        };
         Self {
             albedo: color_format(choice.albedo.unwrap_or(rest), vk::Format::R8G8B8A8_SRGB),
             normal,
             normal_encoding,
-            material: needs_material.then(|| color_format(material, vk::Format::R8G8B8A8_UNORM)),
+            material: (channels > 0).then(|| channel_format(material, channels)),
+            metallic,
+            geometric_normal,
             specular: needs_specular.then(|| color_format(material, vk::Format::R8G8B8A8_UNORM)),
             position: match choice.position.unwrap_or(position) {
                 T::Rgba16f => Some(vk::Format::R16G16B16A16_SFLOAT),
@@ -81,9 +104,10 @@ impl Gbuffer {
     }
 
     /// Codes of a material channel that holds half of the geometric normal: 255 of 8 bits, and no more than the mantissa
-    /// of a half float between 0.5 and 1 tells apart.
+    /// of a half float between 0.5 and 1 tells apart. 0 where no channel holds it.
     pub fn geometric_steps(&self) -> f32 {
-        match self.material {
+        match self.material.filter(|_| self.geometric_normal) {
+            None => 0.0,
             Some(vk::Format::R16G16B16A16_SFLOAT) => 1023.0,
             Some(vk::Format::R32G32B32A32_SFLOAT) => 65535.0,
             _ => 255.0,
@@ -99,12 +123,26 @@ fn color_format(choice: TargetChoice, eight_bits: vk::Format) -> vk::Format {
     }
 }
 
+/// The format of 1, 2 or 4 channels. Vulkan requires all of them to be renderable.
+fn channel_format(choice: TargetChoice, channels: u32) -> vk::Format {
+    match (choice, channels) {
+        (TargetChoice::Rgba16f, 1) => vk::Format::R16_SFLOAT,
+        (TargetChoice::Rgba16f, 2) => vk::Format::R16G16_SFLOAT,
+        (TargetChoice::Rgba32f, 1) => vk::Format::R32_SFLOAT,
+        (TargetChoice::Rgba32f, 2) => vk::Format::R32G32_SFLOAT,
+        (TargetChoice::Rgba16f | TargetChoice::Rgba32f, _) => color_format(choice, vk::Format::UNDEFINED),
+        (_, 1) => vk::Format::R8_UNORM,
+        (_, 2) => vk::Format::R8G8_UNORM,
+        _ => vk::Format::R8G8B8A8_UNORM,
+    }
+}
+
 /// Bytes of a texel, for the formats that targets have.
 pub fn format_bytes(format: vk::Format) -> u32 {
     match format {
         vk::Format::R32G32B32A32_SFLOAT => 16,
-        vk::Format::R16G16B16A16_SFLOAT => 8,
-        vk::Format::R16_SFLOAT => 2,
+        vk::Format::R16G16B16A16_SFLOAT | vk::Format::R32G32_SFLOAT => 8,
+        vk::Format::R16_SFLOAT | vk::Format::R8G8_UNORM => 2,
         vk::Format::R8_UNORM => 1,
         _ => 4,
     }

@@ -7,8 +7,8 @@ use ash::vk;
 use super::gbuffer::format_bytes;
 use super::lit::IdleLights;
 use super::{
-    COUNT, DEPTH, FramePlan, GeometryKey, Grid, PlannedBrdf, Projection, SLICES, Shading, ShadowLight, ShadowPlan,
-    Sums, ToneMapping, UNIFORM_LIGHTS, World, shadow_reason,
+    COUNT, DEPTH, FramePlan, Gbuffer, GeometryKey, Grid, PlannedBrdf, Projection, SLICES, Shading, ShadowLight,
+    ShadowPlan, Sums, ToneMapping, UNIFORM_LIGHTS, World, shadow_reason,
 };
 use crate::scene::{HdrFormat, OptionalPart, Scene, Settings, TextureSlot, Transparency};
 
@@ -143,10 +143,11 @@ fn gbuffer(plan: &FramePlan) -> Vec<Part> {
     parts.push(attachment("normal", Some(gbuffer.normal), format!("{:?}", gbuffer.normal_encoding)));
     let material = why(
         gbuffer.material.is_some(),
-        "metallic and roughness, and the geometric normal for the shadow's bias",
-        "all materials are lambert and nothing casts a shadow",
+        "roughness, and what else the channels below say",
+        "all materials are lambert, and the shading normal is the geometric one or nothing casts a shadow",
     );
     parts.push(attachment("material", gbuffer.material, material).is(OptionalPart::MaterialTarget));
+    parts.extend(channels(gbuffer));
     let specular = why(
         gbuffer.specular.is_some(),
         "a material has Phong's terms, or materials differ in their BRDF",
@@ -156,6 +157,20 @@ fn gbuffer(plan: &FramePlan) -> Vec<Part> {
     let position = why(gbuffer.position.is_some(), "asked for", "rebuilt from depth");
     parts.push(attachment("position", gbuffer.position, position));
     parts
+}
+
+/// The channels of the material target that not every scene needs; their bytes are the target's.
+fn channels(gbuffer: &Gbuffer) -> [Part; 2] {
+    let (metallic, geometric) = (gbuffer.metallic, gbuffer.geometric_normal);
+    let metal = if metallic { "a material is a metal, or it is shown" } else { "no material is a metal" };
+    let normal = match geometric {
+        true => "shadows are biased by it where normal maps bend the other, and it says where no shadow falls",
+        false => "nothing casts a shadow, or no normal map bends the shading normal",
+    };
+    [
+        part("metallic channel", metallic, metal, 0).is(OptionalPart::MetallicChannel),
+        part("geometric normal channels", geometric, normal, 0).is(OptionalPart::GeometricNormalChannels),
+    ]
 }
 
 fn hdr(settings: &Settings, plan: &FramePlan) -> Part {

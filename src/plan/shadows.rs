@@ -140,6 +140,12 @@ impl ShadowPlan {
         ((!plan.lights.is_empty()).then_some(plan), warnings)
     }
 
+    /// An atlas in which nobody looks anything up.
+    pub(super) fn without_lights(settings: &Settings, device: &Capabilities) -> Self {
+        let ShadowSettings { size, filter, .. } = settings.shadows;
+        Self { size, layers: 1, filter, clamp: device.depth_clamp, lights: Vec::new(), tiles: Vec::new() }
+    }
+
     /// Places for all maps of a light: whole layers for cascades, quarters for the others. When they do not all fit, why.
     fn room(&mut self, projection: Projection, free: &mut Vec<Tile>, most: u32) -> Result<Vec<Tile>, Short> {
         let count = projection.views();

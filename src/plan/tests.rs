@@ -3,7 +3,8 @@ use glam::Vec3;
 use super::samples::{self, device, emissive, masked, material, point, scene, sky, spot, sun, textured};
 use super::*;
 use crate::scene::{
-    AlphaMode, Camera, GbufferChoice, GbufferPreset, Light, Material, ShadowSettings, TargetChoice, TextureSlot,
+    AlphaMode, Camera, Falloff, GbufferChoice, GbufferPreset, HdrFormat, Light, ShadowSettings, TargetChoice,
+    TextureSlot, Tonemap,
 };
 
 const CT: Brdf = Brdf::CookTorrance;
@@ -24,8 +25,10 @@ fn shadows(enabled: bool, size: u32) -> Settings {
     Settings { shadows: ShadowSettings { enabled, size, ..ShadowSettings::default() }, ..Settings::default() }
 }
 
+/// With every channel of the material target.
 fn gbuffer_of(brdf: Brdf, choice: GbufferChoice, device: &Capabilities) -> Gbuffer {
-    let settings = Settings { gbuffer: choice, ..Settings::default() };
+    let keep = Keep::NONE.with(OptionalPart::MaterialTarget);
+    let settings = Settings { gbuffer: choice, keep, ..Settings::default() };
     let plan = FramePlan::of(&scene(vec![material(brdf)], vec![sky()]), &settings, device).expect("a plan");
     plan.gbuffer.expect("a G-buffer")
 }
@@ -181,8 +184,10 @@ fn a_linear_output_is_never_tone_mapped() {
 #[test]
 fn the_presets_spend_16_36_and_68_bytes_a_pixel() {
     let bytes = |choice| {
+        // In a shadow every channel of the material target is needed where a normal map bends the shading normal.
+        let bumpy = Material { normal_texture: Some(0), ..material(CT) };
         let settings = Settings { gbuffer: preset(choice), ..Settings::default() };
-        plan_with(&scene(vec![material(CT)], vec![sun()]), &settings).gbuffer_bytes_per_pixel()
+        plan_with(&scene(vec![bumpy], vec![sun()]), &settings).gbuffer_bytes_per_pixel()
     };
     assert_eq!(bytes(GbufferPreset::Lean), 4 + 4 + 4 + 4);
     assert_eq!(bytes(GbufferPreset::Fat), 4 * 8 + 4);
@@ -273,10 +278,78 @@ fn lambert_without_a_shadow_stores_no_material() {
         view(&scene(vec![material(brdf)], vec![light]), seen).gbuffer.is_some_and(|gbuffer| gbuffer.material.is_some())
     };
     assert!(!has(Brdf::Lambert, sky(), View::Final));
-    assert!(has(Brdf::Lambert, sun(), View::Final), "the bias needs the geometric normal");
+    assert!(!has(Brdf::Lambert, sun(), View::Final), "the shading normal is the geometric one");
     assert!(has(CT, sky(), View::Final));
     assert!(has(Brdf::Lambert, sky(), View::Roughness) && has(Brdf::Lambert, sky(), View::Metallic));
     assert!(!has(Brdf::Lambert, sky(), View::Albedo));
+}
+
+#[test]
+fn the_material_target_has_the_channels_that_the_scene_needs() {
+    let metal = Material { metallic: 1.0, ..material(CT) };
+    let bumpy = |brdf| Material { normal_texture: Some(0), ..material(brdf) };
+    let formats = |material: &Material, light: Light| {
+        [GbufferPreset::Lean, GbufferPreset::Fat, GbufferPreset::Float32].map(|choice| {
+            let settings = Settings { gbuffer: preset(choice), ..Settings::default() };
+            plan_with(&scene(vec![material.clone()], vec![light.clone()]), &settings).gbuffer.expect("one").material
+        })
+    };
+    let one = [vk::Format::R8_UNORM, vk::Format::R16_SFLOAT, vk::Format::R32_SFLOAT].map(Some);
+    let two = [vk::Format::R8G8_UNORM, vk::Format::R16G16_SFLOAT, vk::Format::R32G32_SFLOAT].map(Some);
+    let four = [vk::Format::R8G8B8A8_UNORM, vk::Format::R16G16B16A16_SFLOAT, vk::Format::R32G32B32A32_SFLOAT].map(Some);
+    assert_eq!((formats(&material(CT), sky()), formats(&metal, sky())), (one, two));
+    assert_eq!((formats(&material(CT), sun()), formats(&metal, sun())), (one, two));
+    assert_eq!((formats(&bumpy(CT), sky()), formats(&bumpy(CT), sun())), (one, four));
+    assert_eq!(formats(&bumpy(Brdf::Lambert), sun()), four);
+    // What no shadow falls on says so in the geometric normal's place.
+    let mut lit = scene(vec![material(CT); 2], vec![sun()]);
+    lit.objects[0].receives_shadow = false;
+    assert_eq!(plan(&lit).gbuffer.expect("one").material, four[0]);
+    // An override makes a dielectric of a metal.
+    let phong = Settings { brdf: Some(Brdf::Phong), ..Settings::default() };
+    assert_eq!(plan_with(&scene(vec![metal], vec![sky()]), &phong).gbuffer.expect("one").material, one[0]);
+}
+
+#[test]
+fn what_is_kept_is_there_without_need() {
+    let bare = scene(vec![material(Brdf::Lambert)], vec![Light { casts_shadow: false, ..sun() }]);
+    let with = |parts: &[OptionalPart]| {
+        let keep = parts.iter().copied().collect();
+        // Lists belong to a path that has them.
+        plan_with(&bare, &Settings { keep, light_path: LightPath::Clustered, ..Settings::default() })
+    };
+    use OptionalPart as P;
+    let lean = with(&[]);
+    type Has = fn(&FramePlan) -> bool;
+    let gbuffer = |plan: &FramePlan| plan.gbuffer.expect("one");
+    let kept: [(P, Has); 16] = [
+        (P::HdrTarget, |plan| plan.hdr.is_some() && plan.has_tonemap_subpass()),
+        (P::Transparent, |plan| plan.transparency.is_some()),
+        (P::Emissive, |plan| plan.emissive),
+        (P::MaterialTarget, |plan| plan.gbuffer.is_some_and(|own| own.metallic && own.geometric_normal)),
+        (P::MetallicChannel, |plan| plan.metal && plan.gbuffer.is_some_and(|own| own.metallic)),
+        (P::GeometricNormalChannels, |plan| plan.gbuffer.is_some_and(|own| own.geometric_normal)),
+        (P::SpecularTarget, |plan| plan.gbuffer.is_some_and(|own| own.specular.is_some())),
+        (P::BrdfByPixel, |plan| plan.brdf == PlannedBrdf::PerPixel),
+        (P::AmbientLight, |plan| plan.lights.ambient),
+        (P::PunctualLights, |plan| plan.lights.punctual && plan.lights.unbounded),
+        (P::SpotCones, |plan| plan.lights.spot),
+        (P::Falloffs, |plan| plan.lights.falloff == 3),
+        (P::LightRanges, |plan| plan.lights.ranged),
+        (P::LightLists, FramePlan::has_clusters),
+        (P::ShadowMaps, |plan| plan.shadow.is_some() && plan.has_directional_shadows()),
+        (P::DirectionalLights, |plan| plan.lights.directional),
+    ];
+    for (part, has) in kept {
+        // The scene has a sun, and lights without a fall-off count as mixed.
+        let needed = matches!(part, P::DirectionalLights | P::Falloffs);
+        assert_eq!((has(&lean), has(&with(&[part]))), (needed, true), "{part}");
+    }
+    assert_eq!(gbuffer(&lean).material, None);
+    let full = plan_with(&bare, &Settings { keep: Keep::ALL, light_path: LightPath::Clustered, ..Settings::default() });
+    for (part, has) in kept {
+        assert!(has(&full), "{part}");
+    }
 }
 
 #[test]

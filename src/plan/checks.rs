@@ -1,0 +1,73 @@
+//! Settings that do not go together, or not with the device.
+
+use ash::vk;
+
+use super::{Capabilities, Error, Gbuffer};
+use crate::scene::{LightPath, MSAA, Settings, View};
+
+/// Anti-aliasing smooths pictures, and views show values.
+pub(super) fn check_antialiasing(settings: &Settings, lit: bool) -> Result<(), Error> {
+    let refuse = |why: String| Err(Error::AntiAliasing(why));
+    let view = settings.view;
+    if settings.samples == 0 {
+        return refuse("a picture of 0 samples has no light: samples must be at least 1".into());
+    }
+    if settings.samples > 1 && !lit {
+        return refuse(format!("the view {view} shows values that have no mean: draw it with 1 sample"));
+    }
+    if settings.fxaa && !lit {
+        return refuse(format!("FXAA would blur the values that the view {view} shows: draw it without"));
+    }
+    if settings.fxaa && settings.hdr_output {
+        return refuse("FXAA works on a tone-mapped picture, and a linear one (.exr) is not: use --samples".into());
+    }
+    if settings.fxaa && settings.samples > 1 {
+        return refuse(format!(
+            "{} samples are averaged after FXAA could smooth anything: choose one",
+            settings.samples
+        ));
+    }
+    Ok(())
+}
+
+/// Multisampling goes with every layout of floats, and with the paths that rasterize what they light or light a G-buffer in one draw.
+pub(super) fn check_msaa(
+    settings: &Settings,
+    gbuffer: Option<&Gbuffer>,
+    light_path: LightPath,
+    device: &Capabilities,
+) -> Result<(), Error> {
+    let refuse = |why: String| Err(Error::AntiAliasing(why));
+    let (msaa, view) = (settings.msaa, settings.view);
+    if msaa == 1 {
+        return match view {
+            View::Complexity => {
+                refuse("the view complexity shows where samples of a pixel differ: ask for several, as --msaa 4".into())
+            }
+            _ => Ok(()),
+        };
+    }
+    if !msaa.is_power_of_two() || device.msaa & msaa == 0 {
+        let counts = MSAA.into_iter().filter(|count| device.msaa & count != 0).map(|count| count.to_string());
+        let counts = counts.collect::<Vec<_>>().join(", ");
+        return refuse(format!("this device cannot draw {msaa} samples a pixel; it can draw {counts}"));
+    }
+    if !matches!(view, View::Final | View::Lighting | View::Complexity) {
+        return refuse(format!("the view {view} shows the values of one sample: draw it without multisampling"));
+    }
+    if settings.samples > 1 {
+        let samples = settings.samples;
+        return refuse(format!("{samples} jittered frames smooth what multisampling would: choose one of them"));
+    }
+    if gbuffer.is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT) {
+        return refuse(
+            "normals in integers are not multisampled: choose another format, as --gbuffer lean,normal=rgb10a2".into(),
+        );
+    }
+    if matches!(light_path, LightPath::PerLight | LightPath::Volumes | LightPath::Compute) {
+        return refuse(format!(
+            "the light path {light_path} shades one sample a pixel: choose loop, clustered or forward"
+        ));
+    }
+    Ok(())
+}

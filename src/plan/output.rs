@@ -1,0 +1,114 @@
+//! The way from light to the picture: the format that light is added up in, where it is tone-mapped, and the output.
+
+use ash::vk;
+
+use super::{Capabilities, Error};
+use crate::scene::{HdrFormat, OptionalPart, Resolve, Settings, Tonemap};
+
+/// Where scene light becomes display light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ToneMapping {
+    /// Inside LIGHTING: no HDR target, no TONEMAP subpass.
+    InLighting(Tonemap),
+    /// A subpass of its own, because something is blended before it.
+    Subpass(Tonemap),
+    /// On the CPU: the output holds exposed light, of which many frames make one picture.
+    AfterFrames(Tonemap),
+    /// Not at all: the output holds nits, or a view.
+    Absent,
+}
+
+/// Tone-mapped pictures: 8 bits a channel, encoded by the hardware.
+pub const OUTPUT_SRGB: vk::Format = vk::Format::R8G8B8A8_SRGB;
+/// The same bytes, encoded by a compute shader: sRGB formats cannot be stored to.
+pub const OUTPUT_PLAIN: vk::Format = vk::Format::R8G8B8A8_UNORM;
+/// Half floats hold what the eye can tell apart and blend everywhere.
+pub const HDR: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
+/// The format asked for, which must blend.
+fn hdr_format(asked: HdrFormat, device: &Capabilities) -> Result<vk::Format, Error> {
+    let (format, blends) = match asked {
+        HdrFormat::Rgba16f => (HDR, true),
+        HdrFormat::B10g11r11 => (vk::Format::B10G11R11_UFLOAT_PACK32, device.packed_float_blends),
+        HdrFormat::Rgba32f => (vk::Format::R32G32B32A32_SFLOAT, device.float32_blends),
+    };
+    if blends { Ok(format) } else { Err(Error::HdrFormat(asked)) }
+}
+
+/// What the way of the light depends on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Blending {
+    /// The frame is lit, and no view.
+    pub lit: bool,
+    /// A compute pass writes the picture by itself.
+    pub tiled: bool,
+    /// GEOMETRY writes what surfaces emit.
+    pub emissive: bool,
+    /// Lights are added one by one.
+    pub adds_lights: bool,
+    /// TRANSPARENT blends over the lit surfaces.
+    pub transparent: bool,
+}
+
+/// From light to the picture.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Way {
+    pub hdr: Option<vk::Format>,
+    pub output: vk::Format,
+    pub tone_mapping: ToneMapping,
+}
+
+impl Way {
+    pub(super) fn of(settings: &Settings, device: &Capabilities, what: Blending) -> Result<Self, Error> {
+        // What is averaged from frame to frame must not be cut off before.
+        let linear = settings.hdr_output || settings.samples > 1;
+        let (hdr, output) = match what.tiled {
+            true => Self::tiled_formats(settings, device, what, linear)?,
+            false => Self::formats(settings, device, what, linear)?,
+        };
+        let tone_mapping = match (what.lit, settings.hdr_output, hdr) {
+            (true, false, Some(_)) if !what.tiled => ToneMapping::Subpass(settings.tonemap),
+            (true, false, _) if settings.samples > 1 => ToneMapping::AfterFrames(settings.tonemap),
+            (true, false, _) => ToneMapping::InLighting(settings.tonemap),
+            _ => ToneMapping::Absent,
+        };
+        Ok(Self { hdr, output, tone_mapping })
+    }
+
+    fn formats(
+        settings: &Settings,
+        device: &Capabilities,
+        what: Blending,
+        linear: bool,
+    ) -> Result<(Option<vk::Format>, vk::Format), Error> {
+        let blends = what.emissive || what.adds_lights || what.transparent;
+        // Samples are averaged before they are tone-mapped, and so kept until then.
+        let averaged = what.lit && settings.msaa > 1 && settings.resolve == Resolve::Linear;
+        let kept = what.lit && settings.keep.has(OptionalPart::HdrTarget);
+        Ok(match linear {
+            true if blends && !device.float32_blends => (None, HDR),
+            true => (None, vk::Format::R32G32B32A32_SFLOAT),
+            // Adding to fewer bits truncates: a share of the light is lost with each light.
+            false if what.adds_lights => (Some(vk::Format::R32G32B32A32_SFLOAT), OUTPUT_SRGB),
+            false if blends || averaged || kept => (Some(hdr_format(settings.hdr_format, device)?), OUTPUT_SRGB),
+            false => (None, OUTPUT_SRGB),
+        })
+    }
+
+    /// Surfaces' own light comes to the compute pass in a target of its own.
+    fn tiled_formats(
+        settings: &Settings,
+        device: &Capabilities,
+        what: Blending,
+        linear: bool,
+    ) -> Result<(Option<vk::Format>, vk::Format), Error> {
+        Ok(match (linear, what.emissive) {
+            (true, false) => (None, vk::Format::R32G32B32A32_SFLOAT),
+            (true, true) => {
+                let emissive = if device.float32_blends { vk::Format::R32G32B32A32_SFLOAT } else { HDR };
+                (Some(emissive), vk::Format::R32G32B32A32_SFLOAT)
+            }
+            (false, true) => (Some(hdr_format(settings.hdr_format, device)?), OUTPUT_PLAIN),
+            (false, false) => (None, OUTPUT_PLAIN),
+        })
+    }
+}
