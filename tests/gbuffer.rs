@@ -72,8 +72,12 @@ impl Rounding {
         };
         match formats.material {
             // Half a code, and the tenth that a normalized conversion may be off.
-            Some(vk::Format::R8G8B8A8_UNORM) => rounding.material = 0.6 / 255.0,
-            Some(vk::Format::R16G16B16A16_SFLOAT) => rounding.material_relative = HALF,
+            Some(vk::Format::R8_UNORM | vk::Format::R8G8_UNORM | vk::Format::R8G8B8A8_UNORM) => {
+                rounding.material = 0.6 / 255.0;
+            }
+            Some(vk::Format::R16_SFLOAT | vk::Format::R16G16_SFLOAT | vk::Format::R16G16B16A16_SFLOAT) => {
+                rounding.material_relative = HALF;
+            }
             _ => {}
         }
         rounding
