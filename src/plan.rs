@@ -20,6 +20,7 @@ mod parts;
 #[cfg(test)]
 pub(crate) mod samples;
 mod shadows;
+mod surfaces;
 #[cfg(test)]
 mod tests;
 mod uploads;
@@ -38,6 +39,7 @@ pub use meshes::{IndexWidth, MeshPlan, PlannedMesh};
 pub use output::{HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping};
 pub use parts::{Part, PartGroup};
 pub use shadows::{Caster, MAX_SHADOW_VIEWS, Projection, ShadowCache, ShadowLight, ShadowPlan, ShadowView, Tile};
+pub use surfaces::PlannedBrdf;
 pub use uploads::Uploads;
 pub use visible::{Draw, LightWork, SortedDraw, Visible, World, WorldObject};
 pub use volumes::{LightRect, VolumeRecord, cone_mesh, sphere_mesh};
@@ -50,9 +52,10 @@ use checks::{check_antialiasing, check_msaa};
 use gbuffer::Stored;
 use lights::{adds_lights, planned_lights};
 use output::{Blending, Way};
+use surfaces::Surfaces;
 
 use crate::scene::{
-    Brdf, CastsShadow, Keep, LightPath, Material, Object, OptionalPart, Resolve, Scene, Settings, Transparency, View,
+    Brdf, CastsShadow, Keep, LightPath, Object, OptionalPart, Resolve, Scene, Settings, Transparency, View,
 };
 
 /// What the device can do, as far as a plan depends on it.
@@ -111,25 +114,6 @@ pub enum Shading {
     ShowGbuffer(View),
     ShowOverdraw,
     ShowShadowMap,
-}
-
-/// Which reflection models LIGHTING evaluates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PlannedBrdf {
-    /// The same for all materials, so a constant.
-    One(Brdf),
-    /// Stored for each pixel.
-    PerPixel,
-}
-
-impl PlannedBrdf {
-    /// As the shaders' constant BRDF has it (`shaders/shared/shading.wgsl`).
-    pub fn constant(self) -> u32 {
-        match self {
-            Self::One(brdf) => brdf as u32,
-            Self::PerPixel => 4,
-        }
-    }
 }
 
 /// The structure of all frames of a scene with some settings on some device.
@@ -290,6 +274,10 @@ impl FramePlan {
         plan.streams = plan.meshes.streams();
         plan.uploads = Uploads::of(scene, settings, &plan);
         plan.parts = parts::list(scene, settings, &plan);
+        if keep != Keep::NONE {
+            let lean = Self::of(scene, &Settings { keep: Keep::NONE, ..settings.clone() }, device)?;
+            parts::say_what_is_kept(&mut plan.parts, &lean.parts);
+        }
         Ok(plan)
     }
 
@@ -530,47 +518,6 @@ fn shadow_reason(scene: &Scene, settings: &Settings) -> Result<(), String> {
             Err(format!("nothing can stand between {} and anything", light.name))
         }
         Some(_) => Ok(()),
-    }
-}
-
-/// What a plan must know of the surfaces that can be drawn.
-struct Surfaces {
-    /// Of the opaque ones, as all below but the first.
-    brdf: PlannedBrdf,
-    transparent: bool,
-    emissive: bool,
-    metal: bool,
-    transparent_metal: bool,
-    /// Somewhere the normal of the surface is not that of its shading, or no shadow falls, which is stored in its place.
-    two_normals: bool,
-}
-
-impl Surfaces {
-    fn of(scene: &Scene, settings: &Settings) -> Self {
-        let material = |object: &Object| &scene.materials[object.material];
-        let (transparent, opaque): (Vec<_>, Vec<_>) =
-            scene.objects.iter().partition(|object| material(object).is_transparent());
-        let brdf = |material: &Material| settings.brdf.unwrap_or(material.brdf);
-        let metal = |material: &Material| brdf(material) == Brdf::CookTorrance && material.metallic > 0.0;
-        let any = |what: &dyn Fn(&Material) -> bool| opaque.iter().any(|object| what(material(object)));
-        Self {
-            brdf: planned_brdf(opaque.iter().map(|object| brdf(material(object)))),
-            transparent: !transparent.is_empty(),
-            emissive: any(&Material::is_emissive),
-            metal: any(&metal),
-            transparent_metal: transparent.iter().any(|object| metal(material(object))),
-            two_normals: any(&|material| material.normal_texture.is_some())
-                || opaque.iter().any(|object| !object.receives_shadow),
-        }
-    }
-}
-
-fn planned_brdf(all: impl Iterator<Item = Brdf>) -> PlannedBrdf {
-    let distinct: BTreeSet<Brdf> = all.collect();
-    match distinct.len() {
-        0 => PlannedBrdf::One(Brdf::Lambert),
-        1 => PlannedBrdf::One(*distinct.first().expect("there is one")),
-        _ => PlannedBrdf::PerPixel,
     }
 }
 

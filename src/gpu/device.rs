@@ -1,8 +1,9 @@
 //! The logical device: one queue for graphics, compute and transfer, and what every object on it shares.
 
+use std::collections::BTreeSet;
 use std::ffi::{CStr, CString, c_char};
 use std::fmt;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
 use ash::vk::Handle;
@@ -73,6 +74,7 @@ pub struct Device {
     /// The optional features that are enabled.
     pub features: EnabledFeatures,
     debug_utils: Option<ash::ext::debug_utils::Device>,
+    labels: Mutex<BTreeSet<String>>,
     pub(super) submissions: Submissions,
     pub(super) registry: Registry,
     pub(super) retired: RetireQueue,
@@ -124,6 +126,7 @@ impl Device {
             queue_family,
             features,
             debug_utils,
+            labels: Mutex::default(),
             submissions: Submissions::new(queue),
             registry: Registry::default(),
             retired: RetireQueue::default(),
@@ -147,10 +150,19 @@ impl Device {
     /// Opens a labelled region in a command buffer, for layers and debuggers.
     pub fn begin_label(&self, cmd: vk::CommandBuffer, name: &str) {
         let Some(debug_utils) = &self.debug_utils else { return };
-        let name = c_text(name);
-        let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
+        let text = c_text(name);
+        let label = vk::DebugUtilsLabelEXT::default().label_name(&text);
         // SAFETY: the command buffer is recording (the module's contract).
         unsafe { debug_utils.cmd_begin_debug_utils_label(cmd, &label) };
+        let mut labels = self.labels.lock().unwrap_or_else(PoisonError::into_inner);
+        if !labels.contains(name) {
+            labels.insert(name.to_owned());
+        }
+    }
+
+    /// The labels of all regions that were opened since the last call, sorted. None where VK_EXT_debug_utils is not there.
+    pub fn take_labels(&self) -> Vec<String> {
+        std::mem::take(&mut *self.labels.lock().unwrap_or_else(PoisonError::into_inner)).into_iter().collect()
     }
 
     /// Closes the region that the last [`Device::begin_label`] opened.

@@ -9,7 +9,7 @@ use crate::scene::{Falloff, Keep, LightKind, LightPath, OptionalPart, Scene, Set
 pub const UNIFORM_LIGHTS: usize = 256;
 
 /// The fall-off is each light's own (`shaders/shared/shading.wgsl`).
-const MIXED_FALLOFF: u32 = 3;
+pub(super) const MIXED_FALLOFF: u32 = 3;
 
 /// Kinds of light that LIGHTING has code for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -5,10 +5,11 @@ use std::collections::BTreeSet;
 use ash::vk;
 
 use super::gbuffer::format_bytes;
+use super::lights::MIXED_FALLOFF;
 use super::lit::IdleLights;
 use super::{
-    COUNT, DEPTH, FramePlan, Gbuffer, GeometryKey, Grid, PlannedBrdf, Projection, SLICES, Shading, ShadowLight,
-    ShadowPlan, Sums, ToneMapping, UNIFORM_LIGHTS, World, shadow_reason,
+    COUNT, DEPTH, FramePlan, Gbuffer, GeometryKey, Grid, PlannedBrdf, PlannedLights, Projection, SLICES, Shading,
+    ShadowLight, ShadowPlan, Sums, ToneMapping, UNIFORM_LIGHTS, World, shadow_reason,
 };
 use crate::scene::{HdrFormat, OptionalPart, Scene, Settings, TextureSlot, Transparency};
 
@@ -77,6 +78,16 @@ pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<
     add(PartGroup::Lights, shading(scene, settings, plan));
     add(PartGroup::Shadows, vec![shadow(scene, settings, plan)]);
     parts
+}
+
+/// Parts that are only there because the settings keep them say so, and why nothing needs them.
+pub(super) fn say_what_is_kept(parts: &mut [Part], lean: &[Part]) {
+    for part in parts.iter_mut().filter(|part| part.included) {
+        let needless = lean.iter().find(|own| own.optional.is_some() && own.optional == part.optional && !own.included);
+        if let Some(needless) = needless {
+            part.reason = format!("kept on request: {}", needless.reason);
+        }
+    }
 }
 
 fn pixels(plan: &FramePlan) -> u64 {
@@ -307,9 +318,22 @@ fn shading(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
         kind("directional lights", lights.directional, OptionalPart::DirectionalLights),
         kind("point and spot lights", lights.punctual, OptionalPart::PunctualLights),
         kind("spot cones", lights.spot, OptionalPart::SpotCones),
+        kind("ranges of lights", lights.ranged, OptionalPart::LightRanges),
+        falloffs(lights),
         kind("ambient light", lights.ambient, OptionalPart::AmbientLight),
         kind("emissive surfaces", emissive, OptionalPart::Emissive),
     ]
+}
+
+/// Chosen for each light, or a constant.
+fn falloffs(lights: &PlannedLights) -> Part {
+    let mixed = lights.punctual && lights.falloff == MIXED_FALLOFF;
+    let reason = match (lights.punctual, mixed) {
+        (false, _) => "no light has one",
+        (true, false) => "all lights have the same: a constant",
+        (true, true) => "lights differ",
+    };
+    part("fall-off by light", mixed, reason, 0).is(OptionalPart::Falloffs)
 }
 
 /// Of each camera's view more are left out, frame by frame.

@@ -3,7 +3,7 @@ use glam::Vec3;
 use super::samples::{self, device, emissive, masked, material, point, scene, sky, spot, sun, textured};
 use super::*;
 use crate::scene::{
-    AlphaMode, Camera, Falloff, GbufferChoice, GbufferPreset, HdrFormat, Light, ShadowSettings, TargetChoice,
+    AlphaMode, Camera, Falloff, GbufferChoice, GbufferPreset, HdrFormat, Light, Material, ShadowSettings, TargetChoice,
     TextureSlot, Tonemap,
 };
 
