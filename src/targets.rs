@@ -137,6 +137,18 @@ fn stored(attachment: Attachment) -> Attachment {
     }
 }
 
+/// The output where a compute pass writes it, so that it is no attachment.
+pub fn storage_output(plan: &FramePlan) -> Option<Attachment> {
+    plan.is_tiled().then_some(Attachment {
+        target: Target::Output,
+        format: plan.output,
+        load: vk::AttachmentLoadOp::DONT_CARE,
+        store: vk::AttachmentStoreOp::STORE,
+        final_layout: vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+        usage: vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::TRANSFER_SRC,
+    })
+}
+
 /// What a compute pass reads, by binding of `shaders/shared/gbuffer.wgsl`: as [`gbuffer_inputs`], and depth in any case.
 pub fn stored_inputs(plan: &FramePlan) -> Vec<(u32, Target)> {
     let depth = Some((0, Target::Depth));
@@ -189,17 +201,9 @@ impl Targets {
     /// # Errors
     /// When there is no memory for them.
     pub fn new(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Self> {
-        let written = plan.is_tiled().then_some(Attachment {
-            target: Target::Output,
-            format: plan.output,
-            load: vk::AttachmentLoadOp::DONT_CARE,
-            store: vk::AttachmentStoreOp::STORE,
-            final_layout: vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
-            usage: vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::TRANSFER_SRC,
-        });
         let images = attachments(plan)
             .into_iter()
-            .chain(written)
+            .chain(storage_output(plan))
             .map(|attachment| {
                 let passing = attachment.usage.contains(vk::ImageUsageFlags::TRANSIENT_ATTACHMENT);
                 let image = Image::new(
@@ -246,11 +250,9 @@ mod tests {
         let plans = [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat();
         for (name, plan) in plans {
             let bytes = |format, samples: vk::SampleCountFlags| u64::from(format_bytes(format) * samples.as_raw());
-            let attached: u64 =
-                attachments(&plan).iter().map(|own| bytes(own.format, samples_of(&plan, own.target))).sum();
-            // Compute writes the output, which is no attachment then.
-            let stored = if plan.is_tiled() { bytes(plan.output, vk::SampleCountFlags::TYPE_1) } else { 0 };
-            assert_eq!(plan.target_bytes_per_pixel(), attached + stored, "{name}");
+            let all = attachments(&plan).into_iter().chain(storage_output(&plan));
+            let attached: u64 = all.map(|own| bytes(own.format, samples_of(&plan, own.target))).sum();
+            assert_eq!(plan.target_bytes_per_pixel(), attached, "{name}");
         }
     }
 }

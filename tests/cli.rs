@@ -354,6 +354,40 @@ fn validation_is_silent_and_counts_what_the_layer_says() {
 }
 
 #[test]
+fn a_drawn_frame_is_an_svg_file_or_a_stream() {
+    let folder = folder();
+    let inspect = |more: &[&str]| succeed(folder.path(), &[&["inspect", "builtin:quad"], more].concat());
+    assert!(inspect(&["--graph", "frame.svg"]).contains("Targets"));
+    let file = fs::read_to_string(folder.path().join("frame.svg")).expect("it was written");
+    assert!(file.starts_with("<svg ") && file.ends_with("</svg>\n"), "{file}");
+    assert_eq!(inspect(&["--graph", "-"]), file, "a stream is the file");
+    let report: Value = serde_json::from_str(&inspect(&["--json", "--graph", "b.svg"])).expect("JSON");
+    assert!(folder.path().join("b.svg").exists() && report["parts"].is_array());
+    fail(folder.path(), &["inspect", "builtin:quad", "--graph", "frame.png"], 2, &[".svg"]);
+    fail(folder.path(), &["inspect", "builtin:quad", "--json", "--graph", "-"], 2, &["--graph"]);
+}
+
+#[test]
+fn a_part_that_is_out_says_what_it_would_cost() {
+    let folder = folder();
+    let report: Value = serde_json::from_str(&succeed(
+        folder.path(),
+        &["inspect", "builtin:quad", "--light-path", "loop", "--size", "100x50", "--json"],
+    ))
+    .expect("JSON");
+    let parts = report["parts"].as_array().expect("a list");
+    let sum: u64 = parts.iter().map(|part| part["bytes"].as_u64().expect("a number")).sum();
+    assert_eq!(report["bytes"], sum);
+    for part in parts {
+        let (included, optional) = (part["included"] == true, part["plan"].is_string());
+        assert!(included || part["bytes"] == 0, "{part}");
+        let told = part["cost"].is_object() || part["refused"].is_string();
+        assert_eq!(told, !included && optional, "{part}");
+    }
+    assert!(report["full"]["bytes"].is_i64(), "{}", report["full"]);
+}
+
+#[test]
 fn help_names_the_exit_codes_and_a_closed_pipe_is_no_error() {
     let folder = folder();
     let help = succeed(folder.path(), &["--help"]);

@@ -173,17 +173,21 @@ afterlight() {
 }
 "#;
 
-fn help_of(command: &str) -> String {
+/// The program, on whichever Vulkan stack the tests run.
+fn program() -> Command {
     let program = env!("CARGO_BIN_EXE_afterlight");
-    let mut run = match std::env::var_os("AFTERLIGHT_RUNNER") {
+    match std::env::var_os("AFTERLIGHT_RUNNER") {
         Some(runner) => {
             let mut run = Command::new(runner);
             run.arg(program);
             run
         }
         None => Command::new(program),
-    };
-    let output = run.args([command, "--help"]).output().expect("the program starts");
+    }
+}
+
+fn help_of(command: &str) -> String {
+    let output = program().args([command, "--help"]).output().expect("the program starts");
     assert!(output.status.success(), "{command} --help: {}", output.status);
     String::from_utf8(output.stdout).expect("help is UTF-8")
 }
@@ -273,6 +277,20 @@ fn listed_dependencies(number: usize) -> Vec<String> {
     let text = document("ARCHITECTURE.md");
     let table = text.split("| Dependency |").nth(1 + number).unwrap_or_default();
     table.lines().skip(2).take_while(|line| line.starts_with('|')).map(str::to_owned).collect()
+}
+
+/// The drawing of the hall's frame is what `afterlight inspect builtin:hall --graph docs/images/frame.svg` writes.
+#[test]
+fn the_drawn_frame_is_that_of_the_program() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut run = program();
+    run.args(["inspect", "builtin:hall", "--graph", "frame.svg"]).current_dir(folder.path());
+    let output = run.output().expect("the program starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let drawn = fs::read_to_string(folder.path().join("frame.svg")).expect("it was written");
+    let command = "afterlight inspect builtin:hall --graph docs/images/frame.svg";
+    assert!(document("ARCHITECTURE.md").contains(command));
+    assert!(drawn == document("docs/images/frame.svg"), "docs/images/frame.svg is old: run {command}");
 }
 
 #[test]

@@ -4,11 +4,13 @@ use std::fmt::Write as _;
 
 use afterlight::frame::edges::{self, Edge, Edges};
 use afterlight::frame::{capabilities, plan_for};
+use afterlight::report::graph;
 use afterlight::scene::{SettingsPatch, View};
 use serde::Serialize;
 
 use super::args::{DeviceArgs, SettingsArgs, value};
 use super::failure::Failure;
+use super::output::Sink;
 use super::plan_report::PlanReport;
 use super::table::Table;
 use super::workload::Workload;
@@ -19,6 +21,7 @@ use super::{output, session};
 #[command(after_help = "\
 Examples:
   afterlight inspect builtin:hall
+  afterlight inspect builtin:hall --graph frame.svg
   afterlight inspect sponza.obj --shadows off --gbuffer fat
   afterlight inspect scene.toml --json | jq '.parts[] | select(.included)'")]
 pub struct Args {
@@ -27,6 +30,9 @@ pub struct Args {
     /// Print JSON instead of tables
     #[arg(long)]
     json: bool,
+    /// Draw the frame into an .svg file as well: passes, what they draw into, and every dependency; - is standard output
+    #[arg(long, value_name = "FILE", value_parser = drawing)]
+    graph: Option<Sink>,
     /// What the picture would show, as for `render`
     #[arg(long, value_name = "NAME", value_parser = value::<View>)]
     view: Option<View>,
@@ -84,6 +90,13 @@ impl From<&Edge> for EdgeReport {
 /// # Errors
 /// A scene that cannot be read, or no device.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    let drawn_to_stdout = args.graph.as_ref().is_some_and(Sink::is_stdout);
+    if drawn_to_stdout && args.json {
+        return Err(Failure::usage("--json takes standard output: give --graph a file"));
+    }
+    if let Some(sink) = &args.graph {
+        sink.check()?;
+    }
     session::with_device(&args.device, |device| {
         let workload = Workload::open(&args.scene, &args.settings, false)?;
         // The plan is that of a frame, however many of them a picture is made of.
@@ -92,6 +105,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let plan = plan_for(&device, &workload.scene, &settings)?;
         let parts = PlanReport::of(&plan, &workload.scene, &settings, &capabilities(&device.physical));
         let dependencies = edges::table(&plan);
+        if let Some(sink) = &args.graph {
+            sink.write(graph::draw(&workload.scene.name, &plan, &dependencies).as_bytes())?;
+        }
         if args.json {
             let report = Report {
                 scene: workload.scene.name.clone(),
@@ -109,8 +125,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         text.push_str(&parts.text());
         let _ = writeln!(text, "The G-buffer takes {} bytes a pixel.", plan.gbuffer_bytes_per_pixel());
         let _ = write!(text, "\nDependencies\n{}", edge_list(&dependencies));
-        output::print(&text, false)
+        output::print(&text, drawn_to_stdout)
     })
+}
+
+/// A file for a drawing, or standard output.
+fn drawing(text: &str) -> Result<Sink, String> {
+    match Sink::parse(text)? {
+        Sink::File(path) if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("svg")) => {
+            Err("the frame is drawn as .svg".into())
+        }
+        sink => Ok(sink),
+    }
 }
 
 /// A paragraph for each dependency: a row of a table would be 200 columns wide.

@@ -1,0 +1,19 @@
+//! A frame as a drawing: passes and subpasses, what they draw into, and every dependency with its stages and accesses.
+//!
+//! It is made from the values that the render passes and barriers are made from ([`crate::frame::render_pass`] and
+//! [`crate::frame::edges`]), so that it cannot say anything else than they do.
+
+mod layout;
+mod model;
+mod svg;
+#[cfg(test)]
+mod tests;
+
+use crate::frame::edges::Edge;
+use crate::plan::FramePlan;
+
+/// The frames of a plan as SVG. `title` says what they are of.
+pub fn draw(title: &str, plan: &FramePlan, edges: &[Edge]) -> String {
+    let graph = model::Graph::of(plan, edges);
+    layout::draw(title, plan, &graph)
+}

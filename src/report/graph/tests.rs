@@ -1,0 +1,115 @@
+use std::collections::BTreeSet;
+
+use super::model::Graph;
+use super::{draw, layout};
+use crate::frame::edges::{self, Edge};
+use crate::frame::render_pass::PassDescription;
+use crate::plan::{FramePlan, samples};
+use crate::scene::{Settings, View};
+
+/// One plan for each different frame: many samples differ only in what no drawing shows.
+fn plans() -> Vec<(String, FramePlan, Vec<Edge>)> {
+    let mut seen = BTreeSet::new();
+    let all = [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat();
+    let with_edges = all.into_iter().map(|(name, plan)| {
+        let edges = edges::table(&plan);
+        (name, plan, edges)
+    });
+    with_edges.filter(|(_, plan, edges)| seen.insert(draw("x", plan, edges))).collect()
+}
+
+/// The names of all groups of a kind.
+fn groups(document: &roxmltree::Document, kind: &str) -> Vec<String> {
+    let attribute = format!("data-{kind}");
+    document.descendants().filter_map(|node| node.attribute(attribute.as_str())).map(str::to_owned).collect()
+}
+
+fn sorted(mut names: Vec<String>) -> Vec<String> {
+    names.sort();
+    names
+}
+
+#[test]
+fn a_drawing_is_xml_that_has_what_the_frame_has_and_nothing_else() {
+    let plans = plans();
+    assert!(plans.len() > 50, "only {} different frames", plans.len());
+    for (name, plan, edges) in plans {
+        let text = draw("<a & b>", &plan, &edges);
+        let document = roxmltree::Document::parse(&text).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let mut passes = vec![PassDescription::main(&plan)];
+        passes.extend(plan.shadow.is_some().then(|| PassDescription::shadow(&plan)));
+        passes.extend(plan.fxaa.then(|| PassDescription::fxaa(&plan)));
+        let drawn = groups(&document, "pass");
+        assert_eq!(sorted(drawn), sorted(passes.iter().map(|pass| pass.name.to_owned()).collect()), "{name}");
+        let subpasses: usize = passes.iter().map(|pass| pass.subpasses.len()).sum();
+        assert_eq!(groups(&document, "subpass").len(), subpasses, "{name}");
+        let attachments: usize = passes.iter().map(|pass| pass.attachments.len()).sum();
+        assert_eq!(groups(&document, "image").len(), attachments + usize::from(plan.is_tiled()), "{name}");
+        let rows: Vec<String> = edges.iter().map(|edge| edge.name.to_owned()).collect();
+        assert_eq!(sorted(groups(&document, "dependency")), sorted(rows), "{name}");
+        for edge in &edges {
+            let group = document.descendants().find(|node| node.attribute("data-dependency") == Some(edge.name));
+            let group = group.expect("drawn");
+            let words: String =
+                group.descendants().filter(|node| node.is_text()).filter_map(|node| node.text()).collect();
+            let words: String = words.split_whitespace().collect();
+            let masks =
+                [edge.before, edge.after].map(|side| [format!("{:?}", side.stage), format!("{:?}", side.access)]);
+            for mask in masks.as_flattened().iter().map(String::as_str).chain([edge.why]) {
+                let mask: String = mask.split_whitespace().collect();
+                assert!(words.contains(&mask), "{name}: {} lacks {mask}: {words}", edge.name);
+            }
+            assert_eq!(words.contains("byregion"), edge.by_region, "{name}: {}", edge.name);
+            let dashed =
+                group.descendants().filter(|node| node.attribute("class").is_some_and(|c| c.contains("by-region")));
+            assert_eq!(dashed.count(), usize::from(edge.by_region), "{name}: {}", edge.name);
+        }
+        assert!(!text.contains("<script") && !text.contains("href"), "{name}: not self-contained");
+    }
+}
+
+#[test]
+fn no_text_lies_on_another_or_outside_of_the_page() {
+    for (name, plan, edges) in plans() {
+        let (svg, width, height) = layout::paint("builtin:hall", &plan, &Graph::of(&plan, &edges));
+        for (index, (text, words)) in svg.texts.iter().enumerate() {
+            assert!(text.x >= 0.0 && text.x + text.width <= width, "{name}: {words} is wider than the page");
+            assert!(text.y >= 0.0 && text.y + text.height <= height, "{name}: {words} is below the page");
+            for (other, others) in &svg.texts[..index] {
+                assert!(!text.overlaps(other), "{name}: '{words}' lies on '{others}'");
+            }
+        }
+    }
+}
+
+/// Marks say what the references of the render passes say.
+#[test]
+fn every_reference_of_a_subpass_is_a_mark() {
+    for (name, plan, edges) in plans() {
+        let graph = Graph::of(&plan, &edges);
+        for subpass in PassDescription::main(&plan).subpasses {
+            let stop = graph.stops.iter().find(|stop| stop.place == subpass.place).expect("a stop");
+            let used = |list: &[ash::vk::AttachmentReference]| {
+                list.iter().filter(|reference| reference.attachment != ash::vk::ATTACHMENT_UNUSED).count()
+            };
+            let references = used(&subpass.input)
+                + used(&subpass.color)
+                + used(&subpass.resolve)
+                + usize::from(subpass.depth.is_some())
+                + subpass.preserve.len();
+            let marks = stop.touches.iter().filter(|touch| touch.attached).count();
+            assert_eq!(marks, references, "{name}: {}", stop.name);
+        }
+        for image in 0..graph.images.len() {
+            assert!(graph.life(image).is_some(), "{name}: nobody touches {}", graph.images[image].name);
+        }
+    }
+}
+
+#[test]
+fn a_view_is_not_called_lighting() {
+    let settings = Settings { view: View::Normal, ..Settings::default() };
+    let scene = samples::scene(vec![samples::emissive()], vec![samples::sun()]);
+    let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
+    assert!(draw("x", &plan, &edges::table(&plan)).contains("VIEW: shows a buffer"));
+}
