@@ -95,13 +95,6 @@ impl Carrier {
     }
 }
 
-impl Carrier {
-    /// Whether rows of this kind are dependencies of a render pass.
-    pub fn is_render_pass(self) -> bool {
-        matches!(self, Self::ShadowPass | Self::MainPass | Self::FxaaPass)
-    }
-}
-
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {

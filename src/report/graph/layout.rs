@@ -196,9 +196,7 @@ fn tracks(graph: &Graph) -> Vec<usize> {
 fn note_lines(edge: &Edge) -> Vec<Line> {
     let masks = INDENT + Font::Code.width("before ");
     let region = if edge.by_region { ", by region" } else { "" };
-    // A dependency of a render pass stands in that pass's frame.
-    let barrier = if edge.carrier.is_render_pass() { String::new() } else { format!(", {}", edge.carrier) };
-    let head = format!("{}: {} -> {}{region}{barrier}", edge.name, edge.from, edge.to);
+    let head = format!("{}: {} -> {}{region}", edge.name, edge.from, edge.to);
     let mut lines = vec![Line { font: Font::Name, class: "", indent: INDENT, word: "", text: head }];
     let mut add = |font: Font, class, indent: f64, word, text: &str| {
         let wrapped = wrap(font, text, WIDTH - indent - 10.0).into_iter().enumerate();
@@ -209,8 +207,18 @@ fn note_lines(edge: &Edge) -> Vec<Line> {
     };
     add(Font::Prose, "", INDENT, "", edge.why);
     for (word, side) in [("after", edge.before), ("before", edge.after)] {
-        add(Font::Code, "", masks, word, &words(&side.stage));
-        add(Font::Code, "faint", masks, "", &words_of(&side.access));
+        let (stages, access) = (words(&side.stage), words_of(&side.access));
+        let both = format!("{stages}: {access}");
+        if masks + Font::Code.width(&both) + 10.0 < WIDTH {
+            add(Font::Code, "", masks, word, &both);
+        } else {
+            add(Font::Code, "", masks, word, &format!("{stages}:"));
+            add(Font::Code, "faint", masks, "", &access);
+        }
+    }
+    // A dependency of a render pass stands in that pass's frame.
+    if !edge.carrier.is_render_pass() {
+        add(Font::Code, "", masks, "by", &edge.carrier.to_string());
     }
     lines
 }
@@ -345,7 +353,10 @@ fn draw_edge(svg: &mut Svg, graph: &Graph, index: usize, placed: &[Placed], left
     let x = left - 22.0 - TRACK * track as f64;
     let (start, end) = (port(graph, index, *from, &placed[*from]), port(graph, index, *to, &placed[*to]));
     svg.open("dependency", edge.name).tooltip(edge.why);
-    svg.polyline(&line, &[(left, start), (x, start), (x, end), (left - 8.0, end)]);
+    // By its text, which stands above the box; of a place that waits for itself, too.
+    let text =
+        placed[*to].notes.iter().find(|note| note.edge == index).map_or(end, |note| note.top + Font::Name.line() / 2.0);
+    svg.polyline(&line, &[(left, start), (x, start), (x, text), (x, end), (left - 8.0, end)]);
     svg.circle(&color, left, start, 3.0);
     svg.arrow_head(&color, left, end);
     for note in placed[*to].notes.iter().filter(|note| note.edge == index) {

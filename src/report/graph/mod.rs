@@ -9,11 +9,11 @@ mod svg;
 #[cfg(test)]
 mod tests;
 
-use crate::frame::edges::Edge;
+use crate::frame::edges::Edges;
 use crate::plan::FramePlan;
 
 /// The frames of a plan as SVG. `title` says what they are of.
-pub fn draw(title: &str, plan: &FramePlan, edges: &[Edge]) -> String {
+pub fn draw(title: &str, plan: &FramePlan, edges: &Edges) -> String {
     let graph = model::Graph::of(plan, edges);
     layout::draw(title, plan, &graph)
 }

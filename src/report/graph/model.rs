@@ -3,7 +3,7 @@
 
 use ash::vk;
 
-use crate::frame::edges::{Edge, Place};
+use crate::frame::edges::{Edge, Edges, Place};
 use crate::frame::render_pass::{PassDescription, Resource, Subpass};
 use crate::plan::{FramePlan, Shading, format_bytes};
 use crate::targets::{Target, samples_of, storage_output, stored_inputs};
@@ -61,9 +61,9 @@ pub struct Graph {
     pub edges: Vec<(Edge, [usize; 2])>,
 }
 
-/// The order of time within a frame, and of what is before and after it.
-const ORDER: [Place; 12] = [
-    Place::Outside,
+/// The order of time: before a frame, in it, and after it.
+const BEFORE: [Place; 6] = [Place::Host, Place::Device, Place::Outside, Place::Upload, Place::Clear, Place::Draws];
+const DURING: [Place; 9] = [
     Place::Shadow,
     Place::Geometry,
     Place::Lighting,
@@ -73,18 +73,17 @@ const ORDER: [Place; 12] = [
     Place::Tonemap,
     Place::Tiled,
     Place::Fxaa,
-    Place::Copy,
-    Place::Host,
 ];
+const AFTER: [Place; 4] = [Place::Outside, Place::Copy, Place::Device, Place::Host];
 
 impl Graph {
-    pub fn of(plan: &FramePlan, edges: &[Edge]) -> Self {
-        let mut passes = vec![PassDescription::main(plan)];
+    pub fn of(plan: &FramePlan, edges: &Edges) -> Self {
+        let mut passes = vec![PassDescription::main(plan, edges)];
         if plan.shadow.is_some() {
-            passes.insert(0, PassDescription::shadow(plan));
+            passes.insert(0, PassDescription::shadow(plan, edges));
         }
         if plan.fxaa {
-            passes.push(PassDescription::fxaa(plan));
+            passes.push(PassDescription::fxaa(plan, edges));
         }
         let mut images: Vec<Image> =
             passes.iter().flat_map(|pass| &pass.attachments).map(|own| attached(plan, own)).collect();
@@ -96,7 +95,7 @@ impl Graph {
                 graph.stops.push(Stop { pass: Some(pass.name), touches, ..stop(plan, subpass.place, When::During) });
             }
         }
-        for edge in edges {
+        for edge in edges.iter() {
             for (place, when) in ends(edge) {
                 if graph.find(place, when).is_none() {
                     graph.stops.push(stop(plan, place, when));
@@ -104,7 +103,7 @@ impl Graph {
             }
         }
         graph.add_touches_outside_of_passes(plan, edges);
-        graph.stops.sort_by_key(|stop| (stop.when, rank(stop.place)));
+        graph.stops.sort_by_key(|stop| (stop.when, rank(stop.place, stop.when)));
         let between = |edge: &Edge| {
             // Added above, where it was not there.
             let [from, to] = ends(edge).map(|(place, when)| graph.find(place, when).unwrap_or(0));
@@ -152,7 +151,7 @@ impl Graph {
     }
 
     /// What is read and written by other means than attachments.
-    fn add_touches_outside_of_passes(&mut self, plan: &FramePlan, edges: &[Edge]) {
+    fn add_touches_outside_of_passes(&mut self, plan: &FramePlan, edges: &Edges) {
         let mut touches = Vec::new();
         // Who waits for SHADOW, looks the maps up.
         for edge in edges.iter().filter(|edge| edge.from == Place::Shadow && edge.to != Place::Shadow) {
@@ -221,20 +220,33 @@ fn image(
 
 /// Where a row begins and ends. What is outside of the frame lies before what waits for it, and after what it waits for.
 fn ends(edge: &Edge) -> [(Place, When); 2] {
-    [(edge.from, when(edge.from, When::Before)), (edge.to, when(edge.to, When::After))]
+    // What the CPU hands over comes before all that a submission does, and what it waits for after all of that.
+    let (from, to) = match (edge.from, edge.to) {
+        (Place::Device, _) => (When::After, When::After),
+        (_, Place::Device) => (When::Before, When::Before),
+        _ => (When::Before, When::After),
+    };
+    [(edge.from, when(edge.from, from)), (edge.to, when(edge.to, to))]
 }
 
+/// `outside`: of what lies on either side of a frame.
 fn when(place: Place, outside: When) -> When {
     match place {
-        Place::Outside | Place::Host => outside,
+        Place::Outside | Place::Host | Place::Device => outside,
+        Place::Upload | Place::Clear | Place::Draws => When::Before,
         // A submission of its own.
         Place::Copy => When::After,
         _ => When::During,
     }
 }
 
-fn rank(place: Place) -> usize {
-    ORDER.iter().position(|&own| own == place).unwrap_or(0)
+fn rank(place: Place, when: When) -> usize {
+    let order = match when {
+        When::Before => &BEFORE[..],
+        When::During => &DURING,
+        When::After => &AFTER,
+    };
+    order.iter().position(|&own| own == place).unwrap_or(0)
 }
 
 fn stop(plan: &FramePlan, place: Place, when: When) -> Stop {
@@ -254,6 +266,10 @@ fn stop(plan: &FramePlan, place: Place, when: When) -> Stop {
         (Place::Tiled, _) => "every light on every pixel, tile by tile, in a compute shader",
         (Place::Fxaa, _) => "smooths edges, and so reads each pixel's neighbours",
         (Place::Copy, _) => "brings the picture to the CPU, in a submission of its own, when one is asked for",
+        (Place::Upload, _) => "once: copies out of staging buffers, and blits from level to level of a texture",
+        (Place::Clear, _) => "once: the shadow maps' image, which the first frame may look up anywhere",
+        (Place::Draws, _) => "every pass below that draws the scene's meshes with its textures",
+        (Place::Device, _) => "everything that one submission does",
         (Place::Host, _) => "the CPU",
     };
     let name = match (place, when) {

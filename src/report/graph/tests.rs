@@ -2,13 +2,13 @@ use std::collections::BTreeSet;
 
 use super::model::Graph;
 use super::{draw, layout};
-use crate::frame::edges::{self, Edge};
+use crate::frame::edges::{self, Edges};
 use crate::frame::render_pass::PassDescription;
 use crate::plan::{FramePlan, samples};
 use crate::scene::{Settings, View};
 
 /// One plan for each different frame: many samples differ only in what no drawing shows.
-fn plans() -> Vec<(String, FramePlan, Vec<Edge>)> {
+fn plans() -> Vec<(String, FramePlan, Edges)> {
     let mut seen = BTreeSet::new();
     let all = [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat();
     let with_edges = all.into_iter().map(|(name, plan)| {
@@ -36,9 +36,9 @@ fn a_drawing_is_xml_that_has_what_the_frame_has_and_nothing_else() {
     for (name, plan, edges) in plans {
         let text = draw("<a & b>", &plan, &edges);
         let document = roxmltree::Document::parse(&text).unwrap_or_else(|error| panic!("{name}: {error}"));
-        let mut passes = vec![PassDescription::main(&plan)];
-        passes.extend(plan.shadow.is_some().then(|| PassDescription::shadow(&plan)));
-        passes.extend(plan.fxaa.then(|| PassDescription::fxaa(&plan)));
+        let mut passes = vec![PassDescription::main(&plan, &edges)];
+        passes.extend(plan.shadow.is_some().then(|| PassDescription::shadow(&plan, &edges)));
+        passes.extend(plan.fxaa.then(|| PassDescription::fxaa(&plan, &edges)));
         let drawn = groups(&document, "pass");
         assert_eq!(sorted(drawn), sorted(passes.iter().map(|pass| pass.name.to_owned()).collect()), "{name}");
         let subpasses: usize = passes.iter().map(|pass| pass.subpasses.len()).sum();
@@ -47,7 +47,7 @@ fn a_drawing_is_xml_that_has_what_the_frame_has_and_nothing_else() {
         assert_eq!(groups(&document, "image").len(), attachments + usize::from(plan.is_tiled()), "{name}");
         let rows: Vec<String> = edges.iter().map(|edge| edge.name.to_owned()).collect();
         assert_eq!(sorted(groups(&document, "dependency")), sorted(rows), "{name}");
-        for edge in &edges {
+        for edge in edges.iter() {
             let group = document.descendants().find(|node| node.attribute("data-dependency") == Some(edge.name));
             let group = group.expect("drawn");
             let words: String =
@@ -87,7 +87,7 @@ fn no_text_lies_on_another_or_outside_of_the_page() {
 fn every_reference_of_a_subpass_is_a_mark() {
     for (name, plan, edges) in plans() {
         let graph = Graph::of(&plan, &edges);
-        for subpass in PassDescription::main(&plan).subpasses {
+        for subpass in PassDescription::main(&plan, &edges).subpasses {
             let stop = graph.stops.iter().find(|stop| stop.place == subpass.place).expect("a stop");
             let used = |list: &[ash::vk::AttachmentReference]| {
                 list.iter().filter(|reference| reference.attachment != ash::vk::ATTACHMENT_UNUSED).count()
