@@ -73,8 +73,8 @@ pub fn paint(title: &str, plan: &FramePlan, graph: &Graph) -> (Svg, f64, f64) {
     for (stop, placed) in graph.stops.iter().zip(&placed) {
         draw_stop(&mut svg, graph, stop, placed, lanes);
     }
-    for index in 0..graph.edges.len() {
-        draw_edge(&mut svg, graph, index, &placed, left, tracks[index]);
+    for (index, &track) in tracks.iter().enumerate() {
+        draw_edge(&mut svg, graph, index, &placed, left - 22.0 - TRACK * track as f64);
     }
     (svg, right.max(MARGIN + TABLE) + MARGIN, bottom + MARGIN)
 }
@@ -346,11 +346,11 @@ fn port(graph: &Graph, edge: usize, stop: usize, placed: &Placed) -> f64 {
     placed.at.y + placed.at.height * (place + 1) as f64 / (ends.len() + 1) as f64
 }
 
-fn draw_edge(svg: &mut Svg, graph: &Graph, index: usize, placed: &[Placed], left: f64, track: usize) {
+fn draw_edge(svg: &mut Svg, graph: &Graph, index: usize, placed: &[Placed], x: f64) {
     let (edge, [from, to]) = &graph.edges[index];
     let color = format!("c{}", index % COLORS);
     let line = format!("edge {color}{}", if edge.by_region { " by-region" } else { "" });
-    let x = left - 22.0 - TRACK * track as f64;
+    let left = placed[*to].at.x;
     let (start, end) = (port(graph, index, *from, &placed[*from]), port(graph, index, *to, &placed[*to]));
     svg.open("dependency", edge.name).tooltip(edge.why);
     // By its text, which stands above the box; of a place that waits for itself, too.
