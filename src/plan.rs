@@ -14,6 +14,7 @@ mod geometry;
 mod light_path;
 mod lights;
 mod lit;
+mod materials;
 mod meshes;
 mod output;
 mod parts;
@@ -23,6 +24,7 @@ mod shadows;
 mod surfaces;
 #[cfg(test)]
 mod tests;
+mod textures;
 mod uploads;
 mod visible;
 mod volumes;
@@ -35,11 +37,13 @@ pub use geometry::{ForwardKey, GeometryKey, Opacity, Streams, TextureMask};
 pub use light_path::{Reach, steepest};
 pub use lights::{PlannedLights, UNIFORM_LIGHTS, falloff_index};
 pub use lit::Lit;
+pub use materials::EffectiveMaterials;
 pub use meshes::{IndexWidth, MeshPlan, PlannedMesh};
 pub use output::{HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping};
 pub use parts::{Part, PartGroup};
 pub use shadows::{Caster, MAX_SHADOW_VIEWS, Projection, ShadowCache, ShadowLight, ShadowPlan, ShadowView, Tile};
 pub use surfaces::PlannedBrdf;
+pub use textures::{PlannedTexture, TexturePlan, TextureSource};
 pub use uploads::Uploads;
 pub use visible::{Draw, LightWork, SortedDraw, Visible, World, WorldObject};
 pub use volumes::{LightRect, VolumeRecord, cone_mesh, sphere_mesh};
@@ -162,8 +166,12 @@ pub struct FramePlan {
     pub transparent: BTreeSet<GeometryKey>,
     /// The vertex streams that there are.
     pub streams: Streams,
+    /// What surfaces are drawn with.
+    pub materials: EffectiveMaterials,
     /// Meshes on the device.
     pub meshes: MeshPlan,
+    /// Textures on the device.
+    pub textures: TexturePlan,
     pub uploads: Uploads,
     pub lazily_allocated: bool,
     /// What stays although nothing needs it.
@@ -200,7 +208,8 @@ impl FramePlan {
             return Err(Error::NaivePrepass);
         }
         let (forward, tiled) = (is_forward(light_path), light_path == LightPath::Compute);
-        let surfaces = Surfaces::of(scene, settings);
+        let materials = EffectiveMaterials::of(scene, settings);
+        let surfaces = Surfaces::of(scene, &materials, settings);
         let last = settings.view == View::Final;
         // Where there is no G-buffer, what surfaces emit is added as they are drawn.
         let emissive = !forward && last && (surfaces.emissive || keep.has(OptionalPart::Emissive));
@@ -259,7 +268,9 @@ impl FramePlan {
             geometry: BTreeSet::new(),
             transparent: BTreeSet::new(),
             streams: Streams::default(),
+            materials,
             meshes: MeshPlan::default(),
+            textures: TexturePlan::default(),
             uploads: Uploads::default(),
             lazily_allocated: device.lazily_allocated,
             keep,
@@ -272,7 +283,8 @@ impl FramePlan {
         }
         plan.meshes = MeshPlan::of(scene, settings, &plan);
         plan.streams = plan.meshes.streams();
-        plan.uploads = Uploads::of(scene, settings, &plan);
+        plan.textures = TexturePlan::of(scene, settings, &plan);
+        plan.uploads = Uploads::of(&plan);
         plan.parts = parts::list(scene, settings, &plan);
         if keep != Keep::NONE {
             let lean = Self::of(scene, &Settings { keep: Keep::NONE, ..settings.clone() }, device)?;
@@ -286,8 +298,8 @@ impl FramePlan {
         let plan = &*self;
         let drawn: Vec<&Object> = scene.objects.iter().filter(|object| plan.draws(scene, object)).collect();
         for object in drawn {
-            let key = GeometryKey::of(scene, object, settings, self);
-            if !scene.materials[object.material].is_transparent() {
+            let key = GeometryKey::of(object, settings, self);
+            if !self.materials.all[object.material].is_transparent() {
                 self.geometry.insert(key);
             } else {
                 self.transparent.insert(key);
@@ -299,7 +311,7 @@ impl FramePlan {
 
     /// Whether an object of the scene is in the world of the plan's frames.
     pub(crate) fn draws(&self, scene: &Scene, object: &Object) -> bool {
-        let material = &scene.materials[object.material];
+        let material = &self.materials.all[object.material];
         let left_out = material.is_transparent() && self.transparency.is_none();
         !visible::is_cut_away(material) && !left_out && !scene.meshes[object.mesh].indices.is_empty()
     }
@@ -308,13 +320,13 @@ impl FramePlan {
     fn needs_mesh(&self, scene: &Scene, object: &Object) -> bool {
         let casts = self.shadow.is_some()
             && object.casts_shadow != CastsShadow::No
-            && !scene.materials[object.material].is_transparent();
+            && !self.materials.all[object.material].is_transparent();
         self.draws(scene, object) && (self.has_geometry() || casts)
     }
 
     /// Whether an object's triangles are sorted for each frame.
     fn sorts(&self, scene: &Scene, object: &Object) -> bool {
-        let transparent = scene.materials[object.material].is_transparent();
+        let transparent = self.materials.all[object.material].is_transparent();
         transparent && self.transparency == Some(Transparency::Sorted) && self.draws(scene, object)
     }
 

@@ -91,6 +91,8 @@ pub struct Binding {
     pub kind: BindingKind,
     /// Descriptors; 0 for an array without a size.
     pub count: u32,
+    /// Which word of the module is the binding's number.
+    pub word: u32,
 }
 
 /// What a binding takes.

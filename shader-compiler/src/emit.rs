@@ -143,8 +143,8 @@ impl Emitter<'_> {
         Ok(EntryPoint {
             name: entry.name.clone(),
             stage,
+            bindings: reflect::bindings(module, &spirv, input_index),
             spirv,
-            bindings: reflect::bindings(module, input_index),
             vertex_inputs: reflect::vertex_inputs(module, entry),
             fragment_outputs: reflect::fragment_outputs(module, entry),
             push_constants: reflect::push_constants(module),

@@ -127,9 +127,11 @@ fn write_entry(out: &mut String, index: usize, entry: &EntryPoint, pool: &mut Po
             BindingKind::InputAttachment { index } => format!("InputAttachment {{ index: {index} }}"),
             plain => format!("{plain:?}"),
         };
-        let (name, set, slot, count) = (&binding.name, binding.set, binding.binding, binding.count);
-        let fields =
-            format!("name: \"{name}\", set: {set}, binding: {slot}, kind: BindingKind::{kind}, count: {count}");
+        let (name, set, slot) = (&binding.name, binding.set, binding.binding);
+        let (count, word) = (binding.count, binding.word);
+        let fields = format!(
+            "name: \"{name}\", set: {set}, binding: {slot}, kind: BindingKind::{kind}, count: {count}, word: {word}"
+        );
         line(out, format_args!("            Binding {{ {fields} }},\n"));
     }
     out.push_str("        ],\n        vertex_inputs: &[\n");

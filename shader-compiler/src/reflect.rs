@@ -1,5 +1,7 @@
 //! What the host must agree with: bindings, inputs, outputs, push constants, and how structs lie in memory.
 
+use std::collections::BTreeMap;
+
 use naga::proc::Layouter;
 use naga::{AddressSpace, ImageClass, ScalarKind, ShaderStage, StorageAccess, TypeInner};
 
@@ -43,6 +45,8 @@ pub struct Binding {
     pub kind: BindingKind,
     /// Descriptors in it; 0 for an array without a size.
     pub count: u32,
+    /// Which word of the module is its number, so that a pipeline can give it another one.
+    pub word: u32,
 }
 
 /// The numeric type of an input or output.
@@ -113,9 +117,10 @@ impl PushConstants {
     }
 }
 
-/// The bindings of `module`, by set and binding; `input_index` tells which are subpass inputs.
+/// The bindings of `module`, which was written as `spirv`, by set and binding; `input_index` tells which are subpass inputs.
 #[must_use]
-pub fn bindings(module: &naga::Module, input_index: impl Fn(u32, u32) -> Option<u32>) -> Vec<Binding> {
+pub fn bindings(module: &naga::Module, spirv: &[u32], input_index: impl Fn(u32, u32) -> Option<u32>) -> Vec<Binding> {
+    let words = binding_words(spirv);
     let mut bindings = Vec::new();
     for (_, global) in module.global_variables.iter() {
         let Some(place) = global.binding else { continue };
@@ -141,11 +146,36 @@ pub fn bindings(module: &naga::Module, input_index: impl Fn(u32, u32) -> Option<
             _ => BindingKind::SampledImage,
         };
         let name = source_name(global.name.as_deref().unwrap_or("")).to_owned();
-        bindings.push(Binding { name, set: place.group, binding: place.binding, kind, count });
+        let word = words.get(&(place.group, place.binding)).copied().unwrap_or(0);
+        bindings.push(Binding { name, set: place.group, binding: place.binding, kind, count, word });
     }
     bindings.sort_by_key(|binding| (binding.set, binding.binding));
     bindings
 }
+
+/// By set and binding, which word of a module is the number in `OpDecorate variable Binding number`.
+fn binding_words(spirv: &[u32]) -> BTreeMap<(u32, u32), u32> {
+    const HEADER_WORDS: usize = 5;
+    let (mut sets, mut places) = (BTreeMap::new(), Vec::new());
+    let mut at = HEADER_WORDS;
+    while let Some(&first) = spirv.get(at) {
+        let (opcode, length) = (first & 0xffff, (first >> 16) as usize);
+        if let (OP_DECORATE, Some(&[variable, decoration, number])) = (opcode, spirv.get(at + 1..at + 4)) {
+            match decoration {
+                DECORATION_DESCRIPTOR_SET => drop(sets.insert(variable, number)),
+                DECORATION_BINDING => places.push((variable, number, at as u32 + 3)),
+                _ => {}
+            }
+        }
+        at += length.max(1);
+    }
+    places.iter().filter_map(|(variable, binding, word)| Some(((*sets.get(variable)?, *binding), *word))).collect()
+}
+
+// Of the SPIR-V specification, sections 3.2.20 and 3.3.8.
+const OP_DECORATE: u32 = 71;
+const DECORATION_BINDING: u32 = 33;
+const DECORATION_DESCRIPTOR_SET: u32 = 34;
 
 /// The vertex attributes that an entry point takes; none unless it is a vertex shader.
 #[must_use]

@@ -27,6 +27,25 @@ fn every_variant_is_valid() {
 }
 
 #[test]
+fn a_binding_says_which_word_of_the_module_is_its_number() {
+    let shader = lighting();
+    let mut bindings = 0;
+    for entry in shader.variants.iter().flat_map(|variant| &variant.entry_points) {
+        for binding in &entry.bindings {
+            let at = binding.word as usize;
+            // OpDecorate, four words: the variable, Binding, its number.
+            let decoration = (entry.spirv[at - 3], entry.spirv[at - 1], entry.spirv[at]);
+            assert_eq!(decoration, (4 << 16 | 71, 33, binding.binding), "{}", binding.name);
+            let variable = entry.spirv[at - 2];
+            let set = entry.spirv.windows(4).any(|words| words == [4 << 16 | 71, variable, 34, binding.set]);
+            assert!(set, "{} is in another set", binding.name);
+            bindings += 1;
+        }
+    }
+    assert!(bindings > 4);
+}
+
+#[test]
 fn names_and_bindings_are_those_of_the_source() {
     let shader = lighting();
     let bindings = |bits: usize| -> Vec<_> {

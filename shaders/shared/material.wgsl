@@ -33,7 +33,7 @@ var<immediate> push: Push;
 @group(1) @binding(6) var texture_sampler: sampler;
 #endif
 
-// Which of a material's textures exist. Slots without one alias another texture and are never sampled. Passes fill it from
+// Which of a material's textures exist. The variables of others are names of one that does, and are never sampled. Passes fill it from
 // specialization constants.
 struct Slots {
     base_color: bool,
@@ -97,7 +97,9 @@ fn mapped_normal(normal: vec3<f32>, tangent: vec4<f32>, uv: vec2<f32>) -> vec3<f
     let n = snapped / 127.0 * vec3(push.normal_scale, push.normal_scale, 1.0);
     let bitangent = cross(normal, tangent.xyz) * tangent.w;
     // MikkTSpace: the interpolated frame is used as it is, neither orthogonalized nor normalized (Mikkelsen 2008).
-    return unit_or(tangent.xyz * n.x + bitangent * n.y + normal * n.z, normal);
+    let mapped = unit_or(tangent.xyz * n.x + bitangent * n.y + normal * n.z, normal);
+    // A flat texel leaves the normal as it is, to the last bit: so that a flat map can be left out.
+    return select(mapped, normal, n.x == 0.0 && n.y == 0.0 && n.z > 0.0);
 }
 
 // For what only needs to know whether there is anything.

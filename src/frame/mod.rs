@@ -271,7 +271,7 @@ impl Renderer {
             false => exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(scene))),
         };
         let world = World::of(scene, settings, &plan, exposure);
-        let gpu_scene = GpuScene::new(device, scene, &world, &plan, edges.upload_order())?;
+        let gpu_scene = GpuScene::new(device, scene, &plan, edges.upload_order())?;
         let frame_layout = view_set_layout(device, &plan)?;
         let atlas = match (&plan.shadow, edges.clear_order()) {
             (Some(shadow), Some(order)) => Some(ShadowAtlas::new(device, shadow, IN_FLIGHT, order)?),

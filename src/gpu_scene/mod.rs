@@ -5,7 +5,7 @@ mod shadows;
 mod sorted;
 mod view;
 
-pub use material::Materials;
+pub use material::{HOLES, Materials};
 pub use shadows::{ATLAS_LAYOUT, ClearOrder, ShadowAtlas, clear as shadow_clear};
 pub use sorted::SortedIndices;
 pub use view::{FrameUniform, LightRecord, ViewBuffers, set_layout as view_set_layout};
@@ -17,7 +17,7 @@ use bytemuck::Pod;
 
 use crate::gpu::sync::Use;
 use crate::gpu::{self, Buffer, Device, Location, MemoryKind, UploadOrder, Uploader};
-use crate::plan::{FramePlan, IndexWidth, MeshPlan, PlannedMesh, World, cone_mesh, sphere_mesh};
+use crate::plan::{FramePlan, IndexWidth, MeshPlan, PlannedMesh, cone_mesh, sphere_mesh};
 use crate::scene::{Mesh, Scene};
 
 /// Fetches a vertex.
@@ -103,13 +103,7 @@ impl GpuScene {
     ///
     /// # Errors
     /// When there is no memory for it, or the device is lost.
-    pub fn new(
-        device: &Arc<Device>,
-        scene: &Scene,
-        world: &World,
-        plan: &FramePlan,
-        order: UploadOrder,
-    ) -> gpu::Result<Self> {
+    pub fn new(device: &Arc<Device>, scene: &Scene, plan: &FramePlan, order: UploadOrder) -> gpu::Result<Self> {
         let mut uploader = Uploader::new(device, 32 << 20, order)?;
         let mut meshes = MeshUpload { device, uploader: &mut uploader, scene, plan: &plan.meshes };
         let gpu_scene = Self {
@@ -120,7 +114,7 @@ impl GpuScene {
             indices_16: meshes.indices(IndexWidth::Bits16, plan.meshes.indices_16)?,
             indices_32: meshes.indices(IndexWidth::Bits32, plan.meshes.indices_32)?,
             meshes: meshes.ranges(),
-            materials: Materials::new(device, &mut uploader, scene, world, plan)?,
+            materials: Materials::new(device, &mut uploader, scene, plan)?,
             volumes: match plan.uploads.volumes {
                 true => Some(volumes(device, &mut uploader)?),
                 false => None,

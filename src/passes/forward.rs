@@ -39,13 +39,13 @@ impl Forward {
         layouts: SetLayouts,
         scene: &GpuScene,
     ) -> gpu::Result<Self> {
-        let mut surfaces = Surfaces::new(device, plan, "forward", layouts, scene)?;
+        let mut surfaces = Surfaces::new(device, plan, ("forward", &plan.geometry), layouts, scene)?;
         for &key in &plan.geometry {
             let desc = LitDesc {
                 name: "forward",
                 weighted: Flags::NONE,
                 limits: Limits::unweighted(plan.largest_light(), 0.0),
-                masked: key.masked,
+                masked: key.discards,
                 depth: depth_state(plan, key),
                 blend: &[replace()],
             };

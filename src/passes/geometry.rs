@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::screen::{add, replace, stages};
-use super::surface::{Surfaces, faces};
+use super::screen::{add, replace};
+use super::surface::{Surfaces, bound_fragment, faces, textured_stages};
 use super::{Recording, SetLayouts, Slot};
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, sync::Use};
 use crate::gpu_scene::{GpuScene, vertex_input};
@@ -40,8 +40,13 @@ impl Geometry {
         frame_layout: vk::DescriptorSetLayout,
         scene: &GpuScene,
     ) -> gpu::Result<Self> {
-        let mut surfaces =
-            Surfaces::new(device, plan, "geometry", SetLayouts { frame: frame_layout, shadows: None }, scene)?;
+        let mut surfaces = Surfaces::new(
+            device,
+            plan,
+            ("geometry", &plan.geometry),
+            SetLayouts { frame: frame_layout, shadows: None },
+            scene,
+        )?;
         for &key in &plan.geometry {
             let pipeline = pipeline(device, plan, slot, key, surfaces.layout(key))?;
             surfaces.insert(key, pipeline);
@@ -80,7 +85,7 @@ fn pipeline(
         device,
         &GraphicsPipelineDesc {
             name: &format!("geometry {key:?}"),
-            stages: &stages(variant, &constants_of(plan, key)),
+            stages: &textured_stages(variant, &bound_fragment(variant, key.textures), &constants_of(plan, key)),
             vertex_bindings: &vertex_bindings,
             vertex_attributes: &vertex_attributes,
             cull_mode,
@@ -118,7 +123,7 @@ fn constants_of(plan: &FramePlan, key: GeometryKey) -> Vec<(u32, u32)> {
         (constants::OCCLUSION_TEXTURE, has(TextureSlot::Occlusion)),
         (constants::EMISSIVE_TEXTURE, has(TextureSlot::Emissive)),
         (constants::SPECULAR_TEXTURE, has(TextureSlot::Specular)),
-        (constants::MASKED, u32::from(key.masked)),
+        (constants::MASKED, u32::from(key.discards)),
         (constants::TWO_SIDED, u32::from(key.two_sided)),
         (constants::RECEIVES, u32::from(key.receives)),
         (constants::PHONG, u32::from(key.phong)),

@@ -13,7 +13,7 @@ use crate::gpu::{
     self, DepthState, Device, Framebuffer, GraphicsPipeline, GraphicsPipelineDesc, Owned, framebuffer, pipeline_layout,
     sync::Use,
 };
-use crate::gpu_scene::{ATLAS_LAYOUT, GpuScene, POSITION, ShadowAtlas, UV, vertex_input};
+use crate::gpu_scene::{ATLAS_LAYOUT, GpuScene, HOLES, POSITION, ShadowAtlas, UV, vertex_input};
 use crate::plan::{DEPTH, ShadowPlan, ShadowView, World, WorldObject};
 use crate::scene::{AlphaMode, CastsShadow};
 use crate::shaders::shadow::{self as shader, Flags};
@@ -113,17 +113,13 @@ impl Shadow {
         let framebuffers = atlas.layers.iter().enumerate().map(layer).collect::<gpu::Result<_>>()?;
         let range = vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<Push>() as u32 };
         let plain_layout = pipeline_layout(device, "shadow layout", &[], &[range])?;
-        let masked_layout = match &scene.materials {
-            Some(materials) => {
-                Some(pipeline_layout(device, "masked shadow layout", &[materials.set_layout.raw], &[range])?)
-            }
-            None => None,
-        };
+        let holes = scene.materials.as_ref().and_then(|materials| materials.layout(HOLES));
+        let layout = |holes| pipeline_layout(device, "masked shadow layout", &[holes], &[range]);
         let mut shadow = Self {
             render_pass: slot.render_pass,
             framebuffers,
             plain_layout,
-            masked_layout,
+            masked_layout: holes.map(layout).transpose()?,
             pipelines: BTreeMap::new(),
             // Reversed depth: farther from the light is less.
             slope_bias: -world.shadows.slope_bias * plan.bias_scale(),
@@ -197,8 +193,8 @@ impl Shadow {
                 has_uvs = true;
             }
             if key.masked && bound.1 != Some(object.material) {
-                let sets = recording.scene.materials.as_ref().map(|materials| &materials.sets);
-                if let Some(set) = sets.and_then(|sets| sets[object.material]) {
+                let set = recording.scene.materials.as_ref().and_then(|materials| materials.holes(object.material));
+                if let Some(set) = set {
                     recording.bind_set(layout, 0, set);
                 }
                 bound.1 = Some(object.material);

@@ -1,6 +1,6 @@
 //! What the passes share that draw surfaces: their push constants, pipeline layouts, and the loop over the objects.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use ash::vk;
@@ -9,11 +9,14 @@ use glam::{Vec3, Vec4};
 
 use super::screen::stages;
 use super::{MeshDraws, Recording, SetLayouts, Slot, camera_relative};
-use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout, pipeline_layout};
+use crate::gpu::{
+    self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout, ShaderStage, pipeline_layout,
+};
 use crate::gpu_scene::{GpuScene, NORMAL, POSITION, TANGENT, UV, vertex_input};
-use crate::plan::{FramePlan, GeometryKey, Opacity, Shading, ToneMapping, WorldObject};
+use crate::plan::{FramePlan, GeometryKey, Opacity, Shading, TextureMask, ToneMapping, WorldObject};
 use crate::scene::{AlphaMode, Brdf, TextureSlot};
 use crate::shaders::forward::{self as shader, Flags, constants};
+use crate::shaders::{Binding, BindingKind, Variant};
 
 pub const PUSH_STAGES: vk::ShaderStageFlags =
     vk::ShaderStageFlags::from_raw(vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::FRAGMENT.as_raw());
@@ -56,8 +59,8 @@ const _: () = {
 
 /// A pipeline for each [`GeometryKey`] of a pass.
 pub struct Surfaces {
-    plain_layout: Owned<vk::PipelineLayout>,
-    textured_layout: Option<Owned<vk::PipelineLayout>>,
+    /// By the textures that a pipeline samples.
+    layouts: BTreeMap<TextureMask, Owned<vk::PipelineLayout>>,
     pipelines: BTreeMap<GeometryKey, Owned<vk::Pipeline>>,
     /// What is drawn is lit, with shadows.
     shadows: bool,
@@ -69,32 +72,38 @@ pub struct Surfaces {
 }
 
 impl Surfaces {
-    /// No pipelines yet. `layouts` are those of set 0 and, for passes that light what they draw, of set 2.
+    /// No pipelines yet, but the layouts of those that the pass of this `name` has for `keys`. `layouts` are those of set 0 and, for passes
+    /// that light what they draw, of set 2.
     ///
     /// # Errors
     /// When a layout or set cannot be made.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
-        name: &str,
+        (name, keys): (&str, &BTreeSet<GeometryKey>),
         layouts: SetLayouts,
         scene: &GpuScene,
     ) -> gpu::Result<Self> {
         let range = vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<Push>() as u32 };
+        let masks: BTreeSet<TextureMask> = keys.iter().map(|key| key.textures).collect();
         // Shadow maps are in set 2: where nothing is in set 1, its place in the layout is empty.
-        let empty = layouts.shadows.is_some().then(|| SetLayout::new(device, "no textures", &[])).transpose()?;
-        let layout = |name: &str, textures: Option<vk::DescriptorSetLayout>| {
+        let skips = layouts.shadows.is_some() && masks.contains(&TextureMask::default());
+        let empty = skips.then(|| SetLayout::new(device, "no textures", &[])).transpose()?;
+        let layout = |slots: TextureMask| {
+            let (name, textures) = match slots.is_empty() {
+                true => (format!("{name} layout"), empty.as_ref().map(|empty| empty.raw)),
+                // There is one for the material of each key.
+                false => {
+                    let sets = scene.materials.as_ref().and_then(|materials| materials.layout(slots));
+                    (format!("{name} layout, {slots}"), sets)
+                }
+            };
             let sets = [Some(layouts.frame), textures, layouts.shadows];
-            pipeline_layout(device, name, &sets.into_iter().flatten().collect::<Vec<_>>(), &[range])
-        };
-        let plain_layout = layout(&format!("{name} layout"), empty.as_ref().map(|empty| empty.raw))?;
-        let textured_layout = match &scene.materials {
-            Some(materials) => Some(layout(&format!("textured {name} layout"), Some(materials.set_layout.raw))?),
-            None => None,
+            let sets: Vec<_> = sets.into_iter().flatten().collect();
+            Ok((slots, pipeline_layout(device, &name, &sets, &[range])?))
         };
         Ok(Self {
-            plain_layout,
-            textured_layout,
+            layouts: masks.into_iter().map(layout).collect::<gpu::Result<_>>()?,
             pipelines: BTreeMap::new(),
             shadows: layouts.shadows.is_some(),
             _empty: empty,
@@ -115,10 +124,7 @@ impl Surfaces {
 
     /// The layout that the pipeline of a key has.
     pub fn layout(&self, key: GeometryKey) -> vk::PipelineLayout {
-        match &self.textured_layout {
-            Some(layout) if !key.textures.is_empty() => layout.raw,
-            _ => self.plain_layout.raw,
-        }
+        self.layouts[&key.textures].raw
     }
 
     pub fn insert(&mut self, key: GeometryKey, pipeline: Owned<vk::Pipeline>) {
@@ -139,7 +145,7 @@ impl Surfaces {
             let layout = self.layout(key);
             if bound.0 != Some(key) {
                 recording.bind_pipeline(pipeline.raw);
-                // The two layouts differ in set 1 only, but that disturbs the sets after it, and a change of push constant ranges
+                // The layouts differ in set 1 only, but that disturbs the sets after it, and a change of push constant ranges
                 // may disturb set 0.
                 recording.bind_set(layout, 0, recording.frame_set);
                 if let Some(set) = recording.shadow_set.filter(|_| self.shadows) {
@@ -148,7 +154,7 @@ impl Surfaces {
                 bound = (Some(key), None);
             }
             if bound.1 != Some(object.material) {
-                let set = recording.scene.materials.as_ref().and_then(|materials| materials.sets[object.material]);
+                let set = recording.scene.materials.as_ref().and_then(|materials| materials.set(object.material));
                 if let Some(set) = set.filter(|_| !key.textures.is_empty()) {
                     recording.bind_set(layout, 1, set);
                 }
@@ -176,11 +182,41 @@ impl Surfaces {
             brdf: brdf as u32 as f32 / 3.0,
             metallic: material.metallic,
             roughness: if object.key.phong { material.shininess } else { material.roughness },
-            ambient: if object.key.phong { material.ambient } else { 1.0 },
+            ambient: material.ambient,
             normal_scale: material.normal_scale,
         }
     }
 }
+
+/// The stages of a variant of a shader that samples a material's textures, as [`stages`] makes them: `fragment` is [`bound_fragment`]'s.
+pub fn textured_stages<'a>(
+    variant: &'a Variant,
+    fragment: &'a [u32],
+    constants: &'a [(u32, u32)],
+) -> Vec<ShaderStage<'a>> {
+    let mut stages = stages(variant, constants);
+    let fragments = stages.iter_mut().filter(|stage| stage.stage == vk::ShaderStageFlags::FRAGMENT);
+    fragments.for_each(|stage| stage.spirv = fragment);
+    stages
+}
+
+/// The fragment shader of a variant for sets that have only `textures`. The shader declares a variable for each slot, and the constants say
+/// which are sampled. Vulkan wants a binding in the set for each declared variable, sampled or not; but several variables may have the same
+/// one ("DescriptorSet and Binding Assignment" of its specification). So those of absent textures are made names of a present one.
+pub fn bound_fragment(variant: &Variant, textures: TextureMask) -> Vec<u32> {
+    let Some(fragment) = variant.fragment() else { return Vec::new() };
+    let mut spirv = fragment.spirv.to_vec();
+    let Some(present) = textures.slots().next() else { return spirv };
+    let has = |binding: &Binding| textures.slots().any(|slot| slot as u32 == binding.binding);
+    let material = |binding: &&Binding| binding.set == MATERIAL_SET && binding.kind == BindingKind::SampledImage;
+    for absent in fragment.bindings.iter().filter(material).filter(|binding| !has(binding)) {
+        spirv[absent.word as usize] = present as u32;
+    }
+    spirv
+}
+
+/// The set of a material's textures.
+const MATERIAL_SET: u32 = 1;
 
 /// How the pipelines of a key cull: which faces, and which winding is the front.
 pub fn faces(key: GeometryKey) -> (vk::CullModeFlags, vk::FrontFace) {
@@ -242,7 +278,7 @@ pub fn lit_pipeline(
         device,
         &GraphicsPipelineDesc {
             name: &format!("{} {key:?}", desc.name),
-            stages: &stages(variant, &lit_constants(plan, key, desc)),
+            stages: &textured_stages(variant, &bound_fragment(variant, key.textures), &lit_constants(plan, key, desc)),
             vertex_bindings: &vertex_bindings,
             vertex_attributes: &vertex_attributes,
             cull_mode,
@@ -313,4 +349,53 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
         (constants::LEAST, limits.least.to_bits()),
         (constants::PEAK, limits.peak.to_bits()),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::samples;
+    use crate::scene::{Keep, Settings};
+    use crate::shaders::geometry;
+
+    /// What a module's variables of set 1 are bound to, by their names.
+    fn bound(variant: &Variant, spirv: &[u32]) -> Vec<(&'static str, u32)> {
+        let fragment = variant.fragment().expect("a fragment stage");
+        let material = fragment.bindings.iter().filter(|binding| binding.set == MATERIAL_SET);
+        material.map(|binding| (binding.name, spirv[binding.word as usize])).collect()
+    }
+
+    #[test]
+    fn a_pipeline_names_only_textures_that_its_set_has_and_its_own_by_their_bindings() {
+        let mut aliased = 0;
+        for (name, scene) in samples::scenes() {
+            for keep in [Keep::NONE, Keep::NONE.with(crate::scene::OptionalPart::NormalMaps), Keep::ALL] {
+                let settings = Settings { keep, ..Settings::default() };
+                let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
+                for &key in plan.keys() {
+                    let variant = match key.forward {
+                        Some(_) => shader::variant(lit_flags(&plan, key)),
+                        None => geometry::variant(crate::passes::geometry::flags(&plan, key)),
+                    };
+                    let variant = variant.expect("a variant");
+                    let own = variant.fragment().expect("a fragment stage");
+                    let patched = bound_fragment(variant, key.textures);
+                    let before = bound(variant, own.spirv);
+                    let sampler = TextureSlot::ALL.len() as u32;
+                    for ((name_of, number), (_, original)) in bound(variant, &patched).into_iter().zip(before) {
+                        let place = own.bindings.iter().find(|binding| binding.name == name_of).expect("a binding");
+                        assert_eq!(original, place.binding, "{name}: {name_of} stands at another word");
+                        let present = key.textures.slots().any(|slot| slot as u32 == number);
+                        assert!(present || number == sampler, "{name} {key:?}: {name_of} is bound to {number}");
+                        let sampled = key.textures.slots().any(|slot| slot as u32 == original);
+                        assert!(!sampled || number == original, "{name} {key:?}: {name_of} is another texture");
+                        aliased += u32::from(number != original);
+                    }
+                    let changed = own.spirv.iter().zip(&patched).filter(|(a, b)| a != b).count();
+                    assert!(own.spirv.len() == patched.len() && changed <= 5, "{name}");
+                }
+            }
+        }
+        assert!(aliased > 0);
+    }
 }

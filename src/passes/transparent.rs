@@ -48,13 +48,13 @@ impl Transparent {
         layouts: SetLayouts,
         scene: &GpuScene,
     ) -> gpu::Result<Self> {
-        let mut surfaces = Surfaces::new(device, plan, "transparent", layouts, scene)?;
+        let mut surfaces = Surfaces::new(device, plan, ("transparent", &plan.transparent), layouts, scene)?;
         for &key in &plan.transparent {
             let desc = LitDesc {
                 name: "transparent",
                 weighted: weighted(plan),
                 limits: limits(plan),
-                masked: key.masked,
+                masked: key.discards,
                 // Reversed Z. What is opaque hides what is behind it; transparent surfaces hide nothing.
                 depth: DepthState { test: vk::CompareOp::GREATER, write: false },
                 blend: &blend(plan),

@@ -1,13 +1,18 @@
 //! Which pipelines draw surfaces and which vertex attributes they read.
 
+use std::fmt;
+
+use super::materials::part_of;
 use super::{FramePlan, Shading};
-use crate::scene::{AlphaMode, Brdf, Object, Scene, Settings, TextureSlot, View};
+use crate::scene::{AlphaMode, Brdf, Material, Object, OptionalPart, Settings, TextureSlot, View};
 
 /// The texture slots that a material fills, a bit each in the order of [`TextureSlot`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct TextureMask(u8);
 
 impl TextureMask {
+    pub const BASE_COLOR: Self = Self(1 << TextureSlot::BaseColor as u8);
+
     pub fn contains(self, slot: TextureSlot) -> bool {
         self.0 & (1 << slot as u8) != 0
     }
@@ -18,6 +23,15 @@ impl TextureMask {
 
     pub fn is_empty(self) -> bool {
         self.0 == 0
+    }
+
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    pub fn slots(self) -> impl Iterator<Item = TextureSlot> {
+        TextureSlot::ALL.into_iter().filter(move |&slot| self.contains(slot))
     }
 }
 
@@ -43,6 +57,8 @@ pub struct GeometryKey {
     /// Only slots that this plan samples.
     pub textures: TextureMask,
     pub masked: bool,
+    /// Compares alpha with the cut-off: what is masked, and, where such code is kept, all that is opaque, with a cut-off of 0.
+    pub discards: bool,
     pub two_sided: bool,
     /// The transform swaps left and right, and with them front and back.
     pub mirrored: bool,
@@ -54,13 +70,26 @@ pub struct GeometryKey {
     pub forward: Option<ForwardKey>,
 }
 
+/// The names of the slots.
+impl fmt::Display for TextureMask {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names: Vec<_> = self.slots().map(|slot| format!("{slot:?}")).collect();
+        f.pad(&names.join(" + "))
+    }
+}
+
+impl FromIterator<TextureSlot> for TextureMask {
+    fn from_iter<I: IntoIterator<Item = TextureSlot>>(slots: I) -> Self {
+        slots.into_iter().fold(Self::default(), Self::with)
+    }
+}
+
 impl GeometryKey {
-    pub(super) fn of(scene: &Scene, object: &Object, settings: &Settings, plan: &FramePlan) -> Self {
-        let material = &scene.materials[object.material];
+    pub(super) fn of(object: &Object, settings: &Settings, plan: &FramePlan) -> Self {
+        let material = &plan.materials.all[object.material];
         let brdf = settings.brdf.unwrap_or(material.brdf);
-        let phong = matches!(brdf, Brdf::Phong | Brdf::BlinnPhong);
+        let phong = is_phong(brdf);
         let masked = material.is_masked();
-        let counting = plan.shading == Shading::ShowOverdraw;
         let forward = (material.is_transparent() || plan.is_forward()).then(|| ForwardKey {
             brdf,
             opacity: match material.alpha_mode {
@@ -68,27 +97,16 @@ impl GeometryKey {
                 AlphaMode::Blend => Opacity::Blend,
                 AlphaMode::Glass => Opacity::Glass,
             },
-            emissive: settings.view == View::Final && material.is_emissive(),
+            emissive: shows_emission(material, settings, plan),
         });
-        let emissive = forward.map_or(plan.emissive && material.is_emissive(), |forward| forward.emissive);
-        let wanted = |slot| match slot {
-            TextureSlot::BaseColor => !counting || masked,
-            TextureSlot::Normal => !counting,
-            TextureSlot::MetallicRoughness => !counting && !phong && brdf != Brdf::Lambert,
-            // Albedo's alpha takes it in either case; only the ambient light looks at it.
-            TextureSlot::Occlusion => !counting && plan.lights.ambient,
-            TextureSlot::Emissive => emissive,
-            TextureSlot::Specular => !counting && phong,
-        };
-        let needs_roughness = matches!(settings.view, View::Metallic | View::Roughness) && !phong;
-        let textures = material
-            .textures()
-            .filter(|&(slot, _)| wanted(slot) || (needs_roughness && slot == TextureSlot::MetallicRoughness))
-            .fold(TextureMask::default(), |mask, (slot, _)| mask.with(slot));
+        let textures = Self::own_textures(object, settings, plan).union(Self::kept_textures(object, settings, plan));
+        // Without a texture alpha is the same all over: the object is drawn whole, or not at all (World leaves it out).
+        let masked = masked && textures.contains(TextureSlot::BaseColor);
+        let keeps_masks = plan.keep.has(OptionalPart::AlphaMasks) && !material.is_transparent();
         Self {
             textures,
-            // Without a texture alpha is the same all over: the object is drawn whole, or not at all (World leaves it out).
-            masked: masked && textures.contains(TextureSlot::BaseColor),
+            masked,
+            discards: masked || (keeps_masks && !textures.is_empty()),
             two_sided: material.two_sided,
             mirrored: object.transform.matrix3.determinant() < 0.0,
             phong,
@@ -96,6 +114,55 @@ impl GeometryKey {
             forward,
         }
     }
+
+    /// The textures of its own that an object's pipeline samples.
+    pub(super) fn own_textures(object: &Object, settings: &Settings, plan: &FramePlan) -> TextureMask {
+        let material = &plan.materials.all[object.material];
+        let counting = plan.shading == Shading::ShowOverdraw;
+        let brdf = settings.brdf.unwrap_or(material.brdf);
+        let phong = is_phong(brdf);
+        let wanted = |slot| match slot {
+            TextureSlot::BaseColor => !counting || material.is_masked(),
+            TextureSlot::Normal => !counting,
+            TextureSlot::MetallicRoughness => {
+                let shown = matches!(settings.view, View::Metallic | View::Roughness);
+                !counting && !phong && (brdf != Brdf::Lambert || shown)
+            }
+            // Albedo's alpha takes it in either case; only the ambient light looks at it.
+            TextureSlot::Occlusion => !counting && plan.lights.ambient,
+            TextureSlot::Emissive => shows_emission(material, settings, plan),
+            TextureSlot::Specular => !counting && phong,
+        };
+        material.textures().map(|(slot, _)| slot).filter(|&slot| wanted(slot)).collect()
+    }
+
+    /// Slots that an object's pipeline samples because they are kept: all that its shader has code for.
+    fn kept_textures(object: &Object, settings: &Settings, plan: &FramePlan) -> TextureMask {
+        if plan.shading == Shading::ShowOverdraw {
+            return TextureMask::default();
+        }
+        let material = &plan.materials.all[object.material];
+        let phong = is_phong(settings.brdf.unwrap_or(material.brdf));
+        let has_code = |slot| match slot {
+            TextureSlot::MetallicRoughness => !phong,
+            TextureSlot::Emissive if material.is_transparent() || plan.is_forward() => {
+                shows_emission(material, settings, plan)
+            }
+            TextureSlot::Emissive => plan.emissive,
+            _ => true,
+        };
+        TextureSlot::ALL.into_iter().filter(|&slot| has_code(slot) && plan.keep.has(part_of(slot))).collect()
+    }
+}
+
+fn is_phong(brdf: Brdf) -> bool {
+    matches!(brdf, Brdf::Phong | Brdf::BlinnPhong)
+}
+
+/// Whether the pipeline of a material writes what it emits.
+fn shows_emission(material: &Material, settings: &Settings, plan: &FramePlan) -> bool {
+    let forward = material.is_transparent() || plan.is_forward();
+    material.is_emissive() && if forward { settings.view == View::Final } else { plan.emissive }
 }
 
 /// Vertex attributes besides positions.

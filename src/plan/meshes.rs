@@ -1,7 +1,7 @@
 //! Which meshes lie on the device, which vertex streams each of them has there, and how wide its indices are.
 
 use super::{FramePlan, GeometryKey, Streams};
-use crate::scene::{CastsShadow, Keep, Mesh, Object, OptionalPart, Scene, Settings, TextureSlot};
+use crate::scene::{Keep, Mesh, Object, OptionalPart, Scene, Settings, TextureSlot};
 
 /// Bits of an index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -68,7 +68,7 @@ impl MeshPlan {
         let mut sorted_width = None;
         for object in scene.objects.iter().filter(|object| plan.needs_mesh(scene, object)) {
             let own = streams[object.mesh].get_or_insert_default();
-            *own = own.union(streams_of(scene, settings, plan, object));
+            *own = own.union(streams_of(settings, plan, object));
             if plan.sorts(scene, object) {
                 sorted_width = sorted_width.max(Some(IndexWidth::of(&scene.meshes[object.mesh], plan.keep)));
             }
@@ -128,17 +128,13 @@ impl MeshPlan {
 }
 
 /// The streams that pipelines read of an object's mesh.
-fn streams_of(scene: &Scene, settings: &Settings, plan: &FramePlan, object: &Object) -> Streams {
-    let material = &scene.materials[object.material];
+fn streams_of(settings: &Settings, plan: &FramePlan, object: &Object) -> Streams {
     // SHADOW reads UVs of what has holes, also where nothing else is drawn.
-    let masks = plan.shadow.is_some()
-        && object.casts_shadow != CastsShadow::No
-        && material.is_masked()
-        && material.base_color_texture.is_some();
+    let masks = plan.holes_of(object).is_some();
     if !plan.has_geometry() {
         return Streams { uvs: masks, ..Streams::default() };
     }
-    let key = GeometryKey::of(scene, object, settings, plan);
+    let key = GeometryKey::of(object, settings, plan);
     Streams {
         normals: plan.gbuffer.is_some() || key.forward.is_some(),
         uvs: masks || !key.textures.is_empty(),
@@ -154,7 +150,7 @@ mod tests {
 
     use super::*;
     use crate::plan::samples;
-    use crate::scene::{Brdf, Material, View};
+    use crate::scene::{Brdf, CastsShadow, Material, View};
 
     fn plan(scene: &Scene, settings: &Settings) -> FramePlan {
         FramePlan::of(scene, settings, &samples::device()).expect("a plan")
@@ -260,7 +256,6 @@ mod tests {
     #[test]
     fn what_is_masked_in_a_shadow_map_alone_still_has_uvs() {
         let mut scene = samples::scene(vec![samples::masked()], vec![samples::sun()]);
-        samples::add_textures(&mut scene);
         let maps = Settings { view: View::ShadowMap, ..Settings::default() };
         assert_eq!(plan(&scene, &maps).meshes.streams(), Streams { uvs: true, ..Streams::default() });
         scene.objects[0].casts_shadow = CastsShadow::No;

@@ -8,8 +8,8 @@ use super::gbuffer::format_bytes;
 use super::lights::MIXED_FALLOFF;
 use super::lit::IdleLights;
 use super::{
-    COUNT, DEPTH, FramePlan, Gbuffer, GeometryKey, Grid, PlannedBrdf, PlannedLights, Projection, SLICES, Shading,
-    ShadowLight, ShadowPlan, Sums, ToneMapping, UNIFORM_LIGHTS, World, shadow_reason,
+    COUNT, DEPTH, FramePlan, Gbuffer, Grid, PlannedBrdf, PlannedLights, Projection, SLICES, Shading, ShadowLight,
+    ShadowPlan, Sums, TextureSource, ToneMapping, UNIFORM_LIGHTS, World, shadow_reason,
 };
 use crate::scene::{HdrFormat, OptionalPart, Scene, Settings, TextureSlot, Transparency};
 
@@ -74,7 +74,7 @@ pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<
     add(PartGroup::Targets, vec![hdr(settings, plan), sums(plan), samples_of_output(plan)]);
     add(PartGroup::Passes, passes(scene, settings, plan));
     add(PartGroup::Geometry, geometry(scene, plan));
-    add(PartGroup::Textures, textures(scene, settings, plan));
+    add(PartGroup::Textures, textures(scene, plan));
     add(PartGroup::Lights, shading(scene, settings, plan));
     add(PartGroup::Shadows, vec![shadow(scene, settings, plan)]);
     parts
@@ -348,27 +348,6 @@ fn idle_lights(scene: &Scene, settings: &Settings) -> Part {
     part("lights that reach nothing", kept, reason, 0).is(OptionalPart::IdleLights)
 }
 
-/// The textures that some pipeline samples, and their bytes with all levels.
-fn sampled_textures(scene: &Scene, settings: &Settings, plan: &FramePlan) -> (usize, u64) {
-    let mut sampled = BTreeSet::new();
-    for object in &scene.objects {
-        let material = &scene.materials[object.material];
-        let key = GeometryKey::of(scene, object, settings, plan);
-        for (slot, texture) in material.textures() {
-            let masks = slot == TextureSlot::BaseColor && material.is_masked() && plan.shadow.is_some();
-            if material.is_transparent() && plan.transparency.is_none() {
-                continue;
-            }
-            if (plan.has_geometry() && key.textures.contains(slot)) || masks {
-                sampled.insert(texture);
-            }
-        }
-    }
-    // Levels down to one texel add a third.
-    let bytes = |&index: &usize| scene.textures.get(index).map_or(0, |texture| texture.texels.len() as u64 * 4 / 3);
-    (sampled.len(), sampled.iter().map(bytes).sum())
-}
-
 /// Vertices and indices on the device, by stream.
 fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
     let planned = &plan.meshes;
@@ -416,20 +395,11 @@ fn why(present: bool, yes: &str, no: &str) -> String {
     if present { yes.to_string() } else { no.to_string() }
 }
 
-fn textures(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
-    let (textures, bytes) = sampled_textures(scene, settings, plan);
-    let masked = plan.geometry.iter().any(|key| key.masked);
-    let sampled = |slot| plan.keys().any(|key| key.textures.contains(slot));
-    let mut parts = vec![
-        part(
-            "textures",
-            textures > 0,
-            format!("{textures} of the {} in the scene are sampled", scene.textures.len()),
-            bytes,
-        ),
-        part("alpha masks", masked, why(masked, "a material is masked by its texture", "no material is masked"), 0)
-            .is(OptionalPart::AlphaMasks),
-    ];
+fn textures(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
+    let planned = &plan.textures;
+    let mut parts = Vec::new();
+    // A texture counts in the first slot that it is in.
+    let mut counted = BTreeSet::new();
     for (slot, name, optional) in [
         (TextureSlot::BaseColor, "base colour textures", OptionalPart::BaseColorTextures),
         (TextureSlot::Normal, "normal maps", OptionalPart::NormalMaps),
@@ -438,11 +408,60 @@ fn textures(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
         (TextureSlot::Emissive, "emissive textures", OptionalPart::EmissiveTextures),
         (TextureSlot::Specular, "specular textures", OptionalPart::SpecularTextures),
     ] {
-        let present = sampled(slot);
-        let why = why(present, "a drawn material has one", "no drawn material needs one");
-        parts.push(part(name, present, why, 0).is(optional));
+        let holes = planned.holes.values().filter(|_| slot == TextureSlot::BaseColor);
+        let images = planned.sets.values().filter_map(|slots| slots.get(&slot)).chain(holes);
+        let images: BTreeSet<usize> = images.copied().collect();
+        let own =
+            images.iter().filter(|&&image| matches!(planned.images[image].source, TextureSource::Scene(_))).count();
+        let reason = match (images.is_empty(), plan.keep.has(optional)) {
+            (true, _) => "no drawn material needs one".into(),
+            (false, true) => format!("{own} of drawn materials; kept for all, with a neutral texel where one has none"),
+            (false, false) => format!("{own} of drawn materials"),
+        };
+        let bytes = images.iter().filter(|&&image| counted.insert(image)).map(|&image| planned.images[image].bytes());
+        let bytes = bytes.sum();
+        parts.push(part(name, !images.is_empty(), reason, bytes).is(optional));
     }
+    let sampled = planned.sampled();
+    let unused: Vec<usize> = (0..planned.images.len()).filter(|image| !sampled.contains(image)).collect();
+    let why_unused = match unused.len() {
+        0 => format!("{} of the {} in the scene are sampled", sampled.len(), scene.textures.len()),
+        count => format!("kept: nothing samples {count} of the {} in the scene", scene.textures.len()),
+    };
+    let unused_bytes = unused.iter().map(|&image| planned.images[image].bytes()).sum();
+    parts.push(part("unused textures", !unused.is_empty(), why_unused, unused_bytes).is(OptionalPart::UnusedTextures));
+    parts.extend(masks(plan));
     parts
+}
+
+/// What textures are for, where factors of materials do as well.
+fn masks(plan: &FramePlan) -> [Part; 3] {
+    let materials = &plan.materials;
+    let constant = materials.constant.len();
+    let keeps = |part, count: usize| plan.keep.has(part) && count > 0;
+    let why_constant = match constant {
+        0 => "every texture of a material differs from texel to texel".into(),
+        _ => format!("{constant} textures are of one colour, which their materials' factors can hold"),
+    };
+    let masked = plan.keys().any(|key| key.discards) || !plan.textures.holes.is_empty();
+    let needs = plan.keys().any(|key| key.masked) || !plan.textures.holes.is_empty();
+    let why_masked = match (masked, needs) {
+        (true, true) => "a material is masked by its texture",
+        (true, false) => "kept: every alpha passes",
+        (false, _) => "no material is masked",
+    };
+    let idle = materials.opened + materials.emptied;
+    let why_idle = match idle {
+        0 => "every mask cuts something and leaves something".into(),
+        _ => format!("{} masks cut nothing, {} leave nothing", materials.opened, materials.emptied),
+    };
+    // Their bytes count with the textures of their slots.
+    [
+        part("constant textures", keeps(OptionalPart::ConstantTextures, constant), why_constant, 0)
+            .is(OptionalPart::ConstantTextures),
+        part("alpha masks", masked, why_masked, 0).is(OptionalPart::AlphaMasks),
+        part("idle masks", keeps(OptionalPart::OpaqueMasks, idle), why_idle, 0).is(OptionalPart::OpaqueMasks),
+    ]
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::EffectiveMaterials;
 use crate::scene::{Brdf, Material, Object, Scene, Settings};
 
 /// Which reflection models LIGHTING evaluates.
@@ -36,8 +37,8 @@ pub(super) struct Surfaces {
 }
 
 impl Surfaces {
-    pub(super) fn of(scene: &Scene, settings: &Settings) -> Self {
-        let material = |object: &Object| &scene.materials[object.material];
+    pub(super) fn of(scene: &Scene, materials: &EffectiveMaterials, settings: &Settings) -> Self {
+        let material = |object: &Object| &materials.all[object.material];
         let (transparent, opaque): (Vec<_>, Vec<_>) =
             scene.objects.iter().partition(|object| material(object).is_transparent());
         let brdf = |material: &Material| settings.brdf.unwrap_or(material.brdf);

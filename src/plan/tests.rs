@@ -441,6 +441,7 @@ fn keys_tell_masks_sides_mirrors_and_phong_apart() {
         GeometryKey {
             textures: TextureMask::default(),
             masked: false,
+            discards: false,
             two_sided: false,
             mirrored: false,
             phong: false,

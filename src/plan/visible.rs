@@ -87,7 +87,7 @@ impl World {
         let world_object = |&index: &usize| {
             let object = &scene.objects[index];
             let mesh = &scene.meshes[object.mesh];
-            let transparent = scene.materials[object.material].is_transparent();
+            let transparent = plan.materials.all[object.material].is_transparent();
             WorldObject {
                 mesh: object.mesh,
                 material: object.material,
@@ -98,7 +98,7 @@ impl World {
                 transparent,
                 revision: 0,
                 mesh_place: (mesh.origin, mesh.bounds),
-                key: GeometryKey::of(scene, object, settings, plan),
+                key: GeometryKey::of(object, settings, plan),
                 triangles: mesh.indices.len() / 3,
             }
         };
@@ -115,7 +115,7 @@ impl World {
         let mut world = Self {
             objects,
             sortable: sorted.into_iter().map(|mesh| (mesh, SortableTriangle::all(&scene.meshes[mesh]))).collect(),
-            materials: scene.materials.clone(),
+            materials: plan.materials.all.clone(),
             shadow_codes: (0..lights.len())
                 .map(|light| plan.shadow.as_ref().map_or(0, |shadow| shadow.code(light)))
                 .collect(),

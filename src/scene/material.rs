@@ -29,7 +29,7 @@ pub enum AlphaMode {
 }
 
 /// The texture slots of a material, in the order of their descriptor bindings.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum TextureSlot {
     /// sRGB colour; linear alpha.
     BaseColor,
@@ -43,6 +43,11 @@ pub enum TextureSlot {
     Emissive,
     /// Ks of the Phong models, sRGB colour.
     Specular,
+}
+
+impl TextureSlot {
+    pub const ALL: [Self; 6] =
+        [Self::BaseColor, Self::Normal, Self::MetallicRoughness, Self::Occlusion, Self::Emissive, Self::Specular];
 }
 
 /// A material; factors multiply what the textures say. Colours are linear RGB.
@@ -118,6 +123,11 @@ impl Material {
         ]
         .into_iter()
         .filter_map(|(slot, texture)| texture.map(|texture| (slot, texture)))
+    }
+
+    /// The texture in a slot.
+    pub fn texture(&self, slot: TextureSlot) -> Option<usize> {
+        self.textures().find(|&(own, _)| own == slot).map(|(_, texture)| texture)
     }
 
     /// The texture slots, in the order of [`Material::textures`].

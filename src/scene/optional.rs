@@ -48,7 +48,7 @@ pub enum OptionalPart {
     TextureLevels,
     /// The discarding of fragments by alpha where nothing is masked.
     AlphaMasks,
-    /// Masks that are opaque all over.
+    /// Masks that cut nothing, and what masks leave nothing of.
     OpaqueMasks,
     AmbientLight,
     DirectionalLights,

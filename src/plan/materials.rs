@@ -1,0 +1,340 @@
+//! The materials of a scene as a plan draws them: what a texture says all over is said by the factors instead, and a mask that cuts
+//! nothing is none. World, pipelines, shadows and reports all go by these.
+//!
+//! A factor times a texture's one colour is what the shader would have multiplied: exactly where the colour is 0 or 1 (codes 0 and 255), else
+//! but for the rounding of the device's conversion and of one product, about 1 part in 2^22. No channel of a picture changes by more than
+//! one code.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::Vec3;
+
+use crate::scene::{AlphaMode, Brdf, ColorSpace, Material, OptionalPart, Scene, Settings, Texture, TextureSlot};
+
+/// Materials as they are drawn, and what became of them.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct EffectiveMaterials {
+    /// As many as the scene has, in its order. [`Material::ambient`] is the share of ambient light for every model.
+    pub all: Vec<Material>,
+    /// Textures of one colour, which a factor can hold, whether they are kept or not.
+    pub constant: BTreeSet<usize>,
+    /// Materials whose masks cut nothing, whether they are kept or not.
+    pub opened: usize,
+    /// And those whose masks leave nothing.
+    pub emptied: usize,
+}
+
+impl EffectiveMaterials {
+    pub(super) fn of(scene: &Scene, settings: &Settings) -> Self {
+        let mut texels = Texels { textures: &scene.textures, colors: BTreeMap::new(), alphas: BTreeMap::new() };
+        let mut effective = Self::default();
+        for material in &scene.materials {
+            let mut own = material.clone();
+            let brdf = settings.brdf.unwrap_or(own.brdf);
+            if !matches!(brdf, Brdf::Phong | Brdf::BlinnPhong) {
+                own.ambient = 1.0;
+            }
+            let judged = effective.judge_mask(own.clone(), &mut texels);
+            if !settings.keep.has(OptionalPart::OpaqueMasks) {
+                own = judged;
+            }
+            let folded = effective.fold(own.clone(), &mut texels);
+            if !settings.keep.has(OptionalPart::ConstantTextures) {
+                own = folded;
+            }
+            effective.all.push(own);
+        }
+        effective
+    }
+
+    /// The material without a mask that cuts nothing, or all.
+    fn judge_mask(&mut self, mut material: Material, texels: &mut Texels) -> Material {
+        let AlphaMode::Mask { cutoff } = material.alpha_mode else { return material };
+        let range = material.base_color_texture.map_or(Some((255, 255)), |texture| texels.alphas(texture));
+        let Some((least, most)) = range else { return material };
+        // Filtering makes nothing beyond the least and the most texel but by rounding, for which there is a code on each side. Of equal
+        // texels it is exact, as x + (x - x) t is x, and so are the conversions of 0 and 255.
+        let passes = match least {
+            255 => material.alpha >= cutoff,
+            code => material.alpha * (f32::from(code) - 1.0) / 255.0 >= cutoff,
+        };
+        let fails = match most {
+            0 => cutoff > 0.0,
+            255 => material.alpha < cutoff,
+            code => material.alpha * (f32::from(code) + 1.0) / 255.0 < cutoff,
+        };
+        if passes {
+            material.alpha_mode = AlphaMode::Opaque;
+            self.opened += 1;
+        } else if fails {
+            // Nothing of it is drawn.
+            (material.alpha, material.base_color_texture) = (0.0, None);
+            self.emptied += 1;
+        }
+        material
+    }
+
+    /// The material with what textures say all over in its factors.
+    fn fold(&mut self, mut material: Material, texels: &mut Texels) -> Material {
+        // What a mask decides must not be a matter of rounding.
+        if !material.is_masked()
+            && let Some(color) =
+                texels.color(material.base_color_texture, [true, true, true, material.is_transparent()])
+        {
+            material.base_color = times(material.base_color, color);
+            if material.is_transparent() {
+                material.alpha = scaled(material.alpha, color[3]);
+            }
+            self.constant.extend(material.base_color_texture.take());
+        }
+        if material.normal_texture.is_some_and(|texture| texels.is_flat(texture)) {
+            self.constant.extend(material.normal_texture.take());
+        }
+        if let Some(color) = texels.color(material.metallic_roughness_texture, [false, true, true, false]) {
+            material.roughness = scaled(material.roughness, color[1]);
+            material.metallic = scaled(material.metallic, color[2]);
+            self.constant.extend(material.metallic_roughness_texture.take());
+        }
+        if let Some(color) = texels.color(material.occlusion_texture, [true, false, false, false]) {
+            material.ambient = scaled(material.ambient, color[0]);
+            self.constant.extend(material.occlusion_texture.take());
+        }
+        if let Some(color) = texels.color(material.emissive_texture, [true, true, true, false]) {
+            material.emissive = times(material.emissive, color);
+            self.constant.extend(material.emissive_texture.take());
+        }
+        if let Some(color) = texels.color(material.specular_texture, [true, true, true, false]) {
+            material.specular = times(material.specular, color);
+            self.constant.extend(material.specular_texture.take());
+        }
+        material
+    }
+}
+
+fn scaled(factor: f32, by: f64) -> f32 {
+    (f64::from(factor) * by) as f32
+}
+
+fn times(factor: Vec3, color: [f64; 4]) -> Vec3 {
+    Vec3::new(scaled(factor.x, color[0]), scaled(factor.y, color[1]), scaled(factor.z, color[2]))
+}
+
+/// Red, green, blue and alpha: which of them count.
+type Channels = [bool; 4];
+
+/// What textures say all over; each is looked through once for each use that differs.
+struct Texels<'a> {
+    textures: &'a [Texture],
+    colors: BTreeMap<(usize, Channels), Option<[f64; 4]>>,
+    alphas: BTreeMap<usize, Option<(u8, u8)>>,
+}
+
+impl Texels<'_> {
+    /// The linear values that all texels have in these channels.
+    fn color(&mut self, texture: Option<usize>, channels: Channels) -> Option<[f64; 4]> {
+        let index = texture?;
+        let texture = self.textures.get(index)?;
+        *self.colors.entry((index, channels)).or_insert_with(|| {
+            let texels = texture.texels.as_chunks::<4>().0;
+            let first = texels.first()?;
+            let differs = |texel: &[u8; 4]| (0..4).any(|channel| channels[channel] && texel[channel] != first[channel]);
+            (!texels.iter().any(differs)).then(|| decoded(*first, texture.color_space))
+        })
+    }
+
+    /// The least and the most alpha.
+    fn alphas(&mut self, index: usize) -> Option<(u8, u8)> {
+        let texture = self.textures.get(index)?;
+        *self.alphas.entry(index).or_insert_with(|| {
+            let mut range: Option<(u8, u8)> = None;
+            for [.., alpha] in texture.texels.as_chunks::<4>().0 {
+                let (least, most) = range.unwrap_or((*alpha, *alpha));
+                range = Some((least.min(*alpha), most.max(*alpha)));
+                // Nothing can widen it any more.
+                if range == Some((0, 255)) {
+                    break;
+                }
+            }
+            range
+        })
+    }
+
+    /// Whether a normal map says (0, 0, 1) everywhere: `mapped_normal` of `shaders/shared/material.wgsl` takes 128 for zero, whatever the third
+    /// channel is above that.
+    fn is_flat(&self, index: usize) -> bool {
+        let flat = |texel: &[u8; 4]| texel[..2] == [128, 128] && texel[2] > 128;
+        self.textures.get(index).is_some_and(|texture| {
+            let texels = texture.texels.as_chunks::<4>().0;
+            !texels.is_empty() && texels.iter().all(flat)
+        })
+    }
+}
+
+/// As a sampler converts it; alpha is linear in either case.
+fn decoded([red, green, blue, alpha]: [u8; 4], color_space: ColorSpace) -> [f64; 4] {
+    let decode = |code: u8| {
+        let value = f64::from(code) / 255.0;
+        match color_space {
+            ColorSpace::Linear => value,
+            // IEC 61966-2-1.
+            ColorSpace::Srgb if value <= 0.04045 => value / 12.92,
+            ColorSpace::Srgb => ((value + 0.055) / 1.055).powf(2.4),
+        }
+    };
+    [decode(red), decode(green), decode(blue), f64::from(alpha) / 255.0]
+}
+
+/// The part that keeps a slot in every material.
+pub(super) fn part_of(slot: TextureSlot) -> OptionalPart {
+    match slot {
+        TextureSlot::BaseColor => OptionalPart::BaseColorTextures,
+        TextureSlot::Normal => OptionalPart::NormalMaps,
+        TextureSlot::MetallicRoughness => OptionalPart::MetallicRoughnessTextures,
+        TextureSlot::Occlusion => OptionalPart::OcclusionTextures,
+        TextureSlot::Emissive => OptionalPart::EmissiveTextures,
+        TextureSlot::Specular => OptionalPart::SpecularTextures,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::samples;
+    use crate::scene::Keep;
+
+    fn texture(color_space: ColorSpace, texels: &[[u8; 4]]) -> Texture {
+        let size = [texels.len() as u32, 1];
+        Texture { name: "texture".into(), size, color_space, texels: texels.concat() }
+    }
+
+    /// The only material of a scene, as it is drawn with these textures.
+    fn drawn_with(material: Material, textures: Vec<Texture>, settings: &Settings) -> (Material, EffectiveMaterials) {
+        let mut scene = samples::scene(vec![material], vec![samples::sky()]);
+        scene.textures = textures;
+        let effective = EffectiveMaterials::of(&scene, settings);
+        (effective.all[0].clone(), effective)
+    }
+
+    fn drawn(material: Material, textures: Vec<Texture>) -> Material {
+        drawn_with(material, textures, &Settings::default()).0
+    }
+
+    fn keeping(part: OptionalPart) -> Settings {
+        Settings { keep: Keep::NONE.with(part), ..Settings::default() }
+    }
+
+    #[test]
+    fn srgb_is_decoded_as_its_standard_says() {
+        // 0.04045 * 255 is 10.3: codes 10 and 11 lie on the two sides of the bend.
+        for (code, expected) in [(0, 0.0), (10, 0.003_035_27), (11, 0.003_346_54), (128, 0.215_860_5), (255, 1.0)] {
+            let [red, .., alpha] = decoded([code, 0, 0, code], ColorSpace::Srgb);
+            assert!((red - expected).abs() < 1e-7, "{code}: {red}");
+            assert_eq!(alpha, f64::from(code) / 255.0);
+        }
+        assert_eq!(decoded([51, 255, 0, 255], ColorSpace::Linear), [0.2, 1.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn a_texture_of_one_colour_is_in_the_factor() {
+        let grey = |space| texture(space, &[[128, 51, 255, 7]; 3]);
+        let mut material = samples::textured(Brdf::Phong);
+        (material.metallic, material.specular, material.emissive) = (0.5, Vec3::ONE, Vec3::splat(2.0));
+        (material.ambient, material.roughness) = (0.5, 0.5);
+        let spaces = [0, 1, 1, 1, 0, 0].map(|linear| if linear == 1 { ColorSpace::Linear } else { ColorSpace::Srgb });
+        let (own, effective) = drawn_with(material.clone(), spaces.map(grey).to_vec(), &Settings::default());
+        let linear = 0.215_860_5;
+        assert!((own.base_color.x - 0.8 * linear).abs() < 1e-6 && own.base_color.z == 0.8, "{}", own.base_color);
+        assert!((own.emissive.x - 2.0 * linear).abs() < 1e-6 && own.emissive.z == 2.0);
+        assert!((own.specular.x - linear).abs() < 1e-6 && own.specular.z == 1.0);
+        assert_eq!((own.roughness, own.metallic), (0.1, 0.5));
+        assert_eq!(own.ambient, (0.5f64 * 128.0 / 255.0) as f32);
+        assert_eq!(own.alpha, 1.0, "an opaque material does not look at alpha");
+        let left: Vec<_> = own.textures().collect();
+        assert_eq!(left, [(TextureSlot::Normal, 1)], "a normal that leans all over is no neutral one");
+        assert_eq!(effective.constant, BTreeSet::from([0, 2, 3, 4, 5]));
+        let (kept, effective) =
+            drawn_with(material.clone(), spaces.map(grey).to_vec(), &keeping(OptionalPart::ConstantTextures));
+        assert_eq!((kept, effective.constant.len()), (material, 5));
+    }
+
+    #[test]
+    fn only_channels_that_are_sampled_need_be_constant() {
+        let material = samples::textured(Brdf::CookTorrance);
+        let varying = |texels: [[u8; 4]; 2]| {
+            let linear = |_| texture(ColorSpace::Linear, &texels);
+            let own = drawn(material.clone(), (0..6).map(linear).collect());
+            own.textures().map(|(slot, _)| slot).collect::<Vec<_>>()
+        };
+        use TextureSlot::*;
+        assert_eq!(varying([[9, 9, 9, 0], [9, 9, 9, 255]]), [Normal]);
+        assert_eq!(varying([[9, 9, 9, 9], [0, 9, 9, 9]]), [BaseColor, Normal, Occlusion, Emissive, Specular]);
+        assert_eq!(varying([[9, 9, 9, 9], [9, 0, 9, 9]]), [BaseColor, Normal, MetallicRoughness, Emissive, Specular]);
+        assert_eq!(
+            varying([[128, 128, 255, 9], [128, 128, 250, 9]]),
+            [BaseColor, MetallicRoughness, Emissive, Specular]
+        );
+    }
+
+    #[test]
+    fn alpha_counts_where_it_is_looked_at() {
+        let veil = |alpha: [u8; 2]| texture(ColorSpace::Srgb, &alpha.map(|alpha| [255, 255, 255, alpha]));
+        let glass = Material { base_color_texture: Some(0), alpha: 0.5, ..samples::glass() };
+        assert_eq!(drawn(glass.clone(), vec![veil([51, 51])]).alpha, 0.1);
+        assert_eq!(drawn(glass.clone(), vec![veil([51, 52])]).base_color_texture, Some(0));
+        let opaque = Material { alpha_mode: AlphaMode::Opaque, ..glass };
+        assert_eq!(drawn(opaque, vec![veil([51, 52])]).base_color_texture, None);
+    }
+
+    #[test]
+    fn a_flat_normal_map_is_none() {
+        let mapped = Material { normal_texture: Some(0), ..Material::default() };
+        for (texels, flat) in [
+            ([[128, 128, 255, 255]; 2], true),
+            ([[128, 128, 129, 0], [128, 128, 255, 255]], true),
+            ([[128, 128, 255, 255], [128, 129, 255, 255]], false),
+            ([[127, 128, 255, 255]; 2], false),
+            ([[128, 128, 128, 255]; 2], false),
+        ] {
+            let own = drawn(mapped.clone(), vec![texture(ColorSpace::Linear, &texels)]);
+            assert_eq!(own.normal_texture.is_none(), flat, "{texels:?}");
+        }
+    }
+
+    #[test]
+    fn masks_that_cut_nothing_or_all_are_none() {
+        #[derive(Debug, PartialEq)]
+        enum Is {
+            Mask,
+            Opaque,
+            Nothing,
+        }
+        for (alphas, factor, cutoff, expected) in [
+            ([255, 255], 1.0, 0.5, Is::Opaque),
+            ([255, 255], 1.0, 1.0, Is::Opaque),
+            ([255, 255], 0.4, 0.5, Is::Nothing),
+            // Of two codes that pass, filtering makes one that may be a code less.
+            ([130, 255], 1.0, 0.5, Is::Opaque),
+            ([129, 255], 1.0, 0.5, Is::Opaque),
+            ([128, 255], 1.0, 0.5, Is::Mask),
+            ([129, 255], 0.9, 0.5, Is::Mask),
+            ([0, 126], 1.0, 0.5, Is::Nothing),
+            ([0, 127], 1.0, 0.5, Is::Mask),
+            ([0, 0], 1.0, 0.5, Is::Nothing),
+            ([0, 0], 1.0, 0.0, Is::Mask),
+            ([0, 255], 1.0, 0.5, Is::Mask),
+        ] {
+            let texels = alphas.map(|alpha| [alpha, 90, 90, alpha]);
+            let material = Material { alpha: factor, alpha_mode: AlphaMode::Mask { cutoff }, ..samples::masked() };
+            let textures = vec![texture(ColorSpace::Srgb, &texels)];
+            let own = drawn(material.clone(), textures.clone());
+            let is = match own.alpha_mode {
+                AlphaMode::Opaque => Is::Opaque,
+                _ if own.base_color_texture.is_some() => Is::Mask,
+                _ => Is::Nothing,
+            };
+            assert_eq!(is, expected, "{alphas:?} times {factor}, cut off at {cutoff}");
+            let kept = drawn_with(material.clone(), textures, &keeping(OptionalPart::OpaqueMasks)).0;
+            assert_eq!(kept, material, "{alphas:?}: a mask that is kept keeps its texture");
+        }
+    }
+}

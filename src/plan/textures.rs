@@ -1,0 +1,241 @@
+//! Which textures lie on the device, and which of them each material's pipelines sample.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::{FramePlan, GeometryKey, TextureMask};
+use crate::scene::{CastsShadow, ColorSpace, OptionalPart, Scene, Settings, TextureSlot};
+
+/// Where the texels of a texture come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum TextureSource {
+    /// Index into the scene's textures.
+    Scene(usize),
+    /// One texel that changes no factor, for a slot that is kept without need.
+    White,
+    /// One texel that changes no normal.
+    Flat,
+}
+
+impl TextureSource {
+    /// The only texel of a neutral one.
+    pub fn texel(self) -> Option<[u8; 4]> {
+        match self {
+            Self::Scene(_) => None,
+            Self::White => Some([255; 4]),
+            Self::Flat => Some([128, 128, 255, 255]),
+        }
+    }
+
+    fn neutral(slot: TextureSlot) -> Self {
+        if slot == TextureSlot::Normal { Self::Flat } else { Self::White }
+    }
+}
+
+/// A texture on the device.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PlannedTexture {
+    pub source: TextureSource,
+    /// Width and height of its largest level in texels.
+    pub size: [u32; 2],
+    /// White is linear: codes of 255 are exactly 1 without a curve.
+    pub color_space: ColorSpace,
+    /// Down to one texel. Both formats must be blittable with linear filtering on every device, by the table of required formats.
+    pub levels: u32,
+}
+
+impl PlannedTexture {
+    fn of(scene: &Scene, source: TextureSource) -> Self {
+        let texture = match source {
+            TextureSource::Scene(index) => scene.textures.get(index),
+            TextureSource::White | TextureSource::Flat => None,
+        };
+        let (size, color_space) =
+            texture.map_or(([1, 1], ColorSpace::Linear), |texture| (texture.size, texture.color_space));
+        Self { source, size, color_space, levels: 1 + size[0].max(size[1]).max(1).ilog2() }
+    }
+
+    /// Of all levels, as an image without padding has them.
+    pub fn bytes(&self) -> u64 {
+        (0..self.levels)
+            .map(|level| self.size.map(|edge| u64::from((edge >> level).max(1))).iter().product::<u64>() * 4)
+            .sum()
+    }
+}
+
+/// The textures of a plan. Indices are into [`TexturePlan::images`].
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct TexturePlan {
+    /// In the order of the scene; neutral ones last.
+    pub images: Vec<PlannedTexture>,
+    /// By material, what its pipelines sample: exactly what they bind.
+    pub sets: BTreeMap<usize, BTreeMap<TextureSlot, usize>>,
+    /// By material, the base colour that cuts holes into its shadow.
+    pub holes: BTreeMap<usize, usize>,
+}
+
+impl TexturePlan {
+    /// The pipelines must be planned.
+    pub(super) fn of(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Self {
+        let mut sets: BTreeMap<usize, BTreeMap<TextureSlot, TextureSource>> = BTreeMap::new();
+        let mut holes: BTreeMap<usize, TextureSource> = BTreeMap::new();
+        for object in scene.objects.iter().filter(|object| plan.draws(scene, object)) {
+            let material = &plan.materials.all[object.material];
+            if plan.has_geometry() {
+                let own = GeometryKey::own_textures(object, settings, plan);
+                for slot in GeometryKey::of(object, settings, plan).textures.slots() {
+                    let texture = material.texture(slot).filter(|_| own.contains(slot));
+                    let source = texture.map_or(TextureSource::neutral(slot), TextureSource::Scene);
+                    sets.entry(object.material).or_default().insert(slot, source);
+                }
+            }
+            if let Some(texture) = plan.holes_of(object) {
+                holes.insert(object.material, TextureSource::Scene(texture));
+            }
+        }
+        let mut sources: BTreeSet<TextureSource> =
+            sets.values().flat_map(|slots| slots.values()).chain(holes.values()).copied().collect();
+        if plan.keep.has(OptionalPart::UnusedTextures) {
+            sources.extend((0..scene.textures.len()).map(TextureSource::Scene));
+        }
+        let index: BTreeMap<TextureSource, usize> =
+            sources.iter().enumerate().map(|(index, &source)| (source, index)).collect();
+        Self {
+            images: sources.into_iter().map(|source| PlannedTexture::of(scene, source)).collect(),
+            sets: sets
+                .into_iter()
+                .map(|(material, slots)| {
+                    (material, slots.iter().map(|(&slot, source)| (slot, index[source])).collect())
+                })
+                .collect(),
+            holes: holes.iter().map(|(&material, source)| (material, index[source])).collect(),
+        }
+    }
+
+    /// The slots that a material's pipelines sample.
+    pub fn mask(&self, material: usize) -> TextureMask {
+        let slots = self.sets.get(&material).into_iter().flat_map(BTreeMap::keys);
+        slots.fold(TextureMask::default(), |mask, &slot| mask.with(slot))
+    }
+
+    /// The images that something samples.
+    pub fn sampled(&self) -> BTreeSet<usize> {
+        self.sets.values().flat_map(BTreeMap::values).chain(self.holes.values()).copied().collect()
+    }
+
+    pub fn bytes(&self) -> u64 {
+        self.images.iter().map(PlannedTexture::bytes).sum()
+    }
+}
+
+impl FramePlan {
+    /// The texture through whose holes light falls past an object, in some shadow map.
+    pub(super) fn holes_of(&self, object: &crate::scene::Object) -> Option<usize> {
+        let material = &self.materials.all[object.material];
+        let casts = self.shadow.is_some() && object.casts_shadow != CastsShadow::No && material.is_masked();
+        material.base_color_texture.filter(|_| casts)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::samples;
+    use crate::scene::{Brdf, Keep, Material, View};
+
+    fn plan(scene: &Scene, settings: &Settings) -> FramePlan {
+        FramePlan::of(scene, settings, &samples::device()).expect("a plan")
+    }
+
+    fn keeping(parts: &[OptionalPart]) -> Settings {
+        Settings { keep: parts.iter().copied().collect(), ..Settings::default() }
+    }
+
+    const SLOT_PARTS: [OptionalPart; 6] = [
+        OptionalPart::BaseColorTextures,
+        OptionalPart::NormalMaps,
+        OptionalPart::MetallicRoughnessTextures,
+        OptionalPart::OcclusionTextures,
+        OptionalPart::EmissiveTextures,
+        OptionalPart::SpecularTextures,
+    ];
+
+    #[test]
+    fn only_what_is_sampled_lies_on_the_device() {
+        let mut scene = samples::scene(
+            vec![samples::textured(Brdf::CookTorrance), samples::textured(Brdf::Phong), Material::default()],
+            vec![samples::sky()],
+        );
+        let sources = |scene: &Scene, settings: &Settings| {
+            plan(scene, settings).textures.images.iter().map(|image| image.source).collect::<Vec<_>>()
+        };
+        use TextureSource::Scene as Of;
+        // Nothing emits and nothing is in ambient light; the first has no Ks, the second no metallic.
+        assert_eq!(sources(&scene, &Settings::default()), [Of(0), Of(1), Of(2), Of(5)]);
+        let all = (0..6).map(Of).collect::<Vec<_>>();
+        assert_eq!(sources(&scene, &keeping(&[OptionalPart::UnusedTextures])), all);
+        let view = Settings { view: View::Overdraw, ..Settings::default() };
+        assert_eq!(sources(&scene, &view), []);
+        scene.objects.remove(1);
+        assert_eq!(sources(&scene, &Settings::default()), [Of(0), Of(1), Of(2)]);
+    }
+
+    #[test]
+    fn bytes_are_those_of_all_levels() {
+        let mut scene = samples::scene(vec![samples::textured(Brdf::Lambert)], vec![]);
+        scene.textures[0].size = [8, 2];
+        scene.textures[0].texels = (0..64).collect();
+        let textures = plan(&scene, &Settings::default()).textures;
+        assert_eq!(textures.images[0].levels, 4);
+        // 8x2, 4x1, 2x1, 1x1; and 2x2, 1x1 of the normal map.
+        assert_eq!(textures.bytes(), 4 * (16 + 4 + 2 + 1) + 4 * (4 + 1));
+    }
+
+    #[test]
+    fn a_kept_slot_is_in_every_material_with_a_neutral_texel() {
+        let glow = Material { emissive: glam::Vec3::ONE, ..Material::default() };
+        let scene = samples::scene(vec![glow, samples::textured(Brdf::CookTorrance)], vec![samples::sky()]);
+        let lean = plan(&scene, &Settings::default());
+        assert!(lean.textures.mask(0).is_empty());
+        for (slot, part) in TextureSlot::ALL.into_iter().zip(SLOT_PARTS) {
+            let kept = plan(&scene, &keeping(&[part]));
+            let image = &kept.textures.images[kept.textures.sets[&0][&slot]];
+            let neutral = if slot == TextureSlot::Normal { [128, 128, 255, 255] } else { [255; 4] };
+            assert_eq!((image.source.texel(), image.bytes()), (Some(neutral), 4), "{part}");
+            let real = &kept.textures.images[kept.textures.sets[&1][&slot]];
+            let wanted = lean.textures.mask(1).contains(slot);
+            assert_eq!(real.source, if wanted { TextureSource::Scene(slot as usize) } else { image.source }, "{part}");
+            assert!(kept.keys().all(|key| key.textures.contains(slot)) && kept.streams.uvs, "{part}");
+            assert_eq!(kept.streams.tangents, lean.streams.tangents || slot == TextureSlot::Normal);
+        }
+        let all = plan(&scene, &Settings { keep: SLOT_PARTS.into_iter().collect(), ..Settings::default() });
+        assert_eq!(all.textures.mask(0).slots().count(), 6);
+    }
+
+    #[test]
+    fn shadows_sample_the_holes_of_what_casts_them_and_nothing_else() {
+        let plain = Material { base_color_texture: Some(1), ..Material::default() };
+        let mut scene = samples::scene(vec![samples::masked(), plain], vec![samples::sun()]);
+        let holes = |scene: &Scene, view| plan(scene, &Settings { view, ..Settings::default() }).textures;
+        assert_eq!(holes(&scene, View::Final).holes, BTreeMap::from([(0, 0)]));
+        let maps = holes(&scene, View::ShadowMap);
+        assert_eq!((maps.images.len(), maps.sets.len(), maps.holes.len()), (1, 0, 1));
+        scene.objects[0].casts_shadow = CastsShadow::No;
+        assert!(holes(&scene, View::Final).holes.is_empty());
+    }
+
+    #[test]
+    fn the_sets_of_a_plan_have_what_its_pipelines_sample() {
+        for (name, scene) in samples::scenes() {
+            for keep in [Keep::NONE, Keep::ALL] {
+                let settings = Settings { keep, ..Settings::default() };
+                let plan = plan(&scene, &settings);
+                for object in scene.objects.iter().filter(|object| plan.draws(&scene, object)) {
+                    let key = GeometryKey::of(object, &settings, &plan);
+                    assert_eq!(plan.textures.mask(object.material), key.textures, "{name} {keep}");
+                }
+                let unused = plan.textures.images.len() - plan.textures.sampled().len();
+                assert!(unused == 0 || keep == Keep::ALL, "{name}");
+            }
+        }
+    }
+}
