@@ -388,6 +388,34 @@ fn a_part_that_is_out_says_what_it_would_cost() {
 }
 
 #[test]
+fn each_part_left_out_has_its_cost_or_a_reason_why_not() {
+    let folder = folder();
+    let arguments = ["bench", "builtin:quad", "--plan-cost", "--frames", "2", "--warmup", "1", "--json", "costs.json"];
+    let told = succeed(folder.path(), &[&arguments[..], &SMALL].concat());
+    let json = fs::read_to_string(folder.path().join("costs.json")).expect("it was written");
+    let report: Value = serde_json::from_str(&json).expect("JSON");
+    let scene = &report["scenes"][0];
+    let names: Vec<&str> =
+        scene["runs"].as_array().expect("runs").iter().map(|run| run["variant"].as_str().expect("a name")).collect();
+    assert_eq!(names, ["lean", "full"]);
+    let costs = &scene["plan_cost"];
+    let list = |key: &str| costs[key].as_array().expect("a list").clone();
+    for cost in list("parts").iter().chain([&costs["full"]]) {
+        assert_eq!((&cost["ratio"]["count"], &cost["wall_ms"]["count"]), (&2.into(), &2.into()), "{cost}");
+        assert!(cost["memory_bytes"].is_i64() && cost["pipelines"].is_i64(), "{cost}");
+        assert!(told.contains(cost["part"].as_str().expect("a name")), "{told}");
+    }
+    // Each part is either needed, measured, without effect, or refused.
+    let inspected = succeed(folder.path(), &[&["inspect", "builtin:quad", "--json"][..], &SMALL].concat());
+    let inspected: Value = serde_json::from_str(&inspected).expect("JSON");
+    let needed = inspected["parts"].as_array().expect("a list");
+    let needed = needed.iter().filter(|part| part["included"] == true && part["plan"].is_string()).count();
+    let told = list("parts").len() + list("same").len() + list("refused").len();
+    assert_eq!(needed + told, afterlight::scene::OptionalPart::NAMES.len(), "{costs}");
+    fail(folder.path(), &["bench", "builtin:quad", "--plan-cost", "--vary", "fxaa=on"], 2, &["--plan-cost"]);
+}
+
+#[test]
 fn help_names_the_exit_codes_and_a_closed_pipe_is_no_error() {
     let folder = folder();
     let help = succeed(folder.path(), &["--help"]);

@@ -62,6 +62,11 @@ impl Failure {
         if error.kind() == io::ErrorKind::BrokenPipe { Self { exit: None, ..failure } } else { failure }
     }
 
+    /// The one line.
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+
     /// Whether it ends the program without a word and with success.
     pub fn is_quiet(&self) -> bool {
         self.exit.is_none()

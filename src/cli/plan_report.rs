@@ -8,7 +8,7 @@ use afterlight::scene::{Keep, OptionalPart, Scene, Settings};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::table::{Table, bytes};
+use super::table::{Table, bytes, bytes_more};
 
 /// The parts of a plan, and what keeping those that are out would cost.
 #[derive(Serialize)]
@@ -99,7 +99,7 @@ impl PlanReport {
             self.target_bytes_per_pixel
         );
         if let Some(full) = self.full {
-            let (more, per_pixel) = (change(full.bytes), full.bytes_per_pixel);
+            let (more, per_pixel) = (bytes_more(full.bytes), full.bytes_per_pixel);
             let _ = writeln!(text, "With everything kept (--plan full): {more}, {per_pixel:+} bytes a pixel.");
         }
         text
@@ -115,7 +115,7 @@ impl PlanReport {
             let state = if part.included { "in" } else { "out" };
             let takes = if part.bytes > 0 { bytes(part.bytes) } else { String::new() };
             let kept = match (&part.cost, &part.refused) {
-                (Some(cost), _) if cost.bytes != 0 => change(cost.bytes),
+                (Some(cost), _) if cost.bytes != 0 => bytes_more(cost.bytes),
                 (Some(cost), _) if cost.same => "the same".into(),
                 (Some(_), _) => "+0 B".into(),
                 (None, Some(_)) => "cannot be".into(),
@@ -129,21 +129,5 @@ impl PlanReport {
             table.row([state.to_owned(), part.name.clone(), takes, kept, plan, why]);
         }
         table.render()
-    }
-}
-
-/// A number of bytes with its sign.
-fn change(change: i64) -> String {
-    let sign = if change < 0 { "-" } else { "+" };
-    format!("{sign}{}", bytes(change.unsigned_abs()))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn changes_have_a_sign() {
-        assert_eq!((change(2048), change(-3), change(0)), ("+2.0 KiB".into(), "-3 B".into(), "+0 B".into()));
     }
 }

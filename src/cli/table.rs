@@ -77,6 +77,12 @@ pub fn bytes(bytes: u64) -> String {
     format!("{value:.1} {}", UNITS[unit])
 }
 
+/// A difference of bytes, with its sign.
+pub fn bytes_more(change: i64) -> String {
+    let sign = if change < 0 { "-" } else { "+" };
+    format!("{sign}{}", bytes(change.unsigned_abs()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -97,6 +103,10 @@ mod tests {
         assert_eq!(bytes(1536), "1.5 KiB");
         assert_eq!(bytes(3 << 30), "3.0 GiB");
         assert_eq!(bytes(u64::MAX), "16777216.0 TiB");
+        assert_eq!(
+            (bytes_more(2048), bytes_more(-3), bytes_more(0)),
+            ("+2.0 KiB".into(), "-3 B".into(), "+0 B".into())
+        );
         assert_eq!(milliseconds(0.123_45), "0.123 ms");
         assert_eq!(milliseconds(123.45), "123 ms");
     }

@@ -1,5 +1,7 @@
 //! A scene with what the command line says about it: what `render`, `bench` and `inspect` begin with.
 
+use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::time::Instant;
 
@@ -25,6 +27,8 @@ pub struct Workload {
     pub load_ms: f64,
     command_line: SettingsPatch,
     quiet: bool,
+    /// Warnings of plans that were printed: another plan of the scene may have the same.
+    told: RefCell<BTreeSet<String>>,
 }
 
 impl Workload {
@@ -51,15 +55,17 @@ impl Workload {
             Some(camera) => Camera { near: scene.camera.near, ..*camera },
             None => scene.camera,
         };
-        Ok(Self { scene, camera, load_ms, command_line: args.patch(), quiet })
+        Ok(Self { scene, camera, load_ms, command_line: args.patch(), quiet, told: RefCell::default() })
     }
 
-    /// Prints what the plan lacks of what was asked for.
+    /// Prints what the plan lacks of what was asked for, once.
     ///
     /// # Errors
     /// When that cannot be printed.
     pub fn warn(&self, plan: &FramePlan) -> Result<(), Failure> {
-        if self.quiet { Ok(()) } else { output::print(&warnings(plan.warnings()), true) }
+        let new = |warning: &&String| self.told.borrow_mut().insert((*warning).clone());
+        let new: Vec<String> = plan.warnings().iter().filter(new).cloned().collect();
+        if self.quiet { Ok(()) } else { output::print(&warnings(&new), true) }
     }
 
     /// The settings of one picture: `variation` over the command line over the scene over the defaults.

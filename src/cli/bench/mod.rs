@@ -2,6 +2,7 @@
 //! so that whatever slows the machine slows all of them.
 
 mod contender;
+mod plan_cost;
 mod report;
 
 use std::sync::Arc;
@@ -25,6 +26,7 @@ Examples:
   afterlight bench sponza.obj --size 1920x1080 --frames 100 --json sponza.json
   afterlight bench builtin:hall --vary shadows=off --vary gbuffer=fat
   afterlight bench \"builtin:field?lights=64\" \"builtin:hall?lights=8\"
+  afterlight bench builtin:hall --plan-cost
   afterlight bench builtin:hall --json - | jq '.scenes[].runs[].wall_ms.median'
 
 A frame's time is that from the start of its recording to its end on the device.
@@ -45,6 +47,9 @@ pub struct Args {
     /// cascades, shadow-lambda, shadow-budget, shadow-cache, view, fxaa, hdr-format, msaa, plan
     #[arg(long, value_name = "SETTINGS", value_parser = Variant::parse)]
     vary: Vec<Variant>,
+    /// Measure what each part would cost that the plan leaves out: drawn with it and without it in turn, two at a time
+    #[arg(long, conflicts_with_all = ["vary", "plan"])]
+    plan_cost: bool,
     /// Write the figures as JSON to a file, or to standard output for -
     #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
     json: Option<Sink>,
@@ -108,6 +113,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// Measures all variants of one scene. All of them are held at once, or they could not take turns.
 fn measure(args: &Args, spec: &str, device: &Arc<Device>) -> Result<SceneReport, Failure> {
     let workload = Workload::open(spec, &args.settings, args.quiet)?;
+    if args.plan_cost {
+        return plan_cost::measure(args, &workload, device);
+    }
     let mut contenders = Vec::new();
     for variant in std::iter::once(&Variant::base()).chain(&args.vary) {
         // Frames are measured, however many of them a picture is made of.

@@ -9,6 +9,7 @@ use afterlight::measure::Distribution;
 use serde::Serialize;
 
 use super::contender::Contender;
+use super::plan_cost::PlanCost;
 use crate::cli::table::{Table, bytes, milliseconds};
 use crate::cli::workload::Workload;
 
@@ -40,8 +41,10 @@ pub struct SceneReport {
     objects: usize,
     lights: usize,
     load_ms: f64,
-    /// The settings as given first, then the variants in their order.
+    /// The settings as given first, then the variants in their order; with `--plan-cost` the lean plan and the full one.
     runs: Vec<RunReport>,
+    /// With `--plan-cost`.
+    pub plan_cost: Option<PlanCost>,
 }
 
 #[derive(Serialize)]
@@ -120,6 +123,7 @@ impl SceneReport {
             lights: scene.lights.len(),
             load_ms: workload.load_ms,
             runs: contenders.iter().enumerate().map(run).collect(),
+            plan_cost: None,
         }
     }
 
@@ -133,6 +137,9 @@ impl SceneReport {
             self.lights,
             milliseconds(self.load_ms)
         );
+        if let Some(costs) = &self.plan_cost {
+            let _ = writeln!(text, "{}", costs.text());
+        }
         let _ = writeln!(text, "{}", self.times().render());
         for run in &self.runs {
             text.push_str(&run.details());
