@@ -21,9 +21,11 @@ mod main_pass;
 mod masks;
 mod shadow;
 mod tiled;
+pub mod unnoticed;
 mod uploads;
 
 pub(super) use main_pass::resolving;
+use unnoticed::Part;
 
 /// Where something happens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -175,6 +177,15 @@ impl Edge {
         Dependency { before: self.before, after: self.after }
     }
 
+    /// Each part of the row that can be taken away: all of it, and each stage and access of both sides.
+    pub fn parts(&self) -> Vec<Part> {
+        let mut parts = vec![Part::Row];
+        for side in [Side::Before, Side::After] {
+            parts.extend(masks::bits(self.side(side)).map(|bit| Part::Bits(side, bit)));
+        }
+        parts
+    }
+
     pub fn side(&self, side: Side) -> Use {
         match side {
             Side::Before => self.before,
@@ -228,6 +239,17 @@ impl Edges {
             (rows[index].before, rows[index].after) = (Use::START, Use::END);
         }
         Ok(Self(rows))
+    }
+
+    /// All but a part of a row.
+    ///
+    /// # Errors
+    /// As [`Edges::without`].
+    pub fn without_part(&self, name: &str, part: Part) -> Result<Self, Refused> {
+        match part {
+            Part::Row => self.without(name),
+            Part::Bits(side, bits) => self.without_bits(name, side, bits),
+        }
     }
 
     /// The same table without some bits of one side of a row. With a stage go the accesses that no other stage there supports. A side

@@ -4,6 +4,7 @@ mod accumulate;
 mod complexity;
 mod deferred;
 pub mod edges;
+pub mod experiment;
 mod forward;
 pub mod render_pass;
 mod stages;
@@ -464,6 +465,15 @@ impl Renderer {
     /// # Errors
     /// When nothing was drawn yet, the device is lost, or it lacks the memory for a copy.
     pub fn read_back(&mut self) -> Result<Picture, Error> {
+        self.start_read_back()?;
+        self.finish_read_back()
+    }
+
+    /// Submits the copy of the last frame's picture. Frames can be drawn while it is under way.
+    ///
+    /// # Errors
+    /// As [`Renderer::read_back`].
+    pub fn start_read_back(&mut self) -> Result<(), Error> {
         if self.frames.iter().all(|frame| frame.ticket.is_none()) {
             return Err(gpu::Error::Misuse("a picture is read back before any was drawn".into()).into());
         }
@@ -479,7 +489,19 @@ impl Renderer {
         // The CPU maps what COPY wrote.
         barrier::buffer_barrier(&self.device, cmd.raw, &copy.buffer, before, after);
         cmd.end()?;
-        let ticket = self.device.submit(cmd)?;
+        self.device.submit(cmd)?;
+        Ok(())
+    }
+
+    /// Waits for the copy that was started last; its picture.
+    ///
+    /// # Errors
+    /// When none was started, or the device is lost.
+    pub fn finish_read_back(&mut self) -> Result<Picture, Error> {
+        let started = self.copy.as_ref().and_then(|(cmd, copy)| Some((cmd.last_ticket()?, copy)));
+        let Some((ticket, copy)) = started else {
+            return Err(gpu::Error::Misuse("a picture is read back of which no copy was started".into()).into());
+        };
         // The row "copy-to-host".
         self.device.wait(ticket)?;
         let pixels = copy.buffer.read_with(0, copy.buffer.size, |bytes| decode(self.plan.output, bytes))?;

@@ -19,6 +19,12 @@ pub const COLOR_WRITE: Use =
 /// Adds to the fragment count.
 pub const COUNT_BLEND: Use =
     COLOR_WRITE.or(Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_READ));
+/// Clears depth, before it is used.
+pub const DEPTH_CLEAR: Use =
+    Use::new(vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE);
+/// Stores depth for a later pass, when it was used.
+pub const DEPTH_STORE: Use =
+    Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE);
 /// Clears, tests and writes depth: early, and late where a mask may discard.
 pub const DEPTH_TEST: Use =
     Use::new(vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ)

@@ -18,10 +18,12 @@ use crate::plan::{DEPTH, ShadowPlan, ShadowView, World, WorldObject};
 use crate::scene::{AlphaMode, CastsShadow};
 use crate::shaders::shadow::{self as shader, Flags};
 
-/// Clears, tests and writes a map; its store is a write in the late stage.
-pub const MAP_WRITE: Use =
-    Use::new(vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ)
-        .or(Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE));
+/// Clears a map's square, before it is tested and drawn into.
+pub const MAP_CLEAR: Use =
+    Use::new(vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE);
+/// Stores it, when it is drawn.
+pub const MAP_STORE: Use =
+    Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE);
 
 /// Looks maps up: whatever shades does, and VIEW.
 pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);

@@ -23,7 +23,10 @@ pub const DEPTH_READ: Use = Use::new(
 /// As the last user of depth it performs the store, and DONT_CARE counts as a write.
 pub const DEPTH_DROP: Use =
     Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE);
-/// Blends over the light, or adds to the sums, whose clears are writes too.
+/// Clears the sums, before anything is added to them.
+pub const SUM_CLEAR: Use =
+    Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
+/// Blends over the light, or adds to the sums.
 pub const BLEND: Use = Use::new(
     vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT,
     vk::AccessFlags::from_raw(

@@ -12,14 +12,14 @@ use crate::targets::{Target, light_target};
 pub(super) fn forward_edge(plan: &FramePlan) -> Edge {
     // How the last frame let go of depth, and of the light.
     let depth = match plan.transparency {
-        Some(_) => transparent::DEPTH_DROP.or(transparent::DEPTH_READ),
-        None => forward::DEPTH_TEST,
+        Some(_) => transparent::DEPTH_DROP,
+        None => forward::DEPTH_DROP,
     };
     let output = if plan.fxaa { fxaa::OUTPUT_READ } else { copy::READ };
     let (before, after) = match light_target(plan) {
-        Target::Hdr => (tonemap::HDR_READ.or(tonemap::HDR_DROP), forward::LIGHT_WRITE),
+        Target::Hdr => (tonemap::HDR_DROP, forward::LIGHT_WRITE),
         // With its samples FORWARD has the output, into which they are resolved; else a later subpass has.
-        Target::Samples if plan.transparency.is_none() => (output.or(render_pass::RESOLVE), render_pass::RESOLVE),
+        Target::Samples if plan.transparency.is_none() => (output.or(render_pass::RESOLVE), forward::LIGHT_WRITE),
         Target::Samples => (render_pass::RESOLVE, forward::LIGHT_WRITE),
         _ => (output, forward::LIGHT_WRITE),
     };
@@ -27,7 +27,7 @@ pub(super) fn forward_edge(plan: &FramePlan) -> Edge {
         "targets-reuse",
         (Place::Outside, Place::Forward),
         &[depth, before],
-        &[forward::DEPTH_TEST, after],
+        &[forward::DEPTH_CLEAR, after],
         "frames in flight share the targets: the last frame must have read or copied what this one clears, and dropped the rest",
     )
 }

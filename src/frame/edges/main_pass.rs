@@ -1,4 +1,9 @@
 //! The rows of the main pass and of FXAA's: G-buffer, light, what is blended over it, and the output.
+//!
+//! Rows from OUTSIDE order the last frame's stores before this frame's loads, and nothing besides: "The load operation for each sample in an
+//! attachment happens-before any recorded command which accesses the sample in the first subpass where the attachment is used", and the
+//! store operation after those of the last one (specification, `VkAttachmentDescription`). Loads of colour and stores happen in
+//! COLOR_ATTACHMENT_OUTPUT; those of depth in EARLY_FRAGMENT_TESTS and in LATE_FRAGMENT_TESTS. CLEAR and DONT_CARE write.
 
 use super::forward::{forward_edge, transparent_after_forward};
 use super::{Carrier, Edge, Place, subpass};
@@ -21,15 +26,15 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
             table.push(gbuffer_to_lighting(plan));
         }
         if !plan.emissive && lights == Target::Hdr {
-            table.push(hdr_reuse(plan));
+            table.push(hdr_reuse());
         }
     }
     let (last_light, light_use) = last_light(plan);
     // The first to touch the output, and the last. Where emissive light goes straight there, GEOMETRY is the first.
     let ((first, first_use), (last, last_use)) = match lights {
         Target::Hdr => ((Place::Tonemap, tonemap::OUTPUT_WRITE), (Place::Tonemap, tonemap::OUTPUT_WRITE)),
-        Target::Samples => ((last_light, render_pass::RESOLVE), (last_light, light_use)),
-        _ => ((Place::Lighting, light_write(plan)), (last_light, light_use)),
+        Target::Samples => ((last_light, lighting::LIGHT_WRITE), (last_light, light_use)),
+        _ => ((Place::Lighting, lighting::LIGHT_WRITE), (last_light, light_use)),
     };
     // Rows above order that, where GEOMETRY or FORWARD is the first.
     let output_is_ordered = match lights {
@@ -38,7 +43,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         _ => plan.emissive || plan.is_forward(),
     };
     if lights == Target::Samples && !plan.emissive && !plan.is_forward() && first != Place::Lighting {
-        table.push(samples_reuse(plan));
+        table.push(samples_reuse());
     }
     if !output_is_ordered {
         let (read, why) = match plan.fxaa {
@@ -51,7 +56,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         let (before, after, why) = match plan.resolves_output() {
             true if first == Place::Lighting => (
                 vec![read, render_pass::RESOLVE],
-                first_use.or(light_write(plan)),
+                first_use,
                 "frames in flight share the samples and the output: the last frame must have resolved the ones and let go of the other",
             ),
             true => (
@@ -88,19 +93,19 @@ pub(in crate::frame) fn resolving(plan: &FramePlan) -> Option<Place> {
 /// Frames in flight share one G-buffer, and the HDR target where there is one.
 fn gbuffer_reuse(plan: &FramePlan) -> Edge {
     let mut before = match plan.transparency {
-        Some(_) => vec![transparent::DEPTH_DROP, transparent::DEPTH_READ],
-        None => vec![lighting::DEPTH_DROP, lighting::DEPTH_READ],
+        Some(_) => vec![transparent::DEPTH_DROP],
+        None => vec![lighting::DEPTH_DROP],
     };
-    let mut after = vec![geometry::DEPTH_TEST];
+    let mut after = vec![geometry::DEPTH_CLEAR];
     // What LIGHTING or VIEW read and dropped.
     if plan.geometry_locations() > 0 {
-        before.extend([lighting::GBUFFER_READ, lighting::COLOR_DROP]);
-        after.push(color_use(plan));
+        before.push(lighting::COLOR_DROP);
+        after.push(geometry::COLOR_WRITE);
     }
     if plan.emissive {
         before.push(match light_target(plan) {
             // Its clear waits for TONEMAP of the last frame to have let go of it.
-            Target::Hdr => tonemap::HDR_READ.or(tonemap::HDR_DROP),
+            Target::Hdr => tonemap::HDR_DROP,
             Target::Samples => render_pass::RESOLVE,
             _ => copy::READ,
         });
@@ -128,7 +133,7 @@ fn gbuffer_to_lighting(plan: &FramePlan) -> Edge {
         before.push(color_use(plan));
         after.extend([lighting::GBUFFER_READ, lighting::COLOR_DROP]);
     }
-    if plan.blends_light() {
+    if plan.emissive {
         after.push(lighting::LIGHT_BLEND);
     }
     let why = match plan.transparency {
@@ -141,12 +146,12 @@ fn gbuffer_to_lighting(plan: &FramePlan) -> Edge {
 }
 
 /// Samples that LIGHTING is the first to touch, and a later subpass resolves.
-fn samples_reuse(plan: &FramePlan) -> Edge {
+fn samples_reuse() -> Edge {
     subpass(
         "samples-reuse",
         (Place::Outside, Place::Lighting),
         &[render_pass::RESOLVE],
-        &[light_write(plan)],
+        &[lighting::LIGHT_WRITE],
         "frames in flight share the samples: the last frame must have resolved and dropped what this one clears",
     )
 }
@@ -207,8 +212,8 @@ pub(super) fn sums_reuse() -> Edge {
     subpass(
         "sums-reuse",
         (Place::Outside, Place::Transparent),
-        &[composite::SUM_READ, composite::SUM_DROP],
-        &[transparent::BLEND],
+        &[composite::SUM_DROP],
+        &[transparent::SUM_CLEAR],
         "frames in flight share the sums: COMPOSITE of the last frame must have read and dropped what this one clears",
     )
 }
@@ -234,12 +239,12 @@ fn hdr_to_tonemap(from: Place, light: Use) -> Edge {
 }
 
 /// Where no surface emits, LIGHTING is the first to touch the HDR target.
-fn hdr_reuse(plan: &FramePlan) -> Edge {
+fn hdr_reuse() -> Edge {
     subpass(
         "hdr-reuse",
         (Place::Outside, Place::Lighting),
-        &[tonemap::HDR_READ, tonemap::HDR_DROP],
-        &[light_write(plan)],
+        &[tonemap::HDR_DROP],
+        &[lighting::LIGHT_WRITE],
         "frames in flight share the HDR target: TONEMAP of the last frame must have read and dropped what this one clears",
     )
 }

@@ -34,3 +34,11 @@ pub(super) fn without(mask: Use, bits: Use) -> Option<Use> {
     let supported = supported.fold(A::empty(), |all, (access, _)| all | *access);
     (!stage.is_empty()).then(|| Use::new(stage, mask.access & !bits.access & supported))
 }
+
+/// Each stage and each access by itself. The ends of the pipeline, which do nothing, are none.
+pub(super) fn bits(mask: Use) -> impl Iterator<Item = Use> {
+    let ends = S::TOP_OF_PIPE | S::BOTTOM_OF_PIPE;
+    let each = |raw: u32| (0..u32::BITS).map(|bit| 1 << bit).filter(move |bit| raw & bit != 0);
+    let stages = each((mask.stage & !ends).as_raw()).map(|bit| Use::new(S::from_raw(bit), A::empty()));
+    stages.chain(each(mask.access.as_raw()).map(|bit| Use::new(S::empty(), A::from_raw(bit))))
+}

@@ -33,14 +33,15 @@ pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
             "shadow-map-reuse",
             Carrier::ShadowPass,
             (Place::Outside, Place::Shadow),
-            (map_read.or(shadow::MAP_WRITE), shadow::MAP_WRITE),
+            // Who looks up waits for the store, so that waiting for those is waiting for it as well.
+            (map_read, shadow::MAP_CLEAR),
             "frames share the maps: LIGHTING of the last one may still read what this one clears; and maps of one layer follow each other",
         ),
         Edge::new(
             "shadow-map-to-lighting",
             Carrier::ShadowPass,
             (Place::Shadow, reader),
-            (shadow::MAP_WRITE, map_read),
+            (shadow::MAP_STORE, map_read),
             "LIGHTING loads any texel of a map that SHADOW wrote and stored",
         ),
     ]

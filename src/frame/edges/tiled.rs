@@ -9,21 +9,20 @@ use crate::passes::{copy, geometry, tiled};
 pub(super) fn rows() -> [Edge; 4] {
     // None is by region: a work group reads pixels that other fragments wrote.
     let row = |name, carrier, places, before, after, why| Edge::new(name, carrier, places, (before, after), why);
-    let written = geometry::DEPTH_TEST.or(geometry::COLOR_WRITE);
     [
         row(
             "gbuffer-reuse",
             Carrier::MainPass,
             (Place::Outside, Place::Geometry),
             tiled::GBUFFER_READ,
-            written,
+            geometry::DEPTH_CLEAR.or(geometry::COLOR_WRITE),
             "frames in flight share the targets: TILED of the last frame must have read what this one overwrites",
         ),
         row(
             "gbuffer-to-tiled",
             Carrier::MainPass,
             (Place::Geometry, Place::Tiled),
-            written,
+            geometry::DEPTH_STORE.or(geometry::COLOR_WRITE),
             tiled::GBUFFER_READ,
             "TILED reads what GEOMETRY stored, in the layout that the pass leaves it in",
         ),

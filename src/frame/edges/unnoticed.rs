@@ -1,0 +1,184 @@
+//! What the validation layer does not notice when it is missing, and why it is there all the same.
+//!
+//! Layer 1.4.309 is silent about these in both modes of its shader heuristic. Nothing is left out of the table for that reason: each entry
+//! says what the specification has to say. `tests/necessity.rs` fails when an entry is noticed after all, when none of its rows is
+//! silent any more, and when something is silent that is not listed.
+
+use ash::vk::{AccessFlags as A, PipelineStageFlags as S};
+
+use super::{Edge, Side};
+use crate::gpu::sync::Use;
+
+/// What of a row is taken away.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// All of it.
+    Row,
+    /// Some bits of one side.
+    Bits(Side, Use),
+}
+
+/// Parts of rows that no layer misses, for one reason.
+#[derive(Debug)]
+pub struct Unnoticed {
+    /// The rows' names.
+    rows: &'static [&'static str],
+    parts: Parts,
+    /// In which plans, told by the row.
+    only: fn(&Edge) -> bool,
+    /// Where the specification says it.
+    pub section: &'static str,
+    pub why: &'static str,
+}
+
+#[derive(Debug)]
+enum Parts {
+    /// The row and each of its bits.
+    All,
+    Row,
+    /// Any of these bits.
+    Any(Side, S, A),
+}
+
+impl Unnoticed {
+    fn is_about(&self, edge: &Edge, part: Part) -> bool {
+        let same = match (&self.parts, part) {
+            (Parts::All, _) | (Parts::Row, Part::Row) => true,
+            (Parts::Any(side, stages, accesses), Part::Bits(own, bits)) => {
+                *side == own && stages.contains(bits.stage) && accesses.contains(bits.access)
+            }
+            _ => false,
+        };
+        same && self.rows.contains(&edge.name) && (self.only)(edge)
+    }
+}
+
+/// Why nobody notices that a part of a row is missing; `None` where a layer does.
+pub fn reason(edge: &Edge, part: Part) -> Option<&'static Unnoticed> {
+    UNNOTICED.iter().find(|entry| entry.is_about(edge, part))
+}
+
+const fn stages(first: S, second: S) -> S {
+    S::from_raw(first.as_raw() | second.as_raw())
+}
+
+const fn accesses(first: A, second: A) -> A {
+    A::from_raw(first.as_raw() | second.as_raw())
+}
+
+const ALWAYS: fn(&Edge) -> bool = |_| true;
+
+/// The list.
+pub const UNNOTICED: &[Unnoticed] = &[
+    Unnoticed {
+        rows: &["picture-to-host"],
+        parts: Parts::All,
+        only: ALWAYS,
+        section: "Host Access to Device Memory Objects",
+        why: "the layer does not track what the CPU reads. A fence makes the copy's writes available, and its second access scope is empty: \
+              only a dependency on HOST, HOST_READ makes them visible to the CPU",
+    },
+    Unnoticed {
+        rows: &["output-reuse", "picture-reuse"],
+        parts: Parts::Row,
+        only: |edge| edge.carrier.is_render_pass() && edge.before.stage == S::TRANSFER,
+        section: "VkSubpassDependency",
+        why: "the layer takes a layout change to be ordered after the copy that an earlier submission made. Without the row there is an \
+              implicit dependency that waits for nothing, and the change may overwrite what is being copied",
+    },
+    Unnoticed {
+        rows: &["output-reuse", "picture-reuse", "targets-reuse", "gbuffer-reuse"],
+        parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
+        only: |edge| edge.before.stage.contains(S::TRANSFER),
+        section: "Image Layout Transitions",
+        why: "the layer takes a layout change to be ordered after the copy that an earlier submission made. It happens after what the \
+              dependency's first scope has, and that must have the copy's read",
+    },
+    Unnoticed {
+        rows: &["lighting-to-composite", "forward-to-composite"],
+        parts: Parts::All,
+        only: ALWAYS,
+        section: "VkSubpassDependency",
+        why: "the layer lets the row from TRANSPARENT to COMPOSITE order what an earlier subpass did. Its first scope has only what is \
+              submitted in TRANSPARENT, so that COMPOSITE would blend over light that may not be there yet",
+    },
+    Unnoticed {
+        rows: &["gbuffer-to-lighting", "lighting-to-transparent", "forward-to-transparent"],
+        parts: Parts::Any(
+            Side::After,
+            S::COLOR_ATTACHMENT_OUTPUT,
+            accesses(A::COLOR_ATTACHMENT_READ, A::COLOR_ATTACHMENT_WRITE),
+        ),
+        only: |edge| edge.after.access.contains(A::COLOR_ATTACHMENT_READ),
+        section: "Rasterization Order",
+        why: "the layer takes all that a render pass does to a colour attachment to be in rasterization order. That order holds within a \
+              subpass; blending in a later one reads and writes what the earlier one wrote",
+    },
+    Unnoticed {
+        rows: &["lighting-to-transparent", "forward-to-transparent"],
+        parts: Parts::Any(Side::Before, S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE),
+        only: ALWAYS,
+        section: "Rasterization Order",
+        why: "the same, seen from the other side: the light that was written must be available to what blends over it",
+    },
+    Unnoticed {
+        rows: &["gbuffer-to-lighting", "lighting-to-transparent", "forward-to-transparent"],
+        parts: Parts::Any(Side::After, S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ),
+        only: ALWAYS,
+        section: "Rasterization Order",
+        why: "the layer takes all that a render pass does to depth to be in rasterization order. That order holds within a subpass; the tests \
+              of a later one read what the earlier one wrote, early or late as the implementation likes",
+    },
+    Unnoticed {
+        rows: &["gbuffer-to-lighting"],
+        parts: Parts::Any(Side::After, S::LATE_FRAGMENT_TESTS, A::empty()),
+        // Where LIGHTING drops depth, the layer misses the store's stage.
+        only: |edge| !edge.after.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE),
+        section: "Rasterization Order",
+        why: "the same for tests that run late",
+    },
+    Unnoticed {
+        rows: &["gbuffer-to-lighting", "forward-to-transparent"],
+        parts: Parts::Any(Side::Before, S::EARLY_FRAGMENT_TESTS, A::empty()),
+        only: ALWAYS,
+        section: "VkAttachmentDescription; Access Types",
+        why: "where nothing is drawn, depth was written by its clear, which executes in EARLY_FRAGMENT_TESTS. LATE_FRAGMENT_TESTS includes \
+              what is logically earlier for execution, but an access scope only has the stages that are named",
+    },
+    Unnoticed {
+        rows: &["lighting-to-transparent"],
+        parts: Parts::Any(
+            Side::Before,
+            stages(stages(S::EARLY_FRAGMENT_TESTS, S::LATE_FRAGMENT_TESTS), S::FRAGMENT_SHADER),
+            A::empty(),
+        ),
+        only: ALWAYS,
+        section: "Pipeline Stages",
+        why: "LIGHTING tests depth and reads it as an input before TRANSPARENT drops it. A first scope includes logically earlier stages, so that \
+              the latest of these covers the others, and COLOR_ATTACHMENT_OUTPUT all of them where it is there; each is named for its own use",
+    },
+    Unnoticed {
+        rows: &["targets-reuse"],
+        parts: Parts::Any(Side::Before, S::FRAGMENT_SHADER, A::empty()),
+        only: ALWAYS,
+        section: "Pipeline Stages",
+        why: "FXAA of the last frame reads the output. A first scope includes logically earlier stages, so that LATE_FRAGMENT_TESTS, where depth \
+              was dropped, covers FRAGMENT_SHADER; it is named for its own use",
+    },
+    Unnoticed {
+        rows: &["gbuffer-reuse", "output-reuse", "targets-reuse"],
+        parts: Parts::Any(Side::Before, S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE),
+        only: |edge| edge.before.stage.contains(S::TRANSFER),
+        section: "Execution and Memory Dependencies",
+        why: "superfluous while the picture is copied by a transfer: what read-back makes available to TRANSFER, this row waits for through \
+              TRANSFER, which makes a chain. It is named for its own use, as that of the attachments' drop and not of the copy",
+    },
+    Unnoticed {
+        rows: &["hdr-reuse", "samples-reuse", "sums-reuse"],
+        parts: Parts::Any(Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE),
+        only: ALWAYS,
+        section: "Execution and Memory Dependencies",
+        why: "superfluous beside a row from OUTSIDE to an earlier subpass that makes the same writes available, with which it makes a chain. \
+              It is named for its own use, since that row is about other attachments",
+    },
+];
