@@ -54,13 +54,14 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
             ),
         };
         let (before, after, why) = match plan.resolves_output() {
-            true if first == Place::Lighting => (
+            // LIGHTING is the first to touch both.
+            true if first == Place::Lighting && !plan.emissive => (
                 vec![read, render_pass::RESOLVE],
                 first_use,
                 "frames in flight share the samples and the output: the last frame must have resolved the ones and let go of the other",
             ),
             true => (
-                vec![read, render_pass::RESOLVE],
+                vec![read],
                 first_use,
                 "the last picture may still be copied when samples are resolved into this one; its layout changes before the write",
             ),

@@ -69,7 +69,7 @@ const fn accesses(first: A, second: A) -> A {
 const ALWAYS: fn(&Edge) -> bool = |_| true;
 
 /// The list.
-pub const UNNOTICED: &[Unnoticed] = &[
+pub static UNNOTICED: &[Unnoticed] = &[
     Unnoticed {
         rows: &["picture-to-host"],
         parts: Parts::All,
@@ -103,16 +103,23 @@ pub const UNNOTICED: &[Unnoticed] = &[
               submitted in TRANSPARENT, so that COMPOSITE would blend over light that may not be there yet",
     },
     Unnoticed {
-        rows: &["gbuffer-to-lighting", "lighting-to-transparent", "forward-to-transparent"],
+        rows: &["lighting-to-transparent", "forward-to-transparent"],
         parts: Parts::Any(
             Side::After,
             S::COLOR_ATTACHMENT_OUTPUT,
             accesses(A::COLOR_ATTACHMENT_READ, A::COLOR_ATTACHMENT_WRITE),
         ),
-        only: |edge| edge.after.access.contains(A::COLOR_ATTACHMENT_READ),
+        only: ALWAYS,
         section: "Rasterization Order",
         why: "the layer takes all that a render pass does to a colour attachment to be in rasterization order. That order holds within a \
               subpass; blending in a later one reads and writes what the earlier one wrote",
+    },
+    Unnoticed {
+        rows: &["gbuffer-to-lighting"],
+        parts: Parts::Any(Side::After, S::empty(), A::COLOR_ATTACHMENT_READ),
+        only: ALWAYS,
+        section: "Rasterization Order",
+        why: "the same for the emissive light that LIGHTING adds to; the write is noticed by what else LIGHTING drops",
     },
     Unnoticed {
         rows: &["lighting-to-transparent", "forward-to-transparent"],
