@@ -41,7 +41,9 @@ pub use materials::EffectiveMaterials;
 pub use meshes::{IndexWidth, MeshPlan, PlannedMesh};
 pub use output::{HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping};
 pub use parts::{Part, PartGroup};
-pub use shadows::{Caster, MAX_SHADOW_VIEWS, Projection, ShadowCache, ShadowLight, ShadowPlan, ShadowView, Tile};
+pub use shadows::{
+    Caster, MAX_SHADOW_VIEWS, MapDraw, Projection, Receivers, ShadowCache, ShadowLight, ShadowPlan, ShadowView, Tile,
+};
 pub use surfaces::PlannedBrdf;
 pub use textures::{PlannedTexture, TexturePlan, TextureSource};
 pub use uploads::Uploads;

@@ -4,11 +4,13 @@ mod common;
 
 use afterlight::frame::{Drawn, Picture, Renderer};
 use afterlight::scene::builtin::shapes;
-use afterlight::scene::{Camera, Falloff, Keep, Light, LightKind, LightPath, OptionalPart, Scene, Settings};
+use afterlight::scene::{
+    Camera, Falloff, Keep, Light, LightKind, LightPath, OptionalPart, Scene, Settings, ShadowFilter, ShadowSettings,
+};
 use common::compare::assert_identical;
 use common::gpu::{Gpu, on_gpu};
 use common::stage::{add, exact, gbuffer, lambert, point, rectangle, spot, stage, sun};
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 /// Odd, so that no tile divides it.
 const SIZE: (u32, u32) = (131, 75);
@@ -135,6 +137,74 @@ fn lights_that_reach_nothing_are_not_missed_on_any_light_path() {
                     }
                 }
             }
+        }
+    });
+}
+
+/// The street with shadows of every kind: the sun's, and those of lamps of either sort among the blocks. One tile of the floor receives none.
+fn shadowed_street() -> Scene {
+    let mut scene = street();
+    scene.name = "shadowed street".into();
+    for (index, light) in scene.lights.iter_mut().enumerate() {
+        let is_sun = matches!(light.kind, LightKind::Directional { .. });
+        light.casts_shadow = is_sun || index % 6 == 3 || index % 12 == 4;
+        light.size = if is_sun { 1.5 } else { 0.1 };
+    }
+    scene.objects[3].receives_shadow = false;
+    scene
+}
+
+#[test]
+fn casters_that_shadow_nothing_in_view_are_not_missed_in_any_filter() {
+    on_gpu(|gpu| {
+        let scene = shadowed_street();
+        let (mut lean_casters, mut full_casters) = (0, 0);
+        for (layout, msaa) in [("float32", 1), ("lean,position=rgba16f", 1), ("lean", 4)] {
+            for &(name, filter) in ShadowFilter::NAMES {
+                if layout != "float32" && !matches!(filter, ShadowFilter::Box3 | ShadowFilter::Pcss) {
+                    continue;
+                }
+                let shadows = ShadowSettings { filter, size: 256, ..ShadowSettings::default() };
+                let settings = Settings { shadows, msaa, gbuffer: gbuffer(layout), ..exact(83, 47) };
+                // The one down the street sees most, the one at the ground least.
+                let views = if layout == "float32" { &cameras()[..3] } else { &cameras()[1..2] };
+                for [lean, full] in both(gpu, &scene, &settings, OptionalPart::IdleCasters, views) {
+                    assert!(lean.casters <= full.casters && full.idle_casters == 0, "{name}: {lean:?} {full:?}");
+                    assert!(lean.shadow_maps <= full.shadow_maps, "{name}: {lean:?} {full:?}");
+                    (lean_casters, full_casters) = (lean_casters + lean.casters, full_casters + full.casters);
+                }
+            }
+        }
+        println!("{lean_casters} casters drawn; kept: {full_casters}");
+        assert!(lean_casters * 5 < full_casters * 4, "{lean_casters} {full_casters}");
+    });
+}
+
+#[test]
+fn maps_that_are_kept_from_frame_to_frame_lack_nothing_as_the_camera_turns_and_things_move() {
+    on_gpu(|gpu| {
+        let scene = shadowed_street();
+        let shadows = ShadowSettings { size: 256, ..ShadowSettings::default() };
+        let settings = Settings { shadows, ..exact(SIZE.0, SIZE.1) };
+        let uncached = Settings { shadows: ShadowSettings { cache: false, ..shadows }, ..settings.clone() };
+        let mut lean = gpu.renderer(&scene, &settings);
+        let mut full = gpu.renderer(&scene, &keeping(OptionalPart::IdleCasters, &uncached));
+        let start = cameras()[0];
+        for step in 0..24u32 {
+            // It stands, turns slowly, turns fast, and stands again.
+            let degrees = [0.0, 0.3, 17.0, 0.0][step as usize / 6] * f64::from(step % 6) + 30.0 * f64::from(step / 6);
+            let rotation = DQuat::from_rotation_y(degrees.to_radians()) * start.rotation;
+            let camera = Camera { rotation, position: DVec3::new(0.0, 1.6, -12.0), ..start };
+            if step % 5 == 4 {
+                let moved = DAffine3::from_translation(DVec3::X * 0.1 * f64::from(step));
+                for renderer in [&mut lean, &mut full] {
+                    let place = moved * scene.objects[20].transform;
+                    renderer.move_object(20, &place).unwrap_or_else(|error| panic!("{error}"));
+                }
+            }
+            let ((picture, drawn), (expected, _)) = (frame(&mut lean, &camera), frame(&mut full, &camera));
+            assert_identical(&picture, &expected, &format!("step {step}"));
+            assert!(step == 0 || step > 3 || drawn.shadow_maps_drawn == 0, "{step}: {drawn:?}");
         }
     });
 }

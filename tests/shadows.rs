@@ -7,8 +7,8 @@ use std::f64::consts::PI;
 use afterlight::frame::{Drawn, Picture, Renderer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, Camera, CastsShadow, ColorSpace, Falloff, Light, LightKind, LightPath, Material, Scene, Settings,
-    ShadowFilter, ShadowSettings, Texture, View,
+    AlphaMode, Camera, CastsShadow, ColorSpace, Falloff, Keep, Light, LightKind, LightPath, Material, OptionalPart,
+    Scene, Settings, ShadowFilter, ShadowSettings, Texture, View,
 };
 use common::compare::assert_identical;
 use common::gpu::{Gpu, bytes, nits, on_gpu, on_gpu_in_both_modes, places};
@@ -485,8 +485,12 @@ fn frame(renderer: &mut Renderer, camera: &Camera) -> (Picture, Drawn) {
 fn a_map_is_drawn_again_only_when_something_in_it_moved_and_the_picture_is_the_same() {
     on_gpu(|gpu| {
         let scene = yard();
-        let settings =
-            |cache| Settings { shadows: ShadowSettings { cache, ..settings("lean").shadows }, ..settings("lean") };
+        let settings = |cache| Settings {
+            shadows: ShadowSettings { cache, ..settings("lean").shadows },
+            // Every map that there is, whether or not anything is seen in it.
+            keep: Keep::NONE.with(OptionalPart::IdleCasters),
+            ..settings("lean")
+        };
         let (mut cached, mut plain) = (gpu.renderer(&scene, &settings(true)), gpu.renderer(&scene, &settings(false)));
         let mut camera = scene.camera;
         let mut both = |what: &str, camera: &Camera, change: &dyn Fn(&mut Renderer)| {

@@ -53,8 +53,9 @@ pub struct Drawn {
     /// Lights that reach what is seen, and those of the plan that do not.
     pub lights: usize,
     pub idle_lights: usize,
-    /// Draws into shadow maps.
+    /// Draws into shadow maps, and those left out because nothing is seen in their shadow.
     pub casters: usize,
+    pub idle_casters: usize,
     /// Shadow maps that are looked up, and how many of them were drawn anew.
     pub shadow_maps: usize,
     pub shadow_maps_drawn: usize,
@@ -361,7 +362,10 @@ impl Renderer {
         if !self.world.shadows.cache {
             self.shadow_cache = ShadowCache::default();
         }
-        let stale_maps = self.shadow_cache.stale(&visible.shadows);
+        let stale_maps = match &self.plan.shadow {
+            Some(shadow) => self.shadow_cache.stale(&self.world, shadow, camera, &visible),
+            None => Vec::new(),
+        };
         let uniform = FrameUniform::of(&self.world, &visible, camera, &self.plan, jitter);
         // The submission makes them visible to the device: the row "host-to-frame".
         frame.view.write(&uniform, &self.world, &visible, camera)?;
@@ -400,12 +404,13 @@ impl Renderer {
             triangles: visible.triangles(&self.world),
             lights: visible.lit.lights.len(),
             idle_lights: self.world.lights.len() - visible.lit.lights.len(),
-            casters: stale_maps.iter().flat_map(|&map| &visible.shadows[map]).map(|map| map.casters.len()).sum(),
+            casters: stale_maps.iter().map(|draw| draw.casters.len()).sum(),
+            idle_casters: stale_maps.iter().map(|draw| draw.idle).sum(),
             shadow_maps: visible.shadows.iter().flatten().count(),
             shadow_maps_drawn: stale_maps.len(),
         };
         frame.ticket = Some(self.device.submit(&frame.cmd)?);
-        self.shadow_cache.keep(&visible.shadows, &stale_maps);
+        self.shadow_cache.keep(&self.world, camera, &visible, &stale_maps);
         self.device.collect();
         self.next = (self.next + 1) % IN_FLIGHT;
         Ok(())

@@ -56,7 +56,7 @@ use glam::{DAffine3, DVec3, Vec4};
 
 use crate::gpu::Device;
 use crate::gpu_scene::GpuScene;
-use crate::plan::{IndexWidth, Visible, World};
+use crate::plan::{IndexWidth, MapDraw, Visible, World};
 use crate::scene::Camera;
 
 /// Where in a render pass a pipeline runs.
@@ -88,8 +88,8 @@ pub struct Recording<'a> {
     pub frame_set: vk::DescriptorSet,
     /// Set 2 of whatever shades: the shadow maps, where the plan has some.
     pub shadow_set: Option<vk::DescriptorSet>,
-    /// Shadow maps that this frame draws anew, by their index.
-    pub stale_maps: &'a [usize],
+    /// Shadow maps that this frame draws anew.
+    pub stale_maps: &'a [MapDraw],
     /// The frame's own index buffer with [`Visible::sorted_indices`], where the plan sorts triangles.
     pub sorted: Option<(vk::Buffer, vk::IndexType)>,
 }

@@ -14,7 +14,7 @@ use crate::gpu::{
     sync::Use,
 };
 use crate::gpu_scene::{ATLAS_LAYOUT, GpuScene, HOLES, POSITION, ShadowAtlas, UV, vertex_input};
-use crate::plan::{DEPTH, ShadowPlan, ShadowView, World, WorldObject};
+use crate::plan::{Caster, DEPTH, ShadowPlan, ShadowView, World, WorldObject};
 use crate::scene::{AlphaMode, CastsShadow};
 use crate::shaders::shadow::{self as shader, Flags};
 
@@ -145,14 +145,15 @@ impl Shadow {
 
     /// Draws the maps that the frame has to draw anew.
     pub fn record(&self, recording: &Recording) {
-        let maps = recording.stale_maps.iter().filter_map(|&index| recording.visible.shadows[index].as_deref());
-        for view in maps {
-            self.record_map(recording, view);
+        for draw in recording.stale_maps {
+            if let Some(view) = &recording.visible.shadows[draw.map] {
+                self.record_map(recording, view, &draw.casters);
+            }
         }
     }
 
-    /// Begins the render pass over a map's square, draws every caster, ends it.
-    fn record_map(&self, recording: &Recording, view: &ShadowView) {
+    /// Begins the render pass over a map's square, draws the casters, ends it.
+    fn record_map(&self, recording: &Recording, view: &ShadowView, casters: &[Caster]) {
         let tile = view.tile;
         let area = vk::Rect2D {
             offset: vk::Offset2D { x: tile.x as i32, y: tile.y as i32 },
@@ -172,16 +173,16 @@ impl Shadow {
         recording.set_rectangle(area);
         // SAFETY: depth bias is dynamic in every pipeline of the pass.
         unsafe { recording.device.raw.cmd_set_depth_bias(recording.cmd, 0.0, 0.0, self.slope_bias) };
-        self.draw(recording, view);
+        self.draw(recording, view, casters);
         // SAFETY: begun above.
         unsafe { recording.device.raw.cmd_end_render_pass(recording.cmd) };
     }
 
-    fn draw(&self, recording: &Recording, view: &ShadowView) {
+    fn draw(&self, recording: &Recording, view: &ShadowView, casters: &[Caster]) {
         let mut meshes = MeshDraws::new(recording, &[POSITION]);
         let mut has_uvs = false;
         let mut bound: (Option<CasterKey>, Option<usize>) = (None, None);
-        for caster in &view.casters {
+        for caster in casters {
             let object = &recording.world.objects[caster.draw.object];
             let key = CasterKey::of(recording.world, object);
             let layout = self.layout(key);

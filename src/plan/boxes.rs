@@ -14,14 +14,17 @@ pub struct BoxTree {
 #[derive(Debug, Clone)]
 struct Node {
     bounds: Aabb,
+    /// Its number, of a leaf's box.
+    item: usize,
     /// The node after all that are below this one. A leaf has none below.
     end: usize,
 }
 
 impl BoxTree {
-    /// Of these boxes; empty ones hold nothing and are left out.
+    /// Of these boxes, which are numbered in their order; empty ones hold nothing and are left out.
     pub fn of(boxes: impl IntoIterator<Item = Aabb>) -> Self {
-        let mut boxes: Vec<Aabb> = boxes.into_iter().filter(|bounds| !bounds.is_empty()).collect();
+        let mut boxes: Vec<(usize, Aabb)> =
+            boxes.into_iter().enumerate().filter(|(_, bounds)| !bounds.is_empty()).collect();
         let mut tree = Self { nodes: Vec::with_capacity(2 * boxes.len()) };
         if !boxes.is_empty() {
             tree.add(&mut boxes);
@@ -29,14 +32,13 @@ impl BoxTree {
         tree
     }
 
-    fn add(&mut self, boxes: &mut [Aabb]) {
-        let bounds = boxes.iter().fold(Aabb::EMPTY, |all, bounds| all.union(bounds));
+    fn add(&mut self, boxes: &mut [(usize, Aabb)]) {
+        let bounds = boxes.iter().fold(Aabb::EMPTY, |all, (_, bounds)| all.union(bounds));
         let own = self.nodes.len();
-        self.nodes.push(Node { bounds, end: own + 1 });
+        self.nodes.push(Node { bounds, item: boxes[0].0, end: own + 1 });
         if boxes.len() > 1 {
-            let axis = bounds.size().max_position();
-            let middle = boxes.len() / 2;
-            boxes.select_nth_unstable_by(middle, |a, b| a.center()[axis].total_cmp(&b.center()[axis]));
+            let (axis, middle) = (bounds.size().max_position(), boxes.len() / 2);
+            boxes.select_nth_unstable_by(middle, |a, b| a.1.center()[axis].total_cmp(&b.1.center()[axis]));
             let (first, second) = boxes.split_at_mut(middle);
             self.add(first);
             self.add(second);
@@ -44,24 +46,27 @@ impl BoxTree {
         }
     }
 
-    /// Whether the test holds for any of the boxes. What holds for a box must hold for each box around it.
-    pub fn any(&self, mut test: impl FnMut(&Aabb) -> bool) -> bool {
+    /// The boxes for which the test holds, by their numbers. What holds for a box must hold for each box around it.
+    pub fn each(&self, mut test: impl FnMut(&Aabb) -> bool) -> impl Iterator<Item = usize> {
         let mut index = 0;
-        while let Some(node) = self.nodes.get(index) {
-            if !test(&node.bounds) {
-                index = node.end;
-            } else if node.end == index + 1 {
-                return true;
-            } else {
+        std::iter::from_fn(move || {
+            while let Some(node) = self.nodes.get(index) {
+                if !test(&node.bounds) {
+                    index = node.end;
+                    continue;
+                }
                 index += 1;
+                if node.end == index {
+                    return Some(node.item);
+                }
             }
-        }
-        false
+            None
+        })
     }
 
     /// Whether any of the boxes comes into a sphere.
     pub fn touches(&self, sphere: &Reach) -> bool {
-        self.any(|bounds| sphere.touches(bounds))
+        self.each(|bounds| sphere.touches(bounds)).next().is_some()
     }
 }
 
@@ -84,8 +89,12 @@ mod tests {
             let boxes: Vec<Aabb> = boxes.into_iter().map(|(at, size)| Aabb { min: at, max: at + size }).collect();
             let tree = BoxTree::of(boxes.iter().copied());
             let sphere = Reach { center, radius };
-            let touched = |bounds: &&Aabb| !bounds.is_empty() && center.clamp(bounds.min, bounds.max).distance(center) <= radius;
-            prop_assert_eq!(tree.touches(&sphere), boxes.iter().any(|bounds| touched(&bounds)));
+            let touched = |bounds: &Aabb| !bounds.is_empty() && center.clamp(bounds.min, bounds.max).distance(center) <= radius;
+            let expected: Vec<usize> = (0..boxes.len()).filter(|&index| touched(&boxes[index])).collect();
+            let mut found: Vec<usize> = tree.each(|bounds| sphere.touches(bounds)).collect();
+            found.sort_unstable();
+            prop_assert_eq!(tree.touches(&sphere), !expected.is_empty());
+            prop_assert_eq!(found, expected);
         }
     }
 }

@@ -21,6 +21,11 @@ const HALF_ROUNDING: f64 = 2e-3;
 /// The same for a plan, which knows no camera, as a share of the scene's radius.
 const PLANNED_ROUNDING: f64 = 0.01;
 
+/// Whether a view is about all lights: one says how many of them reach a pixel, the other shows all maps.
+fn shows_all(view: View) -> bool {
+    matches!(view, View::LightsPerPixel | View::ShadowMap)
+}
+
 /// The lights that a plan leaves out: those that shine and reach no object of the scene.
 #[derive(Debug, Clone, Default)]
 pub(super) struct IdleLights {
@@ -32,8 +37,7 @@ pub(super) struct IdleLights {
 
 impl IdleLights {
     pub(super) fn of(scene: &Scene, settings: &Settings) -> Self {
-        // The view counts all lights, and says how many of how many reach a pixel.
-        if settings.keep.has(OptionalPart::IdleLights) || settings.view == View::LightsPerPixel {
+        if settings.keep.has(OptionalPart::IdleLights) || shows_all(settings.view) {
             return Self::default();
         }
         let metres = PLANNED_ROUNDING * scene.bounds().radius();
@@ -103,9 +107,11 @@ pub struct Lit {
 impl Lit {
     /// The lights that reach any of the `seen` boxes, within what the camera sees.
     pub(super) fn of(world: &World, plan: &FramePlan, camera: &Camera, frustum: &Frustum, seen: &[Aabb]) -> Self {
-        let lights = if plan.keep.has(OptionalPart::IdleLights)
-            || plan.shading == Shading::ShowGbuffer(View::LightsPerPixel)
-        {
+        let shows_all = match plan.shading {
+            Shading::ShowGbuffer(view) => shows_all(view),
+            shading => shading == Shading::ShowShadowMap,
+        };
+        let lights = if plan.keep.has(OptionalPart::IdleLights) || shows_all {
             (0..world.lights.len()).collect()
         } else if seen.is_empty() {
             Vec::new()

@@ -8,10 +8,13 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::frustum::Frustum;
 use super::light_path::{self, Cut};
-use super::lit::{IdleLights, Lit};
+use super::lit::{IdleLights, Lit, misplacement};
 use super::shadows::{Changes, add_cascades, lamp_views, widened};
 use super::volumes::{self, LightRect, Volumes};
-use super::{Clusters, Error, FramePlan, GeometryKey, Projection, Reach, ShadowView, clusters, falloff_index};
+use super::{
+    Caster, Clusters, Error, FramePlan, GeometryKey, Projection, Reach, Receivers, Shading, ShadowPlan, ShadowView,
+    clusters, falloff_index,
+};
 use crate::scene::{
     Aabb, AlphaMode, Camera, CastsShadow, Environment, Light, LightKind, LightPath, Material, Mesh, OptionalPart,
     Scene, Settings, ShadowSettings, Transparency,
@@ -49,6 +52,8 @@ pub struct World {
     light_of: Vec<Option<usize>>,
     /// What the plan left out.
     idle_lights: IdleLights,
+    /// Counts the changes of objects and lights.
+    generation: u64,
     /// What has moved since `lamps` and `bounds` were worked out, if anything has.
     changes: Option<Changes>,
 }
@@ -133,6 +138,7 @@ impl World {
             shadows: settings.shadows,
             exposure,
             object_of,
+            generation: 0,
             changes: Some(Changes::default()),
         };
         world.bounds = world.union();
@@ -177,6 +183,7 @@ impl World {
         let before = std::mem::replace(&mut object.bounds, place);
         object.transform = *transform * DAffine3::from_translation(origin);
         object.revision += 1;
+        self.generation += 1;
         let changes = self.changes.get_or_insert_default();
         if object.casts != CastsShadow::No {
             changes.boxes.extend([before, object.bounds]);
@@ -210,7 +217,13 @@ impl World {
         own.clone_from(light);
         self.reaches[own_index] = self.cut.reach(light);
         self.changes.get_or_insert_default().lights.insert(own_index);
+        self.generation += 1;
         Ok(())
+    }
+
+    /// Differs from what it was as soon as an object or a light has changed.
+    pub fn generation(&self) -> u64 {
+        self.generation
     }
 
     /// Whether a light can add anything.
@@ -315,8 +328,10 @@ pub struct Visible {
     pub transparent: Vec<SortedDraw>,
     /// Indices of the transparent objects' triangles, the farthest of each object first.
     pub sorted_indices: Vec<u32>,
-    /// The plan's shadow maps; none of a cascade in which nothing is seen.
+    /// The plan's shadow maps; none in which nothing that is seen is looked up.
     pub shadows: Vec<Option<Arc<ShadowView>>>,
+    /// What is seen and receives shadows, where casters are left out that shadow none of it.
+    receivers: Option<Receivers>,
     /// The lights of limited reach by froxel, where the plan has such lists.
     pub clusters: Option<Clusters>,
     pub lights: LightWork,
@@ -342,8 +357,21 @@ impl Visible {
         let boxes: Vec<Aabb> = seen.iter().map(|&(index, _)| world.objects[index].bounds).collect();
         let lit = Lit::of(world, plan, camera, &frustum, &boxes);
         let mut shadows = world.lamps.clone();
+        let leaves_casters = !plan.keep.has(OptionalPart::IdleCasters) && plan.shading != Shading::ShowShadowMap;
+        let receivers = plan.shadow.as_ref().filter(|_| leaves_casters).map(|shadow| {
+            let receiving = seen.iter().filter(|&&(index, _)| world.objects[index].key.receives);
+            let boxes = receiving.map(|&(index, _)| world.objects[index].bounds);
+            Receivers::of(boxes, (camera, &frustum), misplacement(plan, camera), shadow, &world.shadows)
+        });
         if let Some(shadow) = &plan.shadow {
             add_cascades(&mut shadows, world, shadow, camera, aspect, &boxes);
+            for light in &shadow.lights {
+                let is_lit = lit.lights.binary_search(&light.light).is_ok();
+                let looked_up = |view: &Arc<ShadowView>| receivers.as_ref().is_none_or(|seen| seen.look_into(view));
+                for view in &mut shadows[light.first_view..light.first_view + light.projection.views()] {
+                    *view = view.take().filter(|view| is_lit && looked_up(view));
+                }
+            }
         }
         let (transparent, opaque): (Vec<_>, Vec<_>) =
             seen.iter().map(|&(index, _)| index).partition(|&index| world.objects[index].transparent);
@@ -354,11 +382,20 @@ impl Visible {
             transparent,
             sorted_indices,
             shadows,
+            receivers,
             clusters: plan
                 .has_clusters()
                 .then(|| clusters::bin(&lit.spheres(world, lit.global), lit.global as u32, camera, plan.size)),
             lights: light_work(world, camera, plan, &lit),
             lit,
+        }
+    }
+
+    /// Casters of one of the maps, without those that shadow nothing that is seen.
+    pub fn needed(&self, world: &World, plan: &ShadowPlan, view: &ShadowView) -> Vec<Caster> {
+        match &self.receivers {
+            Some(receivers) => receivers.needed(world, plan, view),
+            None => view.casters.clone(),
         }
     }
 

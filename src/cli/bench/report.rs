@@ -82,6 +82,8 @@ struct DrawnReport {
     shadow_maps: u64,
     shadow_maps_drawn: u64,
     casters: u64,
+    /// Draws into these that were left out, as nothing is seen in their shadow.
+    idle_casters: u64,
     triangles: u64,
     /// Lights that reach what is seen, and those of the plan that do not.
     lights: u64,
@@ -180,6 +182,7 @@ impl RunReport {
             shadow_maps: last.drawn.shadow_maps as u64,
             shadow_maps_drawn: last.drawn.shadow_maps_drawn as u64,
             casters: last.drawn.casters as u64,
+            idle_casters: last.drawn.idle_casters as u64,
             triangles: last.drawn.triangles as u64,
             lights: last.drawn.lights as u64,
             idle_lights: last.drawn.idle_lights as u64,
@@ -204,7 +207,8 @@ impl RunReport {
         let [width, height] = self.size;
         let (drawn, maps) = (self.drawn.shadow_maps_drawn, self.drawn.shadow_maps);
         let mut text = format!("{}: {width}x{height}, ", self.variant);
-        let _ = write!(text, "{drawn} of {maps} shadow maps drawn with {} casters, ", self.drawn.casters);
+        let casters = format!("{} casters ({} idle)", self.drawn.casters, self.drawn.idle_casters);
+        let _ = write!(text, "{drawn} of {maps} shadow maps drawn with {casters}, ");
         let _ = write!(text, "{} triangles, {} objects", self.drawn.triangles, self.drawn.objects);
         let _ = write!(text, " ({} culled), ", self.drawn.culled_objects);
         let _ = writeln!(text, "{} lights ({} idle)", self.drawn.lights, self.drawn.idle_lights);

@@ -22,6 +22,13 @@ const NEAR: f64 = 1e-7;
 /// Directions of the six maps of a point light, in the order of `shaders/shared/shadows.wgsl`.
 pub(super) const FACES: [DVec3; 6] = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
 
+/// False only if the box is wholly behind the plane. The slack keeps rounding from cutting what touches it.
+fn is_before(plane: DVec4, bounds: &Aabb) -> bool {
+    let (normal, offset) = (plane.truncate(), plane.w);
+    let (at, reach) = (normal.dot(bounds.center()), normal.abs().dot(bounds.size() * 0.5));
+    at + offset + reach >= -1e-9 * (at.abs() + offset.abs() + reach)
+}
+
 /// An object in a map, as it was when it was drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Caster {
@@ -43,6 +50,8 @@ pub struct ShadowView {
     /// Where along the camera's view, in metres, the cascade ends, and where the next one begins to take over.
     pub end: f64,
     pub blend: f64,
+    /// Where it begins to be looked up.
+    pub(super) begin: f64,
     /// Nothing farther from this place is lit at all.
     pub(super) reach: Option<(DVec3, f64)>,
     pub casters: Vec<Caster>,
@@ -59,7 +68,7 @@ impl ShadowView {
             DVec4::W,
         ];
         let [end, blend] = [f64::MAX; 2];
-        Self { rows, tile, texel, light_size: 0.0, end, blend, reach: None, casters: Vec::new() }
+        Self { rows, tile, texel, light_size: 0.0, end, blend, begin: f64::MIN, reach: None, casters: Vec::new() }
     }
 
     /// `tangent` is that of half the angle that the map without its margin sees.
@@ -73,26 +82,27 @@ impl ShadowView {
         let rows =
             [row(axes.x_axis) / texel + centre(tile.x), row(axes.y_axis) / texel + centre(tile.y), DVec4::W * near, w];
         let [end, blend] = [f64::MAX; 2];
-        Self { rows, tile, texel, light_size: 0.0, end, blend, reach: None, casters: Vec::new() }
+        Self { rows, tile, texel, light_size: 0.0, end, blend, begin: f64::MIN, reach: None, casters: Vec::new() }
     }
 
     /// Whether the box can stand between the light and anything in the map.
     fn may_shadow(&self, bounds: &Aabb) -> bool {
+        // Nothing behind the map's end.
+        self.may_hold(bounds, 0.0) && is_before(self.rows[2], bounds)
+    }
+
+    /// Whether any point of the box can be looked up in the map with so many texels around it, and is in the light's reach.
+    pub(super) fn may_hold(&self, bounds: &Aabb, around: f64) -> bool {
         if let Some((place, range)) = self.reach
             && place.distance(place.clamp(bounds.min, bounds.max)) > range
         {
             return false;
         }
-        let [u, v, depth, w] = self.rows;
-        let (x, y, edge) = (f64::from(self.tile.x), f64::from(self.tile.y), f64::from(self.tile.edge));
-        let planes = [u - w * x, w * (x + edge) - u, v - w * y, w * (y + edge) - v, depth, w];
-        let (center, half) = (bounds.center(), bounds.size() * 0.5);
-        planes.into_iter().all(|plane| {
-            let (normal, offset) = (plane.truncate(), plane.w);
-            let (at, reach) = (normal.dot(center), normal.abs().dot(half));
-            // The slack keeps rounding from cutting what touches a plane.
-            at + offset + reach >= -1e-9 * (at.abs() + offset.abs() + reach)
-        })
+        let [u, v, _, w] = self.rows;
+        let (x, y) = (f64::from(self.tile.x) - around, f64::from(self.tile.y) - around);
+        let edge = f64::from(self.tile.edge) + 2.0 * around;
+        let planes = [u - w * x, w * (x + edge) - u, v - w * y, w * (y + edge) - v, w];
+        planes.into_iter().all(|plane| is_before(plane, bounds))
     }
 
     fn with_casters(mut self, world: &World) -> Arc<Self> {
@@ -113,9 +123,13 @@ impl ShadowView {
         Arc::new(self)
     }
 
-    /// Whether the same texels come of drawing it.
-    pub(super) fn draws_as(&self, other: &Self) -> bool {
-        (self.rows, self.tile) == (other.rows, other.tile) && self.casters == other.casters
+    /// Whether it sees the same part of the world in the same texels.
+    pub(super) fn lies_as(&self, other: &Self) -> bool {
+        (self.rows, self.tile) == (other.rows, other.tile)
+    }
+
+    pub(super) fn is_perspective(&self) -> bool {
+        self.rows[3].truncate() != DVec3::ZERO
     }
 
     /// Rows of the map from camera-relative world space to u and v in texels of the layer, depth and w.
@@ -136,32 +150,6 @@ impl ShadowView {
             let linear = transform.matrix3.transpose() * axis;
             linear.extend(row.w + axis.dot(transform.translation)).as_vec4()
         })
-    }
-}
-
-/// Which maps hold what they should, so that only the others are drawn.
-#[derive(Debug, Default)]
-pub struct ShadowCache {
-    drawn: Vec<Option<Arc<ShadowView>>>,
-}
-
-impl ShadowCache {
-    /// The maps that would come out otherwise than they are.
-    pub fn stale(&self, views: &[Option<Arc<ShadowView>>]) -> Vec<usize> {
-        let is_stale = |index: &usize| match (&views[*index], self.drawn.get(*index)) {
-            (None, _) => false,
-            (Some(view), Some(Some(drawn))) => !Arc::ptr_eq(view, drawn) && !view.draws_as(drawn),
-            (Some(_), _) => true,
-        };
-        (0..views.len()).filter(is_stale).collect()
-    }
-
-    /// Remembers what was drawn.
-    pub fn keep(&mut self, views: &[Option<Arc<ShadowView>>], drawn: &[usize]) {
-        self.drawn.resize(views.len(), None);
-        for &index in drawn {
-            self.drawn[index].clone_from(&views[index]);
-        }
     }
 }
 
@@ -265,7 +253,7 @@ pub(in crate::plan) fn add_cascades(
             if is_seen(&axes, &volume, in_slice) {
                 let half_angle = (0.5 * world.lights[own.light].size).to_radians();
                 let view = fit.view(world, plan, tile, &axes);
-                let view = ShadowView { light_size: half_angle.tan(), end: last_seen, blend, ..view };
+                let view = ShadowView { light_size: half_angle.tan(), end: last_seen, blend, begin, ..view };
                 views[own.first_view + cascade as usize] = Some(view.with_casters(world));
             }
             if is_last {

@@ -1,0 +1,93 @@
+//! Which shadow maps a frame draws anew, and what into them.
+
+use std::sync::Arc;
+
+use super::ShadowPlan;
+use super::views::{Caster, ShadowView};
+use crate::plan::{Visible, World};
+use crate::scene::Camera;
+
+/// A map to be drawn.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MapDraw {
+    /// Index into [`Visible::shadows`].
+    pub map: usize,
+    /// In the order in which they are drawn.
+    pub casters: Vec<Caster>,
+    /// Casters in the map's volume that are left out.
+    pub idle: usize,
+}
+
+/// Which maps hold what they should, so that only the others are drawn.
+///
+/// A map stays while it lies where it did, nothing that was drawn into it has moved, and whatever is needed now is in it. What is drawn depends on
+/// how long the map is likely to last: a map that is drawn for the first time, or was drawn by the frame before as well, gets what is needed now;
+/// one that lasted, or that only lacks what a turning camera needs besides, gets all that stands in its volume, so that the camera may turn on.
+#[derive(Debug, Default)]
+pub struct ShadowCache {
+    drawn: Vec<Option<DrawnMap>>,
+    /// The camera and the world's state that the maps were last held against.
+    held_against: Option<(Camera, u64)>,
+}
+
+#[derive(Debug)]
+struct DrawnMap {
+    view: Arc<ShadowView>,
+    casters: Vec<Caster>,
+    /// A frame after the one that drew it had use of it.
+    lasted: bool,
+}
+
+impl ShadowCache {
+    /// The maps that would lack something as they are; `visible` is what `camera` sees with a frame's `plan`.
+    pub fn stale(&self, world: &World, plan: &ShadowPlan, camera: &Camera, visible: &Visible) -> Vec<MapDraw> {
+        let is_same_frame = self.held_against == Some((*camera, world.generation()));
+        let draw = |(map, view): (usize, &Option<Arc<ShadowView>>)| {
+            let view = view.as_ref()?;
+            let drawn = self.drawn.get(map).and_then(Option::as_ref);
+            let all = || MapDraw { map, casters: view.casters.clone(), idle: 0 };
+            let only_needed = || {
+                let casters = visible.needed(world, plan, view);
+                MapDraw { map, idle: view.casters.len() - casters.len(), casters }
+            };
+            match drawn {
+                None => Some(only_needed()),
+                Some(drawn) if !drawn.stands(world, view) => Some(if drawn.lasted { all() } else { only_needed() }),
+                Some(drawn) if is_same_frame || drawn.casters == view.casters => None,
+                Some(drawn) => (!drawn.holds(&visible.needed(world, plan, view))).then(all),
+            }
+        };
+        visible.shadows.iter().enumerate().filter_map(draw).collect()
+    }
+
+    /// Remembers what a frame drew.
+    pub fn keep(&mut self, world: &World, camera: &Camera, visible: &Visible, draws: &[MapDraw]) {
+        self.drawn.resize_with(visible.shadows.len(), || None);
+        for (own, view) in self.drawn.iter_mut().zip(&visible.shadows) {
+            if let (Some(own), Some(_)) = (own, view) {
+                own.lasted = true;
+            }
+        }
+        for draw in draws {
+            if let Some(view) = &visible.shadows[draw.map] {
+                let drawn = DrawnMap { view: view.clone(), casters: draw.casters.clone(), lasted: false };
+                self.drawn[draw.map] = Some(drawn);
+            }
+        }
+        self.held_against = Some((*camera, world.generation()));
+    }
+}
+
+impl DrawnMap {
+    /// Whether the same texels would come of drawing the same casters again.
+    fn stands(&self, world: &World, view: &Arc<ShadowView>) -> bool {
+        let unmoved = |caster: &Caster| world.objects[caster.draw.object].revision == caster.revision;
+        Arc::ptr_eq(&self.view, view) || self.view.lies_as(view) && self.casters.iter().all(unmoved)
+    }
+
+    fn holds(&self, needed: &[Caster]) -> bool {
+        // In the same order: both are parts of what stands in the map's volume.
+        let mut drawn = self.casters.iter();
+        needed.iter().all(|caster| drawn.any(|own| own == caster))
+    }
+}

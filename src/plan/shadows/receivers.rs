@@ -1,0 +1,211 @@
+//! Which casters a map needs in a frame: those whose shadow falls on something that is seen.
+//!
+//! What is seen and receives shadows lies in boxes, large ones in pieces, of which those out of view are dropped. For a map, a coarse grid over its
+//! texels has for each cell the farthest depth at which anything that is seen may look there. A caster is needed if its box covers a cell
+//! in which something is seen behind the box's nearest depth.
+
+use glam::DVec2;
+
+use super::views::{Caster, ShadowView};
+use super::{FULL_REACH, ShadowPlan};
+use crate::plan::World;
+use crate::plan::boxes::BoxTree;
+use crate::plan::frustum::Frustum;
+use crate::scene::{Aabb, Camera, ShadowFilter, ShadowSettings};
+
+/// Cells of a map's grid along an axis.
+const CELLS: usize = 64;
+/// Boxes are cut until their pieces are no longer than this share of their distance from the camera, so many times at most.
+const PIECE: f64 = 0.15;
+const MOST_CUTS: u32 = 9;
+/// Pieces of all boxes together; then those that are left stay whole.
+const MOST_PIECES: usize = 2048;
+/// Of depths, for the rounding of f32: absolute where they are linear, else as a share.
+const DEPTH_SLACK: f64 = 1e-5;
+
+/// What a camera sees that shadows fall on.
+#[derive(Debug, Clone)]
+pub struct Receivers {
+    pieces: Vec<Piece>,
+    tree: BoxTree,
+    filter: Filter,
+}
+
+#[derive(Debug, Clone)]
+struct Piece {
+    bounds: Aabb,
+    /// From where to where along the view.
+    along: (f64, f64),
+}
+
+/// How far from a point its light is looked up.
+#[derive(Debug, Clone, Copy)]
+struct Filter {
+    /// The offset along the normal, in texels.
+    offset: f64,
+    /// Whether a texel may be compared with a depth far from the point's own: that of its plane, which may be seen from its edge.
+    is_slanting: bool,
+}
+
+impl Filter {
+    fn of(plan: &ShadowPlan, settings: &ShadowSettings) -> Self {
+        let is_slanting = match plan.filter {
+            ShadowFilter::None | ShadowFilter::Box2 | ShadowFilter::Box3 | ShadowFilter::Box5 => false,
+            ShadowFilter::Poisson | ShadowFilter::Pcss => true,
+        };
+        Self { offset: f64::from(settings.normal_offset) * plan.reach() / FULL_REACH, is_slanting }
+    }
+}
+
+impl Receivers {
+    /// Of the boxes that the camera sees, the nearest first. Surfaces may be shaded beside where they are by a `share` of their distance.
+    pub(in crate::plan) fn of(
+        boxes: impl Iterator<Item = Aabb>,
+        (camera, frustum): (&Camera, &Frustum),
+        share: f64,
+        plan: &ShadowPlan,
+        settings: &ShadowSettings,
+    ) -> Self {
+        let mut whole = Vec::new();
+        for bounds in boxes {
+            cut(bounds, MOST_CUTS, (camera, frustum), &mut whole);
+        }
+        let forward = camera.forward();
+        let piece = |bounds: Aabb| {
+            let by = share * (bounds.center().distance(camera.position) + bounds.radius());
+            let bounds = Aabb { min: bounds.min - by, max: bounds.max + by };
+            let (at, half) = ((bounds.center() - camera.position).dot(forward), forward.abs().dot(bounds.size() * 0.5));
+            Piece { bounds, along: (at - half, at + half) }
+        };
+        let pieces: Vec<Piece> = whole.into_iter().map(piece).collect();
+        let tree = BoxTree::of(pieces.iter().map(|piece| piece.bounds));
+        Self { pieces, tree, filter: Filter::of(plan, settings) }
+    }
+
+    /// The pieces that look something up in a map.
+    fn in_map<'a>(&'a self, view: &'a ShadowView) -> impl Iterator<Item = &'a Piece> {
+        // The offset moves a point sideways, and along a slanting ray by as much again.
+        let texels = 2.0 * self.filter.offset + 1.0;
+        let own = self.tree.each(move |bounds| view.may_hold(bounds, texels)).map(|index| &self.pieces[index]);
+        own.filter(|piece| piece.along.1 >= view.begin && piece.along.0 <= view.end)
+    }
+
+    /// Whether anything is looked up in a map.
+    pub(in crate::plan) fn look_into(&self, view: &ShadowView) -> bool {
+        self.in_map(view).next().is_some()
+    }
+
+    /// The map's casters without those that shadow nothing that is seen.
+    pub(in crate::plan) fn needed(&self, world: &World, plan: &ShadowPlan, view: &ShadowView) -> Vec<Caster> {
+        let margin = 2.0 * plan.margin(view.tile.edge, &world.shadows) + 2.0;
+        let mut grid = Grid::new(view);
+        for piece in self.in_map(view) {
+            grid.add(&Footprint::of(view, &piece.bounds), margin, &self.filter);
+        }
+        let is_needed =
+            |caster: &&Caster| grid.looks_behind(&Footprint::of(view, &world.objects[caster.draw.object].bounds));
+        view.casters.iter().filter(is_needed).copied().collect()
+    }
+}
+
+/// Cuts a box in halves until its pieces are small for their distance, and drops those that are not seen.
+fn cut(bounds: Aabb, cuts: u32, (camera, frustum): (&Camera, &Frustum), pieces: &mut Vec<Aabb>) {
+    if !frustum.may_see(&bounds) {
+        return;
+    }
+    let size = bounds.size();
+    let (axis, edge) = (size.max_position(), size.max_element());
+    let distance = camera.position.clamp(bounds.min, bounds.max).distance(camera.position);
+    if cuts == 0 || edge <= PIECE * distance || pieces.len() >= MOST_PIECES {
+        pieces.push(bounds);
+        return;
+    }
+    let middle = bounds.center()[axis];
+    let (mut first, mut second) = (bounds, bounds);
+    (first.max[axis], second.min[axis]) = (middle, middle);
+    cut(first, cuts - 1, (camera, frustum), pieces);
+    cut(second, cuts - 1, (camera, frustum), pieces);
+}
+
+/// What a box covers of a map.
+struct Footprint {
+    /// In texels of the layer; infinite where the box comes beside or behind the light.
+    low: DVec2,
+    high: DVec2,
+    /// Reversed depths: of the box's nearest and farthest corner.
+    nearest: f64,
+    farthest: f64,
+}
+
+impl Footprint {
+    fn of(view: &ShadowView, bounds: &Aabb) -> Self {
+        let mut own = Self {
+            low: DVec2::INFINITY,
+            high: DVec2::NEG_INFINITY,
+            nearest: f64::NEG_INFINITY,
+            farthest: f64::INFINITY,
+        };
+        for corner in bounds.corners() {
+            let [u, v, depth, w] = view.rows.map(|row| row.truncate().dot(corner) + row.w);
+            if w <= 0.0 {
+                // Depth falls as 1 / w: beyond infinity it begins anew.
+                (own.low, own.high, own.nearest) = (DVec2::NEG_INFINITY, DVec2::INFINITY, f64::INFINITY);
+                continue;
+            }
+            let at = DVec2::new(u, v) / w;
+            (own.low, own.high) = (own.low.min(at), own.high.max(at));
+            (own.nearest, own.farthest) = (own.nearest.max(depth / w), own.farthest.min(depth / w));
+        }
+        own
+    }
+}
+
+/// For each cell of a map the farthest depth, reversed, that anything that is seen compares with there.
+struct Grid<'a> {
+    view: &'a ShadowView,
+    /// Texels of a cell.
+    cell: f64,
+    farthest: Vec<f64>,
+}
+
+impl<'a> Grid<'a> {
+    fn new(view: &'a ShadowView) -> Self {
+        Self { view, cell: f64::from(view.tile.edge) / CELLS as f64, farthest: vec![f64::INFINITY; CELLS * CELLS] }
+    }
+
+    /// The cells that a footprint touches, with so many texels around it.
+    fn cells(&self, footprint: &Footprint, margin: f64) -> impl Iterator<Item = usize> + use<> {
+        let tile = self.view.tile;
+        let cell = |texel: f64, first: u32| (texel - f64::from(first)) / self.cell;
+        let range = |low: f64, high: f64, first: u32| {
+            let (low, high) = (cell(low - margin, first).floor(), cell(high + margin, first).floor());
+            // Clamped: no cast overflows, also from infinity. What lies beside the map touches none.
+            (low.clamp(0.0, CELLS as f64) as usize)..((high + 1.0).clamp(0.0, CELLS as f64) as usize)
+        };
+        let columns = range(footprint.low.x, footprint.high.x, tile.x);
+        let rows = range(footprint.low.y, footprint.high.y, tile.y);
+        rows.flat_map(move |row| columns.clone().map(move |column| row * CELLS + column))
+    }
+
+    /// Something that is seen.
+    fn add(&mut self, footprint: &Footprint, margin: f64, filter: &Filter) {
+        let view = self.view;
+        let farthest = if filter.is_slanting {
+            f64::NEG_INFINITY
+        } else if view.is_perspective() {
+            footprint.farthest * (1.0 - 2.0 * filter.offset * view.texel - DEPTH_SLACK).max(0.0)
+        } else {
+            // The depth of a step of one texel.
+            footprint.farthest - filter.offset * view.texel * view.rows[2].truncate().length() - DEPTH_SLACK
+        };
+        for cell in self.cells(footprint, margin) {
+            self.farthest[cell] = self.farthest[cell].min(farthest);
+        }
+    }
+
+    /// Whether anything is seen in the shadow of a box, as far as the grid tells.
+    fn looks_behind(&self, caster: &Footprint) -> bool {
+        // A texel around it, for how its triangles are rounded.
+        self.cells(caster, 1.0).any(|cell| self.farthest[cell] <= caster.nearest)
+    }
+}
