@@ -354,6 +354,21 @@ fn validation_is_silent_and_counts_what_the_layer_says() {
 }
 
 #[test]
+fn advice_that_was_asked_for_is_told_and_fails_nothing() {
+    let folder = folder();
+    let arguments = ["render", "builtin:quad", "--size", "8x8", "-q"];
+    let asked = program().current_dir(folder.path()).args(arguments).arg("--validate=best-practices").output();
+    let asked = asked.expect("the program starts");
+    assert!(asked.status.success() && text(&asked.stderr).contains("BestPractices"), "{}", text(&asked.stderr));
+    fail(
+        folder.path(),
+        &[&arguments[..], &["--validate=synch"]].concat(),
+        2,
+        &["did you mean \"sync\"", "gpu-assisted"],
+    );
+}
+
+#[test]
 fn a_drawn_frame_is_an_svg_file_or_a_stream() {
     let folder = folder();
     let inspect = |more: &[&str]| succeed(folder.path(), &[&["inspect", "builtin:quad"], more].concat());

@@ -8,113 +8,15 @@ mod common;
 
 use afterlight::frame::{Error, Renderer};
 use afterlight::plan;
-use afterlight::scene::builtin::{CATALOGUE, shapes};
+use afterlight::scene::builtin::CATALOGUE;
 use afterlight::scene::{
-    AlphaMode, Brdf, Camera, ColorSpace, Environment, Falloff, GbufferPreset, HdrFormat, Light, LightKind, LightPath,
-    Material, Scene, Settings, ShadowSettings, TARGETS, Texture, Transparency, View,
+    Brdf, Environment, Falloff, GbufferPreset, HdrFormat, Light, LightKind, LightPath, Material, Scene, Settings,
+    ShadowSettings, TARGETS, Transparency, View,
 };
-use common::gpu::{Gpu, on_gpu_in_both_modes};
-use common::stage::{add, gbuffer, lambert, open, own, plane, point, rectangle, spot, sun};
-use glam::{DAffine3, DQuat, DVec3, Vec3};
-
-/// Pictures are small: the layer looks at commands and not at pixels.
-const SIZE: [u32; 2] = [32, 18];
-
-/// Frames enough that each of the two in flight is recorded anew while the other is drawn, a picture read between them, and the
-/// renderer dropped with frames under way.
-fn draw_frames(renderer: &mut Renderer, camera: &Camera) -> Result<(), Error> {
-    for turn in 0..6 {
-        // Out of sight as well: a frame that draws nothing has barriers all the same.
-        let rotation = camera.rotation * DQuat::from_rotation_y(0.7 * f64::from(turn));
-        renderer.render(&Camera { rotation, ..*camera })?;
-        if turn == 3 {
-            renderer.read_back()?;
-        }
-    }
-    Ok(())
-}
-
-/// Draws several frames; the layer's messages are looked at when the device is gone.
-fn exercise(gpu: &Gpu, scene: &Scene, settings: &Settings) {
-    let mut renderer = gpu.renderer(scene, settings);
-    draw_frames(&mut renderer, &scene.camera).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
-}
-
-fn small(scene: &Scene) -> Settings {
-    own(scene, SIZE[0], SIZE[1])
-}
-
-/// Every other texel is a hole.
-fn perforated() -> Texture {
-    let texel = |index: u32| [255, 128, 64, if (index + index / 4).is_multiple_of(2) { 255 } else { 0 }];
-    let texels = (0..16).flat_map(texel).collect();
-    Texture { name: "perforated".into(), size: [4, 4], color_space: ColorSpace::Srgb, texels }
-}
-
-/// One of each thing that a frame has code for: every BRDF, emissive light, a masked two-sided sheet that casts a shadow, a
-/// mirrored transform, a normal map, and a sun with a shadow beside lights of every kind and fall-off.
-fn one_of_each() -> Scene {
-    let lamp = |x: f64, range, falloff| point(DVec3::new(x, 0.3, 1.0), 2.0, range, falloff);
-    let polynomial = Falloff::Polynomial { constant: 1.0, linear: 0.5, quadratic: 0.5 };
-    let lights = vec![
-        sun(DVec3::new(0.5, 0.7, 1.0), 3.0),
-        lamp(-0.5, None, Falloff::InverseSquare),
-        lamp(0.0, Some(3.0), Falloff::Quadratic),
-        lamp(0.5, Some(3.0), polynomial),
-        spot(DVec3::new(0.0, 0.0, 1.5), 2.0, 10.0, 30.0),
-    ];
-    let mut scene = plane(lambert(0.7), lights);
-    scene.name = "one of each".into();
-    scene.textures = vec![perforated(), Texture { color_space: ColorSpace::Linear, ..perforated() }];
-    let at = |x: f64, y: f64| DAffine3::from_translation(DVec3::new(x, y, 0.4));
-    let mirrored = |x, y| at(x, y) * DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
-    let shiny = |brdf| Material { brdf, specular: Vec3::splat(0.3), shininess: 20.0, ..Material::default() };
-    add(&mut scene, shapes::cuboid([0.4; 3]), shiny(Brdf::Phong), at(-0.6, -0.5));
-    add(&mut scene, shapes::sphere(0.25, 12), shiny(Brdf::BlinnPhong), mirrored(0.0, -0.5));
-    let normal_mapped =
-        Material { normal_texture: Some(1), metallic_roughness_texture: Some(1), ..Material::default() };
-    add(&mut scene, shapes::cuboid([0.4; 3]), normal_mapped, at(0.6, -0.5));
-    let glowing = Material { emissive: Vec3::new(1.0, 0.5, 0.2), emissive_texture: Some(0), ..Material::default() };
-    add(&mut scene, shapes::cuboid([0.3; 3]), glowing, at(-0.6, 0.5));
-    let sheet = Material {
-        base_color_texture: Some(0),
-        alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
-        two_sided: true,
-        ..lambert(1.0)
-    };
-    add(&mut scene, rectangle([-0.4, -0.4], [0.4, 0.4], 0.1), sheet, mirrored(0.5, 0.5));
-    scene.environment = Environment { ambient: Vec3::splat(0.1), background: Vec3::splat(0.2), ground: None };
-    scene
-}
-
-/// The same without what emits, so that there is no HDR target.
-fn nothing_emits() -> Scene {
-    let mut scene = one_of_each();
-    for material in &mut scene.materials {
-        (material.emissive, material.emissive_texture) = (Vec3::ZERO, None);
-    }
-    scene
-}
-
-/// The same with a glowing sheet that blends, a glass ball in a mirror, and textured gauze, which overlap.
-fn with_transparent(mut scene: Scene) -> Scene {
-    scene.name += " behind glass";
-    let transparent = |alpha_mode| Material { alpha_mode, alpha: 0.4, two_sided: true, ..Material::default() };
-    let at = |z: f64| DAffine3::from_translation(DVec3::new(0.0, 0.0, z));
-    let glow = Material { emissive: Vec3::new(0.5, 1.0, 0.2), ..transparent(AlphaMode::Blend) };
-    add(&mut scene, rectangle([-0.5, -0.5], [0.5, 0.5], 0.0), glow, at(0.5));
-    let mirrored = at(0.6) * DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
-    add(&mut scene, shapes::sphere(0.3, 12), transparent(AlphaMode::Glass), mirrored);
-    let textures = (!scene.textures.is_empty()).then_some(0);
-    let gauze = Material {
-        brdf: Brdf::Phong,
-        base_color_texture: textures,
-        normal_texture: textures,
-        ..transparent(AlphaMode::Blend)
-    };
-    add(&mut scene, rectangle([-0.4, -0.4], [0.6, 0.6], 0.0), gauze, at(0.7));
-    scene
-}
+use common::gpu::on_gpu_in_both_modes;
+use common::scenes::{crowd, draw_frames, exercise, nothing_emits, one_of_each, small, with_transparent};
+use common::stage::{gbuffer, lambert, open, plane, point};
+use glam::DVec3;
 
 #[test]
 fn transparent_surfaces_are_silent_sorted_and_weighted() {
@@ -214,12 +116,8 @@ fn every_gbuffer_is_silent_with_and_without_an_hdr_target() {
 #[test]
 fn every_light_path_is_silent() {
     on_gpu_in_both_modes(|gpu| {
-        // More lights than a uniform buffer holds, of limited reach.
-        let lamp = |index| point(DVec3::new(index as f64 * 1e-3, 0.0, 1.0), 0.01, Some(2.0), Falloff::InverseSquare);
-        let mut crowd = one_of_each();
-        crowd.lights.extend((0..300).map(lamp));
         for (_, light_path) in LightPath::NAMES {
-            for scene in [&one_of_each(), &nothing_emits(), &crowd] {
+            for scene in [&one_of_each(), &nothing_emits(), &crowd()] {
                 for hdr_output in [false, true] {
                     exercise(gpu, scene, &Settings { light_path: *light_path, hdr_output, ..small(scene) });
                 }

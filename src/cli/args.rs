@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::str::FromStr;
 
-use afterlight::gpu::DeviceChoice;
+use afterlight::gpu::{DeviceChoice, Validation};
 use afterlight::scene::{
     Brdf, Camera, GbufferChoice, HdrFormat, Keep, LightPath, Resolve, SettingsPatch, ShadowFilter, Tonemap,
     Transparency, View, parse_size, unknown,
@@ -17,9 +17,30 @@ pub struct DeviceArgs {
     /// The device: its number in `afterlight doctor`, or a part of its name [default: a real GPU before a CPU]
     #[arg(long, value_name = "N|NAME", value_parser = device, allow_hyphen_values = true)]
     pub device: Option<DeviceChoice>,
-    /// Turn on the validation layer with its synchronization checks; any message ends the command with exit code 1
-    #[arg(long)]
-    pub validate: bool,
+    /// Turn on the validation layer: core checks and synchronization (sync, the default), checks on the GPU of what shaders access
+    /// (gpu-assisted), or core checks and advice (best-practices). Any message but advice ends the command with exit code 1
+    // With an equals sign, so that a scene that follows is not taken for the value.
+    #[arg(
+        long,
+        value_name = "CHECKS",
+        value_parser = checks,
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "sync"
+    )]
+    pub validate: Option<Validation>,
+}
+
+/// What `--validate` can ask for, by its names.
+const CHECKS: [(&str, Validation); 3] = [
+    ("sync", Validation::Synchronization),
+    ("gpu-assisted", Validation::GpuAssisted),
+    ("best-practices", Validation::BestPractices),
+];
+
+fn checks(text: &str) -> Result<Validation, String> {
+    let found = CHECKS.iter().find(|(name, _)| *name == text);
+    found.map(|&(_, checks)| checks).ok_or_else(|| unknown("checks", text, &CHECKS.map(|(name, _)| name)))
 }
 
 /// What the command line says about how to draw. It wins over the scene file.

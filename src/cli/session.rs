@@ -14,9 +14,9 @@ use super::output;
 /// its end, as leaks, counts too.
 ///
 /// # Errors
-/// No usable device; what `work` returns; and with `--validate` any message of the layer.
+/// No usable device; what `work` returns; and with `--validate` any message of the layer that is not advice.
 pub fn with_device(args: &DeviceArgs, work: impl FnOnce(Arc<Device>) -> Result<(), Failure>) -> Result<(), Failure> {
-    let validation = if args.validate { Validation::Synchronization } else { Validation::Off };
+    let validation = args.validate.unwrap_or_default();
     let instance = Instance::new(&InstanceOptions { validation, ..InstanceOptions::default() })?;
     let log = instance.message_log();
     let choice = args.device.clone().unwrap_or_default();
@@ -31,20 +31,28 @@ pub fn with_device(args: &DeviceArgs, work: impl FnOnce(Arc<Device>) -> Result<(
     for message in &about_the_system {
         tracing::info!("{}: {}", message.id_name, message.text);
     }
-    judge(outcome, &about_us, dropped, args.validate)
+    judge(outcome, &about_us, dropped, validation)
 }
 
-/// Tells all messages, and lets them fail a command that went well otherwise.
-fn judge(outcome: Result<(), Failure>, messages: &[Message], dropped: u64, validate: bool) -> Result<(), Failure> {
+/// Tells all messages, and lets them fail a command that went well otherwise. Advice that was asked for fails none.
+fn judge(
+    outcome: Result<(), Failure>,
+    messages: &[Message],
+    dropped: u64,
+    validation: Validation,
+) -> Result<(), Failure> {
     if messages.is_empty() {
         return outcome;
     }
     output::print(&listing(messages, dropped), true)?;
-    let count = messages.len() as u64 + dropped;
+    let wanted = |message: &Message| validation == Validation::BestPractices && message.is_advice();
+    let mistakes = messages.iter().filter(|message| !wanted(message)).count() as u64;
+    // What was not kept is of unknown kind.
+    let count = mistakes + dropped;
     let failed = Failure::new(Exit::FailedCheck, format!("validation failed with {count} message(s), listed above"));
     match outcome {
         Err(failure) if !failure.is_quiet() => Err(failure),
-        _ if validate => Err(failed),
+        _ if validation != Validation::Off && count > 0 => Err(failed),
         outcome => outcome,
     }
 }
@@ -100,11 +108,15 @@ mod tests {
 
     #[test]
     fn messages_fail_a_validated_command_and_hide_no_other_failure() {
-        assert!(judge(Ok(()), &[message("a")], 0, true).is_err());
-        assert!(judge(Ok(()), &[message("a")], 0, false).is_ok());
-        assert!(judge(Ok(()), &[], 0, true).is_ok());
+        assert!(judge(Ok(()), &[message("a")], 0, Validation::Synchronization).is_err());
+        assert!(judge(Ok(()), &[message("a")], 0, Validation::Off).is_ok());
+        assert!(judge(Ok(()), &[], 0, Validation::Synchronization).is_ok());
+        let advice = Message { id_name: "BestPractices-x".into(), severity: Severity::Warning, ..message("a") };
+        assert!(judge(Ok(()), std::slice::from_ref(&advice), 0, Validation::BestPractices).is_ok());
+        assert!(judge(Ok(()), std::slice::from_ref(&advice), 0, Validation::Synchronization).is_err());
+        assert!(judge(Ok(()), &[advice, message("b")], 0, Validation::BestPractices).is_err());
         let usage = || Err(Failure::usage("what was wrong before"));
-        let kept = judge(usage(), &[message("a")], 0, true).expect_err("still a failure");
+        let kept = judge(usage(), &[message("a")], 0, Validation::Synchronization).expect_err("still a failure");
         assert!(format!("{kept:?}").contains("before"));
     }
 }

@@ -9,7 +9,8 @@ use ash::vk;
 use ash::vk::Handle;
 
 use super::error::{Doing, Error, Result};
-use super::instance::Instance;
+use super::instance::{Instance, Validation};
+use super::instrumentation::Instrumentation;
 use super::memory::{Memory, leak};
 use super::owned::{Registry, RetireQueue};
 use super::physical::{DeviceChoice, PhysicalDevice, choose};
@@ -221,11 +222,16 @@ fn create(
     names.dedup();
     let names: Vec<*const c_char> = names.into_iter().map(CStr::as_ptr).collect();
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
-    let core = features.core();
+    let mut instrumentation = match instance.validation() {
+        Validation::GpuAssisted => Instrumentation::of(instance, physical)?,
+        _ => Instrumentation::default(),
+    };
+    let core = instrumentation.with(features.core());
     let info = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)
         .enabled_extension_names(&names)
         .enabled_features(&core);
+    let info = instrumentation.chain(info);
     // SAFETY: the device was listed by this instance; it has these extensions and features; all that the structures
     // point to lives until the call returns.
     unsafe { instance.raw().create_device(physical.raw, &info, None) }

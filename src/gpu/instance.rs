@@ -8,7 +8,7 @@ use ash::vk;
 
 use super::error::{Doing, Error, Result};
 use super::message::{Message, MessageLog, messenger_info};
-use super::physical::PhysicalDevice;
+use super::physical::{PhysicalDevice, version_text};
 use super::system::{Missing, install_hint};
 
 const KHRONOS_VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
@@ -23,6 +23,11 @@ pub enum Validation {
     Core,
     /// The core checks and synchronization, with no limit on how often a message repeats.
     Synchronization,
+    /// What depends on the content of memory, checked where it is used: the layer adds code to shaders, and passes of its own. In
+    /// place of the core checks, which do not go with it. A device is opened with what that code needs, robust buffer access included.
+    GpuAssisted,
+    /// The core checks, and advice: what is allowed and yet unwise, on some device at least.
+    BestPractices,
 }
 
 /// What an instance is created with.
@@ -54,6 +59,7 @@ pub struct Instance {
     loader_version: u32,
     layers: Vec<LayerInfo>,
     validation: Validation,
+    api_version: u32,
 }
 
 /// What must outlive every object made from an instance.
@@ -98,7 +104,8 @@ impl Instance {
         let validation = ValidationPlan::new(&entry, options, &layers)?;
         let extensions = Extensions::choose(&entry, &validation, required)?;
         let log = Arc::new(MessageLog::default());
-        let raw = create(&entry, loader_version, &validation, &extensions, &log)?;
+        let api_version = loader_version.min(vk::API_VERSION_1_3);
+        let raw = create(&entry, api_version, &validation, &extensions, &log)?;
         let mut handles = InstanceHandles { raw, has_debug_utils: extensions.debug_utils, messenger: None, entry, log };
         if extensions.debug_utils {
             let debug_utils = ash::ext::debug_utils::Instance::new(&handles.entry, &handles.raw);
@@ -108,7 +115,8 @@ impl Instance {
             handles.messenger = Some((debug_utils, messenger));
         }
         let handles = Arc::new(handles);
-        Ok(Arc::new(Instance { handles, loader_version, layers, validation: options.validation }))
+        let validation = options.validation;
+        Ok(Arc::new(Instance { handles, loader_version, layers, validation, api_version }))
     }
 
     /// Every device of every driver, in the loader's order, also those that this program cannot use.
@@ -147,6 +155,11 @@ impl Instance {
     /// The highest Vulkan version that the loader knows, packed as Vulkan packs it.
     pub fn loader_version(&self) -> u32 {
         self.loader_version
+    }
+
+    /// The Vulkan version that the instance was made for, packed as Vulkan packs it.
+    pub fn api_version(&self) -> u32 {
+        self.api_version
     }
 
     /// The layers that the loader found, whether in use or not.
@@ -239,9 +252,13 @@ struct ValidationPlan {
     enabled: bool,
     interface: SettingsInterface,
     extensions: BTreeSet<String>,
-    synchronization: bool,
+    checks: Validation,
     shader_heuristic: bool,
 }
+
+/// Layers from this one on, at the latest, have the settings `gpuav_enable` and `syncval_shader_accesses_heuristic`. A layer warns of a
+/// setting that it does not know.
+const NEW_SETTINGS: u32 = vk::make_api_version(0, 1, 4, 304);
 
 impl ValidationPlan {
     fn new(entry: &ash::Entry, options: &InstanceOptions, layers: &[LayerInfo]) -> Result<ValidationPlan> {
@@ -249,7 +266,7 @@ impl ValidationPlan {
             enabled: false,
             interface: SettingsInterface::None,
             extensions: BTreeSet::new(),
-            synchronization: options.validation == Validation::Synchronization,
+            checks: options.validation,
             shader_heuristic: false,
         };
         if options.validation == Validation::Off {
@@ -270,15 +287,50 @@ impl ValidationPlan {
         } else {
             SettingsInterface::None
         };
-        if plan.synchronization && plan.interface == SettingsInterface::None {
-            return Err(Error::Unsupported(format!("the Vulkan layer {} cannot check synchronization", layer.name)));
+        let by_name = plan.interface == SettingsInterface::LayerSettings;
+        let lacks = match options.validation {
+            Validation::Off | Validation::Core => None,
+            Validation::Synchronization => (plan.interface == SettingsInterface::None).then_some("synchronization"),
+            Validation::BestPractices => (plan.interface == SettingsInterface::None).then_some("best practices"),
+            // 1.3.239 takes the request, adds code to shaders, and then lets a write beyond a descriptor's end pass.
+            Validation::GpuAssisted => (!by_name || layer.spec_version < NEW_SETTINGS).then_some("on the GPU"),
+        };
+        if let Some(what) = lacks {
+            let (name, version) = (&layer.name, version_text(layer.spec_version));
+            return Err(Error::Unsupported(format!(
+                "the Vulkan layer {name} {version} is too old to check {what}; {} and newer can",
+                version_text(NEW_SETTINGS)
+            )));
         }
-        // A layer warns of a setting that it does not know; this one came with 1.4.304 at the latest.
-        plan.shader_heuristic = plan.synchronization
+        plan.shader_heuristic = options.validation == Validation::Synchronization
             && options.sync_shader_heuristic
-            && plan.interface == SettingsInterface::LayerSettings
-            && layer.spec_version >= vk::make_api_version(0, 1, 4, 304);
+            && by_name
+            && layer.spec_version >= NEW_SETTINGS;
         Ok(plan)
+    }
+
+    /// What is asked for by VK_EXT_layer_settings.
+    fn settings(&self) -> Vec<vk::LayerSettingEXT<'static>> {
+        let mut settings = vec![bool_setting(c"enable_message_limit", &vk::FALSE)];
+        settings.extend(match self.checks {
+            Validation::Off | Validation::Core => Vec::new(),
+            Validation::Synchronization => vec![bool_setting(c"validate_sync", &vk::TRUE)],
+            Validation::GpuAssisted => {
+                vec![bool_setting(c"gpuav_enable", &vk::TRUE), bool_setting(c"validate_core", &vk::FALSE)]
+            }
+            Validation::BestPractices => vec![bool_setting(c"validate_best_practices", &vk::TRUE)],
+        });
+        settings.extend(self.shader_heuristic.then(|| bool_setting(c"syncval_shader_accesses_heuristic", &vk::TRUE)));
+        settings
+    }
+
+    /// What is switched on by VK_EXT_validation_features.
+    fn enables(&self) -> &'static [vk::ValidationFeatureEnableEXT] {
+        match self.checks {
+            Validation::Off | Validation::Core | Validation::GpuAssisted => &[],
+            Validation::Synchronization => &[vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION],
+            Validation::BestPractices => &[vk::ValidationFeatureEnableEXT::BEST_PRACTICES],
+        }
     }
 }
 
@@ -316,7 +368,7 @@ impl Extensions {
 
 fn create(
     entry: &ash::Entry,
-    loader_version: u32,
+    api_version: u32,
     validation: &ValidationPlan,
     extensions: &Extensions,
     log: &MessageLog,
@@ -324,7 +376,7 @@ fn create(
     let application = vk::ApplicationInfo::default()
         .application_name(c"afterlight")
         .engine_name(c"afterlight")
-        .api_version(loader_version.min(vk::API_VERSION_1_3));
+        .api_version(api_version);
     let layer_names: &[*const c_char] = if validation.enabled { &[KHRONOS_VALIDATION.as_ptr()] } else { &[] };
     let extension_names: Vec<*const c_char> = extensions.names.iter().map(|name| name.as_ptr()).collect();
     let mut info = vk::InstanceCreateInfo::default()
@@ -340,15 +392,13 @@ fn create(
     if extensions.debug_utils {
         info = info.push_next(&mut messenger);
     }
-    let mut settings = vec![bool_setting(c"enable_message_limit", &vk::FALSE)];
-    settings.extend(validation.synchronization.then(|| bool_setting(c"validate_sync", &vk::TRUE)));
-    settings.extend(validation.shader_heuristic.then(|| bool_setting(c"syncval_shader_accesses_heuristic", &vk::TRUE)));
+    let settings = validation.settings();
     let mut layer_settings = vk::LayerSettingsCreateInfoEXT::default().settings(&settings);
-    let enables = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
-    let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enables);
+    let enables = validation.enables();
+    let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(enables);
     match validation.interface {
         SettingsInterface::LayerSettings => info = info.push_next(&mut layer_settings),
-        SettingsInterface::ValidationFeatures if validation.synchronization => info = info.push_next(&mut features),
+        SettingsInterface::ValidationFeatures if !enables.is_empty() => info = info.push_next(&mut features),
         SettingsInterface::ValidationFeatures | SettingsInterface::None => {}
     }
 

@@ -18,7 +18,7 @@ pub enum Severity {
 /// Where a message comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum MessageKind {
-    /// The loader or a driver, about the system rather than about this program.
+    /// The loader, a driver or a layer, about the system rather than about this program.
     General,
     /// A validation layer: this program breaks the specification.
     Validation,
@@ -40,6 +40,17 @@ pub struct Message {
     /// The whole text, possibly of several lines.
     pub text: String,
 }
+
+impl Message {
+    /// Whether it is advice on best practices: what it speaks of is allowed. Layers give it the kinds of mistakes, and tell it apart by
+    /// name only.
+    pub fn is_advice(&self) -> bool {
+        self.severity == Severity::Warning && self.id_name.contains("BestPractices")
+    }
+}
+
+/// What GPU-assisted validation says of checks that the device does not allow.
+const OF_THE_LAYER_ITSELF: &str = "WARNING-GPU-Assisted-Validation";
 
 /// The messages kept; later ones are counted only. A frame loop with one mistake in it would otherwise eat the memory.
 const KEPT_MESSAGES: usize = 4096;
@@ -114,7 +125,10 @@ unsafe extern "system" fn collect(
     // messenger; the log is only ever shared.
     let (data, log) = unsafe { (data.as_ref(), log.cast::<MessageLog>().cast_const().as_ref()) };
     if let (Some(data), Some(log)) = (data, log) {
-        let kind = if types.contains(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION) {
+        let id_name = text_of(data.p_message_id_name);
+        let kind = if id_name == OF_THE_LAYER_ITSELF {
+            MessageKind::General
+        } else if types.contains(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION) {
             MessageKind::Validation
         } else if types.contains(vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE) {
             MessageKind::Performance
@@ -125,7 +139,7 @@ unsafe extern "system" fn collect(
         log.push(Message {
             severity: if is_error { Severity::Error } else { Severity::Warning },
             kind,
-            id_name: text_of(data.p_message_id_name).into_owned(),
+            id_name: id_name.into_owned(),
             text: text_of(data.p_message).into_owned(),
         });
     }

@@ -21,6 +21,7 @@ mod device;
 mod error;
 mod image;
 mod instance;
+mod instrumentation;
 mod memory;
 mod message;
 mod owned;

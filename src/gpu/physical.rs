@@ -175,7 +175,7 @@ impl fmt::Debug for PhysicalDevice {
 }
 
 /// A Vulkan version in its usual form, as `1.3.230`.
-fn version_text(version: u32) -> String {
+pub(super) fn version_text(version: u32) -> String {
     format!("{}.{}.{}", vk::api_version_major(version), vk::api_version_minor(version), vk::api_version_patch(version))
 }
 

@@ -117,11 +117,14 @@ impl Device {
         let doing = || format!("submitting '{}'", cmd.name());
         let (semaphores, stages): (Vec<_>, Vec<_>) = waits.iter().copied().unzip();
         let buffers = [cmd.raw];
-        let info = vk::SubmitInfo::default()
-            .command_buffers(&buffers)
-            .wait_semaphores(&semaphores)
-            .wait_dst_stage_mask(&stages)
-            .signal_semaphores(signals);
+        let mut info = vk::SubmitInfo::default().command_buffers(&buffers);
+        // The address of an empty list is not null, and best practices want it to be.
+        if !waits.is_empty() {
+            info = info.wait_semaphores(&semaphores).wait_dst_stage_mask(&stages);
+        }
+        if !signals.is_empty() {
+            info = info.signal_semaphores(signals);
+        }
         let mut state = self.submissions.lock();
         let fence = match state.free.pop() {
             Some(fence) => fence,

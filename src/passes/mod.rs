@@ -149,14 +149,14 @@ enum Indices {
 /// Draws meshes, and binds another index buffer only where the next mesh needs it.
 struct MeshDraws<'a> {
     recording: &'a Recording<'a>,
+    streams: &'a [u32],
     bound: Option<Indices>,
 }
 
 impl<'a> MeshDraws<'a> {
-    /// With these vertex streams.
-    fn new(recording: &'a Recording<'a>, streams: &[u32]) -> Self {
-        recording.scene.bind(recording.device, recording.cmd, streams);
-        Self { recording, bound: None }
+    /// With these vertex streams, which the first draw binds: where nothing is drawn, nothing is bound.
+    fn new(recording: &'a Recording<'a>, streams: &'a [u32]) -> Self {
+        Self { recording, streams, bound: None }
     }
 
     /// Draws a mesh, in the order that the frame has sorted its triangles into if they are `sorted`: then this is their first index.
@@ -164,6 +164,9 @@ impl<'a> MeshDraws<'a> {
         // The plan has the mesh of each object that a pass draws.
         let Some(range) = self.recording.scene.mesh(mesh) else { return };
         let indices = if sorted.is_some() { Indices::Sorted } else { Indices::OfScene(range.width) };
+        if self.bound.is_none() {
+            self.recording.scene.bind(self.recording.device, self.recording.cmd, self.streams);
+        }
         if self.bound != Some(indices) {
             self.bind(indices);
         }

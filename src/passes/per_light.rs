@@ -75,6 +75,10 @@ impl PerLight {
 
     /// Adds the lights. Runs inside LIGHTING's subpass, after its triangle.
     pub fn record(&self, recording: &Recording) {
+        // Where no opaque surface is seen, every depth is that of the sky, which no light passes.
+        if recording.visible.draws.is_empty() {
+            return;
+        }
         recording.bind_pipeline(self.pipeline.raw);
         recording.bind_set(self.layout.raw, 0, recording.frame_set);
         recording.bind_set(self.layout.raw, 1, self.inputs.set);

@@ -6,6 +6,7 @@
 pub mod compare;
 pub mod golden;
 pub mod gpu;
+pub mod scenes;
 pub mod stage;
 pub mod truth;
 
