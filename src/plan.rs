@@ -11,6 +11,7 @@ mod error;
 mod frustum;
 mod gbuffer;
 mod geometry;
+mod levels;
 mod light_path;
 mod lights;
 mod lit;
@@ -34,6 +35,7 @@ pub use cost::Cost;
 pub use error::Error;
 pub use gbuffer::{Gbuffer, NormalEncoding, format_bytes};
 pub use geometry::{ForwardKey, GeometryKey, Opacity, Streams, TextureMask};
+pub use levels::least_footprint;
 pub use light_path::{Reach, steepest};
 pub use lights::{PlannedLights, UNIFORM_LIGHTS, falloff_index};
 pub use lit::Lit;
@@ -174,6 +176,8 @@ pub struct FramePlan {
     pub meshes: MeshPlan,
     /// Textures on the device.
     pub textures: TexturePlan,
+    /// How little of a surface a pixel may cover, in metres, where textures lack levels that would show below it.
+    pub footprint: Option<f64>,
     pub uploads: Uploads,
     pub lazily_allocated: bool,
     /// What stays although nothing needs it.
@@ -273,6 +277,7 @@ impl FramePlan {
             materials,
             meshes: MeshPlan::default(),
             textures: TexturePlan::default(),
+            footprint: None,
             uploads: Uploads::default(),
             lazily_allocated: device.lazily_allocated,
             keep,
@@ -286,6 +291,7 @@ impl FramePlan {
         plan.meshes = MeshPlan::of(scene, settings, &plan);
         plan.streams = plan.meshes.streams();
         plan.textures = TexturePlan::of(scene, settings, &plan);
+        plan.footprint = plan.drops_levels().then(|| least_footprint(&scene.camera, plan.size));
         plan.uploads = Uploads::of(&plan);
         plan.parts = parts::list(scene, settings, &plan);
         if keep != Keep::NONE {

@@ -309,3 +309,45 @@ fn textures_take_as_many_bytes_as_the_plan_says() {
         }
     });
 }
+
+#[test]
+fn levels_that_no_pixel_samples_change_no_bit_and_a_closer_camera_is_refused() {
+    on_gpu_in_both_modes(|gpu| {
+        let mut materials = vec![
+            Material { base_color_texture: Some(0), ..plain() },
+            Material { normal_texture: Some(1), metallic_roughness_texture: Some(2), ..plain() },
+            Material { base_color_texture: Some(0), ..pane() },
+        ];
+        materials[1].metallic = 1.0;
+        let mut scene = scene(materials, &[3]);
+        scene.meshes[0].uvs.iter_mut().flatten().for_each(|uv| *uv *= 5.0);
+        let noise = |x: u32, y: u32| ((x * x * 31 + y * 17 + x * y * 7) % 251) as u8;
+        let noisy = |name: &str, space, edge| {
+            texture(name, space, edge, |x, y| [noise(x, y), noise(y, x), noise(x + y, y), 255])
+        };
+        scene.textures = vec![
+            noisy("colour", ColorSpace::Srgb, 256),
+            texture("bumps", ColorSpace::Linear, 128, |x, y| {
+                [100 + noise(x, y) % 60, 100 + noise(y, x) % 60, 230, 255]
+            }),
+            noisy("metal", ColorSpace::Linear, 128),
+        ];
+        // The nearest surface lies just behind the near plane, and the others lean away from the eye.
+        scene.camera = Camera::looking_at(DVec3::new(0.9, 0.4, 1.6), DVec3::new(1.2, 0.5, 0.0), DVec3::Y);
+        scene.camera.near = 1.5;
+        scene.objects[1].transform *= DAffine3::from_rotation_x(-1.2);
+        let renderer = gpu.renderer(&scene, &settings());
+        let first: Vec<_> = renderer.plan().textures.images.iter().map(|image| image.first_level).collect();
+        assert!(first.iter().all(|&level| level > 0) && first[0] > first[2], "{first:?}");
+        drop(renderer);
+        for light_path in [LightPath::Loop, LightPath::Forward] {
+            assert_same(gpu, &scene, &Settings { light_path, ..settings() }, &[OptionalPart::TextureLevels]);
+        }
+        let mut renderer = gpu.renderer(&scene, &settings());
+        let closer = Camera { near: 0.1, ..scene.camera };
+        let error = renderer.render(&closer).expect_err("a camera that sees finer levels").to_string();
+        assert!(error.contains("--plan texture-levels"), "{error}");
+        renderer.render(&scene.camera).unwrap_or_else(|error| panic!("{error}"));
+        renderer.read_back().unwrap_or_else(|error| panic!("{error}"));
+    });
+}

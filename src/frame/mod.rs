@@ -351,6 +351,7 @@ impl Renderer {
     /// # Errors
     /// When the device is lost or out of memory.
     pub fn render_jittered(&mut self, camera: &Camera, jitter: [f64; 2]) -> Result<(), Error> {
+        self.plan.check_camera(camera)?;
         let frame = &mut self.frames[self.next];
         if let Some(ticket) = frame.ticket.take() {
             // Its buffers are written anew: the row "frame-to-host".

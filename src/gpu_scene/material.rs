@@ -187,6 +187,12 @@ fn upload(
             ..ImageDesc::default()
         },
     )?;
-    uploader.texture(&image, texels)?;
+    match (planned.source, planned.first_level) {
+        (TextureSource::Scene(index), first @ 1..) => {
+            let [width, height] = scene.textures[index].size;
+            uploader.coarse_texture(&image, vk::Extent2D { width, height }, texels, first)?;
+        }
+        _ => uploader.texture(&image, texels)?,
+    }
     Ok(image)
 }

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::levels::first_levels;
 use super::{FramePlan, GeometryKey, TextureMask};
 use crate::scene::{CastsShadow, ColorSpace, OptionalPart, Scene, Settings, TextureSlot};
 
@@ -35,6 +36,8 @@ impl TextureSource {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PlannedTexture {
     pub source: TextureSource,
+    /// The scene's level that is its largest one.
+    pub first_level: u32,
     /// Width and height of its largest level in texels.
     pub size: [u32; 2],
     /// White is linear: codes of 255 are exactly 1 without a curve.
@@ -44,14 +47,15 @@ pub struct PlannedTexture {
 }
 
 impl PlannedTexture {
-    fn of(scene: &Scene, source: TextureSource) -> Self {
+    fn of(scene: &Scene, source: TextureSource, first_level: u32) -> Self {
         let texture = match source {
             TextureSource::Scene(index) => scene.textures.get(index),
             TextureSource::White | TextureSource::Flat => None,
         };
         let (size, color_space) =
             texture.map_or(([1, 1], ColorSpace::Linear), |texture| (texture.size, texture.color_space));
-        Self { source, size, color_space, levels: 1 + size[0].max(size[1]).max(1).ilog2() }
+        let size = size.map(|edge| (edge >> first_level).max(1));
+        Self { source, first_level, size, color_space, levels: 1 + size[0].max(size[1]).ilog2() }
     }
 
     /// Of all levels, as an image without padding has them.
@@ -97,10 +101,14 @@ impl TexturePlan {
         if plan.keep.has(OptionalPart::UnusedTextures) {
             sources.extend((0..scene.textures.len()).map(TextureSource::Scene));
         }
+        let levels = first_levels(scene, settings, plan);
         let index: BTreeMap<TextureSource, usize> =
             sources.iter().enumerate().map(|(index, &source)| (source, index)).collect();
         Self {
-            images: sources.into_iter().map(|source| PlannedTexture::of(scene, source)).collect(),
+            images: sources
+                .into_iter()
+                .map(|source| PlannedTexture::of(scene, source, source.first_level(&levels)))
+                .collect(),
             sets: sets
                 .into_iter()
                 .map(|(material, slots)| {

@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::frustum::Frustum;
+use super::levels::stretch;
 use super::light_path::{self, Cut};
 use super::lit::{IdleLights, Lit, misplacement};
 use super::shadows::{Changes, add_cascades, lamp_views, widened};
@@ -80,6 +81,8 @@ pub struct WorldObject {
     /// The mesh's own place and box.
     mesh_place: (DVec3, Aabb),
     pub key: GeometryKey,
+    /// The most that its transform may stretch a length.
+    stretch_limit: f64,
     pub triangles: usize,
     pub transparent: bool,
 }
@@ -104,6 +107,7 @@ impl World {
                 revision: 0,
                 mesh_place: (mesh.origin, mesh.bounds),
                 key: GeometryKey::of(object, settings, plan),
+                stretch_limit: plan.stretch_limit(object.material, &object.transform),
                 triangles: mesh.indices.len() / 3,
             }
         };
@@ -173,6 +177,11 @@ impl World {
         let Some(object) = own.map(|own| &mut self.objects[own]) else { return Ok(()) };
         if (transform.matrix3.determinant() < 0.0) != object.key.mirrored {
             return Err(Error::Change(format!("object {index} cannot be mirrored while it is drawn")));
+        }
+        if stretch(transform) > object.stretch_limit {
+            let why = "levels of its textures were left out that would show on a larger one";
+            let keep = "keep its size, or all levels with `--plan texture-levels`";
+            return Err(Error::Change(format!("object {index} cannot grow: {why}: {keep}")));
         }
         let (origin, bounds) = object.mesh_place;
         let place = bounds.transformed(transform);
