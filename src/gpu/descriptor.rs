@@ -31,7 +31,14 @@ impl SetLayout {
 pub struct DescriptorPool {
     owner: Owned<vk::DescriptorPool>,
     // Vulkan wants one thread at a time.
-    allocating: Mutex<()>,
+    sets: Mutex<Vec<vk::DescriptorSet>>,
+}
+
+impl Drop for DescriptorPool {
+    fn drop(&mut self) {
+        let sets = self.sets.get_mut().unwrap_or_else(PoisonError::into_inner);
+        self.owner.device().registry.remove_sets(sets);
+    }
 }
 
 impl DescriptorPool {
@@ -55,7 +62,7 @@ impl DescriptorPool {
         // SAFETY: the device is alive.
         let raw = unsafe { device.raw.create_descriptor_pool(&info, None) }
             .doing(|| format!("creating the descriptor pool '{name}'"))?;
-        Ok(DescriptorPool { owner: Owned::new_from(device, name, raw), allocating: Mutex::new(()) })
+        Ok(DescriptorPool { owner: Owned::new_from(device, name, raw), sets: Mutex::default() })
     }
 
     /// A set whose descriptors are undefined. It lives as long as the pool.
@@ -67,15 +74,15 @@ impl DescriptorPool {
         let layouts = [layout];
         let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(self.owner.raw).set_layouts(&layouts);
         let device = self.owner.device();
-        let sets = {
-            let _one_thread = self.allocating.lock().unwrap_or_else(PoisonError::into_inner);
-            // SAFETY: the pool is alive and used by no other thread, the layout is alive (the module's contract).
-            unsafe { device.raw.allocate_descriptor_sets(&info) }.doing(doing)?
-        };
-        let Some(&set) = sets.first() else {
+        let mut sets = self.sets.lock().unwrap_or_else(PoisonError::into_inner);
+        // SAFETY: the pool is alive and used by no other thread, the layout is alive (the module's contract).
+        let new = unsafe { device.raw.allocate_descriptor_sets(&info) }.doing(doing)?;
+        let Some(&set) = new.first() else {
             return Err(Error::vulkan(doing(), vk::Result::ERROR_UNKNOWN));
         };
+        sets.push(set);
         device.name_object(set, name);
+        device.registry.add_set(set, name);
         Ok(set)
     }
 }
@@ -196,5 +203,6 @@ impl SetWriter {
             .collect();
         // SAFETY: the set, the views and the samplers are alive, and the set is not in use (the module's contract).
         unsafe { device.raw.update_descriptor_sets(&writes, &[]) };
+        device.registry.note_descriptors(set, self.writes.iter().map(|&(binding, ty, _)| (binding, ty)));
     }
 }

@@ -11,6 +11,7 @@ use gpu_allocator::{AllocationError, AllocationSizes, AllocatorDebugSettings, Me
 use super::device::Device;
 use super::error::{Error, Result};
 use super::message::{Message, MessageKind, MessageLog, Severity};
+use super::owned::LiveSet;
 
 /// What memory is for, as reports list it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -296,6 +297,17 @@ impl Device {
         let mut names: Vec<String> = owned.map(|object| object.name.to_string()).collect();
         names.sort_unstable();
         names
+    }
+
+    /// All descriptors that were written into sets, sorted, as `set of frame 0: 1 UNIFORM_BUFFER`: set, binding and type.
+    pub fn live_descriptors(&self) -> Vec<String> {
+        let registry = self.registry.lock();
+        let of_set = |set: &LiveSet| -> Vec<String> {
+            set.descriptors.iter().map(|(binding, ty)| format!("{}: {binding} {ty:?}", set.name)).collect()
+        };
+        let mut descriptors: Vec<String> = registry.sets.values().flat_map(of_set).collect();
+        descriptors.sort_unstable();
+        descriptors
     }
 
     /// Pushes a message of kind [`MessageKind::Leak`] for every object that someone still owns, and returns how many

@@ -120,6 +120,13 @@ pub(super) struct LiveObject {
     pub(super) retired: bool,
 }
 
+/// A descriptor set: its name, and the descriptors that were written, by binding.
+#[derive(Clone, Debug)]
+pub(super) struct LiveSet {
+    pub(super) name: String,
+    pub(super) descriptors: BTreeMap<u32, vk::DescriptorType>,
+}
+
 /// Every object alive on a device.
 #[derive(Default)]
 pub(super) struct Registry {
@@ -129,6 +136,8 @@ pub(super) struct Registry {
 #[derive(Default)]
 pub(super) struct RegistryState {
     pub(super) objects: BTreeMap<ObjectId, LiveObject>,
+    /// Descriptor sets, which go with their pool.
+    pub(super) sets: BTreeMap<vk::DescriptorSet, LiveSet>,
     next_id: u64,
     /// The memory of all objects now, and the most that it was, in bytes.
     bytes: u64,
@@ -150,6 +159,28 @@ impl Registry {
             let before = object.memory.replace((kind, bytes)).map_or(0, |(_, bytes)| bytes);
             state.bytes = state.bytes - before + bytes;
             state.peak_bytes = state.peak_bytes.max(state.bytes);
+        }
+    }
+
+    pub(super) fn add_set(&self, set: vk::DescriptorSet, name: &str) {
+        let empty = LiveSet { name: name.to_owned(), descriptors: BTreeMap::new() };
+        self.lock().sets.insert(set, empty);
+    }
+
+    pub(super) fn note_descriptors(
+        &self,
+        set: vk::DescriptorSet,
+        descriptors: impl Iterator<Item = (u32, vk::DescriptorType)>,
+    ) {
+        if let Some(own) = self.lock().sets.get_mut(&set) {
+            own.descriptors.extend(descriptors);
+        }
+    }
+
+    pub(super) fn remove_sets(&self, sets: &[vk::DescriptorSet]) {
+        let mut state = self.lock();
+        for set in sets {
+            state.sets.remove(set);
         }
     }
 
