@@ -441,3 +441,29 @@ fn help_names_the_exit_codes_and_a_closed_pipe_is_no_error() {
         assert!(succeed(folder.path(), &[command, "--help"]).contains("Examples:"), "{command}");
     }
 }
+
+#[test]
+fn a_dropped_dependency_is_complained_of_and_one_that_is_not_there_is_told() {
+    let folder = folder();
+    let inspect = |name: &'static str| {
+        let scene = ["inspect", "builtin:quad", "--light-path", "loop"];
+        [&scene[..], &SMALL, &["--drop", name]].concat()
+    };
+    let told = succeed(folder.path(), &inspect("gbuffer-to-lighting"));
+    assert!(told.contains("GEOMETRY -> LIGHTING") && told.contains("why it is there"), "{told}");
+    assert!(told.contains("SYNC-HAZARD-") && told.contains(" times, as:"), "{told}");
+    let unheard = succeed(folder.path(), &inspect("picture-to-host"));
+    assert!(unheard.contains("nothing") && unheard.contains("specification, Host Access"), "{unheard}");
+    fail(folder.path(), &inspect("gbuffer-to-lightning"), 2, &["did you mean \"gbuffer-to-lighting\"?", "read-back"]);
+    fail(folder.path(), &inspect("frame-to-host"), 2, &["frame-to-host", "cannot be dropped"]);
+    fail(folder.path(), &[&inspect("read-back")[..], &["--json"]].concat(), 2, &["--drop"]);
+    // Layers are looked for elsewhere, but Debian 13's runner names their place itself.
+    if std::env::var_os("AFTERLIGHT_RUNNER").is_none() {
+        let nowhere = folder.path().join("none");
+        let mut without = program();
+        without.env("VK_LAYER_PATH", &nowhere).env("VK_EXPLICIT_LAYER_PATH", &nowhere).args(inspect("read-back"));
+        let output = without.output().expect("the program starts");
+        assert_eq!(output.status.code(), Some(4), "{}", text(&output.stderr));
+        assert!(text(&output.stderr).contains("VK_LAYER_KHRONOS_validation"), "{}", text(&output.stderr));
+    }
+}

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::thread;
 use std::time::Instant;
 
-use afterlight::frame::edges::unnoticed::{Part, UNNOTICED, reason};
+use afterlight::frame::edges::unnoticed::{LAYER, Part, UNNOTICED, reason};
 use afterlight::frame::edges::{self, Edge, Edges};
 use afterlight::frame::{capabilities, experiment};
 use afterlight::gpu::{Device, DeviceChoice, Instance, InstanceOptions, MessageKind, Validation, vk};
@@ -22,9 +22,6 @@ use afterlight::scene::{
 };
 use common::stage::{add, lambert, own, plane, point, rectangle, sun};
 use glam::{DAffine3, DVec3, Vec3};
-
-/// The first layer that sees wrong masks.
-const LAYER: u32 = vk::make_api_version(0, 1, 4, 309);
 
 /// A plan to take dependencies from.
 struct Case {

@@ -14,7 +14,7 @@ use super::output::Sink;
 use super::plan_report::PlanReport;
 use super::table::Table;
 use super::workload::Workload;
-use super::{output, session};
+use super::{drop, output, session};
 
 /// Print what a scene's frames consist of, what is left out, and every dependency with its reason
 #[derive(Debug, clap::Args)]
@@ -23,7 +23,8 @@ Examples:
   afterlight inspect builtin:hall
   afterlight inspect builtin:hall --graph frame.svg
   afterlight inspect sponza.obj --shadows off --gbuffer fat
-  afterlight inspect scene.toml --json | jq '.parts[] | select(.included)'")]
+  afterlight inspect scene.toml --json | jq '.parts[] | select(.included)'
+  afterlight inspect builtin:hall --size 320x180 --drop gbuffer-to-lighting")]
 pub struct Args {
     /// The scene: an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
     scene: String,
@@ -33,6 +34,9 @@ pub struct Args {
     /// Draw the frame into an .svg file as well: passes, what they draw into, and every dependency; - is standard output
     #[arg(long, value_name = "FILE", value_parser = drawing)]
     graph: Option<Sink>,
+    /// Draw a few frames without this dependency, under the validation layer, and print what it says
+    #[arg(long, value_name = "DEPENDENCY", conflicts_with_all = ["json", "validate", "graph"])]
+    drop: Option<String>,
     /// What the picture would show, as for `render`
     #[arg(long, value_name = "NAME", value_parser = value::<View>)]
     view: Option<View>,
@@ -90,6 +94,10 @@ impl From<&Edge> for EdgeReport {
 /// # Errors
 /// A scene that cannot be read, or no device.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    if let Some(name) = &args.drop {
+        let variation = SettingsPatch { view: args.view, samples: Some(1), ..SettingsPatch::default() };
+        return drop::run(name, &args.scene, &args.settings, &variation, &args.device);
+    }
     let drawn_to_stdout = args.graph.as_ref().is_some_and(Sink::is_stdout);
     if drawn_to_stdout && args.json {
         return Err(Failure::usage("--json takes standard output: give --graph a file"));

@@ -5,6 +5,7 @@ mod args;
 mod bench;
 mod contact_sheet;
 mod doctor;
+mod drop;
 mod failure;
 mod inspect;
 mod logs;

@@ -4,10 +4,13 @@
 //! says what the specification has to say. `tests/necessity.rs` fails when an entry is noticed after all, when none of its rows is
 //! silent any more, and when something is silent that is not listed.
 
-use ash::vk::{AccessFlags as A, PipelineStageFlags as S};
+use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
 use super::{Edge, Side};
 use crate::gpu::sync::Use;
+
+/// The first layer that sees wrong masks of subpass dependencies.
+pub const LAYER: u32 = vk::make_api_version(0, 1, 4, 309);
 
 /// What of a row is taken away.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

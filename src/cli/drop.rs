@@ -1,0 +1,143 @@
+//! `afterlight inspect --drop`: frames with a dependency missing, and what the validation layer has to say of them.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::sync::Arc;
+
+use afterlight::frame::edges::unnoticed::{Part, reason};
+use afterlight::frame::edges::{self, Edge, Edges};
+use afterlight::frame::{experiment, plan_for};
+use afterlight::gpu::{Device, Instance, InstanceOptions, Message, MessageKind, Validation, vk};
+use afterlight::scene::SettingsPatch;
+
+use super::args::{DeviceArgs, SettingsArgs};
+use super::failure::{Exit, Failure};
+use super::output;
+use super::workload::Workload;
+
+/// From this version on the layer has its shader heuristic.
+const HEURISTIC: u32 = vk::make_api_version(0, 1, 4, 304);
+
+/// Draws the scene without the dependency of this name, in each mode that the layer has, and prints what it says.
+///
+/// # Errors
+/// No layer or no device; a scene that cannot be read; a dependency that its plan has not, or that cannot be dropped; and a layer that
+/// complains of the frame as it is.
+pub fn run(
+    name: &str,
+    scene: &str,
+    settings: &SettingsArgs,
+    variation: &SettingsPatch,
+    args: &DeviceArgs,
+) -> Result<(), Failure> {
+    let workload = Workload::open(scene, settings, false)?;
+    let mut text = String::new();
+    let mut silent = true;
+    let mut dropped: Option<(Edge, u32)> = None;
+    for sync_shader_heuristic in [false, true] {
+        let options = InstanceOptions { validation: Validation::Synchronization, sync_shader_heuristic };
+        let instance = Instance::new(&options)?;
+        let layer = layer_version(&instance);
+        if sync_shader_heuristic && layer < HEURISTIC {
+            break;
+        }
+        let device = Device::new(&instance, &args.device.clone().unwrap_or_default())?;
+        let settings = workload.settings(variation, &device.physical)?;
+        let table = edges::table(&plan_for(&device, &workload.scene, &settings)?);
+        let without = table.without(name).map_err(|error| Failure::usage(error.to_string()))?;
+        let draw = |edges: Edges| {
+            said(&instance, &device, |device| experiment::draw(device, &workload.scene, &settings, edges))
+        };
+        // What it says of the whole table is not about what is dropped.
+        let (before, _) = draw(table.clone())?;
+        if !before.is_empty() {
+            let message = format!("with all its dependencies the layer already says {}", before[0].id_name);
+            return Err(Failure::new(Exit::FailedCheck, message).with_hint("--validate lists all of it"));
+        }
+        if dropped.is_none() {
+            let edge = table.row(name);
+            let [width, height] = settings.size;
+            let (scene, gpu) = (&workload.scene.name, &device.physical.name);
+            let _ = writeln!(text, "{scene}: {width}x{height} on {gpu}, frames without {name}");
+            let _ = writeln!(text, "  {} -> {}, {}", edge.from, edge.to, edge.carrier);
+            let _ = writeln!(text, "  why it is there: {}", edge.why);
+            dropped = Some((edge.clone(), layer));
+        }
+        let mode = if sync_shader_heuristic { "with its shader heuristic" } else { "as it is by default" };
+        let (messages, more) = draw(without)?;
+        silent &= messages.is_empty();
+        let _ = writeln!(text, "\nLayer {}, {mode}:", version(layer));
+        match messages.is_empty() {
+            true => text.push_str("  nothing\n"),
+            false => text.push_str(&listing(&messages, more)),
+        }
+    }
+    if let Some((edge, layer)) = dropped.filter(|_| silent) {
+        text.push('\n');
+        match reason(&edge, Part::Row) {
+            Some(reason) => {
+                let _ =
+                    writeln!(text, "No layer is known to notice: {} (specification, {}).", reason.why, reason.section);
+            }
+            None => {
+                let (own, newer) = (version(layer), version(edges::unnoticed::LAYER));
+                let _ = writeln!(text, "Layer {own} does not notice. Layer {newer} does.");
+            }
+        }
+    }
+    output::print(&text, false)
+}
+
+/// What the layer has to say of some work, and how many messages it had no room for.
+fn said(
+    instance: &Instance,
+    device: &Arc<Device>,
+    work: impl FnOnce(&Arc<Device>) -> Result<(), afterlight::frame::Error>,
+) -> Result<(Vec<Message>, u64), Failure> {
+    instance.take_messages();
+    work(device)?;
+    let more = instance.message_log().dropped();
+    let ours = instance.take_messages().into_iter().filter(|message| message.kind != MessageKind::General);
+    Ok((ours.collect(), more))
+}
+
+/// Each hazard once, with how often it came: messages that differ in handles, frames and counters alone are one.
+fn listing(messages: &[Message], more: u64) -> String {
+    let alike = |text: &str| -> String {
+        let handle = |word: &str| {
+            if word.starts_with("0x") { String::new() } else { word.replace(|c: char| c.is_ascii_digit(), "") }
+        };
+        text.split(|c: char| !c.is_alphanumeric()).map(handle).collect()
+    };
+    // Old layers repeat the rule and name the first object before they come to the point.
+    let point =
+        |text: &str| -> String { text.rsplit_once(" | ").map_or(text, |(_, point)| point).replace('\n', "\n    ") };
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    let mut first = Vec::new();
+    for message in messages {
+        let (text, key) = (point(&message.text), alike(&point(&message.text)));
+        let count = counts.entry(key.clone()).or_default();
+        *count += 1;
+        if *count == 1 {
+            first.push((&message.id_name, text, key));
+        }
+    }
+    let mut list = String::new();
+    for (rule, text, key) in first {
+        let _ = writeln!(list, "  {rule}, {} times, as:\n    {}", counts[&key], text.trim_end());
+    }
+    if more > 0 {
+        let _ = writeln!(list, "  and {more} more messages that were not kept");
+    }
+    list
+}
+
+fn layer_version(instance: &Instance) -> u32 {
+    let layers = instance.layers().iter().filter(|layer| layer.name == "VK_LAYER_KHRONOS_validation");
+    layers.map(|layer| layer.spec_version).max().unwrap_or_default()
+}
+
+fn version(packed: u32) -> String {
+    let [major, minor] = [vk::api_version_major(packed), vk::api_version_minor(packed)];
+    format!("{major}.{minor}.{}", vk::api_version_patch(packed))
+}
