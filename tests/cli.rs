@@ -273,7 +273,7 @@ fn the_command_line_overrides_the_scene_file() {
         let report: Value = serde_json::from_str(&succeed(folder.path(), &arguments)).expect("JSON");
         report["gbuffer_bytes_per_pixel"].as_u64().expect("a number")
     };
-    assert_eq!((bytes(&[]), bytes(&["--gbuffer", "lean"])), (36, 16));
+    assert_eq!((bytes(&[]), bytes(&["--gbuffer", "lean"])), (32, 14));
     let shadow = |more: &[&str]| {
         let arguments = [&["inspect", "builtin:hall?detail=8", "--json"][..], more].concat();
         let report: Value = serde_json::from_str(&succeed(folder.path(), &arguments)).expect("JSON");
@@ -324,7 +324,7 @@ fn bench_measures_variants_in_turn_and_writes_json() {
         let [low, median, high] = ["p5", "median", "p95"].map(|name| run["wall_ms"][name].as_f64().expect("a number"));
         assert!(0.0 < low && low <= median && median <= high, "{run}");
     }
-    assert_eq!(runs[1]["gbuffer_bytes_per_pixel"], 36);
+    assert_eq!(runs[1]["gbuffer_bytes_per_pixel"], 32);
 }
 
 #[test]

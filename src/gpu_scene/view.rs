@@ -7,9 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, DVec4, Mat4, Vec3, Vec4};
 
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter};
-use crate::plan::{
-    FramePlan, Grid, LightWork, Reach, ShadowPlan, UNIFORM_LIGHTS, Visible, VolumeRecord, World, falloff_index,
-};
+use crate::plan::{FramePlan, Grid, LightWork, Reach, ShadowPlan, Visible, VolumeRecord, World, falloff_index};
 use crate::scene::{Camera, Falloff, Light, LightKind, LightPath};
 
 /// `Frame` of `shaders/shared/frame.wgsl`.
@@ -229,10 +227,12 @@ impl ViewBuffers {
             Buffer::new(device, &name, size as u64, usage, Location::Upload, MemoryKind::Uniform)
         };
         let uniform = buffer("camera", size_of::<FrameUniform>(), vk::BufferUsageFlags::UNIFORM_BUFFER)?;
-        // A uniform buffer is declared with its whole size, a storage buffer ends where it ends.
-        let (count, usage) = match plan.lights.uniform {
-            true => (UNIFORM_LIGHTS, vk::BufferUsageFlags::UNIFORM_BUFFER),
-            false => (world.lights.len(), vk::BufferUsageFlags::STORAGE_BUFFER),
+        // Shaders declare a uniform buffer with room for more lights and never read beyond the last one, which is all that is asked of them
+        // (VUID-vkCmdDraw-uniformBuffers-06935). A kind of light that is kept without any has one that nobody reads.
+        let count = world.lights.len().max(1);
+        let usage = match plan.lights.uniform {
+            true => vk::BufferUsageFlags::UNIFORM_BUFFER,
+            false => vk::BufferUsageFlags::STORAGE_BUFFER,
         };
         let lights = match plan.lights.any() {
             true => Some(buffer("lights", count * size_of::<LightRecord>(), usage)?),

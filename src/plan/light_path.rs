@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use super::{Capabilities, Error, PlannedLights, World};
 use crate::scene::{
-    Aabb, AlphaMode, Brdf, Falloff, HdrFormat, Light, LightKind, LightPath, Material, Object, Scene, Settings,
-    TextureSlot, Tonemap, View,
+    Aabb, AlphaMode, Brdf, Falloff, GbufferChoice, HdrFormat, Light, LightKind, LightPath, Material, Object, Scene,
+    Settings, TextureSlot, Tonemap, View,
 };
 
 /// `auto` takes `loop` up to this many lights of limited reach: lists cost more than they save.
@@ -58,6 +58,12 @@ pub(super) fn choose(
     }
     let planned = World::sorted(scene, settings);
     let bounded = planned.iter().filter(|&&index| bounded(&scene.lights[index], settings)).count();
+    if is_plain(scene, settings, &planned) {
+        let met = if planned.is_empty() { "no light" } else { "one directional light, without a shadow" };
+        let why = format!("{met}, and no texture: a surface is lit for less than a G-buffer of it is written");
+        let path = if settings.depth_prepass == Some(true) { LightPath::Forward } else { LightPath::ForwardNaive };
+        return Ok((path, why));
+    }
     if !lights.bounded {
         return Ok((LightPath::Loop, "no light has a limited reach, so that there is nothing to leave out".into()));
     }
@@ -71,6 +77,27 @@ pub(super) fn choose(
             (LightPath::Compute, format!("{many}: each pixel meets its own, and a GPU computes faster than it shades"))
         }
     })
+}
+
+/// Whether surfaces are so plain that each is best lit as it is drawn. Measured in docs/LIGHT_PATHS.md: with one light this beats the loop for any number
+/// of layers on a GPU, and up to two on a CPU even where they lie back to front; draws go from near to far.
+///
+/// What is shadowed, textured or transparent is not: overdraw then costs more. Nor are several samples a pixel, which the two ways
+/// shade differently, or a layout of the G-buffer that was asked for. What is kept without need does not count.
+fn is_plain(scene: &Scene, settings: &Settings, planned: &[usize]) -> bool {
+    let lit = match planned {
+        [] => true,
+        &[one] => matches!(scene.lights[one].kind, LightKind::Directional { .. }),
+        _ => false,
+    };
+    let plain = |object: &Object| {
+        let material = &scene.materials[object.material];
+        material.textures().next().is_none() && !material.is_transparent()
+    };
+    lit && settings.msaa == 1
+        && settings.gbuffer == GbufferChoice::default()
+        && super::shadow_reason(scene, settings).is_err()
+        && scene.objects.iter().all(plain)
 }
 
 /// Why `auto` does not choose compute: what the path cannot do, and where it is known to be slower (README, "Measured").
@@ -250,6 +277,7 @@ mod tests {
 
     use super::*;
     use crate::plan::samples;
+    use crate::scene::Keep;
 
     proptest! {
         #[test]
@@ -306,6 +334,51 @@ mod tests {
             assert_eq!(chosen(&lamps(1), &settings, &software), (asked, "asked for".into()));
             assert_eq!(chosen(&lamps(0), &settings, &software).0, LightPath::Loop);
         }
+    }
+
+    #[test]
+    fn auto_lights_plain_surfaces_as_it_draws_them_and_says_why() {
+        let chosen = |scene: &Scene, settings: &Settings| {
+            let plan = super::super::FramePlan::of(scene, settings, &samples::device()).expect("a plan");
+            assert_eq!(plan.is_forward(), plan.gbuffer.is_none());
+            // What is kept without need changes no path, or pictures could differ.
+            let full = Settings { keep: Keep::ALL, ..settings.clone() };
+            let full = super::super::FramePlan::of(scene, &full, &samples::device()).expect("a full plan");
+            assert_eq!((full.light_path, &full.light_path_reason), (plan.light_path, &plan.light_path_reason));
+            (plan.light_path, plan.light_path_reason)
+        };
+        let defaults = Settings::default();
+        let one = |material: Material, lights: Vec<Light>| samples::scene(vec![material], lights);
+        let lambert = || samples::material(Brdf::Lambert);
+        for (scene, says) in [
+            (one(lambert(), vec![samples::sky()]), "one directional light"),
+            (one(samples::material(Brdf::CookTorrance), vec![samples::sky()]), "one directional light"),
+            (one(samples::emissive(), vec![]), "no light"),
+            (samples::scene(vec![lambert(), samples::material(Brdf::Phong)], vec![samples::sky()]), "no texture"),
+        ] {
+            let (path, why) = chosen(&scene, &defaults);
+            assert!(path == LightPath::ForwardNaive && why.contains(says), "{path}: {why}");
+            let prepass = Settings { depth_prepass: Some(true), ..Settings::default() };
+            assert_eq!(chosen(&scene, &prepass).0, LightPath::Forward);
+        }
+        for (scene, settings) in [
+            (one(lambert(), vec![samples::sky(); 2]), defaults.clone()),
+            (one(lambert(), vec![samples::sun()]), defaults.clone()),
+            (one(lambert(), vec![samples::spot(Falloff::InverseSquare)]), defaults.clone()),
+            (one(samples::textured(Brdf::Lambert), vec![samples::sky()]), defaults.clone()),
+            (one(samples::glass(), vec![samples::sky()]), defaults.clone()),
+            (one(lambert(), vec![samples::sky()]), Settings { msaa: 4, ..Settings::default() }),
+            (
+                one(lambert(), vec![samples::sky()]),
+                Settings { gbuffer: samples::gbuffers()[1].1, ..Settings::default() },
+            ),
+        ] {
+            assert_eq!(chosen(&scene, &settings).0, LightPath::Loop);
+        }
+        // A sun whose shadows are switched off is as plain as one without.
+        let mut settings = defaults;
+        settings.shadows.enabled = false;
+        assert_eq!(chosen(&one(lambert(), vec![samples::sun()]), &settings).0, LightPath::ForwardNaive);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use super::lights::MIXED_FALLOFF;
 use super::lit::IdleLights;
 use super::{
     COUNT, DEPTH, FramePlan, Gbuffer, Grid, PlannedBrdf, PlannedLights, Projection, SLICES, Shading, ShadowLight,
-    ShadowPlan, Sums, TextureSource, ToneMapping, UNIFORM_LIGHTS, World, shadow_reason,
+    ShadowPlan, Sums, TextureSource, ToneMapping, World, shadow_reason,
 };
 use crate::scene::{HdrFormat, OptionalPart, Scene, Settings, TextureSlot, Transparency};
 
@@ -287,7 +287,7 @@ fn sums(plan: &FramePlan) -> Part {
 fn shading(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
     let count = World::sorted(scene, settings).len();
     // A buffer for each of two frames in flight.
-    let slots = if plan.lights.uniform { UNIFORM_LIGHTS } else { count };
+    let slots = count.max(1);
     let brdf = match plan.brdf {
         _ if plan.is_forward() => "a constant of each pipeline that lights what it draws".into(),
         PlannedBrdf::One(brdf) => format!("all materials are {brdf:?}: a constant in LIGHTING"),

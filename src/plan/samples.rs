@@ -23,6 +23,11 @@ pub const VIEWS: [View; 12] = [
     View::LightsPerPixel,
 ];
 
+/// The default settings, but with a G-buffer for plain scenes as well, which `auto` would light as they are drawn.
+pub fn deferred() -> Settings {
+    Settings { light_path: LightPath::Loop, ..Settings::default() }
+}
+
 /// A device that can do everything, without memory of its own for tiles.
 pub fn device() -> Capabilities {
     Capabilities {
@@ -211,7 +216,7 @@ pub fn plans() -> Vec<(String, FramePlan)> {
             for (view, hdr_output) in VIEWS.into_iter().flat_map(|view| [(view, false), (view, true)]) {
                 for (device_name, device) in [("able", device()), ("plain", plain)] {
                     let transparency = if device.lazily_allocated { Transparency::Oit } else { Transparency::Sorted };
-                    let settings = Settings { gbuffer, view, hdr_output, transparency, ..Settings::default() };
+                    let settings = Settings { gbuffer, view, hdr_output, transparency, ..deferred() };
                     let name = format!("{scene_name} {layout} {view:?} hdr_output={hdr_output} {device_name}");
                     match FramePlan::of(&scene, &settings, &device) {
                         Ok(plan) => plans.push((name, plan)),
@@ -292,11 +297,11 @@ fn antialiased() -> Vec<(String, FramePlan)> {
     let mut plans = Vec::new();
     for (scene_name, scene) in scenes() {
         for (name, settings) in [
-            ("4 samples", Settings { samples: 4, ..Settings::default() }),
-            ("4 samples of light", Settings { samples: 4, view: View::Lighting, ..Settings::default() }),
-            ("4 linear samples", Settings { samples: 4, hdr_output: true, ..Settings::default() }),
-            ("fxaa", Settings { fxaa: true, ..Settings::default() }),
-            ("fxaa of light", Settings { fxaa: true, view: View::Lighting, ..Settings::default() }),
+            ("4 samples", Settings { samples: 4, ..deferred() }),
+            ("4 samples of light", Settings { samples: 4, view: View::Lighting, ..deferred() }),
+            ("4 linear samples", Settings { samples: 4, hdr_output: true, ..deferred() }),
+            ("fxaa", Settings { fxaa: true, ..deferred() }),
+            ("fxaa of light", Settings { fxaa: true, view: View::Lighting, ..deferred() }),
         ] {
             let name = format!("{scene_name} {name}");
             let plan = FramePlan::of(&scene, &settings, &device());

@@ -14,21 +14,21 @@ fn plan_with(scene: &Scene, settings: &Settings) -> FramePlan {
 }
 
 fn plan(scene: &Scene) -> FramePlan {
-    plan_with(scene, &Settings::default())
+    plan_with(scene, &samples::deferred())
 }
 
 fn view(scene: &Scene, view: View) -> FramePlan {
-    plan_with(scene, &Settings { view, ..Settings::default() })
+    plan_with(scene, &Settings { view, ..samples::deferred() })
 }
 
 fn shadows(enabled: bool, size: u32) -> Settings {
-    Settings { shadows: ShadowSettings { enabled, size, ..ShadowSettings::default() }, ..Settings::default() }
+    Settings { shadows: ShadowSettings { enabled, size, ..ShadowSettings::default() }, ..samples::deferred() }
 }
 
 /// With every channel of the material target.
 fn gbuffer_of(brdf: Brdf, choice: GbufferChoice, device: &Capabilities) -> Gbuffer {
     let keep = Keep::NONE.with(OptionalPart::MaterialTarget);
-    let settings = Settings { gbuffer: choice, keep, ..Settings::default() };
+    let settings = Settings { gbuffer: choice, keep, ..samples::deferred() };
     let plan = FramePlan::of(&scene(vec![material(brdf)], vec![sky()]), &settings, device).expect("a plan");
     plan.gbuffer.expect("a G-buffer")
 }
@@ -90,7 +90,7 @@ fn the_shadow_map_view_has_nothing_but_the_map() {
 fn the_hdr_format_is_the_one_asked_for_or_the_plan_is_refused() {
     let glowing = scene(vec![emissive()], vec![sky()]);
     let asked = |hdr_format, device: &Capabilities| {
-        FramePlan::of(&glowing, &Settings { hdr_format, ..Settings::default() }, device)
+        FramePlan::of(&glowing, &Settings { hdr_format, ..samples::deferred() }, device)
     };
     let bytes = |plan: &FramePlan| {
         let part = plan.parts().iter().find(|part| part.name.starts_with("HDR target")).expect("listed");
@@ -109,7 +109,7 @@ fn the_hdr_format_is_the_one_asked_for_or_the_plan_is_refused() {
             Err(error) => assert!(format != HdrFormat::Rgba16f && error.to_string().contains(format.name()), "{error}"),
         }
         // Without a target nothing is refused, and the plan says that there is none.
-        let settings = Settings { hdr_format: format, ..Settings::default() };
+        let settings = Settings { hdr_format: format, ..samples::deferred() };
         let dull = FramePlan::of(&scene(vec![material(CT)], vec![sky()]), &settings, &poor).expect("a plan");
         let reason = &dull.parts().iter().find(|part| part.name.starts_with("HDR target")).expect("listed").reason;
         assert_eq!(dull.hdr, None);
@@ -122,7 +122,7 @@ fn weighted_sums_are_single_floats_wherever_they_blend() {
     let glass = Material { alpha_mode: AlphaMode::Blend, alpha: 0.5, ..material(CT) };
     let scene = scene(vec![material(CT), glass], vec![sky()]);
     let sums = |transparency, float32_blends, hdr_output| {
-        let settings = Settings { transparency, hdr_output, ..Settings::default() };
+        let settings = Settings { transparency, hdr_output, ..samples::deferred() };
         let device = Capabilities { float32_blends, ..device() };
         FramePlan::of(&scene, &settings, &device).expect("a plan").sums
     };
@@ -135,7 +135,7 @@ fn weighted_sums_are_single_floats_wherever_they_blend() {
 
 #[test]
 fn emissive_light_brings_the_hdr_target_and_the_tonemap_subpass() {
-    let settings = Settings { tonemap: Tonemap::Agx, ..Settings::default() };
+    let settings = Settings { tonemap: Tonemap::Agx, ..samples::deferred() };
     let glowing = plan_with(&scene(vec![emissive()], vec![sky()]), &settings);
     assert!(glowing.emissive && glowing.has_tonemap_subpass());
     assert_eq!((glowing.hdr, glowing.output), (Some(HDR), OUTPUT_SRGB));
@@ -165,7 +165,7 @@ fn emissive_light_that_is_not_drawn_or_not_shown_is_left_out() {
 #[test]
 fn a_linear_output_is_never_tone_mapped() {
     let single = vk::Format::R32G32B32A32_SFLOAT;
-    let settings = Settings { hdr_output: true, ..Settings::default() };
+    let settings = Settings { hdr_output: true, ..samples::deferred() };
     let plain = Capabilities { float32_blends: false, ..device() };
     for (materials, device, output) in [
         (material(CT), device(), single),
@@ -186,7 +186,7 @@ fn the_presets_spend_16_36_and_68_bytes_a_pixel() {
     let bytes = |choice| {
         // In a shadow every channel of the material target is needed where a normal map bends the shading normal.
         let bumpy = Material { normal_texture: Some(0), ..material(CT) };
-        let settings = Settings { gbuffer: preset(choice), ..Settings::default() };
+        let settings = Settings { gbuffer: preset(choice), ..samples::deferred() };
         plan_with(&scene(vec![bumpy], vec![sun()]), &settings).gbuffer_bytes_per_pixel()
     };
     assert_eq!(bytes(GbufferPreset::Lean), 4 + 4 + 4 + 4);
@@ -259,7 +259,7 @@ fn the_brdf_is_a_constant_where_all_materials_or_the_user_agree() {
     let mixed = scene(vec![material(CT), material(Brdf::Phong)], vec![sky()]);
     assert_eq!(plan(&mixed).brdf, PlannedBrdf::PerPixel);
     assert_eq!(plan(&scene(vec![material(CT); 3], vec![])).brdf, PlannedBrdf::One(CT));
-    let settings = Settings { brdf: Some(Brdf::BlinnPhong), ..Settings::default() };
+    let settings = Settings { brdf: Some(Brdf::BlinnPhong), ..samples::deferred() };
     let overridden = plan_with(&mixed, &settings);
     assert_eq!(
         (overridden.brdf, overridden.brdf_override),
@@ -290,7 +290,7 @@ fn the_material_target_has_the_channels_that_the_scene_needs() {
     let bumpy = |brdf| Material { normal_texture: Some(0), ..material(brdf) };
     let formats = |material: &Material, light: Light| {
         [GbufferPreset::Lean, GbufferPreset::Fat, GbufferPreset::Float32].map(|choice| {
-            let settings = Settings { gbuffer: preset(choice), ..Settings::default() };
+            let settings = Settings { gbuffer: preset(choice), ..samples::deferred() };
             plan_with(&scene(vec![material.clone()], vec![light.clone()]), &settings).gbuffer.expect("one").material
         })
     };
@@ -306,7 +306,7 @@ fn the_material_target_has_the_channels_that_the_scene_needs() {
     lit.objects[0].receives_shadow = false;
     assert_eq!(plan(&lit).gbuffer.expect("one").material, four[0]);
     // An override makes a dielectric of a metal.
-    let phong = Settings { brdf: Some(Brdf::Phong), ..Settings::default() };
+    let phong = Settings { brdf: Some(Brdf::Phong), ..samples::deferred() };
     assert_eq!(plan_with(&scene(vec![metal], vec![sky()]), &phong).gbuffer.expect("one").material, one[0]);
 }
 
@@ -316,7 +316,7 @@ fn what_is_kept_is_there_without_need() {
     let with = |parts: &[OptionalPart]| {
         let keep = parts.iter().copied().collect();
         // Lists belong to a path that has them.
-        plan_with(&bare, &Settings { keep, light_path: LightPath::Clustered, ..Settings::default() })
+        plan_with(&bare, &Settings { keep, light_path: LightPath::Clustered, ..samples::deferred() })
     };
     use OptionalPart as P;
     let lean = with(&[]);
@@ -346,7 +346,7 @@ fn what_is_kept_is_there_without_need() {
         assert_eq!((has(&lean), has(&with(&[part]))), (needed, true), "{part}");
     }
     assert_eq!(gbuffer(&lean).material, None);
-    let full = plan_with(&bare, &Settings { keep: Keep::ALL, light_path: LightPath::Clustered, ..Settings::default() });
+    let full = plan_with(&bare, &Settings { keep: Keep::ALL, light_path: LightPath::Clustered, ..samples::deferred() });
     for (part, has) in kept {
         assert!(has(&full), "{part}");
     }
@@ -494,7 +494,7 @@ fn what_cannot_be_is_refused_in_one_line_that_names_it() {
         (error, text)
     };
     for size in [[0, 0], [0, 720], [1280, 0], [16385, 1], [1, 16385], [u32::MAX, u32::MAX]] {
-        let (error, text) = refuse(&lit, &Settings { size, ..Settings::default() }, &device());
+        let (error, text) = refuse(&lit, &Settings { size, ..samples::deferred() }, &device());
         assert_eq!(error, Error::Size(size[0], size[1], 16384));
         assert!(text.contains(&format!("{}x{}", size[0], size[1])) && text.contains("16384"), "{text}");
     }
@@ -502,12 +502,12 @@ fn what_cannot_be_is_refused_in_one_line_that_names_it() {
         assert_eq!(refuse(&lit, &shadows(true, size), &device()).0, Error::ShadowSize(size, 16384));
     }
     let few = Capabilities { max_color_attachments: 4, ..device() };
-    let fat = Settings { gbuffer: preset(GbufferPreset::Fat), ..Settings::default() };
+    let fat = Settings { gbuffer: preset(GbufferPreset::Fat), ..samples::deferred() };
     let (error, text) = refuse(&lit, &fat, &few);
     assert_eq!(error, Error::ColorAttachments(6, 4));
     assert!(text.contains("--gbuffer lean"), "{text}");
-    assert!(FramePlan::of(&lit, &Settings::default(), &few).is_ok());
-    let map = Settings { view: View::ShadowMap, ..Settings::default() };
+    assert!(FramePlan::of(&lit, &samples::deferred(), &few).is_ok());
+    let map = Settings { view: View::ShadowMap, ..samples::deferred() };
     assert!(refuse(&scene(vec![material(CT)], vec![sky()]), &map, &device()).1.contains("no light casts"));
     let off = Settings { view: View::ShadowMap, ..shadows(false, 64) };
     assert!(refuse(&lit, &off, &device()).1.contains("switched off"));
@@ -517,7 +517,7 @@ fn what_cannot_be_is_refused_in_one_line_that_names_it() {
 #[test]
 fn the_largest_and_the_smallest_size_are_possible() {
     for size in [[1, 1], [16384, 16384]] {
-        assert_eq!(plan_with(&scene(vec![material(CT)], vec![]), &Settings { size, ..Settings::default() }).size, size);
+        assert_eq!(plan_with(&scene(vec![material(CT)], vec![]), &Settings { size, ..samples::deferred() }).size, size);
     }
 }
 
@@ -535,23 +535,23 @@ fn a_plan_is_pure_and_knows_no_camera() {
 #[test]
 fn what_smooths_edges_is_refused_where_it_means_nothing() {
     let scene = scene(vec![material(CT)], vec![]);
-    let normals = Settings { view: View::Normal, ..Settings::default() };
+    let normals = Settings { view: View::Normal, ..samples::deferred() };
     for (settings, why) in [
-        (Settings { samples: 0, ..Settings::default() }, "at least 1"),
+        (Settings { samples: 0, ..samples::deferred() }, "at least 1"),
         (Settings { samples: 2, ..normals.clone() }, "the view normal"),
         (Settings { fxaa: true, ..normals }, "the view normal"),
-        (Settings { fxaa: true, hdr_output: true, ..Settings::default() }, ".exr"),
-        (Settings { msaa: 0, ..Settings::default() }, "cannot draw 0 samples"),
-        (Settings { msaa: 3, ..Settings::default() }, "it can draw 1, 2, 4, 8"),
-        (Settings { msaa: 16, ..Settings::default() }, "it can draw 1, 2, 4, 8"),
-        (Settings { msaa: 4, view: View::Depth, ..Settings::default() }, "the view depth"),
-        (Settings { msaa: 4, samples: 2, ..Settings::default() }, "choose one"),
-        (Settings { view: View::Complexity, ..Settings::default() }, "--msaa 4"),
+        (Settings { fxaa: true, hdr_output: true, ..samples::deferred() }, ".exr"),
+        (Settings { msaa: 0, ..samples::deferred() }, "cannot draw 0 samples"),
+        (Settings { msaa: 3, ..samples::deferred() }, "it can draw 1, 2, 4, 8"),
+        (Settings { msaa: 16, ..samples::deferred() }, "it can draw 1, 2, 4, 8"),
+        (Settings { msaa: 4, view: View::Depth, ..samples::deferred() }, "the view depth"),
+        (Settings { msaa: 4, samples: 2, ..samples::deferred() }, "choose one"),
+        (Settings { view: View::Complexity, ..samples::deferred() }, "--msaa 4"),
         (
-            Settings { msaa: 4, gbuffer: "lean,normal=oct16-uint".parse().expect("a layout"), ..Settings::default() },
+            Settings { msaa: 4, gbuffer: "lean,normal=oct16-uint".parse().expect("a layout"), ..samples::deferred() },
             "rgb10a2",
         ),
-        (Settings { fxaa: true, samples: 2, ..Settings::default() }, "choose one"),
+        (Settings { fxaa: true, samples: 2, ..samples::deferred() }, "choose one"),
     ] {
         let text = FramePlan::of(&scene, &settings, &device()).expect_err("must be refused").to_string();
         assert!(text.starts_with("anti-aliasing: ") && text.contains(why), "{text}");
@@ -562,11 +562,11 @@ fn what_smooths_edges_is_refused_where_it_means_nothing() {
 fn frames_that_are_averaged_are_linear_and_tone_mapped_afterwards() {
     let lit = scene(vec![material(CT), samples::emissive()], vec![]);
     for resolve in [Resolve::Linear, Resolve::ToneMapped] {
-        let plan = plan_with(&lit, &Settings { samples: 2, resolve, tonemap: Tonemap::Agx, ..Settings::default() });
+        let plan = plan_with(&lit, &Settings { samples: 2, resolve, tonemap: Tonemap::Agx, ..samples::deferred() });
         assert_eq!((plan.hdr, plan.output), (None, vk::Format::R32G32B32A32_SFLOAT));
         assert_eq!((plan.tone_mapping, plan.samples), (ToneMapping::AfterFrames(Tonemap::Agx), 2));
     }
-    let linear = plan_with(&lit, &Settings { samples: 2, hdr_output: true, ..Settings::default() });
+    let linear = plan_with(&lit, &Settings { samples: 2, hdr_output: true, ..samples::deferred() });
     assert_eq!(linear.tone_mapping, ToneMapping::Absent);
 }
 
@@ -574,7 +574,7 @@ fn frames_that_are_averaged_are_linear_and_tone_mapped_afterwards() {
 fn multisampling_keeps_light_until_it_is_averaged() {
     let (dull, bright) = (scene(vec![material(CT)], vec![]), scene(vec![emissive()], vec![]));
     let with = |scene: &Scene, resolve, hdr_output| {
-        let plan = plan_with(scene, &Settings { msaa: 4, resolve, hdr_output, ..Settings::default() });
+        let plan = plan_with(scene, &Settings { msaa: 4, resolve, hdr_output, ..samples::deferred() });
         (plan.hdr.is_some(), plan.resolves_output())
     };
     // Shown sample by sample in LIGHTING, where nothing blends before that; in TONEMAP else. Linear output is resolved as it is.
@@ -589,17 +589,17 @@ fn multisampling_keeps_light_until_it_is_averaged() {
     assert_eq!(with(&glass, Resolve::Linear, true), (false, true));
     // FORWARD adds what surfaces emit before it tone-maps.
     for light_path in [LightPath::Forward, LightPath::ForwardNaive] {
-        let plan = plan_with(&bright, &Settings { msaa: 4, light_path, ..Settings::default() });
+        let plan = plan_with(&bright, &Settings { msaa: 4, light_path, ..samples::deferred() });
         assert_eq!((plan.hdr, plan.resolves_output()), (None, true));
     }
-    let plan = plan_with(&dull, &Settings { msaa: 4, ..Settings::default() });
-    assert_eq!(plan.gbuffer_bytes_per_pixel(), 4 * plan_with(&dull, &Settings::default()).gbuffer_bytes_per_pixel());
+    let plan = plan_with(&dull, &Settings { msaa: 4, ..samples::deferred() });
+    assert_eq!(plan.gbuffer_bytes_per_pixel(), 4 * plan_with(&dull, &samples::deferred()).gbuffer_bytes_per_pixel());
 }
 
 #[test]
 fn a_device_that_has_not_the_samples_or_the_path_that_shades_one_is_refused() {
     let lit = scene(vec![material(CT)], vec![point(Falloff::Quadratic)]);
-    let four = Settings { msaa: 4, ..Settings::default() };
+    let four = Settings { msaa: 4, ..samples::deferred() };
     let poor = Capabilities { msaa: 1 | 2, ..device() };
     let text = FramePlan::of(&lit, &four, &poor).expect_err("no 4 samples").to_string();
     assert!(text.contains("cannot draw 4") && text.contains("1, 2"), "{text}");

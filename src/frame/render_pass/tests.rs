@@ -253,7 +253,7 @@ fn no_attachment_is_missing_unused_or_there_twice() {
 #[test]
 fn a_gap_between_locations_is_unused_and_not_another_target() {
     let scene = samples::scene(vec![samples::material(crate::scene::Brdf::Phong)], vec![samples::sky()]);
-    let plan = FramePlan::of(&scene, &Default::default(), &samples::device()).expect("a plan");
+    let plan = FramePlan::of(&scene, &samples::deferred(), &samples::device()).expect("a plan");
     let refs = References::of(&plan);
     let targets: Vec<_> = refs.geometry_color.iter().map(|reference| name_of(&refs, reference)).collect();
     // Location 3 is emissive light's.
