@@ -17,6 +17,7 @@ mod lights;
 mod lit;
 mod materials;
 mod meshes;
+mod occlusion;
 mod output;
 mod parts;
 #[cfg(test)]

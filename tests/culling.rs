@@ -5,11 +5,12 @@ mod common;
 use afterlight::frame::{Drawn, Picture, Renderer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    Camera, Falloff, Keep, Light, LightKind, LightPath, OptionalPart, Scene, Settings, ShadowFilter, ShadowSettings,
+    AlphaMode, Camera, Falloff, Keep, Light, LightKind, LightPath, Material, OptionalPart, Scene, Settings,
+    ShadowFilter, ShadowSettings, Transparency, View,
 };
 use common::compare::assert_identical;
 use common::gpu::{Gpu, on_gpu};
-use common::stage::{add, exact, gbuffer, lambert, point, rectangle, spot, stage, sun};
+use common::stage::{add, exact, gbuffer, lambert, open, point, rectangle, spot, stage, sun};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 /// Odd, so that no tile divides it.
@@ -206,5 +207,60 @@ fn maps_that_are_kept_from_frame_to_frame_lack_nothing_as_the_camera_turns_and_t
             assert_identical(&picture, &expected, &format!("step {step}"));
             assert!(step == 0 || step > 3 || drawn.shadow_maps_drawn == 0, "{step}: {drawn:?}");
         }
+    });
+}
+
+/// Many small things behind walls, in a room of one-sided faces, some of glass.
+fn rooms() -> Scene {
+    let mut scene = open("builtin:field?objects=400&lights=3&screens=5&range=0");
+    scene.name = "rooms".into();
+    let glass = Material { alpha_mode: AlphaMode::Glass, alpha: 0.3, ..lambert(0.5) };
+    scene.materials.push(glass);
+    for object in scene.objects.iter_mut().skip(6).step_by(9) {
+        object.material = scene.materials.len() - 1;
+    }
+    scene.lights.push(sun(DVec3::new(0.5, 1.0, 0.3), 500.0));
+    scene
+}
+
+#[test]
+fn objects_behind_others_are_not_missed() {
+    on_gpu(|gpu| {
+        let scene = rooms();
+        let looking = |turn: f64, back: f64| Camera {
+            rotation: DQuat::from_rotation_y(turn),
+            position: DVec3::new(turn, 0.3, back),
+            ..scene.camera
+        };
+        let cameras = [looking(0.0, 0.0), looking(0.2, 1.0), looking(-0.3, -9.0), looking(3.0, -40.0)];
+        let shadows = ShadowSettings { size: 256, ..ShadowSettings::default() };
+        let base = Settings { shadows, ..exact(SIZE.0, SIZE.1) };
+        let variants = [
+            Settings { size: [320, 180], ..base.clone() },
+            Settings { light_path: LightPath::Forward, ..base.clone() },
+            Settings { light_path: LightPath::Clustered, depth_prepass: Some(true), ..base.clone() },
+            Settings { msaa: 4, gbuffer: gbuffer("lean"), ..base.clone() },
+            Settings { transparency: Transparency::Oit, ..base.clone() },
+            Settings { view: View::Depth, hdr_output: false, ..base.clone() },
+        ];
+        for settings in &variants {
+            let mut occluded = 0;
+            for [lean, full] in both(gpu, &scene, settings, OptionalPart::OccludedObjects, &cameras) {
+                assert_eq!(
+                    (lean.objects < full.objects, full.occluded, lean.culled),
+                    (lean.occluded > 0, 0, full.culled)
+                );
+                occluded += lean.occluded;
+            }
+            println!("{} {}x: {occluded} of 4 times 400 objects are hidden", settings.light_path, settings.msaa);
+            assert!(occluded > 200, "{occluded}");
+        }
+        // Frames that look through other places of each pixel.
+        let settings = Settings { samples: 4, ..base };
+        let pictures = [settings.clone(), keeping(OptionalPart::OccludedObjects, &settings)].map(|settings| {
+            let mut renderer = gpu.renderer(&scene, &settings);
+            renderer.picture(&scene.camera, || {}).unwrap_or_else(|error| panic!("{error}"))
+        });
+        assert_identical(&pictures[0], &pictures[1], "several samples");
     });
 }

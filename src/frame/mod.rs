@@ -49,6 +49,8 @@ pub struct Drawn {
     pub objects: usize,
     /// Beside or behind the view.
     pub culled: usize,
+    /// In view, behind others.
+    pub occluded: usize,
     pub triangles: usize,
     /// Lights that reach what is seen, and those of the plan that do not.
     pub lights: usize,
@@ -402,6 +404,7 @@ impl Renderer {
         frame.drawn = Drawn {
             objects: visible.draws.len(),
             culled: visible.culled,
+            occluded: visible.occluded,
             triangles: visible.triangles(&self.world),
             lights: visible.lit.lights.len(),
             idle_lights: self.world.lights.len() - visible.lit.lights.len(),

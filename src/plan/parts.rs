@@ -1,5 +1,7 @@
 //! The plan as a list that a person reads: each part, in or out, why, and its bytes.
 
+mod camera;
+
 use std::collections::BTreeSet;
 
 use ash::vk;
@@ -77,7 +79,7 @@ pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<
     add(PartGroup::Textures, textures(scene, plan));
     add(PartGroup::Lights, shading(scene, settings, plan));
     add(PartGroup::Shadows, vec![shadow(scene, settings, plan)]);
-    add(PartGroup::Camera, camera(plan));
+    add(PartGroup::Camera, camera::parts(scene, plan));
     parts
 }
 
@@ -335,28 +337,6 @@ fn falloffs(lights: &PlannedLights) -> Part {
         (true, true) => "lights differ",
     };
     part("fall-off by light", mixed, reason, 0).is(OptionalPart::Falloffs)
-}
-
-/// What each frame leaves out because of where its camera is.
-fn camera(plan: &FramePlan) -> Vec<Part> {
-    let kept = |part| plan.keep.has(part);
-    let why = |part, leaves_out: &str, keeps: &str| if kept(part) { keeps.to_owned() } else { leaves_out.to_owned() };
-    let (offscreen, casters) = (OptionalPart::OffscreenObjects, OptionalPart::IdleCasters);
-    let reason = why(offscreen, "objects are drawn whose box may be in view", "asked to stay: all objects are drawn");
-    let casters_reason = match &plan.shadow {
-        None => "there are no shadow maps".into(),
-        Some(_) if plan.shading == Shading::ShowShadowMap => "the view shows all that the lights see".into(),
-        Some(_) => why(
-            casters,
-            "casters are drawn into a map where something is seen behind them, all of them where a map lasts",
-            "asked to stay: all casters of a map are drawn",
-        ),
-    };
-    let draws_casters = plan.shadow.is_some() && (kept(casters) || plan.shading == Shading::ShowShadowMap);
-    vec![
-        part("objects out of view", kept(offscreen), reason, 0).is(offscreen),
-        part("casters without a visible shadow", draws_casters, casters_reason, 0).is(casters),
-    ]
 }
 
 /// Of each camera's view more are left out, frame by frame.

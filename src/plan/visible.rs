@@ -10,6 +10,7 @@ use super::frustum::Frustum;
 use super::levels::stretch;
 use super::light_path::{self, Cut};
 use super::lit::{IdleLights, Lit, misplacement};
+use super::occlusion::{self, Occluders};
 use super::shadows::{Changes, add_cascades, lamp_views, widened};
 use super::volumes::{self, LightRect, Volumes};
 use super::{
@@ -53,6 +54,8 @@ pub struct World {
     light_of: Vec<Option<usize>>,
     /// What the plan left out.
     idle_lights: IdleLights,
+    /// What can hide other objects, where the plan leaves out what is hidden.
+    occluders: Option<Occluders>,
     /// Counts the changes of objects and lights.
     generation: u64,
     /// What has moved since `lamps` and `bounds` were worked out, if anything has.
@@ -142,9 +145,11 @@ impl World {
             shadows: settings.shadows,
             exposure,
             object_of,
+            occluders: None,
             generation: 0,
             changes: Some(Changes::default()),
         };
+        world.occluders = occlusion::planned(scene, plan).ok().map(|_| Occluders::of(scene, &world.objects));
         world.bounds = world.union();
         world.radius = world.bounds.radius();
         world.at_first = world.bounds;
@@ -348,6 +353,8 @@ pub struct Visible {
     pub lit: Lit,
     /// Objects beside or behind the view.
     pub culled: usize,
+    /// Objects in view that others hide.
+    pub occluded: usize,
 }
 
 impl Visible {
@@ -361,6 +368,12 @@ impl Visible {
             .filter(|(_, object)| plan.keep.has(OptionalPart::OffscreenObjects) || frustum.may_see(&object.bounds))
             .map(|(index, object)| (index, (object.bounds.center() - camera.position).length_squared()))
             .collect();
+        let in_view = seen.len();
+        if let Some(occluders) = &world.occluders {
+            let picture =
+                occlusion::Picture::of(world, occluders, camera, plan.size, seen.iter().map(|&(index, _)| index));
+            seen.retain(|&(index, _)| !picture.hides(&world.objects[index].bounds));
+        }
         let state = |index: usize| (world.objects[index].key, world.objects[index].material, index);
         seen.sort_by(|a, b| a.1.total_cmp(&b.1).then_with(|| state(a.0).cmp(&state(b.0))));
         let boxes: Vec<Aabb> = seen.iter().map(|&(index, _)| world.objects[index].bounds).collect();
@@ -386,7 +399,8 @@ impl Visible {
             seen.iter().map(|&(index, _)| index).partition(|&index| world.objects[index].transparent);
         let (transparent, sorted_indices) = back_to_front(world, camera, transparent.into_iter().rev());
         Self {
-            culled: world.objects.len() - seen.len(),
+            culled: world.objects.len() - in_view,
+            occluded: in_view - seen.len(),
             draws: opaque.into_iter().map(|object| Draw { object }).collect(),
             transparent,
             sorted_indices,

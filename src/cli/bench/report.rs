@@ -78,6 +78,7 @@ struct PassReport {
 struct DrawnReport {
     objects: u64,
     culled_objects: u64,
+    occluded_objects: u64,
     /// Shadow maps that are looked up, how many of them were drawn anew, and how often an object was drawn into these.
     shadow_maps: u64,
     shadow_maps_drawn: u64,
@@ -179,6 +180,7 @@ impl RunReport {
         let drawn = times.last().map(|last| DrawnReport {
             objects: last.drawn.objects as u64,
             culled_objects: last.drawn.culled as u64,
+            occluded_objects: last.drawn.occluded as u64,
             shadow_maps: last.drawn.shadow_maps as u64,
             shadow_maps_drawn: last.drawn.shadow_maps_drawn as u64,
             casters: last.drawn.casters as u64,
@@ -210,7 +212,7 @@ impl RunReport {
         let casters = format!("{} casters ({} idle)", self.drawn.casters, self.drawn.idle_casters);
         let _ = write!(text, "{drawn} of {maps} shadow maps drawn with {casters}, ");
         let _ = write!(text, "{} triangles, {} objects", self.drawn.triangles, self.drawn.objects);
-        let _ = write!(text, " ({} culled), ", self.drawn.culled_objects);
+        let _ = write!(text, " ({} culled, {} occluded), ", self.drawn.culled_objects, self.drawn.occluded_objects);
         let _ = writeln!(text, "{} lights ({} idle)", self.drawn.lights, self.drawn.idle_lights);
         let mut table = Table::with_figures_from(1);
         for pass in &self.passes {

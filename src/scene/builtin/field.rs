@@ -16,6 +16,12 @@ pub(super) const FIELD: Builtin = Builtin {
         Parameter::integer("lights", [0, 1_000_000], 256, "point lights"),
         Parameter::number("range", [0.0, 1e6], 4.0, "reach of a light in metres; 0: no limit"),
         Parameter::integer("overdraw", [1, 64], 1, "walls behind each other that fill the view, listed from the back"),
+        Parameter::integer(
+            "screens",
+            [0, 64],
+            0,
+            "walls across half the view, left and right in turn, that hide what is behind",
+        ),
         Parameter::integer("seed", [0, u64::MAX], 1, "of the scatter"),
     ],
     build,
@@ -31,6 +37,7 @@ fn build(params: &Params) -> Scene {
     let mut stage = Stage::default();
     let mut random = Random(params.integer("seed") as u64);
     walls(&mut stage, params.integer("overdraw"));
+    screens(&mut stage, params.integer("screens"));
     objects(&mut stage, &mut random, params.integer("objects"));
     lights(&mut stage, &mut random, params.integer("lights"), params.number("range"));
     stage.scene.environment = Environment { ambient: Vec3::splat(2.0), background: Vec3::splat(1.0), ground: None };
@@ -62,6 +69,29 @@ fn walls(stage: &mut Stage, count: usize) {
         ..Material::default()
     });
     stage.add("walls", walls, material);
+}
+
+/// Boxes that stand across half the view each, one behind the other through the slab.
+fn screens(stage: &mut Stage, count: usize) {
+    if count == 0 {
+        return;
+    }
+    let material = stage.material(Material {
+        name: "screens".into(),
+        base_color: Vec3::splat(0.5).lerp(hue(0.6), 0.2),
+        roughness: 0.9,
+        ..Material::default()
+    });
+    for index in 0..count {
+        let share = (index as f64 + 0.5) / count as f64;
+        let distance = NEAREST + (FARTHEST - NEAREST) * share * share;
+        let height = 2.0 * slope() * distance;
+        let wall =
+            stage.mesh(&format!("screen {index}"), shapes::cuboid([height * ASPECT * 0.48, height, 0.2]), material);
+        let side = if index % 2 == 0 { -1.0 } else { 1.0 };
+        let place = DVec3::new(side * height * ASPECT * 0.25, 0.0, -distance);
+        stage.place(wall, material, DAffine3::from_translation(place));
+    }
 }
 
 /// A point of the slab, evenly spread over its volume.
