@@ -5,10 +5,10 @@ DEMO_SCENE ?= assets/hall.toml
 DEMO_IMAGE ?= hall.png
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check bless setup
+.PHONY: help demo test test-swiftshader check bless setup
 
 help: ## Print this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-7s %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-16s %s\n", $$1, $$2}' Makefile
 
 demo: ## Set up, build, render DEMO_SCENE into DEMO_IMAGE and print its table
 	@scripts/setup demo
@@ -19,6 +19,10 @@ test: ## Set up, check, and run every test on the machine's own Vulkan stack and
 	@scripts/setup test
 	@$(MAKE) --no-print-directory check
 	@scripts/test
+
+test-swiftshader: ## Draw the tests again on SwiftShader, a second software driver
+	@scripts/setup test
+	@scripts/test swiftshader
 
 check: ## Format and lints, warnings as errors
 	cargo fmt --all --check

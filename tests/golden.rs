@@ -21,7 +21,9 @@ impl Album<'_> {
     fn compare(&mut self, name: &str, scene: &Scene, settings: &Settings) {
         let mut renderer: Renderer = self.gpu.renderer(scene, settings);
         let picture = renderer.render(&scene.camera).and_then(|()| renderer.read_back());
-        let result = picture.map_err(|error| format!("{name}: {error}")).and_then(|picture| check(name, &picture));
+        let result = picture
+            .map_err(|error| format!("{name}: {error}"))
+            .and_then(|picture| check(name, &picture, &self.gpu.device.physical));
         self.wrong.extend(result.err());
     }
 }
