@@ -10,13 +10,13 @@ use afterlight::frame::{Error, Renderer};
 use afterlight::plan;
 use afterlight::scene::builtin::CATALOGUE;
 use afterlight::scene::{
-    Brdf, Environment, Falloff, GbufferPreset, HdrFormat, Light, LightKind, LightPath, Material, Scene, Settings,
-    ShadowSettings, TARGETS, Transparency, View,
+    Brdf, Camera, Environment, Falloff, GbufferPreset, HdrFormat, Keep, Light, LightKind, LightPath, Material, Resolve,
+    Scene, Settings, ShadowFilter, ShadowSettings, TARGETS, Transparency, View,
 };
-use common::gpu::on_gpu_in_both_modes;
+use common::gpu::{Gpu, on_gpu_in_both_modes};
 use common::scenes::{crowd, draw_frames, exercise, nothing_emits, one_of_each, small, with_transparent};
-use common::stage::{gbuffer, lambert, open, plane, point};
-use glam::DVec3;
+use common::stage::{gbuffer, lambert, open, plane, point, spot, sun};
+use glam::{DAffine3, DQuat, DVec3};
 
 #[test]
 fn transparent_surfaces_are_silent_sorted_and_weighted() {
@@ -243,5 +243,133 @@ fn renderers_that_share_a_device_are_silent() {
         }
         drop(first);
         draw_frames(&mut second, &scene.camera).unwrap_or_else(|error| panic!("{error}"));
+    });
+}
+
+/// A sun, a point and a spot light, all with shadows, over solid, masked and transparent casters.
+fn shadowed() -> Scene {
+    let casts = |light| Light { casts_shadow: true, ..light };
+    let lamp = point(DVec3::new(-0.4, 0.2, 1.2), 2.0, Some(4.0), Falloff::InverseSquare);
+    let lights =
+        vec![sun(DVec3::new(0.5, 0.7, 1.0), 3.0), casts(lamp), casts(spot(DVec3::new(0.0, 0.0, 1.5), 2.0, 10.0, 30.0))];
+    Scene { name: "shadows".into(), lights, ..nothing_emits() }
+}
+
+/// Frames between which nothing changes, a caster moves, each light moves, and the camera turns: some maps are drawn anew while the
+/// frame before still looks them up, and others stay.
+fn draw_while_things_move(gpu: &Gpu, scene: &Scene, settings: &Settings) {
+    let mut renderer = gpu.renderer(scene, settings);
+    let draw = |renderer: &mut Renderer, camera: &Camera| -> Result<(), Error> {
+        renderer.render(camera)?;
+        // What moved is seen by one of the two in flight first.
+        renderer.render(camera)
+    };
+    let all = |renderer: &mut Renderer| -> Result<(), Error> {
+        draw(renderer, &scene.camera)?;
+        for caster in [1, scene.objects.len() - 1] {
+            let aside = DAffine3::from_translation(DVec3::new(0.1, 0.0, 0.0)) * scene.objects[caster].transform;
+            renderer.move_object(caster, &aside)?;
+            draw(renderer, &scene.camera)?;
+        }
+        for (index, light) in scene.lights.iter().enumerate() {
+            renderer.set_light(index, &Light { kind: moved(light.kind), ..light.clone() })?;
+            draw(renderer, &scene.camera)?;
+        }
+        renderer.read_back()?;
+        let rotation = scene.camera.rotation * DQuat::from_rotation_y(0.3);
+        draw(renderer, &Camera { rotation, ..scene.camera })
+    };
+    all(&mut renderer).unwrap_or_else(|error| panic!("{} {settings:?}: {error}", scene.name));
+}
+
+fn moved(mut kind: LightKind) -> LightKind {
+    let by = DVec3::new(0.1, 0.05, 0.0);
+    match &mut kind {
+        LightKind::Directional { direction } => *direction = (*direction + by).normalize(),
+        LightKind::Point { position, .. } | LightKind::Spot { position, .. } => *position += by,
+    }
+    kind
+}
+
+#[test]
+fn shadow_maps_that_are_kept_or_drawn_anew_are_silent_on_every_light_path() {
+    on_gpu_in_both_modes(|gpu| {
+        let (plain, glass) = (shadowed(), with_transparent(shadowed()));
+        for cache in [true, false] {
+            for &(_, light_path) in LightPath::NAMES {
+                // Nothing blends over what compute has lit.
+                let scene = if light_path == LightPath::Compute { &plain } else { &glass };
+                let shadows = ShadowSettings { cache, size: 64, ..ShadowSettings::default() };
+                draw_while_things_move(gpu, scene, &Settings { light_path, shadows, ..small(scene) });
+            }
+        }
+    });
+}
+
+#[test]
+fn every_filter_and_number_of_cascades_is_silent_with_and_without_the_cache() {
+    on_gpu_in_both_modes(|gpu| {
+        let scene = shadowed();
+        for cache in [true, false] {
+            let base = ShadowSettings { cache, size: 64, ..ShadowSettings::default() };
+            for &(_, filter) in ShadowFilter::NAMES {
+                let shadows = ShadowSettings { filter, ..base };
+                draw_while_things_move(gpu, &scene, &Settings { shadows, ..small(&scene) });
+            }
+            for cascades in 1..=4 {
+                let shadows = ShadowSettings { cascades, ..base };
+                draw_while_things_move(gpu, &scene, &Settings { shadows, ..small(&scene) });
+            }
+        }
+    });
+}
+
+#[test]
+fn samples_of_one_picture_are_silent_wherever_they_are_averaged() {
+    on_gpu_in_both_modes(|gpu| {
+        let (plain, glass) = (shadowed(), with_transparent(one_of_each()));
+        for &(_, resolve) in Resolve::NAMES {
+            for (light_path, scene) in
+                [(LightPath::Loop, &glass), (LightPath::Compute, &plain), (LightPath::Forward, &glass)]
+            {
+                for hdr_output in [false, true] {
+                    let settings = Settings { samples: 3, resolve, light_path, hdr_output, ..small(scene) };
+                    let mut renderer = gpu.renderer(scene, &settings);
+                    let picture = renderer.picture(&scene.camera, || ());
+                    picture.unwrap_or_else(|error| panic!("{settings:?}: {error}"));
+                }
+            }
+        }
+    });
+}
+
+#[test]
+fn hardware_samples_and_fxaa_are_silent_in_flight() {
+    on_gpu_in_both_modes(|gpu| {
+        let (plain, glass) = (shadowed(), with_transparent(one_of_each()));
+        for scene in [&plain, &glass] {
+            for light_path in [LightPath::Loop, LightPath::Forward] {
+                for &(_, resolve) in Resolve::NAMES {
+                    exercise(gpu, scene, &Settings { light_path, msaa: 4, resolve, ..small(scene) });
+                }
+                for msaa in [1, 4] {
+                    exercise(gpu, scene, &Settings { light_path, msaa, fxaa: true, ..small(scene) });
+                }
+            }
+        }
+        let transparency = Transparency::Oit;
+        exercise(gpu, &glass, &Settings { transparency, msaa: 4, fxaa: true, ..small(&glass) });
+    });
+}
+
+#[test]
+fn what_a_plan_keeps_without_need_is_silent() {
+    on_gpu_in_both_modes(|gpu| {
+        let alone = Scene { name: "alone".into(), ..plane(lambert(0.5), Vec::new()) };
+        for scene in [&alone, &nothing_emits()] {
+            for light_path in [LightPath::Loop, LightPath::Forward, LightPath::Compute] {
+                exercise(gpu, scene, &Settings { light_path, keep: Keep::ALL, ..small(scene) });
+            }
+        }
     });
 }
