@@ -212,7 +212,7 @@ fn maps_that_are_kept_from_frame_to_frame_lack_nothing_as_the_camera_turns_and_t
 
 /// Many small things behind walls, in a room of one-sided faces, some of glass.
 fn rooms() -> Scene {
-    let mut scene = open("builtin:field?objects=400&lights=3&screens=5&range=0");
+    let mut scene = open("builtin:field?objects=600&lights=3&screens=5&range=0");
     scene.name = "rooms".into();
     let glass = Material { alpha_mode: AlphaMode::Glass, alpha: 0.3, ..lambert(0.5) };
     scene.materials.push(glass);
@@ -252,7 +252,7 @@ fn objects_behind_others_are_not_missed() {
                 );
                 occluded += lean.occluded;
             }
-            println!("{} {}x: {occluded} of 4 times 400 objects are hidden", settings.light_path, settings.msaa);
+            println!("{} {}x: {occluded} of 4 times 600 objects are hidden", settings.light_path, settings.msaa);
             assert!(occluded > 200, "{occluded}");
         }
         // Frames that look through other places of each pixel.
