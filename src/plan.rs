@@ -60,6 +60,7 @@ use ash::vk;
 use checks::{check_antialiasing, check_msaa};
 use gbuffer::Stored;
 use lights::{adds_lights, planned_lights};
+use lit::LightOrder;
 use output::{Blending, Way};
 use surfaces::Surfaces;
 
@@ -159,6 +160,7 @@ pub struct FramePlan {
     /// Every material's, whatever it says itself.
     pub brdf_override: Option<Brdf>,
     pub lights: PlannedLights,
+    light_order: LightOrder,
     /// Depth of opaque surfaces is drawn first, so that each pixel is shaded once.
     pub depth_prepass: bool,
     /// Never `Auto`.
@@ -203,12 +205,17 @@ impl FramePlan {
         }
         let (shading, keep) = (shading(settings.view), settings.keep);
         let lit = matches!(shading, Shading::Light { .. });
-        let lights = planned_lights(scene, settings, shading);
-        let (light_path, light_path_reason) = light_path::choose(scene, settings, &lights, device)?;
+        let light_order = LightOrder::of(scene, settings);
+        let needed = planned_lights(scene, settings, shading, light_order.needed());
+        let (light_path, light_path_reason) =
+            light_path::choose(scene, settings, &needed, light_order.needed(), device)?;
+        let lights = planned_lights(scene, settings, shading, &light_order.order);
         let lights = if lit { lights.kept(keep) } else { lights };
-        let (shadow, warnings) = Self::plan_shadow(scene, settings, device, shading)?;
+        let (shadow, warnings) = Self::plan_shadow(scene, settings, device, shading, &light_order)?;
         let shadow = shadow.or_else(|| {
-            let kept = lit && lights.any() && keep.has(OptionalPart::ShadowMaps);
+            // Shadows that are switched off are not wanted, not just not needed.
+            let possible = settings.shadows.enabled && settings.shadows.size <= device.max_extent;
+            let kept = lit && lights.any() && possible && keep.has(OptionalPart::ShadowMaps);
             kept.then(|| ShadowPlan::without_lights(settings, device))
         });
         if settings.depth_prepass == Some(true) && light_path == LightPath::ForwardNaive {
@@ -230,8 +237,8 @@ impl FramePlan {
             false => surfaces.brdf,
         };
         // What the view of the complexity compares must be what LIGHTING would read.
-        let shadowed =
-            shadow.is_some() || (settings.view == View::Complexity && shadow_reason(scene, settings).is_ok());
+        let shadowed = shadow.is_some()
+            || (settings.view == View::Complexity && shadow_reason(scene, settings, &light_order.order).is_ok());
         let gbuffer = (!forward && matches!(shading, Shading::Light { .. } | Shading::ShowGbuffer(_))).then(|| {
             let geometric_normal = shadowed && surfaces.two_normals;
             let stored = Stored { brdf, metal: surfaces.metal, geometric_normal, view: settings.view, keep };
@@ -267,6 +274,7 @@ impl FramePlan {
                 || keep.has(OptionalPart::MetallicChannel),
             brdf_override: settings.brdf,
             lights,
+            light_order,
             // Counting and depth alone gain nothing from it.
             depth_prepass: settings.depth_prepass.unwrap_or(light_path == LightPath::Forward)
                 && matches!(shading, Shading::Light { .. } | Shading::ShowGbuffer(_)),
@@ -349,10 +357,11 @@ impl FramePlan {
         settings: &Settings,
         device: &Capabilities,
         shading: Shading,
+        lights: &LightOrder,
     ) -> Result<(Option<ShadowPlan>, Vec<String>), Error> {
         let none = (None, Vec::new());
         let wanted = matches!(shading, Shading::Light { .. } | Shading::ShowShadowMap);
-        if let Err(why) = shadow_reason(scene, settings) {
+        if let Err(why) = shadow_reason(scene, settings, &lights.order) {
             return if shading == Shading::ShowShadowMap { Err(Error::NoShadowMap(why)) } else { Ok(none) };
         }
         if !wanted {
@@ -361,7 +370,7 @@ impl FramePlan {
         if settings.shadows.size == 0 || settings.shadows.size > device.max_extent {
             return Err(Error::ShadowSize(settings.shadows.size, device.max_extent));
         }
-        let (plan, warnings) = ShadowPlan::of(scene, settings, device);
+        let (plan, warnings) = ShadowPlan::of(scene, settings, lights, device);
         if plan.is_none() && shading == Shading::ShowShadowMap {
             return Err(Error::NoShadowMap(warnings.join("; ")));
         }
@@ -527,11 +536,11 @@ fn shading(view: View) -> Shading {
 }
 
 /// Why there are no shadow maps.
-fn shadow_reason(scene: &Scene, settings: &Settings) -> Result<(), String> {
+fn shadow_reason(scene: &Scene, settings: &Settings, lights: &[usize]) -> Result<(), String> {
     if !settings.shadows.enabled {
         return Err("shadows are switched off".into());
     }
-    let mut planned = World::sorted(scene, settings).into_iter().map(|index| &scene.lights[index]);
+    let mut planned = lights.iter().map(|&index| &scene.lights[index]);
     let asking = planned.find(|light| light.casts_shadow);
     match asking {
         None => Err("no light casts a shadow".into()),

@@ -116,6 +116,8 @@ impl Shadow {
         let range = vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<Push>() as u32 };
         let plain_layout = pipeline_layout(device, "shadow layout", &[], &[range])?;
         let holes = scene.materials.as_ref().and_then(|materials| materials.layout(HOLES));
+        // Without holes there is no set to bind, though a material that samples its base colour has one of the same layout.
+        let holes = holes.filter(|_| world.objects.iter().any(|object| CasterKey::of(world, object).masked));
         let layout = |holes| pipeline_layout(device, "masked shadow layout", &[holes], &[range]);
         let mut shadow = Self {
             render_pass: slot.render_pass,

@@ -22,6 +22,7 @@ pub(super) fn choose(
     scene: &Scene,
     settings: &Settings,
     lights: &PlannedLights,
+    planned: &[usize],
     device: &Capabilities,
 ) -> Result<(LightPath, String), Error> {
     let lit = matches!(settings.view, View::Final | View::Lighting);
@@ -56,9 +57,8 @@ pub(super) fn choose(
         }
         asked => return Ok((asked, "asked for".into())),
     }
-    let planned = World::sorted(scene, settings);
     let bounded = planned.iter().filter(|&&index| bounded(&scene.lights[index], settings)).count();
-    if is_plain(scene, settings, &planned) {
+    if is_plain(scene, settings, planned) {
         let met = if planned.is_empty() { "no light" } else { "one directional light, without a shadow" };
         let why = format!("{met}, and no texture: a surface is lit for less than a G-buffer of it is written");
         let path = if settings.depth_prepass == Some(true) { LightPath::Forward } else { LightPath::ForwardNaive };
@@ -96,7 +96,7 @@ fn is_plain(scene: &Scene, settings: &Settings, planned: &[usize]) -> bool {
     };
     lit && settings.msaa == 1
         && settings.gbuffer == GbufferChoice::default()
-        && super::shadow_reason(scene, settings).is_err()
+        && super::shadow_reason(scene, settings, planned).is_err()
         && scene.objects.iter().all(plain)
 }
 

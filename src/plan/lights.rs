@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Shading, World, light_path};
+use super::{Shading, light_path};
 use crate::scene::{Falloff, Keep, LightKind, LightPath, OptionalPart, Scene, Settings, View};
 
 /// Lights that fit into the least uniform buffer that a device must have; `shaders/shared/lights.wgsl` has the same number.
@@ -71,8 +71,8 @@ pub(super) fn adds_lights(path: LightPath, lights: &PlannedLights) -> bool {
     }
 }
 
-/// Of the lights that shine on what the frame shows.
-pub(super) fn planned_lights(scene: &Scene, settings: &Settings, shading: Shading) -> PlannedLights {
+/// Of the lights with these numbers, as far as the frame shows them.
+pub(super) fn planned_lights(scene: &Scene, settings: &Settings, shading: Shading, planned: &[usize]) -> PlannedLights {
     if shading == Shading::ShowGbuffer(View::Complexity) {
         // What is compared is what LIGHTING would read, and ambient light has occlusion stored.
         return PlannedLights { ambient: scene.environment.is_lit(), ..Default::default() };
@@ -82,9 +82,8 @@ pub(super) fn planned_lights(scene: &Scene, settings: &Settings, shading: Shadin
     }
     let mut lights = PlannedLights { ambient: scene.environment.is_lit(), ..Default::default() };
     let mut falloffs = BTreeSet::new();
-    let planned = World::sorted(scene, settings);
     lights.uniform = planned.len() <= UNIFORM_LIGHTS;
-    for light in planned.into_iter().map(|index| &scene.lights[index]) {
+    for light in planned.iter().map(|&index| &scene.lights[index]) {
         let bounded = light_path::bounded(light, settings);
         lights.bounded |= bounded;
         lights.unbounded |= !bounded && !matches!(light.kind, LightKind::Directional { .. });

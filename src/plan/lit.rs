@@ -9,25 +9,82 @@ use glam::DVec3;
 
 use super::boxes::BoxTree;
 use super::frustum::Frustum;
-use super::light_path::{range_of, sphere_of};
+use super::light_path::{bounded, range_of, sphere_of};
 use super::{FramePlan, Reach, Shading, World};
-use crate::scene::{Aabb, Camera, Light, LightPath, OptionalPart, Scene, Settings, View};
+use crate::scene::{
+    Aabb, Camera, GbufferPreset, Light, LightKind, LightPath, OptionalPart, Scene, Settings, TargetChoice, View,
+};
 
 /// Share of its distance from the camera by which a surface is lit beside where it is: f32, and depth that is interpolated over large triangles.
 const ROUNDING: f64 = 1e-4;
 /// The same where positions are stored in half floats, of 11 bits.
 const HALF_ROUNDING: f64 = 2e-3;
 
-/// The same for a plan, which knows no camera, as a share of the scene's radius.
+/// The same for a plan, which knows no camera, as a share of the scene's radius: right for cameras within 100 radii.
 const PLANNED_ROUNDING: f64 = 0.01;
+
+/// Whether surfaces are lit so far beside where they are that a plan, which knows no camera, leaves no light out: half floats are as
+/// coarse as the camera is far away, and several samples of a pixel are lit at their mean.
+fn is_misplaced(settings: &Settings) -> bool {
+    let choice = &settings.gbuffer;
+    let preset = (choice.preset == GbufferPreset::Fat).then_some(TargetChoice::Rgba16f);
+    settings.msaa > 1 || choice.position.or(preset) == Some(TargetChoice::Rgba16f)
+}
 
 /// Whether a view is about all lights: one says how many of them reach a pixel, the other shows all maps.
 fn shows_all(view: View) -> bool {
     matches!(view, View::LightsPerPixel | View::ShadowMap)
 }
 
+/// The lights of a plan, by the scene's numbers.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct LightOrder {
+    /// Those that frames have, in the order in which they have them: directional ones, then those that reach everywhere, then those whose
+    /// reach is limited.
+    pub order: Vec<usize>,
+    /// Those that reach nothing, and so are not among them.
+    pub idle: IdleLights,
+    /// How many of the last ones reach nothing and stay on request. Nothing else is decided by them.
+    needless: usize,
+}
+
+impl LightOrder {
+    pub(super) fn of(scene: &Scene, settings: &Settings) -> Self {
+        let lights = &scene.lights;
+        let mut idle = IdleLights::of(scene, settings);
+        let mut order: Vec<usize> = (0..lights.len()).filter(|&index| World::shines(&lights[index])).collect();
+        let mut needless = 0;
+        if settings.keep.has(OptionalPart::IdleLights) {
+            needless = idle.count();
+        } else {
+            order.retain(|&index| !idle.has(index));
+        }
+        // Stable: lights of a kind keep the scene's order, and with it their sum its rounding. What reaches nothing adds zero, and comes last.
+        order.sort_by_key(|&index| match lights[index].kind {
+            LightKind::Directional { .. } => 0,
+            _ if !bounded(&lights[index], settings) => 1,
+            _ if !idle.has(index) => 2,
+            _ => 3,
+        });
+        if needless > 0 {
+            idle = IdleLights::default();
+        }
+        Self { order, idle, needless }
+    }
+
+    /// How many stay on request.
+    pub(super) fn needless(&self) -> usize {
+        self.needless
+    }
+
+    /// The lights that decide what there is.
+    pub(super) fn needed(&self) -> &[usize] {
+        &self.order[..self.order.len() - self.needless]
+    }
+}
+
 /// The lights that a plan leaves out: those that shine and reach no object of the scene.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct IdleLights {
     /// What each may reach, by its number in the scene.
     reaches: BTreeMap<usize, Reach>,
@@ -37,7 +94,7 @@ pub(super) struct IdleLights {
 
 impl IdleLights {
     pub(super) fn of(scene: &Scene, settings: &Settings) -> Self {
-        if settings.keep.has(OptionalPart::IdleLights) || shows_all(settings.view) {
+        if shows_all(settings.view) || is_misplaced(settings) {
             return Self::default();
         }
         let metres = PLANNED_ROUNDING * scene.bounds().radius();

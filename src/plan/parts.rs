@@ -8,10 +8,9 @@ use ash::vk;
 
 use super::gbuffer::format_bytes;
 use super::lights::MIXED_FALLOFF;
-use super::lit::IdleLights;
 use super::{
     COUNT, DEPTH, FramePlan, Gbuffer, Grid, PlannedBrdf, PlannedLights, Projection, SLICES, Shading, ShadowLight,
-    ShadowPlan, Sums, TextureSource, ToneMapping, World, shadow_reason,
+    ShadowPlan, Sums, TextureSource, ToneMapping, shadow_reason,
 };
 use crate::scene::{HdrFormat, OptionalPart, Scene, Settings, TextureSlot, Transparency};
 
@@ -77,7 +76,7 @@ pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<
     add(PartGroup::Passes, passes(scene, settings, plan));
     add(PartGroup::Geometry, geometry(scene, plan));
     add(PartGroup::Textures, textures(scene, plan));
-    add(PartGroup::Lights, shading(scene, settings, plan));
+    add(PartGroup::Lights, shading(plan));
     add(PartGroup::Shadows, vec![shadow(scene, settings, plan)]);
     add(PartGroup::Camera, camera::parts(scene, plan));
     parts
@@ -99,7 +98,7 @@ fn pixels(plan: &FramePlan) -> u64 {
 
 fn shadow(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Part {
     let missing = plan.warnings().iter().map(|warning| format!("; {warning}")).collect::<String>();
-    let (reason, bytes) = match (shadow_reason(scene, settings), &plan.shadow) {
+    let (reason, bytes) = match (shadow_reason(scene, settings, &plan.light_order.order), &plan.shadow) {
         (Err(reason), _) => (reason, 0),
         (Ok(()), Some(shadow)) => (shadow_maps(shadow) + &missing, shadow.bytes()),
         (Ok(()), None) if missing.is_empty() => ("this view shows no shadows".into(), 0),
@@ -179,7 +178,7 @@ fn channels(gbuffer: &Gbuffer) -> [Part; 2] {
     let metal = if metallic { "a material is a metal, or it is shown" } else { "no material is a metal" };
     let normal = match geometric {
         true => "shadows are biased by it where normal maps bend the other, and it says where no shadow falls",
-        false => "nothing casts a shadow, or no normal map bends the shading normal",
+        false => "nothing casts a shadow, or no normal map bends the shading normal and shadows fall on everything",
     };
     [
         part("metallic channel", metallic, metal, 0).is(OptionalPart::MetallicChannel),
@@ -193,7 +192,10 @@ fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
             "lights are added one by one before tone mapping, in 32-bit floats, as half floats would lose light"
         }
         ToneMapping::Subpass(_) if plan.emissive => "emissive light is blended before tone mapping",
-        ToneMapping::Subpass(_) => "transparent surfaces are blended before tone mapping",
+        ToneMapping::Subpass(_) if plan.transparency.is_some() => {
+            "transparent surfaces are blended before tone mapping"
+        }
+        ToneMapping::Subpass(_) => "samples of a pixel are averaged as light before tone mapping",
         ToneMapping::InLighting(_) if plan.is_forward() => "nothing blends over it: FORWARD tone-maps into the output",
         ToneMapping::InLighting(_) if plan.is_tiled() => "compute tone-maps what it lit straight into the output",
         ToneMapping::InLighting(_) => "nothing blends over the lighting: it tone-maps straight into the output",
@@ -286,8 +288,8 @@ fn sums(plan: &FramePlan) -> Part {
     part("sums and COMPOSITE subpass", plan.sums.is_some(), reason, u64::from(texel * plan.msaa) * pixels(plan))
 }
 
-fn shading(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
-    let count = World::sorted(scene, settings).len();
+fn shading(plan: &FramePlan) -> Vec<Part> {
+    let count = plan.light_order.order.len();
     // A buffer for each of two frames in flight.
     let slots = count.max(1);
     let brdf = match plan.brdf {
@@ -317,7 +319,7 @@ fn shading(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
         part("lists of lights by froxel", plan.has_clusters(), lists, 2 * 8 * froxels.clusters() as u64)
             .is(OptionalPart::LightLists),
         part("light buffers", lights.any(), format!("{count} lights shine on the scene"), 2 * 64 * slots as u64),
-        idle_lights(scene, settings),
+        idle_lights(plan),
         kind("directional lights", lights.directional, OptionalPart::DirectionalLights),
         kind("point and spot lights", lights.punctual, OptionalPart::PunctualLights),
         kind("spot cones", lights.spot, OptionalPart::SpotCones),
@@ -340,9 +342,9 @@ fn falloffs(lights: &PlannedLights) -> Part {
 }
 
 /// Of each camera's view more are left out, frame by frame.
-fn idle_lights(scene: &Scene, settings: &Settings) -> Part {
-    let kept = settings.keep.has(OptionalPart::IdleLights);
-    let reason = match IdleLights::of(scene, settings).count() {
+fn idle_lights(plan: &FramePlan) -> Part {
+    let kept = plan.light_order.needless() > 0;
+    let reason = match plan.light_order.idle.count() {
         _ if kept => "asked to stay, whether or not they reach anything".into(),
         0 => "each light can reach an object".into(),
         1 => "1 light reaches no object".into(),
@@ -377,7 +379,12 @@ fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
         (_, false) => "of meshes with more than 65536 vertices".to_string(),
     };
     vec![
-        part("vertex positions", true, "every pass that draws meshes reads them", 12 * planned.vertices),
+        part(
+            "vertex positions",
+            planned.vertices > 0,
+            "every pass that draws meshes reads them",
+            12 * planned.vertices,
+        ),
         part("16-bit indices", planned.indices_16 > 0, "of meshes with at most 65536 vertices", 2 * planned.indices_16),
         part("32-bit indices", planned.indices_32 > 0, wide, 4 * planned.indices_32).is(OptionalPart::WideIndices),
         // Their bytes count above and below.

@@ -11,7 +11,8 @@ pub use receivers::Receivers;
 pub use views::{Caster, ShadowView};
 pub(super) use views::{Changes, add_cascades, lamp_views, widened};
 
-use super::{Capabilities, World};
+use super::Capabilities;
+use super::lit::LightOrder;
 use crate::scene::{Light, LightKind, Scene, Settings, ShadowFilter, ShadowSettings, luminance};
 
 /// Maps that all lights may have together; `shaders/shared/shadows.wgsl` has the same number.
@@ -87,7 +88,12 @@ pub struct ShadowPlan {
 impl ShadowPlan {
     /// Gives maps to the lights that ask for one, the most important first, until the budget is spent. The second part names
     /// those that go without, or with fewer cascades than they should have, and says why.
-    pub(super) fn of(scene: &Scene, settings: &Settings, device: &Capabilities) -> (Option<Self>, Vec<String>) {
+    pub(super) fn of(
+        scene: &Scene,
+        settings: &Settings,
+        order: &LightOrder,
+        device: &Capabilities,
+    ) -> (Option<Self>, Vec<String>) {
         let shadows = &settings.shadows;
         let layer_bytes = u64::from(shadows.size) * u64::from(shadows.size) * 4;
         let within_budget = (u64::from(shadows.budget) << 20) / layer_bytes;
@@ -114,7 +120,7 @@ impl ShadowPlan {
                 shadows.size
             ),
         };
-        for (light, source) in by_importance(scene, settings) {
+        for (light, source) in by_importance(scene, order) {
             let wanted = Projection::of(source, shadows.cascades);
             let tries: Vec<Projection> = match wanted {
                 Projection::Cascades(count) => (1..=count).rev().map(Projection::Cascades).collect(),
@@ -254,7 +260,7 @@ const FULL_REACH: f64 = 1.5;
 
 /// Lights that ask for a shadow and can have one, with their index in [`World::lights`]. Directional ones first, then by how much
 /// light they bring to where the scene's own camera stands: the order must not depend on where a camera is, or maps would come and go.
-fn by_importance<'a>(scene: &'a Scene, settings: &Settings) -> Vec<(usize, &'a Light)> {
+fn by_importance<'a>(scene: &'a Scene, lights: &LightOrder) -> Vec<(usize, &'a Light)> {
     let radius = scene.bounds().radius();
     let importance = |light: &Light| {
         let strength = f64::from(luminance(light.color)) * f64::from(light.intensity);
@@ -266,11 +272,14 @@ fn by_importance<'a>(scene: &'a Scene, settings: &Settings) -> Vec<(usize, &'a L
             }
         }
     };
-    let sorted = World::sorted(scene, settings).into_iter().map(|index| &scene.lights[index]);
+    let sorted = lights.order.iter().map(|&index| &scene.lights[index]);
+    // What reaches nothing gets what is left.
+    let needless = |place: usize| place >= lights.needed().len();
     let mut asking: Vec<_> = sorted.enumerate().filter(|(_, light)| light.casts_shadow).collect();
-    asking.sort_by(|(_, a), (_, b)| {
+    asking.sort_by(|(place_a, a), (place_b, b)| {
         let (a, b) = (importance(a), importance(b));
-        a.0.cmp(&b.0).then_with(|| b.1.total_cmp(&a.1))
+        let last = needless(*place_a).cmp(&needless(*place_b));
+        last.then(a.0.cmp(&b.0)).then_with(|| b.1.total_cmp(&a.1))
     });
     asking
 }

@@ -116,7 +116,7 @@ impl World {
         };
         let mut object_of = vec![None; scene.objects.len()];
         drawn.iter().enumerate().for_each(|(own, &index)| object_of[index] = Some(own));
-        let lights = Self::sorted(scene, settings);
+        let lights = plan.light_order.order.clone();
         let mut light_of = vec![None; scene.lights.len()];
         lights.iter().enumerate().for_each(|(own, &index)| light_of[index] = Some(own));
         let cut = Cut::of(scene, settings, exposure);
@@ -132,7 +132,7 @@ impl World {
                 .map(|light| plan.shadow.as_ref().map_or(0, |shadow| shadow.code(light)))
                 .collect(),
             light_of,
-            idle_lights: IdleLights::of(scene, settings),
+            idle_lights: plan.light_order.idle.clone(),
             reaches: lights.iter().map(|&index| cut.reach(&scene.lights[index])).collect(),
             cut,
             lights: lights.into_iter().map(|index| scene.lights[index].clone()).collect(),
@@ -243,20 +243,6 @@ impl World {
     /// Whether a light can add anything.
     pub fn shines(light: &Light) -> bool {
         light.intensity > 0.0 && light.color.max_element() > 0.0
-    }
-
-    /// The indices of those that shine and reach something, in the order in which frames have them.
-    pub(super) fn sorted(scene: &Scene, settings: &Settings) -> Vec<usize> {
-        let (lights, idle) = (&scene.lights, IdleLights::of(scene, settings));
-        let planned = |index: &usize| Self::shines(&lights[*index]) && !idle.has(*index);
-        let mut sorted: Vec<usize> = (0..lights.len()).filter(planned).collect();
-        // Stable: lights of a kind keep the scene's order, and with it their sum its rounding.
-        sorted.sort_by_key(|&index| match lights[index].kind {
-            LightKind::Directional { .. } => 0,
-            _ if !light_path::bounded(&lights[index], settings) => 1,
-            _ => 2,
-        });
-        sorted
     }
 
     /// How many of the first lights are directional.

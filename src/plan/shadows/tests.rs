@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 use super::views::*;
 use super::*;
-use crate::plan::{FramePlan, Visible, samples};
+use crate::plan::{FramePlan, Visible, World, samples};
 use crate::scene::{Aabb, Camera, CastsShadow, Falloff, Keep, Material, Object, OptionalPart};
 
 const ASPECT: f64 = 16.0 / 9.0;
@@ -358,7 +358,8 @@ fn where_nothing_is_seen_there_is_no_cascade() {
 
 fn tiles_of(lights: Vec<Light>, shadows: ShadowSettings) -> (Option<ShadowPlan>, Vec<String>) {
     let scene = scene(&[(DVec3::ZERO, DVec3::ONE)], lights);
-    ShadowPlan::of(&scene, &settings(shadows), &samples::device())
+    let settings = settings(shadows);
+    ShadowPlan::of(&scene, &settings, &LightOrder::of(&scene, &settings), &samples::device())
 }
 
 #[test]
@@ -433,7 +434,8 @@ fn what_a_light_is_short_of_is_named() {
     // The device's layers, of which there are fewer than the budget would pay.
     let scene = scene(&[(DVec3::ZERO, DVec3::ONE)], suns(2));
     let device = Capabilities { max_layers: 4, ..samples::device() };
-    let (plan, warnings) = ShadowPlan::of(&scene, &settings(shadows(256)), &device);
+    let (plan, warnings) =
+        ShadowPlan::of(&scene, &settings(shadows(256)), &LightOrder::of(&scene, &settings(shadows(256))), &device);
     assert_eq!(plan.map(|plan| plan.layers), Some(4));
     assert!(warnings.len() == 1 && warnings[0].contains("device") && warnings[0].contains("4 layers"), "{warnings:?}");
     assert!(!warnings[0].contains("budget"), "{warnings:?}");
