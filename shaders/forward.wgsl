@@ -13,6 +13,9 @@
 #import afterlight::material::{emissive_at, mapped_normal, point_at, Slots}
 #endif
 #import afterlight::shading::{light_everywhere, surface_of, Everywhere, Model}
+#ifdef LIGHTS
+#import afterlight::shading::{directional_light}
+#endif
 #ifdef CLUSTERED
 #import afterlight::shading::{punctual_light}
 #import afterlight::clusters::{cluster_at, cluster_lights}
@@ -37,6 +40,8 @@ override PHONG: bool = false;
 override EMISSIVE: bool = true;
 override AMBIENT: bool = true;
 override DIRECTIONAL: bool = true;
+// One of them is all there is.
+override ONE_DIRECTIONAL: bool = false;
 override PUNCTUAL: bool = true;
 override SPOT: bool = true;
 // All lights' fall-off; 3 where they differ.
@@ -120,7 +125,13 @@ fn all_light(pixel: vec4<f32>, surface: Surface, texel: Texel, model: Model) -> 
     // Paths that add lights one by one do so only to what is opaque.
     let end = frame.light_count;
 #endif
-    var radiance = light_everywhere(surface, texel, model, Everywhere(AMBIENT, DIRECTIONAL, PUNCTUAL, end));
+    var radiance = light_everywhere(surface, texel, model, Everywhere(AMBIENT, DIRECTIONAL && !ONE_DIRECTIONAL, PUNCTUAL, end));
+#ifdef LIGHTS
+    if ONE_DIRECTIONAL {
+        // As in its turn there: no other light is added before it.
+        radiance += directional_light(0u, surface, texel, model);
+    }
+#endif
 #ifdef CLUSTERED
     var depth = pixel.z;
     if MULTISAMPLED {

@@ -331,6 +331,7 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
         (constants::EMISSIVE, u32::from(forward.is_some_and(|forward| forward.emissive))),
         (constants::AMBIENT, u32::from(plan.lights.ambient)),
         (constants::DIRECTIONAL, u32::from(plan.lights.directional)),
+        (constants::ONE_DIRECTIONAL, u32::from(plan.lights.one_directional)),
         (constants::PUNCTUAL, u32::from(plan.lights.punctual)),
         (constants::SPOT, u32::from(plan.lights.spot)),
         (constants::FALLOFF, plan.lights.falloff),

@@ -26,6 +26,8 @@ pub struct PlannedLights {
     /// Some point or spot light reaches everywhere.
     pub unbounded: bool,
     pub ambient: bool,
+    /// One directional light is all there is, so that no loop goes over lights.
+    pub one_directional: bool,
     /// Few enough for a uniform buffer.
     pub uniform: bool,
 }
@@ -83,6 +85,8 @@ pub(super) fn planned_lights(scene: &Scene, settings: &Settings, shading: Shadin
     let mut lights = PlannedLights { ambient: scene.environment.is_lit(), ..Default::default() };
     let mut falloffs = BTreeSet::new();
     lights.uniform = planned.len() <= UNIFORM_LIGHTS;
+    lights.one_directional =
+        matches!(planned[..], [one] if matches!(scene.lights[one].kind, LightKind::Directional { .. }));
     for light in planned.iter().map(|&index| &scene.lights[index]) {
         let bounded = light_path::bounded(light, settings);
         lights.bounded |= bounded;
