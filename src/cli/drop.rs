@@ -42,7 +42,9 @@ pub fn run(
             break;
         }
         let device = Device::new(&instance, &args.device.clone().unwrap_or_default())?;
-        let settings = workload.settings(variation, &device.physical)?;
+        let mut settings = workload.settings(variation, &device.physical)?;
+        // Each frame draws its maps, so that their rows have something to order.
+        settings.shadows.cache = false;
         let table = edges::table(&plan_for(&device, &workload.scene, &settings)?);
         let without = table.without(name).map_err(|error| Failure::usage(error.to_string()))?;
         let draw = |edges: Edges| {
@@ -73,19 +75,24 @@ pub fn run(
         }
     }
     if let Some((edge, layer)) = dropped.filter(|_| silent) {
-        text.push('\n');
-        match reason(&edge, Part::Row) {
-            Some(reason) => {
-                let _ =
-                    writeln!(text, "No layer is known to notice: {} (specification, {}).", reason.why, reason.section);
-            }
-            None => {
-                let (own, newer) = (version(layer), version(edges::unnoticed::LAYER));
-                let _ = writeln!(text, "Layer {own} does not notice. Layer {newer} does.");
-            }
-        }
+        let _ = writeln!(text, "\n{}", silence(&edge, layer));
     }
     output::print(&text, false)
+}
+
+/// What it means that the layer says nothing.
+fn silence(edge: &Edge, layer: u32) -> String {
+    let (own, known) = (version(layer), version(edges::unnoticed::LAYER));
+    match reason(edge, Part::Row) {
+        Some(reason) => format!("No layer is known to notice: {} (specification, {}).", reason.why, reason.section),
+        None if layer >= edges::unnoticed::LAYER => {
+            let name = edge.name;
+            format!("These frames gave {name} nothing to order: where it orders something, layer {known} notices.")
+        }
+        None => format!(
+            "Layer {own} says nothing of these frames. Layer {known} notices where the dependency orders something."
+        ),
+    }
 }
 
 /// What the layer has to say of some work, and how many messages it had no room for.
@@ -140,4 +147,28 @@ fn layer_version(instance: &Instance) -> u32 {
 fn version(packed: u32) -> String {
     let [major, minor] = [vk::api_version_major(packed), vk::api_version_minor(packed)];
     format!("{major}.{minor}.{}", vk::api_version_patch(packed))
+}
+
+#[cfg(test)]
+mod tests {
+    use afterlight::frame::edges::unnoticed::LAYER;
+    use afterlight::frame::edges::{Carrier, Place};
+    use afterlight::gpu::sync::Use;
+
+    use super::*;
+
+    fn row(name: &'static str) -> Edge {
+        let (from, to, why) = (Place::Outside, Place::Shadow, "");
+        let (carrier, by_region) = (Carrier::ShadowPass, false);
+        Edge { name, carrier, from, to, before: Use::START, after: Use::END, by_region, why }
+    }
+
+    #[test]
+    fn silence_is_explained_by_what_is_known_of_the_layer() {
+        let (new, old) = (silence(&row("shadow-map-reuse"), LAYER), silence(&row("shadow-map-reuse"), LAYER - 1));
+        assert!(new.contains("gave shadow-map-reuse nothing to order"), "{new}");
+        assert!(old.contains("says nothing of these frames") && !old.contains("gave"), "{old}");
+        let argued = silence(&row("picture-to-host"), LAYER);
+        assert!(argued.contains("No layer is known to notice") && argued.contains("Host Access"), "{argued}");
+    }
 }

@@ -46,7 +46,7 @@ fn in_mode(sync_shader_heuristic: bool, test: impl FnOnce(&Gpu)) {
 pub fn on_gpu_assisted(test: impl FnOnce(&Gpu)) {
     let (watched, log) = match open(Validation::GpuAssisted) {
         Ok(opened) => opened,
-        Err(error @ gpu::Error::Unsupported(_)) => return eprintln!("NOT RUN: {error}"),
+        Err(error @ gpu::Error::Unsupported(_)) => return not_run(&error.to_string()),
         Err(error) => panic!("{error}"),
     };
     overrun(&watched.device).unwrap_or_else(|error| panic!("{error}"));
@@ -66,6 +66,15 @@ pub fn on_gpu_assisted(test: impl FnOnce(&Gpu)) {
     // Of any kind: a shader that the layer could not add to is one that it did not check.
     let messages = log.take();
     assert!(messages.is_empty(), "messages of GPU-assisted validation: {messages:#?}");
+}
+
+/// Says why the layer at hand cannot do a test. Where `AFTERLIGHT_NEEDS_LAYER` names a version, the layer there must be able to, and this is
+/// a failure: cargo hides what passing tests print.
+pub fn not_run(why: &str) {
+    if let Ok(needed) = std::env::var("AFTERLIGHT_NEEDS_LAYER") {
+        panic!("AFTERLIGHT_NEEDS_LAYER is {needed}, so that this must run: {why}");
+    }
+    eprintln!("NOT RUN: {why}");
 }
 
 /// What the layer says of `test` when it is asked for advice on best practices.

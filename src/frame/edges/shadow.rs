@@ -35,14 +35,14 @@ pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
             (Place::Outside, Place::Shadow),
             // Who looks up waits for the store, so that waiting for those is waiting for it as well.
             (map_read, shadow::MAP_CLEAR),
-            "frames share the maps: LIGHTING of the last one may still read what this one clears; and maps of one layer follow each other",
+            "frames share the maps: whatever looks maps up in the last one may still read what this one clears; and maps of one layer follow each other",
         ),
         Edge::new(
             "shadow-map-to-lighting",
             Carrier::ShadowPass,
             (Place::Shadow, reader),
             (shadow::MAP_STORE, map_read),
-            "LIGHTING loads any texel of a map that SHADOW wrote and stored",
+            "whatever looks maps up loads any texel of a map that SHADOW wrote and stored",
         ),
     ]
 }
