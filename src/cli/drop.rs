@@ -84,7 +84,10 @@ pub fn run(
 fn silence(edge: &Edge, layer: u32) -> String {
     let (own, known) = (version(layer), version(edges::unnoticed::LAYER));
     match reason(edge, Part::Row) {
-        Some(reason) => format!("No layer is known to notice: {} (specification, {}).", reason.why, reason.section),
+        Some(reason) => format!(
+            "No layer is known to notice: {}. The specification says ({}): \"{}.\"",
+            reason.why, reason.section, reason.says
+        ),
         None if layer >= edges::unnoticed::LAYER => {
             let name = edge.name;
             format!("These frames gave {name} nothing to order: where it orders something, layer {known} notices.")
@@ -169,6 +172,6 @@ mod tests {
         assert!(new.contains("gave shadow-map-reuse nothing to order"), "{new}");
         assert!(old.contains("says nothing of these frames") && !old.contains("gave"), "{old}");
         let argued = silence(&row("picture-to-host"), LAYER);
-        assert!(argued.contains("No layer is known to notice") && argued.contains("Host Access"), "{argued}");
+        assert!(argued.contains("No layer is known to notice") && argued.contains("Signaling a fence"), "{argued}");
     }
 }

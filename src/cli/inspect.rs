@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use afterlight::frame::edges::{self, Edge, Edges};
+use afterlight::frame::render_pass::{LayoutChange, layout_changes};
 use afterlight::frame::{capabilities, plan_for};
 use afterlight::report::graph;
 use afterlight::scene::{SettingsPatch, View};
@@ -69,11 +70,24 @@ struct EdgeReport {
     dst_stages: String,
     dst_access: String,
     by_region: bool,
+    layouts: Vec<LayoutReport>,
     why: &'static str,
 }
 
-impl From<&Edge> for EdgeReport {
-    fn from(edge: &Edge) -> Self {
+#[derive(Serialize)]
+struct LayoutReport {
+    image: Option<String>,
+    old: String,
+    new: String,
+}
+
+impl EdgeReport {
+    fn of(edge: &Edge, changes: &[LayoutChange]) -> Self {
+        let layout = |change: &LayoutChange| LayoutReport {
+            image: change.image.map(|image| image.to_string()),
+            old: format!("{:?}", change.old),
+            new: format!("{:?}", change.new),
+        };
         Self {
             name: edge.name,
             carrier: edge.carrier.to_string(),
@@ -84,6 +98,7 @@ impl From<&Edge> for EdgeReport {
             dst_stages: flags(&edge.after.stage),
             dst_access: flags(&edge.after.access),
             by_region: edge.by_region,
+            layouts: changes.iter().map(layout).collect(),
             why: edge.why,
         }
     }
@@ -113,6 +128,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let plan = plan_for(&device, &workload.scene, &settings)?;
         let parts = PlanReport::of(&plan, &workload.scene, &settings, &capabilities(&device.physical));
         let dependencies = edges::table(&plan);
+        let layouts = |edge: &Edge| layout_changes(&plan, &dependencies, edge);
         if let Some(sink) = &args.graph {
             sink.write(graph::draw(&workload.scene.name, &plan, &dependencies).as_bytes())?;
         }
@@ -123,7 +139,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 size: settings.size,
                 gbuffer_bytes_per_pixel: plan.gbuffer_bytes_per_pixel(),
                 plan: parts,
-                dependencies: dependencies.iter().map(Into::into).collect(),
+                dependencies: dependencies.iter().map(|edge| EdgeReport::of(edge, &layouts(edge))).collect(),
             };
             return output::print(&output::json(&report)?, false);
         }
@@ -132,7 +148,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let mut text = format!("{name}: {width}x{height} on {}\n\n", device.physical.name);
         text.push_str(&parts.text());
         let _ = writeln!(text, "The G-buffer takes {} bytes a pixel.", plan.gbuffer_bytes_per_pixel());
-        let _ = write!(text, "\nDependencies\n{}", edge_list(&dependencies));
+        let _ = write!(text, "\nDependencies\n{}", edge_list(&dependencies, layouts));
         output::print(&text, drawn_to_stdout)
     })
 }
@@ -148,7 +164,7 @@ fn drawing(text: &str) -> Result<Sink, String> {
 }
 
 /// A paragraph for each dependency: a row of a table would be 200 columns wide.
-fn edge_list(edges: &Edges) -> String {
+fn edge_list(edges: &Edges, layouts: impl Fn(&Edge) -> Vec<LayoutChange>) -> String {
     let mut text = String::new();
     for edge in edges.iter() {
         let region = if edge.by_region { ", by region" } else { "" };
@@ -157,7 +173,12 @@ fn edge_list(edges: &Edges) -> String {
         for (what, uses) in [("  after ", edge.before), ("  before", edge.after)] {
             masks.row([what.to_owned(), flags(&uses.stage), flags(&uses.access)]);
         }
-        let _ = writeln!(text, "{}    why: {}", masks.render(), edge.why);
+        text.push_str(&masks.render());
+        // A barrier's is told above, with its kind.
+        for change in layouts(edge).iter().filter(|change| change.image.is_some()) {
+            let _ = writeln!(text, "    layout: {change}");
+        }
+        let _ = writeln!(text, "    why: {}", edge.why);
     }
     text
 }

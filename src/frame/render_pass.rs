@@ -1,5 +1,6 @@
 //! The render passes of a plan: attachments, subpasses, and the rows of [`super::edges`] as dependencies.
 
+use std::fmt;
 use std::sync::Arc;
 
 use ash::vk;
@@ -80,6 +81,48 @@ pub enum Resource {
     SmoothedPicture,
 }
 
+impl fmt::Display for Resource {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Target(target) => f.write_str(&format!("{target:?}").to_lowercase()),
+            Self::ShadowMaps => f.write_str("shadow maps"),
+            Self::SmoothedPicture => f.write_str("picture"),
+        }
+    }
+}
+
+/// A change of an image's layout, which a dependency orders.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LayoutChange {
+    /// None for the image of a barrier.
+    pub image: Option<Resource>,
+    pub old: vk::ImageLayout,
+    pub new: vk::ImageLayout,
+}
+
+impl fmt::Display for LayoutChange {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.image {
+            Some(image) => write!(f, "{image} {:?} -> {:?}", self.old, self.new),
+            None => write!(f, "{:?} -> {:?}", self.old, self.new),
+        }
+    }
+}
+
+/// The layouts that change where a row of the table orders it.
+pub fn layout_changes(plan: &FramePlan, edges: &Edges, edge: &Edge) -> Vec<LayoutChange> {
+    let pass = match edge.carrier {
+        Carrier::MainPass => PassDescription::main(plan, edges),
+        Carrier::ShadowPass => PassDescription::shadow(plan, edges),
+        Carrier::FxaaPass => PassDescription::fxaa(plan, edges),
+        Carrier::ImageBarrier(old, new) => return vec![LayoutChange { image: None, old, new }],
+        _ => return Vec::new(),
+    };
+    let ends = pass.dependencies.iter().find(|(own, _)| own.name == edge.name).map(|&(_, ends)| ends);
+    let changes = pass.layout_changes().into_iter().filter(|(between, _)| Some(*between) == ends);
+    changes.map(|(_, change)| change).collect()
+}
+
 /// What a subpass does with attachments; references count them in the order of the pass, and `vk::ATTACHMENT_UNUSED` is a gap.
 #[derive(Debug, Clone)]
 pub struct Subpass {
@@ -149,6 +192,29 @@ impl PassDescription {
             subpasses: vec![Subpass { color, ..Subpass::at(Place::Fxaa) }],
             dependencies: dependencies(plan, edges, Carrier::FxaaPass),
         }
+    }
+
+    /// Each automatic change of an attachment's layout, and the two of its uses that it is between: subpasses, or
+    /// `vk::SUBPASS_EXTERNAL` for what it has before and after the pass.
+    fn layout_changes(&self) -> Vec<([u32; 2], LayoutChange)> {
+        let mut changes = Vec::new();
+        for (index, &(image, attachment)) in (0..).zip(&self.attachments) {
+            let mut uses = vec![(vk::SUBPASS_EXTERNAL, attachment.initial_layout)];
+            for (subpass, own) in (0..).zip(&self.subpasses) {
+                let mut references = own.input.iter().chain(&own.color).chain(&own.resolve).chain(&own.depth);
+                // All references of a subpass to an attachment have the same layout.
+                uses.extend(
+                    references.find(|reference| reference.attachment == index).map(|found| (subpass, found.layout)),
+                );
+            }
+            uses.push((vk::SUBPASS_EXTERNAL, attachment.final_layout));
+            for ((from, old), (to, new)) in uses.iter().copied().zip(uses.iter().copied().skip(1)) {
+                if old != new {
+                    changes.push(([from, to], LayoutChange { image: Some(image), old, new }));
+                }
+            }
+        }
+        changes
     }
 
     /// # Errors

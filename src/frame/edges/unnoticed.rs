@@ -1,7 +1,7 @@
 //! What the validation layer does not notice when it is missing, and why it is there all the same.
 //!
 //! Layer 1.4.309 is silent about these in both modes of its shader heuristic. Nothing is left out of the table for that reason: each entry
-//! says what the specification has to say. `tests/necessity.rs` fails when an entry is noticed after all, when none of its rows is
+//! quotes what the specification has to say. `tests/necessity.rs` fails when an entry is noticed after all, when none of its rows is
 //! silent any more, and when something is silent that is not listed.
 
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
@@ -31,6 +31,8 @@ pub struct Unnoticed {
     only: fn(&Edge) -> bool,
     /// Where the specification says it.
     pub section: &'static str,
+    /// A sentence that it says there.
+    pub says: &'static str,
     pub why: &'static str,
 }
 
@@ -71,13 +73,22 @@ const fn accesses(first: A, second: A) -> A {
 
 const ALWAYS: fn(&Edge) -> bool = |_| true;
 
+const IN_ORDER: &str = "Within a subpass of a render pass instance, for a given (x,y,layer,sample) sample location, the following operations \
+                        are guaranteed to execute in rasterization order, for each separate primitive that includes that sample location";
+const EARLIER: &str = "including any stage in the source stage mask for a particular synchronization command also implies that any logically \
+                       earlier stages are included in Scope1st for that command";
+const CHAIN: &str = "an execution dependency chain exists if the intersection of ScopedOps2 in ExeDepA and ScopedOps1 in ExeDepB is not an \
+                     empty set";
+
 /// The list.
 pub static UNNOTICED: &[Unnoticed] = &[
     Unnoticed {
         rows: &["picture-to-host"],
         parts: Parts::All,
         only: ALWAYS,
-        section: "Host Access to Device Memory Objects",
+        section: "Fences",
+        says: "Signaling a fence and waiting on the host does not guarantee that the results of memory accesses will be visible to the host, \
+               as the access scope of a memory dependency defined by a fence only includes device access",
         why: "the layer does not track what the CPU reads. A fence makes the copy's writes available, and its second access scope is empty: \
               only a dependency on HOST, HOST_READ makes them visible to the CPU",
     },
@@ -86,6 +97,8 @@ pub static UNNOTICED: &[Unnoticed] = &[
         parts: Parts::Row,
         only: |edge| edge.carrier.is_render_pass() && edge.before.stage == S::TRANSFER,
         section: "VkSubpassDependency",
+        says: "If there is no subpass dependency from VK_SUBPASS_EXTERNAL to the first subpass that uses an attachment, then an implicit \
+               subpass dependency exists from VK_SUBPASS_EXTERNAL to the first subpass it is used in",
         why: "the layer takes a layout change to be ordered after the copy that an earlier submission made. Without the row there is an \
               implicit dependency that waits for nothing, and the change may overwrite what is being copied",
     },
@@ -94,6 +107,8 @@ pub static UNNOTICED: &[Unnoticed] = &[
         parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
         only: |edge| edge.before.stage.contains(S::TRANSFER),
         section: "Image Layout Transitions",
+        says: "Applications must ensure that layout transitions happen-after all operations accessing the image with the old layout, and \
+               happen-before any operations that will access the image with the new layout",
         why: "the layer takes a layout change to be ordered after the copy that an earlier submission made. It happens after what the \
               dependency's first scope has, and that must have the copy's read",
     },
@@ -102,6 +117,8 @@ pub static UNNOTICED: &[Unnoticed] = &[
         parts: Parts::All,
         only: ALWAYS,
         section: "VkSubpassDependency",
+        says: "the first set of commands includes all commands submitted as part of the subpass instance identified by srcSubpass and any \
+               load, store, or multisample resolve operations on attachments used in srcSubpass",
         why: "the layer lets the row from TRANSPARENT to COMPOSITE order what an earlier subpass did. Its first scope has only what is \
               submitted in TRANSPARENT, so that COMPOSITE would blend over light that may not be there yet",
     },
@@ -114,6 +131,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         ),
         only: ALWAYS,
         section: "Rasterization Order",
+        says: IN_ORDER,
         why: "the layer takes all that a render pass does to a colour attachment to be in rasterization order. That order holds within a \
               subpass; blending in a later one reads and writes what the earlier one wrote",
     },
@@ -122,6 +140,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         parts: Parts::Any(Side::After, S::empty(), A::COLOR_ATTACHMENT_READ),
         only: ALWAYS,
         section: "Rasterization Order",
+        says: IN_ORDER,
         why: "the same for the emissive light that LIGHTING adds to; the write is noticed by what else LIGHTING drops",
     },
     Unnoticed {
@@ -129,6 +148,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         parts: Parts::Any(Side::Before, S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE),
         only: ALWAYS,
         section: "Rasterization Order",
+        says: IN_ORDER,
         why: "the same, seen from the other side: the light that was written must be available to what blends over it",
     },
     Unnoticed {
@@ -136,6 +156,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         parts: Parts::Any(Side::After, S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ),
         only: ALWAYS,
         section: "Rasterization Order",
+        says: IN_ORDER,
         why: "the layer takes all that a render pass does to depth to be in rasterization order. That order holds within a subpass; the tests \
               of a later one read what the earlier one wrote, early or late as the implementation likes",
     },
@@ -145,13 +166,16 @@ pub static UNNOTICED: &[Unnoticed] = &[
         // Where LIGHTING drops depth, the layer misses the store's stage.
         only: |edge| !edge.after.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE),
         section: "Rasterization Order",
+        says: IN_ORDER,
         why: "the same for tests that run late",
     },
     Unnoticed {
         rows: &["gbuffer-to-lighting", "forward-to-transparent"],
         parts: Parts::Any(Side::Before, S::EARLY_FRAGMENT_TESTS, A::empty()),
         only: ALWAYS,
-        section: "VkAttachmentDescription; Access Types",
+        section: "Pipeline Stages",
+        says: "Its first access scope only includes memory accesses performed by pipeline stages explicitly specified in the source stage \
+               mask",
         why: "where nothing is drawn, depth was written by its clear, which executes in EARLY_FRAGMENT_TESTS. LATE_FRAGMENT_TESTS includes \
               what is logically earlier for execution, but an access scope only has the stages that are named",
     },
@@ -164,30 +188,43 @@ pub static UNNOTICED: &[Unnoticed] = &[
         ),
         only: ALWAYS,
         section: "Pipeline Stages",
+        says: EARLIER,
         why: "LIGHTING tests depth and reads it as an input before TRANSPARENT drops it. A first scope includes logically earlier stages, so that \
               the latest of these covers the others, and COLOR_ATTACHMENT_OUTPUT all of them where it is there; each is named for its own use",
     },
     Unnoticed {
-        rows: &["targets-reuse"],
+        rows: &["targets-reuse", "output-reuse"],
         parts: Parts::Any(Side::Before, S::FRAGMENT_SHADER, A::empty()),
-        only: ALWAYS,
+        only: |edge| edge.before.stage.intersects(stages(S::LATE_FRAGMENT_TESTS, S::COLOR_ATTACHMENT_OUTPUT)),
         section: "Pipeline Stages",
+        says: EARLIER,
         why: "FXAA of the last frame reads the output. A first scope includes logically earlier stages, so that LATE_FRAGMENT_TESTS, where depth \
-              was dropped, covers FRAGMENT_SHADER; it is named for its own use",
+              was dropped, or COLOR_ATTACHMENT_OUTPUT, where samples were, covers FRAGMENT_SHADER; it is named for its own use",
     },
     Unnoticed {
         rows: &["gbuffer-reuse", "output-reuse", "targets-reuse"],
         parts: Parts::Any(Side::Before, S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE),
         only: |edge| edge.before.stage.contains(S::TRANSFER),
         section: "Execution and Memory Dependencies",
+        says: CHAIN,
         why: "superfluous while the picture is copied by a transfer: what read-back makes available to TRANSFER, this row waits for through \
               TRANSFER, which makes a chain. It is named for its own use, as that of the attachments' drop and not of the copy",
+    },
+    Unnoticed {
+        rows: &["output-reuse", "targets-reuse"],
+        parts: Parts::Any(Side::Before, S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE),
+        only: |edge| edge.before.stage.contains(S::FRAGMENT_SHADER),
+        section: "Execution and Memory Dependencies",
+        says: CHAIN,
+        why: "superfluous beside FXAA: what output-to-fxaa makes available to FRAGMENT_SHADER, this row waits for through FRAGMENT_SHADER, which \
+              makes a chain. It is named for its own use, as that of the samples' drop and not of the output",
     },
     Unnoticed {
         rows: &["hdr-reuse", "samples-reuse", "sums-reuse"],
         parts: Parts::Any(Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE),
         only: ALWAYS,
         section: "Execution and Memory Dependencies",
+        says: CHAIN,
         why: "superfluous beside a row from OUTSIDE to an earlier subpass that makes the same writes available, with which it makes a chain. \
               It is named for its own use, since that row is about other attachments",
     },

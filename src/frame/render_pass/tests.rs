@@ -411,3 +411,27 @@ fn subpasses_stand_where_the_frame_steps_to() {
         assert_eq!(places.len(), 1 + optional.iter().flatten().count(), "{name}: {places:?}");
     }
 }
+
+#[test]
+fn every_change_of_layout_is_ordered_by_a_row_between_the_uses_that_it_is_between() {
+    let all = [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat();
+    for (name, plan) in all {
+        let edges = edges::table(&plan);
+        let mut passes = vec![PassDescription::main(&plan, &edges)];
+        passes.extend(plan.shadow.is_some().then(|| PassDescription::shadow(&plan, &edges)));
+        passes.extend(plan.fxaa.then(|| PassDescription::fxaa(&plan, &edges)));
+        let mut changed = 0;
+        for pass in &passes {
+            for (ends, change) in pass.layout_changes() {
+                let ordered = pass.dependencies.iter().any(|(_, own)| *own == ends);
+                assert!(ordered, "{name}: no row of the {} orders {change} between {ends:?}", pass.name);
+                changed += 1;
+            }
+        }
+        let rows = edges.iter().filter(|edge| edge.carrier.is_render_pass());
+        let told: usize = rows.map(|edge| layout_changes(&plan, &edges, edge).len()).sum();
+        assert_eq!(told, changed, "{name}");
+        let read_back = layout_changes(&plan, &edges, edges.row("read-back"));
+        assert_eq!(read_back.last().map(|change| change.new), Some(vk::ImageLayout::TRANSFER_SRC_OPTIMAL), "{name}");
+    }
+}

@@ -4,7 +4,7 @@
 use ash::vk;
 
 use crate::frame::edges::{Edge, Edges, Place};
-use crate::frame::render_pass::{PassDescription, Resource, Subpass};
+use crate::frame::render_pass::{LayoutChange, PassDescription, Resource, Subpass, layout_changes};
 use crate::plan::{FramePlan, Shading, format_bytes};
 use crate::targets::{Target, samples_of, storage_output, stored_inputs};
 
@@ -59,6 +59,8 @@ pub struct Graph {
     pub images: Vec<Image>,
     /// Each with the indices of the stops that it is between.
     pub edges: Vec<(Edge, [usize; 2])>,
+    /// What layouts each of them changes.
+    pub layouts: Vec<Vec<LayoutChange>>,
 }
 
 /// The order of time: before a frame, in it, and after it.
@@ -88,7 +90,7 @@ impl Graph {
         let mut images: Vec<Image> =
             passes.iter().flat_map(|pass| &pass.attachments).map(|own| attached(plan, own)).collect();
         images.extend(storage_output(plan).map(|own| image(plan, Resource::Target(own.target), own.format, None)));
-        let mut graph = Self { stops: Vec::new(), images, edges: Vec::new() };
+        let mut graph = Self { stops: Vec::new(), images, edges: Vec::new(), layouts: Vec::new() };
         for pass in &passes {
             for subpass in &pass.subpasses {
                 let touches = graph.touches(pass, subpass);
@@ -110,6 +112,7 @@ impl Graph {
             (edge.clone(), [from, to])
         };
         graph.edges = edges.iter().map(between).collect();
+        graph.layouts = edges.iter().map(|edge| layout_changes(plan, edges, edge)).collect();
         graph
     }
 
@@ -210,11 +213,7 @@ fn image(
         (Resource::ShadowMaps, Some(shadow)) => (None, shadow.bytes()),
         _ => (Some(texel), u64::from(texel) * pixels),
     };
-    let name = match resource {
-        Resource::Target(target) => format!("{target:?}").to_lowercase(),
-        Resource::ShadowMaps => "shadow maps".into(),
-        Resource::SmoothedPicture => "picture".into(),
-    };
+    let name = resource.to_string();
     Image { resource, name, format, samples, bytes_per_pixel, bytes, attachment }
 }
 
