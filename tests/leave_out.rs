@@ -105,6 +105,7 @@ fn cases() -> Vec<Case> {
     let cone = || spot(DVec3::new(0.0, 0.0, 1.6), 3.0, 15.0, 30.0);
     let metal = Material { metallic: 1.0, roughness: 0.4, ..Material::default() };
     let phong = Material { brdf: Brdf::Phong, specular: Vec3::splat(0.3), shininess: 20.0, ..Material::default() };
+    let phong_again = phong.clone();
     let textured = |slot: fn(&mut Material) -> &mut Option<usize>, base: Material| {
         let mut material = base;
         *slot(&mut material) = Some(0);
@@ -191,6 +192,20 @@ fn cases() -> Vec<Case> {
             let mut scene = boxed("glass", lambert(0.5), vec![directional(slanted, 3.0)]);
             add(&mut scene, rectangle([-0.4, -0.3], [0.5, 0.3], 0.0), glass, at(0.0, 0.0, 0.8));
             scene
+        }),
+        // With a texture in every slot of one or the other, and lamps of every fall-off.
+        case(Clustered, &[P::Transparent, P::UnusedTextures], {
+            let slots = |m: &mut Material| {
+                m.texture_slots_mut().into_iter().zip([0, 1, 2, 2, 0, 0]).for_each(|(slot, own)| *slot = Some(own));
+            };
+            let (mut first, mut second) = (Material { emissive: Vec3::ONE, ..Material::default() }, phong_again);
+            slots(&mut first);
+            slots(&mut second);
+            let dim = point(DVec3::new(0.6, -0.4, 1.0), 2.0, Some(3.0), Falloff::Quadratic);
+            let mut scene = ambient(boxed("every texture", first, vec![lamp(-0.5, None), dim]));
+            add(&mut scene, shapes::cuboid([0.3; 3]), second, at(-0.5, 0.2, 0.4));
+            let rough = Texture { color_space: ColorSpace::Linear, name: "rough".into(), ..checks() };
+            with_textures(scene, vec![checks(), bumps(), rough])
         }),
         case(
             Clustered,

@@ -376,7 +376,12 @@ mod tests {
                 for &key in plan.keys() {
                     let variant = match key.forward {
                         Some(_) => shader::variant(lit_flags(&plan, key)),
-                        None => geometry::variant(crate::passes::geometry::flags(&plan, key)),
+                        // Which targets it writes makes no difference to the textures.
+                        None if key.textures.is_empty() => geometry::variant(geometry::Flags::NONE),
+                        None if key.textures.contains(TextureSlot::Normal) => {
+                            geometry::variant(geometry::Flags::TEXTURED | geometry::Flags::NORMAL_MAP)
+                        }
+                        None => geometry::variant(geometry::Flags::TEXTURED),
                     };
                     let variant = variant.expect("a variant");
                     let own = variant.fragment().expect("a fragment stage");
