@@ -183,6 +183,9 @@ pub struct FramePlan {
     pub footprint: Option<f64>,
     pub uploads: Uploads,
     pub lazily_allocated: bool,
+    /// The device is a CPU. Then frames leave out what costs the CPU time to find out, hidden objects and idle casters: a GPU draws them
+    /// faster than that (benches/README.md).
+    pub software: bool,
     /// What stays although nothing needs it.
     pub keep: Keep,
     parts: Vec<Part>,
@@ -289,6 +292,7 @@ impl FramePlan {
             footprint: None,
             uploads: Uploads::default(),
             lazily_allocated: device.lazily_allocated,
+            software: device.software,
             keep,
             parts: Vec::new(),
             warnings,

@@ -43,6 +43,7 @@ pub(super) fn planned(scene: &Scene, plan: &FramePlan) -> Result<String, String>
         _ if plan.keep.has(OptionalPart::OccludedObjects) => Err("asked to stay".into()),
         Shading::ShowOverdraw => Err("the view counts what is drawn and then hidden".into()),
         Shading::ShowShadowMap => Err("no object is drawn".into()),
+        _ if !plan.software => Err("a GPU draws objects faster than a CPU finds out which of them are hidden".into()),
         _ if drawn < MANY_OBJECTS => Err(format!(
             "{drawn} objects are drawn faster than it is found which of them are hidden: {MANY_OBJECTS} are many"
         )),
@@ -411,7 +412,7 @@ mod tests {
 
     fn world(scene: &Scene) -> (World, FramePlan) {
         let settings = Settings { size: SIZE, ..Settings::default() };
-        let plan = FramePlan::of(scene, &settings, &samples::device()).expect("a plan");
+        let plan = FramePlan::of(scene, &settings, &samples::software()).expect("a plan");
         (World::of(scene, &settings, &plan, 1.0), plan)
     }
 
@@ -576,7 +577,7 @@ mod tests {
         };
         let occluded = |scene: &Scene, keep: Keep| {
             let settings = Settings { size: SIZE, keep, ..Settings::default() };
-            let plan = FramePlan::of(scene, &settings, &samples::device()).expect("a plan");
+            let plan = FramePlan::of(scene, &settings, &samples::software()).expect("a plan");
             let visible = Visible::of(&World::of(scene, &settings, &plan, 1.0), &camera(), &plan);
             assert_eq!(visible.draws.len() + visible.occluded, scene.objects.len());
             visible.occluded

@@ -46,6 +46,11 @@ pub fn device() -> Capabilities {
     }
 }
 
+/// The same, but a CPU.
+pub fn software() -> Capabilities {
+    Capabilities { software: true, ..device() }
+}
+
 /// A unit square for each material, in a row along X.
 pub fn scene(materials: Vec<Material>, lights: Vec<Light>) -> Scene {
     let mut mesh =

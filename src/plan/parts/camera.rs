@@ -13,13 +13,15 @@ pub(super) fn parts(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
     let casters_reason = match &plan.shadow {
         None => "there are no shadow maps".into(),
         Some(_) if plan.shading == Shading::ShowShadowMap => "the view shows all that the lights see".into(),
+        Some(_) if !plan.software => "a GPU draws casters faster than a CPU finds out which of them are idle".into(),
         Some(_) => why(
             casters,
             "casters are drawn into a map where something is seen behind them, all of them where a map lasts",
             "asked to stay: all casters of a map are drawn",
         ),
     };
-    let draws_casters = plan.shadow.is_some() && (kept(casters) || plan.shading == Shading::ShowShadowMap);
+    let draws_casters =
+        plan.shadow.is_some() && (kept(casters) || !plan.software || plan.shading == Shading::ShowShadowMap);
     vec![
         part("objects out of view", kept(offscreen), reason, 0).is(offscreen),
         part("objects behind others", hidden.is_err(), hidden.unwrap_or_else(|why| why), 0)

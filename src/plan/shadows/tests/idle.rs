@@ -6,7 +6,7 @@ use super::*;
 fn both(scene: &Scene, shadows: ShadowSettings) -> [(World, FramePlan); 2] {
     [Keep::NONE, Keep::NONE.with(OptionalPart::IdleCasters)].map(|keep| {
         let settings = Settings { keep, ..settings(shadows) };
-        let plan = FramePlan::of(scene, &settings, &samples::device()).expect("a plan");
+        let plan = FramePlan::of(scene, &settings, &samples::software()).expect("a plan");
         (World::of(scene, &settings, &plan, 1.0), plan)
     })
 }
@@ -28,7 +28,7 @@ proptest! {
     ) {
         let all: Vec<_> = boxes.into_iter().chain(small.into_iter().map(|(at, edge)| (at, DVec3::splat(edge)))).collect();
         let lights = vec![sun(to), lamp(lamp_at, Some(20.0)), spot(lamp_at, to, angle), lamp(-lamp_at, None)];
-        let device = Capabilities { depth_clamp: clamp, ..samples::device() };
+        let device = Capabilities { depth_clamp: clamp, ..samples::software() };
         let shadows = ShadowSettings { filter: ShadowFilter::NAMES[filter].1, cascades, ..ShadowSettings::default() };
         let settings = Settings { keep: Keep::NONE, ..settings(shadows) };
         let scene = scene(&all, lights);
