@@ -9,6 +9,7 @@ pub mod gpu_scene;
 pub mod measure;
 pub mod passes;
 pub mod plan;
+pub mod reference;
 pub mod report;
 pub mod scene;
 pub mod shaders;

@@ -1,0 +1,58 @@
+//! The truth: the same scene, evaluated in 64 bits on the CPU by rays. Exact visibility, exact shadows, no G-buffer, no maps.
+//!
+//! It shares no shading code with the shaders and is written from the formulas, for reading. Where a picture of the renderer and this
+//! one differ, this one is right, and how far they are apart is the renderer's error. No Vulkan.
+
+mod surface;
+
+pub use surface::{Surface, TriangleId};
+
+use crate::scene::Camera;
+
+/// A picture that is asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    pub camera: Camera,
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+}
+
+/// What a pixel is worth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Mode {
+    /// The light through the pixel's centre, with textures bilinear at level 0: what is left between it and a picture of one sample is
+    /// numeric error, and how textures are filtered.
+    Point,
+    /// The mean over the pixel's square, by so many samples: aliasing counts as error, too.
+    Converged { samples: u32 },
+}
+
+/// Which masking and shadowing function the specular lobe has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Smith {
+    /// The renderer's own (Heitz 2014).
+    #[default]
+    HeightCorrelated,
+    /// The product of two, as other renderers have it: for comparisons with them.
+    Separable,
+}
+
+/// How the truth is evaluated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Options {
+    pub mode: Mode,
+    pub smith: Smith,
+}
+
+/// A finished truth, rows from the top.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Truth {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Scene-linear RGB in nits, the background where nothing is seen.
+    pub radiance: Vec<[f64; 3]>,
+    /// Of the mean in each channel, where there are several samples a pixel.
+    pub standard_error: Option<Vec<[f64; 3]>>,
+    /// The nearest opaque triangle through each pixel's centre, in [`Mode::Point`].
+    pub triangles: Option<Vec<Option<TriangleId>>>,
+}

@@ -1,0 +1,44 @@
+//! A point of a surface with all that light asks of it.
+
+use glam::DVec3;
+
+use crate::scene::Brdf;
+
+/// A triangle of the scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct TriangleId {
+    /// Index in `Scene::objects`.
+    pub object: u32,
+    /// Index of the triangle in the object's mesh: its corners are `indices[3 * triangle..][..3]`.
+    pub triangle: u32,
+}
+
+/// A lit point, in the terms of its material with its textures looked up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surface {
+    /// Relative to the camera, in metres, along the axes of the world.
+    pub position: DVec3,
+    /// Shading normal, turned to the side that is seen; unit length.
+    pub normal: DVec3,
+    /// The interpolated normal without the normal map, turned likewise; unit length.
+    pub geometric_normal: DVec3,
+    pub brdf: Brdf,
+    /// Linear RGB, 0 to 1.
+    pub albedo: DVec3,
+    /// 0 to 1.
+    pub metallic: f64,
+    /// Perceptual, 0 to 1.
+    pub roughness: f64,
+    /// Ks of the Phong models.
+    pub specular: DVec3,
+    /// Ns of the Phong models.
+    pub shininess: f64,
+    /// Share of the ambient light that arrives, 0 to 1.
+    pub occlusion: f64,
+    /// Emitted radiance in nits.
+    pub emissive: DVec3,
+    /// Share of what lies behind that is hidden, 0 to 1; 1 for opaque surfaces.
+    pub alpha: f64,
+    /// Whether shadows fall on it.
+    pub receives_shadow: bool,
+}

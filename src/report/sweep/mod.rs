@@ -1,0 +1,3 @@
+//! Error against run time: families of settings, measured on the device at hand against the truth.
+
+pub mod model;

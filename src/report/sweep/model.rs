@@ -1,0 +1,268 @@
+//! What a report holds: the value that `report.json` is, and that pages, tables and plots are made from.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// Of the JSON's layout: a merge refuses parts of another one.
+pub const LAYOUT: u32 = 1;
+
+/// One or several scenes on one device.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    pub layout: u32,
+    /// Of the program.
+    pub version: String,
+    pub machine: Machine,
+    /// Which of how many shards this is; `None` for all of it.
+    pub shard: Option<Shard>,
+    pub scenes: Vec<SceneReport>,
+}
+
+/// Where the times were taken.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Machine {
+    pub device: String,
+    pub driver: String,
+    /// A CPU draws: times are wall clock, and CPU seconds are told.
+    pub software: bool,
+    pub os: String,
+    pub cpu: String,
+    /// Threads that this process may use.
+    pub threads: usize,
+    /// Threads that a software driver draws with.
+    pub driver_threads: Option<usize>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Shard {
+    /// From 1 to `count`.
+    pub index: u32,
+    pub count: u32,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SceneReport {
+    pub name: String,
+    pub size: [u32; 2],
+    pub triangles: usize,
+    pub lights: usize,
+    pub truth: TruthInfo,
+    /// What is measured, each once, in the order of the sweep; families name them by their index.
+    pub points: Vec<Point>,
+    pub families: Vec<Family>,
+    /// Index of the default settings' point.
+    pub default: usize,
+    /// By error metric and truth: which points are on the front.
+    pub fronts: Vec<Front>,
+    pub attributions: Vec<Attribution>,
+    /// Settings that this device or scene cannot have, and why.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// How good the truth itself is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TruthInfo {
+    pub samples: u32,
+    /// Root mean square of the standard error of `converged`, exposed: errors near it are not told apart from noise.
+    pub noise_rmse: f64,
+    /// The same for relMSE.
+    pub noise_rel_mse: f64,
+    /// Shares of the pixels, 0 to 1.
+    pub sky: f64,
+    /// Where the raster with the default settings and the truth see different triangles; `None` where the device cannot tell.
+    pub other_triangle: Option<f64>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    /// The settings that differ from the scene's own, as `--vary` takes them, as `gbuffer=fat shadow-size=1024`; "default" for none.
+    pub name: String,
+    pub errors: ErrorsByTruth,
+    pub time: Timing,
+    /// On the device, in bytes.
+    pub memory: u64,
+    pub gbuffer_bytes_per_pixel: u32,
+    /// PNG files beside the report, by what they show: "picture", "difference".
+    pub pictures: BTreeMap<String, String>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ErrorsByTruth {
+    /// Numeric error alone.
+    pub point: Errors,
+    /// All of it.
+    pub converged: Errors,
+}
+
+/// Linear figures are of exposed light: 1 is where the sensor saturates.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Errors {
+    pub rel_mse: f64,
+    pub rmse: f64,
+    pub max: f64,
+    pub p99_9: f64,
+    /// Mean FLIP of the tone-mapped pictures, 0 to 1.
+    pub flip: f64,
+    /// Of the tone-mapped pictures, in decibels; `None` where they are equal.
+    pub psnr_db: Option<f64>,
+    /// Pixels with a value that is NaN or infinite.
+    pub not_finite: usize,
+}
+
+/// Milliseconds a picture.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Timing {
+    /// From the start of recording until the device is done.
+    pub wall: Interval,
+    /// By the device's own clock; `None` on CPU devices.
+    pub gpu: Option<Interval>,
+    /// CPU time of the process; on CPU devices only.
+    pub cpu: Option<Interval>,
+    /// Measured again since it was found to be on a front; these figures are those of the second time.
+    pub confirmed: bool,
+}
+
+impl Timing {
+    /// The time that counts: the device's own where that means something, else the wall clock's.
+    pub fn decisive(&self) -> &Interval {
+        self.gpu.as_ref().unwrap_or(&self.wall)
+    }
+}
+
+/// A median with its 95% interval by bootstrap.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Interval {
+    pub median: f64,
+    pub low: f64,
+    pub high: f64,
+    /// Measurements that went in.
+    pub count: usize,
+}
+
+impl Interval {
+    /// Half of its width over the median.
+    pub fn relative_half_width(&self) -> f64 {
+        (self.high - self.low) / (2.0 * self.median)
+    }
+
+    /// A point that is this unsure says so.
+    pub fn is_wide(&self) -> bool {
+        self.relative_half_width() > 0.05
+    }
+}
+
+/// A curve of error against time: one setting changes, or all together ("joint").
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Family {
+    /// As `shadow-size`.
+    pub key: String,
+    pub title: String,
+    pub members: Vec<Member>,
+    /// Where theory has an order of convergence.
+    pub convergence: Option<Convergence>,
+    /// What keeps the curve from falling further, in a sentence.
+    pub floor: Option<String>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Member {
+    /// Index in [`SceneReport::points`].
+    pub point: usize,
+    /// Short, as "1024" or "fat".
+    pub label: String,
+    /// Where the members are numbers.
+    pub value: Option<f64>,
+}
+
+/// error = a value^-order + floor, fitted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Convergence {
+    pub metric: Metric,
+    pub truth: Against,
+    pub order: f64,
+    /// 95% interval of the order.
+    pub low: f64,
+    pub high: f64,
+    pub floor: f64,
+    /// What theory says, and whose.
+    pub expected: String,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Metric {
+    RelMse,
+    Rmse,
+    Flip,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Against {
+    Point,
+    Converged,
+}
+
+impl Errors {
+    pub fn by(&self, metric: Metric) -> f64 {
+        match metric {
+            Metric::RelMse => self.rel_mse,
+            Metric::Rmse => self.rmse,
+            Metric::Flip => self.flip,
+        }
+    }
+}
+
+impl ErrorsByTruth {
+    pub fn against(&self, truth: Against) -> &Errors {
+        match truth {
+            Against::Point => &self.point,
+            Against::Converged => &self.converged,
+        }
+    }
+}
+
+/// The points that no other beats in both error and time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Front {
+    pub metric: Metric,
+    pub truth: Against,
+    /// Indices of points, the fastest first.
+    pub points: Vec<usize>,
+    /// For each point of the scene: how probable it is that it is on the front, by bootstrap over its times.
+    pub probability: Vec<f64>,
+}
+
+/// Which part of the error comes from what, in exposed linear light.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Attribution {
+    /// Index of the point whose frame was taken apart.
+    pub point: usize,
+    pub parts: Vec<AttributedPart>,
+    /// Pixels that were taken apart, of how many.
+    pub pixels: usize,
+    pub of_pixels: usize,
+}
+
+/// A row: the parts' means add up to that of the whole, which is the part named "whole".
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AttributedPart {
+    /// As "shadows".
+    pub name: String,
+    /// Mean signed error over pixels and channels.
+    pub mean: f64,
+    /// Root mean square of the part over pixels and channels.
+    pub rms: f64,
+    /// The part's share of the whole's mean square: the mean of part times whole over that of whole squared. Shares add up to 1; one below 0
+    /// works against the others.
+    pub share: f64,
+    /// What it is, in a sentence.
+    pub note: String,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LeftOut {
+    pub name: String,
+    pub reason: String,
+}
