@@ -183,8 +183,7 @@ pub struct FramePlan {
     pub footprint: Option<f64>,
     pub uploads: Uploads,
     pub lazily_allocated: bool,
-    /// The device is a CPU. Then frames leave out what costs the CPU time to find out, hidden objects and idle casters: a GPU draws them
-    /// faster than that (benches/README.md).
+    /// The device is a CPU. Then frames leave out what costs the CPU time to find out: see `seeks`.
     pub software: bool,
     /// What stays although nothing needs it.
     pub keep: Keep,
@@ -328,6 +327,12 @@ impl FramePlan {
             }
         }
         self.transparent_triangles = u32::try_from(triangles).unwrap_or(u32::MAX);
+    }
+
+    /// Whether a frame finds out, on the CPU, which of these its camera does not need, and leaves them out. A GPU draws them faster
+    /// than that (benches/README.md).
+    pub(crate) fn seeks(&self, part: OptionalPart) -> bool {
+        self.software && !self.keep.has(part)
     }
 
     /// Whether an object of the scene is in the world of the plan's frames.

@@ -162,16 +162,17 @@ pub struct Lit {
 }
 
 impl Lit {
-    /// The lights that reach any of the `seen` boxes, within what the camera sees.
+    /// The lights that reach any of the `seen` boxes, within what the camera sees, as far as they are sought.
     pub(super) fn of(world: &World, plan: &FramePlan, camera: &Camera, frustum: &Frustum, seen: &[Aabb]) -> Self {
         let shows_all = match plan.shading {
             Shading::ShowGbuffer(view) => shows_all(view),
             shading => shading == Shading::ShowShadowMap,
         };
-        let lights = if plan.keep.has(OptionalPart::IdleLights) || shows_all {
-            (0..world.lights.len()).collect()
-        } else if seen.is_empty() {
+        let keeps = plan.keep.has(OptionalPart::IdleLights) || shows_all;
+        let lights = if !keeps && seen.is_empty() {
             Vec::new()
+        } else if keeps || !plan.seeks(OptionalPart::IdleLights) {
+            (0..world.lights.len()).collect()
         } else {
             let share = misplacement(plan, camera);
             // A tree pays only where some light may reach nothing.
@@ -218,7 +219,7 @@ mod tests {
     }
 
     fn planned(scene: &Scene, settings: &Settings) -> (World, FramePlan) {
-        let plan = FramePlan::of(scene, settings, &samples::device()).expect("a plan");
+        let plan = FramePlan::of(scene, settings, &samples::software()).expect("a plan");
         (World::of(scene, settings, &plan, 1.0), plan)
     }
 

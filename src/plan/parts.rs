@@ -341,7 +341,7 @@ fn falloffs(lights: &PlannedLights) -> Part {
     part("fall-off by light", mixed, reason, 0).is(OptionalPart::Falloffs)
 }
 
-/// Of each camera's view more are left out, frame by frame.
+/// Of each camera's view more are left out, frame by frame, on a CPU.
 fn idle_lights(plan: &FramePlan) -> Part {
     let kept = plan.light_order.needless() > 0;
     let reason = match plan.light_order.idle.count() {

@@ -365,8 +365,7 @@ impl Visible {
         let boxes: Vec<Aabb> = seen.iter().map(|&(index, _)| world.objects[index].bounds).collect();
         let lit = Lit::of(world, plan, camera, &frustum, &boxes);
         let mut shadows = world.lamps.clone();
-        let leaves_casters =
-            plan.software && !plan.keep.has(OptionalPart::IdleCasters) && plan.shading != Shading::ShowShadowMap;
+        let leaves_casters = plan.seeks(OptionalPart::IdleCasters) && plan.shading != Shading::ShowShadowMap;
         let receivers = plan.shadow.as_ref().filter(|_| leaves_casters).map(|shadow| {
             let receiving = seen.iter().filter(|&&(index, _)| world.objects[index].key.receives);
             let boxes = receiving.map(|&(index, _)| world.objects[index].bounds);

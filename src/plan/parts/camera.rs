@@ -20,8 +20,7 @@ pub(super) fn parts(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
             "asked to stay: all casters of a map are drawn",
         ),
     };
-    let draws_casters =
-        plan.shadow.is_some() && (kept(casters) || !plan.software || plan.shading == Shading::ShowShadowMap);
+    let draws_casters = plan.shadow.is_some() && (!plan.seeks(casters) || plan.shading == Shading::ShowShadowMap);
     vec![
         part("objects out of view", kept(offscreen), reason, 0).is(offscreen),
         part("objects behind others", hidden.is_err(), hidden.unwrap_or_else(|why| why), 0)
