@@ -141,7 +141,11 @@ fn wrong_usage_has_exit_code_2() {
         (&["render", "builtin:quad", "--samples", "4", "--view", "all"], &["--samples"]),
         (&["render", "builtin:quad", "--fxaa", "on", "--view", "depth"], &["FXAA", "depth"]),
         (&["render", "builtin:quad", "--fxaa", "on", "-o", "x.exr"], &["FXAA", ".exr"]),
+        (&["render", "builtin:quad", "--shadow-slope-bias", "-1"], &["--shadow-slope-bias", "0 to 1000"]),
+        (&["render", "builtin:quad", "--shadow-normal-offset", "far"], &["--shadow-normal-offset"]),
         (&["bench", "builtin:quad", "--vary", "gbufer=fat"], &["gbuffer"]),
+        (&["bench", "builtin:quad", "--vary", "samples=4"], &["single frames"]),
+        (&["bench", "builtin:quad", "--vary", " "], &["nothing is varied"]),
     ];
     for (arguments, words) in cases.iter().copied() {
         fail(folder.path(), arguments, 2, words);
@@ -284,6 +288,55 @@ fn the_command_line_overrides_the_scene_file() {
     assert_eq!(shadow(&["--shadow-size", "64"]), (true, 3 * 64 * 64 * 4));
     assert_eq!(shadow(&["--shadow-size", "64", "--cascades", "2"]), (true, 2 * 64 * 64 * 4));
     assert!(!shadow(&["--shadows", "off"]).0);
+}
+
+#[test]
+fn a_settings_file_wins_over_the_scene_file_and_other_options_over_it() {
+    let folder = folder();
+    let plain = "base = \"builtin:spheres?rows=2&columns=2\"\n";
+    write(&folder, "scene.toml", format!("{plain}[settings]\nsize = [40, 30]\ngbuffer = \"lean\"\nsamples = 3\n"));
+    write(&folder, "plain.toml", plain);
+    write(&folder, "tuned.toml", "[settings]\nsize = [20, 10]\ngbuffer = \"fat\"\nmsaa = 4\n[evidence]\nms = 3\n");
+    let tuned = ["--settings", "tuned.toml"];
+    let render = |scene: &str, more: &[&str]| {
+        succeed(folder.path(), &[&["render", scene, "-q", "-o", "a.png"][..], more].concat());
+        pixels(&folder.path().join("a.png"))
+    };
+    let said = ["--size", "20x10", "--gbuffer", "fat", "--msaa", "4", "--samples", "1"];
+    assert!(render("scene.toml", &tuned) == render("plain.toml", &said));
+    assert_eq!(render("scene.toml", &[&tuned[..], &["--size", "30x20"]].concat()).dimensions(), (30, 20));
+    let one = render("scene.toml", &[&tuned[..], &["--msaa", "1", "--samples", "2"]].concat());
+    assert!(one == render("plain.toml", &["--size", "20x10", "--gbuffer", "fat", "--samples", "2"]));
+    let inspect = |more: &[&str]| {
+        let printed = succeed(folder.path(), &[&["inspect", "scene.toml", "--json"][..], more].concat());
+        let report: Value = serde_json::from_str(&printed).expect("JSON");
+        report["gbuffer_bytes_per_pixel"].as_u64().expect("a number")
+    };
+    assert!(inspect(&tuned) > inspect(&[]));
+    assert_eq!(inspect(&[&tuned[..], &["--gbuffer", "lean", "--msaa", "1"]].concat()), inspect(&[]));
+    let bench = ["bench", "scene.toml", "--frames", "1", "--warmup", "0", "-q", "--json", "-"];
+    let report: Value = serde_json::from_str(&succeed(folder.path(), &[&bench[..], &tuned].concat())).expect("JSON");
+    assert_eq!(report["scenes"][0]["runs"][0]["size"], serde_json::json!([20, 10]));
+    write(&folder, "wrong.toml", "[settings]\n\ngbufer = \"fat\"\n");
+    let wrong = ["render", "plain.toml", "--settings", "wrong.toml", "-o", "b.png"];
+    fail(folder.path(), &wrong, 3, &["wrong.toml:3", "did you mean \"gbuffer\""]);
+    let none = ["inspect", "plain.toml", "--settings", "none.toml"];
+    fail(folder.path(), &none, 3, &["cannot read none.toml", "No such file"]);
+    assert!(!folder.path().join("b.png").exists());
+}
+
+#[test]
+fn biases_of_shadows_are_options_too() {
+    let folder = folder();
+    let render = |more: &[&str]| {
+        let hall = ["render", "builtin:hall?detail=8", "--samples", "1", "-q", "-o", "a.png"];
+        succeed(folder.path(), &[&hall[..], &SMALL, more].concat());
+        pixels(&folder.path().join("a.png"))
+    };
+    let usual = render(&[]);
+    assert!(usual == render(&["--shadow-normal-offset", "2", "--shadow-slope-bias", "1.5"]));
+    assert!(usual != render(&["--shadow-normal-offset", "40"]));
+    assert!(usual != render(&["--shadow-slope-bias", "200"]));
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Options that several commands share, and how their values are read.
 
 use std::fmt::Display;
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use afterlight::gpu::{DeviceChoice, Validation};
@@ -47,6 +48,10 @@ fn checks(text: &str) -> Result<Validation, String> {
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Drawing (each overrides the scene file)")]
 pub struct SettingsArgs {
+    /// Take settings from a TOML file with a table [settings] as in a scene file, as `afterlight tune` writes it; they win over the
+    /// scene file, other options over them
+    #[arg(long, value_name = "FILE")]
+    pub settings: Option<PathBuf>,
     /// Width and height of the picture in pixels [default: 1280x720]
     #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true)]
     pub size: Option<[u32; 2]>,
@@ -112,6 +117,12 @@ pub struct SettingsArgs {
     /// Draw a shadow map only when something in it moved: on or off [default: on]
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub shadow_cache: Option<bool>,
+    /// Where shadows are looked up: this many texels of the map along the surface's normal, 0 to 1000 [default: 2]
+    #[arg(long, value_name = "TEXELS", value_parser = shadow_normal_offset, allow_hyphen_values = true)]
+    pub shadow_normal_offset: Option<f32>,
+    /// Depth bias of shadow maps by the slope of what is drawn, 0 to 1000 [default: 1.5]
+    #[arg(long, value_name = "FACTOR", value_parser = shadow_slope_bias, allow_hyphen_values = true)]
+    pub shadow_slope_bias: Option<f32>,
     /// What stays in the frame although the scene does not need it: lean (nothing), full (everything), or names of parts as
     /// `inspect` lists them, separated by commas [default: lean]
     #[arg(long, value_name = "PLAN", value_parser = value::<Keep>)]
@@ -119,6 +130,7 @@ pub struct SettingsArgs {
 }
 
 impl SettingsArgs {
+    /// What the options say, without the settings file.
     pub fn patch(&self) -> SettingsPatch {
         SettingsPatch {
             size: self.size,
@@ -141,6 +153,8 @@ impl SettingsArgs {
             shadow_lambda: self.shadow_lambda,
             shadow_budget: self.shadow_budget,
             shadow_cache: self.shadow_cache,
+            shadow_normal_offset: self.shadow_normal_offset,
+            shadow_slope_bias: self.shadow_slope_bias,
             keep: self.plan,
             ..SettingsPatch::default()
         }
@@ -156,64 +170,6 @@ pub enum ViewChoice {
 
 pub fn view(text: &str) -> Result<ViewChoice, String> {
     if text.eq_ignore_ascii_case("all") { Ok(ViewChoice::All) } else { value(text).map(ViewChoice::One) }
-}
-
-/// What `--vary` can change.
-const VARIABLE: &[&str] = &[
-    "size",
-    "exposure",
-    "tonemap",
-    "brdf",
-    "gbuffer",
-    "light-path",
-    "light-cutoff",
-    "transparency",
-    "depth-prepass",
-    "shadows",
-    "shadow-size",
-    "shadow-filter",
-    "cascades",
-    "shadow-lambda",
-    "shadow-budget",
-    "shadow-cache",
-    "view",
-    "fxaa",
-    "hdr-format",
-    "msaa",
-    "plan",
-];
-
-/// Settings that `--vary` changes: `key=value`, several separated by blanks.
-pub fn variation(text: &str) -> Result<SettingsPatch, String> {
-    let mut patch = SettingsPatch::default();
-    for pair in text.split_whitespace() {
-        let (key, text) = pair.split_once('=').ok_or_else(|| format!("'{pair}' is not key=value"))?;
-        match key {
-            "size" => patch.size = Some(size(text)?),
-            "exposure" => patch.exposure = Some(exposure(text)?),
-            "tonemap" => patch.tonemap = Some(value(text)?),
-            "brdf" => patch.brdf = Some(value(text)?),
-            "gbuffer" => patch.gbuffer = Some(value(text)?),
-            "light-path" => patch.light_path = Some(value(text)?),
-            "light-cutoff" => patch.light_cutoff = Some(on_off(text)?),
-            "depth-prepass" => patch.depth_prepass = Some(on_off(text)?),
-            "hdr-format" => patch.hdr_format = Some(value(text)?),
-            "transparency" => patch.transparency = Some(value(text)?),
-            "shadows" => patch.shadows = Some(on_off(text)?),
-            "shadow-size" => patch.shadow_size = Some(shadow_size(text)?),
-            "shadow-filter" => patch.shadow_filter = Some(value(text)?),
-            "cascades" => patch.cascades = Some(cascades(text)?),
-            "shadow-lambda" => patch.shadow_lambda = Some(shadow_lambda(text)?),
-            "shadow-budget" => patch.shadow_budget = Some(shadow_budget(text)?),
-            "shadow-cache" => patch.shadow_cache = Some(on_off(text)?),
-            "view" => patch.view = Some(value(text)?),
-            "fxaa" => patch.fxaa = Some(on_off(text)?),
-            "msaa" => patch.msaa = Some(msaa(text)?),
-            "plan" => patch.keep = Some(value(text)?),
-            _ => return Err(unknown("setting", key, VARIABLE)),
-        }
-    }
-    if patch == SettingsPatch::default() { Err("nothing is varied".into()) } else { Ok(patch) }
 }
 
 /// Any value that says itself what is wrong with a text.
@@ -272,6 +228,18 @@ fn shadow_budget(text: &str) -> Result<u32, String> {
     Ok(budget)
 }
 
+fn shadow_normal_offset(text: &str) -> Result<f32, String> {
+    let texels = text.parse().map_err(|_| "expected a number of texels".to_owned())?;
+    checked(SettingsPatch { shadow_normal_offset: Some(texels), ..SettingsPatch::default() })?;
+    Ok(texels)
+}
+
+fn shadow_slope_bias(text: &str) -> Result<f32, String> {
+    let factor = text.parse().map_err(|_| "expected a number from 0 to 1000".to_owned())?;
+    checked(SettingsPatch { shadow_slope_bias: Some(factor), ..SettingsPatch::default() })?;
+    Ok(factor)
+}
+
 /// The scene module knows the ranges.
 fn checked(patch: SettingsPatch) -> Result<(), String> {
     patch.check().map_err(|error| error.to_string())
@@ -298,15 +266,5 @@ mod tests {
             assert!(exposure(text).is_err(), "{text}");
         }
         assert!(size("0x0").is_err() && shadow_size("0").is_err() && on_off("maybe").is_err());
-    }
-
-    #[test]
-    fn variations_change_what_they_name() {
-        let patch = variation("shadows=off  shadow-size=512").expect("two known settings");
-        assert_eq!((patch.shadows, patch.shadow_size, patch.size), (Some(false), Some(512), None));
-        assert!(variation("").is_err());
-        assert!(variation("shadows").is_err_and(|error| error.contains("key=value")));
-        assert!(variation("shadwos=off").is_err_and(|error| error.contains("did you mean \"shadows\"")));
-        assert!(variation("colour=red").is_err_and(|error| error.contains("gbuffer")));
     }
 }

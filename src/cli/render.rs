@@ -29,6 +29,7 @@ Examples:
   afterlight render scene.toml -o - | display
   afterlight render builtin:hall --samples 64 -o smooth.png
   afterlight render builtin:spheres --gbuffer lean,normal=rgb10a2 --validate
+  afterlight render scene.toml --settings tuned.toml -o tuned.png
   afterlight render builtin:hall --view all -o sheet.png")]
 pub struct Args {
     /// The scene: an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
@@ -136,14 +137,19 @@ fn draw(args: &Args, workload: &Workload, device: &Arc<Device>, view: Option<Vie
     Ok(text)
 }
 
-/// The samples asked for. A view, or another kind of anti-aliasing, on the command line takes the place of a scene file's samples.
+/// The samples asked for: whoever says something of anti-aliasing first of the command line, `--settings` and the scene file. A view, or
+/// another kind of anti-aliasing, takes the place of the samples that those behind it say.
 fn chosen_samples(args: &Args, workload: &Workload) -> u32 {
-    let other =
-        |view: bool, patch: &SettingsPatch| view || patch.fxaa == Some(true) || patch.msaa.is_some_and(|msaa| msaa > 1);
-    let file = &workload.scene.settings;
-    let once = other(args.view.is_some(), &args.settings.patch());
-    let unsaid = if other(file.view.is_some(), file) { 1 } else { DEFAULT_SAMPLES };
-    args.samples.unwrap_or(if once { 1 } else { file.samples.unwrap_or(unsaid) })
+    let command_line = SettingsPatch { samples: args.samples, ..args.settings.patch() };
+    let chosen = |patch: &SettingsPatch, view: bool| {
+        let other = view || patch.fxaa == Some(true) || patch.msaa.is_some_and(|msaa| msaa > 1);
+        patch.samples.or(other.then_some(1))
+    };
+    let of_file = |patch: &SettingsPatch| chosen(patch, patch.view.is_some());
+    chosen(&command_line, args.view.is_some())
+        .or_else(|| of_file(&workload.settings_file))
+        .or_else(|| of_file(&workload.scene.settings))
+        .unwrap_or(DEFAULT_SAMPLES)
 }
 
 /// Draws the frames after the first without waiting for each, as an interactive program would, and returns how long one took

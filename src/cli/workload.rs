@@ -8,6 +8,7 @@ use std::time::Instant;
 use afterlight::frame::capabilities;
 use afterlight::gpu::{MemoryReport, PhysicalDevice};
 use afterlight::plan::FramePlan;
+use afterlight::scene::file::load_settings;
 use afterlight::scene::{self, Camera, OpenOptions, Scene, Settings, SettingsPatch};
 
 use super::args::SettingsArgs;
@@ -26,6 +27,8 @@ pub struct Workload {
     /// From the first byte read to a scene in memory.
     pub load_ms: f64,
     command_line: SettingsPatch,
+    /// Of `--settings`.
+    pub settings_file: SettingsPatch,
     quiet: bool,
     /// Warnings of plans that were printed: another plan of the scene may have the same.
     told: RefCell<BTreeSet<String>>,
@@ -35,13 +38,15 @@ impl Workload {
     /// Loads the scene and prints its warnings.
     ///
     /// # Errors
-    /// When `spec` names no scene that can be read.
+    /// When `spec` names no scene that can be read, or the settings file is wrong.
     pub fn open(spec: &str, args: &SettingsArgs, quiet: bool) -> Result<Self, Failure> {
+        let settings_file = args.settings.as_deref().map(load_settings).transpose()?.unwrap_or_default();
+        let command_line = args.patch();
         let progress = progress::loading(spec, quiet);
         let start = Instant::now();
         let tell = |step| progress.tell(step);
         let mut options = OpenOptions { progress: Some(&tell), ..OpenOptions::default() };
-        if let Some([width, height]) = args.size {
+        if let Some([width, height]) = command_line.or(&settings_file).size {
             options.aspect = f64::from(width) / f64::from(height);
         }
         let scene = scene::open(spec, &options)?;
@@ -55,7 +60,7 @@ impl Workload {
             Some(camera) => Camera { near: scene.camera.near, ..*camera },
             None => scene.camera,
         };
-        Ok(Self { scene, camera, load_ms, command_line: args.patch(), quiet, told: RefCell::default() })
+        Ok(Self { scene, camera, load_ms, command_line, settings_file, quiet, told: RefCell::default() })
     }
 
     /// Prints what the plan lacks of what was asked for, once.
@@ -68,13 +73,13 @@ impl Workload {
         if self.quiet { Ok(()) } else { output::print(&warnings(&new), true) }
     }
 
-    /// The settings of one picture: `variation` over the command line over the scene over the defaults.
+    /// The settings of one picture: `variation` over the command line over `--settings` over the scene over the defaults.
     ///
     /// # Errors
     /// When the picture is larger than `device` can draw.
     pub fn settings(&self, variation: &SettingsPatch, device: &PhysicalDevice) -> Result<Settings, Failure> {
         let said = variation.or(&self.command_line);
-        let settings = said.or(&self.scene.settings).decide();
+        let settings = said.or(&self.settings_file).or(&self.scene.settings).decide();
         let limit = capabilities(device).max_extent;
         let [width, height] = settings.size;
         if width.max(height) > limit {

@@ -23,6 +23,7 @@ mod settings;
 mod suggest;
 mod temperature;
 mod texture;
+mod vary;
 
 pub use bounds::Aabb;
 pub use camera::Camera;

@@ -18,6 +18,18 @@ const EVERYTHING: &str = include_str!("everything.toml");
 /// The keys that go in place of others.
 const HALVES: &str = "[environment]\nsky = [1, 2, 3]\nsky_strength = 10\nground = [0.5, 0, 1]\nground_strength = 4\n";
 
+/// A settings file.
+const TUNED: &str = "\
+[settings]
+samples = 2
+exposure = 11
+shadows = { size = 1024, filter = '5x5' }
+
+[evidence]
+error = 0.008
+anything = [1, { else = 'goes' }]
+";
+
 /// A folder with the files that the examples name.
 fn folder() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
@@ -28,6 +40,7 @@ fn folder() -> TempDir {
     );
     write("crate.mtl", "newmtl planks\nKd 0.5 0.4 0.3\n");
     write("everything.toml", EVERYTHING);
+    write("tuned.toml", TUNED);
     image::RgbaImage::from_pixel(2, 2, image::Rgba([128, 128, 255, 255]))
         .save(folder.path().join("planks.png"))
         .unwrap();
@@ -156,6 +169,24 @@ fn a_base_is_changed_key_by_key() {
     assert_eq!(scene.objects.len(), first.objects.len());
     let on_a_model = read(&folder, "base = 'crate.obj'").unwrap();
     assert_eq!((on_a_model.lights.len(), on_a_model.objects.len()), (1, 1));
+}
+
+#[test]
+fn a_scene_takes_settings_from_another_file_and_its_own_keys_win() {
+    let folder = folder();
+    fs::create_dir(folder.path().join("sub")).unwrap();
+    let settings = |text: &str| read(&folder, text).unwrap().settings.decide();
+    let taken = settings("[settings]\nfrom = 'tuned.toml'");
+    assert_eq!((taken.samples, taken.exposure, taken.shadows.size), (2, Some(11.0), 1024));
+    assert_eq!(taken.shadows.filter, ShadowFilter::Box5);
+    let own = settings("[settings]\nfrom = 'tuned.toml'\nsamples = 3\n[settings.shadows]\nsize = 64\n");
+    assert_eq!((own.samples, own.shadows.size, own.shadows.filter), (3, 64, ShadowFilter::Box5));
+    assert_eq!(settings("settings.from = 'tuned.toml'\ncamera.exposure = 4").exposure, Some(4.0));
+    // A base's own are behind what this file takes, and a base finds its file from where it stands.
+    write(folder.path(), "sub/base.toml", "[settings]\nfrom = '../tuned.toml'\ntonemap = 'agx'\nsamples = 9");
+    let based = settings("base = 'sub/base.toml'\nsettings.from = 'tuned.toml'");
+    assert_eq!((based.samples, based.tonemap.name()), (2, "agx"));
+    assert_eq!(settings("base = 'sub/base.toml'").samples, 9);
 }
 
 #[test]

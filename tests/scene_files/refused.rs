@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
+use afterlight::scene::file::load_settings;
 use afterlight::scene::{OpenOptions, open};
 use proptest::prelude::*;
 
@@ -56,6 +57,28 @@ fn an_unknown_key_is_refused_at_its_line_with_the_one_that_was_meant() {
             "scene.toml:4: models[0].materials.plank = 'planks': the model has no such material: unknown material \"plank\": did you mean \"planks\"?",
         ),
         ("\"a\\nb\\u001b\" = 1", "scene.toml:1: unknown key \"a\\nb"),
+    ]);
+}
+
+#[test]
+fn a_wrong_settings_file_is_told_at_its_line_or_at_the_key_that_names_it() {
+    let folder = folder();
+    let refused = |text: &str, words: &str| {
+        fs::write(folder.path().join("wrong.toml"), text).unwrap();
+        let error = read(&folder, "\nsettings.from = 'wrong.toml'").unwrap_err();
+        assert!(error.contains(words), "{text:?}:\n  {error}\n  lacks {words:?}");
+        let bare = load_settings(&folder.path().join("wrong.toml")).unwrap_err().to_string();
+        assert_eq!(bare, error);
+    };
+    refused("[settings]\nsise = 3", "wrong.toml:2: settings: unknown key \"sise\": did you mean \"size\"?");
+    refused("\n[settings.shadows]\nsize = 3", "wrong.toml:3: settings.shadows.size = 3: must be a whole number");
+    refused("[settings]\nfrom = 'tuned.toml'", "wrong.toml:2: settings.from = 'tuned.toml': only a scene file");
+    refused("[settings]\n[camera]\nnear = 1", "wrong.toml:2: unknown key \"camera\" (possible: settings, evidence)");
+    refused("[evidence]\nerror = 0.1", "wrong.toml:1: a settings file needs [settings]");
+    refused("[settings", "wrong.toml:1: ");
+    all_refused(&[
+        ("\nsettings.from = 'no.toml'", "scene.toml:2: settings.from = 'no.toml': cannot read no.toml"),
+        ("settings.from = 3", "scene.toml:1: settings.from = 3: must be a string"),
     ]);
 }
 

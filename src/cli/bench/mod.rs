@@ -10,7 +10,7 @@ use std::sync::Arc;
 use afterlight::gpu::Device;
 use afterlight::scene::{Settings, SettingsPatch};
 
-use super::args::{DeviceArgs, SettingsArgs, variation};
+use super::args::{DeviceArgs, SettingsArgs, value};
 use super::failure::Failure;
 use super::output::Sink;
 use super::workload::Workload;
@@ -44,7 +44,8 @@ pub struct Args {
     warmup: u32,
     /// Compare with other settings: key=value, several in one go separated by blanks; may be given several times. Keys:
     /// size, exposure, tonemap, brdf, gbuffer, light-path, light-cutoff, depth-prepass, transparency, shadows, shadow-size, shadow-filter,
-    /// cascades, shadow-lambda, shadow-budget, shadow-cache, view, fxaa, hdr-format, msaa, plan
+    /// cascades, shadow-lambda, shadow-budget, shadow-cache, shadow-normal-offset, shadow-slope-bias, view, resolve, fxaa, hdr-format,
+    /// msaa, plan
     #[arg(long, value_name = "SETTINGS", value_parser = Variant::parse)]
     vary: Vec<Variant>,
     /// Measure what each part would cost that the plan leaves out: drawn with it and without it in turn, two at a time
@@ -72,7 +73,14 @@ struct Variant {
 impl Variant {
     fn parse(text: &str) -> Result<Self, String> {
         let name = text.split_whitespace().collect::<Vec<_>>().join(" ");
-        Ok(Self { name, patch: variation(text)? })
+        let patch: SettingsPatch = value(text)?;
+        if name.is_empty() {
+            return Err("nothing is varied".into());
+        }
+        if patch.samples.is_some() {
+            return Err("single frames are measured, however many of them a picture is made of".into());
+        }
+        Ok(Self { name, patch })
     }
 
     /// The settings as they were given.

@@ -15,13 +15,14 @@ mod settings;
 use std::cell::Cell;
 use std::path::Path;
 
+use toml::Spanned;
 use toml::de::DeTable;
 
 use self::materials::Textures;
 use self::models::Models;
 use self::node::{Node, Source, Table};
 use super::load::OpenOptions;
-use super::{Error, Scene, builtin, fit, load};
+use super::{Error, Scene, SettingsPatch, builtin, fit, load};
 
 /// How many scene files may build on each other.
 const MAX_BASES: u32 = 8;
@@ -31,12 +32,22 @@ const MAX_BASES: u32 = 8;
 /// # Errors
 /// [`Error::Read`] when it cannot be read; [`Error::Content`] with the line when something in it is wrong.
 pub fn load(path: &Path, options: &OpenOptions) -> Result<Scene, Error> {
+    parse(&read_text(path)?, path, options)
+}
+
+fn read_text(path: &Path) -> Result<String, Error> {
     let read = |cause: String| Error::Read { path: path.to_owned(), cause };
     let bytes = std::fs::read(path).map_err(|error| read(error.to_string()))?;
-    let text = String::from_utf8(bytes).map_err(|error| {
+    String::from_utf8(bytes).map_err(|error| {
         read(format!("it is not UTF-8 text (byte {}), as TOML must be", error.utf8_error().valid_up_to()))
-    })?;
-    parse(&text, path, options)
+    })
+}
+
+fn parse_root<'a>(source: Source<'a>) -> Result<Spanned<DeTable<'a>>, Error> {
+    DeTable::parse(source.text).map_err(|error| {
+        let message = error.message().lines().collect::<Vec<_>>().join(", ");
+        source.error(error.span().map_or(0, |span| span.start), message)
+    })
 }
 
 /// Reads the text of a scene file that stands, or would stand, at `path`.
@@ -45,10 +56,7 @@ pub fn load(path: &Path, options: &OpenOptions) -> Result<Scene, Error> {
 /// As [`load`].
 pub fn parse(text: &str, path: &Path, options: &OpenOptions) -> Result<Scene, Error> {
     let source = Source { path, text };
-    let root = DeTable::parse(text).map_err(|error| {
-        let message = error.message().lines().collect::<Vec<_>>().join(", ");
-        source.error(error.span().map_or(0, |span| span.start), message)
-    })?;
+    let root = parse_root(source)?;
     let root = Table::open(source, 0, String::new(), root.get_ref(), schema::ROOT)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut scene = base(&root, folder, options)?;
@@ -64,8 +72,33 @@ pub fn parse(text: &str, path: &Path, options: &OpenOptions) -> Result<Scene, Er
         dress.put_on(&mut scene)?;
     }
     add_tangents(&mut scene);
-    light_and_view(&root, &mut scene, options)?;
+    light_and_view(&root, &mut scene, folder, options)?;
     Ok(scene)
+}
+
+/// Opens a settings file: `[settings]` as in a scene file, and beside it at most `[evidence]`, which is not read.
+///
+/// # Errors
+/// [`Error::Read`] when it cannot be read; [`Error::Content`] with the line when something in it is wrong.
+pub fn load_settings(path: &Path) -> Result<SettingsPatch, Error> {
+    parse_settings(&read_text(path)?, path)
+}
+
+/// Reads the text of a settings file that stands, or would stand, at `path`.
+///
+/// # Errors
+/// As [`load_settings`].
+pub fn parse_settings(text: &str, path: &Path) -> Result<SettingsPatch, Error> {
+    let source = Source { path, text };
+    let root = parse_root(source)?;
+    let root = Table::open(source, 0, String::new(), root.get_ref(), schema::SETTINGS_FILE)?;
+    let Some(node) = root.get("settings") else {
+        return Err(source.error(0, "a settings file needs [settings]".into()));
+    };
+    if let Some(from) = node.table(schema::SETTINGS)?.get("from") {
+        return Err(from.wrong("only a scene file takes settings from another"));
+    }
+    settings::settings(&node)
 }
 
 thread_local! {
@@ -94,14 +127,19 @@ fn base(root: &Table, folder: &Path, options: &OpenOptions) -> Result<Scene, Err
         None => Err(Error::Read { path, cause: "its name is not UTF-8".into() }),
     };
     DEPTH.set(depth);
-    let mut scene = opened.map_err(|error| match error {
-        Error::Content { line: Some(_), .. } => error,
-        other => node.wrong(other),
-    })?;
+    let mut scene = opened.map_err(|error| from_another(&node, error))?;
     if root.read("base_lights", Node::boolean)? == Some(false) {
         scene.lights.clear();
     }
     Ok(scene)
+}
+
+/// The error of a file that another names: with its own line where it has one, else told at the key that names it.
+fn from_another(node: &Node, error: Error) -> Error {
+    match error {
+        Error::Content { line: Some(_), .. } => error,
+        other => node.wrong(other),
+    }
 }
 
 /// A mesh whose material came by a normal map only here still lacks tangents.
@@ -115,12 +153,13 @@ fn add_tangents(scene: &mut Scene) {
 }
 
 /// Lights, environment, camera and settings; what a file without a base does not say is fitted to its models.
-fn light_and_view(root: &Table, scene: &mut Scene, options: &OpenOptions) -> Result<(), Error> {
+fn light_and_view(root: &Table, scene: &mut Scene, folder: &Path, options: &OpenOptions) -> Result<(), Error> {
     let says = |key: &str| root.get(key).is_some();
     let mut own = root.read("settings", settings::settings)?.unwrap_or_default();
     let exposure = root.read("camera", settings::camera_exposure)?.flatten();
     own.exposure = own.exposure.or(exposure);
-    scene.settings = own.or(&scene.settings);
+    let from = root.read("settings", |node| settings::from(node, folder))?.flatten().unwrap_or_default();
+    scene.settings = own.or(&from).or(&scene.settings);
     for (index, node) in root.list("lights")?.iter().enumerate() {
         scene.lights.push(lights::light(node, index)?);
     }

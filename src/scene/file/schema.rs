@@ -133,8 +133,11 @@ pub(super) const SETTINGS: Schema = Schema {
         "transparency",
         "msaa",
         "plan",
+        "from",
     ],
 };
+/// What stands at the top of a settings file, which is no scene.
+pub(super) const SETTINGS_FILE: Schema = Schema { table: "settings file", keys: &["settings", "evidence"] };
 pub(super) const SHADOWS: Schema = Schema {
     table: "settings.shadows",
     keys: &["enabled", "size", "filter", "cascades", "lambda", "budget", "cache", "normal_offset", "slope_bias"],

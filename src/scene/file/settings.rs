@@ -1,5 +1,7 @@
 //! `[camera]`, `[environment]` and `[settings]`.
 
+use std::path::Path;
+
 use glam::{DVec3, Vec3};
 
 use super::node::{EV100, FACTOR, FIELD_OF_VIEW, LENGTH, Node, SHARE, STRENGTH};
@@ -88,6 +90,13 @@ pub(super) fn settings(node: &Node) -> Result<SettingsPatch, Error> {
     }
     patch.check().map_err(|error| node.wrong(error))?;
     Ok(patch)
+}
+
+/// The settings of the file that `from` names.
+pub(super) fn from(node: &Node, folder: &Path) -> Result<Option<SettingsPatch>, Error> {
+    node.table(schema::SETTINGS)?.read("from", |node| {
+        super::load_settings(&folder.join(node.string()?)).map_err(|error| super::from_another(node, error))
+    })
 }
 
 /// `[1280, 720]` or `"1280x720"`.
