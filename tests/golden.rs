@@ -1,5 +1,8 @@
 //! Every built-in scene and every view, as they looked when they were last looked at. AFTERLIGHT_BLESS=1 keeps what is drawn now.
 
+// FLIP comes with the report.
+#![cfg(feature = "report")]
+
 mod common;
 
 use afterlight::frame::Renderer;

@@ -1,9 +1,22 @@
-//! Numbers about pictures and runs: distributions of times, differences of images, memory of the process. No Vulkan.
+//! Numbers about pictures and runs: distributions of times and how sure they are, differences of images, Pareto fronts, orders of
+//! convergence, memory and CPU time of the process. No Vulkan.
 
+mod bootstrap;
 mod difference;
+mod fit;
+#[cfg(feature = "report")]
+mod flip;
+mod front;
+mod picture;
 mod process;
 mod statistics;
 
-pub use difference::{Difference, Mismatch, difference_linear, difference_srgb8};
-pub use process::peak_memory_bytes;
+pub use bootstrap::{MedianInterval, median_interval, ratio_interval};
+pub use difference::{Difference, RELATIVE_EPSILON, errors, shown_errors};
+pub use fit::{PowerLaw, fit_power_law};
+#[cfg(feature = "report")]
+pub use flip::{FlipMap, PIXELS_PER_DEGREE, flip};
+pub use front::{front, front_probability};
+pub use picture::{LinearImage, Mismatch, Srgb8Image};
+pub use process::{cpu_seconds, peak_memory_bytes};
 pub use statistics::{Distribution, percentile};

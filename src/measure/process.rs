@@ -6,6 +6,12 @@ pub fn peak_memory_bytes() -> Option<u64> {
     high_water_mark(&std::fs::read_to_string("/proc/self/status").ok()?)
 }
 
+/// The CPU time that all threads of this process have used so far, in seconds; `None` where the system does not tell. A software driver's
+/// threads are among them.
+pub fn cpu_seconds() -> Option<f64> {
+    cpu_time::ProcessTime::try_now().ok().map(|time| time.as_duration().as_secs_f64())
+}
+
 fn high_water_mark(status: &str) -> Option<u64> {
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
@@ -30,5 +36,16 @@ mod tests {
     #[cfg(target_os = "linux")]
     fn this_process_has_used_memory() {
         assert!(peak_memory_bytes().is_some_and(|bytes| bytes > 100_000));
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn cpu_time_passes_while_work_is_done() {
+        let start = cpu_seconds().expect("Linux tells");
+        let mut sum = 0.0f64;
+        while cpu_seconds().expect("Linux tells") < start + 0.01 {
+            sum = std::hint::black_box(sum + 1.0).sqrt();
+        }
+        assert!(sum > 0.0);
     }
 }

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use image::RgbImage;
-use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, FlipPool, flip, magma_lut};
 
 use super::gpu::{bytes, is_swiftshader};
 use afterlight::frame::Picture;
 use afterlight::gpu::PhysicalDevice;
+use afterlight::measure::{Srgb8Image, flip};
 
 /// A pixel whose channels all differ by no more codes than this counts as the same.
 ///
@@ -20,19 +20,19 @@ pub const SAME_WITHIN: u8 = 2;
 /// The largest mean FLIP error that passes, of the pixels that are not the same.
 ///
 /// What is left are single pixels along edges, where each driver rasterizes and filters as it may.
-pub const LARGEST_MEAN: f32 = 0.004;
+pub const LARGEST_MEAN: f64 = 0.004;
 
 /// What each image's mean FLIP error was on SwiftShader, against lavapipe's golden image. It rasterizes with 4 bits of a pixel where
 /// lavapipe has 8, so that many more edges fall on the other side of a pixel's centre; a picture as a whole is the same.
 const ON_SWIFTSHADER: &str = include_str!("../golden/swiftshader.txt");
 
 /// The largest mean FLIP error of an image that passes on a driver.
-pub fn bound(name: &str, device: &PhysicalDevice) -> f32 {
+pub fn bound(name: &str, device: &PhysicalDevice) -> f64 {
     if !is_swiftshader(device) {
         return LARGEST_MEAN;
     }
     let listed = ON_SWIFTSHADER.lines().find_map(|line| line.split_once(' ').filter(|(of, _)| *of == name));
-    let measured = listed.and_then(|(_, mean)| mean.trim().parse::<f32>().ok());
+    let measured = listed.and_then(|(_, mean)| mean.trim().parse::<f64>().ok());
     // A tenth more is left to other versions and processors.
     measured.map_or(LARGEST_MEAN, |mean| (mean * 1.1).max(LARGEST_MEAN))
 }
@@ -53,19 +53,20 @@ fn save(path: &Path, image: &RgbImage) {
 }
 
 /// The mean FLIP error of two pictures of one size, where they differ by more than [`SAME_WITHIN`], and its map.
-pub fn flip_error(expected: &RgbImage, actual: &RgbImage) -> (f32, RgbImage) {
+pub fn flip_error(expected: &RgbImage, actual: &RgbImage) -> (f64, RgbImage) {
     let (width, height) = expected.dimensions();
-    let mut actual = actual.clone();
-    for (actual, expected) in actual.pixels_mut().zip(expected.pixels()) {
-        if actual.0.iter().zip(expected.0).all(|(a, b)| a.abs_diff(b) <= SAME_WITHIN) {
+    let pixels = |image: &RgbImage| image.pixels().map(|pixel| pixel.0).collect();
+    let expected = Srgb8Image { size: [width, height], pixels: pixels(expected) };
+    let mut actual = Srgb8Image { size: actual.dimensions().into(), pixels: pixels(actual) };
+    for (actual, expected) in actual.pixels.iter_mut().zip(&expected.pixels) {
+        if actual.iter().zip(expected).all(|(a, b)| a.abs_diff(*b) <= SAME_WITHIN) {
             *actual = *expected;
         }
     }
-    let [expected, actual] = [expected, &actual].map(|image| FlipImageRgb8::with_data(width, height, image));
-    let map = flip(expected, actual, DEFAULT_PIXELS_PER_DEGREE);
-    let colors = map.apply_color_lut(&magma_lut()).to_vec();
-    let image = RgbImage::from_raw(width, height, colors).unwrap_or_else(|| panic!("a FLIP map of the wrong length"));
-    (FlipPool::from_image(&map).mean(), image)
+    let map = flip(&actual, &expected).unwrap_or_else(|error| panic!("{error}"));
+    let heat = map.heat().pixels.as_flattened().to_vec();
+    let image = RgbImage::from_raw(width, height, heat);
+    (map.mean(), image.unwrap_or_else(|| panic!("a FLIP map of the wrong length")))
 }
 
 /// Compares a picture with `tests/golden/NAME.png`, or writes that when AFTERLIGHT_BLESS is 1. Returns what is wrong: expected, actual

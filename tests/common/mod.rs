@@ -4,6 +4,7 @@
 #![allow(dead_code)]
 
 pub mod compare;
+#[cfg(feature = "report")]
 pub mod golden;
 pub mod gpu;
 pub mod scenes;
