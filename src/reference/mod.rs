@@ -3,7 +3,9 @@
 //! It shares no shading code with the shaders and is written from the formulas, for reading. Where a picture of the renderer and this
 //! one differ, this one is right, and how far they are apart is the renderer's error. No Vulkan.
 
+pub mod light;
 mod surface;
+pub mod tonemap;
 
 pub use surface::{Surface, TriangleId};
 

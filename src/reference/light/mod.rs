@@ -1,0 +1,96 @@
+//! The light model: what a surface sends to the eye, from the formulas, in single or double precision.
+//!
+//! Guards and limits are part of the model and are named constants here: least roughness, least cosine to the view, least distance. Not
+//! here: what hides a light (the caller's visibility), what lies behind a transparent surface, exposure.
+
+mod ambient;
+mod brdf;
+mod falloff;
+mod real;
+#[cfg(test)]
+mod tests;
+
+pub use brdf::{DIELECTRIC, MIN_N_DOT_V, MIN_PHONG_COSINE, MIN_ROUGHNESS, Reflectance, Reflector};
+pub use falloff::{MIN_CONE, MIN_DISTANCE, MIN_POLYNOMIAL, arriving, to_light, weakened};
+pub use real::Real;
+pub(super) use real::{vector, widened};
+
+use glam::DVec3;
+use nalgebra::Vector3;
+
+use super::{Smith, Surface};
+use crate::scene::{Environment, Light};
+
+/// Where light comes from.
+#[derive(Debug, Clone, Copy)]
+pub struct Illumination<'a> {
+    pub lights: &'a [Light],
+    pub environment: &'a Environment,
+    /// The camera's place in the world: surfaces' positions are relative to it.
+    pub eye: DVec3,
+    pub smith: Smith,
+}
+
+/// Radiance towards the eye in nits, in two parts, as [`AlphaMode::Glass`](crate::scene::AlphaMode::Glass) needs it:
+/// it shows `body * alpha + shine` over what lies behind times 1 - alpha. Everything else shows the sum.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Radiance {
+    /// What the base reflects of lights and ambient light.
+    pub body: DVec3,
+    /// What the lobes reflect, and what the surface emits.
+    pub shine: DVec3,
+}
+
+/// What a surface sends towards the eye, in nits: ambient light, emission and each light.
+///
+/// `visibility(i)` is the share of light number `i` that arrives, 0 to 1. It is asked only where that light would add something, casts
+/// shadows, and the surface receives them.
+pub fn radiance<R: Real>(
+    surface: &Surface,
+    illumination: &Illumination,
+    visibility: &mut dyn FnMut(usize) -> f64,
+) -> DVec3 {
+    let Radiance { body, shine } = split_radiance::<R>(surface, illumination, visibility);
+    body + shine
+}
+
+/// The same in two parts, each finite and not negative.
+pub fn split_radiance<R: Real>(
+    surface: &Surface,
+    illumination: &Illumination,
+    visibility: &mut dyn FnMut(usize) -> f64,
+) -> Radiance {
+    let reflector = Reflector::<R>::new(surface, illumination.smith);
+    let occlusion = R::of(surface.occlusion);
+    let [mut body, mut shine] = ambient::ambient(&reflector, illumination.environment).map(|part| part * occlusion);
+    shine += vector(surface.emissive);
+    for (index, light) in illumination.lights.iter().enumerate() {
+        let Some(Reflectance { base, lobe }) = unshadowed(surface, &reflector, light, illumination.eye) else {
+            continue;
+        };
+        let casts = light.casts_shadow && surface.receives_shadow;
+        let visible = if casts { R::of(visibility(index)) } else { R::one() };
+        body += base * visible;
+        shine += lobe * visible;
+    }
+    Radiance { body: widened(body), shine: widened(shine) }
+}
+
+/// What one light adds if nothing hides it, in nits; `None` where that is nothing: out of its range or cone, or behind the surface.
+fn unshadowed<R: Real>(
+    surface: &Surface,
+    reflector: &Reflector<R>,
+    light: &Light,
+    eye: DVec3,
+) -> Option<Reflectance<R>> {
+    let arriving = falloff::arriving_at(light, eye, &vector(surface.position));
+    let n_dot_l = reflector.normal.dot(&arriving.direction);
+    if n_dot_l <= R::zero() || arriving.strength <= R::zero() {
+        return None;
+    }
+    let intensity: Vector3<R> = real::color::<R>(light.color) * R::of(f64::from(light.intensity));
+    let irradiance = intensity * (arriving.strength * n_dot_l);
+    let Reflectance { base, lobe } = reflector.reflect(&arriving.direction);
+    let [base, lobe] = [base, lobe].map(|part| part.component_mul(&irradiance));
+    (base + lobe != Vector3::zeros()).then_some(Reflectance { base, lobe })
+}
