@@ -109,6 +109,7 @@ fn every_example_of_the_readme_works_when_pasted() {
         let mut shell = Command::new("bash");
         shell.args(["-euo", "pipefail", "-c", &format!("{SMALL}{block}")]).current_dir(folder.path());
         shell.env("PROGRAM", env!("CARGO_BIN_EXE_afterlight"));
+        shell.env("AFTERLIGHT_CACHE", folder.path().join("truths"));
         if let Some(scenes) = &scenes {
             shell.env("AFTERLIGHT_SCENES", fs::canonicalize(scenes).expect("the folder is there"));
         }
@@ -200,8 +201,10 @@ fn the_readme_names_every_option_and_no_other() {
         let options = words.filter(|word| word.len() > 3 && word.starts_with("--") && !word[2..].starts_with('-'));
         options.map(str::to_owned).collect()
     };
-    let defined: BTreeSet<String> =
-        ["render", "bench", "inspect", "doctor"].iter().flat_map(|command| options(&help_of(command))).collect();
+    let defined: BTreeSet<String> = ["render", "bench", "inspect", "doctor", "reference"]
+        .iter()
+        .flat_map(|command| options(&help_of(command)))
+        .collect();
     assert!(defined.contains("--gbuffer") && defined.contains("--warmup"), "{defined:?}");
     // Of cargo.
     let foreign = BTreeSet::from(["--locked", "--path"].map(str::to_owned));

@@ -13,6 +13,7 @@ mod output;
 mod picture;
 mod plan_report;
 mod progress;
+mod reference;
 mod render;
 mod session;
 mod table;
@@ -41,6 +42,7 @@ enum Command {
     Bench(bench::Args),
     Inspect(inspect::Args),
     Doctor(doctor::Args),
+    Reference(reference::Args),
 }
 
 fn after_help() -> String {
@@ -50,6 +52,7 @@ fn after_help() -> String {
          afterlight render sponza.obj --view all -o sheet.png\n  \
          afterlight bench builtin:hall --vary shadows=off\n  \
          afterlight inspect builtin:spheres\n  \
+         afterlight reference builtin:hall -o truth.exr\n  \
          afterlight doctor\n\n{EXIT_CODES}"
     )
 }
@@ -67,7 +70,7 @@ pub fn run() -> Result<(), Failure> {
         // Without a command there is nothing to name in an error: the help says more.
         Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
             let _ = error.print();
-            return Err(Failure::usage("a command is needed: render, bench, inspect or doctor"));
+            return Err(Failure::usage("a command is needed: render, bench, inspect, doctor or reference"));
         }
         Err(error) => return Err(Failure::from_clap(&error)),
     };
@@ -77,6 +80,7 @@ pub fn run() -> Result<(), Failure> {
         Command::Bench(args) => bench::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Doctor(args) => doctor::run(&args),
+        Command::Reference(args) => reference::run(&args),
     }
 }
 

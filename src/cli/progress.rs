@@ -41,6 +41,12 @@ impl Progress {
     pub fn step(&self) {
         self.bar.inc(1);
     }
+
+    /// So many steps are done. Threads may tell in any order: the bar never goes back.
+    pub fn at(&self, done: u64) {
+        let ahead = done.saturating_sub(self.bar.position());
+        self.bar.inc(ahead);
+    }
 }
 
 impl Drop for Progress {

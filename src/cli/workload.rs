@@ -73,13 +73,18 @@ impl Workload {
         if self.quiet { Ok(()) } else { output::print(&warnings(&new), true) }
     }
 
-    /// The settings of one picture: `variation` over the command line over `--settings` over the scene over the defaults.
+    /// `variation` over the command line over `--settings` over the scene over the defaults, whatever a device can draw.
+    pub fn decided(&self, variation: &SettingsPatch) -> Settings {
+        variation.or(&self.command_line).or(&self.settings_file).or(&self.scene.settings).decide()
+    }
+
+    /// The settings of one picture, as [`Workload::decided`].
     ///
     /// # Errors
     /// When the picture is larger than `device` can draw.
     pub fn settings(&self, variation: &SettingsPatch, device: &PhysicalDevice) -> Result<Settings, Failure> {
         let said = variation.or(&self.command_line);
-        let settings = said.or(&self.settings_file).or(&self.scene.settings).decide();
+        let settings = self.decided(variation);
         let limit = capabilities(device).max_extent;
         let [width, height] = settings.size;
         if width.max(height) > limit {

@@ -3,10 +3,22 @@
 //! It shares no shading code with the shaders and is written from the formulas, for reading. Where a picture of the renderer and this
 //! one differ, this one is right, and how far they are apart is the renderer's error. No Vulkan.
 
+mod bvh;
+mod cache;
+mod fingerprint;
+mod geometry;
+mod intersect;
 pub mod light;
+mod material;
+mod render;
+mod sampling;
+mod shadow;
 mod surface;
+mod texture;
 pub mod tonemap;
 
+pub use cache::{Cache, Cached, Source};
+pub use render::{Accumulation, Progress, Reference};
 pub use surface::{Surface, TriangleId};
 
 use crate::scene::Camera;

@@ -1,0 +1,220 @@
+//! `afterlight reference`: a scene as it truly is, by rays in 64 bits on the CPU. No Vulkan.
+
+use std::fmt::Write as _;
+use std::time::Instant;
+
+use afterlight::frame::{Picture, Pixels};
+use afterlight::reference::tonemap::{encode_srgb, tone_map};
+use afterlight::reference::{Cache, Cached, Mode, Options, Reference, Smith, Source, Truth, View};
+use afterlight::scene::{Settings, SettingsPatch, exposure_scale, metered_ev100};
+use clap::ValueEnum;
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::args::{SettingsArgs, samples};
+use super::failure::Failure;
+use super::picture::{Format, Target};
+use super::table::{Table, milliseconds};
+use super::workload::{Workload, milliseconds_since};
+use super::{output, progress};
+
+/// Samples of each pixel where nothing else is said.
+const DEFAULT_SAMPLES: u32 = 16;
+
+/// Compute the truth of a scene on the CPU, in 64 bits: what pictures of it are measured against
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  afterlight reference builtin:hall -o truth.exr --samples 64
+  afterlight reference sponza.obj -o truth.exr --point --size 640x360
+  afterlight reference scene.toml -o truth.png --camera \"0,2,8/0,1,0\"
+  afterlight reference builtin:spheres -o truth.exr --smith separable --no-cache")]
+pub struct Args {
+    /// The scene: an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
+    scene: String,
+    /// The picture: .exr for linear light in nits, or .png, exposed and tone-mapped; - is standard output (PNG)
+    #[arg(short, long, value_name = "FILE", default_value = "truth.exr", value_parser = Target::parse)]
+    output: Target,
+    /// Samples of each pixel that are averaged, 1 to 4096; a later run with more goes on from here [default: 16]
+    #[arg(long, value_name = "N", value_parser = samples, allow_hyphen_values = true, conflicts_with = "point")]
+    samples: Option<u32>,
+    /// One sample through the middle of each pixel in place of a mean: what numeric error is measured against
+    #[arg(long)]
+    point: bool,
+    /// Masking and shadowing of the specular lobe: the renderer's own, or that of other renderers, to compare with them
+    #[arg(long, value_enum, value_name = "NAME", default_value_t = SmithChoice::HeightCorrelated)]
+    smith: SmithChoice,
+    /// Neither read what earlier runs have computed nor keep what this one does
+    #[arg(long)]
+    no_cache: bool,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+    #[command(flatten)]
+    settings: SettingsArgs,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum SmithChoice {
+    HeightCorrelated,
+    Separable,
+}
+
+/// Computes and writes the truth.
+///
+/// # Errors
+/// An option that the truth does not have, a scene that cannot be read, or a file that cannot be written.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    if args.output.format == Format::Exr && (args.settings.exposure.is_some() || args.settings.tonemap.is_some()) {
+        let why = "an .exr picture holds linear light in nits: --exposure and --tonemap do not apply to it";
+        return Err(Failure::usage(why));
+    }
+    refuse_approximations(&args.settings)?;
+    args.output.sink.check()?;
+    let workload = Workload::open(&args.scene, &args.settings, args.quiet)?;
+    let settings = workload.decided(&SettingsPatch::default());
+    let view = View { camera: workload.camera, size: settings.size };
+    let mode = match args.point {
+        true => Mode::Point,
+        false => Mode::Converged { samples: args.samples.unwrap_or(DEFAULT_SAMPLES) },
+    };
+    let smith = match args.smith {
+        SmithChoice::HeightCorrelated => Smith::HeightCorrelated,
+        SmithChoice::Separable => Smith::Separable,
+    };
+    let start = Instant::now();
+    let reference = Reference::new(&workload.scene).with_brdf(settings.brdf).with_shadows(settings.shadows.enabled);
+    let built_ms = milliseconds_since(start);
+    let start = Instant::now();
+    let cached = compute(args, &reference, &view, &Options { mode, smith });
+    let computed_ms = milliseconds_since(start);
+    if !args.quiet {
+        let warnings = cached.warnings.iter().fold(String::new(), |text, warning| text + "warning: " + warning + "\n");
+        output::print(&warnings, true)?;
+    }
+    args.output.write(&picture(args, &cached.truth, &workload, &settings))?;
+    let times = [("load", workload.load_ms), ("tree of boxes", built_ms), ("picture", computed_ms)];
+    let report = report(args, &workload, &cached, mode, &times);
+    if args.quiet { Ok(()) } else { output::print(&report, args.output.sink.is_stdout()) }
+}
+
+/// What only says how a frame approximates the truth, or how it is made, does not apply to the truth.
+fn refuse_approximations(args: &SettingsArgs) -> Result<(), Failure> {
+    let given = [
+        ("--gbuffer", args.gbuffer.is_some()),
+        ("--light-path", args.light_path.is_some()),
+        ("--light-cutoff", args.light_cutoff.is_some()),
+        ("--depth-prepass", args.depth_prepass.is_some()),
+        ("--hdr-format", args.hdr_format.is_some()),
+        ("--transparency", args.transparency.is_some()),
+        ("--shadow-size", args.shadow_size.is_some()),
+        ("--fxaa", args.fxaa.is_some()),
+        ("--msaa", args.msaa.is_some()),
+        ("--resolve", args.resolve.is_some()),
+        ("--shadow-filter", args.shadow_filter.is_some()),
+        ("--cascades", args.cascades.is_some()),
+        ("--shadow-lambda", args.shadow_lambda.is_some()),
+        ("--shadow-budget", args.shadow_budget.is_some()),
+        ("--shadow-cache", args.shadow_cache.is_some()),
+        ("--plan", args.plan.is_some()),
+    ];
+    let Some((name, _)) = given.into_iter().find(|(_, is_given)| *is_given) else { return Ok(()) };
+    let why = format!("{name} says how a frame is drawn: the truth is computed without it");
+    let what = "--size, --camera, --brdf and --shadows on|off apply, and --exposure and --tonemap to a .png";
+    Err(Failure::usage(why).with_hint(what))
+}
+
+fn compute(args: &Args, reference: &Reference, view: &View, options: &Options) -> Cached {
+    let pixels = u64::from(view.size[0]) * u64::from(view.size[1]);
+    let samples = match options.mode {
+        Mode::Point => 1,
+        Mode::Converged { samples } => u64::from(samples),
+    };
+    let bar = progress::bar("samples".into(), pixels * samples, args.quiet);
+    let tell = |done: u64, _: u64| bar.at(done);
+    match Cache::of_user().filter(|_| !args.no_cache) {
+        Some(cache) => cache.render(reference, view, options, &tell),
+        None => {
+            let truth = reference.render(view, options, &tell);
+            Cached { truth, source: Source::Computed, warnings: Vec::new() }
+        }
+    }
+}
+
+fn picture(args: &Args, truth: &Truth, workload: &Workload, settings: &Settings) -> Picture {
+    let pixels = match args.output.format {
+        Format::Exr => Pixels::LinearF32(
+            truth.radiance.iter().flat_map(|&[r, g, b]| [r as f32, g as f32, b as f32, 1.0]).collect(),
+        ),
+        Format::Png => {
+            let ev100 = settings.exposure.unwrap_or_else(|| metered_ev100(&workload.scene));
+            let exposure = f64::from(exposure_scale(ev100));
+            let code = |linear: f64| (encode_srgb(linear) * 255.0).round() as u8;
+            let shown = |&radiance: &[f64; 3]| {
+                let mapped = tone_map::<f64>(DVec3::from_array(radiance) * exposure, settings.tonemap);
+                [code(mapped.x), code(mapped.y), code(mapped.z), 255]
+            };
+            Pixels::Srgb8(truth.radiance.par_iter().flat_map_iter(shown).collect())
+        }
+    };
+    Picture { size: truth.size, pixels }
+}
+
+fn report(args: &Args, workload: &Workload, cached: &Cached, mode: Mode, times: &[(&str, f64)]) -> String {
+    let (scene, truth) = (&workload.scene, &cached.truth);
+    let [width, height] = truth.size;
+    let mut table = Table::with_figures_from(1);
+    table.row([
+        "samples a pixel".to_owned(),
+        match mode {
+            Mode::Point => "1, in the middle".to_owned(),
+            Mode::Converged { samples } => samples.to_string(),
+        },
+    ]);
+    table.row([
+        "from the cache".to_owned(),
+        match cached.source {
+            Source::Computed => "nothing".to_owned(),
+            Source::Continued(samples) => format!("the first {samples} samples"),
+            Source::Read => "all".to_owned(),
+        },
+    ]);
+    if let Some(triangles) = &truth.triangles {
+        let sky = triangles.iter().filter(|triangle| triangle.is_none()).count() as f64 / triangles.len() as f64;
+        table.row(["background".to_owned(), format!("{:.1} %", 100.0 * sky)]);
+    }
+    let mean = |values: &[[f64; 3]]| values.iter().flatten().sum::<f64>() / (3 * values.len().max(1)) as f64;
+    let nits = mean(&truth.radiance);
+    table.row(["mean".to_owned(), format!("{nits:.4} nits")]);
+    if let Some(errors) = &truth.standard_error {
+        let error = mean(errors);
+        let share = if nits > 0.0 { 100.0 * error / nits } else { 0.0 };
+        table.row(["mean standard error, at most".to_owned(), format!("{error:.4} nits, {share:.2} %")]);
+    }
+    for (name, time) in times {
+        table.row([(*name).to_owned(), milliseconds(*time)]);
+    }
+    let mut text = format!(
+        "{} -> {}: {width}x{height} on {} threads\n",
+        scene.name,
+        args.output.sink,
+        rayon::current_num_threads()
+    );
+    let (triangles, lights) = (scene.triangle_count(), scene.lights.len());
+    let _ =
+        write!(text, "{} objects, {triangles} triangles, {lights} lights\n\n{}", scene.objects.len(), table.render());
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_does_not_apply_is_refused_by_name() {
+        let refused = |settings: SettingsArgs| refuse_approximations(&settings).err().map(|f| f.message().to_owned());
+        assert_eq!(refused(SettingsArgs { size: Some([9, 9]), shadows: Some(false), ..Default::default() }), None);
+        let msaa = refused(SettingsArgs { msaa: Some(4), ..Default::default() });
+        assert!(msaa.is_some_and(|message| message.starts_with("--msaa ")));
+    }
+}

@@ -1,0 +1,230 @@
+//! A hash of everything that a truth depends on.
+//!
+//! Structures are taken apart whole, so that a field that is added to the scene does not compile until it is hashed, or named here as one on
+//! which no light depends.
+
+use glam::{DAffine3, DVec3, Vec3};
+
+use super::render::Reference;
+use super::{Options, Smith, View};
+use crate::scene::{
+    AlphaMode, Brdf, Camera, CastsShadow, ColorSpace, Environment, Falloff, Light, LightKind, Material, Mesh, Object,
+    Scene, Texture,
+};
+
+/// The model: to be raised with every change of a formula, a sequence or a rule after which a picture may differ.
+const MODEL: u64 = 1;
+
+struct Fingerprint(blake3::Hasher);
+
+impl Fingerprint {
+    fn bytes(&mut self, bytes: &[u8]) {
+        self.number(bytes.len() as u64);
+        self.0.update(bytes);
+    }
+
+    fn number(&mut self, number: u64) {
+        self.0.update(&number.to_le_bytes());
+    }
+
+    fn real(&mut self, real: f64) {
+        self.number(real.to_bits());
+    }
+
+    fn single(&mut self, real: f32) {
+        self.real(f64::from(real));
+    }
+
+    fn color(&mut self, color: Vec3) {
+        color.to_array().into_iter().for_each(|channel| self.single(channel));
+    }
+
+    fn vector(&mut self, vector: DVec3) {
+        vector.to_array().into_iter().for_each(|coordinate| self.real(coordinate));
+    }
+
+    fn slot(&mut self, slot: Option<usize>) {
+        self.number(slot.map_or(0, |index| index as u64 + 1));
+    }
+
+    fn range(&mut self, range: Option<f64>) {
+        self.real(range.unwrap_or(-1.0));
+    }
+
+    fn transform(&mut self, transform: &DAffine3) {
+        transform.to_cols_array().into_iter().for_each(|entry| self.real(entry));
+    }
+
+    fn mesh(&mut self, mesh: &Mesh) {
+        // The bounds follow from the positions.
+        let Mesh { name: _, origin, positions, normals, uvs, tangents, indices, bounds: _ } = mesh;
+        self.vector(*origin);
+        self.bytes(bytemuck::cast_slice(positions));
+        self.bytes(bytemuck::cast_slice(normals));
+        self.bytes(bytemuck::cast_slice(uvs));
+        self.bytes(bytemuck::cast_slice(tangents));
+        self.bytes(bytemuck::cast_slice(indices));
+    }
+
+    fn object(&mut self, object: &Object) {
+        let Object { name: _, mesh, material, transform, casts_shadow, receives_shadow } = object;
+        self.number(*mesh as u64);
+        self.number(*material as u64);
+        self.transform(transform);
+        self.number(match casts_shadow {
+            CastsShadow::No => 0,
+            CastsShadow::Front => 1,
+            CastsShadow::Yes => 2,
+        });
+        self.number(u64::from(*receives_shadow));
+    }
+
+    fn material(&mut self, material: &Material) {
+        let Material {
+            name: _,
+            brdf,
+            base_color,
+            alpha,
+            alpha_mode,
+            metallic,
+            roughness,
+            specular,
+            shininess,
+            ambient,
+            emissive,
+            normal_scale,
+            two_sided,
+            base_color_texture,
+            normal_texture,
+            metallic_roughness_texture,
+            occlusion_texture,
+            emissive_texture,
+            specular_texture,
+        } = material;
+        self.brdf(Some(*brdf));
+        [base_color, specular, emissive].into_iter().for_each(|color| self.color(*color));
+        [alpha, metallic, roughness, shininess, ambient, normal_scale]
+            .into_iter()
+            .for_each(|factor| self.single(*factor));
+        let (mode, cutoff) = match alpha_mode {
+            AlphaMode::Opaque => (0, 0.0),
+            AlphaMode::Mask { cutoff } => (1, *cutoff),
+            AlphaMode::Blend => (2, 0.0),
+            AlphaMode::Glass => (3, 0.0),
+        };
+        self.number(mode);
+        self.single(cutoff);
+        self.number(u64::from(*two_sided));
+        let slots = [base_color_texture, normal_texture, metallic_roughness_texture, occlusion_texture];
+        slots.into_iter().chain([emissive_texture, specular_texture]).for_each(|slot| self.slot(*slot));
+    }
+
+    fn brdf(&mut self, brdf: Option<Brdf>) {
+        self.number(match brdf {
+            None => 0,
+            Some(Brdf::CookTorrance) => 1,
+            Some(Brdf::Phong) => 2,
+            Some(Brdf::BlinnPhong) => 3,
+            Some(Brdf::Lambert) => 4,
+        });
+    }
+
+    fn texture(&mut self, texture: &Texture) {
+        let Texture { name: _, size, color_space, texels } = texture;
+        size.iter().for_each(|&edge| self.number(u64::from(edge)));
+        self.number(u64::from(*color_space == ColorSpace::Srgb));
+        self.bytes(texels);
+    }
+
+    fn light(&mut self, light: &Light) {
+        let Light { name: _, kind, color, intensity, casts_shadow, size } = light;
+        match *kind {
+            LightKind::Directional { direction } => {
+                self.number(0);
+                self.vector(direction);
+            }
+            LightKind::Point { position, range, falloff } => {
+                self.number(1);
+                self.vector(position);
+                self.range(range);
+                self.falloff(falloff);
+            }
+            LightKind::Spot { position, direction, inner_angle_degrees, outer_angle_degrees, range, falloff } => {
+                self.number(2);
+                [position, direction].into_iter().for_each(|vector| self.vector(vector));
+                [inner_angle_degrees, outer_angle_degrees].into_iter().for_each(|angle| self.real(angle));
+                self.range(range);
+                self.falloff(falloff);
+            }
+        }
+        self.color(*color);
+        self.single(*intensity);
+        self.number(u64::from(*casts_shadow));
+        self.real(*size);
+    }
+
+    fn falloff(&mut self, falloff: Falloff) {
+        let (kind, terms) = match falloff {
+            Falloff::InverseSquare => (0, [0.0; 3]),
+            Falloff::Quadratic => (1, [0.0; 3]),
+            Falloff::Polynomial { constant, linear, quadratic } => (2, [constant, linear, quadratic]),
+        };
+        self.number(kind);
+        terms.into_iter().for_each(|term| self.single(term));
+    }
+
+    fn scene(&mut self, scene: &Scene) {
+        // The view brings the camera; the settings are the renderer's.
+        let Scene {
+            name: _,
+            meshes,
+            objects,
+            materials,
+            textures,
+            lights,
+            environment,
+            camera: _,
+            settings: _,
+            warnings: _,
+        } = scene;
+        let counts = [meshes.len(), objects.len(), materials.len(), textures.len(), lights.len()];
+        counts.into_iter().for_each(|count| self.number(count as u64));
+        meshes.iter().for_each(|mesh| self.mesh(mesh));
+        objects.iter().for_each(|object| self.object(object));
+        materials.iter().for_each(|material| self.material(material));
+        textures.iter().for_each(|texture| self.texture(texture));
+        lights.iter().for_each(|light| self.light(light));
+        let Environment { ambient, ground, background } = environment;
+        self.color(*ambient);
+        self.number(u64::from(ground.is_some()));
+        self.color(ground.unwrap_or(Vec3::ZERO));
+        self.color(*background);
+    }
+
+    fn view(&mut self, view: &View) {
+        let View { camera, size } = view;
+        let Camera { position, rotation, fov_y_degrees, near } = camera;
+        self.vector(*position);
+        rotation.to_array().into_iter().for_each(|entry| self.real(entry));
+        self.real(*fov_y_degrees);
+        self.real(*near);
+        size.iter().for_each(|&edge| self.number(u64::from(edge)));
+    }
+}
+
+/// The hash of a truth, whatever its number of samples: they go on from one another.
+pub fn of(reference: &Reference, view: &View, options: &Options) -> blake3::Hash {
+    let mut fingerprint = Fingerprint(blake3::Hasher::new());
+    fingerprint.number(MODEL);
+    fingerprint.scene(reference.scene);
+    fingerprint.brdf(reference.brdf);
+    fingerprint.number(u64::from(reference.shadows));
+    fingerprint.view(view);
+    let Options { mode, smith } = options;
+    fingerprint.number(u64::from(*mode == super::Mode::Point));
+    fingerprint.number(match smith {
+        Smith::HeightCorrelated => 0,
+        Smith::Separable => 1,
+    });
+    fingerprint.0.finalize()
+}

@@ -1,0 +1,200 @@
+//! The scene's triangles in the world, in f64, and what a ray meets of them.
+//!
+//! What is seen is what the rasterizer would draw: faces of one-sided materials from the front, which a mirrored transform turns over; no holes
+//! of masks; nothing before the near plane. Where two opaque surfaces are equally far, the first one of the scene is seen.
+
+use glam::{DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3};
+
+use super::bvh::Bvh;
+use super::intersect::{Crossing, Ray};
+use super::surface::TriangleId;
+use super::texture;
+use crate::scene::{Aabb, AlphaMode, CastsShadow, Material, Mesh, Scene};
+
+/// Coordinates beyond this have no squares' squares in f64: what reaches there is not drawn.
+const LARGEST: f64 = 1e75;
+
+/// A triangle in world space.
+#[derive(Debug, Clone, Copy)]
+pub struct Triangle {
+    pub corners: [DVec3; 3],
+    pub id: TriangleId,
+}
+
+/// What all triangles of an object have in common.
+#[derive(Debug, Clone, Copy)]
+pub struct Part<'a> {
+    pub mesh: &'a Mesh,
+    pub material: &'a Material,
+    pub receives_shadow: bool,
+    casts_shadow: CastsShadow,
+    mirrored: bool,
+    cutoff: Option<f64>,
+    /// From mesh space to the world, for directions along surfaces and for normals.
+    pub along: DMat3,
+    pub normals: DMat3,
+    /// -1 where the transform swaps left and right.
+    pub handedness: f64,
+}
+
+/// A triangle that is met, and where.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hit {
+    /// Index in [`Geometry::triangles`].
+    pub triangle: usize,
+    pub crossing: Crossing,
+    /// The side that is met is the front.
+    pub front: bool,
+}
+
+/// Everything that rays can meet.
+#[derive(Debug)]
+pub struct Geometry<'a> {
+    scene: &'a Scene,
+    pub triangles: Vec<Triangle>,
+    /// By object.
+    pub parts: Vec<Part<'a>>,
+    tree: Bvh,
+    has_transparent: bool,
+}
+
+impl<'a> Part<'a> {
+    fn of(scene: &'a Scene, index: usize) -> Self {
+        let object = &scene.objects[index];
+        let material = &scene.materials[object.material];
+        let along = object.transform.matrix3;
+        let [x, y, z] = [along.row(0), along.row(1), along.row(2)];
+        let handedness = if along.determinant() >= 0.0 { 1.0 } else { -1.0 };
+        // Normals go by the cofactors, which are right for any scale.
+        let normals = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)).transpose() * handedness;
+        Self {
+            mesh: &scene.meshes[object.mesh],
+            material,
+            receives_shadow: object.receives_shadow,
+            casts_shadow: object.casts_shadow,
+            mirrored: handedness < 0.0,
+            cutoff: match material.alpha_mode {
+                AlphaMode::Mask { cutoff } => Some(f64::from(cutoff)),
+                AlphaMode::Opaque | AlphaMode::Blend | AlphaMode::Glass => None,
+            },
+            along,
+            normals,
+            handedness,
+        }
+    }
+
+    /// The vertices of a triangle.
+    pub fn vertices(&self, triangle: u32) -> [usize; 3] {
+        [0, 1, 2].map(|corner| self.mesh.indices[triangle as usize * 3 + corner] as usize)
+    }
+
+    /// Where a triangle's texture is looked up; the corner of the image for a mesh without texture coordinates.
+    pub fn uv(&self, triangle: u32, weights: [f64; 3]) -> DVec2 {
+        let vertices = self.vertices(triangle);
+        let uv = |vertex: usize| self.mesh.uvs.get(vertex).map_or(DVec2::ZERO, |&uv| Vec2::from(uv).as_dvec2());
+        weights.into_iter().zip(vertices).map(|(weight, vertex)| uv(vertex) * weight).sum()
+    }
+}
+
+/// The triangle's corners in the world.
+fn corners(mesh: &Mesh, transform: &DAffine3, triangle: usize) -> [DVec3; 3] {
+    [0, 1, 2].map(|corner| {
+        let position = mesh.positions[mesh.indices[triangle * 3 + corner] as usize];
+        transform.transform_point3(mesh.origin + Vec3::from(position).as_dvec3())
+    })
+}
+
+impl<'a> Geometry<'a> {
+    pub fn of(scene: &'a Scene) -> Self {
+        let mut triangles = Vec::with_capacity(scene.triangle_count());
+        for (index, object) in scene.objects.iter().enumerate() {
+            let mesh = &scene.meshes[object.mesh];
+            for triangle in 0..mesh.indices.len() / 3 {
+                let corners = corners(mesh, &object.transform, triangle);
+                let id = TriangleId { object: index as u32, triangle: triangle as u32 };
+                // False for what is no number.
+                if corners.iter().all(|corner| corner.abs().max_element() <= LARGEST) {
+                    triangles.push(Triangle { corners, id });
+                }
+            }
+        }
+        let tree = Bvh::of(triangles.iter().map(|triangle| Aabb::of_points(triangle.corners)));
+        let parts: Vec<Part> = (0..scene.objects.len()).map(|index| Part::of(scene, index)).collect();
+        let has_transparent = parts.iter().any(|part| part.material.is_transparent());
+        Self { scene, triangles, parts, tree, has_transparent }
+    }
+
+    pub fn part(&self, hit: &Hit) -> &Part<'a> {
+        &self.parts[self.triangles[hit.triangle].id.object as usize]
+    }
+
+    /// The base colour's alpha at a place.
+    pub fn alpha(&self, part: &Part, triangle: u32, weights: [f64; 3]) -> f64 {
+        let texture = part.material.base_color_texture.map(|index| &self.scene.textures[index]);
+        let texel = texture.map_or(1.0, |texture| texture::sample(texture, part.uv(triangle, weights)).w);
+        f64::from(part.material.alpha) * texel
+    }
+
+    fn is_hole(&self, part: &Part, triangle: u32, weights: [f64; 3]) -> bool {
+        part.cutoff.is_some_and(|cutoff| self.alpha(part, triangle, weights) < cutoff)
+    }
+
+    /// What is seen along a ray from `near` on: the nearest opaque surface, and through `transparent` each transparent one before
+    /// it, from back to front.
+    pub fn seen(&self, ray: &Ray, near: f64, transparent: &mut Vec<Hit>) -> Option<Hit> {
+        let mut nearest: Option<Hit> = None;
+        transparent.clear();
+        self.tree.walk(ray, f64::INFINITY, |index, limit| {
+            let Triangle { corners, id } = &self.triangles[index];
+            let Some(crossing) = ray.crossing(corners) else { return limit };
+            if crossing.distance < near || crossing.distance > limit {
+                return limit;
+            }
+            let part = &self.parts[id.object as usize];
+            let front = crossing.counter_clockwise != part.mirrored;
+            if !front && !part.material.two_sided {
+                return limit;
+            }
+            let hit = Hit { triangle: index, crossing, front };
+            if part.material.is_transparent() {
+                transparent.push(hit);
+                return limit;
+            }
+            let ties = nearest.is_some_and(|nearest| crossing.distance == limit && nearest.triangle < index);
+            if ties || self.is_hole(part, id.triangle, crossing.weights) {
+                return limit;
+            }
+            nearest = Some(hit);
+            crossing.distance
+        });
+        if self.has_transparent {
+            let limit = nearest.map_or(f64::INFINITY, |nearest| nearest.crossing.distance);
+            // As by the depth test, which what is equally far does not pass.
+            transparent.retain(|hit| hit.crossing.distance < limit);
+            let far_first = |a: &Hit, b: &Hit| b.crossing.distance.total_cmp(&a.crossing.distance);
+            transparent.sort_unstable_by(|a, b| far_first(a, b).then(a.triangle.cmp(&b.triangle)));
+        }
+        nearest
+    }
+
+    /// Whether something that casts shadows lies on the ray before `limit`, as seen from a receiver that looks to the light.
+    pub fn is_blocked(&self, ray: &Ray, limit: f64) -> bool {
+        let mut blocked = false;
+        self.tree.walk(ray, limit, |index, limit| {
+            let Triangle { corners, id } = &self.triangles[index];
+            let part = &self.parts[id.object as usize];
+            if part.casts_shadow == CastsShadow::No || part.material.is_transparent() {
+                return limit;
+            }
+            let Some(crossing) = ray.crossing(corners) else { return limit };
+            // A face whose front is turned to the light shows its back to the receiver behind it.
+            let turned_to_light = crossing.counter_clockwise == part.mirrored;
+            let is_met = (0.0..limit).contains(&crossing.distance)
+                && (turned_to_light || part.casts_shadow == CastsShadow::Yes)
+                && !self.is_hole(part, id.triangle, crossing.weights);
+            blocked |= is_met;
+            if is_met { f64::NEG_INFINITY } else { limit }
+        });
+        blocked
+    }
+}

@@ -1,0 +1,104 @@
+//! A hit as a surface: its material with all textures looked up, its normals turned to the eye.
+
+use glam::{DVec2, DVec3, DVec4, Vec3, Vec4};
+
+use super::geometry::{Geometry, Hit, Part};
+use super::surface::Surface;
+use super::texture;
+use crate::scene::{AlphaMode, Brdf, Scene};
+
+/// The code of a normal map that stands for 0, and how many steps lie between it and 1.
+const NORMAL_ZERO: f64 = 128.0;
+const NORMAL_STEPS: f64 = 127.0;
+
+/// A place on a part.
+struct Place<'a> {
+    scene: &'a Scene,
+    part: &'a Part<'a>,
+    vertices: [usize; 3],
+    weights: [f64; 3],
+    uv: DVec2,
+}
+
+impl Place<'_> {
+    /// A texture's value, or 1.
+    fn texel(&self, slot: Option<usize>) -> DVec4 {
+        slot.map_or(DVec4::ONE, |index| texture::sample(&self.scene.textures[index], self.uv))
+    }
+
+    fn blend<T: std::iter::Sum>(&self, value: impl Fn(usize, f64) -> T) -> T {
+        self.vertices.into_iter().zip(self.weights).map(|(vertex, weight)| value(vertex, weight)).sum()
+    }
+
+    /// The interpolated normal, not yet turned to the eye.
+    fn normal(&self) -> DVec3 {
+        let normal = self.blend(|vertex, weight| Vec3::from(self.part.mesh.normals[vertex]).as_dvec3() * weight);
+        unit_or(self.part.normals * normal, DVec3::Y)
+    }
+
+    /// The normal with its map. MikkTSpace: the interpolated frame is used as it is, neither made orthogonal nor unit (Mikkelsen 2008).
+    fn mapped_normal(&self, normal: DVec3) -> DVec3 {
+        let Some(index) = self.part.material.normal_texture else { return normal };
+        let codes = texture::sample(&self.scene.textures[index], self.uv).truncate() * 255.0 - NORMAL_ZERO;
+        let scale = f64::from(self.part.material.normal_scale);
+        let [x, y, z] = codes.to_array().map(|code| if code.abs() < 0.01 { 0.0 } else { code / NORMAL_STEPS });
+        let [x, y] = [x * scale, y * scale];
+        if x == 0.0 && y == 0.0 && z > 0.0 {
+            return normal;
+        }
+        let tangents = &self.part.mesh.tangents;
+        let tangent = self.blend(|vertex, weight| {
+            tangents.get(vertex).map_or(DVec4::ZERO, |&tangent| Vec4::from(tangent).as_dvec4()) * weight
+        });
+        let along = self.part.along * tangent.truncate();
+        let bitangent = normal.cross(along) * (tangent.w * self.part.handedness);
+        unit_or(along * x + bitangent * y + normal * z, normal)
+    }
+}
+
+/// A vector of any length to a unit one; one without a length gives the fallback.
+fn unit_or(vector: DVec3, fallback: DVec3) -> DVec3 {
+    let largest = vector.abs().max_element();
+    if largest > 0.0 && largest.is_finite() { (vector / largest).normalize() } else { fallback }
+}
+
+/// The surface that a hit is, and how it goes with what lies behind. `position` is relative to the camera; `brdf` stands in for all
+/// materials' own where there is one.
+pub fn surface(
+    scene: &Scene,
+    geometry: &Geometry,
+    hit: &Hit,
+    position: DVec3,
+    brdf: Option<Brdf>,
+) -> (Surface, AlphaMode) {
+    let part = geometry.part(hit);
+    let triangle = geometry.triangles[hit.triangle].id.triangle;
+    let weights = hit.crossing.weights;
+    let place = Place { scene, part, vertices: part.vertices(triangle), weights, uv: part.uv(triangle, weights) };
+    let material = part.material;
+    let brdf = brdf.unwrap_or(material.brdf);
+    let is_phong = matches!(brdf, Brdf::Phong | Brdf::BlinnPhong);
+
+    let facing = if hit.front { 1.0 } else { -1.0 };
+    let geometric_normal = place.normal();
+    let normal = place.mapped_normal(geometric_normal);
+    let base = material.base_color.extend(material.alpha).as_dvec4() * place.texel(material.base_color_texture);
+    let shape = place.texel(material.metallic_roughness_texture);
+    let ambient = if is_phong { f64::from(material.ambient) } else { 1.0 };
+    let surface = Surface {
+        position,
+        normal: normal * facing,
+        geometric_normal: geometric_normal * facing,
+        brdf,
+        albedo: base.truncate(),
+        metallic: f64::from(material.metallic) * shape.z,
+        roughness: f64::from(material.roughness) * shape.y,
+        specular: material.specular.as_dvec3() * place.texel(material.specular_texture).truncate(),
+        shininess: f64::from(material.shininess),
+        occlusion: ambient * place.texel(material.occlusion_texture).x,
+        emissive: material.emissive.as_dvec3() * place.texel(material.emissive_texture).truncate(),
+        alpha: if material.is_transparent() { base.w.clamp(0.0, 1.0) } else { 1.0 },
+        receives_shadow: part.receives_shadow,
+    };
+    (surface, material.alpha_mode)
+}

@@ -1,0 +1,70 @@
+//! What share of a light reaches a surface: rays to the light, in f64.
+//!
+//! A ray begins a little above the triangle that is seen, on the side that is seen, and meets every triangle, that one too. So light that
+//! comes from behind a triangle is stopped by it, also where its interpolated normal is turned to the light: on a coarse sphere shadow
+//! begins at whole faces, as in the renderer's shadow maps, to which those faces are dark, too. Objects that cast no shadow do not stop it.
+//!
+//! A light with a size is a disc that faces the receiver, of its radius around its place; a directional one a disc of its angular diameter. What
+//! arrives is the mean over the disc of what is not blocked; shading stays that of a light without a size. (A ball of the radius is
+//! wider than the disc by (radius / distance)^2 / 2, which is left out.)
+
+use glam::{DVec2, DVec3};
+
+use super::geometry::{Geometry, Hit};
+use super::intersect::Ray;
+use crate::scene::{Light, LightKind};
+
+/// How far above its triangle a ray begins, in units of the last place of the coordinates' size: places are sums and products of
+/// a few of them.
+const LIFT: f64 = 256.0 * f64::EPSILON;
+
+/// A place from which rays to lights begin.
+#[derive(Debug, Clone, Copy)]
+pub struct Receiver {
+    /// In the world, on the triangle.
+    place: DVec3,
+    /// Above it, on the side that is seen.
+    start: DVec3,
+}
+
+impl Receiver {
+    /// The place where `ray`, from the eye, meets what it sees.
+    pub fn of(geometry: &Geometry, hit: &Hit, ray: &Ray) -> Self {
+        let [a, b, c] = geometry.triangles[hit.triangle].corners;
+        let place = ray.at(hit.crossing.distance);
+        let plane = (b - a).cross(c - a).normalize_or_zero();
+        let side = if hit.crossing.counter_clockwise { plane } else { -plane };
+        let size = [a, b, c, place, ray.origin].into_iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+        Self { place, start: place + side * (size * LIFT) }
+    }
+
+    /// Whether light from a point of the disc arrives; `on_disc` is in the unit circle.
+    pub fn sees(&self, geometry: &Geometry, light: &Light, on_disc: DVec2) -> bool {
+        let (direction, limit) = match light.kind {
+            LightKind::Directional { direction } => {
+                let radius = (light.size.to_radians() * 0.5).tan();
+                (moved(-direction, on_disc * radius), f64::INFINITY)
+            }
+            LightKind::Point { position, .. } | LightKind::Spot { position, .. } => {
+                let towards = position - self.place;
+                let distance = towards.length();
+                if distance == 0.0 {
+                    return true;
+                }
+                let target = moved(towards / distance, on_disc * (light.size / distance)) * distance;
+                // To the light and no further; from the start, which is a hair nearer.
+                (self.place + target - self.start, 1.0)
+            }
+        };
+        !geometry.is_blocked(&Ray::new(self.start, direction), limit)
+    }
+}
+
+/// A unit vector, moved across itself.
+fn moved(direction: DVec3, by: DVec2) -> DVec3 {
+    if by == DVec2::ZERO {
+        return direction;
+    }
+    let (x, y) = direction.any_orthonormal_pair();
+    direction + x * by.x + y * by.y
+}

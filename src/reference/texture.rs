@@ -1,0 +1,88 @@
+//! Texels between texels: bilinear at level 0, repeated outside 0..1, sRGB decoded before it is filtered, as samplers do.
+//!
+//! There are no levels: [`super::Mode::Converged`] converges to the mean of level 0 over a pixel by looking at more places.
+
+use std::sync::OnceLock;
+
+use glam::{DVec2, DVec4};
+
+use crate::scene::{ColorSpace, Texture};
+
+/// The linear values of the 256 codes (IEC 61966-2-1).
+fn srgb() -> &'static [f64; 256] {
+    static TABLE: OnceLock<[f64; 256]> = OnceLock::new();
+    TABLE.get_or_init(|| {
+        std::array::from_fn(|code| {
+            let encoded = code as f64 / 255.0;
+            if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+        })
+    })
+}
+
+fn texel(texture: &Texture, x: usize, y: usize) -> DVec4 {
+    let at = (y * texture.size[0] as usize + x) * 4;
+    let linear = |code: u8| f64::from(code) / 255.0;
+    let [r, g, b, a] = [0, 1, 2, 3].map(|channel| texture.texels[at + channel]);
+    match texture.color_space {
+        ColorSpace::Linear => DVec4::new(linear(r), linear(g), linear(b), linear(a)),
+        ColorSpace::Srgb => {
+            let table = srgb();
+            DVec4::new(table[r as usize], table[g as usize], table[b as usize], linear(a))
+        }
+    }
+}
+
+/// The two texels around a coordinate and the second one's share. A coordinate that is no number is 0.
+fn between(coordinate: f64, edge: u32) -> (usize, usize, f64) {
+    let edge = f64::from(edge);
+    let place = coordinate.rem_euclid(1.0) * edge - 0.5;
+    let place = if place.is_finite() { place } else { -0.5 };
+    let first = place.floor();
+    let wrap = |texel: f64| texel.rem_euclid(edge) as usize;
+    (wrap(first), wrap(first + 1.0), place - first)
+}
+
+/// Linear RGBA at a place; (0, 0) is the upper left corner of the first texel.
+pub fn sample(texture: &Texture, uv: DVec2) -> DVec4 {
+    let (x0, x1, fx) = between(uv.x, texture.size[0]);
+    let (y0, y1, fy) = between(uv.y, texture.size[1]);
+    let row = |y| texel(texture, x0, y).lerp(texel(texture, x1, y), fx);
+    row(y0).lerp(row(y1), fy)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn two(color_space: ColorSpace) -> Texture {
+        let texels = vec![0, 0, 0, 0, 255, 128, 64, 255, 10, 20, 30, 40, 50, 60, 70, 80];
+        Texture { name: "two".into(), size: [2, 2], color_space, texels }
+    }
+
+    #[test]
+    fn the_middle_of_a_texel_is_the_texel_and_the_edge_is_the_mean() {
+        let texture = two(ColorSpace::Linear);
+        assert_eq!(sample(&texture, DVec2::new(0.75, 0.25)), DVec4::new(255.0, 128.0, 64.0, 255.0) / 255.0);
+        let mean = sample(&texture, DVec2::new(0.5, 0.25));
+        assert!((mean - DVec4::new(127.5, 64.0, 32.0, 127.5) / 255.0).length() < 1e-15);
+        // Beyond the last texel comes the first one again.
+        for uv in [DVec2::new(0.0, 0.25), DVec2::new(1.0, -0.75), DVec2::new(-3.0, 7.25)] {
+            assert!((sample(&texture, uv) - mean).length() < 1e-14, "{uv}");
+        }
+    }
+
+    #[test]
+    fn srgb_is_decoded_before_it_is_filtered_and_alpha_is_not_decoded() {
+        let mean = sample(&two(ColorSpace::Srgb), DVec2::new(0.5, 0.25));
+        assert!((mean.x - 0.5).abs() < 1e-15 && (mean.w - 0.5).abs() < 1e-15, "{mean}");
+        assert!((mean.y - 0.5 * 0.215_860_5).abs() < 1e-7, "{mean}");
+    }
+
+    #[test]
+    fn any_coordinate_has_a_texel() {
+        for bad in [f64::NAN, f64::INFINITY, 1e300, -1e300, 5e-324, -5e-324] {
+            let found = sample(&two(ColorSpace::Srgb), DVec2::new(bad, bad));
+            assert!(found.is_finite(), "{bad}: {found}");
+        }
+    }
+}
