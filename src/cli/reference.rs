@@ -60,6 +60,9 @@ enum SmithChoice {
     Separable,
 }
 
+/// The most pixels of a truth: 3 GiB of sums.
+const MOST_PIXELS: u64 = 1 << 26;
+
 /// Computes and writes the truth.
 ///
 /// # Errors
@@ -74,6 +77,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let workload = Workload::open(&args.scene, &args.settings, args.quiet)?;
     let settings = workload.decided(&SettingsPatch::default());
     let view = View { camera: workload.camera, size: settings.size };
+    if u64::from(view.size[0]) * u64::from(view.size[1]) > MOST_PIXELS {
+        let [width, height] = view.size;
+        return Err(Failure::usage(format!("the size {width}x{height} is too large: a truth has at most 2^26 pixels")));
+    }
     let mode = match args.point {
         true => Mode::Point,
         false => Mode::Converged { samples: args.samples.unwrap_or(DEFAULT_SAMPLES) },
@@ -116,6 +123,8 @@ fn refuse_approximations(args: &SettingsArgs) -> Result<(), Failure> {
         ("--shadow-lambda", args.shadow_lambda.is_some()),
         ("--shadow-budget", args.shadow_budget.is_some()),
         ("--shadow-cache", args.shadow_cache.is_some()),
+        ("--shadow-normal-offset", args.shadow_normal_offset.is_some()),
+        ("--shadow-slope-bias", args.shadow_slope_bias.is_some()),
         ("--plan", args.plan.is_some()),
     ];
     let Some((name, _)) = given.into_iter().find(|(_, is_given)| *is_given) else { return Ok(()) };
