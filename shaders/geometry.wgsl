@@ -1,5 +1,7 @@
 // GEOMETRY: surfaces into the G-buffer. Emissive light goes straight into the HDR target.
-// variants: TEXTURED NORMAL_MAP MATERIAL SPECULAR EMISSIVE POSITION NORMAL_UINT OVERDRAW
+// Views without a G-buffer are drawn by OVERDRAW, which counts fragments, and with TRIANGLE writes which triangle is seen.
+// variants: TEXTURED NORMAL_MAP MATERIAL SPECULAR EMISSIVE POSITION NORMAL_UINT OVERDRAW TRIANGLE
+// requires: TRIANGLE -> OVERDRAW
 // requires: NORMAL_MAP -> TEXTURED
 // excludes: OVERDRAW NORMAL_MAP
 // excludes: OVERDRAW MATERIAL
@@ -8,6 +10,7 @@
 // excludes: OVERDRAW POSITION
 // excludes: OVERDRAW NORMAL_UINT
 // precise
+enable primitive_index;
 #import afterlight::frame::{frame}
 #import afterlight::encodings::{encode_normal, encode_normal_uint, encode_shininess, octahedral, to_unorm}
 #import afterlight::material::{plain_point, push, unit_or, world_normal, world_position, world_tangent}
@@ -88,18 +91,39 @@ fn vertex(in: Vertex) -> Varying {
 
 #ifdef OVERDRAW
 
+#ifdef TEXTURED
+fn cut_away(uv: vec2<f32>) -> bool {
+    if MASKED && BASE_COLOR_TEXTURE {
+        return alpha_at(uv) < push.alpha_cutoff;
+    }
+    return false;
+}
+#endif
+
+#ifdef TRIANGLE
+// The numbers of the object, from 1, and of the triangle in its mesh, from 0.
+@fragment
+fn fragment(in: Varying, @builtin(primitive_index) triangle: u32) -> @location(0) vec2<u32> {
+#ifdef TEXTURED
+    if cut_away(in.uv) {
+        discard;
+    }
+#endif
+    // No BRDF is stored here, and its place has the object's number (src/passes/surface.rs).
+    return vec2(u32(push.brdf), triangle);
+}
+#else
 // Adds one step of an 8-bit target for each fragment that is shaded.
 @fragment
 fn fragment(in: Varying) -> @location(0) vec4<f32> {
 #ifdef TEXTURED
-    if MASKED && BASE_COLOR_TEXTURE {
-        if alpha_at(in.uv) < push.alpha_cutoff {
-            discard;
-        }
+    if cut_away(in.uv) {
+        discard;
     }
 #endif
     return vec4(1.0 / 255.0, 0.0, 0.0, 0.0);
 }
+#endif
 
 #else
 

@@ -6,6 +6,8 @@
 #import afterlight::screen::{screen_corner}
 
 override OPERATOR: u32 = 0u;
+// The output takes the light itself, to be measured.
+override KEPT: bool = false;
 
 #ifdef MSAA
 override SAMPLES: u32 = 4u;
@@ -23,7 +25,11 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
 
 fn shown(hdr: vec3<f32>) -> vec3<f32> {
     // Each that was added is at most that bright, but their sum may have become infinite.
-    return tone_map(min(hdr, vec3(65000.0)), OPERATOR);
+    let light = min(hdr, vec3(65000.0));
+    if KEPT {
+        return light;
+    }
+    return tone_map(light, OPERATOR);
 }
 
 #ifdef MSAA

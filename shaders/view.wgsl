@@ -1,5 +1,5 @@
 // VIEW: one of the frame's buffers instead of its light.
-// variants: GBUFFER LIGHTS UNIFORM_BUFFER MATERIAL SPECULAR POSITION NORMAL_UINT OVERDRAW SHADOW_MAP MSAA
+// variants: GBUFFER LIGHTS UNIFORM_BUFFER MATERIAL SPECULAR POSITION NORMAL_UINT OVERDRAW TRIANGLE SHADOW_MAP MSAA
 // requires: MSAA -> GBUFFER
 // excludes: MSAA LIGHTS
 // excludes: MSAA NORMAL_UINT
@@ -12,6 +12,9 @@
 // excludes: OVERDRAW GBUFFER
 // excludes: OVERDRAW SHADOW_MAP
 // excludes: SHADOW_MAP GBUFFER
+// excludes: TRIANGLE GBUFFER
+// excludes: TRIANGLE OVERDRAW
+// excludes: TRIANGLE SHADOW_MAP
 // precise
 #import afterlight::frame::{frame}
 #import afterlight::screen::{screen_corner}
@@ -40,7 +43,8 @@ const SHOW_LIGHTS: u32 = 7u;
 override SHOW: u32 = 0u;
 override NORMAL_ENCODING: u32 = 0u;
 override GEOMETRIC_STEPS: f32 = 255.0;
-// The output encodes sRGB: undo that for values that are no light, so that the picture holds them as they are.
+// The output encodes sRGB: undo that for values that are no light, so that the picture holds them as they are. An output of floats takes
+// places, directions and numbers themselves, and not a picture of them.
 override ENCODED_OUTPUT: bool = true;
 #ifdef MSAA
 override SAMPLES: u32 = 4u;
@@ -48,6 +52,9 @@ override SAMPLES: u32 = 4u;
 
 #ifdef OVERDRAW
 @group(1) @binding(0) var subpass_count: texture_2d<f32>;
+#endif
+#ifdef TRIANGLE
+@group(1) @binding(0) var subpass_triangle: texture_2d<u32>;
 #endif
 #ifdef SHADOW_MAP
 #import afterlight::shadows::{shadow_atlas, shadow_views}
@@ -98,16 +105,29 @@ fn lights_in_reach(position: vec3<f32>) -> u32 {
 fn show(texel: Texel) -> vec4<f32> {
     switch SHOW {
         case SHOW_POSITION: {
+            if !ENCODED_OUTPUT {
+                return vec4(texel.position, 1.0);
+            }
             // Sign and logarithm: a thousandth of the scene's radius and its whole both show.
             let p = (texel.position + frame.camera_in_scene) / frame.scene_radius;
             return plain(sign(p) * log2(1.0 + abs(p) * 1000.0) / log2(1001.0) * 0.5 + 0.5);
         }
-        case SHOW_NORMAL: { return plain(texel.normal * 0.5 + 0.5); }
+        case SHOW_NORMAL: {
+            if !ENCODED_OUTPUT {
+                return vec4(texel.normal, 1.0);
+            }
+            return plain(texel.normal * 0.5 + 0.5);
+        }
         case SHOW_NORMAL_ABSOLUTE: { return plain(abs(texel.normal)); }
         case SHOW_ALBEDO: { return vec4(texel.albedo, 1.0); }
         case SHOW_METALLIC: { return plain(vec3(texel.metallic)); }
         case SHOW_ROUGHNESS: { return plain(vec3(texel.roughness)); }
-        case SHOW_DEPTH: { return plain(vec3(1.0 / (1.0 + 2.0 * length(texel.position) / frame.scene_radius))); }
+        case SHOW_DEPTH: {
+            if !ENCODED_OUTPUT {
+                return vec4(vec3(dot(texel.position, frame.forward)), 1.0);
+            }
+            return plain(vec3(1.0 / (1.0 + 2.0 * length(texel.position) / frame.scene_radius)));
+        }
         default: {
 #ifdef LIGHTS
             let most = log2(1.0 + f32(frame.light_count));
@@ -117,6 +137,16 @@ fn show(texel: Texel) -> vec4<f32> {
 #endif
         }
     }
+}
+#endif
+
+#ifdef TRIANGLE
+// A bright colour for a number (M. Jarzynski and M. Olano, "Hash Functions for GPU Rendering", 2020: pcg).
+fn hashed_color(number: u32) -> vec3<f32> {
+    let state = number * 747796405u + 2891336453u;
+    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
+    let bits = (word >> 22u) ^ word;
+    return vec3<f32>(vec3(bits, bits >> 8u, bits >> 16u) & vec3(255u)) / 255.0 * 0.75 + 0.25;
 }
 #endif
 
@@ -151,6 +181,13 @@ fn fragment(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
     // Eight layers and more are white.
     return plain(heat(textureLoad(subpass_count, vec2<i32>(0, 0), 0).r * 255.0 / 8.0));
 #else
+#ifdef TRIANGLE
+    let seen = textureLoad(subpass_triangle, vec2<i32>(0, 0), 0).rg;
+    if !ENCODED_OUTPUT {
+        return vec4(f32(seen.x), f32(seen.y), 0.0, 1.0);
+    }
+    return plain(hashed_color(seen.x * 2654435761u + seen.y));
+#else
 #ifdef SHADOW_MAP
     // Layers side by side, in the largest square in the middle of the picture.
     let size = vec2(2.0 / frame.pixel_width, 2.0 / frame.pixel_height);
@@ -170,6 +207,7 @@ fn fragment(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
     return plain(vec3(1.0 - shown_depth(texel, layer, depth)));
 #else
     return vec4(0.0);
+#endif
 #endif
 #endif
 #endif

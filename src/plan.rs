@@ -89,6 +89,8 @@ pub struct Capabilities {
     pub packed_float_blends: bool,
     /// Samples a pixel that every attachment can have, as bits (2 for 2, 4 for 4), at their standard places and shaded one by one.
     pub msaa: u32,
+    /// Shaders are told which triangle of a draw they shade.
+    pub primitive_index: bool,
     /// There is memory that only exists while a tile needs it.
     pub lazily_allocated: bool,
     /// Invocations of a compute work group.
@@ -123,7 +125,15 @@ pub enum Shading {
     /// Shows a G-buffer value.
     ShowGbuffer(View),
     ShowOverdraw,
+    ShowTriangle,
     ShowShadowMap,
+}
+
+impl Shading {
+    /// Whether GEOMETRY looks at nothing of a surface but where it is.
+    pub fn only_covers(self) -> bool {
+        matches!(self, Self::ShowOverdraw | Self::ShowTriangle)
+    }
 }
 
 /// The structure of all frames of a scene with some settings on some device.
@@ -194,6 +204,8 @@ pub struct FramePlan {
 pub const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
 /// Counts fragments in steps of 1/255; mandatory to blend.
 pub const COUNT: vk::Format = vk::Format::R8_UNORM;
+/// Numbers of an object and of a triangle; mandatory to draw into.
+pub const TRIANGLE: vk::Format = vk::Format::R32G32_UINT;
 
 impl FramePlan {
     /// Decides what exists.
@@ -206,6 +218,9 @@ impl FramePlan {
             return Err(Error::Size(width, height, device.max_extent));
         }
         let (shading, keep) = (shading(settings.view), settings.keep);
+        if shading == Shading::ShowTriangle && !device.primitive_index {
+            return Err(Error::NoTriangles);
+        }
         let lit = matches!(shading, Shading::Light { .. });
         let light_order = LightOrder::of(scene, settings);
         let needed = planned_lights(scene, settings, shading, light_order.needed());
@@ -404,7 +419,7 @@ impl FramePlan {
     /// Colour locations of GEOMETRY. They are fixed (`shaders/geometry.wgsl`), so the highest in use counts.
     pub fn geometry_locations(&self) -> u32 {
         match &self.gbuffer {
-            None => u32::from(self.shading == Shading::ShowOverdraw),
+            None => u32::from(self.shading.only_covers()),
             Some(gbuffer) if gbuffer.position.is_some() => 6,
             Some(gbuffer) if gbuffer.specular.is_some() => 5,
             Some(_) if self.emissive => 4,
@@ -530,7 +545,7 @@ impl FramePlan {
     }
 
     pub fn has_tonemap_subpass(&self) -> bool {
-        matches!(self.tone_mapping, ToneMapping::Subpass(_))
+        matches!(self.tone_mapping, ToneMapping::Subpass(_) | ToneMapping::Kept)
     }
 }
 
@@ -539,6 +554,7 @@ fn shading(view: View) -> Shading {
         View::Final => Shading::Light { light_only: false },
         View::Lighting => Shading::Light { light_only: true },
         View::Overdraw => Shading::ShowOverdraw,
+        View::Triangle => Shading::ShowTriangle,
         View::ShadowMap => Shading::ShowShadowMap,
         other => Shading::ShowGbuffer(other),
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use crate::gpu::{self, Device, Image, ImageDesc, Location, MemoryKind};
-use crate::plan::{COUNT, DEPTH, FramePlan, Shading};
+use crate::plan::{COUNT, DEPTH, FramePlan, Shading, TRIANGLE};
 
 /// What an attachment holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -18,6 +18,8 @@ pub enum Target {
     Position,
     /// Fragments for each pixel.
     Count,
+    /// The number of the object that is seen, from 1, and of the triangle in its mesh, from 0.
+    Triangle,
     /// Transparent surfaces, weighted and summed up; alpha is the share of the picture that they leave.
     Accumulation,
     /// The sum of their weights.
@@ -68,6 +70,10 @@ pub fn attachments(plan: &FramePlan) -> Vec<Attachment> {
     }
     if plan.shading == Shading::ShowOverdraw {
         list.push(transient(Target::Count, COUNT, vk::AttachmentLoadOp::CLEAR));
+    }
+    if plan.shading == Shading::ShowTriangle {
+        // Not cleared: VIEW leaves out every pixel that GEOMETRY did not write.
+        list.push(transient(Target::Triangle, TRIANGLE, vk::AttachmentLoadOp::DONT_CARE));
     }
     if let Some(sums) = plan.sums {
         list.push(transient(Target::Accumulation, sums.accumulation, vk::AttachmentLoadOp::CLEAR));
@@ -173,6 +179,9 @@ pub fn samples_of(plan: &FramePlan, target: Target) -> vk::SampleCountFlags {
 pub fn gbuffer_inputs(plan: &FramePlan) -> Vec<(u32, Target)> {
     if plan.shading == Shading::ShowOverdraw {
         return vec![(0, Target::Count)];
+    }
+    if plan.shading == Shading::ShowTriangle {
+        return vec![(0, Target::Triangle)];
     }
     let Some(gbuffer) = &plan.gbuffer else { return Vec::new() };
     [

@@ -4,7 +4,7 @@ mod common;
 
 use afterlight::frame::{Complexity, Picture, sample_offset};
 use afterlight::scene::{
-    AlphaMode, ColorSpace, Falloff, LightPath, Material, Resolve, Scene, Settings, Texture, Transparency, View,
+    AlphaMode, ColorSpace, Falloff, LightPath, Material, Output, Resolve, Scene, Settings, Texture, Transparency, View,
 };
 use common::compare::assert_identical;
 use common::gpu::{bytes, code, floats, nits, on_gpu, on_gpu_in_both_modes, places};
@@ -239,25 +239,25 @@ fn the_layers_have_nothing_to_say_about_any_of_it() {
             let forward = Settings { msaa: 4, light_path: LightPath::Forward, ..base.clone() };
             for settings in [
                 Settings { samples: 3, ..base.clone() },
-                Settings { samples: 3, hdr_output: true, ..base.clone() },
+                Settings { samples: 3, output: Output::Nits, ..base.clone() },
                 Settings { samples: 3, resolve: Resolve::Linear, ..base.clone() },
                 Settings { fxaa: true, ..base.clone() },
                 Settings { msaa: 4, ..base.clone() },
                 Settings { msaa: 4, fxaa: true, ..base.clone() },
                 Settings { msaa: 4, resolve: Resolve::Linear, ..base.clone() },
-                Settings { msaa: 4, hdr_output: true, ..base.clone() },
+                Settings { msaa: 4, output: Output::Nits, ..base.clone() },
                 Settings { msaa: 4, gbuffer: gbuffer("float32"), ..base.clone() },
                 Settings { msaa: 4, view: View::Complexity, ..base.clone() },
                 Settings { msaa: 4, light_path: LightPath::Clustered, ..base.clone() },
                 Settings { msaa: 4, depth_prepass: Some(true), ..base.clone() },
                 forward.clone(),
-                Settings { hdr_output: true, ..forward.clone() },
+                Settings { output: Output::Nits, ..forward.clone() },
                 Settings { resolve: Resolve::Linear, ..forward.clone() },
                 Settings { fxaa: true, depth_prepass: Some(false), ..forward.clone() },
                 Settings { light_path: LightPath::ForwardNaive, ..forward.clone() },
                 Settings { msaa: 4, transparency: Transparency::Oit, ..base.clone() },
-                Settings { msaa: 4, transparency: Transparency::Oit, hdr_output: true, ..base.clone() },
-                Settings { transparency: Transparency::Oit, hdr_output: true, ..forward.clone() },
+                Settings { msaa: 4, transparency: Transparency::Oit, output: Output::Nits, ..base.clone() },
+                Settings { transparency: Transparency::Oit, output: Output::Nits, ..forward.clone() },
             ] {
                 let mut renderer = gpu.renderer(&scene, &settings);
                 let first = renderer.picture(&scene.camera, || ()).expect("a picture");
@@ -267,7 +267,7 @@ fn the_layers_have_nothing_to_say_about_any_of_it() {
                 }
                 let again = renderer.picture(&scene.camera, || ()).expect("a picture");
                 assert_eq!(first, again, "{spec}");
-                if settings.hdr_output {
+                if settings.output.is_linear() {
                     assert!(floats(&first).iter().any(|value| *value > 0.0));
                 } else {
                     assert!(bytes(&first).iter().any(|code| *code > 0 && *code < 255));
@@ -519,8 +519,8 @@ fn what_lies_inside_a_surface_is_the_same_with_one_sample_as_with_four() {
                     let weighted = scene.materials[0].alpha < 1.0 && settings.transparency == Transparency::Oit;
                     let rounded = weighted || !scene.textures.is_empty();
                     for (x, y) in places(&one).filter(|&(x, y)| inside(x, y)) {
-                        let what = format!("{way}, linear {} ({x}, {y})", base.hdr_output);
-                        if base.hdr_output {
+                        let what = format!("{way}, linear {} ({x}, {y})", base.output.is_linear());
+                        if base.output.is_linear() {
                             let (one, four) = (nits(&one, x, y), nits(&four, x, y));
                             let bound = if rounded { one.max_element() / f64::from(1 << 18) } else { 0.0 };
                             assert!((one - four).abs().max_element() <= bound, "{what}: {one} and {four}");

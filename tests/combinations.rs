@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 use afterlight::frame::{Error, Renderer, capabilities};
 use afterlight::plan::FramePlan;
-use afterlight::scene::{AlphaMode, Falloff, HdrFormat, LightPath, Material, Scene, Settings, Transparency};
+use afterlight::scene::{AlphaMode, Falloff, HdrFormat, LightPath, Material, Output, Scene, Settings, Transparency};
 use common::gpu::{Gpu, on_gpu};
 use common::stage::{add, lambert, own, plane, point, rectangle, sun};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
@@ -43,7 +43,7 @@ fn combinations() -> Vec<(Named, bool, Settings)> {
             for samples in [1, 2] {
                 for fxaa in [false, true] {
                     for &(hdr, hdr_format) in HdrFormat::NAMES {
-                        for hdr_output in [false, true] {
+                        for output in [Output::Srgb8, Output::Nits] {
                             for transparency in [None, Some(Transparency::Sorted), Some(Transparency::Oit)] {
                                 let named = vec![
                                     ("path", path.to_owned()),
@@ -51,7 +51,7 @@ fn combinations() -> Vec<(Named, bool, Settings)> {
                                     ("samples", samples.to_string()),
                                     ("fxaa", if fxaa { "on" } else { "off" }.to_owned()),
                                     ("hdr", hdr.to_owned()),
-                                    ("output", if hdr_output { "linear" } else { "display" }.to_owned()),
+                                    ("output", if output.is_linear() { "linear" } else { "display" }.to_owned()),
                                     ("transparent", transparency.map_or("no", Transparency::name).to_owned()),
                                 ];
                                 let settings = Settings {
@@ -60,7 +60,7 @@ fn combinations() -> Vec<(Named, bool, Settings)> {
                                     samples,
                                     fxaa,
                                     hdr_format,
-                                    hdr_output,
+                                    output,
                                     transparency: transparency.unwrap_or_default(),
                                     ..Settings::default()
                                 };

@@ -5,7 +5,7 @@ mod common;
 use afterlight::frame::{Drawn, Picture, Renderer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, Camera, Falloff, Keep, Light, LightKind, LightPath, Material, OptionalPart, Scene, Settings,
+    AlphaMode, Camera, Falloff, Keep, Light, LightKind, LightPath, Material, OptionalPart, Output, Scene, Settings,
     ShadowFilter, ShadowSettings, Transparency, View,
 };
 use common::compare::assert_identical;
@@ -243,7 +243,7 @@ fn objects_behind_others_are_not_missed() {
             Settings { light_path: LightPath::Clustered, depth_prepass: Some(true), ..base.clone() },
             Settings { msaa: 4, gbuffer: gbuffer("lean"), ..base.clone() },
             Settings { transparency: Transparency::Oit, ..base.clone() },
-            Settings { view: View::Depth, hdr_output: false, ..base.clone() },
+            Settings { view: View::Depth, output: Output::Srgb8, ..base.clone() },
         ];
         for settings in &variants {
             let mut occluded = 0;

@@ -5,7 +5,7 @@ mod common;
 use afterlight::frame::Renderer;
 use afterlight::plan::FramePlan;
 use afterlight::scene::builtin::CATALOGUE;
-use afterlight::scene::{LightPath, Scene, Settings, ShadowSettings, Tonemap, View};
+use afterlight::scene::{LightPath, Output, Scene, Settings, ShadowSettings, Tonemap, View};
 use common::compare::{assert_identical, largest_code_difference, largest_relative_difference};
 use common::gpu::{Gpu, nits, on_gpu, on_gpu_in_both_modes, places};
 use common::stage::{gbuffer, open, own};
@@ -25,7 +25,7 @@ fn scenes() -> impl Iterator<Item = Scene> {
 }
 
 fn linear(scene: &Scene) -> Settings {
-    Settings { hdr_output: true, gbuffer: gbuffer("float32"), ..own(scene, SIZE[0], SIZE[1]) }
+    Settings { output: Output::Nits, gbuffer: gbuffer("float32"), ..own(scene, SIZE[0], SIZE[1]) }
 }
 
 fn on(light_path: LightPath, depth_prepass: Option<bool>, settings: &Settings) -> Settings {
@@ -155,12 +155,12 @@ fn what_does_not_go_together_is_refused() {
 #[test]
 fn forward_frames_are_silent() {
     on_gpu_in_both_modes(|gpu| {
-        let outputs = [(false, false), (true, false), (false, true)];
+        let outputs = [(Output::Srgb8, false), (Output::Nits, false), (Output::Exposed, false), (Output::Srgb8, true)];
         let (hall, cornell) = (open("builtin:hall"), open("builtin:cornell"));
         for (scene, outputs) in [(hall, &outputs[..1]), (cornell, &outputs)] {
             for (path, prepass) in WAYS {
-                for &(hdr_output, fxaa) in outputs {
-                    let settings = Settings { hdr_output, fxaa, ..own(&scene, 32, 18) };
+                for &(output, fxaa) in outputs {
+                    let settings = Settings { output, fxaa, ..own(&scene, 32, 18) };
                     let mut renderer = gpu.renderer(&scene, &on(path, prepass, &settings));
                     for _ in 0..4 {
                         renderer.render(&scene.camera).unwrap_or_else(|error| panic!("{error}"));

@@ -4,7 +4,9 @@ mod common;
 
 use afterlight::frame::{Picture, Renderer};
 use afterlight::scene::builtin::shapes;
-use afterlight::scene::{Aabb, Camera, Falloff, HdrFormat, Light, LightKind, Material, Scene, Settings, Tonemap, View};
+use afterlight::scene::{
+    Aabb, Camera, Falloff, HdrFormat, Light, LightKind, Material, Output, Scene, Settings, Tonemap, View,
+};
 use common::compare::{assert_identical, largest_code_difference};
 use common::gpu::{code, nits, on_gpu, places};
 use common::stage::{
@@ -27,8 +29,8 @@ fn drawn_after(renderer: &mut Renderer, cameras: &[Camera]) -> Picture {
 fn the_same_scene_gives_the_same_bytes_on_a_new_device_and_frame_after_frame() {
     for spec in ["builtin:spheres", "builtin:cornell", "builtin:field?objects=60&lights=16", "builtin:hall"] {
         let scene = open(spec);
-        for hdr_output in [false, true] {
-            let settings = Settings { hdr_output, ..own(&scene, SMALL.0, SMALL.1) };
+        for output in [Output::Srgb8, Output::Nits] {
+            let settings = Settings { output, ..own(&scene, SMALL.0, SMALL.1) };
             let mut first: Option<Picture> = None;
             on_gpu(|gpu| {
                 let mut renderer = gpu.renderer(&scene, &settings);
@@ -329,7 +331,7 @@ fn the_overdraw_view_counts_layers() {
         for layers in [1, 2, 4, 7, 8] {
             // Quads of one mesh, listed from the back: every wall is shaded.
             let scene = open(&format!("builtin:field?objects=0&lights=0&overdraw={layers}"));
-            let settings = Settings { hdr_output: true, ..view(&scene, 16, 9, View::Overdraw) };
+            let settings = Settings { output: Output::Nits, ..view(&scene, 16, 9, View::Overdraw) };
             let picture = gpu.draw(&scene, &settings);
             let expected = heat(f64::from(layers) / 8.0);
             let right = |(x, y)| (nits(&picture, x, y) - expected).abs().max_element() < 1e-5;
@@ -347,7 +349,7 @@ fn the_overdraw_view_counts_layers() {
                 wall
             })
             .collect();
-        let settings = Settings { hdr_output: true, ..view(&scene, 16, 9, View::Overdraw) };
+        let settings = Settings { output: Output::Nits, ..view(&scene, 16, 9, View::Overdraw) };
         let found = nits(&gpu.draw(&scene, &settings), 8, 4);
         assert!((found - heat(1.0 / 8.0)).abs().max_element() < 1e-5, "{found}");
     });

@@ -8,7 +8,7 @@ use afterlight::frame::{Drawn, Picture, Renderer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
     AlphaMode, Camera, CastsShadow, ColorSpace, Falloff, Keep, Light, LightKind, LightPath, Material, OptionalPart,
-    Scene, Settings, ShadowFilter, ShadowSettings, Texture, View,
+    Output, Scene, Settings, ShadowFilter, ShadowSettings, Texture, View,
 };
 use common::compare::assert_identical;
 use common::gpu::{Gpu, bytes, nits, on_gpu, on_gpu_in_both_modes, places};
@@ -573,7 +573,7 @@ fn every_filter_gives_a_share_of_the_light() {
 fn shadows_of_every_kind_are_silent_in_every_light_path_and_view() {
     on_gpu_in_both_modes(|gpu| {
         let scene = yard();
-        let base = Settings { hdr_output: false, exposure: Some(2.0), ..settings("lean") };
+        let base = Settings { output: Output::Srgb8, exposure: Some(2.0), ..settings("lean") };
         let pictures: Vec<Picture> =
             [LightPath::Loop, LightPath::PerLight, LightPath::Volumes, LightPath::Clustered, LightPath::Compute]
                 .into_iter()

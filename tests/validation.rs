@@ -10,8 +10,8 @@ use afterlight::frame::{Error, Renderer};
 use afterlight::plan;
 use afterlight::scene::builtin::CATALOGUE;
 use afterlight::scene::{
-    Brdf, Camera, Environment, Falloff, GbufferPreset, HdrFormat, Keep, Light, LightKind, LightPath, Material, Resolve,
-    Scene, Settings, ShadowFilter, ShadowSettings, TARGETS, Transparency, View,
+    Brdf, Camera, Environment, Falloff, GbufferPreset, HdrFormat, Keep, Light, LightKind, LightPath, Material, Output,
+    Resolve, Scene, Settings, ShadowFilter, ShadowSettings, TARGETS, Transparency, View,
 };
 use common::gpu::{Gpu, on_gpu_in_both_modes};
 use common::scenes::{crowd, draw_frames, exercise, nothing_emits, one_of_each, small, with_transparent};
@@ -24,9 +24,9 @@ fn transparent_surfaces_are_silent_sorted_and_weighted() {
         let alone = Scene { name: "nothing".into(), ..plane(lambert(0.5), Vec::new()) };
         for scene in [one_of_each(), nothing_emits(), alone].map(with_transparent) {
             for (_, transparency) in Transparency::NAMES {
-                for hdr_output in [false, true] {
+                for &(_, output) in Output::NAMES {
                     for name in ["lean", "float32"] {
-                        let settings = Settings { transparency: *transparency, hdr_output, ..small(&scene) };
+                        let settings = Settings { transparency: *transparency, output, ..small(&scene) };
                         exercise(gpu, &scene, &Settings { gbuffer: gbuffer(name), ..settings });
                     }
                 }
@@ -62,8 +62,8 @@ fn every_built_in_scene_is_silent_in_every_kind_of_output() {
             // Fewer objects than by default: what is drawn more often is recorded the same way.
             let query = if builtin.name == "field" { "?objects=40&lights=20" } else { "" };
             let scene = open(&format!("builtin:{}{query}", builtin.name));
-            for hdr_output in [false, true] {
-                exercise(gpu, &scene, &Settings { hdr_output, ..small(&scene) });
+            for &(_, output) in Output::NAMES {
+                exercise(gpu, &scene, &Settings { output, ..small(&scene) });
             }
         }
     });
@@ -118,8 +118,8 @@ fn every_light_path_is_silent() {
     on_gpu_in_both_modes(|gpu| {
         for (_, light_path) in LightPath::NAMES {
             for scene in [&one_of_each(), &nothing_emits(), &crowd()] {
-                for hdr_output in [false, true] {
-                    exercise(gpu, scene, &Settings { light_path: *light_path, hdr_output, ..small(scene) });
+                for &(_, output) in Output::NAMES {
+                    exercise(gpu, scene, &Settings { light_path: *light_path, output, ..small(scene) });
                 }
             }
         }
@@ -154,7 +154,7 @@ fn linear_output_is_silent_with_and_without_what_emits() {
     on_gpu_in_both_modes(|gpu| {
         for scene in [one_of_each(), nothing_emits()] {
             for name in ["lean", "fat", "float32", "normal=oct16-uint"] {
-                exercise(gpu, &scene, &Settings { gbuffer: gbuffer(name), hdr_output: true, ..small(&scene) });
+                exercise(gpu, &scene, &Settings { gbuffer: gbuffer(name), output: Output::Nits, ..small(&scene) });
             }
         }
     });
@@ -180,8 +180,8 @@ fn scenes_that_lack_nearly_everything_are_silent() {
         let dark_and_plain = Scene { lights: Vec::new(), ..nothing_emits() };
         let only_ambient = Scene { name: "ambient".into(), ..plane(lambert(0.5), Vec::new()) };
         for scene in [empty, lit_emptiness, dark, dark_and_plain, only_ambient] {
-            for hdr_output in [false, true] {
-                exercise(gpu, &scene, &Settings { hdr_output, ..small(&scene) });
+            for &(_, output) in Output::NAMES {
+                exercise(gpu, &scene, &Settings { output, ..small(&scene) });
             }
         }
     });
@@ -332,8 +332,8 @@ fn samples_of_one_picture_are_silent_wherever_they_are_averaged() {
             for (light_path, scene) in
                 [(LightPath::Loop, &glass), (LightPath::Compute, &plain), (LightPath::Forward, &glass)]
             {
-                for hdr_output in [false, true] {
-                    let settings = Settings { samples: 3, resolve, light_path, hdr_output, ..small(scene) };
+                for &(_, output) in Output::NAMES {
+                    let settings = Settings { samples: 3, resolve, light_path, output, ..small(scene) };
                     let mut renderer = gpu.renderer(scene, &settings);
                     let picture = renderer.picture(&scene.camera, || ());
                     picture.unwrap_or_else(|error| panic!("{settings:?}: {error}"));

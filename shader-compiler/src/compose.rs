@@ -12,11 +12,13 @@ use crate::error::{Error, Location};
 use crate::scan;
 use crate::source::Source;
 
-/// What shaders may use: Vulkan 1.1 core features, and per-sample inputs, which need `sampleRateShading`.
+/// What shaders may use: Vulkan 1.1 core features, per-sample inputs, which need `sampleRateShading`, and the number of a triangle, which
+/// needs `geometryShader`.
 pub const CAPABILITIES: Capabilities = Capabilities::IMMEDIATES
     .union(Capabilities::MULTISAMPLED_SHADING)
     .union(Capabilities::CUBE_ARRAY_TEXTURES)
     .union(Capabilities::TEXTURE_AND_SAMPLER_BINDING_ARRAY)
+    .union(Capabilities::PRIMITIVE_INDEX)
     .union(Capabilities::EARLY_DEPTH_TEST);
 
 /// naga_oil packs the module's number above this bit of a place.

@@ -7,7 +7,7 @@ use std::time::Instant;
 use afterlight::frame::{self, Complexity, Picture, Pixels, Renderer};
 use afterlight::gpu::Device;
 use afterlight::plan;
-use afterlight::scene::{Settings, SettingsPatch, View};
+use afterlight::scene::{Output, Settings, SettingsPatch, View};
 
 use super::args::{DeviceArgs, SettingsArgs, ViewChoice, samples, view};
 use super::contact_sheet::{self, Tile};
@@ -44,7 +44,7 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = samples, allow_hyphen_values = true)]
     samples: Option<u32>,
     /// What the picture shows: final, position, normal, normal-absolute, albedo, metallic, roughness, depth, shadow-map,
-    /// lighting, overdraw, lights-per-pixel, complexity, or all of them on one labelled sheet
+    /// lighting, overdraw, lights-per-pixel, complexity, triangle, or all of them on one labelled sheet
     #[arg(long, value_name = "NAME|all", value_parser = view)]
     view: Option<ViewChoice>,
     /// Print nothing but errors
@@ -86,8 +86,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// Draws the picture as often as asked for, writes the last one and returns what there is to tell.
 fn draw(args: &Args, workload: &Workload, device: &Arc<Device>, view: Option<View>) -> Result<String, Failure> {
     let variation = SettingsPatch { view, samples: Some(chosen_samples(args, workload)), ..SettingsPatch::default() };
-    let settings =
-        Settings { hdr_output: args.output.format == Format::Exr, ..workload.settings(&variation, &device.physical)? };
+    let output = if args.output.format == Format::Exr { Output::Nits } else { Output::Srgb8 };
+    let settings = Settings { output, ..workload.settings(&variation, &device.physical)? };
     let start = Instant::now();
     let mut renderer = Renderer::new(device, &workload.scene, &settings)?;
     workload.warn(renderer.plan())?;
@@ -213,7 +213,7 @@ fn draw_tile(
         return Ok(none());
     }
     let mut renderer = match Renderer::new(device, &workload.scene, settings) {
-        Err(frame::Error::Plan(plan::Error::NoShadowMap(_))) => {
+        Err(frame::Error::Plan(plan::Error::NoShadowMap(_) | plan::Error::NoTriangles)) => {
             return Ok(none());
         }
         made => made?,

@@ -198,7 +198,7 @@ pub(super) fn background(plan: &FramePlan, world: &World, target: Target) -> Vec
     let exposed = (world.environment.background * world.exposure).min(Vec3::splat(plan.largest_light()));
     match plan.tone_mapping {
         ToneMapping::InLighting(curve) => tone_map(exposed, curve),
-        ToneMapping::Subpass(_) if target == Target::Output => Vec3::ZERO,
-        ToneMapping::Subpass(_) | ToneMapping::AfterFrames(_) | ToneMapping::Absent => exposed,
+        ToneMapping::Subpass(_) | ToneMapping::Kept if target == Target::Output => Vec3::ZERO,
+        _ => exposed,
     }
 }

@@ -29,7 +29,7 @@ use crate::gpu_scene::{FrameUniform, GpuScene, ShadowAtlas, SortedIndices, ViewB
 use crate::passes::Recording;
 use crate::passes::copy::Copy;
 use crate::plan::{self, Capabilities, FramePlan, ShadowCache, Visible, World};
-use crate::scene::{Camera, Light, LightPath, Scene, Settings, exposure_scale, metered_ev100};
+use crate::scene::{Camera, Light, LightPath, Output, Scene, Settings, exposure_scale, metered_ev100};
 
 /// While the device draws one frame, the CPU records the next.
 const IN_FLIGHT: usize = 2;
@@ -90,7 +90,8 @@ pub struct Picture {
 pub enum Pixels {
     /// Tone-mapped, sRGB-encoded.
     Srgb8(Vec<u8>),
-    /// Linear, in nits (or whatever a view shows; exposed in a frame of a picture that is made of several).
+    /// Linear, in nits or exposed as [`Output`] says, or the values of a view; exposed in a frame of a tone-mapped picture that is made of
+    /// several.
     LinearF32(Vec<f32>),
 }
 
@@ -193,6 +194,7 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
             .into_iter()
             .all(|format| device.supports_color_attachment(format, true)),
         msaa: msaa(device),
+        primitive_index: device.features.geometry_shader == vk::TRUE,
         lazily_allocated: device.has_lazily_allocated_memory(),
         compute_invocations: limits.max_compute_work_group_invocations.min(limits.max_compute_work_group_size[0]),
         software: device.kind == vk::PhysicalDeviceType::CPU,
@@ -269,10 +271,11 @@ impl Renderer {
         plan: FramePlan,
         edges: Edges,
     ) -> Result<Self, Error> {
-        // A linear picture is in nits.
-        let exposure = match settings.hdr_output {
-            true => 1.0,
-            false => exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(scene))),
+        let exposure = match settings.output {
+            Output::Nits => 1.0,
+            Output::Srgb8 | Output::Exposed => {
+                exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(scene)))
+            }
         };
         let world = World::of(scene, settings, &plan, exposure);
         let gpu_scene = GpuScene::new(device, scene, &plan, edges.upload_order())?;

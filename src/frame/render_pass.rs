@@ -403,6 +403,9 @@ fn geometry_targets(plan: &FramePlan) -> Vec<Option<Target>> {
     if plan.shading == Shading::ShowOverdraw {
         return vec![Some(Target::Count)];
     }
+    if plan.shading == Shading::ShowTriangle {
+        return vec![Some(Target::Triangle)];
+    }
     let Some(gbuffer) = &plan.gbuffer else { return Vec::new() };
     let all = [
         Some(Target::Albedo),

@@ -28,6 +28,8 @@ pub struct EnabledFeatures {
     pub sampler_anisotropy: bool,
     /// Shaders that run for each sample; multisampled input attachments need it.
     pub sample_rate_shading: bool,
+    /// Fragment shaders know the number of their triangle; geometry shaders themselves have no use here.
+    pub geometry_shader: bool,
     /// The device is Vulkan in part only (MoltenVK); the extension that says so is enabled.
     pub portability_subset: bool,
     /// The driver tells how full its heaps are.
@@ -42,6 +44,7 @@ impl EnabledFeatures {
             fill_mode_non_solid: physical.features.fill_mode_non_solid == vk::TRUE,
             sampler_anisotropy: physical.features.sampler_anisotropy == vk::TRUE,
             sample_rate_shading: physical.features.sample_rate_shading == vk::TRUE,
+            geometry_shader: physical.features.geometry_shader == vk::TRUE,
             portability_subset: has(ash::khr::portability_subset::NAME),
             memory_budget: has(ash::ext::memory_budget::NAME),
         }
@@ -53,6 +56,7 @@ impl EnabledFeatures {
             .fill_mode_non_solid(self.fill_mode_non_solid)
             .sampler_anisotropy(self.sampler_anisotropy)
             .sample_rate_shading(self.sample_rate_shading)
+            .geometry_shader(self.geometry_shader)
     }
 
     fn extensions(&self) -> impl Iterator<Item = &'static CStr> {

@@ -115,7 +115,8 @@ pub(crate) fn flags(plan: &FramePlan, key: GeometryKey) -> Flags {
         | when(key.textures.contains(TextureSlot::Normal), Flags::NORMAL_MAP)
         | gbuffer_flags!(plan)
         | when(plan.emissive, Flags::EMISSIVE)
-        | when(plan.shading == Shading::ShowOverdraw, Flags::OVERDRAW)
+        | when(plan.shading.only_covers(), Flags::OVERDRAW)
+        | when(plan.shading == Shading::ShowTriangle, Flags::TRIANGLE)
 }
 
 fn constants_of(plan: &FramePlan, key: GeometryKey) -> Vec<(u32, u32)> {

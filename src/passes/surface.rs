@@ -69,6 +69,8 @@ pub struct Surfaces {
     area: [u32; 2],
     brdf_override: Option<Brdf>,
     largest_light: f32,
+    /// The view of triangles is drawn: the place of the BRDF has the object's number.
+    numbered: bool,
 }
 
 impl Surfaces {
@@ -119,6 +121,7 @@ impl Surfaces {
             area: plan.size,
             brdf_override: plan.brdf_override,
             largest_light: plan.largest_light(),
+            numbered: plan.shading == Shading::ShowTriangle,
         })
     }
 
@@ -179,7 +182,8 @@ impl Surfaces {
                 AlphaMode::Opaque | AlphaMode::Blend | AlphaMode::Glass => 0.0,
             },
             specular: material.specular,
-            brdf: brdf as u32 as f32 / 3.0,
+            // A scene has at most 4,000,000 objects, and a single float holds any whole number up to four times that.
+            brdf: if self.numbered { (object.number + 1) as f32 } else { brdf as u32 as f32 / 3.0 },
             metallic: material.metallic,
             roughness: if object.key.phong { material.shininess } else { material.roughness },
             ambient: material.ambient,

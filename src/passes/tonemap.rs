@@ -33,8 +33,10 @@ impl TonemapPass {
     /// # Errors
     /// When the pipeline cannot be made.
     pub fn new(device: &Arc<Device>, plan: &FramePlan, slot: Slot, input: Input) -> gpu::Result<Self> {
-        let ToneMapping::Subpass(curve) = plan.tone_mapping else {
-            return Err(gpu::Error::Unsupported("a TONEMAP subpass that the plan does not have".into()));
+        let (curve, kept) = match plan.tone_mapping {
+            ToneMapping::Subpass(curve) => (curve as u32, 0),
+            ToneMapping::Kept => (0, 1),
+            _ => return Err(gpu::Error::Unsupported("a TONEMAP subpass that the plan does not have".into())),
         };
         let inputs = Inputs::new(device, "HDR input", &[input])?;
         let Some(shader) = shader::variant(flags(plan)) else {
@@ -47,7 +49,8 @@ impl TonemapPass {
                 slot,
                 shader,
                 constants: &[
-                    (constants::OPERATOR, curve as u32),
+                    (constants::OPERATOR, curve),
+                    (constants::KEPT, kept),
                     (constants::SAMPLES, plan.msaa),
                     (constants::LINEAR, u32::from(plan.resolve == Resolve::Linear)),
                 ],

@@ -76,6 +76,7 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
     let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
     match (plan.shading, &plan.gbuffer) {
         (Shading::ShowOverdraw, _) => Flags::OVERDRAW,
+        (Shading::ShowTriangle, _) => Flags::TRIANGLE,
         (Shading::ShowShadowMap, _) => Flags::SHADOW_MAP,
         (_, None) => Flags::NONE,
         (_, Some(_)) => {

@@ -18,7 +18,7 @@ pub(super) fn check_antialiasing(settings: &Settings, lit: bool) -> Result<(), E
     if settings.fxaa && !lit {
         return refuse(format!("FXAA would blur the values that the view {view} shows: draw it without"));
     }
-    if settings.fxaa && settings.hdr_output {
+    if settings.fxaa && settings.output.is_linear() {
         return refuse("FXAA works on a tone-mapped picture, and a linear one (.exr) is not: use --samples".into());
     }
     if settings.fxaa && settings.samples > 1 {

@@ -39,6 +39,8 @@ pub enum Error {
     BlendedFormat(LightPath, HdrFormat),
     #[error("a light cut-off is certified against half a step of 8 bits, and a linear picture has none: leave it off")]
     CutoffWithoutSteps,
+    #[error("this device does not number triangles (it lacks geometryShader): the view triangle cannot be drawn")]
+    NoTriangles,
     #[error("there is no shadow map to show: {0}")]
     NoShadowMap(String),
     #[error("anti-aliasing: {0}")]

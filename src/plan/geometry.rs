@@ -2,8 +2,8 @@
 
 use std::fmt;
 
+use super::FramePlan;
 use super::materials::part_of;
-use super::{FramePlan, Shading};
 use crate::scene::{AlphaMode, Brdf, Material, Object, OptionalPart, Settings, TextureSlot, View};
 
 /// The texture slots that a material fills, a bit each in the order of [`TextureSlot`].
@@ -118,7 +118,7 @@ impl GeometryKey {
     /// The textures of its own that an object's pipeline samples.
     pub(super) fn own_textures(object: &Object, settings: &Settings, plan: &FramePlan) -> TextureMask {
         let material = &plan.materials.all[object.material];
-        let counting = plan.shading == Shading::ShowOverdraw;
+        let counting = plan.shading.only_covers();
         let brdf = settings.brdf.unwrap_or(material.brdf);
         let phong = is_phong(brdf);
         let wanted = |slot| match slot {
@@ -138,7 +138,7 @@ impl GeometryKey {
 
     /// Slots that an object's pipeline samples because they are kept: all that its shader has code for.
     fn kept_textures(object: &Object, settings: &Settings, plan: &FramePlan) -> TextureMask {
-        if plan.shading == Shading::ShowOverdraw {
+        if plan.shading.only_covers() {
             return TextureMask::default();
         }
         let material = &plan.materials.all[object.material];

@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use super::{Capabilities, Error, PlannedLights, World};
 use crate::scene::{
-    Aabb, AlphaMode, Brdf, Falloff, GbufferChoice, HdrFormat, Light, LightKind, LightPath, Material, Object, Scene,
-    Settings, TextureSlot, Tonemap, View,
+    Aabb, AlphaMode, Brdf, Falloff, GbufferChoice, HdrFormat, Light, LightKind, LightPath, Material, Object, Output,
+    Scene, Settings, TextureSlot, Tonemap, View,
 };
 
 /// `auto` takes `loop` up to this many lights of limited reach: lists cost more than they save.
@@ -26,7 +26,7 @@ pub(super) fn choose(
     device: &Capabilities,
 ) -> Result<(LightPath, String), Error> {
     let lit = matches!(settings.view, View::Final | View::Lighting);
-    if settings.light_cutoff && settings.hdr_output {
+    if settings.light_cutoff && settings.output == Output::Nits {
         return Err(Error::CutoffWithoutSteps);
     }
     if !lit {
@@ -116,7 +116,7 @@ fn compute_is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> 
 }
 
 fn needs_gbuffer(view: View) -> bool {
-    !matches!(view, View::Overdraw | View::ShadowMap)
+    !matches!(view, View::Overdraw | View::Triangle | View::ShadowMap)
 }
 
 /// Whether a light paths can leave this light out somewhere.

@@ -3,7 +3,7 @@
 use ash::vk;
 
 use super::{Capabilities, Error};
-use crate::scene::{HdrFormat, OptionalPart, Resolve, Settings, Tonemap};
+use crate::scene::{HdrFormat, OptionalPart, Output, Resolve, Settings, Tonemap};
 
 /// Where scene light becomes display light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -12,9 +12,11 @@ pub enum ToneMapping {
     InLighting(Tonemap),
     /// A subpass of its own, because something is blended before it.
     Subpass(Tonemap),
+    /// That subpass without a curve: the output holds what would be tone-mapped.
+    Kept,
     /// On the CPU: the output holds exposed light, of which many frames make one picture.
     AfterFrames(Tonemap),
-    /// Not at all: the output holds nits, or a view.
+    /// Not at all: LIGHTING writes nits or exposed light into the output, or it holds a view.
     Absent,
 }
 
@@ -60,16 +62,21 @@ pub(super) struct Way {
 impl Way {
     pub(super) fn of(settings: &Settings, device: &Capabilities, what: Blending) -> Result<Self, Error> {
         // What is averaged from frame to frame must not be cut off before.
-        let linear = settings.hdr_output || settings.samples > 1;
+        let linear =
+            settings.output == Output::Nits || settings.samples > 1 || !what.lit && settings.output.is_linear();
         let (hdr, output) = match what.tiled {
             true => Self::tiled_formats(settings, device, what, linear)?,
             false => Self::formats(settings, device, what, linear)?,
         };
-        let tone_mapping = match (what.lit, settings.hdr_output, hdr) {
-            (true, false, Some(_)) if !what.tiled => ToneMapping::Subpass(settings.tonemap),
-            (true, false, _) if settings.samples > 1 => ToneMapping::AfterFrames(settings.tonemap),
-            (true, false, _) => ToneMapping::InLighting(settings.tonemap),
-            _ => ToneMapping::Absent,
+        // Light to be measured comes the way of a tone-mapped frame, and then nothing more is done to it.
+        let measured = settings.output == Output::Exposed;
+        let output = if measured && !linear { vk::Format::R32G32B32A32_SFLOAT } else { output };
+        let tone_mapping = match (settings.output, hdr) {
+            (Output::Exposed, Some(_)) if what.lit && !what.tiled => ToneMapping::Kept,
+            _ if !what.lit || settings.output.is_linear() => ToneMapping::Absent,
+            (_, Some(_)) if !what.tiled => ToneMapping::Subpass(settings.tonemap),
+            _ if settings.samples > 1 => ToneMapping::AfterFrames(settings.tonemap),
+            _ => ToneMapping::InLighting(settings.tonemap),
         };
         Ok(Self { hdr, output, tone_mapping })
     }

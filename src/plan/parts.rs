@@ -10,7 +10,7 @@ use super::gbuffer::format_bytes;
 use super::lights::MIXED_FALLOFF;
 use super::{
     COUNT, DEPTH, FramePlan, Gbuffer, Grid, PlannedBrdf, PlannedLights, Projection, SLICES, Shading, ShadowLight,
-    ShadowPlan, Sums, TextureSource, ToneMapping, shadow_reason,
+    ShadowPlan, Sums, TRIANGLE, TextureSource, ToneMapping, shadow_reason,
 };
 use crate::scene::{HdrFormat, OptionalPart, Scene, Settings, TextureSlot, Transparency};
 
@@ -148,6 +148,9 @@ fn gbuffer(plan: &FramePlan) -> Vec<Part> {
         if plan.shading == Shading::ShowOverdraw {
             parts.push(attachment("fragment count", Some(COUNT), "the view shows it".into()));
         }
+        if plan.shading == Shading::ShowTriangle {
+            parts.push(attachment("triangle", Some(TRIANGLE), "the view shows it".into()));
+        }
         let reason = if plan.is_forward() { "surfaces are lit as they are drawn" } else { "this view reads none" };
         parts.push(part("G-buffer", false, reason, 0));
         return parts;
@@ -199,6 +202,7 @@ fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
         ToneMapping::InLighting(_) if plan.is_forward() => "nothing blends over it: FORWARD tone-maps into the output",
         ToneMapping::InLighting(_) if plan.is_tiled() => "compute tone-maps what it lit straight into the output",
         ToneMapping::InLighting(_) => "nothing blends over the lighting: it tone-maps straight into the output",
+        ToneMapping::Kept => "light is kept as the tone-mapped frame keeps it, and written without a curve",
         ToneMapping::AfterFrames(_) => "frames are averaged before they are tone-mapped, on the CPU",
         ToneMapping::Absent if matches!(plan.shading, Shading::Light { .. }) => "the output itself is linear",
         ToneMapping::Absent => "a view is not tone-mapped",

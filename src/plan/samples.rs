@@ -5,10 +5,10 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::{Capabilities, Error, FramePlan};
 use crate::scene::{
     AlphaMode, Brdf, ColorSpace, Falloff, GbufferChoice, GbufferPreset, Light, LightKind, LightPath, Material, Mesh,
-    Object, Resolve, Scene, Settings, TargetChoice, Texture, Transparency, View,
+    Object, Output, Resolve, Scene, Settings, TargetChoice, Texture, Transparency, View,
 };
 
-pub const VIEWS: [View; 12] = [
+pub const VIEWS: [View; 13] = [
     View::Final,
     View::Position,
     View::Normal,
@@ -21,6 +21,7 @@ pub const VIEWS: [View; 12] = [
     View::Lighting,
     View::Overdraw,
     View::LightsPerPixel,
+    View::Triangle,
 ];
 
 /// The default settings, but with a G-buffer for plain scenes as well, which `auto` would light as they are drawn.
@@ -40,6 +41,7 @@ pub fn device() -> Capabilities {
         float32_blends: true,
         packed_float_blends: true,
         msaa: 1 | 2 | 4 | 8,
+        primitive_index: true,
         lazily_allocated: false,
         software: false,
         compute_invocations: 1024,
@@ -218,11 +220,13 @@ pub fn plans() -> Vec<(String, FramePlan)> {
     let mut plans = Vec::new();
     for (scene_name, scene) in scenes() {
         for (layout, gbuffer) in gbuffers() {
-            for (view, hdr_output) in VIEWS.into_iter().flat_map(|view| [(view, false), (view, true)]) {
+            for (view, output) in
+                VIEWS.into_iter().flat_map(|view| Output::NAMES.iter().map(move |&(_, output)| (view, output)))
+            {
                 for (device_name, device) in [("able", device()), ("plain", plain)] {
                     let transparency = if device.lazily_allocated { Transparency::Oit } else { Transparency::Sorted };
-                    let settings = Settings { gbuffer, view, hdr_output, transparency, ..deferred() };
-                    let name = format!("{scene_name} {layout} {view:?} hdr_output={hdr_output} {device_name}");
+                    let settings = Settings { gbuffer, view, output, transparency, ..deferred() };
+                    let name = format!("{scene_name} {layout} {view:?} {output} {device_name}");
                     match FramePlan::of(&scene, &settings, &device) {
                         Ok(plan) => plans.push((name, plan)),
                         Err(error) => assert_eq!(view, View::ShadowMap, "{name}: {error}"),
@@ -249,20 +253,22 @@ pub fn forward_plans() -> Vec<(String, FramePlan)> {
         for (name, settings) in [
             ("without pre-pass", Settings { depth_prepass: Some(false), ..Settings::default() }),
             ("oit", Settings { transparency: Transparency::Oit, ..Settings::default() }),
-            ("oit in nits", Settings { transparency: Transparency::Oit, hdr_output: true, ..Settings::default() }),
+            ("oit in nits", Settings { transparency: Transparency::Oit, output: Output::Nits, ..Settings::default() }),
             ("fxaa", Settings { fxaa: true, ..Settings::default() }),
             ("fxaa without pre-pass", Settings { fxaa: true, depth_prepass: Some(false), ..Settings::default() }),
             ("light", Settings { view: View::Lighting, ..Settings::default() }),
             ("4 samples", Settings { samples: 4, ..Settings::default() }),
             ("msaa", Settings { msaa: 4, ..Settings::default() }),
             ("msaa, averaged light", Settings { msaa: 4, resolve: Resolve::Linear, ..Settings::default() }),
-            ("msaa in nits", Settings { msaa: 4, hdr_output: true, ..Settings::default() }),
+            ("msaa in nits", Settings { msaa: 4, output: Output::Nits, ..Settings::default() }),
+            ("msaa exposed", Settings { msaa: 4, output: Output::Exposed, ..Settings::default() }),
+            ("exposed", Settings { output: Output::Exposed, ..Settings::default() }),
             ("msaa and fxaa", Settings { msaa: 4, fxaa: true, ..Settings::default() }),
             ("msaa without pre-pass", Settings { msaa: 4, depth_prepass: Some(false), ..Settings::default() }),
             ("msaa and oit", Settings { msaa: 4, transparency: Transparency::Oit, ..Settings::default() }),
             (
                 "msaa and oit in nits",
-                Settings { msaa: 4, transparency: Transparency::Oit, hdr_output: true, ..Settings::default() },
+                Settings { msaa: 4, transparency: Transparency::Oit, output: Output::Nits, ..Settings::default() },
             ),
         ] {
             let settings = Settings { light_path: LightPath::Forward, ..settings };
@@ -281,10 +287,11 @@ fn light_paths(wanted: impl Fn(&FramePlan) -> bool) -> Vec<(String, FramePlan)> 
     for (scene_name, scene) in scenes() {
         for &(path_name, light_path) in LightPath::NAMES {
             for (layout, gbuffer) in [gbuffers()[0], gbuffers()[2]] {
-                for (hdr_output, light_cutoff) in [(false, false), (false, true), (true, false)] {
-                    let settings = Settings { light_path, light_cutoff, gbuffer, hdr_output, ..Settings::default() };
-                    let name =
-                        format!("{scene_name} {layout} {path_name} hdr_output={hdr_output} cutoff={light_cutoff}");
+                for (output, light_cutoff) in
+                    [(Output::Srgb8, false), (Output::Srgb8, true), (Output::Nits, false), (Output::Exposed, true)]
+                {
+                    let settings = Settings { light_path, light_cutoff, gbuffer, output, ..Settings::default() };
+                    let name = format!("{scene_name} {layout} {path_name} {output} cutoff={light_cutoff}");
                     let plan = match FramePlan::of(&scene, &settings, &device()) {
                         Err(Error::ComputeWithTransparency) => continue,
                         plan => plan.unwrap_or_else(|error| panic!("{name}: {error}")),
@@ -304,7 +311,8 @@ fn antialiased() -> Vec<(String, FramePlan)> {
         for (name, settings) in [
             ("4 samples", Settings { samples: 4, ..deferred() }),
             ("4 samples of light", Settings { samples: 4, view: View::Lighting, ..deferred() }),
-            ("4 linear samples", Settings { samples: 4, hdr_output: true, ..deferred() }),
+            ("4 linear samples", Settings { samples: 4, output: Output::Nits, ..deferred() }),
+            ("4 exposed samples", Settings { samples: 4, output: Output::Exposed, ..deferred() }),
             ("fxaa", Settings { fxaa: true, ..deferred() }),
             ("fxaa of light", Settings { fxaa: true, view: View::Lighting, ..deferred() }),
         ] {
@@ -327,21 +335,24 @@ fn multisampled() -> Vec<(String, FramePlan)> {
                 (View::Lighting, LightPath::Auto),
                 (View::Complexity, LightPath::Auto),
             ] {
-                for (hdr_output, resolve) in
-                    [(false, Resolve::ToneMapped), (false, Resolve::Linear), (true, Resolve::Linear)]
-                {
+                for (output, resolve) in [
+                    (Output::Srgb8, Resolve::ToneMapped),
+                    (Output::Srgb8, Resolve::Linear),
+                    (Output::Nits, Resolve::Linear),
+                    (Output::Exposed, Resolve::ToneMapped),
+                    (Output::Exposed, Resolve::Linear),
+                ] {
                     let settings = Settings {
                         msaa: 4,
-                        fxaa: !hdr_output && view == View::Lighting,
+                        fxaa: !output.is_linear() && view == View::Lighting,
                         gbuffer,
                         view,
                         light_path,
-                        hdr_output,
+                        output,
                         resolve,
                         ..Settings::default()
                     };
-                    let name =
-                        format!("{scene_name} {layout} msaa {view:?} {light_path} {resolve} hdr_output={hdr_output}");
+                    let name = format!("{scene_name} {layout} msaa {view:?} {light_path} {resolve} {output}");
                     for transparency in [Transparency::Sorted, Transparency::Oit] {
                         let settings = Settings { transparency, ..settings.clone() };
                         let name = format!("{name} {transparency}");

@@ -3,8 +3,8 @@ use glam::Vec3;
 use super::samples::{self, device, emissive, masked, material, point, scene, sky, spot, sun, textured};
 use super::*;
 use crate::scene::{
-    AlphaMode, Camera, Falloff, GbufferChoice, GbufferPreset, HdrFormat, Light, Material, ShadowSettings, TargetChoice,
-    TextureSlot, Tonemap,
+    AlphaMode, Camera, Falloff, GbufferChoice, GbufferPreset, HdrFormat, Light, Material, Output, ShadowSettings,
+    TargetChoice, TextureSlot, Tonemap,
 };
 
 const CT: Brdf = Brdf::CookTorrance;
@@ -121,15 +121,15 @@ fn the_hdr_format_is_the_one_asked_for_or_the_plan_is_refused() {
 fn weighted_sums_are_single_floats_wherever_they_blend() {
     let glass = Material { alpha_mode: AlphaMode::Blend, alpha: 0.5, ..material(CT) };
     let scene = scene(vec![material(CT), glass], vec![sky()]);
-    let sums = |transparency, float32_blends, hdr_output| {
-        let settings = Settings { transparency, hdr_output, ..samples::deferred() };
+    let sums = |transparency, float32_blends, output| {
+        let settings = Settings { transparency, output, ..samples::deferred() };
         let device = Capabilities { float32_blends, ..device() };
         FramePlan::of(&scene, &settings, &device).expect("a plan").sums
     };
-    for hdr_output in [false, true] {
-        assert_eq!(sums(Transparency::Oit, true, hdr_output), Some(Sums::SINGLE));
-        assert_eq!(sums(Transparency::Oit, false, hdr_output), Some(Sums::HALF));
-        assert_eq!(sums(Transparency::Sorted, true, hdr_output), None);
+    for &(_, output) in Output::NAMES {
+        assert_eq!(sums(Transparency::Oit, true, output), Some(Sums::SINGLE));
+        assert_eq!(sums(Transparency::Oit, false, output), Some(Sums::HALF));
+        assert_eq!(sums(Transparency::Sorted, true, output), None);
     }
 }
 
@@ -165,7 +165,7 @@ fn emissive_light_that_is_not_drawn_or_not_shown_is_left_out() {
 #[test]
 fn a_linear_output_is_never_tone_mapped() {
     let single = vk::Format::R32G32B32A32_SFLOAT;
-    let settings = Settings { hdr_output: true, ..samples::deferred() };
+    let settings = Settings { output: Output::Nits, ..samples::deferred() };
     let plain = Capabilities { float32_blends: false, ..device() };
     for (materials, device, output) in [
         (material(CT), device(), single),
@@ -179,6 +179,43 @@ fn a_linear_output_is_never_tone_mapped() {
     }
     let shown = view(&scene(vec![material(CT)], vec![sky()]), View::Normal);
     assert_eq!((shown.output, shown.tone_mapping), (OUTPUT_SRGB, ToneMapping::Absent));
+}
+
+#[test]
+fn exposed_light_goes_the_way_of_a_tone_mapped_frame_into_floats() {
+    let single = vk::Format::R32G32B32A32_SFLOAT;
+    let glass = Material { alpha_mode: AlphaMode::Blend, alpha: 0.5, ..material(CT) };
+    for (materials, resolve, msaa) in [
+        (vec![material(CT)], Resolve::ToneMapped, 1),
+        (vec![emissive()], Resolve::ToneMapped, 1),
+        (vec![material(CT), glass], Resolve::ToneMapped, 1),
+        (vec![material(CT)], Resolve::Linear, 4),
+        (vec![material(CT)], Resolve::ToneMapped, 4),
+    ] {
+        let scene = scene(materials, vec![sky()]);
+        let hdr_format = HdrFormat::B10g11r11;
+        let shown = Settings { hdr_format, resolve, msaa, ..samples::deferred() };
+        let shown_plan = plan_with(&scene, &shown);
+        let plan = plan_with(&scene, &Settings { output: Output::Exposed, ..shown });
+        assert_eq!((plan.hdr, plan.output), (shown_plan.hdr, single));
+        let expected = if plan.hdr.is_some() { ToneMapping::Kept } else { ToneMapping::Absent };
+        assert_eq!((plan.tone_mapping, plan.has_tonemap_subpass()), (expected, plan.hdr.is_some()));
+        assert_eq!(plan.largest_light(), shown_plan.largest_light());
+    }
+    let fxaa = Settings { fxaa: true, output: Output::Exposed, ..samples::deferred() };
+    let error = FramePlan::of(&scene(vec![material(CT)], vec![sky()]), &fxaa, &device()).expect_err("refused");
+    assert!(error.to_string().contains("tone-mapped"), "{error}");
+}
+
+#[test]
+fn triangles_are_shown_where_the_device_numbers_them_and_nothing_of_a_surface_is_read() {
+    let lit = scene(vec![Material { normal_texture: Some(0), ..material(CT) }], vec![sun()]);
+    let plan = view(&lit, View::Triangle);
+    assert_eq!((plan.gbuffer, plan.shadow.is_none(), plan.geometry_locations()), (None, true, 1));
+    assert_eq!((plan.streams.normals, plan.streams.uvs, plan.textures.images.len()), (false, false, 0));
+    let settings = Settings { view: View::Triangle, ..Settings::default() };
+    let poor = Capabilities { primitive_index: false, ..device() };
+    assert_eq!(FramePlan::of(&lit, &settings, &poor), Err(Error::NoTriangles));
 }
 
 #[test]
@@ -540,7 +577,7 @@ fn what_smooths_edges_is_refused_where_it_means_nothing() {
         (Settings { samples: 0, ..samples::deferred() }, "at least 1"),
         (Settings { samples: 2, ..normals.clone() }, "the view normal"),
         (Settings { fxaa: true, ..normals }, "the view normal"),
-        (Settings { fxaa: true, hdr_output: true, ..samples::deferred() }, ".exr"),
+        (Settings { fxaa: true, output: Output::Nits, ..samples::deferred() }, ".exr"),
         (Settings { msaa: 0, ..samples::deferred() }, "cannot draw 0 samples"),
         (Settings { msaa: 3, ..samples::deferred() }, "it can draw 1, 2, 4, 8"),
         (Settings { msaa: 16, ..samples::deferred() }, "it can draw 1, 2, 4, 8"),
@@ -566,27 +603,27 @@ fn frames_that_are_averaged_are_linear_and_tone_mapped_afterwards() {
         assert_eq!((plan.hdr, plan.output), (None, vk::Format::R32G32B32A32_SFLOAT));
         assert_eq!((plan.tone_mapping, plan.samples), (ToneMapping::AfterFrames(Tonemap::Agx), 2));
     }
-    let linear = plan_with(&lit, &Settings { samples: 2, hdr_output: true, ..samples::deferred() });
+    let linear = plan_with(&lit, &Settings { samples: 2, output: Output::Nits, ..samples::deferred() });
     assert_eq!(linear.tone_mapping, ToneMapping::Absent);
 }
 
 #[test]
 fn multisampling_keeps_light_until_it_is_averaged() {
     let (dull, bright) = (scene(vec![material(CT)], vec![]), scene(vec![emissive()], vec![]));
-    let with = |scene: &Scene, resolve, hdr_output| {
-        let plan = plan_with(scene, &Settings { msaa: 4, resolve, hdr_output, ..samples::deferred() });
+    let with = |scene: &Scene, resolve, output| {
+        let plan = plan_with(scene, &Settings { msaa: 4, resolve, output, ..samples::deferred() });
         (plan.hdr.is_some(), plan.resolves_output())
     };
     // Shown sample by sample in LIGHTING, where nothing blends before that; in TONEMAP else. Linear output is resolved as it is.
-    assert_eq!(with(&dull, Resolve::ToneMapped, false), (false, true));
-    assert_eq!(with(&dull, Resolve::Linear, false), (true, false));
-    assert_eq!(with(&bright, Resolve::ToneMapped, false), (true, false));
-    assert_eq!(with(&bright, Resolve::Linear, false), (true, false));
-    assert_eq!(with(&bright, Resolve::ToneMapped, true), (false, true));
+    assert_eq!(with(&dull, Resolve::ToneMapped, Output::Srgb8), (false, true));
+    assert_eq!(with(&dull, Resolve::Linear, Output::Srgb8), (true, false));
+    assert_eq!(with(&bright, Resolve::ToneMapped, Output::Srgb8), (true, false));
+    assert_eq!(with(&bright, Resolve::Linear, Output::Srgb8), (true, false));
+    assert_eq!(with(&bright, Resolve::ToneMapped, Output::Nits), (false, true));
     // What is transparent blends over it.
     let glass = scene(vec![material(CT), samples::glass()], vec![]);
-    assert_eq!(with(&glass, Resolve::ToneMapped, false), (true, false));
-    assert_eq!(with(&glass, Resolve::Linear, true), (false, true));
+    assert_eq!(with(&glass, Resolve::ToneMapped, Output::Srgb8), (true, false));
+    assert_eq!(with(&glass, Resolve::Linear, Output::Nits), (false, true));
     // FORWARD adds what surfaces emit before it tone-maps.
     for light_path in [LightPath::Forward, LightPath::ForwardNaive] {
         let plan = plan_with(&bright, &Settings { msaa: 4, light_path, ..samples::deferred() });

@@ -73,6 +73,8 @@ pub struct SortableTriangle {
 /// An object that can be drawn.
 #[derive(Debug, Clone)]
 pub struct WorldObject {
+    /// Its index in the scene.
+    pub number: usize,
     pub mesh: usize,
     pub material: usize,
     /// From the mesh's f32 vertices to the world.
@@ -100,6 +102,7 @@ impl World {
             let mesh = &scene.meshes[object.mesh];
             let transparent = plan.materials.all[object.material].is_transparent();
             WorldObject {
+                number: index,
                 mesh: object.mesh,
                 material: object.material,
                 transform: object.transform * DAffine3::from_translation(mesh.origin),

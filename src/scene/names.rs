@@ -6,8 +6,8 @@ use std::str::FromStr;
 
 use super::suggest::unknown;
 use super::{
-    Brdf, Error, GbufferChoice, GbufferPreset, HdrFormat, LightPath, Resolve, ShadowFilter, TargetChoice, Tonemap,
-    Transparency, View,
+    Brdf, Error, GbufferChoice, GbufferPreset, HdrFormat, LightPath, Output, Resolve, ShadowFilter, TargetChoice,
+    Tonemap, Transparency, View,
 };
 
 /// Gives a type `NAMES`, `name()`, `FromStr` and `Display` out of one table.
@@ -48,10 +48,11 @@ named!(View, "view",
     "final" => Final, "position" => Position, "normal" => Normal, "normal-absolute" => NormalAbsolute,
     "albedo" => Albedo, "metallic" => Metallic, "roughness" => Roughness, "depth" => Depth,
     "shadow-map" => ShadowMap, "lighting" => Lighting, "overdraw" => Overdraw,
-    "lights-per-pixel" => LightsPerPixel, "complexity" => Complexity);
+    "lights-per-pixel" => LightsPerPixel, "complexity" => Complexity, "triangle" => Triangle);
 named!(LightPath, "light path",
     "auto" => Auto, "loop" => Loop, "per-light" => PerLight, "volumes" => Volumes, "clustered" => Clustered,
     "compute" => Compute, "forward" => Forward, "forward-naive" => ForwardNaive);
+named!(Output, "output", "srgb8" => Srgb8, "nits" => Nits, "exposed" => Exposed);
 named!(Resolve, "resolve", "linear" => Linear, "tone-mapped" => ToneMapped);
 named!(HdrFormat, "HDR format", "rgba16f" => Rgba16f, "b10g11r11" => B10g11r11, "rgba32f" => Rgba32f);
 named!(ShadowFilter, "shadow filter",

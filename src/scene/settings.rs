@@ -26,8 +26,8 @@ pub struct Settings {
     /// Of the target between LIGHTING and tone mapping, where a plan has one.
     pub hdr_format: HdrFormat,
     pub transparency: Transparency,
-    /// Linear scene-referred output in nits (for EXR) instead of tone-mapped 8-bit sRGB.
-    pub hdr_output: bool,
+    /// What a picture holds.
+    pub output: Output,
     /// Jittered frames that are averaged into one picture, 1 to [`MAX_SAMPLES`].
     pub samples: u32,
     /// Where the samples of a pixel are averaged, whether they are frames or the hardware's.
@@ -55,13 +55,34 @@ impl Default for Settings {
             depth_prepass: None,
             hdr_format: HdrFormat::default(),
             transparency: Transparency::default(),
-            hdr_output: false,
+            output: Output::default(),
             samples: 1,
             resolve: Resolve::default(),
             fxaa: false,
             msaa: 1,
             keep: Keep::NONE,
         }
+    }
+}
+
+/// What the pixels of a picture are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Output {
+    /// Tone-mapped, 8 bits a channel, sRGB-encoded.
+    #[default]
+    Srgb8,
+    /// Linear scene light in nits, as 32-bit floats; of a view its values, as docs/SCENES.md says.
+    Nits,
+    /// The exposed light that the tone-mapped frame of the same settings would tone-map, as 32-bit floats; 1 is where the sensor
+    /// saturates. To measure what that frame does to light: where it has an HDR target, light goes through that target's format
+    /// here too. Several samples are averaged as light, whatever [`Resolve`] says. A view is the same as in `Nits`.
+    Exposed,
+}
+
+impl Output {
+    /// Whether pixels are floats, and not tone-mapped.
+    pub fn is_linear(self) -> bool {
+        self != Self::Srgb8
     }
 }
 
@@ -217,6 +238,8 @@ pub enum View {
     LightsPerPixel,
     /// Pixels whose multisamples differ, so that each of them is shaded.
     Complexity,
+    /// The triangle that each pixel shows, in a colour of its own; transparent ones are not looked at.
+    Triangle,
 }
 
 /// Which format each target of the G-buffer has.
@@ -343,7 +366,7 @@ impl SettingsPatch {
             depth_prepass: self.depth_prepass.or(default.depth_prepass),
             hdr_format: self.hdr_format.unwrap_or(default.hdr_format),
             transparency: self.transparency.unwrap_or(default.transparency),
-            hdr_output: default.hdr_output,
+            output: default.output,
             samples: self.samples.unwrap_or(default.samples),
             resolve: self.resolve.unwrap_or(default.resolve),
             fxaa: self.fxaa.unwrap_or(default.fxaa),

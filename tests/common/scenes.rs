@@ -4,8 +4,8 @@
 use afterlight::frame::{Error, Renderer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, Brdf, Camera, ColorSpace, Environment, Falloff, LightPath, Material, Scene, Settings, ShadowFilter,
-    ShadowSettings, Texture, Transparency, View,
+    AlphaMode, Brdf, Camera, ColorSpace, Environment, Falloff, LightPath, Material, Output, Scene, Settings,
+    ShadowFilter, ShadowSettings, Texture, Transparency, View,
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
@@ -135,7 +135,7 @@ pub fn draw_everything(gpu: &Gpu) {
     }
     let oit = Settings { transparency: Transparency::Oit, ..small(&glass) };
     exercise(gpu, &glass, &oit);
-    exercise(gpu, &glass, &Settings { hdr_output: true, ..small(&glass) });
+    exercise(gpu, &glass, &Settings { output: Output::Nits, ..small(&glass) });
     for light_path in [LightPath::Loop, LightPath::Clustered, LightPath::Compute] {
         exercise(gpu, &plain, &Settings { light_path, depth_prepass: Some(true), ..small(&plain) });
     }

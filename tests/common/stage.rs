@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 
 use afterlight::scene::builtin::shapes::{MeshBuilder, WHOLE_IMAGE};
 use afterlight::scene::{
-    self, Brdf, Camera, Falloff, GbufferChoice, Light, LightKind, Material, Object, Scene, Settings, Tonemap, View,
+    self, Brdf, Camera, Falloff, GbufferChoice, Light, LightKind, Material, Object, Output, Scene, Settings, Tonemap,
+    View,
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
@@ -25,7 +26,7 @@ pub fn gbuffer(text: &str) -> GbufferChoice {
 
 /// A linear picture in nits from a G-buffer of 32-bit floats: nothing but single precision stands between formula and pixel.
 pub fn exact(width: u32, height: u32) -> Settings {
-    Settings { size: [width, height], hdr_output: true, gbuffer: gbuffer("float32"), ..Settings::default() }
+    Settings { size: [width, height], output: Output::Nits, gbuffer: gbuffer("float32"), ..Settings::default() }
 }
 
 /// A tone-mapped picture in which a radiance of 1 nit is 1.

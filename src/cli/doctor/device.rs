@@ -116,6 +116,7 @@ fn limits(device: &PhysicalDevice) -> Vec<(&'static str, String)> {
         ("lazily allocated memory", yes_no(device.has_lazily_allocated_memory())),
         ("anisotropic filtering", yes_no(device.features.sampler_anisotropy == vk::TRUE)),
         ("depth clamp", yes_no(device.features.depth_clamp == vk::TRUE)),
+        ("the view triangle", yes_no(device.features.geometry_shader == vk::TRUE)),
     ]
 }
 
