@@ -3,4 +3,6 @@
 
 pub mod graph;
 #[cfg(feature = "report")]
+pub mod page;
+#[cfg(feature = "report")]
 pub mod sweep;

@@ -1,0 +1,56 @@
+//! Thumbnails of chosen points with their difference from the truth, in the page itself.
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use maud::{Markup, html};
+
+use super::words::{self, number};
+use crate::report::sweep::model::{Point, SceneReport};
+
+/// The bytes of a PNG file beside the report, by its name.
+pub type Pictures<'a> = &'a dyn Fn(&str) -> Option<Vec<u8>>;
+
+pub fn pairs(scene: &SceneReport, pictures: Pictures) -> Markup {
+    let chosen: Vec<&Point> = scene.points.iter().filter(|point| !point.pictures.is_empty()).collect();
+    html! {
+        @if chosen.is_empty() { p.none { "No pictures were kept." } }
+        @else { p { "A picture fills the window when it is chosen, and goes back when it is chosen again." } }
+        div.pictures { @for point in chosen { (card(scene, point, pictures)) } }
+    }
+}
+
+fn card(scene: &SceneReport, point: &Point, pictures: Pictures) -> Markup {
+    let of_default = scene.points.get(scene.default).is_some_and(|default| default.name == point.name);
+    // The picture itself before what is made from it.
+    let mut files: Vec<(&String, &String)> = point.pictures.iter().collect();
+    files.sort_by_key(|(shows, _)| (shows.as_str() != "picture", shows.as_str()));
+    html! {
+        figure {
+            h4 { code { (point.name) } @if of_default && point.name != "default" { " (default)" } }
+            div.pair {
+                @for (shows, file) in files { (picture(&point.name, shows, file, pictures(file))) }
+            }
+            figcaption {
+                (number(point.time.decisive().median)) " ms, relMSE " (number(point.errors.converged.rel_mse)) ", FLIP "
+                (number(point.errors.converged.flip))
+                @if point.errors.converged.not_finite > 0 {
+                    ", " (words::counted(point.errors.converged.not_finite, "pixel")) " not finite"
+                }
+            }
+        }
+    }
+}
+
+fn picture(point: &str, shows: &str, file: &str, bytes: Option<Vec<u8>>) -> Markup {
+    html! {
+        @if let Some(bytes) = bytes {
+            label {
+                input type="checkbox" aria-label=(format!("enlarge the {shows} of {point}"));
+                img src=(format!("data:image/png;base64,{}", STANDARD.encode(bytes))) alt=(format!("{shows} with {point}"));
+                (shows)
+            }
+        } @else {
+            p.none { "The " (shows) " is missing: no file " code { (file) } "." }
+        }
+    }
+}

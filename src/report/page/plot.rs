@@ -1,0 +1,352 @@
+//! One plot of error against time, both logarithmic, as inline SVG: axes and curves by plotters, and over them marks that tell a pointer
+//! what they are, which plotters cannot.
+//!
+//! plotters writes whole pixels and fixed colours. So it draws on a canvas that is larger by [`FINE`], and the style sheet selects its
+//! colours by the attributes that it writes, to put others in their place on dark pages.
+
+use std::ops::Range;
+
+use maud::{Markup, PreEscaped, html};
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+use super::marks::{Glyph, RADIUS};
+use super::scales::{self, Scale};
+
+/// Units of plotters' canvas for a pixel.
+const FINE: f64 = 4.0;
+/// Width of a character of a label, in pixels, at most.
+const ADVANCE: f64 = 6.6;
+/// Height of a label's line.
+const LINE: f64 = 13.0;
+
+/// As in the style sheet, which selects by them.
+const GRID: RGBColor = RGBColor(0xe3, 0xe7, 0xec);
+const AXIS: RGBColor = RGBColor(0x8b, 0x94, 0x9e);
+const TEXT: RGBColor = RGBColor(0x59, 0x63, 0x6e);
+const FRONT: RGBColor = RGBColor(0x1f, 0x23, 0x28);
+const CURVE: RGBColor = RGBColor(0x00, 0x72, 0xb2);
+const FAINT: RGBColor = RGBColor(0xa0, 0xa8, 0xb1);
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plot {
+    /// In pixels.
+    pub size: (f64, f64),
+    pub x_title: String,
+    pub y_title: String,
+    /// What it shows, for those who do not see it.
+    pub label: String,
+    pub lines: Vec<Line>,
+    pub marks: Vec<Mark>,
+    /// An error below which there is noise only.
+    pub noise: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stroke {
+    /// A front: steps, on to the plot's edges.
+    Front,
+    Curve,
+    /// Of the lesser of two truths.
+    Faint,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Line {
+    pub stroke: Stroke,
+    /// Time and error; errors of zero lie on the floor, what is no number leaves a gap.
+    pub points: Vec<(f64, f64)>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mark {
+    /// Time: its median and interval.
+    pub x: f64,
+    pub whisker: Range<f64>,
+    /// Error.
+    pub y: f64,
+    pub glyph: Glyph,
+    pub hollow: bool,
+    /// A ring around it.
+    pub ringed: bool,
+    pub tooltip: String,
+    pub label: Option<String>,
+}
+
+/// Where things lie, in pixels.
+#[derive(Debug, Clone, Copy)]
+struct Frame {
+    left: f64,
+    right: f64,
+    top: f64,
+    bottom: f64,
+}
+
+/// A mark in its place.
+struct Placed<'a> {
+    mark: &'a Mark,
+    x: f64,
+    y: f64,
+    low: f64,
+    high: f64,
+    floor: bool,
+}
+
+impl Plot {
+    /// The picture, or a sentence where there is nothing to draw.
+    pub fn draw(&self) -> Markup {
+        let times = self.marks.iter().flat_map(|mark| [mark.x, mark.whisker.start, mark.whisker.end]);
+        let errors = self.marks.iter().map(|mark| mark.y).chain(self.noise.filter(|noise| *noise > 0.0));
+        let scales = Scale::of(times.filter(|time| *time > 0.0), 1.25).zip(Scale::of(errors, 4.0));
+        let Some((x, y)) = scales else {
+            return html! { p.none { "Nothing to draw: no point has a time and an error that are numbers." } };
+        };
+        match self.axes_and_lines(&x, &y) {
+            Ok(drawn) => self.assemble(&drawn, &y),
+            Err(error) => html! { p.none { "The plot could not be drawn: " (error) } },
+        }
+    }
+
+    /// plotters' part, and where it put the marks.
+    fn axes_and_lines(&self, x: &Scale, y: &Scale) -> Result<Drawn<'_>, Box<dyn std::error::Error>> {
+        let mut svg = String::new();
+        let (width, height) = (fine(self.size.0), fine(self.size.1));
+        let drawn = {
+            let area = SVGBackend::with_string(&mut svg, (width, height)).into_drawing_area();
+            let drawn = self.chart(&area, x, y)?;
+            area.present()?;
+            drawn
+        };
+        let inner = svg.split_once('>').map_or("", |(_, rest)| rest).trim_end();
+        Ok(Drawn { axes: inner.trim_end_matches("</svg>").to_owned(), ..drawn })
+    }
+
+    fn chart<'a>(
+        &'a self,
+        area: &DrawingArea<SVGBackend, Shift>,
+        x: &Scale,
+        y: &Scale,
+    ) -> Result<Drawn<'a>, Box<dyn std::error::Error>> {
+        let (x_ticks, y_ticks) = (x.ticks(), y.ticks());
+        let widest = y_ticks.iter().map(|tick| scales::label(*tick).chars().count()).max().unwrap_or(0);
+        let mut chart = ChartBuilder::on(area)
+            .margin_top(fine(24.0))
+            .margin_right(fine(14.0))
+            .margin_bottom(fine(20.0))
+            .x_label_area_size(fine(20.0))
+            .y_label_area_size(fine(12.0 + ADVANCE * widest as f64))
+            .build_cartesian_2d(
+                x.range.clone().log_scale().with_key_points(x_ticks),
+                y.range.clone().log_scale().with_key_points(y_ticks),
+            )?;
+        let text = ("sans-serif", 11.0 * 1.24 * FINE).into_font().color(&TEXT);
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(GRID.stroke_width(fine(1.0)))
+            .axis_style(AXIS.stroke_width(fine(1.0)))
+            .set_all_tick_mark_size(fine(4.0))
+            .label_style(text)
+            .x_label_formatter(&|value| scales::label(*value))
+            .y_label_formatter(&|value| scales::label(*value))
+            .draw()?;
+        let runs = self.runs(x, y);
+        for (stroke, run) in &runs {
+            let (color, width) = match stroke {
+                Stroke::Front => (FRONT, 1.8),
+                Stroke::Curve => (CURVE, 1.6),
+                Stroke::Faint => (FAINT, 1.2),
+            };
+            chart.draw_series(LineSeries::new(run.iter().copied(), color.stroke_width(fine(width))))?;
+        }
+        let pixel = |time: f64, error: f64| {
+            let (x, y) = chart.backend_coord(&(time, error));
+            (f64::from(x) / FINE, f64::from(y) / FINE)
+        };
+        let place = |mark: &'a Mark| {
+            let (time, error) = x.place(mark.x).zip(y.place(mark.y))?;
+            let at = pixel(time, error);
+            let end = |time: f64| x.place(time).filter(|_| time > 0.0).map_or(at.0, |time| pixel(time, error).0);
+            let (low, high) = (end(mark.whisker.start), end(mark.whisker.end));
+            Some(Placed { mark, x: at.0, y: at.1, low, high, floor: mark.y == 0.0 })
+        };
+        let (left, bottom) = pixel(x.range.start, y.range.start);
+        let (right, top) = pixel(x.range.end, y.range.end);
+        Ok(Drawn {
+            axes: String::new(),
+            frame: Frame { left, right, top, bottom },
+            marks: self.marks.iter().filter_map(place).collect(),
+            noise: self.noise.and_then(|noise| y.place(noise)).map(|noise| pixel(x.range.start, noise).1),
+            floor: y.zero.map(|zero| pixel(x.range.start, zero).1),
+            strokes: runs
+                .iter()
+                .flat_map(|(_, run)| along(run.iter().map(|(time, error)| pixel(*time, *error))))
+                .collect(),
+        })
+    }
+
+    /// The lines between their gaps, in the axes' values.
+    fn runs(&self, x: &Scale, y: &Scale) -> Vec<(Stroke, Vec<(f64, f64)>)> {
+        let mut runs = Vec::new();
+        for line in &self.lines {
+            let points = line.points.iter().map(|(time, error)| x.place(*time).zip(y.place(*error)));
+            let points: Vec<Option<(f64, f64)>> = points.collect();
+            for run in points.split(Option::is_none).filter(|run| !run.is_empty()) {
+                let run = run.iter().copied().flatten();
+                runs.push(match line.stroke {
+                    Stroke::Front => (line.stroke, steps(run, &x.range, &y.range)),
+                    _ => (line.stroke, run.collect()),
+                });
+            }
+        }
+        runs
+    }
+
+    fn assemble(&self, drawn: &Drawn, y: &Scale) -> Markup {
+        let Frame { left, right, top, bottom } = drawn.frame;
+        let labels = labels(drawn);
+        html! {
+            svg.plot viewBox=(format!("0 0 {} {}", self.size.0, self.size.1)) role="img" aria-label=(self.label) {
+                g transform=(format!("scale({})", 1.0 / FINE)) { (PreEscaped(&drawn.axes)) }
+                @if let (Some(floor), true) = (drawn.floor, y.zero.is_some()) {
+                    line.floor x1=(px(left)) x2=(px(right)) y1=(px(floor)) y2=(px(floor)) {}
+                    text.note x=(px(left - 7.0)) y=(px(floor + 4.0)) text-anchor="end" { "0" }
+                }
+                @if let Some(noise) = drawn.noise {
+                    rect.noise x=(px(left)) width=(px(right - left)) y=(px(noise)) height=(px((bottom - noise).max(0.0))) {}
+                    line.noise x1=(px(left)) x2=(px(right)) y1=(px(noise)) y2=(px(noise)) {}
+                    text.note x=(px(right - 4.0)) y=(px(noise - 5.5)) text-anchor="end" { "noise of the converged truth" }
+                }
+                text.axis x=(px(4.0)) y=(px(top - 10.0)) { (self.y_title) }
+                text.axis x=(px(right)) y=(px(self.size.1 - 5.0)) text-anchor="end" { (self.x_title) }
+                @for placed in &drawn.marks { (mark(placed)) }
+                @for (x, y, anchor, text) in &labels {
+                    text.label x=(px(*x)) y=(px(*y)) text-anchor=(anchor) { (text) }
+                }
+            }
+        }
+    }
+}
+
+/// What plotters drew, and what is to be put over it.
+struct Drawn<'a> {
+    axes: String,
+    frame: Frame,
+    marks: Vec<Placed<'a>>,
+    noise: Option<f64>,
+    floor: Option<f64>,
+    /// Along the lines, every few pixels.
+    strokes: Vec<(f64, f64)>,
+}
+
+fn fine(pixels: f64) -> u32 {
+    (pixels * FINE).round() as u32
+}
+
+/// Pixels to a tenth.
+fn px(pixels: f64) -> String {
+    format!("{pixels:.1}")
+}
+
+/// The border of what a front beats: from the upper edge down its points to the right edge.
+fn steps(points: impl Iterator<Item = (f64, f64)>, x: &Range<f64>, y: &Range<f64>) -> Vec<(f64, f64)> {
+    let mut steps: Vec<(f64, f64)> = Vec::new();
+    for (time, error) in points {
+        steps.push((time, steps.last().map_or(y.end, |last| last.1)));
+        steps.push((time, error));
+    }
+    if let Some(last) = steps.last().copied() {
+        steps.push((x.end, last.1));
+    }
+    steps
+}
+
+/// Points every few pixels along a line.
+fn along(corners: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
+    let corners: Vec<(f64, f64)> = corners.collect();
+    let mut along = Vec::new();
+    for pair in corners.windows(2) {
+        let (width, height) = (pair[1].0 - pair[0].0, pair[1].1 - pair[0].1);
+        let count = (width.hypot(height) / 3.0).ceil().max(1.0);
+        let parts = (0..=count as usize).map(|index| index as f64 / count);
+        along.extend(parts.map(|part| (pair[0].0 + part * width, pair[0].1 + part * height)));
+    }
+    along
+}
+
+fn mark(placed: &Placed) -> Markup {
+    let Placed { mark, x, y, low, high, floor } = placed;
+    let class = format!("mark {}{}", mark.glyph.class(), if mark.hollow { " hollow" } else { "" });
+    html! {
+        g class=(class) {
+            title { (mark.tooltip) }
+            @if high - low > 0.5 {
+                line x1=(px(*low)) x2=(px(*high)) y1=(px(*y)) y2=(px(*y)) {}
+                line x1=(px(*low)) x2=(px(*low)) y1=(px(y - 3.0)) y2=(px(y + 3.0)) {}
+                line x1=(px(*high)) x2=(px(*high)) y1=(px(y - 3.0)) y2=(px(y + 3.0)) {}
+            }
+            @if mark.ringed { circle.ring cx=(px(*x)) cy=(px(*y)) r=(px(RADIUS + 4.0)) {} }
+            path d=(mark.glyph.path(*x, *y)) {}
+            // An arrow: it lies further down than any axis goes.
+            @if *floor { path.arrow d=(format!("M{:.1} {:.1}l-3.5 -5h7Z", x, y + 15.0)) {} }
+        }
+    }
+}
+
+/// A box as left, top, right and bottom.
+type Extent = [f64; 4];
+
+fn overlap(a: &Extent, b: &Extent) -> f64 {
+    let (width, height) = (a[2].min(b[2]) - a[0].max(b[0]), a[3].min(b[3]) - a[1].max(b[1]));
+    width.max(0.0) * height.max(0.0)
+}
+
+/// Places for the labels, each where it hides least: right, left, above or below its mark, or at a corner.
+fn labels(drawn: &Drawn) -> Vec<(f64, f64, &'static str, String)> {
+    let Frame { left, right, top, bottom } = drawn.frame;
+    let reach = RADIUS + 1.0;
+    let mut taken: Vec<Extent> = drawn
+        .marks
+        .iter()
+        .map(|placed| [placed.x - reach, placed.y - reach, placed.x + reach, placed.y + reach])
+        .collect();
+    taken.extend(drawn.marks.iter().map(|placed| [placed.low, placed.y - 1.0, placed.high, placed.y + 1.0]));
+    taken.extend(drawn.noise.map(|noise| [right - 160.0, noise - 14.0, right, noise + 1.0]));
+    taken.extend(drawn.strokes.iter().map(|(x, y)| [x - 1.5, y - 1.5, x + 1.5, y + 1.5]));
+    let mut labels = Vec::new();
+    for placed in &drawn.marks {
+        let Some(text) = &placed.mark.label else { continue };
+        let width = ADVANCE * text.chars().count() as f64;
+        let gap = RADIUS + if placed.mark.ringed { 8.0 } else { 4.0 };
+        let (x, y) = (placed.x, placed.y);
+        let (above, level, below) = (y - gap - LINE, y - LINE / 2.0, y + gap);
+        let places = [
+            (x + gap, level, "start"),
+            (x + gap * 0.7, above + 2.0, "start"),
+            (x + gap * 0.7, below - 2.0, "start"),
+            (x, above, "middle"),
+            (x, below, "middle"),
+            (x - gap, level, "end"),
+            (x - gap * 0.7, above + 2.0, "end"),
+            (x - gap * 0.7, below - 2.0, "end"),
+        ];
+        let extent = |(x, y, anchor): (f64, f64, &str)| {
+            let start = match anchor {
+                "start" => x,
+                "end" => x - width,
+                _ => x - width / 2.0,
+            };
+            [start, y, start + width, y + LINE]
+        };
+        let hidden = |extent: Extent| {
+            let outside = extent[0] < left || extent[2] > right || extent[1] < top || extent[3] > bottom;
+            taken.iter().map(|other| overlap(&extent, other)).sum::<f64>() + if outside { 1e4 } else { 0.0 }
+        };
+        let best = places.into_iter().min_by(|a, b| hidden(extent(*a)).total_cmp(&hidden(extent(*b))));
+        if let Some(best) = best {
+            taken.push(extent(best));
+            labels.push((best.0, best.1 + LINE - 3.0, best.2, text.clone()));
+        }
+    }
+    labels
+}

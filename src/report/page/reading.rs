@@ -1,0 +1,67 @@
+//! How to read the page, and how its figures came about.
+
+use maud::{Markup, html};
+
+pub fn section() -> Markup {
+    html! {
+        section.reading id="reading" {
+            h2 { "How to read this" }
+            h3 { "What error is" }
+            p {
+                "Every picture is compared with one that a 64-bit renderer on the CPU computes from the same scene by casting rays. It has no \
+                 G-buffer, no shadow maps and none of the shaders' code. There are two truths. " strong { "Point" }
+                " truth looks where the rasterizer looks, at pixel centres, so that only numeric error remains; "
+                strong { "converged" } " truth averages many samples over each pixel, so that jagged edges and texture filtering count too."
+            }
+            (metrics())
+            h3 { "How time was measured" }
+            p {
+                "All settings take turns: blocks of pictures are drawn in a random order, over and over, so that a machine that gets warm or \
+                 busy slows all of them alike. Each begins with pictures that are not counted, until its time is steady. The figure is the \
+                 median, its 95% interval comes from resampling the measurements (bootstrap). On a device with a clock of its own that clock \
+                 counts; where a CPU draws, the wall clock does, from the start of recording until the picture is done."
+            }
+            p {
+                "A point is on the front if no other is both faster and closer to the truth. Chance can put a lucky run there: so points that \
+                 were found on a front were measured again, and the second figures are those shown. The probability of being on it comes from \
+                 the same resampling. A time known to worse than 5% is drawn hollow."
+            }
+            h3 { "What the marks mean" }
+            p {
+                "Both axes are logarithmic. An error of exactly 0 has no place there: it is drawn on the dotted line at the bottom, with an arrow. \
+                 Below the dashed line the truth's own noise is larger than the error. A pointer over a mark says what it is; the tables under \
+                 the plots have the same numbers."
+            }
+        }
+    }
+}
+
+fn metrics() -> Markup {
+    let metrics = [
+        (
+            "relMSE",
+            "Mean of squared error over squared truth, in linear light. Dark parts count as much as bright ones; a few pixels that should be \
+             dark and are not can rule it.",
+        ),
+        ("RMSE", "Root of the mean squared error, in linear light where 1 saturates the sensor. Bright parts rule it."),
+        (
+            "p99.9",
+            "The error that one pixel value in a thousand exceeds. It tells small wrong spots, which means hide.",
+        ),
+        (
+            "FLIP",
+            "What an eye notices when it flips between the two tone-mapped pictures, as a mean over the pixels from 0, alike, to \
+             1 (Andersson and others, 2020).",
+        ),
+        (
+            "PSNR",
+            "Squared error of the tone-mapped pictures in decibels: 20 more is a tenth of the error. 8-bit rounding alone leaves about 59.",
+        ),
+        (
+            "Share, mean, RMS",
+            "Of a part of the error: its part of the squared error; its signed average, negative where the picture is too dark; and its size \
+             regardless of sign.",
+        ),
+    ];
+    html! { dl { @for (name, what) in metrics { div { dt { (name) } dd { (what) } } } } }
+}
