@@ -487,10 +487,10 @@ fn each_part_left_out_has_its_cost_or_a_reason_why_not() {
 fn help_names_the_exit_codes_and_a_closed_pipe_is_no_error() {
     let folder = folder();
     let help = succeed(folder.path(), &["--help"]);
-    for word in ["render", "bench", "inspect", "doctor", "Exit codes"] {
+    for word in ["render", "bench", "inspect", "compare", "doctor", "Exit codes"] {
         assert!(help.contains(word), "{help}");
     }
-    for command in ["render", "bench", "inspect", "doctor"] {
+    for command in ["render", "bench", "inspect", "compare", "doctor"] {
         assert!(succeed(folder.path(), &[command, "--help"]).contains("Examples:"), "{command}");
     }
 }

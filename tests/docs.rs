@@ -167,7 +167,7 @@ afterlight() {
         shift
     done
     case "$command ${given[*]}" in
-        doctor*|*--size*) ;;
+        doctor*|compare*|*--size*) ;;
         *) given+=(--size 96x54) ;;
     esac
     ${AFTERLIGHT_RUNNER:-} "$PROGRAM" "${given[@]}"
@@ -201,7 +201,7 @@ fn the_readme_names_every_option_and_no_other() {
         let options = words.filter(|word| word.len() > 3 && word.starts_with("--") && !word[2..].starts_with('-'));
         options.map(str::to_owned).collect()
     };
-    let defined: BTreeSet<String> = ["render", "bench", "inspect", "doctor", "reference"]
+    let defined: BTreeSet<String> = ["render", "bench", "inspect", "compare", "doctor", "reference"]
         .iter()
         .flat_map(|command| options(&help_of(command)))
         .collect();

@@ -186,7 +186,7 @@ fn size(text: &str) -> Result<[u32; 2], String> {
     parse_size(text).map_err(|error| error.to_string())
 }
 
-fn exposure(text: &str) -> Result<f32, String> {
+pub fn exposure(text: &str) -> Result<f32, String> {
     let ev100 = text.parse().map_err(|_| "expected a number".to_owned())?;
     checked(SettingsPatch { exposure: Some(ev100), ..SettingsPatch::default() })?;
     Ok(ev100)

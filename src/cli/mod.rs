@@ -3,6 +3,7 @@
 
 mod args;
 mod bench;
+mod compare;
 mod contact_sheet;
 mod doctor;
 mod drop;
@@ -41,6 +42,7 @@ enum Command {
     Render(render::Args),
     Bench(bench::Args),
     Inspect(inspect::Args),
+    Compare(compare::Args),
     Doctor(doctor::Args),
     Reference(reference::Args),
 }
@@ -53,6 +55,7 @@ fn after_help() -> String {
          afterlight bench builtin:hall --vary shadows=off\n  \
          afterlight inspect builtin:spheres\n  \
          afterlight reference builtin:hall -o truth.exr\n  \
+         afterlight compare hall.exr truth.exr -o difference.png\n  \
          afterlight doctor\n\n{EXIT_CODES}"
     )
 }
@@ -70,7 +73,7 @@ pub fn run() -> Result<(), Failure> {
         // Without a command there is nothing to name in an error: the help says more.
         Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
             let _ = error.print();
-            return Err(Failure::usage("a command is needed: render, bench, inspect, doctor or reference"));
+            return Err(Failure::usage("a command is needed: render, bench, inspect, compare, doctor or reference"));
         }
         Err(error) => return Err(Failure::from_clap(&error)),
     };
@@ -79,6 +82,7 @@ pub fn run() -> Result<(), Failure> {
         Command::Render(args) => render::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Inspect(args) => inspect::run(&args),
+        Command::Compare(args) => compare::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Reference(args) => reference::run(&args),
     }
