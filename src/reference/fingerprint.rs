@@ -13,7 +13,7 @@ use crate::scene::{
 };
 
 /// The model: to be raised with every change of a formula, a sequence or a rule after which a picture may differ.
-const MODEL: u64 = 1;
+const MODEL: u64 = 2;
 
 struct Fingerprint(blake3::Hasher);
 

@@ -1,8 +1,8 @@
 //! Where samples lie: over a pixel's square and over the discs of lights.
 //!
-//! Converged pictures take the additive recurrence of the generalized golden ratio in four dimensions (Roberts, "The Unreasonable Effectiveness
-//! of Quasirandom Sequences", 2018), shifted for each pixel and each light by a hash (Cranley and Patterson 1976): any number of samples is
-//! evenly spread, more samples go on from fewer, and each sample alone is uniform, so that means are without bias.
+//! Converged pictures take the first two dimensions of Sobol's sequence with hashed Owen scrambling, their order shuffled anew for the
+//! pixel's square and for each light (Burley, "Practical Hash-Based Owen Scrambling", JCGT 2020). So each is evenly covered by any number of
+//! samples, none depends on another, more samples go on from fewer, and each sample alone is uniform, so that means are without bias.
 
 use std::f64::consts::TAU;
 
@@ -10,15 +10,6 @@ use glam::DVec2;
 
 /// Points of a light's disc that [`super::Mode::Point`] asks.
 pub const DISC_POINTS: u32 = 64;
-
-/// The root of x^5 = x + 1, to the powers -1 to -4.
-const STEPS: [f64; 4] = [0.856_674_883_854_502_9, 0.733_891_856_627_126, 0.628_706_721_037_808_6, 0.538_597_257_223_61];
-
-/// A place in the unit square from a number of 64 bits.
-fn square(hash: u64) -> DVec2 {
-    let part = |bits: u64| (bits & 0xffff_ffff) as f64 / 4_294_967_296.0;
-    DVec2::new(part(hash), part(hash >> 32))
-}
 
 /// A hash of 64 bits (splitmix64's finalizer; Steele, Lea and Flood 2014).
 pub fn hash(value: u64) -> u64 {
@@ -28,20 +19,46 @@ pub fn hash(value: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-fn element(index: u32, steps: [f64; 2], shift: DVec2) -> DVec2 {
-    (DVec2::from_array(steps) * f64::from(index) + shift).fract()
+/// A permutation of which bit n depends only on the bits up to n (Laine and Karras 2011, constants by Burley).
+fn permuted(value: u32, seed: u32) -> u32 {
+    let mut x = value.wrapping_add(seed);
+    for factor in [0x6c50_b47c, 0xb82f_1e52, 0xc7af_e638, 0x8d22_f6e6u32] {
+        x ^= x.wrapping_mul(factor);
+    }
+    x
+}
+
+/// Halves, quarters and so on of the range change places (Owen 1995).
+fn scrambled(value: u32, seed: u32) -> u32 {
+    permuted(value.reverse_bits(), seed).reverse_bits()
+}
+
+/// The second dimension of Sobol's sequence in 32 bits; the first is the index with its bits reversed.
+fn sobol(index: u32) -> u32 {
+    let mut direction = 1u32 << 31;
+    (0..32).fold(0, |sum, bit| {
+        let own = if index >> bit & 1 == 1 { direction } else { 0 };
+        direction ^= direction >> 1;
+        sum ^ own
+    })
+}
+
+/// Element `index` of a sequence over the unit square that the seed chooses.
+fn element(index: u32, seed: u64) -> DVec2 {
+    let [order, across, down] = [0, 1, 2].map(|part| hash(seed ^ hash(part)) as u32);
+    let index = scrambled(index, order);
+    let share = |bits: u32| (f64::from(bits) + 0.5) / 4_294_967_296.0;
+    DVec2::new(share(scrambled(index.reverse_bits(), across)), share(scrambled(sobol(index), down)))
 }
 
 /// Where sample `index` of a pixel lies in its square, 0 to 1 from the upper left corner.
 pub fn in_pixel(index: u32, pixel: u64) -> DVec2 {
-    element(index, [STEPS[0], STEPS[1]], square(hash(pixel)))
+    element(index, hash(pixel))
 }
 
 /// Where on the unit disc sample `index` of a pixel meets a light.
 pub fn on_disc(index: u32, pixel: u64, light: usize) -> DVec2 {
-    let shift = square(hash(hash(pixel) ^ (light as u64 + 1)));
-    let place = element(index, [STEPS[2], STEPS[3]], shift);
-    disc(place)
+    disc(element(index, hash(hash(pixel) ^ (light as u64 + 1))))
 }
 
 /// Point `index` of [`DISC_POINTS`] that cover the unit disc evenly: a sunflower's seeds, turned by the light's number so that edges
@@ -69,15 +86,6 @@ fn disc(place: DVec2) -> DVec2 {
 mod tests {
     use super::*;
 
-    #[test]
-    fn the_steps_are_powers_of_the_root() {
-        let root: f64 = 1.0 / STEPS[0];
-        assert!((root.powi(5) - root - 1.0).abs() < 1e-12, "{root}");
-        for (power, step) in STEPS.into_iter().enumerate() {
-            assert!((step - root.powi(-(power as i32 + 1))).abs() < 1e-12, "{power}");
-        }
-    }
-
     /// The share of points in a half-plane and their mean square radius.
     fn spread(points: impl Iterator<Item = DVec2>) -> (f64, f64, f64) {
         let points: Vec<DVec2> = points.collect();
@@ -100,16 +108,17 @@ mod tests {
     }
 
     #[test]
-    fn every_pixel_is_covered_evenly_whatever_its_shift() {
+    fn every_cell_of_a_pixel_has_its_share_of_samples() {
         for pixel in 0..20 {
-            // Each of 64 cells of the square has about its share of 1024 samples.
-            let mut cells = [0; 64];
+            // A net: each of 64 cells, whatever their shape, has exactly its share of 1024 samples.
+            let (mut cells, mut strips) = ([0; 64], [0; 64]);
             for index in 0..1024 {
                 let place = in_pixel(index, pixel);
                 assert!((0.0..1.0).contains(&place.x) && (0.0..1.0).contains(&place.y));
                 cells[(place.y * 8.0) as usize * 8 + (place.x * 8.0) as usize] += 1;
+                strips[(place.y * 32.0) as usize * 2 + (place.x * 2.0) as usize] += 1;
             }
-            assert!(cells.iter().all(|count| (10..=22).contains(count)), "{cells:?}");
+            assert!(cells.iter().chain(&strips).all(|&count| count == 16), "{cells:?} {strips:?}");
         }
     }
 }
