@@ -89,7 +89,6 @@ fn cases() -> Vec<Case> {
     let samples: Change = |settings| settings.msaa = 4;
     let linear: Change = |settings| settings.resolve = Resolve::Linear;
     let hdr: Change = |settings| settings.output = Output::Nits;
-    let exposed: Change = |settings| settings.output = Output::Exposed;
     let forward: Change = |settings| settings.light_path = LightPath::Forward;
     let compute: Change = |settings| settings.light_path = LightPath::Compute;
     let mut all = Vec::new();
@@ -122,11 +121,9 @@ fn cases() -> Vec<Case> {
     case("linear", plain(), &[hdr]);
     case("linear, glowing", glowing(plain()), &[hdr]);
     case("linear samples", plain(), &[hdr, samples]);
-    case("exposed, glowing", glowing(plain()), &[exposed]);
     case("linear samples, glowing", glowing(plain()), &[hdr, samples]);
     case("view of normals", plain(), &[|settings| settings.view = View::Normal]);
     case("view of overdraw", plain(), &[|settings| settings.view = View::Overdraw]);
-    case("view of triangles", plain(), &[|settings| settings.view = View::Triangle]);
     case("view of shadow maps", sunlit(), &[|settings| settings.view = View::ShadowMap]);
     case("light by light", lamplit(), &[|settings| settings.light_path = LightPath::PerLight]);
     case("volumes", lamplit(), &[|settings| settings.light_path = LightPath::Volumes]);

@@ -24,6 +24,7 @@ Examples:
   afterlight inspect builtin:hall
   afterlight inspect builtin:hall --graph frame.svg
   afterlight inspect sponza.obj --shadows off --gbuffer fat
+  afterlight inspect scene.toml --settings tuned.toml
   afterlight inspect scene.toml --json | jq '.parts[] | select(.included)'
   afterlight inspect builtin:hall --size 320x180 --drop gbuffer-to-lighting")]
 pub struct Args {

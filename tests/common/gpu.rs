@@ -7,7 +7,7 @@ use afterlight::gpu::{
     self, Buffer, CommandBuffer, DescriptorPool, Device, DeviceChoice, Instance, InstanceOptions, Location, MemoryKind,
     Message, MessageKind, MessageLog, PhysicalDevice, SetLayout, SetWriter, ShaderStage, Validation, vk,
 };
-use afterlight::scene::{Scene, Settings};
+use afterlight::scene::{Scene, Settings, View};
 use glam::DVec3;
 
 /// A device under synchronization validation.
@@ -179,6 +179,11 @@ pub fn is_swiftshader(device: &PhysicalDevice) -> bool {
 impl Gpu {
     pub fn renderer(&self, scene: &Scene, settings: &Settings) -> Renderer {
         Renderer::new(&self.device, scene, settings).unwrap_or_else(|error| panic!("{}: {error}", scene.name))
+    }
+
+    /// Whether the device can draw a view: without geometryShader, as on SwiftShader, triangles have no numbers.
+    pub fn shows(&self, view: View) -> bool {
+        view != View::Triangle || self.device.features.geometry_shader
     }
 
     /// One frame from the scene's own camera.

@@ -135,7 +135,9 @@ pub fn draw_everything(gpu: &Gpu) {
     }
     let oit = Settings { transparency: Transparency::Oit, ..small(&glass) };
     exercise(gpu, &glass, &oit);
-    exercise(gpu, &glass, &Settings { output: Output::Nits, ..small(&glass) });
+    for output in [Output::Nits, Output::Exposed] {
+        exercise(gpu, &glass, &Settings { output, ..small(&glass) });
+    }
     for light_path in [LightPath::Loop, LightPath::Clustered, LightPath::Compute] {
         exercise(gpu, &plain, &Settings { light_path, depth_prepass: Some(true), ..small(&plain) });
     }
@@ -145,7 +147,7 @@ pub fn draw_everything(gpu: &Gpu) {
     exercise(gpu, &glass, &Settings { msaa: 4, ..oit.clone() });
     exercise(gpu, &plain, &Settings { fxaa: true, ..small(&plain) });
     exercise(gpu, &plain, &Settings { gbuffer: gbuffer("float32"), ..small(&plain) });
-    for &(_, view) in View::NAMES {
+    for &(_, view) in View::NAMES.iter().filter(|(_, view)| gpu.shows(*view)) {
         let msaa = if view == View::Complexity { 4 } else { 1 };
         exercise(gpu, &plain, &Settings { view, msaa, ..small(&plain) });
     }

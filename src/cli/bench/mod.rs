@@ -25,6 +25,7 @@ Examples:
   afterlight bench builtin:hall
   afterlight bench sponza.obj --size 1920x1080 --frames 100 --json sponza.json
   afterlight bench builtin:hall --vary shadows=off --vary gbuffer=fat
+  afterlight bench builtin:hall --settings tuned.toml --vary shadow-size=4096
   afterlight bench \"builtin:field?lights=64\" \"builtin:hall?lights=8\"
   afterlight bench builtin:hall --plan-cost
   afterlight bench builtin:hall --json - | jq '.scenes[].runs[].wall_ms.median'
