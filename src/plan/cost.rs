@@ -61,7 +61,7 @@ impl FramePlan {
     }
 
     /// Whether two plans make the same frames, whatever they say of why.
-    fn has_structure_of(&self, other: &Self) -> bool {
+    pub fn has_structure_of(&self, other: &Self) -> bool {
         let plain = |plan: &Self| {
             let light_path_reason = String::new();
             Self { keep: Keep::NONE, parts: Vec::new(), warnings: Vec::new(), light_path_reason, ..plan.clone() }

@@ -228,3 +228,9 @@ pub fn of(reference: &Reference, view: &View, options: &Options) -> blake3::Hash
     });
     fingerprint.0.finalize()
 }
+impl Reference<'_> {
+    /// A hash of all that a truth depends on, in hexadecimal digits.
+    pub fn fingerprint(&self, view: &View, options: &Options) -> String {
+        of(self, view, options).to_hex().to_string()
+    }
+}

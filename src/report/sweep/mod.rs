@@ -1,3 +1,21 @@
 //! Error against run time: families of settings, measured on the device at hand against the truth.
+//!
+//! [`families`] says what is measured, [`picture`] and [`timing`] measure it, [`journal`] keeps what was measured, so that a run that is broken
+//! off goes on and several can be joined, and [`assemble`] makes the [`model::Report`] of it. [`run`] puts them in order.
 
+pub mod assemble;
+pub mod choice;
+mod convergence;
+mod error;
+pub mod families;
+pub mod journal;
+pub mod machine;
+pub mod merge;
+pub mod meter;
 pub mod model;
+pub mod picture;
+pub mod run;
+pub mod table;
+pub mod timing;
+
+pub use error::Error;

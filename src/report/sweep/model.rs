@@ -41,6 +41,14 @@ pub struct Shard {
     pub count: u32,
 }
 
+impl Shard {
+    /// Whether it measures the point with this index of the sweep: every `count`-th from its own, and always the first, beside which all
+    /// others are timed.
+    pub fn has(&self, point: usize) -> bool {
+        point == 0 || point % self.count as usize == self.index as usize - 1
+    }
+}
+
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SceneReport {
     pub name: String,

@@ -1,0 +1,48 @@
+//! What keeps a report from being made.
+
+use crate::{frame, gpu, measure, plan};
+
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    #[error(transparent)]
+    Frame(#[from] frame::Error),
+    #[error(transparent)]
+    Mismatch(#[from] measure::Mismatch),
+    /// What the folder already holds, or the parts of a merge, do not fit.
+    #[error("{0}")]
+    Refused(String),
+    #[error("cannot {doing}: {error}")]
+    File { doing: String, error: std::io::Error },
+    /// Somebody asked to stop; what was finished until then is in the journal.
+    #[error("stopped; the same command goes on from here")]
+    Stopped,
+}
+
+impl Error {
+    pub(super) fn file(doing: impl Into<String>, error: std::io::Error) -> Self {
+        Self::File { doing: doing.into(), error }
+    }
+
+    /// Whether only the settings at hand are too much for the device, and others may do.
+    pub(super) fn is_of_point(&self) -> bool {
+        match self {
+            Self::Frame(frame::Error::Plan(_)) => true,
+            Self::Frame(frame::Error::Gpu(error)) => {
+                matches!(error, gpu::Error::TooLarge { .. } | gpu::Error::OutOfMemory { .. })
+            }
+            _ => false,
+        }
+    }
+}
+
+impl From<plan::Error> for Error {
+    fn from(error: plan::Error) -> Self {
+        Self::Frame(error.into())
+    }
+}
+
+impl From<gpu::Error> for Error {
+    fn from(error: gpu::Error) -> Self {
+        Self::Frame(error.into())
+    }
+}

@@ -1,0 +1,370 @@
+//! What was measured so far, on disk: a line of JSON for each thing that is finished, behind a line that says what was asked for.
+//!
+//! A run that is broken off goes on with what is there; a line that was cut off is measured again. It also is what parts of a report are
+//! joined from, as it has all measurements and not only what they come to.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::{File, OpenOptions};
+use std::io::Write;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::error::Error;
+use super::families::PlannedFamily;
+use super::model::{Attribution, ErrorsByTruth, LeftOut, Machine, Shard, TruthInfo};
+use super::timing::{Rounds, Sample};
+
+/// The name of the file in a report's folder.
+pub const FILE: &str = "journal";
+
+/// What was asked for, and where.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    /// Of this file and of the report.
+    pub layout: u32,
+    /// Of the program.
+    pub version: String,
+    pub machine: Machine,
+    pub shard: Option<Shard>,
+    /// As they were given.
+    pub scenes: Vec<String>,
+    pub asked: Asked,
+}
+
+/// What decides which points are measured, and how well.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Asked {
+    pub families: Option<Vec<String>>,
+    pub joint: usize,
+    pub quick: bool,
+    pub rounds: usize,
+    pub truth_samples: u32,
+    pub seed: u64,
+}
+
+/// A scene with its settings as given, and what is to be measured of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SceneInfo {
+    pub name: String,
+    /// Of all that its truth depends on.
+    pub hash: String,
+    /// The settings as given, as far as they were.
+    pub settings: String,
+    pub size: [u32; 2],
+    pub triangles: usize,
+    pub lights: usize,
+    pub truth: TruthInfo,
+    /// The names of all points, of whatever shard.
+    pub points: Vec<String>,
+    pub families: Vec<PlannedFamily>,
+    pub left_out: Vec<LeftOut>,
+}
+
+/// What was found of a point's pictures.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Drawn {
+    pub errors: ErrorsByTruth,
+    /// Bytes on the device.
+    pub memory: u64,
+    pub gbuffer_bytes_per_pixel: u32,
+}
+
+/// A batch of renderers that took turns.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Batch {
+    /// Names of the points beside the anchor.
+    pub points: Vec<String>,
+    /// They had been on a front.
+    pub confirms: bool,
+    pub rounds: Rounds,
+}
+
+/// A line.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Record {
+    Header(Header),
+    Scene {
+        scene: usize,
+        info: SceneInfo,
+    },
+    Drawn {
+        scene: usize,
+        point: String,
+        drawn: Drawn,
+    },
+    /// What this device could not do after all.
+    Failed {
+        scene: usize,
+        point: String,
+        reason: String,
+    },
+    Batch {
+        scene: usize,
+        batch: Batch,
+    },
+    Attribution {
+        scene: usize,
+        attribution: Attribution,
+    },
+}
+
+/// All that is known of one scene.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Measured {
+    pub info: Option<SceneInfo>,
+    pub drawn: BTreeMap<String, Drawn>,
+    pub failed: BTreeMap<String, String>,
+    pub batches: Vec<Batch>,
+    pub attributions: Vec<Attribution>,
+}
+
+impl Measured {
+    fn add(&mut self, record: Record) {
+        match record {
+            Record::Header(_) => {}
+            Record::Scene { info, .. } => self.info = Some(info),
+            Record::Drawn { point, drawn, .. } => {
+                self.drawn.insert(point, drawn);
+            }
+            Record::Failed { point, reason, .. } => {
+                self.failed.insert(point, reason);
+            }
+            Record::Batch { batch, .. } => self.batches.push(batch),
+            Record::Attribution { attribution, .. } => self.attributions.push(attribution),
+        }
+    }
+
+    /// The batch that tells a point's time: that which confirms it, if there is one, and its own among the batch's times.
+    pub fn times_of(&self, point: &str) -> Option<(&Batch, &[Sample])> {
+        let of = |batch: &&Batch| batch.points.iter().any(|name| name == point);
+        let confirming = self.batches.iter().filter(|batch| batch.confirms).find(of);
+        let batch = confirming.or_else(|| self.batches.iter().find(of))?;
+        let place = batch.points.iter().position(|name| name == point)?;
+        Some((batch, batch.rounds.others.get(place)?))
+    }
+
+    /// Names of points that have a time.
+    pub fn timed(&self) -> BTreeSet<&str> {
+        self.batches.iter().flat_map(|batch| batch.points.iter().map(String::as_str)).collect()
+    }
+}
+
+/// What a folder's journal says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contents {
+    pub header: Header,
+    pub scenes: Vec<Measured>,
+    /// Bytes up to the end of the last whole line.
+    whole: u64,
+}
+
+impl Contents {
+    /// Reads a journal; `None` where there is none, or one without a whole line.
+    ///
+    /// # Errors
+    /// When it cannot be read, or is of another layout.
+    pub fn read(path: &Path) -> Result<Option<Self>, Error> {
+        let text = match std::fs::read(path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(Error::file(format!("read {}", path.display()), error)),
+        };
+        let mut found: Option<Self> = None;
+        let mut whole = 0;
+        for line in text.split_inclusive(|&byte| byte == b'\n') {
+            // Cut off while it was written: nothing after it counts.
+            let Some(record) = line.strip_suffix(b"\n").and_then(|line| serde_json::from_slice(line).ok()) else {
+                break;
+            };
+            whole += line.len() as u64;
+            match (&mut found, record) {
+                (None, Record::Header(header)) => found = Some(Self { header, scenes: Vec::new(), whole: 0 }),
+                (None, _) => break,
+                (Some(contents), record) => contents.add(record),
+            }
+        }
+        if found.is_none() && !text.is_empty() && text.contains(&b'\n') {
+            let why = "is no journal of a report that this program can read: --restart begins anew";
+            return Err(Error::Refused(format!("{} {why}", path.display())));
+        }
+        Ok(found.map(|contents| Self { whole, ..contents }))
+    }
+
+    fn add(&mut self, record: Record) {
+        let scene = match &record {
+            Record::Header(_) => return,
+            Record::Scene { scene, .. }
+            | Record::Drawn { scene, .. }
+            | Record::Failed { scene, .. }
+            | Record::Batch { scene, .. }
+            | Record::Attribution { scene, .. } => *scene,
+        };
+        if scene < self.header.scenes.len() {
+            self.scenes.resize(self.header.scenes.len(), Measured::default());
+            self.scenes[scene].add(record);
+        }
+    }
+}
+
+/// A journal that is being written.
+#[derive(Debug)]
+pub struct Journal {
+    name: String,
+    file: File,
+    pub scenes: Vec<Measured>,
+}
+
+impl Journal {
+    /// Goes on with the journal in a folder, which is that of the same command, or begins one.
+    ///
+    /// # Errors
+    /// When the folder's is of another command, or cannot be read or written.
+    pub fn open(folder: &Path, header: &Header, restart: bool) -> Result<Self, Error> {
+        let path = folder.join(FILE);
+        let name = path.display().to_string();
+        let before = if restart { None } else { Contents::read(&path)? };
+        let failed = |error| Error::file(format!("write {name}"), error);
+        if let Some(before) = before {
+            if let Some(difference) = difference(&before.header, header) {
+                let hint = "choose another folder with -o, or --restart to begin anew";
+                return Err(Error::Refused(format!("{} holds another report: {difference}: {hint}", folder.display())));
+            }
+            let file = OpenOptions::new().append(true).open(&path).map_err(failed)?;
+            file.set_len(before.whole).map_err(failed)?;
+            let mut scenes = before.scenes;
+            scenes.resize(header.scenes.len(), Measured::default());
+            return Ok(Self { name, file, scenes });
+        }
+        let file = File::create(&path).map_err(failed)?;
+        let mut journal = Self { name, file, scenes: vec![Measured::default(); header.scenes.len()] };
+        journal.write(&Record::Header(header.clone()))?;
+        Ok(journal)
+    }
+
+    /// Writes a line, whole, and knows it from now on.
+    ///
+    /// # Errors
+    /// When the disk is full.
+    pub fn add(&mut self, scene: usize, record: Record) -> Result<(), Error> {
+        self.write(&record)?;
+        self.scenes[scene].add(record);
+        Ok(())
+    }
+
+    fn write(&mut self, record: &Record) -> Result<(), Error> {
+        let failed = |error| Error::file(format!("write {}", self.name), error);
+        let mut line = serde_json::to_vec(record).map_err(|error| failed(error.into()))?;
+        line.push(b'\n');
+        self.file.write_all(&line).and_then(|()| self.file.flush()).map_err(failed)
+    }
+}
+
+/// The first thing in which two commands differ, in words; none where they are the same.
+pub fn difference(there: &Header, here: &Header) -> Option<String> {
+    let differs = |what: &str, there: String, here: String| {
+        (there != here).then(|| format!("its {what} is {there}, and that of this one {here}"))
+    };
+    let machine = |header: &Header| header.machine.clone();
+    let shard = |header: &Header| {
+        header.shard.map_or_else(|| "all of it".to_owned(), |shard| format!("{}/{}", shard.index, shard.count))
+    };
+    let asked = |header: &Header| {
+        let Asked { families, joint, quick, rounds, truth_samples, seed } = &header.asked;
+        let families = families.as_ref().map_or_else(|| "all".to_owned(), |keys| keys.join(","));
+        format!(
+            "families {families}, joint {joint}, rounds {rounds}, truth samples {truth_samples}, seed {seed}{}",
+            if *quick { ", quick" } else { "" }
+        )
+    };
+    differs("layout", there.layout.to_string(), here.layout.to_string())
+        .or_else(|| differs("program", there.version.clone(), here.version.clone()))
+        .or_else(|| differs("list of scenes", there.scenes.join(" "), here.scenes.join(" ")))
+        .or_else(|| differs("device", machine(there).device, machine(here).device))
+        .or_else(|| differs("driver", machine(there).driver, machine(here).driver))
+        .or_else(|| differs("CPU", machine(there).cpu, machine(here).cpu))
+        .or_else(|| differs("number of threads", threads(there), threads(here)))
+        .or_else(|| differs("choice of points", asked(there), asked(here)))
+        .or_else(|| differs("shard", shard(there), shard(here)))
+}
+
+fn threads(header: &Header) -> String {
+    let Machine { threads, driver_threads, .. } = &header.machine;
+    driver_threads.map_or_else(|| threads.to_string(), |driver| format!("{threads} ({driver} of the driver)"))
+}
+
+/// The same for a scene as it was found.
+pub fn scene_difference(there: &SceneInfo, here: &SceneInfo) -> Option<String> {
+    let name = &here.name;
+    if there.size != here.size {
+        let size = |[width, height]: [u32; 2]| format!("{width}x{height}");
+        return Some(format!("its size of {name} is {}, and that of this one {}", size(there.size), size(here.size)));
+    }
+    if there.settings != here.settings {
+        let text = |info: &SceneInfo| format!("\"{}\"", info.settings);
+        return Some(format!("its settings of {name} are {}, and those of this one {}", text(there), text(here)));
+    }
+    (there.hash != here.hash || there.points != here.points)
+        .then(|| format!("its scene {} is not the same as {name} is now", there.name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::run::samples::{drawn, header, rounds};
+    use super::*;
+
+    #[test]
+    fn what_was_written_is_there_again_and_a_torn_line_is_not() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let header = header();
+        let mut journal = Journal::open(folder.path(), &header, false).expect("new");
+        let point = |point: &str| Record::Drawn { scene: 0, point: point.into(), drawn: drawn(0.1) };
+        journal.add(0, point("default")).expect("written");
+        let batch = Batch { points: vec!["a".into()], confirms: false, rounds: rounds(1, 1.0 / 3.0) };
+        journal.add(0, Record::Batch { scene: 0, batch }).expect("written");
+        let known = journal.scenes.clone();
+        drop(journal);
+        let path = folder.path().join(FILE);
+        let mut torn = std::fs::read(&path).expect("there");
+        let whole = torn.len();
+        torn.extend_from_slice(br#"{"drawn":{"scene":0,"poi"#);
+        std::fs::write(&path, &torn).expect("written");
+
+        let mut again = Journal::open(folder.path(), &header, false).expect("the same command");
+        assert_eq!(again.scenes, known);
+        assert_eq!(std::fs::metadata(&path).expect("there").len(), whole as u64);
+        again.add(0, point("b")).expect("written");
+        let read = Contents::read(&path).expect("readable").expect("there");
+        assert_eq!(read.scenes[0].drawn.keys().collect::<Vec<_>>(), ["b", "default"]);
+    }
+
+    #[test]
+    fn another_command_is_refused_unless_it_restarts() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let header = header();
+        Journal::open(folder.path(), &header, false).expect("new");
+        let mut other = header.clone();
+        other.machine.device = "another".into();
+        let refusal = Journal::open(folder.path(), &other, false).expect_err("another device").to_string();
+        assert!(refusal.contains("device is tester") && refusal.contains("another"), "{refusal}");
+        let mut other = header.clone();
+        other.asked.rounds += 1;
+        let refusal = Journal::open(folder.path(), &other, false).expect_err("other rounds").to_string();
+        assert!(refusal.contains("rounds") && refusal.contains("--restart"), "{refusal}");
+        Journal::open(folder.path(), &other, true).expect("begins anew");
+        Journal::open(folder.path(), &other, false).expect("is its own now");
+    }
+
+    #[test]
+    fn the_confirming_batch_tells_a_points_time() {
+        let mut measured = Measured::default();
+        let batch =
+            |confirms, ratio| Batch { points: vec!["a".into(), "b".into()], confirms, rounds: rounds(2, ratio) };
+        measured.add(Record::Batch { scene: 0, batch: batch(false, 2.0) });
+        measured.add(Record::Batch { scene: 0, batch: batch(true, 3.0) });
+        let (found, times) = measured.times_of("b").expect("timed");
+        assert!(found.confirms && times.len() == found.rounds.anchor.len());
+        assert!(measured.times_of("c").is_none());
+    }
+}

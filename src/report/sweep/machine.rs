@@ -1,0 +1,55 @@
+//! Where times are taken.
+
+use super::model::Machine;
+use crate::gpu::PhysicalDevice;
+use ash::vk;
+
+/// The variable that says how many threads lavapipe draws with.
+pub const DRIVER_THREADS: &str = "LP_NUM_THREADS";
+
+/// This machine, with the device that draws.
+pub fn here(device: &PhysicalDevice) -> Machine {
+    let software = device.kind == vk::PhysicalDeviceType::CPU;
+    let driver_threads = std::env::var(DRIVER_THREADS).ok().and_then(|text| text.parse().ok());
+    Machine {
+        device: device.name.clone(),
+        driver: format!("{} {}", device.driver_name, device.driver_info).trim().to_owned(),
+        software,
+        os: os(),
+        cpu: cpu().unwrap_or_else(|| std::env::consts::ARCH.into()),
+        threads: threads(),
+        driver_threads: driver_threads.filter(|_| software),
+    }
+}
+
+/// Threads that this process may use.
+pub fn threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// The system and, where it tells, its release.
+fn os() -> String {
+    let release = std::fs::read_to_string("/proc/sys/kernel/osrelease").unwrap_or_default();
+    format!("{} {}", std::env::consts::OS, release.trim()).trim().to_owned()
+}
+
+fn cpu() -> Option<String> {
+    model(&std::fs::read_to_string("/proc/cpuinfo").ok()?)
+}
+
+fn model(cpuinfo: &str) -> Option<String> {
+    let line = cpuinfo.lines().find(|line| line.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cpu_is_named_as_the_system_names_it() {
+        let text = "processor\t: 0\nmodel name\t: A CPU @ 2 GHz\nmodel name\t: another\n";
+        assert_eq!(model(text).as_deref(), Some("A CPU @ 2 GHz"));
+        assert_eq!(model("processor : 0\n"), None);
+    }
+}

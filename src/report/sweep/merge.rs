@@ -1,0 +1,88 @@
+//! Parts of a report, measured by several jobs or machines of one kind, into one.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::error::Error;
+use super::journal::{self, Contents, Header, Measured};
+use super::model::Shard;
+use super::run::Run;
+
+/// A part, and what its folder is called.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    pub folder: String,
+    pub contents: Contents,
+}
+
+/// All parts as one: what they were asked for, and everything that they have measured.
+///
+/// # Errors
+/// When one is missing, there twice, not finished, or of another layout, program, scene, size, choice of points, device, driver or CPU; the
+/// sentence names both.
+pub fn join(parts: &[Part]) -> Result<(Header, Vec<Measured>), Error> {
+    let Some(first) = parts.first() else { return Err(Error::Refused("there is nothing to merge".into())) };
+    let header = Header { shard: None, ..first.contents.header.clone() };
+    for part in &parts[1..] {
+        let other = Header { shard: None, ..part.contents.header.clone() };
+        if let Some(difference) = journal::difference(&header, &other) {
+            return Err(apart(first, part, &difference));
+        }
+    }
+    check_shards(parts)?;
+    let mut joined = Vec::new();
+    for scene in 0..header.scenes.len() {
+        let mut all = Measured::default();
+        for part in parts {
+            let measured = part.contents.scenes.get(scene).filter(|measured| is_finished(measured, part));
+            let Some(measured) = measured else {
+                let why = format!("{} is not finished: run its command again", part.folder);
+                return Err(Error::Refused(why));
+            };
+            if let (Some(there), Some(here)) = (&all.info, &measured.info)
+                && let Some(difference) = journal::scene_difference(there, here)
+            {
+                return Err(apart(first, part, &difference));
+            }
+            all.info = all.info.or_else(|| measured.info.clone());
+            all.drawn.extend(measured.drawn.clone());
+            all.failed.extend(measured.failed.clone());
+            all.batches.extend(measured.batches.iter().cloned());
+            all.attributions.extend(measured.attributions.iter().cloned());
+        }
+        joined.push(all);
+    }
+    Ok((header, joined))
+}
+
+fn apart(first: &Part, other: &Part, difference: &str) -> Error {
+    Error::Refused(format!("{} and {} do not belong together: of the first, {difference}", first.folder, other.folder))
+}
+
+/// Each shard of the same number, once.
+fn check_shards(parts: &[Part]) -> Result<(), Error> {
+    let mut seen: BTreeMap<u32, &str> = BTreeMap::new();
+    let mut counts = BTreeSet::new();
+    for part in parts {
+        let Some(Shard { index, count }) = part.contents.header.shard else {
+            return Err(Error::Refused(format!("{} is no shard: it is a whole report", part.folder)));
+        };
+        if let Some(other) = seen.insert(index, &part.folder) {
+            return Err(Error::Refused(format!("{other} and {} are both shard {index}/{count}", part.folder)));
+        }
+        counts.insert(count);
+    }
+    let Some(&count) = counts.first().filter(|_| counts.len() == 1) else {
+        return Err(Error::Refused(format!("the parts are of different numbers of shards: {counts:?}")));
+    };
+    match (1..=count).find(|index| !seen.contains_key(index)) {
+        Some(missing) => Err(Error::Refused(format!("shard {missing}/{count} is missing"))),
+        None => Ok(()),
+    }
+}
+
+/// Whether a part has measured all points of its own.
+fn is_finished(measured: &Measured, part: &Part) -> bool {
+    let (Some(info), Some(shard)) = (&measured.info, part.contents.header.shard) else { return false };
+    let own = info.points.iter().enumerate().filter(|&(index, _)| shard.has(index));
+    Run::is_whole(measured, &own.map(|(_, name)| name.clone()).collect())
+}

@@ -1,0 +1,176 @@
+//! How far a point's pictures are from the truth.
+//!
+//! Light is compared as it is before it is tone-mapped, exposed and read as 32-bit floats, and the picture as it is shown, in codes of 8 bits, against the
+//! truth that is tone-mapped by the reference's own curves. Of a picture of several samples the light is its mean, and what is shown is as
+//! `resolve` has it. FXAA smooths what is shown: the light of such a point is that before it.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::error::Error;
+use super::model::{Errors, ErrorsByTruth, TruthInfo};
+use crate::frame::{Pixels, Renderer};
+use crate::gpu::Device;
+use crate::measure::{LinearImage, RELATIVE_EPSILON, Srgb8Image, errors, flip, shown_errors};
+use crate::reference::tonemap::{encode_srgb, tone_map};
+use crate::reference::{Cache, Mode, Options, Reference, Smith, Truth, View};
+use crate::scene::{Camera, Output, Scene, Settings, Tonemap, exposure_scale, metered_ev100};
+
+/// What a point's pictures are compared with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Expected {
+    /// Exposed.
+    pub light: LinearImage,
+    pub shown: Srgb8Image,
+}
+
+/// Both truths of a view.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Truths {
+    pub point: Expected,
+    pub converged: Expected,
+    pub info: TruthInfo,
+    /// Of all that they depend on.
+    pub hash: String,
+}
+
+/// What a point draws.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drawing {
+    pub light: LinearImage,
+    pub shown: Srgb8Image,
+    /// Bytes on the device.
+    pub memory: u64,
+    pub gbuffer_bytes_per_pixel: u32,
+}
+
+/// From nits to what is tone-mapped.
+pub fn exposure_of(scene: &Scene, settings: &Settings) -> f64 {
+    f64::from(exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(scene))))
+}
+
+impl Expected {
+    fn of(truth: &Truth, exposure: f64, curve: Tonemap) -> Self {
+        let light = LinearImage { size: truth.size, pixels: truth.radiance.clone() }.scaled(exposure);
+        let code = |linear: f64| (encode_srgb(linear) * 255.0).round() as u8;
+        let shown =
+            light.pixels.iter().map(|&light| tone_map::<f64>(DVec3::from_array(light), curve).to_array().map(code));
+        Self { shown: Srgb8Image { size: truth.size, pixels: shown.collect() }, light }
+    }
+}
+
+impl Truths {
+    /// What `progress` is told of the truth of several samples.
+    pub const CONVERGED: &'static str = "converged";
+
+    /// Renders both, or reads them from the cache. The scene's lights cast shadows as the settings as given have it.
+    pub fn of(
+        scene: &Scene,
+        view: &View,
+        settings: &Settings,
+        samples: u32,
+        progress: &(dyn Fn(&str, u64, u64) + Sync),
+    ) -> Self {
+        let reference = Reference::new(scene).with_brdf(settings.brdf).with_shadows(settings.shadows.enabled);
+        let cache = Cache::of_user();
+        let render = |mode, what: &str| {
+            let options = Options { mode, smith: Smith::default() };
+            let tell = |done, total| progress(what, done, total);
+            match &cache {
+                Some(cache) => cache.render(&reference, view, &options, &tell).truth,
+                None => reference.render(view, &options, &tell),
+            }
+        };
+        let point = render(Mode::Point, "point");
+        let converged = render(Mode::Converged { samples }, Self::CONVERGED);
+        let options = Options { mode: Mode::Converged { samples }, smith: Smith::default() };
+        let exposure = exposure_of(scene, settings);
+        Self {
+            point: Expected::of(&point, exposure, settings.tonemap),
+            converged: Expected::of(&converged, exposure, settings.tonemap),
+            info: info(&point, &converged, exposure, samples),
+            hash: reference.fingerprint(view, &options),
+        }
+    }
+
+    pub fn errors(&self, drawing: &Drawing) -> Result<ErrorsByTruth, Error> {
+        Ok(ErrorsByTruth {
+            point: errors_against(drawing, &self.point)?,
+            converged: errors_against(drawing, &self.converged)?,
+        })
+    }
+}
+
+/// How sure the truth is, exposed.
+fn info(point: &Truth, converged: &Truth, exposure: f64, samples: u32) -> TruthInfo {
+    let (mut squares, mut relative) = (0.0, 0.0);
+    let noise = converged.standard_error.as_deref().unwrap_or_default();
+    for (error, mean) in noise.iter().zip(&converged.radiance) {
+        for (error, mean) in error.iter().zip(mean) {
+            let square = (error * exposure).powi(2);
+            squares += square;
+            relative += square / ((mean * exposure).powi(2) + RELATIVE_EPSILON);
+        }
+    }
+    let count = (3 * noise.len()).max(1) as f64;
+    let seen = point.triangles.as_deref().unwrap_or_default();
+    let sky = seen.iter().filter(|triangle| triangle.is_none()).count() as f64 / seen.len().max(1) as f64;
+    TruthInfo {
+        samples,
+        noise_rmse: (squares / count).sqrt(),
+        noise_rel_mse: relative / count,
+        sky,
+        other_triangle: None,
+    }
+}
+
+fn errors_against(drawing: &Drawing, expected: &Expected) -> Result<Errors, Error> {
+    let light = errors(&drawing.light, &expected.light)?;
+    let psnr_db = shown_errors(&drawing.shown, &expected.shown)?.psnr_db(1.0);
+    Ok(Errors {
+        rel_mse: light.rel_mse,
+        rmse: light.rmse,
+        max: light.max,
+        p99_9: light.p99_9,
+        flip: flip(&drawing.shown, &expected.shown)?.mean(),
+        psnr_db: Some(psnr_db).filter(|psnr| psnr.is_finite()),
+        not_finite: light.not_finite,
+    })
+}
+
+impl Drawing {
+    /// Draws what is shown, and the light of it.
+    ///
+    /// # Errors
+    /// When the device cannot draw it.
+    pub fn of(device: &Arc<Device>, scene: &Scene, camera: &Camera, settings: &Settings) -> Result<Self, Error> {
+        let before = bytes_on(device);
+        let mut renderer = Renderer::new(device, scene, settings)?;
+        let Pixels::Srgb8(rgba) = renderer.picture(camera, || {})?.pixels else {
+            return Err(Error::Refused("a picture that is shown is linear".into()));
+        };
+        let memory = bytes_on(device).saturating_sub(before);
+        let gbuffer_bytes_per_pixel = renderer.plan().gbuffer_bytes_per_pixel();
+        drop(renderer);
+        let shown = Srgb8Image::from_rgba(settings.size, &rgba);
+        let light = light_of(device, scene, camera, settings)?;
+        Ok(Self { light, shown, memory, gbuffer_bytes_per_pixel })
+    }
+}
+
+/// Exposed light, before FXAA.
+fn light_of(device: &Arc<Device>, scene: &Scene, camera: &Camera, settings: &Settings) -> Result<LinearImage, Error> {
+    let linear = Settings { output: Output::Exposed, fxaa: false, ..settings.clone() };
+    let mut renderer = Renderer::new(device, scene, &linear)?;
+    let Pixels::LinearF32(rgba) = renderer.picture(camera, || {})?.pixels else {
+        return Err(Error::Refused("a linear picture is not linear".into()));
+    };
+    Ok(LinearImage::from_rgba(settings.size, &rgba))
+}
+
+fn bytes_on(device: &Device) -> u64 {
+    // What is retired but not yet destroyed would count for the next renderer.
+    device.collect();
+    device.memory_report().bytes
+}

@@ -1,0 +1,156 @@
+use super::super::assemble::{self, FRONTS};
+use super::super::journal::{Contents, FILE, Header, Journal, Measured};
+use super::super::merge::{self, Part};
+use super::super::model::{Metric, Report, Shard};
+use super::samples::{Clockwork, header, measure, measured, report};
+use super::*;
+
+fn sharded(index: u32, count: u32) -> Header {
+    Header { shard: Some(Shard { index, count }), ..header() }
+}
+
+fn part(folder: &std::path::Path, header: &Header) -> Part {
+    let mut journal = Journal::open(folder, header, false).expect("a journal");
+    measure(&mut Clockwork::default(), &mut journal, header.shard, usize::MAX).expect("measured");
+    let contents = Contents::read(&folder.join(FILE)).expect("readable").expect("there");
+    Part { folder: folder.display().to_string(), contents }
+}
+
+#[test]
+fn what_is_on_a_front_is_measured_again_and_nothing_beats_it() {
+    let report = report();
+    let scene = &report.scenes[0];
+    assert_eq!((scene.points.len(), scene.families.len()), (7, 2));
+    assert_eq!(scene.fronts.len(), FRONTS.len());
+    for front in &scene.fronts {
+        let at = |index: usize| {
+            let point = &scene.points[index];
+            (point.time.decisive().median, point.errors.against(front.truth).by(front.metric))
+        };
+        assert!(!front.points.is_empty());
+        for &own in &front.points {
+            assert!(scene.points[own].time.confirmed, "{}", scene.points[own].name);
+            let beaten = (0..scene.points.len()).any(|other| {
+                let ((time, error), (own_time, own_error)) = (at(other), at(own));
+                time <= own_time && error <= own_error && (time < own_time || error < own_error)
+            });
+            assert!(!beaten, "{}", scene.points[own].name);
+        }
+        assert!(front.points.windows(2).all(|pair| at(pair[0]).0 < at(pair[1]).0));
+        assert_eq!(front.probability.len(), scene.points.len());
+    }
+    assert!(assemble::default_on_front(scene, Metric::Flip, FRONTS[5].1).contains("the front"));
+}
+
+#[test]
+fn times_are_those_that_the_clock_had() {
+    let report = report();
+    for point in &report.scenes[0].points {
+        let expected = match point.name.as_str() {
+            "default" => 5.0,
+            "shadow-size=512" => 4.25,
+            "samples=64" => 320.0,
+            _ => continue,
+        };
+        let ratio = point.time.wall.median / expected;
+        assert!((0.99..1.02).contains(&ratio), "{}: {ratio}", point.name);
+        assert!(point.time.wall.low <= point.time.wall.median && point.time.wall.median <= point.time.wall.high);
+    }
+}
+
+#[test]
+fn a_run_that_was_stopped_goes_on_and_measures_nothing_twice() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut asked = Clockwork::default();
+    let mut stops = 0;
+    for _ in 0..100 {
+        // As if it was killed after three steps, again and again.
+        let mut journal = Journal::open(folder.path(), &header(), false).expect("the same command");
+        match measure(&mut asked, &mut journal, None, 3) {
+            Ok(()) => break,
+            Err(Error::Stopped) => stops += 1,
+            Err(error) => panic!("{error}"),
+        }
+    }
+    assert!(stops >= 2, "{stops}");
+    let whole = tempfile::tempdir().expect("a temporary folder");
+    let at_once = measured(whole.path());
+    let mut journal = Journal::open(folder.path(), &header(), false).expect("the same command");
+    assert_eq!(journal.scenes[0].drawn, at_once[0].drawn);
+    assert_eq!(journal.scenes[0].timed(), at_once[0].timed());
+    assert_eq!(asked.drawn.len(), at_once[0].drawn.len(), "{:?}", asked.drawn);
+    // Once each, and once more for what is on a front.
+    let times = |name: &str| asked.timed.iter().filter(|timed| *timed == name).count();
+    for name in at_once[0].timed() {
+        assert!((1..=2).contains(&times(name)), "{name}: {}", times(name));
+    }
+    let before = asked.timed.len();
+    measure(&mut asked, &mut journal, None, usize::MAX).expect("nothing is left to do");
+    assert_eq!((asked.drawn.len(), asked.timed.len()), (at_once[0].drawn.len(), before));
+}
+
+#[test]
+fn what_the_device_cannot_hold_is_left_out_with_its_reason() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut journal = Journal::open(folder.path(), &header(), false).expect("a journal");
+    let mut meter = Clockwork { too_large: vec!["shadow-size=4096".into()], ..Clockwork::default() };
+    measure(&mut meter, &mut journal, None, usize::MAX).expect("the others are measured");
+    let report = assemble::scene_report(&journal.scenes[0]).expect("measured");
+    assert_eq!(report.points.len(), 6);
+    assert!(report.left_out.iter().any(|left| left.name == "shadow-size=4096" && left.reason.contains("texels")));
+    assert_eq!(
+        report.families[0].members.iter().map(|member| member.label.as_str()).collect::<Vec<_>>(),
+        ["512", "1024", "2048"]
+    );
+}
+
+#[test]
+fn shards_merge_to_the_points_and_errors_of_the_whole() {
+    let whole = report();
+    let folders: Vec<_> = (0..3).map(|_| tempfile::tempdir().expect("a temporary folder")).collect();
+    let parts: Vec<Part> =
+        folders.iter().zip(1..).map(|(folder, index)| part(folder.path(), &sharded(index, 3))).collect();
+    let (header, joined) = merge::join(&parts).expect("they belong together");
+    let merged = assemble::report(&header, &joined, None);
+    let names = |report: &Report| -> Vec<_> {
+        report.scenes[0].points.iter().map(|point| (point.name.clone(), point.errors)).collect()
+    };
+    assert_eq!(names(&merged), names(&whole));
+    let members = |report: &Report| -> Vec<_> {
+        report.scenes[0].families.iter().map(|family| (family.key.clone(), family.members.clone())).collect()
+    };
+    assert_eq!(members(&merged), members(&whole));
+    assert_eq!(merged.scenes[0].left_out, whole.scenes[0].left_out);
+    // What is on the whole's front was on that of its shard, and so is measured twice.
+    for front in &merged.scenes[0].fronts {
+        assert!(front.points.iter().all(|&index| merged.scenes[0].points[index].time.confirmed));
+    }
+}
+
+#[test]
+fn parts_that_do_not_belong_together_are_refused_by_name() {
+    let folders: Vec<_> = (0..2).map(|_| tempfile::tempdir().expect("a temporary folder")).collect();
+    let one = part(folders[0].path(), &sharded(1, 2));
+    let two = part(folders[1].path(), &sharded(2, 2));
+    let refused = |parts: &[Part]| merge::join(parts).expect_err("refused").to_string();
+    assert!(merge::join(&[one.clone(), two.clone()]).is_ok());
+    assert!(refused(std::slice::from_ref(&one)).contains("shard 2/2 is missing"));
+    assert!(refused(&[one.clone(), one.clone()]).contains("both shard 1/2"));
+    let changed = |change: &dyn Fn(&mut Part)| {
+        let mut other = two.clone();
+        change(&mut other);
+        refused(&[one.clone(), other])
+    };
+    let text = changed(&|part| part.contents.header.machine.device = "another".into());
+    assert!(text.contains("tester") && text.contains("another"), "{text}");
+    let text = changed(&|part| part.contents.header.machine.cpu = "slower".into());
+    assert!(text.contains("CPU is cpu") && text.contains("slower"), "{text}");
+    let text = changed(&|part| part.contents.header.layout = 99);
+    assert!(text.contains("layout is 1") && text.contains("99"), "{text}");
+    let text = changed(&|part| {
+        part.contents.scenes[0].info.as_mut().expect("measured").size = [1, 1];
+    });
+    assert!(text.contains("64x36") && text.contains("1x1"), "{text}");
+    assert!(changed(&|part| part.contents.header.shard = None).contains("no shard"));
+    assert!(changed(&|part| part.contents.scenes[0] = Measured::default()).contains("not finished"));
+}

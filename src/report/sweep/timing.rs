@@ -1,0 +1,271 @@
+//! How long pictures take: renderers take turns, so that what slows the machine slows all of them.
+//!
+//! A batch is a few renderers that are held at once, the settings as given (the anchor) always among them. Each is warmed up until its frames
+//! stop getting faster, for drivers compile late; then rounds begin, each of one picture by each renderer in random order. What counts is the
+//! ratio of a picture's time to that of the anchor in the same round: it is comparable between batches, and between machines of one kind.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+
+use super::error::Error;
+use super::model::{Interval, Timing};
+use crate::frame::{Accumulator, Pixels, Renderer, sample_offset};
+use crate::gpu::Device;
+use crate::measure::{MedianInterval, cpu_seconds, median_interval};
+use crate::scene::{Camera, Scene, Settings};
+
+/// Frames of which the median must have stopped falling.
+const STEADY_FRAMES: usize = 3;
+/// Frames get no more than this much faster from then on.
+const STEADY: f64 = 0.95;
+/// A renderer is as warm as it gets.
+const MOST_WARM_UP_FRAMES: usize = 40;
+const MOST_WARM_UP: Duration = Duration::from_secs(10);
+/// Rounds that a batch has at least, however slow it is.
+const LEAST_ROUNDS: usize = 3;
+/// Batches with a wide interval get this many times the rounds, at most.
+const MORE_ROUNDS: usize = 3;
+
+/// One picture, in milliseconds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Sample {
+    pub wall: f64,
+    /// By the device's own clock; `None` on CPU devices.
+    pub gpu: Option<f64>,
+    /// CPU time of the process; on CPU devices only.
+    pub cpu: Option<f64>,
+}
+
+impl Sample {
+    /// The time that counts.
+    pub fn decisive(&self) -> f64 {
+        self.gpu.unwrap_or(self.wall)
+    }
+}
+
+/// The times of a batch: those of the anchor, and of the others in the same rounds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Rounds {
+    pub anchor: Vec<Sample>,
+    pub others: Vec<Vec<Sample>>,
+}
+
+/// How many rounds a batch has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Effort {
+    pub rounds: usize,
+    /// A batch that takes longer has no more rounds.
+    pub longest: Duration,
+}
+
+/// A renderer that takes its turns.
+pub struct Contender<'a> {
+    camera: &'a Camera,
+    renderer: Renderer,
+    software: bool,
+}
+
+impl<'a> Contender<'a> {
+    pub fn new(device: &Arc<Device>, scene: &Scene, camera: &'a Camera, settings: &Settings) -> Result<Self, Error> {
+        let renderer = Renderer::new(device, scene, settings)?;
+        let software = renderer.plan().software;
+        Ok(Self { camera, renderer, software })
+    }
+
+    /// Draws frames until they stop getting faster.
+    pub fn warm_up(&mut self) -> Result<(), Error> {
+        let begun = Instant::now();
+        let mut times = Vec::new();
+        while !is_steady(&times) && times.len() < MOST_WARM_UP_FRAMES && begun.elapsed() < MOST_WARM_UP {
+            self.renderer.render(self.camera)?;
+            let frame = self.renderer.wait()?;
+            times.push(if self.software { frame.wall_ms } else { frame.gpu_ms.unwrap_or(frame.wall_ms) });
+        }
+        Ok(())
+    }
+
+    /// Draws one picture. One of several samples is read back frame by frame and averaged, which is a part of its wall time; one of a single frame
+    /// is done when the device is.
+    pub fn draw(&mut self) -> Result<Sample, Error> {
+        let (begun, cpu_before) = (Instant::now(), cpu_seconds());
+        let count = self.renderer.plan().samples;
+        let (mut gpu, mut wall) = (Some(0.0), 0.0);
+        let mut sum = (count > 1).then(|| Accumulator::new(self.renderer.plan()));
+        for index in 0..count {
+            self.renderer.render_jittered(self.camera, sample_offset(index, count))?;
+            let frame = self.renderer.wait()?;
+            gpu = gpu.zip(frame.gpu_ms).map(|(sum, ms)| sum + ms);
+            wall += frame.wall_ms;
+            if let Some(sum) = &mut sum
+                && let Pixels::LinearF32(rgba) = self.renderer.read_back()?.pixels
+            {
+                sum.add(&rgba);
+            }
+        }
+        if let Some(sum) = sum {
+            std::hint::black_box(sum.picture());
+            wall = begun.elapsed().as_secs_f64() * 1e3;
+        }
+        let cpu = cpu_before.zip(cpu_seconds()).map(|(before, after)| (after - before) * 1e3);
+        Ok(Sample { wall, gpu: gpu.filter(|_| !self.software), cpu: cpu.filter(|_| self.software) })
+    }
+}
+
+/// Whether the last frames are no faster than those before them.
+fn is_steady(times: &[f64]) -> bool {
+    let Some(before) = times.len().checked_sub(2 * STEADY_FRAMES) else { return false };
+    let (before, last) = times[before..].split_at(STEADY_FRAMES);
+    median(last) >= median(before) * STEADY
+}
+
+fn median(samples: &[f64]) -> f64 {
+    let mut sorted = samples.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    crate::measure::percentile(&sorted, 50.0).unwrap_or(f64::NAN)
+}
+
+/// Draws rounds of all contenders, of which the first is the anchor, each round in an order of its own. `draw` draws a picture of one of them.
+pub fn take_turns<E>(
+    contenders: usize,
+    effort: &Effort,
+    random: &mut fastrand::Rng,
+    mut draw: impl FnMut(usize) -> Result<Sample, E>,
+) -> Result<Rounds, E> {
+    let begun = Instant::now();
+    let mut times: Vec<Vec<Sample>> = vec![Vec::new(); contenders];
+    let mut order: Vec<usize> = (0..contenders).collect();
+    for round in 0..effort.rounds * MORE_ROUNDS {
+        let is_enough = || times[1..].iter().all(|own| !is_unsure(own, &times[0]));
+        let is_late = begun.elapsed() >= effort.longest;
+        if round >= LEAST_ROUNDS && (is_late || (round >= effort.rounds && is_enough())) {
+            break;
+        }
+        random.shuffle(&mut order);
+        for &contender in &order {
+            times[contender].push(draw(contender)?);
+        }
+    }
+    let anchor = times.remove(0);
+    Ok(Rounds { anchor, others: times })
+}
+
+fn is_unsure(own: &[Sample], anchor: &[Sample]) -> bool {
+    ratios(own, anchor, |sample| Some(sample.decisive()))
+        .and_then(|ratios| median_interval(&ratios))
+        .is_some_and(|interval| interval_of(&interval, 1.0).is_wide())
+}
+
+/// The time of each round over that of the anchor; `None` without a clock.
+fn ratios(own: &[Sample], anchor: &[Sample], clock: impl Fn(&Sample) -> Option<f64>) -> Option<Vec<f64>> {
+    own.iter().zip(anchor).map(|(own, anchor)| Some(clock(own)? / clock(anchor)?)).collect()
+}
+
+/// One of the clocks of a sample.
+type Clock = fn(&Sample) -> Option<f64>;
+const WALL: Clock = |sample| Some(sample.wall);
+const GPU: Clock = |sample| sample.gpu;
+const CPU: Clock = |sample| sample.cpu;
+
+/// What all times are scaled by: every measurement of the anchor.
+#[derive(Debug, Clone, Default)]
+pub struct Anchor(pub Vec<Sample>);
+
+/// A point's times, in milliseconds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointTimes {
+    pub timing: Timing,
+    /// Of each round, by the clock that counts.
+    pub samples: Vec<f64>,
+}
+
+impl Anchor {
+    /// The anchor's own times.
+    pub fn times(&self, confirmed: bool) -> Option<PointTimes> {
+        let by = |clock: Clock| self.0.iter().map(clock).collect::<Option<Vec<f64>>>();
+        let interval = |clock| Some(interval_of(&median_interval(&by(clock)?)?, 1.0));
+        let timing = Timing { wall: interval(WALL)?, gpu: interval(GPU), cpu: interval(CPU), confirmed };
+        Some(PointTimes { timing, samples: self.0.iter().map(Sample::decisive).collect() })
+    }
+
+    /// The times of a point whose rounds were drawn beside `anchor`: the anchor's median times the median of the rounds' ratios.
+    pub fn scaled(&self, own: &[Sample], anchor: &[Sample], confirmed: bool) -> Option<PointTimes> {
+        let median_by = |clock: Clock| self.0.iter().map(clock).collect::<Option<Vec<f64>>>().map(|all| median(&all));
+        let interval = |clock: Clock| {
+            let interval = median_interval(&ratios(own, anchor, clock)?)?;
+            Some(interval_of(&interval, median_by(clock)?))
+        };
+        let decisive: Clock = |sample| Some(sample.decisive());
+        let scale = median_by(decisive)?;
+        let samples = ratios(own, anchor, decisive)?.into_iter().map(|ratio| ratio * scale).collect();
+        let timing = Timing { wall: interval(WALL)?, gpu: interval(GPU), cpu: interval(CPU), confirmed };
+        Some(PointTimes { timing, samples })
+    }
+}
+
+fn interval_of(interval: &MedianInterval, scale: f64) -> Interval {
+    Interval {
+        median: interval.median * scale,
+        low: interval.low * scale,
+        high: interval.high * scale,
+        count: interval.count,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wall(wall: f64) -> Sample {
+        Sample { wall, gpu: None, cpu: Some(2.0 * wall) }
+    }
+
+    #[test]
+    fn frames_are_steady_when_they_stop_getting_faster() {
+        assert!(!is_steady(&[1.0; 5]), "too few to tell");
+        assert!(!is_steady(&[90.0, 80.0, 70.0, 9.0, 8.0, 7.0]));
+        assert!(is_steady(&[90.0, 8.0, 7.0, 7.5, 8.0, 7.6, 7.4]));
+    }
+
+    #[test]
+    fn what_slows_a_round_slows_all_of_it_and_no_ratio() {
+        let slow = [1.0, 9.0, 1.0, 4.0, 1.0, 2.0];
+        let anchor: Vec<Sample> = slow.iter().map(|slow| wall(10.0 * slow)).collect();
+        let own: Vec<Sample> = slow.iter().map(|slow| wall(25.0 * slow)).collect();
+        let all = Anchor(vec![wall(10.0); 5]);
+        let times = all.scaled(&own, &anchor, true).expect("finite");
+        let expected = Interval { median: 25.0, low: 25.0, high: 25.0, count: 6 };
+        assert_eq!((times.timing.wall, times.timing.gpu), (expected, None));
+        assert_eq!(times.timing.cpu.map(|cpu| cpu.median), Some(50.0));
+        assert_eq!(times.samples, [25.0; 6]);
+    }
+
+    #[test]
+    fn every_round_has_each_contender_once_and_orders_differ() {
+        let mut drawn = Vec::new();
+        let effort = Effort { rounds: 12, longest: Duration::from_secs(60) };
+        let rounds = take_turns(3, &effort, &mut fastrand::Rng::with_seed(7), |contender| {
+            drawn.push(contender);
+            Ok::<_, ()>(wall(1.0 + contender as f64))
+        })
+        .expect("no error");
+        assert_eq!((rounds.anchor.len(), rounds.others.len()), (12, 2));
+        assert!(rounds.others.iter().all(|times| times.len() == 12));
+        let orders: std::collections::BTreeSet<&[usize]> = drawn.chunks(3).collect();
+        assert!(orders.len() > 3, "{orders:?}");
+        assert!(orders.iter().all(|order| order.iter().sum::<usize>() == 3));
+    }
+
+    #[test]
+    fn what_is_unsure_gets_more_rounds_and_not_without_end() {
+        let effort = Effort { rounds: 8, longest: Duration::from_secs(60) };
+        let mut random = fastrand::Rng::with_seed(1);
+        let mut noise = fastrand::Rng::with_seed(2);
+        let rounds = take_turns(2, &effort, &mut random, |_| Ok::<_, ()>(wall(1.0 + 3.0 * noise.f64())));
+        assert_eq!(rounds.expect("no error").anchor.len(), 24);
+        let late = Effort { longest: Duration::ZERO, ..effort };
+        let rounds = take_turns(2, &late, &mut random, |_| Ok::<_, ()>(wall(1.0)));
+        assert_eq!(rounds.expect("no error").anchor.len(), LEAST_ROUNDS);
+    }
+}
