@@ -16,12 +16,14 @@ mod plan_report;
 mod progress;
 mod reference;
 mod render;
+#[cfg(feature = "report")]
+mod report;
 mod session;
 mod table;
 mod workload;
 
 use clap::error::ErrorKind;
-use clap::{ArgAction, Parser, Subcommand};
+use clap::{ArgAction, CommandFactory, Parser, Subcommand};
 
 use failure::{EXIT_CODES, Failure};
 
@@ -45,6 +47,8 @@ enum Command {
     Compare(compare::Args),
     Doctor(doctor::Args),
     Reference(reference::Args),
+    #[cfg(feature = "report")]
+    Report(report::Args),
 }
 
 fn after_help() -> String {
@@ -60,6 +64,11 @@ fn after_help() -> String {
     )
 }
 
+/// What there is to choose from: which commands there are depends on the features.
+fn commands() -> String {
+    Cli::command().get_subcommands().map(clap::Command::get_name).collect::<Vec<_>>().join(", ")
+}
+
 /// Does what the command line says.
 ///
 /// # Errors
@@ -73,7 +82,7 @@ pub fn run() -> Result<(), Failure> {
         // Without a command there is nothing to name in an error: the help says more.
         Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
             let _ = error.print();
-            return Err(Failure::usage("a command is needed: render, bench, inspect, compare, doctor or reference"));
+            return Err(Failure::usage(format!("a command is needed: {}", commands())));
         }
         Err(error) => return Err(Failure::from_clap(&error)),
     };
@@ -85,13 +94,14 @@ pub fn run() -> Result<(), Failure> {
         Command::Compare(args) => compare::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Reference(args) => reference::run(&args),
+        #[cfg(feature = "report")]
+        Command::Report(args) => report::run(&args),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_consistent() {

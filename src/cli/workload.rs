@@ -73,9 +73,14 @@ impl Workload {
         if self.quiet { Ok(()) } else { output::print(&warnings(&new), true) }
     }
 
-    /// `variation` over the command line over `--settings` over the scene over the defaults, whatever a device can draw.
+    /// What was said of the settings: the command line over `--settings` over the scene.
+    pub fn patch(&self) -> SettingsPatch {
+        self.command_line.or(&self.settings_file).or(&self.scene.settings)
+    }
+
+    /// `variation` over all that was said over the defaults, whatever a device can draw.
     pub fn decided(&self, variation: &SettingsPatch) -> Settings {
-        variation.or(&self.command_line).or(&self.settings_file).or(&self.scene.settings).decide()
+        variation.or(&self.patch()).decide()
     }
 
     /// The settings of one picture, as [`Workload::decided`].

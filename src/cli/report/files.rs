@@ -1,0 +1,137 @@
+//! The files of a report, each whole or not there.
+
+use std::fs;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+use afterlight::measure::{Srgb8Image, flip};
+use afterlight::report::page;
+use afterlight::report::sweep::choice::{self, KINDS, LONGEST_EDGE};
+use afterlight::report::sweep::families::{Sweep, name_of};
+use afterlight::report::sweep::meter::DeviceMeter;
+use afterlight::report::sweep::model::{Report, SceneReport};
+use afterlight::report::sweep::table;
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder, RgbImage};
+
+use super::make_folder;
+use crate::cli::failure::{Exit, Failure};
+use crate::cli::output::{self, Sink};
+
+/// A report's folder.
+pub struct Folder(PathBuf);
+
+impl Folder {
+    /// Makes it where it is not there.
+    ///
+    /// # Errors
+    /// When that cannot be.
+    pub fn make(path: &Path) -> Result<Self, Failure> {
+        make_folder(path)?;
+        make_folder(&path.join(choice::FOLDER))?;
+        Ok(Self(path.to_owned()))
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// Writes the report as JSON, CSV and a page.
+    ///
+    /// # Errors
+    /// When the disk is full.
+    pub fn write(&self, report: &Report) -> Result<(), Failure> {
+        let failed = |error: csv::Error| Failure::new(Exit::BadInput, format!("cannot write the table: {error}"));
+        self.put("report.json", output::json(report)?.as_bytes())?;
+        self.put("report.csv", &table::csv(report).map_err(failed)?)?;
+        let pictures = |name: &str| fs::read(self.0.join(name)).ok();
+        self.put("report.html", page::html(report, &pictures).as_bytes())
+    }
+
+    fn put(&self, name: &str, bytes: &[u8]) -> Result<(), Failure> {
+        Sink::File(self.0.join(name)).write(bytes)
+    }
+
+    /// Draws the pictures that the report shows, unless they are there already and `anew` is not asked for.
+    ///
+    /// # Errors
+    /// When the device cannot draw them, or the disk is full.
+    pub fn draw_pictures(
+        &self,
+        mut scene: SceneReport,
+        meter: &DeviceMeter,
+        sweep: &Sweep,
+        anew: bool,
+    ) -> Result<SceneReport, Failure> {
+        for index in choice::shown(&scene) {
+            let name = scene.points[index].name.clone();
+            let files = KINDS.map(|kind| choice::file(&scene, &name, kind));
+            let there = files.iter().all(|file| self.0.join(file).is_file());
+            let patch = sweep.points.iter().find(|patch| name_of(patch) == name);
+            if let (Some(patch), true) = (patch, anew || !there) {
+                let shown = meter.drawing(patch)?.shown;
+                let difference =
+                    flip(&shown, &meter.truths.converged.shown).map_err(afterlight::report::sweep::Error::from)?;
+                for (file, picture) in files.iter().zip([&shown, &difference.heat()]) {
+                    self.put(file, &thumbnail(picture)?)?;
+                }
+            }
+            for (kind, file) in KINDS.iter().zip(files) {
+                scene.points[index].pictures.insert((*kind).into(), file);
+            }
+        }
+        Ok(scene)
+    }
+
+    /// Takes over the pictures that the report shows from wherever a part of it has drawn them.
+    ///
+    /// # Errors
+    /// When the disk is full.
+    pub fn copy_pictures(&self, scene: &mut SceneReport, parts: &[PathBuf]) -> Result<(), Failure> {
+        for index in choice::shown(scene) {
+            for kind in KINDS {
+                let file = choice::file(scene, &scene.points[index].name, kind);
+                let Some(bytes) = parts.iter().find_map(|part| fs::read(part.join(&file)).ok()) else { continue };
+                self.put(&file, &bytes)?;
+                scene.points[index].pictures.insert(kind.into(), file);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A PNG file of a picture, no larger than a page shows it.
+fn thumbnail(picture: &Srgb8Image) -> Result<Vec<u8>, Failure> {
+    let [width, height] = picture.size;
+    let failed = |why: String| Failure::new(Exit::BadInput, format!("cannot encode a picture: {why}"));
+    let whole = RgbImage::from_raw(width, height, picture.pixels.as_flattened().to_vec());
+    let whole = whole.ok_or_else(|| failed("it is not as long as it should be".into()))?;
+    let longest = width.max(height);
+    let small = match longest > LONGEST_EDGE {
+        true => {
+            let scaled = |edge: u32| (u64::from(edge) * u64::from(LONGEST_EDGE) / u64::from(longest)).max(1) as u32;
+            image::imageops::thumbnail(&whole, scaled(width), scaled(height))
+        }
+        false => whole,
+    };
+    let mut file = Cursor::new(Vec::new());
+    let (width, height) = small.dimensions();
+    let encoded = PngEncoder::new(&mut file).write_image(&small, width, height, ExtendedColorType::Rgb8);
+    encoded.map_err(|error| failed(error.to_string()))?;
+    Ok(file.into_inner())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_are_as_small_as_a_page_shows_them() {
+        let size = |size: [u32; 2]| {
+            let pixels = vec![[9, 8, 7]; (size[0] * size[1]) as usize];
+            let bytes = thumbnail(&Srgb8Image { size, pixels }).expect("encodes");
+            image::load_from_memory(&bytes).expect("is a PNG").into_rgb8().dimensions()
+        };
+        assert_eq!((size([96, 54]), size([960, 540]), size([1, 2000])), ((96, 54), (480, 270), (1, 480)));
+    }
+}

@@ -1,0 +1,340 @@
+//! `afterlight report`: families of settings, measured against the truth on the device at hand.
+
+mod files;
+mod text;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use afterlight::gpu::Device;
+use afterlight::report::sweep::families::{self, Selection, Sweep, family_keys};
+use afterlight::report::sweep::journal::{self, Asked, Contents, Header, Journal, Record, SceneInfo};
+use afterlight::report::sweep::merge::{self, Part};
+use afterlight::report::sweep::meter::DeviceMeter;
+use afterlight::report::sweep::model::{LAYOUT, Metric, Report, SceneReport, Shard};
+use afterlight::report::sweep::picture::Truths;
+use afterlight::report::sweep::run::{Run, Step};
+use afterlight::report::sweep::timing::Effort;
+use afterlight::report::sweep::{Error, assemble, machine};
+use afterlight::scene::{SettingsPatch, View, unknown};
+use afterlight::{frame, reference};
+
+use super::args::{DeviceArgs, SettingsArgs, samples};
+use super::failure::{Exit, Failure};
+use super::output::Sink;
+use super::workload::Workload;
+use super::{output, progress, session};
+use files::Folder;
+
+/// What `--quick` measures at, unless `--size` says another.
+const QUICK_SIZE: [u32; 2] = [320, 180];
+
+/// Measure how far pictures are from the truth and what they cost, for families of settings, and find the front
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  afterlight report builtin:hall -o report --quick
+  afterlight report sponza.obj builtin:spheres -o report --size 640x360
+  afterlight report builtin:hall -o report --families shadow-size,samples
+  afterlight report builtin:hall -o part2 --shard 2/4
+  afterlight report --merge part1 part2 part3 part4 -o report
+  afterlight report builtin:spheres -o report --quick --json - | jq .machine
+
+The folder gets report.html, report.json, report.csv and pictures. A run that was
+broken off goes on when the same command is given again.
+docs/REPORT.md says what is measured, and how.")]
+pub struct Args {
+    /// The scenes, each an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
+    #[arg(required_unless_present = "merge", value_name = "SCENE")]
+    scenes: Vec<String>,
+    /// The report's folder, made where it is not there
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// A first answer in minutes: 320x180, few values of each setting, few rounds
+    #[arg(long)]
+    quick: bool,
+    /// Measure only these families, as gbuffer,shadow-size,samples,joint [default: all that the scene needs]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = family)]
+    families: Option<Vec<String>>,
+    /// Combinations of settings in the joint family, at most; 0 for none [default: 40, quick 10]
+    #[arg(long, value_name = "N")]
+    joint: Option<usize>,
+    /// The error of the front that is printed: rel-mse, rmse or flip
+    #[arg(long, value_name = "NAME", default_value = "flip", value_parser = metric)]
+    metric: Metric,
+    /// Rounds in which renderers take turns, more where times scatter [default: 15, quick 5]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=100_000))]
+    rounds: Option<u32>,
+    /// Samples of each pixel of the converged truth [default: 64, quick 16]
+    #[arg(long, value_name = "N", value_parser = samples)]
+    truth_samples: Option<u32>,
+    /// Decides combinations and the order of measuring
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Measure one part of several, to be joined with --merge: from 1/N to N/N
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    shard: Option<Shard>,
+    /// Join the folders of all shards in place of measuring
+    #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["scenes", "shard", "quick", "restart"])]
+    merge: Vec<PathBuf>,
+    /// Forget what the folder holds of another or an older report
+    #[arg(long)]
+    restart: bool,
+    /// Write the report as JSON to another file as well, or to standard output for -
+    #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
+    json: Option<Sink>,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+    #[command(flatten)]
+    settings: SettingsArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
+}
+
+fn family(text: &str) -> Result<String, String> {
+    let known = family_keys();
+    if known.contains(&text) { Ok(text.into()) } else { Err(unknown("family", text, &known)) }
+}
+
+fn metric(text: &str) -> Result<Metric, String> {
+    match text {
+        "rel-mse" => Ok(Metric::RelMse),
+        "rmse" => Ok(Metric::Rmse),
+        "flip" => Ok(Metric::Flip),
+        _ => Err(unknown("metric", text, &["rel-mse", "rmse", "flip"])),
+    }
+}
+
+fn shard(text: &str) -> Result<Shard, String> {
+    let number = |text: &str| text.parse::<u32>().ok();
+    let parsed = text.split_once('/').and_then(|(index, count)| Some((number(index)?, number(count)?)));
+    match parsed {
+        Some((index, count)) if (1..=count).contains(&index) => Ok(Shard { index, count }),
+        _ => Err("expected I/N, from 1/N to N/N".into()),
+    }
+}
+
+impl Args {
+    fn selection(&self) -> Selection {
+        Selection {
+            families: self.families.clone(),
+            joint: self.joint.unwrap_or(if self.quick { 10 } else { 40 }),
+            quick: self.quick,
+            seed: self.seed,
+        }
+    }
+
+    fn rounds(&self) -> usize {
+        self.rounds.unwrap_or(if self.quick { 5 } else { 15 }) as usize
+    }
+
+    fn truth_samples(&self) -> u32 {
+        self.truth_samples.unwrap_or(if self.quick { 16 } else { 64 })
+    }
+
+    fn effort(&self) -> Effort {
+        let longest = Duration::from_secs(if self.quick { 5 } else { 120 });
+        Effort { rounds: self.rounds(), longest }
+    }
+
+    fn settings(&self) -> SettingsArgs {
+        let size = self.settings.size.or(self.quick.then_some(QUICK_SIZE));
+        SettingsArgs { size, ..self.settings.clone() }
+    }
+
+    fn header(&self, device: &Device) -> Header {
+        let Selection { families, joint, quick, seed } = self.selection();
+        let (rounds, truth_samples) = (self.rounds(), self.truth_samples());
+        Header {
+            layout: LAYOUT,
+            version: env!("CARGO_PKG_VERSION").into(),
+            machine: machine::here(&device.physical),
+            shard: self.shard,
+            scenes: self.scenes.clone(),
+            asked: Asked { families, joint, quick, rounds, truth_samples, seed },
+        }
+    }
+}
+
+/// Measures, or joins what was measured, and writes the report.
+///
+/// # Errors
+/// A scene that cannot be read, a device that cannot draw it, a folder of another report, or a file that cannot be written.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    if let Some(sink) = &args.json {
+        sink.check()?;
+    }
+    if args.merge.is_empty() { measure(args) } else { join(args) }
+}
+
+fn measure(args: &Args) -> Result<(), Failure> {
+    fix_driver_threads();
+    let folder = Folder::make(&args.output)?;
+    session::with_device(&args.device, |device| {
+        let header = args.header(&device);
+        let mut journal = Journal::open(folder.path(), &header, args.restart)?;
+        let mut scenes = Vec::new();
+        for index in 0..args.scenes.len() {
+            scenes.push(measure_scene(args, index, &device, &mut journal, &folder)?);
+        }
+        let report = assemble::report(&header, &journal.scenes, args.shard);
+        finish(args, &folder, Report { scenes, ..report })
+    })
+}
+
+/// lavapipe takes as many threads as it likes unless it is told; then times of different runs could not be compared.
+fn fix_driver_threads() {
+    if std::env::var_os(machine::DRIVER_THREADS).is_none() {
+        // SAFETY: no thread but this one has been started: no device, no pool and no progress bar is there yet, so that nobody reads the
+        // environment meanwhile.
+        unsafe { std::env::set_var(machine::DRIVER_THREADS, machine::threads().to_string()) };
+    }
+}
+
+/// The settings as given, of which every shadow map is drawn for each frame unless somebody asks for a cache: the time of a frame in which
+/// everything moves.
+fn base_of(workload: &Workload) -> SettingsPatch {
+    let moving = SettingsPatch { shadow_cache: Some(false), ..SettingsPatch::default() };
+    let said = workload.patch();
+    SettingsPatch { view: Some(View::Final), ..said.or(&moving) }
+}
+
+fn measure_scene(
+    args: &Args,
+    index: usize,
+    device: &Arc<Device>,
+    journal: &mut Journal,
+    folder: &Folder,
+) -> Result<SceneReport, Failure> {
+    let spec = &args.scenes[index];
+    let workload = Workload::open(spec, &args.settings(), args.quiet)?;
+    // Says so when the picture is too large.
+    let settings = workload.settings(&SettingsPatch::default(), &device.physical)?;
+    let base = base_of(&workload);
+    let plan = frame::plan_for(device, &workload.scene, &settings)?;
+    workload.warn(&plan)?;
+    let sweep = Sweep::of(&workload.scene, &base, &frame::capabilities(&device.physical), &args.selection())?;
+    let truths = truths(args, &workload, &base);
+    let info = SceneInfo {
+        name: workload.scene.name.clone(),
+        hash: truths.hash.clone(),
+        settings: base.to_string(),
+        size: settings.size,
+        triangles: workload.scene.triangle_count(),
+        lights: workload.scene.lights.len(),
+        truth: truths.info.clone(),
+        points: sweep.points.iter().map(families::name_of).collect(),
+        families: sweep.families.clone(),
+        left_out: sweep.left_out.clone(),
+    };
+    match &journal.scenes[index].info {
+        None => journal.add(index, Record::Scene { scene: index, info })?,
+        Some(there) => {
+            if let Some(difference) = journal::scene_difference(there, &info) {
+                let what = format!("{} holds another report: {difference}", args.output.display());
+                return Err(Failure::usage(what).with_hint("choose another folder with -o, or --restart"));
+            }
+        }
+    }
+    let effort = args.effort();
+    let mut meter =
+        DeviceMeter { device, scene: &workload.scene, camera: workload.camera, base: &base, truths, effort };
+    let own = sweep.own(args.shard);
+    let mut bar: Option<(String, progress::Progress)> = None;
+    let mut watch = |step: Step| {
+        let what = format!("{}: {}", workload.scene.name, step.what);
+        if bar.as_ref().is_none_or(|(shown, _)| *shown != what) {
+            bar = Some((what.clone(), progress::bar(what, step.total as u64, args.quiet)));
+        }
+        if let Some((_, bar)) = &bar {
+            bar.at(step.done as u64);
+        }
+        true
+    };
+    let mut run = Run { scene: index, sweep: &sweep, own: &own, seed: args.seed, journal, watch: &mut watch };
+    run.measure(&mut meter)?;
+    drop(bar);
+    let report = assemble::scene_report(&journal.scenes[index]);
+    let report = report.ok_or_else(|| Failure::new(Exit::BadInput, format!("nothing of {spec} was measured")))?;
+    folder.draw_pictures(report, &meter, &sweep, args.restart)
+}
+
+fn truths(args: &Args, workload: &Workload, base: &SettingsPatch) -> Truths {
+    let settings = base.decide();
+    let view = reference::View { camera: workload.camera, size: settings.size };
+    let pixels = u64::from(settings.size[0]) * u64::from(settings.size[1]);
+    let samples = args.truth_samples();
+    let bar = |what: &str, count| progress::bar(format!("{}: {what}", workload.scene.name), count, args.quiet);
+    let bars = [bar("truth", pixels), bar("converged truth", pixels * u64::from(samples))];
+    let tell = |what: &str, done, _| bars[usize::from(what == Truths::CONVERGED)].at(done);
+    Truths::of(&workload.scene, &view, &settings, samples, &tell)
+}
+
+fn join(args: &Args) -> Result<(), Failure> {
+    let read = |folder: &PathBuf| -> Result<Part, Failure> {
+        let name = folder.display().to_string();
+        let contents = Contents::read(&folder.join(journal::FILE))?;
+        let missing = || Failure::new(Exit::BadInput, format!("{name} holds no report"));
+        Ok(Part { contents: contents.ok_or_else(missing)?, folder: name })
+    };
+    let parts = args.merge.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    let (header, scenes) = merge::join(&parts)?;
+    let folder = Folder::make(&args.output)?;
+    let mut report = assemble::report(&header, &scenes, None);
+    for scene in &mut report.scenes {
+        folder.copy_pictures(scene, &args.merge)?;
+    }
+    finish(args, &folder, report)
+}
+
+/// Writes the files and prints the front.
+fn finish(args: &Args, folder: &Folder, report: Report) -> Result<(), Failure> {
+    folder.write(&report)?;
+    let on_stdout = args.json.as_ref().is_some_and(Sink::is_stdout);
+    if !args.quiet {
+        output::print(&text::of(&report, args.metric, folder.path()), on_stdout)?;
+    }
+    match &args.json {
+        Some(sink) => sink.write(output::json(&report)?.as_bytes()),
+        None => Ok(()),
+    }
+}
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        match error {
+            Error::Frame(error) => error.into(),
+            Error::Refused(_) => Self::usage(error.to_string()),
+            Error::Mismatch(_) | Error::File { .. } | Error::Stopped => Self::new(Exit::BadInput, error.to_string()),
+        }
+    }
+}
+
+/// Makes a folder and what lies above it.
+fn make_folder(path: &Path) -> Result<(), Failure> {
+    fs::create_dir_all(path).map_err(|error| Failure::write(&path.display().to_string(), &error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shard_is_one_of_so_many() {
+        assert_eq!(shard("2/3"), Ok(Shard { index: 2, count: 3 }));
+        for text in ["0/3", "4/3", "1", "a/b", "1/0", "-1/2"] {
+            assert!(shard(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn families_and_metrics_are_known_by_name() {
+        assert_eq!(family("joint"), Ok("joint".into()));
+        assert!(family("shadowsize").is_err_and(|error| error.contains("did you mean \"shadow-size\"")));
+        assert_eq!(metric("flip"), Ok(Metric::Flip));
+        assert!(metric("ssim").is_err_and(|error| error.contains("rel-mse")));
+    }
+}
