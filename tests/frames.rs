@@ -3,6 +3,7 @@
 mod common;
 
 use afterlight::frame::{Picture, Renderer};
+use afterlight::reference::light::arriving;
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
     Aabb, Camera, Falloff, HdrFormat, Light, LightKind, Material, Output, Scene, Settings, Tonemap, View,
@@ -13,7 +14,7 @@ use common::stage::{
     EDGE, EYE, add, directional, display, exact, gbuffer, lambert, open, own, plane, point, rectangle, seen, srgb_code,
     srgb_code_unrounded, stage, view, white_radiance,
 };
-use common::truth::{arriving, radiance};
+use common::truth::radiance;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 const SMALL: (u32, u32) = (96, 54);

@@ -28,6 +28,36 @@ pub fn decode_srgb(encoded: f64) -> f64 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
+/// Slopes of a tone curve below this say nothing about light: a curve that flat shows all that is so bright, or so dark, alike.
+const LEAST_SLOPE: f64 = 1.0 / 32.0;
+
+/// By how much light would have to be more for its tone-mapped value to be what a picture shows: an error of the display side, in linear
+/// exposed light. `shown` is linear, 0 to 1.
+///
+/// To first order, by the pseudo-inverse of the curve's Jacobian at `exposed`. Directions in which the curve rises by less than 1/32, and
+/// channels that it clamps, count 0: there a picture does not tell one light from another. NaN where light is not finite.
+pub fn input_referred(exposed: DVec3, shown: DVec3, curve: Tonemap) -> DVec3 {
+    if !exposed.is_finite() {
+        return DVec3::NAN;
+    }
+    let error: Vector3<f64> = vector(shown - tone_map::<f64>(exposed, curve));
+    let pseudo_inverse = jacobian(exposed, curve).pseudo_inverse(LEAST_SLOPE);
+    // The singular value decomposition of what is finite converges.
+    widened(pseudo_inverse.map_or_else(|_| Vector3::zeros(), |inverse| inverse * error))
+}
+
+/// Of the curve, by central differences; at black by a forward one.
+fn jacobian(exposed: DVec3, curve: Tonemap) -> Matrix3<f64> {
+    let columns = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| {
+        let light = exposed.dot(axis);
+        let step = 1e-6 * light.abs().max(1e-3);
+        let (low, high) = (axis * step.min(light.max(0.0)), axis * step);
+        let rise = tone_map::<f64>(exposed + high, curve) - tone_map::<f64>(exposed - low, curve);
+        vector(rise / (low + high).dot(axis))
+    });
+    Matrix3::from_columns(&columns)
+}
+
 /// Khronos PBR Neutral Tone Mapper (Khronos Group 2024): takes off what Fresnel reflection adds to a base colour, leaves it
 /// as it is below 0.76, and compresses and desaturates what is brighter.
 fn neutral<R: Real>(color: Vector3<R>) -> Vector3<R> {
@@ -152,6 +182,32 @@ mod tests {
             let linear = f64::from(step) / 1000.0;
             assert!((decode_srgb(encode_srgb(linear)) - linear).abs() < 1e-7, "{linear}");
         }
+    }
+
+    #[test]
+    fn what_a_picture_shows_too_much_is_light_too_much() {
+        let exposed = DVec3::new(0.3, 0.2, 0.5);
+        for curve in CURVES {
+            assert_eq!(input_referred(exposed, tone_map::<f64>(exposed, curve), curve), DVec3::ZERO);
+            // The curve at light that is a little more, referred back, is that little.
+            let more = DVec3::new(1e-5, -2e-5, 3e-5);
+            let found = input_referred(exposed, tone_map::<f64>(exposed + more, curve), curve);
+            assert!((found - more).abs().max_element() < 1e-8, "{curve:?}: {found}");
+        }
+    }
+
+    #[test]
+    fn channels_that_say_nothing_about_light_count_nothing() {
+        // Clamped, and just not.
+        let found = input_referred(DVec3::new(2.0, 0.9, 0.0), DVec3::new(0.9, 0.8, 0.1), Tonemap::None);
+        assert!((found - DVec3::new(0.0, -0.1, 0.1)).abs().max_element() < 1e-9, "{found}");
+        // Greys that are far too bright all look alike.
+        for curve in CURVES {
+            let found = input_referred(DVec3::splat(1e3), DVec3::splat(0.9), curve);
+            assert!(found.abs().max_element() < 1e-6, "{curve:?}: {found}");
+        }
+        let lost = input_referred(DVec3::new(f64::INFINITY, 0.0, 0.0), DVec3::ONE, Tonemap::Aces);
+        assert!(lost.is_nan());
     }
 
     proptest! {

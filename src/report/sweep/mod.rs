@@ -1,9 +1,10 @@
 //! Error against run time: families of settings, measured on the device at hand against the truth.
 //!
 //! [`families`] says what is measured, [`picture`] and [`timing`] measure it, [`journal`] keeps what was measured, so that a run that is broken
-//! off goes on and several can be joined, and [`assemble`] makes the [`model::Report`] of it. [`run`] puts them in order.
+//! off goes on and several can be joined, and [`assemble`] makes the [`model::Report`] of it. [`run`] puts them in order. [`attribution`] takes a frame's error apart.
 
 pub mod assemble;
+pub mod attribution;
 pub mod choice;
 mod convergence;
 mod error;

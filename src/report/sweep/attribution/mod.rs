@@ -1,0 +1,155 @@
+//! Which part of a frame's error comes from what: signed, in exposed linear light, pixel by pixel.
+//!
+//! The error of a pixel is what the device shows minus the converged truth. It is taken apart in steps that add up to it exactly:
+//!
+//! - *sampling*: the point truth minus the converged one, which is what one sample a pixel misses;
+//! - five parts of the shading, switched one by one between the truth and what was measured on the device at hand, in all 32
+//!   combinations, and shared out by [`shapley`]: the surface as the device filters and interpolates it (*texture filtering*), as its
+//!   G-buffer rounds it (*G-buffer quantization*), *position from depth*, the shares of light that its shadow maps let through
+//!   (*shadows*), and 32 bits in place of 64 (*BRDF arithmetic*);
+//! - *HDR format*: what the frame's own light target makes of the light, against one of 32 bits;
+//! - *light cut-off*: what lights that are left out where they are weak would have added;
+//! - *tone mapping and 8-bit output*: how far the picture is from the tone-mapped light, referred back through the curve
+//!   ([`input_referred`](crate::reference::tonemap::input_referred));
+//! - *not explained*: what the device's light differs from the model with everything at work. It should be small.
+//!
+//! Where raster and truth see different triangles, or something transparent is before the surface, all of the pixel's error but sampling is a
+//! part by itself. Formats and curves are measured and not modelled, so that rounding is the driver's own.
+//!
+//! Limits: frames of one sample a pixel (samples, `msaa` and `fxaa` are set aside). Ks of the Phong models is taken to be stored
+//! exactly: its rounding is found under *not explained*.
+
+mod device;
+mod parts;
+mod pixels;
+mod shapley;
+mod taken;
+mod tally;
+mod visibility;
+
+pub use device::Captured;
+pub use parts::SWITCHES;
+pub use shapley::shapley;
+pub use taken::{CUT_OFF, HDR, NOT_EXPLAINED, OTHER_TRIANGLE, OUTPUT, SAMPLING, TRANSPARENT};
+pub use tally::WHOLE;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use crate::frame;
+use crate::gpu::Device;
+use crate::reference::light::{Illumination, radiance};
+use crate::reference::{Reference, Smith, Surface, TriangleId, Truth, View};
+use crate::report::sweep::model::Attribution;
+use crate::scene::{Scene, Settings, exposure_scale, metered_ev100};
+use device::Drawing;
+use taken::Taken;
+use tally::Tally;
+
+/// A frame that is to be taken apart.
+#[derive(Clone, Copy)]
+pub struct Subject<'a> {
+    pub scene: &'a Scene,
+    /// Of the same scene, with the BRDF that the settings ask for.
+    pub reference: &'a Reference<'a>,
+    pub settings: &'a Settings,
+    pub view: &'a View,
+    /// Its index in the report.
+    pub point: usize,
+}
+
+/// What is right, of the same view.
+#[derive(Clone, Copy)]
+pub struct Truths<'a> {
+    pub point: &'a Truth,
+    pub converged: &'a Truth,
+}
+
+/// How much work is put in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// About how many pixels are taken apart, spread over the picture.
+    pub pixels: usize,
+    /// Lights whose shadows are measured, those first that reach most pixels.
+    pub shadowed_lights: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { pixels: 20_000, shadowed_lights: 8 }
+    }
+}
+
+/// Takes a frame apart. Draws it some 15 times, with other outputs, and each shadowed light twice.
+///
+/// # Errors
+/// When the frame cannot be planned on the device, or it fails.
+pub fn attribute(
+    device: &Arc<Device>,
+    subject: &Subject,
+    truths: &Truths,
+    limits: &Limits,
+) -> Result<Attribution, frame::Error> {
+    let settings = one_sample(subject);
+    let pixels = pixels::spread(subject.view.size, limits.pixels);
+    let drawing = Drawing { device, scene: subject.scene, view: subject.view, pixels: &pixels };
+    let captured = drawing.capture(&settings)?;
+    let surfaces: Vec<_> = pixels.par_iter().map(|&pixel| seen(subject, pixel)).collect();
+    let lights = shadowed_lights(subject, &surfaces);
+    let (chosen, rest) = lights.split_at(lights.len().min(limits.shadowed_lights));
+    let shares = visibility::measured(&drawing, &settings, chosen)?;
+    let exposure = exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(subject.scene)));
+    let taken = Taken {
+        subject,
+        truths,
+        settings: &settings,
+        captured: &captured,
+        measured: chosen.iter().copied().zip(shares).collect(),
+        exposure: f64::from(exposure),
+    };
+    let apart = |(at, surface)| taken.parts(at, pixels[at], surface);
+    let rows: Vec<_> = surfaces.par_iter().map(Option::as_ref).enumerate().map(apart).collect();
+    let mut tally = Tally::default();
+    rows.iter().filter(|row| row.iter().all(|part| part.is_finite())).for_each(|row| tally.add(row));
+    let notes = taken::notes(&captured, rest.len());
+    let rows = tally.rows(&notes, taken::whole_note(rows.len() - tally.pixels));
+    let of_pixels = subject.view.size.map(|edge| edge as usize).iter().product();
+    Ok(Attribution { point: subject.point, parts: rows, pixels: tally.pixels, of_pixels })
+}
+
+/// The frame that is taken apart.
+fn one_sample(subject: &Subject) -> Settings {
+    Settings { samples: 1, msaa: 1, fxaa: false, size: subject.view.size, ..subject.settings.clone() }
+}
+
+fn place(view: &View, pixel: usize) -> DVec2 {
+    let width = view.size[0] as usize;
+    DVec2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5)
+}
+
+fn seen(subject: &Subject, pixel: usize) -> Option<(Surface, TriangleId)> {
+    let (surface, triangle, _) = subject.reference.surface(subject.view, place(subject.view, pixel))?;
+    Some((surface, triangle))
+}
+
+fn illumination<'a>(subject: &Subject<'a>) -> Illumination<'a> {
+    let Scene { lights, environment, .. } = subject.scene;
+    Illumination { lights, environment, eye: subject.view.camera.position, smith: Smith::default() }
+}
+
+/// Lights with shadows that add something to a chosen pixel, those first that do so to most.
+fn shadowed_lights(subject: &Subject, surfaces: &[Option<(Surface, TriangleId)>]) -> Vec<usize> {
+    let mut reached: BTreeMap<usize, usize> = BTreeMap::new();
+    for (surface, _) in surfaces.iter().flatten() {
+        radiance::<f64>(surface, &illumination(subject), &mut |light| {
+            *reached.entry(light).or_default() += 1;
+            1.0
+        });
+    }
+    let mut lights: Vec<(usize, usize)> = reached.into_iter().collect();
+    lights.sort_by_key(|&(light, pixels)| (std::cmp::Reverse(pixels), light));
+    lights.into_iter().map(|(light, _)| light).collect()
+}

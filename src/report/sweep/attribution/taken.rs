@@ -1,0 +1,176 @@
+//! A frame with all that was found out about it, and each of its pixels taken apart.
+
+use std::collections::BTreeMap;
+
+use glam::{DVec2, DVec3};
+
+use super::device::Captured;
+use super::parts::{Explained, SWITCHES, Seen, Visibility};
+use super::{Subject, Truths, illumination, place};
+use crate::reference::tonemap::input_referred;
+use crate::reference::{Surface, TriangleId, Truth};
+use crate::scene::Settings;
+
+pub const HDR: &str = "HDR format";
+pub const CUT_OFF: &str = "light cut-off";
+pub const OUTPUT: &str = "tone mapping and 8-bit output";
+pub const OTHER_TRIANGLE: &str = "other triangle";
+pub const TRANSPARENT: &str = "transparent surfaces";
+pub const SAMPLING: &str = "sampling";
+pub const NOT_EXPLAINED: &str = "not explained";
+
+/// How near the light of a surface is to that of the truth's picture where nothing is before it: both are sums in f64.
+const SAME: f64 = 1e-9;
+
+pub(super) struct Taken<'a> {
+    pub subject: &'a Subject<'a>,
+    pub truths: &'a Truths<'a>,
+    pub settings: &'a Settings,
+    pub captured: &'a Captured,
+    /// By light: the share that arrives at each chosen pixel.
+    pub measured: BTreeMap<usize, Vec<Option<f64>>>,
+    pub exposure: f64,
+}
+
+/// The signed parts of a pixel, exposed.
+#[derive(Debug, Clone, Copy, Default)]
+struct Parts {
+    switched: [DVec3; SWITCHES.len()],
+    hdr: DVec3,
+    cut_off: DVec3,
+    output: DVec3,
+    other_triangle: DVec3,
+    transparent: DVec3,
+    sampling: DVec3,
+    not_explained: DVec3,
+}
+
+pub(super) const COUNT: usize = SWITCHES.len() + 7;
+
+impl Parts {
+    /// In the order of [`notes`].
+    fn row(self) -> [DVec3; COUNT] {
+        let [textures, gbuffer, position, shadows, arithmetic] = self.switched;
+        let Self { hdr, cut_off, output, other_triangle, transparent, sampling, not_explained, .. } = self;
+        [
+            textures,
+            gbuffer,
+            position,
+            shadows,
+            arithmetic,
+            hdr,
+            cut_off,
+            output,
+            other_triangle,
+            transparent,
+            sampling,
+            not_explained,
+        ]
+    }
+}
+
+/// Name of each part, and what it is.
+pub(super) fn notes(captured: &Captured, lights_left_out: usize) -> [(&'static str, String); COUNT] {
+    let [textures, gbuffer, position, shadows, arithmetic] = SWITCHES;
+    let shadow_note = match lights_left_out {
+        0 => "shares of light by shadow maps in place of rays".into(),
+        count => format!(
+            "shares of light by shadow maps in place of rays; {count} more lights with shadows were not measured and are not explained"
+        ),
+    };
+    let triangle_note = match captured.triangles {
+        Some(_) => "all error where raster and truth see different triangles",
+        None => "all error where raster and truth see different places: this device does not number triangles",
+    };
+    [
+        (textures, "textures filtered and values interpolated by the device".into()),
+        (gbuffer, "normal, albedo, metallic, roughness and occlusion as the G-buffer rounds them".into()),
+        (position, "place of the surface as it is rebuilt or stored".into()),
+        (shadows, shadow_note),
+        (arithmetic, "the light model in 32 bits".into()),
+        (HDR, "light as its target rounds it, at each step that is added".into()),
+        (CUT_OFF, "lights that are left out from where they bring less than half a step of the output".into()),
+        (OUTPUT, "the picture against the tone-mapped light, referred back to light".into()),
+        (OTHER_TRIANGLE, triangle_note.into()),
+        (TRANSPARENT, "all error where something transparent is before the surface".into()),
+        (SAMPLING, "one sample in the middle of the pixel in place of all of it".into()),
+        (NOT_EXPLAINED, "what is left: the device against the model of all parts together".into()),
+    ]
+}
+
+pub(super) fn whole_note(not_finite: usize) -> String {
+    match not_finite {
+        0 => "the device's picture against the converged truth".into(),
+        count => {
+            format!("the device's picture against the converged truth; without {count} pixels that are not finite")
+        }
+    }
+}
+
+impl Taken<'_> {
+    /// The signed parts of chosen pixel number `at`. They add up to what is shown minus the converged truth.
+    pub fn parts(&self, at: usize, pixel: usize, surface: Option<&(Surface, TriangleId)>) -> [DVec3; COUNT] {
+        let truth = |truth: &Truth| DVec3::from(truth.radiance[pixel]) * self.exposure;
+        let (point, converged) = (truth(self.truths.point), truth(self.truths.converged));
+        let exposed = self.captured.exposed[at];
+        let output = input_referred(exposed, self.captured.shown[at], self.settings.tonemap);
+        let sampling = point - converged;
+        if !self.sees_the_same(at, surface) {
+            return Parts { other_triangle: exposed + output - point, sampling, ..Parts::default() }.row();
+        }
+        let explained = self.explain(at, pixel, surface.map(|(surface, _)| surface));
+        // What is before the surface is in the truth's picture and not in the surface's light.
+        let apart = (explained.truth - point).abs().max_element();
+        if apart > SAME * point.abs().max_element() {
+            return Parts { transparent: exposed + output - point, sampling, ..Parts::default() }.row();
+        }
+        let unrounded = self.captured.unrounded.as_ref().map_or(exposed, |unrounded| unrounded[at]);
+        let uncut = self.captured.uncut.as_ref().map_or(unrounded, |uncut| uncut[at]);
+        let switched = explained.parts;
+        let not_explained = uncut - point - switched.into_iter().sum::<DVec3>();
+        let (hdr, cut_off) = (exposed - unrounded, unrounded - uncut);
+        Parts { switched, hdr, cut_off, output, sampling, not_explained, ..Parts::default() }.row()
+    }
+
+    /// The shading's parts, exposed.
+    fn explain(&self, at: usize, pixel: usize, surface: Option<&Surface>) -> Explained {
+        let Some(truth) = surface else {
+            let background = self.subject.scene.environment.background.as_dvec3() * self.exposure;
+            return Explained { truth: background, parts: [DVec3::ZERO; SWITCHES.len()] };
+        };
+        let mut shares = Shares { taken: self, at, place: place(self.subject.view, pixel), exact: BTreeMap::new() };
+        let seen = Seen { truth, own: &self.captured.own[at], unquantized: &self.captured.unquantized[at] };
+        let nits = seen.explain(&illumination(self.subject), &mut shares);
+        Explained { truth: nits.truth * self.exposure, parts: nits.parts.map(|nits| nits * self.exposure) }
+    }
+
+    fn sees_the_same(&self, at: usize, surface: Option<&(Surface, TriangleId)>) -> bool {
+        let device = self.captured.unquantized[at].position;
+        match (&self.captured.triangles, surface) {
+            (Some(triangles), surface) => triangles[at] == surface.map(|&(_, triangle)| triangle),
+            (None, None) => device == DVec3::ZERO,
+            // A thousandth of the distance.
+            (None, Some((surface, _))) => device.distance(surface.position) < 1e-3 * surface.position.length(),
+        }
+    }
+}
+
+/// The shares of lights in a pixel: rays, each cast once, and what was measured.
+struct Shares<'a> {
+    taken: &'a Taken<'a>,
+    at: usize,
+    place: DVec2,
+    exact: BTreeMap<usize, f64>,
+}
+
+impl Visibility for Shares<'_> {
+    fn exact(&mut self, light: usize) -> f64 {
+        let Subject { reference, view, .. } = self.taken.subject;
+        *self.exact.entry(light).or_insert_with(|| reference.visibility(view, self.place, light))
+    }
+
+    fn measured(&mut self, light: usize) -> f64 {
+        let measured = self.taken.measured.get(&light).and_then(|shares| shares[self.at]);
+        measured.unwrap_or_else(|| self.exact(light))
+    }
+}
