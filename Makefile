@@ -5,7 +5,7 @@ DEMO_SCENE ?= assets/hall.toml
 DEMO_IMAGE ?= hall.png
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-swiftshader check bless setup
+.PHONY: help demo test test-swiftshader check cross-check bless setup
 
 help: ## Print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-16s %s\n", $$1, $$2}' Makefile
@@ -27,6 +27,12 @@ test-swiftshader: ## Draw the tests again on SwiftShader, a second software driv
 check: ## Format and lints, warnings as errors
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -- -D warnings
+
+cross-check: ## Ask Mitsuba 3 (from PyPI, into .cache) for the reference renderer's pictures; a few minutes
+	cargo build --release
+	python3 -m venv .cache/mitsuba
+	.cache/mitsuba/bin/pip install --quiet --requirement tests/mitsuba/requirements.txt
+	.cache/mitsuba/bin/python tests/mitsuba/cross_check.py --prove
 
 bless: ## Render the golden images anew and keep them as the expected ones (look at the diff before committing)
 	@scripts/setup test

@@ -1,6 +1,9 @@
 //! `afterlight reference`: a scene as it truly is, by rays in 64 bits on the CPU. No Vulkan.
 
+mod mitsuba;
+
 use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use afterlight::frame::{Picture, Pixels};
@@ -12,7 +15,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::args::{SettingsArgs, samples};
-use super::failure::Failure;
+use super::failure::{Exit, Failure};
+use super::output::Sink;
 use super::picture::{Format, Target};
 use super::table::{Table, milliseconds};
 use super::workload::{Workload, milliseconds_since};
@@ -28,7 +32,9 @@ Examples:
   afterlight reference builtin:hall -o truth.exr --samples 64
   afterlight reference sponza.obj -o truth.exr --point --size 640x360
   afterlight reference scene.toml -o truth.png --camera \"0,2,8/0,1,0\"
-  afterlight reference builtin:spheres -o truth.exr --smith separable --no-cache")]
+  afterlight reference builtin:spheres -o truth.exr --smith separable --no-cache
+  afterlight reference scene.toml -o truth.exr --standard-error error.exr
+  afterlight reference scene.toml --export mitsuba")]
 pub struct Args {
     /// The scene: an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
     scene: String,
@@ -47,6 +53,13 @@ pub struct Args {
     /// Neither read what earlier runs have computed nor keep what this one does
     #[arg(long)]
     no_cache: bool,
+    /// Write the standard error of each pixel's mean, in nits, as an .exr: that of independent samples, which bounds the truth's
+    #[arg(long, value_name = "FILE", value_parser = Target::parse, conflicts_with = "point")]
+    standard_error: Option<Target>,
+    /// Compute nothing; write the scene into this folder as Mitsuba 3 reads it, to ask another renderer. What both do not have by
+    /// the same formulas is refused
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["output", "standard_error", "point", "samples", "smith", "no_cache"])]
+    export: Option<PathBuf>,
     /// Print nothing but errors
     #[arg(short, long)]
     quiet: bool,
@@ -73,7 +86,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::usage(why));
     }
     refuse_approximations(&args.settings)?;
+    if let Some(folder) = &args.export {
+        return export(args, folder);
+    }
+    if args.standard_error.as_ref().is_some_and(|target| target.format != Format::Exr || target.sink.is_stdout()) {
+        return Err(Failure::usage("--standard-error is of light in nits: it is an .exr file"));
+    }
+    if args.standard_error.is_some() && args.samples == Some(1) {
+        return Err(Failure::usage("one sample has no --standard-error: it needs two --samples"));
+    }
     args.output.sink.check()?;
+    args.standard_error.iter().try_for_each(|target| target.sink.check())?;
     let workload = Workload::open(&args.scene, &args.settings, args.quiet)?;
     let settings = workload.decided(&SettingsPatch::default());
     let view = View { camera: workload.camera, size: settings.size };
@@ -100,6 +123,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         output::print(&warnings, true)?;
     }
     args.output.write(&picture(args, &cached.truth, &workload, &settings))?;
+    if let (Some(target), Some(error)) = (&args.standard_error, &cached.truth.standard_error) {
+        target.write(&Picture { size: cached.truth.size, pixels: linear(error) })?;
+    }
     let times = [("load", workload.load_ms), ("tree of boxes", built_ms), ("picture", computed_ms)];
     let report = report(args, &workload, &cached, mode, &times);
     if args.quiet { Ok(()) } else { output::print(&report, args.output.sink.is_stdout()) }
@@ -152,9 +178,7 @@ fn compute(args: &Args, reference: &Reference, view: &View, options: &Options) -
 
 fn picture(args: &Args, truth: &Truth, workload: &Workload, settings: &Settings) -> Picture {
     let pixels = match args.output.format {
-        Format::Exr => Pixels::LinearF32(
-            truth.radiance.iter().flat_map(|&[r, g, b]| [r as f32, g as f32, b as f32, 1.0]).collect(),
-        ),
+        Format::Exr => linear(&truth.radiance),
         Format::Png => {
             let ev100 = settings.exposure.unwrap_or_else(|| metered_ev100(&workload.scene));
             let exposure = f64::from(exposure_scale(ev100));
@@ -167,6 +191,31 @@ fn picture(args: &Args, truth: &Truth, workload: &Workload, settings: &Settings)
         }
     };
     Picture { size: truth.size, pixels }
+}
+
+fn linear(light: &[[f64; 3]]) -> Pixels {
+    Pixels::LinearF32(light.iter().flat_map(|&[r, g, b]| [r as f32, g as f32, b as f32, 1.0]).collect())
+}
+
+/// Writes the scene for Mitsuba 3 into a folder, which is made where it is missing.
+fn export(args: &Args, folder: &Path) -> Result<(), Failure> {
+    let workload = Workload::open(&args.scene, &args.settings, args.quiet)?;
+    let settings = workload.decided(&SettingsPatch::default());
+    let refused = |why: String| Failure::new(Exit::BadInput, format!("cannot export {}: {why}", args.scene));
+    if !settings.shadows.enabled {
+        return Err(refused("light without shadows cannot be expressed".into()));
+    }
+    let (scene, camera) = (&workload.scene, workload.camera);
+    let shot = mitsuba::Shot { scene, camera, size: settings.size, brdf: settings.brdf };
+    let export = mitsuba::export(&shot).map_err(refused)?;
+    std::fs::create_dir_all(folder).map_err(|error| Failure::write(&folder.display().to_string(), &error))?;
+    for (name, text) in
+        export.meshes.iter().map(|(name, text)| (name.as_str(), text)).chain([("scene.xml", &export.scene)])
+    {
+        Sink::File(folder.join(name)).write(text.as_bytes())?;
+    }
+    let told = format!("{} -> {}: {} meshes\n", scene.name, folder.join("scene.xml").display(), export.meshes.len());
+    if args.quiet { Ok(()) } else { output::print(&told, false) }
 }
 
 fn report(args: &Args, workload: &Workload, cached: &Cached, mode: Mode, times: &[(&str, f64)]) -> String {
