@@ -10,6 +10,8 @@ mod drop;
 mod failure;
 mod inspect;
 mod logs;
+#[cfg(feature = "report")]
+mod measuring;
 mod output;
 mod picture;
 mod plan_report;
@@ -20,6 +22,8 @@ mod render;
 mod report;
 mod session;
 mod table;
+#[cfg(feature = "report")]
+mod tune;
 mod workload;
 
 use clap::error::ErrorKind;
@@ -49,6 +53,8 @@ enum Command {
     Reference(reference::Args),
     #[cfg(feature = "report")]
     Report(report::Args),
+    #[cfg(feature = "report")]
+    Tune(tune::Args),
 }
 
 fn after_help() -> String {
@@ -96,6 +102,8 @@ pub fn run() -> Result<(), Failure> {
         Command::Reference(args) => reference::run(&args),
         #[cfg(feature = "report")]
         Command::Report(args) => report::run(&args),
+        #[cfg(feature = "report")]
+        Command::Tune(args) => tune::run(&args),
     }
 }
 

@@ -73,9 +73,14 @@ impl Workload {
         if self.quiet { Ok(()) } else { output::print(&warnings(&new), true) }
     }
 
-    /// What was said of the settings: the command line over `--settings` over the scene.
+    /// What this command was told of the settings: the command line over `--settings`.
+    pub fn said(&self) -> SettingsPatch {
+        self.command_line.or(&self.settings_file)
+    }
+
+    /// All that was said of the settings: what this command was told over the scene.
     pub fn patch(&self) -> SettingsPatch {
-        self.command_line.or(&self.settings_file).or(&self.scene.settings)
+        self.said().or(&self.scene.settings)
     }
 
     /// `variation` over all that was said over the defaults, whatever a device can draw.

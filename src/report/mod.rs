@@ -6,3 +6,5 @@ pub mod graph;
 pub mod page;
 #[cfg(feature = "report")]
 pub mod sweep;
+#[cfg(feature = "report")]
+pub mod tune;

@@ -11,7 +11,7 @@ mod pictures;
 mod plot;
 mod reading;
 #[cfg(test)]
-mod samples;
+pub(super) mod samples;
 mod scales;
 mod summary;
 mod tables;

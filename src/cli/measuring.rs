@@ -1,0 +1,182 @@
+//! What `report` and `tune` share: how much is measured, of which settings, and how far it has come.
+
+use std::time::Duration;
+
+use afterlight::frame;
+use afterlight::gpu::Device;
+use afterlight::reference;
+use afterlight::report::sweep::families::{Selection, Sweep, name_of};
+use afterlight::report::sweep::journal::{Asked, Header, SceneInfo};
+use afterlight::report::sweep::machine;
+use afterlight::report::sweep::model::{LAYOUT, Shard};
+use afterlight::report::sweep::picture::Truths;
+use afterlight::report::sweep::run::Step;
+use afterlight::report::sweep::timing::Effort;
+use afterlight::scene::{Camera, SettingsPatch, View};
+
+use super::args::{SettingsArgs, samples};
+use super::failure::Failure;
+use super::progress;
+use super::workload::Workload;
+
+/// What `--quick` measures at, unless `--size` says another.
+const QUICK_SIZE: [u32; 2] = [320, 180];
+
+/// How much is measured, and how well.
+#[derive(Debug, Clone, clap::Args)]
+#[command(next_help_heading = "Measuring")]
+pub struct MeasuringArgs {
+    /// A first answer in minutes: 320x180, few values of each setting, few rounds
+    #[arg(long)]
+    pub quick: bool,
+    /// Combinations of settings in the joint family, at most; 0 for none [default: 40, quick 10]
+    #[arg(long, value_name = "N")]
+    joint: Option<usize>,
+    /// Rounds in which renderers take turns, more where times scatter [default: 15, quick 5]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=100_000))]
+    rounds: Option<u32>,
+    /// Samples of each pixel of the converged truth [default: 64, quick 16]
+    #[arg(long, value_name = "N", value_parser = samples)]
+    truth_samples: Option<u32>,
+    /// Decides combinations and the order of measuring
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+impl MeasuringArgs {
+    /// Of the families with these keys, or all.
+    pub fn selection(&self, families: Option<Vec<String>>) -> Selection {
+        Selection {
+            families,
+            joint: self.joint.unwrap_or(if self.quick { 10 } else { 40 }),
+            quick: self.quick,
+            seed: self.seed,
+        }
+    }
+
+    fn rounds(&self) -> usize {
+        self.rounds.unwrap_or(if self.quick { 5 } else { 15 }) as usize
+    }
+
+    pub fn truth_samples(&self) -> u32 {
+        self.truth_samples.unwrap_or(if self.quick { 16 } else { 64 })
+    }
+
+    pub fn effort(&self) -> Effort {
+        let longest = Duration::from_secs(if self.quick { 5 } else { 120 });
+        Effort { rounds: self.rounds(), longest }
+    }
+
+    /// The options of drawing, with the size of `--quick`.
+    pub fn settings(&self, settings: &SettingsArgs) -> SettingsArgs {
+        let size = settings.size.or(self.quick.then_some(QUICK_SIZE));
+        SettingsArgs { size, ..settings.clone() }
+    }
+
+    /// The first line of a journal.
+    pub fn header(
+        &self,
+        device: &Device,
+        scenes: &[String],
+        families: Option<Vec<String>>,
+        shard: Option<Shard>,
+    ) -> Header {
+        let Selection { families, joint, quick, seed } = self.selection(families);
+        let (rounds, truth_samples) = (self.rounds(), self.truth_samples());
+        Header {
+            layout: LAYOUT,
+            version: env!("CARGO_PKG_VERSION").into(),
+            machine: machine::here(&device.physical),
+            shard,
+            scenes: scenes.to_vec(),
+            asked: Asked { families, joint, quick, rounds, truth_samples, seed },
+        }
+    }
+}
+
+/// lavapipe takes as many threads as it likes unless it is told; then times of different runs could not be compared.
+pub fn fix_driver_threads() {
+    if std::env::var_os(machine::DRIVER_THREADS).is_none() {
+        // SAFETY: no thread but this one has been started: no device, no pool and no progress bar is there yet, so that nobody reads the
+        // environment meanwhile.
+        unsafe { std::env::set_var(machine::DRIVER_THREADS, machine::threads().to_string()) };
+    }
+}
+
+/// The settings as given, of which every shadow map is drawn for each frame unless somebody asks for a cache: the time of a frame in which
+/// everything moves.
+pub fn base_of(workload: &Workload) -> SettingsPatch {
+    let moving = SettingsPatch { shadow_cache: Some(false), ..SettingsPatch::default() };
+    let said = workload.patch();
+    SettingsPatch { view: Some(View::Final), ..said.or(&moving) }
+}
+
+/// The sweep of a scene.
+///
+/// # Errors
+/// When the device cannot draw it as its settings are given.
+pub fn sweep_of(
+    workload: &Workload,
+    base: &SettingsPatch,
+    device: &Device,
+    selection: &Selection,
+) -> Result<Sweep, Failure> {
+    // Says so when the picture is too large.
+    let settings = workload.settings(&SettingsPatch::default(), &device.physical)?;
+    let plan = frame::plan_for(device, &workload.scene, &settings)?;
+    workload.warn(&plan)?;
+    Ok(Sweep::of(&workload.scene, base, &frame::capabilities(&device.physical), selection)?)
+}
+
+/// Both truths of the scene from a camera, with bars that are named after `what`.
+pub fn truths(workload: &Workload, camera: Camera, base: &SettingsPatch, samples: u32, bars: &Bars) -> Truths {
+    let settings = base.decide();
+    let view = reference::View { camera, size: settings.size };
+    let pixels = u64::from(settings.size[0]) * u64::from(settings.size[1]);
+    let bar = |what: &str, count| progress::bar(format!("{}: {what}", bars.what), count, bars.quiet);
+    let bars = [bar("truth", pixels), bar("converged truth", pixels * u64::from(samples))];
+    let tell = |what: &str, done, _| bars[usize::from(what == Truths::CONVERGED)].at(done);
+    Truths::of(&workload.scene, &view, &settings, samples, &tell)
+}
+
+/// The scene as a journal has it.
+pub fn scene_info(workload: &Workload, base: &SettingsPatch, sweep: &Sweep, truths: &Truths) -> SceneInfo {
+    SceneInfo {
+        name: workload.scene.name.clone(),
+        hash: truths.hash.clone(),
+        settings: base.to_string(),
+        size: base.decide().size,
+        triangles: workload.scene.triangle_count(),
+        lights: workload.scene.lights.len(),
+        truth: truths.info.clone(),
+        points: sweep.points.iter().map(name_of).collect(),
+        families: sweep.families.clone(),
+        left_out: sweep.left_out.clone(),
+    }
+}
+
+/// Bars of progress, one at a time, that are named after what is measured.
+pub struct Bars {
+    what: String,
+    quiet: bool,
+    shown: Option<(String, progress::Progress)>,
+}
+
+impl Bars {
+    pub fn of(what: impl Into<String>, quiet: bool) -> Self {
+        Self { what: what.into(), quiet, shown: None }
+    }
+
+    /// How far a run has come.
+    pub fn step(&mut self, step: Step) {
+        let what = format!("{}: {}", self.what, step.what);
+        if self.shown.as_ref().is_none_or(|(shown, _)| *shown != what) {
+            // The old one goes before the new one comes.
+            self.shown = None;
+            self.shown = Some((what.clone(), progress::bar(what, step.total as u64, self.quiet)));
+        }
+        if let Some((_, bar)) = &self.shown {
+            bar.at(step.done as u64);
+        }
+    }
+}

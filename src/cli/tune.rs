@@ -1,0 +1,286 @@
+//! `afterlight tune`: settings that keep a bound on error or time, found on the device at hand and verified from other cameras.
+
+use std::fmt::Write as _;
+use std::sync::Arc;
+
+use afterlight::gpu::Device;
+use afterlight::reference::{Reference, View};
+use afterlight::report::sweep::assemble;
+use afterlight::report::sweep::families::{Sweep, name_of};
+use afterlight::report::sweep::journal::{Header, Journal, Record};
+use afterlight::report::sweep::meter::DeviceMeter;
+use afterlight::report::sweep::model::{Metric, SceneReport};
+use afterlight::report::sweep::run::{Run, Step};
+use afterlight::report::tune::cameras::{Elsewhere, held_out};
+use afterlight::report::tune::choice::{Attempt, Bound, Goal, Measurement, Outcome};
+use afterlight::report::tune::evidence::{self, Evidence, Search};
+use afterlight::report::tune::verify::OnDevice;
+use afterlight::scene::{SettingsPatch, unknown};
+
+use super::args::{DeviceArgs, SettingsArgs};
+use super::failure::{Exit, Failure};
+use super::measuring::{Bars, MeasuringArgs, base_of, fix_driver_threads, scene_info, sweep_of, truths};
+use super::output::Sink;
+use super::table::{Table, milliseconds};
+use super::workload::Workload;
+use super::{output, session};
+
+/// Find the cheapest settings for an error bound, or the best for a time, on this device, and verify them from other cameras
+#[derive(Debug, clap::Args)]
+#[command(
+    group(clap::ArgGroup::new("bound").required(true)),
+    after_help = "\
+Examples:
+  afterlight tune builtin:hall --max-error 0.01 --quick
+  afterlight tune scene.toml --max-error 0.001 --metric relmse -o tuned.toml
+  afterlight tune sponza.obj --max-ms 16.6 --size 1920x1080 --cameras 5
+  afterlight render builtin:hall --settings tuned.toml -o tuned.png
+
+The file has the settings as a scene file has them, and what they were chosen by:
+`render --settings FILE` takes it, and `from` in a scene file's [settings]."
+)]
+pub struct Args {
+    /// The scene: an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
+    scene: String,
+    /// The fastest settings whose error is at most this, against a truth of many samples a pixel
+    #[arg(long, value_name = "ERROR", group = "bound", value_parser = positive, allow_hyphen_values = true)]
+    max_error: Option<f64>,
+    /// The settings with the least error whose pictures take at most so many milliseconds
+    #[arg(long, value_name = "MS", group = "bound", value_parser = positive, allow_hyphen_values = true)]
+    max_ms: Option<f64>,
+    /// How error is measured: flip or, in exposed linear light, relmse or rmse
+    #[arg(long, value_name = "NAME", default_value = "flip", value_parser = metric)]
+    metric: Metric,
+    /// The settings that were chosen, as TOML with the evidence; - is standard output
+    #[arg(short, long, value_name = "FILE", default_value = "tuned.toml", value_parser = Sink::parse)]
+    output: Sink,
+    /// Other cameras that the choice must hold from, 0 to 64
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=64))]
+    cameras: u32,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+    #[command(flatten)]
+    measuring: MeasuringArgs,
+    #[command(flatten)]
+    settings: SettingsArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number > 0.0 && number.is_finite() => Ok(number),
+        _ => Err("expected a number above 0".into()),
+    }
+}
+
+fn metric(text: &str) -> Result<Metric, String> {
+    const NAMES: [(&str, Metric); 3] = [("flip", Metric::Flip), ("relmse", Metric::RelMse), ("rmse", Metric::Rmse)];
+    let found = NAMES.iter().find(|(name, _)| *name == text);
+    found.map(|&(_, metric)| metric).ok_or_else(|| unknown("metric", text, &NAMES.map(|(name, _)| name)))
+}
+
+/// What was measured on the device.
+struct Measured {
+    header: Header,
+    scene: SceneReport,
+    /// By point of the scene.
+    patches: Vec<SettingsPatch>,
+    cameras: Vec<Elsewhere>,
+    outcome: Outcome,
+}
+
+/// Measures, chooses, verifies, and writes the settings.
+///
+/// # Errors
+/// A scene that cannot be read, a device that cannot draw it, a file that cannot be written, or a bound that nothing keeps.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    args.output.check()?;
+    fix_driver_threads();
+    session::with_device(&args.device, |device| {
+        let workload = Workload::open(&args.scene, &args.measuring.settings(&args.settings), args.quiet)?;
+        let goal = args.goal();
+        let measured = measure(args, &workload, &device, &goal)?;
+        let texts: Vec<String> = measured.cameras.iter().map(|camera| camera.text.clone()).collect();
+        let search = Search {
+            program: concat!("afterlight ", env!("CARGO_PKG_VERSION")),
+            machine: &measured.header.machine,
+            scene: &measured.scene,
+            goal: &goal,
+            cameras: &texts,
+        };
+        let Some(chosen) = &measured.outcome.chosen else {
+            let hint = "a wider bound, more --samples or --joint may do; `afterlight report` shows all of the front";
+            return Err(Failure::new(Exit::FailedCheck, search.failure(&measured.outcome)).with_hint(hint));
+        };
+        let evidence = Evidence::of(&search, chosen, &measured.outcome.passed_over);
+        let settings = tuned(args, &workload, &measured.patches[chosen.point]);
+        let failed = |error| Failure::new(Exit::BadInput, format!("cannot write the evidence: {error}"));
+        args.output.write(evidence::file(&settings, &evidence).map_err(failed)?.as_bytes())?;
+        let text = told(args, &measured, &search, chosen);
+        if args.quiet { Ok(()) } else { output::print(&text, args.output.is_stdout()) }
+    })
+}
+
+impl Args {
+    fn goal(&self) -> Goal {
+        let bound = match (self.max_error, self.max_ms) {
+            (Some(error), _) => Bound::Error(error),
+            // clap sees to it that one of both is given.
+            (None, ms) => Bound::Milliseconds(ms.unwrap_or(f64::INFINITY)),
+        };
+        Goal { bound, metric: self.metric }
+    }
+}
+
+/// What the file says: the choice over what the command line and `--settings` said, but for the size of `--quick`; always the samples, which
+/// `render` would choose by itself.
+fn tuned(args: &Args, workload: &Workload, choice: &SettingsPatch) -> SettingsPatch {
+    let samples = Some(workload.decided(choice).samples);
+    let size = args.settings.size.or(workload.settings_file.size);
+    SettingsPatch { size, samples, ..choice.or(&workload.said()) }
+}
+
+fn measure(args: &Args, workload: &Workload, device: &Arc<Device>, goal: &Goal) -> Result<Measured, Failure> {
+    let MeasuringArgs { seed, .. } = args.measuring;
+    let base = base_of(workload);
+    let sweep = sweep_of(workload, &base, device, &args.measuring.selection(None))?;
+    let meter = |camera, what: String| DeviceMeter {
+        device,
+        scene: &workload.scene,
+        camera,
+        base: &base,
+        truths: truths(workload, camera, &base, args.measuring.truth_samples(), &Bars::of(what, args.quiet)),
+        effort: args.measuring.effort(),
+    };
+    let header = args.measuring.header(device, std::slice::from_ref(&args.scene), None, None);
+    let scene = sweep_scene(args, workload, &header, &sweep, meter(workload.camera, workload.scene.name.clone()))?;
+    let patches = patches_of(&scene, &sweep);
+    let cameras = match goal.candidates(&scene).is_empty() {
+        true => Vec::new(),
+        false => cameras_of(args, workload, &base)?,
+    };
+    let count = cameras.len();
+    let elsewhere = cameras.iter().enumerate();
+    let meters = elsewhere.map(|(index, own)| meter(own.camera, format!("camera {} of {count}", index + 1)));
+    let mut witness = OnDevice::new(meters.collect(), patches.clone(), goal.metric, seed);
+    let outcome = goal.choose(&scene, &mut witness)?;
+    Ok(Measured { header, scene, patches, cameras, outcome })
+}
+
+/// The scene's front, from its own camera.
+fn sweep_scene(
+    args: &Args,
+    workload: &Workload,
+    header: &Header,
+    sweep: &Sweep,
+    mut meter: DeviceMeter,
+) -> Result<SceneReport, Failure> {
+    let cannot = |error| Failure::write("to a temporary folder", &error);
+    let folder = tempfile::tempdir().map_err(cannot)?;
+    let mut journal = Journal::open(folder.path(), header, true)?;
+    let info = scene_info(workload, meter.base, sweep, &meter.truths);
+    journal.add(0, Record::Scene { scene: 0, info })?;
+    let mut bars = Bars::of(workload.scene.name.clone(), args.quiet);
+    let mut watch = |step: Step| {
+        bars.step(step);
+        true
+    };
+    let own = sweep.own(None);
+    let seed = args.measuring.seed;
+    Run { scene: 0, sweep, own: &own, seed, journal: &mut journal, watch: &mut watch }.measure(&mut meter)?;
+    let report = assemble::scene_report(&journal.scenes[0]);
+    report.ok_or_else(|| Failure::new(Exit::BadInput, format!("nothing of {} was measured", args.scene)))
+}
+
+/// The settings of each point of a scene's report.
+fn patches_of(scene: &SceneReport, sweep: &Sweep) -> Vec<SettingsPatch> {
+    let patch = |name: &str| sweep.points.iter().find(|patch| name_of(patch) == name).cloned().unwrap_or_default();
+    scene.points.iter().map(|point| patch(&point.name)).collect()
+}
+
+fn cameras_of(args: &Args, workload: &Workload, base: &SettingsPatch) -> Result<Vec<Elsewhere>, Failure> {
+    let reference = Reference::new(&workload.scene);
+    let view = View { camera: workload.camera, size: base.decide().size };
+    let cameras = held_out(&reference, &view, args.cameras as usize);
+    if cameras.len() < args.cameras as usize && !args.quiet {
+        let text = format!(
+            "warning: {} of {} other cameras found from which something is seen\n",
+            cameras.len(),
+            args.cameras
+        );
+        output::print(&text, true)?;
+    }
+    Ok(cameras)
+}
+
+/// The choice with its figures from every camera, those of the settings as given beside it, and what was passed over.
+fn told(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -> String {
+    let Measured { header, scene, outcome, .. } = measured;
+    let [width, height] = scene.size;
+    let mut text = format!("{} ({}), {}\n", header.machine.device, header.machine.driver, header.machine.cpu);
+    let _ = writeln!(
+        text,
+        "{}: {width}x{height}, {} points, truth of {} samples",
+        scene.name,
+        scene.points.len(),
+        scene.truth.samples
+    );
+    for passed_over in outcome.passed_over.iter().filter_map(|attempt| search.passed_over(attempt)) {
+        let figures = &passed_over.figures;
+        let _ = writeln!(
+            text,
+            "{} is passed over: {:.5} and {} from {}",
+            passed_over.settings,
+            figures.error,
+            milliseconds(figures.ms),
+            passed_over.camera
+        );
+    }
+    let name = &scene.points[chosen.point].name;
+    let _ = writeln!(text, "\nChosen: {name}");
+    let mut table = Table::with_figures_from(1);
+    let metric = evidence::metric_key(args.metric);
+    table.row(["camera", metric, "a picture", "95%", "as given", "a picture"]);
+    let mut row = |camera: &str, own: &Measurement, default: &Measurement| {
+        table.row([
+            camera.to_owned(),
+            figure(own.error),
+            milliseconds(own.time.median),
+            format!("+-{:.1}%", 100.0 * own.time.relative_half_width()),
+            figure(default.error),
+            milliseconds(default.time.median),
+        ]);
+    };
+    let of = |point: usize| search.goal.of(&scene.points[point]);
+    row("the scene's own", &of(chosen.point), &of(scene.default));
+    for (pair, camera) in chosen.held_out.iter().zip(search.cameras) {
+        row(camera, &pair.own, &pair.default);
+    }
+    text += &table.render();
+    if let Sink::File(path) = &args.output {
+        let _ = writeln!(text, "\nWritten to {0}: afterlight render {1} --settings {0}", path.display(), args.scene);
+    }
+    text
+}
+
+/// An error: FLIP is never small, and the others span decades.
+fn figure(error: f64) -> String {
+    if error >= 1e-3 { format!("{error:.5}") } else { format!("{error:.3e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_are_above_zero_and_metrics_are_known_by_name() {
+        assert_eq!(positive("16.6"), Ok(16.6));
+        for text in ["0", "-1", "nan", "inf", "fast"] {
+            assert!(positive(text).is_err(), "{text}");
+        }
+        assert_eq!(metric("relmse"), Ok(Metric::RelMse));
+        assert!(metric("flop").is_err_and(|error| error.contains("flip")));
+    }
+}

@@ -1,0 +1,257 @@
+//! A choice on disk: settings as a scene file has them, and beside them what they were chosen by.
+
+use serde::Serialize;
+
+use super::choice::{Attempt, Bound, Goal, Measurement, Outcome, Pair};
+use crate::report::sweep::model::{Machine, Metric, SceneReport};
+use crate::scene::SettingsPatch;
+
+/// What the settings were chosen by. Times are milliseconds a picture, sizes pixels.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Evidence {
+    /// The program and its version.
+    pub program: String,
+    pub device: String,
+    pub driver: String,
+    pub cpu: String,
+    pub threads: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub driver_threads: Option<usize>,
+    pub scene: String,
+    pub size: [u32; 2],
+    /// What was asked for, as the command line has it.
+    pub bound: String,
+    /// How error was measured, against a truth of so many samples a pixel.
+    pub metric: Metric,
+    pub truth_samples: u32,
+    /// The clock that counts: "device" or "wall".
+    pub clock: &'static str,
+    /// From the camera that the settings were chosen with.
+    pub choice: Found,
+    pub default: Found,
+    /// From cameras that they were not chosen with.
+    pub held_out: Vec<HeldOut>,
+    /// What the bound did not hold for, from one of these cameras.
+    pub passed_over: Vec<PassedOver>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Found {
+    pub settings: String,
+    #[serde(flatten)]
+    pub figures: Figures,
+}
+
+/// A median with its 95% interval.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Figures {
+    pub error: f64,
+    pub ms: f64,
+    pub ms_low: f64,
+    pub ms_high: f64,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct HeldOut {
+    pub camera: String,
+    #[serde(flatten)]
+    pub choice: Figures,
+    pub default_error: f64,
+    pub default_ms: f64,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PassedOver {
+    pub settings: String,
+    pub camera: String,
+    #[serde(flatten)]
+    pub figures: Figures,
+}
+
+impl Figures {
+    fn of(measured: &Measurement) -> Self {
+        let Measurement { error, time } = measured;
+        Self { error: *error, ms: time.median, ms_low: time.low, ms_high: time.high }
+    }
+}
+
+impl Found {
+    pub fn of(scene: &SceneReport, goal: &Goal, point: usize) -> Self {
+        let point = &scene.points[point];
+        Self { settings: point.name.clone(), figures: Figures::of(&goal.of(point)) }
+    }
+}
+
+/// A search with what it searched.
+#[derive(Debug, Clone, Copy)]
+pub struct Search<'a> {
+    pub program: &'a str,
+    pub machine: &'a Machine,
+    pub scene: &'a SceneReport,
+    pub goal: &'a Goal,
+    /// By their index, as `--camera` takes them.
+    pub cameras: &'a [String],
+}
+
+impl Evidence {
+    /// The evidence for a search's choice.
+    pub fn of(search: &Search, chosen: &Attempt, passed_over: &[Attempt]) -> Self {
+        let Search { machine, scene, goal, cameras, .. } = search;
+        let held_out = |(pair, camera): (&Pair, &String)| HeldOut {
+            camera: camera.clone(),
+            choice: Figures::of(&pair.own),
+            default_error: pair.default.error,
+            default_ms: pair.default.time.median,
+        };
+        Self {
+            program: search.program.to_owned(),
+            device: machine.device.clone(),
+            driver: machine.driver.clone(),
+            cpu: machine.cpu.clone(),
+            threads: machine.threads,
+            driver_threads: machine.driver_threads,
+            scene: scene.name.clone(),
+            size: scene.size,
+            bound: bound_text(goal),
+            metric: goal.metric,
+            truth_samples: scene.truth.samples,
+            clock: clock(scene, chosen.point),
+            choice: Found::of(scene, goal, chosen.point),
+            default: Found::of(scene, goal, scene.default),
+            held_out: chosen.held_out.iter().zip(*cameras).map(held_out).collect(),
+            passed_over: passed_over.iter().filter_map(|attempt| search.passed_over(attempt)).collect(),
+        }
+    }
+}
+
+impl Search<'_> {
+    /// The camera on which a candidate failed, the last of its own.
+    pub fn passed_over(&self, attempt: &Attempt) -> Option<PassedOver> {
+        let (last, pair) = attempt.held_out.iter().enumerate().last()?;
+        Some(PassedOver {
+            settings: self.scene.points[attempt.point].name.clone(),
+            camera: self.cameras.get(last)?.clone(),
+            figures: Figures::of(&pair.own),
+        })
+    }
+
+    /// In a sentence, why nothing was chosen, naming what came nearest.
+    pub fn failure(&self, outcome: &Outcome) -> String {
+        let limit = bound_text(self.goal);
+        let worst = |attempt: &&Attempt| {
+            let bounded = attempt.held_out.iter().map(|pair| self.goal.bounded(&pair.own));
+            bounded.fold(f64::NEG_INFINITY, f64::max)
+        };
+        let told = |figures: &Figures| match self.goal.bound {
+            Bound::Error(_) => format!("errs by {:.3e}", figures.error),
+            Bound::Milliseconds(_) => {
+                format!("takes {:.3} ms ({:.3} to {:.3})", figures.ms, figures.ms_low, figures.ms_high)
+            }
+        };
+        let best = outcome.passed_over.iter().min_by(|a, b| worst(a).total_cmp(&worst(b)));
+        if let Some(passed_over) = best.and_then(|best| self.passed_over(best)) {
+            let PassedOver { settings, camera, figures } = passed_over;
+            return format!(
+                "{limit} holds from the scene's camera and not from others: the nearest, {settings}, {} from {camera}",
+                told(&figures)
+            );
+        }
+        match self.goal.nearest(self.scene) {
+            Some(nearest) => {
+                let Found { settings, figures } = Found::of(self.scene, self.goal, nearest);
+                format!("nothing that was measured keeps {limit}: the nearest, {settings}, {}", told(&figures))
+            }
+            None => format!("nothing was measured that could keep {limit}"),
+        }
+    }
+}
+
+fn clock(scene: &SceneReport, point: usize) -> &'static str {
+    if scene.points[point].time.gpu.is_some() { "device" } else { "wall" }
+}
+
+/// As the command line has it.
+fn bound_text(goal: &Goal) -> String {
+    match goal.bound {
+        Bound::Error(most) => format!("--max-error {most} --metric {}", metric_key(goal.metric)),
+        Bound::Milliseconds(most) => format!("--max-ms {most} --metric {}", metric_key(goal.metric)),
+    }
+}
+
+/// A metric's name on the command line.
+pub fn metric_key(metric: Metric) -> &'static str {
+    match metric {
+        Metric::Flip => "flip",
+        Metric::RelMse => "relmse",
+        Metric::Rmse => "rmse",
+    }
+}
+
+/// The settings file.
+///
+/// # Errors
+/// When the evidence has no form in TOML.
+pub fn file(settings: &SettingsPatch, evidence: &Evidence) -> Result<String, toml::ser::Error> {
+    #[derive(Serialize)]
+    struct Beside<'a> {
+        evidence: &'a Evidence,
+    }
+    Ok(format!("{}\n{}", settings.to_toml(), toml::to_string(&Beside { evidence })?))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::report::page::samples;
+    use crate::scene::file::parse_settings;
+
+    fn pair(goal: &Goal, scene: &SceneReport, point: usize) -> Pair {
+        Pair { own: goal.of(&scene.points[point]), default: goal.of(&scene.points[scene.default]) }
+    }
+
+    #[test]
+    fn a_settings_file_is_read_again_and_keeps_its_evidence() {
+        let report = samples::report();
+        let goal = Goal { bound: Bound::Error(0.05), metric: Metric::Flip };
+        let scene = &report.scenes[0];
+        let cameras = ["0,1,2/3,4,5/60".to_owned(), "1,1,2/3,4,5/60".to_owned()];
+        let search =
+            Search { program: "afterlight 0.1.0", machine: &report.machine, scene, goal: &goal, cameras: &cameras };
+        let chosen = Attempt { point: 2, held_out: vec![pair(&goal, scene, 2); 2] };
+        let passed = Attempt { point: 1, held_out: vec![pair(&goal, scene, 1)] };
+        let evidence = Evidence::of(&search, &chosen, &[passed]);
+        let settings: SettingsPatch = "gbuffer=fat samples=1 shadow-size=512".parse().expect("settings");
+        let text = file(&settings, &evidence).expect("TOML");
+        assert_eq!(parse_settings(&text, Path::new("tuned.toml")).expect("a settings file"), settings);
+        let table: toml::Table = text.parse().expect("TOML");
+        let evidence = &table["evidence"];
+        assert_eq!(evidence["bound"].as_str(), Some("--max-error 0.05 --metric flip"));
+        assert_eq!(evidence["choice"]["settings"].as_str(), Some(scene.points[2].name.as_str()));
+        assert_eq!(evidence["held_out"].as_array().map(Vec::len), Some(2));
+        assert_eq!(evidence["passed_over"][0]["camera"].as_str(), Some(cameras[0].as_str()));
+        assert_eq!(evidence["choice"]["ms"].as_float(), Some(scene.points[2].time.wall.median));
+    }
+
+    #[test]
+    fn a_failure_names_what_came_nearest() {
+        let report = samples::report();
+        let scene = &report.scenes[0];
+        let cameras = ["0,1,2/3,4,5/60".to_owned()];
+        let goal = Goal { bound: Bound::Error(1e-9), metric: Metric::Flip };
+        let search = Search { program: "", machine: &report.machine, scene, goal: &goal, cameras: &cameras };
+        let nothing = Outcome { chosen: None, passed_over: Vec::new() };
+        let nearest = &scene.points[goal.nearest(scene).expect("a front")].name;
+        assert!(search.failure(&nothing).contains(&format!("the nearest, {nearest}, errs by")));
+        let attempts = [1, 2].map(|point| Attempt { point, held_out: vec![pair(&goal, scene, point)] });
+        let failed = Outcome { chosen: None, passed_over: attempts.into() };
+        let better = [1, 2].into_iter().min_by(|a, b| {
+            let error = |index: &usize| goal.of(&scene.points[*index]).error;
+            error(a).total_cmp(&error(b))
+        });
+        let better = &scene.points[better.expect("one of two")].name;
+        let told = search.failure(&failed);
+        assert!(told.contains(&format!("the nearest, {better}, ")) && told.contains(&cameras[0]), "{told}");
+    }
+}
