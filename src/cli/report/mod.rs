@@ -6,30 +6,24 @@ mod text;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
 
 use afterlight::gpu::Device;
-use afterlight::report::sweep::families::{self, Selection, Sweep, family_keys};
-use afterlight::report::sweep::journal::{self, Asked, Contents, Header, Journal, Record, SceneInfo};
+use afterlight::report::sweep::families::family_keys;
+use afterlight::report::sweep::journal::{self, Contents, Journal, Record};
 use afterlight::report::sweep::merge::{self, Part};
 use afterlight::report::sweep::meter::DeviceMeter;
-use afterlight::report::sweep::model::{LAYOUT, Metric, Report, SceneReport, Shard};
-use afterlight::report::sweep::picture::Truths;
+use afterlight::report::sweep::model::{Metric, Report, SceneReport, Shard};
 use afterlight::report::sweep::run::{Run, Step};
-use afterlight::report::sweep::timing::Effort;
-use afterlight::report::sweep::{Error, assemble, machine};
-use afterlight::scene::{SettingsPatch, View, unknown};
-use afterlight::{frame, reference};
+use afterlight::report::sweep::{Error, assemble};
+use afterlight::scene::unknown;
 
-use super::args::{DeviceArgs, SettingsArgs, samples};
+use super::args::{DeviceArgs, SettingsArgs};
 use super::failure::{Exit, Failure};
+use super::measuring::{Bars, MeasuringArgs, base_of, fix_driver_threads, scene_info, sweep_of, truths};
 use super::output::Sink;
 use super::workload::Workload;
-use super::{output, progress, session};
+use super::{output, session};
 use files::Folder;
-
-/// What `--quick` measures at, unless `--size` says another.
-const QUICK_SIZE: [u32; 2] = [320, 180];
 
 /// Measure how far pictures are from the truth and what they cost, for families of settings, and find the front
 #[derive(Debug, clap::Args)]
@@ -52,27 +46,12 @@ pub struct Args {
     /// The report's folder, made where it is not there
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// A first answer in minutes: 320x180, few values of each setting, few rounds
-    #[arg(long)]
-    quick: bool,
     /// Measure only these families, as gbuffer,shadow-size,samples,joint [default: all that the scene needs]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = family)]
     families: Option<Vec<String>>,
-    /// Combinations of settings in the joint family, at most; 0 for none [default: 40, quick 10]
-    #[arg(long, value_name = "N")]
-    joint: Option<usize>,
     /// The error of the front that is printed: rel-mse, rmse or flip
     #[arg(long, value_name = "NAME", default_value = "flip", value_parser = metric)]
     metric: Metric,
-    /// Rounds in which renderers take turns, more where times scatter [default: 15, quick 5]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=100_000))]
-    rounds: Option<u32>,
-    /// Samples of each pixel of the converged truth [default: 64, quick 16]
-    #[arg(long, value_name = "N", value_parser = samples)]
-    truth_samples: Option<u32>,
-    /// Decides combinations and the order of measuring
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
     /// Measure one part of several, to be joined with --merge: from 1/N to N/N
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<Shard>,
@@ -88,6 +67,8 @@ pub struct Args {
     /// Print nothing but errors
     #[arg(short, long)]
     quiet: bool,
+    #[command(flatten)]
+    measuring: MeasuringArgs,
     #[command(flatten)]
     settings: SettingsArgs,
     #[command(flatten)]
@@ -117,48 +98,6 @@ fn shard(text: &str) -> Result<Shard, String> {
     }
 }
 
-impl Args {
-    fn selection(&self) -> Selection {
-        Selection {
-            families: self.families.clone(),
-            joint: self.joint.unwrap_or(if self.quick { 10 } else { 40 }),
-            quick: self.quick,
-            seed: self.seed,
-        }
-    }
-
-    fn rounds(&self) -> usize {
-        self.rounds.unwrap_or(if self.quick { 5 } else { 15 }) as usize
-    }
-
-    fn truth_samples(&self) -> u32 {
-        self.truth_samples.unwrap_or(if self.quick { 16 } else { 64 })
-    }
-
-    fn effort(&self) -> Effort {
-        let longest = Duration::from_secs(if self.quick { 5 } else { 120 });
-        Effort { rounds: self.rounds(), longest }
-    }
-
-    fn settings(&self) -> SettingsArgs {
-        let size = self.settings.size.or(self.quick.then_some(QUICK_SIZE));
-        SettingsArgs { size, ..self.settings.clone() }
-    }
-
-    fn header(&self, device: &Device) -> Header {
-        let Selection { families, joint, quick, seed } = self.selection();
-        let (rounds, truth_samples) = (self.rounds(), self.truth_samples());
-        Header {
-            layout: LAYOUT,
-            version: env!("CARGO_PKG_VERSION").into(),
-            machine: machine::here(&device.physical),
-            shard: self.shard,
-            scenes: self.scenes.clone(),
-            asked: Asked { families, joint, quick, rounds, truth_samples, seed },
-        }
-    }
-}
-
 /// Measures, or joins what was measured, and writes the report.
 ///
 /// # Errors
@@ -174,7 +113,7 @@ fn measure(args: &Args) -> Result<(), Failure> {
     fix_driver_threads();
     let folder = Folder::make(&args.output)?;
     session::with_device(&args.device, |device| {
-        let header = args.header(&device);
+        let header = args.measuring.header(&device, &args.scenes, args.families.clone(), args.shard);
         let mut journal = Journal::open(folder.path(), &header, args.restart)?;
         let mut scenes = Vec::new();
         for index in 0..args.scenes.len() {
@@ -185,23 +124,6 @@ fn measure(args: &Args) -> Result<(), Failure> {
     })
 }
 
-/// lavapipe takes as many threads as it likes unless it is told; then times of different runs could not be compared.
-fn fix_driver_threads() {
-    if std::env::var_os(machine::DRIVER_THREADS).is_none() {
-        // SAFETY: no thread but this one has been started: no device, no pool and no progress bar is there yet, so that nobody reads the
-        // environment meanwhile.
-        unsafe { std::env::set_var(machine::DRIVER_THREADS, machine::threads().to_string()) };
-    }
-}
-
-/// The settings as given, of which every shadow map is drawn for each frame unless somebody asks for a cache: the time of a frame in which
-/// everything moves.
-fn base_of(workload: &Workload) -> SettingsPatch {
-    let moving = SettingsPatch { shadow_cache: Some(false), ..SettingsPatch::default() };
-    let said = workload.patch();
-    SettingsPatch { view: Some(View::Final), ..said.or(&moving) }
-}
-
 fn measure_scene(
     args: &Args,
     index: usize,
@@ -210,26 +132,13 @@ fn measure_scene(
     folder: &Folder,
 ) -> Result<SceneReport, Failure> {
     let spec = &args.scenes[index];
-    let workload = Workload::open(spec, &args.settings(), args.quiet)?;
-    // Says so when the picture is too large.
-    let settings = workload.settings(&SettingsPatch::default(), &device.physical)?;
+    let MeasuringArgs { seed, .. } = args.measuring;
+    let workload = Workload::open(spec, &args.measuring.settings(&args.settings), args.quiet)?;
     let base = base_of(&workload);
-    let plan = frame::plan_for(device, &workload.scene, &settings)?;
-    workload.warn(&plan)?;
-    let sweep = Sweep::of(&workload.scene, &base, &frame::capabilities(&device.physical), &args.selection())?;
-    let truths = truths(args, &workload, &base);
-    let info = SceneInfo {
-        name: workload.scene.name.clone(),
-        hash: truths.hash.clone(),
-        settings: base.to_string(),
-        size: settings.size,
-        triangles: workload.scene.triangle_count(),
-        lights: workload.scene.lights.len(),
-        truth: truths.info.clone(),
-        points: sweep.points.iter().map(families::name_of).collect(),
-        families: sweep.families.clone(),
-        left_out: sweep.left_out.clone(),
-    };
+    let sweep = sweep_of(&workload, &base, device, &args.measuring.selection(args.families.clone()))?;
+    let mut bars = Bars::of(workload.scene.name.clone(), args.quiet);
+    let truths = truths(&workload, workload.camera, &base, args.measuring.truth_samples(), &bars);
+    let info = scene_info(&workload, &base, &sweep, &truths);
     match &journal.scenes[index].info {
         None => journal.add(index, Record::Scene { scene: index, info })?,
         Some(there) => {
@@ -239,38 +148,19 @@ fn measure_scene(
             }
         }
     }
-    let effort = args.effort();
+    let effort = args.measuring.effort();
     let mut meter =
         DeviceMeter { device, scene: &workload.scene, camera: workload.camera, base: &base, truths, effort };
     let own = sweep.own(args.shard);
-    let mut bar: Option<(String, progress::Progress)> = None;
     let mut watch = |step: Step| {
-        let what = format!("{}: {}", workload.scene.name, step.what);
-        if bar.as_ref().is_none_or(|(shown, _)| *shown != what) {
-            bar = Some((what.clone(), progress::bar(what, step.total as u64, args.quiet)));
-        }
-        if let Some((_, bar)) = &bar {
-            bar.at(step.done as u64);
-        }
+        bars.step(step);
         true
     };
-    let mut run = Run { scene: index, sweep: &sweep, own: &own, seed: args.seed, journal, watch: &mut watch };
-    run.measure(&mut meter)?;
-    drop(bar);
+    Run { scene: index, sweep: &sweep, own: &own, seed, journal, watch: &mut watch }.measure(&mut meter)?;
+    drop(bars);
     let report = assemble::scene_report(&journal.scenes[index]);
     let report = report.ok_or_else(|| Failure::new(Exit::BadInput, format!("nothing of {spec} was measured")))?;
     folder.draw_pictures(report, &meter, &sweep, args.restart)
-}
-
-fn truths(args: &Args, workload: &Workload, base: &SettingsPatch) -> Truths {
-    let settings = base.decide();
-    let view = reference::View { camera: workload.camera, size: settings.size };
-    let pixels = u64::from(settings.size[0]) * u64::from(settings.size[1]);
-    let samples = args.truth_samples();
-    let bar = |what: &str, count| progress::bar(format!("{}: {what}", workload.scene.name), count, args.quiet);
-    let bars = [bar("truth", pixels), bar("converged truth", pixels * u64::from(samples))];
-    let tell = |what: &str, done, _| bars[usize::from(what == Truths::CONVERGED)].at(done);
-    Truths::of(&workload.scene, &view, &settings, samples, &tell)
 }
 
 fn join(args: &Args) -> Result<(), Failure> {

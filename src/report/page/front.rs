@@ -6,16 +6,22 @@ use super::marks::{Glyph, Shape};
 use super::plot::{Line, Mark, Plot, Stroke};
 use super::words::{self, mebibytes, number, percent};
 use super::{summary, tables};
-use crate::report::sweep::model::{Front, Point, SceneReport};
+use crate::report::sweep::model::{Against, Front, Point, SceneReport};
 
 /// The family that is all settings together: it has no curve of its own.
 pub const JOINT: &str = "joint";
+
+/// The fronts of all of the error, before those of numeric error alone.
+pub fn in_order(scene: &SceneReport) -> impl Iterator<Item = &Front> {
+    let of = |truth| scene.fronts.iter().filter(move |front| front.truth == truth);
+    of(Against::Converged).chain(of(Against::Point))
+}
 
 /// One front a tab.
 pub fn tabs(scene: &SceneReport, uid: usize) -> Markup {
     html! {
         div.tabs {
-            @for (index, front) in scene.fronts.iter().enumerate() {
+            @for (index, front) in in_order(scene).enumerate() {
                 @let id = format!("front-{uid}-{index}");
                 input type="radio" name=(format!("front-{uid}")) id=(id) checked[index == 0];
                 label for=(id) { (front.metric.title()) ", " (front.truth.title()) }

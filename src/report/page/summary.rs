@@ -32,7 +32,7 @@ pub fn paragraphs(scene: &SceneReport) -> Markup {
             (number(numeric.rel_mse)) " relMSE and " (number(numeric.flip)) " FLIP."
         }
         @if scene.fronts.is_empty() { p.none { "No front was sought." } }
-        ul.verdicts { @for front in &scene.fronts { (verdict(scene, front, point)) } }
+        ul.verdicts { @for front in super::front::in_order(scene) { (verdict(scene, front, point)) } }
         (doubts(scene))
     }
 }

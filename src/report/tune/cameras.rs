@@ -4,6 +4,8 @@
 //! A camera goes towards something that the scene's own camera sees, along a ray that nothing blocks, so that it cannot come to stand
 //! inside a wall; then it turns. Which way follows from its place in a sequence alone: the same scene has the same cameras.
 
+use std::collections::BTreeSet;
+
 use glam::{DQuat, DVec2, DVec3};
 
 use crate::reference::{Reference, View};
@@ -15,6 +17,8 @@ const GRID: [u32; 2] = [16, 9];
 const TRIES: u32 = 64;
 /// How much of the picture must be surfaces, as a share of what the scene's own camera sees of them.
 const LEAST_SEEN: f64 = 0.6;
+/// Of the different objects that the scene's own camera sees, how many must be in view: a bare floor tells little.
+const LEAST_OBJECTS: f64 = 0.5;
 /// Nearer than this share of what is usual, a surface is in the way; so many of the rays may end at one.
 const IN_THE_WAY: f64 = 0.15;
 const MOST_IN_THE_WAY: f64 = 0.3;
@@ -28,6 +32,8 @@ struct Sight {
     hits: Vec<DVec3>,
     /// Share of the rays that meet one.
     seen: f64,
+    /// How many different ones.
+    objects: usize,
 }
 
 impl Sight {
@@ -36,9 +42,10 @@ impl Sight {
         let grid = DVec2::new(f64::from(GRID[0]), f64::from(GRID[1]));
         let places =
             (0..GRID[0] * GRID[1]).map(|index| DVec2::new(f64::from(index % GRID[0]), f64::from(index / GRID[0])));
-        let hit = |place: DVec2| Some(reference.surface(view, (place + 0.5) / grid * size)?.0.position);
-        let hits: Vec<DVec3> = places.filter_map(hit).collect();
-        Self { seen: hits.len() as f64 / (grid.x * grid.y), hits }
+        let met = places.filter_map(|place| reference.surface(view, (place + 0.5) / grid * size));
+        let (hits, objects): (Vec<DVec3>, BTreeSet<u32>) =
+            met.map(|(surface, triangle, _)| (surface.position, triangle.object)).unzip();
+        Self { seen: hits.len() as f64 / (grid.x * grid.y), hits, objects: objects.len() }
     }
 
     /// The median of the distances.
@@ -82,7 +89,8 @@ pub fn held_out(reference: &Reference, view: &View, count: usize) -> Vec<Elsewhe
             continue;
         }
         let sight = Sight::of(reference, &View { camera, ..*view });
-        if sight.seen >= LEAST_SEEN * own.seen && sight.in_the_way(usual) <= MOST_IN_THE_WAY {
+        let is_full = sight.seen >= LEAST_SEEN * own.seen && sight.objects as f64 >= LEAST_OBJECTS * own.objects as f64;
+        if is_full && sight.in_the_way(usual) <= MOST_IN_THE_WAY {
             found.push(Elsewhere { camera, text });
         }
     }
@@ -147,6 +155,7 @@ mod tests {
             let cameras: Vec<Camera> = cameras.into_iter().map(|elsewhere| elsewhere.camera).collect();
             for (index, camera) in cameras.iter().enumerate() {
                 let sight = Sight::of(&reference, &View { camera: *camera, ..view });
+                assert!(sight.objects * 2 >= own.objects, "{spec} {index}: {} of {}", sight.objects, own.objects);
                 assert!(sight.seen >= LEAST_SEEN * own.seen, "{spec} {index}: {} of {}", sight.seen, own.seen);
                 let others = std::iter::once(&view.camera).chain(&cameras[..index]);
                 assert!(others.into_iter().all(|other| differ(other, camera, own.usual())), "{spec} {index}");
