@@ -111,7 +111,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             cameras: &texts,
         };
         let Some(chosen) = &measured.outcome.chosen else {
-            let hint = "a wider bound, more --samples or --joint may do; `afterlight report` shows all of the front";
+            let hint = "a wider bound or more --joint may do; `afterlight report` shows all of the front";
             return Err(Failure::new(Exit::FailedCheck, search.failure(&measured.outcome)).with_hint(hint));
         };
         let evidence = Evidence::of(&search, chosen, &measured.outcome.passed_over);

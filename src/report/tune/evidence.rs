@@ -172,10 +172,13 @@ fn clock(scene: &SceneReport, point: usize) -> &'static str {
 
 /// As the command line has it.
 fn bound_text(goal: &Goal) -> String {
-    match goal.bound {
-        Bound::Error(most) => format!("--max-error {most} --metric {}", metric_key(goal.metric)),
-        Bound::Milliseconds(most) => format!("--max-ms {most} --metric {}", metric_key(goal.metric)),
-    }
+    let (option, most) = match goal.bound {
+        Bound::Error(most) => ("--max-error", most),
+        Bound::Milliseconds(most) => ("--max-ms", most),
+    };
+    // Small figures with an exponent, and whole ones without a point.
+    let most = format!("{most:?}");
+    format!("{option} {} --metric {}", most.trim_end_matches(".0"), metric_key(goal.metric))
 }
 
 /// A metric's name on the command line.
