@@ -19,12 +19,16 @@ pub fn figures(scene: &SceneReport) -> Markup {
         } @else {
             p {
                 "One setting changes, the others stay as they are by default. Full marks are all of the error, hollow ones below them numeric \
-                 error alone: what lies between is the price of sampling and filtering, which this setting may not change."
+                 error alone: what lies between is the price of sampling and filtering, which this setting may not change. Where the setting \
+                 smooths edges, only all of the error means something: the point truth has none."
             }
             div.families { @for (index, family) in single.iter().enumerate() { (figure(scene, family, index)) } }
         }
     }
 }
+
+/// Families of which the point truth tells nothing: it looks through the middle of each pixel, and their pictures do not.
+const SMOOTHING: [&str; 3] = ["samples", "msaa", "fxaa"];
 
 /// A member with the point that it is.
 type Measured<'a> = (&'a str, usize, &'a Point);
@@ -79,11 +83,13 @@ fn plot(scene: &SceneReport, family: &Family, members: &[Measured], (metric, ind
             .map(|(_, _, point)| (point.time.decisive().median, point.errors.against(truth).by(metric)))
             .collect(),
     };
-    let lines = match is_curve {
-        true => vec![curve(Stroke::Faint, Against::Point), curve(Stroke::Curve, Against::Converged)],
-        false => Vec::new(),
+    let truths: &[Against] = match SMOOTHING.contains(&family.key.as_str()) {
+        true => &[Against::Converged],
+        false => &[Against::Point, Against::Converged],
     };
-    let alone = members.iter().map(mark(Against::Point));
+    let stroke = |truth| if truth == Against::Point { Stroke::Faint } else { Stroke::Curve };
+    let lines = truths.iter().filter(|_| is_curve).map(|&truth| curve(stroke(truth), truth));
+    let marks = truths.iter().flat_map(|&truth| members.iter().map(mark(truth)));
     Plot {
         size: (520.0, 330.0),
         x_title: format!("{}, ms a picture", words::clock(scene)),
@@ -94,8 +100,8 @@ fn plot(scene: &SceneReport, family: &Family, members: &[Measured], (metric, ind
             metric.title(),
             words::counted(members.len(), "point")
         ),
-        lines,
-        marks: alone.chain(members.iter().map(mark(Against::Converged))).collect(),
+        lines: lines.collect(),
+        marks: marks.collect(),
         noise: summary::noise(&scene.truth, metric, Against::Converged),
     }
 }

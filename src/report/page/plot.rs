@@ -301,35 +301,34 @@ fn overlap(a: &Extent, b: &Extent) -> f64 {
     width.max(0.0) * height.max(0.0)
 }
 
-/// Places for the labels, each where it hides least: right, left, above or below its mark, or at a corner.
+/// What a label may hide, with how much that matters.
+struct Taken(Vec<(Extent, f64)>);
+
+impl Taken {
+    fn of(drawn: &Drawn) -> Self {
+        let Frame { right, .. } = drawn.frame;
+        let reach = RADIUS + 1.0;
+        let marks = drawn.marks.iter().map(|own| ([own.x - reach, own.y - reach, own.x + reach, own.y + reach], 3.0));
+        let whiskers = drawn.marks.iter().map(|own| ([own.low, own.y - 1.0, own.high, own.y + 1.0], 1.0));
+        let strokes = drawn.strokes.iter().map(|(x, y)| ([x - 1.5, y - 1.5, x + 1.5, y + 1.5], 1.0));
+        let noise = drawn.noise.map(|noise| ([right - 160.0, noise - 14.0, right, noise + 1.0], 3.0));
+        Self(marks.chain(whiskers).chain(strokes).chain(noise).collect())
+    }
+
+    fn hidden(&self, extent: &Extent) -> f64 {
+        self.0.iter().map(|(other, weight)| weight * overlap(extent, other)).sum()
+    }
+}
+
+/// Places for the labels, each where it hides least: right, left, above or below its mark, at a corner, or a line further off.
 fn labels(drawn: &Drawn) -> Vec<(f64, f64, &'static str, String)> {
     let Frame { left, right, top, bottom } = drawn.frame;
-    let reach = RADIUS + 1.0;
-    let mut taken: Vec<Extent> = drawn
-        .marks
-        .iter()
-        .map(|placed| [placed.x - reach, placed.y - reach, placed.x + reach, placed.y + reach])
-        .collect();
-    taken.extend(drawn.marks.iter().map(|placed| [placed.low, placed.y - 1.0, placed.high, placed.y + 1.0]));
-    taken.extend(drawn.noise.map(|noise| [right - 160.0, noise - 14.0, right, noise + 1.0]));
-    taken.extend(drawn.strokes.iter().map(|(x, y)| [x - 1.5, y - 1.5, x + 1.5, y + 1.5]));
+    let mut taken = Taken::of(drawn);
     let mut labels = Vec::new();
     for placed in &drawn.marks {
         let Some(text) = &placed.mark.label else { continue };
         let width = ADVANCE * text.chars().count() as f64;
         let gap = RADIUS + if placed.mark.ringed { 8.0 } else { 4.0 };
-        let (x, y) = (placed.x, placed.y);
-        let (above, level, below) = (y - gap - LINE, y - LINE / 2.0, y + gap);
-        let places = [
-            (x + gap, level, "start"),
-            (x + gap * 0.7, above + 2.0, "start"),
-            (x + gap * 0.7, below - 2.0, "start"),
-            (x, above, "middle"),
-            (x, below, "middle"),
-            (x - gap, level, "end"),
-            (x - gap * 0.7, above + 2.0, "end"),
-            (x - gap * 0.7, below - 2.0, "end"),
-        ];
         let extent = |(x, y, anchor): (f64, f64, &str)| {
             let start = match anchor {
                 "start" => x,
@@ -338,15 +337,37 @@ fn labels(drawn: &Drawn) -> Vec<(f64, f64, &'static str, String)> {
             };
             [start, y, start + width, y + LINE]
         };
-        let hidden = |extent: Extent| {
+        let cost = |(rank, place): (usize, (f64, f64, &str))| {
+            let extent = extent(place);
             let outside = extent[0] < left || extent[2] > right || extent[1] < top || extent[3] > bottom;
-            taken.iter().map(|other| overlap(&extent, other)).sum::<f64>() + if outside { 1e4 } else { 0.0 }
+            // Among places that are as good the first.
+            taken.hidden(&extent) + rank as f64 + if outside { 1e5 } else { 0.0 }
         };
-        let best = places.into_iter().min_by(|a, b| hidden(extent(*a)).total_cmp(&hidden(extent(*b))));
-        if let Some(best) = best {
-            taken.push(extent(best));
+        let places = places(placed, gap).into_iter().enumerate();
+        if let Some((_, best)) = places.min_by(|a, b| cost(*a).total_cmp(&cost(*b))) {
+            taken.0.push((extent(best), 10.0));
             labels.push((best.0, best.1 + LINE - 3.0, best.2, text.clone()));
         }
     }
     labels
+}
+
+/// Where the label of a mark may be: its left end, middle or right end, and its upper edge. The best first.
+fn places(placed: &Placed, gap: f64) -> [(f64, f64, &'static str); 12] {
+    let (x, y, aside) = (placed.x, placed.y, 0.7 * gap);
+    let (above, level, below) = (y - gap - LINE, y - LINE / 2.0, y + gap);
+    [
+        (x + gap, level, "start"),
+        (x + aside, above + 2.0, "start"),
+        (x + aside, below - 2.0, "start"),
+        (x, above, "middle"),
+        (x, below, "middle"),
+        (x - gap, level, "end"),
+        (x - aside, above + 2.0, "end"),
+        (x - aside, below - 2.0, "end"),
+        (x, below + LINE, "middle"),
+        (x, above - LINE, "middle"),
+        (x, below + 2.0 * LINE, "middle"),
+        (x, above - 2.0 * LINE, "middle"),
+    ]
 }

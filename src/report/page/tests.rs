@@ -93,12 +93,13 @@ fn every_point_is_named_and_has_a_tooltip_in_every_joint_plot() {
 }
 
 #[test]
-fn family_plots_show_both_truths_of_every_member() {
+fn family_plots_show_both_truths_of_every_member_but_where_edges_are_smoothed() {
     let scene = samples::scene("hall", 3);
     let page = page_of(scene.clone());
     let plots = plots(&page);
     for (family, plot) in scene.families.iter().zip(&plots[scene.fronts.len()..]) {
-        assert_eq!(tooltips(plot).len(), 2 * family.members.len(), "{}", family.key);
+        let truths = if family.key == "msaa" { 1 } else { 2 };
+        assert_eq!(tooltips(plot).len(), truths * family.members.len(), "{}", family.key);
         let texts: Vec<&str> = plot.descendants().filter_map(|node| node.text()).collect();
         for member in &family.members {
             assert!(texts.contains(&member.label.as_str()), "{} has no label {}", family.key, member.label);

@@ -121,7 +121,7 @@ fn differ(a: &Camera, b: &Camera, usual: f64) -> bool {
 
 /// Five digits behind the point: of metres, far less than a pixel.
 fn told(position: DVec3, target: DVec3, fov_y_degrees: f64) -> String {
-    let point = |point: DVec3| point.to_array().map(|number| short(number)).join(",");
+    let point = |point: DVec3| point.to_array().map(short).join(",");
     format!("{}/{}/{}", point(position), point(target), short(fov_y_degrees))
 }
 

@@ -127,10 +127,10 @@ impl Evidence {
 impl Search<'_> {
     /// The camera on which a candidate failed, the last of its own.
     pub fn passed_over(&self, attempt: &Attempt) -> Option<PassedOver> {
-        let (last, pair) = attempt.held_out.iter().enumerate().last()?;
+        let pair = attempt.held_out.last()?;
         Some(PassedOver {
             settings: self.scene.points[attempt.point].name.clone(),
-            camera: self.cameras.get(last)?.clone(),
+            camera: self.cameras.get(attempt.held_out.len() - 1)?.clone(),
             figures: Figures::of(&pair.own),
         })
     }
