@@ -120,7 +120,7 @@ fn other_triangles(scene: &SceneReport) -> Markup {
                     "On " strong { (words::percent(share)) } " of the pixels the rasterizer and the truth see different triangles at the pixel's \
                      centre: rasterizers snap corners to a fraction of a pixel. That is error of coverage, and a part of its own."
                 }
-                None => "This device cannot tell on which pixels the rasterizer and the truth see different triangles.",
+                None => "On which pixels the rasterizer and the truth see different triangles was not found out on this device.",
             }
         }
     }
