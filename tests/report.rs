@@ -81,6 +81,12 @@ fn a_report_of_a_small_scene_holds_together() {
         assert!(time.low > 0.0 && time.low <= time.median && time.median <= time.high, "{}: {time:?}", point.name);
         assert_eq!(point.time.cpu.is_some(), report.machine.software);
     }
+    // Its rows add up to the last one, which is the whole.
+    let parts = &scene.attributions[0].parts;
+    let whole = parts.iter().find(|part| part.name == "whole").expect("a row of the whole").mean;
+    let sum: f64 = parts.iter().filter(|part| part.name != "whole").map(|part| part.mean).sum();
+    assert!(parts.len() > 6 && (sum - whole).abs() < 1e-9, "{sum} {whole}");
+    assert!(scene.truth.other_triangle.is_none_or(|share| share < 0.05), "{:?}", scene.truth);
     front_is_a_front(scene);
     files_are_whole(&folder.path().join("out"), scene);
 

@@ -64,7 +64,7 @@ impl MeasuringArgs {
 
     pub fn effort(&self) -> Effort {
         let longest = Duration::from_secs(if self.quick { 5 } else { 120 });
-        Effort { rounds: self.rounds(), longest }
+        Effort { rounds: self.rounds(), longest, steady_frames: if self.quick { 2 } else { 3 } }
     }
 
     /// The options of drawing, with the size of `--quick`.

@@ -1,5 +1,6 @@
 //! `afterlight tune`: settings that keep a bound on error or time, found on the device at hand and verified from other cameras.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
@@ -153,6 +154,7 @@ fn measure(args: &Args, workload: &Workload, device: &Arc<Device>, goal: &Goal) 
         base: &base,
         truths: truths(workload, camera, &base, args.measuring.truth_samples(), &Bars::of(what, args.quiet)),
         effort: args.measuring.effort(),
+        kept: BTreeMap::new(),
     };
     let header = args.measuring.header(device, std::slice::from_ref(&args.scene), None, None);
     let scene = sweep_scene(args, workload, &header, &sweep, meter(workload.camera, workload.scene.name.clone()))?;

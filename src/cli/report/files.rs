@@ -69,7 +69,7 @@ impl Folder {
             let there = files.iter().all(|file| self.0.join(file).is_file());
             let patch = sweep.points.iter().find(|patch| name_of(patch) == name);
             if let (Some(patch), true) = (patch, anew || !there) {
-                let shown = meter.drawing(patch)?.shown;
+                let shown = meter.shown(patch)?;
                 let difference =
                     flip(&shown, &meter.truths.converged.shown).map_err(afterlight::report::sweep::Error::from)?;
                 for (file, picture) in files.iter().zip([&shown, &difference.heat()]) {

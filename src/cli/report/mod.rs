@@ -3,16 +3,19 @@
 mod files;
 mod text;
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use afterlight::gpu::Device;
+use afterlight::report::sweep::attribution::Limits;
 use afterlight::report::sweep::families::family_keys;
 use afterlight::report::sweep::journal::{self, Contents, Journal, Record};
 use afterlight::report::sweep::merge::{self, Part};
 use afterlight::report::sweep::meter::DeviceMeter;
 use afterlight::report::sweep::model::{Metric, Report, SceneReport, Shard};
+use afterlight::report::sweep::picture::other_triangle;
 use afterlight::report::sweep::run::{Run, Step};
 use afterlight::report::sweep::{Error, assemble};
 use afterlight::scene::unknown;
@@ -22,7 +25,7 @@ use super::failure::{Exit, Failure};
 use super::measuring::{Bars, MeasuringArgs, base_of, fix_driver_threads, scene_info, sweep_of, truths};
 use super::output::Sink;
 use super::workload::Workload;
-use super::{output, session};
+use super::{output, progress, session};
 use files::Folder;
 
 /// Measure how far pictures are from the truth and what they cost, for families of settings, and find the front
@@ -137,7 +140,9 @@ fn measure_scene(
     let base = base_of(&workload);
     let sweep = sweep_of(&workload, &base, device, &args.measuring.selection(args.families.clone()))?;
     let mut bars = Bars::of(workload.scene.name.clone(), args.quiet);
-    let truths = truths(&workload, workload.camera, &base, args.measuring.truth_samples(), &bars);
+    let mut truths = truths(&workload, workload.camera, &base, args.measuring.truth_samples(), &bars);
+    let raw = &truths.raw.point;
+    truths.info.other_triangle = other_triangle(device, &workload.scene, &workload.camera, &base.decide(), raw)?;
     let info = scene_info(&workload, &base, &sweep, &truths);
     match &journal.scenes[index].info {
         None => journal.add(index, Record::Scene { scene: index, info })?,
@@ -149,8 +154,8 @@ fn measure_scene(
         }
     }
     let effort = args.measuring.effort();
-    let mut meter =
-        DeviceMeter { device, scene: &workload.scene, camera: workload.camera, base: &base, truths, effort };
+    let (scene, camera, kept) = (&workload.scene, workload.camera, BTreeMap::new());
+    let mut meter = DeviceMeter { device, scene, camera, base: &base, truths, effort, kept };
     let own = sweep.own(args.shard);
     let mut watch = |step: Step| {
         bars.step(step);
@@ -158,9 +163,22 @@ fn measure_scene(
     };
     Run { scene: index, sweep: &sweep, own: &own, seed, journal, watch: &mut watch }.measure(&mut meter)?;
     drop(bars);
+    attribute(args, index, &meter, journal)?;
     let report = assemble::scene_report(&journal.scenes[index]);
     let report = report.ok_or_else(|| Failure::new(Exit::BadInput, format!("nothing of {spec} was measured")))?;
     folder.draw_pictures(report, &meter, &sweep, args.restart)
+}
+
+/// Takes the error of the settings as given apart, once: of several shards the first does.
+fn attribute(args: &Args, index: usize, meter: &DeviceMeter, journal: &mut Journal) -> Result<(), Failure> {
+    if journal.scenes[index].attribution.is_some() || args.shard.is_some_and(|shard| shard.index > 1) {
+        return Ok(());
+    }
+    let _spinner = progress::loading("the parts of the error", args.quiet);
+    let all = Limits::default();
+    let limits = if args.measuring.quick { Limits { pixels: all.pixels / 4, shadowed_lights: 4 } } else { all };
+    let attribution = meter.attribution(&limits)?;
+    Ok(journal.add(index, Record::Attribution { scene: index, attribution })?)
 }
 
 fn join(args: &Args) -> Result<(), Failure> {

@@ -99,7 +99,7 @@ pub fn scene_report(measured: &Measured) -> Option<SceneReport> {
         families: families.collect(),
         default: 0,
         fronts: fronts.collect(),
-        attributions: measured.attributions.clone(),
+        attributions: measured.attribution.iter().cloned().collect(),
         left_out: info.left_out.iter().cloned().chain(failed).collect(),
         points,
     })

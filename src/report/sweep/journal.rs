@@ -117,7 +117,8 @@ pub struct Measured {
     pub drawn: BTreeMap<String, Drawn>,
     pub failed: BTreeMap<String, String>,
     pub batches: Vec<Batch>,
-    pub attributions: Vec<Attribution>,
+    /// Of the settings as given.
+    pub attribution: Option<Attribution>,
 }
 
 impl Measured {
@@ -132,7 +133,7 @@ impl Measured {
                 self.failed.insert(point, reason);
             }
             Record::Batch { batch, .. } => self.batches.push(batch),
-            Record::Attribution { attribution, .. } => self.attributions.push(attribution),
+            Record::Attribution { attribution, .. } => self.attribution = Some(attribution),
         }
     }
 

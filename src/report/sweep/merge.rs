@@ -47,7 +47,7 @@ pub fn join(parts: &[Part]) -> Result<(Header, Vec<Measured>), Error> {
             all.drawn.extend(measured.drawn.clone());
             all.failed.extend(measured.failed.clone());
             all.batches.extend(measured.batches.iter().cloned());
-            all.attributions.extend(measured.attributions.iter().cloned());
+            all.attribution = all.attribution.or_else(|| measured.attribution.clone());
         }
         joined.push(all);
     }

@@ -1,14 +1,19 @@
 //! What a run measures with: the device at hand, or in tests something that answers at once.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::attribution::{self, Limits, Subject};
 use super::error::Error;
-use super::families::settings_of;
+use super::families::{name_of, settings_of};
 use super::journal::Drawn;
-use super::picture::{Drawing, Truths};
+use super::model::Attribution;
+use super::picture::{Drawing, Shown, Truths};
 use super::timing::{Contender, Effort, Rounds, take_turns};
 use crate::frame::plan_for;
 use crate::gpu::Device;
+use crate::measure::Srgb8Image;
+use crate::reference::{Reference, View};
 use crate::scene::{Camera, Scene, SettingsPatch};
 
 /// Measures points of one scene.
@@ -38,26 +43,55 @@ pub struct DeviceMeter<'a> {
     pub base: &'a SettingsPatch,
     pub truths: Truths,
     pub effort: Effort,
+    /// What points showed, by their names, as far as there is room: some are shown again in the report.
+    pub kept: BTreeMap<String, Srgb8Image>,
+}
+
+/// What pictures that are kept take, in bytes.
+const KEPT_BYTES: usize = 256 << 20;
+
+impl DeviceMeter<'_> {
+    /// What a point shows.
+    ///
+    /// # Errors
+    /// When the device cannot draw it.
+    pub fn shown(&self, point: &SettingsPatch) -> Result<Srgb8Image, Error> {
+        if let Some(shown) = self.kept.get(&name_of(point)) {
+            return Ok(shown.clone());
+        }
+        Ok(Shown::of(self.device, self.scene, &self.camera, &settings_of(point, self.base))?.picture)
+    }
+
+    fn keep(&mut self, point: &SettingsPatch, shown: Srgb8Image) {
+        let bytes = shown.pixels.len() * 3;
+        if (self.kept.len() + 1) * bytes <= KEPT_BYTES {
+            self.kept.insert(name_of(point), shown);
+        }
+    }
 }
 
 impl DeviceMeter<'_> {
-    /// A point's pictures.
+    /// Takes the error of the settings as given apart.
     ///
     /// # Errors
-    /// When the device cannot draw them.
-    pub fn drawing(&self, point: &SettingsPatch) -> Result<Drawing, Error> {
-        Drawing::of(self.device, self.scene, &self.camera, &settings_of(point, self.base))
+    /// When the device cannot draw what that takes.
+    pub fn attribution(&self, limits: &Limits) -> Result<Attribution, Error> {
+        let settings = self.base.decide();
+        let reference = Reference::new(self.scene).with_brdf(settings.brdf).with_shadows(settings.shadows.enabled);
+        let view = View { camera: self.camera, size: settings.size };
+        let subject = Subject { scene: self.scene, reference: &reference, settings: &settings, view: &view, point: 0 };
+        let truths = attribution::Truths { point: &self.truths.raw.point, converged: &self.truths.raw.converged };
+        Ok(attribution::attribute(self.device, &subject, &truths, limits)?)
     }
 }
 
 impl Meter for DeviceMeter<'_> {
     fn draw(&mut self, point: &SettingsPatch) -> Result<Drawn, Error> {
-        let drawing = self.drawing(point)?;
-        Ok(Drawn {
-            errors: self.truths.errors(&drawing)?,
-            memory: drawing.memory,
-            gbuffer_bytes_per_pixel: drawing.gbuffer_bytes_per_pixel,
-        })
+        let drawing = Drawing::of(self.device, self.scene, &self.camera, &settings_of(point, self.base))?;
+        let errors = self.truths.errors(&drawing)?;
+        let Shown { picture, memory, gbuffer_bytes_per_pixel } = drawing.shown;
+        self.keep(point, picture);
+        Ok(Drawn { errors, memory, gbuffer_bytes_per_pixel })
     }
 
     fn time(&mut self, points: &[SettingsPatch], random: &mut fastrand::Rng) -> Result<Rounds, Error> {
@@ -66,7 +100,7 @@ impl Meter for DeviceMeter<'_> {
         let contender = |point| Contender::new(self.device, self.scene, &self.camera, &settings_of(point, self.base));
         let mut contenders = all.map(contender).collect::<Result<Vec<_>, _>>()?;
         for contender in &mut contenders {
-            contender.warm_up()?;
+            contender.warm_up(self.effort.steady_frames)?;
         }
         take_turns(contenders.len(), &self.effort, random, |index| contenders[index].draw())
     }

@@ -10,12 +10,15 @@ use glam::DVec3;
 
 use super::error::Error;
 use super::model::{Errors, ErrorsByTruth, TruthInfo};
-use crate::frame::{Pixels, Renderer};
+use crate::frame::{self, Pixels, Renderer};
 use crate::gpu::Device;
 use crate::measure::{LinearImage, RELATIVE_EPSILON, Srgb8Image, errors, flip, shown_errors};
+use crate::plan;
 use crate::reference::tonemap::{encode_srgb, tone_map};
-use crate::reference::{Cache, Mode, Options, Reference, Smith, Truth, View};
-use crate::scene::{Camera, Output, Scene, Settings, Tonemap, exposure_scale, metered_ev100};
+use crate::reference::{Cache, Mode, Options, Reference, Smith, TriangleId, Truth, View};
+use crate::scene::{
+    Camera, LightPath, Output, Scene, Settings, Tonemap, View as SceneView, exposure_scale, metered_ev100,
+};
 
 /// What a point's pictures are compared with.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,13 +36,28 @@ pub struct Truths {
     pub info: TruthInfo,
     /// Of all that they depend on.
     pub hash: String,
+    /// As they came, in nits.
+    pub raw: Raw,
+}
+
+/// Both truths in nits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Raw {
+    pub point: Truth,
+    pub converged: Truth,
 }
 
 /// What a point draws.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drawing {
     pub light: LinearImage,
-    pub shown: Srgb8Image,
+    pub shown: Shown,
+}
+
+/// The picture, and what it takes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shown {
+    pub picture: Srgb8Image,
     /// Bytes on the device.
     pub memory: u64,
     pub gbuffer_bytes_per_pixel: u32,
@@ -91,6 +109,7 @@ impl Truths {
             converged: Expected::of(&converged, exposure, settings.tonemap),
             info: info(&point, &converged, exposure, samples),
             hash: reference.fingerprint(view, &options),
+            raw: Raw { point, converged },
         }
     }
 
@@ -127,13 +146,13 @@ fn info(point: &Truth, converged: &Truth, exposure: f64, samples: u32) -> TruthI
 
 fn errors_against(drawing: &Drawing, expected: &Expected) -> Result<Errors, Error> {
     let light = errors(&drawing.light, &expected.light)?;
-    let psnr_db = shown_errors(&drawing.shown, &expected.shown)?.psnr_db(1.0);
+    let psnr_db = shown_errors(&drawing.shown.picture, &expected.shown)?.psnr_db(1.0);
     Ok(Errors {
         rel_mse: light.rel_mse,
         rmse: light.rmse,
         max: light.max,
         p99_9: light.p99_9,
-        flip: flip(&drawing.shown, &expected.shown)?.mean(),
+        flip: flip(&drawing.shown.picture, &expected.shown)?.mean(),
         psnr_db: Some(psnr_db).filter(|psnr| psnr.is_finite()),
         not_finite: light.not_finite,
     })
@@ -145,6 +164,17 @@ impl Drawing {
     /// # Errors
     /// When the device cannot draw it.
     pub fn of(device: &Arc<Device>, scene: &Scene, camera: &Camera, settings: &Settings) -> Result<Self, Error> {
+        let shown = Shown::of(device, scene, camera, settings)?;
+        Ok(Self { light: light_of(device, scene, camera, settings)?, shown })
+    }
+}
+
+impl Shown {
+    /// Draws what is shown.
+    ///
+    /// # Errors
+    /// When the device cannot draw it.
+    pub fn of(device: &Arc<Device>, scene: &Scene, camera: &Camera, settings: &Settings) -> Result<Self, Error> {
         let before = bytes_on(device);
         let mut renderer = Renderer::new(device, scene, settings)?;
         let Pixels::Srgb8(rgba) = renderer.picture(camera, || {})?.pixels else {
@@ -152,10 +182,7 @@ impl Drawing {
         };
         let memory = bytes_on(device).saturating_sub(before);
         let gbuffer_bytes_per_pixel = renderer.plan().gbuffer_bytes_per_pixel();
-        drop(renderer);
-        let shown = Srgb8Image::from_rgba(settings.size, &rgba);
-        let light = light_of(device, scene, camera, settings)?;
-        Ok(Self { light, shown, memory, gbuffer_bytes_per_pixel })
+        Ok(Self { picture: Srgb8Image::from_rgba(settings.size, &rgba), memory, gbuffer_bytes_per_pixel })
     }
 }
 
@@ -167,6 +194,41 @@ fn light_of(device: &Arc<Device>, scene: &Scene, camera: &Camera, settings: &Set
         return Err(Error::Refused("a linear picture is not linear".into()));
     };
     Ok(LinearImage::from_rgba(settings.size, &rgba))
+}
+
+/// The share of pixels on which the raster and the truth see different triangles; `None` where the device does not number them.
+///
+/// # Errors
+/// When the device is lost, or lacks the memory.
+pub fn other_triangle(
+    device: &Arc<Device>,
+    scene: &Scene,
+    camera: &Camera,
+    settings: &Settings,
+    point: &Truth,
+) -> Result<Option<f64>, Error> {
+    let shown = Settings {
+        view: SceneView::Triangle,
+        output: Output::Nits,
+        samples: 1,
+        msaa: 1,
+        fxaa: false,
+        ..settings.clone()
+    };
+    // Lights are not looked at, and not every path has a frame without them.
+    let shown = Settings { light_path: LightPath::Auto, light_cutoff: false, ..shown };
+    let mut renderer = match Renderer::new(device, scene, &shown) {
+        Err(frame::Error::Plan(plan::Error::NoTriangles)) => return Ok(None),
+        made => made?,
+    };
+    let Pixels::LinearF32(rgba) = renderer.picture(camera, || {})?.pixels else { return Ok(None) };
+    let numbered = rgba.as_chunks::<4>().0.iter().map(|&[object, triangle, ..]| {
+        // 0 is the sky.
+        (object > 0.0).then(|| TriangleId { object: object as u32 - 1, triangle: triangle as u32 })
+    });
+    let seen = point.triangles.as_deref().unwrap_or_default();
+    let other = numbered.zip(seen).filter(|(raster, truth)| raster != *truth).count();
+    Ok((!seen.is_empty()).then(|| other as f64 / seen.len() as f64))
 }
 
 fn bytes_on(device: &Device) -> u64 {

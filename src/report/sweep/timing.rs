@@ -16,8 +16,6 @@ use crate::gpu::Device;
 use crate::measure::{MedianInterval, cpu_seconds, median_interval};
 use crate::scene::{Camera, Scene, Settings};
 
-/// Frames of which the median must have stopped falling.
-const STEADY_FRAMES: usize = 3;
 /// Frames get no more than this much faster from then on.
 const STEADY: f64 = 0.95;
 /// A renderer is as warm as it gets.
@@ -58,6 +56,8 @@ pub struct Effort {
     pub rounds: usize,
     /// A batch that takes longer has no more rounds.
     pub longest: Duration,
+    /// Frames of which the median must have stopped falling before rounds begin.
+    pub steady_frames: usize,
 }
 
 /// A renderer that takes its turns.
@@ -75,10 +75,10 @@ impl<'a> Contender<'a> {
     }
 
     /// Draws frames until they stop getting faster.
-    pub fn warm_up(&mut self) -> Result<(), Error> {
+    pub fn warm_up(&mut self, steady_frames: usize) -> Result<(), Error> {
         let begun = Instant::now();
         let mut times = Vec::new();
-        while !is_steady(&times) && times.len() < MOST_WARM_UP_FRAMES && begun.elapsed() < MOST_WARM_UP {
+        while !is_steady(&times, steady_frames) && times.len() < MOST_WARM_UP_FRAMES && begun.elapsed() < MOST_WARM_UP {
             self.renderer.render(self.camera)?;
             let frame = self.renderer.wait()?;
             times.push(if self.software { frame.wall_ms } else { frame.gpu_ms.unwrap_or(frame.wall_ms) });
@@ -114,9 +114,9 @@ impl<'a> Contender<'a> {
 }
 
 /// Whether the last frames are no faster than those before them.
-fn is_steady(times: &[f64]) -> bool {
-    let Some(before) = times.len().checked_sub(2 * STEADY_FRAMES) else { return false };
-    let (before, last) = times[before..].split_at(STEADY_FRAMES);
+fn is_steady(times: &[f64], frames: usize) -> bool {
+    let Some(before) = times.len().checked_sub(2 * frames) else { return false };
+    let (before, last) = times[before..].split_at(frames);
     median(last) >= median(before) * STEADY
 }
 
@@ -223,9 +223,9 @@ mod tests {
 
     #[test]
     fn frames_are_steady_when_they_stop_getting_faster() {
-        assert!(!is_steady(&[1.0; 5]), "too few to tell");
-        assert!(!is_steady(&[90.0, 80.0, 70.0, 9.0, 8.0, 7.0]));
-        assert!(is_steady(&[90.0, 8.0, 7.0, 7.5, 8.0, 7.6, 7.4]));
+        assert!(!is_steady(&[1.0; 5], 3), "too few to tell");
+        assert!(!is_steady(&[90.0, 80.0, 70.0, 9.0, 8.0, 7.0], 3));
+        assert!(is_steady(&[90.0, 8.0, 7.0, 7.5, 8.0, 7.6, 7.4], 3));
     }
 
     #[test]
@@ -244,7 +244,7 @@ mod tests {
     #[test]
     fn every_round_has_each_contender_once_and_orders_differ() {
         let mut drawn = Vec::new();
-        let effort = Effort { rounds: 12, longest: Duration::from_secs(60) };
+        let effort = Effort { rounds: 12, longest: Duration::from_secs(60), steady_frames: 3 };
         let rounds = take_turns(3, &effort, &mut fastrand::Rng::with_seed(7), |contender| {
             drawn.push(contender);
             Ok::<_, ()>(wall(1.0 + contender as f64))
@@ -259,7 +259,7 @@ mod tests {
 
     #[test]
     fn what_is_unsure_gets_more_rounds_and_not_without_end() {
-        let effort = Effort { rounds: 8, longest: Duration::from_secs(60) };
+        let effort = Effort { rounds: 8, longest: Duration::from_secs(60), steady_frames: 3 };
         let mut random = fastrand::Rng::with_seed(1);
         let mut noise = fastrand::Rng::with_seed(2);
         let rounds = take_turns(2, &effort, &mut random, |_| Ok::<_, ()>(wall(1.0 + 3.0 * noise.f64())));

@@ -122,7 +122,7 @@ const SIZED_FILTERS: [ShadowFilter; 2] = [ShadowFilter::None, ShadowFilter::Box5
 fn shadow_axes(base: &Base, quick: bool) -> Vec<Axis> {
     let without = base.plan.shadow.is_none().then_some("no shadow map is looked up in this scene");
     let of_sun = without.or((!base.has_sun_shadow()).then_some("no directional light casts a shadow"));
-    let sizes: &[u32] = if quick { &[512, 1024, 2048, 4096] } else { &[256, 512, 1024, 2048, 4096, 8192] };
+    let sizes: &[u32] = if quick { &[512, 2048, 4096] } else { &[256, 512, 1024, 2048, 4096, 8192] };
     let sized = |filter: Option<ShadowFilter>| {
         let patch = |&size| SettingsPatch { shadow_size: Some(size), shadow_filter: filter, ..patch() };
         sizes.iter().map(|size| Candidate::number(*size, patch(size))).collect::<Vec<_>>()
@@ -134,7 +134,7 @@ fn shadow_axes(base: &Base, quick: bool) -> Vec<Axis> {
         let candidates = sized(Some(*filter)).into_iter().map(Candidate::alone).collect();
         axes.push(Axis::new(&key, &title, candidates).unless(without));
     }
-    axes.push(shadow_filters(base).unless(without));
+    axes.push(shadow_filters(base, quick).unless(without));
     if !quick {
         let offset = |&value: &f32| {
             Candidate::number(value, SettingsPatch { shadow_normal_offset: Some(value), ..patch() }).alone()
@@ -148,7 +148,7 @@ fn shadow_axes(base: &Base, quick: bool) -> Vec<Axis> {
         axes.push(Axis::new("shadow-normal-offset", title, offsets).unless(without));
         axes.push(Axis::new("shadow-slope-bias", "Bias of shadows by slope", slopes).unless(without));
     }
-    let cascades: &[u32] = if quick { &[1, 2, 3] } else { &[1, 2, 3, 4] };
+    let cascades: &[u32] = if quick { &[1, 3] } else { &[1, 2, 3, 4] };
     let cascades =
         cascades.iter().map(|&count| Candidate::number(count, SettingsPatch { cascades: Some(count), ..patch() }));
     axes.push(Axis::new("cascades", "Shadow maps of a directional light", cascades.collect()).unless(of_sun));
@@ -163,9 +163,10 @@ fn shadow_axes(base: &Base, quick: bool) -> Vec<Axis> {
 }
 
 /// All filters, and no shadows at all.
-fn shadow_filters(base: &Base) -> Axis {
+fn shadow_filters(base: &Base, quick: bool) -> Axis {
     let sized = base.scene.lights.iter().any(|light| light.casts_shadow && light.size > 0.0);
     let filters = ShadowFilter::NAMES.iter().filter(|(_, filter)| sized || *filter != ShadowFilter::Pcss);
+    let filters = filters.filter(|(_, filter)| !quick || !matches!(filter, ShadowFilter::Box2 | ShadowFilter::Poisson));
     let off = Candidate::named("off", SettingsPatch { shadows: Some(false), ..patch() }).alone();
     let filters =
         filters.map(|&(name, filter)| Candidate::named(name, SettingsPatch { shadow_filter: Some(filter), ..patch() }));
@@ -174,7 +175,9 @@ fn shadow_filters(base: &Base) -> Axis {
 
 fn light_axes(base: &Base, quick: bool) -> Vec<Axis> {
     let paths = LightPath::NAMES.iter().filter(|(_, path)| *path != LightPath::Auto);
-    let paths = paths.filter(|(_, path)| !quick || *path != LightPath::ForwardNaive);
+    // Those that `auto` never takes are there to be compared with.
+    let slow = [LightPath::PerLight, LightPath::Volumes, LightPath::ForwardNaive];
+    let paths = paths.filter(|(_, path)| !quick || !slow.contains(path));
     let paths = paths
         .map(|&(name, path)| Candidate::named(name, SettingsPatch { light_path: Some(path), ..patch() }))
         .collect();
@@ -221,7 +224,7 @@ fn sampling_axes(quick: bool) -> Vec<Axis> {
     let samples = counts.iter().map(|&count| {
         let one = Candidate::number(count, SettingsPatch { samples: Some(count), ..patch() });
         // A picture of many takes so long that combinations with it would take most of the time.
-        Candidate { joint: count <= 16, ..one }
+        Candidate { joint: count <= if quick { 4 } else { 16 }, ..one }
     });
     let msaa = MSAA.iter().map(|&count| Candidate::number(count, SettingsPatch { msaa: Some(count), ..patch() }));
     let fxaa = [("off", false), ("on", true)]
