@@ -201,7 +201,7 @@ fn the_readme_names_every_option_and_no_other() {
         let options = words.filter(|word| word.len() > 3 && word.starts_with("--") && !word[2..].starts_with('-'));
         options.map(str::to_owned).collect()
     };
-    let defined: BTreeSet<String> = ["render", "bench", "inspect", "compare", "doctor", "reference"]
+    let defined: BTreeSet<String> = ["render", "bench", "inspect", "compare", "doctor", "reference", "report", "tune"]
         .iter()
         .flat_map(|command| options(&help_of(command)))
         .collect();

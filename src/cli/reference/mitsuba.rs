@@ -147,7 +147,8 @@ fn mesh(scene: &Scene, object: &Object) -> Result<String, String> {
         let _ = writeln!(text, "v {} {} {}", point.x, point.y, point.z);
     }
     for &normal in &mesh.normals {
-        let normal = (normals * Vec3::from(normal).as_dvec3()).normalize_or(DVec3::Y);
+        // Plus zero: -0 becomes 0.
+        let normal = (normals * Vec3::from(normal).as_dvec3()).normalize_or(DVec3::Y) + DVec3::ZERO;
         let _ = writeln!(text, "vn {} {} {}", normal.x, normal.y, normal.z);
     }
     for &[a, b, c] in mesh.indices.as_chunks::<3>().0 {
