@@ -143,9 +143,15 @@ fn two_shards_merge_to_what_one_job_finds() {
         succeed(folder.path(), &arguments);
     };
     job(&["-o", "whole"]);
+    // What cannot start keeps nobody from the folder, not even if some of it could.
+    for scenes in [&["builtin:nosuch"][..], &[scene, "builtin:nosuch"]] {
+        let output = run(folder.path(), &[scenes, &common[..], &["-o", "one"]].concat());
+        assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
+    }
     job(&["-o", "one", "--shard", "1/2"]);
     refuse(folder.path(), &["--merge", "one", "-o", "out"], &["shard 2/2 is missing"]);
     job(&["-o", "two", "--shard", "2/2"]);
+    refuse(folder.path(), &["--merge", "one", "two", "-o", "./two"], &["one of the parts"]);
     succeed(folder.path(), &["--merge", "one", "two", "-o", "out", "-q"]);
     let [whole, one, merged] = ["whole", "one", "out"].map(|name| read(folder.path(), name));
     let points = |report: &Report| -> Vec<_> {

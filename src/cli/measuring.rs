@@ -29,9 +29,9 @@ pub struct MeasuringArgs {
     /// A first answer in minutes: 320x180, few values of each setting, few rounds
     #[arg(long)]
     pub quick: bool,
-    /// Combinations of settings in the joint family, at most; 0 for none [default: 40, quick 10]
-    #[arg(long, value_name = "N")]
-    joint: Option<usize>,
+    /// Combinations of settings in the joint family, at most, 0 (none) to 10000 [default: 40, quick 10]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    joint: Option<u32>,
     /// Rounds in which renderers take turns, more where times scatter [default: 15, quick 5]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=100_000))]
     rounds: Option<u32>,
@@ -48,7 +48,7 @@ impl MeasuringArgs {
     pub fn selection(&self, families: Option<Vec<String>>) -> Selection {
         Selection {
             families,
-            joint: self.joint.unwrap_or(if self.quick { 10 } else { 40 }),
+            joint: self.joint.unwrap_or(if self.quick { 10 } else { 40 }) as usize,
             quick: self.quick,
             seed: self.seed,
         }

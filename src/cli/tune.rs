@@ -185,10 +185,7 @@ fn sweep_scene(
     let info = scene_info(workload, meter.base, sweep, &meter.truths);
     journal.add(0, Record::Scene { scene: 0, info })?;
     let mut bars = Bars::of(workload.scene.name.clone(), args.quiet);
-    let mut watch = |step: Step| {
-        bars.step(step);
-        true
-    };
+    let mut watch = |step: Step| bars.step(step);
     let own = sweep.own(None);
     let seed = args.measuring.seed;
     Run { scene: 0, sweep, own: &own, seed, journal: &mut journal, watch: &mut watch }.measure(&mut meter)?;

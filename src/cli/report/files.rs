@@ -1,7 +1,7 @@
 //! The files of a report, each whole or not there.
 
 use std::fs;
-use std::io::Cursor;
+use std::io::{self, Cursor};
 use std::path::{Path, PathBuf};
 
 use afterlight::measure::{Srgb8Image, flip};
@@ -17,6 +17,9 @@ use image::{ExtendedColorType, ImageEncoder, RgbImage};
 use super::make_folder;
 use crate::cli::failure::{Exit, Failure};
 use crate::cli::output::{self, Sink};
+
+/// A report as JSON, CSV and a page.
+const FILES: [&str; 3] = ["report.json", "report.csv", "report.html"];
 
 /// A report's folder.
 pub struct Folder(PathBuf);
@@ -36,23 +39,47 @@ impl Folder {
         &self.0
     }
 
+    /// Removes what an earlier report has left: its files and its pictures, and nothing else.
+    ///
+    /// # Errors
+    /// When one of them cannot be removed.
+    pub fn clear(&self) -> Result<(), Failure> {
+        let pictures = self.0.join(choice::FOLDER);
+        let failed = |path: &Path, error: &io::Error| Failure::write(&path.display().to_string(), error);
+        let mut old: Vec<PathBuf> = FILES.map(|name| self.0.join(name)).into();
+        for entry in fs::read_dir(&pictures).map_err(|error| failed(&pictures, &error))? {
+            let entry = entry.map_err(|error| failed(&pictures, &error))?;
+            if entry.file_name().to_str().is_some_and(choice::is_file) {
+                old.push(entry.path());
+            }
+        }
+        for path in old {
+            match fs::remove_file(&path) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(failed(&path, &error)),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
     /// Writes the report as JSON, CSV and a page.
     ///
     /// # Errors
     /// When the disk is full.
     pub fn write(&self, report: &Report) -> Result<(), Failure> {
         let failed = |error: csv::Error| Failure::new(Exit::BadInput, format!("cannot write the table: {error}"));
-        self.put("report.json", output::json(report)?.as_bytes())?;
-        self.put("report.csv", &table::csv(report).map_err(failed)?)?;
+        let [json, csv, page] = FILES;
+        self.put(json, output::json(report)?.as_bytes())?;
+        self.put(csv, &table::csv(report).map_err(failed)?)?;
         let pictures = |name: &str| fs::read(self.0.join(name)).ok();
-        self.put("report.html", page::html(report, &pictures).as_bytes())
+        self.put(page, page::html(report, &pictures).as_bytes())
     }
 
     fn put(&self, name: &str, bytes: &[u8]) -> Result<(), Failure> {
         Sink::File(self.0.join(name)).write(bytes)
     }
 
-    /// Draws the pictures that the report shows, unless they are there already and `anew` is not asked for.
+    /// Draws the pictures that the report shows, unless they are there already: [`Folder::clear`] has removed those of other runs.
     ///
     /// # Errors
     /// When the device cannot draw them, or the disk is full.
@@ -61,14 +88,13 @@ impl Folder {
         mut scene: SceneReport,
         meter: &DeviceMeter,
         sweep: &Sweep,
-        anew: bool,
     ) -> Result<SceneReport, Failure> {
         for index in choice::shown(&scene) {
             let name = scene.points[index].name.clone();
             let files = KINDS.map(|kind| choice::file(&scene, &name, kind));
             let there = files.iter().all(|file| self.0.join(file).is_file());
             let patch = sweep.points.iter().find(|patch| name_of(patch) == name);
-            if let (Some(patch), true) = (patch, anew || !there) {
+            if let (Some(patch), false) = (patch, there) {
                 let shown = meter.shown(patch)?;
                 let difference =
                     flip(&shown, &meter.truths.converged.shown).map_err(afterlight::report::sweep::Error::from)?;
@@ -124,6 +150,21 @@ fn thumbnail(picture: &Srgb8Image) -> Result<Vec<u8>, Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_an_earlier_report_has_left_goes_and_nothing_else() {
+        let temporary = tempfile::tempdir().expect("a temporary folder");
+        let folder = Folder::make(&temporary.path().join("out")).expect("made");
+        let picture = "pictures/hall-0a1b2c-shadow-size-512-difference.png";
+        let own = ["journal", "pictures/cat.png", "pictures/my-picture.png", "notes.txt"];
+        for name in FILES.iter().chain([&picture]).chain(&own) {
+            folder.put(name, b"old").expect("written");
+        }
+        folder.clear().expect("cleared");
+        let is_there = |name: &&str| folder.path().join(name).exists();
+        assert!(own.iter().all(is_there) && !FILES.iter().any(is_there) && !is_there(&picture));
+        folder.clear().expect("nothing is left to remove");
+    }
 
     #[test]
     fn pictures_are_as_small_as_a_page_shows_them() {

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use afterlight::gpu::Device;
 use afterlight::report::sweep::attribution::Limits;
-use afterlight::report::sweep::families::family_keys;
+use afterlight::report::sweep::families::{Sweep, family_keys};
 use afterlight::report::sweep::journal::{self, Contents, Journal, Record};
 use afterlight::report::sweep::merge::{self, Part};
 use afterlight::report::sweep::meter::DeviceMeter;
@@ -18,7 +18,7 @@ use afterlight::report::sweep::model::{Metric, Report, SceneReport, Shard};
 use afterlight::report::sweep::picture::other_triangle;
 use afterlight::report::sweep::run::{Run, Step};
 use afterlight::report::sweep::{Error, assemble};
-use afterlight::scene::unknown;
+use afterlight::scene::{SettingsPatch, unknown};
 
 use super::args::{DeviceArgs, SettingsArgs};
 use super::failure::{Exit, Failure};
@@ -59,7 +59,12 @@ pub struct Args {
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<Shard>,
     /// Join the folders of all shards in place of measuring
-    #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["scenes", "shard", "quick", "restart"])]
+    #[arg(
+        long,
+        value_name = "DIR",
+        num_args = 1..,
+        conflicts_with_all = ["scenes", "families", "shard", "restart", "MeasuringArgs", "SettingsArgs", "DeviceArgs"]
+    )]
     merge: Vec<PathBuf>,
     /// Forget what the folder holds of another or an older report
     #[arg(long)]
@@ -116,29 +121,53 @@ fn measure(args: &Args) -> Result<(), Failure> {
     fix_driver_threads();
     let folder = Folder::make(&args.output)?;
     session::with_device(&args.device, |device| {
+        // All of them before anything is measured or forgotten: the last may not be there.
+        let open = |spec: &String| Subject::open(args, spec, &device);
+        let subjects = args.scenes.iter().map(open).collect::<Result<Vec<_>, _>>()?;
         let header = args.measuring.header(&device, &args.scenes, args.families.clone(), args.shard);
         let mut journal = Journal::open(folder.path(), &header, args.restart)?;
+        if journal.is_new {
+            folder.clear()?;
+        }
+        if journal.dropped > 0 && !args.quiet {
+            let (name, count) = (folder.path().join(journal::FILE), journal.dropped);
+            let text = format!("warning: {} is damaged: {count} lines are measured again\n", name.display());
+            output::print(&text, true)?;
+        }
         let mut scenes = Vec::new();
-        for index in 0..args.scenes.len() {
-            scenes.push(measure_scene(args, index, &device, &mut journal, &folder)?);
+        for (index, subject) in subjects.into_iter().enumerate() {
+            scenes.push(measure_scene(args, (index, subject), &device, &mut journal, &folder)?);
         }
         let report = assemble::report(&header, &journal.scenes, args.shard);
         finish(args, &folder, Report { scenes, ..report })
     })
 }
 
+/// A scene that is to be measured.
+struct Subject {
+    workload: Workload,
+    base: SettingsPatch,
+    sweep: Sweep,
+}
+
+impl Subject {
+    fn open(args: &Args, spec: &str, device: &Device) -> Result<Self, Failure> {
+        let workload = Workload::open(spec, &args.measuring.settings(&args.settings), args.quiet)?;
+        let base = base_of(&workload);
+        let sweep = sweep_of(&workload, &base, device, &args.measuring.selection(args.families.clone()))?;
+        Ok(Self { workload, base, sweep })
+    }
+}
+
 fn measure_scene(
     args: &Args,
-    index: usize,
+    (index, subject): (usize, Subject),
     device: &Arc<Device>,
     journal: &mut Journal,
     folder: &Folder,
 ) -> Result<SceneReport, Failure> {
-    let spec = &args.scenes[index];
+    let Subject { workload, base, sweep } = subject;
     let MeasuringArgs { seed, .. } = args.measuring;
-    let workload = Workload::open(spec, &args.measuring.settings(&args.settings), args.quiet)?;
-    let base = base_of(&workload);
-    let sweep = sweep_of(&workload, &base, device, &args.measuring.selection(args.families.clone()))?;
     let mut bars = Bars::of(workload.scene.name.clone(), args.quiet);
     let mut truths = truths(&workload, workload.camera, &base, args.measuring.truth_samples(), &bars);
     let raw = &truths.raw.point;
@@ -157,16 +186,17 @@ fn measure_scene(
     let (scene, camera, kept) = (&workload.scene, workload.camera, BTreeMap::new());
     let mut meter = DeviceMeter { device, scene, camera, base: &base, truths, effort, kept };
     let own = sweep.own(args.shard);
-    let mut watch = |step: Step| {
-        bars.step(step);
-        true
-    };
+    let mut watch = |step: Step| bars.step(step);
     Run { scene: index, sweep: &sweep, own: &own, seed, journal, watch: &mut watch }.measure(&mut meter)?;
     drop(bars);
     attribute(args, index, &meter, journal)?;
     let report = assemble::scene_report(&journal.scenes[index]);
-    let report = report.ok_or_else(|| Failure::new(Exit::BadInput, format!("nothing of {spec} was measured")))?;
-    folder.draw_pictures(report, &meter, &sweep, args.restart)
+    let missing = || Failure::new(Exit::BadInput, format!("nothing of {} was measured", args.scenes[index]));
+    let report = folder.draw_pictures(report.ok_or_else(missing)?, &meter, &sweep)?;
+    if !journal.scenes[index].done {
+        journal.add(index, Record::Done { scene: index })?;
+    }
+    Ok(report)
 }
 
 /// Takes the error of the settings as given apart, once: of several shards the first does.
@@ -189,6 +219,12 @@ fn join(args: &Args) -> Result<(), Failure> {
         Ok(Part { contents: contents.ok_or_else(missing)?, folder: name })
     };
     let parts = args.merge.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    let place = |folder: &Path| fs::canonicalize(folder).ok();
+    let own = place(&args.output);
+    if let Some(part) = args.merge.iter().find(|part| own.is_some() && place(part) == own) {
+        let what = format!("{} is one of the parts, and cannot hold the whole", part.display());
+        return Err(Failure::usage(what).with_hint("choose another folder with -o"));
+    }
     let (header, scenes) = merge::join(&parts)?;
     let folder = Folder::make(&args.output)?;
     let mut report = assemble::report(&header, &scenes, None);
@@ -216,7 +252,7 @@ impl From<Error> for Failure {
         match error {
             Error::Frame(error) => error.into(),
             Error::Refused(_) => Self::usage(error.to_string()),
-            Error::Mismatch(_) | Error::File { .. } | Error::Stopped => Self::new(Exit::BadInput, error.to_string()),
+            Error::Mismatch(_) | Error::File { .. } => Self::new(Exit::BadInput, error.to_string()),
         }
     }
 }
@@ -228,7 +264,41 @@ fn make_folder(path: &Path) -> Result<(), Failure> {
 
 #[cfg(test)]
 mod tests {
+    use clap::Parser;
+
     use super::*;
+
+    #[derive(Debug, clap::Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: Args,
+    }
+
+    fn parse(line: &str) -> Result<Args, clap::Error> {
+        Line::try_parse_from(["report"].into_iter().chain(line.split(' '))).map(|line| line.args)
+    }
+
+    #[test]
+    fn joining_takes_no_option_that_it_would_ignore() {
+        let merge = parse("--merge a b -o whole --metric rmse --json - -q").expect("joining has these");
+        assert_eq!(merge.merge.len(), 2);
+        let measuring =
+            "--quick|--joint 3|--rounds 9|--truth-samples 4|--seed 7|--families joint|--shard 1/2|--restart";
+        let drawing =
+            "--size 64x36|--camera 0,0,0/1,1,1|--brdf lambert|--shadow-size 512|--settings a.toml|--plan full";
+        for option in measuring.split('|').chain(drawing.split('|')).chain(["--device 0", "--validate"]) {
+            let error = parse(&format!("{option} -o whole --merge a b")).expect_err(option);
+            assert_eq!(error.kind(), clap::error::ErrorKind::ArgumentConflict, "{option}");
+        }
+    }
+
+    #[test]
+    fn numbers_without_sense_are_refused() {
+        for option in ["--joint 99999999999", "--joint 10001", "--joint -1", "--rounds 2"] {
+            assert!(parse(&format!("builtin:hall -o out {option}")).is_err(), "{option}");
+        }
+        assert!(parse("builtin:hall -o out --joint 10000").is_ok());
+    }
 
     #[test]
     fn a_shard_is_one_of_so_many() {

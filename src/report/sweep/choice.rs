@@ -51,3 +51,32 @@ pub fn file(scene: &SceneReport, point: &str, kind: &str) -> String {
     let hash = blake3::hash(scene.name.as_bytes()).to_hex();
     format!("{FOLDER}/{}-{}-{}-{kind}.png", plain(&scene.name), &hash[..6], plain(point))
 }
+
+/// Whether a file in the folder of pictures has a name as [`file`] gives it.
+pub fn is_file(name: &str) -> bool {
+    let is_hash = |part: &str| part.len() == 6 && part.chars().all(|c| c.is_ascii_hexdigit());
+    let parts: Vec<&str> = name.split('-').collect();
+    // A scene, its hash, a point, and what is shown of it.
+    let has_hash = parts.len() >= 4 && parts[1..parts.len() - 2].iter().any(|part| is_hash(part));
+    has_hash && KINDS.iter().any(|kind| parts.last().and_then(|last| last.strip_suffix(".png")) == Some(kind))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::run::samples;
+    use super::*;
+
+    #[test]
+    fn files_of_pictures_are_known_by_their_names() {
+        let scene = &samples::report().scenes[0];
+        for point in &scene.points {
+            for kind in KINDS {
+                let name = file(scene, &point.name, kind);
+                assert!(name.strip_prefix("pictures/").is_some_and(is_file), "{name}");
+            }
+        }
+        for name in ["cat.png", "my-holiday-in-a-picture.png", "a-0a1b2c-b-picture.jpg", ""] {
+            assert!(!is_file(name), "{name}");
+        }
+    }
+}

@@ -13,9 +13,6 @@ pub enum Error {
     Refused(String),
     #[error("cannot {doing}: {error}")]
     File { doing: String, error: std::io::Error },
-    /// Somebody asked to stop; what was finished until then is in the journal.
-    #[error("stopped; the same command goes on from here")]
-    Stopped,
 }
 
 impl Error {

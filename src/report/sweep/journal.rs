@@ -1,10 +1,10 @@
 //! What was measured so far, on disk: a line of JSON for each thing that is finished, behind a line that says what was asked for.
 //!
 //! A run that is broken off goes on with what is there; a line that was cut off is measured again. It also is what parts of a report are
-//! joined from, as it has all measurements and not only what they come to.
+//! joined from, as it has all measurements and not only what they come to. One process writes it at a time.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::{File, OpenOptions};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::Write;
 use std::path::Path;
 
@@ -108,6 +108,10 @@ pub enum Record {
         scene: usize,
         attribution: Attribution,
     },
+    /// Nothing of the scene is left to do.
+    Done {
+        scene: usize,
+    },
 }
 
 /// All that is known of one scene.
@@ -119,6 +123,8 @@ pub struct Measured {
     pub batches: Vec<Batch>,
     /// Of the settings as given.
     pub attribution: Option<Attribution>,
+    /// Nothing is left to do.
+    pub done: bool,
 }
 
 impl Measured {
@@ -134,6 +140,7 @@ impl Measured {
             }
             Record::Batch { batch, .. } => self.batches.push(batch),
             Record::Attribution { attribution, .. } => self.attribution = Some(attribution),
+            Record::Done { .. } => self.done = true,
         }
     }
 
@@ -156,8 +163,11 @@ impl Measured {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contents {
     pub header: Header,
+    /// None before the first of them has been opened.
     pub scenes: Vec<Measured>,
-    /// Bytes up to the end of the last whole line.
+    /// Whole lines that count for nothing, as they are damaged or stand behind one that is.
+    pub dropped: usize,
+    /// Bytes up to the end of the last line that counts.
     whole: u64,
 }
 
@@ -175,13 +185,15 @@ impl Contents {
         let mut found: Option<Self> = None;
         let mut whole = 0;
         for line in text.split_inclusive(|&byte| byte == b'\n') {
-            // Cut off while it was written: nothing after it counts.
+            // Cut off while it was written, or damaged: nothing after it counts.
             let Some(record) = line.strip_suffix(b"\n").and_then(|line| serde_json::from_slice(line).ok()) else {
                 break;
             };
             whole += line.len() as u64;
             match (&mut found, record) {
-                (None, Record::Header(header)) => found = Some(Self { header, scenes: Vec::new(), whole: 0 }),
+                (None, Record::Header(header)) => {
+                    found = Some(Self { header, scenes: Vec::new(), dropped: 0, whole: 0 });
+                }
                 (None, _) => break,
                 (Some(contents), record) => contents.add(record),
             }
@@ -190,7 +202,8 @@ impl Contents {
             let why = "is no journal of a report that this program can read: --restart begins anew";
             return Err(Error::Refused(format!("{} {why}", path.display())));
         }
-        Ok(found.map(|contents| Self { whole, ..contents }))
+        let dropped = text[whole as usize..].iter().filter(|&&byte| byte == b'\n').count();
+        Ok(found.map(|contents| Self { whole, dropped, ..contents }))
     }
 
     fn add(&mut self, record: Record) {
@@ -200,7 +213,8 @@ impl Contents {
             | Record::Drawn { scene, .. }
             | Record::Failed { scene, .. }
             | Record::Batch { scene, .. }
-            | Record::Attribution { scene, .. } => *scene,
+            | Record::Attribution { scene, .. }
+            | Record::Done { scene } => *scene,
         };
         if scene < self.header.scenes.len() {
             self.scenes.resize(self.header.scenes.len(), Measured::default());
@@ -209,37 +223,46 @@ impl Contents {
     }
 }
 
-/// A journal that is being written.
+/// A journal that is being written, by this process alone.
 #[derive(Debug)]
 pub struct Journal {
     name: String,
     file: File,
     pub scenes: Vec<Measured>,
+    /// Nothing had been measured before, or it was forgotten: what else the folder holds is of another run.
+    pub is_new: bool,
+    /// As [`Contents::dropped`]: what these lines said is measured again.
+    pub dropped: usize,
 }
 
 impl Journal {
-    /// Goes on with the journal in a folder, which is that of the same command, or begins one.
+    /// Goes on with the journal in a folder, which is that of the same command, or begins one. One without a scene is that of a command that
+    /// could not start, and is begun anew.
     ///
     /// # Errors
-    /// When the folder's is of another command, or cannot be read or written.
+    /// When the folder's is of another command, another process writes it, or it cannot be read or written.
     pub fn open(folder: &Path, header: &Header, restart: bool) -> Result<Self, Error> {
         let path = folder.join(FILE);
         let name = path.display().to_string();
-        let before = if restart { None } else { Contents::read(&path)? };
         let failed = |error| Error::file(format!("write {name}"), error);
-        if let Some(before) = before {
+        let file = OpenOptions::new().read(true).append(true).create(true).open(&path).map_err(failed)?;
+        // Where a file system has no locks, there is nothing to keep others away with.
+        if let Err(TryLockError::WouldBlock) = file.try_lock() {
+            let why = "is being measured by another process: wait for its end, or choose another folder with -o";
+            return Err(Error::Refused(format!("{} {why}", folder.display())));
+        }
+        let before = if restart { None } else { Contents::read(&path)? };
+        if let Some(before) = before.filter(|before| !before.scenes.is_empty()) {
             if let Some(difference) = difference(&before.header, header) {
                 let hint = "choose another folder with -o, or --restart to begin anew";
                 return Err(Error::Refused(format!("{} holds another report: {difference}: {hint}", folder.display())));
             }
-            let file = OpenOptions::new().append(true).open(&path).map_err(failed)?;
             file.set_len(before.whole).map_err(failed)?;
-            let mut scenes = before.scenes;
-            scenes.resize(header.scenes.len(), Measured::default());
-            return Ok(Self { name, file, scenes });
+            return Ok(Self { name, file, scenes: before.scenes, is_new: false, dropped: before.dropped });
         }
-        let file = File::create(&path).map_err(failed)?;
-        let mut journal = Self { name, file, scenes: vec![Measured::default(); header.scenes.len()] };
+        file.set_len(0).map_err(failed)?;
+        let scenes = vec![Measured::default(); header.scenes.len()];
+        let mut journal = Self { name, file, scenes, is_new: true, dropped: 0 };
         journal.write(&Record::Header(header.clone()))?;
         Ok(journal)
     }
@@ -257,6 +280,10 @@ impl Journal {
     fn write(&mut self, record: &Record) -> Result<(), Error> {
         let failed = |error| Error::file(format!("write {}", self.name), error);
         let mut line = serde_json::to_vec(record).map_err(|error| failed(error.into()))?;
+        // JSON has no number that is not finite: a line that cannot be read again would take all after it along.
+        if let Err(error) = serde_json::from_slice::<Record>(&line) {
+            return Err(failed(std::io::Error::other(format!("a figure is not finite ({error})"))));
+        }
         line.push(b'\n');
         self.file.write_all(&line).and_then(|()| self.file.flush()).map_err(failed)
     }
@@ -312,7 +339,7 @@ pub fn scene_difference(there: &SceneInfo, here: &SceneInfo) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::run::samples::{drawn, header, rounds};
+    use super::super::run::samples::{drawn, header, info, rounds, sweep};
     use super::*;
 
     #[test]
@@ -344,7 +371,7 @@ mod tests {
     fn another_command_is_refused_unless_it_restarts() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let header = header();
-        Journal::open(folder.path(), &header, false).expect("new");
+        Journal::open(folder.path(), &header, false).expect("new").add(0, scene()).expect("written");
         let mut other = header.clone();
         other.machine.device = "another".into();
         let refusal = Journal::open(folder.path(), &other, false).expect_err("another device").to_string();
@@ -353,8 +380,78 @@ mod tests {
         other.asked.rounds += 1;
         let refusal = Journal::open(folder.path(), &other, false).expect_err("other rounds").to_string();
         assert!(refusal.contains("rounds") && refusal.contains("--restart"), "{refusal}");
-        Journal::open(folder.path(), &other, true).expect("begins anew");
+        Journal::open(folder.path(), &other, true).expect("begins anew").add(0, scene()).expect("written");
         Journal::open(folder.path(), &other, false).expect("is its own now");
+    }
+
+    fn scene() -> Record {
+        Record::Scene { scene: 0, info: info(&sweep()) }
+    }
+
+    #[test]
+    fn a_command_that_could_not_start_keeps_no_other_from_its_folder() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let other = Header { scenes: vec!["builtin:nosuch".into()], ..header() };
+        assert!(Journal::open(folder.path(), &other, false).expect("new").is_new);
+        let mut journal = Journal::open(folder.path(), &header(), false).expect("only a header is there");
+        assert!(journal.is_new);
+        journal.add(0, scene()).expect("written");
+        drop(journal);
+        assert!(Journal::open(folder.path(), &other, false).is_err());
+        assert!(!Journal::open(folder.path(), &header(), false).expect("goes on").is_new);
+        assert!(Journal::open(folder.path(), &header(), true).expect("anew").is_new);
+        // Broken off before anything was measured: what the folder holds beside it is still of the run before.
+        assert!(Journal::open(folder.path(), &header(), false).expect("still").is_new);
+    }
+
+    #[test]
+    fn one_process_at_a_time_writes() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let mut first = Journal::open(folder.path(), &header(), false).expect("new");
+        first.add(0, scene()).expect("written");
+        for restart in [false, true] {
+            let refusal = Journal::open(folder.path(), &header(), restart).expect_err("in use").to_string();
+            assert!(refusal.contains("another process"), "{refusal}");
+        }
+        let known = first.scenes.clone();
+        drop(first);
+        assert_eq!(Journal::open(folder.path(), &header(), false).expect("free again").scenes, known);
+    }
+
+    #[test]
+    fn lines_behind_a_damaged_one_are_dropped_and_counted() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let mut journal = Journal::open(folder.path(), &header(), false).expect("new");
+        journal.add(0, scene()).expect("written");
+        drop(journal);
+        let path = folder.path().join(FILE);
+        let mut text = std::fs::read_to_string(&path).expect("there");
+        let line = text.lines().last().expect("a line").to_owned();
+        text += &format!("damaged\n{line}\n{line}\n{{\"torn");
+        std::fs::write(&path, text).expect("written");
+        assert_eq!(Contents::read(&path).expect("readable").expect("there").dropped, 3);
+        assert_eq!(Journal::open(folder.path(), &header(), false).expect("goes on").dropped, 3);
+        assert_eq!(Journal::open(folder.path(), &header(), false).expect("goes on").dropped, 0);
+    }
+
+    #[test]
+    fn what_is_not_finite_is_read_again_or_never_written() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let mut journal = Journal::open(folder.path(), &header(), false).expect("new");
+        journal.add(0, scene()).expect("written");
+        let mut broken = drawn(0.1);
+        broken.errors.converged.flip = f64::NAN;
+        broken.errors.point.rel_mse = f64::INFINITY;
+        journal.add(0, Record::Drawn { scene: 0, point: "default".into(), drawn: broken }).expect("written");
+        let batch = Batch { points: vec!["a".into()], confirms: false, rounds: rounds(1, f64::NAN) };
+        assert!(journal.add(0, Record::Batch { scene: 0, batch }).is_err_and(|e| e.to_string().contains("finite")));
+        journal.add(0, Record::Done { scene: 0 }).expect("written");
+        drop(journal);
+        let read = Journal::open(folder.path(), &header(), false).expect("goes on");
+        assert!(read.dropped == 0 && read.scenes[0].done);
+        let errors = &read.scenes[0].drawn["default"].errors;
+        assert!(!errors.converged.flip.is_finite() && !errors.point.rel_mse.is_finite());
+        assert_eq!(errors.converged.rmse, 0.1);
     }
 
     #[test]

@@ -5,7 +5,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::error::Error;
 use super::journal::{self, Contents, Header, Measured};
 use super::model::Shard;
-use super::run::Run;
 
 /// A part, and what its folder is called.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,9 +32,10 @@ pub fn join(parts: &[Part]) -> Result<(Header, Vec<Measured>), Error> {
     for scene in 0..header.scenes.len() {
         let mut all = Measured::default();
         for part in parts {
-            let measured = part.contents.scenes.get(scene).filter(|measured| is_finished(measured, part));
+            let measured = part.contents.scenes.get(scene).filter(|measured| measured.done);
             let Some(measured) = measured else {
-                let why = format!("{} is not finished: run its command again", part.folder);
+                let (folder, name) = (&part.folder, &header.scenes[scene]);
+                let why = format!("{folder} is not finished with {name}: run its command again");
                 return Err(Error::Refused(why));
             };
             if let (Some(there), Some(here)) = (&all.info, &measured.info)
@@ -48,6 +48,7 @@ pub fn join(parts: &[Part]) -> Result<(Header, Vec<Measured>), Error> {
             all.failed.extend(measured.failed.clone());
             all.batches.extend(measured.batches.iter().cloned());
             all.attribution = all.attribution.or_else(|| measured.attribution.clone());
+            all.done = true;
         }
         joined.push(all);
     }
@@ -78,11 +79,4 @@ fn check_shards(parts: &[Part]) -> Result<(), Error> {
         Some(missing) => Err(Error::Refused(format!("shard {missing}/{count} is missing"))),
         None => Ok(()),
     }
-}
-
-/// Whether a part has measured all points of its own.
-fn is_finished(measured: &Measured, part: &Part) -> bool {
-    let (Some(info), Some(shard)) = (&measured.info, part.contents.header.shard) else { return false };
-    let own = info.points.iter().enumerate().filter(|&(index, _)| shard.has(index));
-    Run::is_whole(measured, &own.map(|(_, name)| name.clone()).collect())
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// Of the JSON's layout: a merge refuses parts of another one.
 pub const LAYOUT: u32 = 1;
@@ -73,8 +73,10 @@ pub struct SceneReport {
 pub struct TruthInfo {
     pub samples: u32,
     /// Root mean square of the standard error of `converged`, exposed: errors near it are not told apart from noise.
+    #[serde(deserialize_with = "real")]
     pub noise_rmse: f64,
     /// The same for relMSE.
+    #[serde(deserialize_with = "real")]
     pub noise_rel_mse: f64,
     /// Shares of the pixels, 0 to 1.
     pub sky: f64,
@@ -103,14 +105,24 @@ pub struct ErrorsByTruth {
     pub converged: Errors,
 }
 
+/// A figure that is not finite is null in JSON, and NaN when it is read again.
+fn real<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
+}
+
 /// Linear figures are of exposed light: 1 is where the sensor saturates.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
+    #[serde(deserialize_with = "real")]
     pub rel_mse: f64,
+    #[serde(deserialize_with = "real")]
     pub rmse: f64,
+    #[serde(deserialize_with = "real")]
     pub max: f64,
+    #[serde(deserialize_with = "real")]
     pub p99_9: f64,
     /// Mean FLIP of the tone-mapped pictures, 0 to 1.
+    #[serde(deserialize_with = "real")]
     pub flip: f64,
     /// Of the tone-mapped pictures, in decibels; `None` where they are equal.
     pub psnr_db: Option<f64>,
@@ -259,11 +271,14 @@ pub struct AttributedPart {
     /// As "shadows".
     pub name: String,
     /// Mean signed error over pixels and channels.
+    #[serde(deserialize_with = "real")]
     pub mean: f64,
     /// Root mean square of the part over pixels and channels.
+    #[serde(deserialize_with = "real")]
     pub rms: f64,
     /// The part's share of the whole's mean square: the mean of part times whole over that of whole squared. Shares add up to 1; one below 0
     /// works against the others.
+    #[serde(deserialize_with = "real")]
     pub share: f64,
     /// What it is, in a sentence.
     pub note: String,

@@ -7,8 +7,6 @@ pub(super) mod samples;
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeSet;
-
 use super::assemble;
 use super::error::Error;
 use super::families::{Sweep, name_of};
@@ -20,8 +18,6 @@ use crate::scene::SettingsPatch;
 const BATCH: usize = 5;
 /// What they may take on the device together.
 const BATCH_BYTES: u64 = 768 << 20;
-/// Once some of a front are slower than was thought, others take their places, and are measured again in turn.
-const CONFIRMATIONS: usize = 4;
 
 /// How far a scene has come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,8 +28,8 @@ pub struct Step<'a> {
     pub total: usize,
 }
 
-/// Told of each step before it is done; `false` ends the run there.
-pub type Watch<'a> = &'a mut dyn FnMut(Step) -> bool;
+/// Told of each step before it is done.
+pub type Watch<'a> = &'a mut dyn FnMut(Step);
 
 /// One scene's run.
 pub struct Run<'a> {
@@ -51,7 +47,7 @@ impl Run<'_> {
     /// Measures all that the journal does not have yet. The scene's own record must be there.
     ///
     /// # Errors
-    /// [`Error::Stopped`] where the watch says so, and what the device or the disk has against it.
+    /// What the device or the disk has against it. What was finished until then is in the journal.
     pub fn measure(&mut self, meter: &mut dyn Meter) -> Result<(), Error> {
         self.draw(meter)?;
         let timed = self.journal.scenes[self.scene].timed();
@@ -59,7 +55,9 @@ impl Run<'_> {
         let points: Vec<usize> = self.drawn().into_iter().filter(untimed).collect();
         let is_first = self.journal.scenes[self.scene].batches.is_empty();
         self.time(meter, points, false, is_first)?;
-        for _ in 0..CONFIRMATIONS {
+        // Once some of a front are slower than was thought, others take their places, and are measured again in turn. Each is so once, or has
+        // failed: there is an end.
+        loop {
             let found = assemble::on_fronts(&self.journal.scenes[self.scene]);
             let measured = &self.journal.scenes[self.scene];
             let is_confirmed = |name: &str| measured.times_of(name).is_some_and(|(batch, _)| batch.confirms);
@@ -70,11 +68,10 @@ impl Run<'_> {
             let open: Vec<usize> = self.drawn().into_iter().filter(is_open).collect();
             let is_first = !measured.batches.iter().any(|batch| batch.confirms);
             if open.is_empty() && !is_first {
-                break;
+                return Ok(());
             }
             self.time(meter, open, true, is_first)?;
         }
-        Ok(())
     }
 
     fn name(&self, index: usize) -> String {
@@ -91,10 +88,6 @@ impl Run<'_> {
         self.own.iter().copied().filter(is_drawn).collect()
     }
 
-    fn step(&mut self, what: &str, done: usize, total: usize) -> Result<(), Error> {
-        if (self.watch)(Step { what, done, total }) { Ok(()) } else { Err(Error::Stopped) }
-    }
-
     fn draw(&mut self, meter: &mut dyn Meter) -> Result<(), Error> {
         for (done, &index) in self.own.iter().enumerate() {
             let (scene, point) = (self.scene, self.name(index));
@@ -102,7 +95,7 @@ impl Run<'_> {
             if measured.drawn.contains_key(&point) || measured.failed.contains_key(&point) {
                 continue;
             }
-            self.step("pictures", done, self.own.len())?;
+            (self.watch)(Step { what: "pictures", done, total: self.own.len() });
             let record = match meter.draw(&self.sweep.points[index]) {
                 Ok(drawn) => Record::Drawn { scene, point, drawn },
                 Err(error) if index != 0 && error.is_of_point() => {
@@ -134,7 +127,7 @@ impl Run<'_> {
             batches.push(Vec::new());
         }
         for batch in batches {
-            self.step(what, done, total)?;
+            (self.watch)(Step { what, done, total });
             done += batch.len();
             match self.time_batch(meter, &batch, confirms, &mut random) {
                 // Together they are too much; what is too much alone as well is left out.
@@ -197,15 +190,5 @@ impl Run<'_> {
             }
             other => other,
         }
-    }
-
-    /// Whether all own points are measured.
-    pub fn is_whole(measured: &super::journal::Measured, own: &BTreeSet<String>) -> bool {
-        let timed = measured.timed();
-        let has = |name: &String| {
-            measured.failed.contains_key(name)
-                || (measured.drawn.contains_key(name) && (name == "default" || timed.contains(name.as_str())))
-        };
-        own.iter().all(has) && measured.batches.iter().any(|batch| batch.confirms)
     }
 }

@@ -32,13 +32,16 @@ pub fn combinations(base: &Base, axes: &[Axis], selection: &Selection) -> Vec<Se
         }
     }
     let mut random = fastrand::Rng::with_seed(selection.seed);
+    // More rows than there are combinations would only repeat some.
+    let all = axes.iter().fold(1, |all: usize, values| all.saturating_mul(values.len() + 1));
+    let rows = most.min(all);
     for _ in 0..TRIES {
         if found.is_full() {
             break;
         }
         let columns: Vec<Vec<Option<&Candidate>>> =
-            axes.iter().map(|values| column(values, most.max(1), &mut random)).collect();
-        for row in 0..most {
+            axes.iter().map(|values| column(values, rows.max(1), &mut random)).collect();
+        for row in 0..rows {
             let values = columns.iter().filter_map(|column| column[row]);
             found.add(values.fold(SettingsPatch::default(), |all, one| all.or(&one.patch)));
         }

@@ -247,6 +247,9 @@ impl Builder {
     }
 
     fn joint(&mut self, base: &Base, axes: &[Axis], selection: &Selection) {
+        if selection.joint < 2 {
+            return self.leave_out(JOINT, "one combination, as was asked for, is that of the settings as given");
+        }
         let patches = joint::combinations(base, axes, selection);
         if patches.is_empty() {
             return self.leave_out(JOINT, "fewer than two settings change anything in this scene");

@@ -117,6 +117,19 @@ fn combinations_are_many_different_and_the_same_for_a_seed() {
 }
 
 #[test]
+fn more_combinations_than_there_are_cost_nothing_and_one_is_the_settings_as_given() {
+    let scene = scene("builtin:spheres");
+    let base = Base::of(&scene, &scene.settings, &plans::device()).map(|base| {
+        let axes = ["msaa", "fxaa"]
+            .map(|key| axes::all(&base, true).into_iter().find(|axis| axis.key == key).expect("an axis"));
+        joint::combinations(&base, &axes, &Selection { joint: usize::MAX, ..selection() }).len()
+    });
+    assert!(base.is_ok_and(|found| (2..12).contains(&found)));
+    let one = sweep(&scene, &Selection { joint: 1, ..selection() });
+    assert!(reason(&one, "joint").contains("settings as given"), "{}", reason(&one, "joint"));
+}
+
+#[test]
 fn families_are_chosen_by_their_keys() {
     let scene = scene("builtin:hall");
     let only = |keys: &[&str]| {

@@ -2,7 +2,7 @@ use super::super::assemble::{self, FRONTS};
 use super::super::journal::{Contents, FILE, Header, Journal, Measured};
 use super::super::merge::{self, Part};
 use super::super::model::{Metric, Report, Shard};
-use super::samples::{Clockwork, header, measure, measured, report};
+use super::samples::{Clockwork, KILLED, header, measure, measure_sweep, measured, report, sweep};
 use super::*;
 
 fn sharded(index: u32, count: u32) -> Header {
@@ -11,7 +11,8 @@ fn sharded(index: u32, count: u32) -> Header {
 
 fn part(folder: &std::path::Path, header: &Header) -> Part {
     let mut journal = Journal::open(folder, header, false).expect("a journal");
-    measure(&mut Clockwork::default(), &mut journal, header.shard, usize::MAX).expect("measured");
+    measure(&mut Clockwork::default(), &mut journal, header.shard).expect("measured");
+    journal.add(0, Record::Done { scene: 0 }).expect("written");
     let contents = Contents::read(&folder.join(FILE)).expect("readable").expect("there");
     Part { folder: folder.display().to_string(), contents }
 }
@@ -43,6 +44,22 @@ fn what_is_on_a_front_is_measured_again_and_nothing_beats_it() {
 }
 
 #[test]
+fn all_of_a_front_is_confirmed_however_often_others_take_its_place() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let sizes = (0..8).map(|step| SettingsPatch { shadow_size: Some(3000 + 500 * step), ..Default::default() });
+    let points = std::iter::once(SettingsPatch::default()).chain(sizes).collect();
+    let sweep = Sweep { points, ..sweep() };
+    let mut journal = Journal::open(folder.path(), &header(), false).expect("a journal");
+    let mut meter = Clockwork { lucky: true, ..Clockwork::default() };
+    measure_sweep(&sweep, &mut meter, &mut journal, None).expect("measured");
+    let passes = journal.scenes[0].batches.iter().filter(|batch| batch.confirms).count();
+    assert!(passes > 5, "{passes}: the sample is none");
+    let found = assemble::on_fronts(&journal.scenes[0]);
+    let is_confirmed = |name: &str| journal.scenes[0].times_of(name).is_some_and(|(batch, _)| batch.confirms);
+    assert!(found.len() > 5 && found.iter().all(|name| name == "default" || is_confirmed(name)), "{found:?}");
+}
+
+#[test]
 fn times_are_those_that_the_clock_had() {
     let report = report();
     for point in &report.scenes[0].points {
@@ -66,12 +83,14 @@ fn a_run_that_was_stopped_goes_on_and_measures_nothing_twice() {
     for _ in 0..100 {
         // As if it was killed after three steps, again and again.
         let mut journal = Journal::open(folder.path(), &header(), false).expect("the same command");
-        match measure(&mut asked, &mut journal, None, 3) {
+        asked.left = Some(3);
+        match measure(&mut asked, &mut journal, None) {
             Ok(()) => break,
-            Err(Error::Stopped) => stops += 1,
+            Err(Error::Refused(why)) if why == KILLED => stops += 1,
             Err(error) => panic!("{error}"),
         }
     }
+    asked.left = None;
     assert!(stops >= 2, "{stops}");
     let whole = tempfile::tempdir().expect("a temporary folder");
     let at_once = measured(whole.path());
@@ -85,7 +104,7 @@ fn a_run_that_was_stopped_goes_on_and_measures_nothing_twice() {
         assert!((1..=2).contains(&times(name)), "{name}: {}", times(name));
     }
     let before = asked.timed.len();
-    measure(&mut asked, &mut journal, None, usize::MAX).expect("nothing is left to do");
+    measure(&mut asked, &mut journal, None).expect("nothing is left to do");
     assert_eq!((asked.drawn.len(), asked.timed.len()), (at_once[0].drawn.len(), before));
 }
 
@@ -94,7 +113,7 @@ fn what_the_device_cannot_hold_is_left_out_with_its_reason() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut journal = Journal::open(folder.path(), &header(), false).expect("a journal");
     let mut meter = Clockwork { too_large: vec!["shadow-size=4096".into()], ..Clockwork::default() };
-    measure(&mut meter, &mut journal, None, usize::MAX).expect("the others are measured");
+    measure(&mut meter, &mut journal, None).expect("the others are measured");
     let report = assemble::scene_report(&journal.scenes[0]).expect("measured");
     assert_eq!(report.points.len(), 6);
     assert!(report.left_out.iter().any(|left| left.name == "shadow-size=4096" && left.reason.contains("texels")));
@@ -153,4 +172,7 @@ fn parts_that_do_not_belong_together_are_refused_by_name() {
     assert!(text.contains("64x36") && text.contains("1x1"), "{text}");
     assert!(changed(&|part| part.contents.header.shard = None).contains("no shard"));
     assert!(changed(&|part| part.contents.scenes[0] = Measured::default()).contains("not finished"));
+    // Broken off when all points had been measured, and something else had not.
+    let text = changed(&|part| part.contents.scenes[0].done = false);
+    assert!(text.contains("not finished with builtin:test"), "{text}");
 }
