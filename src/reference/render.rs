@@ -109,8 +109,11 @@ impl<'a> Reference<'a> {
     }
 
     /// Share of a light that the nearest opaque surface there sees, 0 to 1, by [`sampling::DISC_POINTS`] points of a light that has a
-    /// size; 1 where nothing is seen. Whether the light casts shadows, or the surface receives any, is not asked.
+    /// size; 1 where nothing is seen, and without shadows. Whether the light casts any, or the surface receives some, is not asked.
     pub fn visibility(&self, view: &View, pixel: DVec2, light: usize) -> f64 {
+        if !self.shadows {
+            return 1.0;
+        }
         let lens = Lens::of(view);
         let ray = lens.ray(pixel);
         let hit = self.geometry.seen(&ray, lens.near, &mut Vec::new());
