@@ -81,8 +81,12 @@ fn a_report_of_a_small_scene_holds_together() {
         assert!(time.low > 0.0 && time.low <= time.median && time.median <= time.high, "{}: {time:?}", point.name);
         assert_eq!(point.time.cpu.is_some(), report.machine.software);
     }
-    // Its rows add up to the last one, which is the whole.
-    let parts = &scene.attributions[0].parts;
+    // Its rows add up to the last one, which is the whole, and that without the output is the error of the point.
+    let attribution = &scene.attributions[0];
+    assert_eq!((attribution.point, attribution.pixels), (scene.default, attribution.of_pixels));
+    let rmse = errors(scene, "default", Against::Converged).rmse;
+    assert!((attribution.light_rms / rmse - 1.0).abs() < 1e-4, "{} {rmse}", attribution.light_rms);
+    let parts = &attribution.parts;
     let whole = parts.iter().find(|part| part.name == "whole").expect("a row of the whole").mean;
     let sum: f64 = parts.iter().filter(|part| part.name != "whole").map(|part| part.mean).sum();
     assert!(parts.len() > 6 && (sum - whole).abs() < 1e-9, "{sum} {whole}");

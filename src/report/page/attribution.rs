@@ -15,9 +15,11 @@ pub fn tables(scene: &SceneReport) -> Markup {
         @if scene.attributions.is_empty() { p.none { "No frame was taken apart." } }
         @else {
             p {
-                "Shares of the mean squared error in exposed linear light, against the converged truth, averaged over the orders in which the \
-                 parts can be put right (Shapley). They add up to the whole; a negative one works against the others: putting that part right \
-                 alone would make the picture worse."
+                "Shares of the mean squared error in exposed linear light, against the converged truth. They add up to the whole; a negative \
+                 one works against the others. Surface, shadows, arithmetic and the formats of light and picture depend on one \
+                 another: they are averaged over all orders in which they can be put right (Shapley). Sampling, light cut-off, other \
+                 triangles, transparent surfaces and what is not explained are taken once, as differences. BRDF arithmetic is modelled on the \
+                 CPU, and so is what formats make of light that was never drawn; all else is measured on the device."
             }
         }
         @for attribution in &scene.attributions { (table(scene, attribution)) }
@@ -57,7 +59,8 @@ fn table(scene: &SceneReport, attribution: &Attribution) -> Markup {
         div.scroll {
             table.parts {
                 caption.words {
-                    "Of " code { (name) } ", " (grouped(attribution.pixels)) " of " (grouped(attribution.of_pixels)) " pixels taken apart"
+                    "Of " code { (name) } ", " (grouped(attribution.pixels)) " of " (grouped(attribution.of_pixels)) " pixels taken apart. "
+                    "Before a picture is made of it, its light has an RMSE of " (number(attribution.light_rms))
                 }
                 thead { tr {
                     th.words { "part" } th.words { "share of the squared error" } th { "share" } th { "mean" } th { "RMS" } th.words { "" }

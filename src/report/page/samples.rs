@@ -236,7 +236,7 @@ fn attribution() -> Attribution {
         share,
         note: note.to_owned(),
     };
-    Attribution { point: 0, parts: parts.map(part).into(), pixels: 20_000, of_pixels: 230_400 }
+    Attribution { point: 0, parts: parts.map(part).into(), light_rms: 0.0123, pixels: 20_000, of_pixels: 230_400 }
 }
 
 /// A PNG for every name that the report has.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// Of the JSON's layout: a merge refuses parts of another one.
-pub const LAYOUT: u32 = 1;
+pub const LAYOUT: u32 = 2;
 
 /// One or several scenes on one device.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -99,7 +99,7 @@ pub struct Point {
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ErrorsByTruth {
-    /// Numeric error alone.
+    /// Without what one sample a pixel misses: numeric error, and how textures are filtered.
     pub point: Errors,
     /// All of it.
     pub converged: Errors,
@@ -260,6 +260,9 @@ pub struct Attribution {
     /// Index of the point whose frame was taken apart.
     pub point: usize,
     pub parts: Vec<AttributedPart>,
+    /// Root mean square error of the light, before a picture is made of it: the point's RMSE against the converged truth, where all pixels
+    /// are taken apart and the point draws one sample a pixel.
+    pub light_rms: f64,
     /// Pixels that were taken apart, of how many.
     pub pixels: usize,
     pub of_pixels: usize,

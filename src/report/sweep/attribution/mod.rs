@@ -1,25 +1,30 @@
 //! Which part of a frame's error comes from what: signed, in exposed linear light, pixel by pixel.
 //!
-//! The error of a pixel is what the device shows minus the converged truth. It is taken apart in steps that add up to it exactly:
+//! The error of a pixel is what the device shows minus the converged truth. Its parts add up to it.
 //!
+//! Seven of them are switched one by one, in all 128 combinations, and averaged over all orders by [`shapley`]:
+//! - the surface as the device filters and interpolates it (*texture filtering*), as its G-buffer rounds it (*G-buffer quantization*),
+//!   *position from depth*, and the shares of light that its shadow maps let through (*shadows*), each between the truth and what was
+//!   measured on the device at hand;
+//! - 32 bits in place of 64 (*BRDF arithmetic*): the reference's own formulas on the CPU, modelled and not measured;
+//! - *HDR format*: what the frame's own light target makes of the light, against one of 32 bits; and *tone mapping and 8-bit output*: how far
+//!   the picture is from the tone-mapped light, referred back through the curve
+//!   ([`input_referred`](crate::reference::tonemap::input_referred)). Both are measured for the light that the device has, and for
+//!   all others modelled (`formats`); what the driver does and the model does not is added to these parts.
+//!
+//! The others are differences at the ends of the chain, of which there is one order:
 //! - *sampling*: the point truth minus the converged one, which is what one sample a pixel misses;
-//! - five parts of the shading, switched one by one between the truth and what was measured on the device at hand, in all 32
-//!   combinations, and shared out by [`shapley`]: the surface as the device filters and interpolates it (*texture filtering*), as its
-//!   G-buffer rounds it (*G-buffer quantization*), *position from depth*, the shares of light that its shadow maps let through
-//!   (*shadows*), and 32 bits in place of 64 (*BRDF arithmetic*);
-//! - *HDR format*: what the frame's own light target makes of the light, against one of 32 bits;
-//! - *light cut-off*: what lights that are left out where they are weak would have added;
-//! - *tone mapping and 8-bit output*: how far the picture is from the tone-mapped light, referred back through the curve
-//!   ([`input_referred`](crate::reference::tonemap::input_referred));
-//! - *not explained*: what the device's light differs from the model with everything at work. It should be small.
+//! - *light cut-off*: what lights that are left out where they are weak would have added, with everything else at work;
+//! - *not explained*: by how much the device's light differs from the model with everything at work. It should be small.
 //!
 //! Where raster and truth see different triangles, or something transparent is before the surface, all of the pixel's error but sampling is a
-//! part by itself. Formats and curves are measured and not modelled, so that rounding is the driver's own.
+//! part by itself.
 //!
 //! Limits: frames of one sample a pixel (samples, `msaa` and `fxaa` are set aside). Ks of the Phong models is taken to be stored
 //! exactly: its rounding is found under *not explained*.
 
 mod device;
+mod formats;
 mod parts;
 mod pixels;
 mod shapley;
@@ -28,9 +33,9 @@ mod tally;
 mod visibility;
 
 pub use device::Captured;
-pub use parts::SWITCHES;
+pub use parts::{HDR, OUTPUT, SWITCHES};
 pub use shapley::shapley;
-pub use taken::{CUT_OFF, HDR, NOT_EXPLAINED, OTHER_TRIANGLE, OUTPUT, SAMPLING, TRANSPARENT};
+pub use taken::{CUT_OFF, NOT_EXPLAINED, OTHER_TRIANGLE, SAMPLING, TRANSPARENT};
 pub use tally::WHOLE;
 
 use std::collections::BTreeMap;
@@ -110,14 +115,15 @@ pub fn attribute(
         measured: chosen.iter().copied().zip(shares).collect(),
         exposure: f64::from(exposure),
     };
-    let apart = |(at, surface)| taken.parts(at, pixels[at], surface);
+    let apart = |(at, surface)| taken.pixel(at, pixels[at], surface);
     let rows: Vec<_> = surfaces.par_iter().map(Option::as_ref).enumerate().map(apart).collect();
     let mut tally = Tally::default();
-    rows.iter().filter(|row| row.iter().all(|part| part.is_finite())).for_each(|row| tally.add(row));
+    rows.iter().for_each(|pixel| tally.add(pixel));
     let notes = taken::notes(&captured, rest.len());
     let rows = tally.rows(&notes, taken::whole_note(rows.len() - tally.pixels));
     let of_pixels = subject.view.size.map(|edge| edge as usize).iter().product();
-    Ok(Attribution { point: subject.point, parts: rows, pixels: tally.pixels, of_pixels })
+    let light_rms = tally.light_rms();
+    Ok(Attribution { point: subject.point, parts: rows, light_rms, pixels: tally.pixels, of_pixels })
 }
 
 /// The frame that is taken apart.

@@ -5,15 +5,14 @@ use std::collections::BTreeMap;
 use glam::{DVec2, DVec3};
 
 use super::device::Captured;
-use super::parts::{Explained, SWITCHES, Seen, Visibility};
+use super::formats::Formats;
+use super::parts::{Measured, SWITCHES, Seen, Shades, Visibility};
 use super::{Subject, Truths, illumination, place};
 use crate::reference::tonemap::input_referred;
 use crate::reference::{Surface, TriangleId, Truth};
 use crate::scene::Settings;
 
-pub const HDR: &str = "HDR format";
 pub const CUT_OFF: &str = "light cut-off";
-pub const OUTPUT: &str = "tone mapping and 8-bit output";
 pub const OTHER_TRIANGLE: &str = "other triangle";
 pub const TRANSPARENT: &str = "transparent surfaces";
 pub const SAMPLING: &str = "sampling";
@@ -36,22 +35,31 @@ pub(super) struct Taken<'a> {
 #[derive(Debug, Clone, Copy, Default)]
 struct Parts {
     switched: [DVec3; SWITCHES.len()],
-    hdr: DVec3,
     cut_off: DVec3,
-    output: DVec3,
     other_triangle: DVec3,
     transparent: DVec3,
     sampling: DVec3,
     not_explained: DVec3,
 }
 
-pub(super) const COUNT: usize = SWITCHES.len() + 7;
+pub(super) const COUNT: usize = SWITCHES.len() + 5;
+
+/// A pixel's error, exposed, and what it is made of.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pixel {
+    /// In the order of [`notes`].
+    pub parts: [DVec3; COUNT],
+    /// The device's light minus the converged truth.
+    pub light: DVec3,
+    /// What the picture makes of the light, referred back. With `light` it is the whole, found without the parts.
+    pub output: DVec3,
+}
 
 impl Parts {
     /// In the order of [`notes`].
     fn row(self) -> [DVec3; COUNT] {
-        let [textures, gbuffer, position, shadows, arithmetic] = self.switched;
-        let Self { hdr, cut_off, output, other_triangle, transparent, sampling, not_explained, .. } = self;
+        let [textures, gbuffer, position, shadows, arithmetic, hdr, output] = self.switched;
+        let Self { cut_off, other_triangle, transparent, sampling, not_explained, .. } = self;
         [
             textures,
             gbuffer,
@@ -59,8 +67,8 @@ impl Parts {
             shadows,
             arithmetic,
             hdr,
-            cut_off,
             output,
+            cut_off,
             other_triangle,
             transparent,
             sampling,
@@ -71,7 +79,7 @@ impl Parts {
 
 /// Name of each part, and what it is.
 pub(super) fn notes(captured: &Captured, lights_left_out: usize) -> [(&'static str, String); COUNT] {
-    let [textures, gbuffer, position, shadows, arithmetic] = SWITCHES;
+    let [textures, gbuffer, position, shadows, arithmetic, hdr, output] = SWITCHES;
     let shadow_note = match lights_left_out {
         0 => "shares of light by shadow maps in place of rays".into(),
         count => format!(
@@ -87,10 +95,10 @@ pub(super) fn notes(captured: &Captured, lights_left_out: usize) -> [(&'static s
         (gbuffer, "normal, albedo, metallic, roughness and occlusion as the G-buffer rounds them".into()),
         (position, "place of the surface as it is rebuilt or stored".into()),
         (shadows, shadow_note),
-        (arithmetic, "the light model in 32 bits".into()),
-        (HDR, "light as its target rounds it, at each step that is added".into()),
+        (arithmetic, "the light model in 32 bits on the CPU; how the device differs from that is not explained".into()),
+        (hdr, "light as its target rounds it, at each step that is added".into()),
+        (output, "the picture against the tone-mapped light, referred back to light".into()),
         (CUT_OFF, "lights that are left out from where they bring less than half a step of the output".into()),
-        (OUTPUT, "the picture against the tone-mapped light, referred back to light".into()),
         (OTHER_TRIANGLE, triangle_note.into()),
         (TRANSPARENT, "all error where something transparent is before the surface".into()),
         (SAMPLING, "one sample in the middle of the pixel in place of all of it".into()),
@@ -108,40 +116,53 @@ pub(super) fn whole_note(not_finite: usize) -> String {
 }
 
 impl Taken<'_> {
-    /// The signed parts of chosen pixel number `at`. They add up to what is shown minus the converged truth.
-    pub fn parts(&self, at: usize, pixel: usize, surface: Option<&(Surface, TriangleId)>) -> [DVec3; COUNT] {
+    /// The error of chosen pixel number `at`.
+    pub fn pixel(&self, at: usize, pixel: usize, surface: Option<&(Surface, TriangleId)>) -> Pixel {
         let truth = |truth: &Truth| DVec3::from(truth.radiance[pixel]) * self.exposure;
         let (point, converged) = (truth(self.truths.point), truth(self.truths.converged));
         let exposed = self.captured.exposed[at];
         let output = input_referred(exposed, self.captured.shown[at], self.settings.tonemap);
-        let sampling = point - converged;
+        let of_surface = Parts { sampling: point - converged, ..self.apart(at, pixel, surface, point) };
+        Pixel { parts: of_surface.row(), light: exposed - converged, output }
+    }
+
+    /// What is between the point truth and what is shown.
+    fn apart(&self, at: usize, pixel: usize, surface: Option<&(Surface, TriangleId)>, point: DVec3) -> Parts {
+        let exposed = self.captured.exposed[at];
+        let output = input_referred(exposed, self.captured.shown[at], self.settings.tonemap);
         if !self.sees_the_same(at, surface) {
-            return Parts { other_triangle: exposed + output - point, sampling, ..Parts::default() }.row();
+            return Parts { other_triangle: exposed + output - point, ..Parts::default() };
         }
-        let explained = self.explain(at, pixel, surface.map(|(surface, _)| surface));
+        let shades = self.shades(at, pixel, surface.map(|(surface, _)| surface));
         // What is before the surface is in the truth's picture and not in the surface's light.
-        let apart = (explained.truth - point).abs().max_element();
+        let apart = (shades.truth() - point).abs().max_element();
         if apart > SAME * point.abs().max_element() {
-            return Parts { transparent: exposed + output - point, sampling, ..Parts::default() }.row();
+            return Parts { transparent: exposed + output - point, ..Parts::default() };
         }
         let unrounded = self.captured.unrounded.as_ref().map_or(exposed, |unrounded| unrounded[at]);
         let uncut = self.captured.uncut.as_ref().map_or(unrounded, |uncut| uncut[at]);
-        let switched = explained.parts;
-        let not_explained = uncut - point - switched.into_iter().sum::<DVec3>();
-        let (hdr, cut_off) = (exposed - unrounded, unrounded - uncut);
-        Parts { switched, hdr, cut_off, output, sampling, not_explained, ..Parts::default() }.row()
+        let formats = Formats {
+            hdr: self.captured.unrounded.is_some().then_some(self.settings.hdr_format),
+            output: Some(self.settings.tonemap),
+        };
+        let measured = Measured { unrounded, hdr: exposed - unrounded, output };
+        Parts {
+            switched: shades.apart(&formats, &measured),
+            cut_off: unrounded - uncut,
+            not_explained: uncut - shades.all(),
+            ..Parts::default()
+        }
     }
 
-    /// The shading's parts, exposed.
-    fn explain(&self, at: usize, pixel: usize, surface: Option<&Surface>) -> Explained {
+    /// The surface's light by what is at work, exposed.
+    fn shades(&self, at: usize, pixel: usize, surface: Option<&Surface>) -> Shades {
         let Some(truth) = surface else {
-            let background = self.subject.scene.environment.background.as_dvec3() * self.exposure;
-            return Explained { truth: background, parts: [DVec3::ZERO; SWITCHES.len()] };
+            return Shades([self.subject.scene.environment.background.as_dvec3() * self.exposure; _]);
         };
         let mut shares = Shares { taken: self, at, place: place(self.subject.view, pixel), exact: BTreeMap::new() };
         let seen = Seen { truth, own: &self.captured.own[at], unquantized: &self.captured.unquantized[at] };
-        let nits = seen.explain(&illumination(self.subject), &mut shares);
-        Explained { truth: nits.truth * self.exposure, parts: nits.parts.map(|nits| nits * self.exposure) }
+        let nits = seen.shades(&illumination(self.subject), &mut shares);
+        Shades(nits.0.map(|nits| nits * self.exposure))
     }
 
     fn sees_the_same(&self, at: usize, surface: Option<&(Surface, TriangleId)>) -> bool {

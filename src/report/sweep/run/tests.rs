@@ -1,7 +1,7 @@
 use super::super::assemble::{self, FRONTS};
 use super::super::journal::{Contents, FILE, Header, Journal, Measured};
 use super::super::merge::{self, Part};
-use super::super::model::{Metric, Report, Shard};
+use super::super::model::{LAYOUT, Metric, Report, Shard};
 use super::samples::{Clockwork, KILLED, header, measure, measure_sweep, measured, report, sweep};
 use super::*;
 
@@ -165,7 +165,7 @@ fn parts_that_do_not_belong_together_are_refused_by_name() {
     let text = changed(&|part| part.contents.header.machine.cpu = "slower".into());
     assert!(text.contains("CPU is cpu") && text.contains("slower"), "{text}");
     let text = changed(&|part| part.contents.header.layout = 99);
-    assert!(text.contains("layout is 1") && text.contains("99"), "{text}");
+    assert!(text.contains(&format!("layout is {LAYOUT}")) && text.contains("99"), "{text}");
     let text = changed(&|part| {
         part.contents.scenes[0].info.as_mut().expect("measured").size = [1, 1];
     });
