@@ -18,8 +18,9 @@ pub fn figures(scene: &SceneReport) -> Markup {
             p.none { "No setting was varied on its own." }
         } @else {
             p {
-                "One setting changes, the others stay as they are by default. Full marks are all of the error, hollow ones below them numeric \
-                 error alone: what lies between is the price of sampling and filtering, which this setting may not change. Where the setting \
+                "One setting changes, the others stay as they are by default. Full marks are all of the error, hollow ones against the \
+                 point truth: numeric error and texture filtering. What lies between is the price of one sample a pixel, which this \
+                 setting may not change. Where the setting \
                  smooths edges, only all of the error means something: the point truth has none."
             }
             div.families { @for (index, family) in single.iter().enumerate() { (figure(scene, family, index)) } }

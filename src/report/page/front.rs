@@ -11,7 +11,7 @@ use crate::report::sweep::model::{Against, Front, Point, SceneReport};
 /// The family that is all settings together: it has no curve of its own.
 pub const JOINT: &str = "joint";
 
-/// The fronts of all of the error, before those of numeric error alone.
+/// The fronts of all of the error, before those against the point truth.
 pub fn in_order(scene: &SceneReport) -> impl Iterator<Item = &Front> {
     let of = |truth| scene.fronts.iter().filter(move |front| front.truth == truth);
     of(Against::Converged).chain(of(Against::Point))

@@ -10,8 +10,8 @@ pub fn section() -> Markup {
             p {
                 "Every picture is compared with one that a 64-bit renderer on the CPU computes from the same scene by casting rays. It has no \
                  G-buffer, no shadow maps and none of the shaders' code. There are two truths. " strong { "Point" }
-                " truth looks where the rasterizer looks, at pixel centres, so that only numeric error remains; "
-                strong { "converged" } " truth averages many samples over each pixel, so that jagged edges and texture filtering count too."
+                " truth looks where the rasterizer looks, at pixel centres, with textures bilinear at their finest level: what remains is                  numeric error, and how textures are filtered. "
+                strong { "Converged" } " truth averages many samples over each pixel, so that jagged edges count too, and mipmaps are                  compared with the mean that they stand for."
             }
             (metrics())
             h3 { "How time was measured" }
@@ -40,8 +40,9 @@ fn metrics() -> Markup {
     let metrics = [
         (
             "relMSE",
-            "Mean of squared error over squared truth, in linear light. Dark parts count as much as bright ones; a few pixels that should be \
-             dark and are not can rule it.",
+            "Mean of squared error over squared truth plus 0.01, in linear light where 1 saturates the sensor. Well above a tenth, error \
+             counts in proportion to the light; well below, whatever the light, so that what is dark anyway counts little. A few pixels \
+             that should be dark and are bright can rule it.",
         ),
         ("RMSE", "Root of the mean squared error, in linear light where 1 saturates the sensor. Bright parts rule it."),
         (

@@ -21,15 +21,15 @@ pub fn paragraphs(scene: &SceneReport) -> Markup {
     let Some(point) = scene.points.get(scene.default) else {
         return html! { p.lead { "The default settings were not measured." } };
     };
-    let (all, numeric) = (&point.errors.converged, &point.errors.point);
+    let (all, centres) = (&point.errors.converged, &point.errors.point);
     html! {
         p.lead {
             "With the default settings a picture takes " strong { (number(point.time.decisive().median)) " ms" }
             " (" (words::clock(scene)) "; 95%: " (number(point.time.decisive().low)) " to " (number(point.time.decisive().high))
             "). Against the converged truth it errs by " strong { (number(all.rmse)) " RMSE" } ", "
             strong { (number(all.rel_mse)) " relMSE" } " and " strong { (number(all.flip)) " FLIP" }
-            ". Numeric error alone, without what sampling and filtering cost, is " (number(numeric.rmse)) " RMSE, "
-            (number(numeric.rel_mse)) " relMSE and " (number(numeric.flip)) " FLIP."
+            ". Against the point truth, so without what one sample a pixel misses but with how textures are filtered, these are "
+            (number(centres.rmse)) " RMSE, " (number(centres.rel_mse)) " relMSE and " (number(centres.flip)) " FLIP."
         }
         @if scene.fronts.is_empty() { p.none { "No front was sought." } }
         ul.verdicts { @for front in super::front::in_order(scene) { (verdict(scene, front, point)) } }
@@ -71,7 +71,7 @@ fn verdict(scene: &SceneReport, front: &Front, default: &Point) -> Markup {
 fn beaten_by(better: &Point, default: &Point, error: f64, mine: f64) -> Markup {
     let (time, of) = (better.time.decisive(), default.time.decisive());
     html! {
-        code { (better.name) } " takes " (less(time.median, of.median)) " time and errs " (less(error, mine)) "."
+        code { (better.name) } " takes " (less("time", time.median, of.median)) " and has " (less("error", error, mine)) "."
         @if time.high > of.low { " The two times' intervals overlap, so that this may be chance." }
     }
 }

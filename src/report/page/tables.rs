@@ -28,7 +28,7 @@ pub fn all_points(scene: &SceneReport) -> Markup {
                 }
             }
             (errors(scene, "All of the error, against the converged truth", |point| &point.errors.converged))
-            (errors(scene, "Numeric error alone, against the point truth", |point| &point.errors.point))
+            (errors(scene, "Numeric error and texture filtering, against the point truth", |point| &point.errors.point))
         }
     }
 }

@@ -171,7 +171,7 @@ fn a_default_off_the_front_is_told_with_what_beats_it() {
         front.points.retain(|point| *point != default);
     }
     let page = page_of(scene);
-    assert!(page.contains("not on the front") && page.contains("less time and errs"));
+    assert!(page.contains("not on the front") && page.contains("less time and has"));
     assert!(!page.contains(">on the front<"));
 }
 

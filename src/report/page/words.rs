@@ -50,7 +50,7 @@ pub fn percent(share: f64) -> String {
     let percent = share * 100.0;
     let decimals = match percent.abs() {
         0.0 => 0,
-        tiny if tiny < 0.005 => return "< 0.01%".to_owned(),
+        tiny if tiny < 0.005 => return if share < 0.0 { "> −0.01%" } else { "< 0.01%" }.to_owned(),
         small if small < 0.95 => 2,
         middling if middling < 9.95 => 1,
         _ => 0,
@@ -81,17 +81,17 @@ pub fn times(value: f64, of: f64) -> String {
     }
 }
 
-/// "12% less", "3.2 times less", for a figure that is at most `than`.
-pub fn less(value: f64, than: f64) -> String {
+/// "12% less time", "0.420 of the time", for a figure that is at most `than`.
+pub fn less(what: &str, value: f64, than: f64) -> String {
     let ratio = value / than;
     if ratio > 0.995 {
-        "no more".to_owned()
+        format!("no more {what}")
     } else if value == 0.0 {
-        "not at all".to_owned()
+        format!("no {what}")
     } else if ratio > 0.5 {
-        format!("{:.0}% less", (1.0 - ratio) * 100.0)
+        format!("{:.0}% less {what}", (1.0 - ratio) * 100.0)
     } else {
-        format!("{} times less", number(1.0 / ratio))
+        format!("{} of the {what}", number(ratio))
     }
 }
 
@@ -127,7 +127,7 @@ impl Against {
     /// What the error is against this truth.
     pub(super) fn title(self) -> &'static str {
         match self {
-            Self::Point => "numeric error alone",
+            Self::Point => "numeric error and texture filtering",
             Self::Converged => "all of the error",
         }
     }
@@ -176,18 +176,18 @@ mod tests {
     }
 
     #[test]
-    fn how_much_less_is_a_share_or_a_factor() {
-        assert_eq!(less(0.88, 1.0), "12% less");
-        assert_eq!(less(1.0, 4.0), "4.00 times less");
-        assert_eq!(less(1.0, 1.0), "no more");
-        assert_eq!(less(0.0, 1.0), "not at all");
+    fn how_much_less_is_what_is_missing_or_what_is_left() {
+        assert_eq!(less("time", 0.88, 1.0), "12% less time");
+        assert_eq!(less("time", 1.0, 4.0), "0.250 of the time");
+        assert_eq!(less("error", 1.0, 1.0), "no more error");
+        assert_eq!(less("error", 0.0, 1.0), "no error");
     }
 
     #[test]
     fn shares_and_counts_read_easily() {
         assert_eq!(
-            [0.0, 0.000_01, 0.0013, 0.0331, 0.71, -0.09].map(percent),
-            ["0%", "< 0.01%", "0.13%", "3.3%", "71%", "−9.0%"]
+            [0.0, 0.000_01, -0.000_01, 0.0013, 0.0331, 0.71, -0.09].map(percent),
+            ["0%", "< 0.01%", "> −0.01%", "0.13%", "3.3%", "71%", "−9.0%"]
         );
         assert_eq!([0, 999, 1000, 1_234_567].map(grouped), ["0", "999", "1,000", "1,234,567"]);
         assert_eq!(counted(1, "point"), "1 point");
