@@ -206,7 +206,7 @@ fn attribute(args: &Args, index: usize, meter: &DeviceMeter, journal: &mut Journ
     }
     let _spinner = progress::loading("the parts of the error", args.quiet);
     let all = Limits::default();
-    let limits = if args.measuring.quick { Limits { pixels: all.pixels / 4, shadowed_lights: 4 } } else { all };
+    let limits = if args.measuring.quick { Limits { pixels: all.pixels * 3 / 10, shadowed_lights: 4 } } else { all };
     let attribution = meter.attribution(&limits)?;
     Ok(journal.add(index, Record::Attribution { scene: index, attribution })?)
 }
