@@ -197,7 +197,7 @@ struct Margin {
 
 impl Margin {
     fn of(filter: ShadowFilter) -> Self {
-        // `ShadowPlan::reach`, to which the biases are scaled: 2 and 1.5 texels at 1.5 texels' reach.
+        // `ShadowPlan::reach`, to which the biases are scaled: 0.25 and 0.5 texels at 1.5 texels' reach.
         let (reach, disc) = match filter {
             ShadowFilter::None => (0.5, 0.0),
             ShadowFilter::Box2 => (1.0, 0.0),
@@ -207,7 +207,7 @@ impl Margin {
             // A penumbra of half a degree from 3 m up.
             ShadowFilter::Pcss => (1.5, 9.0),
         };
-        Self { width: f64::max(reach * std::f64::consts::SQRT_2, disc) + 1.0, bias: 3.5 / 1.5 * reach }
+        Self { width: f64::max(reach * std::f64::consts::SQRT_2, disc) + 1.0, bias: 0.75 / 1.5 * reach }
     }
 }
 

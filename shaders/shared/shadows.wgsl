@@ -57,21 +57,53 @@ fn disc_point(i: i32) -> vec2<f32> {
     return points[i];
 }
 
+// A point in a map, and the plane through it.
+struct MapPoint {
+    uv: vec2<f32>,
+    depth: f32,
+    w: f32,
+    // How the plane's depth changes along u and v, from texel to texel.
+    slope: vec2<f32>,
+}
+
+// Texels around a point are compared with the depth that its plane has there, or a slanting surface would shade itself (Isidoro 2006, "Shadow
+// Mapping: GPU-based Tips and Techniques").
+fn map_point(view: ShadowView, position: vec3<f32>, normal: vec3<f32>) -> MapPoint {
+    let p = vec4(position, 1.0);
+    let w = dot(view.w, p);
+    let uv = vec2(dot(view.u, p), dot(view.v, p)) / w;
+    let depth = dot(view.depth, p) / w;
+    // Gradients in the world. That of depth is a sum of those of u and v, and of the normal, along which the plane does not go: Cramer's rule.
+    let du = (view.u.xyz - uv.x * view.w.xyz) / w;
+    let dv = (view.v.xyz - uv.y * view.w.xyz) / w;
+    let dz = (view.depth.xyz - depth * view.w.xyz) / w;
+    let area = dot(normal, cross(du, dv));
+    let slope = vec2(dot(normal, cross(dz, dv)), dot(normal, cross(du, dz))) / area;
+    // Seen from its edge, a plane has no slope that means anything.
+    let step = view.texel * w;
+    return MapPoint(uv, depth, w, select(slope, vec2(0.0), abs(area) * step * step < 0.005));
+}
+
 fn stored_depth(view: ShadowView, texel: vec2<f32>) -> f32 {
     // Never a texel of another map.
     let inside = clamp(texel, view.low, view.low + (view.edge - 1.0));
     return textureLoad(shadow_atlas, vec2<i32>(inside), i32(view.layer), 0);
 }
 
-fn is_lit(view: ShadowView, texel: vec2<f32>, depth: f32) -> f32 {
-    return select(0.0, 1.0, depth >= stored_depth(view, texel));
+// The depth of a point's plane in the middle of a texel.
+fn plane_depth(at: MapPoint, texel: vec2<f32>) -> f32 {
+    return at.depth + dot(at.slope, texel + 0.5 - at.uv);
+}
+
+fn is_lit(view: ShadowView, at: MapPoint, texel: vec2<f32>) -> f32 {
+    return select(0.0, 1.0, plane_depth(at, texel) >= stored_depth(view, texel));
 }
 
 // Percentage-closer filtering (Reeves et al. 1987) over a square of texels, the outer ones weighted by how much of them the square
 // covers, so that the edge slides instead of stepping. Two texels a side is bilinear filtering.
-fn box_filter(view: ShadowView, uv: vec2<f32>, depth: f32, texels: i32) -> f32 {
+fn box_filter(view: ShadowView, at: MapPoint, texels: i32) -> f32 {
     let width = f32(texels - 1);
-    let start = uv - width * 0.5;
+    let start = at.uv - width * 0.5;
     let first = floor(start);
     let f = start - first;
     var sum = 0.0;
@@ -80,44 +112,11 @@ fn box_filter(view: ShadowView, uv: vec2<f32>, depth: f32, texels: i32) -> f32 {
         var row = 0.0;
         for (var x = 0; x < texels; x++) {
             let weight_x = select(select(1.0, f.x, x == texels - 1), 1.0 - f.x, x == 0);
-            row += weight_x * is_lit(view, first + vec2(f32(x), f32(y)), depth);
+            row += weight_x * is_lit(view, at, first + vec2(f32(x), f32(y)));
         }
         sum += weight_y * row;
     }
     return sum / (width * width);
-}
-
-// A point in a map.
-struct MapPoint {
-    uv: vec2<f32>,
-    depth: f32,
-    w: f32,
-}
-
-fn map_point(view: ShadowView, position: vec3<f32>) -> MapPoint {
-    let p = vec4(position, 1.0);
-    let w = dot(view.w, p);
-    return MapPoint(vec2(dot(view.u, p), dot(view.v, p)) / w, dot(view.depth, p) / w, w);
-}
-
-// How the depth of the plane through a point changes along u and v: what a wide filter has to compare with, or a slanting surface would
-// shade itself (Isidoro 2006, "Shadow Mapping: GPU-based Tips and Techniques").
-fn plane_slope(view: ShadowView, at: MapPoint, position: vec3<f32>, normal: vec3<f32>) -> vec2<f32> {
-    // Two points of the plane, a texel away.
-    let other = select(vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), abs(normal.x) > 0.7);
-    let tangent = normalize(cross(normal, other));
-    let step = view.texel * at.w;
-    let a = map_point(view, position + tangent * step);
-    let b = map_point(view, position + cross(normal, tangent) * step);
-    let du = vec2(a.uv.x - at.uv.x, b.uv.x - at.uv.x);
-    let dv = vec2(a.uv.y - at.uv.y, b.uv.y - at.uv.y);
-    let dz = vec2(a.depth - at.depth, b.depth - at.depth);
-    let area = du.x * dv.y - du.y * dv.x;
-    // Seen from its edge, a plane has no slope that means anything.
-    if abs(area) < 0.005 {
-        return vec2(0.0);
-    }
-    return vec2(dz.x * dv.y - dz.y * dv.x, du.x * dz.y - du.y * dz.x) / area;
 }
 
 // Cosine and sine of an angle that differs from pixel to pixel: interleaved gradient noise (Jimenez 2014). By the pixel that the point
@@ -136,20 +135,19 @@ fn turned(point: vec2<f32>, turn: vec2<f32>) -> vec2<f32> {
     return vec2(point.x * turn.x - point.y * turn.y, point.x * turn.y + point.y * turn.x);
 }
 
-fn disc_filter(view: ShadowView, at: MapPoint, slope: vec2<f32>, turn: vec2<f32>, radius: f32) -> f32 {
+fn disc_filter(view: ShadowView, at: MapPoint, turn: vec2<f32>, radius: f32) -> f32 {
     var sum = 0.0;
     for (var i = 0; i < DISC_POINTS; i++) {
         let offset = turned(disc_point(i), turn) * radius;
-        // In the middle of the texel that is fetched, not of the point on the disc.
         let texel = floor(at.uv + offset);
-        sum += is_lit(view, texel, at.depth + dot(slope, texel + 0.5 - at.uv));
+        sum += is_lit(view, at, texel);
     }
     return sum / f32(DISC_POINTS);
 }
 
 // Percentage-closer soft shadows (Fernando 2005): blockers are searched for, and the disc is as wide as the penumbra that the
 // light's size and their mean distance make. `most` bounds both discs, in texels.
-fn soft_filter(view: ShadowView, at: MapPoint, slope: vec2<f32>, turn: vec2<f32>, most: f32) -> f32 {
+fn soft_filter(view: ShadowView, at: MapPoint, turn: vec2<f32>, most: f32) -> f32 {
     // The map is perspective where w changes with the place.
     let perspective = any(view.w.xyz != vec3(0.0));
     let texel = view.texel * at.w;
@@ -164,7 +162,7 @@ fn soft_filter(view: ShadowView, at: MapPoint, slope: vec2<f32>, turn: vec2<f32>
         let offset = turned(disc_point(i), turn) * search;
         let place = floor(at.uv + offset);
         let stored = stored_depth(view, place);
-        if stored > at.depth + dot(slope, place + 0.5 - at.uv) {
+        if stored > plane_depth(at, place) {
             sum += stored;
             count += 1.0;
         }
@@ -181,7 +179,7 @@ fn soft_filter(view: ShadowView, at: MapPoint, slope: vec2<f32>, turn: vec2<f32>
     } else {
         penumbra = (blocker - at.depth) * range * view.light_size;
     }
-    return disc_filter(view, at, slope, turn, clamp(penumbra / texel, 1.0, most));
+    return disc_filter(view, at, turn, clamp(penumbra / texel, 1.0, most));
 }
 
 // Share of light in one map.
@@ -193,25 +191,25 @@ fn visibility_in(view: ShadowView, position: vec3<f32>, normal: vec3<f32>, chose
     }
     // In texels at that place, so that the same scene in another unit has the same shadows.
     let moved = position + normal * (view.texel * w * frame.shadow_normal_offset);
-    let at = map_point(view, moved);
+    let at = map_point(view, moved, normal);
     if any(at.uv < view.low) || any(at.uv > view.low + view.edge) || at.depth <= 0.0 {
         return 1.0;
     }
     switch chosen {
-        case NO_FILTER: { return is_lit(view, floor(at.uv), at.depth); }
-        case BOX_TWO: { return box_filter(view, at.uv, at.depth, 2); }
-        case BOX_FIVE: { return box_filter(view, at.uv, at.depth, 5); }
+        case NO_FILTER: { return is_lit(view, at, floor(at.uv)); }
+        case BOX_TWO: { return box_filter(view, at, 2); }
+        case BOX_FIVE: { return box_filter(view, at, 5); }
         case POISSON: {
-            return disc_filter(view, at, plane_slope(view, at, moved, normal), disc_turn(position), 2.5);
+            return disc_filter(view, at, disc_turn(position), 2.5);
         }
         case PCSS: {
             if view.light_size > 0.0 {
                 let most = clamp(view.edge / 24.0, 2.5, 64.0);
-                return soft_filter(view, at, plane_slope(view, at, moved, normal), disc_turn(position), most);
+                return soft_filter(view, at, disc_turn(position), most);
             }
-            return box_filter(view, at.uv, at.depth, 3);
+            return box_filter(view, at, 3);
         }
-        default: { return box_filter(view, at.uv, at.depth, 3); }
+        default: { return box_filter(view, at, 3); }
     }
 }
 
