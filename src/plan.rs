@@ -89,6 +89,8 @@ pub struct Capabilities {
     pub packed_float_blends: bool,
     /// Samples a pixel that every attachment can have, as bits (2 for 2, 4 for 4), at their standard places and shaded one by one.
     pub msaa: u32,
+    /// The most that textures can be filtered with; 1 where the device has no anisotropic filtering.
+    pub anisotropy: u32,
     /// Shaders are told which triangle of a draw they shade.
     pub primitive_index: bool,
     /// There is memory that only exists while a tile needs it.
@@ -189,6 +191,8 @@ pub struct FramePlan {
     pub meshes: MeshPlan,
     /// Textures on the device.
     pub textures: TexturePlan,
+    /// How textures are filtered where they are seen at a low angle; 1 where there is none of more than one texel.
+    pub anisotropy: u32,
     /// How little of a surface a pixel may cover, in metres, where textures lack levels that would show below it.
     pub footprint: Option<f64>,
     pub uploads: Uploads,
@@ -303,6 +307,7 @@ impl FramePlan {
             materials,
             meshes: MeshPlan::default(),
             textures: TexturePlan::default(),
+            anisotropy: settings.anisotropy.min(device.anisotropy),
             footprint: None,
             uploads: Uploads::default(),
             lazily_allocated: device.lazily_allocated,
@@ -318,12 +323,21 @@ impl FramePlan {
         plan.meshes = MeshPlan::of(scene, settings, &plan);
         plan.streams = plan.meshes.streams();
         plan.textures = TexturePlan::of(scene, settings, &plan);
-        plan.footprint = plan.drops_levels().then(|| least_footprint(&scene.camera, plan.size));
+        if !plan.textures.have_levels() {
+            plan.anisotropy = 1;
+        }
+        plan.footprint = plan.drops_levels().then(|| least_footprint(&scene.camera, plan.size, plan.anisotropy));
         plan.uploads = Uploads::of(&plan);
         plan.parts = parts::list(scene, settings, &plan);
         if keep != Keep::NONE {
             let lean = Self::of(scene, &Settings { keep: Keep::NONE, ..settings.clone() }, device)?;
             parts::say_what_is_kept(&mut plan.parts, &lean.parts);
+        }
+        if plan.textures.have_levels() && settings.anisotropy > device.anisotropy {
+            let (asked, most) = (settings.anisotropy, device.anisotropy);
+            plan.warnings.push(format!(
+                "textures are filtered with an anisotropy of {most}, not {asked}: the device has no more"
+            ));
         }
         Ok(plan)
     }

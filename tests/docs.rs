@@ -245,6 +245,7 @@ fn the_architecture_lists_every_dependency_with_its_reason() {
         float32_blends: true,
         packed_float_blends: true,
         msaa: 1,
+        anisotropy: 16,
         primitive_index: true,
         lazily_allocated: false,
         software: false,

@@ -99,13 +99,17 @@ pub struct SettingsArgs {
     /// Samples of the hardware in each pixel: 1, 2, 4 or 8, as far as the device has them; edges are shaded once a sample
     #[arg(long, value_name = "N", value_parser = msaa, allow_hyphen_values = true)]
     pub msaa: Option<u32>,
+    /// How much longer than wide a pixel's place on a texture may be before it is blurred, 1 to 16, as far as the device goes
+    /// [default: 8]
+    #[arg(long, value_name = "N", value_parser = anisotropy, allow_hyphen_values = true)]
+    pub anisotropy: Option<u32>,
     /// Where the samples of a pixel are averaged: linear (as light), or tone-mapped
     #[arg(long, value_name = "NAME", value_parser = value::<Resolve>)]
     pub resolve: Option<Resolve>,
-    /// Filter of shadows: none, 2x2, 3x3, 5x5, poisson, or pcss (as soft as the light is large) [default: 3x3]
+    /// Filter of shadows: none, 2x2, 3x3, 5x5, poisson, or pcss (as soft as the light is large) [default: 2x2]
     #[arg(long, value_name = "NAME", value_parser = value::<ShadowFilter>)]
     pub shadow_filter: Option<ShadowFilter>,
-    /// Shadow maps of each directional light, 1 to 4 [default: 3]
+    /// Shadow maps of each directional light, 1 to 4 [default: 2]
     #[arg(long, value_name = "N", value_parser = cascades, allow_hyphen_values = true)]
     pub cascades: Option<u32>,
     /// How the cascades part the view: 0 evenly, 1 logarithmically [default: 0.7]
@@ -117,10 +121,10 @@ pub struct SettingsArgs {
     /// Draw a shadow map only when something in it moved: on or off [default: on]
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub shadow_cache: Option<bool>,
-    /// Where shadows are looked up: this many texels of the map along the surface's normal, 0 to 1000 [default: 2]
+    /// Where shadows are looked up: this many texels of the map along the surface's normal, 0 to 1000 [default: 0.25]
     #[arg(long, value_name = "TEXELS", value_parser = shadow_normal_offset, allow_hyphen_values = true)]
     pub shadow_normal_offset: Option<f32>,
-    /// Depth bias of shadow maps by the slope of what is drawn, 0 to 1000 [default: 1.5]
+    /// Depth bias of shadow maps by the slope of what is drawn, 0 to 1000 [default: 0.5]
     #[arg(long, value_name = "FACTOR", value_parser = shadow_slope_bias, allow_hyphen_values = true)]
     pub shadow_slope_bias: Option<f32>,
     /// What stays in the frame although the scene does not need it: lean (nothing), full (everything), or names of parts as
@@ -147,6 +151,7 @@ impl SettingsArgs {
             shadow_size: self.shadow_size,
             fxaa: self.fxaa,
             msaa: self.msaa,
+            anisotropy: self.anisotropy,
             resolve: self.resolve,
             shadow_filter: self.shadow_filter,
             cascades: self.cascades,
@@ -202,6 +207,12 @@ fn msaa(text: &str) -> Result<u32, String> {
     let msaa = text.parse().map_err(|_| "expected a number of samples".to_owned())?;
     checked(SettingsPatch { msaa: Some(msaa), ..SettingsPatch::default() })?;
     Ok(msaa)
+}
+
+fn anisotropy(text: &str) -> Result<u32, String> {
+    let anisotropy = text.parse().map_err(|_| "expected a whole number from 1 to 16".to_owned())?;
+    checked(SettingsPatch { anisotropy: Some(anisotropy), ..SettingsPatch::default() })?;
+    Ok(anisotropy)
 }
 
 pub fn samples(text: &str) -> Result<u32, String> {

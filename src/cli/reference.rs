@@ -44,7 +44,7 @@ pub struct Args {
     /// Samples of each pixel that are averaged, 1 to 4096; a later run with more goes on from here [default: 16]
     #[arg(long, value_name = "N", value_parser = samples, allow_hyphen_values = true, conflicts_with = "point")]
     samples: Option<u32>,
-    /// One sample through the middle of each pixel in place of a mean: what numeric error is measured against
+    /// One sample through the middle of each pixel in place of a mean: what is measured against it is numeric error and filtered textures
     #[arg(long)]
     point: bool,
     /// Masking and shadowing of the specular lobe: the renderer's own, or that of other renderers, to compare with them
@@ -143,6 +143,7 @@ fn refuse_approximations(args: &SettingsArgs) -> Result<(), Failure> {
         ("--shadow-size", args.shadow_size.is_some()),
         ("--fxaa", args.fxaa.is_some()),
         ("--msaa", args.msaa.is_some()),
+        ("--anisotropy", args.anisotropy.is_some()),
         ("--resolve", args.resolve.is_some()),
         ("--shadow-filter", args.shadow_filter.is_some()),
         ("--cascades", args.cascades.is_some()),

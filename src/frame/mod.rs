@@ -194,10 +194,19 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
             .into_iter()
             .all(|format| device.supports_color_attachment(format, true)),
         msaa: msaa(device),
+        anisotropy: anisotropy(device),
         primitive_index: device.features.geometry_shader == vk::TRUE,
         lazily_allocated: device.has_lazily_allocated_memory(),
         compute_invocations: limits.max_compute_work_group_invocations.min(limits.max_compute_work_group_size[0]),
         software: device.kind == vk::PhysicalDeviceType::CPU,
+    }
+}
+
+/// The most that the device's samplers take.
+fn anisotropy(device: &PhysicalDevice) -> u32 {
+    match device.features.sampler_anisotropy {
+        vk::TRUE => device.limits.max_sampler_anisotropy as u32,
+        _ => 1,
     }
 }
 

@@ -74,7 +74,7 @@ impl Materials {
     /// Makes the sets.
     fn describe(&mut self, device: &Arc<Device>, scene: &Scene, plan: &FramePlan) -> gpu::Result<()> {
         let planned = &plan.textures;
-        let sampler = Sampler::new(device, "material sampler", &sampler_info())?;
+        let sampler = Sampler::new(device, "material sampler", &sampler_info(plan.anisotropy))?;
         // What has no other texture than its base colour casts its shadow with the same set.
         let shared = |material: usize| planned.mask(material) == HOLES;
         let holes: Vec<(usize, BTreeMap<TextureSlot, usize>)> = planned
@@ -143,7 +143,7 @@ fn bindings(slots: TextureMask) -> Vec<vk::DescriptorSetLayoutBinding<'static>> 
     textures.chain([binding(SAMPLER, vk::DescriptorType::SAMPLER)]).collect()
 }
 
-fn sampler_info() -> vk::SamplerCreateInfo<'static> {
+fn sampler_info(anisotropy: u32) -> vk::SamplerCreateInfo<'static> {
     vk::SamplerCreateInfo::default()
         .mag_filter(vk::Filter::LINEAR)
         .min_filter(vk::Filter::LINEAR)
@@ -151,6 +151,8 @@ fn sampler_info() -> vk::SamplerCreateInfo<'static> {
         .address_mode_u(vk::SamplerAddressMode::REPEAT)
         .address_mode_v(vk::SamplerAddressMode::REPEAT)
         .address_mode_w(vk::SamplerAddressMode::REPEAT)
+        .anisotropy_enable(anisotropy > 1)
+        .max_anisotropy(anisotropy as f32)
         .max_lod(vk::LOD_CLAMP_NONE)
 }
 

@@ -25,14 +25,15 @@ use crate::scene::{Camera, Mesh, OptionalPart, Scene, Settings};
 /// 3 near pixel^2. A triangle whose plane is nearer (a micrometre at a near plane of 0.1 m, 65 degrees and 720 rows) is seen edge-on, less
 /// than 3 pixel of a pixel thick: 0.005, which is about the grid that rasterizers snap to. This is the one case that the bound leaves out.
 ///
-/// It holds for isotropic sampling without a bias of levels, as the sampler of materials has it (`src/gpu_scene/material.rs`).
-pub fn least_footprint(camera: &Camera, size: [u32; 2]) -> f64 {
+/// An anisotropic sampler takes a level that is finer by its anisotropy at most (Vulkan, "Scale Factor Operation"), and several texels of it:
+/// the footprint is smaller by as much. There is no bias of levels (`src/gpu_scene/material.rs`).
+pub fn least_footprint(camera: &Camera, size: [u32; 2], anisotropy: u32) -> f64 {
     let half_height = (camera.fov_y_degrees.to_radians() * 0.5).tan();
     let [width, height] = size.map(f64::from);
     let pixel = 2.0 * half_height / height;
     // Quads reach a pixel beyond the picture, and jitter moves it by half of one.
     let half = half_height.min(half_height * width / height) + 2.0 * pixel;
-    camera.near * pixel / (1.0 + half * half).sqrt() / 3.0
+    camera.near * pixel / (1.0 + half * half).sqrt() / 3.0 / f64::from(anisotropy)
 }
 
 /// How much longer a length can become by a transform: its largest singular value.
@@ -107,7 +108,7 @@ pub(super) fn first_levels(scene: &Scene, settings: &Settings, plan: &FramePlan)
     if plan.keep.has(OptionalPart::TextureLevels) || plan.msaa > 1 || !plan.has_geometry() {
         return BTreeMap::new();
     }
-    let footprint = least_footprint(&scene.camera, plan.size);
+    let footprint = least_footprint(&scene.camera, plan.size, plan.anisotropy);
     let mut levels: BTreeMap<usize, u32> = BTreeMap::new();
     let drawn = || scene.objects.iter().filter(|object| plan.draws(scene, object));
     // A shadow map may look as closely as it likes.
@@ -159,7 +160,7 @@ impl FramePlan {
     /// When it would see levels of textures that are not there.
     pub fn check_camera(&self, camera: &Camera) -> Result<(), Error> {
         let Some(planned) = self.footprint.filter(|_| self.drops_levels()) else { return Ok(()) };
-        let footprint = least_footprint(camera, self.size);
+        let footprint = least_footprint(camera, self.size, self.anisotropy);
         if footprint >= planned * (1.0 - 1e-9) {
             return Ok(());
         }
@@ -219,7 +220,7 @@ mod tests {
             let place = |at| ray(at) * (distance / normal.dot(ray(at)));
             let along = place((0, row)).distance(place((1, row)));
             let across = place((column, 0)).distance(place((column, 1)));
-            let least = least_footprint(&camera, [width, height]);
+            let least = least_footprint(&camera, [width, height], 1);
             prop_assert!(along.max(across) >= least * (1.0 - 1e-6), "{along} {across} {least}");
         }
 
@@ -282,7 +283,7 @@ mod tests {
     }
 
     fn settings() -> Settings {
-        Settings { size: [100, 100], ..Settings::default() }
+        Settings { size: [100, 100], anisotropy: 1, ..Settings::default() }
     }
 
     fn plan(scene: &Scene, settings: &Settings) -> FramePlan {
@@ -296,7 +297,7 @@ mod tests {
     #[test]
     fn levels_begin_where_the_nearest_pixel_can_sample() {
         // 60 degrees at 10 m: 0.1155 m a pixel before it is divided by 3 and by sqrt(1 + 0.6^2).
-        let footprint = least_footprint(&scene(256, 1.0).camera, [100, 100]);
+        let footprint = least_footprint(&scene(256, 1.0).camera, [100, 100], 1);
         assert!((footprint - 0.115_47 / 3.0 / 1.36f64.sqrt()).abs() < 1e-3, "{footprint}");
         for (edge, times, expected) in [
             // 256 texels to a metre are 8.5 texels: log2(8.5 / sqrt 2) - 0.5 is 2.08.
@@ -330,6 +331,13 @@ mod tests {
         let lean = settings();
         assert_eq!(first(&scene(256, 1.0), &lean), 2);
         assert_eq!(first(&scene(256, 1.0), &Settings { msaa: 4, ..lean.clone() }), 0, "centroids");
+        for (anisotropy, level) in [(2, 1), (4, 0), (16, 0)] {
+            assert_eq!(
+                first(&scene(256, 1.0), &Settings { anisotropy, ..lean.clone() }),
+                level,
+                "the short side counts"
+            );
+        }
         let mut near = scene(256, 1.0);
         near.camera.near = 0.1;
         assert_eq!(first(&near, &lean), 0);

@@ -75,7 +75,7 @@ pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<
     add(PartGroup::Targets, vec![hdr(settings, plan), sums(plan), samples_of_output(plan)]);
     add(PartGroup::Passes, passes(scene, settings, plan));
     add(PartGroup::Geometry, geometry(scene, plan));
-    add(PartGroup::Textures, textures(scene, plan));
+    add(PartGroup::Textures, textures(scene, settings, plan));
     add(PartGroup::Lights, shading(plan));
     add(PartGroup::Shadows, vec![shadow(scene, settings, plan)]);
     add(PartGroup::Camera, camera::parts(scene, plan));
@@ -409,7 +409,7 @@ fn why(present: bool, yes: &str, no: &str) -> String {
     if present { yes.to_string() } else { no.to_string() }
 }
 
-fn textures(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
+fn textures(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
     let planned = &plan.textures;
     let mut parts = Vec::new();
     // A texture counts in the first slot that it is in.
@@ -445,7 +445,19 @@ fn textures(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
     let unused_bytes = unused.iter().map(|&image| planned.images[image].bytes()).sum();
     parts.push(part("unused textures", !unused.is_empty(), why_unused, unused_bytes).is(OptionalPart::UnusedTextures));
     parts.extend(masks(plan));
+    parts.push(anisotropy(settings, plan));
     parts
+}
+
+fn anisotropy(settings: &Settings, plan: &FramePlan) -> Part {
+    let reason = match (plan.anisotropy, settings.anisotropy) {
+        (1, 1) => "not asked for: textures that are seen at a low angle are blurred".into(),
+        (1, _) if !plan.textures.have_levels() => "no texture of more than one texel is sampled".into(),
+        (1, _) => "the device has none".into(),
+        (degree, asked) if degree < asked => format!("up to {degree} places a pixel: the device has no more"),
+        (degree, _) => format!("up to {degree} places a pixel where textures are seen at a low angle"),
+    };
+    part("anisotropic filtering", plan.anisotropy > 1, reason, 0)
 }
 
 /// What textures are for, where factors of materials do as well.

@@ -41,6 +41,7 @@ pub fn device() -> Capabilities {
         float32_blends: true,
         packed_float_blends: true,
         msaa: 1 | 2 | 4 | 8,
+        anisotropy: 16,
         primitive_index: true,
         lazily_allocated: false,
         software: false,

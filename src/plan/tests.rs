@@ -41,7 +41,7 @@ fn preset(preset: GbufferPreset) -> GbufferChoice {
 fn only_shining_lights_that_cast_have_shadow_maps() {
     let maps = |scene: &Scene| plan(scene).shadow.map_or(0, |shadow| shadow.tiles.len());
     let lit = |light: Light| maps(&scene(vec![material(CT)], vec![light]));
-    assert_eq!(lit(sun()), 3);
+    assert_eq!(lit(sun()), 2);
     assert_eq!(lit(sky()), 0);
     assert_eq!(lit(Light { intensity: 0.0, ..sun() }), 0);
     assert_eq!(lit(Light { color: Vec3::ZERO, ..sun() }), 0);

@@ -130,6 +130,12 @@ impl TexturePlan {
         self.sets.values().flat_map(BTreeMap::values).chain(self.holes.values()).copied().collect()
     }
 
+    /// Whether something is sampled that has smaller levels.
+    pub fn have_levels(&self) -> bool {
+        self.sampled().into_iter().any(|image| self.images[image].levels > 1)
+    }
+
+    /// Of all images.
     pub fn bytes(&self) -> u64 {
         self.images.iter().map(PlannedTexture::bytes).sum()
     }

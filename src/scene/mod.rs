@@ -38,9 +38,9 @@ pub use mesh::{CastsShadow, Mesh, Object};
 pub use names::TARGETS;
 pub use optional::{Keep, OptionalPart};
 pub use settings::{
-    GbufferChoice, GbufferPreset, HdrFormat, LightPath, MAX_SAMPLES, MAX_SHADOW_SIZE, MIN_SHADOW_SIZE, MSAA, Output,
-    Resolve, Settings, SettingsPatch, ShadowFilter, ShadowSettings, TargetChoice, Tonemap, Transparency, View,
-    parse_size,
+    GbufferChoice, GbufferPreset, HdrFormat, LightPath, MAX_ANISOTROPY, MAX_SAMPLES, MAX_SHADOW_SIZE, MIN_SHADOW_SIZE,
+    MSAA, Output, Resolve, Settings, SettingsPatch, ShadowFilter, ShadowSettings, TargetChoice, Tonemap, Transparency,
+    View, parse_size,
 };
 pub use suggest::{nearest, unknown};
 pub use temperature::{KELVIN, black_body_color};

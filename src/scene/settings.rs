@@ -36,6 +36,9 @@ pub struct Settings {
     pub fxaa: bool,
     /// Samples of depth and G-buffer in each pixel: 1, 2, 4 or 8, as far as the device has them.
     pub msaa: u32,
+    /// How much longer than wide a pixel's place on a texture may be before it is blurred, 1 to [`MAX_ANISOTROPY`], as far as the device
+    /// goes: 1 takes the level of the long side.
+    pub anisotropy: u32,
     /// What stays in the plan although nothing needs it.
     pub keep: Keep,
 }
@@ -60,6 +63,7 @@ impl Default for Settings {
             resolve: Resolve::default(),
             fxaa: false,
             msaa: 1,
+            anisotropy: 8,
             keep: Keep::NONE,
         }
     }
@@ -161,12 +165,12 @@ impl Default for ShadowSettings {
             enabled: true,
             size: 2048,
             filter: ShadowFilter::default(),
-            cascades: 3,
+            cascades: 2,
             lambda: 0.7,
             budget: 256,
             cache: true,
-            normal_offset: 2.0,
-            slope_bias: 1.5,
+            normal_offset: 0.25,
+            slope_bias: 0.5,
         }
     }
 }
@@ -201,9 +205,9 @@ pub enum ShadowFilter {
     /// The nearest texel: lit or not.
     None = 0,
     /// Percentage-closer filtering of two by two texels, bilinearly weighted.
+    #[default]
     Box2 = 1,
     /// Three by three.
-    #[default]
     Box3 = 2,
     /// Five by five.
     Box5 = 3,
@@ -305,6 +309,7 @@ pub struct SettingsPatch {
     pub hdr_format: Option<HdrFormat>,
     pub transparency: Option<Transparency>,
     pub msaa: Option<u32>,
+    pub anisotropy: Option<u32>,
     pub keep: Option<Keep>,
 }
 
@@ -336,6 +341,7 @@ impl SettingsPatch {
             hdr_format: self.hdr_format.or(other.hdr_format),
             transparency: self.transparency.or(other.transparency),
             msaa: self.msaa.or(other.msaa),
+            anisotropy: self.anisotropy.or(other.anisotropy),
             keep: self.keep.or(other.keep),
         }
     }
@@ -371,6 +377,7 @@ impl SettingsPatch {
             resolve: self.resolve.unwrap_or(default.resolve),
             fxaa: self.fxaa.unwrap_or(default.fxaa),
             msaa: self.msaa.unwrap_or(default.msaa),
+            anisotropy: self.anisotropy.unwrap_or(default.anisotropy),
             keep: self.keep.unwrap_or(default.keep),
         }
     }
@@ -419,6 +426,11 @@ impl SettingsPatch {
         {
             return wrong(format!("msaa {msaa}: must be 1, 2, 4 or 8 samples a pixel"));
         }
+        if let Some(anisotropy) = self.anisotropy
+            && !(1..=MAX_ANISOTROPY).contains(&anisotropy)
+        {
+            return wrong(format!("anisotropy {anisotropy}: must be 1 to {MAX_ANISOTROPY}"));
+        }
         for (name, bias) in [("normal offset", self.shadow_normal_offset), ("slope bias", self.shadow_slope_bias)] {
             if let Some(bias) = bias
                 && !(0.0..=1000.0).contains(&bias)
@@ -440,6 +452,9 @@ pub const MAX_SAMPLES: u32 = 4096;
 
 /// Samples a pixel that multisampling can have; a device may have fewer.
 pub const MSAA: [u32; 4] = [1, 2, 4, 8];
+
+/// The most anisotropy that textures can be filtered with; a device may have less.
+pub const MAX_ANISOTROPY: u32 = 16;
 
 /// Width and height from `1280x720`, each at least 1.
 ///
@@ -476,6 +491,8 @@ mod tests {
         assert!(refused(SettingsPatch { shadow_slope_bias: Some(-1.0), ..Default::default() }));
         assert!(refused(SettingsPatch { samples: Some(0), ..Default::default() }));
         assert!(refused(SettingsPatch { msaa: Some(3), ..Default::default() }));
+        assert!(refused(SettingsPatch { anisotropy: Some(0), ..Default::default() }));
+        assert!(refused(SettingsPatch { anisotropy: Some(17), ..Default::default() }));
         assert!(refused(SettingsPatch { samples: Some(4097), ..Default::default() }));
         assert!(!refused(SettingsPatch { shadow_size: Some(16384), exposure: Some(15.0), ..Default::default() }));
     }

@@ -52,6 +52,7 @@ entries! {
     "resolve", "resolve" => resolve: name;
     "fxaa", "fxaa" => fxaa: on_off;
     "msaa", "msaa" => msaa: whole;
+    "anisotropy", "anisotropy" => anisotropy: whole;
     "plan", "plan" => keep: name;
     "shadows", "shadows.enabled" => shadows: on_off;
     "shadow-size", "shadows.size" => shadow_size: whole;
@@ -214,8 +215,8 @@ mod tests {
     use super::*;
     use crate::scene::file::parse_settings;
     use crate::scene::{
-        Brdf, GbufferChoice, GbufferPreset, HdrFormat, Keep, LightPath, MAX_SAMPLES, MAX_SHADOW_SIZE, MIN_SHADOW_SIZE,
-        MSAA, OptionalPart, Resolve, ShadowFilter, TARGETS, Tonemap, Transparency, View,
+        Brdf, GbufferChoice, GbufferPreset, HdrFormat, Keep, LightPath, MAX_ANISOTROPY, MAX_SAMPLES, MAX_SHADOW_SIZE,
+        MIN_SHADOW_SIZE, MSAA, OptionalPart, Resolve, ShadowFilter, TARGETS, Tonemap, Transparency, View,
     };
 
     fn named<T: Copy + fmt::Debug + 'static>(names: &'static [(&'static str, T)]) -> impl Strategy<Value = T> {
@@ -267,13 +268,14 @@ mod tests {
             of(named(Resolve::NAMES)),
             of(any::<bool>()),
             of(select(&MSAA[..])),
+            of(1..=MAX_ANISOTROPY),
             of(keep()),
         );
         (picture, shadows, frame).prop_map(|(picture, shadows, frame)| {
             let (size, exposure, tonemap, brdf, gbuffer, view, hdr_format, transparency) = picture;
             let (enabled, shadow_size, shadow_filter, cascades, shadow_lambda, shadow_budget, shadow_cache, ..) =
                 shadows;
-            let (light_path, light_cutoff, depth_prepass, samples, resolve, fxaa, msaa, keep) = frame;
+            let (light_path, light_cutoff, depth_prepass, samples, resolve, fxaa, msaa, anisotropy, keep) = frame;
             SettingsPatch {
                 size,
                 exposure,
@@ -299,6 +301,7 @@ mod tests {
                 hdr_format,
                 transparency,
                 msaa,
+                anisotropy,
                 keep,
             }
         })

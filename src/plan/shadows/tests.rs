@@ -30,6 +30,12 @@ fn settings(shadows: ShadowSettings) -> Settings {
     Settings { size: [1600, 900], shadows, keep, ..Settings::default() }
 }
 
+/// Three cascades: a first one, a last one, and one between; and a lookup that reaches far.
+fn three() -> ShadowSettings {
+    let filter = ShadowFilter::Box3;
+    ShadowSettings { cascades: 3, filter, normal_offset: 2.0, ..ShadowSettings::default() }
+}
+
 fn planned(scene: &Scene, shadows: ShadowSettings, device: &Capabilities) -> (World, FramePlan) {
     let settings = settings(shadows);
     let plan = FramePlan::of(scene, &settings, device).expect("a plan");
@@ -55,7 +61,7 @@ fn spot(position: DVec3, direction: DVec3, outer_angle_degrees: f64) -> Light {
 /// As a plan's world sees it, on a device that can or cannot clamp depth.
 fn world(boxes: &[(DVec3, DVec3)], direction: DVec3, depth_clamp: bool) -> (World, FramePlan) {
     let device = Capabilities { depth_clamp, ..samples::device() };
-    planned(&scene(boxes, vec![sun(direction)]), ShadowSettings::default(), &device)
+    planned(&scene(boxes, vec![sun(direction)]), three(), &device)
 }
 
 fn vector(range: f64) -> impl Strategy<Value = DVec3> {
@@ -155,7 +161,7 @@ proptest! {
     ) {
         let device = Capabilities { depth_clamp: clamp, ..samples::device() };
         let lights = vec![sun(to), lamp(lamp_at, Some(30.0)), spot(lamp_at, to, angle)];
-        let (world, plan) = planned(&scene(&boxes, lights), ShadowSettings::default(), &device);
+        let (world, plan) = planned(&scene(&boxes, lights), three(), &device);
         for view in Visible::of(&world, &camera, &plan).shadows.iter().flatten() {
             for (index, object) in world.objects.iter().enumerate() {
                 let point = object.bounds.min + DVec3::from(inside) * object.bounds.size();
@@ -174,7 +180,7 @@ proptest! {
     ) {
         let point = lamp_at + ray * far;
         let lights = vec![lamp(lamp_at, None), spot(lamp_at, to, angle)];
-        let (world, plan) = planned(&scene(&[(DVec3::ZERO, DVec3::ONE)], lights), ShadowSettings::default(), &samples::device());
+        let (world, plan) = planned(&scene(&[(DVec3::ZERO, DVec3::ONE)], lights), three(), &samples::device());
         let shadow = plan.shadow.as_ref().expect("maps");
         let views = &Visible::of(&world, &Camera::default(), &plan).shadows;
         for light in &shadow.lights {
@@ -203,7 +209,7 @@ proptest! {
         walks: bool, turns: bool, cascades in 1..=4u32, clamp: bool,
     ) {
         let device = Capabilities { depth_clamp: clamp, ..samples::device() };
-        let shadows = ShadowSettings { cascades, ..ShadowSettings::default() };
+        let shadows = ShadowSettings { cascades, ..three() };
         let (world, plan) = planned(&scene(&boxes, vec![self::sun(sun)]), shadows, &device);
         let sphere = |camera: &Camera| camera.position.distance(world.bounds.center()) <= world.bounds.radius();
         for cascade in 0..cascades as usize {
@@ -237,7 +243,7 @@ proptest! {
         boxes in boxes(), sun in direction(), a in camera(), b in camera(), clamp: bool,
     ) {
         let device = Capabilities { depth_clamp: clamp, ..samples::device() };
-        let shadows = ShadowSettings { cascades: 1, ..ShadowSettings::default() };
+        let shadows = ShadowSettings { cascades: 1, ..three() };
         let (world, plan) = planned(&scene(&boxes, vec![self::sun(sun)]), shadows, &device);
         let views = [a, b].map(|camera| Visible::of(&world, &camera, &plan).shadows);
         // A slice as long as the scene is as wide as it; a narrow view from inside may need less.
@@ -284,7 +290,7 @@ proptest! {
         turn in vector(3.0), scale in [0.1..3.0, 0.1..3.0, -3.0..-0.1f64], shift in vector(20.0), vertex in vector(3.0),
     ) {
         let lights = vec![sun(to), lamp(lamp_at, None), spot(lamp_at, to, 30.0)];
-        let (world, plan) = planned(&scene(&boxes, lights), ShadowSettings::default(), &samples::device());
+        let (world, plan) = planned(&scene(&boxes, lights), three(), &samples::device());
         let rotation = DQuat::from_scaled_axis(turn);
         let transform = DAffine3::from_scale_rotation_translation(scale.into(), rotation, shift);
         let point = transform.transform_point3(vertex);
@@ -327,7 +333,7 @@ proptest! {
 fn maps_are_right_handed_and_deeper_away_from_the_light() {
     let lights = vec![sun(DVec3::NEG_Y), lamp(DVec3::Y * 3.0, None), spot(DVec3::Y * 3.0, DVec3::NEG_Y, 30.0)];
     let scene = scene(&[(DVec3::ZERO, DVec3::ONE)], lights);
-    let (world, plan) = planned(&scene, ShadowSettings::default(), &samples::device());
+    let (world, plan) = planned(&scene, three(), &samples::device());
     let camera = Camera::looking_at(DVec3::new(0.0, 2.0, 4.0), DVec3::ZERO, DVec3::Y);
     let views = Visible::of(&world, &camera, &plan).shadows;
     let down = |view: &&Arc<ShadowView>| map(view, DVec3::Y).1 > 0.0 && view.rows[1].y.abs() < view.rows[0].length();
@@ -365,7 +371,7 @@ fn tiles_of(lights: Vec<Light>, shadows: ShadowSettings) -> (Option<ShadowPlan>,
 #[test]
 fn maps_do_not_overlap_and_fill_layers_before_new_ones_are_taken() {
     let lights = vec![lamp(DVec3::X, None), spot(DVec3::X, DVec3::Y, 20.0), sun(DVec3::NEG_Y), lamp(DVec3::Z, None)];
-    let (plan, warnings) = tiles_of(lights, ShadowSettings::default());
+    let (plan, warnings) = tiles_of(lights, three());
     let plan = plan.expect("maps");
     assert!(warnings.is_empty(), "{warnings:?}");
     // Three cascades, then 13 quarters.
@@ -393,7 +399,7 @@ fn when_the_budget_is_spent_the_most_important_lights_have_maps_and_the_others_a
         Light { casts_shadow: false, ..named("bare", lamp(DVec3::X, None), 1e9) },
     ];
     // Layers of 4 MiB: three cascades, then two layers for six faces, of which two tiles are left.
-    let budget = |budget| ShadowSettings { size: 1024, budget, ..ShadowSettings::default() };
+    let budget = |budget| ShadowSettings { size: 1024, budget, ..three() };
     let names = |plan: &Option<ShadowPlan>| -> Vec<String> {
         plan.iter().flat_map(|plan| plan.lights.iter().map(|light| light.name.clone())).collect()
     };
@@ -415,14 +421,14 @@ fn when_the_budget_is_spent_the_most_important_lights_have_maps_and_the_others_a
 #[test]
 fn there_are_no_more_maps_than_the_shader_has_room_for() {
     let lights: Vec<Light> = (0..40).map(|i| lamp(DVec3::X * f64::from(i), None)).collect();
-    let (plan, warnings) = tiles_of(lights, ShadowSettings { size: 32, ..ShadowSettings::default() });
+    let (plan, warnings) = tiles_of(lights, ShadowSettings { size: 32, ..three() });
     assert_eq!(plan.map(|plan| plan.lights.len()), Some(MAX_SHADOW_VIEWS / 6));
     assert!(warnings[0].contains("and 14 more is without") && warnings[0].contains("128 maps"), "{warnings:?}");
 }
 
 #[test]
 fn what_a_light_is_short_of_is_named() {
-    let shadows = |budget| ShadowSettings { size: 32, budget, ..ShadowSettings::default() };
+    let shadows = |budget| ShadowSettings { size: 32, budget, ..three() };
     let suns = |count| (0..count).map(|_| sun(DVec3::NEG_Y)).collect::<Vec<_>>();
     // Three cascades each, of which the last sun has fewer: there is budget for thousands.
     let count = MAX_SHADOW_VIEWS / 3 + 1;
@@ -448,7 +454,7 @@ fn what_stands_close_to_a_lamp_in_a_huge_scene_is_behind_its_near_plane() {
         for depth_clamp in [true, false] {
             let lights = vec![lamp(DVec3::ZERO, range), spot(DVec3::ZERO, DVec3::Y, 40.0)];
             let device = Capabilities { depth_clamp, ..samples::device() };
-            let (world, plan) = planned(&scene(&boxes, lights), ShadowSettings::default(), &device);
+            let (world, plan) = planned(&scene(&boxes, lights), three(), &device);
             let views = Visible::of(&world, &Camera::default(), &plan).shadows;
             // Over each lamp, by a hundred-thousandth of the scene's extent and by a part that is larger.
             for above in [1e-5, 5e-6, 1e-6].map(|share| DVec3::Y * share * radius) {
@@ -466,7 +472,7 @@ fn what_stands_close_to_a_lamp_in_a_huge_scene_is_behind_its_near_plane() {
 #[test]
 fn which_lights_have_maps_does_not_depend_on_where_a_frame_is_drawn_from() {
     let scene = scene(&[(DVec3::ZERO, DVec3::ONE)], samples::shadowed_lamps());
-    let (world, plan) = planned(&scene, ShadowSettings::default(), &samples::device());
+    let (world, plan) = planned(&scene, three(), &samples::device());
     let views = |x: f64| {
         let camera = Camera::looking_at(DVec3::new(x, 2.0, 4.0), DVec3::ZERO, DVec3::Y);
         Visible::of(&world, &camera, &plan).shadows
@@ -480,7 +486,7 @@ fn only_maps_in_which_something_moved_are_drawn_again() {
     let boxes = [(DVec3::ZERO, DVec3::ONE), (DVec3::X * 4.0, DVec3::ONE), (DVec3::X * -9.0, DVec3::ONE)];
     let lights = vec![sun(DVec3::NEG_Y), lamp(DVec3::X * 2.0, Some(3.0))];
     let scene = scene(&boxes, lights.clone());
-    let (mut world, plan) = planned(&scene, ShadowSettings::default(), &samples::device());
+    let (mut world, plan) = planned(&scene, three(), &samples::device());
     let camera = Camera::looking_at(DVec3::new(0.0, 8.0, 20.0), DVec3::ZERO, DVec3::Y);
     let mut cache = ShadowCache::default();
     let mut redrawn = |world: &mut World, camera: &Camera| {
@@ -517,7 +523,7 @@ fn maps_in_which_nothing_moved_are_kept_and_the_others_are_as_if_all_were_made_a
     let lights =
         vec![lamp(DVec3::X * -6.0, Some(3.0)), lamp(DVec3::X * 6.0, None), spot(DVec3::Y * 4.0, DVec3::X, 20.0)];
     let scene = scene(&boxes, lights);
-    let (mut world, plan) = planned(&scene, ShadowSettings::default(), &samples::device());
+    let (mut world, plan) = planned(&scene, three(), &samples::device());
     let shadow = plan.shadow.as_ref().expect("maps");
     let camera = Camera::default();
     let mut before = Visible::of(&world, &camera, &plan).shadows;
@@ -548,7 +554,7 @@ fn maps_in_which_nothing_moved_are_kept_and_the_others_are_as_if_all_were_made_a
 #[test]
 fn a_change_that_would_need_another_plan_is_refused() {
     let scene = scene(&[(DVec3::ZERO, DVec3::ONE)], vec![lamp(DVec3::X, None)]);
-    let (mut world, _) = planned(&scene, ShadowSettings::default(), &samples::device());
+    let (mut world, _) = planned(&scene, three(), &samples::device());
     assert!(world.move_object(1, &DAffine3::IDENTITY).is_err());
     assert!(world.move_object(0, &DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0))).is_err());
     for light in [
@@ -567,7 +573,7 @@ fn a_change_that_would_need_another_plan_is_refused() {
 fn an_object_that_casts_none_is_in_no_map() {
     let mut scene = scene(&[(DVec3::ZERO, DVec3::ONE), (DVec3::Y, DVec3::ONE)], samples::shadowed_lamps());
     scene.objects[1].casts_shadow = CastsShadow::No;
-    let (world, plan) = planned(&scene, ShadowSettings::default(), &samples::device());
+    let (world, plan) = planned(&scene, three(), &samples::device());
     let camera = Camera::looking_at(DVec3::new(0.0, 2.0, 4.0), DVec3::ZERO, DVec3::Y);
     let views = Visible::of(&world, &camera, &plan).shadows;
     let casters: Vec<usize> =

@@ -132,6 +132,7 @@ pub(super) const SETTINGS: Schema = Schema {
         "hdr_format",
         "transparency",
         "msaa",
+        "anisotropy",
         "plan",
         "from",
     ],

@@ -82,6 +82,7 @@ pub(super) fn settings(node: &Node) -> Result<SettingsPatch, Error> {
         hdr_format: table.read("hdr_format", Node::name)?,
         transparency: table.read("transparency", Node::name)?,
         msaa: table.read("msaa", |node| node.integer(1..=8))?,
+        anisotropy: table.read("anisotropy", |node| node.integer(1..=crate::scene::MAX_ANISOTROPY))?,
         keep: table.read("plan", Node::name)?,
         ..SettingsPatch::default()
     };

@@ -43,6 +43,7 @@ pub const KEYS: &[&str] = &[
     "msaa",
     "samples",
     "fxaa",
+    "anisotropy",
 ];
 
 impl Axis {
@@ -229,9 +230,13 @@ fn sampling_axes(quick: bool) -> Vec<Axis> {
     let msaa = MSAA.iter().map(|&count| Candidate::number(count, SettingsPatch { msaa: Some(count), ..patch() }));
     let fxaa = [("off", false), ("on", true)]
         .map(|(label, on)| Candidate::named(label, SettingsPatch { fxaa: Some(on), ..patch() }));
+    let degrees: &[u32] = if quick { &[1, 4, 16] } else { &[1, 2, 4, 8, 16] };
+    let anisotropy =
+        degrees.iter().map(|&degree| Candidate::number(degree, SettingsPatch { anisotropy: Some(degree), ..patch() }));
     vec![
         Axis::new("msaa", "Samples of the hardware in each pixel", msaa.collect()),
         Axis::new("samples", "Jittered frames a picture", samples.collect()),
         Axis::new("fxaa", "Smoothing of the finished picture", fxaa.to_vec()),
+        Axis::new("anisotropy", "Anisotropy of textures", anisotropy.collect()),
     ]
 }
