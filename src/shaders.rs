@@ -197,6 +197,23 @@ pub enum ConstantValue {
     F32(f32),
 }
 
+/// A hash of all modules, in hexadecimal digits: what tells builds apart whose shaders are not the same.
+#[must_use]
+pub fn hash() -> String {
+    let mut hasher = blake3::Hasher::new();
+    for (name, variants) in ALL {
+        hasher.update(name.as_bytes());
+        for variant in *variants {
+            hasher.update(&variant.bits.to_le_bytes());
+            for entry in variant.entry_points {
+                hasher.update(entry.name.to_bytes_with_nul());
+                hasher.update(bytemuck::cast_slice(entry.spirv));
+            }
+        }
+    }
+    hasher.finalize().to_hex().to_string()
+}
+
 /// Bytes on a word's boundary.
 #[repr(C, align(4))]
 struct Aligned<const N: usize>([u8; N]);

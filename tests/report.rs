@@ -9,7 +9,7 @@ use afterlight::report::sweep::model::{Against, Errors, LAYOUT, Metric, Report, 
 use tempfile::TempDir;
 
 const SMALL: [&str; 10] =
-    ["--quick", "--size", "96x54", "--families", "gbuffer,samples", "--rounds", "3", "--truth-samples", "8", "-q"];
+    ["--quick", "--size", "96x54", "--families", "gbuffer,samples", "--rounds", "6", "--truth-samples", "8", "-q"];
 
 /// The program, on whichever Vulkan stack the tests run, with truths in the folder.
 fn run(folder: &Path, arguments: &[&str]) -> Output {
@@ -141,7 +141,7 @@ fn files_are_whole(folder: &Path, scene: &SceneReport) {
 fn two_shards_merge_to_what_one_job_finds() {
     let folder = folder();
     let scene = "builtin:spheres?rows=2&columns=3";
-    let common = ["--quick", "--size", "48x27", "--families", "gbuffer", "--rounds", "3", "--truth-samples", "4", "-q"];
+    let common = ["--quick", "--size", "48x27", "--families", "gbuffer", "--rounds", "6", "--truth-samples", "4", "-q"];
     let job = |more: &[&str]| {
         let arguments = [&[scene], &common[..], more].concat();
         succeed(folder.path(), &arguments);

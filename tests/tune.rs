@@ -10,7 +10,7 @@ use afterlight::scene::file::load_settings;
 const SCENE: &str = "builtin:spheres?columns=2&rows=1";
 /// Small and few: what is tested is the way, not the figures.
 const SMALL: [&str; 11] =
-    ["--quick", "--size", "64x36", "--joint", "4", "--rounds", "3", "--truth-samples", "4", "--cameras", "2"];
+    ["--quick", "--size", "64x36", "--joint", "4", "--rounds", "6", "--truth-samples", "4", "--cameras", "2"];
 
 /// The program, on whichever Vulkan stack the tests run.
 fn run(folder: &Path, arguments: &[&str]) -> Output {
@@ -97,6 +97,17 @@ fn a_bound_on_time_is_kept_by_the_whole_interval() {
     assert!(time.high <= 60_000.0 && time.relative_half_width() >= 0.0);
     // Nothing is too slow: of all that is on the front the one with the least error.
     assert!(number(choice, "error") <= number(&table["evidence"]["default"], "error"));
+}
+
+#[test]
+fn what_no_other_camera_can_verify_is_not_chosen() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let away = ["--camera", "0,10000,0/0,20000,1", "-q", "-o", "tuned.toml"];
+    let output = tune(folder.path(), ["--max-error", "0.3"], &away);
+    let errors = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    assert!(errors.contains("cannot be verified") && errors.contains("--cameras 0"), "{errors}");
+    assert!(!folder.path().join("tuned.toml").exists());
 }
 
 #[test]

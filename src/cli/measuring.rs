@@ -4,20 +4,22 @@ use std::time::Duration;
 
 use afterlight::frame;
 use afterlight::gpu::Device;
+use afterlight::measure::LEAST_FOR_95;
 use afterlight::reference;
 use afterlight::report::sweep::families::{Selection, Sweep, name_of};
 use afterlight::report::sweep::journal::{Asked, Header, SceneInfo};
 use afterlight::report::sweep::machine;
-use afterlight::report::sweep::model::{LAYOUT, Shard};
+use afterlight::report::sweep::model::{LAYOUT, Metric, Shard};
 use afterlight::report::sweep::picture::Truths;
 use afterlight::report::sweep::run::Step;
 use afterlight::report::sweep::timing::Effort;
-use afterlight::scene::{Camera, SettingsPatch, View};
+use afterlight::scene::{Camera, SettingsPatch, View, unknown};
+use afterlight::shaders;
 
 use super::args::{SettingsArgs, samples};
 use super::failure::Failure;
-use super::progress;
 use super::workload::Workload;
+use super::{output, progress};
 
 /// What `--quick` measures at, unless `--size` says another.
 const QUICK_SIZE: [u32; 2] = [320, 180];
@@ -32,8 +34,8 @@ pub struct MeasuringArgs {
     /// Combinations of settings in the joint family, at most, 0 (none) to 10000 [default: 40, quick 10]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=10_000))]
     joint: Option<u32>,
-    /// Rounds in which renderers take turns, more where times scatter [default: 15, quick 5]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=100_000))]
+    /// Rounds in which renderers take turns, 6 and up, more where times scatter [default: 15, quick 6]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(LEAST_FOR_95 as i64..=100_000))]
     rounds: Option<u32>,
     /// Samples of each pixel of the converged truth [default: 64, quick 16]
     #[arg(long, value_name = "N", value_parser = samples)]
@@ -55,7 +57,7 @@ impl MeasuringArgs {
     }
 
     fn rounds(&self) -> usize {
-        self.rounds.unwrap_or(if self.quick { 5 } else { 15 }) as usize
+        self.rounds.unwrap_or(if self.quick { LEAST_FOR_95 as u32 } else { 15 }) as usize
     }
 
     pub fn truth_samples(&self) -> u32 {
@@ -86,12 +88,19 @@ impl MeasuringArgs {
         Header {
             layout: LAYOUT,
             version: env!("CARGO_PKG_VERSION").into(),
+            build: build(),
             machine: machine::here(&device.physical),
             shard,
             scenes: scenes.to_vec(),
             asked: Asked { families, joint, quick, rounds, truth_samples, seed },
         }
     }
+}
+
+/// The shaders, and whether the program is one for finding mistakes: its frames take longer.
+fn build() -> String {
+    let hash = shaders::hash();
+    format!("{}{}", &hash[..16], if cfg!(debug_assertions) { " with debug assertions" } else { "" })
 }
 
 /// lavapipe takes as many threads as it likes unless it is told; then times of different runs could not be compared.
@@ -128,15 +137,40 @@ pub fn sweep_of(
     Ok(Sweep::of(&workload.scene, base, &frame::capabilities(&device.physical), selection)?)
 }
 
-/// Both truths of the scene from a camera, with bars that are named after `what`.
-pub fn truths(workload: &Workload, camera: Camera, base: &SettingsPatch, samples: u32, bars: &Bars) -> Truths {
+/// Both truths of the scene from a camera, with bars that are named after `what`. Prints what is wrong with their cache.
+///
+/// # Errors
+/// When that cannot be printed.
+pub fn truths(
+    workload: &Workload,
+    camera: Camera,
+    base: &SettingsPatch,
+    samples: u32,
+    bars: &Bars,
+) -> Result<Truths, Failure> {
     let settings = base.decide();
     let view = reference::View { camera, size: settings.size };
     let pixels = u64::from(settings.size[0]) * u64::from(settings.size[1]);
     let bar = |what: &str, count| progress::bar(format!("{}: {what}", bars.what), count, bars.quiet);
-    let bars = [bar("truth", pixels), bar("converged truth", pixels * u64::from(samples))];
-    let tell = |what: &str, done, _| bars[usize::from(what == Truths::CONVERGED)].at(done);
-    Truths::of(&workload.scene, &view, &settings, samples, &tell)
+    let shown = [bar("truth", pixels), bar("converged truth", pixels * u64::from(samples))];
+    let tell = |what: &str, done, _| shown[usize::from(what == Truths::CONVERGED)].at(done);
+    let truths = Truths::of(&workload.scene, &view, &settings, samples, &tell);
+    drop(shown);
+    if !bars.quiet {
+        let warnings = truths.warnings.iter().fold(String::new(), |text, warning| text + "warning: " + warning + "\n");
+        output::print(&warnings, true)?;
+    }
+    Ok(truths)
+}
+
+/// How error is measured, by its name.
+///
+/// # Errors
+/// When there is none of that name.
+pub fn metric(text: &str) -> Result<Metric, String> {
+    const NAMES: [(&str, Metric); 3] = [("flip", Metric::Flip), ("relmse", Metric::RelMse), ("rmse", Metric::Rmse)];
+    let found = NAMES.iter().find(|(name, _)| *name == text);
+    found.map(|&(_, metric)| metric).ok_or_else(|| unknown("metric", text, &NAMES.map(|(name, _)| name)))
 }
 
 /// The scene as a journal has it.

@@ -10,17 +10,17 @@ use afterlight::report::sweep::assemble;
 use afterlight::report::sweep::families::{Sweep, name_of};
 use afterlight::report::sweep::journal::{Header, Journal, Record};
 use afterlight::report::sweep::meter::DeviceMeter;
-use afterlight::report::sweep::model::{Metric, SceneReport};
+use afterlight::report::sweep::model::{Metric, SceneReport, TruthInfo};
 use afterlight::report::sweep::run::{Run, Step};
 use afterlight::report::tune::cameras::{Elsewhere, held_out};
 use afterlight::report::tune::choice::{Attempt, Bound, Goal, Measurement, Outcome};
 use afterlight::report::tune::evidence::{self, Evidence, Search};
 use afterlight::report::tune::verify::OnDevice;
-use afterlight::scene::{SettingsPatch, unknown};
+use afterlight::scene::SettingsPatch;
 
 use super::args::{DeviceArgs, SettingsArgs};
 use super::failure::{Exit, Failure};
-use super::measuring::{Bars, MeasuringArgs, base_of, fix_driver_threads, scene_info, sweep_of, truths};
+use super::measuring::{Bars, MeasuringArgs, base_of, fix_driver_threads, metric, scene_info, sweep_of, truths};
 use super::output::Sink;
 use super::table::{Table, milliseconds};
 use super::workload::Workload;
@@ -46,7 +46,7 @@ pub struct Args {
     /// The fastest settings whose error is at most this, against a truth of many samples a pixel
     #[arg(long, value_name = "ERROR", group = "bound", value_parser = positive, allow_hyphen_values = true)]
     max_error: Option<f64>,
-    /// The settings with the least error whose pictures take at most so many milliseconds
+    /// The settings with the least error whose pictures take at most so many milliseconds, by the wall's clock or the device's: the slower
     #[arg(long, value_name = "MS", group = "bound", value_parser = positive, allow_hyphen_values = true)]
     max_ms: Option<f64>,
     /// How error is measured: flip or, in exposed linear light, relmse or rmse
@@ -74,12 +74,6 @@ fn positive(text: &str) -> Result<f64, String> {
         Ok(number) if number > 0.0 && number.is_finite() => Ok(number),
         _ => Err("expected a number above 0".into()),
     }
-}
-
-fn metric(text: &str) -> Result<Metric, String> {
-    const NAMES: [(&str, Metric); 3] = [("flip", Metric::Flip), ("relmse", Metric::RelMse), ("rmse", Metric::Rmse)];
-    let found = NAMES.iter().find(|(name, _)| *name == text);
-    found.map(|&(_, metric)| metric).ok_or_else(|| unknown("metric", text, &NAMES.map(|(name, _)| name)))
 }
 
 /// What was measured on the device.
@@ -147,26 +141,34 @@ fn measure(args: &Args, workload: &Workload, device: &Arc<Device>, goal: &Goal) 
     let MeasuringArgs { seed, .. } = args.measuring;
     let base = base_of(workload);
     let sweep = sweep_of(workload, &base, device, &args.measuring.selection(None))?;
-    let meter = |camera, what: String| DeviceMeter {
+    // Before the sweep, which takes long: without them nothing can be verified.
+    let cameras = cameras_of(args, workload, &base)?;
+    let truths = |camera, what: String| {
+        truths(workload, camera, &base, args.measuring.truth_samples(), &Bars::of(what, args.quiet))
+    };
+    let meter = |camera, truths| DeviceMeter {
         device,
         scene: &workload.scene,
         camera,
         base: &base,
-        truths: truths(workload, camera, &base, args.measuring.truth_samples(), &Bars::of(what, args.quiet)),
+        truths,
         effort: args.measuring.effort(),
         kept: BTreeMap::new(),
     };
     let header = args.measuring.header(device, std::slice::from_ref(&args.scene), None, None);
-    let scene = sweep_scene(args, workload, &header, &sweep, meter(workload.camera, workload.scene.name.clone()))?;
+    let own = truths(workload.camera, workload.scene.name.clone())?;
+    warn_of_noise(args, goal, &own.info)?;
+    let scene = sweep_scene(args, workload, &header, &sweep, meter(workload.camera, own))?;
     let patches = patches_of(&scene, &sweep);
-    let cameras = match goal.candidates(&scene).is_empty() {
-        true => Vec::new(),
-        false => cameras_of(args, workload, &base)?,
-    };
-    let count = cameras.len();
-    let elsewhere = cameras.iter().enumerate();
-    let meters = elsewhere.map(|(index, own)| meter(own.camera, format!("camera {} of {count}", index + 1)));
-    let mut witness = OnDevice::new(meters.collect(), patches.clone(), goal.metric, seed);
+    // Nothing is drawn from them where nothing is to be verified.
+    let count = if goal.candidates(&scene).is_empty() { 0 } else { cameras.len() };
+    let elsewhere = cameras.iter().take(count).enumerate();
+    let meters = elsewhere.map(|(index, other)| {
+        let truths = truths(other.camera, format!("camera {} of {count}", index + 1))?;
+        Ok(meter(other.camera, truths))
+    });
+    let meters = meters.collect::<Result<Vec<_>, Failure>>()?;
+    let mut witness = OnDevice::new(meters, patches.clone(), *goal, seed);
     let outcome = goal.choose(&scene, &mut witness)?;
     Ok(Measured { header, scene, patches, cameras, outcome })
 }
@@ -203,6 +205,10 @@ fn cameras_of(args: &Args, workload: &Workload, base: &SettingsPatch) -> Result<
     let reference = Reference::new(&workload.scene);
     let view = View { camera: workload.camera, size: base.decide().size };
     let cameras = held_out(&reference, &view, args.cameras as usize);
+    if cameras.is_empty() && args.cameras > 0 {
+        let why = format!("{} shows nothing from any other camera: a choice cannot be verified", args.scene);
+        return Err(Failure::new(Exit::FailedCheck, why).with_hint("--cameras 0 does without"));
+    }
     if cameras.len() < args.cameras as usize && !args.quiet {
         let text = format!(
             "warning: {} of {} other cameras found from which something is seen\n",
@@ -212,6 +218,16 @@ fn cameras_of(args: &Args, workload: &Workload, base: &SettingsPatch) -> Result<
         output::print(&text, true)?;
     }
     Ok(cameras)
+}
+
+/// Errors near the noise of the truth are not told from it.
+fn warn_of_noise(args: &Args, goal: &Goal, truth: &TruthInfo) -> Result<(), Failure> {
+    let Some(noise) = goal.near_noise(truth).filter(|_| !args.quiet) else { return Ok(()) };
+    let (metric, samples) = (evidence::metric_key(goal.metric), truth.samples);
+    let text = format!(
+        "warning: the bound is near the truth's own noise ({noise:.2e} {metric} with {samples} samples): more --truth-samples would tell better\n"
+    );
+    output::print(&text, true)
 }
 
 /// The choice with its figures from every camera, those of the settings as given beside it, and what was passed over.

@@ -1,12 +1,14 @@
 //! Medians and how sure they are, by bootstrap (Efron 1979): the samples themselves stand for what they were drawn from.
 //!
 //! The interval is the plain percentile one, and the same samples always have the same. Of fewer than six samples no interval covers
-//! 95%, not even the one from the least to the largest; of one it has no width.
+//! 95%, not even the one from the least to the largest ([`LEAST_FOR_95`]); of one it has no width.
 
 use super::percentile;
 
 /// How often the samples are drawn anew: the ends of a 95% interval are then the 50th draw from below and from above.
 const RESAMPLES: usize = 2000;
+/// From so many samples on an interval can cover the median with 95%: that all of five lie on one side of it has a probability of 1/16.
+pub const LEAST_FOR_95: usize = 6;
 
 /// A median with its 95% interval, in the unit of the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,6 +32,70 @@ pub fn median_interval(samples: &[f64]) -> Option<MedianInterval> {
         high: percentile(&medians, 97.5)?,
         count: resampler.sorted.len(),
     })
+}
+
+/// The median of samples that were taken in groups, and as many draws of it: what one group has in common, as a busy machine, is uncertain
+/// too.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GroupedMedian {
+    median: f64,
+    count: usize,
+    draws: Vec<f64>,
+}
+
+impl GroupedMedian {
+    /// Of all finite samples together; groups are drawn anew, and samples within them (Davison and Hinkley 1997, section 3.8). `None` without a
+    /// finite sample.
+    pub fn of(groups: &[Vec<f64>]) -> Option<Self> {
+        let finite = |group: &Vec<f64>| group.iter().copied().filter(|sample| sample.is_finite()).collect::<Vec<_>>();
+        let groups: Vec<Vec<f64>> = groups.iter().map(finite).filter(|group| !group.is_empty()).collect();
+        let mut all = groups.concat();
+        all.sort_unstable_by(f64::total_cmp);
+        let median = percentile(&all, 50.0)?;
+        // Another sequence than that of what it is multiplied with.
+        let mut random = fastrand::Rng::with_seed(!SEED);
+        let mut drawn = Vec::with_capacity(all.len());
+        let draws = (0..RESAMPLES).map(|_| {
+            drawn.clear();
+            for _ in 0..groups.len() {
+                let group = &groups[random.usize(..groups.len())];
+                drawn.extend(group.iter().map(|_| group[random.usize(..group.len())]));
+            }
+            middle(&mut drawn)
+        });
+        Some(Self { median, count: all.len(), draws: draws.collect() })
+    }
+
+    pub fn interval(&self) -> Option<MedianInterval> {
+        interval(self.median, self.draws.clone(), self.count)
+    }
+
+    /// The product with the median of `factors`, which are independent of these samples: as uncertain as both. `None` without a finite factor.
+    pub fn times(&self, factors: &[f64]) -> Option<MedianInterval> {
+        let mut resampler = Resampler::of(factors)?;
+        let mut random = fastrand::Rng::with_seed(SEED);
+        let products = self.draws.iter().map(|draw| draw * resampler.median(&mut random)).collect();
+        interval(self.median * percentile(&resampler.sorted, 50.0)?, products, resampler.sorted.len())
+    }
+
+    pub fn median(&self) -> f64 {
+        self.median
+    }
+}
+
+fn interval(median: f64, mut draws: Vec<f64>, count: usize) -> Option<MedianInterval> {
+    draws.sort_unstable_by(f64::total_cmp);
+    Some(MedianInterval { median, low: percentile(&draws, 2.5)?, high: percentile(&draws, 97.5)?, count })
+}
+
+/// The median of samples, of which there is at least one.
+fn middle(samples: &mut [f64]) -> f64 {
+    let count = samples.len();
+    let (below, &mut upper, _) = samples.select_nth_unstable_by(count / 2, f64::total_cmp);
+    match below.iter().copied().max_by(f64::total_cmp) {
+        Some(lower) if count.is_multiple_of(2) => 0.5 * (lower + upper),
+        _ => upper,
+    }
 }
 
 /// The median of the ratios of pairs, numerator first: of times that were taken in turn, so that what slowed the machine slowed both. Pairs
@@ -122,6 +188,31 @@ mod tests {
         let one = MedianInterval { median: 7.0, low: 7.0, high: 7.0, count: 1 };
         assert_eq!(median_interval(&[7.0]), Some(one));
         assert_eq!(median_interval(&[f64::NAN]), None);
+    }
+
+    #[test]
+    fn a_product_is_as_uncertain_as_both_and_groups_more_than_their_samples() {
+        let mut random = fastrand::Rng::with_seed(4);
+        let mut scattered = |mean: f64, spread: f64, count: usize| -> Vec<f64> {
+            (0..count).map(|_| mean * (1.0 + spread * normal(&mut random))).collect()
+        };
+        let relative = |interval: &MedianInterval| (interval.high - interval.low) / interval.median;
+        let wide = GroupedMedian::of(&[scattered(10.0, 0.1, 40)]).expect("finite");
+        let own = wide.interval().expect("an interval");
+        let product = wide.times(&scattered(2.0, 0.001, 20)).expect("finite");
+        assert!((product.median / 2.0 - own.median).abs() < 0.01 * own.median, "{product:?} {own:?}");
+        let ratio = relative(&product) / relative(&own);
+        assert!((0.9..1.2).contains(&ratio) && product.count == 20, "{ratio}");
+        let exact = GroupedMedian::of(&[vec![10.0; 8]]).expect("finite");
+        let narrow = scattered(2.0, 0.05, 20);
+        let (alone, scaled) = (median_interval(&narrow).expect("finite"), exact.times(&narrow).expect("finite"));
+        assert_eq!((alone.low * 10.0, alone.high * 10.0), (scaled.low, scaled.high));
+        // Each group is sure of itself, and they do not agree.
+        let apart =
+            GroupedMedian::of(&[scattered(9.0, 0.001, 20), scattered(10.0, 0.001, 20), scattered(11.0, 0.001, 20)]);
+        let apart = apart.and_then(|apart| apart.interval()).expect("finite");
+        assert!(apart.low < 9.6 && apart.high > 10.4, "{apart:?}");
+        assert_eq!(GroupedMedian::of(&[vec![], vec![f64::NAN]]), None);
     }
 
     #[test]

@@ -22,7 +22,7 @@ use afterlight::scene::{SettingsPatch, unknown};
 
 use super::args::{DeviceArgs, SettingsArgs};
 use super::failure::{Exit, Failure};
-use super::measuring::{Bars, MeasuringArgs, base_of, fix_driver_threads, scene_info, sweep_of, truths};
+use super::measuring::{Bars, MeasuringArgs, base_of, fix_driver_threads, metric, scene_info, sweep_of, truths};
 use super::output::Sink;
 use super::workload::Workload;
 use super::{output, progress, session};
@@ -52,7 +52,7 @@ pub struct Args {
     /// Measure only these families, as gbuffer,shadow-size,samples,joint [default: all that the scene needs]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = family)]
     families: Option<Vec<String>>,
-    /// The error of the front that is printed: rel-mse, rmse or flip
+    /// The error of the front that is printed: flip or, in exposed linear light, relmse or rmse
     #[arg(long, value_name = "NAME", default_value = "flip", value_parser = metric)]
     metric: Metric,
     /// Measure one part of several, to be joined with --merge: from 1/N to N/N
@@ -86,15 +86,6 @@ pub struct Args {
 fn family(text: &str) -> Result<String, String> {
     let known = family_keys();
     if known.contains(&text) { Ok(text.into()) } else { Err(unknown("family", text, &known)) }
-}
-
-fn metric(text: &str) -> Result<Metric, String> {
-    match text {
-        "rel-mse" => Ok(Metric::RelMse),
-        "rmse" => Ok(Metric::Rmse),
-        "flip" => Ok(Metric::Flip),
-        _ => Err(unknown("metric", text, &["rel-mse", "rmse", "flip"])),
-    }
 }
 
 fn shard(text: &str) -> Result<Shard, String> {
@@ -169,7 +160,7 @@ fn measure_scene(
     let Subject { workload, base, sweep } = subject;
     let MeasuringArgs { seed, .. } = args.measuring;
     let mut bars = Bars::of(workload.scene.name.clone(), args.quiet);
-    let mut truths = truths(&workload, workload.camera, &base, args.measuring.truth_samples(), &bars);
+    let mut truths = truths(&workload, workload.camera, &base, args.measuring.truth_samples(), &bars)?;
     let raw = &truths.raw.point;
     truths.info.other_triangle = other_triangle(device, &workload.scene, &workload.camera, &base.decide(), raw)?;
     let info = scene_info(&workload, &base, &sweep, &truths);
@@ -313,6 +304,6 @@ mod tests {
         assert_eq!(family("joint"), Ok("joint".into()));
         assert!(family("shadowsize").is_err_and(|error| error.contains("did you mean \"shadow-size\"")));
         assert_eq!(metric("flip"), Ok(Metric::Flip));
-        assert!(metric("ssim").is_err_and(|error| error.contains("rel-mse")));
+        assert!(metric("ssim").is_err_and(|error| error.contains("relmse")));
     }
 }

@@ -184,6 +184,7 @@ pub fn point(name: &str, (time, error): (f64, f64), random: &mut fastrand::Rng) 
             wall,
             gpu: None,
             cpu: Some(Interval { median: median * 1.8, low: median * 1.79, high: median * 1.81, ..wall }),
+            ratio: Interval { median: 1.0, low: 1.0 - spread, high: 1.0 + spread, ..wall },
             confirmed: true,
         },
         memory: 48 << 20,

@@ -72,7 +72,7 @@ fn beaten_by(better: &Point, default: &Point, error: f64, mine: f64) -> Markup {
     let (time, of) = (better.time.decisive(), default.time.decisive());
     html! {
         code { (better.name) } " takes " (less("time", time.median, of.median)) " and has " (less("error", error, mine)) "."
-        @if time.high > of.low { " The two times' intervals overlap, so that this may be chance." }
+        @if better.time.ratio.high >= default.time.ratio.low { " Their times are not told apart, so that this may be chance." }
     }
 }
 

@@ -6,7 +6,7 @@ use super::convergence;
 use super::families::{PlannedFamily, ordered};
 use super::journal::{Header, Measured, SceneInfo};
 use super::model::{Against, Family, Front, LAYOUT, LeftOut, Member, Metric, Point, Report, SceneReport, Shard};
-use super::timing::{Anchor, PointTimes};
+use super::timing::{Anchor, PointTimes, Sample};
 use crate::measure::{front, front_probability};
 
 /// The fronts that a report has.
@@ -22,12 +22,14 @@ pub const FRONTS: [(Metric, Against); 6] = [
 /// A point that is measured.
 struct Whole {
     point: Point,
-    times: Vec<f64>,
+    /// Over the times of the settings as given in the same rounds: what they have in common tells no point from another.
+    ratios: Vec<f64>,
 }
 
 /// The points of a scene that have both errors and times, in the order of the sweep, by their index there.
 fn whole(info: &SceneInfo, measured: &Measured) -> BTreeMap<usize, Whole> {
-    let anchor = Anchor(measured.batches.iter().flat_map(|batch| batch.rounds.anchor.iter().copied()).collect());
+    let batches: Vec<&[Sample]> = measured.batches.iter().map(|batch| batch.rounds.anchor.as_slice()).collect();
+    let Some(anchor) = Anchor::of(&batches) else { return BTreeMap::new() };
     let times = |index: usize, name: &str| -> Option<PointTimes> {
         if index == 0 {
             return anchor.times(measured.batches.iter().any(|batch| batch.confirms));
@@ -37,7 +39,7 @@ fn whole(info: &SceneInfo, measured: &Measured) -> BTreeMap<usize, Whole> {
     };
     let point = |(index, name): (usize, &String)| {
         let drawn = measured.drawn.get(name).filter(|_| !measured.failed.contains_key(name))?;
-        let PointTimes { timing, samples } = times(index, name)?;
+        let PointTimes { timing, ratios } = times(index, name)?;
         let point = Point {
             name: name.clone(),
             errors: drawn.errors,
@@ -46,7 +48,7 @@ fn whole(info: &SceneInfo, measured: &Measured) -> BTreeMap<usize, Whole> {
             gbuffer_bytes_per_pixel: drawn.gbuffer_bytes_per_pixel,
             pictures: BTreeMap::new(),
         };
-        Some((index, Whole { point, times: samples }))
+        Some((index, Whole { point, ratios }))
     };
     info.points.iter().enumerate().filter_map(point).collect()
 }
@@ -59,9 +61,9 @@ pub fn on_fronts(measured: &Measured) -> BTreeSet<String> {
     FRONTS.into_iter().flat_map(on).map(|index| points[index].name.clone()).collect()
 }
 
-/// Time and error of each point.
+/// Time and error of each point; one with pixels that are not finite is on no front.
 fn coordinates(points: &[Point], metric: Metric, truth: Against) -> Vec<(f64, f64)> {
-    points.iter().map(|point| (point.time.decisive().median, point.errors.against(truth).by(metric))).collect()
+    points.iter().map(|point| (point.time.decisive().median, point.errors.against(truth).comparable(metric))).collect()
 }
 
 /// All scenes that have been measured.
@@ -81,12 +83,19 @@ pub fn scene_report(measured: &Measured) -> Option<SceneReport> {
     let whole = whole(info, measured);
     whole.get(&0)?;
     let places: BTreeMap<usize, usize> = whole.keys().enumerate().map(|(place, &index)| (index, place)).collect();
-    let (points, times): (Vec<Point>, Vec<Vec<f64>>) =
-        whole.into_values().map(|whole| (whole.point, whole.times)).unzip();
+    let without_time = info.points.iter().enumerate().filter(|&(index, name)| {
+        let is_timed = measured.drawn.contains_key(name) && measured.times_of(name).is_some();
+        is_timed && !whole.contains_key(&index) && !measured.failed.contains_key(name)
+    });
+    let reason = "none of its times is one that can be compared";
+    let without_time: Vec<LeftOut> =
+        without_time.map(|(_, name)| LeftOut { name: name.clone(), reason: reason.into() }).collect();
+    let (points, ratios): (Vec<Point>, Vec<Vec<f64>>) =
+        whole.into_values().map(|whole| (whole.point, whole.ratios)).unzip();
     let fronts = FRONTS.into_iter().map(|(metric, truth)| {
         let coordinates = coordinates(&points, metric, truth);
         let errors: Vec<f64> = coordinates.iter().map(|&(_, error)| error).collect();
-        Front { metric, truth, points: front(&coordinates), probability: front_probability(&times, &errors) }
+        Front { metric, truth, points: front(&coordinates), probability: front_probability(&ratios, &errors) }
     });
     let families = info.families.iter().filter_map(|family| self::family(family, &places, &points, info));
     let failed = measured.failed.iter().map(|(name, reason)| LeftOut { name: name.clone(), reason: reason.clone() });
@@ -100,7 +109,7 @@ pub fn scene_report(measured: &Measured) -> Option<SceneReport> {
         default: 0,
         fronts: fronts.collect(),
         attributions: measured.attribution.iter().cloned().collect(),
-        left_out: info.left_out.iter().cloned().chain(failed).collect(),
+        left_out: info.left_out.iter().cloned().chain(failed).chain(without_time).collect(),
         points,
     })
 }
@@ -134,14 +143,17 @@ pub fn default_on_front(scene: &SceneReport, metric: Metric, truth: Against) -> 
             front.probability[scene.default]
         );
     }
+    if !error.is_finite() {
+        return "The settings as given have pixels that are not finite: they are on no front.".into();
+    }
     let beats = |&&index: &&usize| coordinates[index].0 <= time && coordinates[index].1 <= error;
     // Of those that beat it the one with the least error: what it could have for no more time.
     let best = front.points.iter().filter(beats).min_by(|&&a, &&b| coordinates[a].1.total_cmp(&coordinates[b].1));
     let Some(&best) = best else { return "Nothing on the front beats the settings as given in both.".into() };
     let (best_time, best_error) = coordinates[best];
     // A front by measured times has whatever was luckiest among equals on it.
-    let clocks = [best, scene.default].map(|index| scene.points[index].time.decisive());
-    let unsure = if best_error > 0.99 * error && clocks[0].high >= clocks[1].low {
+    let ratios = [best, scene.default].map(|index| &scene.points[index].time.ratio);
+    let unsure = if best_error > 0.99 * error && ratios[0].high >= ratios[1].low {
         ", no more than the times scatter"
     } else {
         ""
@@ -152,4 +164,64 @@ pub fn default_on_front(scene: &SceneReport, metric: Metric, truth: Against) -> 
         best_time / time,
         if error > 0.0 { best_error / error } else { 1.0 }
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::journal::{Batch, Record};
+    use super::super::run::samples::{drawn, info, sweep};
+    use super::super::timing::Rounds;
+    use super::*;
+
+    /// The settings as given scatter by a third, and `shadow-size=512` takes this share of their time in the same rounds; it errs less.
+    fn measured(ratio: f64) -> Measured {
+        let mut random = fastrand::Rng::with_seed(1);
+        let wall = |wall: f64| Sample { wall, gpu: None, cpu: None };
+        let anchor: Vec<Sample> = (0..15).map(|_| wall(10.0 + 3.0 * random.f64())).collect();
+        let own = anchor.iter().map(|sample| wall(ratio * sample.wall * (0.999 + 0.002 * random.f64()))).collect();
+        let rounds = Rounds { anchor, others: vec![own] };
+        let mut measured = Measured { info: Some(info(&sweep())), ..Measured::default() };
+        measured.batches = vec![Batch { points: vec!["shadow-size=512".into()], confirms: true, rounds }];
+        measured.drawn.insert("default".into(), drawn(0.2));
+        measured.drawn.insert("shadow-size=512".into(), drawn(0.1));
+        measured
+    }
+
+    #[test]
+    fn a_ratio_that_is_sure_decides_however_the_machine_was_busy() {
+        let report = scene_report(&measured(0.99)).expect("measured");
+        let front = &report.fronts[0];
+        assert_eq!((front.points.as_slice(), front.probability.as_slice()), (&[1][..], &[0.0, 1.0][..]));
+        let time = &report.points[1].time;
+        assert!(time.ratio.high < 1.0 && time.wall.high > report.points[0].time.wall.low, "{time:?}");
+        assert!(!default_on_front(&report, Metric::RelMse, Against::Point).contains("scatter"));
+        let slower = scene_report(&measured(1.01)).expect("measured");
+        assert_eq!(slower.fronts[0].probability, [1.0, 1.0]);
+    }
+
+    #[test]
+    fn what_is_not_finite_is_on_no_front() {
+        let mut measured = measured(0.5);
+        measured.drawn.get_mut("shadow-size=512").expect("there").errors.converged.not_finite = 1;
+        let report = scene_report(&measured).expect("measured");
+        for front in &report.fronts {
+            let is_on = front.points.contains(&1);
+            assert_eq!(is_on, front.truth == Against::Point, "{:?}", front.truth);
+            assert_eq!(front.probability[1] > 0.0, is_on);
+        }
+    }
+
+    #[test]
+    fn a_point_without_a_time_is_left_out_with_its_reason() {
+        let mut measured = measured(0.5);
+        measured.add(Record::Drawn { scene: 0, point: "samples=4".into(), drawn: drawn(0.1) });
+        for sample in &mut measured.batches[0].rounds.others[0] {
+            sample.wall = f64::NAN;
+        }
+        let report = scene_report(&measured).expect("measured");
+        let left: Vec<&str> = report.left_out.iter().map(|left| left.name.as_str()).collect();
+        // That which has not been timed yet is not told of.
+        assert!(left.contains(&"shadow-size=512") && !left.contains(&"samples=4"), "{left:?}");
+        assert_eq!(report.points.len(), 1);
+    }
 }

@@ -25,6 +25,8 @@ pub struct Header {
     pub layout: u32,
     /// Of the program.
     pub version: String,
+    /// What tells builds of one version apart, as far as pictures and times depend on it.
+    pub build: String,
     pub machine: Machine,
     pub shard: Option<Shard>,
     /// As they were given.
@@ -128,7 +130,7 @@ pub struct Measured {
 }
 
 impl Measured {
-    fn add(&mut self, record: Record) {
+    pub(super) fn add(&mut self, record: Record) {
         match record {
             Record::Header(_) => {}
             Record::Scene { info, .. } => self.info = Some(info),
@@ -308,6 +310,7 @@ pub fn difference(there: &Header, here: &Header) -> Option<String> {
     };
     differs("layout", there.layout.to_string(), here.layout.to_string())
         .or_else(|| differs("program", there.version.clone(), here.version.clone()))
+        .or_else(|| differs("build", there.build.clone(), here.build.clone()))
         .or_else(|| differs("list of scenes", there.scenes.join(" "), here.scenes.join(" ")))
         .or_else(|| differs("device", machine(there).device, machine(here).device))
         .or_else(|| differs("driver", machine(there).driver, machine(here).driver))
@@ -376,6 +379,10 @@ mod tests {
         other.machine.device = "another".into();
         let refusal = Journal::open(folder.path(), &other, false).expect_err("another device").to_string();
         assert!(refusal.contains("device is tester") && refusal.contains("another"), "{refusal}");
+        let mut other = header.clone();
+        other.build = "other shaders".into();
+        let refusal = Journal::open(folder.path(), &other, false).expect_err("other shaders").to_string();
+        assert!(refusal.contains("build is b"), "{refusal}");
         let mut other = header.clone();
         other.asked.rounds += 1;
         let refusal = Journal::open(folder.path(), &other, false).expect_err("other rounds").to_string();

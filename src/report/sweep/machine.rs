@@ -27,10 +27,16 @@ pub fn threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// The system and, where it tells, its release.
+/// The system and, where it tells, its version.
 fn os() -> String {
     let release = std::fs::read_to_string("/proc/sys/kernel/osrelease").unwrap_or_default();
-    format!("{} {}", std::env::consts::OS, release.trim()).trim().to_owned()
+    format!("{} {}", std::env::consts::OS, version(&release)).trim().to_owned()
+}
+
+/// Without what builders and hosts put behind it, which names them.
+fn version(release: &str) -> &str {
+    let end = release.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(release.len());
+    release[..end].trim_end_matches('.')
 }
 
 fn cpu() -> Option<String> {
@@ -51,5 +57,14 @@ mod tests {
         let text = "processor\t: 0\nmodel name\t: A CPU @ 2 GHz\nmodel name\t: another\n";
         assert_eq!(model(text).as_deref(), Some("A CPU @ 2 GHz"));
         assert_eq!(model("processor : 0\n"), None);
+    }
+
+    #[test]
+    fn a_system_is_told_by_its_version_alone() {
+        for (release, expected) in
+            [("6.1.0-28-cloud-amd64\n", "6.1.0"), ("5.15.90.1-host", "5.15.90.1"), ("4.4.", "4.4"), ("", "")]
+        {
+            assert_eq!(version(release), expected, "{release}");
+        }
     }
 }

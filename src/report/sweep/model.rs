@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::measure::LEAST_FOR_95;
+
 /// Of the JSON's layout: a merge refuses parts of another one.
 pub const LAYOUT: u32 = 2;
 
@@ -84,6 +86,17 @@ pub struct TruthInfo {
     pub other_triangle: Option<f64>,
 }
 
+impl TruthInfo {
+    /// The noise of `converged` in the measure of this metric; `None` where it is not known.
+    pub fn noise(&self, metric: Metric) -> Option<f64> {
+        match metric {
+            Metric::RelMse => Some(self.noise_rel_mse),
+            Metric::Rmse => Some(self.noise_rmse),
+            Metric::Flip => None,
+        }
+    }
+}
+
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Point {
     /// The settings that differ from the scene's own, as `--vary` takes them, as `gbuffer=fat shadow-size=1024`; "default" for none.
@@ -139,7 +152,11 @@ pub struct Timing {
     pub gpu: Option<Interval>,
     /// CPU time of the process; on CPU devices only.
     pub cpu: Option<Interval>,
-    /// Measured again since it was found to be on a front; these figures are those of the second time.
+    /// The time that counts over that of the settings as given, in the same rounds; 1 for those. It is surer than milliseconds, which are as
+    /// uncertain as those of the settings as given, too.
+    pub ratio: Interval,
+    /// Measured again since it was found to be on a front; these figures are those of the second time. The settings as given are in every
+    /// batch, and their figures are those of all batches: some of these measured a front again.
     pub confirmed: bool,
 }
 
@@ -166,9 +183,9 @@ impl Interval {
         (self.high - self.low) / (2.0 * self.median)
     }
 
-    /// A point that is this unsure says so.
+    /// A point that is this unsure says so; one of too few measurements for 95% always.
     pub fn is_wide(&self) -> bool {
-        self.relative_half_width() > 0.05
+        self.relative_half_width() > 0.05 || self.count < LEAST_FOR_95
     }
 }
 
@@ -225,6 +242,12 @@ pub enum Against {
 }
 
 impl Errors {
+    /// What is compared on fronts and with bounds: infinite where a pixel is not finite, since no metric has it.
+    pub fn comparable(&self, metric: Metric) -> f64 {
+        if self.not_finite > 0 { f64::INFINITY } else { self.by(metric) }
+    }
+
+    /// Over the pixels that are finite.
     pub fn by(&self, metric: Metric) -> f64 {
         match metric {
             Metric::RelMse => self.rel_mse,

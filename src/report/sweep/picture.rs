@@ -38,6 +38,8 @@ pub struct Truths {
     pub hash: String,
     /// As they came, in nits.
     pub raw: Raw,
+    /// What was wrong with the cache, a line each. The truths are right all the same.
+    pub warnings: Vec<String>,
 }
 
 /// Both truths in nits.
@@ -92,11 +94,16 @@ impl Truths {
     ) -> Self {
         let reference = Reference::new(scene).with_brdf(settings.brdf).with_shadows(settings.shadows.enabled);
         let cache = Cache::of_user();
-        let render = |mode, what: &str| {
+        let mut warnings = Vec::new();
+        let mut render = |mode, what: &str| {
             let options = Options { mode, smith: Smith::default() };
             let tell = |done, total| progress(what, done, total);
             match &cache {
-                Some(cache) => cache.render(&reference, view, &options, &tell).truth,
+                Some(cache) => {
+                    let cached = cache.render(&reference, view, &options, &tell);
+                    warnings.extend(cached.warnings);
+                    cached.truth
+                }
                 None => reference.render(view, &options, &tell),
             }
         };
@@ -110,6 +117,7 @@ impl Truths {
             info: info(&point, &converged, exposure, samples),
             hash: reference.fingerprint(view, &options),
             raw: Raw { point, converged },
+            warnings,
         }
     }
 

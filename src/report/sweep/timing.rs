@@ -3,6 +3,7 @@
 //! A batch is a few renderers that are held at once, the settings as given (the anchor) always among them. Each is warmed up until its frames
 //! stop getting faster, for drivers compile late; then rounds begin, each of one picture by each renderer in random order. What counts is the
 //! ratio of a picture's time to that of the anchor in the same round: it is comparable between batches, and between machines of one kind.
+//! Milliseconds are that ratio times the anchor's median over all batches, and as uncertain as both.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -13,7 +14,7 @@ use super::error::Error;
 use super::model::{Interval, Timing};
 use crate::frame::{Accumulator, Pixels, Renderer, sample_offset};
 use crate::gpu::Device;
-use crate::measure::{MedianInterval, cpu_seconds, median_interval};
+use crate::measure::{GroupedMedian, LEAST_FOR_95, MedianInterval, cpu_seconds, median_interval};
 use crate::scene::{Camera, Scene, Settings};
 
 /// Frames get no more than this much faster from then on.
@@ -22,7 +23,7 @@ const STEADY: f64 = 0.95;
 const MOST_WARM_UP_FRAMES: usize = 40;
 const MOST_WARM_UP: Duration = Duration::from_secs(10);
 /// Rounds that a batch has at least, however slow it is.
-const LEAST_ROUNDS: usize = 3;
+const LEAST_ROUNDS: usize = LEAST_FOR_95;
 /// Batches with a wide interval get this many times the rounds, at most.
 const MORE_ROUNDS: usize = 3;
 
@@ -154,7 +155,7 @@ pub fn take_turns<E>(
 fn is_unsure(own: &[Sample], anchor: &[Sample]) -> bool {
     ratios(own, anchor, |sample| Some(sample.decisive()))
         .and_then(|ratios| median_interval(&ratios))
-        .is_some_and(|interval| interval_of(&interval, 1.0).is_wide())
+        .is_some_and(|interval| interval_of(&interval).is_wide())
 }
 
 /// The time of each round over that of the anchor; `None` without a clock.
@@ -168,49 +169,57 @@ const WALL: Clock = |sample| Some(sample.wall);
 const GPU: Clock = |sample| sample.gpu;
 const CPU: Clock = |sample| sample.cpu;
 
-/// What all times are scaled by: every measurement of the anchor.
-#[derive(Debug, Clone, Default)]
-pub struct Anchor(pub Vec<Sample>);
+/// What all times are scaled by: every measurement of the anchor, by its clocks.
+#[derive(Debug, Clone)]
+pub struct Anchor {
+    wall: GroupedMedian,
+    gpu: Option<GroupedMedian>,
+    cpu: Option<GroupedMedian>,
+}
 
-/// A point's times, in milliseconds.
+/// A point's times.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointTimes {
     pub timing: Timing,
-    /// Of each round, by the clock that counts.
-    pub samples: Vec<f64>,
+    /// Of each round, over that of the anchor, by the clock that counts; 1 alone for the anchor, which is what others are compared with.
+    pub ratios: Vec<f64>,
 }
 
 impl Anchor {
-    /// The anchor's own times.
+    /// Its samples by batch; `None` where there are none.
+    pub fn of(batches: &[&[Sample]]) -> Option<Self> {
+        let by = |clock: Clock| {
+            let times = |batch: &&[Sample]| batch.iter().map(clock).collect::<Option<Vec<f64>>>();
+            GroupedMedian::of(&batches.iter().map(times).collect::<Option<Vec<_>>>()?)
+        };
+        Some(Self { wall: by(WALL)?, gpu: by(GPU), cpu: by(CPU) })
+    }
+
+    /// The anchor's own times, over all batches.
     pub fn times(&self, confirmed: bool) -> Option<PointTimes> {
-        let by = |clock: Clock| self.0.iter().map(clock).collect::<Option<Vec<f64>>>();
-        let interval = |clock| Some(interval_of(&median_interval(&by(clock)?)?, 1.0));
-        let timing = Timing { wall: interval(WALL)?, gpu: interval(GPU), cpu: interval(CPU), confirmed };
-        Some(PointTimes { timing, samples: self.0.iter().map(Sample::decisive).collect() })
+        let own = |median: &GroupedMedian| median.interval().map(|interval| interval_of(&interval));
+        let (gpu, cpu) = (self.gpu.as_ref().and_then(own), self.cpu.as_ref().and_then(own));
+        let wall = own(&self.wall)?;
+        let ratio = Interval { median: 1.0, low: 1.0, high: 1.0, count: wall.count };
+        Some(PointTimes { timing: Timing { wall, gpu, cpu, ratio, confirmed }, ratios: vec![1.0] })
     }
 
     /// The times of a point whose rounds were drawn beside `anchor`: the anchor's median times the median of the rounds' ratios.
     pub fn scaled(&self, own: &[Sample], anchor: &[Sample], confirmed: bool) -> Option<PointTimes> {
-        let median_by = |clock: Clock| self.0.iter().map(clock).collect::<Option<Vec<f64>>>().map(|all| median(&all));
-        let interval = |clock: Clock| {
-            let interval = median_interval(&ratios(own, anchor, clock)?)?;
-            Some(interval_of(&interval, median_by(clock)?))
+        let scaled = |median: &GroupedMedian, clock: Clock| {
+            median.times(&ratios(own, anchor, clock)?).map(|interval| interval_of(&interval))
         };
-        let decisive: Clock = |sample| Some(sample.decisive());
-        let scale = median_by(decisive)?;
-        let samples = ratios(own, anchor, decisive)?.into_iter().map(|ratio| ratio * scale).collect();
-        let timing = Timing { wall: interval(WALL)?, gpu: interval(GPU), cpu: interval(CPU), confirmed };
-        Some(PointTimes { timing, samples })
+        let gpu = self.gpu.as_ref().and_then(|median| scaled(median, GPU));
+        let cpu = self.cpu.as_ref().and_then(|median| scaled(median, CPU));
+        let ratios = ratios(own, anchor, |sample| Some(sample.decisive()))?;
+        let ratio = interval_of(&median_interval(&ratios)?);
+        Some(PointTimes { timing: Timing { wall: scaled(&self.wall, WALL)?, gpu, cpu, ratio, confirmed }, ratios })
     }
 }
 
-fn interval_of(interval: &MedianInterval, scale: f64) -> Interval {
-    Interval {
-        median: interval.median * scale,
-        low: interval.low * scale,
-        high: interval.high * scale,
-        count: interval.count,
-    }
+fn interval_of(interval: &MedianInterval) -> Interval {
+    let MedianInterval { median, low, high, count } = *interval;
+    Interval { median, low, high, count }
 }
 
 #[cfg(test)]
@@ -233,12 +242,28 @@ mod tests {
         let slow = [1.0, 9.0, 1.0, 4.0, 1.0, 2.0];
         let anchor: Vec<Sample> = slow.iter().map(|slow| wall(10.0 * slow)).collect();
         let own: Vec<Sample> = slow.iter().map(|slow| wall(25.0 * slow)).collect();
-        let all = Anchor(vec![wall(10.0); 5]);
+        let all = Anchor::of(&[&vec![wall(10.0); 5]]).expect("finite");
         let times = all.scaled(&own, &anchor, true).expect("finite");
         let expected = Interval { median: 25.0, low: 25.0, high: 25.0, count: 6 };
         assert_eq!((times.timing.wall, times.timing.gpu), (expected, None));
         assert_eq!(times.timing.cpu.map(|cpu| cpu.median), Some(50.0));
-        assert_eq!(times.samples, [25.0; 6]);
+        assert_eq!((times.ratios, times.timing.ratio.low, times.timing.ratio.high), (vec![2.5; 6], 2.5, 2.5));
+    }
+
+    #[test]
+    fn milliseconds_are_as_uncertain_as_the_anchor_and_ratios_are_not() {
+        let mut random = fastrand::Rng::with_seed(5);
+        let mut noisy = |count: usize| (0..count).map(|_| wall(10.0 + 4.0 * random.f64())).collect::<Vec<_>>();
+        let (first, second) = (noisy(15), noisy(15));
+        let own: Vec<Sample> = first.iter().map(|sample| wall(0.5 * sample.wall)).collect();
+        let anchor = Anchor::of(&[&first, &second]).expect("finite");
+        let (of_anchor, of_own) =
+            (anchor.times(true).expect("times"), anchor.scaled(&own, &first, true).expect("times"));
+        let [anchors, owns] = [&of_anchor, &of_own].map(|times| times.timing.wall.relative_half_width());
+        assert!(anchors > 0.01 && (owns / anchors - 1.0).abs() < 0.05, "{owns} {anchors}");
+        assert_eq!((of_own.timing.ratio.low, of_own.timing.ratio.high), (0.5, 0.5));
+        assert_eq!((of_anchor.ratios, of_anchor.timing.ratio.median), (vec![1.0], 1.0));
+        assert!(Anchor::of(&[]).is_none());
     }
 
     #[test]

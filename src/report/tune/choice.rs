@@ -2,7 +2,10 @@
 //! [`Witness`].
 
 use crate::report::sweep::Error;
-use crate::report::sweep::model::{Against, Interval, Metric, Point, SceneReport};
+use crate::report::sweep::model::{Against, Interval, Metric, Point, SceneReport, Timing, TruthInfo};
+
+/// An error below this multiple of the truth's noise cannot be told well.
+const NEAR_NOISE: f64 = 2.0;
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,8 +68,24 @@ pub struct Outcome {
 
 impl Goal {
     pub fn of(&self, point: &Point) -> Measurement {
-        let error = point.errors.against(Against::Converged).by(self.metric);
-        Measurement { error, time: *point.time.decisive() }
+        let error = point.errors.against(Against::Converged).comparable(self.metric);
+        Measurement { error, time: *self.clock(&point.time).1 }
+    }
+
+    /// The time that the bound is about, and whose it is. Where time is bounded, the slower of both clocks: the device's own knows nothing of
+    /// what a picture takes besides, as the way back of several samples and their mean.
+    pub fn clock<'a>(&self, timing: &'a Timing) -> (&'static str, &'a Interval) {
+        match (self.bound, &timing.gpu) {
+            (Bound::Milliseconds(_), Some(gpu)) if timing.wall.high > gpu.high => ("wall", &timing.wall),
+            (_, Some(gpu)) => ("device", gpu),
+            (_, None) => ("wall", &timing.wall),
+        }
+    }
+
+    /// The truth's own noise, where errors at the bound are hardly told from it.
+    pub fn near_noise(&self, truth: &TruthInfo) -> Option<f64> {
+        let Bound::Error(most) = self.bound else { return None };
+        truth.noise(self.metric).filter(|noise| most < NEAR_NOISE * noise)
     }
 
     /// A time holds where its whole 95% interval does.
@@ -88,14 +107,14 @@ impl Goal {
         }
     }
 
-    /// Points of the front on which the bound holds, the best first. Each further one has more of a margin: it is slower and nearer to the
+    /// Points of the front on which the bound holds, as was measured twice, the best first. Each further one has more of a margin: it is slower and nearer to the
     /// truth where error is bounded, faster and further from it where time is.
     pub fn candidates(&self, scene: &SceneReport) -> Vec<usize> {
         let mut points = self.front(scene);
         if matches!(self.bound, Bound::Milliseconds(_)) {
             points.reverse();
         }
-        points.retain(|&index| self.holds(&self.of(&scene.points[index])));
+        points.retain(|&index| scene.points[index].time.confirmed && self.holds(&self.of(&scene.points[index])));
         points
     }
 
@@ -261,6 +280,47 @@ mod tests {
         let outcome = goal.choose(&scene, &mut factors(&scene, goal, &[100.0], &[1.0])).expect("measured");
         assert_eq!(outcome.passed_over.len(), goal.candidates(&scene).len());
         assert_eq!(outcome.chosen, None);
+    }
+
+    #[test]
+    fn a_bound_on_time_is_about_the_slower_clock() {
+        let mut scene = scene();
+        let goal = time_below(14.0);
+        let before = goal.candidates(&scene);
+        for point in &mut scene.points {
+            let wall = point.time.wall;
+            point.time.gpu = Some(Interval { median: 0.1, low: 0.1, high: 0.1, ..wall });
+        }
+        assert_eq!(goal.candidates(&scene), before);
+        assert_eq!(goal.clock(&scene.points[0].time).0, "wall");
+        assert_eq!(error_below(1.0).clock(&scene.points[0].time).0, "device");
+        scene.points[0].time.gpu = Some(Interval { median: 99.0, low: 99.0, high: 99.0, count: 9 });
+        assert_eq!(goal.clock(&scene.points[0].time).0, "device");
+    }
+
+    #[test]
+    fn what_was_measured_once_or_has_pixels_that_are_not_finite_is_never_chosen() {
+        let goal = error_below(0.05);
+        for spoil in [
+            |point: &mut Point| point.time.confirmed = false,
+            |point: &mut Point| point.errors.converged.not_finite = 1,
+        ] {
+            let mut scene = scene();
+            let first = goal.candidates(&scene)[0];
+            spoil(&mut scene.points[first]);
+            assert!(!goal.candidates(&scene).contains(&first));
+        }
+    }
+
+    #[test]
+    fn a_bound_near_the_noise_of_the_truth_is_known() {
+        let truth = TruthInfo { samples: 8, noise_rmse: 1e-3, noise_rel_mse: 1e-5, sky: 0.0, other_triangle: None };
+        let near = |bound, metric| Goal { bound, metric }.near_noise(&truth);
+        assert_eq!(near(Bound::Error(1.5e-3), Metric::Rmse), Some(1e-3));
+        assert_eq!(near(Bound::Error(3e-3), Metric::Rmse), None);
+        assert_eq!(near(Bound::Error(1e-6), Metric::RelMse), Some(1e-5));
+        assert_eq!(near(Bound::Error(1e-6), Metric::Flip), None);
+        assert_eq!(near(Bound::Milliseconds(1e-6), Metric::Rmse), None);
     }
 
     #[test]

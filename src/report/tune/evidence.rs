@@ -24,6 +24,9 @@ pub struct Evidence {
     /// How error was measured, against a truth of so many samples a pixel.
     pub metric: Metric,
     pub truth_samples: u32,
+    /// The truth's own standard error, by RMSE and relMSE: errors near it are not told apart from noise.
+    pub noise_rmse: f64,
+    pub noise_rel_mse: f64,
     /// The clock that counts: "device" or "wall".
     pub clock: &'static str,
     /// From the camera that the settings were chosen with.
@@ -115,7 +118,9 @@ impl Evidence {
             bound: bound_text(goal),
             metric: goal.metric,
             truth_samples: scene.truth.samples,
-            clock: clock(scene, chosen.point),
+            noise_rmse: scene.truth.noise_rmse,
+            noise_rel_mse: scene.truth.noise_rel_mse,
+            clock: goal.clock(&scene.points[chosen.point].time).0,
             choice: Found::of(scene, goal, chosen.point),
             default: Found::of(scene, goal, scene.default),
             held_out: chosen.held_out.iter().zip(*cameras).map(held_out).collect(),
@@ -164,10 +169,6 @@ impl Search<'_> {
             None => format!("nothing was measured that could keep {limit}"),
         }
     }
-}
-
-fn clock(scene: &SceneReport, point: usize) -> &'static str {
-    if scene.points[point].time.gpu.is_some() { "device" } else { "wall" }
 }
 
 /// As the command line has it.
@@ -232,6 +233,7 @@ mod tests {
         let evidence = &table["evidence"];
         assert_eq!(evidence["bound"].as_str(), Some("--max-error 0.05 --metric flip"));
         assert_eq!(evidence["choice"]["settings"].as_str(), Some(scene.points[2].name.as_str()));
+        assert_eq!(evidence["noise_rmse"].as_float(), Some(scene.truth.noise_rmse));
         assert_eq!(evidence["held_out"].as_array().map(Vec::len), Some(2));
         assert_eq!(evidence["passed_over"][0]["camera"].as_str(), Some(cameras[0].as_str()));
         assert_eq!(evidence["choice"]["ms"].as_float(), Some(scene.points[2].time.wall.median));

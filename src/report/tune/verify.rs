@@ -1,15 +1,14 @@
 //! Error and time from other cameras, on the device at hand.
 
-use super::choice::{Measurement, Pair, Witness};
+use super::choice::{Goal, Measurement, Pair, Witness};
 use crate::report::sweep::Error;
 use crate::report::sweep::meter::{DeviceMeter, Meter};
-use crate::report::sweep::model::Metric;
 use crate::report::sweep::timing::Anchor;
 use crate::scene::SettingsPatch;
 
 /// A device that draws the scene from cameras elsewhere.
 pub struct OnDevice<'a> {
-    metric: Metric,
+    goal: Goal,
     /// By point of the scene's report.
     patches: Vec<SettingsPatch>,
     cameras: Vec<Elsewhere<'a>>,
@@ -24,9 +23,9 @@ struct Elsewhere<'a> {
 
 impl<'a> OnDevice<'a> {
     /// One meter for each camera, with its own truth. `patches` are those of the report's points, in its order.
-    pub fn new(meters: Vec<DeviceMeter<'a>>, patches: Vec<SettingsPatch>, metric: Metric, seed: u64) -> Self {
+    pub fn new(meters: Vec<DeviceMeter<'a>>, patches: Vec<SettingsPatch>, goal: Goal, seed: u64) -> Self {
         let cameras = meters.into_iter().map(|meter| Elsewhere { meter, default_error: None });
-        Self { metric, patches, cameras: cameras.collect(), random: fastrand::Rng::with_seed(seed) }
+        Self { goal, patches, cameras: cameras.collect(), random: fastrand::Rng::with_seed(seed) }
     }
 }
 
@@ -36,9 +35,9 @@ impl Witness for OnDevice<'_> {
     }
 
     fn measure(&mut self, camera: usize, point: usize) -> Result<Pair, Error> {
-        let Self { metric, patches, cameras, random } = self;
+        let Self { goal, patches, cameras, random } = self;
         let Elsewhere { meter, default_error } = &mut cameras[camera];
-        let mut error = |patch| Ok::<f64, Error>(meter.draw(patch)?.errors.converged.by(*metric));
+        let mut error = |patch| Ok::<f64, Error>(meter.draw(patch)?.errors.converged.comparable(goal.metric));
         let own_error = error(&patches[point])?;
         let default = match *default_error {
             Some(known) => known,
@@ -46,14 +45,15 @@ impl Witness for OnDevice<'_> {
         };
         *default_error = Some(default);
         let rounds = meter.time(std::slice::from_ref(&patches[point]), random)?;
-        let anchor = Anchor(rounds.anchor.clone());
-        let own_times = rounds.others.first().and_then(|own| anchor.scaled(own, &rounds.anchor, true));
-        let Some((own, anchor)) = own_times.zip(anchor.times(true)) else {
+        let times = rounds.others.first().zip(Anchor::of(&[&rounds.anchor]));
+        let times =
+            times.and_then(|(own, anchor)| Some((anchor.scaled(own, &rounds.anchor, true)?, anchor.times(true)?)));
+        let Some((own, anchor)) = times else {
             return Err(Error::Refused("no time could be measured from another camera".into()));
         };
         Ok(Pair {
-            own: Measurement { error: own_error, time: *own.timing.decisive() },
-            default: Measurement { error: default, time: *anchor.timing.decisive() },
+            own: Measurement { error: own_error, time: *goal.clock(&own.timing).1 },
+            default: Measurement { error: default, time: *goal.clock(&anchor.timing).1 },
         })
     }
 }

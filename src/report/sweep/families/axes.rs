@@ -67,9 +67,10 @@ impl Candidate {
         Self { label: label.to_string(), value: None, patch, joint: true }
     }
 
-    fn number(value: impl Into<f64>, patch: SettingsPatch) -> Self {
-        let value = value.into();
-        Self { label: value.to_string(), value: Some(value), patch, joint: true }
+    fn number(value: impl ToString, patch: SettingsPatch) -> Self {
+        // The digits of its own type: 0.7 of 32 bits has many more in 64.
+        let label = value.to_string();
+        Self { value: label.parse().ok(), label, patch, joint: true }
     }
 
     fn alone(self) -> Self {

@@ -29,7 +29,7 @@ pub fn machine() -> Machine {
 pub fn header() -> Header {
     let asked = Asked { families: None, joint: 4, quick: false, rounds: 5, truth_samples: 8, seed: 1 };
     let scenes = vec!["builtin:test".into()];
-    Header { layout: LAYOUT, version: "1".into(), machine: machine(), shard: None, scenes, asked }
+    Header { layout: LAYOUT, version: "1".into(), build: "b".into(), machine: machine(), shard: None, scenes, asked }
 }
 
 pub fn errors(error: f64) -> ErrorsByTruth {
@@ -57,10 +57,11 @@ pub fn rounds(others: usize, ratio: f64) -> Rounds {
 
 pub fn point(name: &str, error: f64, ms: f64) -> Point {
     let wall = Interval { median: ms, low: 0.99 * ms, high: 1.01 * ms, count: 9 };
+    let ratio = Interval { median: 0.1 * ms, low: 0.099 * ms, high: 0.101 * ms, count: 9 };
     Point {
         name: name.into(),
         errors: errors(error),
-        time: Timing { wall, gpu: None, cpu: Some(wall), confirmed: false },
+        time: Timing { wall, gpu: None, cpu: Some(wall), ratio, confirmed: false },
         memory: 1 << 20,
         gbuffer_bytes_per_pixel: 16,
         pictures: BTreeMap::new(),
