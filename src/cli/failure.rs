@@ -25,7 +25,7 @@ pub const EXIT_CODES: &str = "\
 Exit codes:
   0  success
   1  a check failed: with --validate, the validation layer had something to say that is not advice,
-     pictures differ by more than --max, or nothing keeps the bound of tune
+     pictures differ by more than --max, nothing keeps the bound of tune, or nothing can verify it
   2  usage: an option or its value is wrong, or no device has the number or name given
   3  bad input: a scene cannot be read or is too large for the device, or the output cannot be written
   4  no usable Vulkan: no loader, driver or validation layer, or the driver failed";

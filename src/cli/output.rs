@@ -34,6 +34,18 @@ impl Sink {
         matches!(self, Self::Stdout)
     }
 
+    /// Whether both are one file, by whatever names.
+    pub fn is_same(&self, other: &Self) -> bool {
+        let (Self::File(own), Self::File(other)) = (self, other) else { return false };
+        let whole = |path: &Path| {
+            fs::canonicalize(path).or_else(|_| {
+                let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+                Ok::<_, io::Error>(fs::canonicalize(folder)?.join(path.file_name().unwrap_or_default()))
+            })
+        };
+        own == other || whole(own).ok().is_some_and(|own| whole(other).is_ok_and(|other| own == other))
+    }
+
     /// Finds out before the work whether its result can be written, as far as that can be known.
     ///
     /// # Errors
@@ -176,6 +188,18 @@ mod tests {
         sink.write(b"second").expect("replaced");
         assert_eq!(fs::read(&path).expect("readable"), b"second");
         assert_eq!(entries(folder.path()), ["out.png"]);
+    }
+
+    #[test]
+    fn one_file_is_the_same_by_whatever_name() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let sink = |name: &str| Sink::File(folder.path().join(name));
+        for exists in [false, true] {
+            assert!(sink("x.exr").is_same(&sink("x.exr")) && sink("x.exr").is_same(&sink("./x.exr")), "{exists}");
+            assert!(!sink("x.exr").is_same(&sink("y.exr")) && !sink("x.exr").is_same(&sink("missing/x.exr")));
+            fs::write(folder.path().join("x.exr"), b"x").expect("written");
+        }
+        assert!(!Sink::Stdout.is_same(&Sink::Stdout));
     }
 
     #[test]

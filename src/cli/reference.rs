@@ -92,6 +92,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.standard_error.as_ref().is_some_and(|target| target.format != Format::Exr || target.sink.is_stdout()) {
         return Err(Failure::usage("--standard-error is of light in nits: it is an .exr file"));
     }
+    if args.standard_error.as_ref().is_some_and(|target| target.sink.is_same(&args.output.sink)) {
+        return Err(Failure::usage("-o and --standard-error name the same file"));
+    }
     if args.standard_error.is_some() && args.samples == Some(1) {
         return Err(Failure::usage("one sample has no --standard-error: it needs two --samples"));
     }

@@ -2,13 +2,14 @@
 //!
 //! A file a truth and number of samples, `truth-HASH-SAMPLES.bin`, or `.part` for a run that has not come to its end; the hash is that of all
 //! that the truth depends on. It is written beside its place and renamed, and carries the hash and a checksum: what is damaged, cut off or
-//! foreign is computed again. All files may be deleted at any time. One of 1280x720 takes 44 MB.
+//! foreign is computed again. All files may be deleted at any time. One of 1280x720 takes 44 MB; all together take 2 GiB at most, or as much as
+//! the last one: those that were not used for longest go.
 
 use std::env;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use super::render::{Accumulation, PASS, Progress, Reference};
 use super::{Mode, Options, TriangleId, Truth, View, fingerprint};
@@ -23,12 +24,15 @@ const FINISHED: &str = "bin";
 const UNFINISHED: &str = "part";
 /// How often work in progress is saved, at most.
 const SAVE_EVERY: Duration = Duration::from_secs(10);
+/// What all files of a folder take, at most, in bytes.
+const LIMIT: u64 = 2 << 30;
 
 /// A folder of truths.
 #[derive(Debug, Clone)]
 pub struct Cache {
     folder: PathBuf,
     save_every: Duration,
+    limit: u64,
 }
 
 /// Where a truth came from.
@@ -54,7 +58,7 @@ pub struct Cached {
 impl Cache {
     /// The cache in a folder, which is made when something is written.
     pub fn at(folder: impl Into<PathBuf>) -> Self {
-        Self { folder: folder.into(), save_every: SAVE_EVERY }
+        Self { folder: folder.into(), save_every: SAVE_EVERY, limit: LIMIT }
     }
 
     /// The user's: in `AFTERLIGHT_CACHE` (empty: none), else `XDG_CACHE_HOME/afterlight/truth`, else `~/.cache/afterlight/truth`.
@@ -83,6 +87,33 @@ impl Cache {
             }
         };
         Cached { truth, source, warnings: work.warnings }
+    }
+
+    /// Removes the files that were not used for longest, until the others are within the limit; `newest` stays.
+    fn shrink(&self, newest: &Path) {
+        let is_truth = |path: &Path| {
+            let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+            name.starts_with("truth-") && [FINISHED, UNFINISHED].iter().any(|end| name.ends_with(&format!(".{end}")))
+        };
+        let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();
+        let mut files: Vec<(SystemTime, u64, PathBuf)> = entries
+            .filter(|entry| is_truth(&entry.path()))
+            .filter_map(|entry| {
+                let about = entry.metadata().ok()?;
+                Some((about.modified().ok()?, about.len(), entry.path()))
+            })
+            .collect();
+        files.sort_unstable();
+        let mut bytes: u64 = files.iter().map(|(_, bytes, _)| bytes).sum();
+        for (_, own, path) in files.iter().filter(|(_, _, path)| path != newest) {
+            if bytes <= self.limit {
+                break;
+            }
+            // What cannot be removed counts on; it does no harm.
+            if fs::remove_file(path).is_ok() {
+                bytes -= own;
+            }
+        }
     }
 }
 
@@ -198,7 +229,10 @@ impl Work<'_> {
         };
         let payload = open(&bytes, &self.key);
         let found = payload.and_then(decode);
-        if found.is_none() {
+        if found.is_some() {
+            // Its last use; where that cannot be noted, it goes earlier.
+            let _ = fs::File::options().append(true).open(file).and_then(|file| file.set_modified(SystemTime::now()));
+        } else {
             self.warn(file, "is damaged or not a truth of this scene and view: it is computed again");
         }
         found
@@ -208,6 +242,7 @@ impl Work<'_> {
         if let Err(error) = write(file, &self.key, payload) {
             self.warn(file, &format!("cannot be written: {error}"));
         }
+        self.cache.shrink(file);
     }
 
     fn warn(&mut self, file: &Path, what: &str) {
@@ -349,6 +384,32 @@ mod tests {
         let second = cache.render(&reference, &view, &options, &|_, _| {});
         assert_eq!((first.source, second.source), (Source::Computed, Source::Read));
         assert!(first.truth == second.truth && first.truth.triangles.is_some());
+    }
+
+    #[test]
+    fn what_was_not_used_for_longest_goes_when_all_is_too_much() {
+        let (scene, folder) = (scene(), tempfile::tempdir().expect("a folder"));
+        let reference = Reference::new(&scene);
+        let foreign = folder.path().join("other.bin");
+        fs::write(&foreign, vec![0; 100_000]).expect("written");
+        // Two and a half truths.
+        let limit = 5 * (HEADER_BYTES as u64 + 4 + 24 * 16 * 48) / 2;
+        let cache = Cache { limit, ..Cache::at(folder.path()) };
+        let use_one = |roll: f64| {
+            let camera = scene::Camera { fov_y_degrees: 40.0 + roll, ..scene.camera };
+            let source = cache.render(&reference, &View { camera, size: [24, 16] }, &options(1), &|_, _| {}).source;
+            // Some file systems have no finer clock.
+            std::thread::sleep(Duration::from_millis(20));
+            source
+        };
+        assert_eq!([1.0, 2.0, 1.0].map(&use_one), [Source::Computed, Source::Computed, Source::Read]);
+        assert_eq!(use_one(3.0), Source::Computed);
+        assert_eq!([1.0, 3.0].map(&use_one), [Source::Read, Source::Read], "the second was not used for longest");
+        assert_eq!(use_one(2.0), Source::Computed);
+        assert!(foreign.exists() && files(folder.path()).len() == 3);
+        let small = Cache { limit: 1, ..cache.clone() };
+        small.render(&reference, &view(&scene), &options(1), &|_, _| {});
+        assert_eq!(files(folder.path()).len(), 2, "the newest stays");
     }
 
     #[test]

@@ -12,7 +12,10 @@ use crate::scene::{
     Scene, Texture,
 };
 
-/// The model: to be raised with every change of a formula, a sequence or a rule after which a picture may differ.
+#[cfg(test)]
+mod tests;
+
+/// The model: to be raised with every change of a formula, a sequence or a rule after which a picture may differ. A test has figures of it.
 const MODEL: u64 = 2;
 
 struct Fingerprint(blake3::Hasher);

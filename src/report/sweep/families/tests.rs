@@ -130,6 +130,17 @@ fn more_combinations_than_there_are_cost_nothing_and_one_is_the_settings_as_give
 }
 
 #[test]
+fn numbers_are_labelled_as_somebody_would_write_them() {
+    let sweep = sweep(&scene("builtin:hall"), &selection());
+    for family in &sweep.families {
+        for member in &family.members {
+            assert!(member.value.is_none_or(|value| member.label == value.to_string()), "{member:?}");
+            assert!(member.value.is_none() || member.label.len() < 7, "{}: {}", family.key, member.label);
+        }
+    }
+}
+
+#[test]
 fn families_are_chosen_by_their_keys() {
     let scene = scene("builtin:hall");
     let only = |keys: &[&str]| {
