@@ -144,8 +144,8 @@ fn shadow_axes(base: &Base, quick: bool) -> Vec<Axis> {
         let slope = |&value: &f32| {
             Candidate::number(value, SettingsPatch { shadow_slope_bias: Some(value), ..patch() }).alone()
         };
-        let offsets = [0.0, 0.5, 1.0, 2.0, 4.0, 8.0].iter().map(offset).collect();
-        let slopes = [0.0, 0.75, 1.5, 3.0, 6.0].iter().map(slope).collect();
+        let offsets = [0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0].iter().map(offset).collect();
+        let slopes = [0.0, 0.5, 0.75, 1.5, 3.0, 6.0].iter().map(slope).collect();
         let title = "Bias of shadows along the normal, in texels";
         axes.push(Axis::new("shadow-normal-offset", title, offsets).unless(without));
         axes.push(Axis::new("shadow-slope-bias", "Bias of shadows by slope", slopes).unless(without));
