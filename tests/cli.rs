@@ -285,8 +285,8 @@ fn the_command_line_overrides_the_scene_file() {
         let map = parts.into_iter().find(|part| part["name"] == "shadow pass and maps").expect("the part");
         (map["included"].as_bool().expect("a bool"), map["bytes"].as_u64().expect("a number"))
     };
-    assert_eq!(shadow(&["--shadow-size", "64"]), (true, 3 * 64 * 64 * 4));
-    assert_eq!(shadow(&["--shadow-size", "64", "--cascades", "2"]), (true, 2 * 64 * 64 * 4));
+    assert_eq!(shadow(&["--shadow-size", "64"]), (true, 2 * 64 * 64 * 4));
+    assert_eq!(shadow(&["--shadow-size", "64", "--cascades", "3"]), (true, 3 * 64 * 64 * 4));
     assert!(!shadow(&["--shadows", "off"]).0);
 }
 
@@ -334,7 +334,7 @@ fn biases_of_shadows_are_options_too() {
         pixels(&folder.path().join("a.png"))
     };
     let usual = render(&[]);
-    assert!(usual == render(&["--shadow-normal-offset", "2", "--shadow-slope-bias", "1.5"]));
+    assert!(usual == render(&["--shadow-normal-offset", "0.25", "--shadow-slope-bias", "0.5"]));
     assert!(usual != render(&["--shadow-normal-offset", "40"]));
     assert!(usual != render(&["--shadow-slope-bias", "200"]));
 }

@@ -32,7 +32,7 @@ use super::{output, session};
     group(clap::ArgGroup::new("bound").required(true)),
     after_help = "\
 Examples:
-  afterlight tune builtin:hall --max-error 0.01 --quick
+  afterlight tune builtin:hall --max-error 0.05 --quick
   afterlight tune scene.toml --max-error 0.001 --metric relmse -o tuned.toml
   afterlight tune sponza.obj --max-ms 16.6 --size 1920x1080 --cameras 5
   afterlight render builtin:hall --settings tuned.toml -o tuned.png

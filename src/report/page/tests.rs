@@ -68,7 +68,7 @@ fn the_page_needs_nothing_from_outside() {
     for attribute in [" src=\"", " href=\""] {
         for (at, _) in page.match_indices(attribute) {
             let target = &page[at + attribute.len()..];
-            assert!(target.starts_with("data:image/png;base64,") || target.starts_with('#'), "{:.60}", target);
+            assert!(target.starts_with("data:image/") || target.starts_with('#'), "{:.60}", target);
         }
     }
 }
@@ -222,7 +222,7 @@ fn times_are_the_devices_own_where_it_has_a_clock() {
 fn pictures_are_in_the_page_and_missing_ones_are_named() {
     let report = samples::report();
     let page = html(&report, &|file| if file.contains("fat") { None } else { picture(file) });
-    assert_eq!(page.matches("src=\"data:image/png;base64,").count(), 2 * 4);
+    assert_eq!(page.matches("src=\"data:image/").count(), 2 * 4);
     assert!(page.contains("fat-picture.png"));
 }
 
