@@ -103,7 +103,7 @@ fn every_key_does_what_it_says() {
     assert_eq!((shadows.budget, shadows.cache), (100, false));
     assert_eq!((settings.size, settings.exposure, settings.shadows.size), ([640, 360], Some(3.0), 512));
     assert_eq!((settings.samples, settings.resolve, settings.fxaa), (16, Resolve::Linear, true));
-    assert_eq!(settings.msaa, 4);
+    assert_eq!((settings.msaa, settings.anisotropy), (4, 5));
     assert_eq!(settings.keep.to_string(), "tangents");
     assert_eq!((scene.camera.fov_y_degrees, scene.camera.near), (50.0, 0.02));
     assert_eq!(scene.environment.background, Vec3::new(4.0, 5.0, 6.0));

@@ -152,6 +152,7 @@ fn a_number_out_of_range_is_refused_with_the_range() {
         ("[settings]\nexposure = -inf", "must be an EV100 from -100 to 100"),
         ("[settings]\nsamples = 4097", "must be a whole number from 1 to 4096"),
         ("[settings]\nmsaa = 3", "must be 1, 2, 4 or 8"),
+        ("[settings]\nanisotropy = 17", "must be a whole number from 1 to 16"),
         ("[settings]\nresolve = 'gamma'", "possible: linear, tone-mapped"),
         ("[settings]\nsize = [0, 720]", "settings.size[0] = 0: must be a whole number from 1"),
         ("[settings]\nsize = '0x720'", "width and height must be at least 1"),
