@@ -124,7 +124,7 @@ fn light_and_a_shown_picture_are_compared_as_shown() {
     assert_eq!((&report["differing_pixels"], &report["light"]), (&0.into(), &Value::Null));
     succeed(&folder, &["half.png", "half.exr", "--exposure", "0", "--tonemap", "none", "--max", "differing=0"]);
     assert!(fail(&folder, &["half.exr", "half.png"], 2).contains("--exposure"));
-    assert!(fail(&folder, &[&arguments[..], &["--max", "rel-mse=1"]].concat(), 2).contains("rel-mse"));
+    assert!(fail(&folder, &[&arguments[..], &["--max", "relmse=1"]].concat(), 2).contains("relmse"));
 }
 
 #[test]
@@ -142,8 +142,8 @@ fn a_limit_that_breaks_ends_with_exit_code_1_and_is_named() {
     );
     assert!(!said.contains("rmse"), "{said}");
     let light = ["bright.exr", "even.exr", "--max"];
-    succeed(&folder, &[&light[..], &["rel-mse=0.01"]].concat());
-    assert!(fail(&folder, &[&light[..], &["rel-mse=0.001"]].concat(), 1).contains("rel-mse is"));
+    succeed(&folder, &[&light[..], &["relmse=0.01"]].concat());
+    assert!(fail(&folder, &[&light[..], &["relmse=0.001"]].concat(), 1).contains("relmse is"));
     assert!(fail(&folder, &[&light[..], &["p99.9=0.001"]].concat(), 1).contains("p99.9 is"));
     // What is found is printed all the same.
     assert!(text(&run(&folder, &spot(&["max=0"])).stdout).contains("PSNR"));

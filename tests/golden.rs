@@ -21,8 +21,9 @@ struct Album<'a> {
 }
 
 impl Album<'_> {
+    /// Without anisotropy: each driver has its own way to choose places on a texture.
     fn compare(&mut self, name: &str, scene: &Scene, settings: &Settings) {
-        let mut renderer: Renderer = self.gpu.renderer(scene, settings);
+        let mut renderer: Renderer = self.gpu.renderer(scene, &Settings { anisotropy: 1, ..settings.clone() });
         let picture = renderer.render(&scene.camera).and_then(|()| renderer.read_back());
         let result = picture
             .map_err(|error| format!("{name}: {error}"))

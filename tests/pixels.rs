@@ -5,13 +5,16 @@ mod common;
 use std::f64::consts::PI;
 
 use afterlight::frame::Picture;
-use afterlight::scene::{Brdf, Environment, Falloff, Light, Material, Scene};
+use afterlight::scene::{
+    Brdf, Camera, ColorSpace, Environment, Falloff, Light, Material, Scene, Settings, Texture, View,
+};
 use common::gpu::{code, nits, on_gpu, places};
 use common::stage::{
-    EDGE, EYE, directional, display, exact, gbuffer, lambert, open, plane, point, seen, spot, srgb_code, white_radiance,
+    EDGE, EYE, add, directional, display, exact, gbuffer, lambert, open, plane, point, rectangle, seen, spot,
+    srgb_code, stage, white_radiance,
 };
 use common::truth::radiance;
-use glam::{DQuat, DVec3, Vec3};
+use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 /// Single precision through a handful of operations, each good to 1.2e-7 and up to 3 units in the last place in a shader.
 const SINGLE: f64 = 1e-5;
@@ -380,5 +383,30 @@ fn the_test_card_is_the_right_way_up_the_right_way_round_and_of_the_right_colour
         );
         assert_eq!([at(1.25, 0.35), at(1.25, -0.35)], [[0, 255, 255]; 2], "the nearer square wins in either order");
         assert_eq!([at(1.55, 0.35), at(1.55, -0.35)], [[255, 255, 0]; 2], "the farther square beside it");
+    });
+}
+
+#[test]
+fn stripes_that_are_seen_along_stay_apart_as_far_as_anisotropy_goes() {
+    on_gpu(|gpu| {
+        // A floor of stripes half a metre wide, that run away from the eye.
+        let mut scene = stage();
+        add(&mut scene, rectangle([-10.0, -10.0], [10.0, 10.0], 0.0), lambert(1.0), DAffine3::IDENTITY);
+        scene.meshes[0].uvs.iter_mut().flatten().for_each(|uv| *uv *= 20.0);
+        let texels = (0..64 * 64u32).flat_map(|i| if i % 64 < 32 { [255; 4] } else { [0, 0, 0, 255] });
+        let (name, size) = ("stripes".into(), [64, 64]);
+        scene.textures.push(Texture { name, size, color_space: ColorSpace::Linear, texels: texels.collect() });
+        scene.materials[0].base_color_texture = Some(0);
+        let eye = DVec3::new(0.0, -9.0, 0.6);
+        scene.camera = Camera { fov_y_degrees: 60.0, ..Camera::looking_at(eye, eye + DVec3::Y, DVec3::Z) };
+        let contrast = |anisotropy| {
+            let picture = gpu.draw(&scene, &Settings { view: View::Albedo, anisotropy, ..exact(96, 64) });
+            // 6 m away a pixel is 7 texels wide and 69 long.
+            let row = (0..96).map(|x| nits(&picture, x, 37).y);
+            let (low, high) = row.fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(value), high.max(value)));
+            high - low
+        };
+        let (isotropic, anisotropic) = (contrast(1), contrast(8));
+        assert!(isotropic < 0.2 && anisotropic > 0.6, "{isotropic} and {anisotropic}");
     });
 }

@@ -219,6 +219,20 @@ fn triangles_are_shown_where_the_device_numbers_them_and_nothing_of_a_surface_is
 }
 
 #[test]
+fn textures_are_filtered_as_far_as_the_device_goes_and_what_it_lacks_is_told() {
+    let textured = scene(vec![Material { base_color_texture: Some(0), ..material(CT) }], vec![sun()]);
+    let of = |scene: &Scene, asked, most| {
+        let settings = Settings { anisotropy: asked, ..samples::deferred() };
+        let plan = FramePlan::of(scene, &settings, &Capabilities { anisotropy: most, ..device() }).expect("a plan");
+        (plan.anisotropy, plan.warnings().len())
+    };
+    assert_eq!((of(&textured, 8, 16), of(&textured, 8, 4), of(&textured, 8, 1)), ((8, 0), (4, 1), (1, 1)));
+    assert_eq!(of(&textured, 1, 16), (1, 0));
+    // Without textures nobody misses it.
+    assert_eq!(of(&scene(vec![material(CT)], vec![sun()]), 8, 4), (1, 0));
+}
+
+#[test]
 fn the_presets_spend_16_36_and_68_bytes_a_pixel() {
     let bytes = |choice| {
         // In a shadow every channel of the material target is needed where a normal map bends the shading normal.

@@ -18,7 +18,7 @@ pub enum Metric {
 
 const NAMES: [(&str, Metric); 7] = [
     ("rmse", Metric::Rmse),
-    ("rel-mse", Metric::RelMse),
+    ("relmse", Metric::RelMse),
     ("max", Metric::Max),
     ("p99.9", Metric::P99_9),
     ("flip", Metric::Flip),
@@ -54,7 +54,7 @@ impl Metric {
     /// relMSE of pictures that are not both light; FLIP where it is not built in.
     pub fn applies(self, light: bool) -> Result<(), Failure> {
         match self {
-            Self::RelMse if !light => Err(Failure::usage("rel-mse is a metric of light: it needs two .exr pictures")),
+            Self::RelMse if !light => Err(Failure::usage("relmse is a metric of light: it needs two .exr pictures")),
             Self::Flip if cfg!(not(feature = "report")) => {
                 Err(Failure::usage("flip is not built in: it comes with the feature `report`"))
             }

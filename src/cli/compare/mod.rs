@@ -45,7 +45,7 @@ pub struct Args {
     /// Tone mapper of linear light: neutral, agx, aces or none [default: neutral]
     #[arg(long, value_name = "NAME", value_parser = value::<Tonemap>)]
     tonemap: Option<Tonemap>,
-    /// Fail with exit code 1 where the metric is larger: rmse, rel-mse, max, p99.9, flip, differing (pixels), or psnr (where it is
+    /// Fail with exit code 1 where the metric is larger: rmse, relmse, max, p99.9, flip, differing (pixels), or psnr (where it is
     /// smaller). Can be given several times; any fails where a pixel is not finite
     #[arg(long = "max", value_name = "METRIC=VALUE", value_parser = Limit::parse)]
     limits: Vec<Limit>,
