@@ -242,7 +242,7 @@ mod tests {
         let slow = [1.0, 9.0, 1.0, 4.0, 1.0, 2.0];
         let anchor: Vec<Sample> = slow.iter().map(|slow| wall(10.0 * slow)).collect();
         let own: Vec<Sample> = slow.iter().map(|slow| wall(25.0 * slow)).collect();
-        let all = Anchor::of(&[&vec![wall(10.0); 5]]).expect("finite");
+        let all = Anchor::of(&[&[wall(10.0); 5]]).expect("finite");
         let times = all.scaled(&own, &anchor, true).expect("finite");
         let expected = Interval { median: 25.0, low: 25.0, high: 25.0, count: 6 };
         assert_eq!((times.timing.wall, times.timing.gpu), (expected, None));
