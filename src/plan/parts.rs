@@ -453,6 +453,9 @@ fn anisotropy(settings: &Settings, plan: &FramePlan) -> Part {
     let reason = match (plan.anisotropy, settings.anisotropy) {
         (1, 1) => "not asked for: textures that are seen at a low angle are blurred".into(),
         (1, _) if !plan.textures.have_levels() => "no texture of more than one texel is sampled".into(),
+        (1, _) if plan.software && plan.msaa > 1 => {
+            "a CPU takes many times as long with several samples a pixel".into()
+        }
         (1, _) => "the device has none".into(),
         (degree, asked) if degree < asked => format!("up to {degree} places a pixel: the device has no more"),
         (degree, _) => format!("up to {degree} places a pixel where textures are seen at a low angle"),
