@@ -337,13 +337,18 @@ impl FramePlan {
             let lean = Self::of(scene, &Settings { keep: Keep::NONE, ..settings.clone() }, device)?;
             parts::say_what_is_kept(&mut plan.parts, &lean.parts);
         }
-        if plan.textures.have_levels() && settings.anisotropy > device.anisotropy {
-            let (asked, most) = (settings.anisotropy, device.anisotropy);
-            plan.warnings.push(format!(
-                "textures are filtered with an anisotropy of {most}, not {asked}: the device has no more"
-            ));
-        }
+        plan.warnings.extend(plan.lost_anisotropy(settings));
         Ok(plan)
+    }
+
+    /// What somebody asked for whose textures are filtered with less. The default is no wish: where it does not pay, nobody misses it.
+    fn lost_anisotropy(&self, settings: &Settings) -> Option<String> {
+        let (asked, most) = (settings.anisotropy, self.anisotropy);
+        let spared = self.software && self.msaa > 1;
+        let is_missed = if spared { asked != Settings::default().anisotropy } else { true };
+        let why = if spared { "a CPU takes too long with several samples a pixel" } else { "the device has no more" };
+        (self.textures.have_levels() && asked > most && is_missed)
+            .then(|| format!("textures are filtered with an anisotropy of {most}, not {asked}: {why}"))
     }
 
     fn plan_pipelines(&mut self, scene: &Scene, settings: &Settings) {

@@ -9,7 +9,7 @@ use afterlight::reference;
 use afterlight::report::sweep::families::{Selection, Sweep, name_of};
 use afterlight::report::sweep::journal::{Asked, Header, SceneInfo};
 use afterlight::report::sweep::machine;
-use afterlight::report::sweep::model::{LAYOUT, Metric, Shard};
+use afterlight::report::sweep::model::{Against, LAYOUT, Metric, Shard};
 use afterlight::report::sweep::picture::Truths;
 use afterlight::report::sweep::run::Step;
 use afterlight::report::sweep::timing::Effort;
@@ -31,7 +31,7 @@ pub struct MeasuringArgs {
     /// A first answer in minutes: 320x180, few values of each setting, few rounds
     #[arg(long)]
     pub quick: bool,
-    /// Combinations of settings in the joint family, at most, 0 (none) to 10000 [default: 40, quick 10]
+    /// Combinations of settings in the joint family, at most, 0 (none) to 10000 [default: 40, quick 2]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=10_000))]
     joint: Option<u32>,
     /// Rounds in which renderers take turns, 6 and up, more where times scatter [default: 15, quick 6]
@@ -50,7 +50,7 @@ impl MeasuringArgs {
     pub fn selection(&self, families: Option<Vec<String>>) -> Selection {
         Selection {
             families,
-            joint: self.joint.unwrap_or(if self.quick { 10 } else { 40 }) as usize,
+            joint: self.joint.unwrap_or(if self.quick { 2 } else { 40 }) as usize,
             quick: self.quick,
             seed: self.seed,
         }
@@ -66,7 +66,7 @@ impl MeasuringArgs {
 
     pub fn effort(&self) -> Effort {
         let longest = Duration::from_secs(if self.quick { 5 } else { 120 });
-        Effort { rounds: self.rounds(), longest, steady_frames: if self.quick { 2 } else { 3 } }
+        Effort { rounds: self.rounds(), longest, steady_frames: if self.quick { 1 } else { 3 } }
     }
 
     /// The options of drawing, with the size of `--quick`.
@@ -174,7 +174,13 @@ pub fn metric(text: &str) -> Result<Metric, String> {
 }
 
 /// The scene as a journal has it.
-pub fn scene_info(workload: &Workload, base: &SettingsPatch, sweep: &Sweep, truths: &Truths) -> SceneInfo {
+pub fn scene_info(
+    workload: &Workload,
+    base: &SettingsPatch,
+    sweep: &Sweep,
+    truths: &Truths,
+    fronts: Vec<(Metric, Against)>,
+) -> SceneInfo {
     SceneInfo {
         name: workload.scene.name.clone(),
         hash: truths.hash.clone(),
@@ -186,6 +192,7 @@ pub fn scene_info(workload: &Workload, base: &SettingsPatch, sweep: &Sweep, trut
         points: sweep.points.iter().map(name_of).collect(),
         families: sweep.families.clone(),
         left_out: sweep.left_out.clone(),
+        fronts,
     }
 }
 

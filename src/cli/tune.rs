@@ -10,7 +10,7 @@ use afterlight::report::sweep::assemble;
 use afterlight::report::sweep::families::{Sweep, name_of};
 use afterlight::report::sweep::journal::{Header, Journal, Record};
 use afterlight::report::sweep::meter::DeviceMeter;
-use afterlight::report::sweep::model::{Metric, SceneReport, TruthInfo};
+use afterlight::report::sweep::model::{Against, Metric, SceneReport, TruthInfo};
 use afterlight::report::sweep::run::{Run, Step};
 use afterlight::report::tune::cameras::{Elsewhere, held_out};
 use afterlight::report::tune::choice::{Attempt, Bound, Goal, Measurement, Outcome};
@@ -184,7 +184,7 @@ fn sweep_scene(
     let cannot = |error| Failure::write("to a temporary folder", &error);
     let folder = tempfile::tempdir().map_err(cannot)?;
     let mut journal = Journal::open(folder.path(), header, true)?;
-    let info = scene_info(workload, meter.base, sweep, &meter.truths);
+    let info = scene_info(workload, meter.base, sweep, &meter.truths, vec![(args.metric, Against::Converged)]);
     journal.add(0, Record::Scene { scene: 0, info })?;
     let mut bars = Bars::of(workload.scene.name.clone(), args.quiet);
     let mut watch = |step: Step| bars.step(step);

@@ -228,11 +228,14 @@ fn textures_are_filtered_as_far_as_the_device_goes_and_what_it_lacks_is_told() {
     };
     assert_eq!((of(&textured, 8, 16), of(&textured, 8, 4), of(&textured, 8, 1)), ((8, 0), (4, 1), (1, 1)));
     assert_eq!(of(&textured, 1, 16), (1, 0));
-    let multisampled = |software| {
-        let settings = Settings { msaa: 4, ..samples::deferred() };
-        FramePlan::of(&textured, &settings, &Capabilities { software, ..device() }).expect("a plan").anisotropy
+    let multisampled = |software, asked| {
+        let settings = Settings { msaa: 4, anisotropy: asked, ..samples::deferred() };
+        let plan = FramePlan::of(&textured, &settings, &Capabilities { software, ..device() }).expect("a plan");
+        (plan.anisotropy, plan.warnings().len())
     };
-    assert_eq!((multisampled(false), multisampled(true)), (8, 1));
+    // Only what somebody asked for is missed.
+    assert_eq!((multisampled(false, 8), multisampled(true, 8)), ((8, 0), (1, 0)));
+    assert_eq!((multisampled(true, 16), multisampled(true, 1)), ((1, 1), (1, 0)));
     // Without textures nobody misses it.
     assert_eq!(of(&scene(vec![material(CT)], vec![sun()]), 8, 4), (1, 0));
 }

@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use afterlight::gpu::Device;
+use afterlight::report::sweep::Error;
+use afterlight::report::sweep::assemble::{self, fronts_of};
 use afterlight::report::sweep::attribution::Limits;
 use afterlight::report::sweep::families::{Sweep, family_keys};
 use afterlight::report::sweep::journal::{self, Contents, Journal, Record};
@@ -17,7 +19,6 @@ use afterlight::report::sweep::meter::DeviceMeter;
 use afterlight::report::sweep::model::{Metric, Report, SceneReport, Shard};
 use afterlight::report::sweep::picture::other_triangle;
 use afterlight::report::sweep::run::{Run, Step};
-use afterlight::report::sweep::{Error, assemble};
 use afterlight::scene::{SettingsPatch, unknown};
 
 use super::args::{DeviceArgs, SettingsArgs};
@@ -52,7 +53,7 @@ pub struct Args {
     /// Measure only these families, as gbuffer,shadow-size,samples,joint [default: all that the scene needs]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = family)]
     families: Option<Vec<String>>,
-    /// The error of the front that is printed: flip or, in exposed linear light, relmse or rmse
+    /// The error of the front that is printed, the only one with --quick: flip or, in exposed linear light, relmse or rmse
     #[arg(long, value_name = "NAME", default_value = "flip", value_parser = metric)]
     metric: Metric,
     /// Measure one part of several, to be joined with --merge: from 1/N to N/N
@@ -163,7 +164,7 @@ fn measure_scene(
     let mut truths = truths(&workload, workload.camera, &base, args.measuring.truth_samples(), &bars)?;
     let raw = &truths.raw.point;
     truths.info.other_triangle = other_triangle(device, &workload.scene, &workload.camera, &base.decide(), raw)?;
-    let info = scene_info(&workload, &base, &sweep, &truths);
+    let info = scene_info(&workload, &base, &sweep, &truths, fronts_of(args.measuring.quick, args.metric));
     match &journal.scenes[index].info {
         None => journal.add(index, Record::Scene { scene: index, info })?,
         Some(there) => {

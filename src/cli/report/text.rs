@@ -32,6 +32,7 @@ fn scene_text(scene: &SceneReport, metric: Metric) -> String {
     );
     let Some(front) = scene.fronts.iter().find(|front| front.metric == metric && front.truth == Against::Converged)
     else {
+        text += "No front by this metric was sought: measure with this --metric, or without --quick.\n";
         return text;
     };
     let mut table = Table::with_figures_from(1);

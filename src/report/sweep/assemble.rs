@@ -9,7 +9,7 @@ use super::model::{Against, Family, Front, LAYOUT, LeftOut, Member, Metric, Poin
 use super::timing::{Anchor, PointTimes, Sample};
 use crate::measure::{front, front_probability};
 
-/// The fronts that a report has.
+/// The fronts that a report may have.
 pub const FRONTS: [(Metric, Against); 6] = [
     (Metric::RelMse, Against::Point),
     (Metric::RelMse, Against::Converged),
@@ -18,6 +18,11 @@ pub const FRONTS: [(Metric, Against); 6] = [
     (Metric::Flip, Against::Point),
     (Metric::Flip, Against::Converged),
 ];
+
+/// The fronts that a report has; a quick one has that by one metric against the converged truth, for each point of a front is timed twice.
+pub fn fronts_of(quick: bool, metric: Metric) -> Vec<(Metric, Against)> {
+    FRONTS.into_iter().filter(|&front| !quick || front == (metric, Against::Converged)).collect()
+}
 
 /// A point that is measured.
 struct Whole {
@@ -57,8 +62,8 @@ fn whole(info: &SceneInfo, measured: &Measured) -> BTreeMap<usize, Whole> {
 pub fn on_fronts(measured: &Measured) -> BTreeSet<String> {
     let Some(info) = &measured.info else { return BTreeSet::new() };
     let points: Vec<Point> = whole(info, measured).into_values().map(|whole| whole.point).collect();
-    let on = |(metric, truth): (Metric, Against)| front(&coordinates(&points, metric, truth));
-    FRONTS.into_iter().flat_map(on).map(|index| points[index].name.clone()).collect()
+    let on = |&(metric, truth): &(Metric, Against)| front(&coordinates(&points, metric, truth));
+    info.fronts.iter().flat_map(on).map(|index| points[index].name.clone()).collect()
 }
 
 /// Time and error of each point; one with pixels that are not finite is on no front.
@@ -92,7 +97,7 @@ pub fn scene_report(measured: &Measured) -> Option<SceneReport> {
         without_time.map(|(_, name)| LeftOut { name: name.clone(), reason: reason.into() }).collect();
     let (points, ratios): (Vec<Point>, Vec<Vec<f64>>) =
         whole.into_values().map(|whole| (whole.point, whole.ratios)).unzip();
-    let fronts = FRONTS.into_iter().map(|(metric, truth)| {
+    let fronts = info.fronts.iter().map(|&(metric, truth)| {
         let coordinates = coordinates(&points, metric, truth);
         let errors: Vec<f64> = coordinates.iter().map(|&(_, error)| error).collect();
         Front { metric, truth, points: front(&coordinates), probability: front_probability(&ratios, &errors) }

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::Error;
 use super::families::PlannedFamily;
-use super::model::{Attribution, ErrorsByTruth, LeftOut, Machine, Shard, TruthInfo};
+use super::model::{Against, Attribution, ErrorsByTruth, LeftOut, Machine, Metric, Shard, TruthInfo};
 use super::timing::{Rounds, Sample};
 
 /// The name of the file in a report's folder.
@@ -61,6 +61,8 @@ pub struct SceneInfo {
     pub points: Vec<String>,
     pub families: Vec<PlannedFamily>,
     pub left_out: Vec<LeftOut>,
+    /// Those that are sought, and confirmed.
+    pub fronts: Vec<(Metric, Against)>,
 }
 
 /// What was found of a point's pictures.
@@ -335,6 +337,9 @@ pub fn scene_difference(there: &SceneInfo, here: &SceneInfo) -> Option<String> {
     if there.settings != here.settings {
         let text = |info: &SceneInfo| format!("\"{}\"", info.settings);
         return Some(format!("its settings of {name} are {}, and those of this one {}", text(there), text(here)));
+    }
+    if there.fronts != here.fronts {
+        return Some(format!("its fronts of {name} are by other metrics than those of this one"));
     }
     (there.hash != here.hash || there.points != here.points)
         .then(|| format!("its scene {} is not the same as {name} is now", there.name))

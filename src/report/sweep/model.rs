@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use crate::measure::LEAST_FOR_95;
 
 /// Of the JSON's layout: a merge refuses parts of another one.
-pub const LAYOUT: u32 = 2;
+pub const LAYOUT: u32 = 3;
 
 /// One or several scenes on one device.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

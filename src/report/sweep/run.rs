@@ -15,7 +15,7 @@ use super::meter::Meter;
 use crate::scene::SettingsPatch;
 
 /// Renderers that are held at once, besides the anchor.
-const BATCH: usize = 5;
+const BATCH: usize = 7;
 /// What they may take on the device together.
 const BATCH_BYTES: u64 = 768 << 20;
 

@@ -1,5 +1,6 @@
 //! A row a point, for spreadsheets and scripts.
 
+use super::assemble::FRONTS;
 use super::model::{Against, Interval, Metric, Report};
 
 /// The report's points as CSV (RFC 4180), with a line of names.
@@ -24,9 +25,11 @@ pub fn csv(report: &Report) -> Result<Vec<u8>, csv::Error> {
                 row.extend([errors.rel_mse, errors.rmse, errors.max, errors.p99_9, errors.flip].map(|e| e.to_string()));
                 row.extend([psnr, errors.not_finite.to_string()]);
             }
-            for front in &scene.fronts {
-                row.push(front.points.contains(&index).to_string());
-                row.push(front.probability.get(index).map_or_else(String::new, f64::to_string));
+            for (metric, truth) in FRONTS {
+                let front = scene.fronts.iter().find(|front| (front.metric, front.truth) == (metric, truth));
+                row.push(front.map_or_else(String::new, |front| front.points.contains(&index).to_string()));
+                let probability = front.and_then(|front| front.probability.get(index));
+                row.push(probability.map_or_else(String::new, f64::to_string));
             }
             writer.write_record(row)?;
         }
@@ -44,7 +47,7 @@ fn header() -> Vec<String> {
         let figures = ["rel_mse", "rmse", "max", "p99_9", "flip", "psnr_db", "not_finite"];
         names.extend(figures.map(|figure| format!("{truth}_{figure}")));
     }
-    for (metric, truth) in super::assemble::FRONTS {
+    for (metric, truth) in FRONTS {
         let (metric, truth) = (word(metric), if truth == Against::Point { "point" } else { "converged" });
         names.extend([format!("front_{metric}_{truth}"), format!("front_{metric}_{truth}_probability")]);
     }
@@ -78,5 +81,18 @@ mod tests {
         let rows: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>().expect("all of one length");
         assert_eq!(rows.len(), report.scenes.iter().map(|scene| scene.points.len()).sum::<usize>());
         assert_eq!(&rows[0][3], "default");
+    }
+
+    #[test]
+    fn fronts_that_were_not_sought_have_empty_cells() {
+        let mut report = report();
+        report.scenes[0].fronts.retain(|front| front.truth == Against::Converged);
+        let text = csv(&report).expect("written");
+        let mut reader = csv::Reader::from_reader(text.as_slice());
+        let names = reader.headers().expect("a line of names").clone();
+        let row = reader.records().next().expect("a row").expect("of the same length");
+        for (name, cell) in names.iter().zip(&row).filter(|(name, _)| name.starts_with("front_")) {
+            assert_eq!(cell.is_empty(), !name.contains("converged"), "{name}: {cell}");
+        }
     }
 }

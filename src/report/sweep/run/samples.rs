@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::assemble;
+use super::super::assemble::{self, FRONTS};
 use super::super::error::Error;
 use super::super::families::{PlannedFamily, Sweep, name_of};
 use super::super::journal::{Asked, Drawn, Header, Journal, Measured, Record, SceneInfo};
@@ -96,6 +96,7 @@ pub fn info(sweep: &Sweep) -> SceneInfo {
         truth: TruthInfo { samples: 8, noise_rmse: 1e-6, noise_rel_mse: 1e-9, sky: 0.25, other_triangle: None },
         points: sweep.points.iter().map(name_of).collect(),
         families: sweep.families.clone(),
+        fronts: FRONTS.to_vec(),
         left_out: sweep.left_out.clone(),
     }
 }

@@ -1,8 +1,8 @@
-use super::super::assemble::{self, FRONTS};
-use super::super::journal::{Contents, FILE, Header, Journal, Measured};
+use super::super::assemble::{self, FRONTS, fronts_of};
+use super::super::journal::{Contents, FILE, Header, Journal, Measured, Record, SceneInfo};
 use super::super::merge::{self, Part};
-use super::super::model::{LAYOUT, Metric, Report, Shard};
-use super::samples::{Clockwork, KILLED, header, measure, measure_sweep, measured, report, sweep};
+use super::super::model::{Against, LAYOUT, Metric, Report, Shard};
+use super::samples::{Clockwork, KILLED, header, info, measure, measure_sweep, measured, report, sweep};
 use super::*;
 
 fn sharded(index: u32, count: u32) -> Header {
@@ -41,6 +41,21 @@ fn what_is_on_a_front_is_measured_again_and_nothing_beats_it() {
         assert_eq!(front.probability.len(), scene.points.len());
     }
     assert!(assemble::default_on_front(scene, Metric::Flip, FRONTS[5].1).contains("the front"));
+}
+
+#[test]
+fn only_fronts_that_are_sought_are_confirmed() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut journal = Journal::open(folder.path(), &header(), false).expect("a journal");
+    journal
+        .add(0, Record::Scene { scene: 0, info: SceneInfo { fronts: Vec::new(), ..info(&sweep()) } })
+        .expect("written");
+    let mut meter = Clockwork::default();
+    measure_sweep(&sweep(), &mut meter, &mut journal, None).expect("measured");
+    assert!(journal.scenes[0].batches.iter().all(|batch| !batch.confirms || batch.points.is_empty()));
+    assert_eq!(assemble::scene_report(&journal.scenes[0]).expect("measured").fronts, []);
+    assert_eq!(fronts_of(true, Metric::Rmse), [(Metric::Rmse, Against::Converged)]);
+    assert_eq!(fronts_of(false, Metric::Rmse), FRONTS);
 }
 
 #[test]
