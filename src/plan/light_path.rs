@@ -8,7 +8,7 @@ use crate::scene::{
     Scene, Settings, TextureSlot, Tonemap, View,
 };
 
-/// `auto` takes `loop` up to this many lights of limited reach: lists cost more than they save.
+/// `auto` takes `loop` up to this many local lights: neither lists nor compute save what they cost.
 const FEW_LIGHTS: usize = 4;
 
 /// Metres beyond which no scene of f32 positions extends.
@@ -64,6 +64,13 @@ pub(super) fn choose(
         let path = if settings.depth_prepass == Some(true) { LightPath::Forward } else { LightPath::ForwardNaive };
         return Ok((path, why));
     }
+    let directional = |index: &&usize| matches!(scene.lights[**index].kind, LightKind::Directional { .. });
+    let local = planned.len() - planned.iter().filter(directional).count();
+    let out = compute_is_out(scene, settings, device);
+    if local > FEW_LIGHTS && out.is_none() {
+        // Even if all of them reach everywhere.
+        return Ok((LightPath::Compute, format!("{local} local lights: a GPU computes faster than it shades")));
+    }
     if !lights.bounded {
         return Ok((LightPath::Loop, "no light has a limited reach, so that there is nothing to leave out".into()));
     }
@@ -71,12 +78,8 @@ pub(super) fn choose(
     if bounded <= FEW_LIGHTS {
         return Ok((LightPath::Loop, format!("{many}: lists cost more than they save")));
     }
-    Ok(match compute_is_out(scene, settings, device) {
-        Some(why) => (LightPath::Clustered, format!("{many}: each pixel meets its own; not by compute, as {why}")),
-        None => {
-            (LightPath::Compute, format!("{many}: each pixel meets its own, and a GPU computes faster than it shades"))
-        }
-    })
+    let instead = out.map_or_else(String::new, |why| format!("; not by compute, as {why}"));
+    Ok((LightPath::Clustered, format!("{many}: each pixel meets its own{instead}")))
 }
 
 /// Whether surfaces are so plain that each is best lit as it is drawn. Measured in docs/LIGHT_PATHS.md: with one light this beats the loop for any number
@@ -326,7 +329,8 @@ mod tests {
         }
         let mut unlimited = lamps(9);
         unlimited.lights = vec![samples::spot(Falloff::InverseSquare); 9];
-        assert_eq!(chosen(&unlimited, &defaults, &gpu).0, LightPath::Loop);
+        assert_eq!(chosen(&unlimited, &defaults, &gpu).0, LightPath::Compute);
+        assert_eq!(chosen(&unlimited, &defaults, &software).0, LightPath::Loop);
         let cut = Settings { light_cutoff: true, ..defaults };
         assert_eq!(chosen(&unlimited, &cut, &software).0, LightPath::Clustered);
         for asked in [LightPath::Volumes, LightPath::Clustered, LightPath::Compute] {
