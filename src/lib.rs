@@ -13,6 +13,7 @@ pub mod reference;
 pub mod report;
 pub mod scene;
 pub mod shaders;
+pub mod stress;
 pub mod targets;
 
 /// The README's Rust, compiled and run by the tests.

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::io::{self, Write as _};
 use std::process::ExitCode;
 
-use afterlight::{frame, gpu, plan, scene};
+use afterlight::{frame, gpu, plan, scene, stress};
 
 /// The classes of failure, by exit code. `EXIT_CODES` says the same in the help.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,7 +25,8 @@ pub const EXIT_CODES: &str = "\
 Exit codes:
   0  success
   1  a check failed: with --validate, the validation layer had something to say that is not advice,
-     pictures differ by more than --max, nothing keeps the bound of tune, or nothing can verify it
+     pictures differ by more than --max, nothing keeps the bound of tune or nothing can verify it,
+     or a claim of stress does not hold
   2  usage: an option or its value is wrong, or no device has the number or name given
   3  bad input: a scene cannot be read or is too large for the device, or the output cannot be written
   4  no usable Vulkan: no loader, driver or validation layer, or the driver failed";
@@ -126,6 +127,14 @@ impl From<plan::Error> for Failure {
     fn from(error: plan::Error) -> Self {
         // What was asked for, by the command line or a scene file, is more than this device or this scene has.
         Self::new(Exit::Usage, with_causes(&error))
+    }
+}
+
+impl From<stress::Error> for Failure {
+    fn from(error: stress::Error) -> Self {
+        match error {
+            stress::Error::Frame(error) => error.into(),
+        }
     }
 }
 

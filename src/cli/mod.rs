@@ -21,6 +21,7 @@ mod render;
 #[cfg(feature = "report")]
 mod report;
 mod session;
+mod stress;
 mod table;
 #[cfg(feature = "report")]
 mod tune;
@@ -51,6 +52,7 @@ enum Command {
     Compare(compare::Args),
     Doctor(doctor::Args),
     Reference(reference::Args),
+    Stress(stress::Args),
     #[cfg(feature = "report")]
     Report(report::Args),
     #[cfg(feature = "report")]
@@ -100,6 +102,7 @@ pub fn run() -> Result<(), Failure> {
         Command::Compare(args) => compare::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Reference(args) => reference::run(&args),
+        Command::Stress(args) => stress::run(&args),
         #[cfg(feature = "report")]
         Command::Report(args) => report::run(&args),
         #[cfg(feature = "report")]

@@ -11,7 +11,7 @@ mod paint;
 mod params;
 pub mod shapes;
 mod spheres;
-pub(in crate::scene) mod stage;
+pub mod stage;
 
 pub use params::{Kind, Parameter};
 

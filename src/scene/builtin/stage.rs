@@ -1,16 +1,18 @@
-//! Puts a built-in scene together: indices are handed out here, so that the scenes read as what stands where.
+//! Puts a scene of formulas together: indices are handed out here, so that the scenes read as what stands where.
 
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 use super::shapes::MeshBuilder;
 use crate::scene::{Light, LightKind, Material, Object, Scene, Texture};
 
+/// A scene on its way.
 #[derive(Default)]
-pub(super) struct Stage {
+pub struct Stage {
     pub scene: Scene,
 }
 
 impl Stage {
+    /// What a material's slot for it holds.
     pub fn texture(&mut self, texture: Texture) -> Option<usize> {
         self.scene.textures.push(texture);
         Some(self.scene.textures.len() - 1)

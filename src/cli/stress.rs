@@ -1,0 +1,250 @@
+//! `afterlight stress`: the catalogue of extreme cases on this device, and whether what is claimed of it is so.
+
+use std::fmt::Write as _;
+use std::time::Instant;
+
+use afterlight::scene::unknown;
+use afterlight::stress::{self, Case, Finding, Outcome, Verdict, catalogue};
+use serde::Serialize;
+
+use super::args::DeviceArgs;
+use super::failure::{Exit, Failure};
+use super::output::{self, Sink};
+use super::table::Table;
+use super::workload::milliseconds_since;
+use super::{progress, session};
+
+/// Try extreme cases on this device against the truth in 64 bits, and tell how far each goes
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Every value of every case must give pixels that are finite and not negative; within the claimed range the error of each
+pixel, relative to its light, must keep the bound. Else the exit code is 1.
+
+Examples:
+  afterlight stress --quick
+  afterlight stress lights
+  afterlight stress lights/distance --json stress.json
+  afterlight stress --list")]
+pub struct Args {
+    /// Cases, or groups of them, as --list tells them [default: all]
+    #[arg(value_name = "NAME", value_parser = name)]
+    names: Vec<String>,
+    /// Try the ends of each sweep, those of its claim, and every third value
+    #[arg(long)]
+    quick: bool,
+    /// Print the names of all cases and what they claim, and try none
+    #[arg(long, conflicts_with_all = ["quick", "json", "DeviceArgs"])]
+    list: bool,
+    /// Write each value of each case as JSON, or to standard output for -
+    #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
+    json: Option<Sink>,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+    #[command(flatten)]
+    device: DeviceArgs,
+}
+
+fn name(text: &str) -> Result<String, String> {
+    if !catalogue::named(text).is_empty() {
+        return Ok(text.into());
+    }
+    let all = catalogue::all();
+    let mut known: Vec<&str> = all.iter().flat_map(|case| [case.group(), case.name]).collect();
+    known.dedup();
+    Err(unknown("case", text, &known))
+}
+
+/// Tries the cases, and prints a table.
+///
+/// # Errors
+/// A device that cannot be used, a file that cannot be written, and a claim that does not hold.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let cases = chosen(&args.names);
+    if args.list {
+        return output::print(&list(&cases), false);
+    }
+    if let Some(sink) = &args.json {
+        sink.check()?;
+    }
+    session::with_device(&args.device, |device| {
+        let begun = Instant::now();
+        let bar = progress::bar("cases".into(), cases.len() as u64, args.quiet);
+        let mut verdicts = Vec::new();
+        for (done, case) in cases.iter().enumerate() {
+            bar.at(done as u64);
+            verdicts.push(stress::run(&device, case, args.quick)?);
+        }
+        drop(bar);
+        let told = Told {
+            device: device.physical.name.clone(),
+            driver: device.physical.driver_name.clone(),
+            version: env!("CARGO_PKG_VERSION"),
+            quick: args.quick,
+            seconds: milliseconds_since(begun) / 1e3,
+            cases: verdicts.iter().map(ToldCase::of).collect(),
+        };
+        let on_stdout = args.json.as_ref().is_some_and(Sink::is_stdout);
+        if let Some(sink) = &args.json {
+            sink.write(output::json(&told)?.as_bytes())?;
+        }
+        if !args.quiet {
+            output::print(&text(&told, &verdicts), on_stdout)?;
+        }
+        let broken: Vec<&str> =
+            verdicts.iter().filter(|verdict| !verdict.passes()).map(|verdict| verdict.case.name).collect();
+        match broken.as_slice() {
+            [] => Ok(()),
+            _ => Err(Failure::new(Exit::FailedCheck, format!("not as claimed: {}", broken.join(", ")))),
+        }
+    })
+}
+
+/// Each once, in the order of the catalogue.
+fn chosen(names: &[String]) -> Vec<Case> {
+    let mut cases = catalogue::all();
+    cases.retain(|case| names.is_empty() || names.iter().any(|name| name == case.name || name == case.group()));
+    cases
+}
+
+fn list(cases: &[Case]) -> String {
+    let mut table = Table::new();
+    table.row(["case", "values", "claimed", "bound", "what is extreme"]);
+    for case in cases {
+        let count = case.values.all().len().to_string();
+        table.row([case.name.into(), count, range(Some(case.claim), case.unit), bound(case), case.extreme.into()]);
+    }
+    table.render()
+}
+
+fn text(told: &Told, verdicts: &[Verdict]) -> String {
+    let mut table = Table::new();
+    table.row(["case", "tried", "claimed", "holds", "worst", "mean", "bound", "not finite", "negative", "verdict"]);
+    for verdict in verdicts {
+        let (case, worst) = (&verdict.case, verdict.worst());
+        let tried = verdict.findings.first().zip(verdict.findings.last());
+        table.row([
+            case.name.to_owned(),
+            range(tried.map(|(first, last)| [first.value, last.value]), case.unit),
+            range(Some(case.claim), case.unit),
+            range(verdict.holds(), case.unit),
+            format!("{:.1e}", worst.worst),
+            format!("{:.1e}", worst.mean),
+            bound(case),
+            worst.not_finite.to_string(),
+            worst.negative.to_string(),
+            if verdict.passes() { "holds" } else { "BROKEN" }.to_owned(),
+        ]);
+    }
+    let mut text = table.render();
+    for verdict in verdicts.iter().filter(|verdict| !verdict.passes()) {
+        let _ = writeln!(text, "\n{}, {}:", verdict.case.name, verdict.case.extreme);
+        for finding in &verdict.findings {
+            let _ = writeln!(text, "  {}", sentence(finding, &verdict.case));
+        }
+    }
+    let _ = writeln!(text, "\n{}, {}: {:.1} s", told.device, told.driver, told.seconds);
+    text
+}
+
+fn sentence(finding: &Finding, case: &Case) -> String {
+    let value = range(Some([finding.value; 2]), case.unit);
+    let mark = if finding.holds(case) { "" } else { " <- breaks the bound" };
+    match &finding.outcome {
+        Outcome::Refused(why) => format!("{value}: refused: {why}"),
+        Outcome::Measured(errors) => format!(
+            "{value}: worst {:.2e}, mean {:.2e} of {} pixels, {} elsewhere, {} not finite, {} negative{mark}",
+            errors.worst, errors.mean, errors.compared, errors.elsewhere, errors.not_finite, errors.negative
+        ),
+    }
+}
+
+fn bound(case: &Case) -> String {
+    format!("{:.0e} / {:.0e}", case.bound.worst, case.bound.mean)
+}
+
+/// As `1e-6..1e3 m`; one value alone where both are the same.
+fn range(range: Option<[f64; 2]>, unit: &str) -> String {
+    let Some([first, last]) = range else { return "-".into() };
+    let number = |value: f64| {
+        let plain = value == 0.0 || (1e-3..1e5).contains(&value.abs());
+        if plain { value.to_string() } else { format!("{value:e}") }
+    };
+    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+    if first == last {
+        format!("{}{unit}", number(first))
+    } else {
+        format!("{}..{}{unit}", number(first), number(last))
+    }
+}
+
+/// What `--json` writes.
+#[derive(Serialize)]
+struct Told {
+    version: &'static str,
+    device: String,
+    driver: String,
+    quick: bool,
+    seconds: f64,
+    cases: Vec<ToldCase>,
+}
+
+#[derive(Serialize)]
+struct ToldCase {
+    name: &'static str,
+    extreme: &'static str,
+    unit: &'static str,
+    claim: [f64; 2],
+    /// The bound of any pixel, and that of the mean.
+    bound: [f64; 2],
+    passes: bool,
+    holds: Option<[f64; 2]>,
+    findings: Vec<ToldFinding>,
+}
+
+/// Errors are `null` where the value was refused; so is one that is not finite, which JSON has no number for.
+#[derive(Serialize)]
+struct ToldFinding {
+    value: f64,
+    holds: bool,
+    refused: Option<String>,
+    worst: Option<f64>,
+    mean: Option<f64>,
+    compared: Option<usize>,
+    elsewhere: Option<usize>,
+    not_finite: Option<usize>,
+    negative: Option<usize>,
+}
+
+impl ToldCase {
+    fn of(verdict: &Verdict) -> Self {
+        let case = &verdict.case;
+        let told = |finding: &Finding| {
+            let (errors, refused) = match &finding.outcome {
+                Outcome::Measured(errors) => (Some(errors), None),
+                Outcome::Refused(why) => (None, Some(why.clone())),
+            };
+            ToldFinding {
+                value: finding.value,
+                holds: finding.holds(case),
+                refused,
+                worst: errors.map(|errors| errors.worst),
+                mean: errors.map(|errors| errors.mean),
+                compared: errors.map(|errors| errors.compared),
+                elsewhere: errors.map(|errors| errors.elsewhere),
+                not_finite: errors.map(|errors| errors.not_finite),
+                negative: errors.map(|errors| errors.negative),
+            }
+        };
+        Self {
+            name: case.name,
+            extreme: case.extreme,
+            unit: case.unit,
+            claim: case.claim,
+            bound: [case.bound.worst, case.bound.mean],
+            passes: verdict.passes(),
+            holds: verdict.holds(),
+            findings: verdict.findings.iter().map(told).collect(),
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! What a case is: a quantity, its values, what is claimed of them, and how one is tried.
+
+use super::picture::Subject;
+
+/// A quantity that goes to its extremes.
+#[derive(Debug, Clone, Copy)]
+pub struct Case {
+    /// `group/quantity`.
+    pub name: &'static str,
+    /// What is extreme, in words.
+    pub extreme: &'static str,
+    /// Of the values; empty for a plain number.
+    pub unit: &'static str,
+    pub values: Values,
+    /// The first and the last value for which the bound is to hold.
+    pub claim: [f64; 2],
+    pub bound: Bound,
+    pub check: Check,
+}
+
+/// The values that a case sweeps, from the least to the greatest.
+#[derive(Debug, Clone, Copy)]
+pub enum Values {
+    /// Powers of ten, each exponent from the first to the second.
+    Decades(i32, i32),
+    /// As they stand.
+    List(&'static [f64]),
+}
+
+/// The most that pictures may err by, relative to the light of the pixel ([`super::Errors`]).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bound {
+    /// Of any pixel.
+    pub worst: f64,
+    /// Of all pixels in the mean.
+    pub mean: f64,
+}
+
+/// How a value is tried.
+#[derive(Debug, Clone, Copy)]
+pub enum Check {
+    /// A scene is drawn, and held against the reference.
+    Picture(fn(f64) -> Subject),
+}
+
+impl Values {
+    pub fn all(&self) -> Vec<f64> {
+        match *self {
+            Self::Decades(first, last) => (first..=last).map(|exponent| 10f64.powi(exponent)).collect(),
+            Self::List(values) => values.to_vec(),
+        }
+    }
+}
+
+impl Case {
+    /// The values that are tried: all, or with `quick` the ends, those of the claim, and every third.
+    pub fn tried(&self, quick: bool) -> Vec<f64> {
+        let all = self.values.all();
+        let last = all.len().saturating_sub(1);
+        let is_kept = |index: usize, value: f64| {
+            !quick || index == 0 || index == last || index % 3 == 0 || self.claim.contains(&value)
+        };
+        all.into_iter().enumerate().filter(|&(index, value)| is_kept(index, value)).map(|(_, value)| value).collect()
+    }
+
+    /// Whether the bound is to hold for a value.
+    pub fn claims(&self, value: f64) -> bool {
+        (self.claim[0]..=self.claim[1]).contains(&value)
+    }
+
+    /// The part of the name before the slash.
+    pub fn group(&self) -> &'static str {
+        self.name.split_once('/').map_or(self.name, |(group, _)| group)
+    }
+}

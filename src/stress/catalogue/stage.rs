@@ -1,0 +1,34 @@
+//! What most cases look at: a floor and a sphere on it, small enough that everything is seen from the camera.
+
+use glam::{DVec3, Vec3};
+
+use crate::scene::builtin::shapes;
+use crate::scene::builtin::stage::Stage;
+use crate::scene::{Camera, Falloff, Light, LightKind, Material};
+
+/// A matt floor of 8 x 8 m around the origin, and on it a sphere of half a metre that shines a little, seen from two metres up. Neither
+/// light nor ambient light.
+pub fn sphere_on_floor() -> Stage {
+    let mut stage = Stage::default();
+    let matt = stage.material(Material { name: "matt".into(), base_color: Vec3::splat(0.5), ..Material::default() });
+    let shiny =
+        Material { name: "shiny".into(), base_color: Vec3::new(0.8, 0.4, 0.2), roughness: 0.4, ..Material::default() };
+    let shiny = stage.material(shiny);
+    stage.add("floor", shapes::plane([8.0, 8.0]), matt);
+    let sphere = stage.mesh("sphere", shapes::sphere(0.5, 48), shiny);
+    stage.place(sphere, shiny, glam::DAffine3::from_translation(DVec3::new(0.0, 0.5, 0.0)));
+    stage.scene.camera = Camera::looking_at(DVec3::new(0.0, 2.0, 4.0), DVec3::new(0.0, 0.4, 0.0), DVec3::Y);
+    stage
+}
+
+/// A white lamp that reaches everywhere.
+pub fn lamp(position: DVec3, candela: f32) -> Light {
+    Light {
+        name: "lamp".into(),
+        kind: LightKind::Point { position, range: None, falloff: Falloff::InverseSquare },
+        color: Vec3::ONE,
+        intensity: candela,
+        casts_shadow: false,
+        size: 0.0,
+    }
+}

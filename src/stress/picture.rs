@@ -1,0 +1,194 @@
+//! Draws a scene and holds it against the reference, pixel by pixel.
+//!
+//! What is compared is numeric error: the reference looks through the middle of each pixel, as a frame of one sample does. A pixel on
+//! which both see different triangles says where edges lie, not how light is computed: it is left out of the error, and counted. It must
+//! be finite all the same, and so must everything that the G-buffer holds.
+
+use std::sync::Arc;
+
+use super::Error;
+use crate::frame::{self, Pixels, Renderer};
+use crate::gpu::Device;
+use crate::reference::{Mode, Options, Reference, Smith, TriangleId, View as Eye};
+use crate::scene::{LightPath, Output, Scene, Settings, SettingsPatch, View, exposure_scale, metered_ev100};
+
+/// A pixel darker than this share of the brightest one counts as that bright: nobody sees what is relative to nothing.
+pub const FLOOR: f64 = 1e-4;
+
+/// What is drawn for a value.
+#[derive(Debug, Clone)]
+pub struct Subject {
+    pub scene: Scene,
+    /// Over those of the scene. The size is that of [`Subject::SIZE`] unless it says another.
+    pub settings: SettingsPatch,
+}
+
+/// How far a picture is from the truth.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Errors {
+    /// The greatest difference of a channel over the pixel's brightest channel, or over [`FLOOR`] times the picture's.
+    pub worst: f64,
+    /// The mean over the pixels of their greatest.
+    pub mean: f64,
+    /// Pixels that were compared.
+    pub compared: usize,
+    /// Pixels on which raster and truth see different triangles.
+    pub elsewhere: usize,
+    /// Values that are infinite or no number, in the picture and in the G-buffer.
+    pub not_finite: usize,
+    /// Values below zero, in the picture.
+    pub negative: usize,
+}
+
+/// A value whose pictures cannot be made, and why.
+pub type Refusal = String;
+
+impl Subject {
+    pub const SIZE: [u32; 2] = [64, 36];
+
+    pub fn new(scene: Scene) -> Self {
+        Self { scene, settings: SettingsPatch::default() }
+    }
+
+    fn decided(&self) -> Settings {
+        let size = SettingsPatch { size: Some(Self::SIZE), ..SettingsPatch::default() };
+        let decided = self.settings.or(&self.scene.settings).or(&size).decide();
+        Settings { output: Output::Exposed, ..decided }
+    }
+}
+
+/// The views that show what the G-buffer holds.
+const TARGETS: [View; 4] = [View::Normal, View::Albedo, View::Metallic, View::Roughness];
+
+/// Draws the subject, and finds out how far it is from the truth.
+///
+/// # Errors
+/// A device that is lost. What a plan refuses is the inner error.
+pub fn compare(device: &Arc<Device>, subject: &Subject) -> Result<Result<Errors, Refusal>, Error> {
+    let settings = subject.decided();
+    let mut pictures = Pictures { device, subject, settings: &settings };
+    let light = match pictures.draw(settings.view)? {
+        Ok(light) => light,
+        Err(refusal) => return Ok(Err(refusal)),
+    };
+    let reference = Reference::new(&subject.scene).with_brdf(settings.brdf).with_shadows(settings.shadows.enabled);
+    let eye = Eye { camera: subject.scene.camera, size: settings.size };
+    let truth = reference.render(&eye, &Options { mode: Mode::Point, smith: Smith::default() }, &|_, _| {});
+    let exposure = f64::from(exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(&subject.scene))));
+    let expected: Vec<[f64; 3]> = truth.radiance.iter().map(|light| light.map(|channel| channel * exposure)).collect();
+    if expected.iter().flatten().any(|channel| !channel.is_finite()) {
+        return Ok(Err("the truth itself is not finite".into()));
+    }
+    let elsewhere = pictures.elsewhere(truth.triangles.as_deref().unwrap_or_default())?;
+    let mut errors = against(&light, &expected, &elsewhere);
+    for view in TARGETS {
+        if let Ok(values) = pictures.draw(view)? {
+            errors.not_finite += values.iter().filter(|value| !value.is_finite()).count();
+        }
+    }
+    Ok(Ok(errors))
+}
+
+struct Pictures<'a> {
+    device: &'a Arc<Device>,
+    subject: &'a Subject,
+    settings: &'a Settings,
+}
+
+impl Pictures<'_> {
+    /// RGBA of a view.
+    fn draw(&mut self, view: View) -> Result<Result<Vec<f32>, Refusal>, Error> {
+        let mut settings = Settings { view, ..self.settings.clone() };
+        if view != self.settings.view {
+            // What a buffer holds does not depend on how its pixels are lit, and not every way of that has buffers.
+            settings = Settings {
+                light_path: LightPath::Auto,
+                output: Output::Nits,
+                samples: 1,
+                msaa: 1,
+                fxaa: false,
+                light_cutoff: false,
+                ..settings
+            };
+        }
+        let mut renderer = match Renderer::new(self.device, &self.subject.scene, &settings) {
+            Err(frame::Error::Plan(refusal)) => return Ok(Err(refusal.to_string())),
+            made => made?,
+        };
+        match renderer.picture(&self.subject.scene.camera, || {})?.pixels {
+            Pixels::LinearF32(rgba) => Ok(Ok(rgba)),
+            Pixels::Srgb8(_) => Ok(Err(format!("{view} has no values that could be compared"))),
+        }
+    }
+
+    /// Which pixels show another triangle than the truth. Without numbers from the device, those next to where the truth changes.
+    fn elsewhere(&mut self, truth: &[Option<TriangleId>]) -> Result<Vec<bool>, Error> {
+        let Ok(numbered) = self.draw(View::Triangle)? else { return Ok(self.beside_edges(truth)) };
+        let triangle = |&[object, triangle, ..]: &[f32; 4]| {
+            // 0 is the sky.
+            (object > 0.0).then(|| TriangleId { object: object as u32 - 1, triangle: triangle as u32 })
+        };
+        Ok(numbered.as_chunks::<4>().0.iter().zip(truth).map(|(raster, truth)| triangle(raster) != *truth).collect())
+    }
+
+    fn beside_edges(&self, truth: &[Option<TriangleId>]) -> Vec<bool> {
+        let [width, height] = self.settings.size.map(|edge| edge as usize);
+        let at = |x: usize, y: usize| truth[y * width + x];
+        let differs = |x: usize, y: usize| {
+            let near = |center: usize, end: usize| center.saturating_sub(1)..(center + 2).min(end);
+            near(y, height).any(|row| near(x, width).any(|column| at(column, row) != at(x, y)))
+        };
+        (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| differs(x, y)).collect()
+    }
+}
+
+fn against(rgba: &[f32], expected: &[[f64; 3]], elsewhere: &[bool]) -> Errors {
+    let brightest = expected.iter().flatten().fold(0.0f64, |most, &channel| most.max(channel));
+    let mut errors = Errors::default();
+    let mut sum = 0.0;
+    for ((drawn, truth), &elsewhere) in rgba.as_chunks::<4>().0.iter().zip(expected).zip(elsewhere) {
+        let drawn = [drawn[0], drawn[1], drawn[2]].map(f64::from);
+        errors.not_finite += drawn.iter().filter(|channel| !channel.is_finite()).count();
+        errors.negative += drawn.iter().filter(|channel| **channel < 0.0).count();
+        if elsewhere {
+            errors.elsewhere += 1;
+            continue;
+        }
+        errors.compared += 1;
+        let own = truth.iter().fold(FLOOR * brightest, |most, &channel| most.max(channel));
+        let difference = drawn.iter().zip(truth).fold(0.0f64, |most, (a, b)| most.max((a - b).abs()));
+        let error = if difference == 0.0 { 0.0 } else { difference / own };
+        sum += error;
+        errors.worst = errors.worst.max(error);
+    }
+    errors.mean = sum / errors.compared.max(1) as f64;
+    errors
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn error_is_relative_to_each_pixel_but_the_dark_ones() {
+        let expected = [[100.0, 50.0, 0.0], [1e-6, 0.0, 0.0], [1.0, 1.0, 1.0]];
+        let rgba = [101.0, 50.0, 0.0, 1.0, 2e-4, 0.0, 0.0, 1.0, 9.0, 1.0, 1.0, 1.0];
+        let errors = against(&rgba, &expected, &[false, false, true]);
+        assert!((errors.worst - 0.0199).abs() < 1e-6, "{errors:?}");
+        assert!((errors.mean - (0.01 + 0.0199) / 2.0).abs() < 1e-6, "{errors:?}");
+        assert_eq!((errors.compared, errors.elsewhere, errors.not_finite, errors.negative), (2, 1, 0, 0));
+    }
+
+    #[test]
+    fn what_no_light_can_be_is_counted_everywhere() {
+        let rgba = [f32::NAN, -1.0, 0.0, 1.0, f32::INFINITY, 0.0, -0.0, 1.0];
+        let errors = against(&rgba, &[[1.0; 3]; 2], &[true, true]);
+        assert_eq!((errors.not_finite, errors.negative, errors.compared), (2, 1, 0));
+    }
+
+    #[test]
+    fn a_black_picture_of_a_black_scene_is_right() {
+        assert_eq!(against(&[0.0; 4], &[[0.0; 3]], &[false]).worst, 0.0);
+        assert_eq!(against(&[1.0; 4], &[[0.0; 3]], &[false]).worst, f64::INFINITY);
+    }
+}

@@ -1,0 +1,168 @@
+//! Tries the values of a case, and says how far its claim goes.
+
+use std::sync::Arc;
+
+use super::picture::{self, Errors};
+use super::{Case, Check, Error};
+use crate::gpu::Device;
+
+/// What became of one value.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outcome {
+    Measured(Errors),
+    /// The device or the plan refuses it, in words.
+    Refused(String),
+}
+
+/// A value, and what became of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finding {
+    pub value: f64,
+    pub outcome: Outcome,
+}
+
+/// A case, tried.
+#[derive(Debug, Clone)]
+pub struct Verdict {
+    pub case: Case,
+    /// From the least value to the greatest.
+    pub findings: Vec<Finding>,
+}
+
+/// Tries a case.
+///
+/// # Errors
+/// When the device is lost.
+pub fn run(device: &Arc<Device>, case: &Case, quick: bool) -> Result<Verdict, Error> {
+    let attempt = |value: f64| {
+        let outcome = match case.check {
+            Check::Picture(subject) => picture::compare(device, &subject(value))?,
+        };
+        Ok(Finding { value, outcome: outcome.map_or_else(Outcome::Refused, Outcome::Measured) })
+    };
+    let findings = case.tried(quick).into_iter().map(attempt).collect::<Result<_, Error>>()?;
+    Ok(Verdict { case: *case, findings })
+}
+
+impl Finding {
+    /// Finite, and no light below zero; what is refused shows nothing.
+    pub fn is_sane(&self) -> bool {
+        match &self.outcome {
+            Outcome::Measured(errors) => errors.not_finite == 0 && errors.negative == 0,
+            Outcome::Refused(_) => true,
+        }
+    }
+
+    /// Sane, and within the bound.
+    pub fn holds(&self, case: &Case) -> bool {
+        let within = match &self.outcome {
+            Outcome::Measured(errors) => {
+                // What was not seen anywhere was not compared.
+                errors.compared > 0 && errors.worst <= case.bound.worst && errors.mean <= case.bound.mean
+            }
+            Outcome::Refused(_) => false,
+        };
+        within && self.is_sane()
+    }
+}
+
+impl Verdict {
+    /// Whether all that is claimed is so.
+    pub fn passes(&self) -> bool {
+        let claimed = |finding: &&Finding| self.case.claims(finding.value);
+        let is_claimed = self.findings.iter().any(|finding| claimed(&finding));
+        is_claimed
+            && self.findings.iter().all(Finding::is_sane)
+            && self.findings.iter().filter(claimed).all(|finding| finding.holds(&self.case))
+    }
+
+    /// The first and the last value, of those around the claim without a gap, for which the bound holds; `None` where it fails inside of it.
+    pub fn holds(&self) -> Option<[f64; 2]> {
+        let holds: Vec<bool> = self.findings.iter().map(|finding| finding.holds(&self.case)).collect();
+        let inside: Vec<usize> =
+            (0..holds.len()).filter(|&index| self.case.claims(self.findings[index].value)).collect();
+        let (&first, &last) = (inside.first()?, inside.last()?);
+        if !holds[first..=last].iter().all(|&holds| holds) {
+            return None;
+        }
+        let from = (0..first).rev().take_while(|&index| holds[index]).last().unwrap_or(first);
+        let to = (last + 1..holds.len()).take_while(|&index| holds[index]).last().unwrap_or(last);
+        Some([self.findings[from].value, self.findings[to].value])
+    }
+
+    /// The greatest errors within the claim, and what is not sane anywhere.
+    pub fn worst(&self) -> Errors {
+        let mut all = Errors::default();
+        for finding in &self.findings {
+            let Outcome::Measured(errors) = &finding.outcome else { continue };
+            all.not_finite += errors.not_finite;
+            all.negative += errors.negative;
+            if self.case.claims(finding.value) {
+                all.worst = all.worst.max(errors.worst);
+                all.mean = all.mean.max(errors.mean);
+                all.compared += errors.compared;
+                all.elsewhere += errors.elsewhere;
+            }
+        }
+        all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Bound, Subject, Values};
+    use super::*;
+    use crate::scene::Scene;
+
+    fn verdict(worst: [f64; 6]) -> Verdict {
+        let case = Case {
+            name: "group/quantity",
+            extreme: "nothing",
+            unit: "m",
+            values: Values::Decades(-3, 2),
+            claim: [0.1, 1.0],
+            bound: Bound { worst: 0.5, mean: 0.5 },
+            check: Check::Picture(|_| Subject::new(Scene::default())),
+        };
+        let finding = |(value, worst)| Finding {
+            value,
+            outcome: Outcome::Measured(Errors { worst, compared: 1, ..Errors::default() }),
+        };
+        Verdict { case, findings: case.tried(false).into_iter().zip(worst).map(finding).collect() }
+    }
+
+    #[test]
+    fn the_range_in_which_a_bound_holds_has_no_gap_and_contains_the_claim() {
+        let found = verdict([0.1, 0.9, 0.1, 0.1, 0.1, 0.9]);
+        assert!(found.passes());
+        assert_eq!(found.holds(), Some([0.1, 10.0]));
+        let broken = verdict([0.1, 0.1, 0.9, 0.1, 0.1, 0.1]);
+        assert_eq!((broken.passes(), broken.holds()), (false, None));
+        assert_eq!(broken.worst().worst, 0.9);
+    }
+
+    #[test]
+    fn nothing_outside_of_a_claim_may_be_infinite_and_nothing_inside_refused_or_unseen() {
+        for (index, passes) in [(0, false), (3, false)] {
+            let mut found = verdict([0.1; 6]);
+            found.findings[index].outcome =
+                Outcome::Measured(Errors { not_finite: 1, compared: 1, ..Errors::default() });
+            assert_eq!(found.passes(), passes);
+        }
+        for (index, passes) in [(0, true), (3, false)] {
+            let mut found = verdict([0.1; 6]);
+            found.findings[index].outcome = Outcome::Refused("no".into());
+            assert_eq!(found.passes(), passes);
+        }
+        let mut unseen = verdict([0.1; 6]);
+        unseen.findings[3].outcome = Outcome::Measured(Errors::default());
+        assert!(!unseen.passes());
+    }
+
+    #[test]
+    fn a_quick_sweep_has_the_ends_and_the_claim() {
+        let case = verdict([0.0; 6]).case;
+        assert_eq!(case.tried(true), [1e-3, 0.1, 1.0, 100.0]);
+        assert_eq!((case.group(), case.tried(false).len()), ("group", 6));
+    }
+}
