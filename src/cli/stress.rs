@@ -4,7 +4,9 @@ use std::fmt::Write as _;
 use std::time::Instant;
 
 use afterlight::scene::unknown;
-use afterlight::stress::{self, Case, Finding, Outcome, Verdict, catalogue};
+#[cfg(feature = "report")]
+use afterlight::stress::page;
+use afterlight::stress::{self, Case, Finding, Outcome, Verdict, catalogue, range};
 use serde::Serialize;
 
 use super::args::DeviceArgs;
@@ -24,6 +26,7 @@ Examples:
   afterlight stress --quick
   afterlight stress lights
   afterlight stress lights/distance --json stress.json
+  afterlight stress --html stress.html
   afterlight stress --list")]
 pub struct Args {
     /// Cases, or groups of them, as --list tells them [default: all]
@@ -38,6 +41,10 @@ pub struct Args {
     /// Write each value of each case as JSON, or to standard output for -
     #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
     json: Option<Sink>,
+    /// Write a page with a plot of each case and pictures of what is not as claimed
+    #[cfg(feature = "report")]
+    #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
+    html: Option<Sink>,
     /// Print nothing but errors
     #[arg(short, long)]
     quiet: bool,
@@ -64,8 +71,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.list {
         return output::print(&list(&cases), false);
     }
-    if let Some(sink) = &args.json {
-        sink.check()?;
+    let sinks = sinks(args);
+    sinks.iter().try_for_each(|sink| sink.check())?;
+    if let [first, second] = sinks[..]
+        && first.is_same(second)
+    {
+        return Err(Failure::usage("--json and --html name the same file"));
     }
     session::with_device(&args.device, |device| {
         let begun = Instant::now();
@@ -84,9 +95,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             seconds: milliseconds_since(begun) / 1e3,
             cases: verdicts.iter().map(ToldCase::of).collect(),
         };
-        let on_stdout = args.json.as_ref().is_some_and(Sink::is_stdout);
+        let on_stdout = sinks.iter().any(|sink| sink.is_stdout());
         if let Some(sink) = &args.json {
             sink.write(output::json(&told)?.as_bytes())?;
+        }
+        #[cfg(feature = "report")]
+        if let Some(sink) = &args.html {
+            sink.write(page::html(&told.place(), &verdicts).as_bytes())?;
         }
         if !args.quiet {
             output::print(&text(&told, &verdicts), on_stdout)?;
@@ -98,6 +113,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             _ => Err(Failure::new(Exit::FailedCheck, format!("not as claimed: {}", broken.join(", ")))),
         }
     })
+}
+
+/// The files that are written.
+fn sinks(args: &Args) -> Vec<&Sink> {
+    let sinks = args.json.iter();
+    #[cfg(feature = "report")]
+    let sinks = sinks.chain(&args.html);
+    sinks.collect()
 }
 
 /// Each once, in the order of the catalogue.
@@ -163,21 +186,6 @@ fn bound(case: &Case) -> String {
     format!("{:.0e} / {:.0e}", case.bound.worst, case.bound.mean)
 }
 
-/// As `1e-6..1e3 m`; one value alone where both are the same.
-fn range(range: Option<[f64; 2]>, unit: &str) -> String {
-    let Some([first, last]) = range else { return "-".into() };
-    let number = |value: f64| {
-        let plain = value == 0.0 || (1e-3..1e5).contains(&value.abs());
-        if plain { value.to_string() } else { format!("{value:e}") }
-    };
-    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-    if first == last {
-        format!("{}{unit}", number(first))
-    } else {
-        format!("{}..{}{unit}", number(first), number(last))
-    }
-}
-
 /// What `--json` writes.
 #[derive(Serialize)]
 struct Told {
@@ -187,6 +195,19 @@ struct Told {
     quick: bool,
     seconds: f64,
     cases: Vec<ToldCase>,
+}
+
+#[cfg(feature = "report")]
+impl Told {
+    fn place(&self) -> page::Place {
+        page::Place {
+            version: self.version.into(),
+            device: self.device.clone(),
+            driver: self.driver.clone(),
+            quick: self.quick,
+            seconds: self.seconds,
+        }
+    }
 }
 
 #[derive(Serialize)]

@@ -73,3 +73,19 @@ impl Case {
         self.name.split_once('/').map_or(self.name, |(group, _)| group)
     }
 }
+
+/// As `1e-6..1e3 m`; one value alone where both are the same.
+pub fn range(range: Option<[f64; 2]>, unit: &str) -> String {
+    let Some([first, last]) = range else { return "-".into() };
+    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+    if first == last {
+        format!("{}{unit}", number(first))
+    } else {
+        format!("{}..{}{unit}", number(first), number(last))
+    }
+}
+
+fn number(value: f64) -> String {
+    let plain = value == 0.0 || (1e-3..1e5).contains(&value.abs());
+    if plain { value.to_string() } else { format!("{value:e}") }
+}

@@ -6,11 +6,13 @@
 
 pub mod case;
 pub mod catalogue;
+#[cfg(feature = "report")]
+pub mod page;
 mod picture;
 mod run;
 
-pub use case::{Bound, Case, Check, Values};
-pub use picture::{Errors, FLOOR, Subject};
+pub use case::{Bound, Case, Check, Values, range};
+pub use picture::{Errors, Evidence, FLOOR, Subject};
 pub use run::{Finding, Outcome, Verdict, run};
 
 use crate::frame;

@@ -40,6 +40,15 @@ pub struct Errors {
     pub negative: usize,
 }
 
+/// What was drawn and what should have been, to be looked at. Exposed light, RGB, rows from the top.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evidence {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    pub drawn: Vec<[f32; 3]>,
+    pub expected: Vec<[f64; 3]>,
+}
+
 /// A value whose pictures cannot be made, and why.
 pub type Refusal = String;
 
@@ -64,7 +73,7 @@ const TARGETS: [View; 4] = [View::Normal, View::Albedo, View::Metallic, View::Ro
 ///
 /// # Errors
 /// A device that is lost. What a plan refuses is the inner error.
-pub fn compare(device: &Arc<Device>, subject: &Subject) -> Result<Result<Errors, Refusal>, Error> {
+pub fn compare(device: &Arc<Device>, subject: &Subject) -> Result<Result<(Errors, Evidence), Refusal>, Error> {
     let settings = subject.decided();
     let mut pictures = Pictures { device, subject, settings: &settings };
     let light = match pictures.draw(settings.view)? {
@@ -86,7 +95,8 @@ pub fn compare(device: &Arc<Device>, subject: &Subject) -> Result<Result<Errors,
             errors.not_finite += values.iter().filter(|value| !value.is_finite()).count();
         }
     }
-    Ok(Ok(errors))
+    let drawn = light.as_chunks::<4>().0.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+    Ok(Ok((errors, Evidence { size: settings.size, drawn, expected })))
 }
 
 struct Pictures<'a> {

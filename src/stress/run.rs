@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::picture::{self, Errors};
+use super::picture::{self, Errors, Evidence};
 use super::{Case, Check, Error};
 use crate::gpu::Device;
 
@@ -19,6 +19,8 @@ pub enum Outcome {
 pub struct Finding {
     pub value: f64,
     pub outcome: Outcome,
+    /// Of what is claimed and does not hold, or is not sane.
+    pub evidence: Option<Evidence>,
 }
 
 /// A case, tried.
@@ -35,10 +37,17 @@ pub struct Verdict {
 /// When the device is lost.
 pub fn run(device: &Arc<Device>, case: &Case, quick: bool) -> Result<Verdict, Error> {
     let attempt = |value: f64| {
-        let outcome = match case.check {
+        let found = match case.check {
             Check::Picture(subject) => picture::compare(device, &subject(value))?,
         };
-        Ok(Finding { value, outcome: outcome.map_or_else(Outcome::Refused, Outcome::Measured) })
+        let mut finding = match found {
+            Ok((errors, evidence)) => Finding { value, outcome: Outcome::Measured(errors), evidence: Some(evidence) },
+            Err(refusal) => Finding { value, outcome: Outcome::Refused(refusal), evidence: None },
+        };
+        if finding.is_as_claimed(case) {
+            finding.evidence = None;
+        }
+        Ok(finding)
     };
     let findings = case.tried(quick).into_iter().map(attempt).collect::<Result<_, Error>>()?;
     Ok(Verdict { case: *case, findings })
@@ -64,16 +73,18 @@ impl Finding {
         };
         within && self.is_sane()
     }
+
+    /// Sane, and within the bound where that is claimed.
+    pub fn is_as_claimed(&self, case: &Case) -> bool {
+        self.is_sane() && (!case.claims(self.value) || self.holds(case))
+    }
 }
 
 impl Verdict {
     /// Whether all that is claimed is so.
     pub fn passes(&self) -> bool {
-        let claimed = |finding: &&Finding| self.case.claims(finding.value);
-        let is_claimed = self.findings.iter().any(|finding| claimed(&finding));
-        is_claimed
-            && self.findings.iter().all(Finding::is_sane)
-            && self.findings.iter().filter(claimed).all(|finding| finding.holds(&self.case))
+        let is_claimed = self.findings.iter().any(|finding| self.case.claims(finding.value));
+        is_claimed && self.findings.iter().all(|finding| finding.is_as_claimed(&self.case))
     }
 
     /// The first and the last value, of those around the claim without a gap, for which the bound holds; `None` where it fails inside of it.
@@ -127,6 +138,7 @@ mod tests {
         let finding = |(value, worst)| Finding {
             value,
             outcome: Outcome::Measured(Errors { worst, compared: 1, ..Errors::default() }),
+            evidence: None,
         };
         Verdict { case, findings: case.tried(false).into_iter().zip(worst).map(finding).collect() }
     }
