@@ -12,8 +12,8 @@ mod picture;
 mod run;
 
 pub use case::{Bound, Case, Check, Values, range};
-pub use picture::{Errors, Evidence, FLOOR, Subject};
-pub use run::{Finding, Outcome, Verdict, run};
+pub use picture::{Errors, Evidence, FLOOR, Subject, compare};
+pub use run::{Finding, Outcome, Verdict, run, run_spoiled};
 
 use crate::frame;
 

@@ -40,6 +40,14 @@ pub struct Errors {
     pub negative: usize,
 }
 
+impl Errors {
+    /// Of all pixels, those on which raster and truth see different triangles; 1 for no pixels.
+    pub fn elsewhere_share(&self) -> f64 {
+        let all = self.compared + self.elsewhere;
+        if all == 0 { 1.0 } else { self.elsewhere as f64 / all as f64 }
+    }
+}
+
 /// What was drawn and what should have been, to be looked at. Exposed light, RGB, rows from the top.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evidence {
@@ -69,26 +77,30 @@ impl Subject {
 /// The views that show what the G-buffer holds.
 const TARGETS: [View; 4] = [View::Normal, View::Albedo, View::Metallic, View::Roughness];
 
-/// Draws the subject, and finds out how far it is from the truth.
+/// Draws the subject, and finds out how far it is from the truth of a scene, its own or what it should be.
 ///
 /// # Errors
 /// A device that is lost. What a plan refuses is the inner error.
-pub fn compare(device: &Arc<Device>, subject: &Subject) -> Result<Result<(Errors, Evidence), Refusal>, Error> {
+pub fn compare(
+    device: &Arc<Device>,
+    subject: &Subject,
+    truth: &Scene,
+) -> Result<Result<(Errors, Evidence), Refusal>, Error> {
     let settings = subject.decided();
     let mut pictures = Pictures { device, subject, settings: &settings };
     let light = match pictures.draw(settings.view)? {
         Ok(light) => light,
         Err(refusal) => return Ok(Err(refusal)),
     };
-    let reference = Reference::new(&subject.scene).with_brdf(settings.brdf).with_shadows(settings.shadows.enabled);
-    let eye = Eye { camera: subject.scene.camera, size: settings.size };
-    let truth = reference.render(&eye, &Options { mode: Mode::Point, smith: Smith::default() }, &|_, _| {});
-    let exposure = f64::from(exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(&subject.scene))));
-    let expected: Vec<[f64; 3]> = truth.radiance.iter().map(|light| light.map(|channel| channel * exposure)).collect();
+    let reference = Reference::new(truth).with_brdf(settings.brdf).with_shadows(settings.shadows.enabled);
+    let eye = Eye { camera: truth.camera, size: settings.size };
+    let rays = reference.render(&eye, &Options { mode: Mode::Point, smith: Smith::default() }, &|_, _| {});
+    let exposure = f64::from(exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(truth))));
+    let expected: Vec<[f64; 3]> = rays.radiance.iter().map(|light| light.map(|channel| channel * exposure)).collect();
     if expected.iter().flatten().any(|channel| !channel.is_finite()) {
         return Ok(Err("the truth itself is not finite".into()));
     }
-    let elsewhere = pictures.elsewhere(truth.triangles.as_deref().unwrap_or_default())?;
+    let elsewhere = pictures.elsewhere(rays.triangles.as_deref().unwrap_or_default())?;
     let mut errors = against(&light, &expected, &elsewhere);
     for view in TARGETS {
         if let Ok(values) = pictures.draw(view)? {

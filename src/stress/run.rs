@@ -5,6 +5,10 @@ use std::sync::Arc;
 use super::picture::{self, Errors, Evidence};
 use super::{Case, Check, Error};
 use crate::gpu::Device;
+use crate::scene::Scene;
+
+/// The share of pixels on which raster and truth may see different triangles: edges of meshes in small pictures.
+const MOST_ELSEWHERE: f64 = 0.1;
 
 /// What became of one value.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,9 +40,27 @@ pub struct Verdict {
 /// # Errors
 /// When the device is lost.
 pub fn run(device: &Arc<Device>, case: &Case, quick: bool) -> Result<Verdict, Error> {
+    run_spoiled(device, case, quick, &|_| {})
+}
+
+/// Tries a case, but spoils each scene before it is drawn: whoever claims that a mistake would be found can plant it.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_spoiled(
+    device: &Arc<Device>,
+    case: &Case,
+    quick: bool,
+    spoil: &dyn Fn(&mut Scene),
+) -> Result<Verdict, Error> {
     let attempt = |value: f64| {
         let found = match case.check {
-            Check::Picture(subject) => picture::compare(device, &subject(value))?,
+            Check::Picture(subject) => {
+                let mut subject = subject(value);
+                let truth = subject.scene.clone();
+                spoil(&mut subject.scene);
+                picture::compare(device, &subject, &truth)?
+            }
         };
         let mut finding = match found {
             Ok((errors, evidence)) => Finding { value, outcome: Outcome::Measured(errors), evidence: Some(evidence) },
@@ -66,8 +88,10 @@ impl Finding {
     pub fn holds(&self, case: &Case) -> bool {
         let within = match &self.outcome {
             Outcome::Measured(errors) => {
-                // What was not seen anywhere was not compared.
-                errors.compared > 0 && errors.worst <= case.bound.worst && errors.mean <= case.bound.mean
+                // What was seen elsewhere was not compared.
+                errors.elsewhere_share() <= MOST_ELSEWHERE
+                    && errors.worst <= case.bound.worst
+                    && errors.mean <= case.bound.mean
             }
             Outcome::Refused(_) => false,
         };
@@ -123,7 +147,6 @@ impl Verdict {
 mod tests {
     use super::super::{Bound, Subject, Values};
     use super::*;
-    use crate::scene::Scene;
 
     fn verdict(worst: [f64; 6]) -> Verdict {
         let case = Case {
