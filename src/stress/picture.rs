@@ -9,11 +9,16 @@ use std::sync::Arc;
 use super::Error;
 use crate::frame::{self, Pixels, Renderer};
 use crate::gpu::Device;
+use crate::plan::ToneMapping;
 use crate::reference::{Mode, Options, Reference, Smith, TriangleId, View as Eye};
 use crate::scene::{LightPath, Output, Scene, Settings, SettingsPatch, View, exposure_scale, metered_ev100};
 
-/// A pixel darker than this share of the brightest one counts as that bright: nobody sees what is relative to nothing.
+/// A pixel darker than this share of the brightest one counts as that bright, unless the subject says another share: nobody sees what
+/// is relative to nothing.
 pub const FLOOR: f64 = 1e-4;
+
+/// The most that tone mapping takes (`shaders/tonemap.wgsl`); a target may hold less.
+const WHITE: f32 = 65000.0;
 
 /// What is drawn for a value.
 #[derive(Debug, Clone)]
@@ -21,12 +26,15 @@ pub struct Subject {
     pub scene: Scene,
     /// Over those of the scene. The size is that of [`Subject::SIZE`] unless it says another.
     pub settings: SettingsPatch,
+    /// [`FLOOR`], or what else a pixel's error is relative to at least: 1 for errors relative to the picture's peak, 0 where each decade of
+    /// one picture counts.
+    pub floor: f64,
 }
 
 /// How far a picture is from the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Errors {
-    /// The greatest difference of a channel over the pixel's brightest channel, or over [`FLOOR`] times the picture's.
+    /// The greatest difference of a channel over the pixel's brightest channel, or over [`Subject::floor`] times the picture's.
     pub worst: f64,
     /// The mean over the pixels of their greatest.
     pub mean: f64,
@@ -64,7 +72,7 @@ impl Subject {
     pub const SIZE: [u32; 2] = [64, 36];
 
     pub fn new(scene: Scene) -> Self {
-        Self { scene, settings: SettingsPatch::default() }
+        Self { scene, settings: SettingsPatch::default(), floor: FLOOR }
     }
 
     fn decided(&self) -> Settings {
@@ -87,11 +95,12 @@ pub fn compare(
     truth: &Scene,
 ) -> Result<Result<(Errors, Evidence), Refusal>, Error> {
     let settings = subject.decided();
-    let mut pictures = Pictures { device, subject, settings: &settings };
+    let mut pictures = Pictures { device, subject, settings: &settings, largest: f64::INFINITY };
     let light = match pictures.draw(settings.view)? {
         Ok(light) => light,
         Err(refusal) => return Ok(Err(refusal)),
     };
+    let largest = pictures.largest;
     let reference = Reference::new(truth).with_brdf(settings.brdf).with_shadows(settings.shadows.enabled);
     let eye = Eye { camera: truth.camera, size: settings.size };
     let rays = reference.render(&eye, &Options { mode: Mode::Point, smith: Smith::default() }, &|_, _| {});
@@ -101,7 +110,7 @@ pub fn compare(
         return Ok(Err("the truth itself is not finite".into()));
     }
     let elsewhere = pictures.elsewhere(rays.triangles.as_deref().unwrap_or_default())?;
-    let mut errors = against(&light, &expected, &elsewhere);
+    let mut errors = against(&light, &expected, &elsewhere, Scale { floor: subject.floor, largest });
     for view in TARGETS {
         if let Ok(values) = pictures.draw(view)? {
             errors.not_finite += values.iter().filter(|value| !value.is_finite()).count();
@@ -115,6 +124,16 @@ struct Pictures<'a> {
     device: &'a Arc<Device>,
     subject: &'a Subject,
     settings: &'a Settings,
+    /// What the last one drawn saturates at.
+    largest: f64,
+}
+
+/// What errors are relative to.
+#[derive(Debug, Clone, Copy)]
+struct Scale {
+    floor: f64,
+    /// What is brighter counts as that bright: it is white, and only has to be finite.
+    largest: f64,
 }
 
 impl Pictures<'_> {
@@ -137,6 +156,9 @@ impl Pictures<'_> {
             Err(frame::Error::Plan(refusal)) => return Ok(Err(refusal.to_string())),
             made => made?,
         };
+        let plan = renderer.plan();
+        let most = if plan.tone_mapping == ToneMapping::Kept { WHITE } else { f32::MAX };
+        self.largest = f64::from(plan.largest_light().min(most));
         match renderer.picture(&self.subject.scene.camera, || {})?.pixels {
             Pixels::LinearF32(rgba) => Ok(Ok(rgba)),
             Pixels::Srgb8(_) => Ok(Err(format!("{view} has no values that could be compared"))),
@@ -164,11 +186,12 @@ impl Pictures<'_> {
     }
 }
 
-fn against(rgba: &[f32], expected: &[[f64; 3]], elsewhere: &[bool]) -> Errors {
+fn against(rgba: &[f32], expected: &[[f64; 3]], elsewhere: &[bool], scale: Scale) -> Errors {
+    let expected: Vec<_> = expected.iter().map(|truth| truth.map(|channel| channel.min(scale.largest))).collect();
     let brightest = expected.iter().flatten().fold(0.0f64, |most, &channel| most.max(channel));
     let mut errors = Errors::default();
     let mut sum = 0.0;
-    for ((drawn, truth), &elsewhere) in rgba.as_chunks::<4>().0.iter().zip(expected).zip(elsewhere) {
+    for ((drawn, truth), &elsewhere) in rgba.as_chunks::<4>().0.iter().zip(&expected).zip(elsewhere) {
         let drawn = [drawn[0], drawn[1], drawn[2]].map(f64::from);
         errors.not_finite += drawn.iter().filter(|channel| !channel.is_finite()).count();
         errors.negative += drawn.iter().filter(|channel| **channel < 0.0).count();
@@ -177,8 +200,9 @@ fn against(rgba: &[f32], expected: &[[f64; 3]], elsewhere: &[bool]) -> Errors {
             continue;
         }
         errors.compared += 1;
-        let own = truth.iter().fold(FLOOR * brightest, |most, &channel| most.max(channel));
-        let difference = drawn.iter().zip(truth).fold(0.0f64, |most, (a, b)| most.max((a - b).abs()));
+        let own = truth.iter().fold(scale.floor * brightest, |most, &channel| most.max(channel));
+        let difference =
+            drawn.iter().zip(truth).fold(0.0f64, |most, (a, b)| most.max((a.min(scale.largest) - b).abs()));
         let error = if difference == 0.0 { 0.0 } else { difference / own };
         sum += error;
         errors.worst = errors.worst.max(error);
@@ -191,11 +215,13 @@ fn against(rgba: &[f32], expected: &[[f64; 3]], elsewhere: &[bool]) -> Errors {
 mod tests {
     use super::*;
 
+    const SCALE: Scale = Scale { floor: FLOOR, largest: 1e30 };
+
     #[test]
     fn error_is_relative_to_each_pixel_but_the_dark_ones() {
         let expected = [[100.0, 50.0, 0.0], [1e-6, 0.0, 0.0], [1.0, 1.0, 1.0]];
         let rgba = [101.0, 50.0, 0.0, 1.0, 2e-4, 0.0, 0.0, 1.0, 9.0, 1.0, 1.0, 1.0];
-        let errors = against(&rgba, &expected, &[false, false, true]);
+        let errors = against(&rgba, &expected, &[false, false, true], SCALE);
         assert!((errors.worst - 0.0199).abs() < 1e-6, "{errors:?}");
         assert!((errors.mean - (0.01 + 0.0199) / 2.0).abs() < 1e-6, "{errors:?}");
         assert_eq!((errors.compared, errors.elsewhere, errors.not_finite, errors.negative), (2, 1, 0, 0));
@@ -204,13 +230,23 @@ mod tests {
     #[test]
     fn what_no_light_can_be_is_counted_everywhere() {
         let rgba = [f32::NAN, -1.0, 0.0, 1.0, f32::INFINITY, 0.0, -0.0, 1.0];
-        let errors = against(&rgba, &[[1.0; 3]; 2], &[true, true]);
+        let errors = against(&rgba, &[[1.0; 3]; 2], &[true, true], SCALE);
         assert_eq!((errors.not_finite, errors.negative, errors.compared), (2, 1, 0));
     }
 
     #[test]
+    fn what_is_brighter_than_the_target_holds_is_white_and_no_more() {
+        let scale = Scale { largest: 100.0, ..SCALE };
+        let rgba = [100.0, 100.0, 50.0, 1.0, 60.0, 0.0, 0.0, 1.0];
+        let errors = against(&rgba, &[[1e9, 200.0, 50.0], [1e9, 0.0, 0.0]], &[false; 2], scale);
+        assert!((errors.worst - 0.4).abs() < 1e-9 && (errors.mean - 0.2).abs() < 1e-9, "{errors:?}");
+        let of_the_peak = Scale { floor: 1.0, ..SCALE };
+        assert!((against(&[10.0, 1.0, 0.0, 1.0], &[[10.0, 2.0, 0.0]], &[false], of_the_peak).worst - 0.1).abs() < 1e-9);
+    }
+
+    #[test]
     fn a_black_picture_of_a_black_scene_is_right() {
-        assert_eq!(against(&[0.0; 4], &[[0.0; 3]], &[false]).worst, 0.0);
-        assert_eq!(against(&[1.0; 4], &[[0.0; 3]], &[false]).worst, f64::INFINITY);
+        assert_eq!(against(&[0.0; 4], &[[0.0; 3]], &[false], SCALE).worst, 0.0);
+        assert_eq!(against(&[1.0; 4], &[[0.0; 3]], &[false], SCALE).worst, f64::INFINITY);
     }
 }
