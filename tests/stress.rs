@@ -116,7 +116,7 @@ fn extremes() -> impl Strategy<Value = Extremes> {
         prop_oneof![Just(0.0), decades(-6, 6)],
         prop::option::of(0.0..=180.0f64),
         prop::option::of(decades(-3, 6)),
-        any::<bool>(),
+        prop::bool::weighted(0.3),
         -20.0f32..=20.0,
     );
     let presets = [GbufferPreset::Lean, GbufferPreset::Fat, GbufferPreset::Float32];
@@ -211,12 +211,13 @@ impl Extremes {
         Subject { settings, ..Subject::new(stage.scene) }
     }
 
-    /// Whether its picture is to be near the truth as well: highlights are no wider than what a buffer can store of them, and maps have few texels.
-    fn is_tame(&self) -> bool {
+    /// How near to the truth its picture is to be as well, in the mean; `None` where shadow maps have few texels or highlights are narrower than
+    /// what 8 bits of roughness say of them.
+    fn bound(&self) -> Option<f64> {
         let wide = self.brdf == Brdf::Lambert
             || (self.brdf == Brdf::CookTorrance && self.roughness >= 0.3)
             || (self.brdf != Brdf::CookTorrance && self.shininess < 30.0);
-        wide && !self.shadows && self.gbuffer != GbufferPreset::Lean && self.offset <= 1e3 * self.scale
+        (wide && !self.shadows).then_some(if self.gbuffer == GbufferPreset::Lean { 0.02 } else { 1e-3 })
     }
 }
 
@@ -233,7 +234,7 @@ fn scenes_that_nobody_thought_of_stay_finite_and_tame_ones_near_the_truth() {
     on_gpu(|gpu| {
         // A run of the device for each scene, so that few of them; always the same.
         let mut runner = TestRunner::new_with_rng(
-            Config { cases: 48, failure_persistence: None, max_shrink_iters: 40, ..Config::default() },
+            Config { cases: 1500, failure_persistence: None, max_shrink_iters: 40, ..Config::default() },
             proptest::test_runner::TestRng::deterministic_rng(proptest::test_runner::RngAlgorithm::ChaCha),
         );
         let compared = RefCell::new((0, 0));
@@ -251,14 +252,14 @@ fn scenes_that_nobody_thought_of_stay_finite_and_tame_ones_near_the_truth() {
             if !extremes.shadows {
                 prop_assert!(black(&evidence) <= errors.elsewhere, "{} pixels are black: {errors:?}", black(&evidence));
             }
-            if extremes.is_tame() {
+            if let Some(bound) = extremes.bound() {
                 counts.1 += 1;
-                prop_assert!(errors.mean < 0.001, "{:?}", errors);
+                prop_assert!(errors.mean < bound, "{:?}", errors);
             }
             Ok(())
         });
         outcome.unwrap_or_else(|failure| panic!("{failure}"));
         let (all, tame) = compared.into_inner();
-        assert!(all >= 40 && tame >= 3, "{all} scenes, {tame} of them tame: the strategy draws too few");
+        assert!(all >= 40 && tame >= 8, "{all} scenes, {tame} of them tame: the strategy draws too few");
     });
 }
