@@ -60,31 +60,51 @@ fn world_position(position: vec3<f32>) -> vec3<f32> {
     return vec3(dot(push.row_x, p), dot(push.row_y, p), dot(push.row_z, p));
 }
 
-// -1 where the transform swaps left and right.
-fn handedness() -> f32 {
-    return select(-1.0, 1.0, dot(push.row_x.xyz, cross(push.row_y.xyz, push.row_z.xyz)) >= 0.0);
+// The rows of the transform's linear part, as columns, by a power of two that brings the largest element to 1..2: exact, and then products of
+// three of them neither overflow nor vanish.
+fn scaled_rows() -> mat3x3<f32> {
+    let x = abs(push.row_x.xyz);
+    let y = abs(push.row_y.xyz);
+    let z = abs(push.row_z.xyz);
+    let largest = max(max(max(x.x, x.y), max(x.z, y.x)), max(max(y.y, y.z), max(z.x, max(z.y, z.z))));
+    // The exponent e, which is biased by 127, becomes 254 - e.
+    let scale = bitcast<f32>(0x7f000000u - (bitcast<u32>(largest) & 0x7f800000u));
+    return mat3x3(push.row_x.xyz * scale, push.row_y.xyz * scale, push.row_z.xyz * scale);
 }
 
-// Normals go by the cofactor matrix, which is right for any scale and mirror.
+// -1 where the transform swaps left and right.
+fn handedness(rows: mat3x3<f32>) -> f32 {
+    return select(-1.0, 1.0, dot(rows[0], cross(rows[1], rows[2])) >= 0.0);
+}
+
+// Normals go by the cofactor matrix, which is right for any scale and mirror. Not of unit length.
 fn world_normal(normal: vec3<f32>) -> vec3<f32> {
-    let x = push.row_x.xyz;
-    let y = push.row_y.xyz;
-    let z = push.row_z.xyz;
-    return handedness() * vec3(dot(cross(y, z), normal), dot(cross(z, x), normal), dot(cross(x, y), normal));
+    let rows = scaled_rows();
+    let x = rows[0];
+    let y = rows[1];
+    let z = rows[2];
+    return handedness(rows) * vec3(dot(cross(y, z), normal), dot(cross(z, x), normal), dot(cross(x, y), normal));
 }
 
 fn world_tangent(tangent: vec4<f32>) -> vec4<f32> {
     let t = tangent.xyz;
-    return vec4(dot(push.row_x.xyz, t), dot(push.row_y.xyz, t), dot(push.row_z.xyz, t), tangent.w * handedness());
+    let sign = handedness(scaled_rows());
+    return vec4(dot(push.row_x.xyz, t), dot(push.row_y.xyz, t), dot(push.row_z.xyz, t), tangent.w * sign);
 }
 
-// A vector of any length to a unit one; a zero vector gives the fallback.
+// The lengths of which a vector can be made a unit one: below, drivers may take a number for 0.
+const LEAST_NORMAL: f32 = 1.1754944e-38;
+const MOST_FINITE: f32 = 3.4028235e38;
+
+// A vector of any length to a unit one; one of no length, or of none that is finite, gives the fallback.
 fn unit_or(v: vec3<f32>, fallback: vec3<f32>) -> vec3<f32> {
-    // Scaled first, so that squares neither overflow nor vanish.
-    let largest = max(abs(v.x), max(abs(v.y), abs(v.z)));
-    if !(largest > 0.0) {
+    let size = abs(v);
+    let largest = max(size.x, max(size.y, size.z));
+    // Comparisons that are false for what is no number.
+    if !(largest >= LEAST_NORMAL && all(size <= vec3(MOST_FINITE))) {
         return fallback;
     }
+    // Scaled first, so that squares neither overflow nor vanish.
     return normalize(v / largest);
 }
 
