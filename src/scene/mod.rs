@@ -23,6 +23,7 @@ mod settings;
 mod suggest;
 mod temperature;
 mod texture;
+mod uvs;
 mod vary;
 
 pub use bounds::Aabb;

@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DVec2, DVec3};
 
+use crate::scene::uvs::wrapped;
 use crate::scene::{Aabb, Mesh};
 
 /// A point of a surface: position, unit normal, texture coordinates ((0, 0) is the image's upper left corner).
@@ -160,7 +161,7 @@ impl MeshBuilder {
             origin,
             positions: self.vertices.iter().map(|v| (v.position - origin).as_vec3().to_array()).collect(),
             normals: self.vertices.iter().map(|v| v.normal.as_vec3().to_array()).collect(),
-            uvs: self.vertices.iter().map(|v| v.uv.as_vec2().to_array()).collect(),
+            uvs: wrapped(&self.vertices.iter().map(|vertex| vertex.uv).collect::<Vec<_>>(), &self.indices),
             indices: self.indices,
             ..Mesh::default()
         };

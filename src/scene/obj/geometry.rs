@@ -11,6 +11,7 @@ use super::normals::{Faces, corner_normals};
 use super::polygon::{newell_normal, triangulate};
 use super::scan::{Part, Scan};
 use crate::scene::mesh::triangle_normal;
+use crate::scene::uvs::wrapped;
 use crate::scene::{Error, LoadOptions, Mesh};
 
 /// A mesh and what it belongs to in the scan's tables.
@@ -140,7 +141,8 @@ impl Vertices {
         }
         if self.has_uvs {
             let placed = self.uvs.iter().map(|&uv| uv * needs.uv_scale + needs.uv_offset);
-            mesh.uvs = placed.map(|uv| [uv.x as f32, (1.0 - uv.y) as f32]).collect();
+            let turned_over: Vec<DVec2> = placed.map(|uv| DVec2::new(uv.x, 1.0 - uv.y)).collect();
+            mesh.uvs = wrapped(&turned_over, &mesh.indices);
             if needs.tangents {
                 mesh.compute_tangents();
             }
