@@ -36,11 +36,28 @@ pub struct Bound {
     pub mean: f64,
 }
 
+/// The share of pixels on which raster and truth may see different triangles where a case does not say: edges of meshes in small pictures.
+pub const MOST_ELSEWHERE: f64 = 0.1;
+
 /// How a value is tried.
 #[derive(Debug, Clone, Copy)]
 pub enum Check {
     /// A scene is drawn, and held against the reference.
     Picture(fn(f64) -> Subject),
+    /// The same, with a share of the pixels of its own that at most shows another triangle than the truth.
+    Placed(fn(f64) -> Subject, f64),
+    /// Places of surfaces, as the G-buffer has them, against the truth: errors are distances over the distance from the camera.
+    Position(fn(f64) -> Subject),
+    /// The light of the whole picture in the mean, against that of a truth of many samples: what one sample a pixel may get wrong, but
+    /// all of them not in the same direction.
+    Whole(fn(f64) -> Subject),
+}
+
+impl Check {
+    /// The greatest share of pixels that may show another triangle than the truth.
+    pub fn elsewhere(&self) -> f64 {
+        if let Self::Placed(_, share) = self { *share } else { MOST_ELSEWHERE }
+    }
 }
 
 impl Values {

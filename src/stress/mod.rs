@@ -9,7 +9,9 @@ pub mod catalogue;
 #[cfg(feature = "report")]
 pub mod page;
 mod picture;
+mod position;
 mod run;
+mod whole;
 
 pub use case::{Bound, Case, Check, Values, range};
 pub use picture::{Errors, Evidence, FLOOR, Subject, compare};

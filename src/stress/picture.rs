@@ -29,6 +29,8 @@ pub struct Subject {
     /// [`FLOOR`], or what else a pixel's error is relative to at least: 1 for errors relative to the picture's peak, 0 where each decade of
     /// one picture counts.
     pub floor: f64,
+    /// What the truth is taken of, where that is another scene: one that ought to look the same.
+    pub truth: Option<Scene>,
 }
 
 /// How far a picture is from the truth.
@@ -72,10 +74,10 @@ impl Subject {
     pub const SIZE: [u32; 2] = [64, 36];
 
     pub fn new(scene: Scene) -> Self {
-        Self { scene, settings: SettingsPatch::default(), floor: FLOOR }
+        Self { scene, settings: SettingsPatch::default(), floor: FLOOR, truth: None }
     }
 
-    fn decided(&self) -> Settings {
+    pub(super) fn decided(&self) -> Settings {
         let size = SettingsPatch { size: Some(Self::SIZE), ..SettingsPatch::default() };
         let decided = self.settings.or(&self.scene.settings).or(&size).decide();
         Settings { output: Output::Exposed, ..decided }
@@ -95,7 +97,7 @@ pub fn compare(
     truth: &Scene,
 ) -> Result<Result<(Errors, Evidence), Refusal>, Error> {
     let settings = subject.decided();
-    let mut pictures = Pictures { device, subject, settings: &settings, largest: f64::INFINITY };
+    let mut pictures = Pictures::of(device, subject, &settings);
     let light = match pictures.draw(settings.view)? {
         Ok(light) => light,
         Err(refusal) => return Ok(Err(refusal)),
@@ -120,7 +122,7 @@ pub fn compare(
     Ok(Ok((errors, Evidence { size: settings.size, drawn, expected })))
 }
 
-struct Pictures<'a> {
+pub(super) struct Pictures<'a> {
     device: &'a Arc<Device>,
     subject: &'a Subject,
     settings: &'a Settings,
@@ -136,9 +138,13 @@ struct Scale {
     largest: f64,
 }
 
-impl Pictures<'_> {
+impl<'a> Pictures<'a> {
+    pub fn of(device: &'a Arc<Device>, subject: &'a Subject, settings: &'a Settings) -> Self {
+        Self { device, subject, settings, largest: f64::INFINITY }
+    }
+
     /// RGBA of a view.
-    fn draw(&mut self, view: View) -> Result<Result<Vec<f32>, Refusal>, Error> {
+    pub fn draw(&mut self, view: View) -> Result<Result<Vec<f32>, Refusal>, Error> {
         let mut settings = Settings { view, ..self.settings.clone() };
         if view != self.settings.view {
             // What a buffer holds does not depend on how its pixels are lit, and not every way of that has buffers.
@@ -166,7 +172,7 @@ impl Pictures<'_> {
     }
 
     /// Which pixels show another triangle than the truth. Without numbers from the device, those next to where the truth changes.
-    fn elsewhere(&mut self, truth: &[Option<TriangleId>]) -> Result<Vec<bool>, Error> {
+    pub fn elsewhere(&mut self, truth: &[Option<TriangleId>]) -> Result<Vec<bool>, Error> {
         let Ok(numbered) = self.draw(View::Triangle)? else { return Ok(self.beside_edges(truth)) };
         let triangle = |&[object, triangle, ..]: &[f32; 4]| {
             // 0 is the sky.

@@ -3,12 +3,9 @@
 use std::sync::Arc;
 
 use super::picture::{self, Errors, Evidence};
-use super::{Case, Check, Error};
+use super::{Case, Check, Error, position, whole};
 use crate::gpu::Device;
 use crate::scene::Scene;
-
-/// The share of pixels on which raster and truth may see different triangles: edges of meshes in small pictures.
-const MOST_ELSEWHERE: f64 = 0.1;
 
 /// What became of one value.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,13 +51,15 @@ pub fn run_spoiled(
     spoil: &dyn Fn(&mut Scene),
 ) -> Result<Verdict, Error> {
     let attempt = |value: f64| {
+        let (Check::Picture(subject) | Check::Placed(subject, _) | Check::Position(subject) | Check::Whole(subject)) =
+            case.check;
+        let mut subject = subject(value);
+        let truth = subject.truth.take().unwrap_or_else(|| subject.scene.clone());
+        spoil(&mut subject.scene);
         let found = match case.check {
-            Check::Picture(subject) => {
-                let mut subject = subject(value);
-                let truth = subject.scene.clone();
-                spoil(&mut subject.scene);
-                picture::compare(device, &subject, &truth)?
-            }
+            Check::Picture(_) | Check::Placed(..) => picture::compare(device, &subject, &truth)?,
+            Check::Position(_) => position::compare(device, &subject, &truth)?,
+            Check::Whole(_) => whole::compare(device, &subject, &truth)?,
         };
         let mut finding = match found {
             Ok((errors, evidence)) => Finding { value, outcome: Outcome::Measured(errors), evidence: Some(evidence) },
@@ -89,7 +88,7 @@ impl Finding {
         let within = match &self.outcome {
             Outcome::Measured(errors) => {
                 // What was seen elsewhere was not compared.
-                errors.elsewhere_share() <= MOST_ELSEWHERE
+                errors.elsewhere_share() <= case.check.elsewhere()
                     && errors.worst <= case.bound.worst
                     && errors.mean <= case.bound.mean
             }
@@ -192,6 +191,18 @@ mod tests {
         let mut unseen = verdict([0.1; 6]);
         unseen.findings[3].outcome = Outcome::Measured(Errors::default());
         assert!(!unseen.passes());
+    }
+
+    #[test]
+    fn a_case_may_bound_what_is_seen_elsewhere_itself() {
+        let errors = |elsewhere| Errors { compared: 90, elsewhere, ..Errors::default() };
+        let mut case = verdict([0.0; 6]).case;
+        let holds = |case: &Case, elsewhere| {
+            Finding { value: 1.0, outcome: Outcome::Measured(errors(elsewhere)), evidence: None }.holds(case)
+        };
+        assert!(holds(&case, 10) && !holds(&case, 11));
+        case.check = Check::Placed(|_| Subject::new(Scene::default()), 0.2);
+        assert!(holds(&case, 22) && !holds(&case, 23));
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! All cases, by group.
 
+mod geometry;
 mod lights;
+mod space;
 mod stage;
 mod targets;
 
@@ -8,7 +10,7 @@ use super::Case;
 
 /// Every case, in the order in which they are told.
 pub fn all() -> Vec<Case> {
-    [lights::CASES, targets::CASES].concat()
+    [lights::CASES, space::CASES, geometry::CASES, targets::CASES].concat()
 }
 
 /// The cases that a name or the name of a group means.

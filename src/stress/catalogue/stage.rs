@@ -4,7 +4,9 @@ use glam::{DVec3, Vec3};
 
 use crate::scene::builtin::shapes;
 use crate::scene::builtin::stage::Stage;
-use crate::scene::{Camera, Falloff, Light, LightKind, Material};
+use crate::scene::{
+    Camera, ColorSpace, Falloff, GbufferChoice, GbufferPreset, Light, LightKind, Material, SettingsPatch, Texture,
+};
 
 /// A matt floor of 8 x 8 m around the origin, and on it a sphere of half a metre that shines a little, seen from two metres up. Neither
 /// light nor ambient light.
@@ -31,4 +33,30 @@ pub fn lamp(position: DVec3, candela: f32) -> Light {
         casts_shadow: false,
         size: 0.0,
     }
+}
+
+/// Settings with a G-buffer of 32-bit floats, which adds no error of its own.
+pub fn float32() -> SettingsPatch {
+    let gbuffer = GbufferChoice { preset: GbufferPreset::Float32, ..GbufferChoice::default() };
+    SettingsPatch { gbuffer: Some(gbuffer), ..SettingsPatch::default() }
+}
+
+/// A linear texture that is the same everywhere, but not so that a plan could put its colour into the material: its last texel differs by
+/// a code of alpha.
+pub fn even_texture(texel: [u8; 4]) -> Texture {
+    let mut texels = texel.repeat(16);
+    texels[63] = texel[3] ^ 1;
+    Texture { name: "even".into(), size: [4, 4], color_space: ColorSpace::Linear, texels }
+}
+
+/// A texture of smooth waves that goes on without a seam where it repeats.
+pub fn waves() -> Texture {
+    const EDGE: u32 = 64;
+    let wave = |at: u32, count: f64| {
+        (127.5 + 60.0 * (f64::from(at) / f64::from(EDGE) * count * std::f64::consts::TAU).sin()).round() as u8
+    };
+    let texel =
+        |index: u32| [wave(index % EDGE, 1.0), wave(index / EDGE, 2.0), wave(index % EDGE + index / EDGE, 1.0), 255];
+    let texels = (0..EDGE * EDGE).flat_map(texel).collect();
+    Texture { name: "waves".into(), size: [EDGE; 2], color_space: ColorSpace::Linear, texels }
 }

@@ -1,0 +1,53 @@
+//! Holds the places that the G-buffer stores, or from which they are rebuilt, against the truth.
+
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+
+use super::Error;
+use super::picture::{Errors, Evidence, Pictures, Refusal, Subject};
+use crate::gpu::Device;
+use crate::reference::{Reference, Surface, TriangleId, View as Eye};
+use crate::scene::{Scene, View};
+
+/// Draws the subject's places. Errors are distances between the place and the true one, over that one's distance from the camera.
+///
+/// # Errors
+/// A device that is lost. What a plan refuses is the inner error.
+pub fn compare(
+    device: &Arc<Device>,
+    subject: &Subject,
+    truth: &Scene,
+) -> Result<Result<(Errors, Evidence), Refusal>, Error> {
+    let settings = subject.decided();
+    let mut pictures = Pictures::of(device, subject, &settings);
+    let places = match pictures.draw(View::Position)? {
+        Ok(places) => places,
+        Err(refusal) => return Ok(Err(refusal)),
+    };
+    let reference = Reference::new(truth);
+    let eye = Eye { camera: truth.camera, size: settings.size };
+    let [width, height] = settings.size;
+    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)));
+    let expected: Vec<_> = pixels.map(|pixel| reference.surface(&eye, pixel)).collect();
+    let triangles: Vec<_> = expected.iter().map(|seen| seen.map(|(_, triangle, _)| triangle)).collect();
+    let elsewhere = pictures.elsewhere(&triangles)?;
+    let mut errors = Errors::default();
+    let mut sum = 0.0;
+    for ((place, seen), elsewhere) in places.as_chunks::<4>().0.iter().zip(&expected).zip(elsewhere) {
+        errors.not_finite += place.iter().filter(|value| !value.is_finite()).count();
+        errors.elsewhere += usize::from(elsewhere);
+        let Some((surface, _, _)) = seen.filter(|_| !elsewhere) else { continue };
+        let place = DVec3::new(f64::from(place[0]), f64::from(place[1]), f64::from(place[2]));
+        let error = place.distance(surface.position) / surface.position.length();
+        errors.compared += 1;
+        sum += error;
+        errors.worst = errors.worst.max(error);
+    }
+    errors.mean = sum / errors.compared.max(1) as f64;
+    let drawn = places.as_chunks::<4>().0.iter().map(|&[x, y, z, _]| [x, y, z]).collect();
+    let place =
+        |seen: &Option<(Surface, TriangleId, f64)>| seen.map_or([0.0; 3], |(surface, ..)| surface.position.to_array());
+    let expected = expected.iter().map(place).collect();
+    Ok(Ok((errors, Evidence { size: settings.size, drawn, expected })))
+}

@@ -1,0 +1,57 @@
+//! Holds the light of a whole picture against that of a truth of many samples: for what a single sample a pixel cannot resolve.
+
+use std::sync::Arc;
+
+use super::Error;
+use super::picture::{Errors, Evidence, Pictures, Refusal, Subject};
+use crate::gpu::Device;
+use crate::reference::{Mode, Options, Reference, Smith, View as Eye};
+use crate::scene::{Scene, exposure_scale, metered_ev100};
+
+/// Samples of the truth, in each pixel.
+const SAMPLES: u32 = 64;
+
+/// Draws the subject. Both errors are that of the mean light, relative to the brightest channel of the true one.
+///
+/// # Errors
+/// A device that is lost. What a plan refuses is the inner error.
+pub fn compare(
+    device: &Arc<Device>,
+    subject: &Subject,
+    truth: &Scene,
+) -> Result<Result<(Errors, Evidence), Refusal>, Error> {
+    let settings = subject.decided();
+    let mut pictures = Pictures::of(device, subject, &settings);
+    let light = match pictures.draw(settings.view)? {
+        Ok(light) => light,
+        Err(refusal) => return Ok(Err(refusal)),
+    };
+    let reference = Reference::new(truth).with_brdf(settings.brdf).with_shadows(settings.shadows.enabled);
+    let eye = Eye { camera: truth.camera, size: settings.size };
+    let mode = Mode::Converged { samples: SAMPLES };
+    let rays = reference.render(&eye, &Options { mode, smith: Smith::default() }, &|_, _| {});
+    let exposure = f64::from(exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(truth))));
+    let pixels = light.as_chunks::<4>().0;
+    let count = pixels.len() as f64;
+    let drawn = [0, 1, 2].map(|channel| pixels.iter().map(|pixel| f64::from(pixel[channel])).sum::<f64>() / count);
+    let expected =
+        [0, 1, 2].map(|channel| rays.radiance.iter().map(|pixel| pixel[channel]).sum::<f64>() * exposure / count);
+    let brightest = expected.iter().fold(0.0f64, |most, &channel| most.max(channel));
+    if !(brightest > 0.0 && brightest.is_finite()) {
+        return Ok(Err("the truth shows no light".into()));
+    }
+    let differences = drawn.iter().zip(expected).map(|(drawn, expected)| (drawn - expected).abs());
+    let error = differences.fold(0.0, f64::max) / brightest;
+    let values = || pixels.iter().flat_map(|pixel| &pixel[..3]);
+    let errors = Errors {
+        worst: error,
+        mean: error,
+        compared: pixels.len(),
+        elsewhere: 0,
+        not_finite: values().filter(|value| !value.is_finite()).count(),
+        negative: values().filter(|value| **value < 0.0).count(),
+    };
+    let drawn = pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+    let expected = rays.radiance.iter().map(|light| light.map(|channel| channel * exposure)).collect();
+    Ok(Ok((errors, Evidence { size: settings.size, drawn, expected })))
+}
