@@ -64,6 +64,48 @@ fn phong_surface(normal: vec3<f32>, view: vec3<f32>, albedo: vec3<f32>, specular
     return s;
 }
 
+// alpha^2 of a perceptual roughness.
+fn squared_alpha(roughness: f32) -> f32 {
+    let clamped = max(roughness, MIN_ROUGHNESS);
+    let alpha = clamped * clamped;
+    return alpha * alpha;
+}
+
+// What one direction has of Smith's height-correlated term.
+fn smith_root(cosine: f32, alpha_squared: f32) -> f32 {
+    return sqrt(cosine * cosine * (1.0 - alpha_squared) + alpha_squared);
+}
+
+// Schlick's Fresnel.
+fn schlick(facing: vec3<f32>, v_dot_h: f32) -> vec3<f32> {
+    let x = 1.0 - v_dot_h;
+    let x2 = x * x;
+    return facing + (vec3(1.0) - facing) * (x2 * x2 * x);
+}
+
+struct Half {
+    // Unit vector; zero where light and eye are opposite.
+    direction: vec3<f32>,
+    // |l + v|
+    length: f32,
+}
+
+fn half_vector(sum: vec3<f32>) -> Half {
+    let length2 = dot(sum, sum);
+    let inverse = inverseSqrt(max(length2, 1e-30));
+    return Half(sum * inverse, length2 * inverse);
+}
+
+// D V of GGX in one division, where V = 0.5 / smith. 1 - NdotH^2 by Lagrange's identity: the difference would cancel where the lobe is
+// sharpest.
+fn ggx_lobe(normal: vec3<f32>, half: vec3<f32>, alpha_squared: f32, smith: f32) -> f32 {
+    let across = cross(normal, half);
+    let along = dot(normal, half);
+    let d = along * along * alpha_squared + dot(across, across);
+    // d >= alpha^2 >= 1e-8 and smith >= 1e-8 for unit vectors: the guard is for half vectors that are zero.
+    return alpha_squared * (0.5 / PI) / max(d * d * smith, 1e-30);
+}
+
 // GGX D, height-correlated Smith V, Schlick F, and the uncoupled lambert base (1 - F)(1 - metallic) albedo / pi.
 fn cook_torrance(s: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
     let half_unscaled = light + s.view;

@@ -51,3 +51,8 @@ fn view_ray(pixel: vec2<f32>) -> vec3<f32> {
     let y = pixel.y * frame.pixel_height - 1.0;
     return frame.ray_center + frame.ray_x * x + frame.ray_y * y;
 }
+
+// Where a depth lies, relative to the camera, in metres. Reversed Z with an infinite far plane: depth = near / distance along the view axis.
+fn position_at(pixel: vec2<f32>, depth: f32) -> vec3<f32> {
+    return view_ray(pixel) * (frame.near / depth);
+}

@@ -1,7 +1,7 @@
 // The G-buffer as the subpasses after GEOMETRY read it: each pixel its own texels, through input attachments.
 #define_import_path afterlight::gbuffer
 #import afterlight::encodings::{decode_normal, decode_normal_uint, octahedral_decode, from_unorm}
-#import afterlight::frame::{frame, view_ray}
+#import afterlight::frame::{frame, position_at, view_ray}
 #import afterlight::texel::{Texel}
 #ifdef MSAA
 #import afterlight::multisampling::{sample_offset}
@@ -245,8 +245,7 @@ fn load_position(pixel: vec2<f32>) -> vec3<f32> {
 #endif
 #endif
 #else
-    // Reversed Z with an infinite far plane: depth = near / distance along the view axis.
-    return view_ray(pixel) * (frame.near / load_depth(pixel));
+    return position_at(pixel, load_depth(pixel));
 #endif
 }
 

@@ -166,6 +166,10 @@ fn text(told: &Told, verdicts: &[Verdict]) -> String {
             let _ = writeln!(text, "  {}", sentence(finding, &verdict.case));
         }
     }
+    let inputs = verdicts.iter().filter(|verdict| verdict.passes());
+    for (verdict, input) in inputs.filter_map(|verdict| Some((verdict, verdict.worst().worst_input?))) {
+        let _ = writeln!(text, "{}: worst at {input}", verdict.case.name);
+    }
     let _ = writeln!(text, "\n{}, {}: {:.1} s", told.device, told.driver, told.seconds);
     text
 }
@@ -176,8 +180,15 @@ fn sentence(finding: &Finding, case: &Case) -> String {
     match &finding.outcome {
         Outcome::Refused(why) => format!("{value}: refused: {why}"),
         Outcome::Measured(errors) => format!(
-            "{value}: worst {:.2e}, mean {:.2e} of {} pixels, {} elsewhere, {} not finite, {} negative{mark}",
-            errors.worst, errors.mean, errors.compared, errors.elsewhere, errors.not_finite, errors.negative
+            "{value}: worst {:.2e}, mean {:.2e} of {} {}, {} elsewhere, {} not finite, {} negative{mark}{}",
+            errors.worst,
+            errors.mean,
+            errors.compared,
+            case.check.compared(),
+            errors.elsewhere,
+            errors.not_finite,
+            errors.negative,
+            errors.worst_input.map(|input| format!("\n    worst at {input}")).unwrap_or_default(),
         ),
     }
 }
@@ -235,6 +246,8 @@ struct ToldFinding {
     elsewhere: Option<usize>,
     not_finite: Option<usize>,
     negative: Option<usize>,
+    /// Where a formula errs most, what it gives there and what it should; `null` for pictures.
+    worst_input: Option<String>,
 }
 
 impl ToldCase {
@@ -255,6 +268,7 @@ impl ToldCase {
                 elsewhere: errors.map(|errors| errors.elsewhere),
                 not_finite: errors.map(|errors| errors.not_finite),
                 negative: errors.map(|errors| errors.negative),
+                worst_input: errors.and_then(|errors| errors.worst_input).map(|input| input.to_string()),
             }
         };
         Self {

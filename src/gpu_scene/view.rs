@@ -105,7 +105,7 @@ fn clip_from_world(camera: &Camera, [tan_x, tan_y]: [f64; 2], [offset_x, offset_
 
 impl LightRecord {
     /// `shadow_code` is what the plan says of the light's maps.
-    fn of(light: &Light, shadow_code: u32, camera: &Camera) -> Self {
+    pub fn of(light: &Light, shadow_code: u32, camera: &Camera) -> Self {
         let relative = |position: DVec3| (position - camera.position).as_vec3();
         let mut record = Self {
             position: Vec3::ZERO,

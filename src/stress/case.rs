@@ -1,5 +1,6 @@
 //! What a case is: a quantity, its values, what is claimed of them, and how one is tried.
 
+use super::formula::Trial;
 use super::picture::Subject;
 
 /// A quantity that goes to its extremes.
@@ -27,12 +28,12 @@ pub enum Values {
     List(&'static [f64]),
 }
 
-/// The most that pictures may err by, relative to the light of the pixel ([`super::Errors`]).
+/// The most that pictures and formulas may err by, relative to the light of the pixel or the value of the formula ([`super::Errors`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bound {
-    /// Of any pixel.
+    /// Of any pixel or input.
     pub worst: f64,
-    /// Of all pixels in the mean.
+    /// Of all in the mean.
     pub mean: f64,
 }
 
@@ -51,12 +52,24 @@ pub enum Check {
     /// The light of the whole picture in the mean, against that of a truth of many samples: what one sample a pixel may get wrong, but
     /// all of them not in the same direction.
     Whole(fn(f64) -> Subject),
+    /// A formula of the shaders is evaluated on many inputs.
+    Formula(fn(f64) -> Trial),
 }
 
 impl Check {
-    /// The greatest share of pixels that may show another triangle than the truth.
+    /// The greatest share of pixels that may show another triangle than the truth, or of inputs that need only be sane.
     pub fn elsewhere(&self) -> f64 {
-        if let Self::Placed(_, share) = self { *share } else { MOST_ELSEWHERE }
+        match self {
+            Self::Placed(_, share) => *share,
+            // Reflection off a surface that is seen or lit from behind, or along its horizon.
+            Self::Formula(_) => 0.7,
+            _ => MOST_ELSEWHERE,
+        }
+    }
+
+    /// What errors are counted over.
+    pub fn compared(&self) -> &'static str {
+        if let Self::Formula(_) = self { "inputs" } else { "pixels" }
     }
 }
 

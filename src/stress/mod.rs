@@ -6,6 +6,7 @@
 
 pub mod case;
 pub mod catalogue;
+pub mod formula;
 #[cfg(feature = "report")]
 pub mod page;
 mod picture;

@@ -7,6 +7,7 @@
 use std::sync::Arc;
 
 use super::Error;
+use super::formula::WorstInput;
 use crate::frame::{self, Pixels, Renderer};
 use crate::gpu::Device;
 use crate::plan::ToneMapping;
@@ -33,21 +34,23 @@ pub struct Subject {
     pub truth: Option<Scene>,
 }
 
-/// How far a picture is from the truth.
+/// How far a picture, or a formula, is from the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Errors {
     /// The greatest difference of a channel over the pixel's brightest channel, or over [`Subject::floor`] times the picture's.
     pub worst: f64,
     /// The mean over the pixels of their greatest.
     pub mean: f64,
-    /// Pixels that were compared.
+    /// Pixels, or inputs of a formula, that were compared.
     pub compared: usize,
-    /// Pixels on which raster and truth see different triangles.
+    /// Pixels on which raster and truth see different triangles; inputs that need only be sane.
     pub elsewhere: usize,
     /// Values that are infinite or no number, in the picture and in the G-buffer.
     pub not_finite: usize,
     /// Values below zero, in the picture.
     pub negative: usize,
+    /// Where a formula errs most.
+    pub worst_input: Option<WorstInput>,
 }
 
 impl Errors {

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::picture::{self, Errors, Evidence};
-use super::{Case, Check, Error, position, whole};
+use super::picture::{self, Errors, Evidence, Subject};
+use super::{Case, Check, Error, formula, position, whole};
 use crate::gpu::Device;
 use crate::scene::Scene;
 
@@ -51,15 +51,29 @@ pub fn run_spoiled(
     spoil: &dyn Fn(&mut Scene),
 ) -> Result<Verdict, Error> {
     let attempt = |value: f64| {
-        let (Check::Picture(subject) | Check::Placed(subject, _) | Check::Position(subject) | Check::Whole(subject)) =
-            case.check;
-        let mut subject = subject(value);
-        let truth = subject.truth.take().unwrap_or_else(|| subject.scene.clone());
-        spoil(&mut subject.scene);
+        let drawn = |subject: fn(f64) -> Subject| {
+            let mut subject = subject(value);
+            let truth = subject.truth.take().unwrap_or_else(|| subject.scene.clone());
+            spoil(&mut subject.scene);
+            (subject, truth)
+        };
         let found = match case.check {
-            Check::Picture(_) | Check::Placed(..) => picture::compare(device, &subject, &truth)?,
-            Check::Position(_) => position::compare(device, &subject, &truth)?,
-            Check::Whole(_) => whole::compare(device, &subject, &truth)?,
+            Check::Picture(subject) | Check::Placed(subject, _) => {
+                let (subject, truth) = drawn(subject);
+                picture::compare(device, &subject, &truth)?
+            }
+            Check::Position(subject) => {
+                let (subject, truth) = drawn(subject);
+                position::compare(device, &subject, &truth)?
+            }
+            Check::Whole(subject) => {
+                let (subject, truth) = drawn(subject);
+                whole::compare(device, &subject, &truth)?
+            }
+            Check::Formula(trial) => {
+                let errors = formula::compare(device, &trial(value))?;
+                return Ok(Finding { value, outcome: Outcome::Measured(errors), evidence: None });
+            }
         };
         let mut finding = match found {
             Ok((errors, evidence)) => Finding { value, outcome: Outcome::Measured(errors), evidence: Some(evidence) },
@@ -132,6 +146,9 @@ impl Verdict {
             all.not_finite += errors.not_finite;
             all.negative += errors.negative;
             if self.case.claims(finding.value) {
+                if errors.worst > all.worst || all.worst_input.is_none() {
+                    all.worst_input = errors.worst_input;
+                }
                 all.worst = all.worst.max(errors.worst);
                 all.mean = all.mean.max(errors.mean);
                 all.compared += errors.compared;
@@ -144,7 +161,7 @@ impl Verdict {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Bound, Subject, Values};
+    use super::super::{Bound, Values};
     use super::*;
 
     fn verdict(worst: [f64; 6]) -> Verdict {

@@ -48,6 +48,7 @@ pub fn compare(
         mean: error,
         compared: pixels.len(),
         elsewhere: 0,
+        worst_input: None,
         not_finite: values().filter(|value| !value.is_finite()).count(),
         negative: values().filter(|value| **value < 0.0).count(),
     };

@@ -1,5 +1,6 @@
 //! All cases, by group.
 
+mod formulas;
 mod geometry;
 mod lights;
 mod space;
@@ -10,7 +11,7 @@ use super::Case;
 
 /// Every case, in the order in which they are told.
 pub fn all() -> Vec<Case> {
-    [lights::CASES, space::CASES, geometry::CASES, targets::CASES].concat()
+    [formulas::CASES, lights::CASES, space::CASES, geometry::CASES, targets::CASES].concat()
 }
 
 /// The cases that a name or the name of a group means.

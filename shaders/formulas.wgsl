@@ -1,0 +1,131 @@
+// FORMULAS: one formula of the modules that frames use, on each element of a buffer of inputs: what the stress cases `formulas/...` hold
+// against 64 bits. No pass of a frame.
+// variants: PLANTED
+// precise
+#import afterlight::brdf::{ambient_lobe, cook_torrance_surface, ggx_lobe, half_vector, phong_surface, reflect_ambient, reflect_light, schlick, smith_root, squared_alpha, COOK_TORRANCE, PHONG, BLINN_PHONG}
+#import afterlight::encodings::{decode_normal, decode_shininess, encode_normal, encode_shininess, octahedral, octahedral_decode, OCTAHEDRAL}
+#import afterlight::frame::{position_at}
+#import afterlight::lights::{falloff_of, reach_of, spot_attenuation, Light}
+#import afterlight::tonemapping::{encode_srgb, tone_map}
+#ifdef PLANTED
+#import afterlight::brdf::{Surface, PI}
+#endif
+
+// Which one; src/stress/formula/mod.rs has the same order.
+override FORMULA: u32 = 0u;
+
+// What the numbers are is the formula's.
+struct Input {
+    a: vec4<f32>,
+    b: vec4<f32>,
+    c: vec4<f32>,
+    d: vec4<f32>,
+}
+
+@group(1) @binding(0) var<storage, read> inputs: array<Input>;
+@group(1) @binding(1) var<storage, read_write> outputs: array<vec4<f32>>;
+
+// normal and roughness, view and metallic, light, albedo
+fn cook_torrance_of(in: Input) -> vec3<f32> {
+    let n_dot_l = dot(in.a.xyz, in.c.xyz);
+    // As `punctual_light` has it.
+    if n_dot_l <= 0.0 {
+        return vec3(0.0);
+    }
+    let surface = cook_torrance_surface(in.a.xyz, in.b.xyz, in.d.xyz, in.b.w, in.a.w);
+#ifdef PLANTED
+    return textbook_cook_torrance(surface, in.c.xyz, n_dot_l);
+#else
+    return reflect_light(surface, COOK_TORRANCE, in.c.xyz, n_dot_l);
+#endif
+}
+
+// normal and shininess, view and Ks, light, albedo
+fn phong_of(in: Input, brdf: u32) -> vec3<f32> {
+    let n_dot_l = dot(in.a.xyz, in.c.xyz);
+    if n_dot_l <= 0.0 {
+        return vec3(0.0);
+    }
+    let surface = phong_surface(in.a.xyz, in.b.xyz, in.d.xyz, vec3(in.b.w), in.a.w, brdf);
+#ifdef PLANTED
+    return textbook_blinn_phong(surface, in.c.xyz, n_dot_l);
+#else
+    return reflect_light(surface, brdf, in.c.xyz, n_dot_l);
+#endif
+}
+
+#ifdef PLANTED
+// What the catalogue must catch: 1 - NdotH^2 as a difference, and denominators without a guard.
+fn textbook_cook_torrance(s: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
+    let half = normalize(light + s.view);
+    let n_dot_h = dot(s.normal, half);
+    let fresnel = schlick(s.specular, dot(s.view, half));
+    let d = n_dot_h * n_dot_h * (s.alpha_squared - 1.0) + 1.0;
+    let distribution = s.alpha_squared / (PI * d * d);
+    let smith_l = smith_root(n_dot_l, s.alpha_squared);
+    let visibility = 0.5 / (n_dot_l * s.smith_v + s.n_dot_v * smith_l);
+    return (s.diffuse * (vec3(1.0) - fresnel) + fresnel * distribution * visibility) * n_dot_l;
+}
+
+// The power of a cosine, which is rounded where the lobe is sharpest.
+fn textbook_blinn_phong(s: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
+    let n_dot_h = dot(s.normal, normalize(light + s.view));
+    return (s.diffuse + s.specular * (pow(max(n_dot_h, 0.0), s.shininess) * s.lobe_scale)) * n_dot_l;
+}
+#endif
+
+// normal and roughness, light + view
+fn distribution_of(in: Input) -> f32 {
+    let half = half_vector(in.b.xyz);
+    // D alone: V is 0.5 / smith.
+    return ggx_lobe(in.a.xyz, half.direction, squared_alpha(in.a.w), 0.5);
+}
+
+// NdotL, NdotV, roughness
+fn masking_of(in: Input) -> f32 {
+    let alpha_squared = squared_alpha(in.a.z);
+    return 0.5 / (in.a.x * smith_root(in.a.y, alpha_squared) + in.a.y * smith_root(in.a.x, alpha_squared));
+}
+
+// normal and roughness, view and metallic, -, albedo
+fn ambient_of(in: Input) -> vec3<f32> {
+    let surface = cook_torrance_surface(in.a.xyz, in.b.xyz, in.d.xyz, in.b.w, in.a.w);
+    return reflect_ambient(surface, ambient_lobe(surface, COOK_TORRANCE, in.a.w));
+}
+
+// The record of a light as the frame's buffer has it, seen from the origin.
+fn light_of(in: Input) -> Light {
+    return Light(in.a.xyz, in.a.w, in.b.xyz, bitcast<u32>(in.b.w), in.c.xyz, in.c.w, in.d.xyz, in.d.w);
+}
+
+fn strength_of(light: Light) -> f32 {
+    let reach = reach_of(light, vec3(0.0), falloff_of(light), true);
+    return reach.strength * spot_attenuation(light, reach.to_light);
+}
+
+fn evaluate(in: Input) -> vec4<f32> {
+    switch FORMULA {
+        case 0u: { return vec4(cook_torrance_of(in), 0.0); }
+        case 1u: { return vec4(phong_of(in, PHONG), 0.0); }
+        case 2u: { return vec4(phong_of(in, BLINN_PHONG), 0.0); }
+        case 3u: { return vec4(distribution_of(in), 0.0, 0.0, 0.0); }
+        case 4u: { return vec4(masking_of(in), 0.0, 0.0, 0.0); }
+        case 5u: { return vec4(schlick(in.a.xyz, in.a.w), 0.0); }
+        case 6u: { return vec4(ambient_of(in), 0.0); }
+        case 7u: { return vec4(strength_of(light_of(in)), 0.0, 0.0, 0.0); }
+        case 8u: { return vec4(octahedral_decode(octahedral(in.a.xyz)), 0.0); }
+        case 9u: { return vec4(decode_normal(encode_normal(in.a.xyz, OCTAHEDRAL), OCTAHEDRAL), 0.0); }
+        case 10u: { return vec4(tone_map(in.a.xyz, bitcast<u32>(in.a.w)), 0.0); }
+        case 11u: { return vec4(encode_srgb(in.a.xyz), 0.0); }
+        case 12u: { return vec4(position_at(in.a.xy, in.a.z), 0.0); }
+        case 13u: { return vec4(decode_shininess(encode_shininess(in.a.x)), 0.0, 0.0, 0.0); }
+        default: { return vec4(reach_of(light_of(in), vec3(0.0), 0u, false).to_light, 0.0); }
+    }
+}
+
+@compute @workgroup_size(64, 1, 1)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x < arrayLength(&inputs) {
+        outputs[id.x] = evaluate(inputs[id.x]);
+    }
+}

@@ -1,0 +1,208 @@
+//! Single formulas of the shaders, on the device, against 64 bits: no scene, no rasterizer, no buffer of few bits lies between. The truth
+//! gets the same single-precision inputs, so that what is left is the formula's own error.
+//!
+//! Every output must be finite and not negative, whatever the input. Inputs at which the formula itself turns rounding into error without
+//! limit, such as directions along the horizon, are only held to that ([`Truth::held`]); cases of their own tell how it grows.
+
+mod device;
+pub mod inputs;
+pub mod truth;
+
+use std::fmt;
+use std::sync::Arc;
+
+use super::{Error, Errors};
+use crate::frame;
+use crate::gpu::Device;
+use crate::gpu_scene::FrameUniform;
+
+/// Sixteen numbers: what they are is the formula's, see `shaders/formulas.wgsl`.
+pub type Input = [f32; 16];
+/// Four numbers; those that a formula does not give are 0.
+pub type Output = [f32; 4];
+
+/// A function of the shaders, by its number in `shaders/formulas.wgsl`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Formula {
+    /// Reflection models, times the cosine to the light.
+    CookTorrance,
+    Phong,
+    BlinnPhong,
+    /// GGX D.
+    Distribution,
+    /// Height-correlated Smith V.
+    Masking,
+    /// Schlick's Fresnel.
+    Fresnel,
+    /// Share of light from everywhere that is reflected.
+    Ambient,
+    /// Fall-off of a light times its cone.
+    Strength,
+    /// A normal through the octahedral map and back, and through its codes of 16 bits.
+    Octahedral,
+    Octahedral16,
+    ToneMap,
+    EncodeSrgb,
+    /// Position from pixel and depth.
+    Position,
+    /// A specular power through its encoding and back.
+    Shininess,
+    /// Direction to a light.
+    ToLight,
+}
+
+/// What a formula should give for an input.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Truth {
+    pub values: [f64; 4],
+    /// Errors are relative to the largest of the values, or to this if it is larger.
+    pub floor: f64,
+    /// Whether the error counts; else the output need only be sane.
+    pub held: bool,
+}
+
+/// How outputs are held against the truth.
+#[derive(Debug, Clone, Copy)]
+pub enum Judge {
+    /// Each by itself; components may be negative (directions, positions) or not.
+    Each { truth: fn(&Input) -> Truth, signed: bool },
+    /// The weighted sums of so many successive outputs: what a lobe collects or sends out in all. The second is the weight of an input and its
+    /// output. No sum exceeds 1 by more than 1%, the accuracy of the sums themselves.
+    Sums { of: usize, truth: fn(&Input) -> Truth, weight: fn(&Input) -> f64 },
+    /// Light and eye change places from each input to the next: both reflect alike. The function is what the output is divided by.
+    Pairs { cosine: fn(&Input) -> f64 },
+}
+
+/// What is asked of the device for a value.
+#[derive(Debug, Clone)]
+pub struct Trial {
+    pub formula: Formula,
+    pub inputs: Vec<Input>,
+    /// What the numbers of an input are, and how many each takes; what is not named is left out.
+    pub names: &'static [(&'static str, usize)],
+    /// For formulas that read it.
+    pub frame: Option<FrameUniform>,
+    pub judge: Judge,
+    /// Takes the textbook's unstable formula in place of the renderer's: a test plants it to see that it is caught.
+    pub planted: bool,
+}
+
+/// The input at which a formula errs most.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WorstInput {
+    pub names: &'static [(&'static str, usize)],
+    pub input: Input,
+    pub found: [f64; 4],
+    pub expected: [f64; 4],
+}
+
+impl fmt::Display for WorstInput {
+    /// `roughness 0.5, normal (0 1 0): (0.1 0 0) for (0.2 0 0)`, each number with the digits that tell it from its neighbours.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let number = |value: f64| {
+            let plain = value == 0.0 || (1e-3..1e6).contains(&value.abs());
+            if plain { value.to_string() } else { format!("{value:e}") }
+        };
+        let single = |value: &f32| {
+            let plain = *value == 0.0 || (1e-3..1e6).contains(&value.abs());
+            if plain { value.to_string() } else { format!("{value:e}") }
+        };
+        let mut at = 0;
+        for (name, count) in self.names {
+            let numbers: Vec<String> = self.input[at..at + count].iter().map(single).collect();
+            if !name.is_empty() {
+                write!(f, "{name} {}, ", numbers.join(" "))?;
+            }
+            at += count;
+        }
+        let all = |values: [f64; 4]| values.map(number).join(" ");
+        write!(f, "found {}, expected {}", all(self.found), all(self.expected))
+    }
+}
+
+/// Evaluates the formula on the device, and finds out how far it is from the truth.
+///
+/// # Errors
+/// A device that is lost or out of memory.
+pub fn compare(device: &Arc<Device>, trial: &Trial) -> Result<Errors, Error> {
+    let outputs = device::evaluate(device, trial).map_err(frame::Error::from)?;
+    Ok(judged(trial, &outputs))
+}
+
+fn judged(trial: &Trial, outputs: &[Output]) -> Errors {
+    let mut found = Found { trial, errors: Errors::default(), sum: 0.0 };
+    let signed = matches!(trial.judge, Judge::Each { signed: true, .. });
+    for value in outputs.iter().flatten() {
+        found.errors.not_finite += usize::from(!value.is_finite());
+        found.errors.negative += usize::from(!signed && *value < 0.0);
+    }
+    match trial.judge {
+        Judge::Each { truth, .. } => {
+            for (input, output) in trial.inputs.iter().zip(outputs) {
+                found.note(input, output.map(f64::from), truth(input));
+            }
+        }
+        Judge::Sums { of, truth, weight } => {
+            for (inputs, outputs) in trial.inputs.chunks_exact(of).zip(outputs.chunks_exact(of)) {
+                found.note_sum(inputs, outputs, truth, weight);
+            }
+        }
+        Judge::Pairs { cosine } => {
+            for (inputs, outputs) in trial.inputs.as_chunks::<2>().0.iter().zip(outputs.as_chunks::<2>().0) {
+                let [there, back] = [0, 1].map(|i| outputs[i].map(|value| f64::from(value) / cosine(&inputs[i])));
+                found.note(&inputs[0], there, Truth { values: back, floor: 1e-4, held: true });
+            }
+        }
+    }
+    found.errors.mean = found.sum / found.errors.compared.max(1) as f64;
+    found.errors
+}
+
+struct Found<'a> {
+    trial: &'a Trial,
+    errors: Errors,
+    sum: f64,
+}
+
+impl Found<'_> {
+    fn note(&mut self, input: &Input, found: [f64; 4], truth: Truth) {
+        if !truth.held {
+            self.errors.elsewhere += 1;
+            return;
+        }
+        self.errors.compared += 1;
+        let own = truth.values.iter().fold(truth.floor, |most, value| most.max(value.abs()));
+        let difference = found.iter().zip(truth.values).fold(0.0f64, |most, (a, b)| {
+            // `max` would pass over what is no number.
+            if (a - b).is_finite() { most.max((a - b).abs()) } else { f64::INFINITY }
+        });
+        let error = if difference == 0.0 { 0.0 } else { difference / own };
+        self.sum += error;
+        if error > self.errors.worst || self.errors.worst_input.is_none() {
+            self.errors.worst = error;
+            let names = self.trial.names;
+            self.errors.worst_input = Some(WorstInput { names, input: *input, found, expected: truth.values });
+        }
+    }
+
+    fn note_sum(
+        &mut self,
+        inputs: &[Input],
+        outputs: &[Output],
+        truth: fn(&Input) -> Truth,
+        weight: fn(&Input) -> f64,
+    ) {
+        let (mut found, mut expected) = ([0.0; 4], [0.0; 4]);
+        for (input, output) in inputs.iter().zip(outputs) {
+            let weight = weight(input) / inputs.len() as f64;
+            let values = truth(input).values;
+            for channel in 0..4 {
+                found[channel] += weight * f64::from(output[channel]);
+                expected[channel] += weight * values[channel];
+            }
+        }
+        // What is too much is an error by as much, also where the truth agrees.
+        let limited = expected.map(|share| if share > 1.01 { 1.0 } else { share });
+        self.note(&inputs[0], found, Truth { values: limited, floor: 1e-3, held: true });
+    }
+}
