@@ -110,7 +110,8 @@ impl LightRecord {
         let mut record = Self {
             position: Vec3::ZERO,
             inverse_range_squared: 0.0,
-            color: light.color * light.intensity,
+            // Infinity times a surface that reflects nothing would be no number.
+            color: (light.color * light.intensity).min(Vec3::splat(f32::MAX)),
             falloff: shadow_code,
             direction: Vec3::ZERO,
             spot_scale: 0.0,
@@ -118,7 +119,8 @@ impl LightRecord {
             spot_offset: 1.0,
         };
         let mut fade = |range: Option<f64>, falloff: Falloff| {
-            record.inverse_range_squared = range.map_or(0.0, |range| (1.0 / (range * range)) as f32);
+            record.inverse_range_squared =
+                range.map_or(0.0, |range| (1.0 / (range * range)).min(f64::from(f32::MAX)) as f32);
             record.falloff |= falloff_index(falloff);
             if let Falloff::Polynomial { constant, linear, quadratic } = falloff {
                 record.polynomial = Vec3::new(constant, linear, quadratic);

@@ -15,6 +15,10 @@ const BLEND: f64 = 0.1;
 /// Splits begin at this share of the farthest distance, however near the near plane is.
 const NEAREST_SPLIT: f64 = 1e-3;
 
+/// The same where the logarithm alone parts the view: four cascades reach over five decades. In a mixture it would only take texels from
+/// the first cascade's far end, which the even part puts there.
+const NEAREST_LOGARITHMIC_SPLIT: f64 = 1e-5;
+
 /// Near plane of perspective maps over the light's range or the scene's radius: depth is 1 there, and falls as 1 / distance. In f32 that
 /// keeps its precision however near the plane is, so it is nearer than anything that could stand between it and the lamp.
 const NEAR: f64 = 1e-7;
@@ -299,7 +303,8 @@ pub(in crate::plan) fn widened(at_first: &Aabb, bounds: &Aabb) -> Aabb {
 /// Where the cascade ends, in metres along the view: the practical split scheme (Zhang et al. 2006, "Parallel-Split Shadow Maps for
 /// Large-scale Virtual Environments"), a mixture of logarithmic and even splits.
 pub(super) fn split(near: f64, far: f64, lambda: f32, index: u32, count: u32) -> f64 {
-    let near = near.max(NEAREST_SPLIT * far);
+    let nearest = if lambda < 1.0 { NEAREST_SPLIT } else { NEAREST_LOGARITHMIC_SPLIT };
+    let near = near.max(nearest * far);
     let (share, lambda) = (f64::from(index) / f64::from(count), f64::from(lambda));
     lambda * near * (far / near).powf(share) + (1.0 - lambda) * (near + (far - near) * share)
 }
