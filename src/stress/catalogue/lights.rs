@@ -1,28 +1,251 @@
-//! Lights that are very near, very far, very weak or very strong.
+//! Lights that are very near, very far, very weak, very strong, very many.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::super::{Bound, Case, Check, Subject, Values};
 use super::stage::{lamp, sphere_on_floor};
-use crate::scene::{GbufferChoice, GbufferPreset, SettingsPatch};
+use crate::scene::builtin::stage::Stage;
+use crate::scene::{
+    Brdf, Falloff, GbufferChoice, GbufferPreset, Light, LightKind, LightPath, SettingsPatch, black_body_color,
+};
 
-pub const CASES: &[Case] = &[Case {
-    name: "lights/distance",
-    extreme: "a lamp above the floor, from inside of it to a thousand kilometres up",
-    unit: "m",
-    values: Values::Decades(-6, 6),
-    claim: [1e-2, 1e6],
-    bound: Bound { worst: 1e-3, mean: 1e-4 },
-    check: Check::Picture(distance),
-}];
+pub const CASES: &[Case] = &[
+    Case {
+        name: "lights/distance",
+        extreme: "a lamp above the floor, from inside of it to farther than any planet",
+        unit: "m",
+        values: Values::Decades(-9, 15),
+        // Nearer to the floor, a lamp's height is no more than what f32 rounds a place four metres away by.
+        claim: [1e-4, 1e15],
+        bound: Bound { worst: 1e-3, mean: 1e-5 },
+        check: Check::Picture(distance),
+    },
+    Case {
+        name: "lights/inside",
+        extreme: "a lamp in the middle of a sphere, on its surface and above it",
+        unit: "radii",
+        values: Values::List(&[0.0, 1e-9, 1e-6, 1e-3, 0.5, 0.9, 0.99, 0.999, 1.0, 1.001, 1.01, 1.1, 1.5, 3.0]),
+        claim: [0.0, 3.0],
+        bound: BOUND,
+        check: Check::Picture(inside),
+    },
+    Case {
+        name: "lights/intensity",
+        extreme: "from starlight to a supernova in the room, metered",
+        unit: "cd",
+        values: INTENSITIES,
+        // One more decade, and the light's red is more than f32 holds.
+        claim: [1e-12, 1e36],
+        bound: BOUND,
+        check: Check::Picture(intensity),
+    },
+    Case {
+        name: "lights/range",
+        extreme: "a lamp whose light ends at a tiny or huge range, beside another",
+        unit: "m",
+        values: FACTORS,
+        claim: [0.0, 1e30],
+        bound: BOUND,
+        check: Check::Picture(|range| ranged(range, Falloff::InverseSquare)),
+    },
+    Case {
+        name: "lights/range-quadratic",
+        extreme: "the same, with the quadratic fall-off",
+        unit: "m",
+        values: FACTORS,
+        claim: [0.0, 1e30],
+        bound: BOUND,
+        check: Check::Picture(|range| ranged(range, Falloff::Quadratic)),
+    },
+    Case {
+        name: "lights/polynomial",
+        extreme: "a polynomial fall-off with tiny or huge factors",
+        unit: "",
+        values: FACTORS,
+        claim: [0.0, 1e30],
+        bound: BOUND,
+        check: Check::Picture(polynomial),
+    },
+    Case {
+        name: "lights/cone",
+        extreme: "a spot from no angle to all around, soft from the axis on",
+        unit: "degrees",
+        values: ANGLES,
+        claim: [0.0, 180.0],
+        bound: BOUND,
+        check: Check::Picture(|outer| spot([0.0, outer])),
+    },
+    Case {
+        name: "lights/cone-sharp",
+        extreme: "the same without a soft edge",
+        unit: "degrees",
+        values: ANGLES,
+        claim: [0.0, 180.0],
+        bound: BOUND,
+        check: Check::Picture(|outer| spot([outer, outer])),
+    },
+    many("lights/count-loop", |count| count_of(count, LightPath::Loop)),
+    many("lights/count-per-light", |count| count_of(count, LightPath::PerLight)),
+    many("lights/count-volumes", |count| count_of(count, LightPath::Volumes)),
+    many("lights/count-clustered", |count| count_of(count, LightPath::Clustered)),
+    many("lights/count-compute", |count| count_of(count, LightPath::Compute)),
+    many("lights/count-forward", |count| count_of(count, LightPath::Forward)),
+    many("lights/count-forward-naive", |count| count_of(count, LightPath::ForwardNaive)),
+    Case {
+        name: "lights/sum",
+        extreme: "a thousand equal lamps after one that is so many times as bright",
+        unit: "times",
+        values: Values::Decades(0, 12),
+        claim: [1.0, 1e12],
+        bound: BOUND,
+        check: Check::Picture(sum),
+    },
+    Case {
+        name: "lights/temperature",
+        extreme: "a black body, also where no colour is defined",
+        unit: "K",
+        values: Values::List(&[0.0, 1.0, 800.0, 1000.0, 1900.0, 6500.0, 40_000.0, 1e9, 1e300]),
+        claim: [0.0, 1e300],
+        bound: BOUND,
+        check: Check::Picture(temperature),
+    },
+];
 
-/// As strong as far, so that the floor below is always lit alike.
-fn distance(metres: f64) -> Subject {
-    let mut stage = sphere_on_floor();
-    stage.light(lamp(DVec3::new(1.2, metres, 1.0), (1000.0 * metres * metres).max(10.0) as f32));
+/// The worst pixels lie where the light just grazes the ball, and hardly anything is left of it.
+const BOUND: Bound = Bound { worst: 1e-2, mean: 2e-5 };
+
+const INTENSITIES: Values = Values::List(&[
+    1e-30, 1e-20, 1e-12, 1e-8, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9, 1e12, 1e20, 1e30, 1e36, 1e37, 1e38, 3e38,
+]);
+const FACTORS: Values = Values::List(&[
+    0.0, 1e-30, 1e-20, 1e-19, 1e-12, 1e-6, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0, 1e3, 1e6, 1e12, 1e20, 1e30,
+]);
+const ANGLES: Values = Values::List(&[
+    0.0, 1e-6, 1e-3, 0.1, 1.0, 10.0, 30.0, 45.0, 59.0, 61.0, 89.0, 90.0, 91.0, 120.0, 179.0, 179.99, 180.0,
+]);
+
+const fn many(name: &'static str, subject: fn(f64) -> Subject) -> Case {
+    Case {
+        name,
+        extreme: "lamps that reach every pixel",
+        unit: "",
+        values: Values::List(&[1.0, 100.0, 1e4]),
+        claim: [1.0, 1e4],
+        bound: Bound { worst: 1e-4, mean: 1e-5 },
+        check: Check::Picture(subject),
+    }
+}
+
+/// With a G-buffer in single floats: what is tried is the light.
+fn precise(stage: Stage) -> Subject {
     let gbuffer = GbufferChoice { preset: GbufferPreset::Float32, ..GbufferChoice::default() };
     Subject {
         settings: SettingsPatch { gbuffer: Some(gbuffer), ..SettingsPatch::default() },
         ..Subject::new(stage.scene)
     }
+}
+
+/// As strong as far, so that the floor below is always lit alike.
+fn distance(metres: f64) -> Subject {
+    let mut stage = sphere_on_floor();
+    stage.light(lamp(DVec3::new(1.2, metres, 1.0), (1000.0 * metres * metres).max(10.0) as f32));
+    precise(stage)
+}
+
+fn inside(radii: f64) -> Subject {
+    let mut stage = sphere_on_floor();
+    // Towards the camera, so that the place where it leaves the sphere is seen.
+    let out = DVec3::new(0.3, 0.6, 0.8).normalize();
+    stage.light(lamp(DVec3::new(0.0, 0.5, 0.0) + out * (0.5 * radii), 1000.0));
+    precise(stage)
+}
+
+fn intensity(candela: f64) -> Subject {
+    let mut stage = sphere_on_floor();
+    // Infinity times the blue that it has not would be no number.
+    let floor = &mut stage.scene.materials[0];
+    (floor.brdf, floor.base_color) = (Brdf::Lambert, Vec3::new(0.5, 0.3, 0.0));
+    // A colour of which one channel is nothing and another more than its intensity.
+    let light = lamp(DVec3::new(1.2, 2.0, 1.0), candela as f32);
+    stage.light(Light { color: Vec3::new(30.0, 1.0, 0.0), ..light });
+    precise(stage)
+}
+
+fn ranged(metres: f64, falloff: Falloff) -> Subject {
+    let mut stage = sphere_on_floor();
+    stage.light(lamp(DVec3::new(-1.2, 2.0, 1.0), 10.0));
+    let position = DVec3::new(1.2, 0.5 * metres.min(4.0), 1.0);
+    let light = lamp(position, (100.0 * metres.min(4.0).powi(2)).max(1e-30) as f32);
+    stage.light(Light { kind: LightKind::Point { position, range: Some(metres), falloff }, ..light });
+    precise(stage)
+}
+
+fn polynomial(factor: f64) -> Subject {
+    let mut stage = sphere_on_floor();
+    stage.light(lamp(DVec3::new(-1.2, 2.0, 1.0), 10.0));
+    let position = DVec3::new(1.2, 2.0, 1.0);
+    let term = factor as f32;
+    let falloff = Falloff::Polynomial { constant: term, linear: term, quadratic: term };
+    let kind = LightKind::Point { position, range: None, falloff };
+    // As bright whatever the factor, as far as the model's guard lets it.
+    stage.light(Light { kind, ..lamp(position, (100.0 * factor.max(1e-5)) as f32) });
+    precise(stage)
+}
+
+fn spot([inner_angle_degrees, outer_angle_degrees]: [f64; 2]) -> Subject {
+    let mut stage = sphere_on_floor();
+    stage.light(lamp(DVec3::new(-1.2, 2.0, 1.0), 10.0));
+    let position = DVec3::new(1.2, 3.0, 1.0);
+    let kind = LightKind::Spot {
+        position,
+        direction: DVec3::new(-0.35, -0.9, -0.3).normalize(),
+        inner_angle_degrees,
+        outer_angle_degrees,
+        range: None,
+        falloff: Falloff::InverseSquare,
+    };
+    stage.light(Light { kind, ..lamp(position, 1000.0) });
+    precise(stage)
+}
+
+/// So many lamps in a spiral above the floor, in all colours.
+fn spiral(stage: &mut Stage, count: usize, candela: f64) {
+    for index in 0..count {
+        let share = (index as f64 + 0.5) / count as f64;
+        // The golden angle.
+        let (sin, cos) = (index as f64 * 2.399_963).sin_cos();
+        let radius = 3.0 * share.sqrt();
+        let position = DVec3::new(radius * cos, 1.5 + share, radius * sin);
+        let kind = LightKind::Point { position, range: Some(12.0), falloff: Falloff::InverseSquare };
+        let color = Vec3::new(1.0, 0.5 + 0.5 * share as f32, 1.0 - share as f32);
+        stage.light(Light { kind, color, ..lamp(position, candela as f32) });
+    }
+}
+
+fn count_of(count: f64, path: LightPath) -> Subject {
+    let mut stage = sphere_on_floor();
+    spiral(&mut stage, count as usize, 1000.0 / count);
+    let mut subject = precise(stage);
+    subject.settings.size = Some([32, 18]);
+    subject.settings.light_path = Some(path);
+    if matches!(path, LightPath::Forward | LightPath::ForwardNaive) {
+        subject.settings.gbuffer = None;
+    }
+    subject
+}
+
+fn sum(times: f64) -> Subject {
+    let mut stage = sphere_on_floor();
+    stage.light(lamp(DVec3::new(1.2, 2.0, 1.0), 1000.0));
+    spiral(&mut stage, 1000, 1000.0 / times);
+    let mut subject = precise(stage);
+    subject.settings.light_path = Some(LightPath::Loop);
+    subject
+}
+
+fn temperature(kelvin: f64) -> Subject {
+    let mut stage = sphere_on_floor();
+    let light = lamp(DVec3::new(1.2, 2.0, 1.0), 1000.0);
+    stage.light(Light { color: black_body_color(kelvin), ..light });
+    precise(stage)
 }

@@ -1,8 +1,11 @@
 //! All cases, by group.
 
+mod exposure;
 mod formulas;
 mod geometry;
+mod highlights;
 mod lights;
+mod shadows;
 mod space;
 mod stage;
 mod targets;
@@ -11,7 +14,8 @@ use super::Case;
 
 /// Every case, in the order in which they are told.
 pub fn all() -> Vec<Case> {
-    [formulas::CASES, lights::CASES, space::CASES, geometry::CASES, targets::CASES].concat()
+    let light = [formulas::CASES, lights::CASES, exposure::CASES, highlights::CASES, shadows::CASES].concat();
+    [light.as_slice(), space::CASES, geometry::CASES, targets::CASES].concat()
 }
 
 /// The cases that a name or the name of a group means.

@@ -1,0 +1,153 @@
+//! Exposures far from what a meter says, and brightness of many decades in one picture.
+
+use glam::{DVec3, Vec3};
+
+use super::super::{Bound, Case, Check, Subject, Values};
+use super::stage::{lamp, sphere_on_floor};
+use crate::scene::builtin::shapes;
+use crate::scene::builtin::stage::Stage;
+use crate::scene::{
+    AlphaMode, Camera, GbufferChoice, GbufferPreset, HdrFormat, LightPath, Material, SettingsPatch, metered_ev100,
+};
+
+pub const CASES: &[Case] = &[
+    Case {
+        name: "exposure/stops",
+        extreme: "exposures so many stops over what the meter says, without a target for light",
+        unit: "stops",
+        values: STOPS,
+        claim: [-40.0, 60.0],
+        bound: Bound { worst: 1e-4, mean: 1e-6 },
+        check: Check::Picture(|over| stops(over, false, SettingsPatch::default())),
+    },
+    Case {
+        name: "exposure/stops-rgba16f",
+        extreme: "the same by way of half floats",
+        unit: "stops",
+        values: STOPS,
+        // Half floats have fewer bits below 6e-5, and end at 65,504; half of that where a pane may add to it.
+        claim: [-8.0, 16.0],
+        bound: Bound { worst: 5e-3, mean: 5e-4 },
+        check: Check::Picture(|over| stops(over, true, kept_in(HdrFormat::Rgba16f))),
+    },
+    Case {
+        name: "exposure/stops-b10g11r11",
+        extreme: "the same by way of packed floats of 5 and 6 bits",
+        unit: "stops",
+        values: STOPS,
+        claim: [-8.0, 16.0],
+        bound: Bound { worst: 0.1, mean: 0.02 },
+        check: Check::Picture(|over| stops(over, true, kept_in(HdrFormat::B10g11r11))),
+    },
+    Case {
+        name: "exposure/stops-per-light",
+        extreme: "the same, each lamp added by blending",
+        unit: "stops",
+        values: STOPS,
+        claim: [-40.0, 20.0],
+        bound: Bound { worst: 1e-3, mean: 1e-6 },
+        check: Check::Picture(|over| {
+            let path = SettingsPatch { light_path: Some(LightPath::PerLight), ..SettingsPatch::default() };
+            stops(over, false, path)
+        }),
+    },
+    Case {
+        name: "exposure/decades",
+        extreme: "decades of light in one picture, by way of half floats",
+        unit: "decades",
+        values: DECADES,
+        // From white times 65,000 down to where half floats have fewer bits.
+        claim: [0.0, 9.0],
+        bound: Bound { worst: 5e-3, mean: 5e-4 },
+        check: Check::Picture(|decades| decades_of(decades, HdrFormat::Rgba16f)),
+    },
+    Case {
+        name: "exposure/decades-b10g11r11",
+        extreme: "the same by way of packed floats",
+        unit: "decades",
+        values: DECADES,
+        claim: [0.0, 9.0],
+        bound: Bound { worst: 0.06, mean: 0.01 },
+        check: Check::Picture(|decades| decades_of(decades, HdrFormat::B10g11r11)),
+    },
+    Case {
+        name: "exposure/decades-rgba32f",
+        extreme: "the same by way of single floats",
+        unit: "decades",
+        values: DECADES,
+        claim: [0.0, 12.0],
+        bound: Bound { worst: 1e-6, mean: 1e-7 },
+        check: Check::Picture(|decades| decades_of(decades, HdrFormat::Rgba32f)),
+    },
+    Case {
+        name: "exposure/intensity",
+        extreme: "a lamp so strong, metered, by way of half floats",
+        unit: "cd",
+        values: Values::List(&[1e-20, 1e-12, 1e-8, 1e-4, 1.0, 1e4, 1e8, 1e12, 1e20, 1e30, 1e38]),
+        claim: [1e-20, 1e30],
+        bound: Bound { worst: 5e-3, mean: 5e-4 },
+        check: Check::Picture(intensity),
+    },
+];
+
+const STOPS: Values = Values::List(&[
+    -40.0, -30.0, -24.0, -20.0, -16.0, -12.0, -8.0, -4.0, 0.0, 4.0, 8.0, 12.0, 16.0, 20.0, 24.0, 30.0, 40.0, 60.0,
+]);
+
+const DECADES: Values = Values::List(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0]);
+
+fn kept_in(format: HdrFormat) -> SettingsPatch {
+    SettingsPatch { hdr_format: Some(format), ..SettingsPatch::default() }
+}
+
+/// A pane that shows most of what lies behind it, and so brings a target for light.
+fn add_pane(stage: &mut Stage) {
+    let glass = Material { alpha: 0.25, alpha_mode: AlphaMode::Blend, ..Material::default() };
+    let glass = stage.material(Material { name: "glass".into(), two_sided: true, ..glass });
+    let pane = stage.mesh("pane", shapes::cuboid([0.6, 0.6, 0.02]), glass);
+    stage.place(pane, glass, glam::DAffine3::from_translation(DVec3::new(-1.0, 0.5, 1.0)));
+}
+
+/// With a G-buffer in single floats, so that only what is made of light errs. What is darker than a hundredth of the brightest pixel
+/// counts as that bright: below 6e-5 of white, half floats have ever fewer bits.
+fn of_light(settings: SettingsPatch, stage: Stage) -> Subject {
+    let gbuffer = Some(GbufferChoice { preset: GbufferPreset::Float32, ..GbufferChoice::default() });
+    Subject { settings: SettingsPatch { gbuffer, ..settings }, floor: 0.01, ..Subject::new(stage.scene) }
+}
+
+fn stops(over: f64, pane: bool, settings: SettingsPatch) -> Subject {
+    let mut stage = sphere_on_floor();
+    if pane {
+        add_pane(&mut stage);
+    }
+    stage.light(lamp(DVec3::new(1.2, 2.0, 1.0), 1000.0));
+    let exposure = Some(metered_ev100(&stage.scene) - over as f32);
+    of_light(SettingsPatch { exposure, ..settings }, stage)
+}
+
+/// Squares that shine by themselves, from the brightest down to so many decades less, two to a decade. The brightest is as bright
+/// as half floats hold.
+fn decades_of(decades: f64, format: HdrFormat) -> Subject {
+    let mut stage = Stage::default();
+    let last = (decades * 2.0) as usize;
+    for index in 0..=last {
+        let nits = 7e4 * 10f64.powf(-0.5 * index as f64);
+        let material = Material { base_color: Vec3::ZERO, emissive: Vec3::splat(nits as f32), ..Material::default() };
+        let material = stage.material(Material { name: format!("lamp {index}"), ..material });
+        let square = stage.mesh(&format!("square {index}"), shapes::cuboid([0.9, 0.9, 0.1]), material);
+        let place = DVec3::new((index % 7) as f64 - 3.0, 1.5 - (index / 7) as f64, 0.0);
+        stage.place(square, material, glam::DAffine3::from_translation(place));
+    }
+    stage.scene.camera = Camera { position: DVec3::new(0.0, 0.0, 4.5), ..Camera::default() };
+    // By way of the G-buffer, whose pass writes what shines to the target.
+    let settings = SettingsPatch { exposure: Some(0.0), light_path: Some(LightPath::Loop), ..kept_in(format) };
+    // Every decade counts.
+    Subject { settings, floor: 0.0, ..Subject::new(stage.scene) }
+}
+
+fn intensity(candela: f64) -> Subject {
+    let mut stage = sphere_on_floor();
+    add_pane(&mut stage);
+    stage.light(lamp(DVec3::new(1.2, 2.0, 1.0), candela as f32));
+    of_light(kept_in(HdrFormat::Rgba16f), stage)
+}
