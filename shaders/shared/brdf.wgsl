@@ -5,6 +5,7 @@
 #define_import_path afterlight::brdf
 
 const PI: f32 = 3.14159265358979;
+const LN_2: f32 = 0.693147180559945;
 const MIN_ROUGHNESS: f32 = 0.01;
 const MIN_N_DOT_V: f32 = 1e-4;
 
@@ -36,13 +37,11 @@ struct Surface {
 
 fn cook_torrance_surface(normal: vec3<f32>, view: vec3<f32>, albedo: vec3<f32>, metallic: f32, roughness: f32) -> Surface {
     var s: Surface;
-    let clamped = max(roughness, MIN_ROUGHNESS);
-    let alpha = clamped * clamped;
     s.normal = normal;
     s.view = view;
     s.n_dot_v = max(dot(normal, view), MIN_N_DOT_V);
-    s.alpha_squared = alpha * alpha;
-    s.smith_v = sqrt(s.n_dot_v * s.n_dot_v * (1.0 - s.alpha_squared) + s.alpha_squared);
+    s.alpha_squared = squared_alpha(roughness);
+    s.smith_v = smith_root(s.n_dot_v, s.alpha_squared);
     s.diffuse = albedo * ((1.0 - metallic) / PI);
     s.specular = mix(vec3(0.04), albedo, metallic);
     s.brdf = COOK_TORRANCE;
@@ -102,50 +101,41 @@ fn ggx_lobe(normal: vec3<f32>, half: vec3<f32>, alpha_squared: f32, smith: f32) 
     let across = cross(normal, half);
     let along = dot(normal, half);
     let d = along * along * alpha_squared + dot(across, across);
-    // d >= alpha^2 >= 1e-8 and smith >= 1e-8 for unit vectors: the guard is for half vectors that are zero.
+    // d >= alpha^2 >= 1e-8 and smith >= 1e-8 for unit vectors: the guard is only for a half vector of zero.
     return alpha_squared * (0.5 / PI) / max(d * d * smith, 1e-30);
 }
 
 // GGX D, height-correlated Smith V, Schlick F, and the uncoupled lambert base (1 - F)(1 - metallic) albedo / pi.
 fn cook_torrance(s: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
-    let half_unscaled = light + s.view;
-    // |l + v|^2 = 2 + 2 LdotV. It vanishes when light and eye are opposite; the lobe does not reach there, any finite value serves.
-    let half_length2 = max(dot(half_unscaled, half_unscaled), 1e-8);
+    let half = half_vector(light + s.view);
     // V.H = |l + v| / 2 for unit vectors.
-    let v_dot_h = min(0.5 * sqrt(half_length2), 1.0);
-    // 1 - NdotH^2 by Lagrange's identity: the difference would cancel where the lobe is sharpest.
-    let across = cross(s.normal, half_unscaled);
-    let along = dot(s.normal, half_unscaled);
-    let sin2 = dot(across, across);
-    let cos2 = along * along;
-    // D's inner term times |l + v|^2, so that nothing is divided twice.
-    let d = cos2 * s.alpha_squared + sin2;
-    let smith_l = sqrt(n_dot_l * n_dot_l * (1.0 - s.alpha_squared) + s.alpha_squared);
-    let smith = n_dot_l * s.smith_v + s.n_dot_v * smith_l;
-    let x = 1.0 - v_dot_h;
-    let x2 = x * x;
-    let schlick = x2 * x2 * x;
-    let fresnel = s.specular + (vec3(1.0) - s.specular) * schlick;
-    // D V, all in one division. |l + v|^4 <= 16, d^2 smith >= 1e-36: neither overflows nor vanishes.
-    let numerator = half_length2 * half_length2 * (s.alpha_squared * (0.5 / PI));
-    let lobe = numerator / max(d * d * smith, 1e-36);
+    let fresnel = schlick(s.specular, min(0.5 * half.length, 1.0));
+    let smith = n_dot_l * s.smith_v + s.n_dot_v * smith_root(n_dot_l, s.alpha_squared);
+    // Where light and eye are opposite there is no half vector, and the lobe does not reach there.
+    let lobe = select(0.0, ggx_lobe(s.normal, half.direction, s.alpha_squared, smith), half.length > 0.0);
     return (s.diffuse * (vec3(1.0) - fresnel) + fresnel * lobe) * n_dot_l;
 }
 
-fn power(base: f32, exponent: f32) -> f32 {
-    return exp2(exponent * log2(max(base, 1e-30)));
+// A power of the cosine between two unit vectors. Near 1 a cosine tells little of its angle, and drivers' logarithms little of the cosine:
+// there the sine says it, ln(cos) = ln(1 - sin^2) / 2 = -(sin^2 + sin^4 / 2 + ...) / 2.
+fn power(cosine: f32, sine2: f32, exponent: f32) -> f32 {
+    let series = sine2 * (1.0 + sine2 * (0.5 + sine2 * (1.0 / 3.0 + sine2 * (0.25 + sine2 * 0.2))));
+    let near = -0.5 / LN_2 * series;
+    let far = log2(clamp(cosine, 1e-30, 1.0));
+    return exp2(exponent * select(far, near, cosine > 0.0 && sine2 < 0.1));
 }
 
 fn phong(s: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
-    let reflected = 2.0 * dot(s.normal, light) * s.normal - light;
-    let lobe = power(min(dot(reflected, s.view), 1.0), s.shininess) * s.lobe_scale;
+    let reflected = 2.0 * n_dot_l * s.normal - light;
+    let across = cross(reflected, s.view);
+    let lobe = power(dot(reflected, s.view), dot(across, across), s.shininess) * s.lobe_scale;
     return (s.diffuse + s.specular * lobe) * n_dot_l;
 }
 
 fn blinn_phong(s: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
-    let half_unscaled = light + s.view;
-    let n_dot_h = dot(s.normal, half_unscaled) * inverseSqrt(max(dot(half_unscaled, half_unscaled), 1e-8));
-    let lobe = power(min(n_dot_h, 1.0), s.shininess) * s.lobe_scale;
+    let half = half_vector(light + s.view).direction;
+    let across = cross(s.normal, half);
+    let lobe = power(dot(s.normal, half), dot(across, across), s.shininess) * s.lobe_scale;
     return (s.diffuse + s.specular * lobe) * n_dot_l;
 }
 

@@ -32,13 +32,18 @@ fn scalar(value: f64, floor: f64) -> Truth {
     of(DVec3::X * value, floor, true)
 }
 
+/// A direction: what its rounding to single precision did to its length is no part of the model, but a large power makes much of it.
+fn unit(input: &Input, at: usize) -> DVec3 {
+    three(input, at).normalize()
+}
+
 fn surface(input: &Input, brdf: Brdf) -> Surface {
     let is_phong = brdf != Brdf::CookTorrance;
     Surface {
         // Relative to the eye.
-        position: -three(input, 4),
-        normal: three(input, 0),
-        geometric_normal: three(input, 0),
+        position: -unit(input, 4),
+        normal: unit(input, 0),
+        geometric_normal: unit(input, 0),
         brdf,
         albedo: three(input, 12),
         metallic: if is_phong { 0.0 } else { one(input, 7) },
@@ -53,7 +58,7 @@ fn surface(input: &Input, brdf: Brdf) -> Surface {
 }
 
 fn reflected(input: &Input, brdf: Brdf, least_cosine: f64) -> Truth {
-    let (normal, view, light) = (three(input, 0), three(input, 4), three(input, 8));
+    let (normal, view, light) = (unit(input, 0), unit(input, 4), unit(input, 8));
     let n_dot_l = normal.dot(light);
     let held = n_dot_l >= least_cosine && normal.dot(view) >= least_cosine;
     if n_dot_l <= 0.0 {
