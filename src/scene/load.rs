@@ -40,6 +40,13 @@ pub fn open(spec: &str, options: &OpenOptions) -> Result<Scene, Error> {
         return builtin::open(spec);
     }
     let path = Path::new(spec);
+    let scene = open_file(path, options)?;
+    // Each number was looked at when it was read; products of them may still overflow.
+    scene.check_finite().map_err(|what| Error::Content { path: path.to_owned(), line: None, what })?;
+    Ok(scene)
+}
+
+fn open_file(path: &Path, options: &OpenOptions) -> Result<Scene, Error> {
     if path.is_dir() {
         return Err(Error::Read {
             path: path.to_owned(),

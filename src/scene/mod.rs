@@ -10,6 +10,7 @@ mod camera;
 mod error;
 mod exposure;
 pub mod file;
+mod finite;
 mod fit;
 mod import;
 mod light;

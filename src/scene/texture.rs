@@ -41,8 +41,8 @@ impl Texture {
 /// Reads an image file: PNG, JPEG, TGA, BMP or OpenEXR, told apart by content rather than by name.
 ///
 /// # Errors
-/// `Error::Read` when the file cannot be read; `Error::Content` when it is no such image or its header claims an edge above
-/// [`MAX_TEXTURE_EDGE`] (which is refused before anything is allocated).
+/// `Error::Read` when the file cannot be read; `Error::Content` when it is no such image, when its header claims an edge above
+/// [`MAX_TEXTURE_EDGE`] (which is refused before anything is allocated), or when a texel is infinite or no number.
 pub(crate) fn read_image(path: &Path, color_space: ColorSpace) -> Result<RgbaImage, Error> {
     let bytes = std::fs::read(path).map_err(|e| Error::Read { path: path.to_owned(), cause: e.to_string() })?;
     decode_image(&bytes, path, color_space)
@@ -68,7 +68,22 @@ pub(crate) fn decode_image(bytes: &[u8], path: &Path, color_space: ColorSpace) -
     if image.width() == 0 || image.height() == 0 {
         return Err(wrong("has no texels".into()));
     }
+    if let Some([x, y]) = not_finite(&image) {
+        return Err(wrong(format!("texel ({x}, {y}), counted from the upper left corner, is not a finite number")));
+    }
     Ok(to_rgba8(image, color_space))
+}
+
+/// The first texel of an image of floats with a channel that is infinite or no number.
+fn not_finite(image: &DynamicImage) -> Option<[usize; 2]> {
+    let (channels, values) = match image {
+        DynamicImage::ImageRgb32F(image) => (3, image.as_raw()),
+        DynamicImage::ImageRgba32F(image) => (4, image.as_raw()),
+        _ => return None,
+    };
+    let texel = values.iter().position(|value| !value.is_finite())? / channels;
+    let width = image.width() as usize;
+    Some([texel % width, texel / width])
 }
 
 fn to_rgba8(image: DynamicImage, color_space: ColorSpace) -> RgbaImage {
@@ -84,7 +99,7 @@ fn to_rgba8(image: DynamicImage, color_space: ColorSpace) -> RgbaImage {
     DynamicImage::ImageRgba32F(image).into_rgba8()
 }
 
-/// IEC 61966-2-1, for 0 to 1; clamps. NaN becomes 0.
+/// IEC 61966-2-1, for 0 to 1; clamps.
 fn srgb_encode(linear: f32) -> f32 {
     let linear = if linear > 0.0 { linear.min(1.0) } else { 0.0 };
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
@@ -126,8 +141,26 @@ mod tests {
     }
 
     #[test]
+    fn a_float_image_with_a_texel_that_is_no_number_is_refused_by_its_place() {
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            for channel in 0..4 {
+                let mut image = image::Rgba32FImage::from_pixel(3, 2, image::Rgba([0.5; 4]));
+                image.get_pixel_mut(1, 1).0[channel] = bad;
+                let mut exr = Vec::new();
+                image.write_to(&mut Cursor::new(&mut exr), ImageFormat::OpenExr).unwrap();
+                let error = error_of(&exr, "sky.exr");
+                assert!(error.starts_with("sky.exr: texel (1, 1), counted") && error.contains("finite"), "{error}");
+            }
+        }
+        let mut exr = Vec::new();
+        let image = image::Rgb32FImage::from_pixel(3, 2, image::Rgb([0.5, 1e30, -1.0]));
+        image.write_to(&mut Cursor::new(&mut exr), ImageFormat::OpenExr).unwrap();
+        assert!(decode_image(&exr, Path::new("sky.exr"), ColorSpace::Linear).is_ok());
+    }
+
+    #[test]
     fn float_images_are_encoded_for_srgb() {
-        let image = image::Rgba32FImage::from_pixel(1, 1, image::Rgba([0.2159, 2.0, f32::NAN, 0.5]));
+        let image = image::Rgba32FImage::from_pixel(1, 1, image::Rgba([0.2159, 2.0, -1.0, 0.5]));
         let encoded = to_rgba8(DynamicImage::ImageRgba32F(image), ColorSpace::Srgb);
         assert_eq!(encoded.get_pixel(0, 0).0, [128, 255, 0, 128]);
     }

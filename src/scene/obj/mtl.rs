@@ -97,6 +97,7 @@ fn canonical(keyword: &str) -> Option<&'static str> {
 /// What tobj shall read after the keyword; none where it would be nothing.
 fn value(keyword: &str, rest: &str) -> Result<Option<String>, String> {
     if keyword.starts_with("map_") || keyword == "bump" || keyword == "norm" {
+        check_options(rest)?;
         return Ok(Some(rest.to_owned()).filter(|rest| !rest.is_empty()));
     }
     let mut words = rest.split_whitespace().take_while(|word| !word.starts_with('#')).peekable();
@@ -119,6 +120,22 @@ fn value(keyword: &str, rest: &str) -> Result<Option<String>, String> {
     };
     channels.iter().try_for_each(|channel| check_number(channel))?;
     Ok(Some(channels.join(" ")))
+}
+
+/// Checks the numbers of a map's options. What is no number, or stands last, is the map's name.
+fn check_options(text: &str) -> Result<(), String> {
+    let words: Vec<&str> = text.split_whitespace().collect();
+    for (index, option) in words.iter().enumerate() {
+        let most = match *option {
+            "-s" | "-o" | "-t" => 3,
+            "-bm" => 1,
+            _ => 0,
+        };
+        let last = words.len() - 1;
+        let numbers = words[(index + 1).min(last)..last].iter().take(most);
+        numbers.take_while(|word| word.parse::<f64>().is_ok()).try_for_each(|word| check_number(word))?;
+    }
+    Ok(())
 }
 
 /// A map statement's value, taken apart.
@@ -252,6 +269,9 @@ mod tests {
     fn wrong_numbers_are_refused_with_their_line() {
         for (text, expected) in [
             ("newmtl a\nKd 1 nan 1", "m.mtl:2: `nan` is not a finite number"),
+            ("newmtl a\nmap_Kd -s 1 nan 1 a.png", "m.mtl:2: `nan` is not a finite number"),
+            ("newmtl a\nmap_Kd -o inf a.png", "m.mtl:2: `inf` is not a finite number"),
+            ("newmtl a\n\nmap_Bump -bm 1e39 a.png", "m.mtl:3: 1e39 is out of range: at most 1e15"),
             ("newmtl a\n\nNs 1e39", "m.mtl:3: 1e39 is out of range: at most 1e15"),
             ("newmtl a\nKd 1 2", "m.mtl:2: `Kd` has 2 numbers instead of 3"),
             ("newmtl a\nd", "m.mtl:2: `d` has no value"),

@@ -1,0 +1,166 @@
+//! That every number of a scene is one: what a reader lets pass, or what code puts together, may still overflow or divide by nothing.
+
+use glam::{DAffine3, DVec3, Vec3};
+
+use super::{AlphaMode, Camera, Falloff, Light, LightKind, Material, Mesh, Scene};
+
+impl Scene {
+    /// Checks that all numbers are finite: of meshes, objects, materials, lights, the environment and the camera.
+    ///
+    /// # Errors
+    /// A sentence that names the first thing with a number that is infinite or none, and which of its values that is.
+    pub fn check_finite(&self) -> Result<(), String> {
+        let wrong = |what: &str, index: usize, name: &str, value: String| {
+            Err(format!("{what} {index} (`{name}`): {value} is not finite"))
+        };
+        for (index, mesh) in self.meshes.iter().enumerate() {
+            if let Some(value) = of_mesh(mesh) {
+                return wrong("mesh", index, &mesh.name, value);
+            }
+        }
+        for (index, object) in self.objects.iter().enumerate() {
+            if !fits(&object.transform) {
+                return wrong("object", index, &object.name, "its transform".into());
+            }
+        }
+        for (index, material) in self.materials.iter().enumerate() {
+            if let Some(value) = of_material(material) {
+                return wrong("material", index, &material.name, value.into());
+            }
+        }
+        for (index, light) in self.lights.iter().enumerate() {
+            if let Some(value) = of_light(light) {
+                return wrong("light", index, &light.name, value.into());
+            }
+        }
+        let environment = &self.environment;
+        let all = [environment.ambient, environment.ground(), environment.background];
+        if !all.iter().all(|light| light.is_finite()) {
+            return Err("the environment's light is not finite".into());
+        }
+        let Camera { position, rotation, fov_y_degrees, near } = self.camera;
+        if !(position.is_finite() && rotation.is_finite() && fov_y_degrees.is_finite() && near.is_finite()) {
+            return Err("a number of the camera is not finite".into());
+        }
+        Ok(())
+    }
+}
+
+/// Finite, also as f32.
+fn fits(transform: &DAffine3) -> bool {
+    let columns = transform.matrix3.to_cols_array();
+    columns.iter().all(|value| (*value as f32).is_finite()) && transform.translation.is_finite()
+}
+
+/// The first number of a mesh that is none.
+fn of_mesh(mesh: &Mesh) -> Option<String> {
+    fn first<const N: usize>(what: &str, values: &[[f32; N]]) -> Option<String> {
+        let vertex = values.iter().position(|value| !value.iter().all(|number| number.is_finite()))?;
+        Some(format!("the {what} of vertex {vertex}"))
+    }
+    if !mesh.origin.is_finite() {
+        return Some("its origin".into());
+    }
+    first("position", &mesh.positions)
+        .or_else(|| first("normal", &mesh.normals))
+        .or_else(|| first("texture coordinate", &mesh.uvs))
+        .or_else(|| first("tangent", &mesh.tangents))
+}
+
+fn of_material(material: &Material) -> Option<&'static str> {
+    let cutoff = if let AlphaMode::Mask { cutoff } = material.alpha_mode { cutoff } else { 0.0 };
+    let colors =
+        [("base_color", material.base_color), ("specular", material.specular), ("emissive", material.emissive)];
+    let numbers = [
+        ("alpha", material.alpha),
+        ("alpha_cutoff", cutoff),
+        ("metallic", material.metallic),
+        ("roughness", material.roughness),
+        ("shininess", material.shininess),
+        ("ambient", material.ambient),
+        ("normal_scale", material.normal_scale),
+    ];
+    let color = colors.into_iter().find(|(_, color)| !color.is_finite()).map(|(name, _)| name);
+    color.or_else(|| numbers.into_iter().find(|(_, number)| !number.is_finite()).map(|(name, _)| name))
+}
+
+fn of_light(light: &Light) -> Option<&'static str> {
+    let reach = |range: Option<f64>, falloff: Falloff| {
+        let terms = match falloff {
+            Falloff::Polynomial { constant, linear, quadratic } => Vec3::new(constant, linear, quadratic),
+            Falloff::InverseSquare | Falloff::Quadratic => Vec3::ZERO,
+        };
+        [("range", range.unwrap_or(0.0).is_finite()), ("falloff", terms.is_finite())]
+    };
+    let place = |position: DVec3| ("position", position.is_finite());
+    let toward = |direction: DVec3| ("direction", direction.is_finite());
+    let mut all = vec![
+        ("color", light.color.is_finite()),
+        ("intensity", light.intensity.is_finite()),
+        ("size", light.size.is_finite()),
+        // What is uploaded is their product.
+        ("color times intensity", (light.color * light.intensity).is_finite()),
+    ];
+    match light.kind {
+        LightKind::Directional { direction } => all.push(toward(direction)),
+        LightKind::Point { position, range, falloff } => {
+            all.push(place(position));
+            all.extend(reach(range, falloff));
+        }
+        LightKind::Spot { position, direction, inner_angle_degrees, outer_angle_degrees, range, falloff } => {
+            all.extend([place(position), toward(direction)]);
+            all.push(("cone", inner_angle_degrees.is_finite() && outer_angle_degrees.is_finite()));
+            all.extend(reach(range, falloff));
+        }
+    }
+    all.into_iter().find(|(_, finite)| !finite).map(|(name, _)| name)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::super::builtin;
+    use super::*;
+
+    fn checks() -> Scene {
+        builtin::open("builtin:spheres").unwrap()
+    }
+
+    #[test]
+    fn what_is_not_finite_is_named_with_its_place() {
+        assert_eq!(checks().check_finite(), Ok(()));
+        type Change = fn(&mut Scene, f32);
+        let changes: [(Change, &str); 10] = [
+            (|scene, bad| scene.meshes[0].positions[7][1] = bad, "the position of vertex 7 is not finite"),
+            (|scene, bad| scene.meshes[0].normals[2][0] = bad, "the normal of vertex 2 is not finite"),
+            (|scene, bad| scene.meshes[0].uvs[3][0] = bad, "the texture coordinate of vertex 3 is not finite"),
+            (|scene, bad| scene.meshes[0].origin.x = f64::from(bad), "its origin is not finite"),
+            (|scene, bad| scene.objects[1].transform.matrix3.x_axis.z = f64::from(bad), "object 1 ("),
+            (|scene, bad| scene.materials[1].roughness = bad, "roughness is not finite"),
+            (|scene, bad| scene.materials[1].emissive = Vec3::new(0.0, bad, 0.0), "emissive is not finite"),
+            (|scene, bad| scene.lights[0].intensity = bad, "light 0 ("),
+            (|scene, bad| scene.environment.background.x = bad, "the environment's light"),
+            (|scene, bad| scene.camera.near = f64::from(bad), "the camera is not finite"),
+        ];
+        for (change, expected) in changes {
+            for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+                let mut scene = checks();
+                change(&mut scene, bad);
+                let error = scene.check_finite().unwrap_err();
+                assert!(error.contains(expected), "{error}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_product_that_overflows_is_found_too() {
+        let mut scene = checks();
+        scene.lights[0].color = Vec3::splat(1e20);
+        scene.lights[0].intensity = 1e20;
+        assert!(scene.check_finite().unwrap_err().contains("color times intensity"));
+        let mut scene = checks();
+        scene.objects[0].transform.matrix3.y_axis.y = 1e39;
+        assert!(scene.check_finite().unwrap_err().contains("its transform"));
+    }
+}
