@@ -206,3 +206,49 @@ impl Found<'_> {
         self.note(&inputs[0], found, Truth { values: limited, floor: 1e-3, held: true });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trial(judge: Judge, firsts: &[f32]) -> Trial {
+        let inputs = firsts.iter().map(|&first| inputs::filled([first])).collect();
+        Trial { formula: Formula::Fresnel, inputs, names: &[("share", 1)], frame: None, judge, planted: false }
+    }
+
+    fn itself(input: &Input) -> Truth {
+        Truth { values: [f64::from(input[0]), 0.0, 0.0, 0.0], floor: 1e-3, held: input[0] < 10.0 }
+    }
+
+    fn first(value: f32) -> Output {
+        [value, 0.0, 0.0, 0.0]
+    }
+
+    #[test]
+    fn the_input_that_errs_most_is_told_and_what_is_not_held_need_only_be_sane() {
+        let trial = trial(Judge::Each { truth: itself, signed: false }, &[1.0, 0.5, 0.0, 10.0]);
+        let errors = judged(&trial, &[first(1.0), first(0.75), first(1e-4), first(-1.0)]);
+        assert_eq!((errors.compared, errors.elsewhere, errors.not_finite, errors.negative), (3, 1, 0, 1));
+        assert_eq!(errors.worst, 0.5);
+        let told = errors.worst_input.map(|input| input.to_string());
+        assert_eq!(told.as_deref(), Some("share 0.5, found 0.75 0 0 0, expected 0.5 0 0 0"));
+        // What is no number is the worst there is.
+        let errors = judged(&trial, &[first(1.0), first(0.75), first(f32::NAN), first(1.0)]);
+        assert_eq!((errors.worst, errors.not_finite), (f64::INFINITY, 1));
+    }
+
+    #[test]
+    fn sums_above_one_are_errors_even_if_the_truth_agrees() {
+        let sums = Judge::Sums { of: 2, truth: itself, weight: |_| 1.0 };
+        let errors = judged(&trial(sums, &[0.5, 1.0, 1.0, 2.0]), &[0.5, 1.0, 1.0, 2.0].map(first));
+        assert_eq!((errors.worst, errors.compared), (0.5, 2));
+    }
+
+    #[test]
+    fn pairs_must_agree_once_each_is_divided_by_its_cosine() {
+        let pairs = Judge::Pairs { cosine: |input| f64::from(input[0]) };
+        let errors = judged(&trial(pairs, &[0.5, 1.0]), &[1.0, 2.0].map(first));
+        assert_eq!((errors.worst, errors.compared), (0.0, 1));
+        assert!(judged(&trial(pairs, &[0.5, 1.0]), &[1.0, 1.0].map(first)).worst > 0.9);
+    }
+}
