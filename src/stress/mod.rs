@@ -7,6 +7,7 @@
 pub mod case;
 pub mod catalogue;
 pub mod formula;
+mod grid;
 #[cfg(feature = "report")]
 pub mod page;
 mod picture;

@@ -6,8 +6,8 @@
 
 use std::sync::Arc;
 
-use super::Error;
 use super::formula::WorstInput;
+use super::{Error, grid};
 use crate::frame::{self, Pixels, Renderer};
 use crate::gpu::Device;
 use crate::plan::ToneMapping;
@@ -108,14 +108,18 @@ pub fn compare(
     let largest = pictures.largest;
     let reference = Reference::new(truth).with_brdf(settings.brdf).with_shadows(settings.shadows.enabled);
     let eye = Eye { camera: truth.camera, size: settings.size };
-    let rays = reference.render(&eye, &Options { mode: Mode::Point, smith: Smith::default() }, &|_, _| {});
     let exposure = f64::from(exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(truth))));
+    let options = Options { mode: Mode::Point, smith: Smith::default() };
+    let rays = reference.render(&eye, &options, &|_, _| {});
+    let allowance = grid::allowance(grid::half_step(device), &reference, &eye, &options);
+    let allowance: Vec<f64> = allowance.iter().map(|light| light * exposure).collect();
     let expected: Vec<[f64; 3]> = rays.radiance.iter().map(|light| light.map(|channel| channel * exposure)).collect();
     if expected.iter().flatten().any(|channel| !channel.is_finite()) {
         return Ok(Err("the truth itself is not finite".into()));
     }
     let elsewhere = pictures.elsewhere(rays.triangles.as_deref().unwrap_or_default())?;
-    let mut errors = against(&light, &expected, &elsewhere, Scale { floor: subject.floor, largest });
+    let scale = Scale { floor: subject.floor, largest };
+    let mut errors = against(&light, Expected { light: &expected, allowance: &allowance }, &elsewhere, scale);
     for view in TARGETS {
         if let Ok(values) = pictures.draw(view)? {
             errors.not_finite += values.iter().filter(|value| !value.is_finite()).count();
@@ -139,6 +143,14 @@ struct Scale {
     floor: f64,
     /// What is brighter counts as that bright: it is white, and only has to be finite.
     largest: f64,
+}
+
+/// What should be seen.
+#[derive(Clone, Copy)]
+struct Expected<'a> {
+    light: &'a [[f64; 3]],
+    /// How much each pixel may differ, as [`grid`] says.
+    allowance: &'a [f64],
 }
 
 impl<'a> Pictures<'a> {
@@ -195,12 +207,14 @@ impl<'a> Pictures<'a> {
     }
 }
 
-fn against(rgba: &[f32], expected: &[[f64; 3]], elsewhere: &[bool], scale: Scale) -> Errors {
-    let expected: Vec<_> = expected.iter().map(|truth| truth.map(|channel| channel.min(scale.largest))).collect();
+fn against(rgba: &[f32], expected: Expected, elsewhere: &[bool], scale: Scale) -> Errors {
+    let Expected { light, allowance } = expected;
+    let expected: Vec<_> = light.iter().map(|truth| truth.map(|channel| channel.min(scale.largest))).collect();
     let brightest = expected.iter().flatten().fold(0.0f64, |most, &channel| most.max(channel));
     let mut errors = Errors::default();
     let mut sum = 0.0;
-    for ((drawn, truth), &elsewhere) in rgba.as_chunks::<4>().0.iter().zip(&expected).zip(elsewhere) {
+    let pixels = rgba.as_chunks::<4>().0.iter().zip(expected.iter().zip(allowance)).zip(elsewhere);
+    for ((drawn, (truth, allowance)), &elsewhere) in pixels {
         let drawn = [drawn[0], drawn[1], drawn[2]].map(f64::from);
         errors.not_finite += drawn.iter().filter(|channel| !channel.is_finite()).count();
         errors.negative += drawn.iter().filter(|channel| **channel < 0.0).count();
@@ -212,7 +226,8 @@ fn against(rgba: &[f32], expected: &[[f64; 3]], elsewhere: &[bool], scale: Scale
         let own = truth.iter().fold(scale.floor * brightest, |most, &channel| most.max(channel));
         let difference =
             drawn.iter().zip(truth).fold(0.0f64, |most, (a, b)| most.max((a.min(scale.largest) - b).abs()));
-        let error = if difference == 0.0 { 0.0 } else { difference / own };
+        // Where nothing is to be seen, a difference of nothing is no error; what is no number must not become one.
+        let error = if difference <= *allowance { 0.0 } else { (difference - allowance) / own };
         sum += error;
         errors.worst = errors.worst.max(error);
     }
@@ -226,11 +241,23 @@ mod tests {
 
     const SCALE: Scale = Scale { floor: FLOOR, largest: 1e30 };
 
+    /// What may not differ.
+    fn exactly(light: &[[f64; 3]]) -> Expected<'_> {
+        Expected { light, allowance: &[0.0; 4][..light.len()] }
+    }
+
+    #[test]
+    fn what_may_differ_is_taken_off() {
+        let expected = Expected { light: &[[1.0; 3], [1.0; 3]], allowance: &[0.25, 0.75] };
+        let errors = against(&[1.5, 1.0, 1.0, 1.0, 1.5, 1.0, 1.0, 1.0], expected, &[false; 2], SCALE);
+        assert_eq!((errors.worst, errors.mean), (0.25, 0.125));
+    }
+
     #[test]
     fn error_is_relative_to_each_pixel_but_the_dark_ones() {
         let expected = [[100.0, 50.0, 0.0], [1e-6, 0.0, 0.0], [1.0, 1.0, 1.0]];
         let rgba = [101.0, 50.0, 0.0, 1.0, 2e-4, 0.0, 0.0, 1.0, 9.0, 1.0, 1.0, 1.0];
-        let errors = against(&rgba, &expected, &[false, false, true], SCALE);
+        let errors = against(&rgba, exactly(&expected), &[false, false, true], SCALE);
         assert!((errors.worst - 0.0199).abs() < 1e-6, "{errors:?}");
         assert!((errors.mean - (0.01 + 0.0199) / 2.0).abs() < 1e-6, "{errors:?}");
         assert_eq!((errors.compared, errors.elsewhere, errors.not_finite, errors.negative), (2, 1, 0, 0));
@@ -239,7 +266,7 @@ mod tests {
     #[test]
     fn what_no_light_can_be_is_counted_everywhere() {
         let rgba = [f32::NAN, -1.0, 0.0, 1.0, f32::INFINITY, 0.0, -0.0, 1.0];
-        let errors = against(&rgba, &[[1.0; 3]; 2], &[true, true], SCALE);
+        let errors = against(&rgba, exactly(&[[1.0; 3]; 2]), &[true, true], SCALE);
         assert_eq!((errors.not_finite, errors.negative, errors.compared), (2, 1, 0));
     }
 
@@ -247,15 +274,18 @@ mod tests {
     fn what_is_brighter_than_the_target_holds_is_white_and_no_more() {
         let scale = Scale { largest: 100.0, ..SCALE };
         let rgba = [100.0, 100.0, 50.0, 1.0, 60.0, 0.0, 0.0, 1.0];
-        let errors = against(&rgba, &[[1e9, 200.0, 50.0], [1e9, 0.0, 0.0]], &[false; 2], scale);
+        let errors = against(&rgba, exactly(&[[1e9, 200.0, 50.0], [1e9, 0.0, 0.0]]), &[false; 2], scale);
         assert!((errors.worst - 0.4).abs() < 1e-9 && (errors.mean - 0.2).abs() < 1e-9, "{errors:?}");
         let of_the_peak = Scale { floor: 1.0, ..SCALE };
-        assert!((against(&[10.0, 1.0, 0.0, 1.0], &[[10.0, 2.0, 0.0]], &[false], of_the_peak).worst - 0.1).abs() < 1e-9);
+        assert!(
+            (against(&[10.0, 1.0, 0.0, 1.0], exactly(&[[10.0, 2.0, 0.0]]), &[false], of_the_peak).worst - 0.1).abs()
+                < 1e-9
+        );
     }
 
     #[test]
     fn a_black_picture_of_a_black_scene_is_right() {
-        assert_eq!(against(&[0.0; 4], &[[0.0; 3]], &[false], SCALE).worst, 0.0);
-        assert_eq!(against(&[1.0; 4], &[[0.0; 3]], &[false], SCALE).worst, f64::INFINITY);
+        assert_eq!(against(&[0.0; 4], exactly(&[[0.0; 3]]), &[false], SCALE).worst, 0.0);
+        assert_eq!(against(&[1.0; 4], exactly(&[[0.0; 3]]), &[false], SCALE).worst, f64::INFINITY);
     }
 }

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
-use super::Error;
 use super::picture::{Errors, Evidence, Pictures, Refusal, Subject};
+use super::{Error, grid};
 use crate::gpu::Device;
 use crate::reference::{Reference, Surface, TriangleId, View as Eye};
 use crate::scene::{Scene, View};
@@ -29,17 +29,21 @@ pub fn compare(
     let eye = Eye { camera: truth.camera, size: settings.size };
     let [width, height] = settings.size;
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)));
+    let half_step = grid::half_step(device);
+    let allowance = pixels.clone().map(|pixel| grid::place_allowance(half_step, &reference, &eye, pixel));
+    let allowance: Vec<f64> = allowance.collect();
     let expected: Vec<_> = pixels.map(|pixel| reference.surface(&eye, pixel)).collect();
     let triangles: Vec<_> = expected.iter().map(|seen| seen.map(|(_, triangle, _)| triangle)).collect();
     let elsewhere = pictures.elsewhere(&triangles)?;
     let mut errors = Errors::default();
     let mut sum = 0.0;
-    for ((place, seen), elsewhere) in places.as_chunks::<4>().0.iter().zip(&expected).zip(elsewhere) {
+    let pixels = places.as_chunks::<4>().0.iter().zip(&expected).zip(elsewhere).zip(allowance);
+    for (((place, seen), elsewhere), allowance) in pixels {
         errors.not_finite += place.iter().filter(|value| !value.is_finite()).count();
         errors.elsewhere += usize::from(elsewhere);
         let Some((surface, _, _)) = seen.filter(|_| !elsewhere) else { continue };
         let place = DVec3::new(f64::from(place[0]), f64::from(place[1]), f64::from(place[2]));
-        let error = place.distance(surface.position) / surface.position.length();
+        let error = (place.distance(surface.position) - allowance).max(0.0) / surface.position.length();
         errors.compared += 1;
         sum += error;
         errors.worst = errors.worst.max(error);
