@@ -167,7 +167,7 @@ afterlight() {
         shift
     done
     case "$command ${given[*]}" in
-        doctor*|compare*|*--size*) ;;
+        doctor*|compare*|stress*|*--size*) ;;
         *) given+=(--size 96x54) ;;
     esac
     ${AFTERLIGHT_RUNNER:-} "$PROGRAM" "${given[@]}"
@@ -201,10 +201,11 @@ fn the_readme_names_every_option_and_no_other() {
         let options = words.filter(|word| word.len() > 3 && word.starts_with("--") && !word[2..].starts_with('-'));
         options.map(str::to_owned).collect()
     };
-    let defined: BTreeSet<String> = ["render", "bench", "inspect", "compare", "doctor", "reference", "report", "tune"]
-        .iter()
-        .flat_map(|command| options(&help_of(command)))
-        .collect();
+    let defined: BTreeSet<String> =
+        ["render", "bench", "inspect", "compare", "doctor", "reference", "stress", "report", "tune"]
+            .iter()
+            .flat_map(|command| options(&help_of(command)))
+            .collect();
     assert!(defined.contains("--gbuffer") && defined.contains("--warmup"), "{defined:?}");
     // Of cargo.
     let foreign = BTreeSet::from(["--locked", "--path"].map(str::to_owned));
