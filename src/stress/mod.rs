@@ -8,6 +8,7 @@ pub mod case;
 pub mod catalogue;
 pub mod formula;
 mod grid;
+mod opening;
 #[cfg(feature = "report")]
 pub mod page;
 mod picture;

@@ -7,12 +7,13 @@
 use std::sync::Arc;
 
 use super::formula::WorstInput;
+use super::opening::Opening;
 use super::{Error, grid};
 use crate::frame::{self, Pixels, Renderer};
 use crate::gpu::Device;
 use crate::plan::ToneMapping;
-use crate::reference::{Mode, Options, Reference, Smith, TriangleId, View as Eye};
-use crate::scene::{LightPath, Output, Scene, Settings, SettingsPatch, View, exposure_scale, metered_ev100};
+use crate::reference::{Mode, Options, Smith, TriangleId};
+use crate::scene::{LightPath, Output, Scene, Settings, SettingsPatch, View};
 
 /// A pixel darker than this share of the brightest one counts as that bright, unless the subject says another share: nobody sees what
 /// is relative to nothing.
@@ -99,16 +100,12 @@ pub fn compare(
     subject: &Subject,
     truth: &Scene,
 ) -> Result<Result<(Errors, Evidence), Refusal>, Error> {
-    let settings = subject.decided();
-    let mut pictures = Pictures::of(device, subject, &settings);
-    let light = match pictures.draw(settings.view)? {
-        Ok(light) => light,
+    let opening = match Opening::of(device, subject, truth, None)? {
+        Ok(opening) => opening,
         Err(refusal) => return Ok(Err(refusal)),
     };
+    let Opening { mut pictures, drawn: light, reference, eye, exposure } = opening;
     let largest = pictures.largest;
-    let reference = Reference::new(truth).with_brdf(settings.brdf).with_shadows(settings.shadows.enabled);
-    let eye = Eye { camera: truth.camera, size: settings.size };
-    let exposure = f64::from(exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(truth))));
     let options = Options { mode: Mode::Point, smith: Smith::default() };
     let rays = reference.render(&eye, &options, &|_, _| {});
     let allowance = grid::allowance(grid::half_step(device), &reference, &eye, &options);
@@ -126,13 +123,13 @@ pub fn compare(
         }
     }
     let drawn = light.as_chunks::<4>().0.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
-    Ok(Ok((errors, Evidence { size: settings.size, drawn, expected })))
+    Ok(Ok((errors, Evidence { size: eye.size, drawn, expected })))
 }
 
 pub(super) struct Pictures<'a> {
     device: &'a Arc<Device>,
     subject: &'a Subject,
-    settings: &'a Settings,
+    settings: Settings,
     /// What the last one drawn saturates at.
     largest: f64,
 }
@@ -154,8 +151,8 @@ struct Expected<'a> {
 }
 
 impl<'a> Pictures<'a> {
-    pub fn of(device: &'a Arc<Device>, subject: &'a Subject, settings: &'a Settings) -> Self {
-        Self { device, subject, settings, largest: f64::INFINITY }
+    pub fn of(device: &'a Arc<Device>, subject: &'a Subject, settings: &Settings) -> Self {
+        Self { device, subject, settings: settings.clone(), largest: f64::INFINITY }
     }
 
     /// RGBA of a view.

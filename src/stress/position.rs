@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
-use super::picture::{Errors, Evidence, Pictures, Refusal, Subject};
+use super::opening::Opening;
+use super::picture::{Errors, Evidence, Refusal, Subject};
 use super::{Error, grid};
 use crate::gpu::Device;
-use crate::reference::{Reference, Surface, TriangleId, View as Eye};
+use crate::reference::{Surface, TriangleId};
 use crate::scene::{Scene, View};
 
 /// Draws the subject's places. Errors are distances between the place and the true one, over that one's distance from the camera.
@@ -19,15 +20,12 @@ pub fn compare(
     subject: &Subject,
     truth: &Scene,
 ) -> Result<Result<(Errors, Evidence), Refusal>, Error> {
-    let settings = subject.decided();
-    let mut pictures = Pictures::of(device, subject, &settings);
-    let places = match pictures.draw(View::Position)? {
-        Ok(places) => places,
+    let opening = match Opening::of(device, subject, truth, Some(View::Position))? {
+        Ok(opening) => opening,
         Err(refusal) => return Ok(Err(refusal)),
     };
-    let reference = Reference::new(truth);
-    let eye = Eye { camera: truth.camera, size: settings.size };
-    let [width, height] = settings.size;
+    let Opening { mut pictures, drawn: places, reference, eye, .. } = opening;
+    let [width, height] = eye.size;
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)));
     let half_step = grid::half_step(device);
     let allowance = pixels.clone().map(|pixel| grid::place_allowance(half_step, &reference, &eye, pixel));
@@ -53,5 +51,5 @@ pub fn compare(
     let place =
         |seen: &Option<(Surface, TriangleId, f64)>| seen.map_or([0.0; 3], |(surface, ..)| surface.position.to_array());
     let expected = expected.iter().map(place).collect();
-    Ok(Ok((errors, Evidence { size: settings.size, drawn, expected })))
+    Ok(Ok((errors, Evidence { size: eye.size, drawn, expected })))
 }

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use super::Error;
-use super::picture::{Errors, Evidence, Pictures, Refusal, Subject};
+use super::opening::Opening;
+use super::picture::{Errors, Evidence, Refusal, Subject};
 use crate::gpu::Device;
-use crate::reference::{Mode, Options, Reference, Smith, View as Eye};
-use crate::scene::{Scene, exposure_scale, metered_ev100};
+use crate::reference::{Mode, Options, Smith};
+use crate::scene::Scene;
 
 /// Samples of the truth, in each pixel.
 const SAMPLES: u32 = 64;
@@ -20,17 +21,13 @@ pub fn compare(
     subject: &Subject,
     truth: &Scene,
 ) -> Result<Result<(Errors, Evidence), Refusal>, Error> {
-    let settings = subject.decided();
-    let mut pictures = Pictures::of(device, subject, &settings);
-    let light = match pictures.draw(settings.view)? {
-        Ok(light) => light,
+    let opening = match Opening::of(device, subject, truth, None)? {
+        Ok(opening) => opening,
         Err(refusal) => return Ok(Err(refusal)),
     };
-    let reference = Reference::new(truth).with_brdf(settings.brdf).with_shadows(settings.shadows.enabled);
-    let eye = Eye { camera: truth.camera, size: settings.size };
+    let Opening { drawn: light, reference, eye, exposure, .. } = opening;
     let mode = Mode::Converged { samples: SAMPLES };
     let rays = reference.render(&eye, &Options { mode, smith: Smith::default() }, &|_, _| {});
-    let exposure = f64::from(exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(truth))));
     let pixels = light.as_chunks::<4>().0;
     let count = pixels.len() as f64;
     let drawn = [0, 1, 2].map(|channel| pixels.iter().map(|pixel| f64::from(pixel[channel])).sum::<f64>() / count);
@@ -54,5 +51,5 @@ pub fn compare(
     };
     let drawn = pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
     let expected = rays.radiance.iter().map(|light| light.map(|channel| channel * exposure)).collect();
-    Ok(Ok((errors, Evidence { size: settings.size, drawn, expected })))
+    Ok(Ok((errors, Evidence { size: eye.size, drawn, expected })))
 }

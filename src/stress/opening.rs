@@ -1,0 +1,47 @@
+//! What every comparison begins with: a picture of the subject, and the truth that it is held against.
+
+use std::sync::Arc;
+
+use super::Error;
+use super::picture::{Pictures, Refusal, Subject};
+use crate::gpu::Device;
+use crate::reference::{Reference, View as Eye};
+use crate::scene::{Scene, View, exposure_scale, metered_ev100};
+
+pub(super) struct Opening<'a> {
+    /// For more views of the subject.
+    pub pictures: Pictures<'a>,
+    /// RGBA of the view that is compared.
+    pub drawn: Vec<f32>,
+    pub reference: Reference<'a>,
+    pub eye: Eye,
+    /// From the truth's nits to the picture's light.
+    pub exposure: f64,
+}
+
+impl<'a> Opening<'a> {
+    /// Draws the subject, or a view of it in place of its own, and gets the truth of a scene ready.
+    ///
+    /// # Errors
+    /// A device that is lost. What a plan refuses is the inner error.
+    pub fn of(
+        device: &'a Arc<Device>,
+        subject: &'a Subject,
+        truth: &'a Scene,
+        view: Option<View>,
+    ) -> Result<Result<Self, Refusal>, Error> {
+        let settings = subject.decided();
+        let mut pictures = Pictures::of(device, subject, &settings);
+        let drawn = match pictures.draw(view.unwrap_or(settings.view))? {
+            Ok(drawn) => drawn,
+            Err(refusal) => return Ok(Err(refusal)),
+        };
+        Ok(Ok(Self {
+            pictures,
+            drawn,
+            reference: Reference::new(truth).with_brdf(settings.brdf).with_shadows(settings.shadows.enabled),
+            eye: Eye { camera: truth.camera, size: settings.size },
+            exposure: f64::from(exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(truth)))),
+        }))
+    }
+}
