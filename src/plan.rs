@@ -215,8 +215,14 @@ impl FramePlan {
     /// Decides what exists.
     ///
     /// # Errors
-    /// When the device cannot do what the settings ask for, or a view shows what the scene does not have.
+    /// When the device cannot do what the settings ask for, a view shows what the scene does not have, or a number of the scene is not finite.
     pub fn of(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
+        scene.check_finite().map_err(Error::Scene)?;
+        Self::decide(scene, settings, device)
+    }
+
+    /// Of a scene whose numbers are known to be finite.
+    fn decide(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
         let [width, height] = settings.size;
         if width == 0 || height == 0 || width.max(height) > device.max_extent {
             return Err(Error::Size(width, height, device.max_extent));
@@ -334,7 +340,7 @@ impl FramePlan {
         plan.uploads = Uploads::of(&plan);
         plan.parts = parts::list(scene, settings, &plan);
         if keep != Keep::NONE {
-            let lean = Self::of(scene, &Settings { keep: Keep::NONE, ..settings.clone() }, device)?;
+            let lean = Self::decide(scene, &Settings { keep: Keep::NONE, ..settings.clone() }, device)?;
             parts::say_what_is_kept(&mut plan.parts, &lean.parts);
         }
         plan.warnings.extend(plan.lost_anisotropy(settings));

@@ -55,13 +55,26 @@ fn positions_in_half_floats_are_found() {
 }
 
 #[test]
-fn light_that_is_no_number_or_below_zero_is_found() {
+fn light_below_zero_is_drawn_and_found_and_what_is_no_number_is_not_even_drawn() {
     on_gpu(|gpu| {
-        for (color, is_right) in [(Vec3::NAN, false), (Vec3::new(-1.0, 1.0, 1.0), false), (Vec3::ONE, true)] {
-            let paint = |scene: &mut Scene| scene.lights.iter_mut().for_each(|light| light.color = color);
-            let found = spoiled(gpu, "lights/distance", &paint);
-            assert_eq!(found.passes(), is_right, "{color}: {}", told(&found));
+        let painted = |color: Vec3| {
+            spoiled(gpu, "lights/distance", &|scene| scene.lights.iter_mut().for_each(|light| light.color = color))
+        };
+        for color in [Vec3::NAN, Vec3::splat(f32::INFINITY)] {
+            let found = painted(color);
+            let words = "light 0 (`lamp`): color is not finite";
+            assert!(!found.passes());
+            for finding in &found.findings {
+                assert!(matches!(&finding.outcome, Outcome::Refused(why) if why == words), "{:?}", finding.outcome);
+            }
         }
+        // A number like any other to the check of scenes, and to the shaders.
+        let found = painted(Vec3::new(-1.0, 1.0, 1.0));
+        assert!(!found.passes());
+        let negative = found.findings.iter().filter(|finding| !finding.is_sane()).count();
+        assert_eq!(negative, found.findings.len(), "{}", told(&found));
+        let right = painted(Vec3::ONE);
+        assert!(right.passes(), "{}", told(&right));
     });
 }
 

@@ -125,8 +125,12 @@ impl From<gpu::Error> for Failure {
 
 impl From<plan::Error> for Failure {
     fn from(error: plan::Error) -> Self {
-        // What was asked for, by the command line or a scene file, is more than this device or this scene has.
-        Self::new(Exit::Usage, with_causes(&error))
+        let exit = match error {
+            plan::Error::Scene(_) => Exit::BadInput,
+            // What was asked for, by the command line or a scene file, is more than this device or this scene has.
+            _ => Exit::Usage,
+        };
+        Self::new(exit, with_causes(&error))
     }
 }
 

@@ -100,7 +100,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     args.output.sink.check()?;
     args.standard_error.iter().try_for_each(|target| target.sink.check())?;
-    let workload = Workload::open(&args.scene, &args.settings, args.quiet)?;
+    let workload = open(args)?;
     let settings = workload.decided(&SettingsPatch::default());
     let view = View { camera: workload.camera, size: settings.size };
     if u64::from(view.size[0]) * u64::from(view.size[1]) > MOST_PIXELS {
@@ -201,9 +201,16 @@ fn linear(light: &[[f64; 3]]) -> Pixels {
     Pixels::LinearF32(light.iter().flat_map(|&[r, g, b]| [r as f32, g as f32, b as f32, 1.0]).collect())
 }
 
+/// The scene, of finite numbers: no plan looks at them here.
+fn open(args: &Args) -> Result<Workload, Failure> {
+    let workload = Workload::open(&args.scene, &args.settings, args.quiet)?;
+    workload.scene.check_finite().map_err(|what| Failure::new(Exit::BadInput, what))?;
+    Ok(workload)
+}
+
 /// Writes the scene for Mitsuba 3 into a folder, which is made where it is missing.
 fn export(args: &Args, folder: &Path) -> Result<(), Failure> {
-    let workload = Workload::open(&args.scene, &args.settings, args.quiet)?;
+    let workload = open(args)?;
     let settings = workload.decided(&SettingsPatch::default());
     let refused = |why: String| Failure::new(Exit::BadInput, format!("cannot export {}: {why}", args.scene));
     if !settings.shadows.enabled {

@@ -5,6 +5,8 @@ use crate::scene::{HdrFormat, LightPath};
 /// A frame that cannot be planned. One line that names the setting and the limit.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Error {
+    #[error("{0}")]
+    Scene(String),
     #[error("the size {0}x{1} is not possible on this device: each edge must be 1 to {2} pixels")]
     Size(u32, u32, u32),
     #[error("a shadow map of {0} texels is not possible on this device: the limit is {1}")]

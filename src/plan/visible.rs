@@ -17,6 +17,7 @@ use super::{
     Caster, Clusters, Error, FramePlan, GeometryKey, Projection, Reach, Receivers, Shading, ShadowPlan, ShadowView,
     clusters, falloff_index,
 };
+use crate::scene::finite::fits;
 use crate::scene::{
     Aabb, AlphaMode, Camera, CastsShadow, Environment, Light, LightKind, LightPath, Material, Mesh, OptionalPart,
     Scene, Settings, ShadowSettings, Transparency,
@@ -177,8 +178,11 @@ impl World {
     /// Moves an object, by its index in the scene, to where `transform` places it.
     ///
     /// # Errors
-    /// When there is no such object, or it would need another pipeline.
+    /// When there is no such object, it would need another pipeline, or a number is not finite.
     pub fn move_object(&mut self, index: usize, transform: &DAffine3) -> Result<(), Error> {
+        if !fits(transform) {
+            return Err(Error::Change(format!("object {index}: its transform is not finite")));
+        }
         let Some(own) = self.object_of.get(index) else {
             return Err(Error::Change(format!("there is no object {index}: the scene has {}", self.object_of.len())));
         };
@@ -211,8 +215,11 @@ impl World {
     /// Changes a light, by its index in the scene.
     ///
     /// # Errors
-    /// When there is no such light, or frames of the changed one would need other pipelines or maps.
+    /// When there is no such light, frames of the changed one would need other pipelines or maps, or a number is not finite.
     pub fn set_light(&mut self, index: usize, light: &Light) -> Result<(), Error> {
+        if let Some(value) = light.not_finite() {
+            return Err(Error::Change(format!("light {index}: {value} is not finite")));
+        }
         let Some(own) = self.light_of.get(index) else {
             return Err(Error::Change(format!("there is no light {index}: the scene has {}", self.light_of.len())));
         };
@@ -469,7 +476,7 @@ fn back_to_front(world: &World, camera: &Camera, objects: impl Iterator<Item = u
 mod tests {
     use super::*;
     use crate::plan::samples;
-    use crate::scene::Falloff;
+    use crate::scene::{Falloff, Keep};
 
     #[test]
     fn draws_are_from_near_to_far_then_by_pipeline_and_material() {
@@ -530,5 +537,24 @@ mod tests {
         let names: Vec<_> = world.lights.iter().map(|light| light.name.as_str()).collect();
         assert_eq!(names, ["sky", "sun", "second sun", "spot", "lamp"]);
         assert_eq!(world.directional_count(), 3);
+    }
+    #[test]
+    fn numbers_that_are_not_finite_are_refused_by_name_in_a_plan_and_in_changes_of_it() {
+        let mut scene = samples::scene(vec![Material::default()], vec![samples::sun()]);
+        let settings = Settings::default();
+        let plan = |scene: &Scene| FramePlan::of(scene, &settings, &samples::device());
+        let mut world = World::of(&scene, &settings, &plan(&scene).expect("a plan"), 1.0);
+        let bad = Light { color: Vec3::new(f32::NAN, 1.0, 1.0), ..samples::sun() };
+        let refused = |error: Result<(), Error>| error.expect_err("refused").to_string();
+        assert_eq!(refused(world.set_light(0, &bad)), "light 0: color is not finite");
+        let moved = DAffine3::from_translation(DVec3::Y * f64::INFINITY);
+        assert_eq!(refused(world.move_object(0, &moved)), "object 0: its transform is not finite");
+        assert_eq!((world.generation(), &world.lights), (0, &scene.lights));
+        (scene.name, scene.meshes[0].normals[2][1]) = ("made".into(), f32::INFINITY);
+        let said = plan(&scene).expect_err("refused").to_string();
+        assert!(said.starts_with("made: mesh 0 (") && said.ends_with("the normal of vertex 2 is not finite"), "{said}");
+        // All parts kept, a plan is made twice, and the words are the same.
+        let full = FramePlan::of(&scene, &Settings { keep: Keep::ALL, ..settings.clone() }, &samples::device());
+        assert_eq!(full.expect_err("refused").to_string(), said);
     }
 }

@@ -7,9 +7,15 @@ use super::{AlphaMode, Camera, Falloff, Light, LightKind, Material, Mesh, Scene}
 impl Scene {
     /// Checks that all numbers are finite: of meshes, objects, materials, lights, the environment and the camera.
     ///
+    /// A plan does so ([`crate::plan::FramePlan::of`]); what draws without one asks itself.
+    ///
     /// # Errors
-    /// A sentence that names the first thing with a number that is infinite or none, and which of its values that is.
+    /// A sentence that names the scene, the first thing in it with a number that is infinite or none, and which of its values that is.
     pub fn check_finite(&self) -> Result<(), String> {
+        self.check_numbers().map_err(|what| if self.name.is_empty() { what } else { format!("{}: {what}", self.name) })
+    }
+
+    fn check_numbers(&self) -> Result<(), String> {
         let wrong = |what: &str, index: usize, name: &str, value: String| {
             Err(format!("{what} {index} (`{name}`): {value} is not finite"))
         };
@@ -29,7 +35,7 @@ impl Scene {
             }
         }
         for (index, light) in self.lights.iter().enumerate() {
-            if let Some(value) = of_light(light) {
+            if let Some(value) = light.not_finite() {
                 return wrong("light", index, &light.name, value.into());
             }
         }
@@ -47,7 +53,7 @@ impl Scene {
 }
 
 /// Finite, also as f32.
-fn fits(transform: &DAffine3) -> bool {
+pub(crate) fn fits(transform: &DAffine3) -> bool {
     let columns = transform.matrix3.to_cols_array();
     columns.iter().all(|value| (*value as f32).is_finite()) && transform.translation.is_finite()
 }
@@ -55,6 +61,10 @@ fn fits(transform: &DAffine3) -> bool {
 /// The first number of a mesh that is none.
 fn of_mesh(mesh: &Mesh) -> Option<String> {
     fn first<const N: usize>(what: &str, values: &[[f32; N]]) -> Option<String> {
+        // Without a way out, compilers look at several numbers at once; most meshes have none to find.
+        if !values.as_flattened().iter().fold(false, |found, number| found | !number.is_finite()) {
+            return None;
+        }
         let vertex = values.iter().position(|value| !value.iter().all(|number| number.is_finite()))?;
         Some(format!("the {what} of vertex {vertex}"))
     }
@@ -84,36 +94,39 @@ fn of_material(material: &Material) -> Option<&'static str> {
     color.or_else(|| numbers.into_iter().find(|(_, number)| !number.is_finite()).map(|(name, _)| name))
 }
 
-fn of_light(light: &Light) -> Option<&'static str> {
-    let reach = |range: Option<f64>, falloff: Falloff| {
-        let terms = match falloff {
-            Falloff::Polynomial { constant, linear, quadratic } => Vec3::new(constant, linear, quadratic),
-            Falloff::InverseSquare | Falloff::Quadratic => Vec3::ZERO,
+impl Light {
+    /// The name of the first of its values that is infinite or no number, if any is.
+    pub(crate) fn not_finite(&self) -> Option<&'static str> {
+        let reach = |range: Option<f64>, falloff: Falloff| {
+            let terms = match falloff {
+                Falloff::Polynomial { constant, linear, quadratic } => Vec3::new(constant, linear, quadratic),
+                Falloff::InverseSquare | Falloff::Quadratic => Vec3::ZERO,
+            };
+            [("range", range.unwrap_or(0.0).is_finite()), ("falloff", terms.is_finite())]
         };
-        [("range", range.unwrap_or(0.0).is_finite()), ("falloff", terms.is_finite())]
-    };
-    let place = |position: DVec3| ("position", position.is_finite());
-    let toward = |direction: DVec3| ("direction", direction.is_finite());
-    let mut all = vec![
-        ("color", light.color.is_finite()),
-        ("intensity", light.intensity.is_finite()),
-        ("size", light.size.is_finite()),
-        // What is uploaded is their product.
-        ("color times intensity", (light.color * light.intensity).is_finite()),
-    ];
-    match light.kind {
-        LightKind::Directional { direction } => all.push(toward(direction)),
-        LightKind::Point { position, range, falloff } => {
-            all.push(place(position));
-            all.extend(reach(range, falloff));
+        let place = |position: DVec3| ("position", position.is_finite());
+        let toward = |direction: DVec3| ("direction", direction.is_finite());
+        let mut all = vec![
+            ("color", self.color.is_finite()),
+            ("intensity", self.intensity.is_finite()),
+            ("size", self.size.is_finite()),
+            // What is uploaded is their product.
+            ("color times intensity", (self.color * self.intensity).is_finite()),
+        ];
+        match self.kind {
+            LightKind::Directional { direction } => all.push(toward(direction)),
+            LightKind::Point { position, range, falloff } => {
+                all.push(place(position));
+                all.extend(reach(range, falloff));
+            }
+            LightKind::Spot { position, direction, inner_angle_degrees, outer_angle_degrees, range, falloff } => {
+                all.extend([place(position), toward(direction)]);
+                all.push(("cone", inner_angle_degrees.is_finite() && outer_angle_degrees.is_finite()));
+                all.extend(reach(range, falloff));
+            }
         }
-        LightKind::Spot { position, direction, inner_angle_degrees, outer_angle_degrees, range, falloff } => {
-            all.extend([place(position), toward(direction)]);
-            all.push(("cone", inner_angle_degrees.is_finite() && outer_angle_degrees.is_finite()));
-            all.extend(reach(range, falloff));
-        }
+        all.into_iter().find(|(_, finite)| !finite).map(|(name, _)| name)
     }
-    all.into_iter().find(|(_, finite)| !finite).map(|(name, _)| name)
 }
 
 #[cfg(test)]

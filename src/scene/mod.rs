@@ -10,7 +10,7 @@ mod camera;
 mod error;
 mod exposure;
 pub mod file;
-mod finite;
+pub(crate) mod finite;
 mod fit;
 mod import;
 mod light;
