@@ -5,7 +5,7 @@ mod show;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::{Evidence, FLOOR, Finding, Outcome, Verdict, range};
+use super::{Errors, Evidence, FLOOR, Finding, Outcome, Verdict, range};
 
 const STYLE: &str = include_str!("style.css");
 
@@ -88,6 +88,7 @@ fn section(verdict: &Verdict) -> Markup {
         section id=(uid(verdict)) {
             h2 { (verdict.case.name) " " (pill(verdict)) }
             p { (verdict.case.extreme) }
+            @if let Some(input) = verdict.worst().worst_input { p.faint { "Within the claim it errs most at " (input) "." } }
             (PreEscaped(plot::svg(verdict)))
             details open[!verdict.passes()] {
                 summary { (verdict.findings.len()) " values" }
@@ -116,6 +117,9 @@ fn row(verdict: &Verdict, finding: &Finding) -> Markup {
                 },
             }
         }
+        @if let Outcome::Measured(Errors { worst_input: Some(input), .. }) = &finding.outcome {
+            tr { td {} td.words.faint colspan="6" { "worst at " (input) } }
+        }
     }
 }
 
@@ -136,7 +140,8 @@ fn uid(verdict: &Verdict) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Bound, Case, Check, Errors, Subject, Values};
+    use super::super::formula::{WorstInput, inputs};
+    use super::super::{Bound, Case, Check, Subject, Values};
     use super::*;
     use crate::scene::Scene;
 
@@ -157,13 +162,25 @@ mod tests {
             outcome: Outcome::Measured(Errors { worst, compared: 1, ..Errors::default() }),
             evidence,
         };
-        let findings = vec![finding(1.0, 0.1, None), finding(10.0, 1.0, Some(evidence))];
+        let mut findings = vec![finding(1.0, 0.1, None), finding(10.0, 1.0, Some(evidence))];
+        let input = WorstInput {
+            names: &[("roughness <r>", 1)],
+            input: inputs::filled([0.5]),
+            found: [0.25; 4],
+            expected: [1.0; 4],
+        };
+        let Outcome::Measured(errors) = &mut findings[1].outcome else { unreachable!("measured above") };
+        errors.worst_input = Some(input);
         let place =
             Place { version: "1".into(), device: "a <device>".into(), driver: "d".into(), quick: false, seconds: 1.0 };
         let page = html(&place, &[Verdict { case, findings }]);
         assert!(page.contains("One is not as claimed") && page.contains("a &lt;device&gt;"));
         assert!(page.contains("what &lt;b&gt;is&lt;/b&gt; extreme") && page.contains("<svg"));
         assert_eq!(page.matches("data:image/png").count(), 3);
+        // Of the value that has one, and of the case.
+        let worst = "at roughness &lt;r&gt; 0.5, found 0.25 0.25 0.25 0.25, expected 1 1 1 1";
+        assert_eq!(page.matches(&format!("errs most {worst}.")).count(), 1);
+        assert_eq!(page.matches(&format!("worst {worst}<")).count(), 1);
         assert!(!page.contains("http:") || page.matches("http").count() == page.matches("http://www.w3.org").count());
     }
 }
