@@ -65,7 +65,7 @@ use output::{Blending, Way};
 use surfaces::Surfaces;
 
 use crate::scene::{
-    Brdf, CastsShadow, Keep, LightPath, Object, OptionalPart, Resolve, Scene, Settings, Transparency, View,
+    Brdf, CastsShadow, Keep, LightPath, Object, OptionalPart, Output, Resolve, Scene, Settings, Transparency, View,
 };
 
 /// What the device can do, as far as a plan depends on it.
@@ -159,6 +159,8 @@ pub struct FramePlan {
     pub hdr: Option<vk::Format>,
     pub output: vk::Format,
     pub tone_mapping: ToneMapping,
+    /// Light is exposed before it is stored; that of a picture in nits is not.
+    pub exposes: bool,
     /// Jittered frames that make one picture.
     pub samples: u32,
     pub resolve: Resolve,
@@ -291,6 +293,7 @@ impl FramePlan {
             hdr: way.hdr,
             output: way.output,
             tone_mapping: way.tone_mapping,
+            exposes: settings.output != Output::Nits,
             samples: settings.samples,
             resolve: settings.resolve,
             fxaa: settings.fxaa,

@@ -6,7 +6,7 @@ use afterlight::frame::{Picture, Renderer};
 use afterlight::reference::light::arriving;
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    Aabb, Camera, Falloff, HdrFormat, Light, LightKind, Material, Output, Scene, Settings, Tonemap, View,
+    Aabb, Camera, Falloff, HdrFormat, Light, LightKind, LightPath, Material, Output, Scene, Settings, Tonemap, View,
 };
 use common::compare::{assert_identical, largest_code_difference};
 use common::gpu::{code, nits, on_gpu, places};
@@ -71,6 +71,41 @@ fn a_picture_is_that_of_its_own_camera_whatever_is_in_flight() {
 }
 
 /// Boxes and lights at places whose coordinates, and their sums with 1e6, are exact in f64.
+#[test]
+fn exposure_changes_from_frame_to_frame_and_what_has_none_refuses_it() {
+    let mut scene = boxes(DVec3::ZERO);
+    scene.environment.background = Vec3::new(20.0, 60.0, 90.0);
+    on_gpu(|gpu| {
+        let shown = |exposure: f32, light_path: LightPath, output: Output| {
+            let own = Settings { size: [96, 54], exposure: Some(exposure), ..Settings::default() };
+            let settings = Settings { light_path, output, ..own };
+            Renderer::new(&gpu.device, &scene, &settings).unwrap_or_else(|error| panic!("{error}"))
+        };
+        let looks = [scene.camera];
+        let paths = [LightPath::Loop, LightPath::PerLight, LightPath::Compute, LightPath::Forward];
+        for (path, output) in paths.into_iter().flat_map(|path| [(path, Output::Srgb8), (path, Output::Exposed)]) {
+            let what = format!("{path} {output}");
+            let drawn = |exposure| drawn_after(&mut shown(exposure, path, output), &looks);
+            let [bright, dark] = [4.0, 7.0].map(drawn);
+            assert!(bright != dark, "{what}");
+            let mut renderer = shown(4.0, path, output);
+            assert_identical(&drawn_after(&mut renderer, &looks), &bright, &what);
+            renderer.set_exposure(7.0).unwrap_or_else(|error| panic!("{error}"));
+            assert_identical(&drawn_after(&mut renderer, &looks), &dark, &what);
+            // A frame is under way when it changes again.
+            renderer.render(&scene.camera).unwrap_or_else(|error| panic!("{error}"));
+            renderer.set_exposure(4.0).unwrap_or_else(|error| panic!("{error}"));
+            assert_identical(&drawn_after(&mut renderer, &looks), &bright, &what);
+            for wrong in [101.0, f32::NAN] {
+                let error = renderer.set_exposure(wrong).expect_err("no exposure").to_string();
+                assert!(error.contains("EV100 from -100 to 100"), "{error}");
+            }
+        }
+        let error = shown(4.0, LightPath::Auto, Output::Nits).set_exposure(4.0).expect_err("nits").to_string();
+        assert!(error.contains("nits has no exposure"), "{error}");
+    });
+}
+
 fn boxes(offset: DVec3) -> Scene {
     let mut scene = stage();
     for (index, x) in [-0.75, 0.0, 0.5].into_iter().enumerate() {

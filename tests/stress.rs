@@ -82,7 +82,9 @@ fn light_below_zero_is_drawn_and_found_and_what_is_no_number_is_not_even_drawn()
 fn a_picture_of_nothing_is_not_taken_for_one_of_the_scene() {
     on_gpu(|gpu| {
         let found = spoiled(gpu, "targets/width", &|scene| scene.objects.clear());
-        assert!(found.findings.iter().all(|finding| matches!(finding.outcome, Outcome::Measured(_))));
+        // A device may refuse the largest, which is beyond the claim.
+        let mut claimed = found.findings.iter().filter(|finding| found.case.claims(finding.value));
+        assert!(claimed.all(|finding| matches!(finding.outcome, Outcome::Measured(_))));
         assert!(!found.passes(), "{}", told(&found));
     });
 }
@@ -221,7 +223,7 @@ impl Extremes {
             shadow_size: Some(256),
             ..SettingsPatch::default()
         };
-        Subject { settings, ..Subject::new(stage.scene) }
+        Subject::with(stage.scene, settings)
     }
 
     /// How near to the truth its picture is to be as well, in the mean; `None` where shadow maps have few texels or highlights are narrower than

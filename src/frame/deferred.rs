@@ -102,6 +102,11 @@ impl Deferred {
         Ok(Self { targets, pass, framebuffer, clears, extent, shadow, depth, geometry, shade, tail, fxaa })
     }
 
+    /// Takes the world's present exposure for the next frames.
+    pub fn expose(&mut self, plan: &FramePlan, world: &World) {
+        self.clears = clear_values(plan, world);
+    }
+
     /// The picture, in TRANSFER_SRC_OPTIMAL after the frame.
     pub fn output(&self) -> &Image {
         match &self.fxaa {

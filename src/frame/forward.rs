@@ -18,6 +18,7 @@ use crate::gpu::{self, Framebuffer, Image, RenderPass, Timestamps, framebuffer};
 use crate::passes::depth::Depth;
 use crate::passes::forward::Forward;
 use crate::passes::{Recording, SetLayouts, Slot};
+use crate::plan::{FramePlan, World};
 use crate::targets::{Target, Targets};
 
 const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
@@ -62,6 +63,11 @@ impl ForwardFrame {
         let fxaa = FxaaStage::new(parts, &targets)?;
         let clears = clear_values(plan, world);
         Ok(Self { targets, pass, framebuffer, clears, extent, shadow, depth, forward, tail, fxaa })
+    }
+
+    /// Takes the world's present exposure for the next frames.
+    pub fn expose(&mut self, plan: &FramePlan, world: &World) {
+        self.clears = clear_values(plan, world);
     }
 
     /// The picture, in TRANSFER_SRC_OPTIMAL after the frame.

@@ -9,12 +9,14 @@ mod forward;
 pub mod render_pass;
 mod stages;
 mod tiled;
+mod triangles;
 
 pub use accumulate::{Accumulator, sample_offset};
 pub use complexity::Complexity;
 pub use deferred::Deferred;
 pub use forward::ForwardFrame;
 pub use tiled::TiledFrame;
+pub use triangles::triangles;
 
 use edges::Edges;
 
@@ -29,7 +31,7 @@ use crate::gpu_scene::{FrameUniform, GpuScene, ShadowAtlas, SortedIndices, ViewB
 use crate::passes::Recording;
 use crate::passes::copy::Copy;
 use crate::plan::{self, Capabilities, FramePlan, ShadowCache, Visible, World};
-use crate::scene::{Camera, Light, LightPath, Output, Scene, Settings, exposure_scale, metered_ev100};
+use crate::scene::{Camera, Light, LightPath, Scene, Settings, SettingsPatch, exposure_scale, metered_ev100};
 
 /// While the device draws one frame, the CPU records the next.
 const IN_FLIGHT: usize = 2;
@@ -136,6 +138,15 @@ impl Frame {
             LightPath::Forward | LightPath::ForwardNaive => Self::Forward(Box::new(ForwardFrame::new(parts)?)),
             _ => Self::Deferred(Box::new(Deferred::new(parts)?)),
         })
+    }
+
+    /// What is cleared to the background is so to the exposed one.
+    fn expose(&mut self, plan: &FramePlan, world: &World) {
+        match self {
+            Self::Deferred(frame) => frame.expose(plan, world),
+            Self::Tiled(frame) => frame.expose(plan, world),
+            Self::Forward(frame) => frame.expose(plan, world),
+        }
     }
 
     fn record(&self, recording: &Recording, times: &mut Option<Timestamps>) {
@@ -280,11 +291,9 @@ impl Renderer {
         plan: FramePlan,
         edges: Edges,
     ) -> Result<Self, Error> {
-        let exposure = match settings.output {
-            Output::Nits => 1.0,
-            Output::Srgb8 | Output::Exposed => {
-                exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(scene)))
-            }
+        let exposure = match plan.exposes {
+            true => exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(scene))),
+            false => 1.0,
         };
         let world = World::of(scene, settings, &plan, exposure);
         let gpu_scene = GpuScene::new(device, scene, &plan, edges.upload_order())?;
@@ -350,6 +359,21 @@ impl Renderer {
     /// When there is no such light, or the changed one would need other pipelines or maps.
     pub fn set_light(&mut self, index: usize, light: &Light) -> Result<(), Error> {
         Ok(self.world.set_light(index, light)?)
+    }
+
+    /// Changes the exposure from the next frame on.
+    ///
+    /// # Errors
+    /// When the value is not an EV100 from -100 to 100, or pictures are in nits.
+    pub fn set_exposure(&mut self, ev100: f32) -> Result<(), Error> {
+        let asked = SettingsPatch { exposure: Some(ev100), ..SettingsPatch::default() };
+        asked.check().map_err(|error| plan::Error::Change(error.to_string()))?;
+        if !self.plan.exposes {
+            return Err(plan::Error::Change("light in nits has no exposure that could change".into()).into());
+        }
+        self.world.set_exposure(exposure_scale(ev100));
+        self.frame.expose(&self.plan, &self.world);
+        Ok(())
     }
 
     /// Records and submits a frame. Returns as soon as it is submitted; waits only for the frame before the last.

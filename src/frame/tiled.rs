@@ -7,6 +7,7 @@
 //! ```
 
 use ash::vk;
+use glam::Vec3;
 
 use super::FrameParts;
 use super::deferred::{background, clear_values, image_barrier};
@@ -19,7 +20,7 @@ use crate::passes::geometry::Geometry;
 use crate::passes::tiled::{EMISSIVE, Tiled};
 use crate::passes::tonemap::encode_srgb;
 use crate::passes::{Recording, SetLayouts, Slot};
-use crate::plan::OUTPUT_PLAIN;
+use crate::plan::{FramePlan, OUTPUT_PLAIN, World};
 use crate::targets::{Target, Targets, stored_inputs};
 
 /// The passes of a plan and what they draw into.
@@ -63,16 +64,18 @@ impl TiledFrame {
             stored.push((EMISSIVE, targets.image(Target::Hdr).view, input_layout(Target::Hdr)));
         }
         let output = targets.image(Target::Output).view;
-        // An attachment's clear value would be encoded by the hardware.
-        let background = background(plan, world, Target::Output);
-        let background =
-            if plan.output == OUTPUT_PLAIN { background.map(|v| encode_srgb(f64::from(v)) as f32) } else { background };
         let layouts = SetLayouts { frame: frame_layout, shadows: atlas.map(|atlas| atlas.set_layout.raw) };
-        let tiled = Tiled::new(device, plan, layouts, (&stored, output), background)?;
+        let tiled = Tiled::new(device, plan, layouts, (&stored, output), written_background(plan, world))?;
         let clears = clear_values(plan, world);
         let row = |name| edges.row(name).clone();
         let (output_reuse, read_back) = (row("output-reuse"), row("read-back"));
         Ok(Self { targets, pass, framebuffer, clears, extent, shadow, depth, geometry, tiled, output_reuse, read_back })
+    }
+
+    /// Takes the world's present exposure for the next frames.
+    pub fn expose(&mut self, plan: &FramePlan, world: &World) {
+        self.clears = clear_values(plan, world);
+        self.tiled.background = written_background(plan, world);
     }
 
     /// The picture, in TRANSFER_SRC_OPTIMAL after the frame.
@@ -116,4 +119,10 @@ impl TiledFrame {
         frame.device.end_label(cmd);
         stamp(times, cmd, "lighting");
     }
+}
+
+/// The background as a shader writes it: an attachment's clear value would be encoded by the hardware.
+fn written_background(plan: &FramePlan, world: &World) -> Vec3 {
+    let light = background(plan, world, Target::Output);
+    if plan.output == OUTPUT_PLAIN { light.map(|v| encode_srgb(f64::from(v)) as f32) } else { light }
 }

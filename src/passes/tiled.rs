@@ -47,14 +47,15 @@ pub struct Tiled {
     _pool: DescriptorPool,
     set: vk::DescriptorSet,
     size: [u32; 2],
-    background: Vec3,
+    /// What the picture holds where nothing is seen.
+    pub background: Vec3,
 }
 
 /// A stored target as a descriptor: its binding, view and layout.
 pub type Stored = (u32, vk::ImageView, vk::ImageLayout);
 
 impl Tiled {
-    /// `stored` are the views of the G-buffer, `output` that of the picture, `background` what it holds where nothing is seen.
+    /// `stored` are the views of the G-buffer, `output` that of the picture.
     ///
     /// # Errors
     /// When the pipeline cannot be made.

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::{Capabilities, Error, PlannedLights, World};
 use crate::scene::{
     Aabb, AlphaMode, Brdf, Falloff, GbufferChoice, HdrFormat, Light, LightKind, LightPath, Material, Object, Output,
-    Scene, Settings, TextureSlot, Tonemap, View,
+    Scene, Settings, TextureSlot, Tonemap, View, unit,
 };
 
 /// `auto` takes `loop` up to this many local lights: neither lists nor compute save what they cost.
@@ -158,6 +158,8 @@ pub(super) fn sphere_of(light: &Light, reach: f64) -> Reach {
         LightKind::Directional { .. } => Reach { center: DVec3::ZERO, radius: f64::INFINITY },
         LightKind::Point { position, .. } => Reach { center: position, radius: reach },
         LightKind::Spot { position, direction, outer_angle_degrees, .. } => {
+            // Of a scene's own lights it may have any length.
+            let direction = unit(direction).unwrap_or(direction);
             let angle = outer_angle_degrees.to_radians();
             if !reach.is_finite() || angle >= std::f64::consts::FRAC_PI_2 {
                 Reach { center: position, radius: reach }
@@ -180,8 +182,9 @@ pub(super) fn sphere_of(light: &Light, reach: f64) -> Reach {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cut {
     enabled: bool,
-    /// Brightest pixel for each candela, at a metre.
-    brightest: f64,
+    /// Brightest pixel for each candela, at a metre, in nits.
+    reflection: f64,
+    exposure: f32,
     /// What each light may drop.
     share: f64,
 }
@@ -197,8 +200,12 @@ impl Cut {
         let layers = 1 + panes.sum::<usize>();
         let share = 0.5 / 255.0 / steepest(settings.tonemap) / (count.max(1) * layers) as f64;
         // Scanning textures is only worth it where there is something to cut.
-        let brightest = if count > 0 { f64::from(exposure) * largest_reflection(scene, settings) } else { 0.0 };
-        Self { enabled: settings.light_cutoff, brightest, share }
+        let reflection = if count > 0 { largest_reflection(scene, settings) } else { 0.0 };
+        Self { enabled: settings.light_cutoff, reflection, exposure, share }
+    }
+
+    pub(super) fn exposed(self, exposure: f32) -> Self {
+        Self { exposure, ..self }
     }
 
     pub(super) fn reach(&self, light: &Light) -> f64 {
@@ -210,7 +217,8 @@ impl Cut {
                     (Some(range), _) => range,
                     // Finite, as `bounded` says: what reaches everywhere is sorted before what does not.
                     (None, true) if weakens(falloff) => {
-                        distance_of(falloff, candela * self.brightest, self.share).min(FARTHEST)
+                        let brightest = f64::from(self.exposure) * self.reflection;
+                        distance_of(falloff, candela * brightest, self.share).min(FARTHEST)
                     }
                     (None, _) => f64::INFINITY,
                 }
@@ -279,7 +287,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::plan::samples;
+    use crate::plan::{FramePlan, samples};
     use crate::scene::Keep;
 
     proptest! {
@@ -313,7 +321,7 @@ mod tests {
             samples::scene(vec![samples::material(Brdf::Lambert)], vec![samples::point(Falloff::Quadratic); count])
         };
         let chosen = |scene: &Scene, settings: &Settings, device: &Capabilities| {
-            let plan = super::super::FramePlan::of(scene, settings, device).expect("a plan");
+            let plan = FramePlan::of(scene, settings, device).expect("a plan");
             (plan.light_path, plan.light_path_reason)
         };
         let (gpu, defaults) = (samples::device(), Settings::default());
@@ -343,11 +351,11 @@ mod tests {
     #[test]
     fn auto_lights_plain_surfaces_as_it_draws_them_and_says_why() {
         let chosen = |scene: &Scene, settings: &Settings| {
-            let plan = super::super::FramePlan::of(scene, settings, &samples::device()).expect("a plan");
+            let plan = FramePlan::of(scene, settings, &samples::device()).expect("a plan");
             assert_eq!(plan.is_forward(), plan.gbuffer.is_none());
             // What is kept without need changes no path, or pictures could differ.
             let full = Settings { keep: Keep::ALL, ..settings.clone() };
-            let full = super::super::FramePlan::of(scene, &full, &samples::device()).expect("a full plan");
+            let full = FramePlan::of(scene, &full, &samples::device()).expect("a full plan");
             assert_eq!((full.light_path, &full.light_path_reason), (plan.light_path, &plan.light_path_reason));
             (plan.light_path, plan.light_path_reason)
         };
@@ -399,6 +407,16 @@ mod tests {
         let dropped: f64 = reaches.iter().map(|d| 2.0 * 10.0 / std::f64::consts::PI / (d * d)).sum();
         assert!((dropped * 12.93 * 255.0 / 0.5 - 1.0).abs() < 1e-9, "{dropped}");
         assert!(off.iter().all(|d| d.is_infinite()));
+        // Exposed as another, a world has that one's reaches.
+        let world = |exposure: f32| {
+            let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
+            World::of(&scene, &settings, &plan, exposure)
+        };
+        let (mut brighter, darker) = (world(2.0), world(0.25));
+        assert_eq!(brighter.reaches, reaches);
+        assert!(brighter.reaches[0] > 2.0 * darker.reaches[0]);
+        brighter.set_exposure(0.25);
+        assert_eq!((brighter.exposure, brighter.reaches), (0.25, darker.reaches));
         // A square of glass is two triangles, which may lie over one pixel: three layers share the step.
         let mut glazed = scene.clone();
         let glass = Material { alpha_mode: AlphaMode::Glass, ..samples::material(Brdf::Lambert) };

@@ -28,7 +28,7 @@ use crate::scene::{
 pub struct World {
     pub objects: Vec<WorldObject>,
     pub materials: Vec<Material>,
-    /// Only those that shine and can reach an object: directional lights, then those that reach everywhere, then those whose reach is limited.
+    /// Only those that shine and can reach an object, with directions of length 1: directional lights, then those that reach everywhere, then those whose reach is limited.
     pub lights: Vec<Light>,
     /// How far each light reaches, in metres.
     pub reaches: Vec<f64>,
@@ -139,7 +139,7 @@ impl World {
             idle_lights: plan.light_order.idle.clone(),
             reaches: lights.iter().map(|&index| cut.reach(&scene.lights[index])).collect(),
             cut,
-            lights: lights.into_iter().map(|index| scene.lights[index].clone()).collect(),
+            lights: lights.into_iter().map(|index| scene.lights[index].aimed()).collect(),
             lamps: Vec::new(),
             environment: scene.environment,
             bounds: Aabb::EMPTY,
@@ -217,9 +217,10 @@ impl World {
     /// # Errors
     /// When there is no such light, frames of the changed one would need other pipelines or maps, or a number is not finite.
     pub fn set_light(&mut self, index: usize, light: &Light) -> Result<(), Error> {
-        if let Some(value) = light.not_finite() {
-            return Err(Error::Change(format!("light {index}: {value} is not finite")));
+        if let Some(fault) = light.fault() {
+            return Err(Error::Change(format!("light {index}: {fault}")));
         }
+        let light = &light.aimed();
         let Some(own) = self.light_of.get(index) else {
             return Err(Error::Change(format!("there is no light {index}: the scene has {}", self.light_of.len())));
         };
@@ -243,6 +244,13 @@ impl World {
         self.changes.get_or_insert_default().lights.insert(own_index);
         self.generation += 1;
         Ok(())
+    }
+
+    /// Changes the factor from nits to what is tone-mapped, and with it how far the certified cut-off lets lights reach.
+    pub fn set_exposure(&mut self, exposure: f32) {
+        self.exposure = exposure;
+        self.cut = self.cut.exposed(exposure);
+        self.reaches = self.lights.iter().map(|light| self.cut.reach(light)).collect();
     }
 
     /// Differs from what it was as soon as an object or a light has changed.

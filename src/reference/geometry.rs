@@ -7,9 +7,8 @@ use glam::{DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3};
 
 use super::bvh::Bvh;
 use super::intersect::{Crossing, Ray};
-use super::surface::TriangleId;
 use super::texture;
-use crate::scene::{Aabb, AlphaMode, CastsShadow, Material, Mesh, Scene};
+use crate::scene::{Aabb, AlphaMode, CastsShadow, Material, Mesh, Scene, TriangleId};
 
 /// Coordinates beyond this have no squares' squares in f64: what reaches there is not drawn.
 const LARGEST: f64 = 1e75;

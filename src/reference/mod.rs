@@ -19,7 +19,9 @@ pub mod tonemap;
 
 pub use cache::{Cache, Cached, Source};
 pub use render::{Accumulation, Progress, Reference};
-pub use surface::{Surface, TriangleId};
+pub use surface::Surface;
+
+pub use crate::scene::TriangleId;
 
 use crate::scene::Camera;
 

@@ -7,9 +7,9 @@ use super::geometry::{Geometry, Hit};
 use super::intersect::Ray;
 use super::light::{self, Illumination};
 use super::shadow::Receiver;
-use super::surface::{Surface, TriangleId};
+use super::surface::Surface;
 use super::{Mode, Options, Smith, Truth, View, material, sampling};
-use crate::scene::{AlphaMode, Brdf, Scene};
+use crate::scene::{AlphaMode, Brdf, Light, Scene, TriangleId};
 
 /// Samples that are added to every pixel before the next pass begins. What a pass adds depends on the samples' numbers alone.
 pub const PASS: u32 = 4;
@@ -23,6 +23,8 @@ pub struct Reference<'a> {
     pub(super) scene: &'a Scene,
     pub(super) brdf: Option<Brdf>,
     pub(super) shadows: bool,
+    /// With directions of length 1.
+    lights: Vec<Light>,
     geometry: Geometry<'a>,
 }
 
@@ -85,7 +87,8 @@ impl Lens {
 impl<'a> Reference<'a> {
     /// Builds what rays need. Materials keep their own reflection models, and lights their shadows.
     pub fn new(scene: &'a Scene) -> Self {
-        Self { scene, brdf: None, shadows: true, geometry: Geometry::of(scene) }
+        let lights = scene.lights.iter().map(Light::aimed).collect();
+        Self { scene, brdf: None, shadows: true, lights, geometry: Geometry::of(scene) }
     }
 
     /// With one reflection model for all materials, as `Settings::brdf` has it.
@@ -206,7 +209,7 @@ impl<'a> Reference<'a> {
     /// What a surface shows towards the eye, over what lies behind it.
     fn shown(&self, hit: &Hit, ray: &Ray, smith: Smith, points: Points, behind: DVec3) -> DVec3 {
         let (surface, mode) = self.surface_of(hit, ray);
-        let Scene { lights, environment, .. } = self.scene;
+        let (lights, environment) = (&self.lights, &self.scene.environment);
         let illumination = Illumination { lights, environment, eye: ray.origin, smith };
         let mut receiver = None;
         let mut visibility = |light: usize| {
@@ -226,7 +229,7 @@ impl<'a> Reference<'a> {
 
     /// Share of a light that arrives.
     fn share(&self, receiver: &Receiver, index: usize, points: Points) -> f64 {
-        let light = &self.scene.lights[index];
+        let light = &self.lights[index];
         let sees = |point| f64::from(u8::from(receiver.sees(&self.geometry, light, point)));
         match points {
             _ if light.size == 0.0 => sees(DVec2::ZERO),

@@ -4,15 +4,6 @@ use glam::DVec3;
 
 use crate::scene::Brdf;
 
-/// A triangle of the scene.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct TriangleId {
-    /// Index in `Scene::objects`.
-    pub object: u32,
-    /// Index of the triangle in the object's mesh: its corners are `indices[3 * triangle..][..3]`.
-    pub triangle: u32,
-}
-
 /// A lit point, in the terms of its material with its textures looked up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Surface {

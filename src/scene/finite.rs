@@ -1,11 +1,13 @@
-//! That every number of a scene is one: what a reader lets pass, or what code puts together, may still overflow or divide by nothing.
+//! That every number of a scene is one, and every direction goes somewhere: what a reader lets pass, or what code puts together, may still
+//! overflow or divide by nothing.
 
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::{AlphaMode, Camera, Falloff, Light, LightKind, Material, Mesh, Scene};
 
 impl Scene {
-    /// Checks that all numbers are finite: of meshes, objects, materials, lights, the environment and the camera.
+    /// Checks that all numbers are finite: of meshes, objects, materials, lights, the environment and the camera; and that directions of lights
+    /// have a length.
     ///
     /// A plan does so ([`crate::plan::FramePlan::of`]); what draws without one asks itself.
     ///
@@ -16,27 +18,27 @@ impl Scene {
     }
 
     fn check_numbers(&self) -> Result<(), String> {
-        let wrong = |what: &str, index: usize, name: &str, value: String| {
-            Err(format!("{what} {index} (`{name}`): {value} is not finite"))
-        };
+        let wrong =
+            |what: &str, index: usize, name: &str, fault: String| Err(format!("{what} {index} (`{name}`): {fault}"));
+        let infinite = |value: &str| format!("{value} is not finite");
         for (index, mesh) in self.meshes.iter().enumerate() {
             if let Some(value) = of_mesh(mesh) {
-                return wrong("mesh", index, &mesh.name, value);
+                return wrong("mesh", index, &mesh.name, infinite(&value));
             }
         }
         for (index, object) in self.objects.iter().enumerate() {
             if !fits(&object.transform) {
-                return wrong("object", index, &object.name, "its transform".into());
+                return wrong("object", index, &object.name, infinite("its transform"));
             }
         }
         for (index, material) in self.materials.iter().enumerate() {
             if let Some(value) = of_material(material) {
-                return wrong("material", index, &material.name, value.into());
+                return wrong("material", index, &material.name, infinite(value));
             }
         }
         for (index, light) in self.lights.iter().enumerate() {
-            if let Some(value) = light.not_finite() {
-                return wrong("light", index, &light.name, value.into());
+            if let Some(fault) = light.fault() {
+                return wrong("light", index, &light.name, fault);
             }
         }
         let environment = &self.environment;
@@ -95,8 +97,8 @@ fn of_material(material: &Material) -> Option<&'static str> {
 }
 
 impl Light {
-    /// The name of the first of its values that is infinite or no number, if any is.
-    pub(crate) fn not_finite(&self) -> Option<&'static str> {
+    /// The first of its values that is infinite or no number, or a direction without a length, in words.
+    pub(crate) fn fault(&self) -> Option<String> {
         let reach = |range: Option<f64>, falloff: Falloff| {
             let terms = match falloff {
                 Falloff::Polynomial { constant, linear, quadratic } => Vec3::new(constant, linear, quadratic),
@@ -125,7 +127,13 @@ impl Light {
                 all.extend(reach(range, falloff));
             }
         }
-        all.into_iter().find(|(_, finite)| !finite).map(|(name, _)| name)
+        let infinite = all.into_iter().find(|(_, finite)| !finite).map(|(name, _)| format!("{name} is not finite"));
+        infinite.or_else(|| match self.kind {
+            LightKind::Directional { direction } | LightKind::Spot { direction, .. } if direction == DVec3::ZERO => {
+                Some("its direction has no length".into())
+            }
+            _ => None,
+        })
     }
 }
 
@@ -164,6 +172,18 @@ mod tests {
                 assert!(error.contains(expected), "{error}");
             }
         }
+    }
+
+    #[test]
+    fn a_direction_without_a_length_is_found() {
+        let directed = |direction| {
+            let mut scene = checks();
+            scene.lights[0].kind = LightKind::Directional { direction };
+            scene.check_finite()
+        };
+        assert_eq!(directed(DVec3::Y * 5e-324), Ok(()));
+        let error = directed(DVec3::new(0.0, -0.0, 0.0)).expect_err("refused");
+        assert!(error.contains(": light 0 (") && error.ends_with("its direction has no length"), "{error}");
     }
 
     #[test]

@@ -19,7 +19,7 @@ pub struct Light {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LightKind {
-    /// `direction` is where the light travels to; unit length.
+    /// `direction` is where the light travels to, of any length but 0.
     Directional { direction: DVec3 },
     /// Beyond `range`, in metres, the light is zero; `None` reaches everywhere.
     Point { position: DVec3, range: Option<f64>, falloff: Falloff },
@@ -32,6 +32,26 @@ pub enum LightKind {
         range: Option<f64>,
         falloff: Falloff,
     },
+}
+
+/// The direction with a length of 1; `None` where it has none. Squares of its parts may be more or less than f64 holds. One that has that
+/// length, but for rounding, stays as it is.
+pub fn unit(direction: DVec3) -> Option<DVec3> {
+    match (direction.length_squared() - 1.0).abs() < 1e-14 {
+        true => Some(direction),
+        false => (direction / direction.abs().max_element()).try_normalize(),
+    }
+}
+
+impl Light {
+    /// With a direction of length 1, where it has one: what formulas take.
+    pub(crate) fn aimed(&self) -> Self {
+        let mut light = self.clone();
+        if let LightKind::Directional { direction } | LightKind::Spot { direction, .. } = &mut light.kind {
+            *direction = unit(*direction).unwrap_or(*direction);
+        }
+        light
+    }
 }
 
 /// How light weakens with the distance d, in metres; r is the range.
@@ -89,6 +109,19 @@ mod tests {
             let there = intensity / (f64::from(c) + f64::from(l) * d + f64::from(q) * d * d);
             assert!((there / cutoff - 1.0).abs() < 1e-9, "{c} {l} {q}: {d} {there}");
         }
+    }
+
+    #[test]
+    fn a_direction_of_any_length_but_none_has_a_unit_vector() {
+        let along = DVec3::new(-0.35, -0.9, 0.3).normalize();
+        assert_eq!(unit(along), Some(along));
+        for length in [5e-324, 1e-310, 1e-300, 1e-160, 1e-3, 7.0, 1e160, 1e300] {
+            let found = unit(along * length).expect("it has a length");
+            // What has no digits left is still turned to where its largest part goes.
+            assert!(found.distance(along) < if length < 1e-300 { 1.0 } else { 1e-15 }, "{length}: {found}");
+            assert!((found.length() - 1.0).abs() < 1e-15);
+        }
+        assert_eq!([DVec3::ZERO, DVec3::NAN, DVec3::INFINITY].map(unit), [None; 3]);
     }
 
     #[test]

@@ -7,6 +7,15 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::Aabb;
 
+/// A triangle of the scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct TriangleId {
+    /// Index in `Scene::objects`.
+    pub object: u32,
+    /// Index of the triangle in the object's mesh: its corners are `indices[3 * triangle..][..3]`.
+    pub triangle: u32,
+}
+
 /// An indexed triangle list with one material's worth of vertices. Counter-clockwise is the front.
 #[derive(Debug, Clone, Default)]
 pub struct Mesh {

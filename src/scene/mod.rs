@@ -33,10 +33,10 @@ pub use error::Error;
 pub use exposure::{exposure_scale, luminance, metered_ev100};
 pub use fit::{add_daylight, fit_camera};
 pub use import::{Imported, LoadOptions, Progress};
-pub use light::{Falloff, Light, LightKind};
+pub use light::{Falloff, Light, LightKind, unit};
 pub use load::{OpenOptions, open};
 pub use material::{AlphaMode, Brdf, Material, TextureSlot};
-pub use mesh::{CastsShadow, Mesh, Object};
+pub use mesh::{CastsShadow, Mesh, Object, TriangleId};
 pub use names::TARGETS;
 pub use optional::{Keep, OptionalPart};
 pub use settings::{

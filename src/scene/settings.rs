@@ -313,6 +313,23 @@ pub struct SettingsPatch {
     pub keep: Option<Keep>,
 }
 
+impl Settings {
+    /// For the values that a view shows: what a buffer holds does not depend on how its pixels are lit, and not every way of that has
+    /// buffers.
+    pub(crate) fn showing(&self, view: View) -> Self {
+        Self {
+            view,
+            light_path: LightPath::Auto,
+            light_cutoff: false,
+            output: Output::Nits,
+            samples: 1,
+            msaa: 1,
+            fxaa: false,
+            ..self.clone()
+        }
+    }
+}
+
 impl SettingsPatch {
     /// `self` where it says something, `other` elsewhere: `command_line.or(&scene_file)`.
     pub fn or(&self, other: &Self) -> Self {

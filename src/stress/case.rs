@@ -52,6 +52,8 @@ pub enum Check {
     /// The light of the whole picture in the mean, against that of a truth of many samples: what one sample a pixel may get wrong, but
     /// all of them not in the same direction.
     Whole(fn(f64) -> Subject),
+    /// So many frames of one renderer while its exposure changes, against the first.
+    Exposures(fn(f64) -> Subject),
     /// A formula of the shaders is evaluated on many inputs.
     Formula(fn(f64) -> Trial),
 }

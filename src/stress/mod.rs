@@ -6,6 +6,7 @@
 
 pub mod case;
 pub mod catalogue;
+mod exposures;
 pub mod formula;
 mod grid;
 mod opening;

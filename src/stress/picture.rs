@@ -11,9 +11,9 @@ use super::opening::Opening;
 use super::{Error, grid};
 use crate::frame::{self, Pixels, Renderer};
 use crate::gpu::Device;
-use crate::plan::ToneMapping;
+use crate::plan::{FramePlan, ToneMapping};
 use crate::reference::{Mode, Options, Smith, TriangleId};
-use crate::scene::{LightPath, Output, Scene, Settings, SettingsPatch, View};
+use crate::scene::{Output, Scene, Settings, SettingsPatch, View};
 
 /// A pixel darker than this share of the brightest one counts as that bright, unless the subject says another share: nobody sees what
 /// is relative to nothing.
@@ -79,6 +79,11 @@ impl Subject {
 
     pub fn new(scene: Scene) -> Self {
         Self { scene, settings: SettingsPatch::default(), floor: FLOOR, truth: None }
+    }
+
+    /// With settings of its own.
+    pub fn with(scene: Scene, settings: SettingsPatch) -> Self {
+        Self { settings, ..Self::new(scene) }
     }
 
     pub(super) fn decided(&self) -> Settings {
@@ -150,6 +155,24 @@ struct Expected<'a> {
     allowance: &'a [f64],
 }
 
+/// The renderer of a scene, unless its plan is refused.
+pub(super) fn renderer_of(
+    device: &Arc<Device>,
+    scene: &Scene,
+    settings: &Settings,
+) -> Result<Result<Renderer, Refusal>, Error> {
+    match Renderer::new(device, scene, settings) {
+        Err(frame::Error::Plan(refusal)) => Ok(Err(refusal.to_string())),
+        made => Ok(Ok(made?)),
+    }
+}
+
+/// What is brighter in pictures of the plan is as bright as that.
+pub(super) fn saturation(plan: &FramePlan) -> f64 {
+    let most = if plan.tone_mapping == ToneMapping::Kept { WHITE } else { f32::MAX };
+    f64::from(plan.largest_light().min(most))
+}
+
 impl<'a> Pictures<'a> {
     pub fn of(device: &'a Arc<Device>, subject: &'a Subject, settings: &Settings) -> Self {
         Self { device, subject, settings: settings.clone(), largest: f64::INFINITY }
@@ -157,26 +180,12 @@ impl<'a> Pictures<'a> {
 
     /// RGBA of a view.
     pub fn draw(&mut self, view: View) -> Result<Result<Vec<f32>, Refusal>, Error> {
-        let mut settings = Settings { view, ..self.settings.clone() };
-        if view != self.settings.view {
-            // What a buffer holds does not depend on how its pixels are lit, and not every way of that has buffers.
-            settings = Settings {
-                light_path: LightPath::Auto,
-                output: Output::Nits,
-                samples: 1,
-                msaa: 1,
-                fxaa: false,
-                light_cutoff: false,
-                ..settings
-            };
-        }
-        let mut renderer = match Renderer::new(self.device, &self.subject.scene, &settings) {
-            Err(frame::Error::Plan(refusal)) => return Ok(Err(refusal.to_string())),
-            made => made?,
+        let settings = if view == self.settings.view { self.settings.clone() } else { self.settings.showing(view) };
+        let mut renderer = match renderer_of(self.device, &self.subject.scene, &settings)? {
+            Ok(renderer) => renderer,
+            Err(refusal) => return Ok(Err(refusal)),
         };
-        let plan = renderer.plan();
-        let most = if plan.tone_mapping == ToneMapping::Kept { WHITE } else { f32::MAX };
-        self.largest = f64::from(plan.largest_light().min(most));
+        self.largest = saturation(renderer.plan());
         match renderer.picture(&self.subject.scene.camera, || {})?.pixels {
             Pixels::LinearF32(rgba) => Ok(Ok(rgba)),
             Pixels::Srgb8(_) => Ok(Err(format!("{view} has no values that could be compared"))),
@@ -184,13 +193,12 @@ impl<'a> Pictures<'a> {
     }
 
     /// Which pixels show another triangle than the truth. Without numbers from the device, those next to where the truth changes.
-    pub fn elsewhere(&mut self, truth: &[Option<TriangleId>]) -> Result<Vec<bool>, Error> {
-        let Ok(numbered) = self.draw(View::Triangle)? else { return Ok(self.beside_edges(truth)) };
-        let triangle = |&[object, triangle, ..]: &[f32; 4]| {
-            // 0 is the sky.
-            (object > 0.0).then(|| TriangleId { object: object as u32 - 1, triangle: triangle as u32 })
-        };
-        Ok(numbered.as_chunks::<4>().0.iter().zip(truth).map(|(raster, truth)| triangle(raster) != *truth).collect())
+    pub fn elsewhere(&self, truth: &[Option<TriangleId>]) -> Result<Vec<bool>, Error> {
+        let (scene, camera) = (&self.subject.scene, &self.subject.scene.camera);
+        Ok(match frame::triangles(self.device, scene, camera, &self.settings)? {
+            Some(raster) => raster.iter().zip(truth).map(|(raster, truth)| raster != truth).collect(),
+            None => self.beside_edges(truth),
+        })
     }
 
     fn beside_edges(&self, truth: &[Option<TriangleId>]) -> Vec<bool> {

@@ -24,7 +24,7 @@ pub fn compare(
         Ok(opening) => opening,
         Err(refusal) => return Ok(Err(refusal)),
     };
-    let Opening { mut pictures, drawn: places, reference, eye, .. } = opening;
+    let Opening { pictures, drawn: places, reference, eye, .. } = opening;
     let [width, height] = eye.size;
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)));
     let half_step = grid::half_step(device);

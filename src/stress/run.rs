@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::picture::{self, Errors, Evidence, Subject};
-use super::{Case, Check, Error, formula, position, whole};
+use super::{Case, Check, Error, exposures, formula, position, whole};
 use crate::gpu::Device;
 use crate::scene::Scene;
 
@@ -69,6 +69,10 @@ pub fn run_spoiled(
             Check::Whole(subject) => {
                 let (subject, truth) = drawn(subject);
                 whole::compare(device, &subject, &truth)?
+            }
+            Check::Exposures(subject) => {
+                let (subject, _) = drawn(subject);
+                exposures::compare(device, &subject, value as usize)?
             }
             Check::Formula(trial) => {
                 let errors = formula::compare(device, &trial(value))?;

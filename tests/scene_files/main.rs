@@ -255,6 +255,24 @@ fn the_benchmarks_have_as_many_lights_as_their_names_say() {
 }
 
 #[test]
+fn a_direction_of_any_length_but_none_comes_out_as_a_unit_vector() {
+    let folder = folder();
+    for length in [1e-300, 1e-160, 1.0, 1e160, 1e300] {
+        let lines = format!(
+            "[[lights]]\nkind='directional'\nintensity=1\ndirection=[{:e}, {:e}, 0]",
+            3.0 * length,
+            -4.0 * length
+        );
+        match read(&folder, &lines).unwrap().lights[0].kind {
+            LightKind::Directional { direction } => {
+                assert!(direction.distance(DVec3::new(0.6, -0.8, 0.0)) < 1e-15, "{length}: {direction}");
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
 fn a_cutoff_is_the_range_at_which_a_polynomial_light_is_that_bright() {
     let folder = folder();
     let range = |lines: &str| {

@@ -13,12 +13,9 @@ use super::model::{Errors, ErrorsByTruth, TruthInfo};
 use crate::frame::{self, Pixels, Renderer};
 use crate::gpu::Device;
 use crate::measure::{LinearImage, RELATIVE_EPSILON, Srgb8Image, errors, flip, shown_errors};
-use crate::plan;
 use crate::reference::tonemap::{encode_srgb, tone_map};
-use crate::reference::{Cache, Mode, Options, Reference, Smith, TriangleId, Truth, View};
-use crate::scene::{
-    Camera, LightPath, Output, Scene, Settings, Tonemap, View as SceneView, exposure_scale, metered_ev100,
-};
+use crate::reference::{Cache, Mode, Options, Reference, Smith, Truth, View};
+use crate::scene::{Camera, Output, Scene, Settings, Tonemap, exposure_scale, metered_ev100};
 
 /// What a point's pictures are compared with.
 #[derive(Debug, Clone, PartialEq)]
@@ -215,27 +212,9 @@ pub fn other_triangle(
     settings: &Settings,
     point: &Truth,
 ) -> Result<Option<f64>, Error> {
-    let shown = Settings {
-        view: SceneView::Triangle,
-        output: Output::Nits,
-        samples: 1,
-        msaa: 1,
-        fxaa: false,
-        ..settings.clone()
-    };
-    // Lights are not looked at, and not every path has a frame without them.
-    let shown = Settings { light_path: LightPath::Auto, light_cutoff: false, ..shown };
-    let mut renderer = match Renderer::new(device, scene, &shown) {
-        Err(frame::Error::Plan(plan::Error::NoTriangles)) => return Ok(None),
-        made => made?,
-    };
-    let Pixels::LinearF32(rgba) = renderer.picture(camera, || {})?.pixels else { return Ok(None) };
-    let numbered = rgba.as_chunks::<4>().0.iter().map(|&[object, triangle, ..]| {
-        // 0 is the sky.
-        (object > 0.0).then(|| TriangleId { object: object as u32 - 1, triangle: triangle as u32 })
-    });
+    let Some(raster) = frame::triangles(device, scene, camera, settings)? else { return Ok(None) };
     let seen = point.triangles.as_deref().unwrap_or_default();
-    let other = numbered.zip(seen).filter(|(raster, truth)| raster != *truth).count();
+    let other = raster.iter().zip(seen).filter(|(raster, truth)| raster != truth).count();
     Ok((!seen.is_empty()).then(|| other as f64 / seen.len() as f64))
 }
 

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 use super::node::{CONE_ANGLE, COORDINATE, KELVIN, LENGTH, Node, RADIUS, STRENGTH, SUN_ANGLE, Table};
 use super::schema;
-use crate::scene::{Error, Falloff, Light, LightKind, black_body_color, luminance};
+use crate::scene::{Error, Falloff, Light, LightKind, black_body_color, luminance, unit};
 
 pub(super) fn light(node: &Node, index: usize) -> Result<Light, Error> {
     let table = node.table(schema::LIGHT)?;
@@ -75,9 +75,9 @@ fn spot(table: &Table, candela: f64) -> Result<LightKind, Error> {
     let position = position(table)?;
     let direction = match (table.get("direction"), table.get("target")) {
         (Some(direction), None) => direction.direction()?,
-        (None, Some(target)) => (target.point()? - position)
-            .try_normalize()
-            .ok_or_else(|| target.wrong("must not be the light's own position"))?,
+        (None, Some(target)) => {
+            unit(target.point()? - position).ok_or_else(|| target.wrong("must not be the light's own position"))?
+        }
         _ => return Err(table.wrong("needs either direction or target")),
     };
     let outer = table.read("outer_angle_degrees", |node| node.number(CONE_ANGLE))?.unwrap_or(45.0);

@@ -9,9 +9,9 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::schema::Schema;
-use crate::scene::Error;
 use crate::scene::camera::FOV_Y_DEGREES;
 use crate::scene::suggest::unknown;
+use crate::scene::{Error, unit};
 
 /// The text that is being read.
 #[derive(Clone, Copy)]
@@ -39,6 +39,7 @@ pub(super) struct Limit {
 
 /// Positions and lengths: far beyond the observable, and squares of them still fit.
 pub(super) const COORDINATE: Limit = Limit { text: "a number from -1e15 to 1e15", holds: |x| x.abs() <= 1e15 };
+pub(super) const FINITE: Limit = Limit { text: "a finite number", holds: f64::is_finite };
 /// What is above 0 must still be so as f32, and so must its square.
 pub(super) const LENGTH: Limit = Limit { text: "from 1e-12 to 1e15", holds: |x| (1e-12..=1e15).contains(&x) };
 pub(super) const SHARE: Limit = Limit { text: "from 0 to 1", holds: |x| (0.0..=1.0).contains(&x) };
@@ -184,7 +185,8 @@ impl<'a> Node<'a> {
 
     /// A direction of any length but zero; comes out with length 1.
     pub fn direction(&self) -> Result<DVec3, Error> {
-        self.point()?.try_normalize().ok_or_else(|| self.wrong("must not be zero: it is a direction"))
+        let direction = self.numbers(FINITE, "[x, y, z]").map(DVec3::from)?;
+        unit(direction).ok_or_else(|| self.wrong("must not be zero: it is a direction"))
     }
 
     /// Linear `[r, g, b]`, or `"#rrggbb"` as sRGB has it.

@@ -3,11 +3,11 @@
 use glam::{DVec3, Vec3};
 
 use super::super::{Bound, Case, Check, Subject, Values};
-use super::stage::{lamp, sphere_on_floor};
+use super::stage::{float32, lamp, sphere_on_floor};
 use crate::scene::builtin::shapes;
 use crate::scene::builtin::stage::Stage;
 use crate::scene::{
-    AlphaMode, Camera, GbufferChoice, GbufferPreset, HdrFormat, LightPath, Material, SettingsPatch, metered_ev100,
+    AlphaMode, Camera, Environment, HdrFormat, Light, LightPath, Material, SettingsPatch, metered_ev100,
 };
 
 pub const CASES: &[Case] = &[
@@ -88,6 +88,15 @@ pub const CASES: &[Case] = &[
         bound: Bound { worst: 5e-3, mean: 5e-4 },
         check: Check::Picture(intensity),
     },
+    Case {
+        name: "exposure/frames",
+        extreme: "so many frames of one renderer at exposures from 1e-6 to 1e6 times the first, and the first again, to the last bit",
+        unit: "frames",
+        values: Values::List(&[1.0, 10.0, 100.0, 1000.0, 4096.0]),
+        claim: [1.0, 4096.0],
+        bound: Bound { worst: 0.0, mean: 0.0 },
+        check: Check::Exposures(|_| frames()),
+    },
 ];
 
 const STOPS: Values = Values::List(&[
@@ -111,8 +120,7 @@ fn add_pane(stage: &mut Stage) {
 /// With a G-buffer in single floats, so that only what is made of light errs. What is darker than a hundredth of the brightest pixel
 /// counts as that bright: below 6e-5 of white, half floats have ever fewer bits.
 fn of_light(settings: SettingsPatch, stage: Stage) -> Subject {
-    let gbuffer = Some(GbufferChoice { preset: GbufferPreset::Float32, ..GbufferChoice::default() });
-    Subject { settings: SettingsPatch { gbuffer, ..settings }, floor: 0.01, ..Subject::new(stage.scene) }
+    Subject { floor: 0.01, ..Subject::with(stage.scene, settings.or(&float32())) }
 }
 
 fn stops(over: f64, pane: bool, settings: SettingsPatch) -> Subject {
@@ -142,7 +150,21 @@ fn decades_of(decades: f64, format: HdrFormat) -> Subject {
     // By way of the G-buffer, whose pass writes what shines to the target.
     let settings = SettingsPatch { exposure: Some(0.0), light_path: Some(LightPath::Loop), ..kept_in(format) };
     // Every decade counts.
-    Subject { settings, floor: 0.0, ..Subject::new(stage.scene) }
+    Subject { floor: 0.0, ..Subject::with(stage.scene, settings) }
+}
+
+/// With everything that is exposed by itself: lamps and a sun with shadows, a pane, a surface that shines, ambient light and a background.
+fn frames() -> Subject {
+    let mut stage = sphere_on_floor();
+    add_pane(&mut stage);
+    stage.light(Light { casts_shadow: true, ..lamp(DVec3::new(1.2, 2.0, 1.0), 1000.0) });
+    stage.sun(DVec3::new(0.3, -1.0, -0.2), 500.0, Vec3::ONE, true);
+    stage.scene.materials[1].emissive = Vec3::new(0.0, 20.0, 80.0);
+    stage.scene.environment =
+        Environment { ambient: Vec3::splat(30.0), background: Vec3::new(20.0, 60.0, 90.0), ..Environment::default() };
+    stage.scene.camera = Camera::looking_at(DVec3::new(0.0, 1.0, 4.0), DVec3::new(0.0, 0.8, 0.0), DVec3::Y);
+    let settings = SettingsPatch { size: Some([32, 18]), shadow_size: Some(256), ..kept_in(HdrFormat::Rgba32f) };
+    Subject::with(stage.scene, settings)
 }
 
 fn intensity(candela: f64) -> Subject {

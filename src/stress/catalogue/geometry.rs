@@ -133,7 +133,7 @@ pub const CASES: &[Case] = &[
 
 fn subject(mut stage: Stage) -> Subject {
     stage.light(lamp(DVec3::new(1.25, 2.0, 1.0), 1000.0));
-    Subject { settings: float32(), ..Subject::new(stage.scene) }
+    Subject::with(stage.scene, float32())
 }
 
 /// The stage with another floor.
@@ -242,7 +242,7 @@ fn textured(mesh: Mesh, height: f64) -> Subject {
         ..Camera::looking_at(DVec3::new(0.1, 1.0, 0.2) * height, DVec3::new(0.1, 0.0, 0.0) * height, DVec3::Y)
     };
     stage.sun(DVec3::new(0.2, -1.0, 0.1), 1000.0, Vec3::ONE, false);
-    Subject { settings: float32(), ..Subject::new(stage.scene) }
+    Subject::with(stage.scene, float32())
 }
 
 fn uv_offset(offset: f64) -> Subject {

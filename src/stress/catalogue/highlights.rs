@@ -3,10 +3,10 @@
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::super::{Bound, Case, Check, Subject, Values};
-use super::stage::lamp;
+use super::stage::{kept_in, lamp};
 use crate::scene::builtin::shapes;
 use crate::scene::builtin::stage::Stage;
-use crate::scene::{Brdf, Camera, GbufferChoice, GbufferPreset, Material, SettingsPatch, TargetChoice};
+use crate::scene::{Brdf, Camera, GbufferChoice, GbufferPreset, Material, TargetChoice};
 
 pub const CASES: &[Case] = &[
     small("highlights/small-float32", [0.0, 1.0], 2e-4, |roughness| small_of(roughness, FLOAT32)),
@@ -127,13 +127,6 @@ fn colored() -> Material {
     Material { name: "smooth".into(), base_color: Vec3::new(0.9, 0.6, 0.3), roughness: 0.3, ..Material::default() }
 }
 
-fn kept_in(stage: Stage, gbuffer: GbufferChoice) -> Subject {
-    Subject {
-        settings: SettingsPatch { gbuffer: Some(gbuffer), ..SettingsPatch::default() },
-        ..Subject::new(stage.scene)
-    }
-}
-
 /// A metre wide, and a lamp above and behind the eye.
 fn ball(material: Material) -> Subject {
     let mut stage = Stage::default();
@@ -141,12 +134,12 @@ fn ball(material: Material) -> Subject {
     stage.add("ball", shapes::sphere(0.5, 96), material);
     stage.scene.camera = Camera::looking_at(DVec3::new(0.0, 0.3, 1.5), DVec3::ZERO, DVec3::Y);
     stage.light(lamp(DVec3::new(1.0, 2.0, 3.0), 1000.0));
-    kept_in(stage, FLOAT32)
+    Subject::with(stage.scene, kept_in(FLOAT32))
 }
 
 fn small_of(roughness: f64, gbuffer: GbufferChoice) -> Subject {
-    let subject = ball(Material { metallic: 1.0, roughness: roughness as f32, ..colored() });
-    Subject { settings: SettingsPatch { gbuffer: Some(gbuffer), ..subject.settings }, ..subject }
+    let material = Material { metallic: 1.0, roughness: roughness as f32, ..colored() };
+    Subject { settings: kept_in(gbuffer), ..ball(material) }
 }
 
 /// A ball of ten metres that fills the view from two metres away, with a lamp beside the eye. `angle`: how far, in radians, the ball's normal
@@ -166,7 +159,7 @@ fn close_up(angle: f64, material: Material, gbuffer: GbufferChoice) -> Subject {
     stage.scene.camera = Camera { fov_y_degrees: (2.0 * half).to_degrees().max(0.002), ..camera };
     // So little aside that the highlight stays in the middle.
     stage.light(lamp(out * 12.5 + aside * (0.5 * half), 1000.0));
-    Subject { floor: 1.0, ..kept_in(stage, gbuffer) }
+    Subject { floor: 1.0, ..Subject::with(stage.scene, kept_in(gbuffer)) }
 }
 
 fn wide_of(roughness: f64, gbuffer: GbufferChoice) -> Subject {
@@ -206,5 +199,5 @@ fn grazing([eye, light]: [f64; 2]) -> Subject {
     let camera = Camera::looking_at(position, DVec3::new(0.0, 0.0, -2.0), DVec3::Y);
     stage.scene.camera = Camera { near: 1e-3 * eye.min(1.0), ..camera };
     stage.light(lamp(DVec3::new(0.0, light, -6.0), 1000.0));
-    kept_in(stage, FLOAT32)
+    Subject::with(stage.scene, kept_in(FLOAT32))
 }

@@ -3,11 +3,9 @@
 use glam::{DVec3, Vec3};
 
 use super::super::{Bound, Case, Check, Subject, Values};
-use super::stage::{lamp, sphere_on_floor};
+use super::stage::{float32, lamp, sphere_on_floor};
 use crate::scene::builtin::stage::Stage;
-use crate::scene::{
-    Brdf, Falloff, GbufferChoice, GbufferPreset, Light, LightKind, LightPath, SettingsPatch, black_body_color,
-};
+use crate::scene::{Brdf, Falloff, Light, LightKind, LightPath, black_body_color};
 
 pub const CASES: &[Case] = &[
     Case {
@@ -84,6 +82,15 @@ pub const CASES: &[Case] = &[
         bound: BOUND,
         check: Check::Picture(|outer| spot([outer, outer])),
     },
+    Case {
+        name: "lights/direction",
+        extreme: "a sun and a spot whose directions are so long; one without a length is refused",
+        unit: "",
+        values: Values::List(&[0.0, 1e-300, 1e-160, 1e-30, 1e-3, 1.0, 1e3, 1e30, 1e160, 1e300]),
+        claim: [1e-300, 1e300],
+        bound: BOUND,
+        check: Check::Picture(direction),
+    },
     many("lights/count-loop", |count| count_of(count, LightPath::Loop)),
     many("lights/count-per-light", |count| count_of(count, LightPath::PerLight)),
     many("lights/count-volumes", |count| count_of(count, LightPath::Volumes)),
@@ -138,11 +145,7 @@ const fn many(name: &'static str, subject: fn(f64) -> Subject) -> Case {
 
 /// With a G-buffer in single floats: what is tried is the light.
 fn precise(stage: Stage) -> Subject {
-    let gbuffer = GbufferChoice { preset: GbufferPreset::Float32, ..GbufferChoice::default() };
-    Subject {
-        settings: SettingsPatch { gbuffer: Some(gbuffer), ..SettingsPatch::default() },
-        ..Subject::new(stage.scene)
-    }
+    Subject::with(stage.scene, float32())
 }
 
 /// As strong as far, so that the floor below is always lit alike.
@@ -206,6 +209,27 @@ fn spot([inner_angle_degrees, outer_angle_degrees]: [f64; 2]) -> Subject {
     };
     stage.light(Light { kind, ..lamp(position, 1000.0) });
     precise(stage)
+}
+
+/// The truth is that of unit vectors. The spot has a range, so that there is a volume of what it reaches.
+fn direction(length: f64) -> Subject {
+    let lit = |length: f64| {
+        let mut stage = sphere_on_floor();
+        let sun = LightKind::Directional { direction: DVec3::new(0.3, -1.0, -0.2).normalize() * length };
+        stage.light(Light { kind: sun, ..lamp(DVec3::ZERO, 300.0) });
+        let position = DVec3::new(1.2, 3.0, 1.0);
+        let kind = LightKind::Spot {
+            position,
+            direction: DVec3::new(-0.35, -0.9, -0.3).normalize() * length,
+            inner_angle_degrees: 5.0,
+            outer_angle_degrees: 25.0,
+            range: Some(10.0),
+            falloff: Falloff::InverseSquare,
+        };
+        stage.light(Light { kind, ..lamp(position, 3000.0) });
+        stage
+    };
+    Subject { truth: Some(lit(1.0).scene), ..precise(lit(length)) }
 }
 
 /// So many lamps in a spiral above the floor, in all colours.

@@ -102,7 +102,7 @@ fn floor(repeats: f64, material: impl FnOnce(&mut Stage) -> Material) -> Subject
     stage.scene.camera = Camera::looking_at(DVec3::new(0.0, 1.7, 3.0), DVec3::new(0.0, 0.0, 0.5), DVec3::Y);
     // Each driver has its own way of anisotropy, and lavapipe's takes minutes where ten thousand repeats lie in a metre.
     let settings = SettingsPatch { anisotropy: Some(1), ..float32() };
-    Subject { settings, ..Subject::new(stage.scene) }
+    Subject::with(stage.scene, settings)
 }
 
 fn color(repeats: f64) -> Subject {
@@ -151,7 +151,7 @@ fn highlights(rows: f64) -> Subject {
     stage.sun(DVec3::new(-0.4, -0.7, -1.0), 1000.0, Vec3::ONE, false);
     stage.scene.camera = Camera::looking_at(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, DVec3::Y);
     let size = Some([rows as u32; 2]);
-    Subject { settings: SettingsPatch { size, ..float32() }, ..Subject::new(stage.scene) }
+    Subject::with(stage.scene, SettingsPatch { size, ..float32() })
 }
 
 fn t_junction(pieces: f64) -> Subject {
@@ -171,7 +171,7 @@ fn t_junction(pieces: f64) -> Subject {
     // So that no edge runs along a row of pixels.
     stage.scene.objects[0].transform = DAffine3::from_rotation_y(0.2);
     stage.light(lamp(DVec3::new(1.25, 2.0, 1.0), 1000.0));
-    Subject { settings: float32(), ..Subject::new(stage.scene) }
+    Subject::with(stage.scene, float32())
 }
 
 fn triangles(meridians: f64) -> Subject {
@@ -181,7 +181,7 @@ fn triangles(meridians: f64) -> Subject {
     let sphere = stage.mesh("fine", shapes::sphere(0.5, meridians as usize), material);
     stage.place(sphere, material, DAffine3::from_translation(DVec3::new(0.0, 0.5, 0.0)));
     stage.light(lamp(DVec3::new(1.25, 2.0, 1.0), 1000.0));
-    Subject { settings: float32(), ..Subject::new(stage.scene) }
+    Subject::with(stage.scene, float32())
 }
 
 /// About the axis that runs to the right, so that normals lean away from the eye, and then into the floor.
@@ -195,7 +195,7 @@ fn shading_normal(degrees: f64) -> Subject {
     }
     stage.light(lamp(DVec3::new(1.25, 2.0, 1.0), 1000.0));
     stage.light(lamp(DVec3::new(-1.0, 1.5, -3.0), 1000.0));
-    Subject { settings: float32(), ..Subject::new(stage.scene) }
+    Subject::with(stage.scene, float32())
 }
 
 fn denormal(least: f64) -> Subject {
@@ -209,5 +209,5 @@ fn denormal(least: f64) -> Subject {
         position[1] = least as f32;
     }
     stage.light(lamp(DVec3::new(1.25, 2.0, 1.0), 1e18));
-    Subject { settings: SettingsPatch { exposure: Some(0.0), ..float32() }, ..Subject::new(stage.scene) }
+    Subject::with(stage.scene, SettingsPatch { exposure: Some(0.0), ..float32() })
 }

@@ -4,7 +4,7 @@
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::super::{Bound, Case, Check, Subject, Values};
-use super::stage::{lamp, sphere_on_floor};
+use super::stage::{kept_in, lamp, sphere_on_floor};
 use crate::scene::builtin::shapes;
 use crate::scene::builtin::stage::Stage;
 use crate::scene::{
@@ -149,8 +149,8 @@ const fn wrong(share: f64) -> Bound {
 
 /// With all of the G-buffer as it is by default but albedo, whose eight bits err by more than a shadow's edge.
 fn told(stage: Stage) -> Subject {
-    let gbuffer = Some(GbufferChoice { albedo: Some(TargetChoice::Rgba32f), ..GbufferChoice::default() });
-    Subject { settings: SettingsPatch { gbuffer, ..SettingsPatch::default() }, ..Subject::new(stage.scene) }
+    let gbuffer = GbufferChoice { albedo: Some(TargetChoice::Rgba32f), ..GbufferChoice::default() };
+    Subject::with(stage.scene, kept_in(gbuffer))
 }
 
 /// Of an upright surface it makes what direct light of `lux` does.

@@ -122,7 +122,7 @@ pub const CASES: &[Case] = &[
 ];
 
 fn subject(scene: Scene) -> Subject {
-    Subject { settings: float32(), ..Subject::new(scene) }
+    Subject::with(scene, float32())
 }
 
 /// Moves all that has a place.

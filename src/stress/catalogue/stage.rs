@@ -37,7 +37,11 @@ pub fn lamp(position: DVec3, candela: f32) -> Light {
 
 /// Settings with a G-buffer of 32-bit floats, which adds no error of its own.
 pub fn float32() -> SettingsPatch {
-    let gbuffer = GbufferChoice { preset: GbufferPreset::Float32, ..GbufferChoice::default() };
+    kept_in(GbufferChoice { preset: GbufferPreset::Float32, ..GbufferChoice::default() })
+}
+
+/// Settings with a G-buffer, and nothing else.
+pub fn kept_in(gbuffer: GbufferChoice) -> SettingsPatch {
     SettingsPatch { gbuffer: Some(gbuffer), ..SettingsPatch::default() }
 }
 

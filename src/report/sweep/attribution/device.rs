@@ -7,7 +7,6 @@ use glam::{DVec3, Vec3};
 
 use crate::frame::{self, Pixels, Renderer};
 use crate::gpu::Device;
-use crate::plan;
 use crate::reference::{TriangleId, View as Camera, tonemap::decode_srgb};
 use crate::scene::{
     Brdf, Environment, GbufferChoice, GbufferPreset, HdrFormat, LightPath, Material, Output, Scene, Settings, View,
@@ -105,7 +104,8 @@ impl Drawing<'_> {
             shown: self.draw(&Settings { output: Output::Srgb8, ..settings.clone() })?,
             own,
             unquantized,
-            triangles: self.triangles(settings)?,
+            triangles: frame::triangles(self.device, self.scene, &self.view.camera, settings)?
+                .map(|seen| self.pixels.iter().map(|&pixel| seen[pixel]).collect()),
         })
     }
 
@@ -153,15 +153,6 @@ impl Drawing<'_> {
         }
         let dark = Scene { lights: Vec::new(), environment: Environment::default(), ..self.scene.clone() };
         Drawing { scene: &dark, ..*self }.draw(&buffer(settings, View::Final))
-    }
-
-    fn triangles(&self, settings: &Settings) -> Result<Option<Vec<Option<TriangleId>>>, frame::Error> {
-        let seen = match self.draw(&buffer(settings, View::Triangle)) {
-            Err(frame::Error::Plan(plan::Error::NoTriangles)) => return Ok(None),
-            seen => seen?,
-        };
-        let id = |seen: &DVec3| TriangleId { object: seen.x as u32 - 1, triangle: seen.y as u32 };
-        Ok(Some(seen.iter().map(|seen| (seen.x >= 1.0).then(|| id(seen))).collect()))
     }
 }
 
