@@ -3,6 +3,7 @@
 //! [`FramePlan::of`] is pure. Attachments, pipelines, specialization, dependency rows and commands are derived from the plan
 //! and nothing else decides. What changes with the camera is a [`Visible`], computed for each frame.
 
+mod anisotropy;
 mod boxes;
 mod checks;
 mod clusters;
@@ -30,6 +31,7 @@ mod textures;
 mod uploads;
 mod visible;
 mod volumes;
+mod warnings;
 
 pub use clusters::{Clusters, Grid, SLICES, TILE, slice_of};
 pub use cost::Cost;
@@ -316,11 +318,7 @@ impl FramePlan {
             materials,
             meshes: MeshPlan::default(),
             textures: TexturePlan::default(),
-            // Lavapipe takes 14 times as long over a multisampled frame of the hall with it as without.
-            anisotropy: match device.software && settings.msaa > 1 {
-                true => 1,
-                false => settings.anisotropy.min(device.anisotropy),
-            },
+            anisotropy: anisotropy::degree(settings, device),
             footprint: None,
             uploads: Uploads::default(),
             lazily_allocated: device.lazily_allocated,
@@ -346,18 +344,8 @@ impl FramePlan {
             let lean = Self::decide(scene, &Settings { keep: Keep::NONE, ..settings.clone() }, device)?;
             parts::say_what_is_kept(&mut plan.parts, &lean.parts);
         }
-        plan.warnings.extend(plan.lost_anisotropy(settings));
+        plan.warn(settings);
         Ok(plan)
-    }
-
-    /// What somebody asked for whose textures are filtered with less. The default is no wish: where it does not pay, nobody misses it.
-    fn lost_anisotropy(&self, settings: &Settings) -> Option<String> {
-        let (asked, most) = (settings.anisotropy, self.anisotropy);
-        let spared = self.software && self.msaa > 1;
-        let is_missed = if spared { asked != Settings::default().anisotropy } else { true };
-        let why = if spared { "a CPU takes too long with several samples a pixel" } else { "the device has no more" };
-        (self.textures.have_levels() && asked > most && is_missed)
-            .then(|| format!("textures are filtered with an anisotropy of {most}, not {asked}: {why}"))
     }
 
     fn plan_pipelines(&mut self, scene: &Scene, settings: &Settings) {
@@ -519,11 +507,6 @@ impl FramePlan {
     /// Whether LIGHTING goes over the lists of the froxels.
     pub fn lights_by_clusters(&self) -> bool {
         self.light_path == LightPath::Clustered && self.may_list_lights()
-    }
-
-    /// What was asked for and is not there, a line each.
-    pub fn warnings(&self) -> &[String] {
-        &self.warnings
     }
 
     /// Bytes of G-buffer and depth that GEOMETRY writes for each pixel; emissive light not counted.

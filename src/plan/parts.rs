@@ -10,7 +10,7 @@ use super::gbuffer::format_bytes;
 use super::lights::MIXED_FALLOFF;
 use super::{
     COUNT, DEPTH, FramePlan, Gbuffer, Grid, PlannedBrdf, PlannedLights, Projection, SLICES, Shading, ShadowLight,
-    ShadowPlan, Sums, TRIANGLE, TextureSource, ToneMapping, shadow_reason,
+    ShadowPlan, Sums, TRIANGLE, TextureSource, ToneMapping, anisotropy, shadow_reason,
 };
 use crate::scene::{HdrFormat, OptionalPart, Scene, Settings, TextureSlot, Transparency};
 
@@ -55,7 +55,7 @@ impl PartGroup {
     }
 }
 
-fn part(name: &str, included: bool, reason: impl Into<String>, bytes: u64) -> Part {
+pub(super) fn part(name: &str, included: bool, reason: impl Into<String>, bytes: u64) -> Part {
     let bytes = if included { bytes } else { 0 };
     // The group is set where parts are put together.
     Part { name: name.into(), group: PartGroup::Passes, optional: None, included, reason: reason.into(), bytes }
@@ -445,22 +445,8 @@ fn textures(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
     let unused_bytes = unused.iter().map(|&image| planned.images[image].bytes()).sum();
     parts.push(part("unused textures", !unused.is_empty(), why_unused, unused_bytes).is(OptionalPart::UnusedTextures));
     parts.extend(masks(plan));
-    parts.push(anisotropy(settings, plan));
+    parts.push(anisotropy::part(settings, plan));
     parts
-}
-
-fn anisotropy(settings: &Settings, plan: &FramePlan) -> Part {
-    let reason = match (plan.anisotropy, settings.anisotropy) {
-        (1, 1) => "not asked for: textures that are seen at a low angle are blurred".into(),
-        (1, _) if !plan.textures.have_levels() => "no texture of more than one texel is sampled".into(),
-        (1, _) if plan.software && plan.msaa > 1 => {
-            "a CPU takes many times as long with several samples a pixel".into()
-        }
-        (1, _) => "the device has none".into(),
-        (degree, asked) if degree < asked => format!("up to {degree} places a pixel: the device has no more"),
-        (degree, _) => format!("up to {degree} places a pixel where textures are seen at a low angle"),
-    };
-    part("anisotropic filtering", plan.anisotropy > 1, reason, 0)
 }
 
 /// What textures are for, where factors of materials do as well.
