@@ -272,6 +272,7 @@ fn load_texel(pixel: vec2<f32>, normal_encoding: u32, geometric_steps: f32) -> T
     let stored = load_stored(pixel);
     var texel: Texel;
     texel.position = load_position(pixel);
+    texel.ray = view_ray(pixel);
     texel.albedo = stored.albedo.rgb;
     texel.occlusion = stored.albedo.a;
 #ifdef NORMAL_UINT

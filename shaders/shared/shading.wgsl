@@ -33,7 +33,7 @@ const MIXED_FALLOFF: u32 = 3u;
 
 // A surface that is ready to be lit, seen from the camera.
 fn surface_of(texel: Texel, model: Model) -> Surface {
-    let view = normalize(-texel.position);
+    let view = normalize(-texel.ray);
     let brdf = select(model.brdf, texel.brdf, model.brdf == MIXED_BRDF);
     if brdf == COOK_TORRANCE {
         return cook_torrance_surface(texel.normal, view, texel.albedo, texel.metallic, texel.roughness);

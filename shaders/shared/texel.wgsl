@@ -4,6 +4,9 @@
 struct Texel {
     // Relative to the camera, in metres.
     position: vec3<f32>,
+    // From the eye through the middle of the pixel, of any length. The place says the same, but where it is interpolated over a large triangle
+    // it has the rounding of the triangle's corners, which from close by is another direction.
+    ray: vec3<f32>,
     normal: vec3<f32>,
     geometric_normal: vec3<f32>,
     albedo: vec3<f32>,

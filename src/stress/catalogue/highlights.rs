@@ -57,8 +57,8 @@ pub const CASES: &[Case] = &[
         extreme: "eye and lamp so high over a smooth floor, face to face",
         unit: "m",
         values: Values::Decades(-7, 1),
-        claim: [1e-2, 10.0],
-        bound: Bound { worst: 1e-2, mean: 1e-3 },
+        claim: [1e-7, 10.0],
+        bound: GRAZED,
         check: Check::Picture(|height| grazing([height, height])),
     },
     Case {
@@ -66,8 +66,8 @@ pub const CASES: &[Case] = &[
         extreme: "the eye so high over a smooth floor, the lamp well above",
         unit: "m",
         values: Values::Decades(-7, 1),
-        claim: [1e-2, 10.0],
-        bound: Bound { worst: 1e-2, mean: 1e-3 },
+        claim: [1e-7, 10.0],
+        bound: GRAZED,
         check: Check::Picture(|height| grazing([height, 1.0])),
     },
     Case {
@@ -75,8 +75,9 @@ pub const CASES: &[Case] = &[
         extreme: "a lamp so high over a smooth floor, the eye well above",
         unit: "m",
         values: Values::Decades(-7, 1),
-        claim: [1e-2, 10.0],
-        bound: Bound { worst: 1e-2, mean: 1e-3 },
+        // Nearer to the floor, the lamp's height is no more than what f32 rounds a place by.
+        claim: [1e-4, 10.0],
+        bound: GRAZED,
         check: Check::Picture(|height| grazing([1.0, height])),
     },
 ];
@@ -90,6 +91,7 @@ const fn preset(preset: GbufferPreset) -> GbufferChoice {
     GbufferChoice { preset, position: None, normal: None, albedo: None, material: None }
 }
 
+const GRAZED: Bound = Bound { worst: 2e-3, mean: 2e-4 };
 /// Of powers: near 1 the shader takes them by the sine, because a cosine there tells little of its angle.
 const ROUNDED: Bound = Bound { worst: 5e-3, mean: 5e-4 };
 /// Of 2^(20 / 255), a code's share of the power, half is what it errs by at most.
