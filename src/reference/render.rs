@@ -123,6 +123,11 @@ impl<'a> Reference<'a> {
         hit.map_or(1.0, |hit| self.share(&Receiver::of(&self.geometry, &hit, &ray), light, Points::All))
     }
 
+    /// The light that comes from a place of the picture, in nits, as [`Mode::Point`] has it for the middles of pixels.
+    pub fn light(&self, view: &View, smith: Smith, place: DVec2) -> [f64; 3] {
+        self.look(&Lens::of(view), place, smith, Points::All, &mut Vec::new()).radiance.to_array()
+    }
+
     /// Renders a picture. The same on any number of threads, to the last bit.
     pub fn render(&self, view: &View, options: &Options, progress: Progress) -> Truth {
         match options.mode {

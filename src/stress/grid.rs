@@ -1,13 +1,14 @@
 //! What may differ because devices place vertices on a grid.
 //!
 //! A rasterizer snaps vertices to steps of 1 / 2^`subPixelPrecisionBits` of a pixel (Vulkan, "Limits"), at least 1/16 and mostly 1/256, and what it
-//! interpolates moves along, by half a step in each direction at most. How much light changes over so small a part of a pixel is no
-//! error of how it is computed. CPU devices have no part in it: lavapipe interpolates from where vertices are.
+//! interpolates moves along: what a pixel shows lies up to half a step beside its middle, to either side and up or down. How much light changes over
+//! so small a part of a pixel is no error of how it is computed. CPU devices have no part in it: lavapipe interpolates from where vertices are.
 
 use glam::DVec2;
+use rayon::prelude::*;
 
 use crate::gpu::{Device, vk};
-use crate::reference::{Options, Reference, View};
+use crate::reference::{Reference, Smith, View};
 
 /// Half a step of the device's grid, in pixels.
 pub fn half_step(device: &Device) -> f64 {
@@ -17,25 +18,62 @@ pub fn half_step(device: &Device) -> f64 {
     0.5 * (-f64::from(device.physical.limits.sub_pixel_precision_bits)).exp2()
 }
 
-/// How much the light of each pixel may differ, in nits: from a truth of three times as many pixels in each direction, of which every third lies in the
-/// middle of one.
-pub fn allowance(half_step: f64, reference: &Reference, view: &View, options: &Options) -> Vec<f64> {
-    let [width, height] = view.size.map(|edge| edge as usize);
-    if half_step == 0.0 {
-        return vec![0.0; width * height];
+/// What light a pixel may show, in each channel: the least and the most.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Span {
+    pub least: [f64; 3],
+    pub most: [f64; 3],
+}
+
+/// Places that are looked at across the grid's step, and where light changes between them.
+const COARSE: i32 = 1;
+const FINE: i32 = 4;
+/// Share of its light by which it changes enough to be looked at more closely.
+const CHANGES: f64 = 1e-2;
+
+impl Span {
+    pub fn of(light: [f64; 3]) -> Self {
+        Self { least: light, most: light }
     }
-    let fine = View { size: view.size.map(|edge| 3 * edge), ..*view };
-    let light = reference.render(&fine, options, &|_, _| {}).radiance;
-    let at = |x: usize, y: usize| light[y * 3 * width + x];
-    let apart = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).fold(0.0f64, |most, (a, b)| most.max((a - b).abs()));
-    let of_pixel = |x: usize, y: usize| {
-        let (x, y) = (3 * x + 1, 3 * y + 1);
-        let middle = at(x, y);
-        let across = apart(at(x - 1, y), middle).max(apart(at(x + 1, y), middle));
-        let along = apart(at(x, y - 1), middle).max(apart(at(x, y + 1), middle));
-        3.0 * half_step * (across + along)
+
+    fn with(self, light: [f64; 3]) -> Self {
+        let each = |of: fn(f64, f64) -> f64, a: [f64; 3]| [0, 1, 2].map(|channel| of(a[channel], light[channel]));
+        Self { least: each(f64::min, self.least), most: each(f64::max, self.most) }
+    }
+
+    /// After `change`, which grows with its argument.
+    pub fn map(self, change: impl Fn(f64) -> f64) -> Self {
+        Self { least: self.least.map(&change), most: self.most.map(&change) }
+    }
+
+    /// By how much a light lies outside, in the channel that does most.
+    pub fn distance(&self, light: [f64; 3]) -> f64 {
+        (0..3).fold(0.0, |most: f64, channel| {
+            most.max(self.least[channel] - light[channel]).max(light[channel] - self.most[channel])
+        })
+    }
+}
+
+/// The light of each pixel, in nits, from anywhere up to half a step of the grid beside its middle, whose light is `middles`.
+pub fn spans(half_step: f64, reference: &Reference, view: &View, smith: Smith, middles: &[[f64; 3]]) -> Vec<Span> {
+    if half_step == 0.0 {
+        return middles.iter().copied().map(Span::of).collect();
+    }
+    let width = view.size[0] as usize;
+    let span = |(index, &middle): (usize, &[f64; 3])| {
+        let place = DVec2::new((index % width) as f64 + 0.5, (index / width) as f64 + 0.5);
+        let among = |count: i32| {
+            let offsets = (-count..=count).flat_map(|y| (-count..=count).map(move |x| (x, y)));
+            let places =
+                offsets.map(|(x, y)| place + DVec2::new(f64::from(x), f64::from(y)) * (half_step / f64::from(count)));
+            places.fold(Span::of(middle), |span, place| span.with(reference.light(view, smith, place)))
+        };
+        let coarse = among(COARSE);
+        let changes =
+            (0..3).any(|channel| coarse.most[channel] - coarse.least[channel] > CHANGES * coarse.most[channel]);
+        if changes { among(FINE) } else { coarse }
     };
-    (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| of_pixel(x, y)).collect()
+    middles.par_iter().enumerate().map(span).collect()
 }
 
 /// How far the place that a pixel shows may be off, in metres.
@@ -52,23 +90,44 @@ pub fn place_allowance(half_step: f64, reference: &Reference, view: &View, pixel
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::{Mode, Smith};
+    use crate::reference::{Mode, Options};
     use crate::scene::builtin;
 
     #[test]
-    fn light_may_differ_by_its_slope_over_half_a_step() {
+    fn light_may_be_that_of_any_place_within_half_a_step() {
         let scene = builtin::open("builtin:overlap").expect("built in");
         let reference = Reference::new(&scene);
         let view = View { camera: scene.camera, size: [64, 36] };
-        let options = Options { mode: Mode::Point, smith: Smith::default() };
-        assert!(allowance(0.0, &reference, &view, &options).iter().all(|&allowed| allowed == 0.0));
-        let (small, large) = (1.0 / 512.0, 1.0 / 256.0);
-        let [of_small, of_large] = [small, large].map(|step| allowance(step, &reference, &view, &options));
-        let (brightest, sum) = of_small.iter().fold((0.0f64, 0.0), |(most, sum), &one| (most.max(one), sum + one));
-        // A spot's edge is narrower than a pixel: all of its light, over the third of a pixel that was looked at.
-        assert!(brightest > 0.0 && brightest < 0.1 && sum > 0.0, "{brightest} {sum}");
-        assert!(of_small.iter().zip(&of_large).all(|(small, large)| (2.0 * small - large).abs() < 1e-12));
-        let middle = DVec2::new(32.0, 18.0);
+        let smith = Smith::default();
+        let middles = reference.render(&view, &Options { mode: Mode::Point, smith }, &|_, _| {}).radiance;
+        let exact = spans(0.0, &reference, &view, smith, &middles);
+        assert!(exact.iter().zip(&middles).all(|(span, middle)| *span == Span::of(*middle)));
+        let [small, large] = [1.0 / 512.0, 0.25].map(|step| spans(step, &reference, &view, smith, &middles));
+        assert!(small.iter().zip(&middles).all(|(span, middle)| span.distance(*middle) == 0.0));
+        let sum = |spans: &[Span]| {
+            spans.iter().map(|span| span.distance([0.0; 3]).abs() + span.most[0] - span.least[0]).sum::<f64>()
+        };
+        assert!(sum(&exact) < sum(&small) && sum(&small) < sum(&large), "{} {}", sum(&small), sum(&large));
+        // Half a pixel aside is beyond a quarter, and where light has a slope it shows.
+        let aside = reference.light(&view, smith, DVec2::new(32.9, 18.5));
+        let seen = |spans: &[Span]| spans[18 * 64 + 32].distance(aside);
+        assert!(seen(&small) > 0.0 && seen(&large) < seen(&small), "{} {}", seen(&small), seen(&large));
+    }
+
+    #[test]
+    fn what_lies_outside_of_a_span_is_as_far_from_it_as_its_worst_channel() {
+        let span = Span { least: [1.0, 2.0, 3.0], most: [2.0, 2.0, 5.0] };
+        assert_eq!(span.distance([1.5, 2.0, 3.0]), 0.0);
+        assert_eq!(span.distance([0.5, 2.25, 4.0]), 0.5);
+        assert_eq!(span.map(|light| 2.0 * light).distance([2.0, 4.0, 11.0]), 1.0);
+    }
+
+    #[test]
+    fn a_place_may_be_off_by_its_slope_over_half_a_step() {
+        let scene = builtin::open("builtin:overlap").expect("built in");
+        let reference = Reference::new(&scene);
+        let view = View { camera: scene.camera, size: [64, 36] };
+        let (small, middle) = (1.0 / 512.0, DVec2::new(32.0, 18.0));
         let place = place_allowance(small, &reference, &view, middle);
         // Two metres high, 36 pixels: half a step of each, to the side and up.
         assert!((place / (2.0 / 36.0 * small * 2.0) - 1.0).abs() < 0.01, "{place}");

@@ -6,9 +6,10 @@
 
 use std::sync::Arc;
 
+use super::Error;
 use super::formula::WorstInput;
+use super::grid::{self, Span};
 use super::opening::Opening;
-use super::{Error, grid};
 use crate::frame::{self, Pixels, Renderer};
 use crate::gpu::Device;
 use crate::plan::{FramePlan, ToneMapping};
@@ -113,15 +114,15 @@ pub fn compare(
     let largest = pictures.largest;
     let options = Options { mode: Mode::Point, smith: Smith::default() };
     let rays = reference.render(&eye, &options, &|_, _| {});
-    let allowance = grid::allowance(grid::half_step(device), &reference, &eye, &options);
-    let allowance: Vec<f64> = allowance.iter().map(|light| light * exposure).collect();
+    let spans = grid::spans(grid::half_step(device), &reference, &eye, options.smith, &rays.radiance);
+    let spans: Vec<Span> = spans.into_iter().map(|span| span.map(|light| light * exposure)).collect();
     let expected: Vec<[f64; 3]> = rays.radiance.iter().map(|light| light.map(|channel| channel * exposure)).collect();
     if expected.iter().flatten().any(|channel| !channel.is_finite()) {
         return Ok(Err("the truth itself is not finite".into()));
     }
     let elsewhere = pictures.elsewhere(rays.triangles.as_deref().unwrap_or_default())?;
     let scale = Scale { floor: subject.floor, largest };
-    let mut errors = against(&light, Expected { light: &expected, allowance: &allowance }, &elsewhere, scale);
+    let mut errors = against(&light, Expected { light: &expected, spans: &spans }, &elsewhere, scale);
     for view in TARGETS {
         if let Ok(values) = pictures.draw(view)? {
             errors.not_finite += values.iter().filter(|value| !value.is_finite()).count();
@@ -151,8 +152,8 @@ struct Scale {
 #[derive(Clone, Copy)]
 struct Expected<'a> {
     light: &'a [[f64; 3]],
-    /// How much each pixel may differ, as [`grid`] says.
-    allowance: &'a [f64],
+    /// What else it may be, as [`grid`] says.
+    spans: &'a [Span],
 }
 
 /// The renderer of a scene, unless its plan is refused.
@@ -213,13 +214,13 @@ impl<'a> Pictures<'a> {
 }
 
 fn against(rgba: &[f32], expected: Expected, elsewhere: &[bool], scale: Scale) -> Errors {
-    let Expected { light, allowance } = expected;
-    let expected: Vec<_> = light.iter().map(|truth| truth.map(|channel| channel.min(scale.largest))).collect();
-    let brightest = expected.iter().flatten().fold(0.0f64, |most, &channel| most.max(channel));
+    let saturated = |light: f64| light.min(scale.largest);
+    let light: Vec<_> = expected.light.iter().map(|light| light.map(saturated)).collect();
+    let brightest = light.iter().flatten().fold(0.0f64, |most, &channel| most.max(channel));
     let mut errors = Errors::default();
     let mut sum = 0.0;
-    let pixels = rgba.as_chunks::<4>().0.iter().zip(expected.iter().zip(allowance)).zip(elsewhere);
-    for ((drawn, (truth, allowance)), &elsewhere) in pixels {
+    let pixels = rgba.as_chunks::<4>().0.iter().zip(light.iter().zip(expected.spans)).zip(elsewhere);
+    for ((drawn, (truth, span)), &elsewhere) in pixels {
         let drawn = [drawn[0], drawn[1], drawn[2]].map(f64::from);
         errors.not_finite += drawn.iter().filter(|channel| !channel.is_finite()).count();
         errors.negative += drawn.iter().filter(|channel| **channel < 0.0).count();
@@ -229,10 +230,9 @@ fn against(rgba: &[f32], expected: Expected, elsewhere: &[bool], scale: Scale) -
         }
         errors.compared += 1;
         let own = truth.iter().fold(scale.floor * brightest, |most, &channel| most.max(channel));
-        let difference =
-            drawn.iter().zip(truth).fold(0.0f64, |most, (a, b)| most.max((a.min(scale.largest) - b).abs()));
+        let difference = span.map(saturated).distance(drawn.map(saturated));
         // Where nothing is to be seen, a difference of nothing is no error; what is no number must not become one.
-        let error = if difference <= *allowance { 0.0 } else { (difference - allowance) / own };
+        let error = if difference == 0.0 { 0.0 } else { difference / own };
         sum += error;
         errors.worst = errors.worst.max(error);
     }
@@ -246,15 +246,20 @@ mod tests {
 
     const SCALE: Scale = Scale { floor: FLOOR, largest: 1e30 };
 
-    /// What may not differ.
-    fn exactly(light: &[[f64; 3]]) -> Expected<'_> {
-        Expected { light, allowance: &[0.0; 4][..light.len()] }
+    /// What nothing else may be.
+    fn exactly(light: &[[f64; 3]]) -> (&[[f64; 3]], Vec<Span>) {
+        (light, light.iter().copied().map(Span::of).collect())
+    }
+
+    fn held(rgba: &[f32], (light, spans): (&[[f64; 3]], Vec<Span>), elsewhere: &[bool], scale: Scale) -> Errors {
+        against(rgba, Expected { light, spans: &spans }, elsewhere, scale)
     }
 
     #[test]
-    fn what_may_differ_is_taken_off() {
-        let expected = Expected { light: &[[1.0; 3], [1.0; 3]], allowance: &[0.25, 0.75] };
-        let errors = against(&[1.5, 1.0, 1.0, 1.0, 1.5, 1.0, 1.0, 1.0], expected, &[false; 2], SCALE);
+    fn what_lies_between_the_lights_beside_a_pixel_is_no_error() {
+        let span = |least, most| Span { least: [least; 3], most: [most; 3] };
+        let spans = vec![span(0.5, 1.25), span(1.0, 1.75)];
+        let errors = held(&[1.5, 1.0, 1.0, 1.0, 1.5, 1.0, 1.0, 1.0], (&[[1.0; 3]; 2], spans), &[false; 2], SCALE);
         assert_eq!((errors.worst, errors.mean), (0.25, 0.125));
     }
 
@@ -262,7 +267,7 @@ mod tests {
     fn error_is_relative_to_each_pixel_but_the_dark_ones() {
         let expected = [[100.0, 50.0, 0.0], [1e-6, 0.0, 0.0], [1.0, 1.0, 1.0]];
         let rgba = [101.0, 50.0, 0.0, 1.0, 2e-4, 0.0, 0.0, 1.0, 9.0, 1.0, 1.0, 1.0];
-        let errors = against(&rgba, exactly(&expected), &[false, false, true], SCALE);
+        let errors = held(&rgba, exactly(&expected), &[false, false, true], SCALE);
         assert!((errors.worst - 0.0199).abs() < 1e-6, "{errors:?}");
         assert!((errors.mean - (0.01 + 0.0199) / 2.0).abs() < 1e-6, "{errors:?}");
         assert_eq!((errors.compared, errors.elsewhere, errors.not_finite, errors.negative), (2, 1, 0, 0));
@@ -271,7 +276,7 @@ mod tests {
     #[test]
     fn what_no_light_can_be_is_counted_everywhere() {
         let rgba = [f32::NAN, -1.0, 0.0, 1.0, f32::INFINITY, 0.0, -0.0, 1.0];
-        let errors = against(&rgba, exactly(&[[1.0; 3]; 2]), &[true, true], SCALE);
+        let errors = held(&rgba, exactly(&[[1.0; 3]; 2]), &[true, true], SCALE);
         assert_eq!((errors.not_finite, errors.negative, errors.compared), (2, 1, 0));
     }
 
@@ -279,18 +284,18 @@ mod tests {
     fn what_is_brighter_than_the_target_holds_is_white_and_no_more() {
         let scale = Scale { largest: 100.0, ..SCALE };
         let rgba = [100.0, 100.0, 50.0, 1.0, 60.0, 0.0, 0.0, 1.0];
-        let errors = against(&rgba, exactly(&[[1e9, 200.0, 50.0], [1e9, 0.0, 0.0]]), &[false; 2], scale);
+        let errors = held(&rgba, exactly(&[[1e9, 200.0, 50.0], [1e9, 0.0, 0.0]]), &[false; 2], scale);
         assert!((errors.worst - 0.4).abs() < 1e-9 && (errors.mean - 0.2).abs() < 1e-9, "{errors:?}");
         let of_the_peak = Scale { floor: 1.0, ..SCALE };
         assert!(
-            (against(&[10.0, 1.0, 0.0, 1.0], exactly(&[[10.0, 2.0, 0.0]]), &[false], of_the_peak).worst - 0.1).abs()
+            (held(&[10.0, 1.0, 0.0, 1.0], exactly(&[[10.0, 2.0, 0.0]]), &[false], of_the_peak).worst - 0.1).abs()
                 < 1e-9
         );
     }
 
     #[test]
     fn a_black_picture_of_a_black_scene_is_right() {
-        assert_eq!(against(&[0.0; 4], exactly(&[[0.0; 3]]), &[false], SCALE).worst, 0.0);
-        assert_eq!(against(&[1.0; 4], exactly(&[[0.0; 3]]), &[false], SCALE).worst, f64::INFINITY);
+        assert_eq!(held(&[0.0; 4], exactly(&[[0.0; 3]]), &[false], SCALE).worst, 0.0);
+        assert_eq!(held(&[1.0; 4], exactly(&[[0.0; 3]]), &[false], SCALE).worst, f64::INFINITY);
     }
 }
