@@ -92,20 +92,21 @@ fn world_tangent(tangent: vec4<f32>) -> vec4<f32> {
     return vec4(dot(push.row_x.xyz, t), dot(push.row_y.xyz, t), dot(push.row_z.xyz, t), tangent.w * sign);
 }
 
-// The lengths of which a vector can be made a unit one: below, drivers may take a number for 0.
-const LEAST_NORMAL: f32 = 1.1754944e-38;
-const MOST_FINITE: f32 = 3.4028235e38;
+// The bits of the least number that no driver takes for 0, and those of infinity: in between are the lengths of which a vector can be made a
+// unit one. Bits of absolute values have their order, and what is no number comes last; a comparison of floats with it may be compiled to
+// either answer.
+const LEAST_NORMAL: u32 = 0x00800000u;
+const INFINITY: u32 = 0x7f800000u;
 
 // A vector of any length to a unit one; one of no length, or of none that is finite, gives the fallback.
 fn unit_or(v: vec3<f32>, fallback: vec3<f32>) -> vec3<f32> {
-    let size = abs(v);
+    let size = bitcast<vec3<u32>>(v) & vec3(0x7fffffffu);
     let largest = max(size.x, max(size.y, size.z));
-    // Comparisons that are false for what is no number.
-    if !(largest >= LEAST_NORMAL && all(size <= vec3(MOST_FINITE))) {
+    if largest < LEAST_NORMAL || largest >= INFINITY {
         return fallback;
     }
     // Scaled first, so that squares neither overflow nor vanish.
-    return normalize(v / largest);
+    return normalize(v / bitcast<f32>(largest));
 }
 
 #ifdef TEXTURED

@@ -10,6 +10,7 @@ pub use shadows::{ATLAS_LAYOUT, ClearOrder, ShadowAtlas, clear as shadow_clear};
 pub use sorted::SortedIndices;
 pub use view::{FrameUniform, LightRecord, ViewBuffers, set_layout as view_set_layout};
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use ash::vk;
@@ -73,6 +74,19 @@ pub fn stream_format(stream: u32) -> vk::Format {
     }
 }
 
+/// Normals longer than this would overflow where a transform or the rasterizer multiplies them.
+const LONG: f32 = 1.8446744e19;
+
+/// The normals of a mesh, if any is too long all of them by a power of two: a normal's length says only what share it has between vertices.
+fn bounded(normals: &[[f32; 3]]) -> Cow<'_, [[f32; 3]]> {
+    let longest = normals.iter().flatten().fold(0.0f32, |most, axis| most.max(axis.abs()));
+    if longest <= LONG {
+        return normals.into();
+    }
+    let scale = (-longest.log2().floor()).exp2();
+    normals.iter().map(|normal| normal.map(|axis| axis * scale)).collect()
+}
+
 /// Vertex input state for some streams, each in a buffer of its own.
 pub fn vertex_input(
     streams: &[u32],
@@ -107,10 +121,10 @@ impl GpuScene {
         let mut uploader = Uploader::new(device, 32 << 20, order)?;
         let mut meshes = MeshUpload { device, uploader: &mut uploader, scene, plan: &plan.meshes };
         let gpu_scene = Self {
-            positions: meshes.stream("positions", plan.meshes.vertices, |mesh| &mesh.positions)?,
-            normals: meshes.stream("normals", plan.meshes.normals, |mesh| &mesh.normals)?,
-            uvs: meshes.stream("uvs", plan.meshes.uvs, |mesh| &mesh.uvs)?,
-            tangents: meshes.stream("tangents", plan.meshes.tangents, |mesh| &mesh.tangents)?,
+            positions: meshes.stream("positions", plan.meshes.vertices, |mesh| mesh.positions.as_slice().into())?,
+            normals: meshes.stream("normals", plan.meshes.normals, |mesh| bounded(&mesh.normals))?,
+            uvs: meshes.stream("uvs", plan.meshes.uvs, |mesh| mesh.uvs.as_slice().into())?,
+            tangents: meshes.stream("tangents", plan.meshes.tangents, |mesh| mesh.tangents.as_slice().into())?,
             indices_16: meshes.indices(IndexWidth::Bits16, plan.meshes.indices_16)?,
             indices_32: meshes.indices(IndexWidth::Bits32, plan.meshes.indices_32)?,
             meshes: meshes.ranges(),
@@ -192,7 +206,7 @@ impl<'a> MeshUpload<'a> {
         &mut self,
         name: &str,
         vertices: u64,
-        data: impl Fn(&'a Mesh) -> &'a [T],
+        data: impl Fn(&'a Mesh) -> Cow<'a, [T]>,
     ) -> gpu::Result<Option<Buffer>> {
         let stride = size_of::<T>() as u64;
         let usage = vk::BufferUsageFlags::VERTEX_BUFFER;
@@ -201,7 +215,7 @@ impl<'a> MeshUpload<'a> {
         for planned in self.plan.meshes.iter().filter(|mesh| first(mesh) < vertices) {
             let mesh = &self.scene.meshes[planned.mesh];
             let offset = first(planned) * stride;
-            match data(mesh) {
+            match &*data(mesh) {
                 [] => self.uploader.buffer(&buffer, offset, &vec![0; mesh.positions.len() * stride as usize])?,
                 some => self.uploader.buffer(&buffer, offset, bytemuck::cast_slice(some))?,
             }
@@ -248,4 +262,20 @@ fn volumes(device: &Arc<Device>, uploader: &mut Uploader) -> gpu::Result<VolumeM
     let corners = Buffer::new(device, "light volumes", size, usage, Location::Device, MemoryKind::Geometry)?;
     uploader.buffer(&corners, 0, bytemuck::cast_slice(&data))?;
     Ok(VolumeMeshes { corners, sphere: counts.0, cone: counts.1 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normals_that_are_too_long_become_shorter_all_alike() {
+        let usual = [[0.0, 3.0, -4e18], [1e-30, 0.0, 0.0]];
+        assert_eq!(*bounded(&usual), usual);
+        let long = [[f32::MAX, 0.0, 0.0], [0.0, f32::MAX / 4.0, -1.0]];
+        let shorter = bounded(&long);
+        assert!((1.0..=2.0).contains(&shorter[0][0]), "{shorter:?}");
+        assert_eq!(shorter[1][1] * 4.0, shorter[0][0]);
+        assert!(bounded(&[]).is_empty());
+    }
 }
