@@ -43,7 +43,8 @@ fn cook_torrance_surface(normal: vec3<f32>, view: vec3<f32>, albedo: vec3<f32>, 
     s.alpha_squared = squared_alpha(roughness);
     s.smith_v = smith_root(s.n_dot_v, s.alpha_squared);
     s.diffuse = albedo * ((1.0 - metallic) / PI);
-    s.specular = mix(vec3(0.04), albedo, metallic);
+    // Not `mix`: where that is a + (b - a) t, a dark metal keeps what rounding leaves of 0.04.
+    s.specular = vec3(0.04 * (1.0 - metallic)) + albedo * metallic;
     s.brdf = COOK_TORRANCE;
     return s;
 }
