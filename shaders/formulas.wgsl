@@ -8,7 +8,7 @@
 #import afterlight::lights::{falloff_of, reach_of, spot_attenuation, Light}
 #import afterlight::tonemapping::{encode_srgb, tone_map}
 #ifdef PLANTED
-#import afterlight::brdf::{Surface, PI}
+#import afterlight::textbook::{textbook_light}
 #endif
 
 // Which one; src/stress/formula/mod.rs has the same order.
@@ -34,7 +34,7 @@ fn cook_torrance_of(in: Input) -> vec3<f32> {
     }
     let surface = cook_torrance_surface(in.a.xyz, in.b.xyz, in.d.xyz, in.b.w, in.a.w);
 #ifdef PLANTED
-    return textbook_cook_torrance(surface, in.c.xyz, n_dot_l);
+    return textbook_light(surface, COOK_TORRANCE, in.c.xyz, n_dot_l);
 #else
     return reflect_light(surface, COOK_TORRANCE, in.c.xyz, n_dot_l);
 #endif
@@ -48,31 +48,11 @@ fn phong_of(in: Input, brdf: u32) -> vec3<f32> {
     }
     let surface = phong_surface(in.a.xyz, in.b.xyz, in.d.xyz, vec3(in.b.w), in.a.w, brdf);
 #ifdef PLANTED
-    return textbook_blinn_phong(surface, in.c.xyz, n_dot_l);
+    return textbook_light(surface, brdf, in.c.xyz, n_dot_l);
 #else
     return reflect_light(surface, brdf, in.c.xyz, n_dot_l);
 #endif
 }
-
-#ifdef PLANTED
-// What the catalogue must catch: 1 - NdotH^2 as a difference, and denominators without a guard.
-fn textbook_cook_torrance(s: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
-    let half = normalize(light + s.view);
-    let n_dot_h = dot(s.normal, half);
-    let fresnel = schlick(s.specular, dot(s.view, half));
-    let d = n_dot_h * n_dot_h * (s.alpha_squared - 1.0) + 1.0;
-    let distribution = s.alpha_squared / (PI * d * d);
-    let smith_l = smith_root(n_dot_l, s.alpha_squared);
-    let visibility = 0.5 / (n_dot_l * s.smith_v + s.n_dot_v * smith_l);
-    return (s.diffuse * (vec3(1.0) - fresnel) + fresnel * distribution * visibility) * n_dot_l;
-}
-
-// The power of a cosine, which is rounded where the lobe is sharpest.
-fn textbook_blinn_phong(s: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
-    let n_dot_h = dot(s.normal, normalize(light + s.view));
-    return (s.diffuse + s.specular * (pow(max(n_dot_h, 0.0), s.shininess) * s.lobe_scale)) * n_dot_l;
-}
-#endif
 
 // normal and roughness, light + view
 fn distribution_of(in: Input) -> f32 {
@@ -91,6 +71,17 @@ fn masking_of(in: Input) -> f32 {
 fn ambient_of(in: Input) -> vec3<f32> {
     let surface = cook_torrance_surface(in.a.xyz, in.b.xyz, in.d.xyz, in.b.w, in.a.w);
     return reflect_ambient(surface, ambient_lobe(surface, COOK_TORRANCE, in.a.w));
+}
+
+// pixel, depth
+fn position_of(in: Input) -> vec3<f32> {
+#ifdef PLANTED
+    // Forward Z, as 1 - near / distance: what lies far away has the codes next to 1, and they are as far apart as those of what is near.
+    let forward = 1.0 - in.a.z;
+    return position_at(in.a.xy, 1.0 - forward);
+#else
+    return position_at(in.a.xy, in.a.z);
+#endif
 }
 
 // The record of a light as the frame's buffer has it, seen from the origin.
@@ -117,7 +108,7 @@ fn evaluate(in: Input) -> vec4<f32> {
         case 9u: { return vec4(decode_normal(encode_normal(in.a.xyz, OCTAHEDRAL), OCTAHEDRAL), 0.0); }
         case 10u: { return vec4(tone_map(in.a.xyz, bitcast<u32>(in.a.w)), 0.0); }
         case 11u: { return vec4(encode_srgb(in.a.xyz), 0.0); }
-        case 12u: { return vec4(position_at(in.a.xy, in.a.z), 0.0); }
+        case 12u: { return vec4(position_of(in), 0.0); }
         case 13u: { return vec4(decode_shininess(encode_shininess(in.a.x)), 0.0, 0.0, 0.0); }
         default: { return vec4(reach_of(light_of(in), vec3(0.0), 0u, false).to_light, 0.0); }
     }

@@ -35,6 +35,8 @@ override TWO_SIDED: bool = false;
 override RECEIVES: bool = true;
 // The material's BRDF, and whether its roughness is a shininess.
 override BRDF: u32 = 0u;
+// Reflection models as textbooks have them.
+override TEXTBOOK: bool = false;
 override PHONG: bool = false;
 // What surfaces emit is shown.
 override EMISSIVE: bool = true;
@@ -187,7 +189,7 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
     texel.specular = point.specular;
     texel.brdf = BRDF;
     texel.receives = RECEIVES;
-    let model = Model(BRDF, FALLOFF, RANGED, SPOT, DIRECTIONAL_SHADOWS, PUNCTUAL_SHADOWS, SHADOW_FILTER);
+    let model = Model(BRDF, FALLOFF, RANGED, SPOT, DIRECTIONAL_SHADOWS, PUNCTUAL_SHADOWS, SHADOW_FILTER, TEXTBOOK);
     var surface = surface_of(texel, model);
     let alpha = select(saturate(point.base.a), 1.0, OPACITY == HIDES);
     if OPACITY == GLASS {

@@ -29,6 +29,8 @@
 
 // Which BRDF all materials have; 4 where the scene mixes them.
 override BRDF: u32 = 0u;
+// Reflection models as textbooks have them.
+override TEXTBOOK: bool = false;
 // Some surface is a metal.
 override METAL: bool = true;
 override NORMAL_ENCODING: u32 = 0u;
@@ -64,7 +66,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
 
 // The light of a pixel, or of one of its samples.
 fn shade(pixel: vec2<f32>) -> vec4<f32> {
-    let model = Model(BRDF, FALLOFF, RANGED, SPOT, DIRECTIONAL_SHADOWS, PUNCTUAL_SHADOWS, SHADOW_FILTER);
+    let model = Model(BRDF, FALLOFF, RANGED, SPOT, DIRECTIONAL_SHADOWS, PUNCTUAL_SHADOWS, SHADOW_FILTER, TEXTBOOK);
     var texel = load_texel(pixel.xy, NORMAL_ENCODING, GEOMETRIC_STEPS);
     texel.albedo = select(texel.albedo, vec3(1.0), LIGHT_ONLY);
     texel.metallic = select(0.0, texel.metallic, METAL && !LIGHT_ONLY);

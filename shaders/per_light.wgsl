@@ -10,6 +10,8 @@
 #import afterlight::shading::{punctual_light, reaches, surface_of, Model}
 
 override BRDF: u32 = 0u;
+// Reflection models as textbooks have them.
+override TEXTBOOK: bool = false;
 // Some surface is a metal.
 override METAL: bool = true;
 override NORMAL_ENCODING: u32 = 0u;
@@ -69,7 +71,7 @@ fn fragment(in: Varying) -> @location(0) vec4<f32> {
 #else
     let light = push.light;
 #endif
-    let model = Model(BRDF, FALLOFF, RANGED, SPOT, false, PUNCTUAL_SHADOWS, SHADOW_FILTER);
+    let model = Model(BRDF, FALLOFF, RANGED, SPOT, false, PUNCTUAL_SHADOWS, SHADOW_FILTER, TEXTBOOK);
     // Most pixels of a rectangle lie out of reach: they need no more than their place.
     if !reaches(light, load_position(in.position.xy), model) {
         discard;

@@ -10,6 +10,8 @@
 #import afterlight::tonemapping::{encode_srgb, tone_map}
 
 override BRDF: u32 = 0u;
+// Reflection models as textbooks have them.
+override TEXTBOOK: bool = false;
 // Some surface is a metal.
 override METAL: bool = true;
 override NORMAL_ENCODING: u32 = 0u;
@@ -115,7 +117,7 @@ fn main(
         depth = load_depth(pixel);
     }
     let seen = depth > 0.0;
-    let model = Model(BRDF, FALLOFF, RANGED, SPOT, DIRECTIONAL_SHADOWS, PUNCTUAL_SHADOWS, SHADOW_FILTER);
+    let model = Model(BRDF, FALLOFF, RANGED, SPOT, DIRECTIONAL_SHADOWS, PUNCTUAL_SHADOWS, SHADOW_FILTER, TEXTBOOK);
 
     if thread == 0u {
         atomicStore(&farthest, 0x7f800000u);

@@ -173,6 +173,8 @@ pub struct FramePlan {
     pub brdf: PlannedBrdf,
     /// Some surface is a metal.
     pub metal: bool,
+    /// As [`Settings::textbook`] says.
+    pub textbook: bool,
     /// Every material's, whatever it says itself.
     pub brdf_override: Option<Brdf>,
     pub lights: PlannedLights,
@@ -304,6 +306,7 @@ impl FramePlan {
             metal: surfaces.metal
                 || (transparent && surfaces.transparent_metal)
                 || keep.has(OptionalPart::MetallicChannel),
+            textbook: settings.textbook,
             brdf_override: settings.brdf,
             lights,
             light_order,

@@ -42,3 +42,22 @@ fn the_power_of_a_rounded_cosine_is_caught() {
         assert!(!verdict.passes() && !last.holds(case), "{last:?}");
     });
 }
+
+#[test]
+fn the_power_of_a_rounded_reflected_ray_is_caught() {
+    on_gpu(|gpu| {
+        let verdict = tried(gpu, "formulas/phong", |value| planted("formulas/phong", value));
+        assert!(!verdict.passes());
+    });
+}
+
+#[test]
+fn depth_that_is_not_reversed_is_caught() {
+    on_gpu(|gpu| {
+        let verdict = tried(gpu, "formulas/position", |value| planted("formulas/position", value));
+        assert!(!verdict.passes());
+        // It goes wrong with distance: what is as near as the near plane is still where it was.
+        let holds: Vec<bool> = verdict.findings.iter().map(|finding| finding.holds(&verdict.case)).collect();
+        assert!(holds[0] && !holds[holds.len() - 1], "{:?}", verdict.findings);
+    });
+}

@@ -79,6 +79,17 @@ fn light_below_zero_is_drawn_and_found_and_what_is_no_number_is_not_even_drawn()
 }
 
 #[test]
+fn reflection_models_as_in_textbooks_are_found_in_pictures() {
+    on_gpu(|gpu| {
+        let textbook = |scene: &mut Scene| scene.settings.textbook = Some(true);
+        for name in ["highlights/wide-float32", "highlights/blinn-phong-float32", "highlights/phong-float32"] {
+            let found = spoiled(gpu, name, &textbook);
+            assert!(!found.passes(), "{}", told(&found));
+        }
+    });
+}
+
+#[test]
 fn a_picture_of_nothing_is_not_taken_for_one_of_the_scene() {
     on_gpu(|gpu| {
         let found = spoiled(gpu, "targets/width", &|scene| scene.objects.clear());

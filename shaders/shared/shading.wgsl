@@ -4,6 +4,7 @@
 #import afterlight::texel::{Texel}
 #import afterlight::encodings::{decode_shininess}
 #import afterlight::brdf::{Surface, cook_torrance_surface, ambient_lobe, phong_surface, reflect_ambient, reflect_light, COOK_TORRANCE, LAMBERT}
+#import afterlight::textbook::{textbook_light}
 #ifdef LIGHTS
 #import afterlight::lights::{falloff_of, lights, reach_of, spot_attenuation}
 #endif
@@ -26,6 +27,8 @@ struct Model {
     punctual_shadows: bool,
     // How shadow maps are looked up (shadows.wgsl).
     shadow_filter: u32,
+    // Reflection models as textbooks have them (textbook.wgsl).
+    textbook: bool,
 }
 
 const MIXED_BRDF: u32 = 4u;
@@ -50,6 +53,13 @@ fn brdf_of(surface: Surface, model: Model) -> u32 {
     return select(model.brdf, surface.brdf, model.brdf == MIXED_BRDF);
 }
 
+fn reflected(surface: Surface, model: Model, to_light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
+    if model.textbook {
+        return textbook_light(surface, brdf_of(surface, model), to_light, n_dot_l);
+    }
+    return reflect_light(surface, brdf_of(surface, model), to_light, n_dot_l);
+}
+
 // Light from two half-spheres, sky and ground. The base collects it by the cosine, which is exact: mean + tilt n.y. So is the lobe taken to
 // do, but about the mirrored direction: exact for a lobe as wide as the cosine's, and too soft at the horizon for a narrower one.
 // Where both half-spheres are the same, this is the same to the last bit as if there were one: the tilt is zero.
@@ -69,7 +79,7 @@ fn directional_light(i: u32, surface: Surface, texel: Texel, model: Model) -> ve
     if n_dot_l <= 0.0 {
         return vec3(0.0);
     }
-    var light = lights[i].color * reflect_light(surface, brdf_of(surface, model), to_light, n_dot_l);
+    var light = lights[i].color * reflected(surface, model, to_light, n_dot_l);
 #ifdef SHADOW
     if model.directional_shadows && texel.receives {
         light *= visibility(lights[i].falloff, texel.position, texel.geometric_normal, to_light, model.shadow_filter);
@@ -106,7 +116,7 @@ fn punctual_light(i: u32, surface: Surface, texel: Texel, model: Model) -> vec3<
         strength *= visibility(light.falloff, texel.position, texel.geometric_normal, reach.to_light, model.shadow_filter);
     }
 #endif
-    return light.color * (strength * reflect_light(surface, brdf_of(surface, model), reach.to_light, n_dot_l));
+    return light.color * (strength * reflected(surface, model, reach.to_light, n_dot_l));
 }
 #endif
 

@@ -80,6 +80,9 @@ pub struct SettingsArgs {
     /// Draw the depth of opaque surfaces first, so that each pixel is shaded once: on or off
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub depth_prepass: Option<bool>,
+    /// Reflection models as textbooks have them, wrong where single floats are at their end: to see what is gained, on or off
+    #[arg(long, value_name = "on|off", value_parser = on_off)]
+    pub textbook: Option<bool>,
     /// What light is kept in until it is tone-mapped, where something blends: rgba16f, b10g11r11 or rgba32f
     #[arg(long, value_name = "NAME", value_parser = value::<HdrFormat>)]
     pub hdr_format: Option<HdrFormat>,
@@ -143,6 +146,7 @@ impl SettingsArgs {
             light_path: self.light_path,
             light_cutoff: self.light_cutoff,
             depth_prepass: self.depth_prepass,
+            textbook: self.textbook,
             hdr_format: self.hdr_format,
             transparency: self.transparency,
             brdf: self.brdf,

@@ -141,6 +141,7 @@ fn refuse_approximations(args: &SettingsArgs) -> Result<(), Failure> {
         ("--light-path", args.light_path.is_some()),
         ("--light-cutoff", args.light_cutoff.is_some()),
         ("--depth-prepass", args.depth_prepass.is_some()),
+        ("--textbook", args.textbook.is_some()),
         ("--hdr-format", args.hdr_format.is_some()),
         ("--transparency", args.transparency.is_some()),
         ("--shadow-size", args.shadow_size.is_some()),

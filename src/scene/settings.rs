@@ -23,6 +23,8 @@ pub struct Settings {
     pub light_cutoff: bool,
     /// Draw the depth of opaque surfaces first, so that each pixel is shaded once. `None`: as the light path has it.
     pub depth_prepass: Option<bool>,
+    /// The reflection models as textbooks have them, without what keeps them right where single floats do not: to be measured beside.
+    pub textbook: bool,
     /// Of the target between LIGHTING and tone mapping, where a plan has one.
     pub hdr_format: HdrFormat,
     pub transparency: Transparency,
@@ -56,6 +58,7 @@ impl Default for Settings {
             light_path: LightPath::default(),
             light_cutoff: false,
             depth_prepass: None,
+            textbook: false,
             hdr_format: HdrFormat::default(),
             transparency: Transparency::default(),
             output: Output::default(),
@@ -302,6 +305,7 @@ pub struct SettingsPatch {
     pub view: Option<View>,
     pub light_path: Option<LightPath>,
     pub light_cutoff: Option<bool>,
+    pub textbook: Option<bool>,
     pub depth_prepass: Option<bool>,
     pub samples: Option<u32>,
     pub resolve: Option<Resolve>,
@@ -351,6 +355,7 @@ impl SettingsPatch {
             view: self.view.or(other.view),
             light_path: self.light_path.or(other.light_path),
             light_cutoff: self.light_cutoff.or(other.light_cutoff),
+            textbook: self.textbook.or(other.textbook),
             depth_prepass: self.depth_prepass.or(other.depth_prepass),
             samples: self.samples.or(other.samples),
             resolve: self.resolve.or(other.resolve),
@@ -386,6 +391,7 @@ impl SettingsPatch {
             view: self.view.unwrap_or(default.view),
             light_path: self.light_path.unwrap_or(default.light_path),
             light_cutoff: self.light_cutoff.unwrap_or(default.light_cutoff),
+            textbook: self.textbook.unwrap_or(default.textbook),
             depth_prepass: self.depth_prepass.or(default.depth_prepass),
             hdr_format: self.hdr_format.unwrap_or(default.hdr_format),
             transparency: self.transparency.unwrap_or(default.transparency),

@@ -46,6 +46,7 @@ entries! {
     "light-path", "light_path" => light_path: name;
     "light-cutoff", "light_cutoff" => light_cutoff: on_off;
     "depth-prepass", "depth_prepass" => depth_prepass: on_off;
+    "textbook", "textbook" => textbook: on_off;
     "hdr-format", "hdr_format" => hdr_format: name;
     "transparency", "transparency" => transparency: name;
     "samples", "samples" => samples: whole;
@@ -270,12 +271,14 @@ mod tests {
             of(select(&MSAA[..])),
             of(1..=MAX_ANISOTROPY),
             of(keep()),
+            of(any::<bool>()),
         );
         (picture, shadows, frame).prop_map(|(picture, shadows, frame)| {
             let (size, exposure, tonemap, brdf, gbuffer, view, hdr_format, transparency) = picture;
             let (enabled, shadow_size, shadow_filter, cascades, shadow_lambda, shadow_budget, shadow_cache, ..) =
                 shadows;
-            let (light_path, light_cutoff, depth_prepass, samples, resolve, fxaa, msaa, anisotropy, keep) = frame;
+            let (light_path, light_cutoff, depth_prepass, samples, resolve, fxaa, msaa, anisotropy, keep, textbook) =
+                frame;
             SettingsPatch {
                 size,
                 exposure,
@@ -295,6 +298,7 @@ mod tests {
                 light_path,
                 light_cutoff,
                 depth_prepass,
+                textbook,
                 samples,
                 resolve,
                 fxaa,

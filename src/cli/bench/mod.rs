@@ -44,9 +44,9 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     warmup: u32,
     /// Compare with other settings: key=value, several in one go separated by blanks; may be given several times. Keys:
-    /// size, exposure, tonemap, brdf, gbuffer, light-path, light-cutoff, depth-prepass, transparency, shadows, shadow-size, shadow-filter,
-    /// cascades, shadow-lambda, shadow-budget, shadow-cache, shadow-normal-offset, shadow-slope-bias, view, resolve, fxaa, hdr-format,
-    /// msaa, plan
+    /// size, exposure, tonemap, brdf, gbuffer, light-path, light-cutoff, depth-prepass, textbook, transparency, shadows,
+    /// shadow-size, shadow-filter, cascades, shadow-lambda, shadow-budget, shadow-cache, shadow-normal-offset,
+    /// shadow-slope-bias, view, resolve, fxaa, hdr-format, msaa, plan
     #[arg(long, value_name = "SETTINGS", value_parser = Variant::parse)]
     vary: Vec<Variant>,
     /// Measure what each part would cost that the plan leaves out: drawn with it and without it in turn, two at a time

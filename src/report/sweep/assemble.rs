@@ -66,9 +66,14 @@ pub fn on_fronts(measured: &Measured) -> BTreeSet<String> {
     info.fronts.iter().flat_map(on).map(|index| points[index].name.clone()).collect()
 }
 
-/// Time and error of each point; one with pixels that are not finite is on no front.
+/// Time and error of each point; one with pixels that are not finite is on no front, and neither are textbooks' formulas: what they save
+/// where a picture does not show their errors is told, and not to be chosen.
 fn coordinates(points: &[Point], metric: Metric, truth: Against) -> Vec<(f64, f64)> {
-    points.iter().map(|point| (point.time.decisive().median, point.errors.against(truth).comparable(metric))).collect()
+    let error = |point: &Point| match point.name.split(' ').any(|setting| setting == "textbook=on") {
+        true => f64::INFINITY,
+        false => point.errors.against(truth).comparable(metric),
+    };
+    points.iter().map(|point| (point.time.decisive().median, error(point))).collect()
 }
 
 /// All scenes that have been measured.

@@ -126,6 +126,7 @@ pub(super) const SETTINGS: Schema = Schema {
         "light_path",
         "light_cutoff",
         "depth_prepass",
+        "textbook",
         "samples",
         "resolve",
         "fxaa",

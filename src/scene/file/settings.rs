@@ -76,6 +76,7 @@ pub(super) fn settings(node: &Node) -> Result<SettingsPatch, Error> {
         light_path: table.read("light_path", Node::name)?,
         light_cutoff: table.read("light_cutoff", Node::boolean)?,
         depth_prepass: table.read("depth_prepass", Node::boolean)?,
+        textbook: table.read("textbook", Node::boolean)?,
         samples: table.read("samples", |node| node.integer(1..=crate::scene::MAX_SAMPLES))?,
         resolve: table.read("resolve", Node::name)?,
         fxaa: table.read("fxaa", Node::boolean)?,

@@ -38,6 +38,7 @@ pub const KEYS: &[&str] = &[
     "light-path",
     "light-cutoff",
     "depth-prepass",
+    "textbook",
     "hdr-format",
     "transparency",
     "msaa",
@@ -198,6 +199,8 @@ fn light_axes(base: &Base, quick: bool) -> Vec<Axis> {
         axes.push(Axis::new("light-cutoff", "A range for lights without one", cutoff).unless((!cut).then_some(why)));
         let prepass = on_off(|on| SettingsPatch { depth_prepass: Some(on), ..patch() });
         axes.push(Axis::new("depth-prepass", "The depth of surfaces drawn first", prepass));
+        let textbook = on_off(|on| SettingsPatch { textbook: Some(on), ..patch() });
+        axes.push(Axis::new("textbook", "Reflection models as in textbooks", textbook).unless(unlit));
     }
     let formats = HdrFormat::NAMES.iter();
     let formats = formats
