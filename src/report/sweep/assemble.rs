@@ -210,6 +210,17 @@ mod tests {
     }
 
     #[test]
+    fn formulas_of_textbooks_are_points_and_on_no_front_however_fast() {
+        let mut points = scene_report(&measured(0.5)).expect("measured").points;
+        let errors = |points: &[Point]| coordinates(points, Metric::Flip, Against::Converged)[1].1;
+        assert!(errors(&points).is_finite());
+        points[1].name = "shadow-size=512 textbook=on".into();
+        assert_eq!(errors(&points), f64::INFINITY);
+        points[1].name = "textbook=off".into();
+        assert!(errors(&points).is_finite());
+    }
+
+    #[test]
     fn what_is_not_finite_is_on_no_front() {
         let mut measured = measured(0.5);
         measured.drawn.get_mut("shadow-size=512").expect("there").errors.converged.not_finite = 1;
