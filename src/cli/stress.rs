@@ -27,6 +27,7 @@ Examples:
   afterlight stress lights
   afterlight stress lights/distance --json stress.json
   afterlight stress --html stress.html
+  afterlight stress random --seeds 0..1000
   afterlight stress --list")]
 pub struct Args {
     /// Cases, or groups of them, as --list tells them [default: all]
@@ -35,6 +36,9 @@ pub struct Args {
     /// Try the ends of each sweep, those of its claim, and every third value
     #[arg(long)]
     quick: bool,
+    /// Seeds of random scenes to try, up to the second and without it, in place of the catalogue's
+    #[arg(long, value_name = "FIRST..END", value_parser = seeds)]
+    seeds: Option<[u32; 2]>,
     /// Print the names of all cases and what they claim, and try none
     #[arg(long, conflicts_with_all = ["quick", "json", "DeviceArgs"])]
     list: bool,
@@ -62,12 +66,17 @@ fn name(text: &str) -> Result<String, String> {
     Err(unknown("case", text, &known))
 }
 
+fn seeds(text: &str) -> Result<[u32; 2], String> {
+    let ends = text.split_once("..").and_then(|(first, end)| Some([first.parse().ok()?, end.parse().ok()?]));
+    ends.filter(|[first, end]| first < end).ok_or_else(|| "expected two numbers, as 0..1000".into())
+}
+
 /// Tries the cases, and prints a table.
 ///
 /// # Errors
 /// A device that cannot be used, a file that cannot be written, and a claim that does not hold.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let cases = chosen(&args.names);
+    let cases = chosen(args);
     if args.list {
         return output::print(&list(&cases), false);
     }
@@ -124,10 +133,14 @@ fn sinks(args: &Args) -> Vec<&Sink> {
 }
 
 /// Each once, in the order of the catalogue.
-fn chosen(names: &[String]) -> Vec<Case> {
+fn chosen(args: &Args) -> Vec<Case> {
+    let names = &args.names;
     let mut cases = catalogue::all();
     cases.retain(|case| names.is_empty() || names.iter().any(|name| name == case.name || name == case.group()));
-    cases
+    match args.seeds {
+        Some([first, end]) => cases.into_iter().map(|case| case.with_seeds(first, end)).collect(),
+        None => cases,
+    }
 }
 
 fn list(cases: &[Case]) -> String {
@@ -280,6 +293,19 @@ impl ToldCase {
             passes: verdict.passes(),
             holds: verdict.holds(),
             findings: verdict.findings.iter().map(told).collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seeds_are_a_range_that_is_not_empty() {
+        assert_eq!(seeds("3..70"), Ok([3, 70]));
+        for text in ["", "3", "3..", "5..5", "7..5", "-1..5", "1..=5", "0..4294967296"] {
+            assert!(seeds(text).is_err(), "{text}");
         }
     }
 }

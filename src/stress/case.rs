@@ -26,6 +26,8 @@ pub enum Values {
     Decades(i32, i32),
     /// As they stand.
     List(&'static [f64]),
+    /// Whole numbers from the first up to, not including, the end: seeds of random scenes.
+    Seeds { first: u32, end: u32 },
 }
 
 /// The most that pictures and formulas may err by, relative to the light of the pixel or the value of the formula ([`super::Errors`]).
@@ -54,6 +56,9 @@ pub enum Check {
     Whole(fn(f64) -> Subject),
     /// So many frames of one renderer while its exposure changes, against the first.
     Exposures(fn(f64) -> Subject),
+    /// A scene is drawn that need only be sane. The error is the share of pixels that are black though the truth is bright: a shader's last
+    /// `max` makes black of what is no number.
+    Sane(fn(f64) -> Subject),
     /// A formula of the shaders is evaluated on many inputs.
     Formula(fn(f64) -> Trial),
 }
@@ -65,6 +70,7 @@ impl Check {
             Self::Placed(_, share) => *share,
             // Reflection off a surface that is seen or lit from behind, or along its horizon.
             Self::Formula(_) => 0.7,
+            Self::Sane(_) => 1.0,
             _ => MOST_ELSEWHERE,
         }
     }
@@ -80,6 +86,7 @@ impl Values {
         match *self {
             Self::Decades(first, last) => (first..=last).map(|exponent| 10f64.powi(exponent)).collect(),
             Self::List(values) => values.to_vec(),
+            Self::Seeds { first, end } => (first..end).map(f64::from).collect(),
         }
     }
 }
@@ -98,6 +105,17 @@ impl Case {
     /// Whether the bound is to hold for a value.
     pub fn claims(&self, value: f64) -> bool {
         (self.claim[0]..=self.claim[1]).contains(&value)
+    }
+
+    /// The same over other seeds, where it has seeds.
+    pub fn with_seeds(self, first: u32, end: u32) -> Self {
+        match self.values {
+            Values::Seeds { .. } => {
+                let claim = [f64::from(first), f64::from(end.saturating_sub(1))];
+                Self { values: Values::Seeds { first, end }, claim, ..self }
+            }
+            _ => self,
+        }
     }
 
     /// The part of the name before the slash.

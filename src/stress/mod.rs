@@ -19,7 +19,7 @@ mod whole;
 
 pub use case::{Bound, Case, Check, Values, range};
 pub use picture::{Errors, Evidence, FLOOR, Subject, compare};
-pub use run::{Finding, Outcome, Verdict, run, run_spoiled};
+pub use run::{Finding, Outcome, Verdict, run, run_spoiled, sane};
 
 use crate::frame;
 

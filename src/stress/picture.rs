@@ -72,6 +72,18 @@ pub struct Evidence {
     pub expected: Vec<[f64; 3]>,
 }
 
+impl Evidence {
+    /// Pixels that are black and should be bright.
+    pub fn black(&self) -> usize {
+        /// The least normal number of half floats: what is darker may be lost in the target.
+        const DARK: f64 = 6.2e-5;
+        let most = |light: &[f64; 3]| light.iter().fold(0.0f64, |most, &channel| most.max(channel));
+        let bright = self.expected.iter().map(most).fold(DARK / 0.02, f64::max) * 0.02;
+        let is_black = |(drawn, truth): &(&[f32; 3], &[f64; 3])| **drawn == [0.0; 3] && most(truth) > bright;
+        self.drawn.iter().zip(&self.expected).filter(is_black).count()
+    }
+}
+
 /// A value whose pictures cannot be made, and why.
 pub type Refusal = String;
 
@@ -291,6 +303,18 @@ mod tests {
             (held(&[10.0, 1.0, 0.0, 1.0], exactly(&[[10.0, 2.0, 0.0]]), &[false], of_the_peak).worst - 0.1).abs()
                 < 1e-9
         );
+    }
+
+    #[test]
+    fn black_is_what_is_bright_and_was_not_drawn() {
+        let lit = |light: f64| [0.0, light, 0.0];
+        let of = |drawn: Vec<[f32; 3]>, light: [f64; 3]| {
+            Evidence { size: [3, 1], drawn, expected: light.map(lit).to_vec() }.black()
+        };
+        assert_eq!(of(vec![[0.0; 3]; 3], [1.0, 0.1, 1e-3]), 2);
+        assert_eq!(of(vec![[0.0, 1e-9, 0.0], [0.0; 3], [1.0; 3]], [1.0, 0.1, 1.0]), 1);
+        // Darker than half floats hold.
+        assert_eq!(of(vec![[0.0; 3]; 3], [1e-5, 1e-6, 0.0]), 0);
     }
 
     #[test]

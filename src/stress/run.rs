@@ -62,6 +62,10 @@ pub fn run_spoiled(
                 let (subject, truth) = drawn(subject);
                 picture::compare(device, &subject, &truth)?
             }
+            Check::Sane(subject) => {
+                let (subject, truth) = drawn(subject);
+                sane(device, &subject, &truth)?
+            }
             Check::Position(subject) => {
                 let (subject, truth) = drawn(subject);
                 position::compare(device, &subject, &truth)?
@@ -90,6 +94,27 @@ pub fn run_spoiled(
     };
     let findings = case.tried(quick).into_iter().map(attempt).collect::<Result<_, Error>>()?;
     Ok(Verdict { case: *case, findings })
+}
+
+/// Draws the subject. Of its error only what is black where it should be bright counts, but for shadows, which may lie anywhere, and for
+/// several samples, which see other things than the truth.
+///
+/// # Errors
+/// A device that is lost. What a plan refuses is the inner error.
+pub fn sane(
+    device: &Arc<Device>,
+    subject: &Subject,
+    truth: &Scene,
+) -> Result<Result<(Errors, Evidence), String>, Error> {
+    let found = picture::compare(device, subject, truth)?;
+    let settings = subject.decided();
+    let is_single = settings.samples == 1 && settings.msaa == 1;
+    let is_plain = is_single && !truth.lights.iter().any(|light| light.casts_shadow);
+    Ok(found.map(|(errors, evidence)| {
+        let black = if is_plain { evidence.black().saturating_sub(errors.elsewhere) } else { 0 };
+        let share = black as f64 / evidence.drawn.len() as f64;
+        (Errors { worst: share, mean: share, ..errors }, evidence)
+    }))
 }
 
 impl Finding {

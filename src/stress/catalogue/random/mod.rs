@@ -1,0 +1,43 @@
+//! Scenes that nobody thought of: everything at once at its extremes, drawn from a seed.
+
+mod draw;
+mod extremes;
+mod scene;
+
+pub use extremes::{Extremes, NUMBERS};
+
+use super::super::{Bound, Case, Check, Values};
+
+pub const CASES: &[Case] = &[
+    Case {
+        name: "random/tame",
+        extreme: "random scenes of wide highlights without shadows, in a G-buffer of 32-bit floats",
+        unit: "",
+        values: SEEDS,
+        claim: CLAIM,
+        // A lamp a millimetre above a floor that is seen from eight metres.
+        bound: Bound { worst: 1e-2, mean: 1e-3 },
+        check: Check::Picture(|seed| Extremes::wild(seed as u64).tamed().subject()),
+    },
+    Case {
+        name: "random/tame-lean",
+        extreme: "the same in a lean G-buffer",
+        unit: "",
+        values: SEEDS,
+        claim: CLAIM,
+        bound: Bound { worst: 1.0, mean: 0.02 },
+        check: Check::Picture(|seed| Extremes::wild(seed as u64).tamed().leaned().subject()),
+    },
+    Case {
+        name: "random/wild",
+        extreme: "random scenes of anything, which need only be sane",
+        unit: "",
+        values: SEEDS,
+        claim: CLAIM,
+        bound: Bound { worst: 0.0, mean: 0.0 },
+        check: Check::Sane(|seed| Extremes::wild(seed as u64).subject()),
+    },
+];
+
+const SEEDS: Values = Values::Seeds { first: 0, end: 48 };
+const CLAIM: [f64; 2] = [0.0, 47.0];
