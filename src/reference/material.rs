@@ -87,6 +87,7 @@ pub fn surface(
     let ambient = if is_phong { f64::from(material.ambient) } else { 1.0 };
     let surface = Surface {
         position,
+        ray: None,
         normal: normal * facing,
         geometric_normal: geometric_normal * facing,
         brdf,

@@ -9,6 +9,9 @@ use crate::scene::Brdf;
 pub struct Surface {
     /// Relative to the camera, in metres, along the axes of the world.
     pub position: DVec3,
+    /// Along which it is seen from the camera, of any length; `None`: straight, from the camera to the place. A place that was rounded lies beside
+    /// the ray that found it.
+    pub ray: Option<DVec3>,
     /// Shading normal, turned to the side that is seen; unit length.
     pub normal: DVec3,
     /// The interpolated normal without the normal map, turned likewise; unit length.

@@ -9,6 +9,7 @@ use glam::DVec3;
 pub fn radiance(material: &Material, lights: &[Light], point: DVec3, normal: DVec3, eye: DVec3) -> DVec3 {
     let surface = Surface {
         position: point - eye,
+        ray: None,
         normal,
         geometric_normal: normal,
         brdf: material.brdf,

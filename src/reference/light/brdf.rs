@@ -47,7 +47,7 @@ impl<R: Real> Reflector<R> {
     /// Seen from the camera, to which the surface's position is relative. At the camera itself it is seen from straight above.
     pub fn new(surface: &Surface, smith: Smith) -> Self {
         let normal: Vector3<R> = vector(surface.normal);
-        let view = unit(&-vector::<R>(surface.position)).unwrap_or(normal);
+        let view = unit(&-vector::<R>(surface.ray.unwrap_or(surface.position))).unwrap_or(normal);
         let (albedo, metallic) = (vector::<R>(surface.albedo), R::of(surface.metallic));
         let (diffuse, specular) = match surface.brdf {
             Brdf::CookTorrance => {

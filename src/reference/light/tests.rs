@@ -12,6 +12,7 @@ use crate::scene::{Brdf, Falloff, LightKind};
 fn mirror(alpha: f64) -> Surface {
     Surface {
         position: DVec3::NEG_Y,
+        ray: None,
         normal: DVec3::Y,
         geometric_normal: DVec3::Y,
         brdf: Brdf::CookTorrance,

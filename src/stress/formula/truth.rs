@@ -42,6 +42,7 @@ fn surface(input: &Input, brdf: Brdf) -> Surface {
     Surface {
         // Relative to the eye.
         position: -unit(input, 4),
+        ray: None,
         normal: unit(input, 0),
         geometric_normal: unit(input, 0),
         brdf,

@@ -108,6 +108,8 @@ impl Seen<'_> {
     fn surface(&self, set: usize) -> Surface {
         let mut surface = *self.truth;
         if set & POSITION != 0 {
+            // Shaders look along the ray of the pixel, wherever the place is.
+            surface.ray = Some(surface.position);
             surface.position = self.own.position;
         }
         match (set & TEXTURES != 0, set & GBUFFER != 0) {
@@ -173,6 +175,7 @@ mod tests {
     fn surface() -> Surface {
         Surface {
             position: DVec3::new(0.0, -2.0, 0.0),
+            ray: None,
             normal: DVec3::Y,
             geometric_normal: DVec3::Y,
             brdf: Brdf::Lambert,
