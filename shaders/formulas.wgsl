@@ -101,7 +101,7 @@ fn evaluate(in: Input) -> vec4<f32> {
         case 2u: { return vec4(phong_of(in, BLINN_PHONG), 0.0); }
         case 3u: { return vec4(distribution_of(in), 0.0, 0.0, 0.0); }
         case 4u: { return vec4(masking_of(in), 0.0, 0.0, 0.0); }
-        case 5u: { return vec4(schlick(in.a.xyz, 1.0 - in.a.w), 0.0); }
+        case 5u: { return vec4(schlick(in.a.xyz, in.a.w), 0.0); }
         case 6u: { return vec4(ambient_of(in), 0.0); }
         case 7u: { return vec4(strength_of(light_of(in)), 0.0, 0.0, 0.0); }
         case 8u: { return vec4(octahedral_decode(octahedral(in.a.xyz)), 0.0); }

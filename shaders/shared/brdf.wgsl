@@ -76,10 +76,11 @@ fn smith_root(cosine: f32, alpha_squared: f32) -> f32 {
     return sqrt(cosine * cosine * (1.0 - alpha_squared) + alpha_squared);
 }
 
-// Schlick's Fresnel of 1 - VdotH.
-fn schlick(facing: vec3<f32>, rest: f32) -> vec3<f32> {
-    let rest2 = rest * rest;
-    return facing + (vec3(1.0) - facing) * (rest2 * rest2 * rest);
+// Schlick's Fresnel.
+fn schlick(facing: vec3<f32>, v_dot_h: f32) -> vec3<f32> {
+    let x = 1.0 - v_dot_h;
+    let x2 = x * x;
+    return facing + (vec3(1.0) - facing) * (x2 * x2 * x);
 }
 
 struct Half {
@@ -108,10 +109,8 @@ fn ggx_lobe(normal: vec3<f32>, half: vec3<f32>, alpha_squared: f32, smith: f32) 
 // GGX D, height-correlated Smith V, Schlick F, and the uncoupled lambert base (1 - F)(1 - metallic) albedo / pi.
 fn cook_torrance(s: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
     let half = half_vector(light + s.view);
-    // 1 - V.H = 1 - |l + v| / 2 for unit vectors, by |l - v|: the difference would cancel where light and eye are on one side, and a black metal
-    // shows its fifth power alone.
-    let apart = light - s.view;
-    let fresnel = schlick(s.specular, min(dot(apart, apart) / (4.0 + 2.0 * half.length), 1.0));
+    // V.H = |l + v| / 2 for unit vectors.
+    let fresnel = schlick(s.specular, min(0.5 * half.length, 1.0));
     let smith = n_dot_l * s.smith_v + s.n_dot_v * smith_root(n_dot_l, s.alpha_squared);
     // Where light and eye are opposite there is no half vector, and the lobe does not reach there.
     let lobe = select(0.0, ggx_lobe(s.normal, half.direction, s.alpha_squared, smith), half.length > 0.0);

@@ -123,9 +123,12 @@ impl<'a> Reference<'a> {
         hit.map_or(1.0, |hit| self.share(&Receiver::of(&self.geometry, &hit, &ray), light, Points::All))
     }
 
-    /// The light that comes from a place of the picture, in nits, as [`Mode::Point`] has it for the middles of pixels.
-    pub fn light(&self, view: &View, smith: Smith, place: DVec2) -> [f64; 3] {
-        self.look(&Lens::of(view), place, smith, Points::All, &mut Vec::new()).radiance.to_array()
+    /// The light, in nits, that what is seen at a place of the picture sends along the ray through another, as [`Mode::Point`] has it where both
+    /// are the middle of a pixel.
+    pub fn light(&self, view: &View, smith: Smith, place: DVec2, along: DVec2) -> [f64; 3] {
+        let lens = Lens::of(view);
+        let along = Some(lens.ray(along).direction);
+        self.look(&lens, place, smith, Points::All, along, &mut Vec::new()).radiance.to_array()
     }
 
     /// Renders a picture. The same on any number of threads, to the last bit.
@@ -154,7 +157,7 @@ impl<'a> Reference<'a> {
         rows.for_each_init(Vec::new, |transparent, (y, (radiance, triangles))| {
             for x in 0..width {
                 let place = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-                let seen = self.look(&lens, place, smith, Points::All, transparent);
+                let seen = self.look(&lens, place, smith, Points::All, None, transparent);
                 (radiance[x], triangles[x]) = (seen.radiance.to_array(), seen.triangle);
             }
             let before = done.fetch_add(width as u64, std::sync::atomic::Ordering::Relaxed);
@@ -185,7 +188,7 @@ impl<'a> Reference<'a> {
                 for sample in first..first + count {
                     let place = corner + sampling::in_pixel(sample, pixel);
                     let points = Points::One { sample, pixel };
-                    let radiance = self.look(&lens, place, smith, points, transparent).radiance;
+                    let radiance = self.look(&lens, place, smith, points, None, transparent).radiance;
                     add(radiance, sample + 1, &mut means[x], &mut squares[x]);
                 }
             }
@@ -196,12 +199,21 @@ impl<'a> Reference<'a> {
     }
 
     /// What comes to the eye at a place of the picture: the nearest opaque surface or the background, and over it what is transparent.
-    fn look(&self, lens: &Lens, place: DVec2, smith: Smith, points: Points, transparent: &mut Vec<Hit>) -> Seen {
+    /// [`Surface::ray`] is `along`.
+    fn look(
+        &self,
+        lens: &Lens,
+        place: DVec2,
+        smith: Smith,
+        points: Points,
+        along: Option<DVec3>,
+        transparent: &mut Vec<Hit>,
+    ) -> Seen {
         let ray = lens.ray(place);
         let nearest = self.geometry.seen(&ray, lens.near, transparent);
         let background = self.scene.environment.background.as_dvec3();
-        let behind = nearest.map_or(background, |hit| self.shown(&hit, &ray, smith, points, DVec3::ZERO));
-        let over = |behind, hit: &Hit| self.shown(hit, &ray, smith, points, behind);
+        let behind = nearest.map_or(background, |hit| self.shown(&hit, (&ray, along), smith, points, DVec3::ZERO));
+        let over = |behind, hit: &Hit| self.shown(hit, (&ray, along), smith, points, behind);
         let radiance = transparent.iter().fold(behind, over);
         Seen { radiance, triangle: nearest.map(|hit| self.geometry.triangles[hit.triangle].id) }
     }
@@ -212,8 +224,16 @@ impl<'a> Reference<'a> {
     }
 
     /// What a surface shows towards the eye, over what lies behind it.
-    fn shown(&self, hit: &Hit, ray: &Ray, smith: Smith, points: Points, behind: DVec3) -> DVec3 {
+    fn shown(
+        &self,
+        hit: &Hit,
+        (ray, along): (&Ray, Option<DVec3>),
+        smith: Smith,
+        points: Points,
+        behind: DVec3,
+    ) -> DVec3 {
         let (surface, mode) = self.surface_of(hit, ray);
+        let surface = Surface { ray: along, ..surface };
         let (lights, environment) = (&self.lights, &self.scene.environment);
         let illumination = Illumination { lights, environment, eye: ray.origin, smith };
         let mut receiver = None;

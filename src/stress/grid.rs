@@ -2,7 +2,8 @@
 //!
 //! A rasterizer snaps vertices to steps of 1 / 2^`subPixelPrecisionBits` of a pixel (Vulkan, "Limits"), at least 1/16 and mostly 1/256, and what it
 //! interpolates moves along: what a pixel shows lies up to half a step beside its middle, to either side and up or down. How much light changes over
-//! so small a part of a pixel is no error of how it is computed. CPU devices have no part in it: lavapipe interpolates from where vertices are.
+//! so small a part of a pixel is no error of how it is computed. The direction to the eye is the pixel's own and stays. CPU devices have no part
+//! in it: lavapipe interpolates from where vertices are.
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -66,7 +67,7 @@ pub fn spans(half_step: f64, reference: &Reference, view: &View, smith: Smith, m
             let offsets = (-count..=count).flat_map(|y| (-count..=count).map(move |x| (x, y)));
             let places =
                 offsets.map(|(x, y)| place + DVec2::new(f64::from(x), f64::from(y)) * (half_step / f64::from(count)));
-            places.fold(Span::of(middle), |span, place| span.with(reference.light(view, smith, place)))
+            places.fold(Span::of(middle), |span, aside| span.with(reference.light(view, smith, aside, place)))
         };
         let coarse = among(COARSE);
         let changes =
@@ -109,7 +110,8 @@ mod tests {
         };
         assert!(sum(&exact) < sum(&small) && sum(&small) < sum(&large), "{} {}", sum(&small), sum(&large));
         // Half a pixel aside is beyond a quarter, and where light has a slope it shows.
-        let aside = reference.light(&view, smith, DVec2::new(32.9, 18.5));
+        let place = DVec2::new(32.9, 18.5);
+        let aside = reference.light(&view, smith, place, place);
         let seen = |spans: &[Span]| spans[18 * 64 + 32].distance(aside);
         assert!(seen(&small) > 0.0 && seen(&large) < seen(&small), "{} {}", seen(&small), seen(&large));
     }
