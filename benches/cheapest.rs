@@ -21,7 +21,7 @@ use afterlight::gpu::{
 use afterlight::measure::Distribution;
 use afterlight::passes::copy;
 use afterlight::scene::{
-    AlphaMode, Brdf, Camera, Light, LightKind, Material, Mesh, Object, Scene, Settings, exposure_scale,
+    AlphaMode, Brdf, Camera, Light, LightKind, Material, Mesh, Object, Projection, Scene, Settings, exposure_scale,
 };
 use bytemuck::{Pod, Zeroable};
 use glam::{DAffine3, DMat4, DVec3, DVec4, Mat4, Vec3};
@@ -148,7 +148,11 @@ fn scene(triangles: usize) -> Scene {
         meshes: vec![mesh],
         materials: vec![material],
         lights: vec![light],
-        camera: Camera { position: DVec3::new(0.0, 0.0, 3.0), fov_y_degrees: 45.0, ..Camera::default() },
+        camera: Camera {
+            position: DVec3::new(0.0, 0.0, 3.0),
+            projection: Projection::perspective(45.0),
+            ..Camera::default()
+        },
         ..Scene::default()
     }
 }
@@ -411,7 +415,7 @@ fn pipeline(device: &Arc<Device>, render_pass: vk::RenderPass, layout: vk::Pipel
 
 /// Reversed Z with an infinite far plane, Y down: z = near, w = distance.
 fn clip_from_mesh(camera: &Camera, aspect: f64) -> Mat4 {
-    let tan_y = (camera.fov_y_degrees.to_radians() * 0.5).tan();
+    let tan_y = camera.half_height();
     let (right, down) = (camera.right() / (tan_y * aspect), -camera.up() / tan_y);
     let rows = [right.extend(0.0), down.extend(0.0), DVec4::W * camera.near, camera.forward().extend(0.0)];
     let clip_from_world = DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose();

@@ -5,7 +5,7 @@
 // requires: CLUSTERED -> LIGHTS
 // requires: SHADOW -> LIGHTS
 // precise
-#import afterlight::frame::{frame, view_ray}
+#import afterlight::frame::{frame, view_ray, ORTHOGRAPHIC}
 #import afterlight::encodings::{encode_shininess}
 #import afterlight::brdf::{Surface}
 #import afterlight::material::{plain_point, push, unit_or, world_normal, world_position, world_tangent}
@@ -179,7 +179,7 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
     var texel: Texel;
     texel.position = in.world;
     // The middle of a pixel of several samples may lie beside the triangle.
-    texel.ray = select(view_ray(in.position.xy), in.world, MULTISAMPLED);
+    texel.ray = select(view_ray(in.position.xy), in.world, MULTISAMPLED && !ORTHOGRAPHIC);
     texel.normal = normal * facing;
     texel.geometric_normal = geometric * facing;
     texel.albedo = select(point.base.rgb, vec3(1.0), LIGHT_ONLY);

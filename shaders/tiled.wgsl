@@ -4,7 +4,7 @@
 // variants: UNIFORM_BUFFER SHADOW MATERIAL SPECULAR POSITION NORMAL_UINT EMISSIVE LINEAR_OUTPUT
 // requires: SPECULAR -> MATERIAL
 // precise
-#import afterlight::frame::{frame, view_ray}
+#import afterlight::frame::{across, distance_at, frame, ORTHOGRAPHIC}
 #import afterlight::gbuffer::{load_depth, load_texel}
 #import afterlight::shading::{light_everywhere, punctual_light, surface_of, Everywhere, Model}
 #import afterlight::tonemapping::{encode_srgb, tone_map}
@@ -66,38 +66,52 @@ var<workgroup> nearest: atomic<u32>;
 var<workgroup> masks: array<atomic<u32>, WORDS>;
 var<workgroup> summary: array<atomic<u32>, SUMMARY_WORDS>;
 
-// The volume of a tile: planes through the eye, their normals pointing inside, and an interval of distances along the view.
+// The volume of a tile: planes through the eye, or beside it where rays are parallel, their normals pointing inside; and an interval of distances
+// along the view.
 struct Tile {
-    left: vec3<f32>,
-    right: vec3<f32>,
-    top: vec3<f32>,
-    bottom: vec3<f32>,
+    left: vec4<f32>,
+    right: vec4<f32>,
+    top: vec4<f32>,
+    bottom: vec4<f32>,
     begin: f32,
     end: f32,
 }
 
 fn tile_of(corner: vec2<f32>) -> Tile {
     // Steps of a tile, from the axes: the difference of two rays would cancel where the field of view is narrow.
-    let across = frame.ray_x * (f32(TILE) * frame.pixel_width);
+    let right = frame.ray_x * (f32(TILE) * frame.pixel_width);
     let down = frame.ray_y * (f32(TILE) * frame.pixel_height);
-    let first = view_ray(corner);
-    let last = view_ray(corner + f32(TILE));
+    let first = across(corner);
+    let last = across(corner + f32(TILE));
     var tile: Tile;
-    tile.left = inward(cross(first, down), across);
-    tile.right = inward(cross(last, down), -across);
-    tile.top = inward(cross(first, across), down);
-    tile.bottom = inward(cross(last, across), -down);
+    if ORTHOGRAPHIC {
+        tile.left = beside(first, right);
+        tile.right = beside(last, -right);
+        tile.top = beside(first, down);
+        tile.bottom = beside(last, -down);
+    } else {
+        tile.left = inward(cross(first, down), right);
+        tile.right = inward(cross(last, down), -right);
+        tile.top = inward(cross(first, right), down);
+        tile.bottom = inward(cross(last, right), -down);
+    }
     return tile;
 }
 
-// Whichever way the axes turn, `towards` leads inside.
-fn inward(normal: vec3<f32>, towards: vec3<f32>) -> vec3<f32> {
-    return normalize(normal) * select(-1.0, 1.0, dot(normal, towards) >= 0.0);
+// A plane through the eye. Whichever way the axes turn, `towards` leads inside.
+fn inward(normal: vec3<f32>, towards: vec3<f32>) -> vec4<f32> {
+    return vec4(normalize(normal) * select(-1.0, 1.0, dot(normal, towards) >= 0.0), 0.0);
+}
+
+// A plane through a place, along the view.
+fn beside(place: vec3<f32>, towards: vec3<f32>) -> vec4<f32> {
+    let normal = normalize(towards);
+    return vec4(normal, -dot(normal, place));
 }
 
 fn touches(tile: Tile, sphere: vec4<f32>) -> bool {
-    let p = sphere.xyz;
-    let along = dot(p, frame.forward);
+    let p = vec4(sphere.xyz, 1.0);
+    let along = dot(sphere.xyz, frame.forward);
     let side = min(min(dot(tile.left, p), dot(tile.right, p)), min(dot(tile.top, p), dot(tile.bottom, p)));
     return side > -sphere.w && along + sphere.w > tile.begin && along - sphere.w < tile.end;
 }
@@ -130,8 +144,8 @@ fn main(
     }
     workgroupBarrier();
     var tile = tile_of(vec2<f32>(group.xy * TILE));
-    tile.begin = frame.near / bitcast<f32>(atomicLoad(&nearest));
-    tile.end = frame.near / bitcast<f32>(atomicLoad(&farthest));
+    tile.begin = distance_at(bitcast<f32>(atomicLoad(&nearest)));
+    tile.end = distance_at(bitcast<f32>(atomicLoad(&farthest)));
 
     var texel = load_texel(clamp(pixel, vec2(0.5), vec2<f32>(size) - 0.5), NORMAL_ENCODING, GEOMETRIC_STEPS);
     texel.albedo = select(texel.albedo, vec3(1.0), LIGHT_ONLY);

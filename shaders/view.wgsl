@@ -106,7 +106,7 @@ fn show(texel: Texel) -> vec4<f32> {
     switch SHOW {
         case SHOW_POSITION: {
             if !ENCODED_OUTPUT {
-                return vec4(texel.position, 1.0);
+                return vec4(texel.position + frame.eye_ahead * frame.forward, 1.0);
             }
             // Sign and logarithm: a thousandth of the scene's radius and its whole both show.
             let p = (texel.position + frame.camera_in_scene) / frame.scene_radius;
@@ -124,7 +124,7 @@ fn show(texel: Texel) -> vec4<f32> {
         case SHOW_ROUGHNESS: { return plain(vec3(texel.roughness)); }
         case SHOW_DEPTH: {
             if !ENCODED_OUTPUT {
-                return vec4(vec3(dot(texel.position, frame.forward)), 1.0);
+                return vec4(vec3(dot(texel.position, frame.forward) + frame.eye_ahead), 1.0);
             }
             return plain(vec3(1.0 / (1.0 + 2.0 * length(texel.position) / frame.scene_radius)));
         }

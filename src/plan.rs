@@ -8,6 +8,7 @@ mod boxes;
 mod checks;
 mod clusters;
 mod cost;
+mod depth;
 mod error;
 mod frustum;
 mod gbuffer;
@@ -33,8 +34,9 @@ mod visible;
 mod volumes;
 mod warnings;
 
-pub use clusters::{Clusters, Grid, SLICES, TILE, slice_of};
+pub use clusters::{Clusters, Grid, SLICES, TILE};
 pub use cost::Cost;
+pub use depth::{Depth, Eye};
 pub use error::Error;
 pub use gbuffer::{Gbuffer, NormalEncoding, format_bytes};
 pub use geometry::{ForwardKey, GeometryKey, Opacity, Streams, TextureMask};
@@ -47,7 +49,7 @@ pub use meshes::{IndexWidth, MeshPlan, PlannedMesh};
 pub use output::{HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping};
 pub use parts::{Part, PartGroup};
 pub use shadows::{
-    Caster, MAX_SHADOW_VIEWS, MapDraw, Projection, Receivers, ShadowCache, ShadowLight, ShadowPlan, ShadowView, Tile,
+    Caster, MAX_SHADOW_VIEWS, MapDraw, MapProjection, Receivers, ShadowCache, ShadowLight, ShadowPlan, ShadowView, Tile,
 };
 pub use surfaces::PlannedBrdf;
 pub use textures::{PlannedTexture, TexturePlan, TextureSource};
@@ -175,6 +177,8 @@ pub struct FramePlan {
     pub metal: bool,
     /// As [`Settings::textbook`] says.
     pub textbook: bool,
+    /// Whether frames have an orthographic camera. Pipelines know which.
+    pub orthographic: bool,
     /// Every material's, whatever it says itself.
     pub brdf_override: Option<Brdf>,
     pub lights: PlannedLights,
@@ -307,6 +311,7 @@ impl FramePlan {
                 || (transparent && surfaces.transparent_metal)
                 || keep.has(OptionalPart::MetallicChannel),
             textbook: settings.textbook,
+            orthographic: scene.camera.is_orthographic(),
             brdf_override: settings.brdf,
             lights,
             light_order,
@@ -479,15 +484,15 @@ impl FramePlan {
     /// Whether a directional light has shadow maps. lavapipe runs both sides of every branch, so that a lookup which no light needs is left out
     /// by a constant.
     pub fn has_directional_shadows(&self) -> bool {
-        self.lights.directional && self.has_shadows_of(|projection| matches!(projection, Projection::Cascades(_)))
+        self.lights.directional && self.has_shadows_of(|projection| matches!(projection, MapProjection::Cascades(_)))
     }
 
     /// Whether a point or spot light has shadow maps.
     pub fn has_punctual_shadows(&self) -> bool {
-        self.lights.punctual && self.has_shadows_of(|projection| !matches!(projection, Projection::Cascades(_)))
+        self.lights.punctual && self.has_shadows_of(|projection| !matches!(projection, MapProjection::Cascades(_)))
     }
 
-    fn has_shadows_of(&self, kind: impl Fn(Projection) -> bool) -> bool {
+    fn has_shadows_of(&self, kind: impl Fn(MapProjection) -> bool) -> bool {
         let kept = self.keep.has(OptionalPart::ShadowMaps);
         self.shadow.as_ref().is_some_and(|shadow| kept || shadow.lights.iter().any(|light| kind(light.projection)))
     }

@@ -5,8 +5,8 @@ mod common;
 use afterlight::frame::{Drawn, Picture, Renderer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, Camera, Falloff, Keep, Light, LightKind, LightPath, Material, OptionalPart, Output, Scene, Settings,
-    ShadowFilter, ShadowSettings, Transparency, View,
+    AlphaMode, Camera, Falloff, Keep, Light, LightKind, LightPath, Material, OptionalPart, Output, Projection, Scene,
+    Settings, ShadowFilter, ShadowSettings, Transparency, View,
 };
 use common::compare::assert_identical;
 use common::gpu::{Gpu, on_gpu};
@@ -77,7 +77,7 @@ fn street() -> Scene {
 /// Down the street, across it, at the ground, and away from it all.
 fn cameras() -> [Camera; 4] {
     let looking = |from: [f64; 3], to: [f64; 3]| Camera {
-        fov_y_degrees: 50.0,
+        projection: Projection::perspective(50.0),
         near: 0.05,
         ..Camera::looking_at(DVec3::from(from), DVec3::from(to), DVec3::Y)
     };
@@ -87,6 +87,11 @@ fn cameras() -> [Camera; 4] {
         looking([-1.0, 1.5, -16.0], [-1.2, 0.0, -16.5]),
         looking([0.0, 2.0, 4.0], [0.0, 5.0, 9.0]),
     ]
+}
+
+/// The same, in parallel rays that show so much from top to bottom.
+fn parallel_cameras(height: f64) -> [Camera; 4] {
+    cameras().map(|camera| Camera { projection: Projection::orthographic(height), ..camera })
 }
 
 /// Draws each view with the part and without it, and returns what the frames drew: lean first.
@@ -264,5 +269,48 @@ fn objects_behind_others_are_not_missed() {
             renderer.picture(&scene.camera, || {}).unwrap_or_else(|error| panic!("{error}"))
         });
         assert_identical(&pictures[0], &pictures[1], "several samples");
+    });
+}
+
+/// A scene whose frames are planned for parallel rays.
+fn in_parallel(scene: Scene, height: f64) -> Scene {
+    let camera = Camera { projection: Projection::orthographic(height), ..scene.camera };
+    Scene { name: format!("{} in parallel rays", scene.name), camera, ..scene }
+}
+
+#[test]
+fn nothing_is_missed_where_rays_are_parallel() {
+    on_gpu(|gpu| {
+        let (scene, cameras) = (in_parallel(shadowed_street(), 3.0), parallel_cameras(3.0));
+        let shadows = ShadowSettings { size: 256, ..ShadowSettings::default() };
+        for (layout, msaa) in [("float32", 1), ("lean", 4)] {
+            let base = Settings { shadows, msaa, gbuffer: gbuffer(layout), ..exact(83, 47) };
+            let lights = both(gpu, &scene, &base, OptionalPart::IdleLights, &cameras);
+            assert!(lights.iter().all(|[lean, full]| lean.lights < full.lights), "{lights:?}");
+            // The first sees the whole street.
+            let objects = both(gpu, &scene, &base, OptionalPart::OffscreenObjects, &cameras[1..]);
+            assert!(objects.iter().all(|[lean, full]| lean.objects < full.objects), "{objects:?}");
+            for filter in [ShadowFilter::Box3, ShadowFilter::Pcss] {
+                let settings = Settings { shadows: ShadowSettings { filter, ..shadows }, ..base.clone() };
+                let casters = both(gpu, &scene, &settings, OptionalPart::IdleCasters, &cameras[..3]);
+                let sum = |which: usize| casters.iter().map(|drawn| drawn[which].casters).sum::<usize>();
+                assert!(sum(0) < sum(1), "{casters:?}");
+            }
+        }
+        for light_path in [LightPath::PerLight, LightPath::Volumes, LightPath::Clustered, LightPath::Compute] {
+            let settings = Settings { light_path, ..exact(83, 47) };
+            both(gpu, &scene, &settings, OptionalPart::IdleLights, &cameras);
+        }
+        let rooms = in_parallel(rooms(), 12.0);
+        let looking = |turn: f64, back: f64| Camera {
+            rotation: DQuat::from_rotation_y(turn),
+            position: DVec3::new(turn, 0.3, back),
+            ..rooms.camera
+        };
+        let settings = Settings { shadows, ..exact(320, 180) };
+        let views = [looking(0.0, 0.0), looking(0.2, 1.0), looking(-0.3, 900.0)];
+        let drawn = both(gpu, &rooms, &settings, OptionalPart::OccludedObjects, &views);
+        println!("{drawn:?}");
+        assert!(drawn.iter().map(|[lean, _]| lean.occluded).sum::<usize>() > 50, "{drawn:?}");
     });
 }

@@ -11,7 +11,7 @@ use afterlight::frame::Picture;
 use afterlight::gpu::vk;
 use afterlight::plan::{Gbuffer, NormalEncoding};
 use afterlight::scene::builtin::shapes::MeshBuilder;
-use afterlight::scene::{Brdf, Camera, Falloff, Light, Material, Scene, Settings, TARGETS};
+use afterlight::scene::{Brdf, Camera, Falloff, Light, Material, Projection, Scene, Settings, TARGETS};
 use common::compare::assert_identical;
 use common::gpu::{Gpu, nits, on_gpu, places};
 use common::stage::{add, exact, gbuffer, lambert, point, stage};
@@ -203,7 +203,11 @@ impl Case {
     fn camera(&self) -> Camera {
         let position = DVec3::new(0.5, 0.3, 1.0).normalize() * self.distance;
         let fov_y_degrees = 2.0 * (0.8 / self.distance).atan().to_degrees();
-        Camera { fov_y_degrees, near: 0.125, ..Camera::looking_at(position, DVec3::ZERO, DVec3::Y) }
+        Camera {
+            projection: Projection::perspective(fov_y_degrees),
+            near: 0.125,
+            ..Camera::looking_at(position, DVec3::ZERO, DVec3::Y)
+        }
     }
 
     /// Where the ray through a pixel's centre meets the triangle.

@@ -148,7 +148,7 @@ fn five_percent_of_light_and_a_pixel_aside_are_noticed() {
                 Settings { exposure: settings.exposure.map(|ev100| ev100 - 1.05f32.log2()), ..settings.clone() };
             let (mean, _) = flip_error(&good, &rgb(&scene, &brighter));
             assert!(mean > LARGEST_MEAN, "{spec}, 5% more light: {mean}");
-            let pixel = 2.0 * (scene.camera.fov_y_degrees.to_radians() * 0.5).tan() / f64::from(SIZE.1);
+            let pixel = 2.0 * scene.camera.half_height() / f64::from(SIZE.1);
             scene.camera.rotation *= glam::DQuat::from_rotation_y(pixel);
             let (mean, _) = flip_error(&good, &rgb(&scene, &settings));
             assert!(mean > LARGEST_MEAN, "{spec}, a pixel aside: {mean}");

@@ -5,7 +5,7 @@ mod common;
 use afterlight::frame::Picture;
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    Brdf, Camera, Falloff, HdrFormat, Light, LightKind, LightPath, Material, Scene, Settings, ShadowFilter,
+    Brdf, Camera, Falloff, HdrFormat, Light, LightKind, LightPath, Material, Projection, Scene, Settings, ShadowFilter,
     ShadowSettings, Tonemap,
 };
 use common::gpu::{Gpu, bytes, floats, on_gpu};
@@ -54,7 +54,8 @@ fn crowd(count: u32) -> Scene {
     // Far behind an edge, so that a tile holds near and far; and the sky beyond.
     scene.objects[0].transform = at(0.0, 0.0, -0.5);
     add(&mut scene, rectangle([-0.1, -9.0], [0.1, 9.0], -7.0), lambert(0.9), DAffine3::IDENTITY);
-    scene.camera = Camera { fov_y_degrees: 75.0, rotation: DQuat::from_rotation_y(0.2), ..scene.camera };
+    scene.camera =
+        Camera { projection: Projection::perspective(75.0), rotation: DQuat::from_rotation_y(0.2), ..scene.camera };
     scene.environment.ambient = Vec3::splat(0.02);
     scene.environment.background = Vec3::new(0.05, 0.1, 0.3);
     scene
@@ -90,9 +91,13 @@ fn scenes() -> Vec<Scene> {
     let mut glowing = crowd(12);
     glowing.name = "glowing crowd".into();
     glowing.materials[1].emissive = Vec3::new(0.3, 0.1, 0.0);
+    let mut parallel = crowd(40);
+    parallel.name = "crowd in parallel rays".into();
+    parallel.camera.projection = Projection::orthographic(1.8);
     vec![
         crowd(0),
         crowd(40),
+        parallel,
         crowd(150),
         glowing,
         open("builtin:field?objects=60&lights=24&range=12"),
@@ -167,7 +172,10 @@ fn a_telescope_sees_what_the_loop_sees() {
         let scene = crowd(40);
         for (fov_y_degrees, turn) in [(1.0, 0.1), (0.05, -0.15)] {
             let rotation = DQuat::from_rotation_y(turn) * DQuat::from_rotation_x(-0.12) * DQuat::from_rotation_z(0.7);
-            let narrow = Scene { camera: Camera { fov_y_degrees, rotation, ..scene.camera }, ..scene.clone() };
+            let narrow = Scene {
+                camera: Camera { projection: Projection::perspective(fov_y_degrees), rotation, ..scene.camera },
+                ..scene.clone()
+            };
             let settings = exact(SIZE.0, SIZE.1);
             let expected = draw(gpu, &narrow, &settings, LightPath::Loop);
             for path in SAME_ORDER {

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use afterlight::frame::Picture;
 use afterlight::scene::{
-    Brdf, Camera, ColorSpace, Environment, Falloff, Light, Material, Scene, Settings, Texture, View,
+    Brdf, Camera, ColorSpace, Environment, Falloff, Light, Material, Projection, Scene, Settings, Texture, View,
 };
 use common::gpu::{code, nits, on_gpu, places};
 use common::stage::{
@@ -398,7 +398,8 @@ fn stripes_that_are_seen_along_stay_apart_as_far_as_anisotropy_goes() {
         scene.textures.push(Texture { name, size, color_space: ColorSpace::Linear, texels: texels.collect() });
         scene.materials[0].base_color_texture = Some(0);
         let eye = DVec3::new(0.0, -9.0, 0.6);
-        scene.camera = Camera { fov_y_degrees: 60.0, ..Camera::looking_at(eye, eye + DVec3::Y, DVec3::Z) };
+        scene.camera =
+            Camera { projection: Projection::perspective(60.0), ..Camera::looking_at(eye, eye + DVec3::Y, DVec3::Z) };
         let contrast = |anisotropy| {
             let picture = gpu.draw(&scene, &Settings { view: View::Albedo, anisotropy, ..exact(96, 64) });
             // 6 m away a pixel is 7 texels wide and 69 long.

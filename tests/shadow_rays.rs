@@ -32,7 +32,10 @@ fn scene(light: Light) -> Scene {
     }
     scene.lights = vec![Light { casts_shadow: true, ..light }];
     let eye = DVec3::new(1.0, 4.5, 6.5);
-    scene.camera = Camera { fov_y_degrees: 50.0, ..Camera::looking_at(eye, DVec3::new(0.0, 0.3, 0.0), DVec3::Y) };
+    scene.camera = Camera {
+        projection: Projection::perspective(50.0),
+        ..Camera::looking_at(eye, DVec3::new(0.0, 0.3, 0.0), DVec3::Y)
+    };
     scene
 }
 
@@ -93,7 +96,7 @@ fn is_lit(light: &Light, place: DVec3, normal: DVec3) -> bool {
 
 /// Where a pixel's centre is seen, and the surface's normal there.
 fn seen(camera: &Camera, x: u32, y: u32) -> Option<(DVec3, DVec3)> {
-    let tan = (camera.fov_y_degrees.to_radians() * 0.5).tan();
+    let tan = camera.half_height();
     let [width, height] = SIZE.map(f64::from);
     let across = ((f64::from(x) + 0.5) * 2.0 / width - 1.0) * width / height;
     let down = (f64::from(y) + 0.5) * 2.0 / height - 1.0;
@@ -308,7 +311,7 @@ fn more_cascades_make_finer_shadows_near_the_camera() {
         };
         // Just above the floor, with the far end of it in view.
         let camera = Camera::looking_at(DVec3::new(-2.2, 0.5, 2.2), DVec3::new(-1.0, 0.3, 0.0), DVec3::Y);
-        scene.camera = Camera { fov_y_degrees: 60.0, ..camera };
+        scene.camera = Camera { projection: Projection::perspective(60.0), ..camera };
         let (one, four) = (wrong(&scene, 1), wrong(&scene, 4));
         println!("one map {one}, four {four}");
         assert!(four < 0.6 * one, "{one} {four}");
@@ -371,7 +374,7 @@ fn a_soft_shadow_is_as_wide_as_its_light_and_distance_make_it() {
             scene.lights = vec![Light { casts_shadow: true, ..light }];
             // Beside the edge, so that the board does not hide its shadow.
             let down = Camera::looking_at(DVec3::new(2.0, 0.7 * height, 0.0), DVec3::ZERO, DVec3::Y);
-            scene.camera = Camera { fov_y_degrees: 60.0, near: 0.01, ..down };
+            scene.camera = Camera { projection: Projection::perspective(60.0), near: 0.01, ..down };
             let shadows =
                 ShadowSettings { filter: ShadowFilter::Pcss, size: 4096, cascades: 1, ..ShadowSettings::default() };
             let settings = |shadows| Settings { shadows, ..exact(SIZE[0], SIZE[1]) };
@@ -379,7 +382,7 @@ fn a_soft_shadow_is_as_wide_as_its_light_and_distance_make_it() {
             let bare = gpu.draw(&scene, &settings(ShadowSettings { enabled: false, ..shadows }));
             // Where on the floor each share of the light begins, averaged over all rows.
             let (mut sum, mut half) = (0.0, 0.0);
-            let tan = (scene.camera.fov_y_degrees.to_radians() * 0.5).tan();
+            let tan = scene.camera.half_height();
             let mut samples: Vec<(f64, f64)> = Vec::new();
             for (x, y) in common::gpu::places(&shaded) {
                 let [w, h] = SIZE.map(f64::from);

@@ -8,7 +8,7 @@ use afterlight::frame::{Drawn, Picture, Renderer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
     AlphaMode, Camera, CastsShadow, ColorSpace, Falloff, Keep, Light, LightKind, LightPath, Material, OptionalPart,
-    Output, Scene, Settings, ShadowFilter, ShadowSettings, Texture, View,
+    Output, Projection, Scene, Settings, ShadowFilter, ShadowSettings, Texture, View,
 };
 use common::compare::assert_identical;
 use common::gpu::{Gpu, bytes, nits, on_gpu, on_gpu_in_both_modes, places};
@@ -56,7 +56,7 @@ fn floor_and_block(towards: DVec3, offset: DVec3) -> Scene {
     add(&mut scene, block, lambert(ALBEDO), at((BLOCK.high + BLOCK.low) * 0.5));
     scene.lights = vec![sun(towards, LUX)];
     let eye = DVec3::new(1.0, 4.0, 6.5) + offset;
-    scene.camera = Camera { fov_y_degrees: 50.0, ..Camera::looking_at(eye, offset, DVec3::Y) };
+    scene.camera = Camera { projection: Projection::perspective(50.0), ..Camera::looking_at(eye, offset, DVec3::Y) };
     scene
 }
 
@@ -67,7 +67,7 @@ fn settings(text: &str) -> Settings {
 
 /// The ray through a pixel's centre.
 fn ray(camera: &Camera, x: u32, y: u32) -> DVec3 {
-    let tan = (camera.fov_y_degrees.to_radians() * 0.5).tan();
+    let tan = camera.half_height();
     let [width, height] = [SIZE.0, SIZE.1].map(f64::from);
     let across = ((f64::from(x) + 0.5) * 2.0 / width - 1.0) * width / height;
     let down = (f64::from(y) + 0.5) * 2.0 / height - 1.0;
@@ -145,7 +145,7 @@ fn what_the_camera_does_not_see_still_casts_its_shadow() {
         let mut scene = floor_and_block(SUNS[2], DVec3::ZERO);
         // Below the block, which is behind and above the camera, looking at its shadow.
         let camera = Camera::looking_at(DVec3::new(0.9, 0.6, 0.0), DVec3::new(1.2, 0.0, 0.0), DVec3::Y);
-        scene.camera = Camera { fov_y_degrees: 40.0, near: 0.01, ..camera };
+        scene.camera = Camera { projection: Projection::perspective(40.0), near: 0.01, ..camera };
         let mut renderer = gpu.renderer(&scene, &settings("lean"));
         renderer.render(&scene.camera).unwrap_or_else(|error| panic!("{error}"));
         let picture = renderer.read_back().unwrap_or_else(|error| panic!("{error}"));

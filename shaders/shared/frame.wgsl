@@ -3,9 +3,11 @@
 #define_import_path afterlight::frame
 
 struct Frame {
-    // Camera-relative world to clip space. Reversed Z: depth is near / distance, 0 at infinity.
+    // Camera-relative world to clip space. Reversed Z: depth is near / distance, 0 at infinity; orthographic, it falls from 1 at `near` to 0 by
+    // the distance.
     clip_from_world: mat4x4<f32>,
-    // The ray through a pixel is ray_center + x ray_x + y ray_y for x, y in -1..1 (y down); its length along the view axis is 1.
+    // The ray through a pixel is ray_center + x ray_x + y ray_y for x, y in -1..1 (y down); its length along the view axis is 1. Orthographic, this
+    // is where it begins, and all rays go forward.
     ray_center: vec3<f32>,
     near: f32,
     ray_x: vec3<f32>,
@@ -41,18 +43,53 @@ struct Frame {
     // The camera relative to the centre of the scene, and the scene's radius: for the views.
     camera_in_scene: vec3<f32>,
     scene_radius: f32,
+    // Metres along the view from an orthographic depth of 1 to one of 0.
+    depth_range: f32,
+    // How far the eye stands before an orthographic camera, in metres along the view: for the views.
+    eye_ahead: f32,
 }
+
+// The camera's rays are parallel.
+override ORTHOGRAPHIC: bool = false;
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 
-// The ray through the centre of a pixel, one metre long along the view axis.
-fn view_ray(pixel: vec2<f32>) -> vec3<f32> {
+// A place of the picture, where w is 1.
+fn across(pixel: vec2<f32>) -> vec3<f32> {
     let x = pixel.x * frame.pixel_width - 1.0;
     let y = pixel.y * frame.pixel_height - 1.0;
     return frame.ray_center + frame.ray_x * x + frame.ray_y * y;
 }
 
-// Where a depth lies, relative to the camera, in metres. Reversed Z with an infinite far plane: depth = near / distance along the view axis.
+// The direction of the ray through the centre of a pixel, one metre long along the view axis.
+fn view_ray(pixel: vec2<f32>) -> vec3<f32> {
+    if ORTHOGRAPHIC {
+        return frame.forward;
+    }
+    return across(pixel);
+}
+
+// What a depth says of the distance along the view axis, in metres. Without a far plane: depth = near / distance.
+fn distance_at(depth: f32) -> f32 {
+    if ORTHOGRAPHIC {
+        return frame.near + (1.0 - depth) * frame.depth_range;
+    }
+    return frame.near / depth;
+}
+
+// The depth at a distance along the view axis.
+fn depth_at(distance: f32) -> f32 {
+    if ORTHOGRAPHIC {
+        return 1.0 - (distance - frame.near) / frame.depth_range;
+    }
+    return frame.near / distance;
+}
+
+// Where a depth lies, relative to the camera, in metres.
 fn position_at(pixel: vec2<f32>, depth: f32) -> vec3<f32> {
-    return view_ray(pixel) * (frame.near / depth);
+    let distance = distance_at(depth);
+    if ORTHOGRAPHIC {
+        return across(pixel) + frame.forward * distance;
+    }
+    return across(pixel) * distance;
 }

@@ -1,7 +1,7 @@
 // The G-buffer as the subpasses after GEOMETRY read it: each pixel its own texels, through input attachments.
 #define_import_path afterlight::gbuffer
 #import afterlight::encodings::{decode_normal, decode_normal_uint, octahedral_decode, from_unorm}
-#import afterlight::frame::{frame, position_at, view_ray}
+#import afterlight::frame::{across, depth_at, frame, position_at, view_ray, ORTHOGRAPHIC}
 #import afterlight::texel::{Texel}
 #ifdef MSAA
 #import afterlight::multisampling::{sample_offset}
@@ -172,19 +172,22 @@ fn samples_agree(center: vec2<f32>, count: u32, normal_encoding: u32, geometric_
     if !same {
         return false;
     }
-    // Depth is linear across the picture: n * ray over n * ray through the centre, times the depth there.
+    // Depth is linear across the picture: a step aside, times n, over n * ray through the centre, is the step along the ray to the plane. As a
+    // part of the distance it changes the depth by that part; where depth is linear, in metres, by their part of its range.
     let normal = load_texel(center, normal_encoding, geometric_steps).geometric_normal;
     let depth = mean_depth();
     let ray = view_ray(center);
     let facing = dot(normal, ray);
+    let unit = select(depth, 1.0 / frame.depth_range, ORTHOGRAPHIC);
     var slope = 0.0;
     for (var i = 0u; i < count; i++) {
-        let offset = view_ray(center + sample_offset(i, count)) - ray;
+        let offset = across(center + sample_offset(i, count)) - across(center);
         slope = max(slope, max(abs(dot(normal, offset) / facing), LEAST_SLOPE * length(offset) / length(ray)));
     }
-    let tolerance = (SLOPE_TOLERANCE * slope + DEPTH_TOLERANCE) * depth;
+    let tolerance = SLOPE_TOLERANCE * slope * unit + DEPTH_TOLERANCE * select(depth, 1.0, ORTHOGRAPHIC);
     for (var i = 0u; i < count; i++) {
-        let expected = depth * dot(normal, view_ray(center + sample_offset(i, count))) / facing;
+        let offset = across(center + sample_offset(i, count)) - across(center);
+        let expected = depth + unit * dot(normal, offset) / facing;
         same = same && abs(sample_depth(i) - expected) <= tolerance;
     }
     return same;
@@ -259,7 +262,7 @@ fn load_depth(pixel: vec2<f32>) -> f32 {
 #else
 #ifdef POSITION
     let along = dot(load_position(pixel), frame.forward);
-    return select(0.0, frame.near / along, along > 0.0);
+    return select(0.0, depth_at(along), along > 0.0);
 #else
     return textureLoad(subpass_depth, vec2<i32>(0, 0), 0);
 #endif

@@ -2,7 +2,7 @@
 // Depth is reversed, 1 near the light and 0 where nothing was drawn. Texels are fetched and compared by hand, because depth formats
 // need not filter.
 #define_import_path afterlight::shadows
-#import afterlight::frame::{frame}
+#import afterlight::frame::{frame, ORTHOGRAPHIC}
 
 // The most maps that there are; src/plan/shadows.rs has the same number.
 const SHADOW_VIEWS: u32 = 128u;
@@ -126,7 +126,8 @@ fn disc_turn(position: vec3<f32>) -> vec2<f32> {
     let clip = frame.clip_from_world * vec4(position, 1.0);
     let pixel = floor((clip.xy / clip.w + 1.0) / vec2(frame.pixel_width, frame.pixel_height));
     let noise = fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
-    let sample = fract(dot(frame.ray_center - frame.forward, vec3(7919.0, 5081.0, 9631.0)));
+    let aside = select(frame.ray_center - frame.forward, frame.ray_center, ORTHOGRAPHIC);
+    let sample = fract(dot(aside, vec3(7919.0, 5081.0, 9631.0)));
     let angle = 6.2831853 * (noise + sample);
     return vec2(cos(angle), sin(angle));
 }

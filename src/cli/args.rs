@@ -55,8 +55,8 @@ pub struct SettingsArgs {
     /// Width and height of the picture in pixels [default: 1280x720]
     #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true)]
     pub size: Option<[u32; 2]>,
-    /// Where the camera stands and looks to, in metres, and its vertical field of view in degrees:
-    /// `x,y,z/tx,ty,tz[/fov]`
+    /// Where the camera stands and looks to, in metres, and its vertical field of view in degrees, or what an orthographic one
+    /// shows from top to bottom in metres: `x,y,z/tx,ty,tz[/fov]` or `x,y,z/tx,ty,tz/<height>m`
     #[arg(long, value_name = "CAMERA", value_parser = value::<Camera>, allow_hyphen_values = true)]
     pub camera: Option<Camera>,
     /// Exposure as EV100 [default: metered from the scene's lights]

@@ -30,7 +30,7 @@ use crate::gpu::{self, CommandBuffer, Device, Image, Owned, PhysicalDevice, Tick
 use crate::gpu_scene::{FrameUniform, GpuScene, ShadowAtlas, SortedIndices, ViewBuffers, view_set_layout};
 use crate::passes::Recording;
 use crate::passes::copy::Copy;
-use crate::plan::{self, Capabilities, FramePlan, ShadowCache, Visible, World};
+use crate::plan::{self, Capabilities, Eye, FramePlan, ShadowCache, Visible, World};
 use crate::scene::{Camera, Light, LightPath, Scene, Settings, SettingsPatch, exposure_scale, metered_ev100};
 
 /// While the device draws one frame, the CPU records the next.
@@ -397,6 +397,8 @@ impl Renderer {
         }
         frame.begun = Instant::now();
         self.world.refresh(&self.plan);
+        let eye = Eye::of(camera, &self.world.bounds);
+        let camera = &eye.camera;
         let visible = Visible::of(&self.world, camera, &self.plan);
         if !self.world.shadows.cache {
             self.shadow_cache = ShadowCache::default();
@@ -405,7 +407,7 @@ impl Renderer {
             Some(shadow) => self.shadow_cache.stale(&self.world, shadow, camera, &visible),
             None => Vec::new(),
         };
-        let uniform = FrameUniform::of(&self.world, &visible, camera, &self.plan, jitter);
+        let uniform = FrameUniform::of(&self.world, &visible, &eye, &self.plan, jitter);
         // The submission makes them visible to the device: the row "host-to-frame".
         frame.view.write(&uniform, &self.world, &visible, camera)?;
         if let Some(atlas) = &self.atlas {

@@ -7,7 +7,9 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, DVec4, Mat4, Vec3, Vec4};
 
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter};
-use crate::plan::{FramePlan, Grid, LightWork, Reach, ShadowPlan, Visible, VolumeRecord, World, falloff_index};
+use crate::plan::{
+    Depth, Eye, FramePlan, Grid, LightWork, Reach, ShadowPlan, Visible, VolumeRecord, World, falloff_index,
+};
 use crate::scene::{Camera, Falloff, Light, LightKind, LightPath};
 
 /// `Frame` of `shaders/shared/frame.wgsl`.
@@ -37,6 +39,9 @@ pub struct FrameUniform {
     pub shadow_view_count: u32,
     pub camera_in_scene: Vec3,
     pub scene_radius: f32,
+    pub depth_range: f32,
+    pub eye_ahead: f32,
+    pub padding: [f32; 2],
 }
 
 /// `Light` of `shaders/shared/lights.wgsl`.
@@ -55,24 +60,30 @@ pub struct LightRecord {
 
 impl FrameUniform {
     /// `jitter`: where in each pixel the scene is seen, in pixels to the right and down from its centre.
-    pub fn of(world: &World, visible: &Visible, camera: &Camera, plan: &FramePlan, jitter: [f64; 2]) -> Self {
+    pub fn of(world: &World, visible: &Visible, eye: &Eye, plan: &FramePlan, jitter: [f64; 2]) -> Self {
+        let camera = &eye.camera;
         let [width, height] = plan.size.map(f64::from);
-        let tan_y = (camera.fov_y_degrees.to_radians() * 0.5).tan();
-        let tan_x = tan_y * width / height;
+        let half_y = camera.half_height();
+        let half_x = half_y * width / height;
         let (right, up, forward) = (camera.right(), camera.up(), camera.forward());
         let grid = Grid::of(plan.size);
         // The same offset twice, so that what is projected and what is rebuilt from depth agree.
         let (offset_x, offset_y) = (jitter[0] * 2.0 / width, jitter[1] * 2.0 / height);
         let (ambient, ambient_tilt) = world.environment.hemispheres();
         let shadow = plan.shadow.as_ref();
+        let aside = right * (half_x * offset_x) - up * (half_y * offset_y);
+        let (near, depth_range) = match visible.depth {
+            Depth::Reciprocal { near } => (near, 0.0),
+            Depth::Linear { begin, end } => (begin, end - begin),
+        };
         Self {
-            clip_from_world: clip_from_world(camera, [tan_x, tan_y], [offset_x, offset_y]),
-            ray_center: (forward + right * (tan_x * offset_x) - up * (tan_y * offset_y)).as_vec3(),
-            near: camera.near as f32,
-            ray_x: (right * tan_x).as_vec3(),
+            clip_from_world: clip_from_world(camera, &visible.depth, [half_x, half_y], [offset_x, offset_y]),
+            ray_center: if camera.is_orthographic() { aside } else { forward + aside }.as_vec3(),
+            near: near as f32,
+            ray_x: (right * half_x).as_vec3(),
             exposure: world.exposure,
             // Rows of a picture go down.
-            ray_y: (-up * tan_y).as_vec3(),
+            ray_y: (-up * half_y).as_vec3(),
             pixel_width: (2.0 / width) as f32,
             ambient,
             pixel_height: (2.0 / height) as f32,
@@ -90,17 +101,24 @@ impl FrameUniform {
             shadow_view_count: shadow.map_or(0, |shadow| shadow.tiles.len() as u32),
             camera_in_scene: (camera.position - world.bounds.center()).as_vec3(),
             scene_radius: (world.bounds.radius() as f32).max(f32::MIN_POSITIVE),
+            depth_range: depth_range as f32,
+            eye_ahead: eye.ahead as f32,
+            padding: [0.0; 2],
         }
     }
 }
 
-/// Rotation into the camera and projection with reversed Z and an infinite far plane: z = near, w = distance. Y is turned over,
-/// because Vulkan's clip space has it downwards. `offset` moves the picture, in clip space, where w is 1.
-fn clip_from_world(camera: &Camera, [tan_x, tan_y]: [f64; 2], [offset_x, offset_y]: [f64; 2]) -> Mat4 {
+/// Rotation into the camera and projection with reversed Z. Perspective: an infinite far plane, z = near, w = distance. Orthographic: w = 1, and z
+/// falls with the distance. Y is turned over, because Vulkan's clip space has it downwards. `offset` moves the picture, in clip space, where w
+/// is 1.
+fn clip_from_world(camera: &Camera, depth: &Depth, [half_x, half_y]: [f64; 2], [offset_x, offset_y]: [f64; 2]) -> Mat4 {
     let forward = camera.forward();
-    let (right, down) = (camera.right() / tan_x - forward * offset_x, -camera.up() / tan_y - forward * offset_y);
-    let rows = [right.extend(0.0), down.extend(0.0), DVec4::W * camera.near, forward.extend(0.0)];
-    DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose().as_mat4()
+    let (z, w) = match *depth {
+        Depth::Reciprocal { near } => (DVec4::W * near, forward.extend(0.0)),
+        Depth::Linear { begin, end } => ((-forward).extend(end) / (end - begin), DVec4::W),
+    };
+    let (right, down) = ((camera.right() / half_x).extend(0.0), (-camera.up() / half_y).extend(0.0));
+    DMat4::from_cols(right - w * offset_x, down - w * offset_y, z, w).transpose().as_mat4()
 }
 
 impl LightRecord {
@@ -343,6 +361,8 @@ const _: () = {
     assert!(offset_of!(FrameUniform, global_count) == wgsl::GLOBAL_COUNT);
     assert!(offset_of!(FrameUniform, cluster_columns) == wgsl::CLUSTER_COLUMNS);
     assert!(offset_of!(FrameUniform, cluster_rows) == wgsl::CLUSTER_ROWS);
+    assert!(offset_of!(FrameUniform, eye_ahead) == wgsl::EYE_AHEAD);
+    assert!(offset_of!(FrameUniform, depth_range) == wgsl::DEPTH_RANGE);
     assert!(offset_of!(FrameUniform, camera_in_scene) == wgsl::CAMERA_IN_SCENE);
     assert!(offset_of!(FrameUniform, scene_radius) == wgsl::SCENE_RADIUS);
     assert!(size_of::<VolumeData>() == crate::shaders::per_light::structs::volume::SIZE);
@@ -367,14 +387,23 @@ mod tests {
 
     use super::*;
     use crate::plan::samples;
-    use crate::scene::{Material, Settings};
+    use crate::scene::{Material, Projection, Settings};
 
-    fn uniform_of(camera: &Camera, size: [u32; 2], jitter: [f64; 2]) -> FrameUniform {
-        let scene = samples::scene(vec![Material::default()], vec![samples::sky()]);
+    /// With something at `place`, relative to the camera.
+    fn uniform_of(camera: &Camera, size: [u32; 2], jitter: [f64; 2], place: DVec3) -> FrameUniform {
+        let mut scene = samples::scene(vec![Material::default()], vec![samples::sky()]);
+        scene.objects[0].transform.translation = camera.position + place;
+        scene.camera = *camera;
         let settings = Settings { size, ..Settings::default() };
         let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
         let world = World::of(&scene, &settings, &plan, 1.0);
-        FrameUniform::of(&world, &Visible::of(&world, camera, &plan), camera, &plan, jitter)
+        FrameUniform::of(
+            &world,
+            &Visible::of(&world, camera, &plan),
+            &Eye { camera: *camera, ahead: 0.0 },
+            &plan,
+            jitter,
+        )
     }
 
     fn vector(range: f64) -> impl Strategy<Value = DVec3> {
@@ -382,28 +411,30 @@ mod tests {
     }
 
     proptest! {
-        /// `load_texel` of `shaders/shared/gbuffer.wgsl`, in f32 as on the device.
+        /// `position_at` of `shaders/shared/frame.wgsl`, in f32 as on the device.
         #[test]
         fn a_point_that_is_projected_and_rebuilt_from_its_depth_is_the_point(
-            position in vector(1e6), toward in vector(1.0), fov in 10.0..150.0f64, near in 0.001..1.0f64,
+            position in vector(1e6), toward in vector(1.0), fov in 10.0..150.0f64, parallel in any::<bool>(), near in 0.001..1.0f64,
             x in -0.99..0.99f64, y in -0.99..0.99f64, log_distance in 0.1..15.0f64,
             width in 1..4000u32, height in 1..4000u32, jitter in [-0.5..=0.5f64, -0.5..=0.5],
         ) {
             prop_assume!(toward.length() > 0.1);
+            let projection = if parallel { Projection::orthographic(fov * 0.1) } else { Projection::perspective(fov) };
             let looking = Camera::looking_at(position, position + toward, DVec3::Y);
-            let camera = Camera { fov_y_degrees: fov, near, ..looking };
-            let frame = uniform_of(&camera, [width, height], jitter);
+            let camera = Camera { projection, near, ..looking };
             // A point in view at some distance along the axis, relative to the camera.
-            let tan_y = (fov.to_radians() * 0.5).tan();
-            let tan_x = tan_y * f64::from(width) / f64::from(height);
+            let half_y = camera.half_height();
+            let half_x = half_y * f64::from(width) / f64::from(height);
             let distance = near * log_distance.exp2();
-            let point = (camera.forward() + camera.right() * tan_x * x + camera.up() * tan_y * y) * distance;
+            let aside = camera.right() * half_x * x + camera.up() * half_y * y;
+            let point = camera.forward() * distance + aside * camera.w(distance);
+            let frame = uniform_of(&camera, [width, height], jitter, point);
             let clip = frame.clip_from_world * point.as_vec3().extend(1.0);
             let depth = clip.z / clip.w;
             // Rounding grows with the angle to the axis, and with how small an angle fills the picture.
             let narrow = 1.0 / f64::from(width.min(height));
+            let [tan_x, tan_y] = [half_x, half_y].map(|half| if parallel { half / distance } else { half });
             let steep = (1.0 + narrow) * (1.0 + tan_x + tan_y + 1.0 / tan_x + 1.0 / tan_y);
-            prop_assert!((f64::from(depth) * distance / near - 1.0).abs() < 1e-6 * steep, "{depth}");
             let (clip_x, clip_y) = (clip.x / clip.w, clip.y / clip.w);
             // X to the right; Vulkan's Y goes down.
             // A frame that looks to the right of the pixels' centres shows everything further left.
@@ -413,17 +444,24 @@ mod tests {
             let pixel_x = (clip_x + 1.0) / frame.pixel_width;
             let pixel_y = (clip_y + 1.0) / frame.pixel_height;
             let (ray_x, ray_y) = (pixel_x * frame.pixel_width - 1.0, pixel_y * frame.pixel_height - 1.0);
-            let ray = frame.ray_center + frame.ray_x * ray_x + frame.ray_y * ray_y;
-            let rebuilt = (ray * (frame.near / depth)).as_dvec3();
-            let error = (rebuilt - point).length() / point.length();
+            let across = frame.ray_center + frame.ray_x * ray_x + frame.ray_y * ray_y;
+            let rebuilt = match parallel {
+                true => across + frame.forward * (frame.near + (1.0 - depth) * frame.depth_range),
+                false => across * (frame.near / depth),
+            };
+            let error = (rebuilt.as_dvec3() - point).length() / point.length();
             prop_assert!(error < 2e-6 * steep, "{point} {rebuilt} {error}");
+            prop_assert!(depth > 0.0 && depth <= 1.0, "{depth}");
+            if !parallel {
+                prop_assert!((f64::from(depth) * distance / near - 1.0).abs() < 1e-6 * steep, "{depth}");
+            }
         }
 
         #[test]
         fn what_lies_behind_the_camera_has_no_positive_w(toward in vector(1.0), behind in 0.1..1e6f64) {
             prop_assume!(toward.length() > 0.1);
             let camera = Camera::looking_at(DVec3::ZERO, toward, DVec3::Y);
-            let clip = uniform_of(&camera, [64, 48], [0.0; 2]).clip_from_world * (camera.forward() * -behind).as_vec3().extend(1.0);
+            let clip = uniform_of(&camera, [64, 48], [0.0; 2], DVec3::ZERO).clip_from_world * (camera.forward() * -behind).as_vec3().extend(1.0);
             prop_assert!(clip.w < 0.0);
         }
 

@@ -333,6 +333,7 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
         (constants::PHONG, u32::from(key.phong)),
         (constants::TEXTBOOK, u32::from(plan.textbook)),
         (constants::METAL, u32::from(plan.metal)),
+        (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
         (constants::EMISSIVE, u32::from(forward.is_some_and(|forward| forward.emissive))),
         (constants::AMBIENT, u32::from(plan.lights.ambient)),
         (constants::DIRECTIONAL, u32::from(plan.lights.directional)),

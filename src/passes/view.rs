@@ -105,6 +105,7 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
     vec![
         (constants::SHOW, show),
         (constants::SAMPLES, plan.msaa),
+        (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
         (constants::NORMAL_ENCODING, gbuffer.map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
         (constants::GEOMETRIC_STEPS, gbuffer.map_or(0.0, Gbuffer::geometric_steps).to_bits()),
         (constants::ENCODED_OUTPUT, u32::from(plan.output == crate::plan::OUTPUT_SRGB)),

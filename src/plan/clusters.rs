@@ -1,15 +1,15 @@
 //! Froxels: the view cut into tiles of pixels and slices of depth, with the list of lights that reach into each.
 //!
 //! (Olsson, Billeter, Assarsson 2012, "Clustered Deferred and Forward Shading".) A slice comes from the bits of the reversed depth, half an octave
-//! each, so that the CPU and every shader agree on it exactly. Lists are in the order of the lights, so that their sum has the same
-//! rounding as that of a loop over all of them.
+//! each, so that the CPU and every shader agree on it exactly; where depth is linear, slices are equally thick. Lists are in the order of the
+//! lights, so that their sum has the same rounding as that of a loop over all of them.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::Reach;
+use super::{Depth, Reach};
 use crate::scene::Camera;
 
 /// Edge of a tile in pixels; `shaders/shared/clusters.wgsl` has the same three numbers.
@@ -51,28 +51,51 @@ pub struct Clusters {
     pub lights: Vec<u32>,
 }
 
-/// The slice of a reversed depth, as the shader computes it.
-pub fn slice_of(depth: f32) -> u32 {
-    ((1f32.to_bits() - depth.clamp(0.0, 1.0).to_bits()) >> SLICE_SHIFT).min(SLICES - 1)
-}
+impl Depth {
+    /// The slice of a reversed depth, as the shader computes it.
+    pub fn slice_of(&self, depth: f32) -> u32 {
+        let depth = depth.clamp(0.0, 1.0);
+        let slice = match self {
+            Self::Reciprocal { .. } => (1f32.to_bits() - depth.to_bits()) >> SLICE_SHIFT,
+            Self::Linear { .. } => ((1.0 - depth) * SLICES as f32) as u32,
+        };
+        slice.min(SLICES - 1)
+    }
 
-/// Distances along the view at which a slice begins and ends, in near planes.
-fn slice_bounds(slice: u32) -> (f64, f64) {
-    let depth = |bits: u32| 1.0 / f64::from(f32::from_bits(1f32.to_bits() - bits));
-    let end = if slice + 1 == SLICES { f64::INFINITY } else { depth((slice + 1) << SLICE_SHIFT) };
-    (depth(slice << SLICE_SHIFT), end)
+    /// Distances along the view at which a slice begins and ends, with some slack.
+    fn slice_bounds(&self, slice: u32) -> (f64, f64) {
+        let is_last = slice + 1 == SLICES;
+        match self {
+            Self::Reciprocal { .. } => {
+                let edge = |slice: u32| f64::from(f32::from_bits(1f32.to_bits() - (slice << SLICE_SHIFT)));
+                let end = if is_last { f64::INFINITY } else { self.distance(edge(slice + 1)) };
+                (self.distance(edge(slice)) * (1.0 - SLACK), end * (1.0 + SLACK))
+            }
+            Self::Linear { .. } => {
+                let edge = |slice: u32| 1.0 - f64::from(slice) / f64::from(SLICES);
+                let end = if is_last { f64::INFINITY } else { self.distance(edge(slice + 1) - SLACK) };
+                (self.distance(edge(slice) + SLACK), end)
+            }
+        }
+    }
 }
 
 /// Which lights reach which clusters. `reaches` are spheres in the world; the result has the indices from `first` on.
 ///
 /// So many lights that reach so much that their lists exceed `MOST_ENTRIES` gain nothing from lists: then one list, of all, is
 /// every cluster's.
-pub fn bin(reaches: &[Reach], first: u32, camera: &Camera, size: [u32; 2]) -> Clusters {
-    bin_within(reaches, first, camera, size, MOST_ENTRIES)
+pub fn bin(reaches: &[Reach], first: u32, (camera, depth): (&Camera, &Depth), size: [u32; 2]) -> Clusters {
+    bin_within(reaches, first, (camera, depth), size, MOST_ENTRIES)
 }
 
-fn bin_within(reaches: &[Reach], first: u32, camera: &Camera, size: [u32; 2], most: usize) -> Clusters {
-    let view = View::of(camera, size);
+fn bin_within(
+    reaches: &[Reach],
+    first: u32,
+    (camera, depth): (&Camera, &Depth),
+    size: [u32; 2],
+    most: usize,
+) -> Clusters {
+    let view = View::of(camera, depth, size);
     let spheres: Vec<Sphere> =
         (first..).zip(reaches).filter_map(|(light, reach)| Sphere::seen(light, reach, camera, &view)).collect();
     let room = Room { entries: AtomicUsize::new(0), most };
@@ -104,32 +127,33 @@ impl Room {
 }
 
 /// The picture's geometry, with y down as rows of pixels go.
-struct View {
+struct View<'a> {
     grid: Grid,
+    camera: &'a Camera,
+    depth: &'a Depth,
     axes: DMat3,
-    near: f64,
-    /// Pixels a unit of x or y over distance, and the pixel of the axis.
-    scale: [f64; 2],
+    /// Pixels a unit of x or y over w, and the pixel of the axis.
+    scale: f64,
     center: [f64; 2],
 }
 
-impl View {
-    fn of(camera: &Camera, size: [u32; 2]) -> Self {
+impl<'a> View<'a> {
+    fn of(camera: &'a Camera, depth: &'a Depth, size: [u32; 2]) -> Self {
         let [width, height] = size.map(f64::from);
-        let tan_y = (camera.fov_y_degrees.to_radians() * 0.5).tan();
-        let scale = height * 0.5 / tan_y;
         Self {
             grid: Grid::of(size),
+            camera,
+            depth,
             axes: DMat3::from_cols(camera.right(), -camera.up(), camera.forward()).transpose(),
-            near: camera.near,
-            scale: [scale; 2],
+            scale: height * 0.5 / camera.half_height(),
             center: [width * 0.5, height * 0.5],
         }
     }
 
     /// Tiles that an interval of x or y touches between two distances, if any.
     fn tiles(&self, axis: usize, (low, high): (f64, f64), (near, far): (f64, f64), count: u32) -> Option<(u32, u32)> {
-        let (low, high) = screen_span((low, high), (near, far), self.scale[axis], self.center[axis]);
+        let ends = (self.camera.w(near), self.camera.w(far));
+        let (low, high) = screen_span((low, high), ends, self.scale, self.center[axis]);
         let (from, to) = ((low / f64::from(TILE)).floor(), (high / f64::from(TILE)).floor());
         if to < 0.0 || from >= f64::from(count) {
             return None;
@@ -139,10 +163,10 @@ impl View {
     }
 }
 
-/// The pixels that an interval of x or y covers anywhere between two distances, with a pixel of slack. `scale` is in pixels a unit of x
-/// over distance, `center` the pixel of the axis.
+/// The pixels that an interval of x or y covers anywhere between two distances, whose w is given, with a pixel of slack. `scale` is in pixels a
+/// unit of x over w, `center` the pixel of the axis.
 pub(super) fn screen_span((low, high): (f64, f64), (near, far): (f64, f64), scale: f64, center: f64) -> (f64, f64) {
-    // x / distance is least where x is negative and near, or positive and far.
+    // x / w is least where x is negative and near, or positive and far.
     let low = low / if low < 0.0 { near } else { far };
     let high = high / if high > 0.0 { near } else { far };
     (low * scale + center - SLACK_PIXELS, high * scale + center + SLACK_PIXELS)
@@ -159,7 +183,7 @@ impl Sphere {
     fn seen(light: u32, reach: &Reach, camera: &Camera, view: &View) -> Option<Self> {
         let center = view.axes * (reach.center - camera.position);
         let radius = reach.radius + SLACK * (reach.radius + center.length());
-        (center.z + radius > view.near).then_some(Self { light, center, radius })
+        (center.z + radius > view.camera.near).then_some(Self { light, center, radius })
     }
 }
 
@@ -171,8 +195,7 @@ struct Slice {
 
 impl Slice {
     fn of(slice: u32, spheres: &[Sphere], view: &View, room: &Room) -> Self {
-        let (begin, end) = slice_bounds(slice);
-        let (begin, end) = (begin * view.near * (1.0 - SLACK), end * view.near * (1.0 + SLACK));
+        let (begin, end) = view.depth.slice_bounds(slice);
         let mut entries: Vec<(u32, u32)> = Vec::new();
         for sphere in spheres {
             let before = entries.len();
@@ -209,7 +232,7 @@ impl Sphere {
         if near > far {
             return;
         }
-        let near = near.max(view.near * (1.0 - SLACK));
+        let near = near.max(view.camera.near * (1.0 - SLACK));
         // The sphere's largest cross-section within the slice.
         let off = self.center.z - self.center.z.clamp(begin, end);
         let squared = self.radius * self.radius - off * off;
@@ -235,13 +258,14 @@ impl Sphere {
         }
     }
 
-    /// How far the centre lies outside the wedge of a row of tiles, in metres; 0 inside.
+    /// How far the centre lies outside the wedge of a row of tiles, or the slab of one, in metres; 0 inside.
     fn distance_to_row(&self, row: u32, view: &View) -> f64 {
-        let tangent = |pixel: f64| (pixel - view.center[1]) / view.scale[1];
-        let top = tangent(f64::from(row * TILE) - SLACK_PIXELS);
-        let bottom = tangent(f64::from((row + 1) * TILE) + SLACK_PIXELS);
-        let above = (top * self.center.z - self.center.y) / top.hypot(1.0);
-        let below = (self.center.y - bottom * self.center.z) / bottom.hypot(1.0);
+        let edge = |pixel: f64| (pixel - view.center[1]) / view.scale;
+        let top = edge(f64::from(row * TILE) - SLACK_PIXELS);
+        let bottom = edge(f64::from((row + 1) * TILE) + SLACK_PIXELS);
+        let (w, slope) = (view.camera.w(self.center.z), view.camera.w(1.0) - view.camera.w(0.0));
+        let above = (top * w - self.center.y) / (top * slope).hypot(1.0);
+        let below = (self.center.y - bottom * w) / (bottom * slope).hypot(1.0);
         above.max(below).max(0.0)
     }
 }
@@ -251,6 +275,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::scene::Projection;
 
     fn vector(range: f64) -> impl Strategy<Value = DVec3> {
         [-range..range, -range..range, -range..range].prop_map(DVec3::from)
@@ -258,41 +283,50 @@ mod tests {
 
     #[test]
     fn slices_cover_every_depth_and_end_where_the_next_begins() {
-        for slice in 0..SLICES {
-            let (begin, end) = slice_bounds(slice);
-            let inside = |distance: f64| slice_of((1.0 / distance) as f32);
-            assert_eq!(inside(begin * 1.000_001), slice);
-            assert_eq!(inside((end * 0.999_999).min(1e30)), slice);
-            assert_eq!(slice_bounds((slice + 1).min(SLICES - 1)).0, if slice + 1 == SLICES { begin } else { end });
+        for depth in [Depth::Reciprocal { near: 0.25 }, Depth::Linear { begin: 0.25, end: 60.0 }] {
+            for slice in 0..SLICES {
+                let (begin, end) = depth.slice_bounds(slice);
+                let inside = |distance: f64| depth.slice_of(depth.of_distance(distance) as f32);
+                // Within the slack of both ends.
+                let slack = 4e-5 * end.clamp(60.0, 1e9);
+                assert_eq!((inside(begin + slack), inside((end - slack).min(1e30))), (slice, slice), "{depth:?}");
+                let next = depth.slice_bounds((slice + 1).min(SLICES - 1)).0;
+                assert!(slice + 1 == SLICES || (next <= end && end - next < slack), "{depth:?} {next} {end}");
+            }
+            assert_eq!((depth.slice_of(1.0), depth.slice_of(0.0), depth.slice_of(2.0)), (0, SLICES - 1, 0));
         }
-        assert_eq!((slice_of(1.0), slice_of(0.0), slice_of(2.0)), (0, SLICES - 1, 0));
     }
 
     proptest! {
         /// A point in a light's sphere that the camera sees finds the light in its cluster's list.
         #[test]
         fn no_light_is_missing_where_it_reaches(
-            position in vector(20.0), target in vector(5.0), fov in 10.0..140.0f64, width in 1..700u32, height in 1..500u32,
-            lights in proptest::collection::vec((vector(15.0), 0.01..8.0f64), 1..24),
+            position in vector(20.0), target in vector(5.0), fov in 10.0..140.0f64, parallel in any::<bool>(), width in 1..700u32,
+            height in 1..500u32, lights in proptest::collection::vec((vector(15.0), 0.01..8.0f64), 1..24),
             pixels in proptest::collection::vec((0.0..1.0f64, 0.0..1.0f64, -1.0..9.0f64), 64), far in 0..2i32,
         ) {
             let shift = DVec3::splat(1e6 * f64::from(far));
             prop_assume!(position.distance(target) > 0.01);
-            let camera = Camera { fov_y_degrees: fov, near: 0.05, ..Camera::looking_at(position + shift, target + shift, DVec3::Y) };
+            let projection = if parallel { Projection::orthographic(fov * 0.1) } else { Projection::perspective(fov) };
+            let camera = Camera { projection, near: 0.05, ..Camera::looking_at(position + shift, target + shift, DVec3::Y) };
+            let depths = match parallel {
+                true => Depth::Linear { begin: 0.05, end: 30.0 },
+                false => Depth::Reciprocal { near: 0.05 },
+            };
             let reaches: Vec<Reach> =
                 lights.iter().map(|&(center, radius)| Reach { center: center + shift, radius }).collect();
-            let clusters = bin(&reaches, 7, &camera, [width, height]);
+            let clusters = bin(&reaches, 7, (&camera, &depths), [width, height]);
             let grid = Grid::of([width, height]);
             prop_assert_eq!(clusters.heads.len(), grid.clusters());
             for (x, y, log) in pixels {
                 let (x, y) = (x * f64::from(width), y * f64::from(height));
-                let tan = (fov.to_radians() * 0.5).tan();
-                let across = (x * 2.0 / f64::from(width) - 1.0) * tan * f64::from(width) / f64::from(height);
-                let down = (y * 2.0 / f64::from(height) - 1.0) * tan;
                 let distance = camera.near * log.exp2().max(1.0);
-                let point = camera.position + (camera.forward() + camera.right() * across - camera.up() * down) * distance;
-                let depth = (camera.near / distance) as f32;
-                let cluster = (slice_of(depth) * grid.rows + y as u32 / TILE) * grid.columns + x as u32 / TILE;
+                let half = camera.half_height() * camera.w(distance);
+                let across = (x * 2.0 / f64::from(width) - 1.0) * half * f64::from(width) / f64::from(height);
+                let down = (y * 2.0 / f64::from(height) - 1.0) * half;
+                let point = camera.position + camera.forward() * distance + camera.right() * across - camera.up() * down;
+                let slice = depths.slice_of(depths.of_distance(distance) as f32);
+                let cluster = (slice * grid.rows + y as u32 / TILE) * grid.columns + x as u32 / TILE;
                 let [first, count] = clusters.heads[cluster as usize];
                 let list = &clusters.lights[first as usize..(first + count) as usize];
                 prop_assert!(list.windows(2).all(|pair| pair[0] < pair[1]), "{list:?}");
@@ -308,10 +342,11 @@ mod tests {
     fn too_many_entries_become_one_list_of_all() {
         let camera = Camera { position: DVec3::ZERO, near: 0.1, ..Camera::default() };
         let reaches: Vec<Reach> = (0..9).map(|i| Reach { center: DVec3::X * f64::from(i), radius: 1e3 }).collect();
-        let all = bin_within(&reaches, 4, &camera, [640, 360], 1000);
+        let depth = Depth::Reciprocal { near: 0.1 };
+        let all = bin_within(&reaches, 4, (&camera, &depth), [640, 360], 1000);
         assert_eq!(all.lights, (4..13).collect::<Vec<_>>());
         assert_eq!(all.heads, vec![[0, 9]; Grid::of([640, 360]).clusters()]);
-        let apart = bin_within(&reaches, 4, &camera, [640, 360], usize::MAX);
+        let apart = bin_within(&reaches, 4, (&camera, &depth), [640, 360], usize::MAX);
         assert!(apart.lights.len() > 1000);
     }
 
@@ -319,7 +354,7 @@ mod tests {
     fn a_small_light_is_in_few_lists_and_one_behind_the_camera_in_none() {
         let camera = Camera { position: DVec3::ZERO, near: 0.1, ..Camera::default() };
         let lamp = |z: f64, radius| Reach { center: DVec3::new(0.0, 0.0, z), radius };
-        let entries = |reach| bin(&[reach], 0, &camera, [1280, 720]).lights.len();
+        let entries = |reach| bin(&[reach], 0, (&camera, &Depth::Reciprocal { near: 0.1 }), [1280, 720]).lights.len();
         let few = entries(lamp(-10.0, 0.1));
         assert!((1..=16).contains(&few), "{few}");
         assert_eq!(entries(lamp(10.0, 5.0)), 0);

@@ -12,20 +12,17 @@ pub struct Frustum {
 
 impl Frustum {
     pub fn of(camera: &Camera, aspect: f64) -> Self {
-        let tan_y = (camera.fov_y_degrees.to_radians() * 0.5).tan();
-        let tan_x = tan_y * aspect;
+        let half_y = camera.half_height();
+        let half_x = half_y * aspect;
         let (forward, right, up) = (camera.forward(), camera.right(), camera.up());
-        // A side plane holds the camera and a ray along the frustum's side.
-        let side = |normal: DVec3| (normal, -normal.dot(camera.position));
-        Self {
-            planes: [
-                (forward, -forward.dot(camera.position) - camera.near),
-                side((forward * tan_x - right).normalize()),
-                side((forward * tan_x + right).normalize()),
-                side((forward * tan_y - up).normalize()),
-                side((forward * tan_y + up).normalize()),
-            ],
-        }
+        // Across the picture a side is `half` away from the axis, times w: a plane through the camera, or one beside it.
+        let side = |outwards: DVec3, half: f64| {
+            let (along, beside) = (half * (camera.w(1.0) - camera.w(0.0)), half * camera.w(0.0));
+            let (normal, length) = (forward * along - outwards, along.hypot(1.0));
+            (normal / length, beside / length - normal.dot(camera.position) / length)
+        };
+        let near = (forward, -forward.dot(camera.position) - camera.near);
+        Self { planes: [near, side(right, half_x), side(-right, half_x), side(up, half_y), side(-up, half_y)] }
     }
 
     /// False only if the box is wholly behind one plane. The slack keeps rounding from cutting what touches a plane.
@@ -46,6 +43,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::scene::Projection;
 
     fn unit_box_at(center: DVec3) -> Aabb {
         Aabb { min: center - 0.5, max: center + 0.5 }
@@ -72,7 +70,7 @@ mod tests {
     /// A point in clip space: x and y over w, as the shader has it, in f64.
     fn is_in_clip_volume(camera: &Camera, aspect: f64, point: DVec3) -> bool {
         let offset = point - camera.position;
-        let (w, tan_y) = (offset.dot(camera.forward()), (camera.fov_y_degrees.to_radians() * 0.5).tan());
+        let (w, tan_y) = (offset.dot(camera.forward()), camera.half_height());
         let (x, y) = (offset.dot(camera.right()) / (tan_y * aspect), offset.dot(camera.up()) / tan_y);
         w >= camera.near && x.abs() <= w && y.abs() <= w
     }
@@ -91,7 +89,7 @@ mod tests {
             // The same at a distance from the origin where f64 rounds.
             let shift = DVec3::splat(if far == 0 { 0.0 } else { 10f64.powi(far * 3) });
             let camera = Camera {
-                fov_y_degrees: fov,
+                projection: Projection::perspective(fov),
                 ..Camera::looking_at(position + shift, target + shift, DVec3::Y)
             };
             let bounds = Aabb { min: center - DVec3::from(half) + shift, max: center + DVec3::from(half) + shift };

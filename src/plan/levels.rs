@@ -27,10 +27,15 @@ use crate::scene::{Camera, Mesh, OptionalPart, Scene, Settings};
 ///
 /// An anisotropic sampler takes a level that is finer by its anisotropy at most (Vulkan, "Scale Factor Operation"), and several texels of it:
 /// the footprint is smaller by as much. There is no bias of levels (`src/gpu_scene/material.rs`).
+///
+/// Parallel rays meet a plane at places that are a pixel apart at least, in front of the eye and behind it.
 pub fn least_footprint(camera: &Camera, size: [u32; 2], anisotropy: u32) -> f64 {
-    let half_height = (camera.fov_y_degrees.to_radians() * 0.5).tan();
+    let half_height = camera.half_height();
     let [width, height] = size.map(f64::from);
     let pixel = 2.0 * half_height / height;
+    if camera.is_orthographic() {
+        return pixel / f64::from(anisotropy);
+    }
     // Quads reach a pixel beyond the picture, and jitter moves it by half of one.
     let half = half_height.min(half_height * width / height) + 2.0 * pixel;
     camera.near * pixel / (1.0 + half * half).sqrt() / 3.0 / f64::from(anisotropy)
@@ -159,13 +164,20 @@ impl FramePlan {
     /// # Errors
     /// When it would see levels of textures that are not there.
     pub fn check_camera(&self, camera: &Camera) -> Result<(), Error> {
+        if camera.is_orthographic() != self.orthographic {
+            let [own, planned] = [camera.is_orthographic(), self.orthographic].map(|parallel| match parallel {
+                true => "orthographic",
+                false => "perspective",
+            });
+            return Err(Error::Change(format!("this camera is {own}, and the frames are planned for a {planned} one")));
+        }
         let Some(planned) = self.footprint.filter(|_| self.drops_levels()) else { return Ok(()) };
         let footprint = least_footprint(camera, self.size, self.anisotropy);
         if footprint >= planned * (1.0 - 1e-9) {
             return Ok(());
         }
         Err(Error::Change(format!(
-            "this camera sees {footprint:.2e} m in a pixel, and levels of textures were left out that show only below {planned:.2e} m: keep its near plane and field of view, or all levels with `--plan texture-levels`",
+            "this camera sees {footprint:.2e} m in a pixel, and levels of textures were left out that show only below {planned:.2e} m: keep its near plane and what it shows, or all levels with `--plan texture-levels`",
         )))
     }
 }
@@ -186,7 +198,7 @@ mod tests {
 
     use super::*;
     use crate::plan::{World, samples};
-    use crate::scene::{Keep, Material, Texture, View};
+    use crate::scene::{Keep, Material, Projection, Texture, View};
 
     fn vector(range: f64) -> impl Strategy<Value = DVec3> {
         [-range..range, -range..range, -range..range].prop_map(DVec3::from)
@@ -199,7 +211,7 @@ mod tests {
             width in 8..2000u32, height in 8..2000u32, x in 0.0..1.0f64, y in 0.0..1.0f64,
             row in 0..2u32, column in 0..2u32, seen in (0..2u32, 0..2u32),
         ) {
-            let camera = Camera { fov_y_degrees: fov, near: 0.1, ..Camera::default() };
+            let camera = Camera { projection: Projection::perspective(fov), near: 0.1, ..Camera::default() };
             let tan = (fov.to_radians() * 0.5).tan();
             let pixel = 2.0 * tan / f64::from(height);
             let aspect = f64::from(width) / f64::from(height);
@@ -342,7 +354,7 @@ mod tests {
         near.camera.near = 0.1;
         assert_eq!(first(&near, &lean), 0);
         let mut narrow = scene(256, 1.0);
-        narrow.camera.fov_y_degrees = 2.0;
+        narrow.camera.projection = Projection::perspective(2.0);
         assert_eq!(first(&narrow, &lean), 0);
         let mut large = scene(256, 1.0);
         large.objects[0].transform = DAffine3::from_scale(DVec3::new(1.0, 8.0, 1.0));
@@ -373,7 +385,9 @@ mod tests {
         let plan = plan(&scene, &settings());
         plan.check_camera(&scene.camera).expect("the planned camera");
         plan.check_camera(&Camera { near: 12.0, position: DVec3::ONE, ..scene.camera }).expect("a coarser look");
-        for closer in [Camera { near: 9.0, ..scene.camera }, Camera { fov_y_degrees: 50.0, ..scene.camera }] {
+        for closer in
+            [Camera { near: 9.0, ..scene.camera }, Camera { projection: Projection::perspective(50.0), ..scene.camera }]
+        {
             let error = plan.check_camera(&closer).expect_err("a closer look").to_string();
             assert!(error.contains("--plan texture-levels"), "{error}");
         }

@@ -10,13 +10,15 @@ use glam::DVec3;
 use super::boxes::BoxTree;
 use super::frustum::Frustum;
 use super::light_path::{bounded, range_of, sphere_of};
-use super::{FramePlan, Reach, Shading, World};
+use super::{Depth, FramePlan, Reach, Shading, World};
 use crate::scene::{
     Aabb, Camera, GbufferPreset, Light, LightKind, LightPath, OptionalPart, Scene, Settings, TargetChoice, View,
 };
 
 /// Share of its distance from the camera by which a surface is lit beside where it is: f32, and depth that is interpolated over large triangles.
 const ROUNDING: f64 = 1e-4;
+/// The same of a linear depth, as a share of the distance at which it ends.
+const LINEAR_ROUNDING: f64 = 1e-5;
 /// The same where positions are stored in half floats, of 11 bits.
 const HALF_ROUNDING: f64 = 2e-3;
 
@@ -136,16 +138,31 @@ impl IdleLights {
     }
 }
 
-/// Share of its distance from the camera by which a surface may be lit beside where it is.
-pub(super) fn misplacement(plan: &FramePlan, camera: &Camera) -> f64 {
-    let half = plan.gbuffer.is_some_and(|gbuffer| gbuffer.position == Some(vk::Format::R16G16B16A16_SFLOAT));
-    pixel(camera, plan.msaa, plan.size) + if half { HALF_ROUNDING } else { ROUNDING }
+/// How far beside where it is a surface may be lit.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Misplacement {
+    /// Of its distance from the camera.
+    share: f64,
+    metres: f64,
 }
 
-/// The angle of a pixel, where samples of several are shaded once, in its middle.
-fn pixel(camera: &Camera, msaa: u32, size: [u32; 2]) -> f64 {
-    let tan_y = (camera.fov_y_degrees.to_radians() * 0.5).tan();
-    if msaa > 1 { 2.0 * tan_y / f64::from(size[1]) } else { 0.0 }
+impl Misplacement {
+    pub(super) fn of(plan: &FramePlan, camera: &Camera, depth: &Depth) -> Self {
+        let half = plan.gbuffer.is_some_and(|gbuffer| gbuffer.position == Some(vk::Format::R16G16B16A16_SFLOAT));
+        let rounding = if half { HALF_ROUNDING } else { ROUNDING };
+        // A pixel, where samples of several are shaded once, in its middle.
+        let pixel = if plan.msaa > 1 { 2.0 * camera.half_height() / f64::from(plan.size[1]) } else { 0.0 };
+        match *depth {
+            Depth::Reciprocal { .. } => Self { share: pixel + rounding, metres: 0.0 },
+            // A linear depth is equally coarse everywhere.
+            Depth::Linear { end, .. } => Self { share: rounding, metres: pixel + LINEAR_ROUNDING * end },
+        }
+    }
+
+    /// At a distance from the camera, in metres.
+    pub(super) fn at(&self, distance: f64) -> f64 {
+        self.share * distance + self.metres
+    }
 }
 
 /// The lights of a frame, in the order of [`World::lights`]. What shaders call the number of a light is its place in this list.
@@ -163,7 +180,13 @@ pub struct Lit {
 
 impl Lit {
     /// The lights that reach any of the `seen` boxes, within what the camera sees, as far as they are sought.
-    pub(super) fn of(world: &World, plan: &FramePlan, camera: &Camera, frustum: &Frustum, seen: &[Aabb]) -> Self {
+    pub(super) fn of(
+        world: &World,
+        plan: &FramePlan,
+        (camera, frustum): (&Camera, &Frustum),
+        beside: &Misplacement,
+        seen: &[Aabb],
+    ) -> Self {
         let shows_all = match plan.shading {
             Shading::ShowGbuffer(view) => shows_all(view),
             shading => shading == Shading::ShowShadowMap,
@@ -174,7 +197,6 @@ impl Lit {
         } else if keeps || !plan.seeks(OptionalPart::IdleLights) {
             (0..world.lights.len()).collect()
         } else {
-            let share = misplacement(plan, camera);
             // A tree pays only where some light may reach nothing.
             let tree =
                 world.lights.iter().any(|light| range_of(light).is_some()).then(|| BoxTree::of(seen.iter().copied()));
@@ -182,7 +204,7 @@ impl Lit {
                 let light = &world.lights[*index];
                 let (Some(range), Some(tree)) = (range_of(light), &tree) else { return true };
                 let reach = sphere_of(light, range);
-                let slack = share * (reach.radius + reach.center.distance(camera.position));
+                let slack = beside.at(reach.radius + reach.center.distance(camera.position));
                 let reach = Reach { radius: reach.radius + slack, ..reach };
                 frustum.may_reach(&reach) && tree.touches(&reach)
             };
@@ -211,7 +233,7 @@ mod tests {
 
     use super::*;
     use crate::plan::{LightWork, Visible, samples};
-    use crate::scene::{Falloff, Keep, LightKind, Material};
+    use crate::scene::{Falloff, Keep, LightKind, Material, Projection};
 
     fn lamp(position: DVec3, range: Option<f64>) -> Light {
         let kind = LightKind::Point { position, range, falloff: Falloff::InverseSquare };
@@ -254,7 +276,7 @@ mod tests {
             for (square, x, y) in points {
                 let point = DVec3::new(square as f64 + x, y, 0.0);
                 let offset = point - camera.position;
-                let (depth, tan_y) = (offset.dot(camera.forward()), (camera.fov_y_degrees.to_radians() * 0.5).tan());
+                let (depth, tan_y) = (offset.dot(camera.forward()), camera.half_height());
                 let seen = depth > camera.near
                     && offset.dot(camera.up()).abs() < depth * tan_y
                     && offset.dot(camera.right()).abs() < depth * tan_y * aspect;
@@ -286,7 +308,7 @@ mod tests {
             lamp(DVec3::new(0.8, 0.5, 0.5), Some(0.9)),
         ];
         let camera = Camera {
-            fov_y_degrees: 20.0,
+            projection: Projection::perspective(20.0),
             ..Camera::looking_at(DVec3::new(0.8, 0.5, 4.0), DVec3::new(0.8, 0.5, 0.0), DVec3::Y)
         };
         let scene = row(3, lights);

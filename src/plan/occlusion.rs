@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 
-use super::{FramePlan, Shading, World, WorldObject};
+use super::{Depth, FramePlan, Shading, World, WorldObject};
 use crate::scene::{Aabb, Camera, OptionalPart, Scene};
 
 /// Objects from which on hiding them is tried. The picture takes 1 to 2 ms of a CPU core, in which hundreds of objects are recorded: Sponza (394
@@ -119,8 +119,9 @@ pub(super) struct Picture {
 /// From the world to cells, x to the right and y down.
 struct View {
     axes: DMat3,
-    position: DVec3,
-    near: f64,
+    camera: Camera,
+    depth: Depth,
+    /// Cells a unit of x or y over w.
     scale: f64,
     center: DVec2,
     columns: usize,
@@ -147,15 +148,15 @@ impl Cells {
 }
 
 impl View {
-    fn of(camera: &Camera, size: [u32; 2]) -> Self {
+    fn of(camera: &Camera, depth: &Depth, size: [u32; 2]) -> Self {
         let columns = (size[0] / LEAST_CELL).clamp(1, COLUMNS);
         let [width, height] = size.map(f64::from);
         let pixels = width / f64::from(columns);
         Self {
             axes: DMat3::from_cols(camera.right(), -camera.up(), camera.forward()).transpose(),
-            position: camera.position,
-            near: camera.near,
-            scale: height * 0.5 / (camera.fov_y_degrees.to_radians() * 0.5).tan() / pixels,
+            camera: *camera,
+            depth: *depth,
+            scale: height * 0.5 / camera.half_height() / pixels,
             center: DVec2::new(width, height) * 0.5 / pixels,
             columns: columns as usize,
             rows: (height / pixels).ceil() as usize,
@@ -165,12 +166,22 @@ impl View {
 
     /// In metres, z along the view.
     fn place(&self, point: DVec3) -> DVec3 {
-        self.axes * (point - self.position)
+        self.axes * (point - self.camera.position)
+    }
+
+    /// Something of a place that is linear over the picture of a triangle, and larger the nearer it is.
+    fn nearness(&self, place: DVec3) -> f64 {
+        if self.camera.is_orthographic() { -place.z } else { place.z.recip() }
+    }
+
+    /// The distance along the view that has it.
+    fn distance(&self, nearness: f64) -> f64 {
+        if self.camera.is_orthographic() { -nearness } else { nearness.recip() }
     }
 
     /// In cells; only of what is before the near plane.
     fn cell(&self, place: DVec3) -> DVec2 {
-        place.truncate() * (self.scale / place.z) + self.center
+        place.truncate() * (self.scale / self.camera.w(place.z)) + self.center
     }
 
     /// The cells from one place to another with the slack around them, if any is in the picture.
@@ -187,7 +198,7 @@ impl View {
     fn footprint(&self, bounds: &Aabb) -> Option<(Option<Cells>, f64)> {
         let places = bounds.corners().map(|corner| self.place(corner));
         let nearest = places.iter().map(|place| place.z).fold(f64::INFINITY, f64::min);
-        if nearest < self.near {
+        if nearest < self.camera.near {
             return None;
         }
         let cells = places.map(|place| self.cell(place));
@@ -202,11 +213,11 @@ impl Picture {
     pub(super) fn of(
         world: &World,
         occluders: &Occluders,
-        camera: &Camera,
+        (camera, depth): (&Camera, &Depth),
         size: [u32; 2],
         seen: impl Iterator<Item = usize>,
     ) -> Self {
-        let view = View::of(camera, size);
+        let view = View::of(camera, depth, size);
         let all = Cells { columns: (0, view.columns - 1), rows: (0, view.rows - 1) };
         let candidate = |index: usize| {
             let object = &world.objects[index];
@@ -244,9 +255,10 @@ impl Picture {
         // Whether the triangle's front is seen; none where it is not drawn, or not wholly before the near plane.
         let facing = |triangle: &[u32; 3]| {
             let [a, b, c] = triangle.map(|corner| places[corner as usize]);
-            let is_before = a.z.min(b.z).min(c.z) > view.near * (1.0 + 1e-6);
+            let is_before = a.z.min(b.z).min(c.z) > view.camera.near * (1.0 + 1e-6);
+            let ray = if view.camera.is_orthographic() { DVec3::Z } else { a };
             // Y and z turned over: a right-handed view all the same.
-            let front = ((b - a).cross(c - a).dot(a) < 0.0) != object.key.mirrored;
+            let front = ((b - a).cross(c - a).dot(ray) < 0.0) != object.key.mirrored;
             (is_before && (front || object.key.two_sided)).then_some(front)
         };
         let faces: Vec<Option<bool>> = mesh.triangles.iter().map(facing).collect();
@@ -256,7 +268,7 @@ impl Picture {
                 continue;
             }
             let points = triangle.map(|corner| corners[corner as usize]);
-            sketch.triangle(points, triangle.map(|corner| places[corner as usize].z.recip()));
+            sketch.triangle(points, triangle.map(|corner| view.nearness(places[corner as usize])));
             for edge in 0..3 {
                 let neighbour = mesh.neighbours[index][edge].map(|other| faces[other as usize]);
                 if neighbour != Some(faces[index]) {
@@ -269,7 +281,7 @@ impl Picture {
             if cell.is_covered && !cell.is_outline {
                 let (row, column) = (cells.rows.0 + own / cells.width(), cells.columns.0 + own % cells.width());
                 let hidden_from = &mut self.hidden_from[row * columns + column];
-                *hidden_from = hidden_from.min(cell.farthest);
+                *hidden_from = hidden_from.min(self.view.distance(cell.nearness));
             }
         }
     }
@@ -278,12 +290,11 @@ impl Picture {
     pub(super) fn hides(&self, bounds: &Aabb) -> bool {
         // What is not before the near plane or comes near no cell is not decided here.
         let Some((Some(cells), nearest)) = self.view.footprint(bounds) else { return false };
-        let near = self.view.near;
-        let depth = near / nearest * (1.0 + DEPTH_SHARE) + DEPTH_SLACK;
+        let depth = self.view.depth.of_distance(nearest) * (1.0 + DEPTH_SHARE) + DEPTH_SLACK;
         (cells.rows.0..=cells.rows.1).all(|row| {
             let row = row * self.view.columns;
             let own = &self.hidden_from[row + cells.columns.0..=row + cells.columns.1];
-            own.iter().all(|&from| depth < near / from)
+            own.iter().all(|&from| depth < self.view.depth.of_distance(from))
         })
     }
 }
@@ -295,19 +306,23 @@ struct Sketch {
     cells: Vec<Sketched>,
 }
 
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 struct Sketched {
     /// A triangle covers its middle.
     is_covered: bool,
     /// An edge of the outline comes near it.
     is_outline: bool,
-    /// Of all triangles that come near it, in metres along the view.
-    farthest: f64,
+    /// The least of all triangles that come near it.
+    nearness: f64,
 }
 
 impl Sketch {
     fn new(at: Cells, slack: f64) -> Self {
-        Self { at, slack, cells: vec![Sketched::default(); at.count()] }
+        Self {
+            at,
+            slack,
+            cells: vec![Sketched { is_covered: false, is_outline: false, nearness: f64::INFINITY }; at.count()],
+        }
     }
 
     /// Calls `each` for the cells of a row from one place to another.
@@ -330,14 +345,14 @@ impl Sketch {
         row((low - self.slack).floor())..row((high + self.slack).floor() + 1.0)
     }
 
-    /// A triangle whose corners are so near: the inverse of the distance is linear over the picture.
-    fn triangle(&mut self, points: [DVec2; 3], inverses: [f64; 3]) {
+    /// A triangle whose corners are so near ([`View::nearness`]).
+    fn triangle(&mut self, points: [DVec2; 3], nearness: [f64; 3]) {
         let [a, b, c] = points;
         let slack = self.slack;
         let area = (b - a).perp_dot(c - a);
-        let (db, dc) = (inverses[1] - inverses[0], inverses[2] - inverses[0]);
+        let (db, dc) = (nearness[1] - nearness[0], nearness[2] - nearness[0]);
         let slope = DVec2::new(db * (c - a).y - dc * (b - a).y, dc * (b - a).x - db * (c - a).x) / area;
-        let least = inverses.into_iter().fold(f64::INFINITY, f64::min);
+        let least = nearness.into_iter().fold(f64::INFINITY, f64::min);
         // To a cell's farthest corner, with the slack.
         let reach = (slope.x.abs() + slope.y.abs()) * (0.5 + slack);
         let edges = [(a, b), (b, c), (c, a)];
@@ -347,10 +362,10 @@ impl Sketch {
             let Some(near) = span(&edges, top - slack, top + 1.0 + slack) else { continue };
             self.fill(row, (near.0 - slack, near.1 + slack), |column, cell| {
                 let middle = DVec2::new(column as f64 + 0.5, top + 0.5);
-                let inverse = inverses[0] + slope.dot(middle - a) - reach;
+                let here = nearness[0] + slope.dot(middle - a) - reach;
                 // Of a triangle that is seen from its edge the slope says nothing.
-                let inverse = if area.abs() > 1e-6 { inverse.max(least) } else { least };
-                cell.farthest = cell.farthest.max(inverse.recip());
+                let here = if area.abs() > 1e-6 { here.max(least) } else { least };
+                cell.nearness = cell.nearness.min(here);
             });
             if let Some((left, right)) = span(&edges, top + 0.5, top + 0.5) {
                 // Only middles between both ends.
@@ -395,7 +410,7 @@ mod tests {
     use super::*;
     use crate::plan::{Visible, samples};
     use crate::scene::builtin::shapes::{self, MeshBuilder};
-    use crate::scene::{Keep, Material, Mesh, Object, Settings};
+    use crate::scene::{Keep, Material, Mesh, Object, Projection, Settings};
 
     const SIZE: [u32; 2] = [640, 360];
 
@@ -417,9 +432,10 @@ mod tests {
     }
 
     fn picture(scene: &Scene, camera: &Camera) -> (World, Picture) {
-        let (world, _) = world(scene);
+        let (world, plan) = world(scene);
         let occluders = Occluders::of(scene, &world.objects);
-        let picture = Picture::of(&world, &occluders, camera, SIZE, 0..world.objects.len());
+        let depth = Depth::of(&world, &plan, camera);
+        let picture = Picture::of(&world, &occluders, (camera, &depth), SIZE, 0..world.objects.len());
         (world, picture)
     }
 
@@ -467,7 +483,7 @@ mod tests {
         #[test]
         fn what_a_ray_through_any_part_of_a_pixel_meets_first_is_not_hidden(
             objects in proptest::collection::vec((0..5usize, 0..2usize, vector(6.0), vector(3.0), [0.1..7.0, 0.1..7.0, 0.1..7.0f64], any::<bool>()), 2..24),
-            position in vector(9.0), target in vector(2.0), fov in 20.0..110.0f64,
+            position in vector(9.0), target in vector(2.0), fov in 20.0..110.0f64, parallel in any::<bool>(),
             rays in proptest::collection::vec((0.0..=1.0f64, 0.0..=1.0f64), 400),
         ) {
             prop_assume!(position.distance(target) > 0.1);
@@ -476,27 +492,33 @@ mod tests {
                 (mesh(kind), material, DAffine3::from_scale_rotation_translation(size, DQuat::from_scaled_axis(turn), at))
             };
             let scene = scene(objects.into_iter().map(object).collect());
-            let camera = Camera { fov_y_degrees: fov, near: 0.1, ..Camera::looking_at(position, target, DVec3::Y) };
+            let projection = if parallel { Projection::orthographic(fov * 0.1) } else { Projection::perspective(fov) };
+            let camera = Camera { projection, near: 0.1, ..Camera::looking_at(position, target, DVec3::Y) };
             let (world, picture) = picture(&scene, &camera);
             let hidden: Vec<bool> = world.objects.iter().map(|object| picture.hides(&object.bounds)).collect();
-            let tan_y = (fov.to_radians() * 0.5).tan();
-            let tan_x = tan_y * f64::from(SIZE[0]) / f64::from(SIZE[1]);
+            let half_y = camera.half_height();
+            let half_x = half_y * f64::from(SIZE[0]) / f64::from(SIZE[1]);
             for (x, y) in rays {
-                let ray = camera.forward() + camera.right() * tan_x * (2.0 * x - 1.0) + camera.up() * tan_y * (1.0 - 2.0 * y);
+                let aside = camera.right() * half_x * (2.0 * x - 1.0) + camera.up() * half_y * (1.0 - 2.0 * y);
+                let (from, ray) = match parallel {
+                    true => (position + aside, camera.forward()),
+                    false => (position, camera.forward() + aside),
+                };
                 let hits = scene.objects.iter().enumerate().filter_map(|(index, object)| {
                     let two_sided = scene.materials[object.material].two_sided;
-                    Some((hit(&scene.meshes[object.mesh], &object.transform, two_sided, position, ray, 0.1)?, index))
+                    Some((hit(&scene.meshes[object.mesh], &object.transform, two_sided, from, ray, 0.1)?, index))
                 });
                 let first = hits.min_by(|a, b| a.0.total_cmp(&b.0));
                 if let Some((_, first)) = first {
                     prop_assert!(!hidden[first], "object {first} is seen at {x}, {y}");
                 }
                 // The ray's own length along the view is 1.
-                let cell = picture.view.cell(picture.view.place(position + ray)).floor().max(DVec2::ZERO);
+                let cell = picture.view.cell(picture.view.place(from + ray)).floor().max(DVec2::ZERO);
                 let (column, row) = ((cell.x as usize).min(picture.view.columns - 1), (cell.y as usize).min(picture.view.rows - 1));
-                let from = picture.hidden_from[row * picture.view.columns + column];
+                let hidden_from = picture.hidden_from[row * picture.view.columns + column];
                 let distance = first.map_or(f64::INFINITY, |(distance, _)| distance);
-                prop_assert!(from.is_infinite() || distance <= from * (1.0 + 1e-9), "{distance} {from} at {x}, {y}");
+                let is_right = hidden_from.is_infinite() || distance <= hidden_from * (1.0 + 1e-9);
+                prop_assert!(is_right, "{distance} {hidden_from} at {x}, {y}");
             }
         }
     }

@@ -9,7 +9,7 @@ use ash::vk;
 use super::gbuffer::format_bytes;
 use super::lights::MIXED_FALLOFF;
 use super::{
-    COUNT, DEPTH, FramePlan, Gbuffer, Grid, PlannedBrdf, PlannedLights, Projection, SLICES, Shading, ShadowLight,
+    COUNT, DEPTH, FramePlan, Gbuffer, Grid, MapProjection, PlannedBrdf, PlannedLights, SLICES, Shading, ShadowLight,
     ShadowPlan, Sums, TRIANGLE, TextureSource, ToneMapping, anisotropy, shadow_reason,
 };
 use crate::scene::{HdrFormat, OptionalPart, Scene, Settings, TextureSlot, Transparency};
@@ -111,10 +111,10 @@ fn shadow(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Part {
 fn shadow_maps(shadow: &ShadowPlan) -> String {
     const MOST: usize = 8;
     let one = |light: &ShadowLight| match light.projection {
-        Projection::Cascades(1) => format!("{} (1 map)", light.name),
-        Projection::Cascades(count) => format!("{} ({count} cascades)", light.name),
-        Projection::Perspective => format!("{} (1 map)", light.name),
-        Projection::Cube => format!("{} (6 faces)", light.name),
+        MapProjection::Cascades(1) => format!("{} (1 map)", light.name),
+        MapProjection::Cascades(count) => format!("{} ({count} cascades)", light.name),
+        MapProjection::Perspective => format!("{} (1 map)", light.name),
+        MapProjection::Cube => format!("{} (6 faces)", light.name),
     };
     let mut names = shadow.lights.iter().take(MOST).map(one).collect::<Vec<_>>().join(", ");
     if let Some(more) = shadow.lights.len().checked_sub(MOST).filter(|&more| more > 0) {

@@ -33,7 +33,7 @@ pub struct Tile {
 
 /// How a light looks at the scene; the numbers are those of `shaders/shared/shadows.wgsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Projection {
+pub enum MapProjection {
     /// Orthographic maps, one behind the other along the camera's view.
     Cascades(u32),
     Perspective,
@@ -41,7 +41,7 @@ pub enum Projection {
     Cube,
 }
 
-impl Projection {
+impl MapProjection {
     pub(super) fn of(light: &Light, cascades: u32) -> Self {
         match light.kind {
             LightKind::Directional { .. } => Self::Cascades(cascades),
@@ -67,7 +67,7 @@ pub struct ShadowLight {
     pub light: usize,
     pub name: String,
     pub first_view: usize,
-    pub projection: Projection,
+    pub projection: MapProjection,
 }
 
 /// The maps of all frames: a layered image, and who has which part of it.
@@ -121,10 +121,10 @@ impl ShadowPlan {
             ),
         };
         for (light, source) in by_importance(scene, order) {
-            let wanted = Projection::of(source, shadows.cascades);
-            let tries: Vec<Projection> = match wanted {
-                Projection::Cascades(count) => (1..=count).rev().map(Projection::Cascades).collect(),
-                Projection::Perspective | Projection::Cube => vec![wanted],
+            let wanted = MapProjection::of(source, shadows.cascades);
+            let tries: Vec<MapProjection> = match wanted {
+                MapProjection::Cascades(count) => (1..=count).rev().map(MapProjection::Cascades).collect(),
+                MapProjection::Perspective | MapProjection::Cube => vec![wanted],
             };
             // The reason for the first try that fails: what keeps it from being whole.
             let (mut short, mut found) = (None, None);
@@ -157,13 +157,13 @@ impl ShadowPlan {
     }
 
     /// Places for all maps of a light: whole layers for cascades, quarters for the others. When they do not all fit, why.
-    fn room(&mut self, projection: Projection, free: &mut Vec<Tile>, most: u32) -> Result<Vec<Tile>, Short> {
+    fn room(&mut self, projection: MapProjection, free: &mut Vec<Tile>, most: u32) -> Result<Vec<Tile>, Short> {
         let count = projection.views();
         if self.tiles.len() + count > MAX_SHADOW_VIEWS {
             return Err(Short::Views);
         }
         let (whole, missing) = match projection {
-            Projection::Cascades(count) => (true, count),
+            MapProjection::Cascades(count) => (true, count),
             _ => (false, count.saturating_sub(free.len()).div_ceil(4) as u32),
         };
         if missing > most - self.layers {
@@ -191,9 +191,9 @@ impl ShadowPlan {
     pub fn code(&self, light: usize) -> u32 {
         self.lights.iter().find(|own| own.light == light).map_or(0, |own| {
             let (kind, count) = match own.projection {
-                Projection::Cascades(count) => (1, count),
-                Projection::Perspective => (2, 1),
-                Projection::Cube => (3, 6),
+                MapProjection::Cascades(count) => (1, count),
+                MapProjection::Perspective => (2, 1),
+                MapProjection::Cube => (3, 6),
             };
             (kind << 2) | ((own.first_view as u32) << 4) | (count << 12)
         })

@@ -3,8 +3,8 @@ use glam::Vec3;
 use super::samples::{self, device, emissive, masked, material, point, scene, sky, spot, sun, textured};
 use super::*;
 use crate::scene::{
-    AlphaMode, Camera, Falloff, GbufferChoice, GbufferPreset, HdrFormat, Light, Material, Output, ShadowSettings,
-    TargetChoice, TextureSlot, Tonemap,
+    AlphaMode, Camera, Falloff, GbufferChoice, GbufferPreset, HdrFormat, Light, Material, Output, Projection,
+    ShadowSettings, TargetChoice, TextureSlot, Tonemap,
 };
 
 const CT: Brdf = Brdf::CookTorrance;
@@ -587,7 +587,8 @@ fn a_plan_is_pure_and_knows_no_camera() {
     assert!(plans == samples::plans());
     let mut moved = scene(vec![textured(CT), emissive()], vec![sun(), spot(Falloff::Quadratic)]);
     let before = plan(&moved);
-    moved.camera = Camera { position: glam::DVec3::splat(1e6), fov_y_degrees: 20.0, ..Camera::default() };
+    moved.camera =
+        Camera { position: glam::DVec3::splat(1e6), projection: Projection::perspective(20.0), ..Camera::default() };
     assert_eq!(plan(&moved), before);
 }
 

@@ -9,13 +9,13 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::frustum::Frustum;
 use super::levels::stretch;
 use super::light_path::{self, Cut};
-use super::lit::{IdleLights, Lit, misplacement};
+use super::lit::{IdleLights, Lit, Misplacement};
 use super::occlusion::{self, Occluders};
 use super::shadows::{Changes, add_cascades, lamp_views, widened};
 use super::volumes::{self, LightRect, Volumes};
 use super::{
-    Caster, Clusters, Error, FramePlan, GeometryKey, Projection, Reach, Receivers, Shading, ShadowPlan, ShadowView,
-    clusters, falloff_index,
+    Caster, Clusters, Depth, Error, FramePlan, GeometryKey, MapProjection, Reach, Receivers, Shading, ShadowPlan,
+    ShadowView, clusters, falloff_index,
 };
 use crate::scene::finite::fits;
 use crate::scene::{
@@ -284,7 +284,7 @@ fn structure(light: &Light, shadows: &ShadowSettings) -> impl PartialEq {
             (range.is_some(), (falloff_index(falloff), light_path::weakens(falloff)))
         }
     };
-    let projection = Projection::of(light, shadows.cascades);
+    let projection = MapProjection::of(light, shadows.cascades);
     let kind = std::mem::discriminant(&light.kind);
     (kind, projection, range, falloff, light.casts_shadow, World::shines(light))
 }
@@ -337,7 +337,7 @@ pub struct SortedDraw {
 }
 
 /// The lists of one frame.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Visible {
     /// From near to far, so that early depth tests save the most: hidden fragments cost more than changes of state (Sponza's
     /// GEOMETRY takes a fifth less CPU on lavapipe than sorted by material). Equally near ones by pipeline and material.
@@ -359,35 +359,45 @@ pub struct Visible {
     pub culled: usize,
     /// Objects in view that others hide.
     pub occluded: usize,
+    /// What depths are told by.
+    pub depth: Depth,
 }
 
 impl Visible {
+    /// Of what an [`Eye`]'s camera sees.
     pub fn of(world: &World, camera: &Camera, plan: &FramePlan) -> Self {
         let aspect = f64::from(plan.size[0]) / f64::from(plan.size[1]);
         let frustum = Frustum::of(camera, aspect);
+        let depth = Depth::of(world, plan, camera);
+        let beside = Misplacement::of(plan, camera, &depth);
         let mut seen: Vec<(usize, f64)> = world
             .objects
             .iter()
             .enumerate()
             .filter(|(_, object)| plan.keep.has(OptionalPart::OffscreenObjects) || frustum.may_see(&object.bounds))
-            .map(|(index, object)| (index, (object.bounds.center() - camera.position).length_squared()))
+            .map(|(index, object)| (index, camera.order(object.bounds.center())))
             .collect();
         let in_view = seen.len();
         if let Some(occluders) = &world.occluders {
-            let picture =
-                occlusion::Picture::of(world, occluders, camera, plan.size, seen.iter().map(|&(index, _)| index));
+            let picture = occlusion::Picture::of(
+                world,
+                occluders,
+                (camera, &depth),
+                plan.size,
+                seen.iter().map(|&(index, _)| index),
+            );
             seen.retain(|&(index, _)| !picture.hides(&world.objects[index].bounds));
         }
         let state = |index: usize| (world.objects[index].key, world.objects[index].material, index);
         seen.sort_by(|a, b| a.1.total_cmp(&b.1).then_with(|| state(a.0).cmp(&state(b.0))));
         let boxes: Vec<Aabb> = seen.iter().map(|&(index, _)| world.objects[index].bounds).collect();
-        let lit = Lit::of(world, plan, camera, &frustum, &boxes);
+        let lit = Lit::of(world, plan, (camera, &frustum), &beside, &boxes);
         let mut shadows = world.lamps.clone();
         let leaves_casters = plan.seeks(OptionalPart::IdleCasters) && plan.shading != Shading::ShowShadowMap;
         let receivers = plan.shadow.as_ref().filter(|_| leaves_casters).map(|shadow| {
             let receiving = seen.iter().filter(|&&(index, _)| world.objects[index].key.receives);
             let boxes = receiving.map(|&(index, _)| world.objects[index].bounds);
-            Receivers::of(boxes, (camera, &frustum), misplacement(plan, camera), shadow, &world.shadows)
+            Receivers::of(boxes, (camera, &frustum), &beside, shadow, &world.shadows)
         });
         if let Some(shadow) = &plan.shadow {
             add_cascades(&mut shadows, world, shadow, camera, aspect, &boxes);
@@ -410,11 +420,12 @@ impl Visible {
             sorted_indices,
             shadows,
             receivers,
-            clusters: plan
-                .has_clusters()
-                .then(|| clusters::bin(&lit.spheres(world, lit.global), lit.global as u32, camera, plan.size)),
+            clusters: plan.has_clusters().then(|| {
+                clusters::bin(&lit.spheres(world, lit.global), lit.global as u32, (camera, &depth), plan.size)
+            }),
             lights: light_work(world, camera, plan, &lit),
             lit,
+            depth,
         }
     }
 
@@ -457,8 +468,8 @@ fn light_work(world: &World, camera: &Camera, plan: &FramePlan, lit: &Lit) -> Li
     }
 }
 
-/// Sorts the triangles of each of these objects by the distance of their centroid, the farthest first; equally far ones as they
-/// lie in the mesh. Distances and not depths: the order stays when the camera only turns.
+/// Sorts the triangles of each of these objects by where rays meet their centroid ([`Camera::order`]), the farthest first; equally far ones as
+/// they lie in the mesh.
 fn back_to_front(world: &World, camera: &Camera, objects: impl Iterator<Item = usize>) -> (Vec<SortedDraw>, Vec<u32>) {
     let mut indices = Vec::new();
     let draws = objects.map(|index| {
@@ -467,9 +478,8 @@ fn back_to_front(world: &World, camera: &Camera, objects: impl Iterator<Item = u
             return SortedDraw { object: index, first_index: None };
         };
         // In f64: what is near must not take its order from how far the origin is.
-        let distance = |triangle: &SortableTriangle| {
-            (object.transform.transform_point3(triangle.centroid.as_dvec3()) - camera.position).length_squared()
-        };
+        let distance =
+            |triangle: &SortableTriangle| camera.order(object.transform.transform_point3(triangle.centroid.as_dvec3()));
         let mut order: Vec<(f64, usize)> =
             triangles.iter().enumerate().map(|(place, triangle)| (distance(triangle), place)).collect();
         order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));

@@ -38,7 +38,7 @@ const WIDEST_CONE_DEGREES: f64 = 60.0;
 /// The pixels that each light can reach; lights that reach none are left out.
 pub(super) fn rectangles(reaches: &[Reach], first: u32, camera: &Camera, size: [u32; 2]) -> Vec<LightRect> {
     let axes = DMat3::from_cols(camera.right(), -camera.up(), camera.forward()).transpose();
-    let scale = f64::from(size[1]) * 0.5 / (camera.fov_y_degrees.to_radians() * 0.5).tan();
+    let scale = f64::from(size[1]) * 0.5 / camera.half_height();
     let rectangle = |(light, reach): (u32, &Reach)| {
         let center = axes * (reach.center - camera.position);
         let radius = reach.radius * (1.0 + SLACK);
@@ -49,7 +49,7 @@ pub(super) fn rectangles(reaches: &[Reach], first: u32, camera: &Camera, size: [
         let span = |axis: usize| {
             let edge = f64::from(size[axis]);
             let across = (center[axis] - radius, center[axis] + radius);
-            let (low, high) = screen_span(across, (near, far), scale, edge * 0.5);
+            let (low, high) = screen_span(across, (camera.w(near), camera.w(far)), scale, edge * 0.5);
             let (from, to) = (low.floor().clamp(0.0, edge), high.ceil().clamp(0.0, edge));
             // An infinite reach has no finite span: all of it.
             let (from, to) = if radius.is_finite() { (from, to) } else { (0.0, edge) };
@@ -153,6 +153,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::scene::Projection;
 
     fn faces(mesh: &[[f32; 3]]) -> Vec<[DVec3; 3]> {
         mesh.chunks_exact(3).map(|face| [0, 1, 2].map(|i| Vec3::from(face[i]).as_dvec3())).collect()
@@ -193,15 +194,16 @@ mod tests {
         #[test]
         fn a_rectangle_holds_every_pixel_that_its_light_reaches(
             center in [-9.0..9.0f64, -9.0..9.0, -20.0..5.0], radius in 0.01..6.0f64, fov in 20.0..120.0f64,
-            direction in unit(), share in 0.0..1.0f64,
+            direction in unit(), share in 0.0..1.0f64, parallel in any::<bool>(),
         ) {
-            let camera = Camera { fov_y_degrees: fov, near: 0.1, position: DVec3::ZERO, ..Camera::default() };
+            let projection = if parallel { Projection::orthographic(fov * 0.1) } else { Projection::perspective(fov) };
+            let camera = Camera { projection, near: 0.1, position: DVec3::ZERO, ..Camera::default() };
             let center = DVec3::from(center);
             let point = center + direction * radius * share;
             let size = [640, 360];
-            let tan = (fov.to_radians() * 0.5).tan();
-            let x = (point.x / -point.z / tan * 360.0 / 640.0 + 1.0) * 320.0;
-            let y = (1.0 - point.y / -point.z / tan) * 180.0;
+            let half = camera.half_height() * camera.w(-point.z);
+            let x = (point.x / half * 360.0 / 640.0 + 1.0) * 320.0;
+            let y = (1.0 - point.y / half) * 180.0;
             prop_assume!(-point.z > 0.1 && (0.0..640.0).contains(&x) && (0.0..360.0).contains(&y));
             let all = rectangles(&[Reach { center, radius }], 3, &camera, size);
             prop_assert_eq!(all.len(), 1);

@@ -396,7 +396,7 @@ mod tests {
         let limit = 5 * (HEADER_BYTES as u64 + 4 + 24 * 16 * 48) / 2;
         let cache = Cache { limit, ..Cache::at(folder.path()) };
         let use_one = |roll: f64| {
-            let camera = scene::Camera { fov_y_degrees: 40.0 + roll, ..scene.camera };
+            let camera = scene::Camera { projection: scene::Projection::perspective(40.0 + roll), ..scene.camera };
             let source = cache.render(&reference, &View { camera, size: [24, 16] }, &options(1), &|_, _| {}).source;
             // Some file systems have no finer clock.
             std::thread::sleep(Duration::from_millis(20));

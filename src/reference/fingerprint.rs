@@ -9,7 +9,7 @@ use super::render::Reference;
 use super::{Options, Smith, View};
 use crate::scene::{
     AlphaMode, Brdf, Camera, CastsShadow, ColorSpace, Environment, Falloff, Light, LightKind, Material, Mesh, Object,
-    Scene, Texture,
+    Projection, Scene, Texture,
 };
 
 #[cfg(test)]
@@ -206,10 +206,15 @@ impl Fingerprint {
 
     fn view(&mut self, view: &View) {
         let View { camera, size } = view;
-        let Camera { position, rotation, fov_y_degrees, near } = camera;
+        let Camera { position, rotation, projection, near } = camera;
         self.vector(*position);
         rotation.to_array().into_iter().for_each(|entry| self.real(entry));
-        self.real(*fov_y_degrees);
+        let (kind, extent) = match *projection {
+            Projection::Perspective { fov_y_degrees } => (0, fov_y_degrees),
+            Projection::Orthographic { height } => (1, height),
+        };
+        self.number(kind);
+        self.real(extent);
         self.real(*near);
         size.iter().for_each(|&edge| self.number(u64::from(edge)));
     }

@@ -44,9 +44,10 @@ struct Lens {
     near: f64,
     eye: DVec3,
     forward: DVec3,
-    /// From the middle of the picture to its right and lower edges, at a distance of 1.
+    /// From the middle of the picture to its right and lower edges: at a distance of 1, or anywhere where rays are parallel.
     right: DVec3,
     down: DVec3,
+    parallel: bool,
 }
 
 /// Which points of a light a sample asks.
@@ -66,21 +67,27 @@ impl Lens {
     fn of(view: &View) -> Self {
         let camera = &view.camera;
         let size = DVec2::new(f64::from(view.size[0]), f64::from(view.size[1]));
-        let tangent = (camera.fov_y_degrees.to_radians() * 0.5).tan();
+        let half = camera.half_height();
         Self {
             size,
             near: camera.near,
             eye: camera.position,
             forward: camera.forward(),
-            right: camera.right() * (tangent * size.x / size.y),
-            down: -camera.up() * tangent,
+            right: camera.right() * (half * size.x / size.y),
+            down: -camera.up() * half,
+            parallel: camera.is_orthographic(),
         }
     }
 
-    /// Through a place of the picture, in pixels from its upper left corner. Distances along it are distances along the view.
+    /// Through a place of the picture, in pixels from its upper left corner. Distances along it are distances along the view. Where rays are
+    /// parallel, what looks along one looks from where it begins.
     fn ray(&self, place: DVec2) -> Ray {
         let at = place * 2.0 / self.size - 1.0;
-        Ray::new(self.eye, self.forward + self.right * at.x + self.down * at.y)
+        let aside = self.right * at.x + self.down * at.y;
+        match self.parallel {
+            true => Ray::new(self.eye + aside, self.forward),
+            false => Ray::new(self.eye, self.forward + aside),
+        }
     }
 }
 
@@ -102,12 +109,18 @@ impl<'a> Reference<'a> {
     }
 
     /// The nearest opaque surface at a place of the picture, in pixels from its upper left corner (the middle of the first one is at
-    /// 0.5, 0.5), its triangle, and its distance along the view axis in metres.
+    /// 0.5, 0.5), its triangle, and its distance along the view axis in metres. The surface's place is relative to the camera's.
     pub fn surface(&self, view: &View, pixel: DVec2) -> Option<(Surface, TriangleId, f64)> {
         let lens = Lens::of(view);
         let ray = lens.ray(pixel);
         let hit = self.geometry.seen(&ray, lens.near, &mut Vec::new())?;
         let (surface, _) = self.surface_of(&hit, &ray);
+        let surface = match lens.parallel {
+            true => {
+                Surface { position: surface.position + (ray.origin - lens.eye), ray: Some(ray.direction), ..surface }
+            }
+            false => surface,
+        };
         Some((surface, self.geometry.triangles[hit.triangle].id, hit.crossing.distance))
     }
 

@@ -1,4 +1,4 @@
-//! A perspective camera in f64.
+//! A camera in f64, perspective or orthographic.
 
 use std::ops::RangeInclusive;
 use std::str::FromStr;
@@ -9,22 +9,54 @@ use super::Error;
 
 /// The fields of view that a projection in f32 holds.
 pub const FOV_Y_DEGREES: RangeInclusive<f64> = 0.001..=179.999;
+/// Heights of an orthographic picture, in metres, that a projection in f32 holds.
+pub const HEIGHT: RangeInclusive<f64> = 1e-12..=1e15;
 
-/// A pinhole camera that looks along its local -Z, +Y up. The far plane is infinite.
+/// How a camera lays the scene out on its picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Projection {
+    /// All rays go through the camera's place: what is twice as far away is half as large.
+    Perspective {
+        /// Vertical field of view, within [`FOV_Y_DEGREES`].
+        fov_y_degrees: f64,
+    },
+    /// All rays are parallel: what is far away is as large as what is near.
+    Orthographic {
+        /// Of what the picture shows, in metres, within [`HEIGHT`]: twice the `ymag` of glTF.
+        height: f64,
+    },
+}
+
+impl Projection {
+    pub const fn perspective(fov_y_degrees: f64) -> Self {
+        Self::Perspective { fov_y_degrees }
+    }
+
+    pub const fn orthographic(height: f64) -> Self {
+        Self::Orthographic { height }
+    }
+}
+
+/// A camera that looks along its local -Z, +Y up. A perspective one has no far plane, and neither has an orthographic one: its depth ends behind
+/// what there is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
     pub position: DVec3,
     /// From camera space to world space.
     pub rotation: DQuat,
-    /// Vertical field of view, within [`FOV_Y_DEGREES`].
-    pub fov_y_degrees: f64,
+    pub projection: Projection,
     /// Distance of the near plane, above 0.
     pub near: f64,
 }
 
 impl Default for Camera {
     fn default() -> Self {
-        Self { position: DVec3::new(0.0, 0.0, 5.0), rotation: DQuat::IDENTITY, fov_y_degrees: 60.0, near: 0.1 }
+        Self {
+            position: DVec3::new(0.0, 0.0, 5.0),
+            rotation: DQuat::IDENTITY,
+            projection: Projection::perspective(60.0),
+            near: 0.1,
+        }
     }
 }
 
@@ -53,18 +85,51 @@ impl Camera {
     pub fn up(&self) -> DVec3 {
         self.rotation * DVec3::Y
     }
+
+    pub fn is_orthographic(&self) -> bool {
+        matches!(self.projection, Projection::Orthographic { .. })
+    }
+
+    /// Half of what the picture shows from top to bottom, in metres, where [`Camera::w`] is 1.
+    pub fn half_height(&self) -> f64 {
+        match self.projection {
+            Projection::Perspective { fov_y_degrees } => (fov_y_degrees.to_radians() * 0.5).tan(),
+            Projection::Orthographic { height } => height * 0.5,
+        }
+    }
+
+    /// The w of clip space at a distance along the view, by which places are divided to come to the picture: that distance, or 1.
+    pub fn w(&self, distance: f64) -> f64 {
+        match self.projection {
+            Projection::Perspective { .. } => distance,
+            Projection::Orthographic { .. } => 1.0,
+        }
+    }
+
+    /// Orders places from near to far as rays meet them: by the squared distance from the eye, which stays when a perspective camera turns, or by
+    /// the distance along parallel rays.
+    pub fn order(&self, place: DVec3) -> f64 {
+        let offset = place - self.position;
+        match self.projection {
+            Projection::Perspective { .. } => offset.length_squared(),
+            Projection::Orthographic { .. } => offset.dot(self.forward()),
+        }
+    }
 }
 
 impl FromStr for Camera {
     type Err = Error;
 
-    /// `x,y,z/tx,ty,tz` or `x,y,z/tx,ty,tz/fov`: where it stands, what it looks at, and the vertical field of view in degrees
-    /// (60 when left out). Up is +Y. `near` is the default: whoever knows the scene sets it.
+    /// `x,y,z/tx,ty,tz`, `x,y,z/tx,ty,tz/fov` or `x,y,z/tx,ty,tz/<height>m`: where it stands, what it looks at, and the vertical field of view
+    /// in degrees (60 when left out), or the height in metres of what an orthographic camera shows. Up is +Y. `near` is the default: whoever
+    /// knows the scene sets it.
     fn from_str(text: &str) -> Result<Self, Error> {
-        let wrong = |what: String| Error::Setting(format!("camera \"{text}\": {what}, as in \"0,1.7,8/0,1,0/60\""));
+        let wrong = |what: String| {
+            Error::Setting(format!("camera \"{text}\": {what}, as in \"0,1.7,8/0,1,0/60\", or \"0,1.7,8/0,1,0/4m\""))
+        };
         let parts: Vec<&str> = text.split('/').collect();
         if !(2..=3).contains(&parts.len()) {
-            return Err(wrong("expected position/target or position/target/fov".into()));
+            return Err(wrong("expected position/target, position/target/fov or position/target/<height>m".into()));
         }
         let number = |text: &str| {
             let parsed = text.trim().parse::<f64>().ok().filter(|number| number.abs() <= 1e15);
@@ -80,10 +145,21 @@ impl FromStr for Camera {
             return Err(wrong("position and target are the same point".into()));
         }
         let mut camera = Self::looking_at(position, target, DVec3::Y);
-        if let Some(fov) = parts.get(2) {
-            camera.fov_y_degrees = number(fov)?;
-            if !FOV_Y_DEGREES.contains(&camera.fov_y_degrees) {
-                return Err(wrong(format!("a field of view of {fov} is not from 0.001 to 179.999 degrees")));
+        match parts.get(2).map(|lens| (lens, lens.trim().strip_suffix('m'))) {
+            None => {}
+            Some((_, Some(metres))) => {
+                let height = number(metres)?;
+                if !HEIGHT.contains(&height) {
+                    return Err(wrong(format!("a height of {} m is not from 1e-12 to 1e15 metres", metres.trim())));
+                }
+                camera.projection = Projection::orthographic(height);
+            }
+            Some((fov, None)) => {
+                let fov_y_degrees = number(fov)?;
+                if !FOV_Y_DEGREES.contains(&fov_y_degrees) {
+                    return Err(wrong(format!("a field of view of {fov} is not from 0.001 to 179.999 degrees")));
+                }
+                camera.projection = Projection::perspective(fov_y_degrees);
             }
         }
         Ok(camera)
@@ -102,11 +178,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_camera_parses_with_and_without_a_field_of_view() {
+    fn a_camera_parses_with_a_field_of_view_a_height_and_neither() {
         let camera = Camera::parse("1, 2,3 / 1,2,-4/35.5").unwrap();
-        assert_eq!((camera.position, camera.fov_y_degrees), (DVec3::new(1.0, 2.0, 3.0), 35.5));
+        assert_eq!((camera.position, camera.projection), (DVec3::new(1.0, 2.0, 3.0), Projection::perspective(35.5)));
         assert!((camera.forward() - DVec3::NEG_Z).length() < 1e-12);
-        assert_eq!(Camera::parse("0,0,1/0,0,0").unwrap().fov_y_degrees, 60.0);
+        assert_eq!(Camera::parse("0,0,1/0,0,0").unwrap().projection, Projection::perspective(60.0));
+        let flat = Camera::parse("0,0,1/0,0,0/2.5m").unwrap();
+        assert_eq!((flat.projection, flat.half_height(), flat.w(7.0)), (Projection::orthographic(2.5), 1.25, 1.0));
     }
 
     #[test]
@@ -122,6 +200,10 @@ mod tests {
             "0,0,1/0,0,0/180",
             "0,0,1/0,0,0/0",
             "0,0,1/0,0,0/1/2",
+            "0,0,1/0,0,0/0m",
+            "0,0,1/0,0,0/-1m",
+            "0,0,1/0,0,0/m",
+            "0,0,1/0,0,0/1e-13 m",
         ] {
             let error = Camera::parse(text).unwrap_err().to_string();
             assert!(error.starts_with("camera \"") && !error.contains('\n'), "{error}");

@@ -46,8 +46,9 @@ impl Scene {
         if !all.iter().all(|light| light.is_finite()) {
             return Err("the environment's light is not finite".into());
         }
-        let Camera { position, rotation, fov_y_degrees, near } = self.camera;
-        if !(position.is_finite() && rotation.is_finite() && fov_y_degrees.is_finite() && near.is_finite()) {
+        let Camera { position, rotation, projection: _, near } = self.camera;
+        if !(position.is_finite() && rotation.is_finite() && self.camera.half_height().is_finite() && near.is_finite())
+        {
             return Err("a number of the camera is not finite".into());
         }
         Ok(())

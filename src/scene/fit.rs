@@ -7,7 +7,7 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::{Aabb, Camera, Environment, Light, LightKind, Scene, metered_ev100};
+use super::{Aabb, Camera, Environment, Light, LightKind, Projection, Scene, metered_ev100};
 
 /// Room around a fitted object, as a share of the picture.
 const MARGIN: f64 = 1.06;
@@ -81,8 +81,11 @@ fn object_camera(bounds: &Aabb, aspect: f64) -> Camera {
     let radius = bounds.radius().max(f64::MIN_POSITIVE);
     let center = bounds.center();
     let toward_camera = DVec3::new(0.65, 0.45, 1.0).normalize();
-    let mut camera = Camera { fov_y_degrees: 45.0, ..Camera::looking_at(toward_camera, DVec3::ZERO, DVec3::Y) };
-    let slope_y = (camera.fov_y_degrees * 0.5).to_radians().tan() / MARGIN;
+    let mut camera = Camera {
+        projection: Projection::perspective(45.0),
+        ..Camera::looking_at(toward_camera, DVec3::ZERO, DVec3::Y)
+    };
+    let slope_y = camera.half_height() / MARGIN;
     let slope_x = slope_y * if aspect.is_finite() && aspect > 0.0 { aspect } else { 1.0 };
     // A corner at (x, y, z) before a camera d away is in view when |x| <= slope * (d + z).
     let needed = bounds.corners().map(|corner| {
@@ -116,7 +119,8 @@ fn hall_camera(scene: &Scene, bounds: &Aabb) -> Option<Camera> {
         // Of places with much the same view the first wins: lower, and nearer to the end.
         if best.as_ref().is_none_or(|(longest, _)| view > longest * 1.1) {
             let target = eye - axis * side * length + DVec3::Y * (0.09 * length);
-            let camera = Camera { fov_y_degrees: 60.0, ..Camera::looking_at(eye, target, DVec3::Y) };
+            let camera =
+                Camera { projection: Projection::perspective(60.0), ..Camera::looking_at(eye, target, DVec3::Y) };
             best = Some((view, Camera { near: bounds.radius() * 1e-3, ..camera }));
         }
     }
@@ -202,7 +206,7 @@ mod tests {
             let mut scene = scene_of(shapes::cuboid(size), DAffine3::from_translation(DVec3::splat(size[0] * 7.0)));
             fit_camera(&mut scene, aspect);
             let camera = scene.camera;
-            let slope = (camera.fov_y_degrees * 0.5).to_radians().tan();
+            let slope = camera.half_height();
             for corner in scene.bounds().corners() {
                 let offset = corner - camera.position;
                 let depth = offset.dot(camera.forward());

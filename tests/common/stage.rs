@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 
 use afterlight::scene::builtin::shapes::{MeshBuilder, WHOLE_IMAGE};
 use afterlight::scene::{
-    self, Brdf, Camera, Falloff, GbufferChoice, Light, LightKind, Material, Object, Output, Scene, Settings, Tonemap,
-    View,
+    self, Brdf, Camera, Falloff, GbufferChoice, Light, LightKind, Material, Object, Output, Projection, Scene,
+    Settings, Tonemap, View,
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
@@ -50,7 +50,12 @@ pub fn view(scene: &Scene, width: u32, height: u32, view: View) -> Settings {
 }
 
 pub fn camera() -> Camera {
-    Camera { position: EYE, rotation: DQuat::IDENTITY, fov_y_degrees: 2.0 * 0.5f64.atan().to_degrees(), near: 0.125 }
+    Camera {
+        position: EYE,
+        rotation: DQuat::IDENTITY,
+        projection: Projection::perspective(2.0 * 0.5f64.atan().to_degrees()),
+        near: 0.125,
+    }
 }
 
 /// An empty scene.

@@ -8,7 +8,9 @@ use std::fs;
 use std::path::Path;
 
 use afterlight::scene::file::{self, schema};
-use afterlight::scene::{Brdf, CastsShadow, Falloff, LightKind, OpenOptions, Resolve, Scene, ShadowFilter, open};
+use afterlight::scene::{
+    Brdf, Camera, CastsShadow, Falloff, LightKind, OpenOptions, Projection, Resolve, Scene, ShadowFilter, open,
+};
 use glam::{DVec3, Vec3};
 use tempfile::TempDir;
 
@@ -17,6 +19,9 @@ const EVERYTHING: &str = include_str!("everything.toml");
 
 /// The keys that go in place of others.
 const HALVES: &str = "[environment]\nsky = [1, 2, 3]\nsky_strength = 10\nground = [0.5, 0, 1]\nground_strength = 4\n";
+
+/// The other way to project: a camera has the one or the other.
+const PARALLEL: &str = "[camera]\northographic_height = 2.5\n";
 
 /// A settings file.
 const TUNED: &str = "\
@@ -64,7 +69,7 @@ fn every_key_does_what_it_says() {
     let scene = read(&folder(), EVERYTHING).unwrap();
     for table in schema::TABLES {
         for key in table.keys {
-            let tried = EVERYTHING.contains(key) || HALVES.contains(key);
+            let tried = [EVERYTHING, HALVES, PARALLEL].iter().any(|text| text.contains(key));
             assert!(tried, "{}.{key} is not tried", table.table);
         }
     }
@@ -105,7 +110,7 @@ fn every_key_does_what_it_says() {
     assert_eq!((settings.samples, settings.resolve, settings.fxaa), (16, Resolve::Linear, true));
     assert_eq!((settings.msaa, settings.anisotropy), (4, 5));
     assert_eq!(settings.keep.to_string(), "tangents");
-    assert_eq!((scene.camera.fov_y_degrees, scene.camera.near), (50.0, 0.02));
+    assert_eq!((scene.camera.projection, scene.camera.near), (Projection::perspective(50.0), 0.02));
     assert_eq!(scene.environment.background, Vec3::new(4.0, 5.0, 6.0));
 }
 
@@ -128,7 +133,10 @@ fn a_file_that_only_names_a_model_shows_it_as_if_it_were_bare() {
     assert_eq!((named.camera, &named.lights, named.environment), (bare.camera, &bare.lights, bare.environment));
     assert_eq!(named.settings, bare.settings);
     let own_lens = read(&folder, "[[models]]\npath = 'crate.obj'\n[camera]\nfov_y_degrees = 20").unwrap();
-    assert_eq!((own_lens.camera.position, own_lens.camera.fov_y_degrees), (bare.camera.position, 20.0));
+    assert_eq!(
+        (own_lens.camera.position, own_lens.camera.projection),
+        (bare.camera.position, Projection::perspective(20.0))
+    );
 }
 
 #[test]
@@ -163,7 +171,10 @@ fn a_base_is_changed_key_by_key() {
     let scene = read(&folder, text).unwrap();
     let settings = scene.settings.decide();
     assert_eq!((settings.size, settings.exposure, settings.shadows.size), ([10, 20], Some(7.0), 512));
-    assert_eq!((scene.camera.fov_y_degrees, scene.camera.near, scene.lights.len()), (20.0, 0.02, 0));
+    let camera = scene.camera;
+    assert_eq!((camera.projection, camera.near, scene.lights.len()), (Projection::perspective(20.0), 0.02, 0));
+    let parallel = read(&folder, &format!("base='everything.toml'\n{PARALLEL}")).unwrap().camera;
+    assert_eq!(parallel, Camera { projection: Projection::orthographic(2.5), ..first.camera });
     assert_eq!(scene.camera.position, first.camera.position);
     assert_eq!(scene.environment.ambient, first.environment.ambient * 2.0);
     assert_eq!(scene.objects.len(), first.objects.len());

@@ -142,6 +142,11 @@ fn a_number_out_of_range_is_refused_with_the_range() {
         ("[[scattered_lights]]\ncount=0", "scattered_lights[0].count = 0: must be a whole number from 1 to 1000000"),
         ("[camera]\nfov_y_degrees = 0", "must be from 0.001 to 179.999 degrees"),
         ("[camera]\nfov_y_degrees = 180", "must be from 0.001 to 179.999 degrees"),
+        ("[camera]\northographic_height = 0", "camera.orthographic_height = 0: must be from 1e-12 to 1e15"),
+        (
+            "[camera]\nfov_y_degrees = 60\northographic_height = 2",
+            "scene.toml:3: camera.orthographic_height = 2: a camera has either fov_y_degrees or orthographic_height",
+        ),
         ("[camera]\nposition = [0, inf, 0]", "camera.position[1] = inf: must be a number from -1e15 to 1e15"),
         (
             "[camera]\nposition = [1, 2, 3]\ntarget = [1, 2, 3.0]",

@@ -7,7 +7,9 @@
 
 use std::fmt::Write as _;
 
-use afterlight::scene::{AlphaMode, Brdf, Camera, CastsShadow, Falloff, Light, LightKind, Material, Object, Scene};
+use afterlight::scene::{
+    AlphaMode, Brdf, Camera, CastsShadow, Falloff, Light, LightKind, Material, Object, Projection, Scene,
+};
 use glam::{DMat3, DVec3, Vec3};
 
 /// The files of a scene.
@@ -44,7 +46,7 @@ pub fn export(shot: &Shot) -> Result<Export, String> {
     let mut text = String::from("<scene version=\"3.0.0\">\n");
     text += "  <integrator type=\"path\">\n    <integer name=\"max_depth\" value=\"2\"/>\n    \
              <boolean name=\"hide_emitters\" value=\"true\"/>\n  </integrator>\n";
-    text += &sensor(&shot.camera, shot.size);
+    text += &sensor(&shot.camera, shot.size)?;
     for (index, material) in scene.materials.iter().enumerate() {
         let is_worn = scene.objects.iter().any(|object| object.material == index);
         if is_worn {
@@ -81,17 +83,20 @@ fn look_at(from: DVec3, direction: DVec3, up: DVec3) -> String {
     )
 }
 
-fn sensor(camera: &Camera, [width, height]: [u32; 2]) -> String {
+fn sensor(camera: &Camera, [width, height]: [u32; 2]) -> Result<String, String> {
     let place = look_at(camera.position, camera.forward(), camera.up());
-    let (fov, near) = (camera.fov_y_degrees, camera.near);
-    format!(
+    let near = camera.near;
+    let Projection::Perspective { fov_y_degrees: fov } = camera.projection else {
+        return Err("an orthographic camera cannot be expressed".into());
+    };
+    Ok(format!(
         "  <sensor type=\"perspective\">\n    <float name=\"fov\" value=\"{fov}\"/>\n    \
          <string name=\"fov_axis\" value=\"y\"/>\n    <float name=\"near_clip\" value=\"{near}\"/>\n{place}    \
          <sampler type=\"independent\"/>\n    <film type=\"hdrfilm\">\n      \
          <integer name=\"width\" value=\"{width}\"/>\n      <integer name=\"height\" value=\"{height}\"/>\n      \
          <string name=\"pixel_format\" value=\"rgb\"/>\n      <string name=\"component_format\" value=\"float32\"/>\n      \
          <rfilter type=\"box\"/>\n    </film>\n  </sensor>\n"
-    )
+    ))
 }
 
 fn bsdf(index: usize, material: &Material, brdf: Brdf) -> Result<String, String> {

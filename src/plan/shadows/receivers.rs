@@ -11,11 +11,13 @@ use super::{FULL_REACH, ShadowPlan};
 use crate::plan::World;
 use crate::plan::boxes::BoxTree;
 use crate::plan::frustum::Frustum;
-use crate::scene::{Aabb, Camera, ShadowFilter, ShadowSettings};
+use crate::plan::lit::Misplacement;
+use crate::scene::{Aabb, Camera, Projection, ShadowFilter, ShadowSettings};
 
 /// Cells of a map's grid along an axis.
 const CELLS: usize = 64;
-/// Boxes are cut until their pieces are no longer than this share of their distance from the camera, so many times at most.
+/// Boxes are cut until their pieces are no longer than this share of their distance from the camera, or of what an orthographic one shows from
+/// top to bottom, so many times at most.
 const PIECE: f64 = 0.15;
 const MOST_CUTS: u32 = 9;
 /// Pieces of all boxes together; then those that are left stay whole.
@@ -58,11 +60,11 @@ impl Filter {
 }
 
 impl Receivers {
-    /// Of the boxes that the camera sees, the nearest first. Surfaces may be shaded beside where they are by a `share` of their distance.
+    /// Of the boxes that the camera sees, the nearest first.
     pub(in crate::plan) fn of(
         boxes: impl Iterator<Item = Aabb>,
         (camera, frustum): (&Camera, &Frustum),
-        share: f64,
+        beside: &Misplacement,
         plan: &ShadowPlan,
         settings: &ShadowSettings,
     ) -> Self {
@@ -72,7 +74,7 @@ impl Receivers {
         }
         let forward = camera.forward();
         let piece = |bounds: Aabb| {
-            let by = share * (bounds.center().distance(camera.position) + bounds.radius());
+            let by = beside.at(bounds.center().distance(camera.position) + bounds.radius());
             let bounds = Aabb { min: bounds.min - by, max: bounds.max + by };
             let (at, half) = ((bounds.center() - camera.position).dot(forward), forward.abs().dot(bounds.size() * 0.5));
             Piece { bounds, along: (at - half, at + half) }
@@ -108,15 +110,18 @@ impl Receivers {
     }
 }
 
-/// Cuts a box in halves until its pieces are small for their distance, and drops those that are not seen.
+/// Cuts a box in halves until its pieces are small for what is seen there, and drops those that are not seen.
 fn cut(bounds: Aabb, cuts: u32, (camera, frustum): (&Camera, &Frustum), pieces: &mut Vec<Aabb>) {
     if !frustum.may_see(&bounds) {
         return;
     }
     let size = bounds.size();
     let (axis, edge) = (size.max_position(), size.max_element());
-    let distance = camera.position.clamp(bounds.min, bounds.max).distance(camera.position);
-    if cuts == 0 || edge <= PIECE * distance || pieces.len() >= MOST_PIECES {
+    let usual = match camera.projection {
+        Projection::Perspective { .. } => camera.position.clamp(bounds.min, bounds.max).distance(camera.position),
+        Projection::Orthographic { height } => height,
+    };
+    if cuts == 0 || edge <= PIECE * usual || pieces.len() >= MOST_PIECES {
         pieces.push(bounds);
         return;
     }

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use super::views::*;
 use super::*;
 use crate::plan::{FramePlan, Visible, World, samples};
-use crate::scene::{Aabb, Camera, CastsShadow, Falloff, Keep, Material, Object, OptionalPart};
+use crate::scene::{Aabb, Camera, CastsShadow, Falloff, Keep, Material, Object, OptionalPart, Projection};
 
 const ASPECT: f64 = 16.0 / 9.0;
 
@@ -79,7 +79,7 @@ fn boxes() -> impl Strategy<Value = Vec<(DVec3, DVec3)>> {
 
 fn camera() -> impl Strategy<Value = Camera> {
     (vector(40.0), vector(10.0), 20.0..100.0f64).prop_map(|(position, target, fov_y_degrees)| Camera {
-        fov_y_degrees,
+        projection: Projection::perspective(fov_y_degrees),
         ..Camera::looking_at(position, target, DVec3::Y)
     })
 }
@@ -100,7 +100,7 @@ fn room(view: &ShadowView, at: DVec3) -> f64 {
 fn seen_at(camera: &Camera, point: DVec3) -> Option<f64> {
     let offset = point - camera.position;
     let distance = offset.dot(camera.forward());
-    let tan_y = (camera.fov_y_degrees.to_radians() * 0.5).tan();
+    let tan_y = camera.half_height();
     let inside = distance >= camera.near
         && offset.dot(camera.up()).abs() <= distance * tan_y
         && offset.dot(camera.right()).abs() <= distance * tan_y * ASPECT;
@@ -188,7 +188,7 @@ proptest! {
             // `cube_face` of the shader: the longest axis.
             let axis = (0..3).max_by(|&a, &b| ray[a].abs().total_cmp(&ray[b].abs())).unwrap();
             let (face, lit) = match light.projection {
-                Projection::Cube => (2 * axis + usize::from(ray[axis] < 0.0), true),
+                MapProjection::Cube => (2 * axis + usize::from(ray[axis] < 0.0), true),
                 _ => (0, to.angle_between(ray).to_degrees() <= angle),
             };
             if lit {
@@ -218,7 +218,7 @@ proptest! {
                 let (walked, turned) = (f64::from(i) * f64::from(u8::from(walks)), f64::from(i) * f64::from(u8::from(turns)));
                 let ahead = DQuat::from_scaled_axis(turn * turned) * camera.forward();
                 let place = camera.position + step * walked;
-                let moved = Camera { fov_y_degrees: camera.fov_y_degrees, ..Camera::looking_at(place, place + ahead, DVec3::Y) };
+                let moved = Camera { projection: camera.projection, ..Camera::looking_at(place, place + ahead, DVec3::Y) };
                 let Some(view) = Visible::of(&world, &moved, &plan).shadows[cascade].clone() else { continue };
                 let (origin, _) = map(&view, DVec3::ZERO);
                 let corner = origin.truncate();
@@ -411,7 +411,10 @@ fn when_the_budget_is_spent_the_most_important_lights_have_maps_and_the_others_a
     assert!(plan.is_some_and(|plan| plan.bytes() == 20 << 20));
     // Not even all cascades.
     let (plan, warnings) = tiles_of(lights.clone(), budget(8));
-    assert_eq!(plan.as_ref().map(|plan| (plan.lights[0].projection, plan.layers)), Some((Projection::Cascades(2), 2)));
+    assert_eq!(
+        plan.as_ref().map(|plan| (plan.lights[0].projection, plan.layers)),
+        Some((MapProjection::Cascades(2), 2))
+    );
     assert!(warnings.iter().any(|line| line.contains("sun is with fewer cascades")), "{warnings:?}");
     assert!(warnings.iter().any(|line| line.starts_with("each of the 3 lights bright, dim, tiny")), "{warnings:?}");
     let (plan, warnings) = tiles_of(lights, budget(1));
@@ -434,7 +437,7 @@ fn what_a_light_is_short_of_is_named() {
     let count = MAX_SHADOW_VIEWS / 3 + 1;
     let (plan, warnings) = tiles_of(suns(count), shadows(256));
     let last = plan.and_then(|plan| plan.lights.last().map(|light| light.projection));
-    assert_eq!(last, Some(Projection::Cascades((MAX_SHADOW_VIEWS % 3) as u32)));
+    assert_eq!(last, Some(MapProjection::Cascades((MAX_SHADOW_VIEWS % 3) as u32)));
     assert!(warnings.len() == 1 && warnings[0].contains("fewer cascades"), "{warnings:?}");
     assert!(warnings[0].contains("maps are the most") && !warnings[0].contains("budget"), "{warnings:?}");
     // The device's layers, of which there are fewer than the budget would pay.

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, DVec4, Vec4};
 
-use super::{Projection, ShadowPlan, Tile};
+use super::{MapProjection, ShadowPlan, Tile};
 use crate::plan::{Draw, World};
-use crate::scene::{Aabb, Camera, CastsShadow, LightKind};
+use crate::scene::{Aabb, Camera, CastsShadow, LightKind, Projection};
 
 /// The part of a cascade's range over which the next one takes over.
 const BLEND: f64 = 0.1;
@@ -202,7 +202,7 @@ pub(in crate::plan) fn lamp_views(
                 continue;
             }
             let (direction, tangent) = match own.projection {
-                Projection::Cube => (FACES[index - own.first_view], 1.0),
+                MapProjection::Cube => (FACES[index - own.first_view], 1.0),
                 // A cone of no angle still has a map.
                 _ => (direction, tangent.max(1e-3)),
             };
@@ -235,8 +235,10 @@ pub(in crate::plan) fn add_cascades(
         (center - half, center + half)
     };
     let far = farthest(&world.extent, camera);
+    // What all is seen at the same scale asks for the same texels everywhere.
+    let lambda = if camera.is_orthographic() { 0.0 } else { world.shadows.lambda };
     for own in &plan.lights {
-        let (Projection::Cascades(count), LightKind::Directional { direction }) =
+        let (MapProjection::Cascades(count), LightKind::Directional { direction }) =
             (own.projection, world.lights[own.light].kind)
         else {
             continue;
@@ -245,7 +247,7 @@ pub(in crate::plan) fn add_cascades(
         let mut begin = camera.near;
         for cascade in 0..count {
             let tile = plan.tiles[own.first_view + cascade as usize];
-            let end = split(camera.near, far, world.shadows.lambda, cascade + 1, count);
+            let end = split(camera.near, far, lambda, cascade + 1, count);
             let slice = Sphere::around(camera, aspect, begin, end);
             let fit = Fit::of(world, plan, &axes, &slice);
             let is_last = cascade + 1 == count || fit.is_whole;
@@ -318,12 +320,14 @@ impl Sphere {
     /// The smallest one around the part of the camera's view between two distances along it. Its size is the same wherever the
     /// camera is and however it is turned.
     pub(super) fn around(camera: &Camera, aspect: f64, begin: f64, end: f64) -> Self {
-        let tan_y = (camera.fov_y_degrees.to_radians() * 0.5).tan();
-        // A corner at distance d is d * slope beside the axis. The centre is as far from the near corners as from the far ones, but
-        // not behind these.
-        let slope_squared = tan_y * tan_y * (1.0 + aspect * aspect);
-        let along = (0.5 * (begin + end) * (1.0 + slope_squared)).min(end);
-        let radius = (end - along).hypot(end * slope_squared.sqrt());
+        // A corner is so far beside the axis, times w.
+        let diagonal = camera.half_height() * aspect.hypot(1.0);
+        // The centre is as far from the near corners as from the far ones, but not behind these.
+        let along = match camera.projection {
+            Projection::Perspective { .. } => (0.5 * (begin + end) * (1.0 + diagonal * diagonal)).min(end),
+            Projection::Orthographic { .. } => 0.5 * (begin + end),
+        };
+        let radius = (end - along).hypot(camera.w(end) * diagonal);
         Self { center: camera.position + camera.forward() * along, radius }
     }
 }
@@ -380,12 +384,12 @@ fn is_seen<'a>(axes: &DMat3, volume: &[DVec3], seen: impl Iterator<Item = &'a Aa
 
 /// Corners of the view volume between two distances along the view.
 pub(super) fn view_corners(camera: &Camera, aspect: f64, begin: f64, end: f64) -> [DVec3; 8] {
-    let tan_y = (camera.fov_y_degrees.to_radians() * 0.5).tan();
-    let (right, up) = (camera.right() * tan_y * aspect, camera.up() * tan_y);
+    let half = camera.half_height();
+    let (right, up) = (camera.right() * half * aspect, camera.up() * half);
     std::array::from_fn(|i| {
         let distance = if i & 1 == 0 { begin } else { end };
         let x = if i & 2 == 0 { -1.0 } else { 1.0 };
         let y = if i & 4 == 0 { -1.0 } else { 1.0 };
-        camera.position + (camera.forward() + right * x + up * y) * distance
+        camera.position + camera.forward() * distance + (right * x + up * y) * camera.w(distance)
     })
 }

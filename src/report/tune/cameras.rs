@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use glam::{DQuat, DVec2, DVec3};
 
 use crate::reference::{Reference, View};
-use crate::scene::Camera;
+use crate::scene::{Camera, Projection};
 
 /// Rays across and down that say what a camera sees.
 const GRID: [u32; 2] = [16, 9];
@@ -109,7 +109,7 @@ fn candidate(view: &View, own: &Sight, index: u32) -> Option<Elsewhere> {
     let pitch = DQuat::from_rotation_x(((pitch - 0.5) * 20.0).to_radians());
     let forward = yaw * (camera.rotation * (pitch * DVec3::NEG_Z));
     // As it is told, so that whoever reads it can stand there.
-    let text = told(position, position + forward * own.usual().max(camera.near), camera.fov_y_degrees);
+    let text = told(position, position + forward * own.usual().max(camera.near), camera.projection);
     let parsed: Camera = text.parse().ok()?;
     Some(Elsewhere { camera: Camera { near: camera.near, ..parsed }, text })
 }
@@ -120,9 +120,13 @@ fn differ(a: &Camera, b: &Camera, usual: f64) -> bool {
 }
 
 /// Five digits behind the point: of metres, far less than a pixel.
-fn told(position: DVec3, target: DVec3, fov_y_degrees: f64) -> String {
+fn told(position: DVec3, target: DVec3, projection: Projection) -> String {
+    let lens = match projection {
+        Projection::Perspective { fov_y_degrees } => short(fov_y_degrees),
+        Projection::Orthographic { height } => format!("{height}m"),
+    };
     let point = |point: DVec3| point.to_array().map(short).join(",");
-    format!("{}/{}/{}", point(position), point(target), short(fov_y_degrees))
+    format!("{}/{}/{lens}", point(position), point(target))
 }
 
 fn short(number: f64) -> String {

@@ -8,7 +8,7 @@ use super::params::{Parameter, Params};
 use super::shapes::{MeshBuilder, WHOLE_IMAGE};
 use super::stage::Stage;
 use crate::scene::{
-    Brdf, Camera, ColorSpace, Falloff, Light, LightKind, Material, Scene, SettingsPatch, Texture, Tonemap,
+    Brdf, Camera, ColorSpace, Falloff, Light, LightKind, Material, Projection, Scene, SettingsPatch, Texture, Tonemap,
 };
 
 /// The light on a plane: its radiance is illuminance * cos(angle) * albedo / pi.
@@ -68,7 +68,7 @@ fn plain_stage() -> Stage {
     stage.scene.camera = Camera {
         position: DVec3::new(0.0, 0.0, 2.0),
         rotation: DQuat::IDENTITY,
-        fov_y_degrees: 2.0 * 0.5f64.atan().to_degrees(),
+        projection: Projection::perspective(2.0 * 0.5f64.atan().to_degrees()),
         near: 0.1,
     };
     stage.scene.settings = SettingsPatch {

@@ -8,7 +8,7 @@ use super::Builtin;
 use super::params::Params;
 use super::shapes::MeshBuilder;
 use super::stage::Stage;
-use crate::scene::{Brdf, Camera, Environment, Falloff, Light, LightKind, Material, Scene};
+use crate::scene::{Brdf, Camera, Environment, Falloff, Light, LightKind, Material, Projection, Scene};
 
 pub(super) const CORNELL: Builtin =
     Builtin { name: "cornell", about: "The Cornell box from its measurements.", parameters: &[], build };
@@ -80,7 +80,11 @@ fn build(_: &Params) -> Scene {
     let eye = DVec3::new(0.278, 0.273, -0.8);
     // A film of 25 mm behind a lens of 35 mm.
     let fov_y_degrees = 2.0 * (12.5f64 / 35.0).atan().to_degrees();
-    stage.scene.camera = Camera { fov_y_degrees, near: 0.01, ..Camera::looking_at(eye, eye + DVec3::Z, DVec3::Y) };
+    stage.scene.camera = Camera {
+        projection: Projection::perspective(fov_y_degrees),
+        near: 0.01,
+        ..Camera::looking_at(eye, eye + DVec3::Z, DVec3::Y)
+    };
     stage.scene
 }
 

@@ -6,7 +6,7 @@ use super::Builtin;
 use super::params::{Parameter, Params};
 use super::shapes::{self, MeshBuilder};
 use super::stage::{Random, Stage, hue};
-use crate::scene::{Camera, Environment, Falloff, Light, LightKind, Material, Scene};
+use crate::scene::{Camera, Environment, Falloff, Light, LightKind, Material, Projection, Scene};
 
 pub(super) const FIELD: Builtin = Builtin {
     name: "field",
@@ -41,8 +41,12 @@ fn build(params: &Params) -> Scene {
     objects(&mut stage, &mut random, params.integer("objects"));
     lights(&mut stage, &mut random, params.integer("lights"), params.number("range"));
     stage.scene.environment = Environment { ambient: Vec3::splat(2.0), background: Vec3::splat(1.0), ground: None };
-    stage.scene.camera =
-        Camera { position: DVec3::ZERO, rotation: DQuat::IDENTITY, fov_y_degrees: FOV_Y_DEGREES, near: 0.1 };
+    stage.scene.camera = Camera {
+        position: DVec3::ZERO,
+        rotation: DQuat::IDENTITY,
+        projection: Projection::perspective(FOV_Y_DEGREES),
+        near: 0.1,
+    };
     stage.scene
 }
 

@@ -6,7 +6,7 @@ use super::Builtin;
 use super::params::{Parameter, Params};
 use super::shapes::{self, MeshBuilder};
 use super::stage::{Random, Stage, hue};
-use crate::scene::{Camera, Environment, Falloff, Light, LightKind, Material, Scene};
+use crate::scene::{Camera, Environment, Falloff, Light, LightKind, Material, Projection, Scene};
 
 pub(super) const LAYERS: Builtin = Builtin {
     name: "layers",
@@ -67,7 +67,11 @@ fn build(params: &Params) -> Scene {
     }
     stage.scene.environment = Environment { ambient: Vec3::splat(2.0), background: Vec3::splat(1.0), ground: None };
     stage.scene.settings.exposure = Some(6.5);
-    stage.scene.camera =
-        Camera { position: DVec3::ZERO, rotation: DQuat::IDENTITY, fov_y_degrees: FOV_Y_DEGREES, near: 0.1 };
+    stage.scene.camera = Camera {
+        position: DVec3::ZERO,
+        rotation: DQuat::IDENTITY,
+        projection: Projection::perspective(FOV_Y_DEGREES),
+        near: 0.1,
+    };
     stage.scene
 }

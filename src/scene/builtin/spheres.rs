@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use super::params::{Parameter, Params};
 use super::stage::{Stage, translation};
 use super::{Builtin, shapes};
-use crate::scene::{Brdf, Camera, Environment, Falloff, Light, LightKind, Material, Scene};
+use crate::scene::{Brdf, Camera, Environment, Falloff, Light, LightKind, Material, Projection, Scene};
 
 pub(super) const SPHERES: Builtin = Builtin {
     name: "spheres",
@@ -69,7 +69,7 @@ fn build(params: &Params) -> Scene {
         Environment { ambient: Vec3::splat(120.0), background: Vec3::new(25.0, 30.0, 40.0), ground: None };
     let distance = (reach * 0.5 / (16.0 / 9.0) + 0.4) / 20f64.to_radians().tan();
     stage.scene.camera = Camera {
-        fov_y_degrees: 40.0,
+        projection: Projection::perspective(40.0),
         ..Camera::looking_at(DVec3::new(0.0, 0.15 * height, distance), DVec3::new(0.0, -0.05, 0.0), DVec3::Y)
     };
     stage.scene

@@ -72,8 +72,10 @@ pub(super) const MATERIAL: Schema = Schema {
         "specular_texture",
     ],
 };
-pub(super) const CAMERA: Schema =
-    Schema { table: "camera", keys: &["position", "target", "up", "rotation", "fov_y_degrees", "near", "exposure"] };
+pub(super) const CAMERA: Schema = Schema {
+    table: "camera",
+    keys: &["position", "target", "up", "rotation", "fov_y_degrees", "orthographic_height", "near", "exposure"],
+};
 pub(super) const LIGHT: Schema = Schema {
     table: "lights",
     keys: &[

@@ -7,7 +7,9 @@ use glam::{DVec3, Vec3};
 use super::node::{EV100, FACTOR, FIELD_OF_VIEW, LENGTH, Node, SHARE, STRENGTH};
 use super::place::rotation;
 use super::schema;
-use crate::scene::{Camera, Environment, Error, MAX_SHADOW_SIZE, MIN_SHADOW_SIZE, SettingsPatch, parse_size};
+use crate::scene::{
+    Camera, Environment, Error, MAX_SHADOW_SIZE, MIN_SHADOW_SIZE, Projection, SettingsPatch, parse_size,
+};
 
 /// What the file says of the camera, over what there was.
 pub(super) fn camera(node: &Node, mut camera: Camera) -> Result<Camera, Error> {
@@ -29,8 +31,12 @@ pub(super) fn camera(node: &Node, mut camera: Camera) -> Result<Camera, Error> {
     if let (Some(up), None) = (table.get("up"), table.get("target")) {
         return Err(up.wrong("up goes with target"));
     }
-    let fov = table.read("fov_y_degrees", |node| node.number(FIELD_OF_VIEW))?;
-    camera.fov_y_degrees = fov.unwrap_or(camera.fov_y_degrees);
+    match (table.get("fov_y_degrees"), table.get("orthographic_height")) {
+        (Some(node), None) => camera.projection = Projection::perspective(node.number(FIELD_OF_VIEW)?),
+        (None, Some(node)) => camera.projection = Projection::orthographic(node.number(LENGTH)?),
+        (Some(_), Some(node)) => return Err(node.wrong("a camera has either fov_y_degrees or orthographic_height")),
+        (None, None) => {}
+    }
     camera.near = table.read("near", |node| node.number(LENGTH))?.unwrap_or(camera.near);
     Ok(camera)
 }

@@ -6,7 +6,7 @@ use super::super::{Bound, Case, Check, Subject, Values};
 use super::stage::{kept_in, lamp};
 use crate::scene::builtin::shapes;
 use crate::scene::builtin::stage::Stage;
-use crate::scene::{Brdf, Camera, GbufferChoice, GbufferPreset, Material, TargetChoice};
+use crate::scene::{Brdf, Camera, GbufferChoice, GbufferPreset, Material, Projection, TargetChoice};
 
 pub const CASES: &[Case] = &[
     small("highlights/small-float32", [0.0, 1.0], 2e-4, |roughness| small_of(roughness, FLOAT32)),
@@ -158,7 +158,7 @@ fn close_up(angle: f64, material: Material, gbuffer: GbufferChoice) -> Subject {
     let camera = Camera::looking_at(out * 12.0, out * 10.0, aside.cross(out));
     // Half of the view; at that angle the ball's normal leans as much as the ray, and five times that less.
     let half = (angle / 1.2).min(0.5);
-    stage.scene.camera = Camera { fov_y_degrees: (2.0 * half).to_degrees().max(0.002), ..camera };
+    stage.scene.camera = Camera { projection: Projection::perspective((2.0 * half).to_degrees().max(0.002)), ..camera };
     // So little aside that the highlight stays in the middle.
     stage.light(lamp(out * 12.5 + aside * (0.5 * half), 1000.0));
     Subject { floor: 1.0, ..Subject::with(stage.scene, kept_in(gbuffer)) }

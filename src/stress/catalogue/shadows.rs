@@ -8,7 +8,8 @@ use super::stage::{kept_in, lamp, sphere_on_floor};
 use crate::scene::builtin::shapes;
 use crate::scene::builtin::stage::Stage;
 use crate::scene::{
-    Camera, CastsShadow, Environment, GbufferChoice, Light, LightKind, Material, SettingsPatch, TargetChoice,
+    Camera, CastsShadow, Environment, GbufferChoice, Light, LightKind, Material, Projection, SettingsPatch,
+    TargetChoice,
 };
 
 pub const CASES: &[Case] = &[
@@ -257,7 +258,7 @@ fn cascades(metres: f64, lambda: Option<f32>) -> Subject {
     let decade = metres.log10().round() - 2.5;
     let eye = DVec3::new(0.0, 0.3, 0.0);
     let camera = Camera::looking_at(eye, DVec3::new(decade * 0.3 * metres, 0.05 * metres, -metres), DVec3::Y);
-    stage.scene.camera = Camera { fov_y_degrees: 25.0, ..camera };
+    stage.scene.camera = Camera { projection: Projection::perspective(25.0), ..camera };
     sun(&mut stage, DVec3::new(0.5, 1.0, 0.3));
     let subject = told(stage);
     Subject { settings: SettingsPatch { cascades: Some(4), shadow_lambda: lambda, ..subject.settings }, ..subject }

@@ -6,7 +6,7 @@ use super::super::{Bound, Case, Check, Subject, Values};
 use super::stage::{float32, lamp, sphere_on_floor};
 use crate::scene::builtin::shapes;
 use crate::scene::builtin::stage::Stage;
-use crate::scene::{Camera, LightKind, Material, Scene, SettingsPatch};
+use crate::scene::{Camera, LightKind, Material, Projection, Scene, SettingsPatch};
 
 pub const CASES: &[Case] = &[
     Case {
@@ -64,6 +64,33 @@ pub const CASES: &[Case] = &[
         // is told where light grazes.
         bound: Bound { worst: 1e-2, mean: 1e-4 },
         check: Check::Placed(field_of_view, 0.02),
+    },
+    Case {
+        name: "space/orthographic",
+        extreme: "an orthographic camera that shows so much from top to bottom, two metres from a sphere",
+        unit: "m",
+        values: Values::Decades(-6, 6),
+        claim: [1e-3, 1e6],
+        bound: Bound { worst: 1e-3, mean: 1e-5 },
+        check: Check::Placed(orthographic, 0.02),
+    },
+    Case {
+        name: "space/orthographic-distance",
+        extreme: "an orthographic camera so far from the two metres that it shows",
+        unit: "m",
+        values: Values::Decades(0, 12),
+        claim: [1.0, 1e9],
+        bound: Bound { worst: 1e-3, mean: 1e-5 },
+        check: Check::Placed(orthographic_distance, 0.02),
+    },
+    Case {
+        name: "space/orthographic-depth",
+        extreme: "a wall of its size so far from an orthographic camera: its place, rebuilt from a depth that is linear",
+        unit: "m",
+        values: Values::Decades(-5, 15),
+        claim: [1e-5, 1e15],
+        bound: Bound { worst: 1e-6, mean: 3e-7 },
+        check: Check::Position(orthographic_depth),
     },
     Case {
         name: "space/aspect",
@@ -216,7 +243,8 @@ fn field_of_view(degrees: f64) -> Subject {
     // Not into the sphere.
     let distance = (1.0 / (degrees.to_radians() * 0.5).tan()).max(0.75);
     let place = target + DVec3::new(0.0, 1.0, 2.0).normalize() * distance;
-    scene.camera = Camera { fov_y_degrees: degrees, ..Camera::looking_at(place, target, DVec3::Y) };
+    scene.camera =
+        Camera { projection: Projection::perspective(degrees), ..Camera::looking_at(place, target, DVec3::Y) };
     let mut stage = Stage { scene };
     if degrees > 60.0 {
         // The widest lenses see what is beside them.
@@ -224,6 +252,28 @@ fn field_of_view(degrees: f64) -> Subject {
         stage.add("walls", shapes::cuboid([7.0; 3]), walls);
     }
     subject(stage.scene)
+}
+
+fn orthographic(height: f64) -> Subject {
+    let mut scene = lit_stage().scene;
+    let target = DVec3::new(0.0, 0.5, 0.0);
+    let place = target + DVec3::new(0.25, 1.0, 2.0).normalize() * 2.0;
+    let camera = Camera::looking_at(place, target, DVec3::Y);
+    scene.camera = Camera { projection: Projection::orthographic(height), near: 1e-3, ..camera };
+    subject(scene)
+}
+
+fn orthographic_distance(metres: f64) -> Subject {
+    let mut subject = orthographic(2.0);
+    let camera = &mut subject.scene.camera;
+    camera.position += camera.forward() * (2.0 - metres);
+    subject
+}
+
+fn orthographic_depth(metres: f64) -> Subject {
+    let mut subject = depth(metres);
+    subject.scene.camera.projection = Projection::orthographic(metres);
+    subject
 }
 
 fn aspect(ratio: f64) -> Subject {

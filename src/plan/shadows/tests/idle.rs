@@ -64,7 +64,7 @@ proptest! {
                             let ray = point - position;
                             let reached = ray.angle_between(direction).to_degrees() < outer_angle_degrees && ray.length() > 1e-3;
                             let face = match own.projection {
-                                Projection::Cube => maps[2 * ray.abs().max_position() + usize::from(ray[ray.abs().max_position()] < 0.0)],
+                                MapProjection::Cube => maps[2 * ray.abs().max_position() + usize::from(ray[ray.abs().max_position()] < 0.0)],
                                 _ => maps[0],
                             };
                             (position, if reached { vec![face] } else { vec![] })
@@ -104,7 +104,7 @@ fn casters_behind_the_camera_and_beside_what_it_sees_are_left_out() {
     let lights = vec![sun(DVec3::new(0.3, -1.0, 0.2).normalize()), lamp(DVec3::new(0.0, 6.0, -20.0), Some(60.0))];
     let scene = scene(&blocks(), lights);
     let camera = Camera {
-        fov_y_degrees: 40.0,
+        projection: Projection::perspective(40.0),
         ..Camera::looking_at(DVec3::new(0.0, 4.0, -30.0), DVec3::new(2.0, 0.0, -40.0), DVec3::Y)
     };
     let [lean, kept] = both(&scene, ShadowSettings::default()).map(|(world, plan)| {
@@ -167,7 +167,10 @@ fn a_map_stays_while_what_moves_is_not_in_it_and_not_needed() {
         (DVec3::new(15.0, 1.0, 0.0), DVec3::ONE),
     ];
     let scene = scene(&boxes, vec![lamp(DVec3::Y * 20.0, Some(60.0))]);
-    let camera = Camera { fov_y_degrees: 20.0, ..Camera::looking_at(DVec3::new(0.0, 3.0, 8.0), DVec3::ZERO, DVec3::Y) };
+    let camera = Camera {
+        projection: Projection::perspective(20.0),
+        ..Camera::looking_at(DVec3::new(0.0, 3.0, 8.0), DVec3::ZERO, DVec3::Y)
+    };
     let [(mut world, plan), _] = both(&scene, ShadowSettings::default());
     let shadow = plan.shadow.clone().expect("maps");
     let mut cache = ShadowCache::default();

@@ -14,7 +14,7 @@ use self::surfaces::Surfaces;
 use super::Builtin;
 use super::params::{Parameter, Params};
 use super::stage::{Random, Stage, hue, turned};
-use crate::scene::{Camera, Environment, Falloff, Light, LightKind, Scene};
+use crate::scene::{Camera, Environment, Falloff, Light, LightKind, Projection, Scene};
 
 pub(super) const HALL: Builtin = Builtin {
     name: "hall",
@@ -92,7 +92,8 @@ fn build(params: &Params) -> Scene {
     let target = DVec3::new(end * 0.55, 3.55, -0.55);
     // For open shade beside the sun: metering, which knows no shadows, would close by a stop.
     hall.stage.scene.settings.exposure = Some(13.9);
-    hall.stage.scene.camera = Camera { fov_y_degrees: 66.0, near: 0.05, ..Camera::looking_at(eye, target, DVec3::Y) };
+    hall.stage.scene.camera =
+        Camera { projection: Projection::perspective(66.0), near: 0.05, ..Camera::looking_at(eye, target, DVec3::Y) };
     hall.stage.scene
 }
 

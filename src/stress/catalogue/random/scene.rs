@@ -7,7 +7,9 @@ use super::super::stage::{even_texture, waves};
 use super::extremes::{Extremes, Falling};
 use crate::scene::builtin::shapes;
 use crate::scene::builtin::stage::Stage;
-use crate::scene::{AlphaMode, Camera, Environment, Falloff, GbufferChoice, Light, LightKind, Material, SettingsPatch};
+use crate::scene::{
+    AlphaMode, Camera, Environment, Falloff, GbufferChoice, Light, LightKind, Material, Projection, SettingsPatch,
+};
 
 impl Extremes {
     /// The scene and its settings.
@@ -24,7 +26,7 @@ impl Extremes {
             background: Vec3::splat(self.background * self.lux as f32),
         };
         stage.scene.camera = Camera {
-            fov_y_degrees: self.fov_y_degrees,
+            projection: Projection::perspective(self.fov_y_degrees),
             near: self.near * self.scale,
             ..Camera::looking_at(self.at(DVec3::from(self.eye)), self.at(DVec3::new(0.0, 0.4, 0.0)), DVec3::Y)
         };

@@ -1,0 +1,152 @@
+//! Where a frame looks from, and what a depth says of a distance along the view. Reversed, so that 1 is near, and 0 is where nothing was drawn.
+
+use super::{FramePlan, World};
+use crate::scene::{Aabb, Camera, LightKind, LightPath};
+
+/// The camera of a frame, and how far it stands before the one that was asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Eye {
+    pub camera: Camera,
+    /// In metres, along the view.
+    pub ahead: f64,
+}
+
+impl Eye {
+    /// Places are relative to the eye, in f32: the farther away, the coarser. Parallel rays show the same from anywhere along them, so that an
+    /// orthographic camera is moved up to what there is, as far as nothing lies between. A perspective one stays.
+    pub fn of(camera: &Camera, bounds: &Aabb) -> Self {
+        let mut eye = Self { camera: *camera, ahead: 0.0 };
+        if !camera.is_orthographic() || bounds.is_empty() {
+            return eye;
+        }
+        let (first, last) = along(bounds, camera);
+        // As much room as there is behind, and never so little that it is a rounding of the way.
+        let room = (last - first).max(1e-6 * first.abs());
+        eye.ahead = (first - camera.near - room).max(0.0);
+        eye.camera.position += camera.forward() * eye.ahead;
+        eye
+    }
+}
+
+/// From where to where a box lies along a camera's view, in metres.
+fn along(bounds: &Aabb, camera: &Camera) -> (f64, f64) {
+    let middle = (bounds.center() - camera.position).dot(camera.forward());
+    let half = camera.forward().abs().dot(bounds.size() * 0.5);
+    (middle - half, middle + half)
+}
+
+/// Share of the range that an orthographic depth has before and behind what there is: what lies at its ends has depths between 0 and 1.
+const ROOM: f64 = 1e-3;
+
+/// How far a volume's mesh goes beyond the light's reach at most, as a factor: corners of an icosahedron around a sphere, the base of a cone of
+/// 60 degrees.
+const VOLUME: f64 = 2.0;
+
+/// Two ways from distances to depths.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Depth {
+    /// Of a perspective camera: near / distance, without a far plane.
+    Reciprocal { near: f64 },
+    /// Of an orthographic camera, whose clip space has no division: (end - distance) / (end - begin).
+    Linear { begin: f64, end: f64 },
+}
+
+impl Depth {
+    /// A linear one goes from the first to the last thing that there is before the camera.
+    pub(super) fn of(world: &World, plan: &FramePlan, camera: &Camera) -> Self {
+        if !camera.is_orthographic() {
+            return Self::Reciprocal { near: camera.near };
+        }
+        let (first, mut last) = if world.bounds.is_empty() { (0.0, 0.0) } else { along(&world.bounds, camera) };
+        // The backs of volumes are drawn, too.
+        if plan.light_path == LightPath::Volumes {
+            let bounded = world.lights.iter().zip(&world.reaches).filter(|(_, reach)| reach.is_finite());
+            let backs = bounded.filter_map(|(light, reach)| match light.kind {
+                LightKind::Directional { .. } => None,
+                LightKind::Point { position, .. } | LightKind::Spot { position, .. } => {
+                    Some((position - camera.position).dot(camera.forward()) + VOLUME * reach)
+                }
+            });
+            last = backs.fold(last, f64::max);
+        }
+        let begin = camera.near.max(first);
+        // Never nothing, so that a depth can be told from it.
+        let range = (last - begin).max(1e-3 * begin);
+        Self::Linear { begin: camera.near.max(begin - ROOM * range), end: begin + range * (1.0 + ROOM) }
+    }
+
+    /// Of a distance along the view, in metres.
+    pub fn of_distance(&self, distance: f64) -> f64 {
+        match *self {
+            Self::Reciprocal { near } => near / distance,
+            Self::Linear { begin, end } => (end - distance) / (end - begin),
+        }
+    }
+
+    /// Along the view, in metres.
+    pub fn distance(&self, depth: f64) -> f64 {
+        match *self {
+            Self::Reciprocal { near } => near / depth,
+            Self::Linear { begin, end } => begin + (1.0 - depth) * (end - begin),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::plan::samples;
+    use crate::scene::{Material, Projection, Settings};
+
+    fn flat(position: DVec3, target: DVec3) -> Camera {
+        Camera { projection: Projection::orthographic(2.0), ..Camera::looking_at(position, target, DVec3::Y) }
+    }
+
+    fn vector(range: f64) -> impl Strategy<Value = DVec3> {
+        [-range..range, -range..range, -range..range].prop_map(DVec3::from)
+    }
+
+    proptest! {
+        #[test]
+        fn an_eye_has_all_that_its_camera_has_before_it_and_is_no_farther_from_it_than_it_is_deep(
+            low in vector(9.0), size in [0.0..5.0f64, 0.0..5.0, 0.0..5.0], toward in vector(1.0), log_distance in -2.0..9.0f64,
+        ) {
+            prop_assume!(toward.length() > 0.1);
+            let bounds = Aabb { min: low, max: low + DVec3::from(size) };
+            let distance = 10f64.powf(log_distance);
+            let camera = flat(bounds.center() - toward.normalize() * distance, bounds.center());
+            let eye = Eye::of(&camera, &bounds);
+            prop_assert!(eye.ahead >= 0.0);
+            let rounding = 1e-15 * distance;
+            let moved = eye.camera.position - camera.position;
+            prop_assert!((moved.dot(camera.forward()) - eye.ahead).abs() <= rounding && moved.cross(camera.forward()).length() <= rounding);
+            let (first, last) = along(&bounds, &eye.camera);
+            // Nothing that the near plane showed is lost; and what was far away is near.
+            prop_assert!(eye.ahead == 0.0 || first > camera.near);
+            prop_assert!(first <= camera.near + (last - first) + 2e-6 * distance, "{first} {last}");
+            let perspective = Camera { projection: Projection::perspective(40.0), ..camera };
+            prop_assert_eq!(Eye::of(&perspective, &bounds), Eye { camera: perspective, ahead: 0.0 });
+        }
+
+        #[test]
+        fn depths_of_all_that_there_is_lie_between_0_and_1_and_tell_their_distances(
+            position in vector(9.0), target in vector(2.0), share in 0.0..=1.0f64,
+        ) {
+            prop_assume!(position.distance(target) > 0.1);
+            let camera = flat(position, target);
+            let scene = crate::scene::Scene { camera, ..samples::scene(vec![Material::default(); 3], vec![samples::sun()]) };
+            let settings = Settings::default();
+            let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
+            let world = World::of(&scene, &settings, &plan, 1.0);
+            let (first, last) = along(&world.bounds, &camera);
+            let distance = first + (last - first) * share;
+            let depth = Depth::of(&world, &plan, &camera);
+            let own = depth.of_distance(distance);
+            prop_assert!(distance < camera.near || (own > 0.0 && own <= 1.0), "{own}");
+            prop_assert!((depth.distance(own) - distance).abs() < 1e-12 * (1.0 + distance.abs()));
+        }
+    }
+}
