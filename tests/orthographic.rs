@@ -73,7 +73,8 @@ fn every_light_path_and_layout_shows_what_the_truth_shows() {
         let expected = truth(&scene, false);
         for &(name, light_path) in LightPath::NAMES {
             // How far positions in half floats and normals in 16 bits are off is not the camera's doing.
-            for (layout, bound) in [("float32", 1e-4), ("float32,position=rgba32f", 1e-4), ("lean", 0.03), ("fat", 0.03)]
+            for (layout, bound) in
+                [("float32", 1e-4), ("float32,position=rgba32f", 1e-4), ("lean", 0.03), ("fat", 0.03)]
             {
                 let settings = Settings { light_path, shadows, gbuffer: gbuffer(layout), ..exact(SIZE[0], SIZE[1]) };
                 let off = share_off(&gpu.draw(&scene, &settings), &expected, bound);

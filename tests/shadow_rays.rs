@@ -4,9 +4,9 @@
 mod common;
 
 use afterlight::frame::Picture;
-use afterlight::plan::Projection;
+use afterlight::plan::MapProjection;
 use afterlight::scene::builtin::shapes;
-use afterlight::scene::{Camera, Falloff, Light, LightKind, Scene, Settings, ShadowFilter, ShadowSettings};
+use afterlight::scene::{Camera, Falloff, Light, LightKind, Projection, Scene, Settings, ShadowFilter, ShadowSettings};
 use common::gpu::{Gpu, nits, on_gpu};
 use common::stage::{add, directional, exact, lambert, point, stage};
 use glam::{DAffine3, DVec2, DVec3};
@@ -175,12 +175,12 @@ fn the_share_of_wrong_pixels_falls_with_the_size_of_the_map() {
 }
 
 /// Texels' edge in metres at a place, at most, for a layer of `size` texels.
-fn texel(light: &Light, projection: Projection, place: DVec3, size: u32) -> f64 {
+fn texel(light: &Light, projection: MapProjection, place: DVec3, size: u32) -> f64 {
     let usable = |edge: f64| edge - 12.0;
     match (light.kind, projection) {
         // A map is never larger than the sphere around the scene, whose box is 12 m x 3.4 m x 12 m.
         (LightKind::Directional { .. }, _) => 17.4 / usable(f64::from(size)),
-        (LightKind::Spot { position, outer_angle_degrees, .. }, Projection::Perspective) => {
+        (LightKind::Spot { position, outer_angle_degrees, .. }, MapProjection::Perspective) => {
             2.0 * outer_angle_degrees.to_radians().tan() * position.distance(place) / usable(0.5 * f64::from(size))
         }
         (LightKind::Spot { position, .. } | LightKind::Point { position, .. }, _) => {
@@ -221,9 +221,9 @@ impl Margin {
 fn assert_right_but_near_edges(name: &str, scene: &Scene, samples: &[Sample], size: u32, margin: Margin) {
     let light = &scene.lights[0];
     let projection = match light.kind {
-        LightKind::Directional { .. } => Projection::Cascades(3),
-        LightKind::Spot { outer_angle_degrees, .. } if outer_angle_degrees <= 60.0 => Projection::Perspective,
-        _ => Projection::Cube,
+        LightKind::Directional { .. } => MapProjection::Cascades(3),
+        LightKind::Spot { outer_angle_degrees, .. } if outer_angle_degrees <= 60.0 => MapProjection::Perspective,
+        _ => MapProjection::Cube,
     };
     let (mut lit, mut dark) = (0, 0);
     for sample in samples {

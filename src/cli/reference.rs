@@ -102,7 +102,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.standard_error.iter().try_for_each(|target| target.sink.check())?;
     let workload = open(args)?;
     let settings = workload.decided(&SettingsPatch::default());
-    let view = View { camera: workload.camera, size: settings.size };
+    let view = View { camera: workload.scene.camera, size: settings.size };
     if u64::from(view.size[0]) * u64::from(view.size[1]) > MOST_PIXELS {
         let [width, height] = view.size;
         return Err(Failure::usage(format!("the size {width}x{height} is too large: a truth has at most 2^26 pixels")));
@@ -217,7 +217,7 @@ fn export(args: &Args, folder: &Path) -> Result<(), Failure> {
     if !settings.shadows.enabled {
         return Err(refused("light without shadows cannot be expressed".into()));
     }
-    let (scene, camera) = (&workload.scene, workload.camera);
+    let (scene, camera) = (&workload.scene, workload.scene.camera);
     let shot = mitsuba::Shot { scene, camera, size: settings.size, brdf: settings.brdf };
     let export = mitsuba::export(&shot).map_err(refused)?;
     std::fs::create_dir_all(folder).map_err(|error| Failure::write(&folder.display().to_string(), &error))?;

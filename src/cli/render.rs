@@ -96,7 +96,7 @@ fn draw(args: &Args, workload: &Workload, device: &Arc<Device>, view: Option<Vie
     times.row(["load".to_owned(), milliseconds(workload.load_ms)]);
     let mut picture;
     if settings.samples == 1 {
-        renderer.render(&workload.camera)?;
+        renderer.render(&workload.scene.camera)?;
         let first = renderer.wait()?;
         bar.step();
         times.row(["first frame, with set-up".to_owned(), milliseconds(milliseconds_since(start))]);
@@ -106,12 +106,12 @@ fn draw(args: &Args, workload: &Workload, device: &Arc<Device>, view: Option<Vie
         }
         picture = renderer.read_back()?;
     } else {
-        picture = renderer.picture(&workload.camera, || bar.step())?;
+        picture = renderer.picture(&workload.scene.camera, || bar.step())?;
         let what = format!("{} samples", settings.samples);
         times.row([format!("first picture of {what}, with set-up"), milliseconds(milliseconds_since(start))]);
         let start = Instant::now();
         for _ in 1..args.frames {
-            picture = renderer.picture(&workload.camera, || bar.step())?;
+            picture = renderer.picture(&workload.scene.camera, || bar.step())?;
         }
         if args.frames > 1 {
             let mean = milliseconds_since(start) / f64::from(args.frames - 1);
@@ -162,7 +162,7 @@ fn draw_more(
 ) -> Result<Option<f64>, Failure> {
     let start = Instant::now();
     for _ in 1..args.frames {
-        renderer.render(&workload.camera)?;
+        renderer.render(&workload.scene.camera)?;
         drawn();
     }
     renderer.wait()?;
@@ -219,7 +219,7 @@ fn draw_tile(
         made => made?,
     };
     for _ in 0..args.frames {
-        renderer.render(&workload.camera)?;
+        renderer.render(&workload.scene.camera)?;
     }
     let Picture { size, pixels } = renderer.read_back()?;
     let rgba = match pixels {

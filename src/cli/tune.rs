@@ -156,9 +156,9 @@ fn measure(args: &Args, workload: &Workload, device: &Arc<Device>, goal: &Goal) 
         kept: BTreeMap::new(),
     };
     let header = args.measuring.header(device, std::slice::from_ref(&args.scene), None, None);
-    let own = truths(workload.camera, workload.scene.name.clone())?;
+    let own = truths(workload.scene.camera, workload.scene.name.clone())?;
     warn_of_noise(args, goal, &own.info)?;
-    let scene = sweep_scene(args, workload, &header, &sweep, meter(workload.camera, own))?;
+    let scene = sweep_scene(args, workload, &header, &sweep, meter(workload.scene.camera, own))?;
     let patches = patches_of(&scene, &sweep);
     // Nothing is drawn from them where nothing is to be verified.
     let count = if goal.candidates(&scene).is_empty() { 0 } else { cameras.len() };
@@ -203,7 +203,7 @@ fn patches_of(scene: &SceneReport, sweep: &Sweep) -> Vec<SettingsPatch> {
 
 fn cameras_of(args: &Args, workload: &Workload, base: &SettingsPatch) -> Result<Vec<Elsewhere>, Failure> {
     let reference = Reference::new(&workload.scene);
-    let view = View { camera: workload.camera, size: base.decide().size };
+    let view = View { camera: workload.scene.camera, size: base.decide().size };
     let cameras = held_out(&reference, &view, args.cameras as usize);
     if cameras.is_empty() && args.cameras > 0 {
         let why = format!("{} shows nothing from any other camera: a choice cannot be verified", args.scene);

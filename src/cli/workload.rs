@@ -20,10 +20,9 @@ use super::table::{Table, bytes};
 /// Warnings of a scene that are printed; the others are counted.
 const PRINTED_WARNINGS: usize = 20;
 
-/// A loaded scene and the camera that looks at it.
+/// A loaded scene, with the camera that the command line gave it.
 pub struct Workload {
     pub scene: Scene,
-    pub camera: Camera,
     /// From the first byte read to a scene in memory.
     pub load_ms: f64,
     command_line: SettingsPatch,
@@ -49,18 +48,17 @@ impl Workload {
         if let Some([width, height]) = command_line.or(&settings_file).size {
             options.aspect = f64::from(width) / f64::from(height);
         }
-        let scene = scene::open(spec, &options)?;
+        let mut scene = scene::open(spec, &options)?;
         let load_ms = milliseconds_since(start);
         drop(progress);
         if !quiet {
             output::print(&warnings(&scene.warnings), true)?;
         }
-        let camera = match &args.camera {
+        if let Some(camera) = &args.camera {
             // The near plane suits the scene's extent, of which the command line says nothing.
-            Some(camera) => Camera { near: scene.camera.near, ..*camera },
-            None => scene.camera,
-        };
-        Ok(Self { scene, camera, load_ms, command_line, settings_file, quiet, told: RefCell::default() })
+            scene.camera = Camera { near: scene.camera.near, ..*camera };
+        }
+        Ok(Self { scene, load_ms, command_line, settings_file, quiet, told: RefCell::default() })
     }
 
     /// Prints what the plan lacks of what was asked for, once.

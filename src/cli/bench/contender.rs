@@ -31,7 +31,7 @@ impl Contender {
         let start = Instant::now();
         let mut renderer = Renderer::new(device, &workload.scene, &settings)?;
         workload.warn(renderer.plan())?;
-        renderer.render(&workload.camera)?;
+        renderer.render(&workload.scene.camera)?;
         renderer.wait()?;
         let first_frame_ms = milliseconds_since(start);
         let mut memory = memory_by_kind(device);

@@ -135,7 +135,7 @@ fn measure(args: &Args, spec: &str, device: &Arc<Device>) -> Result<SceneReport,
     let bar = progress::bar(workload.scene.name.clone(), u64::from(rounds), args.quiet);
     for round in 0..rounds {
         for contender in &mut contenders {
-            contender.draw(&workload.camera, round >= args.warmup)?;
+            contender.draw(&workload.scene.camera, round >= args.warmup)?;
         }
         bar.step();
     }

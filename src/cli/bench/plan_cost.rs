@@ -99,7 +99,7 @@ fn has(plan: &FramePlan, part: OptionalPart) -> bool {
 /// frame, of which a plan says nothing.
 fn draws_the_same(base: &mut Contender, other: &mut Contender, workload: &Workload) -> Result<bool, Failure> {
     let drawn = |contender: &mut Contender| -> Result<_, Failure> {
-        contender.renderer.render(&workload.camera)?;
+        contender.renderer.render(&workload.scene.camera)?;
         Ok(contender.renderer.wait()?.drawn)
     };
     Ok(drawn(base)? == drawn(other)? && base.memory == other.memory)
@@ -118,7 +118,7 @@ fn take_turns(
         let pair: [&mut Contender; 2] =
             if round % 2 == 0 { [&mut *base, &mut *other] } else { [&mut *other, &mut *base] };
         for contender in pair {
-            contender.draw(&workload.camera, round >= args.warmup)?;
+            contender.draw(&workload.scene.camera, round >= args.warmup)?;
         }
         bar.step();
     }

@@ -161,9 +161,9 @@ fn measure_scene(
     let Subject { workload, base, sweep } = subject;
     let MeasuringArgs { seed, .. } = args.measuring;
     let mut bars = Bars::of(workload.scene.name.clone(), args.quiet);
-    let mut truths = truths(&workload, workload.camera, &base, args.measuring.truth_samples(), &bars)?;
+    let mut truths = truths(&workload, workload.scene.camera, &base, args.measuring.truth_samples(), &bars)?;
     let raw = &truths.raw.point;
-    truths.info.other_triangle = other_triangle(device, &workload.scene, &workload.camera, &base.decide(), raw)?;
+    truths.info.other_triangle = other_triangle(device, &workload.scene, &workload.scene.camera, &base.decide(), raw)?;
     let info = scene_info(&workload, &base, &sweep, &truths, fronts_of(args.measuring.quick, args.metric));
     match &journal.scenes[index].info {
         None => journal.add(index, Record::Scene { scene: index, info })?,
@@ -175,7 +175,7 @@ fn measure_scene(
         }
     }
     let effort = args.measuring.effort();
-    let (scene, camera, kept) = (&workload.scene, workload.camera, BTreeMap::new());
+    let (scene, camera, kept) = (&workload.scene, workload.scene.camera, BTreeMap::new());
     let mut meter = DeviceMeter { device, scene, camera, base: &base, truths, effort, kept };
     let own = sweep.own(args.shard);
     let mut watch = |step: Step| bars.step(step);
