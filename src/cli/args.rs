@@ -225,6 +225,12 @@ pub fn samples(text: &str) -> Result<u32, String> {
     Ok(samples)
 }
 
+/// Pictures for each second.
+pub fn fps(text: &str) -> Result<f64, String> {
+    let parsed = text.parse().ok().filter(|fps| (1e-3..=1e4).contains(fps));
+    parsed.ok_or_else(|| "expected a number from 0.001 to 10000".to_owned())
+}
+
 fn cascades(text: &str) -> Result<u32, String> {
     let count = text.parse().map_err(|_| "expected a number from 1 to 4".to_owned())?;
     checked(SettingsPatch { cascades: Some(count), ..SettingsPatch::default() })?;

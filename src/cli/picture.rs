@@ -46,6 +46,16 @@ impl Target {
         Ok(Self { sink, format })
     }
 
+    /// Of a picture of several: `walk.png` becomes `walk-0007.png`. Standard output takes them one after another.
+    pub fn numbered(&self, index: u32, count: u32) -> Self {
+        let Sink::File(path) = &self.sink else { return self.clone() };
+        let digits = count.saturating_sub(1).to_string().len().max(4);
+        let mut name = path.file_stem().unwrap_or_default().to_os_string();
+        name.push(format!("-{index:0digits$}."));
+        name.push(path.extension().unwrap_or_default());
+        Self { sink: Sink::File(path.with_file_name(name)), format: self.format }
+    }
+
     /// Encodes and writes the picture.
     ///
     /// # Errors
@@ -104,6 +114,14 @@ mod tests {
         for text in ["", "a", "a.jpg", ".png"] {
             assert!(format(text).is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn pictures_of_several_are_numbered_before_the_extension() {
+        let name = |text, index, count| Target::parse(text).expect("is a name").numbered(index, count).sink.to_string();
+        assert_eq!(name("dir.x/walk.png", 7, 100), "dir.x/walk-0007.png");
+        assert_eq!(name("a.b.EXR", 12_345, 100_001), "a.b-012345.EXR");
+        assert_eq!(Target::parse("-").map(|out| out.numbered(3, 9)), Target::parse("-"));
     }
 
     #[test]

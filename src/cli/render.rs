@@ -1,15 +1,18 @@
-//! `afterlight render`: a scene into a picture.
+//! `afterlight render`: a scene into a picture, or into many along a camera path.
+
+mod path;
 
 use std::fmt::Write as _;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
 use afterlight::frame::{self, Complexity, Picture, Pixels, Renderer};
 use afterlight::gpu::Device;
-use afterlight::plan;
+use afterlight::plan::{self, FramePlan};
 use afterlight::scene::{Output, Settings, SettingsPatch, View};
 
-use super::args::{DeviceArgs, SettingsArgs, ViewChoice, samples, view};
+use super::args::{DeviceArgs, SettingsArgs, ViewChoice, fps, samples, view};
 use super::contact_sheet::{self, Tile};
 use super::failure::Failure;
 use super::picture::{Format, Target};
@@ -30,7 +33,9 @@ Examples:
   afterlight render builtin:hall --samples 64 -o smooth.png
   afterlight render builtin:spheres --gbuffer lean,normal=rgb10a2 --validate
   afterlight render scene.toml --settings tuned.toml -o tuned.png
-  afterlight render builtin:hall --view all -o sheet.png")]
+  afterlight render builtin:hall --view all -o sheet.png
+  afterlight render builtin:hall --path assets/paths/hall.toml --fps 10 -o walk.png
+  afterlight render builtin:hall --path assets/paths/hall.toml -o - | ffmpeg -f image2pipe -i - walk.mp4")]
 pub struct Args {
     /// The scene: an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
     scene: String,
@@ -40,6 +45,13 @@ pub struct Args {
     /// How many times to draw the picture; the last one is written
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     frames: u32,
+    /// Draw along a camera path, a TOML file with [[keys]]: walk.png becomes walk-0000.png and so on, and standard output
+    /// has one PNG after another
+    #[arg(long, value_name = "FILE", conflicts_with = "frames")]
+    path: Option<PathBuf>,
+    /// Pictures for each second of the path
+    #[arg(long, value_name = "N", default_value_t = 30.0, value_parser = fps, requires = "path", allow_hyphen_values = true)]
+    fps: f64,
     /// Jittered frames that are averaged into the picture, 1 to 4096 [default: 8, or 1 with --fxaa, --msaa or --view]
     #[arg(long, value_name = "N", value_parser = samples, allow_hyphen_values = true)]
     samples: Option<u32>,
@@ -71,13 +83,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.view == Some(ViewChoice::All) && args.samples.is_some() {
         return Err(Failure::usage("--view all draws each view once: --samples does not apply to it"));
     }
+    if args.view == Some(ViewChoice::All) && args.path.is_some() {
+        return Err(Failure::usage("--view all draws each view once: --path does not apply to it"));
+    }
     args.output.sink.check()?;
     session::with_device(&args.device, |device| {
         let workload = Workload::open(&args.scene, &args.settings, args.quiet)?;
-        let report = match args.view {
-            Some(ViewChoice::All) => draw_sheet(args, &workload, &device)?,
-            Some(ViewChoice::One(view)) => draw(args, &workload, &device, Some(view))?,
-            None => draw(args, &workload, &device, None)?,
+        let report = match (&args.path, args.view) {
+            (Some(file), _) => path::draw(args, workload, &device, file)?,
+            (None, Some(ViewChoice::All)) => draw_sheet(args, &workload, &device)?,
+            (None, Some(ViewChoice::One(view))) => draw(args, &workload, &device, Some(view))?,
+            (None, None) => draw(args, &workload, &device, None)?,
         };
         if args.quiet { Ok(()) } else { output::print(&report, args.output.sink.is_stdout()) }
     })
@@ -85,9 +101,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Draws the picture as often as asked for, writes the last one and returns what there is to tell.
 fn draw(args: &Args, workload: &Workload, device: &Arc<Device>, view: Option<View>) -> Result<String, Failure> {
-    let variation = SettingsPatch { view, samples: Some(chosen_samples(args, workload)), ..SettingsPatch::default() };
-    let output = if args.output.format == Format::Exr { Output::Nits } else { Output::Srgb8 };
-    let settings = Settings { output, ..workload.settings(&variation, &device.physical)? };
+    let settings = settings(args, workload, device, view)?;
     let start = Instant::now();
     let mut renderer = Renderer::new(device, &workload.scene, &settings)?;
     workload.warn(renderer.plan())?;
@@ -123,18 +137,29 @@ fn draw(args: &Args, workload: &Workload, device: &Arc<Device>, view: Option<Vie
     if let Some(gpu_ms) = renderer.wait()?.gpu_ms {
         times.row(["last frame on the GPU".to_owned(), milliseconds(gpu_ms)]);
     }
-    let mut text = heading(args, workload, &settings, device);
-    let plan = renderer.plan();
+    let mut text = heading(workload, &settings, device, &args.output.sink.to_string());
     if settings.view == View::Complexity {
         let Complexity { covered, complex } = Complexity::of(&picture);
         let share = 100.0 * Complexity { covered, complex }.share();
         let _ = writeln!(text, "{complex} of {covered} pixels with a surface, {share:.1}%, are shaded once a sample");
     }
-    let _ = write!(text, "\nPlan\n{}\nTimes\n{}", plan_table(plan).render(), times.render());
+    text.push_str(&plan_and_memory(renderer.plan(), &times, device));
+    Ok(text)
+}
+
+/// The settings of the pictures.
+fn settings(args: &Args, workload: &Workload, device: &Device, view: Option<View>) -> Result<Settings, Failure> {
+    let variation = SettingsPatch { view, samples: Some(chosen_samples(args, workload)), ..SettingsPatch::default() };
+    let output = if args.output.format == Format::Exr { Output::Nits } else { Output::Srgb8 };
+    Ok(Settings { output, ..workload.settings(&variation, &device.physical)? })
+}
+
+/// The tables below the heading: plan, times and memory.
+fn plan_and_memory(plan: &FramePlan, times: &Table, device: &Device) -> String {
     let mut memory = memory_table(&device.memory_report());
     memory.row(["G-buffer, a pixel".to_owned(), format!("{} B", plan.gbuffer_bytes_per_pixel())]);
-    let _ = write!(text, "\nMemory\n{}", memory.render());
-    Ok(text)
+    let (plan, times, memory) = (plan_table(plan).render(), times.render(), memory.render());
+    format!("\nPlan\n{plan}\nTimes\n{times}\nMemory\n{memory}")
 }
 
 /// The samples asked for: whoever says something of anti-aliasing first of the command line, `--settings` and the scene file. A view, or
@@ -185,7 +210,7 @@ fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<
     let sheet = contact_sheet::compose(&tiles);
     let size = sheet.size;
     args.output.write(&Picture { size, pixels: Pixels::Srgb8(sheet.rgba) })?;
-    let mut text = heading(args, workload, &settings, device);
+    let mut text = heading(workload, &settings, device, &args.output.sink.to_string());
     let mut times = Table::with_figures_from(1);
     times.row(["load".to_owned(), milliseconds(workload.load_ms)]);
     times.row([format!("{} views", tiles.len()), milliseconds(milliseconds_since(start))]);
@@ -237,13 +262,12 @@ fn tile_size(size: [u32; 2]) -> [u32; 2] {
     size.map(|edge| (edge / divisor).max(1))
 }
 
-fn heading(args: &Args, workload: &Workload, settings: &Settings, device: &Device) -> String {
+fn heading(workload: &Workload, settings: &Settings, device: &Device, output: &str) -> String {
     let scene = &workload.scene;
     let [width, height] = settings.size;
     format!(
-        "{} -> {}: {width}x{height} on {}\n{} objects, {} triangles, {} materials, {} textures, {} lights\n",
+        "{} -> {output}: {width}x{height} on {}\n{} objects, {} triangles, {} materials, {} textures, {} lights\n",
         scene.name,
-        args.output.sink,
         device.physical.name,
         scene.objects.len(),
         scene.triangle_count(),

@@ -3,13 +3,14 @@
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
+use std::path::Path;
 use std::time::Instant;
 
 use afterlight::frame::capabilities;
 use afterlight::gpu::{MemoryReport, PhysicalDevice};
 use afterlight::plan::FramePlan;
-use afterlight::scene::file::load_settings;
-use afterlight::scene::{self, Camera, OpenOptions, Scene, Settings, SettingsPatch};
+use afterlight::scene::file::{load_path, load_settings};
+use afterlight::scene::{self, Camera, CameraPath, OpenOptions, Scene, Settings, SettingsPatch};
 
 use super::args::SettingsArgs;
 use super::failure::{Exit, Failure};
@@ -59,6 +60,17 @@ impl Workload {
             scene.camera = Camera { near: scene.camera.near, ..*camera };
         }
         Ok(Self { scene, load_ms, command_line, settings_file, quiet, told: RefCell::default() })
+    }
+
+    /// Opens a camera path for the scene. From here on the scene's camera is that at its start, with the narrowest lens of all, so that plans are
+    /// made for every moment of it.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or something in it is wrong.
+    pub fn follow(&mut self, file: &Path) -> Result<CameraPath, Failure> {
+        let path = load_path(file, &self.scene.camera)?;
+        self.scene.camera = Camera { projection: path.narrowest().projection, ..path.at(0.0) };
+        Ok(path)
     }
 
     /// Prints what the plan lacks of what was asked for, once.

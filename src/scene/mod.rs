@@ -20,6 +20,7 @@ pub(crate) mod mesh;
 mod names;
 pub mod obj;
 mod optional;
+mod path;
 mod settings;
 mod suggest;
 mod temperature;
@@ -39,6 +40,7 @@ pub use material::{AlphaMode, Brdf, Material, TextureSlot};
 pub use mesh::{CastsShadow, Mesh, Object, TriangleId};
 pub use names::TARGETS;
 pub use optional::{Keep, OptionalPart};
+pub use path::{CameraKey, CameraPath};
 pub use settings::{
     GbufferChoice, GbufferPreset, HdrFormat, LightPath, MAX_ANISOTROPY, MAX_SAMPLES, MAX_SHADOW_SIZE, MIN_SHADOW_SIZE,
     MSAA, Output, Resolve, Settings, SettingsPatch, ShadowFilter, ShadowSettings, TargetChoice, Tonemap, Transparency,

@@ -2,6 +2,7 @@
 
 mod builtin;
 mod document;
+mod path;
 mod refused;
 
 use std::fs;
@@ -22,6 +23,21 @@ const HALVES: &str = "[environment]\nsky = [1, 2, 3]\nsky_strength = 10\nground 
 
 /// The other way to project: a camera has the one or the other.
 const PARALLEL: &str = "[camera]\northographic_height = 2.5\n";
+
+/// A camera path.
+const PATH: &str = "\
+[[keys]]
+time = 1
+position = [0, 1, 5]
+target = [0, 1, 0]
+up = [1, 0, 0]
+fov_y_degrees = 40
+
+[[keys]]
+time = 3.5
+position = [2, 1, 5]
+rotation = [0, 90, 0]
+";
 
 /// A settings file.
 const TUNED: &str = "\
@@ -69,7 +85,7 @@ fn every_key_does_what_it_says() {
     let scene = read(&folder(), EVERYTHING).unwrap();
     for table in schema::TABLES {
         for key in table.keys {
-            let tried = [EVERYTHING, HALVES, PARALLEL].iter().any(|text| text.contains(key));
+            let tried = [EVERYTHING, HALVES, PARALLEL, PATH].iter().any(|text| text.contains(key));
             assert!(tried, "{}.{key} is not tried", table.table);
         }
     }
@@ -123,6 +139,12 @@ fn the_scenes_that_ship_are_whole() {
     for path in scenes {
         builtin::check(&open(path.to_str().unwrap(), &OpenOptions::default()).unwrap());
     }
+}
+
+#[test]
+fn the_camera_path_that_ships_is_one() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/paths/hall.toml");
+    assert!(file::load_path(&file, &Camera::default()).unwrap().seconds() > 1.0);
 }
 
 #[test]

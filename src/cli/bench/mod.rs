@@ -4,7 +4,9 @@
 mod contender;
 mod plan_cost;
 mod report;
+mod walk;
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use afterlight::gpu::Device;
@@ -17,6 +19,7 @@ use super::workload::Workload;
 use super::{output, progress, session};
 use contender::Contender;
 use report::{BenchReport, SceneReport};
+use walk::Walk;
 
 /// Measure how long frames take, for one or several scenes and variants of the settings
 #[derive(Debug, clap::Args)]
@@ -28,6 +31,7 @@ Examples:
   afterlight bench builtin:hall --settings tuned.toml --vary shadow-size=4096
   afterlight bench \"builtin:field?lights=64\" \"builtin:hall?lights=8\"
   afterlight bench builtin:hall --plan-cost
+  afterlight bench builtin:hall --path assets/paths/hall.toml --frames 200
   afterlight bench builtin:hall --json - | jq '.scenes[].runs[].wall_ms.median'
 
 A frame's time is that from the start of its recording to its end on the device.
@@ -40,6 +44,9 @@ pub struct Args {
     /// Frames to measure for each variant
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     frames: u32,
+    /// Move the camera along a path, a TOML file with [[keys]], while frames are measured: from its start to its end
+    #[arg(long, value_name = "FILE", conflicts_with = "plan_cost")]
+    path: Option<PathBuf>,
     /// Frames to draw before measuring, after the first
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     warmup: u32,
@@ -121,7 +128,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Measures all variants of one scene. All of them are held at once, or they could not take turns.
 fn measure(args: &Args, spec: &str, device: &Arc<Device>) -> Result<SceneReport, Failure> {
-    let workload = Workload::open(spec, &args.settings, args.quiet)?;
+    let mut workload = Workload::open(spec, &args.settings, args.quiet)?;
+    let walk = args.path.as_deref().map(|file| Walk::of(file, &mut workload, args.frames)).transpose()?;
     if args.plan_cost {
         return plan_cost::measure(args, &workload, device);
     }
@@ -134,11 +142,14 @@ fn measure(args: &Args, spec: &str, device: &Arc<Device>) -> Result<SceneReport,
     let rounds = args.warmup + args.frames;
     let bar = progress::bar(workload.scene.name.clone(), u64::from(rounds), args.quiet);
     for round in 0..rounds {
+        // Whoever warms up on a path does so at its start.
+        let measured = round.checked_sub(args.warmup);
+        let camera = walk.as_ref().map_or(workload.scene.camera, |walk| walk.camera(measured.unwrap_or(0)));
         for contender in &mut contenders {
-            contender.draw(&workload.scene.camera, round >= args.warmup)?;
+            contender.draw(&camera, measured.is_some())?;
         }
         bar.step();
     }
     drop(bar);
-    Ok(SceneReport::of(&workload, &contenders))
+    Ok(SceneReport::of(&workload, &contenders, walk.as_ref()))
 }

@@ -85,7 +85,7 @@ pub fn measure(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result
     } else {
         contenders[0].times.clear();
     }
-    let mut report = SceneReport::of(workload, &contenders);
+    let mut report = SceneReport::of(workload, &contenders, None);
     report.plan_cost = Some(costs);
     Ok(report)
 }

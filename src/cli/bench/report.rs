@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::contender::Contender;
 use super::plan_cost::PlanCost;
+use super::walk::{Moment, Walk};
 use crate::cli::table::{Table, bytes, milliseconds};
 use crate::cli::workload::Workload;
 
@@ -41,10 +42,18 @@ pub struct SceneReport {
     objects: usize,
     lights: usize,
     load_ms: f64,
+    /// With `--path`.
+    path: Option<PathReport>,
     /// The settings as given first, then the variants in their order; with `--plan-cost` the lean plan and the full one.
     runs: Vec<RunReport>,
     /// With `--plan-cost`.
     pub plan_cost: Option<PlanCost>,
+}
+
+#[derive(Serialize)]
+struct PathReport {
+    file: String,
+    seconds: f64,
 }
 
 #[derive(Serialize)]
@@ -65,6 +74,8 @@ struct RunReport {
     gbuffer_bytes_per_pixel: u32,
     memory_bytes: BTreeMap<&'static str, u64>,
     drawn: DrawnReport,
+    /// With `--path`: each measured frame.
+    moments: Option<Vec<Moment>>,
 }
 
 #[derive(Serialize)]
@@ -115,16 +126,17 @@ impl BenchReport {
 }
 
 impl SceneReport {
-    pub fn of(workload: &Workload, contenders: &[Contender]) -> Self {
+    pub fn of(workload: &Workload, contenders: &[Contender], walk: Option<&Walk>) -> Self {
         let scene = &workload.scene;
         let base = contenders.first().map_or(&[][..], |first| &first.times);
-        let run = |(index, contender)| RunReport::of(contender, (index > 0).then_some(base));
+        let run = |(index, contender)| RunReport::of(contender, (index > 0).then_some(base), walk);
         Self {
             scene: scene.name.clone(),
             triangles: scene.triangle_count(),
             objects: scene.objects.len(),
             lights: scene.lights.len(),
             load_ms: workload.load_ms,
+            path: walk.map(|walk| PathReport { file: walk.file.clone(), seconds: walk.seconds() }),
             runs: contenders.iter().enumerate().map(run).collect(),
             plan_cost: None,
         }
@@ -173,7 +185,7 @@ impl SceneReport {
 }
 
 impl RunReport {
-    fn of(contender: &Contender, base: Option<&[FrameTimes]>) -> Self {
+    fn of(contender: &Contender, base: Option<&[FrameTimes]>, walk: Option<&Walk>) -> Self {
         let times = &contender.times;
         let ratio = base
             .and_then(|base| Distribution::of(times.iter().zip(base).map(|(own, first)| own.wall_ms / first.wall_ms)));
@@ -201,6 +213,7 @@ impl RunReport {
             gbuffer_bytes_per_pixel: contender.renderer.plan().gbuffer_bytes_per_pixel(),
             memory_bytes: contender.memory.iter().map(|(kind, bytes)| (kind.text(), *bytes)).collect(),
             drawn: drawn.unwrap_or_default(),
+            moments: walk.map(|walk| times.iter().zip(0..).map(|(frame, index)| walk.moment(index, frame)).collect()),
         }
     }
 
@@ -214,6 +227,11 @@ impl RunReport {
         let _ = write!(text, "{} triangles, {} objects", self.drawn.triangles, self.drawn.objects);
         let _ = write!(text, " ({} culled, {} occluded), ", self.drawn.culled_objects, self.drawn.occluded_objects);
         let _ = writeln!(text, "{} lights ({} idle)", self.drawn.lights, self.drawn.idle_lights);
+        let slowest = self.moments.iter().flatten().max_by(|a, b| a.wall_ms.total_cmp(&b.wall_ms));
+        if let Some(Moment { at_s, wall_ms, triangles, .. }) = slowest {
+            let wall = milliseconds(*wall_ms);
+            let _ = writeln!(text, "slowest along the path: {wall} at {at_s:.2} s, with {triangles} triangles");
+        }
         let mut table = Table::with_figures_from(1);
         for pass in &self.passes {
             let median = pass.gpu_ms.map_or_else(|| "-".to_owned(), |times| milliseconds(times.median));

@@ -1,4 +1,5 @@
-//! Scene files: TOML that names models, materials, lights, a camera and settings. docs/SCENES.md explains every key.
+//! Scene files: TOML that names models, materials, lights, a camera and settings; and the smaller files beside them, with settings or a camera's
+//! path alone. docs/SCENES.md explains every key.
 //!
 //! Values are read from TOML's own tree with their places, so that every message names file, line and key; what a table may hold
 //! stands in [`schema`]. Paths are relative to the scene file.
@@ -7,10 +8,13 @@ mod lights;
 mod materials;
 mod models;
 mod node;
+mod path;
 mod place;
 mod scatter;
 pub mod schema;
 mod settings;
+
+pub use path::{load_path, parse_path};
 
 use std::cell::Cell;
 use std::path::Path;

@@ -10,6 +10,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::schema::Schema;
 use crate::scene::camera::FOV_Y_DEGREES;
+use crate::scene::path::MAX_SECONDS;
 use crate::scene::suggest::unknown;
 use crate::scene::{Error, unit};
 
@@ -48,6 +49,8 @@ pub(super) const STRENGTH: Limit = Limit { text: "from 0 to 1e18", holds: |x| (0
 pub(super) const FIELD_OF_VIEW: Limit =
     Limit { text: "from 0.001 to 179.999 degrees", holds: |x| FOV_Y_DEGREES.contains(&x) };
 pub(super) const CONE_ANGLE: Limit = Limit { text: "from 0 to 180 degrees", holds: |x| (0.0..=180.0).contains(&x) };
+/// Of a key of a camera path.
+pub(super) const TIME: Limit = Limit { text: "from 0 to 1e9 seconds", holds: |x| (0.0..=MAX_SECONDS).contains(&x) };
 /// Of what glows by heat.
 pub(super) const KELVIN: Limit =
     Limit { text: "from 1000 to 40000 kelvin", holds: |x| crate::scene::KELVIN.contains(&x) };

@@ -140,6 +140,12 @@ pub(super) const SETTINGS: Schema = Schema {
         "from",
     ],
 };
+/// A file with a camera's path.
+pub(super) const PATH: Schema = Schema { table: "path", keys: &["keys"] };
+pub(super) const KEY: Schema = Schema {
+    table: "path.keys",
+    keys: &["time", "position", "target", "up", "rotation", "fov_y_degrees", "orthographic_height"],
+};
 /// What stands at the top of a settings file, which is no scene.
 pub(super) const SETTINGS_FILE: Schema = Schema { table: "settings file", keys: &["settings", "evidence"] };
 pub(super) const SHADOWS: Schema = Schema {
@@ -163,4 +169,6 @@ pub const TABLES: &[Schema] = &[
     ENVIRONMENT,
     SETTINGS,
     SHADOWS,
+    PATH,
+    KEY,
 ];

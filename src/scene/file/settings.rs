@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::{DVec3, Vec3};
 
-use super::node::{EV100, FACTOR, FIELD_OF_VIEW, LENGTH, Node, SHARE, STRENGTH};
+use super::node::{EV100, FACTOR, FIELD_OF_VIEW, LENGTH, Node, SHARE, STRENGTH, Table};
 use super::place::rotation;
 use super::schema;
 use crate::scene::{
@@ -12,8 +12,14 @@ use crate::scene::{
 };
 
 /// What the file says of the camera, over what there was.
-pub(super) fn camera(node: &Node, mut camera: Camera) -> Result<Camera, Error> {
+pub(super) fn camera(node: &Node, before: Camera) -> Result<Camera, Error> {
     let table = node.table(schema::CAMERA)?;
+    let camera = camera_of(&table, before)?;
+    Ok(Camera { near: table.read("near", |node| node.number(LENGTH))?.unwrap_or(camera.near), ..camera })
+}
+
+/// Where a camera is, how it is turned, and its lens: what `[camera]` and a key of a camera path have in common.
+pub(super) fn camera_of(table: &Table, mut camera: Camera) -> Result<Camera, Error> {
     camera.position = table.read("position", Node::point)?.unwrap_or(camera.position);
     let up = table.read("up", Node::direction)?;
     match (table.get("target"), table.get("rotation")) {
@@ -37,7 +43,6 @@ pub(super) fn camera(node: &Node, mut camera: Camera) -> Result<Camera, Error> {
         (Some(_), Some(node)) => return Err(node.wrong("a camera has either fov_y_degrees or orthographic_height")),
         (None, None) => {}
     }
-    camera.near = table.read("near", |node| node.number(LENGTH))?.unwrap_or(camera.near);
     Ok(camera)
 }
 
