@@ -7,7 +7,7 @@ use super::draw::Draw;
 use crate::scene::{AlphaMode, Brdf, GbufferPreset, HdrFormat, LightPath, ShadowFilter, Transparency};
 
 /// How many numbers a scene is drawn from.
-pub const NUMBERS: usize = 62;
+pub const NUMBERS: usize = 63;
 
 /// A floor, a ball above it and lamps above that, as they are at their extremes. [`Extremes::PLAIN`] has nothing of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,6 +75,8 @@ pub struct Extremes {
     pub shadow_filter: ShadowFilter,
     pub msaa: u32,
     pub samples: u32,
+    /// By an orthographic camera, which shows as much where it looks.
+    pub parallel: bool,
 }
 
 /// Which fall-off lamps have.
@@ -129,6 +131,7 @@ impl Extremes {
         shadow_filter: ShadowFilter::None,
         msaa: 1,
         samples: 1,
+        parallel: false,
     };
 
     /// The scene of a seed.
@@ -186,6 +189,7 @@ impl Extremes {
             shadow_filter: draw.pick(SHADOW_FILTERS),
             msaa: draw.pick(&[1, 1, 4]),
             samples: draw.pick(&[1, 1, 1, 2]),
+            parallel: draw.chance(0.2),
         };
         scene.agreed()
     }

@@ -25,11 +25,16 @@ impl Extremes {
             ground: None,
             background: Vec3::splat(self.background * self.lux as f32),
         };
-        stage.scene.camera = Camera {
+        let (eye, target) = (self.at(DVec3::from(self.eye)), self.at(DVec3::new(0.0, 0.4, 0.0)));
+        let mut camera = Camera {
             projection: Projection::perspective(self.fov_y_degrees),
             near: self.near * self.scale,
-            ..Camera::looking_at(self.at(DVec3::from(self.eye)), self.at(DVec3::new(0.0, 0.4, 0.0)), DVec3::Y)
+            ..Camera::looking_at(eye, target, DVec3::Y)
         };
+        if self.parallel {
+            camera.projection = Projection::orthographic(2.0 * camera.half_height() * eye.distance(target));
+        }
+        stage.scene.camera = camera;
         Subject::with(stage.scene, self.settings())
     }
 
