@@ -15,6 +15,8 @@ pub mod scene;
 pub mod shaders;
 pub mod stress;
 pub mod targets;
+#[cfg(feature = "window")]
+pub mod window;
 
 /// The README's Rust, compiled and run by the tests.
 #[cfg(doctest)]

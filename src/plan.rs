@@ -162,6 +162,8 @@ pub struct FramePlan {
     /// An attachment of its own between LIGHTING and the output.
     pub hdr: Option<vk::Format>,
     pub output: vk::Format,
+    /// The format of the swapchain that pictures go to, where they are presented.
+    pub presented: Option<vk::Format>,
     pub tone_mapping: ToneMapping,
     /// Light is exposed before it is stored; that of a picture in nits is not.
     pub exposes: bool,
@@ -300,6 +302,7 @@ impl FramePlan {
             transparent_triangles: 0,
             hdr: way.hdr,
             output: way.output,
+            presented: None,
             tone_mapping: way.tone_mapping,
             exposes: settings.output != Output::Nits,
             samples: settings.samples,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use crate::gpu::{self, Device, Image, ImageDesc, Location, MemoryKind};
+use crate::gpu::{self, Device, Framebuffer, Image, ImageDesc, Location, MemoryKind, framebuffer};
 use crate::plan::{COUNT, DEPTH, FramePlan, Shading, TRIANGLE};
 
 /// What an attachment holds.
@@ -97,7 +97,7 @@ pub fn attachments(plan: &FramePlan) -> Vec<Attachment> {
     // What reads the output after the pass.
     let (final_layout, usage) = match plan.fxaa {
         true => (vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL, vk::ImageUsageFlags::SAMPLED),
-        false => (vk::ImageLayout::TRANSFER_SRC_OPTIMAL, vk::ImageUsageFlags::TRANSFER_SRC),
+        false => (picture_layout(plan), vk::ImageUsageFlags::TRANSFER_SRC),
     };
     list.push(Attachment {
         target: Target::Output,
@@ -112,6 +112,19 @@ pub fn attachments(plan: &FramePlan) -> Vec<Attachment> {
         usage: vk::ImageUsageFlags::COLOR_ATTACHMENT | usage,
     });
     list
+}
+
+/// How the last render pass leaves the picture: to be copied, or to be shown.
+pub fn picture_layout(plan: &FramePlan) -> vk::ImageLayout {
+    match plan.draws_into_swapchain() {
+        true => vk::ImageLayout::PRESENT_SRC_KHR,
+        false => vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+    }
+}
+
+/// Whether the main pass draws the picture into the swapchain's images, and no pass after it.
+fn presents_output(plan: &FramePlan) -> bool {
+    plan.draws_into_swapchain() && !plan.fxaa
 }
 
 /// An attachment that nothing reads after the pass: it need never leave the tile.
@@ -201,7 +214,17 @@ pub fn gbuffer_inputs(plan: &FramePlan) -> Vec<(u32, Target)> {
 /// What COMPOSITE reads, in the order of `shaders/composite.wgsl`'s bindings.
 pub const COMPOSITE_INPUTS: [(u32, Target); 2] = [(0, Target::Accumulation), (1, Target::Weights)];
 
-/// The images of a plan's attachments.
+/// What a render pass draws into: one framebuffer, or one for each image of a swapchain.
+pub struct Framebuffers(pub Vec<Framebuffer>);
+
+impl Framebuffers {
+    /// The one for this image of the swapchain.
+    pub fn of(&self, image: usize) -> vk::Framebuffer {
+        self.0[image.min(self.0.len() - 1)].raw
+    }
+}
+
+/// The images of a plan's attachments, but for those of a swapchain.
 pub struct Targets {
     images: Vec<(Target, Image)>,
 }
@@ -213,6 +236,7 @@ impl Targets {
         let images = attachments(plan)
             .into_iter()
             .chain(storage_output(plan))
+            .filter(|attachment| attachment.target != Target::Output || !presents_output(plan))
             .map(|attachment| {
                 let passing = attachment.usage.contains(vk::ImageUsageFlags::TRANSIENT_ATTACHMENT);
                 let image = Image::new(
@@ -239,13 +263,38 @@ impl Targets {
     /// # Panics
     /// When the plan has no such target: a mistake in the frame, not in its input.
     pub fn image(&self, target: Target) -> &Image {
-        let found = self.images.iter().find(|(own, _)| *own == target);
-        &found.unwrap_or_else(|| panic!("the plan has no target {target:?}")).1
+        self.find(target).unwrap_or_else(|| panic!("the plan has no target {target:?}"))
     }
 
-    /// Views in framebuffer order.
-    pub fn views(&self, plan: &FramePlan) -> Vec<vk::ImageView> {
-        self.images.iter().take(attachments(plan).len()).map(|(_, image)| image.view).collect()
+    /// The image of the output, unless it is one of the swapchain's.
+    pub fn output(&self) -> Option<&Image> {
+        self.find(Target::Output)
+    }
+
+    fn find(&self, target: Target) -> Option<&Image> {
+        self.images.iter().find(|(own, _)| *own == target).map(|(_, image)| image)
+    }
+
+    /// The framebuffer of the main pass, or one for each view of the swapchain's images that the pass draws into.
+    ///
+    /// # Errors
+    /// As [`framebuffer`].
+    pub fn framebuffers(
+        &self,
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        pass: vk::RenderPass,
+        swapchain: &[vk::ImageView],
+    ) -> gpu::Result<Framebuffers> {
+        let extent = vk::Extent2D { width: plan.size[0], height: plan.size[1] };
+        let own: Vec<_> = self.images.iter().take(attachments(plan).len()).map(|(_, image)| image.view).collect();
+        if !presents_output(plan) {
+            return Ok(Framebuffers(vec![framebuffer(device, "main framebuffer", pass, &own, extent)?]));
+        }
+        // The output is the last attachment.
+        let with = |view: &vk::ImageView| [&own[..], &[*view]].concat();
+        let one = |view| framebuffer(device, "main framebuffer", pass, &with(view), extent);
+        Ok(Framebuffers(swapchain.iter().map(one).collect::<gpu::Result<_>>()?))
     }
 }
 

@@ -5,6 +5,8 @@ use std::fmt::Write as _;
 use std::io::{self, Write as _};
 use std::process::ExitCode;
 
+#[cfg(feature = "window")]
+use afterlight::window;
 use afterlight::{frame, gpu, plan, scene, stress};
 
 /// The classes of failure, by exit code. `EXIT_CODES` says the same in the help.
@@ -18,6 +20,8 @@ pub enum Exit {
     BadInput = 3,
     /// There is no loader, driver, layer or device to work with, or it failed.
     NoVulkan = 4,
+    /// There is no display to open a window on, or it went away.
+    NoDisplay = 5,
 }
 
 /// The exit codes as the help lists them.
@@ -29,7 +33,8 @@ Exit codes:
      or a claim of stress does not hold
   2  usage: an option or its value is wrong, or no device has the number or name given
   3  bad input: a scene cannot be read or is too large for the device, or the output cannot be written
-  4  no usable Vulkan: no loader, driver or validation layer, or the driver failed";
+  4  no usable Vulkan: no loader, driver or validation layer, or the driver failed
+  5  no display: view has no window system to open a window on, or it went away";
 
 /// An error with its exit code, ready to be printed.
 #[derive(Debug)]
@@ -147,6 +152,18 @@ impl From<frame::Error> for Failure {
         match error {
             frame::Error::Plan(error) => error.into(),
             frame::Error::Gpu(error) => error.into(),
+        }
+    }
+}
+
+#[cfg(feature = "window")]
+impl From<window::Error> for Failure {
+    fn from(error: window::Error) -> Self {
+        match error {
+            window::Error::Frame(error) => error.into(),
+            window::Error::NoDisplay(_) => Self::new(Exit::NoDisplay, with_causes(&error))
+                .with_hint("`afterlight render` draws into a file, without a display"),
+            window::Error::System(_) => Self::new(Exit::NoDisplay, with_causes(&error)),
         }
     }
 }

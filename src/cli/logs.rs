@@ -19,8 +19,9 @@ pub fn start(verbosity: u8) -> Result<(), Failure> {
     let filter = match env::var(VARIABLE) {
         Ok(text) => EnvFilter::try_new(text).map_err(|error| wrong(&error))?,
         Err(VarError::NotPresent) => EnvFilter::new(match verbosity {
-            0 => "warn",
-            1 => "warn,afterlight=info",
+            // The window library warns of what an X server lacks, which does no harm.
+            0 => "warn,winit=error",
+            1 => "warn,winit=error,afterlight=info",
             2 => "info,afterlight=debug",
             _ => "trace",
         }),

@@ -25,6 +25,8 @@ mod stress;
 mod table;
 #[cfg(feature = "report")]
 mod tune;
+#[cfg(feature = "window")]
+mod view;
 mod workload;
 
 use clap::error::ErrorKind;
@@ -57,6 +59,8 @@ enum Command {
     Report(report::Args),
     #[cfg(feature = "report")]
     Tune(tune::Args),
+    #[cfg(feature = "window")]
+    View(view::Args),
 }
 
 fn after_help() -> String {
@@ -107,6 +111,8 @@ pub fn run() -> Result<(), Failure> {
         Command::Report(args) => report::run(&args),
         #[cfg(feature = "report")]
         Command::Tune(args) => tune::run(&args),
+        #[cfg(feature = "window")]
+        Command::View(args) => view::run(&args),
     }
 }
 

@@ -1,6 +1,7 @@
 //! A device for the length of one command, and what the validation layer had to say meanwhile.
 
 use std::collections::BTreeMap;
+use std::ffi::CStr;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
@@ -16,11 +17,33 @@ use super::output;
 /// # Errors
 /// No usable device; what `work` returns; and with `--validate` any message of the layer that is not advice.
 pub fn with_device(args: &DeviceArgs, work: impl FnOnce(Arc<Device>) -> Result<(), Failure>) -> Result<(), Failure> {
+    with_extensions(args, (&[], &[]), work)
+}
+
+/// The same with a device that can show images where the instance extensions of a window system say.
+///
+/// # Errors
+/// As [`with_device`].
+#[cfg(feature = "window")]
+pub fn with_device_for(
+    args: &DeviceArgs,
+    window_system: &[&'static CStr],
+    work: impl FnOnce(Arc<Device>) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    with_extensions(args, (window_system, &[c"VK_KHR_swapchain"]), work)
+}
+
+fn with_extensions(
+    args: &DeviceArgs,
+    (of_instance, of_device): (&[&'static CStr], &[&'static CStr]),
+    work: impl FnOnce(Arc<Device>) -> Result<(), Failure>,
+) -> Result<(), Failure> {
     let validation = args.validate.unwrap_or_default();
-    let instance = Instance::new(&InstanceOptions { validation, ..InstanceOptions::default() })?;
+    let options = InstanceOptions { validation, ..InstanceOptions::default() };
+    let instance = Instance::with_extensions(&options, of_instance)?;
     let log = instance.message_log();
     let choice = args.device.clone().unwrap_or_default();
-    let device = Device::new(&instance, &choice).inspect(|device| {
+    let device = Device::with_extensions(&instance, &choice, of_device).inspect(|device| {
         tracing::info!("drawing on {:?}, driver {}", device.physical, device.physical.driver_name);
     });
     let outcome = device.map_err(Failure::from).and_then(work);

@@ -18,18 +18,19 @@ use glam::Vec3;
 
 use super::FrameParts;
 use super::edges::{Carrier, Edge};
-use super::render_pass::{PassDescription, Subpasses, input_layout};
-use super::stages::{FxaaStage, ShadowStage, Tail, stamp};
-use crate::gpu::{self, Device, Framebuffer, Image, RenderPass, Timestamps, barrier, framebuffer};
+use super::render_pass::{PassDescription, Subpasses};
+use super::stages::{FxaaStage, ShadowStage, Tail, input, stamp};
+use crate::gpu::barrier::{self, ImageRange};
+use crate::gpu::{self, Device, Image, RenderPass, Timestamps};
 use crate::passes::depth::Depth;
 use crate::passes::geometry::Geometry;
 use crate::passes::lighting::Lighting;
 use crate::passes::per_light::PerLight;
 use crate::passes::tonemap::tone_map;
 use crate::passes::view::ViewPass;
-use crate::passes::{Recording, SetLayouts, Slot};
+use crate::passes::{Input, Recording, SetLayouts, Slot};
 use crate::plan::{FramePlan, Shading, ToneMapping, World};
-use crate::targets::{Target, Targets, attachments, gbuffer_inputs};
+use crate::targets::{Framebuffers, Target, Targets, attachments, gbuffer_inputs};
 
 const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
 
@@ -44,9 +45,8 @@ enum Shade {
 pub struct Deferred {
     targets: Targets,
     pass: RenderPass,
-    framebuffer: Framebuffer,
+    framebuffers: Framebuffers,
     clears: Vec<vk::ClearValue>,
-    extent: vk::Extent2D,
     shadow: Option<ShadowStage>,
     depth: Option<Depth>,
     geometry: Option<Geometry>,
@@ -61,11 +61,10 @@ impl Deferred {
     /// # Errors
     /// When the device lacks the memory or cannot compile a pipeline.
     pub fn new(parts: &FrameParts) -> gpu::Result<Self> {
-        let &FrameParts { device, plan, edges, frame_layout, atlas, scene, world } = parts;
+        let &FrameParts { device, plan, edges, frame_layout, atlas, scene, world, swapchain } = parts;
         let targets = Targets::new(device, plan)?;
         let pass = PassDescription::main(plan, edges).make(device)?;
-        let extent = vk::Extent2D { width: plan.size[0], height: plan.size[1] };
-        let framebuffer = framebuffer(device, "main framebuffer", pass.raw, &targets.views(plan), extent)?;
+        let framebuffers = targets.framebuffers(device, plan, pass.raw, swapchain)?;
         let subpasses = Subpasses::of(plan);
         let slot = |subpass| Slot { render_pass: pass.raw, subpass };
 
@@ -78,11 +77,7 @@ impl Deferred {
             Some(subpass) => Some(Geometry::new(device, plan, slot(subpass), frame_layout, scene)?),
             None => None,
         };
-        let input = |target| (targets.image(target).view, input_layout(target));
-        let inputs: Vec<_> = gbuffer_inputs(plan)
-            .into_iter()
-            .map(|(binding, target)| (binding, input(target).0, input(target).1))
-            .collect();
+        let inputs = inputs(plan, &targets);
         let shadows = atlas.map(|atlas| atlas.set_layout.raw);
         let layouts = SetLayouts { frame: frame_layout, shadows };
         let lighting = slot(subpasses.lighting);
@@ -99,7 +94,32 @@ impl Deferred {
         let tail = Tail::new(device, plan, &pass, layouts, scene, &targets)?;
         let fxaa = FxaaStage::new(parts, &targets)?;
         let clears = clear_values(plan, world);
-        Ok(Self { targets, pass, framebuffer, clears, extent, shadow, depth, geometry, shade, tail, fxaa })
+        Ok(Self { targets, pass, framebuffers, clears, shadow, depth, geometry, shade, tail, fxaa })
+    }
+
+    /// Makes anew what has the size of the picture: attachments, framebuffers, and the sets that name them.
+    ///
+    /// # Errors
+    /// When the device lacks the memory.
+    pub fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
+        let &FrameParts { device, plan, swapchain, .. } = parts;
+        self.targets = Targets::new(device, plan)?;
+        self.framebuffers = self.targets.framebuffers(device, plan, self.pass.raw, swapchain)?;
+        let inputs = inputs(plan, &self.targets);
+        match &mut self.shade {
+            Shade::Light(lighting, added) => {
+                lighting.read_from(device, &inputs)?;
+                if let Some(added) = added {
+                    added.read_from(device, &inputs)?;
+                }
+            }
+            Shade::View(view) => view.read_from(device, &inputs)?,
+        }
+        self.tail.resize(device, &self.targets)?;
+        match &mut self.fxaa {
+            Some(fxaa) => fxaa.resize(parts, &self.targets),
+            None => Ok(()),
+        }
     }
 
     /// Takes the world's present exposure for the next frames.
@@ -107,11 +127,11 @@ impl Deferred {
         self.clears = clear_values(plan, world);
     }
 
-    /// The picture, in TRANSFER_SRC_OPTIMAL after the frame.
-    pub fn output(&self) -> &Image {
+    /// The picture, in TRANSFER_SRC_OPTIMAL after the frame, unless it is in an image of the swapchain.
+    pub fn output(&self) -> Option<&Image> {
         match &self.fxaa {
             Some(fxaa) => fxaa.picture(),
-            None => self.targets.image(Target::Output),
+            None => self.targets.output(),
         }
     }
 
@@ -126,8 +146,8 @@ impl Deferred {
 
         let begin = vk::RenderPassBeginInfo::default()
             .render_pass(self.pass.raw)
-            .framebuffer(self.framebuffer.raw)
-            .render_area(vk::Rect2D { offset: vk::Offset2D::default(), extent: self.extent })
+            .framebuffer(self.framebuffers.of(frame.image))
+            .render_area(frame.area())
             .clear_values(&self.clears);
         // SAFETY: `cmd` is being recorded outside a render pass; pass, framebuffer and clear values were made from one plan,
         // as were the subpasses that follow.
@@ -170,8 +190,13 @@ impl Deferred {
     }
 }
 
+/// What LIGHTING or VIEW reads.
+fn inputs(plan: &FramePlan, targets: &Targets) -> Vec<Input> {
+    gbuffer_inputs(plan).into_iter().map(|own| input(own, targets)).collect()
+}
+
 /// Carries out a row that is a pipeline barrier on an image.
-pub(super) fn image_barrier(device: &Device, cmd: vk::CommandBuffer, image: &Image, edge: &Edge) {
+pub(super) fn image_barrier(device: &Device, cmd: vk::CommandBuffer, image: impl Into<ImageRange>, edge: &Edge) {
     if let Carrier::ImageBarrier(old, new) = edge.carrier {
         let before = (edge.before.stage, edge.before.access, old);
         let after = (edge.after.stage, edge.after.access, new);

@@ -19,6 +19,7 @@ mod forward;
 mod host;
 mod main_pass;
 mod masks;
+mod presentation;
 mod shadow;
 mod tiled;
 pub mod unnoticed;
@@ -51,13 +52,17 @@ pub enum Place {
     /// Every pass that draws the scene's meshes with its textures.
     Draws,
     Copy,
+    /// The copy of a compute pass's picture into an image of the swapchain.
+    Present,
+    /// What shows the swapchain's images.
+    Presentation,
     /// Everything that one submission does on the device.
     Device,
     /// The CPU.
     Host,
 }
 
-/// What a row becomes. There are no semaphores: one queue does everything, and nothing is presented yet. A window brings them.
+/// What a row becomes. One queue does everything, so that only presentation needs semaphores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Carrier {
     /// A subpass dependency of the shadow render pass, of which each map that is drawn has an instance.
@@ -77,6 +82,8 @@ pub enum Carrier {
     Submission,
     /// The CPU waits for a submission's fence (a `Ticket`).
     Fence,
+    /// A semaphore between a submission and presentation.
+    Semaphore,
 }
 
 impl Carrier {
@@ -91,6 +98,9 @@ impl Carrier {
             Self::Submission => Some("vkQueueSubmit orders it, whatever the program does"),
             Self::Fence => Some(
                 "without it the CPU would read, write or free memory under the device's hands, and no driver has to survive that",
+            ),
+            Self::Semaphore => Some(
+                "presentation takes and hands over its images by semaphores alone: without one there would be no image to draw",
             ),
             _ => None,
         }
@@ -114,6 +124,8 @@ impl fmt::Display for Place {
             Self::Clear => "CLEAR",
             Self::Draws => "DRAWS",
             Self::Copy => "COPY",
+            Self::Present => "PRESENT",
+            Self::Presentation => "PRESENTATION",
             Self::Device => "DEVICE",
             Self::Host => "HOST",
         })
@@ -131,6 +143,7 @@ impl fmt::Display for Carrier {
             Self::MemoryBarrier => f.write_str("memory barrier"),
             Self::Submission => f.write_str("submission"),
             Self::Fence => f.write_str("fence"),
+            Self::Semaphore => f.write_str("semaphore"),
         }
     }
 }
@@ -294,6 +307,7 @@ pub fn table(plan: &FramePlan) -> Edges {
         true => rows.extend(tiled::rows()),
         false => rows.extend(main_pass::rows(plan)),
     }
+    rows.extend(presentation::rows(plan));
     rows.extend(host::rows());
     Edges(rows)
 }

@@ -14,12 +14,12 @@ use super::FrameParts;
 use super::deferred::clear_values;
 use super::render_pass::{PassDescription, Subpasses};
 use super::stages::{FxaaStage, ShadowStage, Tail, stamp};
-use crate::gpu::{self, Framebuffer, Image, RenderPass, Timestamps, framebuffer};
+use crate::gpu::{self, Image, RenderPass, Timestamps};
 use crate::passes::depth::Depth;
 use crate::passes::forward::Forward;
 use crate::passes::{Recording, SetLayouts, Slot};
 use crate::plan::{FramePlan, World};
-use crate::targets::{Target, Targets};
+use crate::targets::{Framebuffers, Targets};
 
 const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
 
@@ -27,9 +27,8 @@ const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
 pub struct ForwardFrame {
     targets: Targets,
     pass: RenderPass,
-    framebuffer: Framebuffer,
+    framebuffers: Framebuffers,
     clears: Vec<vk::ClearValue>,
-    extent: vk::Extent2D,
     shadow: Option<ShadowStage>,
     depth: Option<Depth>,
     forward: Forward,
@@ -43,11 +42,10 @@ impl ForwardFrame {
     /// # Errors
     /// When the device lacks the memory or cannot compile a pipeline.
     pub fn new(parts: &FrameParts) -> gpu::Result<Self> {
-        let &FrameParts { device, plan, edges, frame_layout, atlas, scene, world } = parts;
+        let &FrameParts { device, plan, edges, frame_layout, atlas, scene, world, swapchain } = parts;
         let targets = Targets::new(device, plan)?;
         let pass = PassDescription::main(plan, edges).make(device)?;
-        let extent = vk::Extent2D { width: plan.size[0], height: plan.size[1] };
-        let framebuffer = framebuffer(device, "main framebuffer", pass.raw, &targets.views(plan), extent)?;
+        let framebuffers = targets.framebuffers(device, plan, pass.raw, swapchain)?;
         let subpasses = Subpasses::of(plan);
         let slot = |subpass| Slot { render_pass: pass.raw, subpass };
 
@@ -62,7 +60,22 @@ impl ForwardFrame {
         let tail = Tail::new(device, plan, &pass, layouts, scene, &targets)?;
         let fxaa = FxaaStage::new(parts, &targets)?;
         let clears = clear_values(plan, world);
-        Ok(Self { targets, pass, framebuffer, clears, extent, shadow, depth, forward, tail, fxaa })
+        Ok(Self { targets, pass, framebuffers, clears, shadow, depth, forward, tail, fxaa })
+    }
+
+    /// Makes anew what has the size of the picture: attachments, framebuffers, and the sets that name them.
+    ///
+    /// # Errors
+    /// When the device lacks the memory.
+    pub fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
+        let &FrameParts { device, plan, swapchain, .. } = parts;
+        self.targets = Targets::new(device, plan)?;
+        self.framebuffers = self.targets.framebuffers(device, plan, self.pass.raw, swapchain)?;
+        self.tail.resize(device, &self.targets)?;
+        match &mut self.fxaa {
+            Some(fxaa) => fxaa.resize(parts, &self.targets),
+            None => Ok(()),
+        }
     }
 
     /// Takes the world's present exposure for the next frames.
@@ -70,11 +83,11 @@ impl ForwardFrame {
         self.clears = clear_values(plan, world);
     }
 
-    /// The picture, in TRANSFER_SRC_OPTIMAL after the frame.
-    pub fn output(&self) -> &Image {
+    /// The picture, in TRANSFER_SRC_OPTIMAL after the frame, unless it is in an image of the swapchain.
+    pub fn output(&self) -> Option<&Image> {
         match &self.fxaa {
             Some(fxaa) => fxaa.picture(),
-            None => self.targets.image(Target::Output),
+            None => self.targets.output(),
         }
     }
 
@@ -89,8 +102,8 @@ impl ForwardFrame {
 
         let begin = vk::RenderPassBeginInfo::default()
             .render_pass(self.pass.raw)
-            .framebuffer(self.framebuffer.raw)
-            .render_area(vk::Rect2D { offset: vk::Offset2D::default(), extent: self.extent })
+            .framebuffer(self.framebuffers.of(frame.image))
+            .render_area(frame.area())
             .clear_values(&self.clears);
         // SAFETY: `cmd` is being recorded outside a render pass; pass, framebuffer and clear values were made from one plan,
         // as were the subpasses that follow.

@@ -1,20 +1,27 @@
 //! Frames: what is recorded, in which order, and the renderer that keeps two of them in flight.
 
 mod accumulate;
+mod capabilities;
 mod complexity;
 mod deferred;
 pub mod edges;
 pub mod experiment;
 mod forward;
+#[cfg(feature = "window")]
+mod present;
+mod read_back;
 pub mod render_pass;
 mod stages;
 mod tiled;
 mod triangles;
 
 pub use accumulate::{Accumulator, sample_offset};
+pub use capabilities::capabilities;
 pub use complexity::Complexity;
 pub use deferred::Deferred;
 pub use forward::ForwardFrame;
+#[cfg(feature = "window")]
+pub use present::{Outcome, Presenter};
 pub use tiled::TiledFrame;
 pub use triangles::triangles;
 
@@ -26,11 +33,11 @@ use std::time::Instant;
 use ash::vk;
 use glam::DAffine3;
 
-use crate::gpu::{self, CommandBuffer, Device, Image, Owned, PhysicalDevice, Ticket, Timestamps, barrier};
+use crate::gpu::{self, CommandBuffer, Device, Image, Owned, Ticket, Timestamps};
 use crate::gpu_scene::{FrameUniform, GpuScene, ShadowAtlas, SortedIndices, ViewBuffers, view_set_layout};
 use crate::passes::Recording;
 use crate::passes::copy::Copy;
-use crate::plan::{self, Capabilities, Eye, FramePlan, ShadowCache, Visible, World};
+use crate::plan::{self, Eye, FramePlan, MapDraw, ShadowCache, Visible, World};
 use crate::scene::{Camera, Light, LightPath, Scene, Settings, SettingsPatch, exposure_scale, metered_ev100};
 
 /// While the device draws one frame, the CPU records the next.
@@ -109,6 +116,32 @@ struct InFlight {
     drawn: Drawn,
 }
 
+impl InFlight {
+    /// The times of a frame that is done, but for what only those know who waited for it.
+    fn times(&self, device: &Device) -> Result<FrameTimes, Error> {
+        let stamps = match &self.times {
+            Some(times) => times.read()?,
+            None => Vec::new(),
+        };
+        let on_cpu = device.physical.kind == vk::PhysicalDeviceType::CPU;
+        let passes = stamps.windows(2).map(|pair| (pair[1].0.clone(), pair[1].1 - pair[0].1));
+        Ok(FrameTimes {
+            record_ms: self.record_ms,
+            wall_ms: 0.0,
+            gpu_ms: stamps.last().map(|(_, ms)| *ms),
+            passes: if on_cpu { Vec::new() } else { passes.collect() },
+            drawn: self.drawn,
+        })
+    }
+}
+
+/// A frame that is recorded and not submitted yet.
+struct Recorded {
+    camera: Camera,
+    visible: Visible,
+    stale_maps: Vec<MapDraw>,
+}
+
 /// What a frame of the plan is.
 enum Frame {
     Deferred(Box<Deferred>),
@@ -129,6 +162,8 @@ pub struct FrameParts<'a> {
     pub atlas: Option<&'a ShadowAtlas>,
     pub scene: &'a GpuScene,
     pub world: &'a World,
+    /// Views of the swapchain's images; none where pictures are not presented.
+    pub swapchain: &'a [vk::ImageView],
 }
 
 impl Frame {
@@ -138,6 +173,15 @@ impl Frame {
             LightPath::Forward | LightPath::ForwardNaive => Self::Forward(Box::new(ForwardFrame::new(parts)?)),
             _ => Self::Deferred(Box::new(Deferred::new(parts)?)),
         })
+    }
+
+    /// Makes anew what has the size of the picture.
+    fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
+        match self {
+            Self::Deferred(frame) => frame.resize(parts),
+            Self::Tiled(frame) => frame.resize(parts),
+            Self::Forward(frame) => frame.resize(parts),
+        }
     }
 
     /// What is cleared to the background is so to the exposed one.
@@ -157,8 +201,8 @@ impl Frame {
         }
     }
 
-    /// The picture, in TRANSFER_SRC_OPTIMAL after the frame.
-    fn output(&self) -> &Image {
+    /// The picture, in TRANSFER_SRC_OPTIMAL after the frame, unless it is in an image of the swapchain.
+    fn output(&self) -> Option<&Image> {
         match self {
             Self::Deferred(frame) => frame.output(),
             Self::Tiled(frame) => frame.output(),
@@ -180,79 +224,7 @@ pub struct Renderer {
     copy: Option<(CommandBuffer, Copy)>,
     frames: Vec<InFlight>,
     next: usize,
-    _frame_layout: Owned<vk::DescriptorSetLayout>,
-}
-
-/// What of the device a plan depends on.
-pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
-    let limits = &device.limits;
-    Capabilities {
-        max_extent: limits
-            .max_image_dimension2_d
-            .min(limits.max_framebuffer_width)
-            .min(limits.max_framebuffer_height)
-            .min(limits.max_viewport_dimensions[0])
-            .min(limits.max_viewport_dimensions[1]),
-        max_layers: limits.max_image_array_layers,
-        depth_clamp: device.features.depth_clamp == vk::TRUE,
-        max_color_attachments: limits.max_color_attachments.min(limits.max_fragment_output_attachments),
-        max_input_attachments: limits
-            .max_per_stage_descriptor_input_attachments
-            .min(limits.max_descriptor_set_input_attachments),
-        unorm_2x16_attachment: device.supports_color_attachment(vk::Format::R16G16_UNORM, false),
-        packed_float_blends: device.supports_color_attachment(vk::Format::B10G11R11_UFLOAT_PACK32, true),
-        float32_blends: [vk::Format::R32G32B32A32_SFLOAT, vk::Format::R32_SFLOAT]
-            .into_iter()
-            .all(|format| device.supports_color_attachment(format, true)),
-        msaa: msaa(device),
-        anisotropy: anisotropy(device),
-        primitive_index: device.features.geometry_shader == vk::TRUE,
-        lazily_allocated: device.has_lazily_allocated_memory(),
-        compute_invocations: limits.max_compute_work_group_invocations.min(limits.max_compute_work_group_size[0]),
-        software: device.kind == vk::PhysicalDeviceType::CPU,
-    }
-}
-
-/// The most that the device's samplers take.
-fn anisotropy(device: &PhysicalDevice) -> u32 {
-    match device.features.sampler_anisotropy {
-        vk::TRUE => device.limits.max_sampler_anisotropy as u32,
-        _ => 1,
-    }
-}
-
-/// The sample counts that every format of an attachment has on the device. More than one must be shaded one by one, and lie where
-/// `shaders/shared/multisampling.wgsl` says.
-fn msaa(device: &PhysicalDevice) -> u32 {
-    let features = device.features.sample_rate_shading == vk::TRUE;
-    if !features || device.limits.standard_sample_locations == vk::FALSE {
-        return 1;
-    }
-    let color = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::INPUT_ATTACHMENT;
-    let depth = vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT | vk::ImageUsageFlags::INPUT_ATTACHMENT;
-    let mut counts = device.attachment_samples();
-    for (format, usage) in [
-        (vk::Format::D32_SFLOAT, depth),
-        (vk::Format::R8G8B8A8_SRGB, color),
-        (vk::Format::R8G8B8A8_UNORM, color),
-        (vk::Format::R8G8_UNORM, color),
-        (vk::Format::R8_UNORM, color),
-        (vk::Format::R16G16_UNORM, color),
-        (vk::Format::A2B10G10R10_UNORM_PACK32, color),
-        (vk::Format::R16G16B16A16_SFLOAT, color),
-        (vk::Format::B10G11R11_UFLOAT_PACK32, color),
-        (vk::Format::R32G32B32A32_SFLOAT, color),
-        (vk::Format::R16_SFLOAT, color),
-        (vk::Format::R16G16_SFLOAT, color),
-        (vk::Format::R32G32_SFLOAT, color),
-        (vk::Format::R32_SFLOAT, color),
-    ] {
-        // A format that the device does not have is not chosen either.
-        if let Ok(Some(limits)) = device.image_limits(format, usage) {
-            counts &= limits.sample_counts;
-        }
-    }
-    counts.as_raw()
+    frame_layout: Owned<vk::DescriptorSetLayout>,
 }
 
 /// The plan of a scene's frames on a device, without making any of it.
@@ -271,7 +243,7 @@ impl Renderer {
     pub fn new(device: &Arc<Device>, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
         let plan = plan_for(device, scene, settings)?;
         let edges = edges::table(&plan);
-        Self::of(device, scene, settings, plan, edges)
+        Self::of(device, scene, settings, (plan, edges), &[])
     }
 
     /// The same with other dependencies than [`edges::table`] has for the plan, for experiments and proofs: without a row or a bit
@@ -281,15 +253,15 @@ impl Renderer {
     /// As [`Renderer::new`].
     pub fn with_edges(device: &Arc<Device>, scene: &Scene, settings: &Settings, edges: Edges) -> Result<Self, Error> {
         let plan = plan_for(device, scene, settings)?;
-        Self::of(device, scene, settings, plan, edges)
+        Self::of(device, scene, settings, (plan, edges), &[])
     }
 
     fn of(
         device: &Arc<Device>,
         scene: &Scene,
         settings: &Settings,
-        plan: FramePlan,
-        edges: Edges,
+        (plan, edges): (FramePlan, Edges),
+        swapchain: &[vk::ImageView],
     ) -> Result<Self, Error> {
         let exposure = match plan.exposes {
             true => exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(scene))),
@@ -310,6 +282,7 @@ impl Renderer {
             atlas: atlas.as_ref(),
             scene: &gpu_scene,
             world: &world,
+            swapchain,
         })?;
         let frames = (0..IN_FLIGHT)
             .map(|index| {
@@ -337,7 +310,7 @@ impl Renderer {
             copy: None,
             frames,
             next: 0,
-            _frame_layout: frame_layout,
+            frame_layout,
         })
     }
 
@@ -389,12 +362,30 @@ impl Renderer {
     /// # Errors
     /// When the device is lost or out of memory.
     pub fn render_jittered(&mut self, camera: &Camera, jitter: [f64; 2]) -> Result<(), Error> {
-        self.plan.check_camera(camera)?;
+        let recorded = self.record(camera, jitter, None)?;
+        self.submit(recorded, &[], &[])
+    }
+
+    /// Waits until the place of the next frame is free: its buffers are written anew, and so is its semaphore used. The times of the frame that
+    /// was there, if there was one.
+    fn free_place(&mut self) -> Result<Option<FrameTimes>, Error> {
         let frame = &mut self.frames[self.next];
-        if let Some(ticket) = frame.ticket.take() {
-            // Its buffers are written anew: the row "frame-to-host".
-            self.device.wait(ticket)?;
-        }
+        let Some(ticket) = frame.ticket.take() else { return Ok(None) };
+        // The row "frame-to-host".
+        self.device.wait(ticket)?;
+        Ok(Some(frame.times(&self.device)?))
+    }
+
+    /// Records a frame, into an image of the swapchain where one is named, and leaves its command buffer open.
+    fn record(
+        &mut self,
+        camera: &Camera,
+        jitter: [f64; 2],
+        swapchain_image: Option<(usize, vk::Image)>,
+    ) -> Result<Recorded, Error> {
+        self.plan.check_camera(camera)?;
+        self.free_place()?;
+        let frame = &mut self.frames[self.next];
         frame.begun = Instant::now();
         self.world.refresh(&self.plan);
         let eye = Eye::of(camera, &self.world.bounds);
@@ -426,6 +417,9 @@ impl Renderer {
             &Recording {
                 device: &self.device,
                 cmd,
+                size: self.plan.size,
+                image: swapchain_image.map_or(0, |(index, _)| index),
+                swapchain_image: swapchain_image.map(|(_, image)| image),
                 scene: &self.scene,
                 world: &self.world,
                 visible: &visible,
@@ -437,8 +431,6 @@ impl Renderer {
             },
             &mut frame.times,
         );
-        frame.cmd.end()?;
-        frame.record_ms = milliseconds(frame.begun);
         frame.drawn = Drawn {
             objects: visible.draws.len(),
             culled: visible.culled,
@@ -451,8 +443,22 @@ impl Renderer {
             shadow_maps: visible.shadows.iter().flatten().count(),
             shadow_maps_drawn: stale_maps.len(),
         };
-        frame.ticket = Some(self.device.submit(&frame.cmd)?);
-        self.shadow_cache.keep(&self.world, camera, &visible, &stale_maps);
+        Ok(Recorded { camera: *camera, visible, stale_maps })
+    }
+
+    /// Submits what was recorded, with semaphores to wait for at a stage, and to signal.
+    fn submit(
+        &mut self,
+        recorded: Recorded,
+        waits: &[(vk::Semaphore, vk::PipelineStageFlags)],
+        signals: &[vk::Semaphore],
+    ) -> Result<(), Error> {
+        let Recorded { camera, visible, stale_maps } = recorded;
+        let frame = &mut self.frames[self.next];
+        frame.cmd.end()?;
+        frame.record_ms = milliseconds(frame.begun);
+        frame.ticket = Some(self.device.submit_with(&frame.cmd, waits, signals)?);
+        self.shadow_cache.keep(&self.world, &camera, &visible, &stale_maps);
         self.device.collect();
         self.next = (self.next + 1) % IN_FLIGHT;
         Ok(())
@@ -467,19 +473,7 @@ impl Renderer {
         let Some(ticket) = frame.ticket else { return Ok(FrameTimes::default()) };
         self.device.wait(ticket)?;
         let wall_ms = milliseconds(frame.begun);
-        let stamps = match &frame.times {
-            Some(times) => times.read()?,
-            None => Vec::new(),
-        };
-        let on_cpu = self.device.physical.kind == vk::PhysicalDeviceType::CPU;
-        let passes = stamps.windows(2).map(|pair| (pair[1].0.clone(), pair[1].1 - pair[0].1));
-        Ok(FrameTimes {
-            record_ms: frame.record_ms,
-            wall_ms,
-            gpu_ms: stamps.last().map(|(_, ms)| *ms),
-            passes: if on_cpu { Vec::new() } else { passes.collect() },
-            drawn: frame.drawn,
-        })
+        Ok(FrameTimes { wall_ms, ..frame.times(&self.device)? })
     }
 
     /// Draws the picture that the settings ask for, of one frame or many, and reads it back. `drawn` is told of each frame.
@@ -506,54 +500,6 @@ impl Renderer {
         }
         Ok(sum.picture())
     }
-
-    /// The last frame's picture. Waits for it.
-    ///
-    /// # Errors
-    /// When nothing was drawn yet, the device is lost, or it lacks the memory for a copy.
-    pub fn read_back(&mut self) -> Result<Picture, Error> {
-        self.start_read_back()?;
-        self.finish_read_back()
-    }
-
-    /// Submits the copy of the last frame's picture. Frames can be drawn while it is under way.
-    ///
-    /// # Errors
-    /// As [`Renderer::read_back`].
-    pub fn start_read_back(&mut self) -> Result<(), Error> {
-        if self.frames.iter().all(|frame| frame.ticket.is_none()) {
-            return Err(gpu::Error::Misuse("a picture is read back before any was drawn".into()).into());
-        }
-        if self.copy.is_none() {
-            let cmd = CommandBuffer::new(&self.device, "read-back")?;
-            self.copy = Some((cmd, Copy::new(&self.device, &self.plan)?));
-        }
-        let (cmd, copy) = self.copy.as_mut().expect("made above");
-        cmd.begin()?;
-        copy.record(&self.device, cmd.raw, self.frame.output());
-        let edge = self.edges.row("picture-to-host");
-        let (before, after) = ((edge.before.stage, edge.before.access), (edge.after.stage, edge.after.access));
-        // The CPU maps what COPY wrote.
-        barrier::buffer_barrier(&self.device, cmd.raw, &copy.buffer, before, after);
-        cmd.end()?;
-        self.device.submit(cmd)?;
-        Ok(())
-    }
-
-    /// Waits for the copy that was started last; its picture.
-    ///
-    /// # Errors
-    /// When none was started, or the device is lost.
-    pub fn finish_read_back(&mut self) -> Result<Picture, Error> {
-        let started = self.copy.as_ref().and_then(|(cmd, copy)| Some((cmd.last_ticket()?, copy)));
-        let Some((ticket, copy)) = started else {
-            return Err(gpu::Error::Misuse("a picture is read back of which no copy was started".into()).into());
-        };
-        // The row "copy-to-host".
-        self.device.wait(ticket)?;
-        let pixels = copy.buffer.read_with(0, copy.buffer.size, |bytes| decode(self.plan.output, bytes))?;
-        Ok(Picture { size: self.plan.size, pixels })
-    }
 }
 
 impl Drop for Renderer {
@@ -565,18 +511,4 @@ impl Drop for Renderer {
 
 fn milliseconds(since: Instant) -> f64 {
     since.elapsed().as_secs_f64() * 1e3
-}
-
-fn decode(format: vk::Format, bytes: &[u8]) -> Pixels {
-    match format {
-        vk::Format::R32G32B32A32_SFLOAT => {
-            let float = |chunk: &[u8]| f32::from_ne_bytes([chunk[0], chunk[1], chunk[2], chunk[3]]);
-            Pixels::LinearF32(bytes.chunks_exact(4).map(float).collect())
-        }
-        vk::Format::R16G16B16A16_SFLOAT => {
-            let half = |chunk: &[u8]| half::f16::from_ne_bytes([chunk[0], chunk[1]]).to_f32();
-            Pixels::LinearF32(bytes.chunks_exact(2).map(half).collect())
-        }
-        _ => Pixels::Srgb8(bytes.to_vec()),
-    }
 }

@@ -21,7 +21,7 @@ use crate::passes::fxaa::Fxaa;
 use crate::passes::shadow::Shadow;
 use crate::passes::tonemap::TonemapPass;
 use crate::passes::transparent::Transparent;
-use crate::passes::{Recording, SetLayouts, Slot};
+use crate::passes::{Input, Recording, SetLayouts, Slot};
 use crate::plan::FramePlan;
 use crate::targets::{COMPOSITE_INPUTS, Target, Targets};
 
@@ -77,7 +77,7 @@ impl Tail {
     ) -> gpu::Result<Self> {
         let subpasses = Subpasses::of(plan);
         let slot = |subpass| Slot { render_pass: pass.raw, subpass };
-        let input = |(binding, target)| (binding, targets.image(target).view, input_layout(target));
+        let input = |own| input(own, targets);
         let transparent = match subpasses.transparent {
             Some(subpass) => Some(Transparent::new(device, plan, slot(subpass), layouts, scene)?),
             None => None,
@@ -91,6 +91,20 @@ impl Tail {
             None => None,
         };
         Ok(Self { transparent, composite, tonemap })
+    }
+
+    /// Reads other images, as of another size.
+    ///
+    /// # Errors
+    /// When there is no memory for their descriptors.
+    pub fn resize(&mut self, device: &Arc<Device>, targets: &Targets) -> gpu::Result<()> {
+        if let Some(composite) = &mut self.composite {
+            composite.read_from(device, &COMPOSITE_INPUTS.map(|own| input(own, targets)))?;
+        }
+        match &mut self.tonemap {
+            Some(tonemap) => tonemap.read_from(device, input((0, Target::Hdr), targets)),
+            None => Ok(()),
+        }
     }
 
     /// Steps through the subpasses after the one that is being recorded, up to the last of the pass. Each waits for what it
@@ -137,19 +151,27 @@ impl FxaaStage {
     /// # Errors
     /// When the device lacks the memory or cannot compile a pipeline.
     pub fn new(parts: &FrameParts, targets: &Targets) -> gpu::Result<Option<Self>> {
-        let &FrameParts { device, plan, edges, .. } = parts;
+        let &FrameParts { device, plan, edges, swapchain, .. } = parts;
         if !plan.fxaa {
             return Ok(None);
         }
         let pass = PassDescription::fxaa(plan, edges).make(device)?;
         let slot = Slot { render_pass: pass.raw, subpass: 0 };
-        let fxaa = Fxaa::new(device, plan, slot, targets.image(Target::Output).view)?;
+        let fxaa = Fxaa::new(device, plan, slot, targets.image(Target::Output).view, swapchain)?;
         Ok(Some(Self { _pass: pass, fxaa }))
     }
 
-    /// What it draws, in TRANSFER_SRC_OPTIMAL after the frame.
-    pub fn picture(&self) -> &Image {
+    /// What it draws, in TRANSFER_SRC_OPTIMAL after the frame, unless it is in an image of the swapchain.
+    pub fn picture(&self) -> Option<&Image> {
         self.fxaa.picture()
+    }
+
+    /// Samples and draws images of another size.
+    ///
+    /// # Errors
+    /// When the device lacks the memory.
+    pub fn resize(&mut self, parts: &FrameParts, targets: &Targets) -> gpu::Result<()> {
+        self.fxaa.resize(parts.device, parts.plan, targets.image(Target::Output).view, parts.swapchain)
     }
 
     /// Records the pass, after the main one.
@@ -159,6 +181,11 @@ impl FxaaStage {
         frame.device.end_label(frame.cmd);
         stamp(times, frame.cmd, "fxaa");
     }
+}
+
+/// What a subpass reads at a binding.
+pub(super) fn input((binding, target): (u32, Target), targets: &Targets) -> Input {
+    (binding, targets.image(target).view, input_layout(target))
 }
 
 /// The time when all that was recorded so far is done.

@@ -4,6 +4,7 @@
 //! shadow passes  SHADOW     as in the deferred frame
 //! main pass      GEOMETRY   surfaces into the G-buffer, which is stored
 //! compute        TILED      every light on every pixel, tile by tile, into the output
+//! copies         PRESENT    the output into an image of the swapchain, where there is one
 //! ```
 
 use ash::vk;
@@ -11,31 +12,45 @@ use glam::Vec3;
 
 use super::FrameParts;
 use super::deferred::{background, clear_values, image_barrier};
-use super::edges::Edge;
-use super::render_pass::{PassDescription, input_layout};
-use super::stages::{ShadowStage, stamp};
-use crate::gpu::{self, Framebuffer, Image, RenderPass, Timestamps, framebuffer};
+use super::edges::{Edge, Edges};
+use super::render_pass::PassDescription;
+use super::stages::{ShadowStage, input, stamp};
+use crate::gpu::barrier::ImageRange;
+use crate::gpu::{self, Image, RenderPass, Timestamps};
 use crate::passes::depth::Depth;
 use crate::passes::geometry::Geometry;
-use crate::passes::tiled::{EMISSIVE, Tiled};
+use crate::passes::tiled::{EMISSIVE, Stored, Tiled};
 use crate::passes::tonemap::encode_srgb;
-use crate::passes::{Recording, SetLayouts, Slot};
+use crate::passes::{Recording, SetLayouts, Slot, present};
 use crate::plan::{FramePlan, OUTPUT_PLAIN, World};
-use crate::targets::{Target, Targets, stored_inputs};
+use crate::targets::{Framebuffers, Target, Targets, stored_inputs};
 
 /// The passes of a plan and what they draw into.
 pub struct TiledFrame {
     targets: Targets,
     pass: RenderPass,
-    framebuffer: Framebuffer,
+    framebuffers: Framebuffers,
     clears: Vec<vk::ClearValue>,
-    extent: vk::Extent2D,
     shadow: Option<ShadowStage>,
     depth: Option<Depth>,
     geometry: Geometry,
     tiled: Tiled,
     output_reuse: Edge,
     read_back: Edge,
+    present: Option<Present>,
+}
+
+/// The rows around PRESENT, where the plan presents.
+struct Present {
+    begin: Edge,
+    end: Edge,
+}
+
+impl Present {
+    fn new(edges: &Edges) -> Option<Self> {
+        let row = |name| edges.find(name).cloned();
+        Some(Self { begin: row("swapchain-to-present")?, end: row("present-to-swapchain")? })
+    }
 }
 
 impl TiledFrame {
@@ -44,11 +59,10 @@ impl TiledFrame {
     /// # Errors
     /// When the device lacks the memory or cannot compile a pipeline.
     pub fn new(parts: &FrameParts) -> gpu::Result<Self> {
-        let &FrameParts { device, plan, edges, frame_layout, atlas, scene, world } = parts;
+        let &FrameParts { device, plan, edges, frame_layout, atlas, scene, world, swapchain } = parts;
         let targets = Targets::new(device, plan)?;
         let pass = PassDescription::main(plan, edges).make(device)?;
-        let extent = vk::Extent2D { width: plan.size[0], height: plan.size[1] };
-        let framebuffer = framebuffer(device, "main framebuffer", pass.raw, &targets.views(plan), extent)?;
+        let framebuffers = targets.framebuffers(device, plan, pass.raw, swapchain)?;
         let shadow = ShadowStage::new(parts)?;
         let slot = Slot { render_pass: pass.raw, subpass: 0 };
         let depth = match plan.depth_prepass {
@@ -56,20 +70,38 @@ impl TiledFrame {
             false => None,
         };
         let geometry = Geometry::new(device, plan, slot, frame_layout, scene)?;
-        let mut stored: Vec<_> = stored_inputs(plan)
-            .into_iter()
-            .map(|(binding, target)| (binding, targets.image(target).view, input_layout(target)))
-            .collect();
-        if plan.emissive {
-            stored.push((EMISSIVE, targets.image(Target::Hdr).view, input_layout(Target::Hdr)));
-        }
-        let output = targets.image(Target::Output).view;
+        let (stored, output) = bound(plan, &targets);
         let layouts = SetLayouts { frame: frame_layout, shadows: atlas.map(|atlas| atlas.set_layout.raw) };
         let tiled = Tiled::new(device, plan, layouts, (&stored, output), written_background(plan, world))?;
         let clears = clear_values(plan, world);
         let row = |name| edges.row(name).clone();
         let (output_reuse, read_back) = (row("output-reuse"), row("read-back"));
-        Ok(Self { targets, pass, framebuffer, clears, extent, shadow, depth, geometry, tiled, output_reuse, read_back })
+        let present = Present::new(edges);
+        Ok(Self {
+            targets,
+            pass,
+            framebuffers,
+            clears,
+            shadow,
+            depth,
+            geometry,
+            tiled,
+            output_reuse,
+            read_back,
+            present,
+        })
+    }
+
+    /// Makes anew what has the size of the picture: attachments, framebuffers, and the set that names them.
+    ///
+    /// # Errors
+    /// When the device lacks the memory.
+    pub fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
+        let &FrameParts { device, plan, swapchain, .. } = parts;
+        self.targets = Targets::new(device, plan)?;
+        self.framebuffers = self.targets.framebuffers(device, plan, self.pass.raw, swapchain)?;
+        let (stored, output) = bound(plan, &self.targets);
+        self.tiled.rebind(device, &stored, output)
     }
 
     /// Takes the world's present exposure for the next frames.
@@ -79,8 +111,8 @@ impl TiledFrame {
     }
 
     /// The picture, in TRANSFER_SRC_OPTIMAL after the frame.
-    pub fn output(&self) -> &Image {
-        self.targets.image(Target::Output)
+    pub fn output(&self) -> Option<&Image> {
+        self.targets.output()
     }
 
     /// Records one frame. The main pass carries the rows from and to GEOMETRY, the output's are barriers.
@@ -94,8 +126,8 @@ impl TiledFrame {
 
         let begin = vk::RenderPassBeginInfo::default()
             .render_pass(self.pass.raw)
-            .framebuffer(self.framebuffer.raw)
-            .render_area(vk::Rect2D { offset: vk::Offset2D::default(), extent: self.extent })
+            .framebuffer(self.framebuffers.of(frame.image))
+            .render_area(frame.area())
             .clear_values(&self.clears);
         frame.device.begin_label(cmd, "GEOMETRY");
         // SAFETY: `cmd` is being recorded outside a render pass; pass, framebuffer and clear values were made from one plan.
@@ -112,13 +144,31 @@ impl TiledFrame {
 
         frame.device.begin_label(cmd, "TILED");
         // The last picture may still be copied.
-        image_barrier(frame.device, cmd, self.output(), &self.output_reuse);
+        let output = self.targets.image(Target::Output);
+        image_barrier(frame.device, cmd, output, &self.output_reuse);
         self.tiled.record(frame);
-        // COPY reads what TILED wrote.
-        image_barrier(frame.device, cmd, self.output(), &self.read_back);
+        // COPY reads what TILED wrote, and so does PRESENT.
+        image_barrier(frame.device, cmd, output, &self.read_back);
         frame.device.end_label(cmd);
         stamp(times, cmd, "lighting");
+
+        if let (Some(rows), Some(image)) = (&self.present, frame.swapchain_image) {
+            frame.device.begin_label(cmd, "PRESENT");
+            let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
+            image_barrier(frame.device, cmd, whole, &rows.begin);
+            present::record(frame.device, cmd, output, image);
+            image_barrier(frame.device, cmd, whole, &rows.end);
+            frame.device.end_label(cmd);
+            stamp(times, cmd, "present");
+        }
     }
+}
+
+/// What TILED reads and writes.
+fn bound(plan: &FramePlan, targets: &Targets) -> (Vec<Stored>, vk::ImageView) {
+    let emitted = plan.emissive.then_some((EMISSIVE, Target::Hdr));
+    let stored = stored_inputs(plan).into_iter().chain(emitted).map(|own| input(own, targets)).collect();
+    (stored, targets.image(Target::Output).view)
 }
 
 /// The background as a shader writes it: an attachment's clear value would be encoded by the hardware.

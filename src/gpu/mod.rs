@@ -32,6 +32,10 @@ mod queries;
 mod render_pass;
 mod sampler;
 mod submission;
+#[cfg(feature = "window")]
+mod surface;
+#[cfg(feature = "window")]
+mod swapchain;
 pub mod sync;
 pub mod system;
 pub mod upload;
@@ -56,4 +60,8 @@ pub use queries::Timestamps;
 pub use render_pass::{Framebuffer, RenderPass, SubpassDesc, framebuffer};
 pub use sampler::Sampler;
 pub use submission::Ticket;
+#[cfg(feature = "window")]
+pub use surface::{Surface, surface_extensions};
+#[cfg(feature = "window")]
+pub use swapchain::{Acquired, Fit, PresentableImage, Swapchain, SwapchainDesc, Vsync, semaphore};
 pub use upload::{DEFAULT_STAGING_BYTES, UploadOrder, Uploader};

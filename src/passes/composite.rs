@@ -59,6 +59,14 @@ impl Composite {
         Ok(Self { screen, inputs })
     }
 
+    /// Reads other images of what it reads, as of another size.
+    ///
+    /// # Errors
+    /// When there is no memory for their descriptors.
+    pub fn read_from(&mut self, device: &Arc<Device>, inputs: &[Input]) -> gpu::Result<()> {
+        self.inputs.read_from(device, inputs)
+    }
+
     /// Lays the layer over the picture. Runs inside its subpass.
     pub fn record(&self, recording: &Recording) {
         self.screen.record(recording, &[(0, self.inputs.set)]);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use crate::gpu::{self, Buffer, Device, Image, Location, MemoryKind, sync::Use};
+use crate::gpu::{self, Buffer, Device, Location, MemoryKind, sync::Use};
 use crate::plan::FramePlan;
 
 /// Reads the output.
@@ -17,6 +17,7 @@ pub const HOST_READ: Use = Use::new(vk::PipelineStageFlags::HOST, vk::AccessFlag
 /// A buffer for one picture.
 pub struct Copy {
     pub buffer: Buffer,
+    size: [u32; 2],
 }
 
 impl Copy {
@@ -26,11 +27,11 @@ impl Copy {
         let bytes = u64::from(gpu::format_bytes(plan.output)) * u64::from(plan.size[0]) * u64::from(plan.size[1]);
         let usage = vk::BufferUsageFlags::TRANSFER_DST;
         let buffer = Buffer::new(device, "picture", bytes, usage, Location::ReadBack, MemoryKind::ReadBack)?;
-        Ok(Self { buffer })
+        Ok(Self { buffer, size: plan.size })
     }
 
-    /// Copies the output, which is in TRANSFER_SRC_OPTIMAL.
-    pub fn record(&self, device: &Device, cmd: vk::CommandBuffer, output: &Image) {
+    /// Copies an image of the plan's size and format, which is in TRANSFER_SRC_OPTIMAL.
+    pub fn record(&self, device: &Device, cmd: vk::CommandBuffer, output: vk::Image) {
         let region = vk::BufferImageCopy::default()
             .image_subresource(vk::ImageSubresourceLayers {
                 aspect_mask: vk::ImageAspectFlags::COLOR,
@@ -38,11 +39,11 @@ impl Copy {
                 base_array_layer: 0,
                 layer_count: 1,
             })
-            .image_extent(vk::Extent3D { width: output.extent.width, height: output.extent.height, depth: 1 });
+            .image_extent(vk::Extent3D { width: self.size[0], height: self.size[1], depth: 1 });
         // SAFETY: `cmd` is being recorded outside a render pass; the buffer holds the whole picture.
         unsafe {
             let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
-            device.raw.cmd_copy_image_to_buffer(cmd, output.raw, layout, self.buffer.raw, &[region]);
+            device.raw.cmd_copy_image_to_buffer(cmd, output, layout, self.buffer.raw, &[region]);
         }
     }
 }

@@ -37,7 +37,6 @@ fn faces(key: &GeometryKey) -> Faces {
 pub struct Depth {
     layout: Owned<vk::PipelineLayout>,
     pipelines: BTreeMap<Faces, Owned<vk::Pipeline>>,
-    area: [u32; 2],
 }
 
 impl Depth {
@@ -87,12 +86,12 @@ impl Depth {
             )?;
             pipelines.insert((two_sided, mirrored), pipeline);
         }
-        Ok(Self { layout, pipelines, area: plan.size })
+        Ok(Self { layout, pipelines })
     }
 
     /// Draws what is visible and opaque. Runs inside the subpass, before what shades.
     pub fn record(&self, recording: &Recording) {
-        recording.set_area(self.area[0], self.area[1]);
+        recording.set_area();
         let mut meshes = MeshDraws::new(recording, &[POSITION]);
         recording.bind_set(self.layout.raw, 0, recording.frame_set);
         let mut bound = None;

@@ -76,6 +76,14 @@ impl Lighting {
         Ok(Self { screens, inputs })
     }
 
+    /// Reads other images of what it reads, as of another size.
+    ///
+    /// # Errors
+    /// When there is no memory for their descriptors.
+    pub fn read_from(&mut self, device: &Arc<Device>, inputs: &[Input]) -> gpu::Result<()> {
+        self.inputs.read_from(device, inputs)
+    }
+
     /// Lights the picture. Runs inside its subpass.
     pub fn record(&self, recording: &Recording) {
         let mut sets = vec![(0, recording.frame_set), (1, self.inputs.set)];

@@ -44,6 +44,7 @@ pub mod fxaa;
 pub mod geometry;
 pub mod lighting;
 pub mod per_light;
+pub mod present;
 pub mod shadow;
 pub mod tiled;
 pub mod tonemap;
@@ -52,6 +53,8 @@ pub mod view;
 
 mod screen;
 mod surface;
+
+pub use screen::Input;
 
 use ash::vk;
 use glam::{DAffine3, DVec3, Vec4};
@@ -82,6 +85,12 @@ pub struct SetLayouts {
 pub struct Recording<'a> {
     pub device: &'a Device,
     pub cmd: vk::CommandBuffer,
+    /// Width and height of the picture in pixels.
+    pub size: [u32; 2],
+    /// The index of the swapchain's image that the picture goes to; 0 where nothing is presented.
+    pub image: usize,
+    /// That image.
+    pub swapchain_image: Option<vk::Image>,
     pub scene: &'a GpuScene,
     pub world: &'a World,
     pub visible: &'a Visible,
@@ -97,9 +106,15 @@ pub struct Recording<'a> {
 }
 
 impl Recording<'_> {
-    /// The whole of an attachment as viewport and scissor.
-    fn set_area(&self, width: u32, height: u32) {
-        self.set_rectangle(vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } });
+    /// The whole picture.
+    pub fn area(&self) -> vk::Rect2D {
+        let [width, height] = self.size;
+        vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } }
+    }
+
+    /// The whole picture as viewport and scissor.
+    fn set_area(&self) {
+        self.set_rectangle(self.area());
     }
 
     /// A part of an attachment as viewport and scissor.

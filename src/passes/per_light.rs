@@ -22,7 +22,6 @@ pub struct PerLight {
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,
     inputs: Inputs,
-    area: [u32; 2],
 }
 
 impl PerLight {
@@ -70,7 +69,15 @@ impl PerLight {
                 subpass: slot.subpass,
             },
         )?;
-        Ok(Self { layout, pipeline, inputs, area: plan.size })
+        Ok(Self { layout, pipeline, inputs })
+    }
+
+    /// Reads other images of what it reads, as of another size.
+    ///
+    /// # Errors
+    /// When there is no memory for their descriptors.
+    pub fn read_from(&mut self, device: &Arc<Device>, inputs: &[Input]) -> gpu::Result<()> {
+        self.inputs.read_from(device, inputs)
     }
 
     /// Adds the lights. Runs inside LIGHTING's subpass, after its triangle.
@@ -106,7 +113,7 @@ impl PerLight {
             // No light reaches anything that is seen.
             _ => {}
         }
-        recording.set_area(self.area[0], self.area[1]);
+        recording.set_area();
     }
 
     fn draw_rect(&self, recording: &Recording, rect: &LightRect) {

@@ -82,9 +82,10 @@ pub fn stages<'a>(variant: &'a Variant, constants: &'a [(u32, u32)]) -> Vec<Shad
 
 /// A set of input attachments.
 pub struct Inputs {
+    name: String,
     pub set_layout: Owned<vk::DescriptorSetLayout>,
     pub set: vk::DescriptorSet,
-    _pool: DescriptorPool,
+    pool: DescriptorPool,
 }
 
 /// An input attachment as a descriptor: its binding, view, and layout in the subpass.
@@ -95,15 +96,37 @@ impl Inputs {
         let bindings: Vec<_> = inputs.iter().map(|&(binding, ..)| input_binding(binding)).collect();
         let set_layout = SetLayout::new(device, name, &bindings)?;
         let count = inputs.len().max(1) as u32;
-        let pool = DescriptorPool::new(device, name, 1, &[(vk::DescriptorType::INPUT_ATTACHMENT, count)])?;
-        let set = pool.allocate(name, set_layout.raw)?;
-        let mut writer = SetWriter::new();
-        for &(binding, view, layout) in inputs {
-            writer = writer.input_attachment(binding, view, layout);
-        }
-        writer.update(device, set);
-        Ok(Self { set_layout, set, _pool: pool })
+        let pool = input_pool(device, name, count)?;
+        let set = input_set(device, name, (&pool, &set_layout), inputs)?;
+        Ok(Self { name: name.to_owned(), set_layout, set, pool })
     }
+
+    /// The same attachments, but other images. The set is a new one: frames that are under way may still read the old.
+    pub fn read_from(&mut self, device: &Arc<Device>, inputs: &[Input]) -> gpu::Result<()> {
+        let pool = input_pool(device, &self.name, inputs.len().max(1) as u32)?;
+        self.set = input_set(device, &self.name, (&pool, &self.set_layout), inputs)?;
+        self.pool = pool;
+        Ok(())
+    }
+}
+
+fn input_pool(device: &Arc<Device>, name: &str, count: u32) -> gpu::Result<DescriptorPool> {
+    DescriptorPool::new(device, name, 1, &[(vk::DescriptorType::INPUT_ATTACHMENT, count)])
+}
+
+fn input_set(
+    device: &Arc<Device>,
+    name: &str,
+    (pool, layout): (&DescriptorPool, &SetLayout),
+    inputs: &[Input],
+) -> gpu::Result<vk::DescriptorSet> {
+    let set = pool.allocate(name, layout.raw)?;
+    let mut writer = SetWriter::new();
+    for &(binding, view, layout) in inputs {
+        writer = writer.input_attachment(binding, view, layout);
+    }
+    writer.update(device, set);
+    Ok(set)
 }
 
 fn input_binding(binding: u32) -> vk::DescriptorSetLayoutBinding<'static> {

@@ -66,7 +66,6 @@ pub struct Surfaces {
     shadows: bool,
     _empty: Option<SetLayout>,
     streams: Vec<u32>,
-    area: [u32; 2],
     brdf_override: Option<Brdf>,
     largest_light: f32,
     /// The view of triangles is drawn: the place of the BRDF has the object's number.
@@ -118,7 +117,6 @@ impl Surfaces {
             .into_iter()
             .filter_map(|(stream, present)| present.then_some(stream))
             .collect(),
-            area: plan.size,
             brdf_override: plan.brdf_override,
             largest_light: plan.largest_light(),
             numbered: plan.shading == Shading::ShowTriangle,
@@ -137,7 +135,7 @@ impl Surfaces {
     /// Draws objects in this order. Runs inside the subpass of the pipelines. A draw takes the mesh's indices from the scene's
     /// buffer, or as many from the frame's sorted ones where it has a place in them.
     pub fn record(&self, recording: &Recording, draws: impl Iterator<Item = (usize, Option<u32>)>) {
-        recording.set_area(self.area[0], self.area[1]);
+        recording.set_area();
         let mut meshes = MeshDraws::new(recording, &self.streams);
         let mut bound: (Option<GeometryKey>, Option<usize>) = (None, None);
         for (object, first_index) in draws {

@@ -43,10 +43,9 @@ const _: () = {
 pub struct Tiled {
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,
-    _set_layout: SetLayout,
-    _pool: DescriptorPool,
+    set_layout: SetLayout,
+    pool: DescriptorPool,
     set: vk::DescriptorSet,
-    size: [u32; 2],
     /// What the picture holds where nothing is seen.
     pub background: Vec3,
 }
@@ -77,13 +76,7 @@ impl Tiled {
             stored.iter().map(|&(index, ..)| binding(index, vk::DescriptorType::SAMPLED_IMAGE)).collect();
         bindings.push(binding(OUTPUT, vk::DescriptorType::STORAGE_IMAGE));
         let set_layout = SetLayout::new(device, "tiled inputs", &bindings)?;
-        let kinds = [(vk::DescriptorType::SAMPLED_IMAGE, stored.len() as u32), (vk::DescriptorType::STORAGE_IMAGE, 1)];
-        let pool = DescriptorPool::new(device, "tiled inputs", 1, &kinds)?;
-        let set = pool.allocate("tiled inputs", set_layout.raw)?;
-        let writer = stored
-            .iter()
-            .fold(SetWriter::new(), |writer, &(index, view, layout)| writer.sampled_image(index, view, layout));
-        writer.storage_image(OUTPUT, output, vk::ImageLayout::GENERAL).update(device, set);
+        let (pool, set) = bound(device, &set_layout, stored, output)?;
 
         let flags = flags(plan);
         let entry = shader::variant(flags).and_then(|variant| variant.compute());
@@ -106,7 +99,16 @@ impl Tiled {
             constants: &constants,
         };
         let pipeline = compute_pipeline(device, "tiled", &stage, layout.raw)?;
-        Ok(Self { layout, pipeline, _set_layout: set_layout, _pool: pool, set, size: plan.size, background })
+        Ok(Self { layout, pipeline, set_layout, pool, set, background })
+    }
+
+    /// Reads and writes other images, as of another size.
+    ///
+    /// # Errors
+    /// When there is no memory for their descriptors.
+    pub fn rebind(&mut self, device: &Arc<Device>, stored: &[Stored], output: vk::ImageView) -> gpu::Result<()> {
+        (self.pool, self.set) = bound(device, &self.set_layout, stored, output)?;
+        Ok(())
     }
 
     /// Lights the picture. Runs outside any render pass.
@@ -118,7 +120,7 @@ impl Tiled {
         let mut push = [0u8; shader::push::SIZE];
         let background = Push { background: self.background };
         push[..size_of::<Push>()].copy_from_slice(bytemuck::bytes_of(&background));
-        let groups = self.size.map(|edge| edge.div_ceil(TILE));
+        let groups = recording.size.map(|edge| edge.div_ceil(TILE));
         // SAFETY: `cmd` is being recorded outside a render pass; sets and push constants are those of the layout, and the pass owns
         // all of them and outlives the submission.
         unsafe {
@@ -128,6 +130,23 @@ impl Tiled {
             raw.cmd_dispatch(cmd, groups[0], groups[1], 1);
         }
     }
+}
+
+/// The set with all that is read and written.
+fn bound(
+    device: &Arc<Device>,
+    layout: &SetLayout,
+    stored: &[Stored],
+    output: vk::ImageView,
+) -> gpu::Result<(DescriptorPool, vk::DescriptorSet)> {
+    let kinds = [(vk::DescriptorType::SAMPLED_IMAGE, stored.len() as u32), (vk::DescriptorType::STORAGE_IMAGE, 1)];
+    let pool = DescriptorPool::new(device, "tiled inputs", 1, &kinds)?;
+    let set = pool.allocate("tiled inputs", layout.raw)?;
+    let writer = stored
+        .iter()
+        .fold(SetWriter::new(), |writer, &(index, view, layout)| writer.sampled_image(index, view, layout));
+    writer.storage_image(OUTPUT, output, vk::ImageLayout::GENERAL).update(device, set);
+    Ok((pool, set))
 }
 
 /// Which variant of the shader a plan takes.

@@ -63,6 +63,14 @@ impl TonemapPass {
         Ok(Self { screen, inputs })
     }
 
+    /// Reads other images of what it reads, as of another size.
+    ///
+    /// # Errors
+    /// When there is no memory for their descriptors.
+    pub fn read_from(&mut self, device: &Arc<Device>, input: Input) -> gpu::Result<()> {
+        self.inputs.read_from(device, &[input])
+    }
+
     /// Tone-maps the picture. Runs inside its subpass.
     pub fn record(&self, recording: &Recording) {
         self.screen.record(recording, &[(0, self.inputs.set)]);

@@ -16,7 +16,6 @@ pub struct ViewPass {
     screen: Screen,
     inputs: Option<Inputs>,
     _empty: Option<SetLayout>,
-    area: [u32; 2],
 }
 
 impl ViewPass {
@@ -58,12 +57,23 @@ impl ViewPass {
                 blend: replace(),
             },
         )?;
-        Ok(Self { screen, inputs, _empty: empty, area: plan.size })
+        Ok(Self { screen, inputs, _empty: empty })
+    }
+
+    /// Reads other images of what it reads, as of another size.
+    ///
+    /// # Errors
+    /// When there is no memory for their descriptors.
+    pub fn read_from(&mut self, device: &Arc<Device>, inputs: &[Input]) -> gpu::Result<()> {
+        match &mut self.inputs {
+            Some(own) => own.read_from(device, inputs),
+            None => Ok(()),
+        }
     }
 
     /// Draws the view. Runs inside its subpass.
     pub fn record(&self, recording: &Recording) {
-        recording.set_area(self.area[0], self.area[1]);
+        recording.set_area();
         let mut sets = vec![(0, recording.frame_set)];
         sets.extend(self.inputs.as_ref().map(|inputs| (1, inputs.set)));
         sets.extend(recording.shadow_set.map(|set| (2, set)));
@@ -108,6 +118,6 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
         (constants::NORMAL_ENCODING, gbuffer.map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
         (constants::GEOMETRIC_STEPS, gbuffer.map_or(0.0, Gbuffer::geometric_steps).to_bits()),
-        (constants::ENCODED_OUTPUT, u32::from(plan.output == crate::plan::OUTPUT_SRGB)),
+        (constants::ENCODED_OUTPUT, u32::from(plan.encodes_output())),
     ]
 }

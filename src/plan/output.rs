@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Capabilities, Error};
+use super::{Capabilities, Error, FramePlan};
 use crate::scene::{HdrFormat, OptionalPart, Output, Resolve, Settings, Tonemap};
 
 /// Where scene light becomes display light.
@@ -24,6 +24,8 @@ pub enum ToneMapping {
 pub const OUTPUT_SRGB: vk::Format = vk::Format::R8G8B8A8_SRGB;
 /// The same bytes, encoded by a compute shader: sRGB formats cannot be stored to.
 pub const OUTPUT_PLAIN: vk::Format = vk::Format::R8G8B8A8_UNORM;
+/// The formats of swapchains whose images the hardware encodes.
+const PRESENTED_SRGB: [vk::Format; 3] = [OUTPUT_SRGB, vk::Format::B8G8R8A8_SRGB, vk::Format::A8B8G8R8_SRGB_PACK32];
 /// Half floats hold what the eye can tell apart and blend everywhere.
 pub const HDR: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 /// The format asked for, which must blend.
@@ -34,6 +36,37 @@ fn hdr_format(asked: HdrFormat, device: &Capabilities) -> Result<vk::Format, Err
         HdrFormat::Rgba32f => (vk::Format::R32G32B32A32_SFLOAT, device.float32_blends),
     };
     if blends { Ok(format) } else { Err(Error::HdrFormat(asked)) }
+}
+
+impl FramePlan {
+    /// The same frames with their pictures in the images of a swapchain of this format. The last pass draws straight into them; what a compute
+    /// pass writes, which may not store to them, is copied there.
+    pub fn presented_as(self, format: vk::Format) -> Self {
+        let output = if self.is_tiled() { self.output } else { format };
+        Self { presented: Some(format), output, ..self }
+    }
+
+    /// Whether the last pass draws into an image of the swapchain, and not into one of the frame's own.
+    pub fn draws_into_swapchain(&self) -> bool {
+        self.presented.is_some() && !self.is_tiled()
+    }
+
+    /// Whether the hardware encodes what is drawn into the output.
+    pub fn encodes_output(&self) -> bool {
+        PRESENTED_SRGB.contains(&self.output)
+    }
+
+    /// Whether frames of the other plan need nothing else than those of this one, but for the size of their attachments.
+    pub fn differs_in_size_only(&self, other: &Self) -> bool {
+        let resized = Self {
+            size: other.size,
+            footprint: other.footprint,
+            parts: other.parts.clone(),
+            warnings: other.warnings.clone(),
+            ..self.clone()
+        };
+        resized == *other
+    }
 }
 
 /// What the way of the light depends on.

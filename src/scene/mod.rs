@@ -29,7 +29,7 @@ mod uvs;
 mod vary;
 
 pub use bounds::Aabb;
-pub use camera::{Camera, Projection};
+pub use camera::{Camera, HEIGHT as ORTHOGRAPHIC_HEIGHT, Projection};
 pub use error::Error;
 pub use exposure::{exposure_scale, luminance, metered_ev100};
 pub use fit::{add_daylight, fit_camera};

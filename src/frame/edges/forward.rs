@@ -3,7 +3,7 @@
 use super::main_pass::{sums_reuse, sums_to_composite};
 use super::{Edge, Place, subpass};
 use crate::frame::render_pass;
-use crate::passes::{composite, copy, forward, fxaa, tonemap, transparent};
+use crate::passes::{composite, copy, forward, fxaa, present, tonemap, transparent};
 use crate::plan::FramePlan;
 use crate::scene::Transparency;
 use crate::targets::{Target, light_target};
@@ -15,7 +15,11 @@ pub(super) fn forward_edge(plan: &FramePlan) -> Edge {
         Some(_) => transparent::DEPTH_DROP,
         None => forward::DEPTH_DROP,
     };
-    let output = if plan.fxaa { fxaa::OUTPUT_READ } else { copy::READ };
+    let output = match (plan.fxaa, plan.draws_into_swapchain()) {
+        (true, _) => fxaa::OUTPUT_READ,
+        (false, true) => present::ATTACH,
+        (false, false) => copy::READ,
+    };
     let (before, after) = match light_target(plan) {
         Target::Hdr => (tonemap::HDR_DROP, forward::LIGHT_WRITE),
         // With its samples FORWARD has the output, into which they are resolved; else a later subpass has.

@@ -9,7 +9,7 @@ use super::forward::{forward_edge, transparent_after_forward};
 use super::{Carrier, Edge, Place, subpass};
 use crate::frame::render_pass;
 use crate::gpu::sync::Use;
-use crate::passes::{composite, copy, forward, fxaa, geometry, lighting, tonemap, transparent};
+use crate::passes::{composite, copy, forward, fxaa, geometry, lighting, present, tonemap, transparent};
 use crate::plan::{FramePlan, Shading};
 use crate::scene::Transparency;
 use crate::targets::{Target, light_target};
@@ -46,9 +46,12 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         table.push(samples_reuse());
     }
     if !output_is_ordered {
-        let (read, why) = match plan.fxaa {
-            true => (fxaa::OUTPUT_READ, "FXAA of the last frame may still sample the output when this one clears it"),
-            false => (
+        let (read, why) = match (plan.fxaa, plan.draws_into_swapchain()) {
+            (true, _) => {
+                (fxaa::OUTPUT_READ, "FXAA of the last frame may still sample the output when this one clears it")
+            }
+            (false, true) => (present::ATTACH, ACQUIRED),
+            (false, false) => (
                 copy::READ,
                 "the last picture may still be copied when this one is cleared; its layout changes before the write",
             ),
@@ -60,12 +63,12 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
                 first_use,
                 "frames in flight share the samples and the output: the last frame must have resolved the ones and let go of the other",
             ),
-            true => (
+            true if !plan.draws_into_swapchain() || plan.fxaa => (
                 vec![read],
                 first_use,
                 "the last picture may still be copied when samples are resolved into this one; its layout changes before the write",
             ),
-            false => (vec![read], first_use, why),
+            _ => (vec![read], first_use, why),
         };
         table.push(subpass("output-reuse", (Place::Outside, first), &before, &[after], why));
     }
@@ -77,13 +80,27 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     }
     let read_back = "COPY reads the picture after the pass, in the layout that the pass leaves it in";
     if plan.fxaa {
-        table.extend(fxaa_edges(last, last_use));
+        table.extend(fxaa_edges(plan, last, last_use));
         let fxaa = (Place::Fxaa, Place::Outside);
         table.push(fxaa_pass("read-back", fxaa, fxaa::PICTURE_WRITE, copy::READ, read_back));
     } else {
         table.push(subpass("read-back", (last, Place::Outside), &[last_use], &[copy::READ], read_back));
     }
     table
+}
+
+/// Why an image of the swapchain waits.
+const ACQUIRED: &str =
+    "the image is drawn into when it is acquired, which its semaphore says; its layout changes before the write";
+
+/// The first place that touches the picture itself.
+pub(super) fn first_of_picture(plan: &FramePlan) -> Place {
+    match light_target(plan) {
+        _ if plan.fxaa => Place::Fxaa,
+        Target::Hdr => Place::Tonemap,
+        Target::Output if !plan.is_forward() => Place::Lighting,
+        _ => last_light(plan).0,
+    }
 }
 
 /// The subpass after which the pass resolves the samples into the output, where it does.
@@ -251,7 +268,7 @@ fn hdr_reuse() -> Edge {
 }
 
 /// What FXAA waits for. The main pass hands it the output.
-fn fxaa_edges(last: Place, output_write: Use) -> [Edge; 2] {
+fn fxaa_edges(plan: &FramePlan, last: Place, output_write: Use) -> [Edge; 2] {
     [
         subpass(
             "output-to-fxaa",
@@ -263,9 +280,14 @@ fn fxaa_edges(last: Place, output_write: Use) -> [Edge; 2] {
         fxaa_pass(
             "picture-reuse",
             (Place::Outside, Place::Fxaa),
-            copy::READ,
+            if plan.draws_into_swapchain() { present::ATTACH } else { copy::READ },
             fxaa::PICTURE_WRITE,
-            "the last picture may still be copied when this one is drawn; its layout changes before the write",
+            match plan.draws_into_swapchain() {
+                true => ACQUIRED,
+                false => {
+                    "the last picture may still be copied when this one is drawn; its layout changes before the write"
+                }
+            },
         ),
     ]
 }

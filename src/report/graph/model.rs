@@ -64,8 +64,9 @@ pub struct Graph {
 }
 
 /// The order of time: before a frame, in it, and after it.
-const BEFORE: [Place; 6] = [Place::Host, Place::Device, Place::Outside, Place::Upload, Place::Clear, Place::Draws];
-const DURING: [Place; 9] = [
+const BEFORE: [Place; 7] =
+    [Place::Presentation, Place::Host, Place::Device, Place::Outside, Place::Upload, Place::Clear, Place::Draws];
+const DURING: [Place; 10] = [
     Place::Shadow,
     Place::Geometry,
     Place::Lighting,
@@ -75,8 +76,9 @@ const DURING: [Place; 9] = [
     Place::Tonemap,
     Place::Tiled,
     Place::Fxaa,
+    Place::Present,
 ];
-const AFTER: [Place; 4] = [Place::Outside, Place::Copy, Place::Device, Place::Host];
+const AFTER: [Place; 5] = [Place::Outside, Place::Copy, Place::Device, Place::Presentation, Place::Host];
 
 impl Graph {
     pub fn of(plan: &FramePlan, edges: &Edges) -> Self {
@@ -231,7 +233,7 @@ fn ends(edge: &Edge) -> [(Place, When); 2] {
 /// `outside`: of what lies on either side of a frame.
 fn when(place: Place, outside: When) -> When {
     match place {
-        Place::Outside | Place::Host | Place::Device => outside,
+        Place::Outside | Place::Host | Place::Device | Place::Presentation => outside,
         Place::Upload | Place::Clear | Place::Draws => When::Before,
         // A submission of its own.
         Place::Copy => When::After,
@@ -265,6 +267,8 @@ fn stop(plan: &FramePlan, place: Place, when: When) -> Stop {
         (Place::Tiled, _) => "every light on every pixel, tile by tile, in a compute shader",
         (Place::Fxaa, _) => "smooths edges, and so reads each pixel's neighbours",
         (Place::Copy, _) => "brings the picture to the CPU, in a submission of its own, when one is asked for",
+        (Place::Present, _) => "copies the picture into an image of the swapchain",
+        (Place::Presentation, _) => "shows the swapchain's images",
         (Place::Upload, _) => "once: copies out of staging buffers, and blits from level to level of a texture",
         (Place::Clear, _) => "once: the shadow maps' image, which the first frame may look up anywhere",
         (Place::Draws, _) => "every pass below that draws the scene's meshes with its textures",

@@ -1,0 +1,114 @@
+//! `afterlight view`: a window onto a scene.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use afterlight::frame::Picture;
+use afterlight::gpu::Vsync;
+use afterlight::scene::SettingsPatch;
+use afterlight::window::{Options, Summary, WindowSystem};
+
+use super::args::{DeviceArgs, SettingsArgs};
+use super::failure::Failure;
+use super::output::{self, Sink};
+use super::picture::{Format, Target};
+use super::session;
+use super::table::{Table, milliseconds};
+use super::workload::Workload;
+
+/// Open a window onto a scene
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  afterlight view
+  afterlight view sponza.obj --camera \"-9,2,0/0,3,0/70\"
+  afterlight view scene.toml --size 1920x1080 --vsync adaptive
+  afterlight view builtin:hall --frames 300 --vsync off
+
+Keys: H prints them")]
+pub struct Args {
+    /// The scene: an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
+    #[arg(default_value = "builtin:hall")]
+    scene: String,
+    /// Whether frames wait for the display: on, off (the lowest latency; frames may be torn), or adaptive (late ones do not)
+    #[arg(long, value_name = "on|off|adaptive", value_parser = vsync, default_value = "on")]
+    vsync: Vsync,
+    /// Draw so many frames without a pause, then close the window and tell how long they took
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    frames: Option<u32>,
+    /// The folder that screenshots are written to
+    #[arg(long, value_name = "FOLDER", default_value = ".")]
+    screenshots: PathBuf,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+    #[command(flatten)]
+    settings: SettingsArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
+}
+
+fn vsync(text: &str) -> Result<Vsync, String> {
+    match text {
+        "on" => Ok(Vsync::On),
+        "off" => Ok(Vsync::Off),
+        "adaptive" => Ok(Vsync::Adaptive),
+        _ => Err("expected on, off or adaptive".into()),
+    }
+}
+
+/// Shows the scene until the window is closed.
+///
+/// # Errors
+/// No display, a scene that cannot be read, or a device that cannot show it.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let system = WindowSystem::connect()?;
+    session::with_device_for(&args.device, &system.extensions()?, |device| {
+        let workload = Workload::open(&args.scene, &args.settings, args.quiet)?;
+        // A window shows each frame as it is.
+        let once = SettingsPatch { samples: Some(1), ..SettingsPatch::default() };
+        let settings = workload.settings(&once, &device.physical)?;
+        let options = Options {
+            vsync: args.vsync,
+            frames: args.frames,
+            tell: &|line| {
+                if !args.quiet || line.starts_with("warning: ") {
+                    // Standard output is for what was asked for.
+                    let _ = output::print(&format!("{line}\n"), true);
+                }
+            },
+            keep: &|picture| keep(&args.screenshots, picture),
+        };
+        let summary = system.view(&device, workload.scene, settings, options)?;
+        match args.quiet || args.frames.is_none() {
+            true => Ok(()),
+            false => output::print(&table(&summary), false),
+        }
+    })
+}
+
+/// Writes a screenshot under the first name that is free.
+fn keep(folder: &Path, picture: &Picture) -> Result<String, String> {
+    for number in 1..=9999 {
+        let path = folder.join(format!("afterlight-{number:04}.png"));
+        if !path.exists() {
+            let target = Target { sink: Sink::File(path), format: Format::Png };
+            target.write(picture).map_err(|failure| failure.message().to_owned())?;
+            return Ok(format!("screenshot: {}", target.sink));
+        }
+    }
+    Err(format!("{} has 9999 of them", folder.display()))
+}
+
+fn table(summary: &Summary) -> String {
+    let mut times = Table::with_figures_from(1);
+    if let Some(ms) = summary.interval_ms {
+        times.row(["from frame to frame, median".to_owned(), milliseconds(ms)]);
+    }
+    if let Some(ms) = summary.resize_ms {
+        times.row([format!("{} changes of size, median", summary.resizes), milliseconds(ms)]);
+    }
+    let mut text = format!("{} frames shown\n", summary.frames);
+    let _ = write!(text, "{}", times.render());
+    text
+}

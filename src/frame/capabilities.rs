@@ -1,0 +1,78 @@
+//! What of a device a plan depends on.
+
+use ash::vk;
+
+use crate::gpu::PhysicalDevice;
+use crate::plan::Capabilities;
+
+/// What of the device a plan depends on.
+pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
+    let limits = &device.limits;
+    Capabilities {
+        max_extent: limits
+            .max_image_dimension2_d
+            .min(limits.max_framebuffer_width)
+            .min(limits.max_framebuffer_height)
+            .min(limits.max_viewport_dimensions[0])
+            .min(limits.max_viewport_dimensions[1]),
+        max_layers: limits.max_image_array_layers,
+        depth_clamp: device.features.depth_clamp == vk::TRUE,
+        max_color_attachments: limits.max_color_attachments.min(limits.max_fragment_output_attachments),
+        max_input_attachments: limits
+            .max_per_stage_descriptor_input_attachments
+            .min(limits.max_descriptor_set_input_attachments),
+        unorm_2x16_attachment: device.supports_color_attachment(vk::Format::R16G16_UNORM, false),
+        packed_float_blends: device.supports_color_attachment(vk::Format::B10G11R11_UFLOAT_PACK32, true),
+        float32_blends: [vk::Format::R32G32B32A32_SFLOAT, vk::Format::R32_SFLOAT]
+            .into_iter()
+            .all(|format| device.supports_color_attachment(format, true)),
+        msaa: msaa(device),
+        anisotropy: anisotropy(device),
+        primitive_index: device.features.geometry_shader == vk::TRUE,
+        lazily_allocated: device.has_lazily_allocated_memory(),
+        compute_invocations: limits.max_compute_work_group_invocations.min(limits.max_compute_work_group_size[0]),
+        software: device.kind == vk::PhysicalDeviceType::CPU,
+    }
+}
+
+/// The most that the device's samplers take.
+fn anisotropy(device: &PhysicalDevice) -> u32 {
+    match device.features.sampler_anisotropy {
+        vk::TRUE => device.limits.max_sampler_anisotropy as u32,
+        _ => 1,
+    }
+}
+
+/// The sample counts that every format of an attachment has on the device. More than one must be shaded one by one, and lie where
+/// `shaders/shared/multisampling.wgsl` says.
+fn msaa(device: &PhysicalDevice) -> u32 {
+    let features = device.features.sample_rate_shading == vk::TRUE;
+    if !features || device.limits.standard_sample_locations == vk::FALSE {
+        return 1;
+    }
+    let color = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::INPUT_ATTACHMENT;
+    let depth = vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT | vk::ImageUsageFlags::INPUT_ATTACHMENT;
+    let mut counts = device.attachment_samples();
+    for (format, usage) in [
+        (vk::Format::D32_SFLOAT, depth),
+        (vk::Format::R8G8B8A8_SRGB, color),
+        (vk::Format::R8G8B8A8_UNORM, color),
+        (vk::Format::R8G8_UNORM, color),
+        (vk::Format::R8_UNORM, color),
+        (vk::Format::R16G16_UNORM, color),
+        (vk::Format::A2B10G10R10_UNORM_PACK32, color),
+        (vk::Format::R16G16B16A16_SFLOAT, color),
+        (vk::Format::B10G11R11_UFLOAT_PACK32, color),
+        (vk::Format::R32G32B32A32_SFLOAT, color),
+        (vk::Format::R16_SFLOAT, color),
+        (vk::Format::R16G16_SFLOAT, color),
+        (vk::Format::R32G32_SFLOAT, color),
+        (vk::Format::R32_SFLOAT, color),
+    ] {
+        // A format that the device does not have is not chosen either.
+        if let Ok(Some(limits)) = device.image_limits(format, usage) {
+            counts &= limits.sample_counts;
+        }
+    }
+    counts.as_raw()
+}

@@ -1,0 +1,91 @@
+//! Pictures that come back from the device.
+
+use ash::vk;
+
+use super::edges::Edges;
+use super::{Error, Picture, Pixels, Renderer};
+use crate::gpu::{self, CommandBuffer, Device, barrier};
+use crate::passes::copy::Copy;
+use crate::plan::FramePlan;
+
+impl Renderer {
+    /// The last frame's picture. Waits for it.
+    ///
+    /// # Errors
+    /// When nothing was drawn yet, the device is lost, or it lacks the memory for a copy.
+    pub fn read_back(&mut self) -> Result<Picture, Error> {
+        self.start_read_back()?;
+        self.finish_read_back()
+    }
+
+    /// Submits the copy of the last frame's picture. Frames can be drawn while it is under way.
+    ///
+    /// # Errors
+    /// As [`Renderer::read_back`].
+    pub fn start_read_back(&mut self) -> Result<(), Error> {
+        if self.frames.iter().all(|frame| frame.ticket.is_none()) {
+            return Err(gpu::Error::Misuse("a picture is read back before any was drawn".into()).into());
+        }
+        if self.copy.is_none() {
+            let cmd = CommandBuffer::new(&self.device, "read-back")?;
+            self.copy = Some((cmd, Copy::new(&self.device, &self.plan)?));
+        }
+        let Some(output) = self.frame.output() else {
+            return Err(gpu::Error::Misuse("a picture that is shown by a window is read back".into()).into());
+        };
+        let (cmd, copy) = self.copy.as_mut().expect("made above");
+        cmd.begin()?;
+        copy.record(&self.device, cmd.raw, output.raw);
+        host_barrier(&self.device, cmd.raw, copy, &self.edges);
+        cmd.end()?;
+        self.device.submit(cmd)?;
+        Ok(())
+    }
+
+    /// Waits for the copy that was started last; its picture.
+    ///
+    /// # Errors
+    /// When none was started, or the device is lost.
+    pub fn finish_read_back(&mut self) -> Result<Picture, Error> {
+        let started = self.copy.as_ref().and_then(|(cmd, copy)| Some((cmd.last_ticket()?, copy)));
+        let Some((ticket, copy)) = started else {
+            return Err(gpu::Error::Misuse("a picture is read back of which no copy was started".into()).into());
+        };
+        // The row "copy-to-host".
+        self.device.wait(ticket)?;
+        picture_of(copy, &self.plan)
+    }
+}
+
+/// Lets the CPU map what COPY wrote.
+pub(super) fn host_barrier(device: &Device, cmd: vk::CommandBuffer, copy: &Copy, edges: &Edges) {
+    let edge = edges.row("picture-to-host");
+    let (before, after) = ((edge.before.stage, edge.before.access), (edge.after.stage, edge.after.access));
+    barrier::buffer_barrier(device, cmd, &copy.buffer, before, after);
+}
+
+/// What was copied, when it is done.
+///
+/// # Errors
+/// When the device is lost.
+pub(super) fn picture_of(copy: &Copy, plan: &FramePlan) -> Result<Picture, Error> {
+    let pixels = copy.buffer.read_with(0, copy.buffer.size, |bytes| decode(plan.output, bytes))?;
+    Ok(Picture { size: plan.size, pixels })
+}
+
+fn decode(format: vk::Format, bytes: &[u8]) -> Pixels {
+    match format {
+        vk::Format::R32G32B32A32_SFLOAT => {
+            let float = |chunk: &[u8]| f32::from_ne_bytes([chunk[0], chunk[1], chunk[2], chunk[3]]);
+            Pixels::LinearF32(bytes.chunks_exact(4).map(float).collect())
+        }
+        vk::Format::R16G16B16A16_SFLOAT => {
+            let half = |chunk: &[u8]| half::f16::from_ne_bytes([chunk[0], chunk[1]]).to_f32();
+            Pixels::LinearF32(bytes.chunks_exact(2).map(half).collect())
+        }
+        vk::Format::B8G8R8A8_SRGB | vk::Format::B8G8R8A8_UNORM => {
+            Pixels::Srgb8(bytes.as_chunks::<4>().0.iter().flat_map(|&[b, g, r, a]| [r, g, b, a]).collect())
+        }
+        _ => Pixels::Srgb8(bytes.to_vec()),
+    }
+}

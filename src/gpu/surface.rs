@@ -1,0 +1,99 @@
+//! A window's surface: what of a window Vulkan knows.
+
+use std::any::Any;
+use std::ffi::CStr;
+use std::sync::Arc;
+
+use ash::vk;
+use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
+
+use super::device::Device;
+use super::error::{Doing, Error, Result};
+use super::instance::Instance;
+
+/// A surface, which keeps its instance and its window alive.
+pub struct Surface {
+    /// The handle. It is valid as long as this owner.
+    pub raw: vk::SurfaceKHR,
+    functions: ash::khr::surface::Instance,
+    _instance: Arc<Instance>,
+    // Destroyed after the surface, as Vulkan asks for.
+    _window: Arc<dyn Any + Send + Sync>,
+}
+
+/// The instance extensions that surfaces on a display need, of which the window system says which it is.
+///
+/// # Errors
+/// [`Error::Unsupported`] for a window system that Vulkan has no surfaces for.
+pub fn surface_extensions(display: &impl HasDisplayHandle) -> Result<Vec<&'static CStr>> {
+    let display = display.display_handle().map_err(|error| no_handle("display", &error))?;
+    let names =
+        ash_window::enumerate_required_extensions(display.as_raw()).doing(|| "asking for a window's surface")?;
+    // SAFETY: they are constants with a NUL at their end.
+    Ok(names.iter().map(|&name| unsafe { CStr::from_ptr(name) }).collect())
+}
+
+fn no_handle(of: &str, error: &raw_window_handle::HandleError) -> Error {
+    Error::Unsupported(format!("the {of} cannot be drawn to: {error}"))
+}
+
+impl Surface {
+    /// The surface of a window, for an instance with [`surface_extensions`].
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] for a window that has no handle now; what the driver reports.
+    pub fn new<W>(device: &Device, window: Arc<W>) -> Result<Arc<Surface>>
+    where
+        W: HasDisplayHandle + HasWindowHandle + Send + Sync + 'static,
+    {
+        let instance = &device.instance;
+        let display = window.display_handle().map_err(|error| no_handle("display", &error))?.as_raw();
+        let handle = window.window_handle().map_err(|error| no_handle("window", &error))?.as_raw();
+        // SAFETY: both handles are the window's own, which lives as long as the surface.
+        let raw = unsafe { ash_window::create_surface(instance.entry(), instance.raw(), display, handle, None) }
+            .doing(|| "creating the window's surface")?;
+        let functions = ash::khr::surface::Instance::new(instance.entry(), instance.raw());
+        // The one object without a name: it is the loader's, and Mesa 22.3 crashes when it is given a name for it.
+        Ok(Arc::new(Surface { raw, functions, _instance: Arc::clone(instance), _window: window }))
+    }
+
+    /// Whether the device's queue can show images here.
+    ///
+    /// # Errors
+    /// Running out of memory, or a surface that is lost.
+    pub fn is_served_by(&self, device: &Device) -> Result<bool> {
+        // SAFETY: surface and device are alive and of one instance; here and in the calls below.
+        unsafe {
+            self.functions.get_physical_device_surface_support(device.physical.raw, device.queue_family, self.raw)
+        }
+        .doing(|| format!("asking whether '{}' can show images in this window", device.physical.name))
+    }
+
+    /// The sizes and usages that its swapchains can have now.
+    pub(super) fn capabilities(&self, device: &Device) -> Result<vk::SurfaceCapabilitiesKHR> {
+        // SAFETY: as above.
+        unsafe { self.functions.get_physical_device_surface_capabilities(device.physical.raw, self.raw) }
+            .doing(|| "asking how large the window is")
+    }
+
+    /// The formats that its images can have.
+    pub(super) fn formats(&self, device: &Device) -> Result<Vec<vk::SurfaceFormatKHR>> {
+        // SAFETY: as above.
+        unsafe { self.functions.get_physical_device_surface_formats(device.physical.raw, self.raw) }
+            .doing(|| "asking for the window's formats")
+    }
+
+    /// The ways in which images can follow each other on it.
+    pub(super) fn present_modes(&self, device: &Device) -> Result<Vec<vk::PresentModeKHR>> {
+        // SAFETY: as above.
+        unsafe { self.functions.get_physical_device_surface_present_modes(device.physical.raw, self.raw) }
+            .doing(|| "asking for the window's present modes")
+    }
+}
+
+impl Drop for Surface {
+    fn drop(&mut self) {
+        // SAFETY: swapchains hold their surface, so that none is left.
+        unsafe { self.functions.destroy_surface(self.raw, None) };
+    }
+}

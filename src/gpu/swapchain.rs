@@ -1,0 +1,380 @@
+//! A swapchain: the images that a window shows, one after the other.
+//!
+//! Who waits for whom stands in the caller's table of dependencies. Here is what each wait is made of: the caller's semaphore for an image
+//! that is acquired, and one semaphore for each image that is presented. That one cannot be one a frame: presentation waits for it at a
+//! time that no fence tells, and it is only known to be over when the same image is acquired again (VUID-vkQueueSubmit-pSignalSemaphores-00067).
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::device::Device;
+use super::error::{Doing, Error, Result};
+use super::owned::Owned;
+use super::surface::Surface;
+
+/// Whether images wait for the display to begin its next picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Vsync {
+    /// Each image does, and none is torn.
+    #[default]
+    On,
+    /// None does: the lowest latency; images may be torn.
+    Off,
+    /// Each does but one that is late.
+    Adaptive,
+}
+
+/// What a swapchain is to be.
+#[derive(Clone, Copy, Debug)]
+pub struct SwapchainDesc {
+    /// Whether what is drawn is linear and the hardware encodes it; else it is encoded already.
+    pub encodes: bool,
+    /// What its images are used for.
+    pub usage: vk::ImageUsageFlags,
+    /// When images are shown.
+    pub vsync: Vsync,
+    /// Width and height where the surface leaves them to its swapchain, in pixels.
+    pub size: [u32; 2],
+}
+
+/// How well a swapchain suits its surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fit {
+    /// As it was made for it.
+    Exact,
+    /// It is still shown, but another one would suit better.
+    Suboptimal,
+    /// It is not shown any more: another one is needed.
+    OutOfDate,
+    /// The surface is gone: another one is needed, with a swapchain of its own.
+    SurfaceLost,
+}
+
+/// What came of asking for an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Acquired {
+    /// The image of this index, once the semaphore is signalled.
+    Image(usize, Fit),
+    /// None, and the semaphore is as it was.
+    Nothing(Fit),
+}
+
+/// An image of a swapchain.
+pub struct PresentableImage {
+    /// The handle, which belongs to the swapchain.
+    pub raw: vk::Image,
+    /// A view of it, if it is drawn into as an attachment.
+    pub view: Option<Owned<vk::ImageView>>,
+    /// Presentation waits for it.
+    pub drawn: Owned<vk::Semaphore>,
+}
+
+/// A swapchain with its images. It keeps its surface alive.
+pub struct Swapchain {
+    raw: vk::SwapchainKHR,
+    functions: ash::khr::swapchain::Device,
+    /// The images, by index.
+    pub images: Vec<PresentableImage>,
+    /// Their format.
+    pub format: vk::Format,
+    /// Their size in pixels.
+    pub extent: vk::Extent2D,
+    /// How they follow each other.
+    pub present_mode: vk::PresentModeKHR,
+    /// What they are used for: what was asked for, and to be copied from where the surface allows that.
+    pub usage: vk::ImageUsageFlags,
+    surface: Arc<Surface>,
+    device: Arc<Device>,
+}
+
+/// How long an image is waited for, in nanoseconds, before the window looks after its events again: a window that nobody sees may get none.
+const PATIENCE_NS: u64 = 100_000_000;
+
+impl Swapchain {
+    /// A swapchain that takes the place of `old` one, or `None` while the window has no pixels. An old one is given up in any case: its images
+    /// are waited for and destroyed.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] for a surface without a format or usage that is needed; what the driver reports.
+    pub fn new(
+        device: &Arc<Device>,
+        surface: &Arc<Surface>,
+        desc: &SwapchainDesc,
+        old: Option<Swapchain>,
+    ) -> Result<Option<Swapchain>> {
+        let capabilities = surface.capabilities(device)?;
+        let extent = extent_of(&capabilities, desc.size);
+        if extent.width == 0 || extent.height == 0 {
+            return Ok(None);
+        }
+        if !capabilities.supported_usage_flags.contains(desc.usage) {
+            let (name, usage) = (&device.physical.name, desc.usage);
+            return Err(Error::Unsupported(format!("the window's images on '{name}' cannot be used for {usage:?}")));
+        }
+        let format = choose_format(&surface.formats(device)?, desc.encodes)
+            .ok_or_else(|| Error::Unsupported(no_format(&device.physical.name, desc.encodes)))?;
+        let present_mode = choose_mode(&surface.present_modes(device)?, desc.vsync);
+        let usage = desc.usage | (capabilities.supported_usage_flags & vk::ImageUsageFlags::TRANSFER_SRC);
+        let info = vk::SwapchainCreateInfoKHR::default()
+            .surface(surface.raw)
+            .min_image_count(image_count(&capabilities))
+            .image_format(format.format)
+            .image_color_space(format.color_space)
+            .image_extent(extent)
+            .image_array_layers(1)
+            .image_usage(usage)
+            .image_sharing_mode(vk::SharingMode::EXCLUSIVE)
+            .pre_transform(capabilities.current_transform)
+            .composite_alpha(choose_alpha(capabilities.supported_composite_alpha))
+            .present_mode(present_mode)
+            // Parts of the window that others cover need not be drawn.
+            .clipped(true)
+            .old_swapchain(old.as_ref().map_or(vk::SwapchainKHR::null(), |old| old.raw));
+        let functions = ash::khr::swapchain::Device::new(device.instance.raw(), &device.raw);
+        // SAFETY: surface and device are alive and of one instance; the old swapchain is of this surface and not retired yet.
+        let raw = unsafe { functions.create_swapchain(&info, None) }.doing(|| "creating the swapchain")?;
+        drop(old);
+        device.name_object(raw, "swapchain");
+        let (surface, device) = (Arc::clone(surface), Arc::clone(device));
+        let mut swapchain = Swapchain {
+            raw,
+            functions,
+            images: Vec::new(),
+            format: format.format,
+            extent,
+            present_mode,
+            usage,
+            surface,
+            device,
+        };
+        swapchain.images = swapchain.list_images()?;
+        Ok(Some(swapchain))
+    }
+
+    fn list_images(&self) -> Result<Vec<PresentableImage>> {
+        // SAFETY: the swapchain is alive.
+        let images =
+            unsafe { self.functions.get_swapchain_images(self.raw) }.doing(|| "listing the swapchain's images")?;
+        (0..).zip(images).map(|(index, raw)| self.presentable(index, raw)).collect()
+    }
+
+    fn presentable(&self, index: usize, raw: vk::Image) -> Result<PresentableImage> {
+        let name = format!("swapchain image {index}");
+        self.device.name_object(raw, &name);
+        let attached = self.usage.contains(vk::ImageUsageFlags::COLOR_ATTACHMENT);
+        let view = attached.then(|| self.view_of(&name, raw)).transpose()?;
+        let drawn = semaphore(&self.device, &format!("{name} drawn"))?;
+        Ok(PresentableImage { raw, view, drawn })
+    }
+
+    fn view_of(&self, name: &str, image: vk::Image) -> Result<Owned<vk::ImageView>> {
+        let info = vk::ImageViewCreateInfo::default()
+            .image(image)
+            .view_type(vk::ImageViewType::TYPE_2D)
+            .format(self.format)
+            .subresource_range(vk::ImageSubresourceRange {
+                aspect_mask: vk::ImageAspectFlags::COLOR,
+                base_mip_level: 0,
+                level_count: 1,
+                base_array_layer: 0,
+                layer_count: 1,
+            });
+        // SAFETY: the image is alive, and its usage allows a view.
+        let view = unsafe { self.device.raw.create_image_view(&info, None) }.doing(|| format!("viewing the {name}"))?;
+        Ok(Owned::new_from(&self.device, name, view))
+    }
+
+    /// Asks for the next image, and waits a moment for it. `acquired` is signalled when presentation has let go of the image; nothing may
+    /// wait for it or signal it now.
+    ///
+    /// # Errors
+    /// A lost device; running out of memory.
+    pub fn acquire(&self, acquired: &Owned<vk::Semaphore>) -> Result<Acquired> {
+        // SAFETY: the swapchain is alive and used by one thread; the semaphore is the caller's promise.
+        let result =
+            unsafe { self.functions.acquire_next_image(self.raw, PATIENCE_NS, acquired.raw, vk::Fence::null()) };
+        match result {
+            Ok((index, suboptimal)) => Ok(Acquired::Image(index as usize, fit_of(suboptimal))),
+            Err(vk::Result::TIMEOUT | vk::Result::NOT_READY) => Ok(Acquired::Nothing(Fit::Exact)),
+            Err(result) => misfit(result)
+                .map(Acquired::Nothing)
+                .ok_or_else(|| Error::vulkan("acquiring an image of the window", result)),
+        }
+    }
+
+    /// Shows an image that was acquired, when its semaphore `drawn` is signalled, as a submission before this does.
+    ///
+    /// # Errors
+    /// A lost device; running out of memory.
+    pub fn present(&self, index: usize) -> Result<Fit> {
+        let (waits, swapchains, indices) = ([self.images[index].drawn.raw], [self.raw], [index as u32]);
+        let info =
+            vk::PresentInfoKHR::default().wait_semaphores(&waits).swapchains(&swapchains).image_indices(&indices);
+        // SAFETY: the image is acquired and was submitted; the queue is used by one thread at a time.
+        let result = self.device.with_queue(|queue| unsafe { self.functions.queue_present(queue, &info) });
+        match result {
+            Ok(suboptimal) => Ok(fit_of(suboptimal)),
+            Err(result) => misfit(result).ok_or_else(|| Error::vulkan("presenting a frame", result)),
+        }
+    }
+
+    /// The surface that it shows images on.
+    pub fn surface(&self) -> &Arc<Surface> {
+        &self.surface
+    }
+}
+
+impl Drop for Swapchain {
+    fn drop(&mut self) {
+        // A fence says when a submission is done, and nothing says that of presentation's wait for a semaphore, short of
+        // VK_EXT_swapchain_maintenance1. But it is a queue operation, and waiting for the queue waits for all of these that are outstanding
+        // (specification, "Queue Operation"). A lost device uses nothing any more.
+        let _ = self.device.wait_idle();
+        // Views go before what they are of: with the queue idle, they are destroyed as they are dropped.
+        self.images.clear();
+        // SAFETY: nothing uses the swapchain or its images.
+        unsafe { self.functions.destroy_swapchain(self.raw, None) };
+    }
+}
+
+/// A semaphore that is not signalled.
+///
+/// # Errors
+/// Running out of memory.
+pub fn semaphore(device: &Arc<Device>, name: &str) -> Result<Owned<vk::Semaphore>> {
+    // SAFETY: the device is alive.
+    let raw = unsafe { device.raw.create_semaphore(&vk::SemaphoreCreateInfo::default(), None) }
+        .doing(|| format!("creating the semaphore '{name}'"))?;
+    Ok(Owned::new_from(device, name, raw))
+}
+
+fn fit_of(suboptimal: bool) -> Fit {
+    if suboptimal { Fit::Suboptimal } else { Fit::Exact }
+}
+
+/// What a failure says of the surface, if it is that.
+fn misfit(result: vk::Result) -> Option<Fit> {
+    match result {
+        vk::Result::ERROR_OUT_OF_DATE_KHR => Some(Fit::OutOfDate),
+        vk::Result::ERROR_SURFACE_LOST_KHR => Some(Fit::SurfaceLost),
+        _ => None,
+    }
+}
+
+/// The surface's own size, or as the window says where that is left to the swapchain (as on Wayland).
+fn extent_of(capabilities: &vk::SurfaceCapabilitiesKHR, [width, height]: [u32; 2]) -> vk::Extent2D {
+    const LEFT_TO_THE_SWAPCHAIN: u32 = u32::MAX;
+    if capabilities.current_extent.width != LEFT_TO_THE_SWAPCHAIN {
+        return capabilities.current_extent;
+    }
+    let (least, most) = (capabilities.min_image_extent, capabilities.max_image_extent);
+    // Not `clamp`, which panics where a driver has them the wrong way round.
+    let within = |size: u32, least: u32, most: u32| if size == 0 { 0 } else { size.max(least).min(most) };
+    vk::Extent2D { width: within(width, least.width, most.width), height: within(height, least.height, most.height) }
+}
+
+/// One more than the least, so that an image can be had while presentation holds all that it needs.
+fn image_count(capabilities: &vk::SurfaceCapabilitiesKHR) -> u32 {
+    let most = if capabilities.max_image_count == 0 { u32::MAX } else { capabilities.max_image_count };
+    capabilities.min_image_count.saturating_add(1).min(most)
+}
+
+/// 8 bits a channel in the colour space sRGB: what displays show unless they are told otherwise.
+fn choose_format(offered: &[vk::SurfaceFormatKHR], encodes: bool) -> Option<vk::SurfaceFormatKHR> {
+    let wanted = match encodes {
+        true => [vk::Format::B8G8R8A8_SRGB, vk::Format::R8G8B8A8_SRGB, vk::Format::A8B8G8R8_SRGB_PACK32],
+        false => [vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_UNORM, vk::Format::A8B8G8R8_UNORM_PACK32],
+    };
+    let color_space = vk::ColorSpaceKHR::SRGB_NONLINEAR;
+    wanted.into_iter().map(|format| vk::SurfaceFormatKHR { format, color_space }).find(|own| offered.contains(own))
+}
+
+fn no_format(device: &str, encodes: bool) -> String {
+    let kind = if encodes { "an sRGB format" } else { "a format of plain bytes" };
+    format!("'{device}' offers no images of 8 bits a channel in {kind} for this window")
+}
+
+/// The mode that was asked for, else the nearest; FIFO is there on every surface.
+fn choose_mode(offered: &[vk::PresentModeKHR], vsync: Vsync) -> vk::PresentModeKHR {
+    use vk::PresentModeKHR as Mode;
+    let wanted: &[Mode] = match vsync {
+        Vsync::On => &[],
+        // MAILBOX does not hold frames up either, and tears none.
+        Vsync::Off => &[Mode::IMMEDIATE, Mode::MAILBOX],
+        Vsync::Adaptive => &[Mode::FIFO_RELAXED],
+    };
+    wanted.iter().copied().find(|mode| offered.contains(mode)).unwrap_or(Mode::FIFO)
+}
+
+/// Opaque, where the surface leaves the choice: frames have no holes.
+fn choose_alpha(offered: vk::CompositeAlphaFlagsKHR) -> vk::CompositeAlphaFlagsKHR {
+    use vk::CompositeAlphaFlagsKHR as Alpha;
+    let all = [Alpha::OPAQUE, Alpha::INHERIT, Alpha::PRE_MULTIPLIED, Alpha::POST_MULTIPLIED];
+    all.into_iter().find(|&one| offered.contains(one)).unwrap_or(Alpha::OPAQUE)
+}
+
+impl Vsync {
+    /// Whether a swapchain's mode is what was asked for, and not only the nearest that there is.
+    pub fn is(self, mode: vk::PresentModeKHR) -> bool {
+        match self {
+            Vsync::On => mode == vk::PresentModeKHR::FIFO,
+            Vsync::Off => mode != vk::PresentModeKHR::FIFO,
+            Vsync::Adaptive => mode == vk::PresentModeKHR::FIFO_RELAXED,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_surface_has_its_own_size_or_the_windows_within_limits() {
+        let extent = |width, height| vk::Extent2D { width, height };
+        let mut capabilities = vk::SurfaceCapabilitiesKHR {
+            current_extent: extent(640, 480),
+            min_image_extent: extent(16, 16),
+            max_image_extent: extent(4096, 4096),
+            ..Default::default()
+        };
+        assert_eq!(extent_of(&capabilities, [800, 600]), extent(640, 480));
+        capabilities.current_extent = extent(u32::MAX, u32::MAX);
+        assert_eq!(extent_of(&capabilities, [800, 600]), extent(800, 600));
+        assert_eq!(extent_of(&capabilities, [8, 60_000]), extent(16, 4096));
+        assert_eq!(extent_of(&capabilities, [0, 0]), extent(0, 0), "a minimized window stays without pixels");
+    }
+
+    #[test]
+    fn a_mode_that_is_not_offered_falls_back_to_the_nearest() {
+        use vk::PresentModeKHR as Mode;
+        let all = [Mode::FIFO, Mode::MAILBOX, Mode::IMMEDIATE, Mode::FIFO_RELAXED];
+        for (vsync, mode) in [(Vsync::On, all[0]), (Vsync::Off, all[2]), (Vsync::Adaptive, all[3])] {
+            assert_eq!(choose_mode(&all, vsync), mode);
+            assert!(vsync.is(mode));
+            assert_eq!(choose_mode(&all[..1], vsync), Mode::FIFO);
+        }
+        assert_eq!(choose_mode(&all[..2], Vsync::Off), Mode::MAILBOX);
+        assert!(!Vsync::Off.is(Mode::FIFO) && !Vsync::Adaptive.is(Mode::FIFO));
+    }
+
+    #[test]
+    fn only_formats_in_the_colour_space_of_displays_are_taken() {
+        let of = |format, color_space| vk::SurfaceFormatKHR { format, color_space };
+        let plain = of(vk::Format::B8G8R8A8_UNORM, vk::ColorSpaceKHR::SRGB_NONLINEAR);
+        let encoding = of(vk::Format::R8G8B8A8_SRGB, vk::ColorSpaceKHR::SRGB_NONLINEAR);
+        let other = of(vk::Format::B8G8R8A8_SRGB, vk::ColorSpaceKHR::DISPLAY_P3_NONLINEAR_EXT);
+        let offered = [other, plain, encoding];
+        assert_eq!(choose_format(&offered, true), Some(encoding));
+        assert_eq!(choose_format(&offered, false), Some(plain));
+        assert_eq!(choose_format(&offered[..2], true), None);
+    }
+
+    #[test]
+    fn one_image_more_than_the_least_unless_that_is_too_many() {
+        let count = |min_image_count, max_image_count| {
+            image_count(&vk::SurfaceCapabilitiesKHR { min_image_count, max_image_count, ..Default::default() })
+        };
+        assert_eq!([count(2, 0), count(3, 8), count(3, 3)], [3, 4, 3]);
+    }
+}

@@ -1,0 +1,388 @@
+//! The camera under the hands of a user. Pure: what is held down and how much time has passed go in, a camera comes out.
+//!
+//! All motion is smooth and the same at any frame rate. Velocities follow what is held down, and turns what the mouse has asked for,
+//! exponentially; time is taken in steps so short that turning while moving makes the same path as well.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use glam::{DQuat, DVec3};
+
+use crate::scene::{Aabb, Camera, ORTHOGRAPHIC_HEIGHT as HEIGHT, Projection};
+
+/// The time constant of all easing, in seconds.
+const EASING: f64 = 0.08;
+/// The longest step of time that is taken at once, in seconds.
+const STEP: f64 = 1.0 / 240.0;
+/// The most time that a frame can have taken, in seconds: a program that was stopped does not leap when it goes on.
+const LONGEST: f64 = 0.25;
+/// What is left to turn, in radians, or to zoom when nobody can see it any more.
+const SETTLED: f64 = 1e-5;
+/// A turn by the mouse, in radians, for a drag by the height of the window.
+const TURN: f64 = TAU / 3.0;
+/// How near to straight up or down a camera turns, in radians.
+const STEEPEST: f64 = FRAC_PI_2 - 0.01;
+/// Faster and nearer by this factor for each notch of the wheel.
+const NOTCH: f64 = 1.15;
+/// Factors of zoom a second while a key for forward or back is held down, of an orthographic camera: e-folds.
+const ZOOM: f64 = 1.2;
+/// How much faster a user moves in a hurry.
+const HURRY: f64 = 4.0;
+
+/// What is held down.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Held {
+    pub forward: bool,
+    pub back: bool,
+    pub left: bool,
+    pub right: bool,
+    pub up: bool,
+    pub down: bool,
+    /// All of it faster.
+    pub hurry: bool,
+}
+
+impl Held {
+    /// To the right, up, and forward: each from -1 to 1, together of length 1 at most.
+    fn direction(self) -> DVec3 {
+        let axis = |plus: bool, minus: bool| f64::from(i8::from(plus) - i8::from(minus));
+        let all = DVec3::new(axis(self.right, self.left), axis(self.up, self.down), axis(self.forward, self.back));
+        all.normalize_or_zero()
+    }
+}
+
+/// How the mouse turns the camera.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mode {
+    /// It looks around from where it stands.
+    Fly,
+    /// It goes around what it looks at.
+    Orbit,
+}
+
+/// A camera, where it is going, and the places that it knows.
+#[derive(Debug, Clone)]
+pub struct CameraControl {
+    camera: Camera,
+    first: Camera,
+    mode: Mode,
+    /// In the camera's axes, in metres a second; forward, in e-folds a second, for an orthographic camera.
+    velocity: DVec3,
+    /// What is left to turn: to the left, and up, in radians.
+    turn: [f64; 2],
+    /// What is left of zooming, in e-folds.
+    zoom: f64,
+    /// Metres a second.
+    speed: f64,
+    /// What an orbit goes around, ahead of the camera by this distance.
+    reach: f64,
+    bookmarks: [Option<Camera>; 9],
+}
+
+impl CameraControl {
+    /// Begins with this camera in a scene of these bounds, of which the speed depends.
+    pub fn new(camera: Camera, bounds: &Aabb) -> Self {
+        let radius = if bounds.is_empty() { 1.0 } else { bounds.radius() };
+        let radius = if radius.is_finite() && radius > 0.0 { radius } else { 1.0 };
+        let to_middle = if bounds.is_empty() { 0.0 } else { (bounds.center() - camera.position).dot(camera.forward()) };
+        Self {
+            camera,
+            first: camera,
+            mode: Mode::Fly,
+            velocity: DVec3::ZERO,
+            turn: [0.0; 2],
+            zoom: 0.0,
+            speed: radius / 5.0,
+            reach: to_middle.max(radius / 10.0),
+            bookmarks: [None; 9],
+        }
+    }
+
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    pub fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// Metres a second.
+    pub fn speed(&self) -> f64 {
+        self.speed
+    }
+
+    /// Whether the next frame would be another one.
+    pub fn is_moving(&self, held: Held) -> bool {
+        held.direction() != DVec3::ZERO || self.velocity != DVec3::ZERO || self.turn != [0.0; 2] || self.zoom != 0.0
+    }
+
+    /// The mouse was dragged, by these parts of the window's height, to the right and down. In flight the view follows it, and in an orbit what
+    /// is seen does.
+    pub fn drag(&mut self, right: f64, down: f64) {
+        self.turn[0] -= right * TURN;
+        self.turn[1] -= down * TURN;
+    }
+
+    /// The wheel was turned, away from the user: faster in flight, nearer in an orbit, and larger of an orthographic camera.
+    pub fn wheel(&mut self, notches: f64) {
+        match (self.camera.projection, self.mode) {
+            (Projection::Perspective { .. }, Mode::Fly) => {
+                self.speed = (self.speed * NOTCH.powf(notches)).clamp(1e-9, 1e12);
+            }
+            _ => self.zoom += notches * NOTCH.ln(),
+        }
+    }
+
+    /// From flight to orbit, or back.
+    pub fn toggle_orbit(&mut self) {
+        self.mode = match self.mode {
+            Mode::Fly => Mode::Orbit,
+            Mode::Orbit => Mode::Fly,
+        };
+    }
+
+    /// Back to where it began.
+    pub fn reset(&mut self) {
+        self.go(self.first);
+    }
+
+    /// Keeps this place under a number from 0 to 8.
+    pub fn bookmark(&mut self, number: usize) {
+        if let Some(place) = self.bookmarks.get_mut(number) {
+            *place = Some(self.camera);
+        }
+    }
+
+    /// Goes to the place of that number. False if there is none.
+    pub fn recall(&mut self, number: usize) -> bool {
+        let found = self.bookmarks.get(number).copied().flatten();
+        found.map(|camera| self.go(camera)).is_some()
+    }
+
+    fn go(&mut self, camera: Camera) {
+        (self.camera, self.velocity, self.turn, self.zoom) = (camera, DVec3::ZERO, [0.0; 2], 0.0);
+    }
+
+    /// Lets so many seconds pass.
+    pub fn advance(&mut self, seconds: f64, held: Held) {
+        let seconds = if seconds.is_finite() { seconds.clamp(0.0, LONGEST) } else { 0.0 };
+        let steps = (seconds / STEP).ceil().max(1.0);
+        for _ in 0..steps as usize {
+            self.step(seconds / steps, held);
+        }
+    }
+
+    fn step(&mut self, seconds: f64, held: Held) {
+        let kept = (-seconds / EASING).exp();
+        self.turn(kept);
+        // The exact solution of a velocity that nears the wanted one, whatever the step.
+        let wanted = self.wanted(held);
+        let gained = (self.velocity - wanted) * (1.0 - kept) * EASING;
+        let moved = wanted * seconds + gained;
+        self.velocity = wanted + (self.velocity - wanted) * kept;
+        if wanted == DVec3::ZERO && self.velocity.length() < self.speed * 1e-3 {
+            self.velocity = DVec3::ZERO;
+        }
+        let zoomed = self.zoom * (1.0 - kept);
+        self.zoom -= zoomed;
+        if self.zoom.abs() < SETTLED {
+            self.zoom = 0.0;
+        }
+        self.go_on(moved, zoomed);
+    }
+
+    /// The velocity that is asked for.
+    fn wanted(&self, held: Held) -> DVec3 {
+        let direction = held.direction() * if held.hurry { HURRY } else { 1.0 };
+        match self.camera.projection {
+            Projection::Perspective { .. } => direction * self.speed,
+            // As far as a part of the picture, whatever that shows.
+            Projection::Orthographic { height } => {
+                DVec3::new(direction.x * height, direction.y * height, direction.z) * ZOOM
+            }
+        }
+    }
+
+    /// Moves in the camera's axes, and zooms by e-folds.
+    fn go_on(&mut self, moved: DVec3, zoomed: f64) {
+        let (right, up, forward) = (self.camera.right(), self.camera.up(), self.camera.forward());
+        let aside = right * moved.x + up * moved.y;
+        match &mut self.camera.projection {
+            Projection::Perspective { .. } => {
+                let nearer = self.reach * (1.0 - (-zoomed).exp());
+                self.camera.position += aside + forward * (moved.z + nearer);
+                self.reach -= nearer;
+            }
+            Projection::Orthographic { height } => {
+                self.camera.position += aside;
+                *height = (*height * (-zoomed - moved.z).exp()).clamp(*HEIGHT.start(), *HEIGHT.end());
+            }
+        }
+    }
+
+    /// Turns by what is not kept of what is left to turn.
+    fn turn(&mut self, kept: f64) {
+        if self.turn == [0.0; 2] {
+            return;
+        }
+        let [left, up] = self.turn.map(|rest| if rest.abs() < SETTLED { rest } else { rest * (1.0 - kept) });
+        self.turn = [self.turn[0] - left, self.turn[1] - up];
+        let pivot = self.camera.position + self.camera.forward() * self.reach;
+        let pitch = self.camera.forward().y.clamp(-1.0, 1.0).asin();
+        // Who begins steeper than the limit does not get steeper.
+        let up = (pitch + up).clamp((-STEEPEST).min(pitch), STEEPEST.max(pitch)) - pitch;
+        // About the world's vertical and the camera's own horizontal: what roll it has, it keeps.
+        let rotation = DQuat::from_rotation_y(left) * self.camera.rotation * DQuat::from_rotation_x(up);
+        self.camera.rotation = rotation.normalize();
+        if self.mode == Mode::Orbit {
+            self.camera.position = pivot - self.camera.forward() * self.reach;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bounds() -> Aabb {
+        Aabb::of_points([DVec3::splat(-10.0), DVec3::splat(10.0)])
+    }
+
+    fn control() -> CameraControl {
+        CameraControl::new(Camera { position: DVec3::new(0.0, 0.0, 20.0), ..Camera::default() }, &bounds())
+    }
+
+    fn orthographic() -> CameraControl {
+        let projection = Projection::orthographic(4.0);
+        CameraControl::new(Camera { projection, ..*control().camera() }, &bounds())
+    }
+
+    const FORWARD: Held =
+        Held { forward: true, back: false, left: false, right: false, up: false, down: false, hurry: false };
+
+    /// Two seconds at a frame rate: forward for one of them, with a drag of the mouse at each tenth of a second, and then to the left.
+    fn path(mut control: CameraControl, rate: u32) -> Camera {
+        for frame in 0..2 * rate {
+            if frame % (rate / 10) == 0 && frame < rate {
+                control.drag(0.05, 0.02);
+            }
+            let held = if frame < rate { FORWARD } else { Held { left: true, ..Held::default() } };
+            control.advance(1.0 / f64::from(rate), held);
+        }
+        *control.camera()
+    }
+
+    #[test]
+    fn the_same_hands_make_the_same_path_at_any_frame_rate() {
+        for orbit in [false, true] {
+            for mut control in [control(), orthographic()] {
+                if orbit {
+                    control.toggle_orbit();
+                }
+                let often = path(control.clone(), 240);
+                let gone = (often.position - control.camera().position).length();
+                for rate in [30, 60, 120] {
+                    let camera = path(control.clone(), rate);
+                    let apart = (camera.position - often.position).length();
+                    assert!(apart < 0.01 * gone, "{rate} Hz ends {apart} m off a path of {gone} m");
+                    assert!(camera.rotation.angle_between(often.rotation) < 0.002, "{rate} Hz looks elsewhere");
+                    let zoom = camera.half_height() / often.half_height();
+                    assert!((zoom - 1.0).abs() < 1e-9, "{rate} Hz zooms by {zoom}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn motion_eases_in_and_out_and_then_nothing_is_drawn() {
+        let mut control = control();
+        control.advance(0.01, FORWARD);
+        assert!(control.velocity.z < control.speed * 0.2, "it does not start at once");
+        control.advance(0.25, FORWARD);
+        assert!(control.is_moving(Held::default()));
+        for _ in 0..20 {
+            control.advance(0.1, Held::default());
+        }
+        assert!(!control.is_moving(Held::default()) && control.is_moving(FORWARD));
+        let rest = *control.camera();
+        control.advance(1.0, Held::default());
+        assert_eq!(*control.camera(), rest);
+    }
+
+    #[test]
+    fn a_long_pause_is_no_leap() {
+        let mut control = control();
+        control.advance(3600.0, FORWARD);
+        assert!((control.camera().position.z - 20.0).abs() <= control.speed * LONGEST);
+        control.advance(f64::NAN, FORWARD);
+        assert!(control.camera().position.is_finite());
+    }
+
+    #[test]
+    fn an_orbit_keeps_its_distance_and_its_middle_in_view() {
+        let mut control = control();
+        control.toggle_orbit();
+        for _ in 0..50 {
+            control.drag(0.1, 0.0);
+            control.advance(0.02, Held::default());
+            let camera = control.camera();
+            assert!((camera.position.length() - 20.0).abs() < 1e-9, "{}", camera.position);
+            assert!((camera.forward() + camera.position.normalize()).length() < 1e-9);
+        }
+        control.wheel(10.0);
+        (0..50).for_each(|_| control.advance(0.1, Held::default()));
+        let nearer = control.camera().position.length();
+        assert!((nearer - 20.0 / NOTCH.powi(10)).abs() < 0.01, "{nearer}");
+    }
+
+    #[test]
+    fn an_orthographic_camera_zooms_by_its_height_and_stays_where_it_is() {
+        let mut control = orthographic();
+        control.wheel(5.0);
+        (0..50).for_each(|_| control.advance(0.1, Held::default()));
+        let height = control.camera().half_height() * 2.0;
+        assert!((height - 4.0 / NOTCH.powi(5)).abs() < 1e-3, "{height}");
+        (0..20).for_each(|_| control.advance(0.1, FORWARD));
+        assert!(control.camera().half_height() * 2.0 < height / 5.0, "forward goes nearer");
+        assert_eq!(control.camera().position, DVec3::new(0.0, 0.0, 20.0));
+        control.wheel(-1e6);
+        (0..500).for_each(|_| control.advance(0.1, Held::default()));
+        assert!(HEIGHT.contains(&(control.camera().half_height() * 2.0)));
+    }
+
+    #[test]
+    fn looking_up_ends_before_the_zenith() {
+        let mut control = control();
+        control.drag(0.0, -10.0);
+        (0..100).for_each(|_| control.advance(0.1, Held::default()));
+        let pitch = control.camera().forward().y.asin();
+        assert!((pitch - STEEPEST).abs() < 1e-6 && !control.is_moving(Held::default()), "{pitch}");
+        assert!(control.camera().up().y > 0.0, "not turned over");
+    }
+
+    #[test]
+    fn bookmarks_and_reset_go_exactly_there() {
+        let mut control = control();
+        assert!(!control.recall(0) && !control.recall(99));
+        control.advance(0.2, FORWARD);
+        let kept = *control.camera();
+        control.bookmark(0);
+        control.drag(0.3, 0.1);
+        control.advance(0.2, FORWARD);
+        assert!(control.recall(0));
+        assert_eq!(*control.camera(), kept);
+        assert!(!control.is_moving(Held::default()), "it stands still there");
+        control.reset();
+        assert_eq!(*control.camera(), control.first);
+    }
+
+    #[test]
+    fn the_wheel_changes_the_speed_of_flight_within_reason() {
+        let mut control = control();
+        let speed = control.speed();
+        control.wheel(2.0);
+        assert!((control.speed() / speed - NOTCH * NOTCH).abs() < 1e-12);
+        control.wheel(-1e9);
+        control.wheel(1e9);
+        assert!(control.speed().is_finite() && control.speed() > 0.0);
+    }
+}

@@ -1,0 +1,126 @@
+//! How long frames take, for the title and for whoever asked for a number of them.
+
+use std::time::{Duration, Instant};
+
+/// What a window drew.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Summary {
+    /// Frames shown.
+    pub frames: u64,
+    /// From one frame to the next, the median, in milliseconds; none for fewer than two without a pause.
+    pub interval_ms: Option<f64>,
+    /// Changes of the window's size, and their median time in milliseconds.
+    pub resizes: usize,
+    pub resize_ms: Option<f64>,
+}
+
+/// Counts frames.
+#[derive(Debug, Default)]
+pub struct Clock {
+    frames: u64,
+    /// The last frame, unless the window has paused since.
+    last: Option<Instant>,
+    intervals: Vec<f64>,
+    resizes: Vec<f64>,
+    /// Of the intervals since the title was written last.
+    recent: Vec<f64>,
+    told: Option<Instant>,
+}
+
+/// How long a title stays as it is.
+const TITLE: Duration = Duration::from_millis(500);
+/// Intervals that are kept: an hour of a fast display.
+const MOST: usize = 1 << 20;
+
+impl Clock {
+    /// Seconds since the last frame; 0 after a pause.
+    pub fn seconds(&self, now: Instant) -> f64 {
+        self.last.map_or(0.0, |last| now.duration_since(last).as_secs_f64())
+    }
+
+    /// A frame was shown.
+    pub fn frame(&mut self, now: Instant) {
+        self.frames += 1;
+        if let Some(last) = self.last.replace(now) {
+            let interval = now.duration_since(last).as_secs_f64() * 1e3;
+            self.recent.push(interval);
+            if self.intervals.len() < MOST {
+                self.intervals.push(interval);
+            }
+        }
+    }
+
+    /// No frame follows the last one for now.
+    pub fn pause(&mut self) {
+        self.last = None;
+    }
+
+    /// All that has the size of the picture was made anew.
+    pub fn resized(&mut self, took: Duration) {
+        if self.resizes.len() < MOST {
+            self.resizes.push(took.as_secs_f64() * 1e3);
+        }
+    }
+
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// The median of recent intervals in milliseconds, now and then.
+    pub fn tells(&mut self, now: Instant) -> Option<f64> {
+        if self.told.is_some_and(|told| now.duration_since(told) < TITLE) {
+            return None;
+        }
+        let median = median(&mut std::mem::take(&mut self.recent))?;
+        self.told = Some(now);
+        Some(median)
+    }
+
+    pub fn summary(&mut self) -> Summary {
+        Summary {
+            frames: self.frames,
+            interval_ms: median(&mut self.intervals),
+            resizes: self.resizes.len(),
+            resize_ms: median(&mut self.resizes),
+        }
+    }
+}
+
+fn median(values: &mut [f64]) -> Option<f64> {
+    values.sort_unstable_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pause_is_no_interval() {
+        let begin = Instant::now();
+        let at = |ms| begin + Duration::from_millis(ms);
+        let mut clock = Clock::default();
+        for ms in [0, 10, 20, 32] {
+            clock.frame(at(ms));
+        }
+        clock.pause();
+        assert_eq!(clock.seconds(at(9000)), 0.0);
+        clock.frame(at(9000));
+        clock.frame(at(9010));
+        assert!((clock.seconds(at(9015)) - 0.005).abs() < 1e-9);
+        let summary = clock.summary();
+        assert_eq!((summary.frames, summary.interval_ms, summary.resize_ms), (6, Some(10.0), None));
+    }
+
+    #[test]
+    fn the_title_changes_now_and_then() {
+        let begin = Instant::now();
+        let mut clock = Clock::default();
+        assert_eq!(clock.tells(begin), None);
+        clock.frame(begin);
+        clock.frame(begin + Duration::from_millis(8));
+        assert_eq!(clock.tells(begin + Duration::from_millis(8)), Some(8.0));
+        clock.frame(begin + Duration::from_millis(16));
+        assert_eq!(clock.tells(begin + Duration::from_millis(16)), None);
+    }
+}

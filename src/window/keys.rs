@@ -1,0 +1,101 @@
+//! What keys do. They go by their place on the keyboard, so that WASD lie together on any layout.
+
+use winit::keyboard::KeyCode;
+
+use super::camera::Held;
+
+/// What a key does when it is pressed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Action {
+    Quit,
+    Help,
+    Reset,
+    Orbit,
+    Screenshot,
+    /// Keep this place.
+    Bookmark(usize),
+    /// Go to the place that was kept.
+    Recall(usize),
+}
+
+/// The keys as `afterlight view` prints them; the README has the same list.
+pub const HELP: &[(&str, &str)] = &[
+    ("W A S D", "move forward, left, back, right; W and S zoom an orthographic camera"),
+    ("E or Space, Q or C", "move up, down"),
+    ("Shift", "move faster, while it is held down"),
+    ("drag", "look around; in an orbit, go around"),
+    ("wheel", "speed of flight; in an orbit nearer and farther; zoom of an orthographic camera"),
+    ("O", "orbit around what is ahead, or fly again"),
+    ("R or Home", "back to the first camera"),
+    ("Ctrl+1 to Ctrl+9", "keep this camera"),
+    ("1 to 9", "go to the camera that was kept"),
+    ("P or F12", "write a screenshot"),
+    ("H or F1", "print these keys"),
+    ("Esc", "quit"),
+];
+
+const DIGITS: [KeyCode; 9] = [
+    KeyCode::Digit1,
+    KeyCode::Digit2,
+    KeyCode::Digit3,
+    KeyCode::Digit4,
+    KeyCode::Digit5,
+    KeyCode::Digit6,
+    KeyCode::Digit7,
+    KeyCode::Digit8,
+    KeyCode::Digit9,
+];
+
+/// What a key does when it is pressed, alone or with Ctrl.
+pub fn action(key: KeyCode, control: bool) -> Option<Action> {
+    let number = DIGITS.iter().position(|&digit| digit == key);
+    match key {
+        KeyCode::Escape => Some(Action::Quit),
+        KeyCode::KeyH | KeyCode::F1 => Some(Action::Help),
+        KeyCode::KeyR | KeyCode::Home => Some(Action::Reset),
+        KeyCode::KeyO => Some(Action::Orbit),
+        KeyCode::KeyP | KeyCode::F12 => Some(Action::Screenshot),
+        _ if control => number.map(Action::Bookmark),
+        _ => number.map(Action::Recall),
+    }
+}
+
+/// Takes note of a key that moves the camera while it is held down. False for other keys.
+pub fn hold(held: &mut Held, key: KeyCode, pressed: bool) -> bool {
+    let state = match key {
+        KeyCode::KeyW | KeyCode::ArrowUp => &mut held.forward,
+        KeyCode::KeyS | KeyCode::ArrowDown => &mut held.back,
+        KeyCode::KeyA | KeyCode::ArrowLeft => &mut held.left,
+        KeyCode::KeyD | KeyCode::ArrowRight => &mut held.right,
+        KeyCode::KeyE | KeyCode::Space => &mut held.up,
+        KeyCode::KeyQ | KeyCode::KeyC => &mut held.down,
+        KeyCode::ShiftLeft | KeyCode::ShiftRight => &mut held.hurry,
+        _ => return false,
+    };
+    *state = pressed;
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_keep_places_with_ctrl_and_go_there_without() {
+        assert_eq!(action(KeyCode::Digit1, true), Some(Action::Bookmark(0)));
+        assert_eq!(action(KeyCode::Digit9, false), Some(Action::Recall(8)));
+        assert_eq!(action(KeyCode::Digit0, false), None);
+    }
+
+    #[test]
+    fn no_key_both_moves_and_acts() {
+        for key in
+            DIGITS.into_iter().chain([KeyCode::Escape, KeyCode::KeyH, KeyCode::KeyR, KeyCode::KeyO, KeyCode::KeyP])
+        {
+            assert!(action(key, false).is_some() && !hold(&mut Held::default(), key, true), "{key:?}");
+        }
+        let mut held = Held::default();
+        assert!(hold(&mut held, KeyCode::KeyW, true) && held.forward && action(KeyCode::KeyW, false).is_none());
+        assert!(hold(&mut held, KeyCode::KeyW, false) && !held.forward);
+    }
+}

@@ -1,0 +1,106 @@
+//! A window onto a scene: events in, a camera that moves, frames out. What is drawn and shown is [`crate::frame::Presenter`]'s; what the hands of
+//! a user do to the camera is [`camera`]'s, which needs no window.
+
+pub mod camera;
+pub mod keys;
+
+mod app;
+mod clock;
+
+use std::ffi::CStr;
+use std::sync::Arc;
+
+use winit::error::EventLoopError;
+use winit::event_loop::EventLoop;
+
+use crate::frame;
+use crate::gpu::{self, Device, Vsync, surface_extensions};
+use crate::scene::{Scene, Settings};
+
+pub use clock::Summary;
+
+/// Why there is no window, or none any more.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The program does not run where there is a display.
+    #[error("no window can be opened here: {0}")]
+    NoDisplay(String),
+    /// The window system went away, or failed.
+    #[error("the window system failed: {0}")]
+    System(String),
+    #[error(transparent)]
+    Frame(#[from] frame::Error),
+}
+
+impl From<gpu::Error> for Error {
+    fn from(error: gpu::Error) -> Self {
+        Self::Frame(error.into())
+    }
+}
+
+/// What a window is opened for.
+pub struct Options<'a> {
+    /// When frames are shown.
+    pub vsync: Vsync,
+    /// Draw without a pause, and close after so many frames.
+    pub frames: Option<u32>,
+    /// Tells the user something, in one line.
+    pub tell: &'a dyn Fn(&str),
+    /// Keeps a screenshot; what to tell of it.
+    pub keep: &'a dyn Fn(&frame::Picture) -> Result<String, String>,
+}
+
+/// The connection to the window system.
+pub struct WindowSystem {
+    events: EventLoop<()>,
+}
+
+impl WindowSystem {
+    /// Connects. Once a process, in its first thread.
+    ///
+    /// # Errors
+    /// [`Error::NoDisplay`] where there is none.
+    pub fn connect() -> Result<Self, Error> {
+        let events = EventLoop::new().map_err(|error| Error::NoDisplay(reason(&error)))?;
+        Ok(Self { events })
+    }
+
+    /// The instance extensions that its windows need.
+    ///
+    /// # Errors
+    /// When Vulkan does not know this window system.
+    pub fn extensions(&self) -> Result<Vec<&'static CStr>, Error> {
+        Ok(surface_extensions(&self.events)?)
+    }
+
+    /// Opens a window onto the scene, as large as the settings say, and returns when it is closed.
+    ///
+    /// # Errors
+    /// When the device cannot draw the scene into a window, or the window system fails.
+    pub fn view(
+        self,
+        device: &Arc<Device>,
+        scene: Scene,
+        settings: Settings,
+        options: Options,
+    ) -> Result<Summary, Error> {
+        let mut app = app::App::new(device, scene, settings, options);
+        let ran = self.events.run_app(&mut app);
+        let ended = app.end();
+        match (ended, ran) {
+            (Err(error), _) => Err(error),
+            (Ok(_), Err(error)) => Err(Error::System(reason(&error))),
+            (Ok(summary), Ok(())) => Ok(summary),
+        }
+    }
+}
+
+/// What winit says, without the place in its sources.
+fn reason(error: &EventLoopError) -> String {
+    let text = match error {
+        EventLoopError::Os(error) => error.to_string(),
+        other => other.to_string(),
+    };
+    let cause = text.strip_prefix("os error at ").and_then(|rest| rest.split_once(": "));
+    cause.map_or(text.as_str(), |(_, reason)| reason).trim_end_matches('.').to_owned()
+}
