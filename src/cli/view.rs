@@ -2,14 +2,15 @@
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use std::process;
 
 use afterlight::frame::Picture;
 use afterlight::gpu::Vsync;
 use afterlight::scene::SettingsPatch;
-use afterlight::window::{Options, Summary, WindowSystem};
+use afterlight::window::{Error, Options, Summary, WindowSystem};
 
 use super::args::{DeviceArgs, SettingsArgs};
-use super::failure::Failure;
+use super::failure::{Exit, Failure};
 use super::output::{self, Sink};
 use super::picture::{Format, Target};
 use super::session;
@@ -62,7 +63,7 @@ fn vsync(text: &str) -> Result<Vsync, String> {
 /// # Errors
 /// No display, a scene that cannot be read, or a device that cannot show it.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let system = WindowSystem::connect()?;
+    let system = WindowSystem::connect(end_without_display)?;
     session::with_device_for(&args.device, &system.extensions()?, |device| {
         let workload = Workload::open(&args.scene, &args.settings, args.quiet)?;
         // A window shows each frame as it is.
@@ -85,6 +86,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             false => output::print(&table(&summary), false),
         }
     })
+}
+
+/// What is left to do when the X server is gone: nothing can be drawn, and nothing returns to where it could be told.
+fn end_without_display() -> ! {
+    let gone = Error::System("the connection to the X server broke".into());
+    let failure = Failure::from(gone);
+    let _ = failure.report();
+    process::exit(Exit::NoDisplay as i32)
 }
 
 /// Writes a screenshot under the first name that is free.

@@ -6,6 +6,8 @@ pub mod keys;
 
 mod app;
 mod clock;
+#[cfg(all(unix, not(target_vendor = "apple")))]
+mod x11;
 
 use std::ffi::CStr;
 use std::sync::Arc;
@@ -56,12 +58,15 @@ pub struct WindowSystem {
 }
 
 impl WindowSystem {
-    /// Connects. Once a process, in its first thread.
+    /// Connects. Once a process, in its first thread. Of a connection that breaks later X11 only tells a function that cannot return, `gone`;
+    /// other window systems let [`WindowSystem::view`] return an error.
     ///
     /// # Errors
     /// [`Error::NoDisplay`] where there is none.
-    pub fn connect() -> Result<Self, Error> {
+    pub fn connect(gone: fn() -> !) -> Result<Self, Error> {
         let events = EventLoop::new().map_err(|error| Error::NoDisplay(reason(&error)))?;
+        #[cfg(all(unix, not(target_vendor = "apple")))]
+        x11::on_broken_connection(gone);
         Ok(Self { events })
     }
 
