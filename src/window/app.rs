@@ -135,7 +135,8 @@ impl<'a> App<'a> {
         window.pre_present_notify();
         let fit = match presenter.draw(&camera, copied)? {
             Outcome::Shown(fit) => {
-                self.clock.frame(Instant::now());
+                // From where time was taken last, so that none is lost.
+                self.clock.frame(now);
                 if copied {
                     let told = (self.options.keep)(&presenter.picture()?);
                     (self.options.tell)(&told.unwrap_or_else(|error| format!("warning: no screenshot: {error}")));

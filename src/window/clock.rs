@@ -33,12 +33,12 @@ const TITLE: Duration = Duration::from_millis(500);
 const MOST: usize = 1 << 20;
 
 impl Clock {
-    /// Seconds since the last frame; 0 after a pause.
+    /// Seconds since the last frame was begun; 0 after a pause.
     pub fn seconds(&self, now: Instant) -> f64 {
         self.last.map_or(0.0, |last| now.duration_since(last).as_secs_f64())
     }
 
-    /// A frame was shown.
+    /// A frame was shown that was begun at this time.
     pub fn frame(&mut self, now: Instant) {
         self.frames += 1;
         if let Some(last) = self.last.replace(now) {
