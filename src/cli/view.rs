@@ -6,7 +6,7 @@ use std::process;
 
 use afterlight::frame::Picture;
 use afterlight::gpu::Vsync;
-use afterlight::scene::SettingsPatch;
+use afterlight::scene::{CameraPath, SettingsPatch};
 use afterlight::window::{Error, Options, Summary, WindowSystem};
 
 use super::args::{DeviceArgs, SettingsArgs};
@@ -37,7 +37,7 @@ pub struct Args {
     /// Draw so many frames without a pause, then close the window and tell how long they took
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     frames: Option<u32>,
-    /// The folder that screenshots are written to
+    /// The folder that screenshots and recorded camera paths are written to
     #[arg(long, value_name = "FOLDER", default_value = ".")]
     screenshots: PathBuf,
     /// Print nothing but errors
@@ -79,6 +79,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 }
             },
             keep: &|picture| keep(&args.screenshots, picture),
+            keep_path: &|path| keep_path(&args.screenshots, path),
         };
         let summary = system.view(&device, workload.scene, settings, options)?;
         match args.quiet || args.frames.is_none() {
@@ -98,15 +99,21 @@ fn end_without_display() -> ! {
 
 /// Writes a screenshot under the first name that is free.
 fn keep(folder: &Path, picture: &Picture) -> Result<String, String> {
-    for number in 1..=9999 {
-        let path = folder.join(format!("afterlight-{number:04}.png"));
-        if !path.exists() {
-            let target = Target { sink: Sink::File(path), format: Format::Png };
-            target.write(picture).map_err(|failure| failure.message().to_owned())?;
-            return Ok(format!("screenshot: {}", target.sink));
-        }
-    }
-    Err(format!("{} has 9999 of them", folder.display()))
+    let target = Target { sink: Sink::File(free(folder, "png")?), format: Format::Png };
+    target.write(picture).map_err(|failure| failure.message().to_owned())?;
+    Ok(format!("screenshot: {}", target.sink))
+}
+
+/// The same of a camera path.
+fn keep_path(folder: &Path, path: &CameraPath) -> Result<String, String> {
+    let sink = Sink::File(free(folder, "toml")?);
+    sink.write(path.to_toml().as_bytes()).map_err(|failure| failure.message().to_owned())?;
+    Ok(format!("path: {sink}, {:.1} s", path.seconds()))
+}
+
+fn free(folder: &Path, extension: &str) -> Result<PathBuf, String> {
+    let mut names = (1..=9999).map(|number| folder.join(format!("afterlight-{number:04}.{extension}")));
+    names.find(|path| !path.exists()).ok_or_else(|| format!("{} has 9999 of them", folder.display()))
 }
 
 fn table(summary: &Summary) -> String {

@@ -54,6 +54,8 @@ pub enum Place {
     Copy,
     /// The copy of a compute pass's picture into an image of the swapchain.
     Present,
+    /// Panels over a picture that is ready to be presented.
+    Overlay,
     /// What shows the swapchain's images.
     Presentation,
     /// Everything that one submission does on the device.
@@ -125,6 +127,7 @@ impl fmt::Display for Place {
             Self::Draws => "DRAWS",
             Self::Copy => "COPY",
             Self::Present => "PRESENT",
+            Self::Overlay => "OVERLAY",
             Self::Presentation => "PRESENTATION",
             Self::Device => "DEVICE",
             Self::Host => "HOST",

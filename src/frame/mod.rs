@@ -217,7 +217,7 @@ pub struct Renderer {
     plan: FramePlan,
     edges: Edges,
     world: World,
-    scene: GpuScene,
+    scene: Arc<GpuScene>,
     frame: Frame,
     atlas: Option<ShadowAtlas>,
     shadow_cache: ShadowCache,
@@ -243,7 +243,7 @@ impl Renderer {
     pub fn new(device: &Arc<Device>, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
         let plan = plan_for(device, scene, settings)?;
         let edges = edges::table(&plan);
-        Self::of(device, scene, settings, (plan, edges), &[])
+        Self::of(device, scene, settings, (plan, edges), (&[], None))
     }
 
     /// The same with other dependencies than [`edges::table`] has for the plan, for experiments and proofs: without a row or a bit
@@ -253,7 +253,7 @@ impl Renderer {
     /// As [`Renderer::new`].
     pub fn with_edges(device: &Arc<Device>, scene: &Scene, settings: &Settings, edges: Edges) -> Result<Self, Error> {
         let plan = plan_for(device, scene, settings)?;
-        Self::of(device, scene, settings, (plan, edges), &[])
+        Self::of(device, scene, settings, (plan, edges), (&[], None))
     }
 
     fn of(
@@ -261,14 +261,17 @@ impl Renderer {
         scene: &Scene,
         settings: &Settings,
         (plan, edges): (FramePlan, Edges),
-        swapchain: &[vk::ImageView],
+        (swapchain, uploaded): (&[vk::ImageView], Option<Arc<GpuScene>>),
     ) -> Result<Self, Error> {
         let exposure = match plan.exposes {
             true => exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(scene))),
             false => 1.0,
         };
         let world = World::of(scene, settings, &plan, exposure);
-        let gpu_scene = GpuScene::new(device, scene, &plan, edges.upload_order())?;
+        let gpu_scene = match uploaded {
+            Some(uploaded) => uploaded,
+            None => Arc::new(GpuScene::new(device, scene, &plan, edges.upload_order())?),
+        };
         let frame_layout = view_set_layout(device, &plan)?;
         let atlas = match (&plan.shadow, edges.clear_order()) {
             (Some(shadow), Some(order)) => Some(ShadowAtlas::new(device, shadow, IN_FLIGHT, order)?),

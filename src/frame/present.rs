@@ -11,8 +11,9 @@ use super::{Error, FrameParts, FrameTimes, IN_FLIGHT, Picture, Renderer, plan_fo
 use crate::gpu::barrier::ImageRange;
 use crate::gpu::{self, Acquired, Device, Fit, Owned, Surface, Swapchain, SwapchainDesc, Vsync, semaphore};
 use crate::passes::copy::Copy;
+use crate::passes::overlay::{Overlay, Panels};
 use crate::plan::{self, FramePlan};
-use crate::scene::{Camera, Scene, Settings};
+use crate::scene::{Camera, Light, Scene, Settings};
 
 /// What became of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,7 +35,11 @@ pub struct Presenter {
     renderer: Option<Renderer>,
     /// None while it has none.
     swapchain: Option<Swapchain>,
+    /// What was said of the frames has changed, and with `true` the scene itself.
+    changed: Option<bool>,
     screenshot: Option<Copy>,
+    /// Only while something is shown over the picture.
+    overlay: Option<Overlay>,
     times: FrameTimes,
 }
 
@@ -55,20 +60,18 @@ impl Presenter {
             return Err(gpu::Error::Unsupported(format!("'{name}' cannot show images in this window")).into());
         }
         let plan = plan_for(device, scene, settings)?;
-        let (encodes, usage) = match plan.is_tiled() {
-            true => (false, vk::ImageUsageFlags::TRANSFER_DST),
-            false => (true, vk::ImageUsageFlags::COLOR_ATTACHMENT),
-        };
         let name = |index| format!("swapchain image for frame {index} acquired");
         let acquired = (0..IN_FLIGHT).map(|index| semaphore(device, &name(index))).collect::<gpu::Result<_>>()?;
         Ok(Self {
             device: device.clone(),
             surface,
-            desc: SwapchainDesc { encodes, usage, vsync, size: settings.size },
+            desc: SwapchainDesc { vsync, ..desc_for(&plan) },
             acquired,
             renderer: None,
             swapchain: None,
+            changed: None,
             screenshot: None,
+            overlay: None,
             times: FrameTimes::default(),
         })
     }
@@ -80,7 +83,8 @@ impl Presenter {
     /// # Errors
     /// When the surface is lost, or the device lacks the memory.
     pub fn fit(&mut self, scene: &Scene, settings: &Settings, size: [u32; 2]) -> Result<bool, Error> {
-        self.desc.size = size;
+        let plan = plan_for(&self.device, scene, settings)?;
+        self.desc = SwapchainDesc { vsync: self.desc.vsync, size, ..desc_for(&plan) };
         let old = self.swapchain.take();
         self.swapchain = Swapchain::new(&self.device, &self.surface, &self.desc, old)?;
         let Some(swapchain) = &self.swapchain else { return Ok(false) };
@@ -89,16 +93,47 @@ impl Presenter {
         let plan = plan_for(&self.device, scene, &settings)?.presented_as(swapchain.format);
         let views: Vec<_> = swapchain.images.iter().filter_map(|image| Some(image.view.as_ref()?.raw)).collect();
         self.screenshot = None;
+        match &mut self.overlay {
+            Some(overlay) if overlay.format() == swapchain.format => overlay.resize(&views, swapchain.extent)?,
+            overlay => *overlay = None,
+        }
         match &mut self.renderer {
-            Some(renderer) if renderer.plan.differs_in_size_only(&plan) => renderer.resize(plan, &views)?,
+            Some(renderer) if self.changed.is_none() && renderer.plan.differs_in_size_only(&plan) => {
+                renderer.resize(plan, &views)?;
+            }
             renderer => {
+                let stays = |old: &&Renderer| self.changed != Some(true) && old.plan.uploads_as(&plan);
+                let uploaded = renderer.as_ref().filter(stays).map(|old| old.scene.clone());
                 // Given up first: a device may not hold two.
                 *renderer = None;
                 let edges = edges::table(&plan);
-                *renderer = Some(Renderer::of(&self.device, scene, &settings, (plan, edges), &views)?);
+                *renderer = Some(Renderer::of(&self.device, scene, &settings, (plan, edges), (&views, uploaded))?);
+                self.changed = None;
             }
         }
         Ok(true)
+    }
+
+    /// Makes the frames anew with the next [`Presenter::fit`], as other settings than before are given to it, or, with `of_scene`, another scene.
+    /// Without, its meshes and textures stay on the device where the plan has the same.
+    pub fn change(&mut self, of_scene: bool) {
+        self.changed = Some(of_scene || self.changed == Some(true));
+    }
+
+    /// Changes a light from the next frame on: see [`Renderer::set_light`].
+    ///
+    /// # Errors
+    /// When the changed one needs other pipelines or maps: then [`Presenter::change`] is the way.
+    pub fn set_light(&mut self, index: usize, light: &Light) -> Result<(), Error> {
+        self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.set_light(index, light))
+    }
+
+    /// Changes the exposure from the next frame on: see [`Renderer::set_exposure`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn set_exposure(&mut self, ev100: f32) -> Result<(), Error> {
+        self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.set_exposure(ev100))
     }
 
     /// Takes a new surface of the window in the place of one that is lost.
@@ -108,11 +143,11 @@ impl Presenter {
     }
 
     /// Draws a frame and has it shown. Waits for the frame before the last, and a moment for an image. With `copied`, its picture can be had
-    /// from [`Presenter::picture`].
+    /// from [`Presenter::picture`], without the panels that lie over it.
     ///
     /// # Errors
     /// When the device is lost or out of memory, or cannot draw from this camera; the image cannot be copied from.
-    pub fn draw(&mut self, camera: &Camera, copied: bool) -> Result<Outcome, Error> {
+    pub fn draw(&mut self, camera: &Camera, copied: bool, panels: Option<&Panels>) -> Result<Outcome, Error> {
         let (Some(renderer), Some(swapchain)) = (&mut self.renderer, &self.swapchain) else {
             return Ok(Outcome::Nothing(Fit::OutOfDate));
         };
@@ -128,7 +163,9 @@ impl Presenter {
         if let Some(times) = renderer.free_place()? {
             self.times = times;
         }
-        let acquired = &self.acquired[renderer.next];
+        let place = renderer.next;
+        overlay(&self.device, swapchain, (&mut self.overlay, self.desc.encodes), panels, place)?;
+        let acquired = &self.acquired[place];
         let (index, fit) = match swapchain.acquire(acquired)? {
             Acquired::Image(index, fit) => (index, fit),
             Acquired::Nothing(fit) => return Ok(Outcome::Nothing(fit)),
@@ -138,9 +175,20 @@ impl Presenter {
         if let Some(copy) = self.screenshot.as_ref().filter(|_| copied) {
             record_copy(renderer, copy, image.raw);
         }
+        if let (Some(overlay), Some(panels)) = (&self.overlay, panels) {
+            let cmd = renderer.frames[place].cmd.raw;
+            let whole = ImageRange::whole(image.raw, vk::ImageAspectFlags::COLOR);
+            image_barrier(&self.device, cmd, whole, renderer.edges.row("picture-to-overlay"));
+            overlay.record(cmd, index, place, panels);
+            image_barrier(&self.device, cmd, whole, renderer.edges.row("overlay-to-swapchain"));
+        }
         // The rows "acquire" and "present".
         let wait = (acquired.raw, renderer.edges.row("acquire").after.stage);
         renderer.submit(recorded, &[wait], &[image.drawn.raw])?;
+        // What is given up before a frame is submitted could be destroyed before the frame is done.
+        if let (Some(overlay), Some(panels)) = (&mut self.overlay, panels) {
+            overlay.forget(&panels.spent);
+        }
         match (swapchain.present(index)?, fit) {
             (Fit::Exact, fit) | (fit, _) => Ok(Outcome::Shown(fit)),
         }
@@ -162,6 +210,11 @@ impl Presenter {
     /// The times of the last frame that is known to be done; without `wall_ms`, as nobody waited for it.
     pub fn times(&self) -> FrameTimes {
         self.times.clone()
+    }
+
+    /// Whether what lies over the picture is on the device: if not, its textures must be sent with the next panels.
+    pub fn has_overlay(&self) -> bool {
+        self.overlay.is_some()
     }
 
     /// The plan of the window's frames, once it has pixels.
@@ -200,6 +253,40 @@ impl Renderer {
         })?;
         Ok(())
     }
+}
+
+/// The swapchain that a plan's frames are drawn into.
+fn desc_for(plan: &FramePlan) -> SwapchainDesc {
+    let (encodes, usage) = match plan.is_tiled() {
+        // An attachment only of OVERLAY.
+        true => (false, vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::COLOR_ATTACHMENT),
+        false => (true, vk::ImageUsageFlags::COLOR_ATTACHMENT),
+    };
+    SwapchainDesc { encodes, usage, vsync: Vsync::default(), size: plan.size }
+}
+
+/// Sees to it that there is an overlay where there are panels, and nowhere else, and that it has what this frame in flight shows.
+fn overlay(
+    device: &Arc<Device>,
+    swapchain: &Swapchain,
+    (overlay, encodes): (&mut Option<Overlay>, bool),
+    panels: Option<&Panels>,
+    frame: usize,
+) -> gpu::Result<()> {
+    let Some(panels) = panels else {
+        *overlay = None;
+        return Ok(());
+    };
+    let own = match overlay {
+        Some(own) => own,
+        None => {
+            let views: Vec<_> = swapchain.images.iter().filter_map(|image| Some(image.view.as_ref()?.raw)).collect();
+            let mut new = Overlay::new(device, swapchain.format, encodes, IN_FLIGHT)?;
+            new.resize(&views, swapchain.extent)?;
+            overlay.insert(new)
+        }
+    };
+    own.write(frame, panels)
 }
 
 /// Copies the picture of the frame that is being recorded, before it is presented.

@@ -43,6 +43,7 @@ pub mod forward;
 pub mod fxaa;
 pub mod geometry;
 pub mod lighting;
+pub mod overlay;
 pub mod per_light;
 pub mod present;
 pub mod shadow;

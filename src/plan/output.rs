@@ -56,6 +56,12 @@ impl FramePlan {
         PRESENTED_SRGB.contains(&self.output)
     }
 
+    /// Whether the same scene lies on the device in the same way for the other plan: its meshes and textures can stay.
+    pub fn uploads_as(&self, other: &Self) -> bool {
+        (&self.meshes, &self.textures, &self.uploads, self.anisotropy)
+            == (&other.meshes, &other.textures, &other.uploads, other.anisotropy)
+    }
+
     /// Whether frames of the other plan need nothing else than those of this one, but for the size of their attachments.
     pub fn differs_in_size_only(&self, other: &Self) -> bool {
         let resized = Self {

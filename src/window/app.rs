@@ -12,7 +12,10 @@ use winit::window::{Window, WindowId};
 
 use super::camera::{CameraControl, Held, Mode};
 use super::clock::{Clock, Summary};
+use super::controls::Controls;
+use super::desk::{Desk, Subject};
 use super::keys::{Action, HELP, action, hold};
+use super::recorder::Recorder;
 use super::{Error, Options};
 use crate::frame::{self, Outcome, Presenter};
 use crate::gpu::{self, Device, Fit, Surface, vk};
@@ -26,12 +29,12 @@ const AGAIN: Duration = Duration::from_millis(50);
 /// A window and what it shows.
 pub struct App<'a> {
     device: Arc<Device>,
-    scene: Scene,
-    settings: Settings,
+    subject: Subject,
     options: Options<'a>,
     control: CameraControl,
     held: Held,
     with_control: bool,
+    with_shift: bool,
     /// Where the mouse was, while a button is held down.
     dragged: Option<PhysicalPosition<f64>>,
     dragging: bool,
@@ -48,6 +51,9 @@ pub struct App<'a> {
     // Before the window: a surface that it still holds would outlive it.
     presenter: Option<Presenter>,
     window: Option<Arc<Window>>,
+    desk: Option<Desk>,
+    /// The camera's path, while it is recorded.
+    recording: Option<Recorder>,
     failure: Option<Error>,
 }
 
@@ -56,12 +62,12 @@ impl<'a> App<'a> {
         let control = CameraControl::new(scene.camera, &scene.bounds());
         Self {
             device: device.clone(),
-            scene,
-            settings,
+            subject: Subject::new(scene, settings),
             options,
             control,
             held: Held::default(),
             with_control: false,
+            with_shift: false,
             dragged: None,
             dragging: false,
             clock: Clock::default(),
@@ -72,6 +78,8 @@ impl<'a> App<'a> {
             again: None,
             presenter: None,
             window: None,
+            desk: None,
+            recording: None,
             failure: None,
         }
     }
@@ -85,14 +93,15 @@ impl<'a> App<'a> {
     }
 
     fn open(&mut self, events: &ActiveEventLoop) -> Result<(), Error> {
-        let [width, height] = self.settings.size;
+        let [width, height] = self.subject.settings.size;
         let attributes = Window::default_attributes()
-            .with_title(title(&self.scene, None))
+            .with_title(title(&self.subject.scene, None))
             .with_inner_size(PhysicalSize::new(width, height));
         let window = events.create_window(attributes).map_err(|error| Error::System(error.to_string()))?;
         let window = Arc::new(window);
         let surface = Surface::new(&self.device, window.clone())?;
-        let presenter = Presenter::new(&self.device, surface, &self.scene, &self.settings, self.options.vsync)?;
+        let presenter = Presenter::new(&self.device, surface, &self.subject.scene, &self.subject.settings, self.options.vsync)?;
+        self.desk = Some(Desk::new(&self.device, &window));
         (self.presenter, self.window) = (Some(presenter), Some(window));
         self.ask_for_frame();
         Ok(())
@@ -106,19 +115,30 @@ impl<'a> App<'a> {
 
     /// Draws a frame, with a swapchain that fits, and keeps its picture if that was asked for.
     fn draw(&mut self) -> Result<(), Error> {
-        let (Some(window), Some(presenter)) = (&self.window, &mut self.presenter) else { return Ok(()) };
+        let (Some(window), Some(presenter), Some(desk)) = (&self.window, &mut self.presenter, &mut self.desk) else {
+            return Ok(());
+        };
         let now = Instant::now();
         self.control.advance(self.clock.seconds(now), self.held);
         let camera = *self.control.camera();
         // A camera that is zoomed may look more closely than the plan was made for.
         if presenter.check_camera(&camera).is_err() {
-            self.scene.camera.projection = camera.projection;
+            self.subject.scene.camera.projection = camera.projection;
             self.unfit = true;
+        }
+        if let Some(recording) = &mut self.recording {
+            recording.take(now, camera);
+        }
+        let mut panels = None;
+        if let Some((shown, delay, unfit)) = desk.show(window, (presenter, &self.clock), &mut self.subject) {
+            panels = Some(shown);
+            self.unfit |= unfit;
+            self.again = now.checked_add(delay).filter(|_| delay < Duration::from_secs(60));
         }
         if self.unfit {
             let PhysicalSize { width, height } = window.inner_size();
             let begun = Instant::now();
-            if !presenter.fit(&self.scene, &self.settings, [width, height])? {
+            if !presenter.fit(&self.subject.scene, &self.subject.settings, [width, height])? {
                 self.clock.pause();
                 self.hidden = true;
                 return Ok(());
@@ -132,11 +152,14 @@ impl<'a> App<'a> {
             (self.unfit, self.hidden) = (false, false);
         }
         let copied = std::mem::take(&mut self.screenshot);
+        if let Some(panels) = &mut panels {
+            desk.send_textures(panels, presenter);
+        }
         window.pre_present_notify();
-        let fit = match presenter.draw(&camera, copied)? {
+        let fit = match presenter.draw(&camera, copied, panels.as_ref())? {
             Outcome::Shown(fit) => {
                 // From where time was taken last, so that none is lost.
-                self.clock.frame(now);
+                self.clock.frame(now, &presenter.times());
                 if copied {
                     let told = (self.options.keep)(&presenter.picture()?);
                     (self.options.tell)(&told.unwrap_or_else(|error| format!("warning: no screenshot: {error}")));
@@ -205,7 +228,7 @@ impl<'a> App<'a> {
         let times = self.presenter.as_ref().map(Presenter::times).unwrap_or_default();
         let gpu = times.gpu_ms.map(|ms| format!(", GPU {ms:.2}")).unwrap_or_default();
         let times = format!("{interval:.2} ms a frame, CPU {:.2}{gpu}", times.record_ms);
-        window.set_title(&title(&self.scene, Some(&times)));
+        window.set_title(&title(&self.subject.scene, Some(&times)));
     }
 
     /// Whether frames follow each other without a pause.
@@ -214,9 +237,20 @@ impl<'a> App<'a> {
     }
 
     fn press(&mut self, events: &ActiveEventLoop, key: KeyCode) {
-        match action(key, self.with_control) {
+        match action(key, self.with_control, self.with_shift) {
             Some(Action::Quit) => events.exit(),
-            Some(Action::Help) => (self.options.tell)(&help()),
+            Some(Action::Help) => {
+                (self.options.tell)(&help());
+                self.open_panels(|controls| controls.keys = !controls.keys);
+            }
+            Some(Action::Panels) => self.open_panels(|controls| controls.shown = !controls.shown),
+            Some(Action::View { back }) => {
+                if let (Some(desk), Some(presenter)) = (&mut self.desk, &mut self.presenter) {
+                    self.unfit |= desk.turn_view(presenter, &mut self.subject, back);
+                    (self.options.tell)(&format!("view: {}", self.subject.settings.view));
+                }
+            }
+            Some(Action::Record) => self.record(),
             Some(Action::Reset) => self.control.reset(),
             Some(Action::Orbit) => {
                 self.control.toggle_orbit();
@@ -239,6 +273,23 @@ impl<'a> App<'a> {
             None => return,
         }
         self.ask_for_frame();
+    }
+
+    fn open_panels(&mut self, change: impl FnOnce(&mut Controls)) {
+        if let Some(desk) = &mut self.desk {
+            change(&mut desk.controls);
+        }
+    }
+
+    /// Begins to record the camera's path, or ends it and writes it.
+    fn record(&mut self) {
+        let Some(recorder) = self.recording.take() else {
+            self.recording = Some(Recorder::new(Instant::now(), *self.control.camera()));
+            return (self.options.tell)("path: recording, until K is pressed again");
+        };
+        let path = recorder.end(Instant::now(), *self.control.camera());
+        let told = path.map_err(|error| error.to_string()).and_then(|path| (self.options.keep_path)(&path));
+        (self.options.tell)(&told.unwrap_or_else(|error| format!("warning: no path: {error}")));
     }
 
     fn drag(&mut self, position: PhysicalPosition<f64>) {
@@ -267,6 +318,17 @@ impl ApplicationHandler for App<'_> {
     }
 
     fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        if let (Some(desk), Some(window)) = (&mut self.desk, &self.window) {
+            let taken = desk.event(window, &event);
+            if taken.changes {
+                self.ask_for_frame();
+            }
+            // A button that was pressed over the picture may be let go over a panel.
+            let lets_go = matches!(event, WindowEvent::MouseInput { state: ElementState::Released, .. });
+            if taken.consumed && !lets_go {
+                return;
+            }
+        }
         match event {
             WindowEvent::CloseRequested => events.exit(),
             WindowEvent::Destroyed => {
@@ -284,7 +346,9 @@ impl ApplicationHandler for App<'_> {
             }
             WindowEvent::RedrawRequested => self.redraw(events),
             WindowEvent::Focused(false) => (self.held, self.dragging, self.with_control) = Default::default(),
-            WindowEvent::ModifiersChanged(modifiers) => self.with_control = modifiers.state().control_key(),
+            WindowEvent::ModifiersChanged(modifiers) => {
+                (self.with_control, self.with_shift) = (modifiers.state().control_key(), modifiers.state().shift_key());
+            }
             WindowEvent::KeyboardInput { event, .. } => {
                 let PhysicalKey::Code(key) = event.physical_key else { return };
                 let pressed = event.state == ElementState::Pressed;
@@ -311,7 +375,7 @@ impl ApplicationHandler for App<'_> {
 
     fn exiting(&mut self, _: &ActiveEventLoop) {
         // While the connection to the window system is open.
-        (self.presenter, self.window) = (None, None);
+        (self.desk, self.presenter, self.window) = (None, None, None);
     }
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {

@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use crate::frame::FrameTimes;
+
 /// What a window drew.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Summary {
@@ -12,6 +14,16 @@ pub struct Summary {
     /// Changes of the window's size, and their median time in milliseconds.
     pub resizes: usize,
     pub resize_ms: Option<f64>,
+}
+
+/// One of the last frames.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    /// From the frame before it to this one.
+    pub interval_ms: f64,
+    /// What of the time the CPU recorded, and the device drew, the last frame that is known to be done.
+    pub record_ms: f64,
+    pub gpu_ms: Option<f64>,
 }
 
 /// Counts frames.
@@ -25,7 +37,12 @@ pub struct Clock {
     /// Of the intervals since the title was written last.
     recent: Vec<f64>,
     told: Option<Instant>,
+    /// The newest at the end, [`GRAPH`] at most.
+    graph: Vec<Interval>,
 }
+
+/// Intervals that a graph shows.
+const GRAPH: usize = 160;
 
 /// How long a title stays as it is.
 const TITLE: Duration = Duration::from_millis(500);
@@ -38,16 +55,26 @@ impl Clock {
         self.last.map_or(0.0, |last| now.duration_since(last).as_secs_f64())
     }
 
-    /// A frame was shown that was begun at this time.
-    pub fn frame(&mut self, now: Instant) {
+    /// A frame was shown that was begun at this time. `times` are of the last one that is done.
+    pub fn frame(&mut self, now: Instant, times: &FrameTimes) {
         self.frames += 1;
         if let Some(last) = self.last.replace(now) {
             let interval = now.duration_since(last).as_secs_f64() * 1e3;
             self.recent.push(interval);
+            if self.graph.len() == GRAPH {
+                self.graph.remove(0);
+            }
+            let &FrameTimes { record_ms, gpu_ms, .. } = times;
+            self.graph.push(Interval { interval_ms: interval, record_ms, gpu_ms });
             if self.intervals.len() < MOST {
                 self.intervals.push(interval);
             }
         }
+    }
+
+    /// The last intervals without a pause, the newest at the end.
+    pub fn graph(&self) -> &[Interval] {
+        &self.graph
     }
 
     /// No frame follows the last one for now.
@@ -101,12 +128,12 @@ mod tests {
         let at = |ms| begin + Duration::from_millis(ms);
         let mut clock = Clock::default();
         for ms in [0, 10, 20, 32] {
-            clock.frame(at(ms));
+            clock.frame(at(ms), &FrameTimes::default());
         }
         clock.pause();
         assert_eq!(clock.seconds(at(9000)), 0.0);
-        clock.frame(at(9000));
-        clock.frame(at(9010));
+        clock.frame(at(9000), &FrameTimes::default());
+        clock.frame(at(9010), &FrameTimes::default());
         assert!((clock.seconds(at(9015)) - 0.005).abs() < 1e-9);
         let summary = clock.summary();
         assert_eq!((summary.frames, summary.interval_ms, summary.resize_ms), (6, Some(10.0), None));
@@ -117,10 +144,10 @@ mod tests {
         let begin = Instant::now();
         let mut clock = Clock::default();
         assert_eq!(clock.tells(begin), None);
-        clock.frame(begin);
-        clock.frame(begin + Duration::from_millis(8));
+        clock.frame(begin, &FrameTimes::default());
+        clock.frame(begin + Duration::from_millis(8), &FrameTimes::default());
         assert_eq!(clock.tells(begin + Duration::from_millis(8)), Some(8.0));
-        clock.frame(begin + Duration::from_millis(16));
+        clock.frame(begin + Duration::from_millis(16), &FrameTimes::default());
         assert_eq!(clock.tells(begin + Duration::from_millis(16)), None);
     }
 }

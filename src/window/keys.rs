@@ -12,6 +12,12 @@ pub enum Action {
     Reset,
     Orbit,
     Screenshot,
+    /// Open the panels, or close them.
+    Panels,
+    /// Show the next view, or the one before.
+    View { back: bool },
+    /// Begin to record the camera's path, or end it.
+    Record,
     /// Keep this place.
     Bookmark(usize),
     /// Go to the place that was kept.
@@ -30,7 +36,10 @@ pub const HELP: &[(&str, &str)] = &[
     ("Ctrl+1 to Ctrl+9", "keep this camera"),
     ("1 to 9", "go to the camera that was kept"),
     ("P or F12", "write a screenshot"),
-    ("H or F1", "print these keys"),
+    ("G or F2", "panels: times, memory, plan, and settings to change"),
+    ("V, Shift+V", "the next view of the frame's buffers, the one before"),
+    ("K", "record the camera's path, and write it"),
+    ("H or F1", "these keys"),
     ("Esc", "quit"),
 ];
 
@@ -46,14 +55,17 @@ const DIGITS: [KeyCode; 9] = [
     KeyCode::Digit9,
 ];
 
-/// What a key does when it is pressed, alone or with Ctrl.
-pub fn action(key: KeyCode, control: bool) -> Option<Action> {
+/// What a key does when it is pressed, alone, with Ctrl or with Shift.
+pub fn action(key: KeyCode, control: bool, shift: bool) -> Option<Action> {
     let number = DIGITS.iter().position(|&digit| digit == key);
     match key {
         KeyCode::Escape => Some(Action::Quit),
         KeyCode::KeyH | KeyCode::F1 => Some(Action::Help),
         KeyCode::KeyR | KeyCode::Home => Some(Action::Reset),
         KeyCode::KeyO => Some(Action::Orbit),
+        KeyCode::KeyG | KeyCode::F2 => Some(Action::Panels),
+        KeyCode::KeyV => Some(Action::View { back: shift }),
+        KeyCode::KeyK => Some(Action::Record),
         KeyCode::KeyP | KeyCode::F12 => Some(Action::Screenshot),
         _ if control => number.map(Action::Bookmark),
         _ => number.map(Action::Recall),
@@ -82,9 +94,9 @@ mod tests {
 
     #[test]
     fn digits_keep_places_with_ctrl_and_go_there_without() {
-        assert_eq!(action(KeyCode::Digit1, true), Some(Action::Bookmark(0)));
-        assert_eq!(action(KeyCode::Digit9, false), Some(Action::Recall(8)));
-        assert_eq!(action(KeyCode::Digit0, false), None);
+        assert_eq!(action(KeyCode::Digit1, true, false), Some(Action::Bookmark(0)));
+        assert_eq!(action(KeyCode::Digit9, false, false), Some(Action::Recall(8)));
+        assert_eq!(action(KeyCode::Digit0, false, false), None);
     }
 
     #[test]
@@ -92,10 +104,10 @@ mod tests {
         for key in
             DIGITS.into_iter().chain([KeyCode::Escape, KeyCode::KeyH, KeyCode::KeyR, KeyCode::KeyO, KeyCode::KeyP])
         {
-            assert!(action(key, false).is_some() && !hold(&mut Held::default(), key, true), "{key:?}");
+            assert!(action(key, false, false).is_some() && !hold(&mut Held::default(), key, true), "{key:?}");
         }
         let mut held = Held::default();
-        assert!(hold(&mut held, KeyCode::KeyW, true) && held.forward && action(KeyCode::KeyW, false).is_none());
+        assert!(hold(&mut held, KeyCode::KeyW, true) && held.forward && action(KeyCode::KeyW, false, false).is_none());
         assert!(hold(&mut held, KeyCode::KeyW, false) && !held.forward);
     }
 }

@@ -6,6 +6,10 @@ pub mod keys;
 
 mod app;
 mod clock;
+mod controls;
+mod desk;
+mod overlay;
+mod recorder;
 #[cfg(all(unix, not(target_vendor = "apple")))]
 mod x11;
 
@@ -17,7 +21,7 @@ use winit::event_loop::EventLoop;
 
 use crate::frame;
 use crate::gpu::{self, Device, Vsync, surface_extensions};
-use crate::scene::{Scene, Settings};
+use crate::scene::{CameraPath, Scene, Settings};
 
 pub use clock::Summary;
 
@@ -50,6 +54,8 @@ pub struct Options<'a> {
     pub tell: &'a dyn Fn(&str),
     /// Keeps a screenshot; what to tell of it.
     pub keep: &'a dyn Fn(&frame::Picture) -> Result<String, String>,
+    /// Keeps a path that was recorded; what to tell of it.
+    pub keep_path: &'a dyn Fn(&CameraPath) -> Result<String, String>,
 }
 
 /// The connection to the window system.

@@ -9,13 +9,14 @@ use ash::vk;
 use super::main_pass::first_of_picture;
 use super::{Carrier, Edge, Place};
 use crate::gpu::sync::{DEVICE_ACCESS, Use};
-use crate::passes::copy;
+use crate::passes::{copy, overlay};
 use crate::passes::present::{ATTACH, BEGIN, WRITE};
 use crate::plan::FramePlan;
 
 const READ_BY_PRESENTATION: vk::ImageLayout = vk::ImageLayout::PRESENT_SRC_KHR;
 const COPIED: vk::ImageLayout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
 const WRITTEN: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+const DRAWN_OVER: vk::ImageLayout = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
 
 /// None where nothing is presented.
 pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
@@ -47,8 +48,8 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
                 "present-to-swapchain",
                 (WRITTEN, READ_BY_PRESENTATION),
                 (Place::Present, Place::Presentation),
-                (WRITE, Use::END),
-                "presentation reads the image in its own layout; what makes the write visible to it is the semaphore",
+                (WRITE, copy::READ),
+                "presentation reads the image in its own layout, and sees it by the semaphore; OVERLAY before it waits for TRANSFER",
             ),
         ],
         false => [
@@ -63,11 +64,25 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
                 "copy-to-swapchain",
                 (COPIED, READ_BY_PRESENTATION),
                 (Place::Copy, Place::Presentation),
-                (copy::READ, Use::END),
-                "only for a screenshot: the layout changes back when the image is copied",
+                (copy::READ, copy::READ),
+                "only for a screenshot: the layout changes back when the image is copied, before OVERLAY, which waits for TRANSFER",
             ),
         ],
     });
+    rows.push(row(
+        "picture-to-overlay",
+        (READ_BY_PRESENTATION, DRAWN_OVER),
+        (Place::Outside, Place::Overlay),
+        (copy::READ, overlay::BLEND),
+        "only while panels are shown: the picture is whole, for a copy or not, when OVERLAY blends over it",
+    ));
+    rows.push(row(
+        "overlay-to-swapchain",
+        (DRAWN_OVER, READ_BY_PRESENTATION),
+        (Place::Overlay, Place::Presentation),
+        (overlay::BLEND.writes(), Use::END),
+        "only while panels are shown: the layout changes back when OVERLAY has drawn",
+    ));
     rows.push(Edge::new(
         "present",
         Carrier::Semaphore,

@@ -1,0 +1,346 @@
+//! OVERLAY: panels of a user interface over the finished picture. A render pass of its own, which exists only while something is shown.
+//!
+//! What is drawn comes as plain triangles, so that nothing here knows who made them.
+
+use std::collections::HashMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+
+use super::screen::{over, stages};
+use crate::gpu::{
+    self, Buffer, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Image, ImageDesc, Location, MemoryKind,
+    Owned, RenderPass, Sampler, SetLayout, SetWriter, SubpassDesc, UploadOrder, Uploader, framebuffer, pipeline_layout,
+    sync::Use,
+};
+use crate::shaders::overlay::{self as shader, Flags, constants};
+use crate::targets::Framebuffers;
+
+/// Blends over the picture, which it reads and writes as an attachment.
+pub const BLEND: Use = Use::new(
+    vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT,
+    vk::AccessFlags::from_raw(
+        vk::AccessFlags::COLOR_ATTACHMENT_READ.as_raw() | vk::AccessFlags::COLOR_ATTACHMENT_WRITE.as_raw(),
+    ),
+);
+/// Samples its textures.
+pub const TEXTURE_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
+
+/// A corner of a triangle.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Vertex {
+    /// In points from the top left of the window.
+    pub position: [f32; 2],
+    /// 0 to 1 from the top left of the texture.
+    pub uv: [f32; 2],
+    /// sRGB-encoded, times alpha.
+    pub color: [u8; 4],
+}
+
+/// Triangles with one texture, within a part of the window.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Draw {
+    pub texture: u64,
+    /// In pixels, within the window.
+    pub scissor: vk::Rect2D,
+    /// Of [`Panels::indices`].
+    pub indices: Range<u32>,
+}
+
+/// A texture that is new or has changed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Texture {
+    pub id: u64,
+    pub size: [u32; 2],
+    /// RGBA, sRGB-encoded, times alpha, rows from the top.
+    pub rgba: Vec<u8>,
+}
+
+/// What is shown in one frame.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Panels {
+    pub vertices: Vec<Vertex>,
+    pub indices: Vec<u32>,
+    /// In the order in which they lie over each other.
+    pub draws: Vec<Draw>,
+    pub pixels_per_point: f32,
+    /// New ones, from this frame on.
+    pub textures: Vec<Texture>,
+    /// Those that no frame after this one needs.
+    pub spent: Vec<u64>,
+}
+
+/// The shader's push constants.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Push {
+    scale: [f32; 2],
+}
+
+const _: () = assert!(size_of::<Push>() == shader::push::SIZE);
+const _: () = assert!(size_of::<Vertex>() == 20);
+
+const PUSH_STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::VERTEX;
+const KINDS: [vk::DescriptorType; 2] = [vk::DescriptorType::SAMPLED_IMAGE, vk::DescriptorType::SAMPLER];
+
+/// The pass, its pipeline, and what it draws with.
+pub struct Overlay {
+    device: Arc<Device>,
+    format: vk::Format,
+    render_pass: RenderPass,
+    framebuffers: Framebuffers,
+    extent: vk::Extent2D,
+    pipeline: Owned<vk::Pipeline>,
+    layout: Owned<vk::PipelineLayout>,
+    set_layout: SetLayout,
+    sampler: Sampler,
+    textures: HashMap<u64, Bound>,
+    /// One for each frame in flight.
+    buffers: Vec<Option<Buffers>>,
+}
+
+/// A texture with its set.
+struct Bound {
+    set: vk::DescriptorSet,
+    _pool: DescriptorPool,
+    _image: Image,
+}
+
+/// Vertices and indices of a frame.
+struct Buffers {
+    vertices: Buffer,
+    indices: Buffer,
+}
+
+impl Overlay {
+    /// For images of this format; `encodes` says whether that encodes sRGB by itself.
+    ///
+    /// # Errors
+    /// When the pipeline cannot be made.
+    pub fn new(device: &Arc<Device>, format: vk::Format, encodes: bool, in_flight: usize) -> gpu::Result<Self> {
+        let layout_of = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
+        let attachment = vk::AttachmentDescription::default()
+            .format(format)
+            .samples(vk::SampleCountFlags::TYPE_1)
+            .load_op(vk::AttachmentLoadOp::LOAD)
+            .store_op(vk::AttachmentStoreOp::STORE)
+            .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
+            .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
+            // Barriers around the pass change the layout: rows of the table.
+            .initial_layout(layout_of)
+            .final_layout(layout_of);
+        let color = [vk::AttachmentReference { attachment: 0, layout: layout_of }];
+        let subpass = SubpassDesc { color: &color, ..SubpassDesc::default() };
+        let render_pass = RenderPass::new(device, "overlay pass", &[attachment], &[subpass], &[])?;
+        let binding = |index, kind| {
+            vk::DescriptorSetLayoutBinding::default()
+                .binding(index)
+                .descriptor_type(kind)
+                .descriptor_count(1)
+                .stage_flags(vk::ShaderStageFlags::FRAGMENT)
+        };
+        let bindings = [binding(0, KINDS[0]), binding(1, KINDS[1])];
+        let set_layout = SetLayout::new(device, "overlay set layout", &bindings)?;
+        let range = vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<Push>() as u32 };
+        let layout = pipeline_layout(device, "overlay layout", &[set_layout.raw], &[range])?;
+        let pipeline = pipeline(device, layout.raw, render_pass.raw, encodes)?;
+        let edge = vk::SamplerAddressMode::CLAMP_TO_EDGE;
+        let info = vk::SamplerCreateInfo::default()
+            .mag_filter(vk::Filter::LINEAR)
+            .min_filter(vk::Filter::LINEAR)
+            .address_mode_u(edge)
+            .address_mode_v(edge)
+            .address_mode_w(edge);
+        Ok(Self {
+            device: Arc::clone(device),
+            format,
+            render_pass,
+            framebuffers: Framebuffers(Vec::new()),
+            extent: vk::Extent2D::default(),
+            pipeline,
+            layout,
+            set_layout,
+            sampler: Sampler::new(device, "overlay sampler", &info)?,
+            textures: HashMap::new(),
+            buffers: (0..in_flight).map(|_| None).collect(),
+        })
+    }
+
+    /// That of the images that it draws into.
+    pub fn format(&self) -> vk::Format {
+        self.format
+    }
+
+    /// Draws into these images from now on.
+    ///
+    /// # Errors
+    /// When the device lacks the memory.
+    pub fn resize(&mut self, images: &[vk::ImageView], extent: vk::Extent2D) -> gpu::Result<()> {
+        let one =
+            |view: &vk::ImageView| framebuffer(&self.device, "overlay framebuffer", self.render_pass.raw, &[*view], extent);
+        (self.framebuffers, self.extent) = (Framebuffers(images.iter().map(one).collect::<gpu::Result<_>>()?), extent);
+        Ok(())
+    }
+
+    /// Takes over what a frame in flight shows. The frame that used its buffers before must be done.
+    ///
+    /// # Errors
+    /// When the device lacks the memory.
+    pub fn write(&mut self, frame: usize, panels: &Panels) -> gpu::Result<()> {
+        self.upload(&panels.textures)?;
+        let vertices: &[u8] = bytemuck::cast_slice(&panels.vertices);
+        let indices: &[u8] = bytemuck::cast_slice(&panels.indices);
+        if vertices.is_empty() || indices.is_empty() {
+            return Ok(());
+        }
+        let fits = |buffer: &Buffer, bytes: &[u8]| buffer.size >= bytes.len() as u64;
+        if !self.buffers[frame].as_ref().is_some_and(|own| fits(&own.vertices, vertices) && fits(&own.indices, indices)) {
+            // The old ones are destroyed when no frame uses them.
+            let buffer = |what: &str, bytes: &[u8], usage| {
+                let name = format!("overlay {what} of frame {frame}");
+                let size = (bytes.len() as u64).next_power_of_two().max(1 << 16);
+                Buffer::new(&self.device, &name, size, usage, Location::Upload, MemoryKind::Geometry)
+            };
+            self.buffers[frame] = Some(Buffers {
+                vertices: buffer("vertices", vertices, vk::BufferUsageFlags::VERTEX_BUFFER)?,
+                indices: buffer("indices", indices, vk::BufferUsageFlags::INDEX_BUFFER)?,
+            });
+        }
+        if let Some(own) = &self.buffers[frame] {
+            // The submission makes them visible to the device: the row "host-to-frame".
+            own.vertices.write(0, vertices)?;
+            own.indices.write(0, indices)?;
+        }
+        Ok(())
+    }
+
+    /// Each change makes a new image: what frames in flight still sample is left as it is, and goes by the retire queue.
+    fn upload(&mut self, textures: &[Texture]) -> gpu::Result<()> {
+        if textures.is_empty() {
+            return Ok(());
+        }
+        // A new image waits for nothing; its copy is made visible to what samples it, and no buffer is uploaded.
+        let order = UploadOrder::before(TEXTURE_READ, TEXTURE_READ);
+        let bytes: usize = textures.iter().map(|texture| texture.rgba.len()).sum();
+        let mut uploader = Uploader::new(&self.device, 2 * bytes as u64, order)?;
+        let mut bound = Vec::new();
+        for texture in textures {
+            let [width, height] = texture.size;
+            let desc = ImageDesc {
+                name: "overlay texture",
+                // Encoded values are what is sampled and blended.
+                format: vk::Format::R8G8B8A8_UNORM,
+                extent: vk::Extent2D { width, height },
+                usage: vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST,
+                location: Location::Device,
+                kind: MemoryKind::Texture,
+                ..ImageDesc::default()
+            };
+            let image = Image::new(&self.device, &desc)?;
+            uploader.texture(&image, &texture.rgba)?;
+            bound.push((texture.id, self.bind(image)?));
+        }
+        uploader.finish()?;
+        self.textures.extend(bound);
+        Ok(())
+    }
+
+    fn bind(&self, image: Image) -> gpu::Result<Bound> {
+        let pool = DescriptorPool::new(&self.device, "overlay pool", 1, &KINDS.map(|kind| (kind, 1)))?;
+        let set = pool.allocate("overlay set", self.set_layout.raw)?;
+        SetWriter::new()
+            .sampled_image(0, image.view, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL)
+            .sampler(1, self.sampler.raw)
+            .update(&self.device, set);
+        Ok(Bound { set, _pool: pool, _image: image })
+    }
+
+    /// Begins the render pass over an image of the swapchain, draws what [`Overlay::write`] took over for this frame, and ends it.
+    pub fn record(&self, cmd: vk::CommandBuffer, image: usize, frame: usize, panels: &Panels) {
+        let gpu = &self.device.raw;
+        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: self.extent };
+        let begin = vk::RenderPassBeginInfo::default()
+            .render_pass(self.render_pass.raw)
+            .framebuffer(self.framebuffers.of(image))
+            .render_area(area);
+        self.device.begin_label(cmd, "OVERLAY");
+        // SAFETY: `cmd` is being recorded outside a render pass; pass and framebuffer belong together.
+        unsafe { gpu.cmd_begin_render_pass(cmd, &begin, vk::SubpassContents::INLINE) };
+        if let Some(buffers) = &self.buffers[frame] {
+            self.draw(cmd, buffers, panels);
+        }
+        // SAFETY: begun above.
+        unsafe { gpu.cmd_end_render_pass(cmd) };
+        self.device.end_label(cmd);
+    }
+
+    fn draw(&self, cmd: vk::CommandBuffer, buffers: &Buffers, panels: &Panels) {
+        let (gpu, layout) = (&self.device.raw, self.layout.raw);
+        let [width, height] = [self.extent.width, self.extent.height].map(|edge| edge as f32);
+        let viewport = vk::Viewport { width, height, max_depth: 1.0, ..vk::Viewport::default() };
+        let push = Push { scale: [width, height].map(|edge| 2.0 * panels.pixels_per_point / edge) };
+        let graphics = vk::PipelineBindPoint::GRAPHICS;
+        // SAFETY: `cmd` is being recorded inside the pass that the pipeline was made for; the buffers live until their frame is done,
+        // and hold what the draws name, as `write` put it there; sets have the layout of the pipeline.
+        unsafe {
+            gpu.cmd_bind_pipeline(cmd, graphics, self.pipeline.raw);
+            gpu.cmd_set_viewport(cmd, 0, &[viewport]);
+            gpu.cmd_push_constants(cmd, layout, PUSH_STAGES, 0, bytemuck::bytes_of(&push));
+            gpu.cmd_bind_vertex_buffers(cmd, 0, &[buffers.vertices.raw], &[0]);
+            gpu.cmd_bind_index_buffer(cmd, buffers.indices.raw, 0, vk::IndexType::UINT32);
+            for draw in &panels.draws {
+                // Who draws with a texture has sent it before.
+                let Some(texture) = self.textures.get(&draw.texture) else { continue };
+                gpu.cmd_set_scissor(cmd, 0, &[draw.scissor]);
+                gpu.cmd_bind_descriptor_sets(cmd, graphics, layout, 0, &[texture.set], &[]);
+                gpu.cmd_draw_indexed(cmd, draw.indices.len() as u32, 1, draw.indices.start, 0, 0);
+            }
+        }
+    }
+
+    /// Lets go of textures that no later frame draws with.
+    pub fn forget(&mut self, spent: &[u64]) {
+        for id in spent {
+            self.textures.remove(id);
+        }
+    }
+}
+
+fn pipeline(
+    device: &Arc<Device>,
+    layout: vk::PipelineLayout,
+    render_pass: vk::RenderPass,
+    encodes: bool,
+) -> gpu::Result<Owned<vk::Pipeline>> {
+    let Some(variant) = shader::variant(Flags::NONE) else {
+        return Err(gpu::Error::Unsupported("overlay.wgsl has no variant".into()));
+    };
+    let vertices = vk::VertexInputBindingDescription::default().stride(size_of::<Vertex>() as u32);
+    let attribute = |location, offset, format| vk::VertexInputAttributeDescription { location, binding: 0, format, offset };
+    GraphicsPipeline::new(
+        device,
+        &GraphicsPipelineDesc {
+            name: "overlay",
+            stages: &stages(variant, &[(constants::ENCODED_OUTPUT, u32::from(encodes))]),
+            vertex_bindings: &[vertices],
+            vertex_attributes: &[
+                attribute(0, 0, vk::Format::R32G32_SFLOAT),
+                attribute(1, 8, vk::Format::R32G32_SFLOAT),
+                attribute(2, 16, vk::Format::R8G8B8A8_UNORM),
+            ],
+            cull_mode: vk::CullModeFlags::NONE,
+            front_face: vk::FrontFace::COUNTER_CLOCKWISE,
+            depth: None,
+            depth_bias: false,
+            depth_clamp: false,
+            blend: &[over()],
+            samples: vk::SampleCountFlags::TYPE_1,
+            layout,
+            render_pass,
+            subpass: 0,
+        },
+    )
+}

@@ -1,0 +1,264 @@
+//! The panels: what the frame did and what it cost, and what can be changed of it.
+
+use std::fmt::Display;
+
+use egui::{CollapsingHeader, ComboBox, Grid, RichText, ScrollArea, Sense, Slider, Stroke, Ui, Vec2, pos2};
+
+use super::clock::Interval;
+use super::keys::HELP;
+use crate::frame::FrameTimes;
+use crate::gpu::MemoryReport;
+use crate::plan::{FramePlan, Part};
+use crate::scene::{
+    GbufferChoice, GbufferPreset, HdrFormat, Light, LightPath, MSAA, Settings, ShadowFilter, Tonemap, Transparency, View,
+};
+
+/// What is known of the frames so far.
+pub struct Facts<'a> {
+    pub device: &'a str,
+    /// Of the last frames, the newest at the end.
+    pub intervals: &'a [Interval],
+    /// Of the last frame that is known to be done.
+    pub times: FrameTimes,
+    pub plan: Option<&'a FramePlan>,
+    pub memory: MemoryReport,
+    /// Why the last change was not made.
+    pub refused: Option<&'a str>,
+}
+
+/// What can be changed, as it is before and after the panels were shown.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Values {
+    pub settings: Settings,
+    /// EV100.
+    pub exposure: f32,
+    pub lights: Vec<Light>,
+    /// Of every material, in the place of its own.
+    pub roughness: Option<f32>,
+}
+
+/// Which panels are open.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Controls {
+    /// The main one.
+    pub shown: bool,
+    /// The keys.
+    pub keys: bool,
+}
+
+/// Intensities reach this far to either side of what a light has, as a factor.
+const FACTOR: f32 = 1e3;
+/// Milliseconds that the graph of times shows at least.
+const LEAST_MS: f32 = 4.0;
+
+impl Controls {
+    pub fn is_any_shown(self) -> bool {
+        self.shown || self.keys
+    }
+
+    /// Builds the panels that are open.
+    pub fn show(&mut self, ui: &mut Ui, facts: &Facts, values: &mut Values) {
+        let context = ui.ctx().clone();
+        if self.shown {
+            let window = egui::Window::new("Afterlight").default_pos(pos2(12.0, 12.0)).default_width(330.0);
+            window.open(&mut self.shown).show(&context, |ui| {
+                ScrollArea::vertical().max_height(context.content_rect().height() - 80.0).show(ui, |ui| {
+                    panels(ui, facts, values);
+                });
+            });
+        }
+        if self.keys {
+            let window = egui::Window::new("Keys").default_pos(pos2(420.0, 12.0)).resizable(false);
+            window.open(&mut self.keys).show(&context, |ui| {
+                Grid::new("keys").num_columns(2).show(ui, |ui| {
+                    for (keys, what) in HELP {
+                        ui.strong(*keys);
+                        ui.label(*what);
+                        ui.end_row();
+                    }
+                });
+            });
+        }
+    }
+}
+
+fn panels(ui: &mut Ui, facts: &Facts, values: &mut Values) {
+    ui.label(facts.device);
+    graph(ui, facts.intervals);
+    if let Some(refused) = facts.refused {
+        ui.colored_label(ui.visuals().error_fg_color, refused);
+    }
+    CollapsingHeader::new("Picture").default_open(true).show(ui, |ui| picture(ui, facts, values));
+    CollapsingHeader::new("Shadows").show(ui, |ui| shadows(ui, &mut values.settings));
+    CollapsingHeader::new(format!("Lights ({})", values.lights.len())).show(ui, |ui| lights(ui, &mut values.lights));
+    CollapsingHeader::new("Frame").default_open(true).show(ui, |ui| frame(ui, &facts.times));
+    CollapsingHeader::new("Memory").show(ui, |ui| memory(ui, &facts.memory));
+    if let Some(plan) = facts.plan {
+        let parts = plan.parts();
+        let out = parts.iter().filter(|part| !part.included).count();
+        CollapsingHeader::new(format!("Plan: {} parts in, {out} left out", parts.len() - out)).show(ui, |ui| {
+            plan_parts(ui, &parts);
+        });
+    }
+}
+
+/// Times of the last frames: from one to the next, and what of it the CPU and the device were busy.
+fn graph(ui: &mut Ui, intervals: &[Interval]) {
+    let colors = [ui.visuals().strong_text_color(), egui::Color32::LIGHT_BLUE, egui::Color32::GOLD];
+    let lines: [(&str, fn(&Interval) -> Option<f64>); 3] =
+        [("frame", |own| Some(own.interval_ms)), ("CPU", |own| Some(own.record_ms)), ("GPU", |own| own.gpu_ms)];
+    ui.horizontal(|ui| {
+        for ((name, of), color) in lines.iter().zip(colors) {
+            let last = intervals.last().and_then(of).map_or("-".into(), |ms| format!("{ms:.2} ms"));
+            ui.label(RichText::new(format!("{name} {last}")).color(color));
+        }
+    });
+    let (rect, _) = ui.allocate_exact_size(Vec2::new(ui.available_width(), 60.0), Sense::hover());
+    let painter = ui.painter_at(rect);
+    painter.rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
+    let most = intervals.iter().map(|own| own.interval_ms as f32).fold(LEAST_MS, f32::max);
+    let step = rect.width() / (intervals.len().max(2) - 1) as f32;
+    for ((_, of), color) in lines.iter().zip(colors) {
+        let point = |(index, own): (usize, &Interval)| {
+            let height = of(own)? as f32 / most * rect.height();
+            Some(pos2(rect.left() + index as f32 * step, rect.bottom() - height))
+        };
+        painter.line(intervals.iter().enumerate().filter_map(point).collect(), Stroke::new(1.0, color));
+    }
+}
+
+fn picture(ui: &mut Ui, facts: &Facts, values: &mut Values) {
+    if facts.plan.is_some_and(|plan| plan.exposes) {
+        ui.add(Slider::new(&mut values.exposure, -6.0..=20.0).text("exposure, EV100"));
+    }
+    roughness(ui, &mut values.roughness);
+    let settings = &mut values.settings;
+    choose(ui, "tone mapper", &mut settings.tonemap, Tonemap::NAMES);
+    choose(ui, "view", &mut settings.view, View::NAMES);
+    choose(ui, "light path", &mut settings.light_path, LightPath::NAMES);
+    let mut preset = settings.gbuffer.preset;
+    choose(ui, "G-buffer", &mut preset, GbufferPreset::NAMES);
+    if preset != settings.gbuffer.preset {
+        // Targets that were chosen one by one go with the preset that they were chosen over.
+        settings.gbuffer = GbufferChoice { preset, ..GbufferChoice::default() };
+    }
+    choose(ui, "HDR target", &mut settings.hdr_format, HdrFormat::NAMES);
+    choose(ui, "transparency", &mut settings.transparency, Transparency::NAMES);
+    among(ui, "MSAA", &mut settings.msaa, &MSAA);
+    among(ui, "anisotropy", &mut settings.anisotropy, &[1, 2, 4, 8, 16]);
+    ui.checkbox(&mut settings.fxaa, "FXAA");
+    let mut prepass = settings.depth_prepass;
+    choose(ui, "depth pre-pass", &mut prepass, &[("auto", None), ("on", Some(true)), ("off", Some(false))]);
+    settings.depth_prepass = prepass;
+}
+
+/// The scene is uploaded anew for another value, so that it changes when the slider is let go.
+fn roughness(ui: &mut Ui, roughness: &mut Option<f32>) {
+    ui.horizontal(|ui| {
+        let mut overrides = roughness.is_some();
+        ui.checkbox(&mut overrides, "all roughness");
+        if overrides != roughness.is_some() {
+            *roughness = overrides.then_some(0.5);
+        }
+        let Some(value) = roughness else { return };
+        let id = ui.scope_id().with("roughness");
+        let mut dragged = ui.data(|data| data.get_temp(id)).unwrap_or(*value);
+        let slider = ui.add(Slider::new(&mut dragged, 0.0..=1.0));
+        ui.data_mut(|data| data.insert_temp(id, dragged));
+        if slider.drag_stopped() || slider.changed() && !slider.dragged() {
+            *value = dragged;
+        }
+    });
+}
+
+fn shadows(ui: &mut Ui, settings: &mut Settings) {
+    let shadows = &mut settings.shadows;
+    ui.checkbox(&mut shadows.enabled, "shadow maps");
+    choose(ui, "filter", &mut shadows.filter, ShadowFilter::NAMES);
+    among(ui, "texels an edge", &mut shadows.size, &[256, 512, 1024, 2048, 4096]);
+    among(ui, "cascades", &mut shadows.cascades, &[1, 2, 3, 4]);
+    ui.checkbox(&mut shadows.cache, "only those in which something moved are drawn");
+}
+
+fn lights(ui: &mut Ui, lights: &mut [Light]) {
+    ScrollArea::vertical().id_salt("lights").max_height(160.0).show(ui, |ui| {
+        for (index, light) in lights.iter_mut().enumerate() {
+            // Around what the light had when its slider was first shown.
+            let id = ui.scope_id().with(index);
+            let own: f32 = ui.data_mut(|data| *data.get_temp_mut_or(id, light.intensity));
+            let name = if light.name.is_empty() { format!("light {index}") } else { light.name.clone() };
+            if own > 0.0 {
+                ui.add(Slider::new(&mut light.intensity, own / FACTOR..=own * FACTOR).logarithmic(true).text(name));
+            } else {
+                ui.label(format!("{name}: off"));
+            }
+        }
+    });
+}
+
+fn frame(ui: &mut Ui, times: &FrameTimes) {
+    let drawn = &times.drawn;
+    let all = drawn.objects + drawn.culled + drawn.occluded;
+    Grid::new("frame").num_columns(2).show(ui, |ui| {
+        let mut row = |what: &str, value: String| {
+            ui.label(what);
+            ui.label(value);
+            ui.end_row();
+        };
+        row("objects", format!("{} of {all}, {} out of view, {} hidden", drawn.objects, drawn.culled, drawn.occluded));
+        row("triangles", drawn.triangles.to_string());
+        row("lights", format!("{} of {}", drawn.lights, drawn.lights + drawn.idle_lights));
+        row("shadow maps", format!("{} of {} drawn anew", drawn.shadow_maps_drawn, drawn.shadow_maps));
+        row("CPU", format!("{:.2} ms", times.record_ms));
+        for (pass, ms) in &times.passes {
+            row(pass, format!("{ms:.3} ms"));
+        }
+        if let Some(ms) = times.gpu_ms {
+            row("GPU", format!("{ms:.2} ms"));
+        }
+    });
+}
+
+fn memory(ui: &mut Ui, memory: &MemoryReport) {
+    Grid::new("memory").num_columns(2).show(ui, |ui| {
+        let mut row = |what: &str, bytes: u64| {
+            ui.label(what);
+            ui.label(format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20)));
+            ui.end_row();
+        };
+        for (kind, report) in &memory.kinds {
+            row(kind.text(), report.bytes);
+        }
+        row("all", memory.bytes);
+        row("peak", memory.peak_bytes);
+    });
+}
+
+fn plan_parts(ui: &mut Ui, parts: &[Part]) {
+    for included in [true, false] {
+        ui.strong(if included { "in" } else { "left out" });
+        for part in parts.iter().filter(|part| part.included == included) {
+            ui.label(&part.name).on_hover_text(&part.reason);
+            ui.label(RichText::new(&part.reason).small().weak());
+        }
+    }
+}
+
+/// One value of a table of names.
+fn choose<T: Copy + PartialEq>(ui: &mut Ui, label: &str, value: &mut T, names: &[(&'static str, T)]) {
+    let name = names.iter().find(|(_, own)| own == value).map_or("", |(name, _)| name);
+    ComboBox::from_label(label).selected_text(name).show_ui(ui, |ui| {
+        for &(name, own) in names {
+            ui.selectable_value(value, own, name);
+        }
+    });
+}
+
+/// One of a few numbers.
+fn among<T: Copy + PartialEq + Display>(ui: &mut Ui, label: &str, value: &mut T, numbers: &[T]) {
+    ComboBox::from_label(label).selected_text(value.to_string()).show_ui(ui, |ui| {
+        for &own in numbers {
+            ui.selectable_value(value, own, own.to_string());
+        }
+    });
+}

@@ -1,0 +1,166 @@
+//! egui in the window: events go in, triangles for [`crate::passes::overlay`] come out. What is shown is [`super::controls`]'s.
+
+use std::collections::{BTreeSet, HashMap};
+use std::time::Duration;
+
+use egui::epaint::{ClippedPrimitive, Primitive};
+use egui::{ColorImage, ImageData, TextureId, TexturesDelta, ViewportId};
+use winit::event::WindowEvent;
+use winit::window::Window;
+
+use crate::gpu::vk;
+use crate::passes::overlay::{Draw, Panels, Texture, Vertex};
+
+/// The user interface of one window.
+pub struct Overlay {
+    context: egui::Context,
+    state: egui_winit::State,
+    /// As they are on the device, or would be: egui tells only what changes of them.
+    textures: HashMap<u64, ColorImage>,
+    /// Those that the device has not yet as they are.
+    changed: BTreeSet<u64>,
+}
+
+/// What came of an event.
+pub struct Taken {
+    /// Nobody else should act on it.
+    pub consumed: bool,
+    /// What is shown may change.
+    pub changes: bool,
+}
+
+impl Overlay {
+    pub fn new(window: &Window, largest_texture: u32) -> Self {
+        let context = egui::Context::default();
+        let scale = Some(window.scale_factor() as f32);
+        let largest = Some(largest_texture as usize);
+        let state = egui_winit::State::new(context.clone(), ViewportId::ROOT, window, scale, None, largest);
+        Self { context, state, textures: HashMap::new(), changed: BTreeSet::new() }
+    }
+
+    /// Hands an event of the window on.
+    pub fn event(&mut self, window: &Window, event: &WindowEvent) -> Taken {
+        let response = self.state.on_window_event(window, event);
+        // A key that no text field waits for is the window's own.
+        let is_key = matches!(event, WindowEvent::KeyboardInput { .. });
+        let consumed = response.consumed && (!is_key || self.context.egui_wants_keyboard_input());
+        Taken { consumed, changes: response.repaint }
+    }
+
+    /// Lets `show` build what is shown, and returns it, but for its textures, with the time after which it wants to be shown anew.
+    pub fn run(&mut self, window: &Window, show: impl FnMut(&mut egui::Ui)) -> (Panels, Duration) {
+        let input = self.state.take_egui_input(window);
+        let output = self.context.run_ui(input, show);
+        self.state.handle_platform_output(window, output.platform_output);
+        let delay = output.viewport_output.get(&ViewportId::ROOT).map_or(Duration::MAX, |root| root.repaint_delay);
+        let primitives = self.context.tessellate(output.shapes, output.pixels_per_point);
+        let size = window.inner_size();
+        let mut panels = triangles(&primitives, output.pixels_per_point, [size.width, size.height]);
+        panels.spent = self.take_textures(output.textures_delta);
+        (panels, delay)
+    }
+
+    /// The textures that are new or have changed since the last call, or all of them for a device that has none.
+    pub fn textures(&mut self, anew: bool) -> Vec<Texture> {
+        let changed = std::mem::take(&mut self.changed);
+        let sent = self.textures.iter().filter(|(id, _)| anew || changed.contains(id));
+        sent.map(|(&id, image)| texture(id, image)).collect()
+    }
+
+    /// Takes note of what changes of the textures; those that are not needed after this frame.
+    fn take_textures(&mut self, mut delta: TexturesDelta) -> Vec<u64> {
+        for (id, deltas) in std::mem::take(&mut delta.set) {
+            let id = number(id);
+            for delta in deltas {
+                let ImageData::Color(image) = delta.image;
+                match (delta.pos, self.textures.get_mut(&id)) {
+                    (Some(corner), Some(own)) => patch(own, corner, &image),
+                    _ => _ = self.textures.insert(id, (*image).clone()),
+                }
+            }
+            self.changed.insert(id);
+        }
+        let spent: Vec<u64> = std::mem::take(&mut delta.free).into_iter().map(number).collect();
+        for id in &spent {
+            self.textures.remove(id);
+        }
+        spent
+    }
+}
+
+/// Textures that are not egui's own are not used.
+fn number(id: TextureId) -> u64 {
+    match id {
+        TextureId::Managed(id) | TextureId::User(id) => id,
+    }
+}
+
+/// Puts a smaller image into a larger one.
+fn patch(image: &mut ColorImage, [left, top]: [usize; 2], part: &ColorImage) {
+    let [width, height] = image.size;
+    for (row, pixels) in part.pixels.chunks_exact(part.size[0].max(1)).enumerate().take(height.saturating_sub(top)) {
+        let start = (top + row) * width + left;
+        let length = pixels.len().min(width.saturating_sub(left));
+        image.pixels[start..start + length].copy_from_slice(&pixels[..length]);
+    }
+}
+
+fn texture(id: u64, image: &ColorImage) -> Texture {
+    let rgba = image.pixels.iter().flat_map(|pixel| pixel.to_array()).collect();
+    Texture { id, size: image.size.map(|edge| edge as u32), rgba }
+}
+
+/// All meshes as one, each with the part of the window that it may cover.
+fn triangles(primitives: &[ClippedPrimitive], pixels_per_point: f32, size: [u32; 2]) -> Panels {
+    let mut panels = Panels { pixels_per_point, ..Panels::default() };
+    for ClippedPrimitive { clip_rect, primitive } in primitives {
+        // Callbacks would be Vulkan of somebody else's.
+        let Primitive::Mesh(mesh) = primitive else { continue };
+        let Some(scissor) = scissor(*clip_rect, pixels_per_point, size) else { continue };
+        let (base, first) = (panels.vertices.len() as u32, panels.indices.len() as u32);
+        panels.vertices.extend(mesh.vertices.iter().map(|vertex| Vertex {
+            position: [vertex.pos.x, vertex.pos.y],
+            uv: [vertex.uv.x, vertex.uv.y],
+            color: vertex.color.to_array(),
+        }));
+        panels.indices.extend(mesh.indices.iter().map(|index| base + index));
+        let indices = first..panels.indices.len() as u32;
+        panels.draws.push(Draw { texture: number(mesh.texture_id), scissor, indices });
+    }
+    panels
+}
+
+/// A rectangle in points as pixels within the window; none if nothing is left of it.
+fn scissor(clip: egui::Rect, pixels_per_point: f32, [width, height]: [u32; 2]) -> Option<vk::Rect2D> {
+    let pixel = |points: f32, most: u32| (points * pixels_per_point).round().clamp(0.0, most as f32) as u32;
+    let (left, top) = (pixel(clip.min.x, width), pixel(clip.min.y, height));
+    let (right, bottom) = (pixel(clip.max.x, width), pixel(clip.max.y, height));
+    (right > left && bottom > top).then(|| vk::Rect2D {
+        offset: vk::Offset2D { x: left as i32, y: top as i32 },
+        extent: vk::Extent2D { width: right - left, height: bottom - top },
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use egui::{Color32, Pos2, Rect};
+
+    use super::*;
+
+    #[test]
+    fn a_clip_rectangle_stays_within_the_window() {
+        let rect = |a: [f32; 2], b: [f32; 2]| Rect { min: Pos2::from(a), max: Pos2::from(b) };
+        let inside = scissor(rect([-5.0, 2.0], [f32::INFINITY, 3.6]), 2.0, [20, 10]).expect("is seen");
+        assert_eq!((inside.offset.x, inside.offset.y, inside.extent.width, inside.extent.height), (0, 4, 20, 3));
+        assert_eq!(scissor(rect([30.0, 0.0], [40.0, 5.0]), 1.0, [20, 10]), None);
+        assert_eq!(scissor(rect([5.0, 5.0], [2.0, 8.0]), 1.0, [20, 10]), None);
+    }
+
+    #[test]
+    fn a_patch_changes_what_it_covers_and_nothing_else() {
+        let mut image = ColorImage::filled([3, 2], Color32::BLACK);
+        patch(&mut image, [1, 1], &ColorImage::filled([2, 1], Color32::WHITE));
+        let white: Vec<usize> = (0..6).filter(|&index| image.pixels[index] == Color32::WHITE).collect();
+        assert_eq!(white, [4, 5]);
+    }
+}
