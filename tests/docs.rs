@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use afterlight::frame::edges;
+use afterlight::gpu::vk;
 use afterlight::plan::{Capabilities, FramePlan};
 use afterlight::scene::{
     AlphaMode, Brdf, HdrFormat, LightPath, OpenOptions, Scene, Settings, TARGETS, Tonemap, Transparency, View, builtin,
@@ -202,7 +203,7 @@ fn the_readme_names_every_option_and_no_other() {
         options.map(str::to_owned).collect()
     };
     let defined: BTreeSet<String> =
-        ["render", "bench", "inspect", "compare", "doctor", "reference", "stress", "report", "tune"]
+        ["render", "bench", "inspect", "compare", "doctor", "reference", "stress", "report", "tune", "view"]
             .iter()
             .flat_map(|command| options(&help_of(command)))
             .collect();
@@ -236,26 +237,10 @@ fn the_readme_names_every_value_of_the_settings_and_every_built_in_scene() {
 /// The dependencies of a frame that has everything, as ARCHITECTURE.md lists them: name, from, to and why.
 #[test]
 fn the_architecture_lists_every_dependency_with_its_reason() {
-    let device = Capabilities {
-        max_layers: 256,
-        depth_clamp: true,
-        max_extent: 16384,
-        max_color_attachments: 8,
-        max_input_attachments: 8,
-        unorm_2x16_attachment: true,
-        float32_blends: true,
-        packed_float_blends: true,
-        msaa: 1,
-        anisotropy: 16,
-        primitive_index: true,
-        lazily_allocated: false,
-        software: false,
-        compute_invocations: 256,
-    };
+    let device = device();
     let mut scene = open("builtin:hall", &OpenOptions::default()).expect("it is built in");
     let rows = |scene: &Scene, settings: &Settings| -> Vec<String> {
         let plan = FramePlan::of(scene, settings, &device).expect("a plan");
-        let row = |edge: &edges::Edge| format!("| `{}` | {} | {} | {} |", edge.name, edge.from, edge.to, edge.why);
         edges::table(&plan).iter().map(row).collect()
     };
     let deferred = Settings { light_path: LightPath::Clustered, ..Settings::default() };
@@ -275,6 +260,55 @@ fn the_architecture_lists_every_dependency_with_its_reason() {
         let mut changed = rows(&scene, &Settings { light_path, ..Settings::default() });
         changed.retain(|row| !base.contains(row));
         assert_eq!(listed_dependencies(number), changed, "{light_path}: it should be\n{}", changed.join("\n"));
+    }
+}
+
+/// The rows of frames that a window shows, which others have not.
+#[test]
+fn the_architecture_lists_what_a_window_adds() {
+    let scene = open("builtin:hall", &OpenOptions::default()).expect("it is built in");
+    let headless = listed_dependencies(0);
+    for (number, light_path, format) in
+        [(5, LightPath::Clustered, vk::Format::B8G8R8A8_SRGB), (6, LightPath::Compute, vk::Format::B8G8R8A8_UNORM)]
+    {
+        let plan = FramePlan::of(&scene, &Settings { light_path, ..Settings::default() }, &device()).expect("a plan");
+        let rows = |plan: &FramePlan| -> Vec<String> { edges::table(plan).iter().map(row).collect() };
+        let before = rows(&plan);
+        let mut added = rows(&plan.presented_as(format));
+        added.retain(|row| !before.contains(row) && !headless.contains(row));
+        assert_eq!(listed_dependencies(number), added, "{light_path}: it should be\n{}", added.join("\n"));
+    }
+}
+
+#[cfg(feature = "window")]
+#[test]
+fn the_readme_has_the_keys_that_the_window_prints() {
+    let readme = document("README.md");
+    for (keys, what) in afterlight::window::keys::HELP {
+        assert!(readme.contains(&format!("| `{keys}` | {what} |")), "{keys}");
+    }
+}
+
+fn row(edge: &edges::Edge) -> String {
+    format!("| `{}` | {} | {} | {} |", edge.name, edge.from, edge.to, edge.why)
+}
+
+fn device() -> Capabilities {
+    Capabilities {
+        max_layers: 256,
+        depth_clamp: true,
+        max_extent: 16384,
+        max_color_attachments: 8,
+        max_input_attachments: 8,
+        unorm_2x16_attachment: true,
+        float32_blends: true,
+        packed_float_blends: true,
+        msaa: 1,
+        anisotropy: 16,
+        primitive_index: true,
+        lazily_allocated: false,
+        software: false,
+        compute_invocations: 256,
     }
 }
 

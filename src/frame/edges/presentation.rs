@@ -92,3 +92,72 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     ));
     rows
 }
+
+#[cfg(test)]
+mod tests {
+    use ash::vk::PipelineStageFlags as S;
+
+    use super::super::{Edges, table};
+    use super::*;
+    use crate::frame::render_pass::{PassDescription, Resource};
+    use crate::plan::{OUTPUT_PLAIN, OUTPUT_SRGB, samples};
+    use crate::targets::Target;
+
+    /// Sample plans as a window has them.
+    fn each_plan(check: impl Fn(&str, &FramePlan, &Edges)) {
+        let all = [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat();
+        let shown = |plan: &FramePlan| [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output);
+        for (name, plan) in all.into_iter().filter(|(_, plan)| shown(plan)) {
+            let format = if plan.is_tiled() { vk::Format::B8G8R8A8_UNORM } else { vk::Format::B8G8R8A8_SRGB };
+            assert!(rows(&plan).is_empty(), "{name}: nothing is presented without a window");
+            let plan = plan.presented_as(format);
+            check(&name, &plan, &table(&plan));
+        }
+    }
+
+    #[test]
+    fn the_image_changes_its_layout_only_after_presentation_has_let_go_of_it() {
+        each_plan(|name, plan, table| {
+            let acquire = table.row("acquire");
+            let into = table
+                .iter()
+                .filter(|edge| edge.from == Place::Outside && edge.to == acquire.to && edge.name != "read-back");
+            let rows: Vec<_> = into.filter(|edge| edge.carrier != Carrier::Semaphore).collect();
+            // Both in one chain: the row's first scope has the stage at which the semaphore lets go.
+            let chained = rows.iter().any(|row| row.before.stage.contains(acquire.after.stage));
+            assert!(chained, "{name}: {:?} does not reach {rows:?}", acquire.after.stage);
+            let expected = if plan.is_tiled() { S::TRANSFER } else { S::COLOR_ATTACHMENT_OUTPUT };
+            assert_eq!(acquire.after.stage, expected, "{name}: shadow maps and G-buffer wait for no image");
+        });
+    }
+
+    #[test]
+    fn the_last_pass_leaves_the_picture_as_presentation_reads_it() {
+        each_plan(|name, plan, table| {
+            let pass = if plan.fxaa { PassDescription::fxaa(plan, table) } else { PassDescription::main(plan, table) };
+            let wanted = if plan.fxaa { Resource::SmoothedPicture } else { Resource::Target(Target::Output) };
+            let picture = pass.attachments.iter().find(|(resource, _)| *resource == wanted);
+            match plan.is_tiled() {
+                true => assert!(picture.is_none() && table.find("present-to-swapchain").is_some(), "{name}"),
+                false => {
+                    let (_, picture) = picture.unwrap_or_else(|| panic!("{name}: no picture"));
+                    assert_eq!(picture.final_layout, READ_BY_PRESENTATION, "{name}");
+                    assert_eq!(Some(picture.format), plan.presented, "{name}");
+                    assert!(table.find("swapchain-to-copy").is_some(), "{name}");
+                }
+            }
+        });
+    }
+
+    #[test]
+    fn a_presented_frame_has_each_row_once_and_both_semaphores_stay() {
+        each_plan(|name, _, table| {
+            let mut names: Vec<_> = table.iter().map(|edge| edge.name).collect();
+            names.sort_unstable();
+            assert!(names.windows(2).all(|pair| pair[0] != pair[1]), "{name}: {names:?}");
+            for semaphore in ["acquire", "present"] {
+                assert!(table.without(semaphore).is_err(), "{name}");
+            }
+        });
+    }
+}
