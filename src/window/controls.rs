@@ -60,7 +60,7 @@ impl Controls {
     pub fn show(&mut self, ui: &mut Ui, facts: &Facts, values: &mut Values) {
         let context = ui.ctx().clone();
         if self.shown {
-            let window = egui::Window::new("Afterlight").default_pos(pos2(12.0, 12.0)).default_width(330.0);
+            let window = egui::Window::new("Afterlight").default_pos(pos2(12.0, 12.0)).default_size([330.0, 560.0]);
             window.open(&mut self.shown).show(&context, |ui| {
                 ScrollArea::vertical().max_height(context.content_rect().height() - 80.0).show(ui, |ui| {
                     panels(ui, facts, values);

@@ -19,6 +19,8 @@ pub struct Overlay {
     textures: HashMap<u64, ColorImage>,
     /// Those that the device has not yet as they are.
     changed: BTreeSet<u64>,
+    /// In points.
+    pointer: egui::Pos2,
 }
 
 /// What came of an event.
@@ -35,16 +37,30 @@ impl Overlay {
         let scale = Some(window.scale_factor() as f32);
         let largest = Some(largest_texture as usize);
         let state = egui_winit::State::new(context.clone(), ViewportId::ROOT, window, scale, None, largest);
-        Self { context, state, textures: HashMap::new(), changed: BTreeSet::new() }
+        Self { context, state, textures: HashMap::new(), changed: BTreeSet::new(), pointer: egui::Pos2::ZERO }
     }
 
     /// Hands an event of the window on.
     pub fn event(&mut self, window: &Window, event: &WindowEvent) -> Taken {
         let response = self.state.on_window_event(window, event);
-        // A key that no text field waits for is the window's own.
-        let is_key = matches!(event, WindowEvent::KeyboardInput { .. });
-        let consumed = response.consumed && (!is_key || self.context.egui_wants_keyboard_input());
+        let consumed = match event {
+            // A key that no text field waits for is the window's own.
+            WindowEvent::KeyboardInput { .. } => self.context.egui_wants_keyboard_input(),
+            WindowEvent::CursorMoved { position, .. } => {
+                let pixel = egui::pos2(position.x as f32, position.y as f32);
+                self.pointer = pixel / self.context.pixels_per_point();
+                false
+            }
+            // egui's own answer is of the last frame, which may be long ago.
+            WindowEvent::MouseInput { .. } | WindowEvent::MouseWheel { .. } => self.is_over_a_panel(),
+            _ => response.consumed,
+        };
         Taken { consumed, changes: response.repaint }
+    }
+
+    fn is_over_a_panel(&self) -> bool {
+        let layer = self.context.layer_id_at(self.pointer);
+        layer.is_some_and(|layer| layer.order != egui::Order::Background)
     }
 
     /// Lets `show` build what is shown, and returns it, but for its textures, with the time after which it wants to be shown anew.

@@ -1,6 +1,4 @@
-//! `afterlight view` in a real window: on an X server of each test's own (Xvfb), with synthetic keys and mouse, and what the window shows read
-//! back from the server. All under core and synchronization validation, of which any message is exit code 1.
-#![cfg(all(feature = "window", target_os = "linux"))]
+//! An X server for a test, the program's window on it, and what a user would do there.
 
 use std::cell::RefCell;
 use std::fs;
@@ -20,29 +18,33 @@ use x11rb::protocol::xtest::ConnectionExt as _;
 use x11rb::rust_connection::RustConnection;
 
 /// Nothing here takes longer, on a slow machine with layers on; it only bounds a test that fails.
-const PATIENCE: Duration = Duration::from_secs(120);
-const SIZE: [u16; 2] = [160, 90];
+pub const PATIENCE: Duration = Duration::from_secs(120);
+pub const SIZE: [u16; 2] = [160, 90];
 
 /// Key codes of the usual keyboard (evdev's, plus 8).
-mod key {
+pub mod key {
     pub const ESCAPE: u8 = 9;
     pub const DIGIT_1: u8 = 10;
     pub const W: u8 = 25;
+    pub const G: u8 = 42;
+    pub const K: u8 = 45;
+    pub const V: u8 = 55;
     pub const R: u8 = 27;
     pub const O: u8 = 32;
     pub const P: u8 = 33;
     pub const H: u8 = 43;
     pub const CONTROL: u8 = 37;
+    pub const SHIFT: u8 = 50;
 }
 
-const KEY_PRESS: u8 = 2;
-const KEY_RELEASE: u8 = 3;
-const BUTTON_PRESS: u8 = 4;
-const BUTTON_RELEASE: u8 = 5;
-const MOTION: u8 = 6;
+pub const KEY_PRESS: u8 = 2;
+pub const KEY_RELEASE: u8 = 3;
+pub const BUTTON_PRESS: u8 = 4;
+pub const BUTTON_RELEASE: u8 = 5;
+pub const MOTION: u8 = 6;
 
 /// The program, on whichever Vulkan stack the tests run.
-fn program() -> Command {
+pub fn program() -> Command {
     let binary = env!("CARGO_BIN_EXE_afterlight");
     match std::env::var_os("AFTERLIGHT_RUNNER") {
         Some(runner) => {
@@ -54,12 +56,12 @@ fn program() -> Command {
     }
 }
 
-fn text(bytes: &[u8]) -> String {
+pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
 /// Waits until `found` finds something.
-fn until<T>(what: &str, mut found: impl FnMut() -> Option<T>) -> T {
+pub fn until<T>(what: &str, mut found: impl FnMut() -> Option<T>) -> T {
     let begun = Instant::now();
     loop {
         if let Some(found) = found() {
@@ -71,15 +73,15 @@ fn until<T>(what: &str, mut found: impl FnMut() -> Option<T>) -> T {
 }
 
 /// An X server without a screen that anybody sees, and without a window manager.
-struct Server {
+pub struct Server {
     process: RefCell<Child>,
     display: String,
-    connection: RustConnection,
+    pub connection: RustConnection,
     root: Window,
 }
 
 impl Server {
-    fn start() -> Self {
+    pub fn start() -> Self {
         let mut command = Command::new("Xvfb");
         command.args(["-displayfd", "1", "-screen", "0", "1280x1024x24", "-nolisten", "tcp"]);
         let started = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
@@ -94,14 +96,14 @@ impl Server {
         Self { process: RefCell::new(process), display, connection, root }
     }
 
-    fn kill(&self) {
+    pub fn kill(&self) {
         let mut process = self.process.borrow_mut();
         let _ = process.kill();
         let _ = process.wait();
     }
 
     /// The mapped window whose name has the program's in it.
-    fn find(&self) -> Option<Window> {
+    pub fn find(&self) -> Option<Window> {
         let connection = &self.connection;
         let named = |&window: &Window| {
             let name =
@@ -112,20 +114,20 @@ impl Server {
         connection.query_tree(self.root).ok()?.reply().ok()?.children.into_iter().find(|window| named(window).is_some())
     }
 
-    fn fake(&self, kind: u8, detail: u8, [x, y]: [i16; 2]) {
+    pub fn fake(&self, kind: u8, detail: u8, [x, y]: [i16; 2]) {
         let sent = self.connection.xtest_fake_input(kind, detail, 0, self.root, x, y, 0);
         sent.expect("sent").check().expect("the server has XTEST");
     }
 
-    fn press(&self, key: u8) {
+    pub fn press(&self, key: u8) {
         self.fake(KEY_PRESS, key, [0; 2]);
     }
 
-    fn release(&self, key: u8) {
+    pub fn release(&self, key: u8) {
         self.fake(KEY_RELEASE, key, [0; 2]);
     }
 
-    fn tap(&self, key: u8) {
+    pub fn tap(&self, key: u8) {
         self.press(key);
         self.release(key);
     }
@@ -138,16 +140,16 @@ impl Drop for Server {
 }
 
 /// The program with its window.
-struct View<'a> {
+pub struct View<'a> {
     server: &'a Server,
     process: Option<Child>,
-    window: Window,
-    folder: TempDir,
+    pub window: Window,
+    pub folder: TempDir,
 }
 
 impl<'a> View<'a> {
     /// Opens a window and waits for it.
-    fn open(server: &'a Server, arguments: &[&str]) -> Self {
+    pub fn open(server: &'a Server, arguments: &[&str]) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let mut command = program();
         command.env("DISPLAY", &server.display).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
@@ -165,7 +167,7 @@ impl<'a> View<'a> {
         view
     }
 
-    fn assert_running(&mut self) {
+    pub fn assert_running(&mut self) {
         let process = self.process.as_mut().expect("started");
         if let Some(status) = process.try_wait().expect("can be asked") {
             panic!("it has ended with {status}: {}", self.errors());
@@ -173,17 +175,17 @@ impl<'a> View<'a> {
     }
 
     /// What it has told so far.
-    fn errors(&self) -> String {
+    pub fn errors(&self) -> String {
         fs::read_to_string(self.folder.path().join("errors")).unwrap_or_default()
     }
 
-    fn size(&self) -> [u16; 2] {
+    pub fn size(&self) -> [u16; 2] {
         let geometry = self.server.connection.get_geometry(self.window).expect("sent").reply().expect("a window");
         [geometry.width, geometry.height]
     }
 
     /// What the window shows, RGB.
-    fn pixels(&self) -> Vec<u8> {
+    pub fn pixels(&self) -> Vec<u8> {
         let [width, height] = self.size();
         let asked = self.server.connection.get_image(ImageFormat::Z_PIXMAP, self.window, 0, 0, width, height, !0);
         let image = asked.expect("sent").reply().expect("the window is visible");
@@ -193,7 +195,7 @@ impl<'a> View<'a> {
     }
 
     /// Waits until the window shows this.
-    fn shows(&mut self, expected: &[u8], what: &str) {
+    pub fn shows(&mut self, expected: &[u8], what: &str) {
         let begun = Instant::now();
         loop {
             self.assert_running();
@@ -211,7 +213,7 @@ impl<'a> View<'a> {
     }
 
     /// Waits until the picture stands still, and is another one.
-    fn settles_elsewhere(&mut self, before: &[u8]) -> Vec<u8> {
+    pub fn settles_elsewhere(&mut self, before: &[u8]) -> Vec<u8> {
         until("another picture", || (self.pixels() != before).then_some(()));
         let mut last = self.pixels();
         until("a still picture", || {
@@ -223,17 +225,17 @@ impl<'a> View<'a> {
         last
     }
 
-    fn waits_to_tell(&mut self, word: &str) {
+    pub fn waits_to_tell(&mut self, word: &str) {
         until(word, || self.errors().contains(word).then_some(()));
     }
 
-    fn resize(&self, [width, height]: [u32; 2]) {
+    pub fn resize(&self, [width, height]: [u32; 2]) {
         let to = ConfigureWindowAux::new().width(width).height(height);
         self.server.connection.configure_window(self.window, &to).expect("sent").check().expect("a window");
     }
 
     /// Closes the window as a window manager does.
-    fn close(&self) {
+    pub fn close(&self) {
         let atom =
             |name: &[u8]| self.server.connection.intern_atom(false, name).expect("sent").reply().expect("an atom").atom;
         let message =
@@ -243,7 +245,7 @@ impl<'a> View<'a> {
     }
 
     /// Waits for the end.
-    fn ends(mut self) -> (Option<i32>, String, String) {
+    pub fn ends(mut self) -> (Option<i32>, String, String) {
         let process = self.process.as_mut().expect("started");
         let status = until("the program's end", || process.try_wait().expect("can be asked"));
         let process = self.process.take().expect("started");
@@ -251,14 +253,14 @@ impl<'a> View<'a> {
         (status.code(), text(&stdout), self.errors())
     }
 
-    fn ends_well(self) -> String {
+    pub fn ends_well(self) -> String {
         let (code, output, errors) = self.ends();
         assert_eq!(code, Some(0), "{output}{errors}");
         output
     }
 
     /// Seconds of CPU time that it has used.
-    fn cpu_seconds(&self) -> f64 {
+    pub fn cpu_seconds(&self) -> f64 {
         let pid = self.process.as_ref().expect("started").id();
         let stat = fs::read_to_string(format!("/proc/{pid}/stat")).expect("it runs");
         let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
@@ -276,16 +278,16 @@ impl Drop for View<'_> {
     }
 }
 
-fn size_text([width, height]: [u16; 2]) -> String {
+pub fn size_text([width, height]: [u16; 2]) -> String {
     format!("{width}x{height}")
 }
 
-fn rgb(path: &Path) -> Vec<u8> {
+pub fn rgb(path: &Path) -> Vec<u8> {
     image::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display())).into_rgb8().into_raw()
 }
 
 /// The same picture without a window.
-fn rendered(size: [u16; 2], arguments: &[&str]) -> Vec<u8> {
+pub fn rendered(size: [u16; 2], arguments: &[&str]) -> Vec<u8> {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path: PathBuf = folder.path().join("rendered.png");
     let mut command = program();
@@ -297,173 +299,4 @@ fn rendered(size: [u16; 2], arguments: &[&str]) -> Vec<u8> {
     let output = command.output().expect("the program starts");
     assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
     rgb(&path)
-}
-
-/// Each way in which the last pass writes the picture: LIGHTING, FORWARD, TONEMAP after blending, a resolve, FXAA's pass, and the copy of what
-/// a compute pass wrote.
-const WAYS: &[&[&str]] = &[
-    &["builtin:hall", "--light-path", "loop"],
-    &["builtin:spheres", "--light-path", "forward"],
-    &["builtin:layers"],
-    &["builtin:spheres", "--msaa", "4"],
-    &["builtin:spheres", "--fxaa", "on"],
-    &["builtin:spheres", "--light-path", "compute"],
-];
-
-#[test]
-fn the_window_shows_bit_by_bit_what_render_draws_and_so_does_a_screenshot() {
-    let server = Server::start();
-    for arguments in WAYS {
-        let expected = rendered(SIZE, arguments);
-        let size = size_text(SIZE);
-        let mut view = View::open(&server, &[arguments, &["--size", size.as_str()][..]].concat());
-        view.shows(&expected, &format!("{arguments:?}"));
-        server.tap(key::P);
-        view.waits_to_tell("screenshot: ");
-        let kept = rgb(&view.folder.path().join("afterlight-0001.png"));
-        assert!(kept == expected, "{arguments:?}: the screenshot is another picture");
-        server.tap(key::ESCAPE);
-        view.ends_well();
-    }
-}
-
-#[test]
-fn keys_and_the_mouse_move_the_camera_and_bring_it_back() {
-    let server = Server::start();
-    let size = size_text(SIZE);
-    let scene = ["builtin:spheres"];
-    let first = rendered(SIZE, &scene);
-    let mut view = View::open(&server, &[scene[0], "--size", &size]);
-    view.shows(&first, "before anything is pressed");
-
-    server.press(key::W);
-    sleep(Duration::from_millis(300));
-    server.release(key::W);
-    let nearer = view.settles_elsewhere(&first);
-    server.press(key::CONTROL);
-    server.tap(key::DIGIT_1);
-    server.release(key::CONTROL);
-    view.waits_to_tell("camera 1 is kept");
-
-    server.fake(MOTION, 0, [40, 40]);
-    server.fake(BUTTON_PRESS, 1, [0; 2]);
-    server.fake(MOTION, 0, [60, 45]);
-    server.fake(MOTION, 0, [70, 45]);
-    server.fake(BUTTON_RELEASE, 1, [0; 2]);
-    let turned = view.settles_elsewhere(&nearer);
-    // Without a button the mouse only passes by.
-    server.fake(MOTION, 0, [100, 60]);
-    sleep(Duration::from_millis(300));
-    assert!(view.pixels() == turned, "the mouse turns the camera without a button");
-
-    server.tap(key::DIGIT_1);
-    view.shows(&nearer, "where a camera was kept");
-    server.tap(key::R);
-    view.shows(&first, "after a reset");
-    server.tap(key::O);
-    view.waits_to_tell("camera: orbit");
-    server.tap(key::H);
-    view.waits_to_tell("Ctrl+1 to Ctrl+9");
-    view.close();
-    view.ends_well();
-}
-
-#[test]
-fn a_hundred_resizes_end_in_the_picture_of_the_last_size() {
-    let server = Server::start();
-    let scene = ["builtin:spheres"];
-    let size = size_text(SIZE);
-    let mut view = View::open(&server, &[scene[0], "--size", &size]);
-    view.shows(&rendered(SIZE, &scene), "as it was opened");
-    let mut random = fastrand::Rng::with_seed(7);
-    for number in 0..100 {
-        let size = match number {
-            10 | 60 => [1, 1],
-            20 => [1, 300],
-            30 => [300, 1],
-            _ => [random.u32(1..400), random.u32(1..300)],
-        };
-        view.resize(size);
-        // Some come while a frame is drawn, some after it.
-        sleep(Duration::from_millis(random.u64(0..60)));
-        view.assert_running();
-    }
-    let last = [200u16, 120];
-    view.resize(last.map(u32::from));
-    view.shows(&rendered(last, &scene), "after a hundred resizes");
-    view.close();
-    view.ends_well();
-}
-
-#[test]
-fn a_hidden_or_still_window_draws_nothing_and_comes_back_as_it_was() {
-    let server = Server::start();
-    let scene = ["builtin:spheres"];
-    let expected = rendered(SIZE, &scene);
-    let size = size_text(SIZE);
-    let mut view = View::open(&server, &[scene[0], "--size", &size]);
-    view.shows(&expected, "as it was opened");
-    let idles = |view: &View, what: &str| {
-        sleep(Duration::from_millis(500));
-        let before = view.cpu_seconds();
-        sleep(Duration::from_secs(2));
-        let used = view.cpu_seconds() - before;
-        assert!(used < 0.2, "{what} window took {used} s of CPU time in 2 s");
-    };
-    idles(&view, "a still");
-    server.connection.unmap_window(view.window).expect("sent").check().expect("a window");
-    idles(&view, "a hidden");
-    server.connection.map_window(view.window).expect("sent").check().expect("a window");
-    view.shows(&expected, "when it is back");
-    view.close();
-    view.ends_well();
-}
-
-#[test]
-fn a_number_of_frames_is_drawn_timed_and_then_the_window_closes() {
-    let server = Server::start();
-    let size = size_text(SIZE);
-    let view = View::open(&server, &["builtin:spheres", "--size", &size, "--frames", "30", "--vsync", "off"]);
-    let output = view.ends_well();
-    assert!(output.contains("30 frames shown") && output.contains("from frame to frame, median"), "{output}");
-}
-
-#[test]
-fn a_window_that_is_closed_while_it_draws_ends_well() {
-    let server = Server::start();
-    let size = size_text(SIZE);
-    let view = View::open(&server, &["builtin:spheres", "--size", &size, "--frames", "1000000"]);
-    sleep(Duration::from_millis(500));
-    view.close();
-    view.ends_well();
-}
-
-#[test]
-fn a_server_that_goes_away_is_an_error_and_no_panic() {
-    let server = Server::start();
-    let size = size_text(SIZE);
-    let mut view = View::open(&server, &["builtin:spheres", "--size", &size, "--frames", "1000000"]);
-    sleep(Duration::from_millis(500));
-    view.assert_running();
-    server.kill();
-    let (code, _, errors) = view.ends();
-    assert_eq!(code, Some(5), "{errors}");
-    assert!(errors.contains("error: the window system failed"), "{errors}");
-}
-
-#[test]
-fn without_a_display_it_says_so_and_names_render() {
-    for display in [None, Some(":7654")] {
-        let mut command = program();
-        command.arg("view").env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-        command.envs(display.map(|display| ("DISPLAY", display)));
-        let output = command.output().expect("the program starts");
-        let errors = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(5), "{errors}");
-        assert!(
-            errors.starts_with("error: no window can be opened here: ") && errors.contains("`afterlight render`"),
-            "{errors}"
-        );
-        assert!(!errors.contains(".rs"), "{errors}");
-    }
 }
