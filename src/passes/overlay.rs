@@ -11,9 +11,9 @@ use bytemuck::{Pod, Zeroable};
 
 use super::screen::{over, stages};
 use crate::gpu::{
-    self, Buffer, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Image, ImageDesc, Location, MemoryKind,
-    Owned, RenderPass, Sampler, SetLayout, SetWriter, SubpassDesc, UploadOrder, Uploader, framebuffer, pipeline_layout,
-    sync::Use,
+    self, Buffer, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Image, ImageDesc, Location,
+    MemoryKind, Owned, RenderPass, Sampler, SetLayout, SetWriter, SubpassDesc, UploadOrder, Uploader, framebuffer,
+    pipeline_layout, sync::Use,
 };
 use crate::shaders::overlay::{self as shader, Flags, constants};
 use crate::targets::Framebuffers;
@@ -179,8 +179,9 @@ impl Overlay {
     /// # Errors
     /// When the device lacks the memory.
     pub fn resize(&mut self, images: &[vk::ImageView], extent: vk::Extent2D) -> gpu::Result<()> {
-        let one =
-            |view: &vk::ImageView| framebuffer(&self.device, "overlay framebuffer", self.render_pass.raw, &[*view], extent);
+        let one = |view: &vk::ImageView| {
+            framebuffer(&self.device, "overlay framebuffer", self.render_pass.raw, &[*view], extent)
+        };
         (self.framebuffers, self.extent) = (Framebuffers(images.iter().map(one).collect::<gpu::Result<_>>()?), extent);
         Ok(())
     }
@@ -197,7 +198,8 @@ impl Overlay {
             return Ok(());
         }
         let fits = |buffer: &Buffer, bytes: &[u8]| buffer.size >= bytes.len() as u64;
-        if !self.buffers[frame].as_ref().is_some_and(|own| fits(&own.vertices, vertices) && fits(&own.indices, indices)) {
+        if !self.buffers[frame].as_ref().is_some_and(|own| fits(&own.vertices, vertices) && fits(&own.indices, indices))
+        {
             // The old ones are destroyed when no frame uses them.
             let buffer = |what: &str, bytes: &[u8], usage| {
                 let name = format!("overlay {what} of frame {frame}");
@@ -319,7 +321,8 @@ fn pipeline(
         return Err(gpu::Error::Unsupported("overlay.wgsl has no variant".into()));
     };
     let vertices = vk::VertexInputBindingDescription::default().stride(size_of::<Vertex>() as u32);
-    let attribute = |location, offset, format| vk::VertexInputAttributeDescription { location, binding: 0, format, offset };
+    let attribute =
+        |location, offset, format| vk::VertexInputAttributeDescription { location, binding: 0, format, offset };
     GraphicsPipeline::new(
         device,
         &GraphicsPipelineDesc {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use glam::DVec2;
 use winit::application::ApplicationHandler;
 use winit::dpi::{PhysicalPosition, PhysicalSize};
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
@@ -19,10 +20,13 @@ use super::recorder::Recorder;
 use super::{Error, Options};
 use crate::frame::{self, Outcome, Presenter};
 use crate::gpu::{self, Device, Fit, Surface, vk};
+use crate::reference::View;
 use crate::scene::{Scene, Settings};
 
 /// Pixels that a wheel which tells its way in pixels goes for a notch.
 const PIXELS_A_NOTCH: f64 = 40.0;
+/// Pixels that the mouse may go while a button is held down for a click.
+const CLICK: f64 = 4.0;
 /// When an image is asked for again that was not to be had.
 const AGAIN: Duration = Duration::from_millis(50);
 
@@ -38,6 +42,10 @@ pub struct App<'a> {
     /// Where the mouse was, while a button is held down.
     dragged: Option<PhysicalPosition<f64>>,
     dragging: bool,
+    /// How far it has gone since, in pixels.
+    way: f64,
+    /// Where it is.
+    mouse: DVec2,
     clock: Clock,
     screenshot: bool,
     /// The swapchain is not of the window's size, or not of its surface.
@@ -54,11 +62,20 @@ pub struct App<'a> {
     desk: Option<Desk>,
     /// The camera's path, while it is recorded.
     recording: Option<Recorder>,
+    /// The next frame's picture is to be compared with the truth.
+    compare: bool,
+    wake: Arc<dyn Fn() + Send + Sync>,
     failure: Option<Error>,
 }
 
 impl<'a> App<'a> {
-    pub fn new(device: &Arc<Device>, scene: Scene, settings: Settings, options: Options<'a>) -> Self {
+    /// `wake` makes the loop call [`ApplicationHandler::user_event`].
+    pub fn new(
+        device: &Arc<Device>,
+        (scene, settings): (Scene, Settings),
+        options: Options<'a>,
+        wake: Arc<dyn Fn() + Send + Sync>,
+    ) -> Self {
         let control = CameraControl::new(scene.camera, &scene.bounds());
         Self {
             device: device.clone(),
@@ -70,6 +87,8 @@ impl<'a> App<'a> {
             with_shift: false,
             dragged: None,
             dragging: false,
+            way: 0.0,
+            mouse: DVec2::ZERO,
             clock: Clock::default(),
             screenshot: false,
             unfit: true,
@@ -80,6 +99,8 @@ impl<'a> App<'a> {
             window: None,
             desk: None,
             recording: None,
+            compare: false,
+            wake,
             failure: None,
         }
     }
@@ -100,8 +121,9 @@ impl<'a> App<'a> {
         let window = events.create_window(attributes).map_err(|error| Error::System(error.to_string()))?;
         let window = Arc::new(window);
         let surface = Surface::new(&self.device, window.clone())?;
-        let presenter = Presenter::new(&self.device, surface, &self.subject.scene, &self.subject.settings, self.options.vsync)?;
-        self.desk = Some(Desk::new(&self.device, &window));
+        let presenter =
+            Presenter::new(&self.device, surface, &self.subject.scene, &self.subject.settings, self.options.vsync)?;
+        self.desk = Some(Desk::new(&self.device, &window, Arc::clone(&self.wake)));
         (self.presenter, self.window) = (Some(presenter), Some(window));
         self.ask_for_frame();
         Ok(())
@@ -129,11 +151,17 @@ impl<'a> App<'a> {
         if let Some(recording) = &mut self.recording {
             recording.take(now, camera);
         }
+        desk.listen(&camera);
         let mut panels = None;
-        if let Some((shown, delay, unfit)) = desk.show(window, (presenter, &self.clock), &mut self.subject) {
+        let known = (&mut *presenter, &self.clock);
+        if let Some((shown, delay, unfit)) = desk.show(window, known, (&mut self.subject, &camera)) {
             panels = Some(shown);
             self.unfit |= unfit;
             self.again = now.checked_add(delay).filter(|_| delay < Duration::from_secs(60));
+        }
+        if std::mem::take(&mut desk.controls.asks_truth) {
+            self.compare = !desk.is_comparing();
+            desk.end_comparison();
         }
         if self.unfit {
             let PhysicalSize { width, height } = window.inner_size();
@@ -151,7 +179,9 @@ impl<'a> App<'a> {
             }
             (self.unfit, self.hidden) = (false, false);
         }
-        let copied = std::mem::take(&mut self.screenshot);
+        let kept = std::mem::take(&mut self.screenshot);
+        let compared = std::mem::take(&mut self.compare);
+        let copied = kept || compared;
         if let Some(panels) = &mut panels {
             desk.send_textures(panels, presenter);
         }
@@ -161,13 +191,20 @@ impl<'a> App<'a> {
                 // From where time was taken last, so that none is lost.
                 self.clock.frame(now, &presenter.times());
                 if copied {
-                    let told = (self.options.keep)(&presenter.picture()?);
-                    (self.options.tell)(&told.unwrap_or_else(|error| format!("warning: no screenshot: {error}")));
+                    let picture = presenter.picture()?;
+                    if kept {
+                        let told = (self.options.keep)(&picture);
+                        (self.options.tell)(&told.unwrap_or_else(|error| format!("warning: no screenshot: {error}")));
+                    }
+                    if compared {
+                        desk.compare(&self.subject, camera, &picture);
+                        window.request_redraw();
+                    }
                 }
                 fit
             }
             Outcome::Nothing(fit) => {
-                self.screenshot = copied;
+                (self.screenshot, self.compare) = (kept, compared);
                 self.again = (fit == Fit::Exact).then(|| Instant::now() + AGAIN);
                 fit
             }
@@ -238,7 +275,11 @@ impl<'a> App<'a> {
 
     fn press(&mut self, events: &ActiveEventLoop, key: KeyCode) {
         match action(key, self.with_control, self.with_shift) {
-            Some(Action::Quit) => events.exit(),
+            Some(Action::Quit) => {
+                if !self.desk.as_mut().is_some_and(Desk::clear) {
+                    events.exit();
+                }
+            }
             Some(Action::Help) => {
                 (self.options.tell)(&help());
                 self.open_panels(|controls| controls.keys = !controls.keys);
@@ -251,6 +292,7 @@ impl<'a> App<'a> {
                 }
             }
             Some(Action::Record) => self.record(),
+            Some(Action::Compare) => self.open_panels(|controls| controls.asks_truth = true),
             Some(Action::Reset) => self.control.reset(),
             Some(Action::Orbit) => {
                 self.control.toggle_orbit();
@@ -292,13 +334,24 @@ impl<'a> App<'a> {
         (self.options.tell)(&told.unwrap_or_else(|error| format!("warning: no path: {error}")));
     }
 
+    /// Asks what is under the mouse.
+    fn pick(&mut self) {
+        if let (Some(desk), Some(window)) = (&mut self.desk, &self.window) {
+            let PhysicalSize { width, height } = window.inner_size();
+            let view = View { camera: *self.control.camera(), size: [width, height] };
+            desk.pick(&self.subject, view, self.mouse);
+        }
+    }
+
     fn drag(&mut self, position: PhysicalPosition<f64>) {
+        self.mouse = DVec2::new(position.x, position.y);
         if !self.dragging {
             return;
         }
         let height = self.window.as_ref().map_or(1, |window| window.inner_size().height.max(1));
         if let Some(last) = self.dragged.replace(position) {
             let part = |pixels: f64| pixels / f64::from(height);
+            self.way += (position.x - last.x).abs() + (position.y - last.y).abs();
             self.control.drag(part(position.x - last.x), part(position.y - last.y));
             self.ask_for_frame();
         }
@@ -358,8 +411,13 @@ impl ApplicationHandler for App<'_> {
                     self.press(events, key);
                 }
             }
-            WindowEvent::MouseInput { state, button: MouseButton::Left | MouseButton::Right, .. } => {
-                (self.dragging, self.dragged) = (state == ElementState::Pressed, None);
+            WindowEvent::MouseInput { state, button: button @ (MouseButton::Left | MouseButton::Right), .. } => {
+                let pressed = state == ElementState::Pressed;
+                // Who lets go where it was pressed has clicked.
+                if !pressed && self.dragging && button == MouseButton::Left && self.way < CLICK {
+                    self.pick();
+                }
+                (self.dragging, self.dragged, self.way) = (pressed, None, 0.0);
             }
             WindowEvent::CursorMoved { position, .. } => self.drag(position),
             WindowEvent::MouseWheel { delta, .. } => {
@@ -371,6 +429,14 @@ impl ApplicationHandler for App<'_> {
             }
             _ => {}
         }
+    }
+
+    fn user_event(&mut self, _: &ActiveEventLoop, (): ()) {
+        // An answer has come.
+        if let Some(desk) = &mut self.desk {
+            desk.listen(self.control.camera());
+        }
+        self.ask_for_frame();
     }
 
     fn exiting(&mut self, _: &ActiveEventLoop) {

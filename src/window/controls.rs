@@ -6,11 +6,13 @@ use egui::{CollapsingHeader, ComboBox, Grid, RichText, ScrollArea, Sense, Slider
 
 use super::clock::Interval;
 use super::keys::HELP;
+use super::oracle::ErrorMap;
 use crate::frame::FrameTimes;
 use crate::gpu::MemoryReport;
 use crate::plan::{FramePlan, Part};
 use crate::scene::{
-    GbufferChoice, GbufferPreset, HdrFormat, Light, LightPath, MSAA, Settings, ShadowFilter, Tonemap, Transparency, View,
+    GbufferChoice, GbufferPreset, HdrFormat, Light, LightPath, MSAA, Settings, ShadowFilter, Tonemap, Transparency,
+    View,
 };
 
 /// What is known of the frames so far.
@@ -24,6 +26,20 @@ pub struct Facts<'a> {
     pub memory: MemoryReport,
     /// Why the last change was not made.
     pub refused: Option<&'a str>,
+    /// How far the picture is from the truth, as far as that is known.
+    pub error: Option<&'a ErrorMap>,
+    pub is_comparing: bool,
+    pub selected: Option<Selected>,
+}
+
+/// The object that was clicked at.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Selected {
+    pub object: String,
+    pub material: String,
+    pub triangles: usize,
+    /// Along the view, in metres.
+    pub distance: f64,
 }
 
 /// What can be changed, as it is before and after the panels were shown.
@@ -44,6 +60,8 @@ pub struct Controls {
     pub shown: bool,
     /// The keys.
     pub keys: bool,
+    /// The picture is to be compared with the truth, or not any more.
+    pub asks_truth: bool,
 }
 
 /// Intensities reach this far to either side of what a light has, as a factor.
@@ -61,10 +79,25 @@ impl Controls {
         let context = ui.ctx().clone();
         if self.shown {
             let window = egui::Window::new("Afterlight").default_pos(pos2(12.0, 12.0)).default_size([330.0, 560.0]);
-            window.open(&mut self.shown).show(&context, |ui| {
+            let mut shown = true;
+            window.open(&mut shown).show(&context, |ui| {
                 ScrollArea::vertical().max_height(context.content_rect().height() - 80.0).show(ui, |ui| {
                     panels(ui, facts, values);
+                    self.asks_truth |= ui.button("compare with the truth (T)").clicked();
                 });
+            });
+            self.shown = shown;
+        }
+        if let Some(selected) = &facts.selected {
+            let place = (egui::Align2::RIGHT_TOP, [-12.0, 12.0]);
+            egui::Window::new("Selected").anchor(place.0, place.1).resizable(false).show(&context, |ui| {
+                show_selected(ui, selected);
+            });
+        }
+        if facts.is_comparing || facts.error.is_some() {
+            let place = (egui::Align2::RIGHT_BOTTOM, [-12.0, -12.0]);
+            egui::Window::new("Error").anchor(place.0, place.1).resizable(false).show(&context, |ui| {
+                show_error(ui, facts.error);
             });
         }
         if self.keys {
@@ -80,6 +113,38 @@ impl Controls {
             });
         }
     }
+}
+
+fn show_selected(ui: &mut Ui, selected: &Selected) {
+    let Selected { object, material, triangles, distance } = selected;
+    Grid::new("selected").num_columns(2).show(ui, |ui| {
+        let rows = [
+            ("object", object.clone()),
+            ("material", material.clone()),
+            ("triangles", triangles.to_string()),
+            ("distance", format!("{distance:.3} m")),
+        ];
+        for (what, value) in rows {
+            ui.label(what);
+            ui.label(value);
+            ui.end_row();
+        }
+    });
+}
+
+/// Against the light through the middle of each pixel, in 64 bits.
+fn show_error(ui: &mut Ui, map: Option<&ErrorMap>) {
+    let Some(map) = map else {
+        ui.label("the truth is computed...");
+        return;
+    };
+    ui.label(format!("{:.2} of 255 codes off in the mean", map.mean()));
+    ui.label(format!("{:.1}% of the pixels by more than 8 codes", 100.0 * map.share_above(8)));
+    let step = map.step;
+    ui.label(match step {
+        1 => "every pixel compared".to_owned(),
+        _ => format!("every {step} by {step} pixels so far"),
+    });
 }
 
 fn panels(ui: &mut Ui, facts: &Facts, values: &mut Values) {

@@ -3,16 +3,20 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use glam::DVec2;
 use winit::event::WindowEvent;
 use winit::window::Window;
 
 use super::clock::Clock;
-use super::controls::{Controls, Facts, Values};
+use super::controls::{Controls, Facts, Selected, Values};
+use super::marks::{HeatMap, draw_box};
+use super::oracle::{Answer, Drawn, ErrorMap, Oracle, Question};
 use super::overlay::{Overlay, Taken};
-use crate::frame::{Presenter, plan_for};
+use crate::frame::{Picture, Pixels, Presenter, plan_for};
 use crate::gpu::Device;
 use crate::passes::overlay::Panels;
-use crate::scene::{Scene, Settings, View, metered_ev100};
+use crate::reference;
+use crate::scene::{Camera, Scene, Settings, View, metered_ev100};
 
 /// What is drawn, of which a user may change more than the camera.
 pub struct Subject {
@@ -47,6 +51,13 @@ impl Subject {
     }
 }
 
+fn selected_of(scene: &Scene, (object, distance): (usize, f64)) -> Option<Selected> {
+    let object = scene.objects.get(object)?;
+    let material = scene.materials.get(object.material).map_or_else(String::new, |material| material.name.clone());
+    let triangles = scene.meshes.get(object.mesh)?.indices.len() / 3;
+    Some(Selected { object: object.name.clone(), material, triangles, distance })
+}
+
 /// The panels of a window.
 pub struct Desk {
     device: Arc<Device>,
@@ -54,18 +65,39 @@ pub struct Desk {
     pub controls: Controls,
     /// Why the last change was not made.
     refused: Option<String>,
+    /// Made with the first question, and given up when the scene changes.
+    oracle: Option<Oracle>,
+    wake: Arc<dyn Fn() + Send + Sync>,
+    /// The object that was clicked at, and its distance.
+    selected: Option<(usize, f64)>,
+    /// Since the picture from this camera is compared.
+    compared: Option<Camera>,
+    error: Option<ErrorMap>,
+    heat: HeatMap,
 }
 
 impl Desk {
-    pub fn new(device: &Arc<Device>, window: &Window) -> Self {
+    /// `wake` is called, from any thread, when there is something new to show.
+    pub fn new(device: &Arc<Device>, window: &Window, wake: Arc<dyn Fn() + Send + Sync>) -> Self {
         let overlay = Overlay::new(window, device.physical.limits.max_image_dimension2_d);
-        Self { device: Arc::clone(device), overlay, controls: Controls::default(), refused: None }
+        Self {
+            device: Arc::clone(device),
+            overlay,
+            controls: Controls::default(),
+            refused: None,
+            oracle: None,
+            wake,
+            selected: None,
+            compared: None,
+            error: None,
+            heat: HeatMap::default(),
+        }
     }
 
     /// Hands an event of the window on. Nothing is consumed while no panel is open.
     pub fn event(&mut self, window: &Window, event: &WindowEvent) -> Taken {
         let Taken { consumed, changes } = self.overlay.event(window, event);
-        let shown = self.controls.is_any_shown();
+        let shown = self.is_shown();
         Taken { consumed: consumed && shown, changes: changes && shown }
     }
 
@@ -75,9 +107,9 @@ impl Desk {
         &mut self,
         window: &Window,
         (presenter, clock): (&mut Presenter, &Clock),
-        subject: &mut Subject,
+        (subject, camera): (&mut Subject, &Camera),
     ) -> Option<(Panels, Duration, bool)> {
-        if !self.controls.is_any_shown() {
+        if !self.is_shown() {
             return None;
         }
         let before = subject.values();
@@ -89,12 +121,95 @@ impl Desk {
             plan: presenter.plan(),
             memory: self.device.memory_report(),
             refused: self.refused.as_deref(),
+            error: self.error.as_ref(),
+            is_comparing: self.compared.is_some(),
+            selected: self.selected.and_then(|selected| selected_of(&subject.scene, selected)),
         };
+        let (selected, error, heat) = (self.selected, self.error.as_ref(), &self.heat);
+        let (scene, scale) = (&subject.scene, window.scale_factor() as f32);
         let controls = &mut self.controls;
-        let (panels, delay) = self.overlay.run(window, |ui| controls.show(ui, &facts, &mut after));
+        let (panels, delay) = self.overlay.run(window, |ui| {
+            if let Some(error) = error {
+                heat.draw(ui.ctx(), error, scale);
+            }
+            if let Some((object, _)) = selected {
+                draw_box(ui.ctx(), scene, camera, object);
+            }
+            controls.show(ui, &facts, &mut after);
+        });
         drop(facts);
         let unfit = after != before && self.change(presenter, subject, &before, after);
         Some((panels, delay, unfit))
+    }
+
+    /// Whether anything lies over the picture.
+    fn is_shown(&self) -> bool {
+        self.controls.is_any_shown() || self.selected.is_some() || self.compared.is_some()
+    }
+
+    /// Takes the answers that have come. A comparison ends when the picture is no longer the one that is compared.
+    pub fn listen(&mut self, camera: &Camera) {
+        if self.compared.is_some_and(|compared| compared != *camera) {
+            self.end_comparison();
+        }
+        match self.oracle.as_ref().and_then(Oracle::answer) {
+            Some(Answer::Picked(picked)) => self.selected = picked,
+            Some(Answer::Error(map)) => {
+                self.heat.set(self.overlay.context(), &map);
+                self.error = Some(map);
+            }
+            None => {}
+        }
+    }
+
+    /// Asks what is at a place of the picture, in pixels from its upper left corner.
+    pub fn pick(&mut self, subject: &Subject, view: reference::View, place: DVec2) {
+        self.end_comparison();
+        self.oracle(subject).ask(Question::Pick(view, place));
+    }
+
+    /// Whether the picture that is shown is being compared.
+    pub fn is_comparing(&self) -> bool {
+        self.compared.is_some()
+    }
+
+    /// Asks how far a picture from this camera is from the truth; none if what is shown is no picture of light.
+    pub fn compare(&mut self, subject: &Subject, camera: Camera, picture: &Picture) {
+        let Pixels::Srgb8(rgba) = &picture.pixels else { return };
+        if subject.settings.view != View::Final {
+            self.refused = Some("only the final picture can be compared with the truth".into());
+            self.controls.shown = true;
+            return;
+        }
+        let drawn = Drawn {
+            view: reference::View { camera, size: picture.size },
+            settings: subject.settings.clone(),
+            exposure: subject.values().exposure,
+            picture: rgba.clone(),
+        };
+        self.oracle(subject).ask(Question::Error(Box::new(drawn)));
+        (self.compared, self.error) = (Some(camera), None);
+    }
+
+    /// No picture is compared any more.
+    pub fn end_comparison(&mut self) {
+        (self.compared, self.error) = (None, None);
+        if let Some(oracle) = &self.oracle {
+            oracle.forget();
+        }
+    }
+
+    /// Ends the comparison and clears the selection. False if there was neither.
+    pub fn clear(&mut self) -> bool {
+        let was = self.compared.is_some() || self.selected.is_some();
+        self.end_comparison();
+        self.selected = None;
+        was
+    }
+
+    fn oracle(&mut self, subject: &Subject) -> &Oracle {
+        let wake = Arc::clone(&self.wake);
+        self.oracle.get_or_insert_with(|| Oracle::new(subject.scene.clone(), move || wake()))
     }
 
     /// Adds to the panels the textures that the device has not yet.
@@ -104,6 +219,7 @@ impl Desk {
 
     /// Shows the next view that the scene has, or the one before it. True if the presenter must be fitted again.
     pub fn turn_view(&mut self, presenter: &mut Presenter, subject: &mut Subject, back: bool) -> bool {
+        self.end_comparison();
         let own = subject.settings.view;
         for _ in 0..View::NAMES.len() {
             let settings = subject.turned(back);
@@ -120,6 +236,11 @@ impl Desk {
     /// Makes a change. True if the presenter must be fitted again.
     fn change(&mut self, presenter: &mut Presenter, subject: &mut Subject, before: &Values, after: Values) -> bool {
         let mut unfit = false;
+        // The picture will be another one, and so will the truth.
+        self.end_comparison();
+        if (&after.lights, after.roughness) != (&before.lights, before.roughness) {
+            self.oracle = None;
+        }
         for (index, (light, old)) in after.lights.iter().zip(&before.lights).enumerate() {
             if light != old {
                 subject.scene.lights[index] = light.clone();

@@ -15,7 +15,11 @@ pub enum Action {
     /// Open the panels, or close them.
     Panels,
     /// Show the next view, or the one before.
-    View { back: bool },
+    View {
+        back: bool,
+    },
+    /// Compare the picture with the truth, or end that.
+    Compare,
     /// Begin to record the camera's path, or end it.
     Record,
     /// Keep this place.
@@ -38,9 +42,11 @@ pub const HELP: &[(&str, &str)] = &[
     ("P or F12", "write a screenshot"),
     ("G or F2", "panels: times, memory, plan, and settings to change"),
     ("V, Shift+V", "the next view of the frame's buffers, the one before"),
+    ("click", "select an object: its name, its material, its box"),
+    ("T", "compare the picture with the truth: where it is wrong, and by how much"),
     ("K", "record the camera's path, and write it"),
     ("H or F1", "these keys"),
-    ("Esc", "quit"),
+    ("Esc", "end the comparison, clear the selection; then quit"),
 ];
 
 const DIGITS: [KeyCode; 9] = [
@@ -65,6 +71,7 @@ pub fn action(key: KeyCode, control: bool, shift: bool) -> Option<Action> {
         KeyCode::KeyO => Some(Action::Orbit),
         KeyCode::KeyG | KeyCode::F2 => Some(Action::Panels),
         KeyCode::KeyV => Some(Action::View { back: shift }),
+        KeyCode::KeyT => Some(Action::Compare),
         KeyCode::KeyK => Some(Action::Record),
         KeyCode::KeyP | KeyCode::F12 => Some(Action::Screenshot),
         _ if control => number.map(Action::Bookmark),

@@ -8,6 +8,8 @@ mod app;
 mod clock;
 mod controls;
 mod desk;
+mod marks;
+mod oracle;
 mod overlay;
 mod recorder;
 #[cfg(all(unix, not(target_vendor = "apple")))]
@@ -95,7 +97,10 @@ impl WindowSystem {
         settings: Settings,
         options: Options,
     ) -> Result<Summary, Error> {
-        let mut app = app::App::new(device, scene, settings, options);
+        let proxy = self.events.create_proxy();
+        // It only fails when the loop has ended, which then needs nobody to wake it.
+        let wake = move || _ = proxy.send_event(());
+        let mut app = app::App::new(device, (scene, settings), options, Arc::new(wake));
         let ran = self.events.run_app(&mut app);
         let ended = app.end();
         match (ended, ran) {

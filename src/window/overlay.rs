@@ -40,6 +40,11 @@ impl Overlay {
         Self { context, state, textures: HashMap::new(), changed: BTreeSet::new(), pointer: egui::Pos2::ZERO }
     }
 
+    /// What egui knows of the window.
+    pub fn context(&self) -> &egui::Context {
+        &self.context
+    }
+
     /// Hands an event of the window on.
     pub fn event(&mut self, window: &Window, event: &WindowEvent) -> Taken {
         let response = self.state.on_window_event(window, event);

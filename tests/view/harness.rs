@@ -29,6 +29,7 @@ pub mod key {
     pub const G: u8 = 42;
     pub const K: u8 = 45;
     pub const V: u8 = 55;
+    pub const T: u8 = 28;
     pub const R: u8 = 27;
     pub const O: u8 = 32;
     pub const P: u8 = 33;

@@ -8,9 +8,7 @@ mod panels;
 use std::thread::sleep;
 use std::time::Duration;
 
-use harness::{
-    BUTTON_PRESS, BUTTON_RELEASE, MOTION, SIZE, Server, View, key, program, rendered, rgb, size_text, text,
-};
+use harness::{BUTTON_PRESS, BUTTON_RELEASE, MOTION, SIZE, Server, View, key, program, rendered, rgb, size_text, text};
 use x11rb::protocol::xproto::ConnectionExt;
 
 /// Each way in which the last pass writes the picture: LIGHTING, FORWARD, TONEMAP after blending, a resolve, FXAA's pass, and the copy of what

@@ -136,3 +136,37 @@ fn last_of(path: &Path, scene: &str) -> Vec<u8> {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     rgb(&folder.path().join("out-0001.png"))
 }
+
+#[test]
+fn a_click_selects_and_t_compares_and_escape_ends_both_before_it_quits() {
+    let server = Server::start();
+    let scene = "builtin:spheres";
+    let size = size_text(LARGE);
+    let mut view = View::open(&server, &[scene, "--size", &size]);
+    let before = rendered(LARGE, &[scene]);
+    view.shows(&before, "as it was opened");
+    server.fake(MOTION, 0, [240, 200]);
+    sleep(Duration::from_millis(100));
+    server.fake(BUTTON_PRESS, 1, [0; 2]);
+    server.fake(BUTTON_RELEASE, 1, [0; 2]);
+    let selected = view.settles_elsewhere(&before);
+    let (_, right) = covered(&selected, &before, LARGE).expect("a panel tells what it is");
+    assert!(right > 440, "the panel is not at the right: {right}");
+    server.tap(key::ESCAPE);
+    view.shows(&before, "with nothing selected");
+    server.tap(key::T);
+    view.settles_elsewhere(&before);
+    // The camera moves: it is another picture, which nobody has compared.
+    server.press(key::W);
+    sleep(Duration::from_millis(200));
+    server.release(key::W);
+    sleep(Duration::from_millis(500));
+    server.tap(key::R);
+    view.shows(&before, "when the camera has moved and is back");
+    server.tap(key::T);
+    view.settles_elsewhere(&before);
+    server.tap(key::ESCAPE);
+    view.shows(&before, "with nothing compared");
+    server.tap(key::ESCAPE);
+    view.ends_well();
+}

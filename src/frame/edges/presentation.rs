@@ -9,8 +9,8 @@ use ash::vk;
 use super::main_pass::first_of_picture;
 use super::{Carrier, Edge, Place};
 use crate::gpu::sync::{DEVICE_ACCESS, Use};
-use crate::passes::{copy, overlay};
 use crate::passes::present::{ATTACH, BEGIN, WRITE};
+use crate::passes::{copy, overlay};
 use crate::plan::FramePlan;
 
 const READ_BY_PRESENTATION: vk::ImageLayout = vk::ImageLayout::PRESENT_SRC_KHR;
