@@ -21,6 +21,7 @@ pub enum Exit {
     /// There is no loader, driver, layer or device to work with, or it failed.
     NoVulkan = 4,
     /// There is no display to open a window on, or it went away.
+    #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only a window needs a display"))]
     NoDisplay = 5,
 }
 

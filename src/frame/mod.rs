@@ -176,6 +176,7 @@ impl Frame {
     }
 
     /// Makes anew what has the size of the picture.
+    #[cfg(feature = "window")]
     fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
         match self {
             Self::Deferred(frame) => frame.resize(parts),
@@ -224,6 +225,7 @@ pub struct Renderer {
     copy: Option<(CommandBuffer, Copy)>,
     frames: Vec<InFlight>,
     next: usize,
+    #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "frames of a window are resized, and no others"))]
     frame_layout: Owned<vk::DescriptorSetLayout>,
 }
 

@@ -162,15 +162,18 @@ fn panels(ui: &mut Ui, facts: &Facts, values: &mut Values) {
         let parts = plan.parts();
         let out = parts.iter().filter(|part| !part.included).count();
         CollapsingHeader::new(format!("Plan: {} parts in, {out} left out", parts.len() - out)).show(ui, |ui| {
-            plan_parts(ui, &parts);
+            plan_parts(ui, parts);
         });
     }
 }
 
+/// A part of an interval in milliseconds.
+type Share = fn(&Interval) -> Option<f64>;
+
 /// Times of the last frames: from one to the next, and what of it the CPU and the device were busy.
 fn graph(ui: &mut Ui, intervals: &[Interval]) {
     let colors = [ui.visuals().strong_text_color(), egui::Color32::LIGHT_BLUE, egui::Color32::GOLD];
-    let lines: [(&str, fn(&Interval) -> Option<f64>); 3] =
+    let lines: [(&str, Share); 3] =
         [("frame", |own| Some(own.interval_ms)), ("CPU", |own| Some(own.record_ms)), ("GPU", |own| own.gpu_ms)];
     ui.horizontal(|ui| {
         for ((name, of), color) in lines.iter().zip(colors) {
