@@ -27,7 +27,8 @@ pub enum Outcome {
 /// Draws frames of one scene into a window.
 pub struct Presenter {
     device: Arc<Device>,
-    surface: Arc<Surface>,
+    /// None between one that is lost and the next.
+    surface: Option<Arc<Surface>>,
     desc: SwapchainDesc,
     /// One for each frame in flight: free again when the frame that waits for it is done.
     acquired: Vec<Owned<vk::Semaphore>>,
@@ -55,16 +56,13 @@ impl Presenter {
         settings: &Settings,
         vsync: Vsync,
     ) -> Result<Self, Error> {
-        if !surface.is_served_by(device)? {
-            let name = &device.physical.name;
-            return Err(gpu::Error::Unsupported(format!("'{name}' cannot show images in this window")).into());
-        }
+        check_surface(device, &surface)?;
         let plan = plan_for(device, scene, settings)?;
         let name = |index| format!("swapchain image for frame {index} acquired");
         let acquired = (0..IN_FLIGHT).map(|index| semaphore(device, &name(index))).collect::<gpu::Result<_>>()?;
         Ok(Self {
             device: device.clone(),
-            surface,
+            surface: Some(surface),
             desc: SwapchainDesc { vsync, ..desc_for(&plan) },
             acquired,
             renderer: None,
@@ -85,8 +83,9 @@ impl Presenter {
     pub fn fit(&mut self, scene: &Scene, settings: &Settings, size: [u32; 2]) -> Result<bool, Error> {
         let plan = plan_for(&self.device, scene, settings)?;
         self.desc = SwapchainDesc { vsync: self.desc.vsync, size, ..desc_for(&plan) };
+        let Some(surface) = &self.surface else { return Ok(false) };
         let old = self.swapchain.take();
-        self.swapchain = Swapchain::new(&self.device, &self.surface, &self.desc, old)?;
+        self.swapchain = Swapchain::new(&self.device, surface, &self.desc, old)?;
         let Some(swapchain) = &self.swapchain else { return Ok(false) };
         let vk::Extent2D { width, height } = swapchain.extent;
         let settings = Settings { size: [width, height], ..settings.clone() };
@@ -136,10 +135,25 @@ impl Presenter {
         self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.set_exposure(ev100))
     }
 
-    /// Takes a new surface of the window in the place of one that is lost.
-    pub fn replace_surface(&mut self, surface: Arc<Surface>) {
-        self.swapchain = None;
-        self.surface = surface;
+    /// Gives up a surface that is lost, with its swapchain: a window may not have two.
+    pub fn lose_surface(&mut self) {
+        (self.swapchain, self.surface) = (None, None);
+    }
+
+    /// Takes a new surface of the window in its place.
+    ///
+    /// # Errors
+    /// When the device cannot show images there.
+    pub fn replace_surface(&mut self, surface: Arc<Surface>) -> Result<(), Error> {
+        check_surface(&self.device, &surface)?;
+        self.surface = Some(surface);
+        Ok(())
+    }
+
+    /// Whether the window's images can be copied from, for [`Presenter::picture`].
+    pub fn can_copy(&self) -> bool {
+        let copies = |swapchain: &Swapchain| swapchain.usage.contains(vk::ImageUsageFlags::TRANSFER_SRC);
+        self.swapchain.as_ref().is_some_and(copies) || self.plan().is_some_and(FramePlan::is_tiled)
     }
 
     /// Draws a frame and has it shown. Waits for the frame before the last, and a moment for an image. With `copied`, its picture can be had
@@ -252,6 +266,14 @@ impl Renderer {
             swapchain,
         })?;
         Ok(())
+    }
+}
+
+fn check_surface(device: &Device, surface: &Surface) -> gpu::Result<()> {
+    let name = &device.physical.name;
+    match surface.is_served_by(device)? {
+        true => Ok(()),
+        false => Err(gpu::Error::Unsupported(format!("'{name}' cannot show images in this window"))),
     }
 }
 

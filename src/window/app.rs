@@ -1,27 +1,27 @@
-//! The window's events, and when a frame is drawn: when something has changed, and otherwise never.
+//! A window and what it shows. A frame is drawn when something has changed, and otherwise never.
+
+mod events;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::DVec2;
-use winit::application::ApplicationHandler;
 use winit::dpi::{PhysicalPosition, PhysicalSize};
-use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
-use winit::event_loop::{ActiveEventLoop, ControlFlow};
-use winit::keyboard::{KeyCode, PhysicalKey};
-use winit::window::{Window, WindowId};
+use winit::event_loop::ActiveEventLoop;
+use winit::keyboard::KeyCode;
+use winit::window::Window;
 
 use super::camera::{CameraControl, Held, Mode};
 use super::clock::{Clock, Summary};
 use super::controls::Controls;
 use super::desk::{Desk, Subject};
-use super::keys::{Action, HELP, action, hold};
+use super::keys::{Action, HELP, action};
 use super::recorder::Recorder;
 use super::{Error, Options};
 use crate::frame::{self, Outcome, Presenter};
 use crate::gpu::{self, Device, Fit, Surface, vk};
 use crate::reference::View;
-use crate::scene::{Scene, Settings};
+use crate::scene::{Projection, Scene, Settings};
 
 /// Pixels that a wheel which tells its way in pixels goes for a notch.
 const PIXELS_A_NOTCH: f64 = 40.0;
@@ -62,6 +62,10 @@ pub struct App<'a> {
     desk: Option<Desk>,
     /// The camera's path, while it is recorded.
     recording: Option<Recorder>,
+    /// Up to when the camera has moved, unless it has rested since.
+    advanced: Option<Instant>,
+    /// The size that frames were last made for.
+    fitted: Option<[u32; 2]>,
     /// The next frame's picture is to be compared with the truth.
     compare: bool,
     wake: Arc<dyn Fn() + Send + Sync>,
@@ -69,7 +73,7 @@ pub struct App<'a> {
 }
 
 impl<'a> App<'a> {
-    /// `wake` makes the loop call [`ApplicationHandler::user_event`].
+    /// `wake` makes the loop call `user_event` ([`events`]).
     pub fn new(
         device: &Arc<Device>,
         (scene, settings): (Scene, Settings),
@@ -99,6 +103,8 @@ impl<'a> App<'a> {
             window: None,
             desk: None,
             recording: None,
+            advanced: None,
+            fitted: None,
             compare: false,
             wake,
             failure: None,
@@ -141,11 +147,15 @@ impl<'a> App<'a> {
             return Ok(());
         };
         let now = Instant::now();
-        self.control.advance(self.clock.seconds(now), self.held);
+        let last = self.advanced.replace(now).unwrap_or(now);
+        self.control.advance(now.duration_since(last).as_secs_f64(), self.held);
         let camera = *self.control.camera();
-        // A camera that is zoomed may look more closely than the plan was made for.
+        // A camera that is zoomed may look more closely than the plan was made for. The next plan is for one that comes nearer still.
         if presenter.check_camera(&camera).is_err() {
-            self.subject.scene.camera.projection = camera.projection;
+            self.subject.scene.camera.projection = match camera.projection {
+                Projection::Orthographic { height } => Projection::orthographic(height * 0.25),
+                perspective => perspective,
+            };
             self.unfit = true;
         }
         if let Some(recording) = &mut self.recording {
@@ -166,21 +176,32 @@ impl<'a> App<'a> {
         if self.unfit {
             let PhysicalSize { width, height } = window.inner_size();
             let begun = Instant::now();
-            if !presenter.fit(&self.subject.scene, &self.subject.settings, [width, height])? {
+            let subject = &mut self.subject;
+            let fits = match presenter.fit(&subject.scene, &subject.settings, [width, height]) {
+                Err(error) if desk.take_back(presenter, subject, &error) => {
+                    presenter.fit(&subject.scene, &subject.settings, [width, height])?
+                }
+                fitted => fitted?,
+            };
+            if !fits {
                 self.clock.pause();
-                self.hidden = true;
+                (self.advanced, self.again, self.hidden) = (None, None, true);
                 return Ok(());
             }
-            let first = self.clock.frames() == 0;
-            if first {
-                tell_mode(presenter, &self.options);
-            } else {
-                self.clock.resized(begun.elapsed());
+            match self.fitted.replace([width, height]) {
+                None => tell_mode(presenter, &self.options),
+                Some(before) if before != [width, height] => self.clock.resized(begun.elapsed()),
+                Some(_) => {}
             }
+            desk.fitted(subject);
             (self.unfit, self.hidden) = (false, false);
         }
-        let kept = std::mem::take(&mut self.screenshot);
-        let compared = std::mem::take(&mut self.compare);
+        let mut kept = std::mem::take(&mut self.screenshot);
+        let mut compared = std::mem::take(&mut self.compare);
+        if (kept || compared) && !presenter.can_copy() {
+            (self.options.tell)("warning: no picture: this window's images cannot be copied from");
+            (kept, compared) = (false, false);
+        }
         let copied = kept || compared;
         if let Some(panels) = &mut panels {
             desk.send_textures(panels, presenter);
@@ -190,6 +211,7 @@ impl<'a> App<'a> {
             Outcome::Shown(fit) => {
                 // From where time was taken last, so that none is lost.
                 self.clock.frame(now, &presenter.times());
+                desk.drawn();
                 if copied {
                     let picture = presenter.picture()?;
                     if kept {
@@ -205,7 +227,7 @@ impl<'a> App<'a> {
             }
             Outcome::Nothing(fit) => {
                 (self.screenshot, self.compare) = (kept, compared);
-                self.again = (fit == Fit::Exact).then(|| Instant::now() + AGAIN);
+                self.again = (fit == Fit::Exact && !self.hidden).then(|| Instant::now() + AGAIN);
                 fit
             }
         };
@@ -229,7 +251,8 @@ impl<'a> App<'a> {
 
     fn replace_surface(&mut self) -> Result<(), Error> {
         if let (Some(window), Some(presenter)) = (&self.window, &mut self.presenter) {
-            presenter.replace_surface(Surface::new(&self.device, window.clone())?);
+            presenter.lose_surface();
+            presenter.replace_surface(Surface::new(&self.device, window.clone())?)?;
             self.unfit = true;
         }
         Ok(())
@@ -274,6 +297,10 @@ impl<'a> App<'a> {
     }
 
     fn press(&mut self, events: &ActiveEventLoop, key: KeyCode) {
+        // Where it was until now: from there it may jump.
+        if let Some(recording) = &mut self.recording {
+            recording.take(Instant::now(), *self.control.camera());
+        }
         match action(key, self.with_control, self.with_shift) {
             Some(Action::Quit) => {
                 if !self.desk.as_mut().is_some_and(Desk::clear) {
@@ -355,110 +382,6 @@ impl<'a> App<'a> {
             self.control.drag(part(position.x - last.x), part(position.y - last.y));
             self.ask_for_frame();
         }
-    }
-}
-
-impl ApplicationHandler for App<'_> {
-    fn resumed(&mut self, events: &ActiveEventLoop) {
-        events.set_control_flow(ControlFlow::Wait);
-        if self.window.is_some() {
-            return;
-        }
-        if let Err(error) = self.open(events) {
-            self.failure = Some(error);
-            events.exit();
-        }
-    }
-
-    fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
-        if let (Some(desk), Some(window)) = (&mut self.desk, &self.window) {
-            let taken = desk.event(window, &event);
-            if taken.changes {
-                self.ask_for_frame();
-            }
-            // A button that was pressed over the picture may be let go over a panel.
-            let lets_go = matches!(event, WindowEvent::MouseInput { state: ElementState::Released, .. });
-            if taken.consumed && !lets_go {
-                return;
-            }
-        }
-        match event {
-            WindowEvent::CloseRequested => events.exit(),
-            WindowEvent::Destroyed => {
-                // Not by us: our window lives until the loop has ended.
-                self.failure.get_or_insert_with(|| Error::System("the window was destroyed".into()));
-                events.exit();
-            }
-            WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => {
-                (self.unfit, self.content, self.hidden) = (true, false, false);
-                self.ask_for_frame();
-            }
-            WindowEvent::Occluded(occluded) => {
-                self.hidden = occluded;
-                self.ask_for_frame();
-            }
-            WindowEvent::RedrawRequested => self.redraw(events),
-            WindowEvent::Focused(false) => (self.held, self.dragging, self.with_control) = Default::default(),
-            WindowEvent::ModifiersChanged(modifiers) => {
-                (self.with_control, self.with_shift) = (modifiers.state().control_key(), modifiers.state().shift_key());
-            }
-            WindowEvent::KeyboardInput { event, .. } => {
-                let PhysicalKey::Code(key) = event.physical_key else { return };
-                let pressed = event.state == ElementState::Pressed;
-                if hold(&mut self.held, key, pressed) {
-                    self.ask_for_frame();
-                } else if pressed && !event.repeat {
-                    self.press(events, key);
-                }
-            }
-            WindowEvent::MouseInput { state, button: button @ (MouseButton::Left | MouseButton::Right), .. } => {
-                let pressed = state == ElementState::Pressed;
-                // Who lets go where it was pressed has clicked.
-                if !pressed && self.dragging && button == MouseButton::Left && self.way < CLICK {
-                    self.pick();
-                }
-                (self.dragging, self.dragged, self.way) = (pressed, None, 0.0);
-            }
-            WindowEvent::CursorMoved { position, .. } => self.drag(position),
-            WindowEvent::MouseWheel { delta, .. } => {
-                self.control.wheel(match delta {
-                    MouseScrollDelta::LineDelta(_, lines) => f64::from(lines),
-                    MouseScrollDelta::PixelDelta(pixels) => pixels.y / PIXELS_A_NOTCH,
-                });
-                self.ask_for_frame();
-            }
-            _ => {}
-        }
-    }
-
-    fn user_event(&mut self, _: &ActiveEventLoop, (): ()) {
-        // An answer has come.
-        if let Some(desk) = &mut self.desk {
-            desk.listen(self.control.camera());
-        }
-        self.ask_for_frame();
-    }
-
-    fn exiting(&mut self, _: &ActiveEventLoop) {
-        // While the connection to the window system is open.
-        (self.desk, self.presenter, self.window) = (None, None, None);
-    }
-
-    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
-        let now = Instant::now();
-        let flow = match self.again {
-            Some(again) if again > now => ControlFlow::WaitUntil(again),
-            _ => {
-                let again = self.again.take().is_some();
-                if again || self.goes_on() {
-                    self.ask_for_frame();
-                } else {
-                    self.clock.pause();
-                }
-                ControlFlow::Wait
-            }
-        };
-        events.set_control_flow(flow);
     }
 }
 

@@ -50,11 +50,6 @@ const TITLE: Duration = Duration::from_millis(500);
 const MOST: usize = 1 << 20;
 
 impl Clock {
-    /// Seconds since the last frame was begun; 0 after a pause.
-    pub fn seconds(&self, now: Instant) -> f64 {
-        self.last.map_or(0.0, |last| now.duration_since(last).as_secs_f64())
-    }
-
     /// A frame was shown that was begun at this time. `times` are of the last one that is done.
     pub fn frame(&mut self, now: Instant, times: &FrameTimes) {
         self.frames += 1;
@@ -131,10 +126,8 @@ mod tests {
             clock.frame(at(ms), &FrameTimes::default());
         }
         clock.pause();
-        assert_eq!(clock.seconds(at(9000)), 0.0);
         clock.frame(at(9000), &FrameTimes::default());
         clock.frame(at(9010), &FrameTimes::default());
-        assert!((clock.seconds(at(9015)) - 0.005).abs() < 1e-9);
         let summary = clock.summary();
         assert_eq!((summary.frames, summary.interval_ms, summary.resize_ms), (6, Some(10.0), None));
     }

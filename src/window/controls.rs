@@ -2,7 +2,9 @@
 
 use std::fmt::Display;
 
-use egui::{CollapsingHeader, ComboBox, Grid, RichText, ScrollArea, Sense, Slider, Stroke, Ui, Vec2, pos2};
+use egui::{
+    CollapsingHeader, ComboBox, Grid, RichText, ScrollArea, Sense, Slider, SliderClamping, Stroke, Ui, Vec2, pos2,
+};
 
 use super::clock::Interval;
 use super::keys::HELP;
@@ -197,7 +199,9 @@ fn graph(ui: &mut Ui, intervals: &[Interval]) {
 
 fn picture(ui: &mut Ui, facts: &Facts, values: &mut Values) {
     if facts.plan.is_some_and(|plan| plan.exposes) {
-        ui.add(Slider::new(&mut values.exposure, -6.0..=20.0).text("exposure, EV100"));
+        // A scene may have one beyond, which stays until it is changed.
+        let slider = Slider::new(&mut values.exposure, -6.0..=20.0).clamping(SliderClamping::Edits);
+        ui.add(slider.text("exposure, EV100"));
     }
     roughness(ui, &mut values.roughness);
     let settings = &mut values.settings;
@@ -228,8 +232,10 @@ fn roughness(ui: &mut Ui, roughness: &mut Option<f32>) {
         if overrides != roughness.is_some() {
             *roughness = overrides.then_some(0.5);
         }
-        let Some(value) = roughness else { return };
         let id = ui.scope_id().with("roughness");
+        let Some(value) = roughness else {
+            return ui.data_mut(|data| data.remove::<f32>(id));
+        };
         let mut dragged = ui.data(|data| data.get_temp(id)).unwrap_or(*value);
         let slider = ui.add(Slider::new(&mut dragged, 0.0..=1.0));
         ui.data_mut(|data| data.insert_temp(id, dragged));

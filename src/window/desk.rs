@@ -12,8 +12,8 @@ use super::controls::{Controls, Facts, Selected, Values};
 use super::marks::{HeatMap, draw_box};
 use super::oracle::{Answer, Drawn, ErrorMap, Oracle, Question};
 use super::overlay::{Overlay, Taken};
-use crate::frame::{Picture, Pixels, Presenter, plan_for};
-use crate::gpu::Device;
+use crate::frame::{self, Picture, Pixels, Presenter, plan_for};
+use crate::gpu::{self, Device, vk};
 use crate::passes::overlay::Panels;
 use crate::reference;
 use crate::scene::{Camera, Scene, Settings, View, metered_ev100};
@@ -24,21 +24,43 @@ pub struct Subject {
     pub settings: Settings,
     /// Of each material, as it came.
     own_roughness: Vec<f32>,
+    /// EV100.
+    exposure: f32,
     roughness: Option<f32>,
 }
 
 impl Subject {
     pub fn new(scene: Scene, settings: Settings) -> Self {
         let own_roughness = scene.materials.iter().map(|material| material.roughness).collect();
-        Self { scene, settings, own_roughness, roughness: None }
+        // It does not follow lights that are changed later.
+        let exposure = settings.exposure.unwrap_or_else(|| metered_ev100(&scene));
+        Self {
+            scene,
+            settings: Settings { exposure: Some(exposure), ..settings },
+            own_roughness,
+            exposure,
+            roughness: None,
+        }
     }
 
     fn values(&self) -> Values {
         Values {
             settings: self.settings.clone(),
-            exposure: self.settings.exposure.unwrap_or_else(|| metered_ev100(&self.scene)),
+            exposure: self.exposure,
             lights: self.scene.lights.clone(),
             roughness: self.roughness,
+        }
+    }
+
+    fn set(&mut self, values: Values) {
+        (self.settings, self.exposure, self.scene.lights) = (values.settings, values.exposure, values.lights);
+        self.set_roughness(values.roughness);
+    }
+
+    fn set_roughness(&mut self, roughness: Option<f32>) {
+        self.roughness = roughness;
+        for (material, own) in self.scene.materials.iter_mut().zip(&self.own_roughness) {
+            material.roughness = roughness.unwrap_or(*own);
         }
     }
 
@@ -74,6 +96,8 @@ pub struct Desk {
     compared: Option<Camera>,
     error: Option<ErrorMap>,
     heat: HeatMap,
+    /// What the frames were last made for.
+    fitted: Option<Values>,
 }
 
 impl Desk {
@@ -91,14 +115,14 @@ impl Desk {
             compared: None,
             error: None,
             heat: HeatMap::default(),
+            fitted: None,
         }
     }
 
     /// Hands an event of the window on. Nothing is consumed while no panel is open.
     pub fn event(&mut self, window: &Window, event: &WindowEvent) -> Taken {
-        let Taken { consumed, changes } = self.overlay.event(window, event);
         let shown = self.is_shown();
-        Taken { consumed: consumed && shown, changes: changes && shown }
+        self.overlay.event(window, event, shown)
     }
 
     /// Builds the panels and makes the changes that are made there. What is to be drawn, and after which time anew; none while no panel is open.
@@ -126,11 +150,11 @@ impl Desk {
             selected: self.selected.and_then(|selected| selected_of(&subject.scene, selected)),
         };
         let (selected, error, heat) = (self.selected, self.error.as_ref(), &self.heat);
-        let (scene, scale) = (&subject.scene, window.scale_factor() as f32);
+        let scene = &subject.scene;
         let controls = &mut self.controls;
         let (panels, delay) = self.overlay.run(window, |ui| {
             if let Some(error) = error {
-                heat.draw(ui.ctx(), error, scale);
+                heat.draw(ui.ctx(), error);
             }
             if let Some((object, _)) = selected {
                 draw_box(ui.ctx(), scene, camera, object);
@@ -140,6 +164,32 @@ impl Desk {
         drop(facts);
         let unfit = after != before && self.change(presenter, subject, &before, after);
         Some((panels, delay, unfit))
+    }
+
+    /// The frames are made for the subject as it is now.
+    pub fn fitted(&mut self, subject: &Subject) {
+        self.fitted = Some(subject.values());
+    }
+
+    /// Takes back what was changed since frames could be made, if anything was and the device is not to blame. Tells why on the panels.
+    pub fn take_back(&mut self, presenter: &mut Presenter, subject: &mut Subject, error: &frame::Error) -> bool {
+        const GONE: [vk::Result; 2] = [vk::Result::ERROR_DEVICE_LOST, vk::Result::ERROR_SURFACE_LOST_KHR];
+        let is_gone = matches!(error, frame::Error::Gpu(gpu::Error::Vulkan { result, .. }) if GONE.contains(result));
+        let Some(fitted) = self.fitted.clone().filter(|fitted| !is_gone && *fitted != subject.values()) else {
+            return false;
+        };
+        subject.set(fitted);
+        presenter.change(true);
+        self.end_comparison();
+        self.oracle = None;
+        self.refused = Some(error.to_string());
+        self.controls.shown = true;
+        true
+    }
+
+    /// What was shown over the picture is drawn.
+    pub fn drawn(&mut self) {
+        self.overlay.drawn();
     }
 
     /// Whether anything lies over the picture.
@@ -184,7 +234,7 @@ impl Desk {
         let drawn = Drawn {
             view: reference::View { camera, size: picture.size },
             settings: subject.settings.clone(),
-            exposure: subject.values().exposure,
+            exposure: subject.exposure,
             picture: rgba.clone(),
         };
         self.oracle(subject).ask(Question::Error(Box::new(drawn)));
@@ -194,6 +244,7 @@ impl Desk {
     /// No picture is compared any more.
     pub fn end_comparison(&mut self) {
         (self.compared, self.error) = (None, None);
+        self.heat.clear();
         if let Some(oracle) = &self.oracle {
             oracle.forget();
         }
@@ -252,15 +303,12 @@ impl Desk {
             }
         }
         if after.exposure != before.exposure {
-            subject.settings.exposure = Some(after.exposure);
+            (subject.exposure, subject.settings.exposure) = (after.exposure, Some(after.exposure));
             // Refused only while light is in nits, which has none.
             let _ = presenter.set_exposure(after.exposure);
         }
         if after.roughness != before.roughness {
-            subject.roughness = after.roughness;
-            for (material, own) in subject.scene.materials.iter_mut().zip(&subject.own_roughness) {
-                material.roughness = after.roughness.unwrap_or(*own);
-            }
+            subject.set_roughness(after.roughness);
             presenter.change(true);
             unfit = true;
         }

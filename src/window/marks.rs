@@ -66,6 +66,11 @@ pub struct HeatMap {
 }
 
 impl HeatMap {
+    /// Shows nothing any more.
+    pub fn clear(&mut self) {
+        self.texture = None;
+    }
+
     pub fn set(&mut self, context: &Context, map: &ErrorMap) {
         let color = |&code: &u8| {
             let share = (f32::from(code) / MOST).min(1.0);
@@ -77,9 +82,9 @@ impl HeatMap {
     }
 
     /// Over a picture of so many pixels, of which every `step` by `step` are one of the map's.
-    pub fn draw(&self, context: &Context, map: &ErrorMap, pixels_per_point: f32) {
+    pub fn draw(&self, context: &Context, map: &ErrorMap) {
         let Some(texture) = &self.texture else { return };
-        let size = Vec2::new(map.size[0] as f32, map.size[1] as f32) * map.step as f32 / pixels_per_point;
+        let size = Vec2::new(map.size[0] as f32, map.size[1] as f32) * map.step as f32 / context.pixels_per_point();
         let uv = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
         let rect = Rect::from_min_size(context.content_rect().min, size);
         context.layer_painter(LayerId::background()).image(texture.id(), rect, uv, Color32::WHITE);

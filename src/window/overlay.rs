@@ -21,6 +21,8 @@ pub struct Overlay {
     changed: BTreeSet<u64>,
     /// In points.
     pointer: egui::Pos2,
+    /// Textures that are not needed when the next frame is drawn.
+    spent: Vec<u64>,
 }
 
 /// What came of an event.
@@ -37,7 +39,14 @@ impl Overlay {
         let scale = Some(window.scale_factor() as f32);
         let largest = Some(largest_texture as usize);
         let state = egui_winit::State::new(context.clone(), ViewportId::ROOT, window, scale, None, largest);
-        Self { context, state, textures: HashMap::new(), changed: BTreeSet::new(), pointer: egui::Pos2::ZERO }
+        Self {
+            context,
+            state,
+            textures: HashMap::new(),
+            changed: BTreeSet::new(),
+            pointer: egui::Pos2::ZERO,
+            spent: Vec::new(),
+        }
     }
 
     /// What egui knows of the window.
@@ -45,8 +54,8 @@ impl Overlay {
         &self.context
     }
 
-    /// Hands an event of the window on.
-    pub fn event(&mut self, window: &Window, event: &WindowEvent) -> Taken {
+    /// Hands an event of the window on, which is forgotten if nothing is shown.
+    pub fn event(&mut self, window: &Window, event: &WindowEvent, shown: bool) -> Taken {
         let response = self.state.on_window_event(window, event);
         let consumed = match event {
             // A key that no text field waits for is the window's own.
@@ -60,7 +69,10 @@ impl Overlay {
             WindowEvent::MouseInput { .. } | WindowEvent::MouseWheel { .. } => self.is_over_a_panel(),
             _ => response.consumed,
         };
-        Taken { consumed, changes: response.repaint }
+        if !shown {
+            self.state.egui_input_mut().events.clear();
+        }
+        Taken { consumed: consumed && shown, changes: response.repaint && shown }
     }
 
     fn is_over_a_panel(&self) -> bool {
@@ -77,7 +89,8 @@ impl Overlay {
         let primitives = self.context.tessellate(output.shapes, output.pixels_per_point);
         let size = window.inner_size();
         let mut panels = triangles(&primitives, output.pixels_per_point, [size.width, size.height]);
-        panels.spent = self.take_textures(output.textures_delta);
+        self.take_textures(output.textures_delta);
+        panels.spent = self.spent.clone();
         (panels, delay)
     }
 
@@ -88,8 +101,13 @@ impl Overlay {
         sent.map(|(&id, image)| texture(id, image)).collect()
     }
 
-    /// Takes note of what changes of the textures; those that are not needed after this frame.
-    fn take_textures(&mut self, mut delta: TexturesDelta) -> Vec<u64> {
+    /// What [`Overlay::run`] made is drawn.
+    pub fn drawn(&mut self) {
+        self.spent.clear();
+    }
+
+    /// Takes note of what changes of the textures.
+    fn take_textures(&mut self, mut delta: TexturesDelta) {
         for (id, deltas) in std::mem::take(&mut delta.set) {
             let id = number(id);
             for delta in deltas {
@@ -101,11 +119,10 @@ impl Overlay {
             }
             self.changed.insert(id);
         }
-        let spent: Vec<u64> = std::mem::take(&mut delta.free).into_iter().map(number).collect();
-        for id in &spent {
+        self.spent.extend(std::mem::take(&mut delta.free).into_iter().map(number));
+        for id in &self.spent {
             self.textures.remove(id);
         }
-        spent
     }
 }
 

@@ -1,0 +1,134 @@
+//! What happens to the window.
+
+use std::time::Instant;
+
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalPosition;
+use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow};
+use winit::keyboard::PhysicalKey;
+use winit::window::WindowId;
+
+use super::{App, CLICK, PIXELS_A_NOTCH};
+use crate::window::Error;
+use crate::window::keys::hold;
+
+impl ApplicationHandler for App<'_> {
+    fn resumed(&mut self, events: &ActiveEventLoop) {
+        events.set_control_flow(ControlFlow::Wait);
+        if self.window.is_some() {
+            return;
+        }
+        if let Err(error) = self.open(events) {
+            self.failure = Some(error);
+            events.exit();
+        }
+    }
+
+    fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        if let (Some(desk), Some(window)) = (&mut self.desk, &self.window) {
+            let taken = desk.event(window, &event);
+            if taken.changes {
+                self.ask_for_frame();
+            }
+            // What was pressed over the picture may be let go over a panel.
+            let lets_go = match &event {
+                WindowEvent::MouseInput { state, .. } => *state == ElementState::Released,
+                WindowEvent::KeyboardInput { event, .. } => event.state == ElementState::Released,
+                _ => false,
+            };
+            if taken.consumed && !lets_go {
+                return;
+            }
+        }
+        match event {
+            WindowEvent::CloseRequested => events.exit(),
+            WindowEvent::Destroyed => {
+                // Not by us: our window lives until the loop has ended.
+                self.failure.get_or_insert_with(|| Error::System("the window was destroyed".into()));
+                events.exit();
+            }
+            WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => {
+                (self.unfit, self.content, self.hidden) = (true, false, false);
+                if let Some(desk) = &mut self.desk {
+                    desk.end_comparison();
+                }
+                self.ask_for_frame();
+            }
+            WindowEvent::Occluded(occluded) => {
+                (self.hidden, self.again) = (occluded, None);
+                if !occluded {
+                    self.ask_for_frame();
+                }
+            }
+            WindowEvent::RedrawRequested => self.redraw(events),
+            WindowEvent::Focused(false) => {
+                (self.held, self.dragging) = Default::default();
+                (self.with_control, self.with_shift) = (false, false);
+            }
+            WindowEvent::ModifiersChanged(modifiers) => {
+                (self.with_control, self.with_shift) = (modifiers.state().control_key(), modifiers.state().shift_key());
+            }
+            WindowEvent::KeyboardInput { event, is_synthetic, .. } => {
+                let PhysicalKey::Code(key) = event.physical_key else { return };
+                let pressed = event.state == ElementState::Pressed;
+                if hold(&mut self.held, key, pressed) {
+                    self.ask_for_frame();
+                } else if pressed && !event.repeat && !is_synthetic {
+                    // Synthetic ones were pressed in another window.
+                    self.press(events, key);
+                }
+            }
+            WindowEvent::MouseInput { state, button: button @ (MouseButton::Left | MouseButton::Right), .. } => {
+                let pressed = state == ElementState::Pressed;
+                // Who lets go where it was pressed has clicked.
+                if !pressed && self.dragging && button == MouseButton::Left && self.way < CLICK {
+                    self.pick();
+                }
+                let place = PhysicalPosition::new(self.mouse.x, self.mouse.y);
+                (self.dragging, self.dragged, self.way) = (pressed, pressed.then_some(place), 0.0);
+            }
+            WindowEvent::CursorMoved { position, .. } => self.drag(position),
+            WindowEvent::MouseWheel { delta, .. } => {
+                self.control.wheel(match delta {
+                    MouseScrollDelta::LineDelta(_, lines) => f64::from(lines),
+                    MouseScrollDelta::PixelDelta(pixels) => pixels.y / PIXELS_A_NOTCH,
+                });
+                self.ask_for_frame();
+            }
+            _ => {}
+        }
+    }
+
+    fn user_event(&mut self, _: &ActiveEventLoop, (): ()) {
+        // An answer has come.
+        if let Some(desk) = &mut self.desk {
+            desk.listen(self.control.camera());
+        }
+        self.ask_for_frame();
+    }
+
+    fn exiting(&mut self, _: &ActiveEventLoop) {
+        // While the connection to the window system is open.
+        (self.desk, self.presenter, self.window) = (None, None, None);
+    }
+
+    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
+        let now = Instant::now();
+        let flow = match self.again {
+            // What moves does not wait for what is to be shown anew later.
+            Some(again) if again > now && !self.goes_on() => ControlFlow::WaitUntil(again),
+            _ => {
+                let again = self.again.take().is_some();
+                if again || self.goes_on() {
+                    self.ask_for_frame();
+                } else {
+                    self.clock.pause();
+                    self.advanced = None;
+                }
+                ControlFlow::Wait
+            }
+        };
+        events.set_control_flow(flow);
+    }
+}
