@@ -34,8 +34,7 @@ Examples:
   afterlight render builtin:spheres --gbuffer lean,normal=rgb10a2 --validate
   afterlight render scene.toml --settings tuned.toml -o tuned.png
   afterlight render builtin:hall --view all -o sheet.png
-  afterlight render builtin:hall --path assets/paths/hall.toml --fps 10 -o walk.png
-  afterlight render builtin:hall --path assets/paths/hall.toml -o - | ffmpeg -f image2pipe -i - walk.mp4")]
+  afterlight render builtin:hall --path walk.toml --fps 10 -o walk.png")]
 pub struct Args {
     /// The scene: an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
     scene: String,

@@ -120,7 +120,8 @@ mod tests {
             let camera = flat(bounds.center() - toward.normalize() * distance, bounds.center());
             let eye = Eye::of(&camera, &bounds);
             prop_assert!(eye.ahead >= 0.0);
-            let rounding = 1e-15 * distance;
+            // Of two places that are so far from the origin, and of the way between them.
+            let rounding = 4e-15 * (distance + 10.0);
             let moved = eye.camera.position - camera.position;
             prop_assert!((moved.dot(camera.forward()) - eye.ahead).abs() <= rounding && moved.cross(camera.forward()).length() <= rounding);
             let (first, last) = along(&bounds, &eye.camera);

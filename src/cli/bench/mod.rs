@@ -31,7 +31,7 @@ Examples:
   afterlight bench builtin:hall --settings tuned.toml --vary shadow-size=4096
   afterlight bench \"builtin:field?lights=64\" \"builtin:hall?lights=8\"
   afterlight bench builtin:hall --plan-cost
-  afterlight bench builtin:hall --path assets/paths/hall.toml --frames 200
+  afterlight bench builtin:hall --path walk.toml --frames 200
   afterlight bench builtin:hall --json - | jq '.scenes[].runs[].wall_ms.median'
 
 A frame's time is that from the start of its recording to its end on the device.
