@@ -26,7 +26,7 @@ test-swiftshader: ## Draw the tests again on SwiftShader, a second software driv
 
 check: ## Format and lints, warnings as errors
 	cargo fmt --all --check
-	cargo clippy --workspace --all-targets -- -D warnings
+	cargo clippy --workspace --all-targets --features hot-reload -- -D warnings
 
 cross-check: ## Ask Mitsuba 3 (from PyPI, into .cache) for the reference renderer's pictures; a few minutes
 	cargo build --release

@@ -3,7 +3,21 @@
 //! Each module has its `Flags`, `VARIANTS` and `variant(flags)`, the ids of its specialization constants (`constants`), and the sizes and
 //! offsets of its push constants (`push`) and of the structs in its buffers (`structs`), for assertions beside the Rust twins.
 
+#[cfg(feature = "hot-reload")]
+pub mod exchange;
+
 use std::ffi::CStr;
+
+/// The shader of a file.
+#[derive(Debug)]
+pub struct Shader {
+    /// The file's name without `.wgsl`.
+    pub name: &'static str,
+    /// Every variant, ascending by its flags.
+    pub variants: &'static [Variant],
+    /// What this program relies on beside what the variants tell, a fact a line: flags, specialization constants, push constants, structs.
+    pub interface: &'static str,
+}
 
 /// A shader with certain flags on.
 #[derive(Debug)]
@@ -201,7 +215,7 @@ pub enum ConstantValue {
 #[must_use]
 pub fn hash() -> String {
     let mut hasher = blake3::Hasher::new();
-    for (name, variants) in ALL {
+    for Shader { name, variants, .. } in ALL {
         hasher.update(name.as_bytes());
         for variant in *variants {
             hasher.update(&variant.bits.to_le_bytes());
@@ -226,8 +240,17 @@ const fn words<const N: usize>(bytes: &'static Aligned<N>, start: usize, count: 
     unsafe { std::slice::from_raw_parts(bytes.0.as_ptr().add(4 * start).cast::<u32>(), count) }
 }
 
-/// The variant with these bits in a table that ascends by them.
-fn find(variants: &'static [Variant], bits: u32) -> Option<&'static Variant> {
+/// The variant with these bits of a shader, in a table that ascends by them.
+#[cfg_attr(not(feature = "hot-reload"), expect(unused_variables, reason = "a shader is what it was built as"))]
+fn find(shader: &'static str, variants: &'static [Variant], bits: u32) -> Option<&'static Variant> {
+    let own = built(variants, bits)?;
+    #[cfg(feature = "hot-reload")]
+    let own = exchange::present(shader, own);
+    Some(own)
+}
+
+/// The one that the program was built with.
+fn built(variants: &'static [Variant], bits: u32) -> Option<&'static Variant> {
     variants.binary_search_by_key(&bits, |variant| variant.bits).ok().map(|index| &variants[index])
 }
 
@@ -296,10 +319,10 @@ mod tests {
 
     #[test]
     fn every_variant_is_found_and_embedded_whole() {
-        for (name, variants) in ALL {
+        for Shader { name, variants, .. } in ALL {
             assert!(variants.is_sorted_by(|a, b| a.bits < b.bits), "{name}");
             for variant in *variants {
-                assert!(find(variants, variant.bits).is_some_and(|found| std::ptr::eq(found, variant)), "{name}");
+                assert!(built(variants, variant.bits).is_some_and(|found| std::ptr::eq(found, variant)), "{name}");
                 let entries = variant.entry_points;
                 assert!(!entries.is_empty(), "{name} has no entry point in the variant {:b}", variant.bits);
                 assert!(entries.iter().all(|entry| entry.spirv.first() == Some(&0x0723_0203)), "{name}");

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use crate::emit::EntryPoint;
 use crate::error::Error;
+use crate::host::host_interface;
 use crate::reflect::{BindingKind, Located, NumberKind, PushConstants, StructLayout};
 use crate::shader::{ConstantValue, Shader};
 
@@ -28,9 +29,11 @@ pub fn write_rust(shaders: &[Shader], directory: &Path) -> Result<(), Error> {
     let bytes: Vec<u8> = pool.words.iter().flat_map(|word| word.to_ne_bytes()).collect();
     let mut text = String::from("// Written by the shader compiler at build time.\n\n");
     text.push_str(&format!("static SPIRV: Aligned<{}> = Aligned(*include_bytes!(\"{SPIRV_FILE}\"));\n", bytes.len()));
-    text.push_str("\n/// Every shader: its name and its variants.\npub static ALL: &[(&str, &[Variant])] = &[\n");
+    text.push_str("\n/// Every shader.\npub static ALL: &[Shader] = &[\n");
     for shader in shaders {
-        line(&mut text, format_args!("    (\"{0}\", {0}::VARIANTS),\n", shader.name));
+        let (name, interface) = (&shader.name, host_interface(shader));
+        let fields = format!("name: \"{name}\", variants: {name}::VARIANTS, interface: {interface:?}");
+        line(&mut text, format_args!("    Shader {{ {fields} }},\n"));
     }
     text.push_str("];\n");
     text.push_str(&modules);
@@ -100,9 +103,8 @@ fn write_shader(out: &mut String, shader: &Shader, pool: &mut Pool) -> Written {
         ),
     );
     out.push_str("    /// The variant with exactly these flags, if the shader has it.\n");
-    out.push_str(
-        "    pub fn variant(flags: Flags) -> Option<&'static Variant> {\n        find(VARIANTS, flags.bits())\n    }\n",
-    );
+    out.push_str("    pub fn variant(flags: Flags) -> Option<&'static Variant> {\n");
+    line(out, format_args!("        find(\"{name}\", VARIANTS, flags.bits())\n    }}\n"));
     write_constants(out, shader);
     write_layouts(out, shader)?;
     out.push_str("}\n");

@@ -16,6 +16,7 @@ mod compose;
 mod emit;
 mod error;
 mod generate;
+mod host;
 pub mod patch;
 pub mod reflect;
 mod scan;
@@ -31,6 +32,7 @@ use compose::{Composing, Library};
 pub use emit::{EntryPoint, Stage};
 pub use error::{Error, Location};
 pub use generate::write_rust;
+pub use host::host_interface;
 pub use shader::{ConstantValue, Shader, SpecConstant, Variant};
 use shader::{Plan, merge};
 use source::Source;
@@ -44,9 +46,18 @@ pub type NamedText<'a> = (&'a str, &'a str);
 /// # Errors
 /// All that is wrong with the shaders, each fault once; or a directory or file that cannot be read.
 pub fn compile_directory(directory: &Path) -> Result<Vec<Shader>, Vec<Error>> {
+    compile_variants(directory, &|_, _| true)
+}
+
+/// The same of those variants alone that are wanted: `wanted` is asked with a shader's name and a variant's flags as bits. A shader has the
+/// constants and structs of its compiled variants; those without any are not there.
+///
+/// # Errors
+/// As [`compile_directory`].
+pub fn compile_variants(directory: &Path, wanted: &dyn Fn(&str, u32) -> bool) -> Result<Vec<Shader>, Vec<Error>> {
     let shared = read_all(&directory.join("shared")).map_err(|error| vec![error])?;
     let shaders = read_all(directory).map_err(|error| vec![error])?;
-    compile(&shaders, &shared)
+    compile(&shaders, &shared, wanted)
 }
 
 /// Compiles one shader with the modules `shared`.
@@ -56,7 +67,7 @@ pub fn compile_directory(directory: &Path) -> Result<Vec<Shader>, Vec<Error>> {
 pub fn compile_source(shader: NamedText, shared: &[NamedText]) -> Result<Shader, Vec<Error>> {
     let owned = |(path, text): &NamedText| ((*path).to_owned(), (*text).to_owned());
     let shared: Vec<_> = shared.iter().map(owned).collect();
-    let mut shaders = compile(&[owned(&shader)], &shared)?;
+    let mut shaders = compile(&[owned(&shader)], &shared, &|_, _| true)?;
     shaders.pop().ok_or_else(|| vec![Error::in_file(shader.0, "no shader was compiled")])
 }
 
@@ -82,10 +93,19 @@ fn read_all(directory: &Path) -> Result<Vec<(String, String)>, Error> {
     Ok(files)
 }
 
-fn compile(shaders: &[(String, String)], shared: &[(String, String)]) -> Result<Vec<Shader>, Vec<Error>> {
+fn compile(
+    shaders: &[(String, String)],
+    shared: &[(String, String)],
+    wanted: &dyn Fn(&str, u32) -> bool,
+) -> Result<Vec<Shader>, Vec<Error>> {
     let sources = collect(shared.iter().map(|(path, text)| Source::new(path, text)))?;
     let library = Library::new(sources).map_err(|error| vec![error])?;
-    let plans = collect(shaders.iter().map(|(path, text)| Plan::new(path, text, &library)))?;
+    let mut plans = collect(shaders.iter().map(|(path, text)| Plan::new(path, text, &library)))?;
+    for plan in &mut plans {
+        let Plan { name, combinations, .. } = plan;
+        combinations.retain(|&bits| wanted(name, bits));
+    }
+    plans.retain(|plan| !plan.combinations.is_empty());
     let jobs: Vec<_> = plans.iter().flat_map(|plan| plan.combinations.iter().map(move |bits| (plan, *bits))).collect();
     let done = run(&jobs, &library);
     let mut results = done.into_iter();

@@ -63,7 +63,7 @@ pub enum ConstantValue {
 /// What is to be compiled of a shader.
 pub struct Plan {
     source: Source,
-    name: String,
+    pub name: String,
     head: Head,
     pub combinations: Vec<u32>,
     constants: Vec<Constant>,

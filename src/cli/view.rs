@@ -7,7 +7,7 @@ use std::process;
 use afterlight::frame::Picture;
 use afterlight::gpu::Vsync;
 use afterlight::scene::{CameraPath, SettingsPatch};
-use afterlight::window::{Error, Options, Summary, WindowSystem};
+use afterlight::window::{Error, Options, ReadAgain, ShaderFolder, Summary, WindowSystem};
 
 use super::args::{DeviceArgs, SettingsArgs};
 use super::failure::{Exit, Failure};
@@ -15,7 +15,7 @@ use super::output::{self, Sink};
 use super::picture::{Format, Target};
 use super::session;
 use super::table::{Table, milliseconds};
-use super::workload::Workload;
+use super::workload::{LargestPicture, Workload};
 
 /// Open a window onto a scene
 #[derive(Debug, clap::Args)]
@@ -40,6 +40,10 @@ pub struct Args {
     /// The folder that screenshots and recorded camera paths are written to
     #[arg(long, value_name = "FOLDER", default_value = ".")]
     screenshots: PathBuf,
+    /// Compile the shaders of this folder, and again when they change. Without it, those that the program was built from, when they change
+    #[cfg(feature = "hot-reload")]
+    #[arg(long, value_name = "FOLDER")]
+    shaders: Option<PathBuf>,
     /// Print nothing but errors
     #[arg(short, long)]
     quiet: bool,
@@ -66,9 +70,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let system = WindowSystem::connect(end_without_display)?;
     session::with_device_for(&args.device, &system.extensions()?, |device| {
         let workload = Workload::open(&args.scene, &args.settings, args.quiet)?;
-        // A window shows each frame as it is.
-        let once = SettingsPatch { samples: Some(1), ..SettingsPatch::default() };
-        let settings = workload.settings(&once, &device.physical)?;
+        let settings = workload.settings(&once(), &device.physical)?;
         let options = Options {
             vsync: args.vsync,
             frames: args.frames,
@@ -80,6 +82,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             },
             keep: &|picture| keep(&args.screenshots, picture),
             keep_path: &|path| keep_path(&args.screenshots, path),
+            read_again: Some(read_again(args, LargestPicture::of(&device.physical))),
+            shaders: args.shaders(),
         };
         let summary = system.view(&device, workload.scene, settings, options)?;
         match args.quiet || args.frames.is_none() {
@@ -87,6 +91,38 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             false => output::print(&table(&summary), false),
         }
     })
+}
+
+/// A window shows each frame as it is.
+fn once() -> SettingsPatch {
+    SettingsPatch { samples: Some(1), ..SettingsPatch::default() }
+}
+
+/// Reads the scene as the command line names it. Holds nothing of the device, which ends before the program does.
+fn read_again(args: &Args, largest: LargestPicture) -> ReadAgain {
+    let (scene, settings) = (args.scene.clone(), args.settings.clone());
+    Box::new(move || {
+        let read = || {
+            let workload = Workload::open(&scene, &settings, true)?;
+            let settings = workload.settings_within(&once(), &largest)?;
+            Ok((workload.scene, settings))
+        };
+        read().map_err(|failure: Failure| failure.message().to_owned())
+    })
+}
+
+impl Args {
+    #[cfg(feature = "hot-reload")]
+    fn shaders(&self) -> Option<ShaderFolder> {
+        let own = || Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
+        let differs = self.shaders.is_some();
+        Some(ShaderFolder { path: self.shaders.clone().unwrap_or_else(own), differs })
+    }
+
+    #[cfg(not(feature = "hot-reload"))]
+    fn shaders(&self) -> Option<ShaderFolder> {
+        None
+    }
 }
 
 /// What is left to do when the X server is gone: nothing can be drawn, and nothing returns to where it could be told.

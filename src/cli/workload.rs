@@ -21,6 +21,21 @@ use super::table::{Table, bytes};
 /// Warnings of a scene that are printed; the others are counted.
 const PRINTED_WARNINGS: usize = 20;
 
+/// The largest picture that a device draws.
+#[derive(Debug, Clone)]
+pub struct LargestPicture {
+    /// Its name.
+    device: String,
+    /// Pixels.
+    edge: u32,
+}
+
+impl LargestPicture {
+    pub fn of(device: &PhysicalDevice) -> Self {
+        Self { device: device.name.clone(), edge: capabilities(device).max_extent }
+    }
+}
+
 /// A loaded scene, with the camera that the command line gave it.
 pub struct Workload {
     pub scene: Scene,
@@ -103,13 +118,21 @@ impl Workload {
     /// # Errors
     /// When the picture is larger than `device` can draw.
     pub fn settings(&self, variation: &SettingsPatch, device: &PhysicalDevice) -> Result<Settings, Failure> {
+        self.settings_within(variation, &LargestPicture::of(device))
+    }
+
+    /// The same where nothing else is known of the device.
+    ///
+    /// # Errors
+    /// As [`Workload::settings`].
+    pub fn settings_within(&self, variation: &SettingsPatch, largest: &LargestPicture) -> Result<Settings, Failure> {
         let said = variation.or(&self.command_line);
         let settings = self.decided(variation);
-        let limit = capabilities(device).max_extent;
+        let LargestPicture { device, edge } = largest;
         let [width, height] = settings.size;
-        if width.max(height) > limit {
+        if width.max(height) > *edge {
             let exit = if said.size.is_some() { Exit::Usage } else { Exit::BadInput };
-            let most = format!("{} draws at most {limit}x{limit}", device.name);
+            let most = format!("{device} draws at most {edge}x{edge}");
             return Err(Failure::new(exit, format!("the size {width}x{height} is too large: {most}")));
         }
         Ok(settings)

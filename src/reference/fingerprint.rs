@@ -189,6 +189,7 @@ impl Fingerprint {
             camera: _,
             settings: _,
             warnings: _,
+            files: _,
         } = scene;
         let counts = [meshes.len(), objects.len(), materials.len(), textures.len(), lights.len()];
         counts.into_iter().for_each(|count| self.number(count as u64));

@@ -1,5 +1,7 @@
 //! What a reader of model files is asked for and hands over.
 
+use std::path::PathBuf;
+
 use glam::DAffine3;
 
 use super::{Material, Mesh, Object, Scene, Texture};
@@ -36,6 +38,8 @@ pub struct Imported {
     pub textures: Vec<Texture>,
     /// What was odd and how it was handled, a line each.
     pub warnings: Vec<String>,
+    /// The files that it was read from.
+    pub files: Vec<PathBuf>,
 }
 
 impl Imported {
@@ -56,6 +60,7 @@ impl Imported {
             ..object
         }));
         scene.warnings.extend(self.warnings);
+        scene.files.extend(self.files);
     }
 }
 
@@ -78,6 +83,7 @@ mod tests {
                 texels: vec![0; 4],
             }],
             warnings: vec!["odd".into()],
+            files: vec!["a.obj".into()],
         };
         let mut scene = Scene::default();
         imported.clone().append_to(&mut scene, DAffine3::IDENTITY);
@@ -85,6 +91,6 @@ mod tests {
         let second = &scene.objects[1];
         assert_eq!((second.mesh, second.material, second.transform.translation), (1, 1, DVec3::X));
         assert_eq!(scene.materials[1].normal_texture, Some(1));
-        assert_eq!((scene.textures.len(), scene.warnings.len()), (2, 2));
+        assert_eq!((scene.textures.len(), scene.warnings.len(), scene.files.len()), (2, 2, 2));
     }
 }

@@ -50,6 +50,8 @@ pub use suggest::{nearest, unknown};
 pub use temperature::{KELVIN, black_body_color};
 pub use texture::{ColorSpace, Texture};
 
+use std::path::PathBuf;
+
 use glam::Vec3;
 
 /// Everything that a frame can show.
@@ -70,6 +72,8 @@ pub struct Scene {
     pub settings: SettingsPatch,
     /// What was odd about the input and how it was handled, a line each, naming file and line where there is one.
     pub warnings: Vec<String>,
+    /// The files that it was read from; none for a scene that is built in.
+    pub files: Vec<PathBuf>,
 }
 
 /// Light from everywhere, and what is seen where nothing is.

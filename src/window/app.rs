@@ -1,6 +1,7 @@
 //! A window and what it shows. A frame is drawn when something has changed, and otherwise never.
 
 mod events;
+mod news;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -17,6 +18,7 @@ use super::controls::Controls;
 use super::desk::{Desk, Subject};
 use super::keys::{Action, HELP, action};
 use super::recorder::Recorder;
+use super::watch::Watch;
 use super::{Error, Options};
 use crate::frame::{self, Outcome, Presenter};
 use crate::gpu::{self, Device, Fit, Surface, vk};
@@ -69,6 +71,8 @@ pub struct App<'a> {
     /// The next frame's picture is to be compared with the truth.
     compare: bool,
     wake: Arc<dyn Fn() + Send + Sync>,
+    /// None where the system does not tell of changes.
+    watch: Option<Watch>,
     failure: Option<Error>,
 }
 
@@ -107,6 +111,7 @@ impl<'a> App<'a> {
             fitted: None,
             compare: false,
             wake,
+            watch: None,
             failure: None,
         }
     }
@@ -130,6 +135,7 @@ impl<'a> App<'a> {
         let presenter =
             Presenter::new(&self.device, surface, &self.subject.scene, &self.subject.settings, self.options.vsync)?;
         self.desk = Some(Desk::new(&self.device, &window, Arc::clone(&self.wake)));
+        self.watch_files();
         (self.presenter, self.window) = (Some(presenter), Some(window));
         self.ask_for_frame();
         Ok(())
@@ -179,6 +185,9 @@ impl<'a> App<'a> {
             let subject = &mut self.subject;
             let fits = match presenter.fit(&subject.scene, &subject.settings, [width, height]) {
                 Err(error) if desk.take_back(presenter, subject, &error) => {
+                    (self.options.tell)(&format!("warning: {error}"));
+                    // The reason is shown with the next one.
+                    window.request_redraw();
                     presenter.fit(&subject.scene, &subject.settings, [width, height])?
                 }
                 fitted => fitted?,
@@ -194,6 +203,10 @@ impl<'a> App<'a> {
                 Some(_) => {}
             }
             desk.fitted(subject);
+            #[cfg(feature = "hot-reload")]
+            if let Some(watch) = &self.watch {
+                watch.fitted();
+            }
             (self.unfit, self.hidden) = (false, false);
         }
         let mut kept = std::mem::take(&mut self.screenshot);

@@ -9,6 +9,7 @@ use winit::window::Window;
 
 use super::clock::Clock;
 use super::controls::{Controls, Facts, Selected, Values};
+use super::faults::Faults;
 use super::marks::{HeatMap, draw_box};
 use super::oracle::{Answer, Drawn, ErrorMap, Oracle, Question};
 use super::overlay::{Overlay, Taken};
@@ -16,7 +17,9 @@ use crate::frame::{self, Picture, Pixels, Presenter, plan_for};
 use crate::gpu::{self, Device, vk};
 use crate::passes::overlay::Panels;
 use crate::reference;
-use crate::scene::{Camera, Scene, Settings, View, metered_ev100};
+use crate::scene::{Camera, Light, Scene, Settings, View, metered_ev100};
+#[cfg(feature = "hot-reload")]
+use crate::shaders::exchange::{Replacements, exchange};
 
 /// What is drawn, of which a user may change more than the camera.
 pub struct Subject {
@@ -27,6 +30,17 @@ pub struct Subject {
     /// EV100.
     exposure: f32,
     roughness: Option<f32>,
+    /// As it came.
+    own: Own,
+}
+
+/// What was said of a scene before anything was changed on the panels.
+#[derive(Debug, Clone, PartialEq)]
+struct Own {
+    settings: Settings,
+    exposure: f32,
+    lights: Vec<Light>,
+    camera: Camera,
 }
 
 impl Subject {
@@ -34,13 +48,33 @@ impl Subject {
         let own_roughness = scene.materials.iter().map(|material| material.roughness).collect();
         // It does not follow lights that are changed later.
         let exposure = settings.exposure.unwrap_or_else(|| metered_ev100(&scene));
+        let own = Own { settings: settings.clone(), exposure, lights: scene.lights.clone(), camera: scene.camera };
         Self {
             scene,
             settings: Settings { exposure: Some(exposure), ..settings },
             own_roughness,
             exposure,
             roughness: None,
+            own,
         }
+    }
+
+    /// The same scene read again: what was changed on the panels stays, unless its files say something else of it than before.
+    fn renewed(&self, scene: Scene, settings: Settings) -> Self {
+        let mut new = Self::new(scene, settings);
+        if new.own.settings == self.own.settings {
+            new.settings = self.settings.clone();
+        }
+        new.settings.view = self.settings.view;
+        if new.own.exposure == self.own.exposure {
+            new.exposure = self.exposure;
+        }
+        new.settings.exposure = Some(new.exposure);
+        if new.own.lights == self.own.lights {
+            new.scene.lights.clone_from(&self.scene.lights);
+        }
+        new.set_roughness(self.roughness);
+        new
     }
 
     fn values(&self) -> Values {
@@ -98,6 +132,18 @@ pub struct Desk {
     heat: HeatMap,
     /// What the frames were last made for.
     fitted: Option<Values>,
+    /// What the frames were last made of, if that is something else since.
+    before: Before,
+    /// What is wrong with changed files.
+    pub faults: Faults,
+}
+
+/// What can be gone back to.
+#[derive(Default)]
+struct Before {
+    subject: Option<Subject>,
+    #[cfg(feature = "hot-reload")]
+    shaders: Option<Replacements>,
 }
 
 impl Desk {
@@ -116,6 +162,8 @@ impl Desk {
             error: None,
             heat: HeatMap::default(),
             fitted: None,
+            before: Before::default(),
+            faults: Faults::default(),
         }
     }
 
@@ -151,7 +199,7 @@ impl Desk {
         };
         let (selected, error, heat) = (self.selected, self.error.as_ref(), &self.heat);
         let scene = &subject.scene;
-        let controls = &mut self.controls;
+        let (controls, faults) = (&mut self.controls, &mut self.faults);
         let (panels, delay) = self.overlay.run(window, |ui| {
             if let Some(error) = error {
                 heat.draw(ui.ctx(), error);
@@ -160,6 +208,7 @@ impl Desk {
                 draw_box(ui.ctx(), scene, camera, object);
             }
             controls.show(ui, &facts, &mut after);
+            faults.show(ui.ctx());
         });
         drop(facts);
         let unfit = after != before && self.change(presenter, subject, &before, after);
@@ -169,21 +218,61 @@ impl Desk {
     /// The frames are made for the subject as it is now.
     pub fn fitted(&mut self, subject: &Subject) {
         self.fitted = Some(subject.values());
+        self.before = Before::default();
+    }
+
+    /// Takes the scene as it was read again. True if the camera that it names is another one than before.
+    pub fn renew(&mut self, presenter: &mut Presenter, subject: &mut Subject, read: (Scene, Settings)) -> bool {
+        let new = subject.renewed(read.0, read.1);
+        let old = std::mem::replace(subject, new);
+        let is_moved = subject.own.camera != old.own.camera;
+        // Of several in a row, the one of which frames were made.
+        self.before.subject.get_or_insert(old);
+        self.faults.scene = None;
+        self.forget_scene(presenter);
+        is_moved
+    }
+
+    /// Makes the frames with other shaders.
+    #[cfg(feature = "hot-reload")]
+    pub fn exchange_shaders(&mut self, presenter: &mut Presenter, new: Replacements) {
+        let old = exchange(new);
+        self.before.shaders.get_or_insert(old);
+        self.end_comparison();
+        presenter.change(false);
+    }
+
+    /// What is known of a scene ends with it.
+    fn forget_scene(&mut self, presenter: &mut Presenter) {
+        presenter.change(true);
+        self.end_comparison();
+        (self.oracle, self.selected) = (None, None);
     }
 
     /// Takes back what was changed since frames could be made, if anything was and the device is not to blame. Tells why on the panels.
     pub fn take_back(&mut self, presenter: &mut Presenter, subject: &mut Subject, error: &frame::Error) -> bool {
         const GONE: [vk::Result; 2] = [vk::Result::ERROR_DEVICE_LOST, vk::Result::ERROR_SURFACE_LOST_KHR];
         let is_gone = matches!(error, frame::Error::Gpu(gpu::Error::Vulkan { result, .. }) if GONE.contains(result));
-        let Some(fitted) = self.fitted.clone().filter(|fitted| !is_gone && *fitted != subject.values()) else {
+        let Some(fitted) = self.fitted.clone().filter(|_| !is_gone) else { return false };
+        let told = Some(error.to_string());
+        let scene = self.before.subject.take();
+        #[cfg(feature = "hot-reload")]
+        let exchanged = self.before.shaders.take().map(exchange).is_some();
+        #[cfg(not(feature = "hot-reload"))]
+        let exchanged = false;
+        if exchanged {
+            self.faults.shaders.clone_from(&told);
+        }
+        if let Some(old) = scene {
+            *subject = old;
+            self.faults.scene = told;
+        } else if fitted != subject.values() {
+            (self.refused, self.controls.shown) = (told, true);
+        } else if !exchanged {
             return false;
-        };
+        }
         subject.set(fitted);
-        presenter.change(true);
-        self.end_comparison();
-        self.oracle = None;
-        self.refused = Some(error.to_string());
-        self.controls.shown = true;
+        self.forget_scene(presenter);
         true
     }
 
@@ -194,7 +283,7 @@ impl Desk {
 
     /// Whether anything lies over the picture.
     fn is_shown(&self) -> bool {
-        self.controls.is_any_shown() || self.selected.is_some() || self.compared.is_some()
+        self.controls.is_any_shown() || self.selected.is_some() || self.compared.is_some() || self.faults.is_any()
     }
 
     /// Takes the answers that have come. A comparison ends when the picture is no longer the one that is compared.
@@ -250,9 +339,9 @@ impl Desk {
         }
     }
 
-    /// Ends the comparison and clears the selection. False if there was neither.
+    /// Ends the comparison, and takes the selection and what is told of files away. False if there was nothing.
     pub fn clear(&mut self) -> bool {
-        let was = self.compared.is_some() || self.selected.is_some();
+        let was = self.faults.clear() || self.compared.is_some() || self.selected.is_some();
         self.end_comparison();
         self.selected = None;
         was

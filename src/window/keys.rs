@@ -46,7 +46,7 @@ pub const HELP: &[(&str, &str)] = &[
     ("T", "compare the picture with the truth: where it is wrong, and by how much"),
     ("K", "record the camera's path, and write it"),
     ("H or F1", "these keys"),
-    ("Esc", "end the comparison, clear the selection; then quit"),
+    ("Esc", "clear what is told of files, end the comparison, clear the selection; then quit"),
 ];
 
 const DIGITS: [KeyCode; 9] = [

@@ -8,10 +8,12 @@ mod app;
 mod clock;
 mod controls;
 mod desk;
+mod faults;
 mod marks;
 mod oracle;
 mod overlay;
 mod recorder;
+mod watch;
 #[cfg(all(unix, not(target_vendor = "apple")))]
 mod x11;
 
@@ -26,6 +28,10 @@ use crate::gpu::{self, Device, Vsync, surface_extensions};
 use crate::scene::{CameraPath, Scene, Settings};
 
 pub use clock::Summary;
+pub use watch::ShaderFolder;
+
+/// Reads the scene and its settings again.
+pub type ReadAgain = Box<dyn Fn() -> Result<(Scene, Settings), String> + Send>;
 
 /// Why there is no window, or none any more.
 #[derive(Debug, thiserror::Error)]
@@ -58,6 +64,10 @@ pub struct Options<'a> {
     pub keep: &'a dyn Fn(&frame::Picture) -> Result<String, String>,
     /// Keeps a path that was recorded; what to tell of it.
     pub keep_path: &'a dyn Fn(&CameraPath) -> Result<String, String>,
+    /// Called, from another thread, when a file of the scene has changed.
+    pub read_again: Option<ReadAgain>,
+    /// Shaders that are compiled anew when they change; ignored without the feature `hot-reload`.
+    pub shaders: Option<ShaderFolder>,
 }
 
 /// The connection to the window system.

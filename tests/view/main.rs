@@ -2,6 +2,7 @@
 //! back from the server. All under core and synchronization validation, of which any message is exit code 1.
 #![cfg(all(feature = "window", target_os = "linux"))]
 
+mod changes;
 mod harness;
 mod panels;
 

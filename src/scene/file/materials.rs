@@ -30,6 +30,7 @@ impl<'a> Textures<'a> {
         let (name, size) = (path.display().to_string(), [image.width(), image.height()]);
         scene.textures.push(Texture { name, size, color_space, texels: image.into_raw() });
         let index = scene.textures.len() - 1;
+        scene.files.push(path.clone());
         self.read.insert((path, color_space), index);
         Ok(index)
     }

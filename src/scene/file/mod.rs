@@ -36,7 +36,9 @@ const MAX_BASES: u32 = 8;
 /// # Errors
 /// [`Error::Read`] when it cannot be read; [`Error::Content`] with the line when something in it is wrong.
 pub fn load(path: &Path, options: &OpenOptions) -> Result<Scene, Error> {
-    parse(&read_text(path)?, path, options)
+    let mut scene = parse(&read_text(path)?, path, options)?;
+    scene.files.push(path.to_owned());
+    Ok(scene)
 }
 
 fn read_text(path: &Path) -> Result<String, Error> {
@@ -162,7 +164,8 @@ fn light_and_view(root: &Table, scene: &mut Scene, folder: &Path, options: &Open
     let mut own = root.read("settings", settings::settings)?.unwrap_or_default();
     let exposure = root.read("camera", settings::camera_exposure)?.flatten();
     own.exposure = own.exposure.or(exposure);
-    let from = root.read("settings", |node| settings::from(node, folder))?.flatten().unwrap_or_default();
+    let from =
+        root.read("settings", |node| settings::from(node, folder, &mut scene.files))?.flatten().unwrap_or_default();
     scene.settings = own.or(&from).or(&scene.settings);
     for (index, node) in root.list("lights")?.iter().enumerate() {
         scene.lights.push(lights::light(node, index)?);

@@ -100,6 +100,7 @@ fn from_builtin(node: &Node, scene: &mut Scene) -> Result<Vec<Object>, Error> {
         materials: built.materials,
         textures: built.textures,
         warnings: built.warnings,
+        files: built.files,
     };
     let first = scene.objects.len();
     imported.append_to(scene, DAffine3::IDENTITY);

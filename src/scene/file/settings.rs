@@ -1,6 +1,6 @@
 //! `[camera]`, `[environment]` and `[settings]`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec3};
 
@@ -105,10 +105,12 @@ pub(super) fn settings(node: &Node) -> Result<SettingsPatch, Error> {
     Ok(patch)
 }
 
-/// The settings of the file that `from` names.
-pub(super) fn from(node: &Node, folder: &Path) -> Result<Option<SettingsPatch>, Error> {
+/// The settings of the file that `from` names, which is added to `files`.
+pub(super) fn from(node: &Node, folder: &Path, files: &mut Vec<PathBuf>) -> Result<Option<SettingsPatch>, Error> {
     node.table(schema::SETTINGS)?.read("from", |node| {
-        super::load_settings(&folder.join(node.string()?)).map_err(|error| super::from_another(node, error))
+        let path = folder.join(node.string()?);
+        files.push(path.clone());
+        super::load_settings(&path).map_err(|error| super::from_another(node, error))
     })
 }
 

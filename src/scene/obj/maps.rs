@@ -39,6 +39,16 @@ pub(super) struct Made {
 }
 
 impl Request {
+    /// The images that it is made of.
+    pub fn sources(&self) -> impl Iterator<Item = &Source> {
+        let (first, second) = match self {
+            Self::Color { image, mask } => (image.as_ref(), mask.as_ref()),
+            Self::Normal { image, .. } => (Some(image), None),
+            Self::MetallicRoughness { roughness, metallic, .. } => (roughness.as_ref(), metallic.as_ref()),
+        };
+        first.into_iter().chain(second)
+    }
+
     /// Reads the images and makes the texture.
     ///
     /// # Errors

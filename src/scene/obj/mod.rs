@@ -36,8 +36,8 @@ mod polygon;
 mod scan;
 mod text;
 
-use std::collections::HashMap;
-use std::path::Path;
+use std::collections::{BTreeSet, HashMap};
+use std::path::{Path, PathBuf};
 
 use glam::DAffine3;
 
@@ -57,7 +57,8 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Imported, Error> {
     let mut scan = scan::scan(path, &text::read(path)?)?;
     let mut warnings: Vec<String> =
         scan.warnings.iter().map(|warning| format!("{}: {warning}", path.display())).collect();
-    let drafts = draft_materials(path, &scan, &mut warnings)?;
+    let mut files = BTreeSet::from([path.to_owned()]);
+    let drafts = draft_materials(path, &scan, &mut files, &mut warnings)?;
     let needs: Vec<_> = drafts.iter().map(|draft| draft.needs).collect();
 
     // Decoding textures and building meshes take about as long, and neither waits for the other.
@@ -78,6 +79,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Imported, Error> {
         return Err(Error::Content { path: path.to_owned(), line: None, what });
     }
     let mut imported = Imported { materials, textures, warnings, ..Imported::default() };
+    imported.files = files.into_iter().collect();
     groups.into_iter().for_each(|group| place(&mut imported, &scan, group));
     decide_sides(&mut imported, scan.parts.iter().all(|part| part.has_normals));
     Ok(imported)
@@ -98,9 +100,15 @@ fn decide_sides(imported: &mut Imported, normals_given: bool) {
     }
 }
 
-/// A draft for each material that the OBJ uses, in its order.
-fn draft_materials(path: &Path, scan: &Scan, warnings: &mut Vec<String>) -> Result<Vec<Draft>, Error> {
+/// A draft for each material that the OBJ uses, in its order. Adds the files that they come from, and those of their textures.
+fn draft_materials(
+    path: &Path,
+    scan: &Scan,
+    files: &mut BTreeSet<PathBuf>,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Draft>, Error> {
     let definitions = materials::read_libraries(path, &scan.libraries, warnings)?;
+    files.extend(definitions.iter().map(|definition| definition.file.clone()));
     let by_name: HashMap<&str, usize> = definitions.iter().enumerate().map(|(i, d)| (d.name.as_str(), i)).collect();
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut drafts = Vec::new();
@@ -123,6 +131,8 @@ fn draft_materials(path: &Path, scan: &Scan, warnings: &mut Vec<String>) -> Resu
             }
         });
     }
+    let requests = drafts.iter().flat_map(|draft| &draft.requests);
+    files.extend(requests.flat_map(|(_, request)| request.sources()).map(|source| source.path.clone()));
     if let Some((name, line)) = undefined.first() {
         let others = if undefined.len() > 1 { format!(" and {} more", undefined.len() - 1) } else { String::new() };
         let verb = if undefined.len() > 1 { "are" } else { "is" };

@@ -105,6 +105,7 @@ impl ApplicationHandler for App<'_> {
         if let Some(desk) = &mut self.desk {
             desk.listen(self.control.camera());
         }
+        self.take_news();
         self.ask_for_frame();
     }
 

@@ -1,0 +1,64 @@
+//! Files that have changed while the window is open.
+
+use std::sync::Arc;
+
+use super::App;
+use crate::window::camera::CameraControl;
+use crate::window::watch::{News, Watch};
+
+/// Warnings of a scene that are told.
+const WARNINGS: usize = 5;
+
+impl App<'_> {
+    /// Watches the files that the window's frames come from.
+    pub(super) fn watch_files(&mut self) {
+        let Some(read) = self.options.read_again.take() else { return };
+        let wake = Arc::clone(&self.wake);
+        let watch = Watch::new(&self.subject.scene.files, read, self.options.shaders.take(), move || wake());
+        match watch {
+            Ok(watch) => self.watch = Some(watch),
+            Err(error) => (self.options.tell)(&format!("warning: files are not watched: {error}")),
+        }
+    }
+
+    /// Takes what was read and compiled anew. What is wrong with it is told, and what was there stays.
+    pub(super) fn take_news(&mut self) {
+        while let Some(news) = self.watch.as_ref().and_then(|watch| watch.news()) {
+            let (Some(desk), Some(presenter)) = (&mut self.desk, &mut self.presenter) else { return };
+            match news {
+                News::Scene(Ok(read)) => {
+                    let (scene, settings) = *read;
+                    for warning in scene.warnings.iter().take(WARNINGS) {
+                        (self.options.tell)(&format!("warning: {warning}"));
+                    }
+                    (self.options.tell)(&format!("scene: read again, {} objects", scene.objects.len()));
+                    let camera = scene.camera;
+                    if desk.renew(presenter, &mut self.subject, (scene, settings)) {
+                        self.control = CameraControl::new(camera, &self.subject.scene.bounds());
+                    }
+                    self.unfit = true;
+                }
+                News::Scene(Err(fault)) => {
+                    (self.options.tell)(&format!("warning: {fault}"));
+                    desk.faults.scene = Some(fault);
+                }
+                #[cfg(feature = "hot-reload")]
+                News::Shaders(Ok(new)) => {
+                    let changes = new.changes();
+                    desk.faults.shaders = None;
+                    if !changes.is_empty() {
+                        desk.exchange_shaders(presenter, new);
+                        self.unfit = true;
+                    }
+                    let changes = if changes.is_empty() { "none differs".to_owned() } else { changes.join(", ") };
+                    (self.options.tell)(&format!("shaders: compiled, {changes}"));
+                }
+                #[cfg(feature = "hot-reload")]
+                News::Shaders(Err(fault)) => {
+                    (self.options.tell)(&format!("warning: shaders: {fault}"));
+                    desk.faults.shaders = Some(fault);
+                }
+            }
+        }
+    }
+}

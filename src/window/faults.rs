@@ -1,0 +1,45 @@
+//! What is wrong with files that were changed while the window is open, told over the picture of those before.
+
+use egui::{Align2, Context, RichText, ScrollArea};
+
+/// What is wrong, in lines.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub struct Faults {
+    pub scene: Option<String>,
+    pub shaders: Option<String>,
+}
+
+impl Faults {
+    pub fn is_any(&self) -> bool {
+        self.scene.is_some() || self.shaders.is_some()
+    }
+
+    /// Takes all away; whether there was any.
+    pub fn clear(&mut self) -> bool {
+        let was = self.is_any();
+        *self = Self::default();
+        was
+    }
+
+    /// Shows each, until it is closed.
+    pub fn show(&mut self, context: &Context) {
+        let all = [("Scene", "scene", &mut self.scene, -12.0), ("Shaders", "shaders", &mut self.shaders, -132.0)];
+        for (title, what, fault, bottom) in all {
+            let Some(text) = fault else { continue };
+            let mut shown = true;
+            let window = egui::Window::new(title).open(&mut shown).anchor(Align2::LEFT_BOTTOM, [12.0, bottom]);
+            window.resizable(false).show(context, |ui| {
+                ui.label(format!("The picture is of the last {what} without a fault."));
+                ui.set_max_width(context.content_rect().width() - 60.0);
+                ScrollArea::both().max_height(context.content_rect().height() * 0.4).show(ui, |ui| {
+                    // Carets stand under what they point at.
+                    let lines = RichText::new(text.as_str()).monospace().color(ui.visuals().error_fg_color);
+                    ui.add(egui::Label::new(lines).extend());
+                });
+            });
+            if !shown {
+                *fault = None;
+            }
+        }
+    }
+}

@@ -1,0 +1,289 @@
+//! Files that are watched while a window is open: those of the scene, and with the feature `hot-reload` the shaders. A thread of its own reads
+//! and compiles them anew, so that the window goes on meanwhile.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::Duration;
+
+use notify::event::{AccessKind, AccessMode};
+use notify::{Event, EventKind, RecommendedWatcher, RecursiveMode, Watcher};
+
+use super::ReadAgain;
+use crate::scene::{Scene, Settings};
+#[cfg(feature = "hot-reload")]
+use crate::shaders::exchange::{Replacements, compile};
+
+/// Editors write a file in several steps: it is read when so long nothing has happened to it.
+const QUIET: Duration = Duration::from_millis(60);
+
+/// What has become of files that changed.
+pub enum News {
+    /// The scene as it is in its files, or what is wrong with them.
+    Scene(Result<Box<(Scene, Settings)>, String>),
+    /// The variants that passes have asked for, or what is wrong with the sources.
+    #[cfg(feature = "hot-reload")]
+    Shaders(Result<Replacements, String>),
+}
+
+/// What the thread is told.
+enum Order {
+    Changed(Vec<PathBuf>),
+    /// Pipelines were made, perhaps of variants that are not compiled yet.
+    #[cfg(feature = "hot-reload")]
+    Fitted,
+    End,
+}
+
+/// Watches until it is dropped.
+pub struct Watch {
+    orders: Sender<Order>,
+    news: Receiver<News>,
+}
+
+/// Shaders to be watched.
+#[derive(Debug, Clone)]
+pub struct ShaderFolder {
+    /// With `*.wgsl` and `shared/*.wgsl`.
+    pub path: PathBuf,
+    /// They are not those that the program was built with, and compiled at once.
+    pub differs: bool,
+}
+
+impl Watch {
+    /// Watches the `files` of a scene, which `read` reads again, and a folder of shaders. `wake` is called, from the other thread, when there is
+    /// news.
+    ///
+    /// # Errors
+    /// When the system does not tell of changes.
+    pub fn new(
+        files: &[PathBuf],
+        read: ReadAgain,
+        shaders: Option<ShaderFolder>,
+        wake: impl Fn() + Send + 'static,
+    ) -> Result<Self, String> {
+        let (orders, received) = channel();
+        let (told, news) = channel();
+        let changed = orders.clone();
+        let watcher = notify::recommended_watcher(move |event: notify::Result<Event>| {
+            if let Some(paths) = event.ok().and_then(changed_by) {
+                // The thread only ends when it is not wanted any more.
+                let _ = changed.send(Order::Changed(paths));
+            }
+        });
+        let mut reader = Reader {
+            watcher: watcher.map_err(|error| error.to_string())?,
+            watched: BTreeSet::new(),
+            files: BTreeSet::new(),
+            read,
+            #[cfg(feature = "hot-reload")]
+            shaders: None,
+            told,
+            wake: Box::new(wake),
+        };
+        reader.follow(files)?;
+        reader.follow_shaders(shaders)?;
+        std::thread::spawn(move || reader.run(&received));
+        Ok(Self { orders, news })
+    }
+
+    /// What is new since the last call, if anything is.
+    pub fn news(&self) -> Option<News> {
+        self.news.try_recv().ok()
+    }
+
+    /// Pipelines were made: variants that they asked for are compiled too, if the sources are not those that the program was built with.
+    #[cfg(feature = "hot-reload")]
+    pub fn fitted(&self) {
+        let _ = self.orders.send(Order::Fitted);
+    }
+}
+
+impl Drop for Watch {
+    fn drop(&mut self) {
+        let _ = self.orders.send(Order::End);
+    }
+}
+
+/// The files that an event changed; reading is none.
+fn changed_by(event: Event) -> Option<Vec<PathBuf>> {
+    let is_change = match event.kind {
+        EventKind::Access(AccessKind::Close(AccessMode::Write)) => true,
+        EventKind::Access(_) => false,
+        _ => true,
+    };
+    is_change.then_some(event.paths)
+}
+
+/// The other thread.
+struct Reader {
+    watcher: RecommendedWatcher,
+    /// Folders that the system was asked about.
+    watched: BTreeSet<PathBuf>,
+    /// Of the scene.
+    files: BTreeSet<PathBuf>,
+    read: ReadAgain,
+    #[cfg(feature = "hot-reload")]
+    shaders: Option<Shaders>,
+    told: Sender<News>,
+    wake: Box<dyn Fn() + Send>,
+}
+
+#[cfg(feature = "hot-reload")]
+struct Shaders {
+    folder: PathBuf,
+    /// They are not those that the program was built with.
+    differ: bool,
+    compiled: Replacements,
+}
+
+impl Reader {
+    fn run(mut self, orders: &Receiver<Order>) {
+        while let Ok(order) = orders.recv() {
+            let mut paths = Vec::new();
+            let mut next = Some(order);
+            while let Some(order) = next {
+                match order {
+                    Order::Changed(more) => paths.extend(more),
+                    #[cfg(feature = "hot-reload")]
+                    Order::Fitted => {}
+                    Order::End => return,
+                }
+                next = orders.recv_timeout(QUIET).ok();
+            }
+            if paths.iter().any(|path| self.files.contains(path)) {
+                self.read_scene();
+            }
+            #[cfg(feature = "hot-reload")]
+            self.compile_shaders(&paths);
+        }
+    }
+
+    fn read_scene(&mut self) {
+        let read = (self.read)();
+        if let Ok((scene, _)) = &read {
+            // A folder that cannot be watched any more is no reason to keep the scene from who wants to see it.
+            let _ = self.follow(&scene.files);
+        }
+        self.tell(News::Scene(read.map(Box::new)));
+    }
+
+    fn tell(&self, news: News) {
+        if self.told.send(news).is_ok() {
+            (self.wake)();
+        }
+    }
+
+    /// Watches these files, and no others of a scene. A file that is replaced is another one: its folder tells.
+    fn follow(&mut self, files: &[PathBuf]) -> Result<(), String> {
+        self.files = files.iter().filter_map(|file| whole(file)).collect();
+        let folders: BTreeSet<PathBuf> = self.files.iter().filter_map(|file| Some(file.parent()?.to_owned())).collect();
+        folders.into_iter().try_for_each(|folder| self.watch(folder, RecursiveMode::NonRecursive))
+    }
+
+    fn watch(&mut self, folder: PathBuf, mode: RecursiveMode) -> Result<(), String> {
+        if self.watched.insert(folder.clone()) {
+            self.watcher.watch(&folder, mode).map_err(|error| format!("{}: {error}", folder.display()))?;
+        }
+        Ok(())
+    }
+
+    #[cfg(not(feature = "hot-reload"))]
+    fn follow_shaders(&mut self, _: Option<ShaderFolder>) -> Result<(), String> {
+        Ok(())
+    }
+
+    #[cfg(feature = "hot-reload")]
+    fn follow_shaders(&mut self, shaders: Option<ShaderFolder>) -> Result<(), String> {
+        let Some(ShaderFolder { path, differs }) = shaders else { return Ok(()) };
+        let folder = path.canonicalize().map_err(|error| format!("{}: {error}", path.display()))?;
+        self.watch(folder.clone(), RecursiveMode::Recursive)?;
+        self.shaders = Some(Shaders { folder, differ: differs, compiled: Replacements::default() });
+        Ok(())
+    }
+
+    /// Compiles what is asked for, if sources among `paths` have changed, or more is asked for of sources that have.
+    #[cfg(feature = "hot-reload")]
+    fn compile_shaders(&mut self, paths: &[PathBuf]) {
+        let Some(shaders) = &mut self.shaders else { return };
+        let is_source = |path: &PathBuf| path.starts_with(&shaders.folder) && path.extension() == Some("wgsl".as_ref());
+        let have_changed = paths.iter().any(is_source);
+        shaders.differ |= have_changed;
+        if !have_changed && !(shaders.differ && shaders.compiled.lack()) {
+            return;
+        }
+        let compiled = compile(&shaders.folder);
+        if let Ok(compiled) = &compiled {
+            shaders.compiled = compiled.clone();
+        }
+        self.tell(News::Shaders(compiled));
+    }
+}
+
+/// A file by its folder's whole path, as the system names it.
+fn whole(file: &Path) -> Option<PathBuf> {
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    Some(folder.canonicalize().ok()?.join(file.file_name()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::time::Instant;
+
+    use super::*;
+    use crate::scene::{OpenOptions, open};
+
+    /// Waits for a scene of so many objects, or a fault that names this.
+    fn wait(watch: &Watch, wanted: Result<usize, &str>) {
+        let begun = Instant::now();
+        loop {
+            let found = match (watch.news(), wanted) {
+                (Some(News::Scene(Ok(read))), Ok(objects)) => read.0.objects.len() == objects,
+                (Some(News::Scene(Err(fault))), Err(name)) => fault.contains(name) && fault.contains("scene.toml:1"),
+                _ => false,
+            };
+            if found {
+                return;
+            }
+            assert!(begun.elapsed() < Duration::from_secs(20), "no such news: {wanted:?}");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    #[test]
+    fn a_scene_is_read_again_when_a_file_of_it_changes_and_not_when_another_does() {
+        const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = |name: &str| folder.path().join(name);
+        fs::write(path("model.obj"), TRIANGLE).expect("written");
+        fs::write(path("scene.toml"), "models = [{ path = 'model.obj' }]\n").expect("written");
+        let spec = path("scene.toml").display().to_string();
+        let read = move || {
+            let scene = open(&spec, &OpenOptions::default()).map_err(|error| error.to_string())?;
+            Ok((scene, Settings::default()))
+        };
+        let (scene, _) = read().expect("is a scene");
+        assert_eq!(scene.files.len(), 2, "{:?}", scene.files);
+        let watch = Watch::new(&scene.files, Box::new(read), None, || {}).expect("can be watched");
+
+        fs::write(path("scene.toml"), "models = [{ path = 'model.obj' }, { path = 'model.obj' }]\n").expect("written");
+        wait(&watch, Ok(2));
+        // As editors save: another file takes its place.
+        fs::write(path("new"), format!("{TRIANGLE}g second\nf 3 2 1\n")).expect("written");
+        fs::rename(path("new"), path("model.obj")).expect("renamed");
+        wait(&watch, Ok(4));
+        fs::write(path("scene.toml"), "models = [{ path = 'none.obj' }]\n").expect("written");
+        wait(&watch, Err("none.obj"));
+
+        std::thread::sleep(4 * QUIET);
+        while watch.news().is_some() {}
+        // Neither a file beside it, nor that it is read.
+        fs::write(path("other.toml"), "").expect("written");
+        let _ = fs::read(path("scene.toml")).expect("read");
+        std::thread::sleep(4 * QUIET);
+        assert!(watch.news().is_none());
+        fs::write(path("scene.toml"), "models = [{ path = 'model.obj' }]\n").expect("written");
+        wait(&watch, Ok(2));
+    }
+}
