@@ -23,11 +23,15 @@ impl Faults {
 
     /// Shows each, until it is closed.
     pub fn show(&mut self, context: &Context) {
-        let all = [("Scene", "scene", &mut self.scene, -12.0), ("Shaders", "shaders", &mut self.shaders, -132.0)];
-        for (title, what, fault, bottom) in all {
+        // Where neither lies over the other, nor over other panels as they open.
+        let all = [
+            ("Scene", "scene", &mut self.scene, (Align2::CENTER_TOP, [0.0, 12.0])),
+            ("Shaders", "shaders", &mut self.shaders, (Align2::LEFT_BOTTOM, [12.0, -12.0])),
+        ];
+        for (title, what, fault, (align, offset)) in all {
             let Some(text) = fault else { continue };
             let mut shown = true;
-            let window = egui::Window::new(title).open(&mut shown).anchor(Align2::LEFT_BOTTOM, [12.0, bottom]);
+            let window = egui::Window::new(title).open(&mut shown).anchor(align, offset);
             window.resizable(false).show(context, |ui| {
                 ui.label(format!("The picture is of the last {what} without a fault."));
                 ui.set_max_width(context.content_rect().width() - 60.0);

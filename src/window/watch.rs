@@ -209,7 +209,8 @@ impl Reader {
         let is_source = |path: &PathBuf| path.starts_with(&shaders.folder) && path.extension() == Some("wgsl".as_ref());
         let have_changed = paths.iter().any(is_source);
         shaders.differ |= have_changed;
-        if !have_changed && !(shaders.differ && shaders.compiled.lack()) {
+        let are_too_few = shaders.differ && shaders.compiled.lack();
+        if !have_changed && !are_too_few {
             return;
         }
         let compiled = compile(&shaders.folder);
