@@ -29,6 +29,8 @@ use crate::scene::{Projection, Scene, Settings};
 const PIXELS_A_NOTCH: f64 = 40.0;
 /// Pixels that the mouse may go while a button is held down for a click.
 const CLICK: f64 = 4.0;
+/// How far a camera goes that begins to move, so that the first frame shows it.
+const FIRST: Duration = Duration::from_micros(16_667);
 /// When an image is asked for again that was not to be had.
 const AGAIN: Duration = Duration::from_millis(50);
 
@@ -153,8 +155,8 @@ impl<'a> App<'a> {
             return Ok(());
         };
         let now = Instant::now();
-        let last = self.advanced.replace(now).unwrap_or(now);
-        self.control.advance(now.duration_since(last).as_secs_f64(), self.held);
+        let since = self.advanced.replace(now).map_or(FIRST, |last| now.duration_since(last));
+        self.control.advance(since.as_secs_f64(), self.held);
         let camera = *self.control.camera();
         // A camera that is zoomed may look more closely than the plan was made for. The next plan is for one that comes nearer still.
         if presenter.check_camera(&camera).is_err() {

@@ -149,12 +149,17 @@ pub struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    /// Opens a window and waits for it.
+    /// Opens a window, under validation, and waits for it.
     pub fn open(server: &'a Server, arguments: &[&str]) -> Self {
+        Self::start(server, &[&["--validate"], arguments].concat())
+    }
+
+    /// Opens a window and waits for it.
+    pub fn start(server: &'a Server, arguments: &[&str]) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let mut command = program();
         command.env("DISPLAY", &server.display).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-        command.current_dir(folder.path()).args(["view", "--validate"]).args(arguments);
+        command.current_dir(folder.path()).arg("view").args(arguments);
         command.stdout(Stdio::piped()).stderr(fs::File::create(folder.path().join("errors")).expect("a file"));
         let process = command.spawn().expect("the program starts");
         let mut view = Self { server, process: Some(process), window: 0, folder };
@@ -187,8 +192,12 @@ impl<'a> View<'a> {
 
     /// What the window shows, RGB.
     pub fn pixels(&self) -> Vec<u8> {
-        let [width, height] = self.size();
-        let asked = self.server.connection.get_image(ImageFormat::Z_PIXMAP, self.window, 0, 0, width, height, !0);
+        self.part([0; 2], self.size())
+    }
+
+    /// A rectangle of that, by its upper left corner and its size.
+    pub fn part(&self, [x, y]: [i16; 2], [width, height]: [u16; 2]) -> Vec<u8> {
+        let asked = self.server.connection.get_image(ImageFormat::Z_PIXMAP, self.window, x, y, width, height, !0);
         let image = asked.expect("sent").reply().expect("the window is visible");
         assert!(image.depth == 24 || image.depth == 32, "{}", image.depth);
         // Little-endian words of 0x00RRGGBB.
