@@ -208,8 +208,11 @@ fn the_readme_names_every_option_and_no_other() {
             .flat_map(|command| options(&help_of(command)))
             .collect();
     assert!(defined.contains("--gbuffer") && defined.contains("--warmup"), "{defined:?}");
-    // Of cargo.
-    let foreign = BTreeSet::from(["--locked".to_owned()]);
+    // Of cargo; and what only development builds have.
+    let mut foreign = BTreeSet::from(["--locked", "--features"].map(str::to_owned));
+    if !cfg!(feature = "hot-reload") {
+        foreign.insert("--shaders".to_owned());
+    }
     let named: BTreeSet<String> = options(&readme).difference(&foreign).cloned().collect();
     let missing: Vec<_> = defined.difference(&named).filter(|option| *option != "--help").collect();
     let invented: Vec<_> = named.difference(&defined).collect();

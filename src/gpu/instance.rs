@@ -60,6 +60,7 @@ pub struct Instance {
     layers: Vec<LayerInfo>,
     validation: Validation,
     api_version: u32,
+    extensions: Vec<&'static CStr>,
 }
 
 /// What must outlive every object made from an instance.
@@ -116,7 +117,8 @@ impl Instance {
         }
         let handles = Arc::new(handles);
         let validation = options.validation;
-        Ok(Arc::new(Instance { handles, loader_version, layers, validation, api_version }))
+        let extensions = extensions.names;
+        Ok(Arc::new(Instance { handles, loader_version, layers, validation, api_version, extensions }))
     }
 
     /// Every device of every driver, in the loader's order, also those that this program cannot use.
@@ -165,6 +167,11 @@ impl Instance {
     /// The layers that the loader found, whether in use or not.
     pub fn layers(&self) -> &[LayerInfo] {
         &self.layers
+    }
+
+    /// Whether it was made with an extension.
+    pub fn has_extension(&self, name: &CStr) -> bool {
+        self.extensions.contains(&name)
     }
 
     /// How much this instance checks.

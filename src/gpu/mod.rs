@@ -61,7 +61,7 @@ pub use render_pass::{Framebuffer, RenderPass, SubpassDesc, framebuffer};
 pub use sampler::Sampler;
 pub use submission::Ticket;
 #[cfg(feature = "window")]
-pub use surface::{Surface, surface_extensions};
+pub use surface::{HEADLESS, Surface, surface_extensions};
 #[cfg(feature = "window")]
 pub use swapchain::{Acquired, Fit, PresentableImage, Swapchain, SwapchainDesc, Vsync, semaphore};
 pub use upload::{DEFAULT_STAGING_BYTES, UploadOrder, Uploader};

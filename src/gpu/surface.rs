@@ -18,8 +18,11 @@ pub struct Surface {
     functions: ash::khr::surface::Instance,
     _instance: Arc<Instance>,
     // Destroyed after the surface, as Vulkan asks for.
-    _window: Arc<dyn Any + Send + Sync>,
+    _window: Option<Arc<dyn Any + Send + Sync>>,
 }
+
+/// The instance extensions that [`Surface::headless`] needs.
+pub const HEADLESS: [&CStr; 2] = [ash::khr::surface::NAME, ash::ext::headless_surface::NAME];
 
 /// The instance extensions that surfaces on a display need, of which the window system says which it is.
 ///
@@ -52,9 +55,30 @@ impl Surface {
         // SAFETY: both handles are the window's own, which lives as long as the surface.
         let raw = unsafe { ash_window::create_surface(instance.entry(), instance.raw(), display, handle, None) }
             .doing(|| "creating the window's surface")?;
-        let functions = ash::khr::surface::Instance::new(instance.entry(), instance.raw());
         // The one object without a name: it is the loader's, and Mesa 22.3 crashes when it is given a name for it.
-        Ok(Arc::new(Surface { raw, functions, _instance: Arc::clone(instance), _window: window }))
+        Ok(Arc::new(Surface::of(instance, raw, Some(window))))
+    }
+
+    /// A surface that no display shows, for an instance with the extensions [`HEADLESS`]: what presents frames runs as it does in a window.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] where the instance does not have the extensions; what the driver reports.
+    pub fn headless(device: &Device) -> Result<Arc<Surface>> {
+        let instance = &device.instance;
+        if !HEADLESS.iter().all(|name| instance.has_extension(name)) {
+            return Err(Error::Unsupported("the instance has no surfaces without a display".into()));
+        }
+        let functions = ash::ext::headless_surface::Instance::new(instance.entry(), instance.raw());
+        let info = vk::HeadlessSurfaceCreateInfoEXT::default();
+        // SAFETY: the instance has the extension, and lives as long as the surface.
+        let raw =
+            unsafe { functions.create_headless_surface(&info, None) }.doing(|| "creating a surface without a display")?;
+        Ok(Arc::new(Surface::of(instance, raw, None)))
+    }
+
+    fn of(instance: &Arc<Instance>, raw: vk::SurfaceKHR, window: Option<Arc<dyn Any + Send + Sync>>) -> Surface {
+        let functions = ash::khr::surface::Instance::new(instance.entry(), instance.raw());
+        Surface { raw, functions, _instance: Arc::clone(instance), _window: window }
     }
 
     /// Whether the device's queue can show images here.
