@@ -12,6 +12,7 @@ use super::controls::{Controls, Facts, Selected, Values};
 use super::marks::{HeatMap, draw_box};
 use super::oracle::{Answer, Drawn, ErrorMap, Oracle, Question};
 use super::overlay::{Overlay, Taken};
+use super::steps::Stepper;
 use crate::frame::{self, Picture, Pixels, Presenter, plan_for};
 use crate::gpu::{self, Device, vk};
 use crate::passes::overlay::Panels;
@@ -98,6 +99,7 @@ pub struct Desk {
     heat: HeatMap,
     /// What the frames were last made for.
     fitted: Option<Values>,
+    stepper: Stepper,
 }
 
 impl Desk {
@@ -116,6 +118,7 @@ impl Desk {
             error: None,
             heat: HeatMap::default(),
             fitted: None,
+            stepper: Stepper::default(),
         }
     }
 
@@ -151,8 +154,8 @@ impl Desk {
         };
         let (selected, error, heat) = (self.selected, self.error.as_ref(), &self.heat);
         let scene = &subject.scene;
-        let controls = &mut self.controls;
-        let (panels, delay) = self.overlay.run(window, |ui| {
+        let (controls, stepper, drawn) = (&mut self.controls, &mut self.stepper, presenter.drawn());
+        let (panels, mut delay) = self.overlay.run(window, |ui| {
             if let Some(error) = error {
                 heat.draw(ui.ctx(), error);
             }
@@ -160,9 +163,14 @@ impl Desk {
                 draw_box(ui.ctx(), scene, camera, object);
             }
             controls.show(ui, &facts, &mut after);
+            stepper.panel(ui.ctx(), scene, &drawn);
         });
         drop(facts);
-        let unfit = after != before && self.change(presenter, subject, &before, after);
+        if self.stepper.take_new() {
+            delay = Duration::ZERO;
+        }
+        let mut unfit = after != before && self.change(presenter, subject, &before, after);
+        unfit |= self.stepper.obey(presenter, &subject.settings);
         Some((panels, delay, unfit))
     }
 
@@ -175,8 +183,17 @@ impl Desk {
     pub fn take_back(&mut self, presenter: &mut Presenter, subject: &mut Subject, error: &frame::Error) -> bool {
         const GONE: [vk::Result; 2] = [vk::Result::ERROR_DEVICE_LOST, vk::Result::ERROR_SURFACE_LOST_KHR];
         let is_gone = matches!(error, frame::Error::Gpu(gpu::Error::Vulkan { result, .. }) if GONE.contains(result));
-        let Some(fitted) = self.fitted.clone().filter(|fitted| !is_gone && *fitted != subject.values()) else {
+        if is_gone {
             return false;
+        }
+        let was_step = self.stepper.is_open();
+        self.stepper.end(presenter, &subject.settings);
+        let Some(fitted) = self.fitted.clone().filter(|fitted| *fitted != subject.values()) else {
+            if was_step {
+                self.refused = Some(error.to_string());
+                self.controls.shown = true;
+            }
+            return was_step;
         };
         subject.set(fitted);
         presenter.change(true);
@@ -194,7 +211,7 @@ impl Desk {
 
     /// Whether anything lies over the picture.
     fn is_shown(&self) -> bool {
-        self.controls.is_any_shown() || self.selected.is_some() || self.compared.is_some()
+        self.controls.is_any_shown() || self.selected.is_some() || self.compared.is_some() || self.stepper.is_open()
     }
 
     /// Takes the answers that have come. A comparison ends when the picture is no longer the one that is compared.
@@ -226,8 +243,8 @@ impl Desk {
     /// Asks how far a picture from this camera is from the truth; none if what is shown is no picture of light.
     pub fn compare(&mut self, subject: &Subject, camera: Camera, picture: &Picture) {
         let Pixels::Srgb8(rgba) = &picture.pixels else { return };
-        if subject.settings.view != View::Final {
-            self.refused = Some("only the final picture can be compared with the truth".into());
+        if subject.settings.view != View::Final || self.stepper.is_open() {
+            self.refused = Some("only the final picture of a whole frame can be compared with the truth".into());
             self.controls.shown = true;
             return;
         }
@@ -270,7 +287,7 @@ impl Desk {
 
     /// Shows the next view that the scene has, or the one before it. True if the presenter must be fitted again.
     pub fn turn_view(&mut self, presenter: &mut Presenter, subject: &mut Subject, back: bool) -> bool {
-        self.end_comparison();
+        let ended = self.end_steps(presenter, subject);
         let own = subject.settings.view;
         for _ in 0..View::NAMES.len() {
             let settings = subject.turned(back);
@@ -281,7 +298,32 @@ impl Desk {
             subject.settings.view = subject.turned(back).view;
         }
         subject.settings.view = own;
-        false
+        ended
+    }
+
+    /// Shows the frame after its next step, or the one before. True if the presenter must be fitted again.
+    pub fn step(&mut self, presenter: &mut Presenter, subject: &Subject, back: bool) -> bool {
+        self.end_comparison();
+        let planned = |settings: &Settings| plan_for(&self.device, &subject.scene, settings);
+        match self.stepper.turn(presenter, &subject.settings, back, planned) {
+            Ok(unfit) => unfit,
+            Err(error) => {
+                self.refused = Some(error.to_string());
+                self.controls.shown = true;
+                false
+            }
+        }
+    }
+
+    /// Shows the whole frame again. True if the presenter must be fitted again.
+    pub fn end_steps(&mut self, presenter: &mut Presenter, subject: &Subject) -> bool {
+        self.end_comparison();
+        self.stepper.end(presenter, &subject.settings)
+    }
+
+    /// What a window steps through.
+    pub fn stepper(&self) -> &Stepper {
+        &self.stepper
     }
 
     /// Makes a change. True if the presenter must be fitted again.
@@ -315,6 +357,10 @@ impl Desk {
         if after.settings != before.settings {
             let settings = Settings { exposure: subject.settings.exposure, ..after.settings };
             unfit |= self.set(presenter, subject, settings);
+        }
+        if unfit {
+            let planned = |settings: &Settings| plan_for(&self.device, &subject.scene, settings);
+            self.stepper.follow(presenter, &subject.settings, planned);
         }
         unfit
     }

@@ -12,6 +12,7 @@ mod marks;
 mod oracle;
 mod overlay;
 mod recorder;
+mod steps;
 #[cfg(all(unix, not(target_vendor = "apple")))]
 mod x11;
 

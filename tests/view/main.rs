@@ -4,6 +4,7 @@
 
 mod harness;
 mod panels;
+mod steps;
 
 use std::thread::sleep;
 use std::time::Duration;
