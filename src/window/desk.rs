@@ -17,7 +17,7 @@ use crate::frame::{self, Picture, Pixels, Presenter, plan_for};
 use crate::gpu::{self, Device, vk};
 use crate::passes::overlay::Panels;
 use crate::reference;
-use crate::scene::{Camera, Scene, Settings, View, metered_ev100};
+use crate::scene::{Camera, Light, Scene, Settings, View, metered_ev100};
 
 /// What is drawn, of which a user may change more than the camera.
 pub struct Subject {
@@ -44,17 +44,18 @@ impl Subject {
         }
     }
 
+    /// As they are: no light is changed.
     fn values(&self) -> Values {
         Values {
             settings: self.settings.clone(),
             exposure: self.exposure,
-            lights: self.scene.lights.clone(),
+            lights: Vec::new(),
             roughness: self.roughness,
         }
     }
 
-    fn set(&mut self, values: Values) {
-        (self.settings, self.exposure, self.scene.lights) = (values.settings, values.exposure, values.lights);
+    fn set(&mut self, values: Values, lights: Vec<Light>) {
+        (self.settings, self.exposure, self.scene.lights) = (values.settings, values.exposure, lights);
         self.set_roughness(values.roughness);
     }
 
@@ -97,8 +98,8 @@ pub struct Desk {
     compared: Option<Camera>,
     error: Option<ErrorMap>,
     heat: HeatMap,
-    /// What the frames were last made for.
-    fitted: Option<Values>,
+    /// What the frames were last made for, and the lights.
+    fitted: Option<(Values, Vec<Light>)>,
     stepper: Stepper,
 }
 
@@ -146,6 +147,7 @@ impl Desk {
             intervals: clock.graph(),
             times: presenter.times(),
             plan: presenter.plan(),
+            lights: &subject.scene.lights,
             memory: self.device.memory_report(),
             refused: self.refused.as_deref(),
             error: self.error.as_ref(),
@@ -176,7 +178,7 @@ impl Desk {
 
     /// The frames are made for the subject as it is now.
     pub fn fitted(&mut self, subject: &Subject) {
-        self.fitted = Some(subject.values());
+        self.fitted = Some((subject.values(), subject.scene.lights.clone()));
     }
 
     /// Takes back what was changed since frames could be made, if anything was and the device is not to blame. Tells why on the panels.
@@ -188,14 +190,15 @@ impl Desk {
         }
         let was_step = self.stepper.is_open();
         self.stepper.end(presenter, &subject.settings);
-        let Some(fitted) = self.fitted.clone().filter(|fitted| *fitted != subject.values()) else {
+        let now = (&subject.values(), &subject.scene.lights);
+        let Some((values, lights)) = self.fitted.clone().filter(|(values, lights)| (values, lights) != now) else {
             if was_step {
                 self.refused = Some(error.to_string());
                 self.controls.shown = true;
             }
             return was_step;
         };
-        subject.set(fitted);
+        subject.set(values, lights);
         presenter.change(true);
         self.end_comparison();
         self.oracle = None;
@@ -331,18 +334,16 @@ impl Desk {
         let mut unfit = false;
         // The picture will be another one, and so will the truth.
         self.end_comparison();
-        if (&after.lights, after.roughness) != (&before.lights, before.roughness) {
+        if !after.lights.is_empty() || after.roughness != before.roughness {
             self.oracle = None;
         }
-        for (index, (light, old)) in after.lights.iter().zip(&before.lights).enumerate() {
-            if light != old {
-                subject.scene.lights[index] = light.clone();
-                // One that needs other pipelines or maps than before.
-                if presenter.set_light(index, light).is_err() {
-                    presenter.change(false);
-                    unfit = true;
-                }
+        for (index, light) in after.lights {
+            // One that needs other pipelines or maps than before.
+            if presenter.set_light(index, &light).is_err() {
+                presenter.change(false);
+                unfit = true;
             }
+            subject.scene.lights[index] = light;
         }
         if after.exposure != before.exposure {
             (subject.exposure, subject.settings.exposure) = (after.exposure, Some(after.exposure));

@@ -9,7 +9,7 @@ use crate::plan::{FramePlan, PlannedBrdf, Shading, ToneMapping};
 use crate::scene::{Brdf, Settings, Tonemap, Transparency, View};
 
 /// Up to so many lights have a step each; of more, groups that double have one.
-const SINGLE_LIGHTS: usize = 16;
+const SINGLE_LIGHTS: usize = 24;
 
 /// A pass, or a part of what it does, after which the picture is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn groups_have_each_light_once_and_in_order_and_double_where_there_are_many() {
-        for count in [0, 1, 2, 16, 17, 24, 64, 65, 10_000] {
+        for count in [0, 1, 2, 17, 24, 25, 32, 64, 65, 10_000] {
             let groups = light_groups(count);
             assert_eq!(groups[0], [0, 0], "{count}");
             let mut next = 0;

@@ -203,7 +203,7 @@ fn present(ui: &mut Ui, shown: &Stepped, scene: &Scene, drawn: &Drawn) {
     ui.label(RichText::new(format!("{} of {}", shown.now + 1, shown.steps.len())).weak());
     ui.strong(format!("{}: {}", step.pass(plan), step.name(plan, scene)));
     ui.label(step.sentence(plan, scene));
-    ui.label(RichText::new(step.counts(drawn)).small().weak());
+    ui.label(RichText::new(step.counts(drawn)).weak());
 }
 
 /// All steps below the names of their passes. The one that is clicked at.
@@ -216,7 +216,12 @@ fn list(ui: &mut Ui, shown: &Stepped, scene: &Scene, scrolls: bool) -> Option<us
             pass = own;
         }
         let is_now = place == shown.now;
-        let line = ui.selectable_label(is_now, format!("  {}", step.name(&shown.plan, scene)));
+        let name = match *step {
+            // Names may be the same.
+            Step::Lights { first, end } if end == first + 1 => format!("  {end}. {}", step.name(&shown.plan, scene)),
+            _ => format!("  {}", step.name(&shown.plan, scene)),
+        };
+        let line = ui.selectable_label(is_now, name);
         if is_now && scrolls {
             line.scroll_to_me(None);
         }
