@@ -169,7 +169,7 @@ impl Stepper {
             });
             ui.separator();
             let height = (context.content_rect().height() - 320.0).max(60.0);
-            ScrollArea::vertical().max_height(height).show(ui, |ui| {
+            ScrollArea::vertical().max_height(height).auto_shrink([false, true]).show(ui, |ui| {
                 if let Some(place) = list(ui, shown, scene, self.is_new) {
                     wish = Some(Wish::Show(place));
                 }

@@ -184,12 +184,15 @@ fn lights(plan: &FramePlan, scene: &Scene, places: std::ops::Range<usize>) -> St
         .filter(|&(number, _)| number > 0)
         .map(|(number, kind)| format!("{number} {kind}"))
         .collect();
-    let maps = count(places.clone().map(|place| maps_of(plan, place)).sum(), "shadow map");
+    let maps = match places.clone().map(|place| maps_of(plan, place)).sum() {
+        0 => "without shadow maps".into(),
+        maps => format!("with {}", count(maps, "shadow map")),
+    };
     let names: Vec<String> = places.clone().take(MOST_NAMES).map(|place| light_name(plan, scene, place)).collect();
     let more = places.len().saturating_sub(MOST_NAMES);
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
     let (first, end, all) = (places.start + 1, places.end, plan.light_numbers().len());
-    format!("Adds lights {first} to {end} of {all}: {}, with {maps}: {}{more}.", kinds.join(", "), names.join(", "))
+    format!("Adds lights {first} to {end} of {all}: {}, {maps}: {}{more}.", kinds.join(", "), names.join(", "))
 }
 
 fn tonemap(plan: &FramePlan) -> String {
