@@ -464,6 +464,12 @@ impl FramePlan {
         &self.parts
     }
 
+    /// The lights that frames have, by the scene's numbers, in the order in which they are added: directional ones, those that reach everywhere,
+    /// those of limited reach.
+    pub fn light_numbers(&self) -> &[usize] {
+        &self.light_order.order
+    }
+
     /// Whether lights are added one by one, by blending in LIGHTING.
     pub fn adds_lights(&self) -> bool {
         adds_lights(self.light_path, &self.lights)

@@ -339,6 +339,13 @@ impl Renderer {
         Ok(self.world.set_light(index, light)?)
     }
 
+    /// Halts frames, from the next one on, after the first so many lights of [`FramePlan::light_numbers`], or as many as there are, and before
+    /// anything transparent is drawn: their picture shows what the frame has lit so far. Shadow maps of other lights are not drawn. With `None`
+    /// frames are whole, and the same to the last bit as if none had been halted.
+    pub fn halt_after(&mut self, lights: Option<usize>) {
+        self.world.halt_after(lights);
+    }
+
     /// Changes the exposure from the next frame on.
     ///
     /// # Errors

@@ -7,7 +7,7 @@ use ash::vk;
 use super::deferred::image_barrier;
 use super::edges::{self, Edges};
 use super::read_back::{host_barrier, picture_of};
-use super::{Error, FrameParts, FrameTimes, IN_FLIGHT, Picture, Renderer, plan_for};
+use super::{Drawn, Error, FrameParts, FrameTimes, IN_FLIGHT, Picture, Renderer, plan_for};
 use crate::gpu::barrier::ImageRange;
 use crate::gpu::{self, Acquired, Device, Fit, Owned, Surface, Swapchain, SwapchainDesc, Vsync, semaphore};
 use crate::passes::copy::Copy;
@@ -41,6 +41,8 @@ pub struct Presenter {
     screenshot: Option<Copy>,
     /// Only while something is shown over the picture.
     overlay: Option<Overlay>,
+    /// After how many lights frames are halted.
+    halted: Option<usize>,
     times: FrameTimes,
 }
 
@@ -70,6 +72,7 @@ impl Presenter {
             changed: None,
             screenshot: None,
             overlay: None,
+            halted: None,
             times: FrameTimes::default(),
         })
     }
@@ -106,7 +109,9 @@ impl Presenter {
                 // Given up first: a device may not hold two.
                 *renderer = None;
                 let edges = edges::table(&plan);
-                *renderer = Some(Renderer::of(&self.device, scene, &settings, (plan, edges), (&views, uploaded))?);
+                let mut new = Renderer::of(&self.device, scene, &settings, (plan, edges), (&views, uploaded))?;
+                new.halt_after(self.halted);
+                *renderer = Some(new);
                 self.changed = None;
             }
         }
@@ -133,6 +138,14 @@ impl Presenter {
     /// As there.
     pub fn set_exposure(&mut self, ev100: f32) -> Result<(), Error> {
         self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.set_exposure(ev100))
+    }
+
+    /// Halts frames after so many lights, those of a next plan as well: see [`Renderer::halt_after`].
+    pub fn halt_after(&mut self, lights: Option<usize>) {
+        self.halted = lights;
+        if let Some(renderer) = &mut self.renderer {
+            renderer.halt_after(lights);
+        }
     }
 
     /// Gives up a surface that is lost, with its swapchain: a window may not have two.
@@ -224,6 +237,12 @@ impl Presenter {
     /// The times of the last frame that is known to be done; without `wall_ms`, as nobody waited for it.
     pub fn times(&self) -> FrameTimes {
         self.times.clone()
+    }
+
+    /// What the last frame drew.
+    pub fn drawn(&self) -> Drawn {
+        let last = |renderer: &Renderer| renderer.frames[(renderer.next + IN_FLIGHT - 1) % IN_FLIGHT].drawn;
+        self.renderer.as_ref().map_or_else(Drawn::default, last)
     }
 
     /// Whether what lies over the picture is on the device: if not, its textures must be sent with the next panels.

@@ -71,8 +71,8 @@ impl Surface {
         let functions = ash::ext::headless_surface::Instance::new(instance.entry(), instance.raw());
         let info = vk::HeadlessSurfaceCreateInfoEXT::default();
         // SAFETY: the instance has the extension, and lives as long as the surface.
-        let raw =
-            unsafe { functions.create_headless_surface(&info, None) }.doing(|| "creating a surface without a display")?;
+        let raw = unsafe { functions.create_headless_surface(&info, None) }
+            .doing(|| "creating a surface without a display")?;
         Ok(Arc::new(Surface::of(instance, raw, None)))
     }
 

@@ -293,8 +293,12 @@ impl ViewBuffers {
         self.uniform.write(0, std::slice::from_ref(uniform))?;
         if let Some(lights) = &self.lights {
             let record = |&light: &usize| LightRecord::of(&world.lights[light], world.shadow_codes[light], camera);
-            let records: Vec<_> = visible.lit.lights.iter().map(record).collect();
-            // A frame may have none.
+            let mut records: Vec<_> = visible.lit.lights.iter().map(record).collect();
+            if let (true, Some(first)) = (records.is_empty(), world.lights.first()) {
+                // One directional light that is all there is, FORWARD adds without counting.
+                records.push(LightRecord { color: Vec3::ZERO, ..LightRecord::of(first, 0, camera) });
+            }
+            // A scene may have none.
             if !records.is_empty() {
                 lights.write(0, &records)?;
             }

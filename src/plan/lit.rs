@@ -138,6 +138,27 @@ impl IdleLights {
     }
 }
 
+impl World {
+    /// Halts frames after the first so many of [`World::lights`], or as many as there are, before anything transparent is drawn. Nothing that is
+    /// planned changes. With `None` frames are whole.
+    pub fn halt_after(&mut self, lights: Option<usize>) {
+        if self.halted != lights {
+            self.halted = lights;
+            // A shadow map that nobody looked up is not known to hold what the camera sees now.
+            self.generation += 1;
+        }
+    }
+
+    pub(super) fn is_halted(&self) -> bool {
+        self.halted.is_some()
+    }
+
+    /// How many of the first lights may be lit.
+    fn lit_count(&self) -> usize {
+        self.halted.map_or(self.lights.len(), |lights| lights.min(self.lights.len()))
+    }
+}
+
 /// How far beside where it is a surface may be lit.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Misplacement {
@@ -195,7 +216,7 @@ impl Lit {
         let lights = if !keeps && seen.is_empty() {
             Vec::new()
         } else if keeps || !plan.seeks(OptionalPart::IdleLights) {
-            (0..world.lights.len()).collect()
+            (0..world.lit_count()).collect()
         } else {
             // A tree pays only where some light may reach nothing.
             let tree =
@@ -208,7 +229,7 @@ impl Lit {
                 let reach = Reach { radius: reach.radius + slack, ..reach };
                 frustum.may_reach(&reach) && tree.touches(&reach)
             };
-            (0..world.lights.len()).filter(reaches).collect()
+            (0..world.lit_count()).filter(reaches).collect()
         };
         let first = |count: usize| lights.partition_point(|&light| light < count);
         let (directional, global) = (first(world.directional_count()), first(world.global_count()));

@@ -57,8 +57,10 @@ pub struct World {
     idle_lights: IdleLights,
     /// What can hide other objects, where the plan leaves out what is hidden.
     occluders: Option<Occluders>,
-    /// Counts the changes of objects and lights.
-    generation: u64,
+    /// After how many of [`World::lights`] frames are halted.
+    pub(super) halted: Option<usize>,
+    /// Counts the changes of objects and lights, and of which lights are lit.
+    pub(super) generation: u64,
     /// What has moved since `lamps` and `bounds` were worked out, if anything has.
     changes: Option<Changes>,
 }
@@ -150,6 +152,7 @@ impl World {
             exposure,
             object_of,
             occluders: None,
+            halted: None,
             generation: 0,
             changes: Some(Changes::default()),
         };
@@ -253,7 +256,7 @@ impl World {
         self.reaches = self.lights.iter().map(|light| self.cut.reach(light)).collect();
     }
 
-    /// Differs from what it was as soon as an object or a light has changed.
+    /// Differs from what it was as soon as an object or a light has changed, or which lights are lit.
     pub fn generation(&self) -> u64 {
         self.generation
     }
@@ -409,8 +412,11 @@ impl Visible {
                 }
             }
         }
-        let (transparent, opaque): (Vec<_>, Vec<_>) =
+        let (mut transparent, opaque): (Vec<_>, Vec<_>) =
             seen.iter().map(|&(index, _)| index).partition(|&index| world.objects[index].transparent);
+        if world.is_halted() {
+            transparent.clear();
+        }
         let (transparent, sorted_indices) = back_to_front(world, camera, transparent.into_iter().rev());
         Self {
             culled: world.objects.len() - in_view,

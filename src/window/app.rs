@@ -185,7 +185,8 @@ impl<'a> App<'a> {
             let PhysicalSize { width, height } = window.inner_size();
             let begun = Instant::now();
             let subject = &mut self.subject;
-            let fits = match presenter.fit(&subject.scene, &subject.settings, [width, height]) {
+            let drawn = desk.stepper().drawn_settings(&subject.settings);
+            let fits = match presenter.fit(&subject.scene, &drawn, [width, height]) {
                 Err(error) if desk.take_back(presenter, subject, &error) => {
                     (self.options.tell)(&format!("warning: {error}"));
                     // The reason is shown with the next one.
@@ -318,7 +319,14 @@ impl<'a> App<'a> {
         }
         match action(key, self.with_control, self.with_shift) {
             Some(Action::Quit) => {
-                if !self.desk.as_mut().is_some_and(Desk::clear) {
+                let ended = match (&mut self.desk, &mut self.presenter) {
+                    (Some(desk), Some(presenter)) if desk.stepper().is_open() => {
+                        self.unfit |= desk.end_steps(presenter, &self.subject);
+                        true
+                    }
+                    (desk, _) => desk.as_mut().is_some_and(Desk::clear),
+                };
+                if !ended {
                     events.exit();
                 }
             }
@@ -331,6 +339,12 @@ impl<'a> App<'a> {
                 if let (Some(desk), Some(presenter)) = (&mut self.desk, &mut self.presenter) {
                     self.unfit |= desk.turn_view(presenter, &mut self.subject, back);
                     (self.options.tell)(&format!("view: {}", self.subject.settings.view));
+                }
+            }
+            Some(Action::Step { back }) => {
+                if let (Some(desk), Some(presenter)) = (&mut self.desk, &mut self.presenter) {
+                    self.unfit |= desk.step(presenter, &self.subject, back);
+                    (self.options.tell)(&desk.stepper().line(&self.subject.scene));
                 }
             }
             Some(Action::Record) => self.record(),

@@ -13,8 +13,8 @@ use crate::frame::FrameTimes;
 use crate::gpu::MemoryReport;
 use crate::plan::{FramePlan, Part};
 use crate::scene::{
-    GbufferChoice, GbufferPreset, HdrFormat, Light, LightPath, MSAA, Settings, ShadowFilter, Tonemap, Transparency,
-    View,
+    GbufferChoice, GbufferPreset, HdrFormat, Light, LightKind, LightPath, MSAA, Settings, ShadowFilter, Tonemap,
+    Transparency, View,
 };
 
 /// What is known of the frames so far.
@@ -25,6 +25,8 @@ pub struct Facts<'a> {
     /// Of the last frame that is known to be done.
     pub times: FrameTimes,
     pub plan: Option<&'a FramePlan>,
+    /// The scene's.
+    pub lights: &'a [Light],
     pub memory: MemoryReport,
     /// Why the last change was not made.
     pub refused: Option<&'a str>,
@@ -50,7 +52,8 @@ pub struct Values {
     pub settings: Settings,
     /// EV100.
     pub exposure: f32,
-    pub lights: Vec<Light>,
+    /// Those that were changed, by their index in the scene.
+    pub lights: Vec<(usize, Light)>,
     /// Of every material, in the place of its own.
     pub roughness: Option<f32>,
 }
@@ -68,6 +71,8 @@ pub struct Controls {
 
 /// Intensities reach this far to either side of what a light has, as a factor.
 const FACTOR: f32 = 1e3;
+/// Lux or candela up to which a light can be set that was dark at first, where no other tells how strong lights are.
+const DARK_MOST: f32 = 1e3;
 /// Milliseconds that the graph of times shows at least.
 const LEAST_MS: f32 = 4.0;
 
@@ -157,7 +162,8 @@ fn panels(ui: &mut Ui, facts: &Facts, values: &mut Values) {
     }
     CollapsingHeader::new("Picture").default_open(true).show(ui, |ui| picture(ui, facts, values));
     CollapsingHeader::new("Shadows").show(ui, |ui| shadows(ui, &mut values.settings));
-    CollapsingHeader::new(format!("Lights ({})", values.lights.len())).show(ui, |ui| lights(ui, &mut values.lights));
+    let own = facts.lights;
+    CollapsingHeader::new(format!("Lights ({})", own.len())).show(ui, |ui| lights(ui, own, &mut values.lights));
     CollapsingHeader::new("Frame").default_open(true).show(ui, |ui| frame(ui, &facts.times));
     CollapsingHeader::new("Memory").show(ui, |ui| memory(ui, &facts.memory));
     if let Some(plan) = facts.plan {
@@ -254,20 +260,35 @@ fn shadows(ui: &mut Ui, settings: &mut Settings) {
     ui.checkbox(&mut shadows.cache, "only those in which something moved are drawn");
 }
 
-fn lights(ui: &mut Ui, lights: &mut [Light]) {
+/// A slider for each light's intensity.
+fn lights(ui: &mut Ui, lights: &[Light], changed: &mut Vec<(usize, Light)>) {
     ScrollArea::vertical().id_salt("lights").max_height(160.0).show(ui, |ui| {
-        for (index, light) in lights.iter_mut().enumerate() {
+        for (index, light) in lights.iter().enumerate() {
             // Around what the light had when its slider was first shown.
             let id = ui.scope_id().with(index);
             let own: f32 = ui.data_mut(|data| *data.get_temp_mut_or(id, light.intensity));
             let name = if light.name.is_empty() { format!("light {index}") } else { light.name.clone() };
-            if own > 0.0 {
-                ui.add(Slider::new(&mut light.intensity, own / FACTOR..=own * FACTOR).logarithmic(true).text(name));
-            } else {
-                ui.label(format!("{name}: off"));
+            let mut intensity = light.intensity;
+            let slider = match own > 0.0 {
+                true => Slider::new(&mut intensity, own / FACTOR..=own * FACTOR).logarithmic(true),
+                false => Slider::new(&mut intensity, 0.0..=most_of_dark(lights, index)),
+            };
+            // Others may have become weaker than this one is.
+            ui.add(slider.clamping(SliderClamping::Edits).text(name));
+            if intensity != light.intensity {
+                changed.push((index, Light { intensity, ..light.clone() }));
             }
         }
     });
+}
+
+/// Up to where a light can be set that was dark at first: to the strongest of the others in its unit.
+fn most_of_dark(lights: &[Light], index: usize) -> f32 {
+    let unit = |light: &Light| matches!(light.kind, LightKind::Directional { .. });
+    let others =
+        lights.iter().enumerate().filter(|&(other, light)| other != index && unit(light) == unit(&lights[index]));
+    let most = others.map(|(_, light)| light.intensity).fold(0.0, f32::max);
+    if most > 0.0 { most } else { DARK_MOST }
 }
 
 fn frame(ui: &mut Ui, times: &FrameTimes) {
@@ -335,4 +356,28 @@ fn among<T: Copy + PartialEq + Display>(ui: &mut Ui, label: &str, value: &mut T,
             ui.selectable_value(value, own, own.to_string());
         }
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec3, Vec3};
+
+    use super::*;
+    use crate::scene::Falloff;
+
+    #[test]
+    fn a_dark_light_can_be_set_to_what_others_in_its_unit_have() {
+        let light = |kind: LightKind, intensity: f32| Light {
+            name: String::new(),
+            kind,
+            color: Vec3::ONE,
+            intensity,
+            casts_shadow: false,
+            size: 0.0,
+        };
+        let sun = |lux| light(LightKind::Directional { direction: DVec3::NEG_Y }, lux);
+        let point = LightKind::Point { position: DVec3::ZERO, range: None, falloff: Falloff::InverseSquare };
+        let lights = [sun(9e4), light(point, 0.0), light(point, 30.0), light(point, 70.0), sun(0.0)];
+        assert_eq!([1, 4, 0].map(|index| most_of_dark(&lights, index)), [70.0, 9e4, DARK_MOST]);
+    }
 }

@@ -13,6 +13,7 @@ use super::faults::Faults;
 use super::marks::{HeatMap, draw_box};
 use super::oracle::{Answer, Drawn, ErrorMap, Oracle, Question};
 use super::overlay::{Overlay, Taken};
+use super::steps::Stepper;
 use crate::frame::{self, Picture, Pixels, Presenter, plan_for};
 use crate::gpu::{self, Device, vk};
 use crate::passes::overlay::Panels;
@@ -77,17 +78,18 @@ impl Subject {
         new
     }
 
+    /// As they are: no light is changed.
     fn values(&self) -> Values {
         Values {
             settings: self.settings.clone(),
             exposure: self.exposure,
-            lights: self.scene.lights.clone(),
+            lights: Vec::new(),
             roughness: self.roughness,
         }
     }
 
-    fn set(&mut self, values: Values) {
-        (self.settings, self.exposure, self.scene.lights) = (values.settings, values.exposure, values.lights);
+    fn set(&mut self, values: Values, lights: Vec<Light>) {
+        (self.settings, self.exposure, self.scene.lights) = (values.settings, values.exposure, lights);
         self.set_roughness(values.roughness);
     }
 
@@ -130,12 +132,13 @@ pub struct Desk {
     compared: Option<Camera>,
     error: Option<ErrorMap>,
     heat: HeatMap,
-    /// What the frames were last made for.
-    fitted: Option<Values>,
+    /// What the frames were last made for, and the lights.
+    fitted: Option<(Values, Vec<Light>)>,
     /// What the frames were last made of, if that is something else since.
     before: Before,
     /// What is wrong with changed files.
     pub faults: Faults,
+    stepper: Stepper,
 }
 
 /// What can be gone back to.
@@ -164,6 +167,7 @@ impl Desk {
             fitted: None,
             before: Before::default(),
             faults: Faults::default(),
+            stepper: Stepper::default(),
         }
     }
 
@@ -191,6 +195,7 @@ impl Desk {
             intervals: clock.graph(),
             times: presenter.times(),
             plan: presenter.plan(),
+            lights: &subject.scene.lights,
             memory: self.device.memory_report(),
             refused: self.refused.as_deref(),
             error: self.error.as_ref(),
@@ -200,7 +205,8 @@ impl Desk {
         let (selected, error, heat) = (self.selected, self.error.as_ref(), &self.heat);
         let scene = &subject.scene;
         let (controls, faults) = (&mut self.controls, &mut self.faults);
-        let (panels, delay) = self.overlay.run(window, |ui| {
+        let (stepper, drawn) = (&mut self.stepper, presenter.drawn());
+        let (panels, mut delay) = self.overlay.run(window, |ui| {
             if let Some(error) = error {
                 heat.draw(ui.ctx(), error);
             }
@@ -209,20 +215,27 @@ impl Desk {
             }
             controls.show(ui, &facts, &mut after);
             faults.show(ui.ctx());
+            stepper.panel(ui.ctx(), scene, &drawn);
         });
         drop(facts);
-        let unfit = after != before && self.change(presenter, subject, &before, after);
+        if self.stepper.take_new() {
+            delay = Duration::ZERO;
+        }
+        let mut unfit = after != before && self.change(presenter, subject, &before, after);
+        unfit |= self.stepper.obey(presenter, &subject.settings);
         Some((panels, delay, unfit))
     }
 
     /// The frames are made for the subject as it is now.
     pub fn fitted(&mut self, subject: &Subject) {
-        self.fitted = Some(subject.values());
+        self.fitted = Some((subject.values(), subject.scene.lights.clone()));
         self.before = Before::default();
     }
 
     /// Takes the scene as it was read again. True if the camera that it names is another one than before.
     pub fn renew(&mut self, presenter: &mut Presenter, subject: &mut Subject, read: (Scene, Settings)) -> bool {
+        // Its steps are another frame's.
+        self.stepper.end(presenter, &subject.settings);
         let new = subject.renewed(read.0, read.1);
         let old = std::mem::replace(subject, new);
         let is_moved = subject.own.camera != old.own.camera;
@@ -253,8 +266,12 @@ impl Desk {
     pub fn take_back(&mut self, presenter: &mut Presenter, subject: &mut Subject, error: &frame::Error) -> bool {
         const GONE: [vk::Result; 2] = [vk::Result::ERROR_DEVICE_LOST, vk::Result::ERROR_SURFACE_LOST_KHR];
         let is_gone = matches!(error, frame::Error::Gpu(gpu::Error::Vulkan { result, .. }) if GONE.contains(result));
-        let Some(fitted) = self.fitted.clone().filter(|_| !is_gone) else { return false };
+        if is_gone {
+            return false;
+        }
         let told = Some(error.to_string());
+        let was_step = self.stepper.is_open();
+        self.stepper.end(presenter, &subject.settings);
         let scene = self.before.subject.take();
         #[cfg(feature = "hot-reload")]
         let exchanged = self.before.shaders.take().map(exchange).is_some();
@@ -263,15 +280,16 @@ impl Desk {
         if exchanged {
             self.faults.shaders.clone_from(&told);
         }
+        let Some((values, lights)) = self.fitted.clone() else { return false };
         if let Some(old) = scene {
             *subject = old;
             self.faults.scene = told;
-        } else if fitted != subject.values() {
+        } else if (&values, &lights) != (&subject.values(), &subject.scene.lights) || was_step && !exchanged {
             (self.refused, self.controls.shown) = (told, true);
         } else if !exchanged {
             return false;
         }
-        subject.set(fitted);
+        subject.set(values, lights);
         self.forget_scene(presenter);
         true
     }
@@ -283,7 +301,11 @@ impl Desk {
 
     /// Whether anything lies over the picture.
     fn is_shown(&self) -> bool {
-        self.controls.is_any_shown() || self.selected.is_some() || self.compared.is_some() || self.faults.is_any()
+        self.controls.is_any_shown()
+            || self.selected.is_some()
+            || self.compared.is_some()
+            || self.faults.is_any()
+            || self.stepper.is_open()
     }
 
     /// Takes the answers that have come. A comparison ends when the picture is no longer the one that is compared.
@@ -315,8 +337,8 @@ impl Desk {
     /// Asks how far a picture from this camera is from the truth; none if what is shown is no picture of light.
     pub fn compare(&mut self, subject: &Subject, camera: Camera, picture: &Picture) {
         let Pixels::Srgb8(rgba) = &picture.pixels else { return };
-        if subject.settings.view != View::Final {
-            self.refused = Some("only the final picture can be compared with the truth".into());
+        if subject.settings.view != View::Final || self.stepper.is_open() {
+            self.refused = Some("only the final picture of a whole frame can be compared with the truth".into());
             self.controls.shown = true;
             return;
         }
@@ -359,7 +381,7 @@ impl Desk {
 
     /// Shows the next view that the scene has, or the one before it. True if the presenter must be fitted again.
     pub fn turn_view(&mut self, presenter: &mut Presenter, subject: &mut Subject, back: bool) -> bool {
-        self.end_comparison();
+        let ended = self.end_steps(presenter, subject);
         let own = subject.settings.view;
         for _ in 0..View::NAMES.len() {
             let settings = subject.turned(back);
@@ -370,7 +392,32 @@ impl Desk {
             subject.settings.view = subject.turned(back).view;
         }
         subject.settings.view = own;
-        false
+        ended
+    }
+
+    /// Shows the frame after its next step, or the one before. True if the presenter must be fitted again.
+    pub fn step(&mut self, presenter: &mut Presenter, subject: &Subject, back: bool) -> bool {
+        self.end_comparison();
+        let planned = |settings: &Settings| plan_for(&self.device, &subject.scene, settings);
+        match self.stepper.turn(presenter, &subject.settings, back, planned) {
+            Ok(unfit) => unfit,
+            Err(error) => {
+                self.refused = Some(error.to_string());
+                self.controls.shown = true;
+                false
+            }
+        }
+    }
+
+    /// Shows the whole frame again. True if the presenter must be fitted again.
+    pub fn end_steps(&mut self, presenter: &mut Presenter, subject: &Subject) -> bool {
+        self.end_comparison();
+        self.stepper.end(presenter, &subject.settings)
+    }
+
+    /// What a window steps through.
+    pub fn stepper(&self) -> &Stepper {
+        &self.stepper
     }
 
     /// Makes a change. True if the presenter must be fitted again.
@@ -378,18 +425,16 @@ impl Desk {
         let mut unfit = false;
         // The picture will be another one, and so will the truth.
         self.end_comparison();
-        if (&after.lights, after.roughness) != (&before.lights, before.roughness) {
+        if !after.lights.is_empty() || after.roughness != before.roughness {
             self.oracle = None;
         }
-        for (index, (light, old)) in after.lights.iter().zip(&before.lights).enumerate() {
-            if light != old {
-                subject.scene.lights[index] = light.clone();
-                // One that needs other pipelines or maps than before.
-                if presenter.set_light(index, light).is_err() {
-                    presenter.change(false);
-                    unfit = true;
-                }
+        for (index, light) in after.lights {
+            // One that needs other pipelines or maps than before.
+            if presenter.set_light(index, &light).is_err() {
+                presenter.change(false);
+                unfit = true;
             }
+            subject.scene.lights[index] = light;
         }
         if after.exposure != before.exposure {
             (subject.exposure, subject.settings.exposure) = (after.exposure, Some(after.exposure));
@@ -404,6 +449,10 @@ impl Desk {
         if after.settings != before.settings {
             let settings = Settings { exposure: subject.settings.exposure, ..after.settings };
             unfit |= self.set(presenter, subject, settings);
+        }
+        if unfit {
+            let planned = |settings: &Settings| plan_for(&self.device, &subject.scene, settings);
+            self.stepper.follow(presenter, &subject.settings, planned);
         }
         unfit
     }

@@ -18,6 +18,10 @@ pub enum Action {
     View {
         back: bool,
     },
+    /// Show the frame after its next pass or light, or the one before.
+    Step {
+        back: bool,
+    },
     /// Compare the picture with the truth, or end that.
     Compare,
     /// Begin to record the camera's path, or end it.
@@ -42,11 +46,12 @@ pub const HELP: &[(&str, &str)] = &[
     ("P or F12", "write a screenshot"),
     ("G or F2", "panels: times, memory, plan, and settings to change"),
     ("V, Shift+V", "the next view of the frame's buffers, the one before"),
+    (". and ,", "step forward and back through the frame: its picture after each pass and light"),
     ("click", "select an object: its name, its material, its box"),
     ("T", "compare the picture with the truth: where it is wrong, and by how much"),
     ("K", "record the camera's path, and write it"),
     ("H or F1", "these keys"),
-    ("Esc", "clear what is told of files, end the comparison, clear the selection; then quit"),
+    ("Esc", "back to the whole frame, clear what is told of files, end the comparison, clear the selection; then quit"),
 ];
 
 const DIGITS: [KeyCode; 9] = [
@@ -71,6 +76,8 @@ pub fn action(key: KeyCode, control: bool, shift: bool) -> Option<Action> {
         KeyCode::KeyO => Some(Action::Orbit),
         KeyCode::KeyG | KeyCode::F2 => Some(Action::Panels),
         KeyCode::KeyV => Some(Action::View { back: shift }),
+        KeyCode::Period => Some(Action::Step { back: false }),
+        KeyCode::Comma => Some(Action::Step { back: true }),
         KeyCode::KeyT => Some(Action::Compare),
         KeyCode::KeyK => Some(Action::Record),
         KeyCode::KeyP | KeyCode::F12 => Some(Action::Screenshot),
@@ -104,6 +111,12 @@ mod tests {
         assert_eq!(action(KeyCode::Digit1, true, false), Some(Action::Bookmark(0)));
         assert_eq!(action(KeyCode::Digit9, false, false), Some(Action::Recall(8)));
         assert_eq!(action(KeyCode::Digit0, false, false), None);
+    }
+
+    #[test]
+    fn period_and_comma_step_on_and_back() {
+        assert_eq!(action(KeyCode::Period, false, false), Some(Action::Step { back: false }));
+        assert_eq!(action(KeyCode::Comma, false, false), Some(Action::Step { back: true }));
     }
 
     #[test]

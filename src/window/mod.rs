@@ -13,6 +13,7 @@ mod marks;
 mod oracle;
 mod overlay;
 mod recorder;
+mod steps;
 mod watch;
 #[cfg(all(unix, not(target_vendor = "apple")))]
 mod x11;

@@ -34,6 +34,8 @@ pub mod key {
     pub const O: u8 = 32;
     pub const P: u8 = 33;
     pub const H: u8 = 43;
+    pub const COMMA: u8 = 59;
+    pub const PERIOD: u8 = 60;
     pub const CONTROL: u8 = 37;
     pub const SHIFT: u8 = 50;
 }

@@ -5,6 +5,7 @@
 mod changes;
 mod harness;
 mod panels;
+mod steps;
 
 use std::thread::sleep;
 use std::time::Duration;
