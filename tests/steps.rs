@@ -175,7 +175,15 @@ fn the_only_light_is_off_before_it_is_added() {
 #[test]
 fn a_frame_is_whole_after_the_camera_has_moved_while_it_was_halted() {
     on_gpu(|gpu| {
-        let scene = room();
+        let mut scene = room();
+        // A row of blocks under a lamp, of which each camera sees other shadows.
+        for place in -4..=4 {
+            let at = DAffine3::from_translation(DVec3::new(0.8 * f64::from(place), 0.0, 0.4));
+            add(&mut scene, shapes::cuboid([0.2, 0.6, 0.2]), lambert(0.8), at);
+        }
+        scene.objects[0].transform = DAffine3::from_scale(DVec3::new(0.9, 0.5, 1.0));
+        let lamp = point(DVec3::new(0.0, 0.3, 2.5), 2.0, None, Falloff::InverseSquare);
+        scene.lights.push(Light { casts_shadow: true, ..lamp });
         let turned = |angle: f64, x: f64| Camera {
             position: scene.camera.position + DVec3::X * x,
             rotation: DQuat::from_rotation_y(angle),
@@ -185,11 +193,11 @@ fn a_frame_is_whole_after_the_camera_has_moved_while_it_was_halted() {
         for path in [LightPath::Loop, LightPath::Forward] {
             let settings = Settings { light_path: path, ..exact(SIZE.0, SIZE.1) };
             let mut renderer = gpu.renderer(&scene, &settings);
-            frame(&mut renderer, &turned(-0.5, -0.5));
+            frame(&mut renderer, &turned(0.0, -2.5));
             for (camera, halts) in [
-                (turned(0.4, 0.3), [Some(0), None, Some(3), None]),
+                (turned(0.0, 2.5), [Some(0), None, Some(3), None]),
                 (turned(-0.2, 0.6), [Some(2), Some(0), None, None]),
-                (turned(0.0, -1.0), [Some(0), Some(8), Some(1), None]),
+                (turned(0.4, -1.0), [Some(0), Some(9), Some(1), None]),
             ] {
                 for halt in halts {
                     renderer.halt_after(halt);

@@ -1,5 +1,6 @@
 //! Goes through the steps of a frame: which one the window shows, and the panel that lists them.
 
+use egui::style::ScrollAnimation;
 use egui::{Align2, Context, RichText, ScrollArea, Ui, pos2};
 
 use super::{Step, turned};
@@ -223,7 +224,7 @@ fn list(ui: &mut Ui, shown: &Stepped, scene: &Scene, scrolls: bool) -> Option<us
         };
         let line = ui.selectable_label(is_now, name);
         if is_now && scrolls {
-            line.scroll_to_me(None);
+            line.scroll_to_me_animation(None, ScrollAnimation::none());
         }
         if line.clicked() {
             clicked = Some(place);
