@@ -46,6 +46,19 @@ impl FramePlan {
         Self { presented: Some(format), output, ..self }
     }
 
+    /// The same frames with the bytes of their pictures as images of a swapchain of this format have them, so that they can be copied there
+    /// whether the one or the other is encoded by the hardware.
+    pub fn copied_to(self, format: vk::Format) -> Self {
+        let blue_first = [vk::Format::B8G8R8A8_SRGB, vk::Format::B8G8R8A8_UNORM].contains(&format);
+        match self.is_tiled() {
+            // There is one order of channels that every device can store to.
+            true => Self { swaps_red_and_blue: blue_first, ..self },
+            false if blue_first => Self { output: vk::Format::B8G8R8A8_SRGB, ..self },
+            // A8B8G8R8 has the bytes of R8G8B8A8 on machines that store the low byte first.
+            false => Self { output: OUTPUT_SRGB, ..self },
+        }
+    }
+
     /// Whether the last pass draws into an image of the swapchain, and not into one of the frame's own.
     pub fn draws_into_swapchain(&self) -> bool {
         self.presented.is_some() && !self.is_tiled()

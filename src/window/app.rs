@@ -1,6 +1,7 @@
 //! A window and what it shows. A frame is drawn when something has changed, and otherwise never.
 
 mod events;
+mod split;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -48,6 +49,8 @@ pub struct App<'a> {
     mouse: DVec2,
     clock: Clock,
     screenshot: bool,
+    /// The light of the picture is to be kept.
+    light: bool,
     /// The swapchain is not of the window's size, or not of its surface.
     unfit: bool,
     /// Nobody can see the window.
@@ -95,6 +98,7 @@ impl<'a> App<'a> {
             mouse: DVec2::ZERO,
             clock: Clock::default(),
             screenshot: false,
+            light: false,
             unfit: true,
             hidden: false,
             content: false,
@@ -172,6 +176,8 @@ impl<'a> App<'a> {
         if std::mem::take(&mut desk.controls.asks_truth) {
             self.compare = !desk.is_comparing();
             desk.end_comparison();
+            // Only one picture is compared.
+            self.unfit |= desk.unsplit(presenter);
         }
         if self.unfit {
             let PhysicalSize { width, height } = window.inner_size();
@@ -193,9 +199,16 @@ impl<'a> App<'a> {
                 Some(before) if before != [width, height] => self.clock.resized(begun.elapsed()),
                 Some(_) => {}
             }
-            desk.fitted(subject);
+            if let Some(why) = desk.fitted(presenter, subject) {
+                (self.options.tell)(&format!("warning: {why}"));
+                window.request_redraw();
+            }
             (self.unfit, self.hidden) = (false, false);
         }
+        if std::mem::take(&mut self.light) {
+            split::keep_light(presenter, &self.subject, &camera, &self.options);
+        }
+        presenter.divide_at(desk.divider.at());
         let mut kept = std::mem::take(&mut self.screenshot);
         let mut compared = std::mem::take(&mut self.compare);
         if (kept || compared) && !presenter.can_copy() {
@@ -330,6 +343,8 @@ impl<'a> App<'a> {
                 (self.options.tell)(&format!("camera: {mode}"));
             }
             Some(Action::Screenshot) => self.screenshot = true,
+            Some(Action::Light) => self.light = true,
+            Some(Action::Split { next }) => self.split(next),
             Some(Action::Bookmark(number)) => {
                 self.control.bookmark(number);
                 (self.options.tell)(&format!("camera {} is kept", number + 1));
@@ -372,7 +387,7 @@ impl<'a> App<'a> {
 
     fn drag(&mut self, position: PhysicalPosition<f64>) {
         self.mouse = DVec2::new(position.x, position.y);
-        if !self.dragging {
+        if self.drag_divider() || !self.dragging {
             return;
         }
         let height = self.window.as_ref().map_or(1, |window| window.inner_size().height.max(1));

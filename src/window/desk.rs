@@ -12,11 +12,12 @@ use super::controls::{Controls, Facts, Selected, Values};
 use super::marks::{HeatMap, draw_box};
 use super::oracle::{Answer, Drawn, ErrorMap, Oracle, Question};
 use super::overlay::{Overlay, Taken};
+use super::split::{Divider, views_after};
 use crate::frame::{self, Picture, Pixels, Presenter, plan_for};
 use crate::gpu::{self, Device, vk};
 use crate::passes::overlay::Panels;
 use crate::reference;
-use crate::scene::{Camera, Scene, Settings, View, metered_ev100};
+use crate::scene::{Camera, Output, Scene, Settings, View, metered_ev100};
 
 /// What is drawn, of which a user may change more than the camera.
 pub struct Subject {
@@ -64,6 +65,11 @@ impl Subject {
         }
     }
 
+    /// The same settings for a picture of so many pixels of light in nits. FXAA smooths what is tone-mapped, and light is not.
+    pub fn in_nits(&self, size: [u32; 2]) -> Settings {
+        Settings { size, output: Output::Nits, fxaa: false, ..self.settings.clone() }
+    }
+
     /// The same settings with the next view, or the one before it.
     fn turned(&self, back: bool) -> Settings {
         let views = View::NAMES;
@@ -85,6 +91,7 @@ pub struct Desk {
     device: Arc<Device>,
     overlay: Overlay,
     pub controls: Controls,
+    pub divider: Divider,
     /// Why the last change was not made.
     refused: Option<String>,
     /// Made with the first question, and given up when the scene changes.
@@ -108,6 +115,7 @@ impl Desk {
             device: Arc::clone(device),
             overlay,
             controls: Controls::default(),
+            divider: Divider::default(),
             refused: None,
             oracle: None,
             wake,
@@ -134,6 +142,7 @@ impl Desk {
         (subject, camera): (&mut Subject, &Camera),
     ) -> Option<(Panels, Duration, bool)> {
         if !self.is_shown() {
+            self.overlay.rest(window);
             return None;
         }
         let before = subject.values();
@@ -151,6 +160,7 @@ impl Desk {
         };
         let (selected, error, heat) = (self.selected, self.error.as_ref(), &self.heat);
         let scene = &subject.scene;
+        let (divider, view, beside) = (self.divider, subject.settings.view, self.controls.beside);
         let controls = &mut self.controls;
         let (panels, delay) = self.overlay.run(window, |ui| {
             if let Some(error) = error {
@@ -159,16 +169,27 @@ impl Desk {
             if let Some((object, _)) = selected {
                 draw_box(ui.ctx(), scene, camera, object);
             }
+            if let Some(beside) = beside {
+                divider.draw(ui.ctx(), [view, beside]);
+            }
             controls.show(ui, &facts, &mut after);
         });
         drop(facts);
-        let unfit = after != before && self.change(presenter, subject, &before, after);
+        let mut unfit = after != before && self.change(presenter, subject, &before, after);
+        if self.controls.beside != beside {
+            self.show_beside(presenter, self.controls.beside);
+            unfit = true;
+        }
         Some((panels, delay, unfit))
     }
 
-    /// The frames are made for the subject as it is now.
-    pub fn fitted(&mut self, subject: &Subject) {
+    /// The frames are made for the subject as it is now. Why the window is not split any more, if it cannot be.
+    pub fn fitted(&mut self, presenter: &mut Presenter, subject: &Subject) -> Option<String> {
         self.fitted = Some(subject.values());
+        let why = format!("the window cannot be split so: {}", presenter.refusal()?);
+        self.controls.beside = None;
+        self.refused = Some(why.clone());
+        Some(why)
     }
 
     /// Takes back what was changed since frames could be made, if anything was and the device is not to blame. Tells why on the panels.
@@ -282,6 +303,42 @@ impl Desk {
         }
         subject.settings.view = own;
         false
+    }
+
+    /// Splits the window, to show the next view that can be drawn beside the picture, or ends that if no `next` one is asked for. True if the
+    /// presenter must be fitted again.
+    pub fn split(&mut self, presenter: &mut Presenter, subject: &Subject, next: bool) -> bool {
+        if !next && self.controls.beside.is_some() {
+            return self.unsplit(presenter);
+        }
+        let last = self.controls.beside.unwrap_or(subject.settings.view);
+        let mut others = views_after(last, &subject.settings);
+        match others.find(|settings| plan_for(&self.device, &subject.scene, settings).is_ok()) {
+            Some(other) => self.show_beside(presenter, Some(other.view)),
+            None => {
+                self.refused = Some("no other view can be drawn with these settings".into());
+                self.controls.shown = true;
+            }
+        }
+        self.controls.beside.is_some()
+    }
+
+    /// Shows the picture alone. True if the presenter must be fitted again.
+    pub fn unsplit(&mut self, presenter: &mut Presenter) -> bool {
+        let was = self.controls.beside.is_some();
+        if was {
+            self.show_beside(presenter, None);
+        }
+        was
+    }
+
+    fn show_beside(&mut self, presenter: &mut Presenter, view: Option<View>) {
+        self.end_comparison();
+        if view.is_none() {
+            self.divider = Divider::default();
+        }
+        self.controls.beside = view;
+        presenter.show_beside(view);
     }
 
     /// Makes a change. True if the presenter must be fitted again.

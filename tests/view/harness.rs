@@ -32,6 +32,7 @@ pub mod key {
     pub const T: u8 = 28;
     pub const R: u8 = 27;
     pub const O: u8 = 32;
+    pub const X: u8 = 53;
     pub const P: u8 = 33;
     pub const H: u8 = 43;
     pub const CONTROL: u8 = 37;

@@ -3,7 +3,9 @@
 #![cfg(all(feature = "window", target_os = "linux"))]
 
 mod harness;
+mod light;
 mod panels;
+mod split;
 
 use std::thread::sleep;
 use std::time::Duration;
