@@ -171,3 +171,47 @@ impl Way {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::{format_bytes, samples};
+    use crate::scene::{Brdf, Falloff, LightPath};
+
+    const BLUE_FIRST: vk::Format = vk::Format::B8G8R8A8_UNORM;
+
+    #[test]
+    fn what_images_a_window_needs_does_not_depend_on_its_size() {
+        for lights in [0, 1, 4, 5, 40] {
+            let scene = samples::scene(
+                vec![samples::material(Brdf::CookTorrance)],
+                vec![samples::point(Falloff::InverseSquare); lights],
+            );
+            for light_path in [LightPath::Auto, LightPath::Compute, LightPath::Loop] {
+                let of = |size| {
+                    let settings = Settings { size, light_path, ..Settings::default() };
+                    FramePlan::of(&scene, &settings, &samples::device()).expect("a plan").is_tiled()
+                };
+                let all = [[1, 1], [1, 4000], [640, 360], [16384, 16384]].map(of);
+                assert!(all.iter().all(|&tiled| tiled == all[0]), "{lights} lights, {light_path}: {all:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn pictures_that_are_copied_to_a_swapchain_have_its_order_of_channels_whoever_encodes_them() {
+        let shown = |plan: &FramePlan| [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output);
+        let all = [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat();
+        for (name, plan) in all.into_iter().filter(|(_, plan)| shown(plan)) {
+            for (format, blue_first) in [(vk::Format::B8G8R8A8_SRGB, true), (BLUE_FIRST, true), (OUTPUT_PLAIN, false)] {
+                let copied = plan.clone().copied_to(format);
+                assert_eq!(format_bytes(copied.output), format_bytes(format), "{name}");
+                assert_eq!((copied.presented, copied.encodes_output()), (None, plan.encodes_output()), "{name}");
+                let own = copied.swaps_red_and_blue || copied.output == vk::Format::B8G8R8A8_SRGB;
+                assert_eq!((own, copied.swaps_red_and_blue), (blue_first, blue_first && plan.is_tiled()), "{name}");
+                // A size that changes leaves that as it is.
+                assert!(copied.differs_in_size_only(&copied.clone()) && copied.uploads_as(&plan));
+            }
+        }
+    }
+}

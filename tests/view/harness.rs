@@ -228,7 +228,10 @@ impl<'a> View<'a> {
     }
 
     pub fn waits_to_tell(&mut self, word: &str) {
-        until(word, || self.errors().contains(word).then_some(()));
+        until(word, || {
+            self.assert_running();
+            self.errors().contains(word).then_some(())
+        });
     }
 
     pub fn resize(&self, [width, height]: [u32; 2]) {
