@@ -33,6 +33,8 @@ override TONE_MAP: bool = true;
 override OPERATOR: u32 = 0u;
 override LARGEST: f32 = 65000.0;
 override LIGHT_ONLY: bool = false;
+// Red and blue are stored in each other's place.
+override SWAPPED: bool = false;
 
 struct Push {
     // What is seen where nothing is, as it is stored.
@@ -114,6 +116,10 @@ fn touches(tile: Tile, sphere: vec4<f32>) -> bool {
     let along = dot(sphere.xyz, frame.forward);
     let side = min(min(dot(tile.left, p), dot(tile.right, p)), min(dot(tile.top, p), dot(tile.bottom, p)));
     return side > -sphere.w && along + sphere.w > tile.begin && along - sphere.w < tile.end;
+}
+
+fn store(pixel: vec2<u32>, light: vec3<f32>) {
+    textureStore(output, pixel, vec4(select(light, light.bgr, SWAPPED), 1.0));
 }
 
 @compute @workgroup_size(16, 16, 1)
@@ -201,7 +207,7 @@ fn main(
         return;
     }
     if !seen {
-        textureStore(output, id.xy, vec4(push.background, 1.0));
+        store(id.xy, push.background);
         return;
     }
     var light = min(radiance * frame.exposure, vec3(LARGEST));
@@ -214,5 +220,5 @@ fn main(
 #ifndef LINEAR_OUTPUT
     light = encode_srgb(light);
 #endif
-    textureStore(output, id.xy, vec4(light, 1.0));
+    store(id.xy, light);
 }

@@ -164,6 +164,8 @@ pub struct FramePlan {
     pub output: vk::Format,
     /// The format of the swapchain that pictures go to, where they are presented.
     pub presented: Option<vk::Format>,
+    /// A compute pass stores red and blue in each other's place, for a swapchain whose images have them so.
+    pub swaps_red_and_blue: bool,
     pub tone_mapping: ToneMapping,
     /// Light is exposed before it is stored; that of a picture in nits is not.
     pub exposes: bool,
@@ -303,6 +305,7 @@ impl FramePlan {
             hdr: way.hdr,
             output: way.output,
             presented: None,
+            swaps_red_and_blue: false,
             tone_mapping: way.tone_mapping,
             exposes: settings.output != Output::Nits,
             samples: settings.samples,

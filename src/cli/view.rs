@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process;
 
-use afterlight::frame::Picture;
+use afterlight::frame::{Picture, Pixels};
 use afterlight::gpu::Vsync;
 use afterlight::scene::{CameraPath, SettingsPatch};
 use afterlight::window::{Error, Options, ReadAgain, ShaderFolder, Summary, WindowSystem};
@@ -133,9 +133,13 @@ fn end_without_display() -> ! {
     process::exit(Exit::NoDisplay as i32)
 }
 
-/// Writes a screenshot under the first name that is free.
+/// Writes a screenshot under the first name that is free: what is shown as PNG, light as EXR.
 fn keep(folder: &Path, picture: &Picture) -> Result<String, String> {
-    let target = Target { sink: Sink::File(free(folder, "png")?), format: Format::Png };
+    let (extension, format) = match picture.pixels {
+        Pixels::Srgb8(_) => ("png", Format::Png),
+        Pixels::LinearF32(_) => ("exr", Format::Exr),
+    };
+    let target = Target { sink: Sink::File(free(folder, extension)?), format };
     target.write(picture).map_err(|failure| failure.message().to_owned())?;
     Ok(format!("screenshot: {}", target.sink))
 }

@@ -54,6 +54,8 @@ pub enum Place {
     Copy,
     /// The copy of a compute pass's picture into an image of the swapchain.
     Present,
+    /// The copy of another picture into a part of an image of the swapchain.
+    Split,
     /// Panels over a picture that is ready to be presented.
     Overlay,
     /// What shows the swapchain's images.
@@ -127,6 +129,7 @@ impl fmt::Display for Place {
             Self::Draws => "DRAWS",
             Self::Copy => "COPY",
             Self::Present => "PRESENT",
+            Self::Split => "SPLIT",
             Self::Overlay => "OVERLAY",
             Self::Presentation => "PRESENTATION",
             Self::Device => "DEVICE",

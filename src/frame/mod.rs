@@ -11,6 +11,8 @@ mod forward;
 mod present;
 mod read_back;
 pub mod render_pass;
+#[cfg(feature = "window")]
+mod split;
 mod stages;
 mod tiled;
 mod triangles;

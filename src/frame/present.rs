@@ -7,13 +7,15 @@ use ash::vk;
 use super::deferred::image_barrier;
 use super::edges::{self, Edges};
 use super::read_back::{host_barrier, picture_of};
+use super::split::Split;
 use super::{Drawn, Error, FrameParts, FrameTimes, IN_FLIGHT, Picture, Renderer, plan_for};
 use crate::gpu::barrier::ImageRange;
 use crate::gpu::{self, Acquired, Device, Fit, Owned, Surface, Swapchain, SwapchainDesc, Vsync, semaphore};
+use crate::gpu_scene::GpuScene;
 use crate::passes::copy::Copy;
 use crate::passes::overlay::{Overlay, Panels};
 use crate::plan::{self, FramePlan};
-use crate::scene::{Camera, Light, Scene, Settings};
+use crate::scene::{Camera, Light, Scene, Settings, View};
 
 /// What became of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,6 +45,10 @@ pub struct Presenter {
     overlay: Option<Overlay>,
     /// After how many lights frames are halted.
     halted: Option<usize>,
+    /// Only while another view is shown beside the picture.
+    split: Option<Split>,
+    /// Why the last one is not there any more.
+    refused: Option<Error>,
     times: FrameTimes,
 }
 
@@ -73,27 +79,23 @@ impl Presenter {
             screenshot: None,
             overlay: None,
             halted: None,
+            split: None,
+            refused: None,
             times: FrameTimes::default(),
         })
     }
 
     /// Makes the swapchain, and all that has the size of the picture, as large as the window is now; `size` where the window system leaves that
     /// open. The scene on the device, its shadow maps and all pipelines stay, unless the plan of the new size has others. False while the
-    /// window has no pixels.
+    /// window has no pixels. A split that cannot be made is given up: see [`Presenter::refusal`].
     ///
     /// # Errors
     /// When the surface is lost, or the device lacks the memory.
     pub fn fit(&mut self, scene: &Scene, settings: &Settings, size: [u32; 2]) -> Result<bool, Error> {
-        let plan = plan_for(&self.device, scene, settings)?;
-        self.desc = SwapchainDesc { vsync: self.desc.vsync, size, ..desc_for(&plan) };
-        let Some(surface) = &self.surface else { return Ok(false) };
-        let old = self.swapchain.take();
-        self.swapchain = Swapchain::new(&self.device, surface, &self.desc, old)?;
+        self.desc = SwapchainDesc { size, wishes: wishes(self.split.is_some()), ..self.desc };
+        let Some((settings, plan)) = self.fit_swapchain(scene, settings)? else { return Ok(false) };
         let Some(swapchain) = &self.swapchain else { return Ok(false) };
-        let vk::Extent2D { width, height } = swapchain.extent;
-        let settings = Settings { size: [width, height], ..settings.clone() };
-        let plan = plan_for(&self.device, scene, &settings)?.presented_as(swapchain.format);
-        let views: Vec<_> = swapchain.images.iter().filter_map(|image| Some(image.view.as_ref()?.raw)).collect();
+        let views = swapchain.views();
         self.screenshot = None;
         match &mut self.overlay {
             Some(overlay) if overlay.format() == swapchain.format => overlay.resize(&views, swapchain.extent)?,
@@ -104,18 +106,80 @@ impl Presenter {
                 renderer.resize(plan, &views)?;
             }
             renderer => {
-                let stays = |old: &&Renderer| self.changed != Some(true) && old.plan.uploads_as(&plan);
-                let uploaded = renderer.as_ref().filter(stays).map(|old| old.scene.clone());
                 // Given up first: a device may not hold two.
-                *renderer = None;
+                if let Some(split) = self.split.as_mut().filter(|_| self.changed == Some(true)) {
+                    split.give_up();
+                }
+                let old = renderer.take().filter(|_| self.changed != Some(true));
+                let uploaded = old.as_ref().and_then(|old| old.uploaded_for(&plan));
+                drop(old);
                 let edges = edges::table(&plan);
                 let mut new = Renderer::of(&self.device, scene, &settings, (plan, edges), (&views, uploaded))?;
                 new.halt_after(self.halted);
                 *renderer = Some(new);
-                self.changed = None;
             }
         }
+        self.fit_split(scene, &settings);
+        self.changed = None;
         Ok(true)
+    }
+
+    /// A swapchain for the window as it is, and the settings and the plan of frames of its size. None while it has no pixels.
+    fn fit_swapchain(&mut self, scene: &Scene, settings: &Settings) -> Result<Option<(Settings, FramePlan)>, Error> {
+        loop {
+            let Some(surface) = &self.surface else { return Ok(None) };
+            let old = self.swapchain.take();
+            self.swapchain = Swapchain::new(&self.device, surface, &self.desc, old)?;
+            let Some(swapchain) = &self.swapchain else { return Ok(None) };
+            let vk::Extent2D { width, height } = swapchain.extent;
+            let settings = Settings { size: [width, height], ..settings.clone() };
+            let plan = plan_for(&self.device, scene, &settings)?;
+            let SwapchainDesc { encodes, usage, .. } = desc_for(&plan);
+            if (encodes, usage) == (self.desc.encodes, self.desc.usage) {
+                return Ok(Some((settings, plan.presented_as(swapchain.format))));
+            }
+            // Frames of other settings may need other images than those before. What they need does not depend on their size.
+            self.desc = SwapchainDesc { encodes, usage, ..self.desc };
+        }
+    }
+
+    /// Makes the other picture as the frames are, or gives it up.
+    fn fit_split(&mut self, scene: &Scene, settings: &Settings) {
+        let (Some(split), Some(renderer), Some(swapchain)) = (&mut self.split, &self.renderer, &self.swapchain) else {
+            return;
+        };
+        let fitted = match swapchain.usage.contains(SPLIT_INTO) {
+            true => split.fit((scene, settings), (renderer, swapchain.format), self.changed),
+            false => Err(gpu::Error::Unsupported("this window's images cannot be copied into".into()).into()),
+        };
+        if let Err(error) = fitted {
+            (self.split, self.refused) = (None, Some(error));
+        }
+    }
+
+    /// Shows another view of the same camera beside the picture from the next [`Presenter::fit`] on, or none any more.
+    pub fn show_beside(&mut self, view: Option<View>) {
+        match (view, &mut self.split) {
+            (Some(view), Some(split)) => split.view = view,
+            (view, split) => *split = view.map(Split::new),
+        }
+    }
+
+    /// The view that is shown beside the picture, where one is.
+    pub fn beside(&self) -> Option<View> {
+        self.split.as_ref().map(|split| split.view)
+    }
+
+    /// Where the divider is from the next frame on: the part of the width left of it, 0 to 1.
+    pub fn divide_at(&mut self, at: f64) {
+        if let Some(split) = &mut self.split {
+            split.at = at;
+        }
+    }
+
+    /// Why a view that was to be shown beside the picture is not, once.
+    pub fn refusal(&mut self) -> Option<Error> {
+        self.refused.take()
     }
 
     /// Makes the frames anew with the next [`Presenter::fit`], as other settings than before are given to it, or, with `of_scene`, another scene.
@@ -129,7 +193,8 @@ impl Presenter {
     /// # Errors
     /// When the changed one needs other pipelines or maps: then [`Presenter::change`] is the way.
     pub fn set_light(&mut self, index: usize, light: &Light) -> Result<(), Error> {
-        self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.set_light(index, light))
+        self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.set_light(index, light))?;
+        self.split.as_mut().map_or(Ok(()), |split| split.set_light(index, light))
     }
 
     /// Changes the exposure from the next frame on: see [`Renderer::set_exposure`].
@@ -137,7 +202,8 @@ impl Presenter {
     /// # Errors
     /// As there.
     pub fn set_exposure(&mut self, ev100: f32) -> Result<(), Error> {
-        self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.set_exposure(ev100))
+        self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.set_exposure(ev100))?;
+        self.split.as_mut().map_or(Ok(()), |split| split.set_exposure(ev100))
     }
 
     /// Halts frames after so many lights, those of a next plan as well: see [`Renderer::halt_after`].
@@ -165,26 +231,30 @@ impl Presenter {
 
     /// Whether the window's images can be copied from, for [`Presenter::picture`].
     pub fn can_copy(&self) -> bool {
-        let copies = |swapchain: &Swapchain| swapchain.usage.contains(vk::ImageUsageFlags::TRANSFER_SRC);
-        self.swapchain.as_ref().is_some_and(copies) || self.plan().is_some_and(FramePlan::is_tiled)
+        let own = self.split.is_none() && self.plan().is_some_and(FramePlan::is_tiled);
+        own || self.swapchain.as_ref().is_some_and(copies)
     }
 
     /// Draws a frame and has it shown. Waits for the frame before the last, and a moment for an image. With `copied`, its picture can be had
-    /// from [`Presenter::picture`], without the panels that lie over it.
+    /// from [`Presenter::picture`], with the view beside it, without the panels that lie over it.
     ///
     /// # Errors
     /// When the device is lost or out of memory, or cannot draw from this camera; the image cannot be copied from.
     pub fn draw(&mut self, camera: &Camera, copied: bool, panels: Option<&Panels>) -> Result<Outcome, Error> {
+        let can_copy = self.can_copy();
         let (Some(renderer), Some(swapchain)) = (&mut self.renderer, &self.swapchain) else {
             return Ok(Outcome::Nothing(Fit::OutOfDate));
         };
         // What can fail comes before the image: one that is acquired must be presented.
         renderer.plan.check_camera(camera)?;
         if copied && self.screenshot.is_none() {
-            if !swapchain.usage.contains(vk::ImageUsageFlags::TRANSFER_SRC) && !renderer.plan.is_tiled() {
+            if !can_copy {
                 return Err(gpu::Error::Unsupported("this window's images cannot be copied from".into()).into());
             }
             self.screenshot = Some(Copy::new(&self.device, &renderer.plan)?);
+        }
+        if let Some(split) = &mut self.split {
+            split.draw(camera)?;
         }
         // Whoever waited for the semaphore is done then.
         if let Some(times) = renderer.free_place()? {
@@ -199,11 +269,14 @@ impl Presenter {
         };
         let image = &swapchain.images[index];
         let recorded = renderer.record(camera, [0.0; 2], Some((index, image.raw)))?;
+        let cmd = renderer.frames[place].cmd.raw;
+        if let Some(split) = &self.split {
+            split.record(&self.device, &renderer.edges, (cmd, image.raw));
+        }
         if let Some(copy) = self.screenshot.as_ref().filter(|_| copied) {
-            record_copy(renderer, copy, image.raw);
+            record_copy(renderer, copy, copies(swapchain).then_some(image.raw));
         }
         if let (Some(overlay), Some(panels)) = (&self.overlay, panels) {
-            let cmd = renderer.frames[place].cmd.raw;
             let whole = ImageRange::whole(image.raw, vk::ImageAspectFlags::COLOR);
             image_barrier(&self.device, cmd, whole, renderer.edges.row("picture-to-overlay"));
             overlay.record(cmd, index, place, panels);
@@ -226,12 +299,27 @@ impl Presenter {
     /// # Errors
     /// When it was not, or the device is lost.
     pub fn picture(&mut self) -> Result<Picture, Error> {
-        let (Some(renderer), Some(copy)) = (&mut self.renderer, &self.screenshot) else {
+        let (Some(renderer), Some(swapchain), Some(copy)) = (&mut self.renderer, &self.swapchain, &self.screenshot)
+        else {
             return Err(gpu::Error::Misuse("a picture of a window is read that was not copied".into()).into());
         };
         // The row "copy-to-host".
         renderer.wait()?;
-        picture_of(copy, &renderer.plan)
+        let format = if copies(swapchain) { swapchain.format } else { renderer.plan.output };
+        picture_of(copy, renderer.plan.size, format)
+    }
+
+    /// A picture of the same scene that no window shows, of the size and all else that `settings` say. Shares the scene on the device with the
+    /// window's frames where the two plans have it the same. Waits for it.
+    ///
+    /// # Errors
+    /// When the settings cannot be planned, the device lacks the memory or is lost, or the plan cannot be drawn from this camera.
+    pub fn picture_apart(&self, scene: &Scene, settings: &Settings, camera: &Camera) -> Result<Picture, Error> {
+        let plan = plan_for(&self.device, scene, settings)?;
+        let shown = self.renderer.as_ref().filter(|_| self.changed != Some(true));
+        let uploaded = shown.and_then(|shown| shown.uploaded_for(&plan));
+        let edges = edges::table(&plan);
+        Renderer::of(&self.device, scene, settings, (plan, edges), (&[], uploaded))?.picture(camera, || {})
     }
 
     /// The times of the last frame that is known to be done; without `wall_ms`, as nobody waited for it.
@@ -260,18 +348,24 @@ impl Presenter {
         self.swapchain.as_ref().map(|swapchain| swapchain.present_mode)
     }
 
-    /// Whether a camera can be drawn with the window's plan.
+    /// Whether a camera can be drawn with the window's plan, and with that of the view beside.
     ///
     /// # Errors
     /// Why it cannot.
     pub fn check_camera(&self, camera: &Camera) -> Result<(), plan::Error> {
-        self.plan().map_or(Ok(()), |plan| plan.check_camera(camera))
+        self.plan().map_or(Ok(()), |plan| plan.check_camera(camera))?;
+        self.split.as_ref().map_or(Ok(()), |split| split.check_camera(camera))
     }
 }
 
 impl Renderer {
+    /// The scene on the device, if frames of another plan can be drawn from it as it is.
+    pub(super) fn uploaded_for(&self, plan: &FramePlan) -> Option<Arc<GpuScene>> {
+        self.plan.uploads_as(plan).then(|| Arc::clone(&self.scene))
+    }
+
     /// Goes on with a plan that differs in size only. What frames under way still use goes by the retire queue.
-    fn resize(&mut self, plan: FramePlan, swapchain: &[vk::ImageView]) -> Result<(), Error> {
+    pub(super) fn resize(&mut self, plan: FramePlan, swapchain: &[vk::ImageView]) -> Result<(), Error> {
         self.plan = plan;
         self.copy = None;
         self.frame.resize(&FrameParts {
@@ -296,6 +390,20 @@ fn check_surface(device: &Device, surface: &Surface) -> gpu::Result<()> {
     }
 }
 
+/// How SPLIT uses the swapchain's images.
+const SPLIT_INTO: vk::ImageUsageFlags = vk::ImageUsageFlags::TRANSFER_DST;
+
+/// What a swapchain's images are used for besides, where the surface allows that: for screenshots, and while the window is split.
+fn wishes(is_split: bool) -> vk::ImageUsageFlags {
+    let split = if is_split { SPLIT_INTO } else { vk::ImageUsageFlags::empty() };
+    vk::ImageUsageFlags::TRANSFER_SRC | split
+}
+
+/// Whether a swapchain's images can be copied from.
+fn copies(swapchain: &Swapchain) -> bool {
+    swapchain.usage.contains(vk::ImageUsageFlags::TRANSFER_SRC)
+}
+
 /// The swapchain that a plan's frames are drawn into.
 fn desc_for(plan: &FramePlan) -> SwapchainDesc {
     let (encodes, usage) = match plan.is_tiled() {
@@ -303,7 +411,7 @@ fn desc_for(plan: &FramePlan) -> SwapchainDesc {
         true => (false, vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::COLOR_ATTACHMENT),
         false => (true, vk::ImageUsageFlags::COLOR_ATTACHMENT),
     };
-    SwapchainDesc { encodes, usage, vsync: Vsync::default(), size: plan.size }
+    SwapchainDesc { encodes, usage, wishes: wishes(false), vsync: Vsync::default(), size: plan.size }
 }
 
 /// Sees to it that there is an overlay where there are panels, and nowhere else, and that it has what this frame in flight shows.
@@ -321,26 +429,27 @@ fn overlay(
     let own = match overlay {
         Some(own) => own,
         None => {
-            let views: Vec<_> = swapchain.images.iter().filter_map(|image| Some(image.view.as_ref()?.raw)).collect();
             let mut new = Overlay::new(device, swapchain.format, encodes, IN_FLIGHT)?;
-            new.resize(&views, swapchain.extent)?;
+            new.resize(&swapchain.views(), swapchain.extent)?;
             overlay.insert(new)
         }
     };
     own.write(frame, panels)
 }
 
-/// Copies the picture of the frame that is being recorded, before it is presented.
-fn record_copy(renderer: &Renderer, copy: &Copy, swapchain_image: vk::Image) {
+/// Copies the picture of the frame that is being recorded, before it is presented: out of the swapchain's image, or, where those cannot be copied
+/// from, out of the frame's own.
+fn record_copy(renderer: &Renderer, copy: &Copy, swapchain_image: Option<vk::Image>) {
     let (device, edges, cmd) = (&renderer.device, &renderer.edges, renderer.frames[renderer.next].cmd.raw);
-    match renderer.frame.output() {
-        Some(own) => copy.record(device, cmd, own.raw),
-        None => copy_presented(device, edges, (cmd, swapchain_image), copy),
+    match (swapchain_image, renderer.frame.output()) {
+        (Some(image), _) => copy_presented(device, edges, (cmd, image), copy),
+        (None, Some(own)) => copy.record(device, cmd, own.raw),
+        (None, None) => return,
     }
     host_barrier(device, cmd, copy, edges);
 }
 
-/// The same of an image that is ready to be presented, as it is again after that.
+/// Copies an image that is ready to be presented, as it is again after that.
 fn copy_presented(device: &Device, edges: &Edges, (cmd, image): (vk::CommandBuffer, vk::Image), copy: &Copy) {
     let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
     image_barrier(device, cmd, whole, edges.row("swapchain-to-copy"));

@@ -6,7 +6,6 @@ use super::edges::Edges;
 use super::{Error, Picture, Pixels, Renderer};
 use crate::gpu::{self, CommandBuffer, Device, barrier};
 use crate::passes::copy::Copy;
-use crate::plan::FramePlan;
 
 impl Renderer {
     /// The last frame's picture. Waits for it.
@@ -53,7 +52,7 @@ impl Renderer {
         };
         // The row "copy-to-host".
         self.device.wait(ticket)?;
-        picture_of(copy, &self.plan)
+        picture_of(copy, self.plan.size, self.plan.output)
     }
 }
 
@@ -64,13 +63,13 @@ pub(super) fn host_barrier(device: &Device, cmd: vk::CommandBuffer, copy: &Copy,
     barrier::buffer_barrier(device, cmd, &copy.buffer, before, after);
 }
 
-/// What was copied, when it is done.
+/// What was copied out of an image of this size and format, when it is done.
 ///
 /// # Errors
 /// When the device is lost.
-pub(super) fn picture_of(copy: &Copy, plan: &FramePlan) -> Result<Picture, Error> {
-    let pixels = copy.buffer.read_with(0, copy.buffer.size, |bytes| decode(plan.output, bytes))?;
-    Ok(Picture { size: plan.size, pixels })
+pub(super) fn picture_of(copy: &Copy, size: [u32; 2], format: vk::Format) -> Result<Picture, Error> {
+    let pixels = copy.buffer.read_with(0, copy.buffer.size, |bytes| decode(format, bytes))?;
+    Ok(Picture { size, pixels })
 }
 
 fn decode(format: vk::Format, bytes: &[u8]) -> Pixels {

@@ -32,6 +32,8 @@ pub struct SwapchainDesc {
     pub encodes: bool,
     /// What its images are used for.
     pub usage: vk::ImageUsageFlags,
+    /// What they are used for besides, where the surface allows that.
+    pub wishes: vk::ImageUsageFlags,
     /// When images are shown.
     pub vsync: Vsync,
     /// Width and height where the surface leaves them to its swapchain, in pixels.
@@ -82,7 +84,7 @@ pub struct Swapchain {
     pub extent: vk::Extent2D,
     /// How they follow each other.
     pub present_mode: vk::PresentModeKHR,
-    /// What they are used for: what was asked for, and to be copied from where the surface allows that.
+    /// What they are used for: what was asked for, and of the wishes what the surface allows.
     pub usage: vk::ImageUsageFlags,
     surface: Arc<Surface>,
     device: Arc<Device>,
@@ -115,7 +117,7 @@ impl Swapchain {
         let format = choose_format(&surface.formats(device)?, desc.encodes)
             .ok_or_else(|| Error::Unsupported(no_format(&device.physical.name, desc.encodes)))?;
         let present_mode = choose_mode(&surface.present_modes(device)?, desc.vsync);
-        let usage = desc.usage | (capabilities.supported_usage_flags & vk::ImageUsageFlags::TRANSFER_SRC);
+        let usage = desc.usage | (capabilities.supported_usage_flags & desc.wishes);
         let info = vk::SwapchainCreateInfoKHR::default()
             .surface(surface.raw)
             .min_image_count(image_count(&capabilities))
@@ -150,6 +152,11 @@ impl Swapchain {
         };
         swapchain.images = swapchain.list_images()?;
         Ok(Some(swapchain))
+    }
+
+    /// Views of its images, by index; none where they are no attachments.
+    pub fn views(&self) -> Vec<vk::ImageView> {
+        self.images.iter().filter_map(|image| Some(image.view.as_ref()?.raw)).collect()
     }
 
     fn list_images(&self) -> Result<Vec<PresentableImage>> {

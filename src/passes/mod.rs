@@ -47,6 +47,7 @@ pub mod overlay;
 pub mod per_light;
 pub mod present;
 pub mod shadow;
+pub mod split;
 pub mod tiled;
 pub mod tonemap;
 pub mod transparent;

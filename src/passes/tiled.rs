@@ -172,6 +172,7 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         (constants::DIRECTIONAL_SHADOWS, u32::from(plan.has_directional_shadows())),
         (constants::TONE_MAP, tone_map),
         (constants::OPERATOR, curve),
+        (constants::SWAPPED, u32::from(plan.swaps_red_and_blue)),
     ];
     [&light_constants!(plan)[..], &own].concat()
 }

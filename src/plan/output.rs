@@ -46,6 +46,19 @@ impl FramePlan {
         Self { presented: Some(format), output, ..self }
     }
 
+    /// The same frames with the bytes of their pictures as images of a swapchain of this format have them, so that they can be copied there
+    /// whether the one or the other is encoded by the hardware.
+    pub fn copied_to(self, format: vk::Format) -> Self {
+        let blue_first = [vk::Format::B8G8R8A8_SRGB, vk::Format::B8G8R8A8_UNORM].contains(&format);
+        match self.is_tiled() {
+            // There is one order of channels that every device can store to.
+            true => Self { swaps_red_and_blue: blue_first, ..self },
+            false if blue_first => Self { output: vk::Format::B8G8R8A8_SRGB, ..self },
+            // A8B8G8R8 has the bytes of R8G8B8A8 on machines that store the low byte first.
+            false => Self { output: OUTPUT_SRGB, ..self },
+        }
+    }
+
     /// Whether the last pass draws into an image of the swapchain, and not into one of the frame's own.
     pub fn draws_into_swapchain(&self) -> bool {
         self.presented.is_some() && !self.is_tiled()
@@ -156,5 +169,49 @@ impl Way {
             (false, true) => (Some(hdr_format(settings.hdr_format, device)?), OUTPUT_PLAIN),
             (false, false) => (None, OUTPUT_PLAIN),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::{format_bytes, samples};
+    use crate::scene::{Brdf, Falloff, LightPath};
+
+    const BLUE_FIRST: vk::Format = vk::Format::B8G8R8A8_UNORM;
+
+    #[test]
+    fn what_images_a_window_needs_does_not_depend_on_its_size() {
+        for lights in [0, 1, 4, 5, 40] {
+            let scene = samples::scene(
+                vec![samples::material(Brdf::CookTorrance)],
+                vec![samples::point(Falloff::InverseSquare); lights],
+            );
+            for light_path in [LightPath::Auto, LightPath::Compute, LightPath::Loop] {
+                let of = |size| {
+                    let settings = Settings { size, light_path, ..Settings::default() };
+                    FramePlan::of(&scene, &settings, &samples::device()).expect("a plan").is_tiled()
+                };
+                let all = [[1, 1], [1, 4000], [640, 360], [16384, 16384]].map(of);
+                assert!(all.iter().all(|&tiled| tiled == all[0]), "{lights} lights, {light_path}: {all:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn pictures_that_are_copied_to_a_swapchain_have_its_order_of_channels_whoever_encodes_them() {
+        let shown = |plan: &FramePlan| [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output);
+        let all = [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat();
+        for (name, plan) in all.into_iter().filter(|(_, plan)| shown(plan)) {
+            for (format, blue_first) in [(vk::Format::B8G8R8A8_SRGB, true), (BLUE_FIRST, true), (OUTPUT_PLAIN, false)] {
+                let copied = plan.clone().copied_to(format);
+                assert_eq!(format_bytes(copied.output), format_bytes(format), "{name}");
+                assert_eq!((copied.presented, copied.encodes_output()), (None, plan.encodes_output()), "{name}");
+                let own = copied.swaps_red_and_blue || copied.output == vk::Format::B8G8R8A8_SRGB;
+                assert_eq!((own, copied.swaps_red_and_blue), (blue_first, blue_first && plan.is_tiled()), "{name}");
+                // A size that changes leaves that as it is.
+                assert!(copied.differs_in_size_only(&copied.clone()) && copied.uploads_as(&plan));
+            }
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 mod events;
 mod news;
+mod split;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -52,6 +53,8 @@ pub struct App<'a> {
     mouse: DVec2,
     clock: Clock,
     screenshot: bool,
+    /// The light of the picture is to be kept.
+    light: bool,
     /// The swapchain is not of the window's size, or not of its surface.
     unfit: bool,
     /// Nobody can see the window.
@@ -101,6 +104,7 @@ impl<'a> App<'a> {
             mouse: DVec2::ZERO,
             clock: Clock::default(),
             screenshot: false,
+            light: false,
             unfit: true,
             hidden: false,
             content: false,
@@ -180,6 +184,8 @@ impl<'a> App<'a> {
         if std::mem::take(&mut desk.controls.asks_truth) {
             self.compare = !desk.is_comparing();
             desk.end_comparison();
+            // Only one picture is compared.
+            self.unfit |= desk.unsplit(presenter);
         }
         if self.unfit {
             let PhysicalSize { width, height } = window.inner_size();
@@ -205,13 +211,20 @@ impl<'a> App<'a> {
                 Some(before) if before != [width, height] => self.clock.resized(begun.elapsed()),
                 Some(_) => {}
             }
-            desk.fitted(subject);
+            if let Some(why) = desk.fitted(presenter, subject) {
+                (self.options.tell)(&format!("warning: {why}"));
+                window.request_redraw();
+            }
             #[cfg(feature = "hot-reload")]
             if let Some(watch) = &self.watch {
                 watch.fitted();
             }
             (self.unfit, self.hidden) = (false, false);
         }
+        if std::mem::take(&mut self.light) {
+            split::keep_light(presenter, &self.subject, &camera, &self.options);
+        }
+        presenter.divide_at(desk.divider.at());
         let mut kept = std::mem::take(&mut self.screenshot);
         let mut compared = std::mem::take(&mut self.compare);
         if (kept || compared) && !presenter.can_copy() {
@@ -359,6 +372,8 @@ impl<'a> App<'a> {
                 (self.options.tell)(&format!("camera: {mode}"));
             }
             Some(Action::Screenshot) => self.screenshot = true,
+            Some(Action::Light) => self.light = true,
+            Some(Action::Split { next }) => self.split(next),
             Some(Action::Bookmark(number)) => {
                 self.control.bookmark(number);
                 (self.options.tell)(&format!("camera {} is kept", number + 1));
@@ -401,7 +416,7 @@ impl<'a> App<'a> {
 
     fn drag(&mut self, position: PhysicalPosition<f64>) {
         self.mouse = DVec2::new(position.x, position.y);
-        if !self.dragging {
+        if self.drag_divider() || !self.dragging {
             return;
         }
         let height = self.window.as_ref().map_or(1, |window| window.inner_size().height.max(1));

@@ -67,6 +67,8 @@ pub struct Controls {
     pub keys: bool,
     /// The picture is to be compared with the truth, or not any more.
     pub asks_truth: bool,
+    /// The view right of a divider, where the window is split.
+    pub beside: Option<View>,
 }
 
 /// Intensities reach this far to either side of what a light has, as a factor.
@@ -78,7 +80,7 @@ const LEAST_MS: f32 = 4.0;
 
 impl Controls {
     pub fn is_any_shown(self) -> bool {
-        self.shown || self.keys
+        self.shown || self.keys || self.beside.is_some()
     }
 
     /// Builds the panels that are open.
@@ -90,6 +92,7 @@ impl Controls {
             window.open(&mut shown).show(&context, |ui| {
                 ScrollArea::vertical().max_height(context.content_rect().height() - 80.0).show(ui, |ui| {
                     panels(ui, facts, values);
+                    choose_beside(ui, &mut self.beside);
                     self.asks_truth |= ui.button("compare with the truth (T)").clicked();
                 });
             });
@@ -337,6 +340,13 @@ fn plan_parts(ui: &mut Ui, parts: &[Part]) {
             ui.label(RichText::new(&part.reason).small().weak());
         }
     }
+}
+
+/// What is shown right of a divider, if anything is.
+fn choose_beside(ui: &mut Ui, beside: &mut Option<View>) {
+    let views = View::NAMES.iter().map(|&(name, view)| (name, Some(view)));
+    let names: Vec<_> = std::iter::once(("nothing", None)).chain(views).collect();
+    choose(ui, "right of a divider (X)", beside, &names);
 }
 
 /// One value of a table of names.

@@ -13,12 +13,13 @@ use super::faults::Faults;
 use super::marks::{HeatMap, draw_box};
 use super::oracle::{Answer, Drawn, ErrorMap, Oracle, Question};
 use super::overlay::{Overlay, Taken};
+use super::split::{Divider, views_after};
 use super::steps::Stepper;
 use crate::frame::{self, Picture, Pixels, Presenter, plan_for};
 use crate::gpu::{self, Device, vk};
 use crate::passes::overlay::Panels;
 use crate::reference;
-use crate::scene::{Camera, Light, Scene, Settings, View, metered_ev100};
+use crate::scene::{Camera, Light, Output, Scene, Settings, View, metered_ev100};
 #[cfg(feature = "hot-reload")]
 use crate::shaders::exchange::{Replacements, exchange};
 
@@ -100,6 +101,11 @@ impl Subject {
         }
     }
 
+    /// The same settings for a picture of so many pixels of light in nits. FXAA smooths what is tone-mapped, and light is not.
+    pub fn in_nits(&self, size: [u32; 2]) -> Settings {
+        Settings { size, output: Output::Nits, fxaa: false, ..self.settings.clone() }
+    }
+
     /// The same settings with the next view, or the one before it.
     fn turned(&self, back: bool) -> Settings {
         let views = View::NAMES;
@@ -121,6 +127,7 @@ pub struct Desk {
     device: Arc<Device>,
     overlay: Overlay,
     pub controls: Controls,
+    pub divider: Divider,
     /// Why the last change was not made.
     refused: Option<String>,
     /// Made with the first question, and given up when the scene changes.
@@ -157,6 +164,7 @@ impl Desk {
             device: Arc::clone(device),
             overlay,
             controls: Controls::default(),
+            divider: Divider::default(),
             refused: None,
             oracle: None,
             wake,
@@ -186,6 +194,7 @@ impl Desk {
         (subject, camera): (&mut Subject, &Camera),
     ) -> Option<(Panels, Duration, bool)> {
         if !self.is_shown() {
+            self.overlay.rest(window);
             return None;
         }
         let before = subject.values();
@@ -204,6 +213,7 @@ impl Desk {
         };
         let (selected, error, heat) = (self.selected, self.error.as_ref(), &self.heat);
         let scene = &subject.scene;
+        let (divider, view, beside) = (self.divider, subject.settings.view, self.controls.beside);
         let (controls, faults) = (&mut self.controls, &mut self.faults);
         let (stepper, drawn) = (&mut self.stepper, presenter.drawn());
         let (panels, mut delay) = self.overlay.run(window, |ui| {
@@ -212,6 +222,9 @@ impl Desk {
             }
             if let Some((object, _)) = selected {
                 draw_box(ui.ctx(), scene, camera, object);
+            }
+            if let Some(beside) = beside {
+                divider.draw(ui.ctx(), [view, beside]);
             }
             controls.show(ui, &facts, &mut after);
             faults.show(ui.ctx());
@@ -223,13 +236,21 @@ impl Desk {
         }
         let mut unfit = after != before && self.change(presenter, subject, &before, after);
         unfit |= self.stepper.obey(presenter, &subject.settings);
+        if self.controls.beside != beside {
+            self.show_beside(presenter, self.controls.beside);
+            unfit = true;
+        }
         Some((panels, delay, unfit))
     }
 
-    /// The frames are made for the subject as it is now.
-    pub fn fitted(&mut self, subject: &Subject) {
+    /// The frames are made for the subject as it is now. Why the window is not split any more, if it cannot be.
+    pub fn fitted(&mut self, presenter: &mut Presenter, subject: &Subject) -> Option<String> {
         self.fitted = Some((subject.values(), subject.scene.lights.clone()));
         self.before = Before::default();
+        let why = format!("the window cannot be split so: {}", presenter.refusal()?);
+        self.controls.beside = None;
+        self.refused = Some(why.clone());
+        Some(why)
     }
 
     /// Takes the scene as it was read again. True if the camera that it names is another one than before.
@@ -418,6 +439,42 @@ impl Desk {
     /// What a window steps through.
     pub fn stepper(&self) -> &Stepper {
         &self.stepper
+    }
+
+    /// Splits the window, to show the next view that can be drawn beside the picture, or ends that if no `next` one is asked for. True if the
+    /// presenter must be fitted again.
+    pub fn split(&mut self, presenter: &mut Presenter, subject: &Subject, next: bool) -> bool {
+        if !next && self.controls.beside.is_some() {
+            return self.unsplit(presenter);
+        }
+        let last = self.controls.beside.unwrap_or(subject.settings.view);
+        let mut others = views_after(last, &subject.settings);
+        match others.find(|settings| plan_for(&self.device, &subject.scene, settings).is_ok()) {
+            Some(other) => self.show_beside(presenter, Some(other.view)),
+            None => {
+                self.refused = Some("no other view can be drawn with these settings".into());
+                self.controls.shown = true;
+            }
+        }
+        self.controls.beside.is_some()
+    }
+
+    /// Shows the picture alone. True if the presenter must be fitted again.
+    pub fn unsplit(&mut self, presenter: &mut Presenter) -> bool {
+        let was = self.controls.beside.is_some();
+        if was {
+            self.show_beside(presenter, None);
+        }
+        was
+    }
+
+    fn show_beside(&mut self, presenter: &mut Presenter, view: Option<View>) {
+        self.end_comparison();
+        if view.is_none() {
+            self.divider = Divider::default();
+        }
+        self.controls.beside = view;
+        presenter.show_beside(view);
     }
 
     /// Makes a change. True if the presenter must be fitted again.

@@ -12,6 +12,8 @@ pub enum Action {
     Reset,
     Orbit,
     Screenshot,
+    /// Write the light of the picture.
+    Light,
     /// Open the panels, or close them.
     Panels,
     /// Show the next view, or the one before.
@@ -21,6 +23,10 @@ pub enum Action {
     /// Show the frame after its next pass or light, or the one before.
     Step {
         back: bool,
+    },
+    /// Show another view beside the picture, or none any more; the next one, if that is asked for.
+    Split {
+        next: bool,
     },
     /// Compare the picture with the truth, or end that.
     Compare,
@@ -44,9 +50,12 @@ pub const HELP: &[(&str, &str)] = &[
     ("Ctrl+1 to Ctrl+9", "keep this camera"),
     ("1 to 9", "go to the camera that was kept"),
     ("P or F12", "write a screenshot"),
+    ("Shift+P", "write the light of the picture, in nits, as an EXR"),
     ("G or F2", "panels: times, memory, plan, and settings to change"),
     ("V, Shift+V", "the next view of the frame's buffers, the one before"),
     (". and ,", "step forward and back through the frame: its picture after each pass and light"),
+    ("X, Shift+X", "split the window: another view beside the picture, or none any more; the next one"),
+    ("drag the divider", "move it; a double-click on it ends the split"),
     ("click", "select an object: its name, its material, its box"),
     ("T", "compare the picture with the truth: where it is wrong, and by how much"),
     ("K", "record the camera's path, and write it"),
@@ -80,6 +89,8 @@ pub fn action(key: KeyCode, control: bool, shift: bool) -> Option<Action> {
         KeyCode::Comma => Some(Action::Step { back: true }),
         KeyCode::KeyT => Some(Action::Compare),
         KeyCode::KeyK => Some(Action::Record),
+        KeyCode::KeyX => Some(Action::Split { next: shift }),
+        KeyCode::KeyP | KeyCode::F12 if shift => Some(Action::Light),
         KeyCode::KeyP | KeyCode::F12 => Some(Action::Screenshot),
         _ if control => number.map(Action::Bookmark),
         _ => number.map(Action::Recall),
@@ -121,9 +132,14 @@ mod tests {
 
     #[test]
     fn no_key_both_moves_and_acts() {
-        for key in
-            DIGITS.into_iter().chain([KeyCode::Escape, KeyCode::KeyH, KeyCode::KeyR, KeyCode::KeyO, KeyCode::KeyP])
-        {
+        for key in DIGITS.into_iter().chain([
+            KeyCode::Escape,
+            KeyCode::KeyH,
+            KeyCode::KeyR,
+            KeyCode::KeyO,
+            KeyCode::KeyP,
+            KeyCode::KeyX,
+        ]) {
             assert!(action(key, false, false).is_some() && !hold(&mut Held::default(), key, true), "{key:?}");
         }
         let mut held = Held::default();

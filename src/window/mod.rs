@@ -13,6 +13,7 @@ mod marks;
 mod oracle;
 mod overlay;
 mod recorder;
+mod split;
 mod steps;
 mod watch;
 #[cfg(all(unix, not(target_vendor = "apple")))]
@@ -61,7 +62,7 @@ pub struct Options<'a> {
     pub frames: Option<u32>,
     /// Tells the user something, in one line.
     pub tell: &'a dyn Fn(&str),
-    /// Keeps a screenshot; what to tell of it.
+    /// Keeps a screenshot, of what is shown or of its light; what to tell of it.
     pub keep: &'a dyn Fn(&frame::Picture) -> Result<String, String>,
     /// Keeps a path that was recorded; what to tell of it.
     pub keep_path: &'a dyn Fn(&CameraPath) -> Result<String, String>,

@@ -94,6 +94,11 @@ impl Overlay {
         (panels, delay)
     }
 
+    /// Nothing is shown: the mouse looks as it does over the picture.
+    pub fn rest(&mut self, window: &Window) {
+        self.state.handle_platform_output(window, egui::PlatformOutput::default());
+    }
+
     /// The textures that are new or have changed since the last call, or all of them for a device that has none.
     pub fn textures(&mut self, anew: bool) -> Vec<Texture> {
         let changed = std::mem::take(&mut self.changed);

@@ -32,6 +32,7 @@ pub mod key {
     pub const T: u8 = 28;
     pub const R: u8 = 27;
     pub const O: u8 = 32;
+    pub const X: u8 = 53;
     pub const P: u8 = 33;
     pub const H: u8 = 43;
     pub const COMMA: u8 = 59;
@@ -238,7 +239,10 @@ impl<'a> View<'a> {
     }
 
     pub fn waits_to_tell(&mut self, word: &str) {
-        until(word, || self.errors().contains(word).then_some(()));
+        until(word, || {
+            self.assert_running();
+            self.errors().contains(word).then_some(())
+        });
     }
 
     pub fn resize(&self, [width, height]: [u32; 2]) {

@@ -4,7 +4,9 @@
 
 mod changes;
 mod harness;
+mod light;
 mod panels;
+mod split;
 mod steps;
 
 use std::thread::sleep;

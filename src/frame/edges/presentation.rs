@@ -10,7 +10,7 @@ use super::main_pass::first_of_picture;
 use super::{Carrier, Edge, Place};
 use crate::gpu::sync::{DEVICE_ACCESS, Use};
 use crate::passes::present::{ATTACH, BEGIN, WRITE};
-use crate::passes::{copy, overlay};
+use crate::passes::{copy, overlay, split};
 use crate::plan::FramePlan;
 
 const READ_BY_PRESENTATION: vk::ImageLayout = vk::ImageLayout::PRESENT_SRC_KHR;
@@ -35,8 +35,8 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         (Use::START, first_use),
         "presentation may still read the image when the frame is recorded; the frame goes on until it needs the image",
     )];
-    rows.extend(match plan.is_tiled() {
-        true => [
+    if plan.is_tiled() {
+        rows.extend([
             row(
                 "swapchain-to-present",
                 (vk::ImageLayout::UNDEFINED, WRITTEN),
@@ -51,38 +51,54 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
                 (WRITE, copy::READ),
                 "presentation reads the image in its own layout, and sees it by the semaphore; OVERLAY before it waits for TRANSFER",
             ),
-        ],
-        false => [
-            row(
-                "swapchain-to-copy",
-                (READ_BY_PRESENTATION, COPIED),
-                (Place::Outside, Place::Copy),
-                (copy::READ, copy::READ),
-                "only for a screenshot: the layout changes when the pass has left the image, which read-back orders before TRANSFER",
-            ),
-            row(
-                "copy-to-swapchain",
-                (COPIED, READ_BY_PRESENTATION),
-                (Place::Copy, Place::Presentation),
-                (copy::READ, copy::READ),
-                "only for a screenshot: the layout changes back when the image is copied, before OVERLAY, which waits for TRANSFER",
-            ),
-        ],
-    });
-    rows.push(row(
-        "picture-to-overlay",
-        (READ_BY_PRESENTATION, DRAWN_OVER),
-        (Place::Outside, Place::Overlay),
-        (copy::READ, overlay::BLEND),
-        "only while panels are shown: the picture is whole, for a copy or not, when OVERLAY blends over it",
-    ));
-    rows.push(row(
-        "overlay-to-swapchain",
-        (DRAWN_OVER, READ_BY_PRESENTATION),
-        (Place::Overlay, Place::Presentation),
-        (overlay::BLEND.writes(), Use::END),
-        "only while panels are shown: the layout changes back when OVERLAY has drawn",
-    ));
+        ]);
+    }
+    // Each of these may be there or not, and leaves the image to the next one by TRANSFER.
+    rows.extend([
+        row(
+            "swapchain-to-split",
+            (READ_BY_PRESENTATION, WRITTEN),
+            (Place::Outside, Place::Split),
+            (copy::READ, split::WRITE),
+            "only while the window is split: the layout changes when the picture is there, which a row before this orders before TRANSFER, and \
+             SPLIT writes a part of it",
+        ),
+        row(
+            "split-to-swapchain",
+            (WRITTEN, READ_BY_PRESENTATION),
+            (Place::Split, Place::Presentation),
+            (split::WRITE, copy::READ),
+            "only while the window is split: the layout changes back when SPLIT has written, before COPY and OVERLAY, which wait for TRANSFER",
+        ),
+        row(
+            "swapchain-to-copy",
+            (READ_BY_PRESENTATION, COPIED),
+            (Place::Outside, Place::Copy),
+            (copy::READ, copy::READ),
+            "only for a screenshot: the layout changes when the picture is there, which a row before this orders before TRANSFER",
+        ),
+        row(
+            "copy-to-swapchain",
+            (COPIED, READ_BY_PRESENTATION),
+            (Place::Copy, Place::Presentation),
+            (copy::READ, copy::READ),
+            "only for a screenshot: the layout changes back when the image is copied, before OVERLAY, which waits for TRANSFER",
+        ),
+        row(
+            "picture-to-overlay",
+            (READ_BY_PRESENTATION, DRAWN_OVER),
+            (Place::Outside, Place::Overlay),
+            (copy::READ, overlay::BLEND),
+            "only while panels are shown: the picture is whole, for a copy or not, when OVERLAY blends over it",
+        ),
+        row(
+            "overlay-to-swapchain",
+            (DRAWN_OVER, READ_BY_PRESENTATION),
+            (Place::Overlay, Place::Presentation),
+            (overlay::BLEND.writes(), Use::END),
+            "only while panels are shown: the layout changes back when OVERLAY has drawn",
+        ),
+    ]);
     rows.push(Edge::new(
         "present",
         Carrier::Semaphore,
@@ -146,6 +162,44 @@ mod tests {
                     assert!(table.find("swapchain-to-copy").is_some(), "{name}");
                 }
             }
+        });
+    }
+
+    #[test]
+    fn another_picture_is_whole_when_a_part_of_it_is_copied_and_stays_until_that_is_done() {
+        let all = [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat();
+        let shown = |plan: &FramePlan| [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output);
+        for (name, plan) in all.into_iter().filter(|(_, plan)| shown(plan)) {
+            for format in [vk::Format::B8G8R8A8_SRGB, vk::Format::B8G8R8A8_UNORM] {
+                let plan = plan.clone().copied_to(format);
+                let table = table(&plan);
+                let ready = table.row("read-back").after;
+                assert_eq!(ready, split::READ, "{name}: what makes the picture ready for a copy");
+                // The picture is first touched, and its layout changed, by a row that waits for earlier copies.
+                let first = if plan.is_tiled() { Place::Tiled } else { first_of_picture(&plan) };
+                let first = if plan.emissive && !plan.is_tiled() && plan.hdr.is_none() && !plan.fxaa {
+                    Place::Geometry
+                } else {
+                    first
+                };
+                let into = table.iter().find(|edge| (edge.from, edge.to) == (Place::Outside, first));
+                let waits = into.is_some_and(|edge| edge.before.stage.contains(split::READ.stage));
+                assert!(waits, "{name}: {first} waits for no copy: {into:?}");
+                assert!(table.find("swapchain-to-split").is_none(), "{name}: only what is presented is split");
+            }
+        }
+    }
+
+    #[test]
+    fn what_comes_over_the_picture_chains_through_transfer() {
+        each_plan(|name, _, table| {
+            for (into, out) in
+                [("swapchain-to-split", "split-to-swapchain"), ("swapchain-to-copy", "copy-to-swapchain")]
+            {
+                assert!(table.row(into).before.stage.contains(S::TRANSFER), "{name}: {into}");
+                assert!(table.row(out).after.stage.contains(S::TRANSFER), "{name}: {out}");
+            }
+            assert!(table.row("picture-to-overlay").before.stage.contains(S::TRANSFER), "{name}");
         });
     }
 

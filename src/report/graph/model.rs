@@ -66,7 +66,7 @@ pub struct Graph {
 /// The order of time: before a frame, in it, and after it.
 const BEFORE: [Place; 7] =
     [Place::Presentation, Place::Host, Place::Device, Place::Outside, Place::Upload, Place::Clear, Place::Draws];
-const DURING: [Place; 11] = [
+const DURING: [Place; 12] = [
     Place::Shadow,
     Place::Geometry,
     Place::Lighting,
@@ -77,6 +77,7 @@ const DURING: [Place; 11] = [
     Place::Tiled,
     Place::Fxaa,
     Place::Present,
+    Place::Split,
     Place::Overlay,
 ];
 const AFTER: [Place; 5] = [Place::Outside, Place::Copy, Place::Device, Place::Presentation, Place::Host];
@@ -268,6 +269,7 @@ fn stop(plan: &FramePlan, place: Place, when: When) -> Stop {
         (Place::Tiled, _) => "every light on every pixel, tile by tile, in a compute shader",
         (Place::Fxaa, _) => "smooths edges, and so reads each pixel's neighbours",
         (Place::Copy, _) => "brings the picture to the CPU, in a submission of its own, when one is asked for",
+        (Place::Split, _) => "copies a part of another picture over this one",
         (Place::Overlay, _) => "draws panels over the picture",
         (Place::Present, _) => "copies the picture into an image of the swapchain",
         (Place::Presentation, _) => "shows the swapchain's images",

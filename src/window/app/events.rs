@@ -64,6 +64,7 @@ impl ApplicationHandler for App<'_> {
             WindowEvent::RedrawRequested => self.redraw(events),
             WindowEvent::Focused(false) => {
                 (self.held, self.dragging) = Default::default();
+                self.let_go_of_divider();
                 (self.with_control, self.with_shift) = (false, false);
             }
             WindowEvent::ModifiersChanged(modifiers) => {
@@ -79,6 +80,7 @@ impl ApplicationHandler for App<'_> {
                     self.press(events, key);
                 }
             }
+            WindowEvent::MouseInput { state, button: MouseButton::Left, .. } if self.grip(state) => {}
             WindowEvent::MouseInput { state, button: button @ (MouseButton::Left | MouseButton::Right), .. } => {
                 let pressed = state == ElementState::Pressed;
                 // Who lets go where it was pressed has clicked.

@@ -1,0 +1,105 @@
+//! A second picture of the same camera, of which a window shows the part right of a divider.
+//!
+//! It is drawn by a renderer of its own, headless, in a submission before the window's frame. SPLIT then copies its part over the swapchain's
+//! image: the row "read-back" makes the picture ready for that, and the row from OUTSIDE to whatever first touches it holds the next picture
+//! back until the copy is done. Both reach over submissions to one queue.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::deferred::image_barrier;
+use super::edges::{self, Edges};
+use super::{Error, Renderer, plan_for};
+use crate::gpu::Device;
+use crate::gpu::barrier::ImageRange;
+use crate::passes::split;
+use crate::plan;
+use crate::scene::{Camera, Light, Scene, Settings, View};
+
+/// Another view beside the window's own.
+pub(super) struct Split {
+    pub(super) view: View,
+    /// The part of the width that is left of the divider, 0 to 1.
+    pub(super) at: f64,
+    /// None before the window has had any pixels.
+    renderer: Option<Renderer>,
+}
+
+impl Split {
+    /// In the middle, until it is said where.
+    pub(super) fn new(view: View) -> Self {
+        Self { view, at: 0.5, renderer: None }
+    }
+
+    /// Lets go of the scene on the device before another is put there: a device may not hold two.
+    pub(super) fn give_up(&mut self) {
+        self.renderer = None;
+    }
+
+    /// Makes what draws the other picture, for a swapchain of this format: of `settings`, which are those of the window's frames, but for the
+    /// view. `changed` as in [`super::Presenter::change`]; `beside` draws the window's own frames, and shares the scene on the device where the
+    /// two plans have it the same.
+    ///
+    /// # Errors
+    /// When the view cannot be planned with these settings, or the device lacks the memory.
+    pub(super) fn fit(
+        &mut self,
+        (scene, settings): (&Scene, &Settings),
+        (beside, format): (&Renderer, vk::Format),
+        changed: Option<bool>,
+    ) -> Result<(), Error> {
+        let device = &beside.device;
+        let settings = Settings { view: self.view, ..settings.clone() };
+        let plan = plan_for(device, scene, &settings)?.copied_to(format);
+        match &mut self.renderer {
+            Some(renderer) if changed.is_none() && renderer.plan.differs_in_size_only(&plan) => {
+                renderer.resize(plan, &[])
+            }
+            renderer => {
+                let own = renderer.take().filter(|_| changed != Some(true));
+                let uploaded = beside.uploaded_for(&plan).or_else(|| own.as_ref()?.uploaded_for(&plan));
+                drop(own);
+                let edges = edges::table(&plan);
+                *renderer = Some(Renderer::of(device, scene, &settings, (plan, edges), (&[], uploaded))?);
+                Ok(())
+            }
+        }
+    }
+
+    /// Draws the other picture, in a submission of its own.
+    ///
+    /// # Errors
+    /// When the device is lost or out of memory, or cannot draw from this camera.
+    pub(super) fn draw(&mut self, camera: &Camera) -> Result<(), Error> {
+        self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.render(camera))
+    }
+
+    /// Copies its part over an image of the swapchain that is ready to be presented, as it is again after that. `edges` are those of the frame
+    /// that is being recorded.
+    pub(super) fn record(&self, device: &Arc<Device>, edges: &Edges, (cmd, image): (vk::CommandBuffer, vk::Image)) {
+        let Some(picture) = self.renderer.as_ref().and_then(|renderer| renderer.frame.output()) else { return };
+        let first = (self.at.clamp(0.0, 1.0) * f64::from(picture.extent.width)).round() as u32;
+        let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
+        device.begin_label(cmd, "SPLIT");
+        image_barrier(device, cmd, whole, edges.row("swapchain-to-split"));
+        split::record(device, cmd, (picture, first), image);
+        image_barrier(device, cmd, whole, edges.row("split-to-swapchain"));
+        device.end_label(cmd);
+    }
+
+    /// As [`Renderer::set_light`].
+    pub(super) fn set_light(&mut self, index: usize, light: &Light) -> Result<(), Error> {
+        self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.set_light(index, light))
+    }
+
+    /// As [`Renderer::set_exposure`].
+    pub(super) fn set_exposure(&mut self, ev100: f32) -> Result<(), Error> {
+        self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.set_exposure(ev100))
+    }
+
+    /// Whether a camera can be drawn with its plan.
+    pub(super) fn check_camera(&self, camera: &Camera) -> Result<(), plan::Error> {
+        self.renderer.as_ref().map_or(Ok(()), |renderer| renderer.plan.check_camera(camera))
+    }
+}

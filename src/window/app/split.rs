@@ -1,0 +1,77 @@
+//! What the user does to a window that is split, and the pictures of light that go past it.
+
+use std::time::Instant;
+
+use winit::event::ElementState;
+
+use super::App;
+use crate::frame::Presenter;
+use crate::scene::Camera;
+use crate::window::Options;
+use crate::window::desk::Subject;
+use crate::window::split::Grip;
+
+impl App<'_> {
+    /// Splits the window, turns to the next view beside the picture, or shows the picture alone.
+    pub(super) fn split(&mut self, next: bool) {
+        if let (Some(desk), Some(presenter)) = (&mut self.desk, &mut self.presenter) {
+            self.unfit |= desk.split(presenter, &self.subject, next);
+            let own = self.subject.settings.view;
+            (self.options.tell)(&match desk.controls.beside {
+                Some(beside) => format!("split: {own} | {beside}"),
+                None => "split: none".to_owned(),
+            });
+        }
+    }
+
+    /// The left button goes down or up. True if that was for the divider.
+    pub(super) fn grip(&mut self, state: ElementState) -> bool {
+        let (x, width) = (self.mouse.x, self.width());
+        let (Some(desk), Some(presenter)) = (&mut self.desk, &mut self.presenter) else { return false };
+        if desk.controls.beside.is_none() {
+            return false;
+        }
+        if state == ElementState::Released {
+            return desk.divider.release();
+        }
+        match desk.divider.press(x, width, Instant::now()) {
+            Grip::Missed => return false,
+            Grip::Held => {}
+            Grip::Ended => {
+                self.unfit |= desk.unsplit(presenter);
+                (self.options.tell)("split: none");
+            }
+        }
+        self.ask_for_frame();
+        true
+    }
+
+    /// The mouse has moved. True if it takes the divider with it.
+    pub(super) fn drag_divider(&mut self) -> bool {
+        let (x, width) = (self.mouse.x, self.width());
+        let drags = self.desk.as_mut().is_some_and(|desk| desk.divider.drag(x, width));
+        if drags {
+            self.ask_for_frame();
+        }
+        drags
+    }
+
+    pub(super) fn let_go_of_divider(&mut self) {
+        if let Some(desk) = &mut self.desk {
+            desk.divider.release();
+        }
+    }
+
+    /// Of the window, in pixels.
+    fn width(&self) -> u32 {
+        self.window.as_ref().map_or(1, |window| window.inner_size().width)
+    }
+}
+
+/// Keeps the light that the window's picture from this camera is made of.
+pub(super) fn keep_light(presenter: &Presenter, subject: &Subject, camera: &Camera, options: &Options) {
+    let size = presenter.plan().map_or(subject.settings.size, |plan| plan.size);
+    let picture = presenter.picture_apart(&subject.scene, &subject.in_nits(size), camera);
+    let told = picture.map_err(|error| error.to_string()).and_then(|picture| (options.keep)(&picture));
+    (options.tell)(&told.unwrap_or_else(|error| format!("warning: no screenshot: {error}")));
+}
