@@ -15,105 +15,14 @@ use super::oracle::{Answer, Drawn, ErrorMap, Oracle, Question};
 use super::overlay::{Overlay, Taken};
 use super::split::{Divider, views_after};
 use super::steps::Stepper;
+use super::subject::Subject;
 use crate::frame::{self, Picture, Pixels, Presenter, plan_for};
 use crate::gpu::{self, Device, vk};
 use crate::passes::overlay::Panels;
 use crate::reference;
-use crate::scene::{Camera, Light, Output, Scene, Settings, View, metered_ev100};
+use crate::scene::{Camera, Light, Scene, Settings, View};
 #[cfg(feature = "hot-reload")]
 use crate::shaders::exchange::{Replacements, exchange};
-
-/// What is drawn, of which a user may change more than the camera.
-pub struct Subject {
-    pub scene: Scene,
-    pub settings: Settings,
-    /// Of each material, as it came.
-    own_roughness: Vec<f32>,
-    /// EV100.
-    exposure: f32,
-    roughness: Option<f32>,
-    /// As it came.
-    own: Own,
-}
-
-/// What was said of a scene before anything was changed on the panels.
-#[derive(Debug, Clone, PartialEq)]
-struct Own {
-    settings: Settings,
-    exposure: f32,
-    lights: Vec<Light>,
-    camera: Camera,
-}
-
-impl Subject {
-    pub fn new(scene: Scene, settings: Settings) -> Self {
-        let own_roughness = scene.materials.iter().map(|material| material.roughness).collect();
-        // It does not follow lights that are changed later.
-        let exposure = settings.exposure.unwrap_or_else(|| metered_ev100(&scene));
-        let own = Own { settings: settings.clone(), exposure, lights: scene.lights.clone(), camera: scene.camera };
-        Self {
-            scene,
-            settings: Settings { exposure: Some(exposure), ..settings },
-            own_roughness,
-            exposure,
-            roughness: None,
-            own,
-        }
-    }
-
-    /// The same scene read again: what was changed on the panels stays, unless its files say something else of it than before.
-    fn renewed(&self, scene: Scene, settings: Settings) -> Self {
-        let mut new = Self::new(scene, settings);
-        if new.own.settings == self.own.settings {
-            new.settings = self.settings.clone();
-        }
-        new.settings.view = self.settings.view;
-        if new.own.exposure == self.own.exposure {
-            new.exposure = self.exposure;
-        }
-        new.settings.exposure = Some(new.exposure);
-        if new.own.lights == self.own.lights {
-            new.scene.lights.clone_from(&self.scene.lights);
-        }
-        new.set_roughness(self.roughness);
-        new
-    }
-
-    /// As they are: no light is changed.
-    fn values(&self) -> Values {
-        Values {
-            settings: self.settings.clone(),
-            exposure: self.exposure,
-            lights: Vec::new(),
-            roughness: self.roughness,
-        }
-    }
-
-    fn set(&mut self, values: Values, lights: Vec<Light>) {
-        (self.settings, self.exposure, self.scene.lights) = (values.settings, values.exposure, lights);
-        self.set_roughness(values.roughness);
-    }
-
-    fn set_roughness(&mut self, roughness: Option<f32>) {
-        self.roughness = roughness;
-        for (material, own) in self.scene.materials.iter_mut().zip(&self.own_roughness) {
-            material.roughness = roughness.unwrap_or(*own);
-        }
-    }
-
-    /// The same settings for a picture of so many pixels of light in nits. FXAA smooths what is tone-mapped, and light is not.
-    pub fn in_nits(&self, size: [u32; 2]) -> Settings {
-        Settings { size, output: Output::Nits, fxaa: false, ..self.settings.clone() }
-    }
-
-    /// The same settings with the next view, or the one before it.
-    fn turned(&self, back: bool) -> Settings {
-        let views = View::NAMES;
-        let now = views.iter().position(|&(_, view)| view == self.settings.view).unwrap_or(0);
-        let next = (now + if back { views.len() - 1 } else { 1 }) % views.len();
-        Settings { view: views[next].1, ..self.settings.clone() }
-    }
-}
 
 fn selected_of(scene: &Scene, (object, distance): (usize, f64)) -> Option<Selected> {
     let object = scene.objects.get(object)?;
@@ -259,7 +168,7 @@ impl Desk {
         self.stepper.end(presenter, &subject.settings);
         let new = subject.renewed(read.0, read.1);
         let old = std::mem::replace(subject, new);
-        let is_moved = subject.own.camera != old.own.camera;
+        let is_moved = subject.own_camera() != old.own_camera();
         // Of several in a row, the one of which frames were made.
         self.before.subject.get_or_insert(old);
         self.faults.scene = None;

@@ -15,6 +15,7 @@ mod overlay;
 mod recorder;
 mod split;
 mod steps;
+mod subject;
 mod watch;
 #[cfg(all(unix, not(target_vendor = "apple")))]
 mod x11;

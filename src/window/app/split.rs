@@ -8,8 +8,8 @@ use super::App;
 use crate::frame::Presenter;
 use crate::scene::Camera;
 use crate::window::Options;
-use crate::window::desk::Subject;
 use crate::window::split::Grip;
+use crate::window::subject::Subject;
 
 impl App<'_> {
     /// Splits the window, turns to the next view beside the picture, or shows the picture alone.

@@ -1,0 +1,142 @@
+//! What a window shows, with what was changed of it.
+
+use super::controls::Values;
+use crate::scene::{Camera, Light, Output, Scene, Settings, View, metered_ev100};
+
+/// What is drawn, of which a user may change more than the camera.
+pub struct Subject {
+    pub scene: Scene,
+    pub settings: Settings,
+    /// Of each material, as it came.
+    own_roughness: Vec<f32>,
+    /// EV100.
+    pub(super) exposure: f32,
+    roughness: Option<f32>,
+    /// As it came.
+    own: Own,
+}
+
+/// What was said of a scene before anything was changed on the panels.
+#[derive(Debug, Clone, PartialEq)]
+struct Own {
+    settings: Settings,
+    exposure: f32,
+    lights: Vec<Light>,
+    camera: Camera,
+}
+
+impl Subject {
+    pub fn new(scene: Scene, settings: Settings) -> Self {
+        let own_roughness = scene.materials.iter().map(|material| material.roughness).collect();
+        // It does not follow lights that are changed later.
+        let exposure = settings.exposure.unwrap_or_else(|| metered_ev100(&scene));
+        let own = Own { settings: settings.clone(), exposure, lights: scene.lights.clone(), camera: scene.camera };
+        Self {
+            scene,
+            settings: Settings { exposure: Some(exposure), ..settings },
+            own_roughness,
+            exposure,
+            roughness: None,
+            own,
+        }
+    }
+
+    /// The same scene read again: what was changed on the panels stays, unless its files say something else of it than before.
+    pub(super) fn renewed(&self, scene: Scene, settings: Settings) -> Self {
+        let mut new = Self::new(scene, settings);
+        if new.own.settings == self.own.settings {
+            new.settings = self.settings.clone();
+        }
+        new.settings.view = self.settings.view;
+        if new.own.exposure == self.own.exposure {
+            new.exposure = self.exposure;
+        }
+        new.settings.exposure = Some(new.exposure);
+        if new.own.lights == self.own.lights {
+            new.scene.lights.clone_from(&self.scene.lights);
+        }
+        new.set_roughness(self.roughness);
+        new
+    }
+
+    /// The camera that the scene came with.
+    pub(super) fn own_camera(&self) -> &Camera {
+        &self.own.camera
+    }
+
+    /// As they are: no light is changed.
+    pub(super) fn values(&self) -> Values {
+        Values {
+            settings: self.settings.clone(),
+            exposure: self.exposure,
+            lights: Vec::new(),
+            roughness: self.roughness,
+        }
+    }
+
+    pub(super) fn set(&mut self, values: Values, lights: Vec<Light>) {
+        (self.settings, self.exposure, self.scene.lights) = (values.settings, values.exposure, lights);
+        self.set_roughness(values.roughness);
+    }
+
+    pub(super) fn set_roughness(&mut self, roughness: Option<f32>) {
+        self.roughness = roughness;
+        for (material, own) in self.scene.materials.iter_mut().zip(&self.own_roughness) {
+            material.roughness = roughness.unwrap_or(*own);
+        }
+    }
+
+    /// The same settings for a picture of so many pixels of light in nits. FXAA smooths what is tone-mapped, and light is not.
+    pub fn in_nits(&self, size: [u32; 2]) -> Settings {
+        Settings { size, output: Output::Nits, fxaa: false, ..self.settings.clone() }
+    }
+
+    /// The same settings with the next view, or the one before it.
+    pub(super) fn turned(&self, back: bool) -> Settings {
+        let views = View::NAMES;
+        let now = views.iter().position(|&(_, view)| view == self.settings.view).unwrap_or(0);
+        let next = (now + if back { views.len() - 1 } else { 1 }) % views.len();
+        Settings { view: views[next].1, ..self.settings.clone() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{LightPath, OpenOptions, open};
+
+    #[test]
+    fn what_was_changed_stays_until_the_files_say_something_else_of_it() {
+        let scene = open("builtin:spheres", &OpenOptions::default()).expect("is built in");
+        let mut changed = Subject::new(scene.clone(), Settings::default());
+        changed.settings = Settings { fxaa: true, view: View::Depth, ..changed.settings.clone() };
+        changed.exposure += 2.0;
+        changed.scene.lights[0].intensity *= 3.0;
+        changed.set_roughness(Some(0.25));
+
+        let same = changed.renewed(scene.clone(), Settings::default());
+        assert_eq!(
+            (same.values(), &same.scene.lights),
+            (
+                Values {
+                    settings: Settings { exposure: Some(changed.exposure), ..changed.settings.clone() },
+                    ..changed.values()
+                },
+                &changed.scene.lights
+            )
+        );
+        assert!(same.scene.materials.iter().all(|material| material.roughness == 0.25));
+
+        let mut other = scene.clone();
+        other.lights[0].intensity *= 100.0;
+        let settings = Settings { light_path: LightPath::Compute, ..Settings::default() };
+        let new = changed.renewed(other.clone(), settings);
+        assert_eq!(new.scene.lights, other.lights);
+        assert_eq!(
+            (new.settings.light_path, new.settings.fxaa, new.settings.view),
+            (LightPath::Compute, false, View::Depth)
+        );
+        assert_eq!(new.exposure, metered_ev100(&other), "metered anew, as its lights are others");
+        assert!(new.exposure > changed.own.exposure + 1.0);
+    }
+}
