@@ -11,6 +11,7 @@ mod common;
 mod samples;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::CStr;
 use std::thread;
 use std::time::Instant;
 
@@ -19,7 +20,7 @@ use afterlight::frame::edges::{self, Edge, Edges};
 use afterlight::frame::{capabilities, experiment};
 use afterlight::gpu::{Device, DeviceChoice, Instance, InstanceOptions, MessageKind, Validation, vk};
 // `samples` looks for these in the parent module.
-use afterlight::plan::{Capabilities, Error, FramePlan};
+use afterlight::plan::{Capabilities, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB};
 use afterlight::scene;
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
@@ -35,6 +36,20 @@ struct Case {
     name: String,
     scene: Scene,
     settings: Settings,
+    /// Its frames are presented, with whatever may lie over them.
+    presented: bool,
+}
+
+impl Case {
+    fn plan(&self, device: &Capabilities) -> Result<FramePlan, Error> {
+        let plan = FramePlan::of(&self.scene, &self.settings, device)?;
+        Ok(if self.presented { presented(plan) } else { plan })
+    }
+}
+
+/// As a window has the plan. No dependency tells in which format.
+fn presented(plan: FramePlan) -> FramePlan {
+    plan.presented_as(vk::Format::B8G8R8A8_SRGB)
 }
 
 /// Surfaces under the sky's light.
@@ -97,7 +112,7 @@ fn cases() -> Vec<Case> {
         let shadows = ShadowSettings { cache: false, size: 64, ..ShadowSettings::default() };
         let mut settings = Settings { shadows, light_path: LightPath::Loop, ..own(&scene, 32, 18) };
         changes.iter().for_each(|change| change(&mut settings));
-        all.push(Case { name: name.into(), scene, settings });
+        all.push(Case { name: name.into(), scene, settings, presented: false });
     };
     case("plain", plain(), &[]);
     case("nothing", Scene { name: "nothing".into(), ..Scene::default() }, &[]);
@@ -139,7 +154,34 @@ fn cases() -> Vec<Case> {
     case("forward, samples averaged as light", plain(), &[forward, samples, linear]);
     case("forward, samples and fxaa", plain(), &[forward, samples, fxaa]);
     case("samples and fxaa", plain(), &[samples, fxaa]);
+    all.extend(shown());
     all
+}
+
+/// Each way for a picture to come to a window.
+#[cfg(feature = "window")]
+fn shown() -> Vec<Case> {
+    let ways: [(&str, Scene, Change); 7] = [
+        ("lighting", sunlit(), |_| {}),
+        ("forward", plain(), |settings| settings.light_path = LightPath::Forward),
+        ("tone mapping", glazed(plain()), |_| {}),
+        ("emission", glowing(plain()), |_| {}),
+        ("samples", plain(), |settings| settings.msaa = 4),
+        ("fxaa", plain(), |settings| settings.fxaa = true),
+        ("compute", lamplit(), |settings| settings.light_path = LightPath::Compute),
+    ];
+    let case = |(name, scene, change): (&str, Scene, Change)| {
+        let shadows = ShadowSettings { cache: false, size: 64, ..ShadowSettings::default() };
+        let mut settings = Settings { shadows, light_path: LightPath::Loop, ..own(&scene, 32, 18) };
+        change(&mut settings);
+        Case { name: format!("in a window, by {name}"), scene, settings, presented: true }
+    };
+    ways.into_iter().map(case).collect()
+}
+
+#[cfg(not(feature = "window"))]
+fn shown() -> Vec<Case> {
+    Vec::new()
 }
 
 /// A table with something missing.
@@ -176,6 +218,11 @@ fn untried(tried: &[FramePlan]) -> BTreeSet<String> {
     };
     let tried: Vec<Edge> = tried.iter().flat_map(rows).collect();
     let samples = samples::plans().into_iter().chain(samples::tiled_plans()).chain(samples::forward_plans());
+    let shows = |plan: &FramePlan| cfg!(feature = "window") && [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output);
+    let samples = samples.flat_map(|(name, plan)| {
+        let shown = shows(&plan).then(|| (format!("{name}, in a window"), presented(plan.clone())));
+        [Some((name, plan)), shown].into_iter().flatten()
+    });
     let mut seen = Vec::new();
     let mut missing = BTreeSet::new();
     for (name, plan) in samples {
@@ -192,10 +239,16 @@ fn untried(tried: &[FramePlan]) -> BTreeSet<String> {
 /// Needs no device.
 #[test]
 fn each_dependency_of_the_sample_plans_is_tried() {
-    let plan = |case: Case| FramePlan::of(&case.scene, &case.settings, &samples::device()).expect("a plan");
+    let plan = |case: Case| case.plan(&samples::device()).expect("a plan");
     let missing = untried(&cases().into_iter().map(plan).collect::<Vec<_>>());
     assert!(missing.is_empty(), "{} rows are not tried; draw plans that have them: {missing:#?}", missing.len());
 }
+
+/// The extensions of instance and device that presented frames need.
+#[cfg(feature = "window")]
+const PRESENTING: (&[&CStr], &[&CStr]) = (&afterlight::gpu::HEADLESS, &[c"VK_KHR_swapchain"]);
+#[cfg(not(feature = "window"))]
+const PRESENTING: (&[&CStr], &[&CStr]) = (&[], &[]);
 
 /// One mode of the layer.
 struct Watched {
@@ -206,9 +259,10 @@ struct Watched {
 impl Watched {
     fn new(sync_shader_heuristic: bool) -> Self {
         let options = InstanceOptions { validation: Validation::Synchronization, sync_shader_heuristic };
-        let instance = Instance::new(&options).unwrap_or_else(|error| panic!("{error}"));
-        let device = Device::new(&instance, &DeviceChoice::Auto).unwrap_or_else(|error| panic!("{error}"));
-        Self { instance, device }
+        let (of_instance, of_device) = PRESENTING;
+        let instance = Instance::with_extensions(&options, of_instance).unwrap_or_else(|error| panic!("{error}"));
+        let device = Device::with_extensions(&instance, &DeviceChoice::Auto, of_device);
+        Self { instance, device: device.unwrap_or_else(|error| panic!("{error}")) }
     }
 
     fn layer_version(&self) -> u32 {
@@ -216,10 +270,21 @@ impl Watched {
         layers.map(|layer| layer.spec_version).max().unwrap_or_default()
     }
 
+    #[cfg(feature = "window")]
+    fn draw(&self, case: &Case, edges: Edges) -> Result<(), afterlight::frame::Error> {
+        let draw = if case.presented { experiment::present } else { experiment::draw };
+        draw(&self.device, &case.scene, &case.settings, edges)
+    }
+
+    #[cfg(not(feature = "window"))]
+    fn draw(&self, case: &Case, edges: Edges) -> Result<(), afterlight::frame::Error> {
+        experiment::draw(&self.device, &case.scene, &case.settings, edges)
+    }
+
     /// The rules that the layer finds broken.
     fn says(&self, case: &Case, edges: Edges) -> BTreeSet<String> {
         self.instance.take_messages();
-        let drawn = experiment::draw(&self.device, &case.scene, &case.settings, edges);
+        let drawn = self.draw(case, edges);
         drawn.unwrap_or_else(|error| panic!("{}: {error}", case.name));
         let messages = self.instance.take_messages();
         let ours = messages.into_iter().filter(|message| message.kind != MessageKind::General);
@@ -255,9 +320,7 @@ fn without_any_row_or_bit_the_layer_complains_or_the_specification_does() {
     }
     let device = capabilities(&modes[0].device.physical);
     let cases = cases();
-    let plan = |case: &Case| {
-        FramePlan::of(&case.scene, &case.settings, &device).unwrap_or_else(|error| panic!("{}: {error}", case.name))
-    };
+    let plan = |case: &Case| case.plan(&device).unwrap_or_else(|error| panic!("{}: {error}", case.name));
     let plans: Vec<FramePlan> = cases.iter().map(plan).collect();
     let missing = untried(&plans);
     assert!(missing.is_empty(), "on this device {} rows are not tried: {missing:#?}", missing.len());

@@ -4,7 +4,13 @@ use std::sync::Arc;
 
 use super::edges::Edges;
 use super::{Error, Renderer};
+#[cfg(feature = "window")]
+use super::{Outcome, Presenter};
 use crate::gpu::Device;
+#[cfg(feature = "window")]
+use crate::gpu::{Error as GpuError, Surface, Vsync, vk};
+#[cfg(feature = "window")]
+use crate::passes::overlay::{Draw, Panels, Texture, Vertex};
 use crate::scene::{Scene, Settings};
 
 /// Draws so much that each dependency has something to order: frames in flight, in each of whose places another one follows, and copies of
@@ -22,4 +28,53 @@ pub fn draw(device: &Arc<Device>, scene: &Scene, settings: &Settings, edges: Edg
     }
     drop(renderer);
     Ok(device.wait_idle()?)
+}
+
+/// The same of frames that are presented, on a surface without a display, with and without whatever may lie over the picture: another one beside it,
+/// panels, and a copy of it all.
+///
+/// # Errors
+/// As [`Presenter::fit`] and [`Presenter::draw`]; an instance without [`crate::gpu::HEADLESS`].
+#[cfg(feature = "window")]
+pub fn present(device: &Arc<Device>, scene: &Scene, settings: &Settings, edges: Edges) -> Result<(), Error> {
+    let surface = Surface::headless(device)?;
+    let mut presenter = Presenter::new(device, surface, scene, settings, Vsync::Off)?;
+    presenter = presenter.with_edges(move |_| edges.clone());
+    for beside in [None, Some(settings.view)] {
+        presenter.show_beside(beside);
+        presenter.fit(scene, settings, settings.size)?;
+        if let Some(refused) = presenter.refusal() {
+            return Err(refused);
+        }
+        // More than there are images, so that each is drawn into again.
+        for frame in 0..12 {
+            let (is_copied, has_panels) = (frame % 2 == 1, frame % 4 > 1);
+            let panels = has_panels.then(|| panels(settings.size, !presenter.has_overlay()));
+            match presenter.draw(&scene.camera, is_copied, panels.as_ref())? {
+                Outcome::Shown(_) if is_copied => _ = presenter.picture()?,
+                Outcome::Shown(_) => {}
+                Outcome::Nothing(fit) => {
+                    return Err(GpuError::Unsupported(format!("no image to draw into: {fit:?}")).into());
+                }
+            }
+        }
+    }
+    drop(presenter);
+    Ok(device.wait_idle()?)
+}
+
+/// A triangle over a part of the picture, with its texture where that is not on the device yet.
+#[cfg(feature = "window")]
+fn panels([width, height]: [u32; 2], with_texture: bool) -> Panels {
+    let corner = |x: u32, y: u32| Vertex { position: [x as f32, y as f32], uv: [0.5; 2], color: [90, 60, 30, 128] };
+    let white = Texture { id: 0, size: [1; 2], rgba: vec![255; 4] };
+    let scissor = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
+    Panels {
+        pixels_per_point: 1.0,
+        vertices: vec![corner(0, 0), corner(width, 0), corner(0, height)],
+        indices: vec![0, 1, 2],
+        draws: vec![Draw { texture: 0, scissor, indices: 0..3 }],
+        textures: if with_texture { vec![white] } else { Vec::new() },
+        ..Panels::default()
+    }
 }

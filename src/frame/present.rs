@@ -45,6 +45,8 @@ pub struct Presenter {
     overlay: Option<Overlay>,
     /// After how many lights frames are halted.
     halted: Option<usize>,
+    /// What their dependencies are.
+    edges: Box<dyn Fn(&FramePlan) -> Edges>,
     /// Only while another view is shown beside the picture.
     split: Option<Split>,
     /// Why the last one is not there any more.
@@ -79,10 +81,16 @@ impl Presenter {
             screenshot: None,
             overlay: None,
             halted: None,
+            edges: Box::new(edges::table),
             split: None,
             refused: None,
             times: FrameTimes::default(),
         })
+    }
+
+    /// The same with other dependencies than [`edges::table`] has for a plan: see [`Renderer::with_edges`].
+    pub fn with_edges(self, edges: impl Fn(&FramePlan) -> Edges + 'static) -> Self {
+        Self { edges: Box::new(edges), ..self }
     }
 
     /// Makes the swapchain, and all that has the size of the picture, as large as the window is now; `size` where the window system leaves that
@@ -113,7 +121,7 @@ impl Presenter {
                 let old = renderer.take().filter(|_| self.changed != Some(true));
                 let uploaded = old.as_ref().and_then(|old| old.uploaded_for(&plan));
                 drop(old);
-                let edges = edges::table(&plan);
+                let edges = (self.edges)(&plan);
                 let mut new = Renderer::of(&self.device, scene, &settings, (plan, edges), (&views, uploaded))?;
                 new.halt_after(self.halted);
                 *renderer = Some(new);

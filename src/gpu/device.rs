@@ -34,10 +34,13 @@ pub struct EnabledFeatures {
     pub portability_subset: bool,
     /// The driver tells how full its heaps are.
     pub memory_budget: bool,
+    /// Images of a swapchain can be viewed in another format than their own. Only of a device that has swapchains.
+    pub mutable_swapchains: bool,
 }
 
 impl EnabledFeatures {
-    fn of(physical: &PhysicalDevice) -> EnabledFeatures {
+    /// `required` are the extensions that the device is opened with in any case.
+    fn of(physical: &PhysicalDevice, required: &[&'static CStr]) -> EnabledFeatures {
         let has = |name: &CStr| physical.extensions.contains(&*name.to_string_lossy());
         EnabledFeatures {
             depth_clamp: physical.features.depth_clamp == vk::TRUE,
@@ -47,6 +50,8 @@ impl EnabledFeatures {
             geometry_shader: physical.features.geometry_shader == vk::TRUE,
             portability_subset: has(ash::khr::portability_subset::NAME),
             memory_budget: has(ash::ext::memory_budget::NAME),
+            mutable_swapchains: required.contains(&ash::khr::swapchain::NAME)
+                && MUTABLE_SWAPCHAINS.into_iter().all(has),
         }
     }
 
@@ -62,9 +67,13 @@ impl EnabledFeatures {
     fn extensions(&self) -> impl Iterator<Item = &'static CStr> {
         // A device that has the portability subset must be given it.
         let subset = self.portability_subset.then_some(ash::khr::portability_subset::NAME);
-        subset.into_iter().chain(self.memory_budget.then_some(ash::ext::memory_budget::NAME))
+        let mutable = self.mutable_swapchains.then_some(MUTABLE_SWAPCHAINS).into_iter().flatten();
+        subset.into_iter().chain(self.memory_budget.then_some(ash::ext::memory_budget::NAME)).chain(mutable)
     }
 }
+
+/// The second is a part of Vulkan 1.2, and drivers of that still name it.
+const MUTABLE_SWAPCHAINS: [&CStr; 2] = [ash::khr::swapchain_mutable_format::NAME, ash::khr::image_format_list::NAME];
 
 /// A logical device with its queue, memory, pipeline cache and retire queue. Shared by everything made on it.
 pub struct Device {
@@ -114,7 +123,7 @@ impl Device {
         if let Some(missing) = required.iter().find(|name| !physical.extensions.contains(&*name.to_string_lossy())) {
             return Err(Error::Unsupported(format!("'{}' lacks {}", physical.name, missing.to_string_lossy())));
         }
-        let features = EnabledFeatures::of(&physical);
+        let features = EnabledFeatures::of(&physical, required);
         let raw = create(instance, &physical, queue_family, &features, required)?;
         // SAFETY: the device is new; destroyed once, here, if the rest of it cannot be had.
         let memory = Memory::new(instance.raw(), &raw, physical.raw).inspect_err(|_| unsafe {

@@ -78,7 +78,7 @@ pub struct Swapchain {
     functions: ash::khr::swapchain::Device,
     /// The images, by index.
     pub images: Vec<PresentableImage>,
-    /// Their format.
+    /// The format that they are drawn in.
     pub format: vk::Format,
     /// Their size in pixels.
     pub extent: vk::Extent2D,
@@ -114,15 +114,18 @@ impl Swapchain {
             let (name, usage) = (&device.physical.name, desc.usage);
             return Err(Error::Unsupported(format!("the window's images on '{name}' cannot be used for {usage:?}")));
         }
-        let format = choose_format(&surface.formats(device)?, desc.encodes)
-            .ok_or_else(|| Error::Unsupported(no_format(&device.physical.name, desc.encodes)))?;
+        let offered = surface.formats(device)?;
+        let format = choose_format(&offered, desc.encodes, device.features.mutable_swapchains)
+            .ok_or_else(|| Error::Unsupported(no_format(&device.physical.name, desc.encodes, &offered)))?;
         let present_mode = choose_mode(&surface.present_modes(device)?, desc.vsync);
         let usage = desc.usage | (capabilities.supported_usage_flags & desc.wishes);
-        let info = vk::SwapchainCreateInfoKHR::default()
+        let formats = [format.own, format.drawn];
+        let mut list = vk::ImageFormatListCreateInfo::default().view_formats(&formats);
+        let mut info = vk::SwapchainCreateInfoKHR::default()
             .surface(surface.raw)
             .min_image_count(image_count(&capabilities))
-            .image_format(format.format)
-            .image_color_space(format.color_space)
+            .image_format(format.own)
+            .image_color_space(COLOR_SPACE)
             .image_extent(extent)
             .image_array_layers(1)
             .image_usage(usage)
@@ -133,6 +136,9 @@ impl Swapchain {
             // Parts of the window that others cover need not be drawn.
             .clipped(true)
             .old_swapchain(old.as_ref().map_or(vk::SwapchainKHR::null(), |old| old.raw));
+        if format.own != format.drawn {
+            info = info.flags(vk::SwapchainCreateFlagsKHR::MUTABLE_FORMAT).push_next(&mut list);
+        }
         let functions = ash::khr::swapchain::Device::new(device.instance.raw(), &device.raw);
         // SAFETY: surface and device are alive and of one instance; the old swapchain is of this surface and not retired yet.
         let raw = unsafe { functions.create_swapchain(&info, None) }.doing(|| "creating the swapchain")?;
@@ -143,7 +149,7 @@ impl Swapchain {
             raw,
             functions,
             images: Vec::new(),
-            format: format.format,
+            format: format.drawn,
             extent,
             present_mode,
             usage,
@@ -287,19 +293,40 @@ fn image_count(capabilities: &vk::SurfaceCapabilitiesKHR) -> u32 {
     capabilities.min_image_count.saturating_add(1).min(most)
 }
 
-/// 8 bits a channel in the colour space sRGB: what displays show unless they are told otherwise.
-fn choose_format(offered: &[vk::SurfaceFormatKHR], encodes: bool) -> Option<vk::SurfaceFormatKHR> {
-    let wanted = match encodes {
-        true => [vk::Format::B8G8R8A8_SRGB, vk::Format::R8G8B8A8_SRGB, vk::Format::A8B8G8R8_SRGB_PACK32],
-        false => [vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_UNORM, vk::Format::A8B8G8R8_UNORM_PACK32],
-    };
-    let color_space = vk::ColorSpaceKHR::SRGB_NONLINEAR;
-    wanted.into_iter().map(|format| vk::SurfaceFormatKHR { format, color_space }).find(|own| offered.contains(own))
+/// The formats of a swapchain's images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Formats {
+    /// What they are to presentation.
+    own: vk::Format,
+    /// What they are to whoever draws: the same bytes.
+    drawn: vk::Format,
 }
 
-fn no_format(device: &str, encodes: bool) -> String {
+/// What displays show unless they are told otherwise.
+const COLOR_SPACE: vk::ColorSpaceKHR = vk::ColorSpaceKHR::SRGB_NONLINEAR;
+
+/// 8 bits a channel, the second of each pair encoded by the hardware.
+const FORMATS: [[vk::Format; 2]; 3] = [
+    [vk::Format::B8G8R8A8_UNORM, vk::Format::B8G8R8A8_SRGB],
+    [vk::Format::R8G8B8A8_UNORM, vk::Format::R8G8B8A8_SRGB],
+    [vk::Format::A8B8G8R8_UNORM_PACK32, vk::Format::A8B8G8R8_SRGB_PACK32],
+];
+
+/// A format that is offered, or, for what is to be encoded on a surface that offers none which does, a plain one that is drawn as one
+/// which does: with `mutable` images.
+fn choose_format(offered: &[vk::SurfaceFormatKHR], encodes: bool, mutable: bool) -> Option<Formats> {
+    let is_offered = |format| offered.contains(&vk::SurfaceFormatKHR { format, color_space: COLOR_SPACE });
+    let wanted = FORMATS.map(|pair| pair[usize::from(encodes)]);
+    let same = wanted.into_iter().find(|&format| is_offered(format)).map(|own| Formats { own, drawn: own });
+    let through = FORMATS.into_iter().find(|&[plain, _]| encodes && mutable && is_offered(plain));
+    same.or(through.map(|[own, drawn]| Formats { own, drawn }))
+}
+
+fn no_format(device: &str, encodes: bool, offered: &[vk::SurfaceFormatKHR]) -> String {
     let kind = if encodes { "an sRGB format" } else { "a format of plain bytes" };
-    format!("'{device}' offers no images of 8 bits a channel in {kind} for this window")
+    let offered: Vec<String> = offered.iter().map(|own| format!("{:?} ({:?})", own.format, own.color_space)).collect();
+    let offered = if offered.is_empty() { "none".to_owned() } else { offered.join(", ") };
+    format!("'{device}' offers no images of 8 bits a channel in {kind} for this window, only {offered}")
 }
 
 /// The mode that was asked for, else the nearest; FIFO is there on every surface.
@@ -372,9 +399,15 @@ mod tests {
         let encoding = of(vk::Format::R8G8B8A8_SRGB, vk::ColorSpaceKHR::SRGB_NONLINEAR);
         let other = of(vk::Format::B8G8R8A8_SRGB, vk::ColorSpaceKHR::DISPLAY_P3_NONLINEAR_EXT);
         let offered = [other, plain, encoding];
-        assert_eq!(choose_format(&offered, true), Some(encoding));
-        assert_eq!(choose_format(&offered, false), Some(plain));
-        assert_eq!(choose_format(&offered[..2], true), None);
+        let same = |own: vk::SurfaceFormatKHR| Some(Formats { own: own.format, drawn: own.format });
+        for mutable in [false, true] {
+            assert_eq!(choose_format(&offered, true, mutable), same(encoding));
+            assert_eq!(choose_format(&offered, false, mutable), same(plain));
+            assert_eq!(choose_format(&offered[..1], true, mutable), None);
+        }
+        let through = Formats { own: plain.format, drawn: vk::Format::B8G8R8A8_SRGB };
+        assert_eq!(choose_format(&offered[..2], true, true), Some(through));
+        assert_eq!(choose_format(&offered[..2], true, false), None);
     }
 
     #[test]
