@@ -192,7 +192,8 @@ struct Mutant<'a> {
     edges: Edges,
 }
 
-/// Every row of every plan, and each bit of each different row.
+/// Every row of every plan, and each bit of each different row. Of presented frames those rows alone that no others have: in them a render pass
+/// ends with a layout change and no reader, which the layer takes to be ordered whatever comes.
 fn mutants<'a>(cases: &'a [Case], plans: &[FramePlan]) -> Vec<Mutant<'a>> {
     let mut mutants = Vec::new();
     let mut tried = Vec::new();
@@ -201,7 +202,8 @@ fn mutants<'a>(cases: &'a [Case], plans: &[FramePlan]) -> Vec<Mutant<'a>> {
         for edge in table.iter().filter(|edge| edge.carrier.stays().is_none()) {
             let new = !tried.contains(edge);
             tried.push(edge.clone());
-            for part in edge.parts().into_iter().filter(|part| new || *part == Part::Row) {
+            let is_tried = |part: &Part| new || *part == Part::Row && !case.presented;
+            for part in edge.parts().into_iter().filter(is_tried) {
                 let edges = table.without_part(edge.name, part).unwrap_or_else(|error| panic!("{error}"));
                 mutants.push(Mutant { case, edge: edge.clone(), part, edges });
             }

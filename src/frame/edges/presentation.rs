@@ -18,6 +18,9 @@ const COPIED: vk::ImageLayout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
 const WRITTEN: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
 const DRAWN_OVER: vk::ImageLayout = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
 
+/// What may lie over the picture comes one after the other, each there or not: one ends with TRANSFER and the next begins with it.
+const IN_TURN: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::empty());
+
 /// None where nothing is presented.
 pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     if plan.presented.is_none() {
@@ -48,7 +51,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
                 "present-to-swapchain",
                 (WRITTEN, READ_BY_PRESENTATION),
                 (Place::Present, Place::Presentation),
-                (WRITE, copy::READ),
+                (WRITE, IN_TURN),
                 "presentation reads the image in its own layout, and sees it by the semaphore; OVERLAY before it waits for TRANSFER",
             ),
         ]);
@@ -59,7 +62,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
             "swapchain-to-split",
             (READ_BY_PRESENTATION, WRITTEN),
             (Place::Outside, Place::Split),
-            (copy::READ, split::WRITE),
+            (IN_TURN, split::WRITE),
             "only while the window is split: the layout changes when the picture is there, which a row before this orders before TRANSFER, and \
              SPLIT writes a part of it",
         ),
@@ -67,28 +70,28 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
             "split-to-swapchain",
             (WRITTEN, READ_BY_PRESENTATION),
             (Place::Split, Place::Presentation),
-            (split::WRITE, copy::READ),
+            (split::WRITE, IN_TURN),
             "only while the window is split: the layout changes back when SPLIT has written, before COPY and OVERLAY, which wait for TRANSFER",
         ),
         row(
             "swapchain-to-copy",
             (READ_BY_PRESENTATION, COPIED),
             (Place::Outside, Place::Copy),
-            (copy::READ, copy::READ),
+            (IN_TURN, copy::READ),
             "only for a screenshot: the layout changes when the picture is there, which a row before this orders before TRANSFER",
         ),
         row(
             "copy-to-swapchain",
             (COPIED, READ_BY_PRESENTATION),
             (Place::Copy, Place::Presentation),
-            (copy::READ, copy::READ),
+            (copy::READ, IN_TURN),
             "only for a screenshot: the layout changes back when the image is copied, before OVERLAY, which waits for TRANSFER",
         ),
         row(
             "picture-to-overlay",
             (READ_BY_PRESENTATION, DRAWN_OVER),
             (Place::Outside, Place::Overlay),
-            (copy::READ, overlay::BLEND),
+            (IN_TURN, overlay::BLEND),
             "only while panels are shown: the picture is whole, for a copy or not, when OVERLAY blends over it",
         ),
         row(

@@ -80,6 +80,9 @@ const EARLIER: &str = "including any stage in the source stage mask for a partic
 const CHAIN: &str = "an execution dependency chain exists if the intersection of ScopedOps2 in ExeDepA and ScopedOps1 in ExeDepB is not an \
                      empty set";
 
+const TRANSITION: &str = "Applications must ensure that layout transitions happen-after all operations accessing the image with the old layout, \
+                          and happen-before any operations that will access the image with the new layout";
+
 /// The list.
 pub static UNNOTICED: &[Unnoticed] = &[
     Unnoticed {
@@ -107,8 +110,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
         only: |edge| edge.before.stage.contains(S::TRANSFER),
         section: "Image Layout Transitions",
-        says: "Applications must ensure that layout transitions happen-after all operations accessing the image with the old layout, and \
-               happen-before any operations that will access the image with the new layout",
+        says: TRANSITION,
         why: "the layer takes a layout change to be ordered after the copy that an earlier submission made. It happens after what the \
               dependency's first scope has, and that must have the copy's read",
     },
@@ -218,6 +220,43 @@ pub static UNNOTICED: &[Unnoticed] = &[
         says: CHAIN,
         why: "superfluous beside FXAA: what output-to-fxaa makes available to FRAGMENT_SHADER, this row waits for through FRAGMENT_SHADER, which \
               makes a chain. It is named for its own use, as that of the samples' drop and not of the output",
+    },
+    Unnoticed {
+        rows: &["output-reuse"],
+        parts: Parts::Any(Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE),
+        // Where samples are resolved into an image of the swapchain.
+        only: |edge| edge.before.stage == S::COLOR_ATTACHMENT_OUTPUT,
+        section: "Execution and Memory Dependencies",
+        says: CHAIN,
+        why: "superfluous beside gbuffer-reuse, which makes the same writes available and makes a chain with gbuffer-to-lighting. It is named for \
+              its own use, as that of the samples' drop",
+    },
+    Unnoticed {
+        rows: &["swapchain-to-split", "swapchain-to-copy", "picture-to-overlay"],
+        parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
+        only: ALWAYS,
+        section: "Image Layout Transitions",
+        says: TRANSITION,
+        why: "the layer takes a layout change to be ordered after that at the end of a render pass, or in a barrier before it. It is so by a chain \
+              only: what comes before ends with TRANSFER, with which this begins",
+    },
+    Unnoticed {
+        rows: &["split-to-swapchain", "copy-to-swapchain", "present-to-swapchain"],
+        parts: Parts::Any(Side::After, S::TRANSFER, A::empty()),
+        only: ALWAYS,
+        section: "Image Layout Transitions",
+        says: TRANSITION,
+        why: "the same, seen from the other side: what comes next begins with TRANSFER, with which this ends",
+    },
+    Unnoticed {
+        rows: &["picture-to-overlay"],
+        parts: Parts::Any(Side::After, S::empty(), A::COLOR_ATTACHMENT_WRITE),
+        only: ALWAYS,
+        section: "VkImageMemoryBarrier",
+        says: "The second access scope is limited to access to memory through the specified image subresource range, via access types in the \
+               destination access mask specified by dstAccessMask",
+        why: "blending reads before it writes, and the layer takes the write to be ordered by the read. The picture must be visible to both \
+              accesses, and is to those of the mask",
     },
     Unnoticed {
         rows: &["hdr-reuse", "samples-reuse", "sums-reuse"],
