@@ -1,5 +1,6 @@
 //! A device for a test, and pictures from it. Every message of the validation layer fails the test.
 
+use std::ffi::CStr;
 use std::sync::Arc;
 
 use afterlight::frame::{Picture, Pixels, Renderer};
@@ -27,11 +28,26 @@ pub fn on_gpu_in_both_modes(test: impl Fn(&Gpu)) {
     in_mode(true, &test);
 }
 
+/// The same on a device that can present frames, on surfaces without a display. A system without those is named.
+#[cfg(feature = "window")]
+pub fn on_presenting_gpu(test: impl FnOnce(&Gpu)) {
+    let options = InstanceOptions { validation: Validation::Synchronization, ..InstanceOptions::default() };
+    match Instance::with_extensions(&options, &gpu::HEADLESS) {
+        Ok(instance) => on_instance(instance, &[c"VK_KHR_swapchain"], test),
+        Err(error @ gpu::Error::Unsupported(_)) => not_run(&error.to_string()),
+        Err(error) => panic!("{error}"),
+    }
+}
+
 fn in_mode(sync_shader_heuristic: bool, test: impl FnOnce(&Gpu)) {
     let options = InstanceOptions { validation: Validation::Synchronization, sync_shader_heuristic };
-    let instance = Instance::new(&options).unwrap_or_else(|error| panic!("{error}"));
+    on_instance(Instance::new(&options).unwrap_or_else(|error| panic!("{error}")), &[], test);
+}
+
+fn on_instance(instance: Arc<Instance>, extensions: &[&'static CStr], test: impl FnOnce(&Gpu)) {
     let log = instance.message_log();
-    let device = Device::new(&instance, &DeviceChoice::Auto).unwrap_or_else(|error| panic!("{error}"));
+    let device = Device::with_extensions(&instance, &DeviceChoice::Auto, extensions);
+    let device = device.unwrap_or_else(|error| panic!("{error}"));
     assert_watched(&instance, &device);
     let gpu = Gpu { device };
     test(&gpu);
@@ -39,7 +55,7 @@ fn in_mode(sync_shader_heuristic: bool, test: impl FnOnce(&Gpu)) {
     assert!(leaks.is_empty(), "objects outlived their owners: {leaks:#?}");
     drop((gpu, instance));
     let ours = ours(&log);
-    assert!(ours.is_empty(), "messages (shader heuristic: {sync_shader_heuristic}): {ours:#?}");
+    assert!(ours.is_empty(), "messages: {ours:#?}");
 }
 
 /// Runs `test` on a device of its own while the layer checks on the GPU, and fails on every message. A layer that cannot is named.
