@@ -14,7 +14,7 @@ use crate::gpu::{self, Acquired, Device, Fit, Owned, Surface, Swapchain, Swapcha
 use crate::gpu_scene::GpuScene;
 use crate::passes::copy::Copy;
 use crate::passes::overlay::{Overlay, Panels};
-use crate::plan::{self, FramePlan};
+use crate::plan::{self, FramePlan, Part, PartGroup};
 use crate::scene::{Camera, Light, Scene, Settings, View};
 
 /// What became of a frame.
@@ -349,6 +349,22 @@ impl Presenter {
     /// The plan of the window's frames, once it has pixels.
     pub fn plan(&self) -> Option<&FramePlan> {
         self.renderer.as_ref().map(Renderer::plan)
+    }
+
+    /// The parts of the plan, and what may lie over the picture, of frames with panels (`has_panels`) or without.
+    pub fn parts(&self, has_panels: bool) -> Vec<Part> {
+        let over = |name: &str, included: bool, [reason, otherwise]: [&str; 2]| Part {
+            name: name.into(),
+            group: PartGroup::Passes,
+            optional: None,
+            included,
+            reason: if included { reason } else { otherwise }.into(),
+            bytes: 0,
+        };
+        let split = ["another view is shown beside the picture", "the picture is shown alone"];
+        let overlay = ["panels are shown", "no panel is shown"];
+        let own = [over("SPLIT", self.split.is_some(), split), over("OVERLAY", has_panels, overlay)];
+        self.plan().map(FramePlan::parts).unwrap_or_default().iter().cloned().chain(own).collect()
     }
 
     /// The swapchain's mode, while there is one.

@@ -25,6 +25,8 @@ pub struct Facts<'a> {
     /// Of the last frame that is known to be done.
     pub times: FrameTimes,
     pub plan: Option<&'a FramePlan>,
+    /// Of the plan, and what lies over the picture.
+    pub parts: Vec<Part>,
     /// The scene's.
     pub lights: &'a [Light],
     pub memory: MemoryReport,
@@ -169,8 +171,8 @@ fn panels(ui: &mut Ui, facts: &Facts, values: &mut Values) {
     CollapsingHeader::new(format!("Lights ({})", own.len())).show(ui, |ui| lights(ui, own, &mut values.lights));
     CollapsingHeader::new("Frame").default_open(true).show(ui, |ui| frame(ui, &facts.times));
     CollapsingHeader::new("Memory").show(ui, |ui| memory(ui, &facts.memory));
-    if let Some(plan) = facts.plan {
-        let parts = plan.parts();
+    if facts.plan.is_some() {
+        let parts = &facts.parts;
         let out = parts.iter().filter(|part| !part.included).count();
         CollapsingHeader::new(format!("Plan: {} parts in, {out} left out", parts.len() - out)).show(ui, |ui| {
             plan_parts(ui, parts);

@@ -113,6 +113,7 @@ impl Desk {
             intervals: clock.graph(),
             times: presenter.times(),
             plan: presenter.plan(),
+            parts: presenter.parts(true),
             lights: &subject.scene.lights,
             memory: self.device.memory_report(),
             refused: self.refused.as_deref(),
