@@ -1,6 +1,8 @@
 //! What it takes to show frames, on a surface without a display: a frame against the same one of a renderer that shows it to nobody, a change of
 //! size, and changes of settings, which make frames anew. Each is timed as the CPU meets it, from the call until the device is done.
 //!
+//! Where the driver has no such surfaces, the changes alone, by renderers that are made anew with all that is on the device: an upper bound.
+//!
 //! `cargo bench --bench present -- [SCENE] [--size WxH] [--frames N]`
 
 use std::error::Error;
@@ -9,7 +11,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use afterlight::frame::{Presenter, Renderer};
-use afterlight::gpu::{Device, DeviceChoice, HEADLESS, Instance, InstanceOptions, Surface, Validation, Vsync};
+use afterlight::gpu::{self, Device, DeviceChoice, HEADLESS, Instance, InstanceOptions, Surface, Validation, Vsync};
 use afterlight::measure::Distribution;
 use afterlight::scene::{GbufferChoice, GbufferPreset, LightPath, OpenOptions, Scene, Settings, View, open};
 
@@ -40,10 +42,18 @@ fn main() -> Result<()> {
     let size: [u32; 2] = [width.parse()?, height.parse()?];
 
     let options = InstanceOptions { validation: Validation::Off, ..InstanceOptions::default() };
-    let instance = Instance::with_extensions(&options, &HEADLESS)?;
-    let device = Device::with_extensions(&instance, &DeviceChoice::Auto, &[SWAPCHAIN])?;
     let scene = open(&spec, &OpenOptions::default())?;
     let settings = Settings { size, samples: 1, ..scene.settings.decide() };
+    let instance = match Instance::with_extensions(&options, &HEADLESS) {
+        Err(gpu::Error::Unsupported(why)) => {
+            println!("{why}: renderers are made anew");
+            let device = Device::new(&Instance::new(&options)?, &DeviceChoice::Auto)?;
+            println!("{spec}, {width}x{height}, on {}", device.physical.name);
+            return each_change(&settings, frames, |settings| made_anew(&device, &scene, settings));
+        }
+        instance => instance?,
+    };
+    let device = Device::with_extensions(&instance, &DeviceChoice::Auto, &[SWAPCHAIN])?;
     println!("{spec}, {width}x{height}, on {}; medians, and from the 5th to the 95th percentile", device.physical.name);
     let surface = Surface::headless(&device)?;
     let mut shown =
@@ -58,20 +68,34 @@ fn main() -> Result<()> {
     }
     tell("a change of size and its frame", resizes)?;
     shown.fit(&settings)?;
+    each_change(&settings, frames, |settings| shown.timed(&device, settings, true))
+}
+
+/// Tells how long `timed` takes for each change, the first time and again.
+fn each_change(settings: &Settings, frames: usize, mut timed: impl FnMut(&Settings) -> Result<f64>) -> Result<()> {
     for (name, change) in CHANGES {
         let mut changed = settings.clone();
         change(&mut changed);
-        let first = shown.timed(&device, &changed, true)?;
-        shown.timed(&device, &settings, true)?;
+        let first = timed(&changed)?;
+        timed(settings)?;
         let mut again = Vec::new();
         for _ in 0..(frames / 8).max(2) {
-            again.push(shown.timed(&device, &changed, true)?);
-            shown.timed(&device, &settings, true)?;
+            again.push(timed(&changed)?);
+            timed(settings)?;
         }
-        let name = format!("{name}, first {first:.1} ms, then");
-        tell(&name, again)?;
+        tell(&format!("{name}, first {first:.1} ms, then"), again)?;
     }
     Ok(())
+}
+
+/// Milliseconds until a renderer of its own has drawn a frame.
+fn made_anew(device: &Arc<Device>, scene: &Scene, settings: &Settings) -> Result<f64> {
+    device.wait_idle()?;
+    let begun = Instant::now();
+    let mut renderer = Renderer::new(device, scene, settings)?;
+    renderer.render(&scene.camera)?;
+    device.wait_idle()?;
+    Ok(milliseconds(begun))
 }
 
 /// A scene on a surface.
