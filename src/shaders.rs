@@ -245,7 +245,7 @@ const fn words<const N: usize>(bytes: &'static Aligned<N>, start: usize, count: 
 fn find(shader: &'static str, variants: &'static [Variant], bits: u32) -> Option<&'static Variant> {
     let own = built(variants, bits)?;
     #[cfg(feature = "hot-reload")]
-    let own = exchange::present(shader, own);
+    let own = exchange::current(shader, own);
     Some(own)
 }
 

@@ -209,7 +209,7 @@ fn the_readme_names_every_option_and_no_other() {
             .collect();
     assert!(defined.contains("--gbuffer") && defined.contains("--warmup"), "{defined:?}");
     // Of cargo; and what only development builds have.
-    let mut foreign = BTreeSet::from(["--locked", "--features"].map(str::to_owned));
+    let mut foreign = BTreeSet::from(["--locked", "--features", "--bench"].map(str::to_owned));
     if !cfg!(feature = "hot-reload") {
         foreign.insert("--shaders".to_owned());
     }

@@ -63,7 +63,7 @@ pub struct Drawn {
     /// In view, behind others.
     pub occluded: usize,
     pub triangles: usize,
-    /// Lights that reach what is seen, and those of the plan that do not.
+    /// Lights that reach what is seen, and those of the plan that do not, or come after those that a frame is halted after.
     pub lights: usize,
     pub idle_lights: usize,
     /// Draws into shadow maps, and those left out because nothing is seen in their shadow.

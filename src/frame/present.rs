@@ -106,7 +106,9 @@ impl Presenter {
         let views = swapchain.views();
         self.screenshot = None;
         match &mut self.overlay {
-            Some(overlay) if overlay.format() == swapchain.format => overlay.resize(&views, swapchain.extent)?,
+            Some(overlay) if overlay.format() == swapchain.format && self.changed.is_none() => {
+                overlay.resize(&views, swapchain.extent)?
+            }
             overlay => *overlay = None,
         }
         match &mut self.renderer {

@@ -37,7 +37,7 @@ fn state() -> MutexGuard<'static, Option<State>> {
 }
 
 /// What stands in the place of a variant of the build, for whoever asks for it.
-pub(super) fn present(shader: &'static str, built: &'static Variant) -> &'static Variant {
+pub(super) fn current(shader: &'static str, built: &'static Variant) -> &'static Variant {
     let key = (shader, built.bits);
     state().get_or_insert_default().asked.insert(key);
     replaced(key).unwrap_or(built)
@@ -50,6 +50,11 @@ fn replaced(key: Key) -> Option<&'static Variant> {
 /// Puts variants in their places from the next pipeline on, and returns those that were there.
 pub fn exchange(replacements: Replacements) -> Replacements {
     std::mem::replace(&mut state().get_or_insert_default().replacements, replacements)
+}
+
+/// How many variants passes have asked for so far.
+pub fn asked() -> usize {
+    state().as_ref().map_or(0, |state| state.asked.len())
 }
 
 impl Replacements {

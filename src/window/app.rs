@@ -25,7 +25,7 @@ use super::{Error, Options};
 use crate::frame::{self, Outcome, Presenter};
 use crate::gpu::{self, Device, Fit, Surface, vk};
 use crate::reference::View;
-use crate::scene::{Projection, Scene, Settings};
+use crate::scene::{Scene, Settings};
 
 /// Pixels that a wheel which tells its way in pixels goes for a notch.
 const PIXELS_A_NOTCH: f64 = 40.0;
@@ -42,6 +42,8 @@ pub struct App<'a> {
     subject: Subject,
     options: Options<'a>,
     control: CameraControl,
+    /// Before the scene was read again with another camera, until frames are made of it.
+    control_before: Option<CameraControl>,
     held: Held,
     with_control: bool,
     with_shift: bool,
@@ -96,6 +98,7 @@ impl<'a> App<'a> {
             subject: Subject::new(scene, settings),
             options,
             control,
+            control_before: None,
             held: Held::default(),
             with_control: false,
             with_shift: false,
@@ -163,14 +166,8 @@ impl<'a> App<'a> {
         let since = self.advanced.replace(now).map_or(FIRST, |last| now.duration_since(last));
         self.control.advance(since.as_secs_f64(), self.held);
         let camera = *self.control.camera();
-        // A camera that is zoomed may look more closely than the plan was made for. The next plan is for one that comes nearer still.
-        if presenter.check_camera(&camera).is_err() {
-            self.subject.scene.camera.projection = match camera.projection {
-                Projection::Orthographic { height } => Projection::orthographic(height * 0.25),
-                perspective => perspective,
-            };
-            self.unfit = true;
-        }
+        // A camera that is zoomed may look more closely than the plan was made for.
+        self.unfit |= presenter.check_camera(&camera).is_err();
         if let Some(recording) = &mut self.recording {
             recording.take(now, camera);
         }
@@ -188,42 +185,18 @@ impl<'a> App<'a> {
             // Only one picture is compared.
             self.unfit |= desk.unsplit(presenter);
         }
-        if self.unfit {
-            let PhysicalSize { width, height } = window.inner_size();
-            let begun = Instant::now();
-            let subject = &mut self.subject;
-            let drawn = desk.stepper().drawn_settings(&subject.settings);
-            let fits = match presenter.fit(&subject.scene, &drawn, [width, height]) {
-                Err(error) if desk.take_back(presenter, subject, &error) => {
-                    (self.options.tell)(&format!("warning: {error}"));
-                    // The reason is shown with the next one.
-                    window.request_redraw();
-                    presenter.fit(&subject.scene, &subject.settings, [width, height])?
-                }
-                fitted => fitted?,
-            };
-            if !fits {
-                self.clock.pause();
-                (self.advanced, self.again, self.hidden) = (None, None, true);
-                return Ok(());
-            }
-            match self.fitted.replace([width, height]) {
-                None => tell_mode(presenter, &self.options),
-                Some(before) if before != [width, height] => self.clock.resized(begun.elapsed()),
-                Some(_) => {}
-            }
-            if let Some(why) = desk.fitted(presenter, subject) {
-                (self.options.tell)(&format!("warning: {why}"));
-                window.request_redraw();
-            }
-            #[cfg(feature = "hot-reload")]
-            if let Some(watch) = &self.watch {
-                watch.fitted();
-            }
-            (self.unfit, self.hidden) = (false, false);
+        if self.unfit && !self.fit_frames()? {
+            return Ok(());
         }
+        let (Some(window), Some(presenter), Some(desk)) = (&self.window, &mut self.presenter, &mut self.desk) else {
+            return Ok(());
+        };
+        let camera = *self.control.camera();
         if std::mem::take(&mut self.light) {
-            split::keep_light(presenter, &self.subject, &camera, &self.options);
+            match desk.stepper().is_open() {
+                true => (self.options.tell)("warning: no screenshot: a step of the frame has no light of its own"),
+                false => split::keep_light(presenter, &self.subject, &camera, &self.options),
+            }
         }
         presenter.divide_at(desk.divider.at());
         let mut kept = std::mem::take(&mut self.screenshot);
@@ -262,6 +235,51 @@ impl<'a> App<'a> {
             }
         };
         self.suit(fit)
+    }
+
+    /// Makes the frames for the window and its subject as they are; where that cannot be, as they were. False while the window has no pixels.
+    fn fit_frames(&mut self) -> Result<bool, Error> {
+        let (Some(window), Some(presenter), Some(desk)) = (&self.window, &mut self.presenter, &mut self.desk) else {
+            return Ok(false);
+        };
+        let PhysicalSize { width, height } = window.inner_size();
+        let (subject, size, begun) = (&mut self.subject, [width, height], Instant::now());
+        subject.come_near(self.control.camera());
+        let drawn = desk.stepper().drawn_settings(&subject.settings);
+        let fits = match presenter.fit(&subject.scene, &drawn, size) {
+            Err(error) if desk.take_back(presenter, subject, &error) => {
+                (self.options.tell)(&format!("warning: {error}"));
+                // The reason is shown with the next one.
+                window.request_redraw();
+                if let Some(before) = self.control_before.take() {
+                    self.control = before;
+                }
+                subject.come_near(self.control.camera());
+                presenter.fit(&subject.scene, &subject.settings, size)?
+            }
+            fitted => fitted?,
+        };
+        if !fits {
+            self.clock.pause();
+            (self.advanced, self.again, self.hidden) = (None, None, true);
+            return Ok(false);
+        }
+        self.control_before = None;
+        match self.fitted.replace(size) {
+            None => tell_mode(presenter, &self.options),
+            Some(before) if before != size => self.clock.resized(begun.elapsed()),
+            Some(_) => {}
+        }
+        if let Some(why) = desk.fitted(presenter, subject) {
+            (self.options.tell)(&format!("warning: {why}"));
+            window.request_redraw();
+        }
+        #[cfg(feature = "hot-reload")]
+        if let Some(watch) = &self.watch {
+            watch.fitted();
+        }
+        (self.unfit, self.hidden) = (false, false);
+        Ok(true)
     }
 
     /// Sees to it that the next frame has a swapchain that suits the surface.

@@ -97,6 +97,11 @@ impl CameraControl {
         }
     }
 
+    /// Begins again with another camera. What was kept stays.
+    pub fn begin_again(&self, camera: Camera, bounds: &Aabb) -> Self {
+        Self { bookmarks: self.bookmarks, ..Self::new(camera, bounds) }
+    }
+
     pub fn camera(&self) -> &Camera {
         &self.camera
     }

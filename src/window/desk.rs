@@ -158,8 +158,8 @@ impl Desk {
         self.fitted = Some((subject.values(), subject.scene.lights.clone()));
         self.before = Before::default();
         let why = format!("the window cannot be split so: {}", presenter.refusal()?);
-        self.controls.beside = None;
-        self.refused = Some(why.clone());
+        (self.controls.beside, self.divider) = (None, Divider::default());
+        (self.refused, self.controls.shown) = (Some(why.clone()), true);
         Some(why)
     }
 
@@ -329,13 +329,15 @@ impl Desk {
     /// Shows the frame after its next step, or the one before. True if the presenter must be fitted again.
     pub fn step(&mut self, presenter: &mut Presenter, subject: &Subject, back: bool) -> bool {
         self.end_comparison();
+        // A step is of one picture.
+        let ended = self.unsplit(presenter);
         let planned = |settings: &Settings| plan_for(&self.device, &subject.scene, settings);
         match self.stepper.turn(presenter, &subject.settings, back, planned) {
-            Ok(unfit) => unfit,
+            Ok(unfit) => unfit || ended,
             Err(error) => {
                 self.refused = Some(error.to_string());
                 self.controls.shown = true;
-                false
+                ended
             }
         }
     }
@@ -357,6 +359,7 @@ impl Desk {
         if !next && self.controls.beside.is_some() {
             return self.unsplit(presenter);
         }
+        let ended = self.end_steps(presenter, subject);
         let last = self.controls.beside.unwrap_or(subject.settings.view);
         let mut others = views_after(last, &subject.settings);
         match others.find(|settings| plan_for(&self.device, &subject.scene, settings).is_ok()) {
@@ -366,7 +369,7 @@ impl Desk {
                 self.controls.shown = true;
             }
         }
-        self.controls.beside.is_some()
+        ended || self.controls.beside.is_some()
     }
 
     /// Shows the picture alone. True if the presenter must be fitted again.
@@ -395,6 +398,7 @@ impl Desk {
         if !after.lights.is_empty() || after.roughness != before.roughness {
             self.oracle = None;
         }
+        let has_other_lights = !after.lights.is_empty();
         for (index, light) in after.lights {
             // One that needs other pipelines or maps than before.
             if presenter.set_light(index, &light).is_err() {
@@ -407,6 +411,13 @@ impl Desk {
             (subject.exposure, subject.settings.exposure) = (after.exposure, Some(after.exposure));
             // Refused only while light is in nits, which has none.
             let _ = presenter.set_exposure(after.exposure);
+        }
+        // What the frames have already is nothing to go back behind.
+        if let Some((values, lights)) = self.fitted.as_mut().filter(|_| self.before.subject.is_none()) {
+            (values.exposure, values.settings.exposure) = (subject.exposure, subject.settings.exposure);
+            if has_other_lights && !unfit {
+                lights.clone_from(&subject.scene.lights);
+            }
         }
         if after.roughness != before.roughness {
             subject.set_roughness(after.roughness);

@@ -1,7 +1,7 @@
 //! What a window shows, with what was changed of it.
 
 use super::controls::Values;
-use crate::scene::{Camera, Light, Output, Scene, Settings, View, metered_ev100};
+use crate::scene::{Camera, Light, Output, Projection, Scene, Settings, View, metered_ev100};
 
 /// What is drawn, of which a user may change more than the camera.
 pub struct Subject {
@@ -57,6 +57,18 @@ impl Subject {
         }
         new.set_roughness(self.roughness);
         new
+    }
+
+    /// Lets plans be made for a camera as near as this one: textures have no finer levels than a plan's camera sees. One that zooms in is expected to
+    /// come nearer still.
+    pub(super) fn come_near(&mut self, camera: &Camera) {
+        let planned = &mut self.scene.camera.projection;
+        match (camera.projection, *planned) {
+            (Projection::Orthographic { height: own }, Projection::Orthographic { height }) if own < height => {
+                *planned = Projection::orthographic(own * 0.25);
+            }
+            _ => {}
+        }
     }
 
     /// The camera that the scene came with.

@@ -2,9 +2,10 @@
 //! and compiles them anew, so that the window goes on meanwhile.
 
 use std::collections::BTreeSet;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use notify::event::{AccessKind, AccessMode};
 use notify::{Event, EventKind, RecommendedWatcher, RecursiveMode, Watcher};
@@ -12,10 +13,12 @@ use notify::{Event, EventKind, RecommendedWatcher, RecursiveMode, Watcher};
 use super::ReadAgain;
 use crate::scene::{Scene, Settings};
 #[cfg(feature = "hot-reload")]
-use crate::shaders::exchange::{Replacements, compile};
+use crate::shaders::exchange::{Replacements, asked, compile};
 
 /// Editors write a file in several steps: it is read when so long nothing has happened to it.
 const QUIET: Duration = Duration::from_millis(60);
+/// And after so long in any case.
+const LONGEST: Duration = Duration::from_millis(500);
 
 /// What has become of files that changed.
 pub enum News {
@@ -75,14 +78,20 @@ impl Watch {
             watcher: watcher.map_err(|error| error.to_string())?,
             watched: BTreeSet::new(),
             files: BTreeSet::new(),
+            is_wrong: false,
             read,
             #[cfg(feature = "hot-reload")]
             shaders: None,
             told,
             wake: Box::new(wake),
         };
-        reader.follow(files)?;
-        reader.follow_shaders(shaders)?;
+        // Each of them for itself.
+        if let Err(why) = reader.follow(files) {
+            reader.tell(News::Scene(Err(format!("the scene's files are not watched: {why}"))));
+        }
+        if let Err(why) = reader.follow_shaders(shaders) {
+            reader.tell_of_shaders(format!("they are not watched: {why}"));
+        }
         std::thread::spawn(move || reader.run(&received));
         Ok(Self { orders, news })
     }
@@ -115,6 +124,14 @@ fn changed_by(event: Event) -> Option<Vec<PathBuf>> {
     is_change.then_some(event.paths)
 }
 
+/// What was ordered since files were looked at last.
+#[derive(Default)]
+struct Noted {
+    scene: bool,
+    shaders: bool,
+    ends: bool,
+}
+
 /// The other thread.
 struct Reader {
     watcher: RecommendedWatcher,
@@ -122,6 +139,8 @@ struct Reader {
     watched: BTreeSet<PathBuf>,
     /// Of the scene.
     files: BTreeSet<PathBuf>,
+    /// It could not be read the last time.
+    is_wrong: bool,
     read: ReadAgain,
     #[cfg(feature = "hot-reload")]
     shaders: Option<Shaders>,
@@ -135,32 +154,77 @@ struct Shaders {
     /// They are not those that the program was built with.
     differ: bool,
     compiled: Replacements,
+    /// How many variants were asked for when they were compiled last.
+    tried: usize,
 }
 
 impl Reader {
     fn run(mut self, orders: &Receiver<Order>) {
         while let Ok(order) = orders.recv() {
-            let mut paths = Vec::new();
-            let mut next = Some(order);
-            while let Some(order) = next {
-                match order {
-                    Order::Changed(more) => paths.extend(more),
-                    #[cfg(feature = "hot-reload")]
-                    Order::Fitted => {}
-                    Order::End => return,
-                }
-                next = orders.recv_timeout(QUIET).ok();
+            let mut noted = Noted::default();
+            let begun = Instant::now();
+            let mut quiet = begun;
+            if self.note(order, &mut noted) {
+                quiet += QUIET;
             }
-            if paths.iter().any(|path| self.files.contains(path)) {
+            // A file that is written all the time is read all the same.
+            while let Some(left) = quiet.min(begun + LONGEST).checked_duration_since(Instant::now()) {
+                let Ok(order) = orders.recv_timeout(left) else { break };
+                if self.note(order, &mut noted) {
+                    quiet = Instant::now() + QUIET;
+                }
+            }
+            if noted.ends {
+                return;
+            }
+            if noted.scene {
                 self.read_scene();
             }
             #[cfg(feature = "hot-reload")]
-            self.compile_shaders(&paths);
+            self.compile_shaders(noted.shaders);
         }
     }
 
+    /// Takes note of an order. True if more of its kind may follow at once.
+    fn note(&self, order: Order, noted: &mut Noted) -> bool {
+        match order {
+            Order::Changed(paths) => {
+                let scene = paths.iter().any(|path| self.is_of_scene(path));
+                let shaders = paths.iter().any(|path| self.is_shader(path));
+                noted.scene |= scene;
+                noted.shaders |= shaders;
+                scene || shaders
+            }
+            #[cfg(feature = "hot-reload")]
+            Order::Fitted => false,
+            Order::End => {
+                noted.ends = true;
+                false
+            }
+        }
+    }
+
+    /// While something is wrong, any file beside those of the scene may be what it lacks.
+    fn is_of_scene(&self, path: &Path) -> bool {
+        let is_beside =
+            || path.parent().is_some_and(|folder| self.files.iter().any(|file| file.parent() == Some(folder)));
+        self.files.contains(path) || self.is_wrong && is_beside()
+    }
+
+    #[cfg(feature = "hot-reload")]
+    fn is_shader(&self, path: &Path) -> bool {
+        let is_in = |shaders: &Shaders| path.starts_with(&shaders.folder);
+        path.extension() == Some("wgsl".as_ref()) && self.shaders.as_ref().is_some_and(is_in)
+    }
+
+    #[cfg(not(feature = "hot-reload"))]
+    fn is_shader(&self, _: &Path) -> bool {
+        false
+    }
+
     fn read_scene(&mut self) {
-        let read = (self.read)();
+        let read = guarded(|| (self.read)());
+        self.is_wrong = read.is_err();
         if let Ok((scene, _)) = &read {
             // A folder that cannot be watched any more is no reason to keep the scene from who wants to see it.
             let _ = self.follow(&scene.files);
@@ -188,6 +252,14 @@ impl Reader {
         Ok(())
     }
 
+    #[cfg(feature = "hot-reload")]
+    fn tell_of_shaders(&self, fault: String) {
+        self.tell(News::Shaders(Err(fault)));
+    }
+
+    #[cfg(not(feature = "hot-reload"))]
+    fn tell_of_shaders(&self, _: String) {}
+
     #[cfg(not(feature = "hot-reload"))]
     fn follow_shaders(&mut self, _: Option<ShaderFolder>) -> Result<(), String> {
         Ok(())
@@ -198,27 +270,33 @@ impl Reader {
         let Some(ShaderFolder { path, differs }) = shaders else { return Ok(()) };
         let folder = path.canonicalize().map_err(|error| format!("{}: {error}", path.display()))?;
         self.watch(folder.clone(), RecursiveMode::Recursive)?;
-        self.shaders = Some(Shaders { folder, differ: differs, compiled: Replacements::default() });
+        self.shaders = Some(Shaders { folder, differ: differs, compiled: Replacements::default(), tried: 0 });
         Ok(())
     }
 
-    /// Compiles what is asked for, if sources among `paths` have changed, or more is asked for of sources that have.
+    /// Compiles what is asked for, if sources have changed, or more is asked for of sources that have.
     #[cfg(feature = "hot-reload")]
-    fn compile_shaders(&mut self, paths: &[PathBuf]) {
+    fn compile_shaders(&mut self, have_changed: bool) {
         let Some(shaders) = &mut self.shaders else { return };
-        let is_source = |path: &PathBuf| path.starts_with(&shaders.folder) && path.extension() == Some("wgsl".as_ref());
-        let have_changed = paths.iter().any(is_source);
         shaders.differ |= have_changed;
-        let are_too_few = shaders.differ && shaders.compiled.lack();
+        // What did not compile does not when nothing else is asked for.
+        let are_too_few = shaders.differ && shaders.compiled.lack() && asked() > shaders.tried;
         if !have_changed && !are_too_few {
             return;
         }
-        let compiled = compile(&shaders.folder);
+        shaders.tried = asked();
+        let compiled = guarded(|| compile(&shaders.folder));
         if let Ok(compiled) = &compiled {
             shaders.compiled = compiled.clone();
         }
         self.tell(News::Shaders(compiled));
     }
+}
+
+/// A fault of our own, or of what reads files for us, is told as one of the files.
+fn guarded<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    let done = catch_unwind(AssertUnwindSafe(work));
+    done.unwrap_or_else(|_| Err("the program failed over these files: this is a fault of its own".into()))
 }
 
 /// A file by its folder's whole path, as the system names it.
@@ -230,7 +308,6 @@ fn whole(file: &Path) -> Option<PathBuf> {
 #[cfg(test)]
 mod tests {
     use std::fs;
-    use std::time::Instant;
 
     use super::*;
     use crate::scene::{OpenOptions, open};
@@ -276,6 +353,24 @@ mod tests {
         wait(&watch, Ok(4));
         fs::write(path("scene.toml"), "models = [{ path = 'none.obj' }]\n").expect("written");
         wait(&watch, Err("none.obj"));
+        // What was missing comes.
+        fs::write(path("none.obj"), TRIANGLE).expect("written");
+        wait(&watch, Ok(1));
+        // Another file that is written all the time delays nothing.
+        let busy = path("busy");
+        let stop = std::sync::atomic::AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                while !stop.load(std::sync::atomic::Ordering::Relaxed) {
+                    fs::write(&busy, "x").expect("written");
+                    std::thread::sleep(QUIET / 10);
+                }
+            });
+            fs::write(path("scene.toml"), "models = [{ path = 'none.obj' }, { path = 'none.obj' }]\n")
+                .expect("written");
+            wait(&watch, Ok(2));
+            stop.store(true, std::sync::atomic::Ordering::Relaxed);
+        });
 
         std::thread::sleep(4 * QUIET);
         while watch.news().is_some() {}

@@ -39,16 +39,43 @@ fn a_scene_file_is_read_again_when_it_changes_and_a_fault_leaves_the_picture_as_
     view.settles_elsewhere(&dark);
     without_a_word(&server, &mut view, &dark, "as it was before the fault");
     // Read well, and then not to be drawn: this device has no such picture.
-    write(&format!("{DARK}[settings]\nlight_path = 'compute'\nfxaa = true\n"));
+    let elsewhere = "[camera]\nposition = [0, 2, 9]\ntarget = [0, 1, 0]\n";
+    write(&format!("{DARK}[settings]\nlight_path = 'compute'\nfxaa = true\n{elsewhere}"));
     view.settles_elsewhere(&dark);
     without_a_word(&server, &mut view, &dark, "as it was before settings that do not go together");
 
     // A fault that is mended is told no more.
     write("nonsense");
     view.settles_elsewhere(&dark);
-    let moved = format!("{SCENE}[camera]\nposition = [0, 2, 9]\ntarget = [0, 1, 0]\n");
-    write(&moved);
+    write(&format!("{SCENE}{elsewhere}"));
     view.shows(&rendered(SIZE, &[name]), "from the camera that the file names now");
+    view.close();
+    view.ends_well();
+}
+
+#[test]
+fn a_camera_that_is_zoomed_stays_so_when_the_scene_is_read_again() {
+    let server = Server::start();
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("scene.toml");
+    let scene =
+        "base = 'builtin:hall'\n[camera]\nposition = [0, 9, 30]\ntarget = [0, 4, 0]\northographic_height = 40\n";
+    fs::write(&file, scene).expect("written");
+    let name = file.to_str().expect("is UTF-8");
+    let size = size_text(SIZE);
+    let first = rendered(SIZE, &[name]);
+    let mut view = View::open(&server, &[name, "--size", &size]);
+    view.shows(&first, "as it was opened");
+    server.press(key::W);
+    std::thread::sleep(std::time::Duration::from_millis(2500));
+    server.release(key::W);
+    let nearer = view.settles_elsewhere(&first);
+    fs::write(&file, format!("{scene}# The same.\n")).expect("written");
+    view.waits_to_tell("scene: read again");
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    view.shows(&nearer, "as near as before");
+    server.tap(key::R);
+    view.shows(&first, "as it was opened");
     view.close();
     view.ends_well();
 }

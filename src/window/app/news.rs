@@ -1,9 +1,9 @@
 //! Files that have changed while the window is open.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use super::App;
-use crate::window::camera::CameraControl;
 use crate::window::watch::{News, Watch};
 
 /// Warnings of a scene that are told.
@@ -34,7 +34,12 @@ impl App<'_> {
                     (self.options.tell)(&format!("scene: read again, {} objects", scene.objects.len()));
                     let camera = scene.camera;
                     if desk.renew(presenter, &mut self.subject, (scene, settings)) {
-                        self.control = CameraControl::new(camera, &self.subject.scene.bounds());
+                        // Where it was until now: from there it jumps.
+                        if let Some(recording) = &mut self.recording {
+                            recording.take(Instant::now(), *self.control.camera());
+                        }
+                        let new = self.control.begin_again(camera, &self.subject.scene.bounds());
+                        self.control_before.get_or_insert(std::mem::replace(&mut self.control, new));
                     }
                     self.unfit = true;
                 }

@@ -54,7 +54,9 @@ impl Stepper {
 
     /// The settings of what is to be drawn, where `whole` are the user's.
     pub fn drawn_settings(&self, whole: &Settings) -> Settings {
-        self.shown.as_ref().map_or_else(|| whole.clone(), Stepped::drawn_settings)
+        let drawn = self.shown.as_ref().map_or_else(|| whole.clone(), Stepped::drawn_settings);
+        // It changes without another plan.
+        Settings { exposure: whole.exposure, ..drawn }
     }
 
     /// Goes one step further, or back; from the whole frame to its first or last, and from those to it. `planned` plans frames of these settings.
