@@ -141,11 +141,16 @@ mod tests {
     #[test]
     fn two_clicks_end_the_split_if_they_are_quick_and_both_on_the_divider() {
         let (mut divider, now) = (Divider::default(), Instant::now());
-        assert_eq!(divider.press(50.0, 100, now), Grip::Held);
-        assert_eq!(divider.press(50.0, 100, now + DOUBLE_CLICK), Grip::Held);
-        assert_eq!(divider.press(10.0, 100, now + DOUBLE_CLICK * 3 / 2), Grip::Missed);
-        assert_eq!(divider.press(51.0, 100, now + DOUBLE_CLICK * 7 / 4), Grip::Held);
-        assert_eq!(divider.press(51.0, 100, now + 2 * DOUBLE_CLICK), Grip::Ended);
+        let click = |divider: &mut Divider, x: f64, after: Duration| {
+            let grip = divider.press(x, 100, now + after);
+            divider.release();
+            grip
+        };
+        assert_eq!(click(&mut divider, 50.0, Duration::ZERO), Grip::Held);
+        assert_eq!(click(&mut divider, 50.0, DOUBLE_CLICK), Grip::Held);
+        assert_eq!(click(&mut divider, 10.0, DOUBLE_CLICK * 3 / 2), Grip::Missed);
+        assert_eq!(click(&mut divider, 51.0, DOUBLE_CLICK * 7 / 4), Grip::Held);
+        assert_eq!(click(&mut divider, 51.0, 2 * DOUBLE_CLICK), Grip::Ended);
         // What was dragged in between was no click.
         let (mut divider, soon) = (Divider::default(), now + DOUBLE_CLICK / 2);
         assert_eq!(divider.press(50.0, 100, now), Grip::Held);
