@@ -4,12 +4,15 @@ mod accumulate;
 mod capabilities;
 mod complexity;
 mod deferred;
+mod draft;
 pub mod edges;
 pub mod experiment;
 mod forward;
 #[cfg(feature = "window")]
 mod present;
 mod read_back;
+#[cfg(feature = "window")]
+mod rebuild;
 pub mod render_pass;
 #[cfg(feature = "window")]
 mod split;
@@ -24,9 +27,12 @@ pub use deferred::Deferred;
 pub use forward::ForwardFrame;
 #[cfg(feature = "window")]
 pub use present::{Outcome, Presenter};
+#[cfg(feature = "window")]
+pub use rebuild::Wake;
 pub use tiled::TiledFrame;
 pub use triangles::triangles;
 
+use draft::Draft;
 use edges::Edges;
 
 use std::sync::Arc;
@@ -36,11 +42,11 @@ use ash::vk;
 use glam::DAffine3;
 
 use crate::gpu::{self, CommandBuffer, Device, Image, Owned, Ticket, Timestamps};
-use crate::gpu_scene::{FrameUniform, GpuScene, ShadowAtlas, SortedIndices, ViewBuffers, view_set_layout};
+use crate::gpu_scene::{FrameUniform, GpuScene, ShadowAtlas, SortedIndices, ViewBuffers};
 use crate::passes::Recording;
 use crate::passes::copy::Copy;
 use crate::plan::{self, Eye, FramePlan, MapDraw, ShadowCache, Visible, World};
-use crate::scene::{Camera, Light, LightPath, Scene, Settings, SettingsPatch, exposure_scale, metered_ev100};
+use crate::scene::{Camera, Light, LightPath, Scene, Settings, SettingsPatch, exposure_scale};
 
 /// While the device draws one frame, the CPU records the next.
 const IN_FLIGHT: usize = 2;
@@ -247,7 +253,7 @@ impl Renderer {
     pub fn new(device: &Arc<Device>, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
         let plan = plan_for(device, scene, settings)?;
         let edges = edges::table(&plan);
-        Self::of(device, scene, settings, (plan, edges), (&[], None))
+        Draft::new(device, scene, settings, (plan, edges), None)?.finish(&[])
     }
 
     /// The same with other dependencies than [`edges::table`] has for the plan, for experiments and proofs: without a row or a bit
@@ -257,68 +263,7 @@ impl Renderer {
     /// As [`Renderer::new`].
     pub fn with_edges(device: &Arc<Device>, scene: &Scene, settings: &Settings, edges: Edges) -> Result<Self, Error> {
         let plan = plan_for(device, scene, settings)?;
-        Self::of(device, scene, settings, (plan, edges), (&[], None))
-    }
-
-    fn of(
-        device: &Arc<Device>,
-        scene: &Scene,
-        settings: &Settings,
-        (plan, edges): (FramePlan, Edges),
-        (swapchain, uploaded): (&[vk::ImageView], Option<Arc<GpuScene>>),
-    ) -> Result<Self, Error> {
-        let exposure = match plan.exposes {
-            true => exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(scene))),
-            false => 1.0,
-        };
-        let world = World::of(scene, settings, &plan, exposure);
-        let gpu_scene = match uploaded {
-            Some(uploaded) => uploaded,
-            None => Arc::new(GpuScene::new(device, scene, &plan, edges.upload_order())?),
-        };
-        let frame_layout = view_set_layout(device, &plan)?;
-        let atlas = match (&plan.shadow, edges.clear_order()) {
-            (Some(shadow), Some(order)) => Some(ShadowAtlas::new(device, shadow, IN_FLIGHT, order)?),
-            _ => None,
-        };
-        let frame = Frame::new(&FrameParts {
-            device,
-            plan: &plan,
-            edges: &edges,
-            frame_layout: frame_layout.raw,
-            atlas: atlas.as_ref(),
-            scene: &gpu_scene,
-            world: &world,
-            swapchain,
-        })?;
-        let frames = (0..IN_FLIGHT)
-            .map(|index| {
-                Ok(InFlight {
-                    cmd: CommandBuffer::new(device, &format!("frame {index}"))?,
-                    view: ViewBuffers::new(device, index, frame_layout.raw, &plan, &world)?,
-                    sorted: SortedIndices::new(device, index, &plan)?,
-                    times: Timestamps::new(device, &format!("times of frame {index}"), 8)?,
-                    ticket: None,
-                    begun: Instant::now(),
-                    record_ms: 0.0,
-                    drawn: Drawn::default(),
-                })
-            })
-            .collect::<gpu::Result<_>>()?;
-        Ok(Self {
-            device: device.clone(),
-            plan,
-            edges,
-            world,
-            scene: gpu_scene,
-            frame,
-            atlas,
-            shadow_cache: ShadowCache::default(),
-            copy: None,
-            frames,
-            next: 0,
-            frame_layout,
-        })
+        Draft::new(device, scene, settings, (plan, edges), None)?.finish(&[])
     }
 
     pub fn plan(&self) -> &FramePlan {

@@ -1,12 +1,16 @@
 //! Frames that a window shows: each into an image of the swapchain, as ARCHITECTURE.md tells under "A frame on the screen".
 
+mod fit;
+
 use std::sync::Arc;
 
 use ash::vk;
 
 use super::deferred::image_barrier;
+use super::draft::Draft;
 use super::edges::{self, Edges};
 use super::read_back::{host_barrier, picture_of};
+use super::rebuild::Rebuild;
 use super::split::Split;
 use super::{Drawn, Error, FrameParts, FrameTimes, IN_FLIGHT, Picture, Renderer, plan_for};
 use crate::gpu::barrier::ImageRange;
@@ -51,6 +55,10 @@ pub struct Presenter {
     split: Option<Split>,
     /// Why the last one is not there any more.
     refused: Option<Error>,
+    /// How often it was said that frames are to be others.
+    changes: u64,
+    /// Those that are being made.
+    rebuild: Option<Rebuild>,
     times: FrameTimes,
 }
 
@@ -84,6 +92,8 @@ impl Presenter {
             edges: Box::new(edges::table),
             split: None,
             refused: None,
+            changes: 0,
+            rebuild: None,
             times: FrameTimes::default(),
         })
     }
@@ -93,82 +103,9 @@ impl Presenter {
         Self { edges: Box::new(edges), ..self }
     }
 
-    /// Makes the swapchain, and all that has the size of the picture, as large as the window is now; `size` where the window system leaves that
-    /// open. The scene on the device, its shadow maps and all pipelines stay, unless the plan of the new size has others. False while the
-    /// window has no pixels. A split that cannot be made is given up: see [`Presenter::refusal`].
-    ///
-    /// # Errors
-    /// When the surface is lost, or the device lacks the memory.
-    pub fn fit(&mut self, scene: &Scene, settings: &Settings, size: [u32; 2]) -> Result<bool, Error> {
-        self.desc = SwapchainDesc { size, wishes: wishes(self.split.is_some()), ..self.desc };
-        let Some((settings, plan)) = self.fit_swapchain(scene, settings)? else { return Ok(false) };
-        let Some(swapchain) = &self.swapchain else { return Ok(false) };
-        let views = swapchain.views();
-        self.screenshot = None;
-        match &mut self.overlay {
-            Some(overlay) if overlay.format() == swapchain.format && self.changed.is_none() => {
-                overlay.resize(&views, swapchain.extent)?
-            }
-            overlay => *overlay = None,
-        }
-        match &mut self.renderer {
-            Some(renderer) if self.changed.is_none() && renderer.plan.differs_in_size_only(&plan) => {
-                renderer.resize(plan, &views)?;
-            }
-            renderer => {
-                // Given up first: a device may not hold two.
-                if let Some(split) = self.split.as_mut().filter(|_| self.changed == Some(true)) {
-                    split.give_up();
-                }
-                let old = renderer.take().filter(|_| self.changed != Some(true));
-                let uploaded = old.as_ref().and_then(|old| old.uploaded_for(&plan));
-                drop(old);
-                let edges = (self.edges)(&plan);
-                let mut new = Renderer::of(&self.device, scene, &settings, (plan, edges), (&views, uploaded))?;
-                new.halt_after(self.halted);
-                *renderer = Some(new);
-            }
-        }
-        self.fit_split(scene, &settings);
-        self.changed = None;
-        Ok(true)
-    }
-
-    /// A swapchain for the window as it is, and the settings and the plan of frames of its size. None while it has no pixels.
-    fn fit_swapchain(&mut self, scene: &Scene, settings: &Settings) -> Result<Option<(Settings, FramePlan)>, Error> {
-        loop {
-            let Some(surface) = &self.surface else { return Ok(None) };
-            let old = self.swapchain.take();
-            self.swapchain = Swapchain::new(&self.device, surface, &self.desc, old)?;
-            let Some(swapchain) = &self.swapchain else { return Ok(None) };
-            let vk::Extent2D { width, height } = swapchain.extent;
-            let settings = Settings { size: [width, height], ..settings.clone() };
-            let plan = plan_for(&self.device, scene, &settings)?;
-            let SwapchainDesc { encodes, usage, .. } = desc_for(&plan);
-            if (encodes, usage) == (self.desc.encodes, self.desc.usage) {
-                return Ok(Some((settings, plan.presented_as(swapchain.format))));
-            }
-            // Frames of other settings may need other images than those before. What they need does not depend on their size.
-            self.desc = SwapchainDesc { encodes, usage, ..self.desc };
-        }
-    }
-
-    /// Makes the other picture as the frames are, or gives it up.
-    fn fit_split(&mut self, scene: &Scene, settings: &Settings) {
-        let (Some(split), Some(renderer), Some(swapchain)) = (&mut self.split, &self.renderer, &self.swapchain) else {
-            return;
-        };
-        let fitted = match swapchain.usage.contains(SPLIT_INTO) {
-            true => split.fit((scene, settings), (renderer, swapchain.format), self.changed),
-            false => Err(gpu::Error::Unsupported("this window's images cannot be copied into".into()).into()),
-        };
-        if let Err(error) = fitted {
-            (self.split, self.refused) = (None, Some(error));
-        }
-    }
-
     /// Shows another view of the same camera beside the picture from the next [`Presenter::fit`] on, or none any more.
     pub fn show_beside(&mut self, view: Option<View>) {
+        self.changes += 1;
         match (view, &mut self.split) {
             (Some(view), Some(split)) => split.view = view,
             (view, split) => *split = view.map(Split::new),
@@ -196,6 +133,7 @@ impl Presenter {
     /// Without, its meshes and textures stay on the device where the plan has the same.
     pub fn change(&mut self, of_scene: bool) {
         self.changed = Some(of_scene || self.changed == Some(true));
+        self.changes += 1;
     }
 
     /// Changes a light from the next frame on: see [`Renderer::set_light`].
@@ -329,7 +267,7 @@ impl Presenter {
         let shown = self.renderer.as_ref().filter(|_| self.changed != Some(true));
         let uploaded = shown.and_then(|shown| shown.uploaded_for(&plan));
         let edges = edges::table(&plan);
-        Renderer::of(&self.device, scene, settings, (plan, edges), (&[], uploaded))?.picture(camera, || {})
+        Draft::new(&self.device, scene, settings, (plan, edges), uploaded)?.finish(&[])?.picture(camera, || {})
     }
 
     /// The times of the last frame that is known to be done; without `wall_ms`, as nobody waited for it.

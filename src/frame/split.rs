@@ -9,7 +9,9 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::deferred::image_barrier;
+use super::draft::Draft;
 use super::edges::{self, Edges};
+use super::rebuild::Made;
 use super::{Error, Renderer, plan_for};
 use crate::gpu::Device;
 use crate::gpu::barrier::ImageRange;
@@ -37,9 +39,30 @@ impl Split {
         self.renderer = None;
     }
 
+    /// What another thread can make into the other picture, if that is to be another one than it is (`changed`: in any case), with the frames
+    /// `own` that are being made beside it, or those that go on. None if there is nothing to be made, or only [`Split::fit`] can tell what is wrong.
+    pub(super) fn draft(
+        &self,
+        (scene, settings): (&Scene, &Settings),
+        (own, shown, format): (Option<&Draft>, &Renderer, vk::Format),
+        changed: bool,
+    ) -> Option<Draft> {
+        let device = &shown.device;
+        let settings = Settings { view: self.view, ..settings.clone() };
+        let plan = plan_for(device, scene, &settings).ok()?.copied_to(format).of_one_pixel();
+        let as_it_is = |renderer: &&Renderer| !changed && renderer.plan.differs_in_size_only(&plan);
+        if self.renderer.as_ref().filter(as_it_is).is_some() {
+            return None;
+        }
+        let uploaded = own.and_then(|own| own.uploaded_for(&plan)).or_else(|| shown.uploaded_for(&plan));
+        let uploaded = uploaded.or_else(|| self.renderer.as_ref()?.uploaded_for(&plan));
+        let edges = edges::table(&plan);
+        Draft::new(device, scene, &settings, (plan, edges), uploaded).ok()
+    }
+
     /// Makes what draws the other picture, for a swapchain of this format: of `settings`, which are those of the window's frames, but for the
     /// view. `changed` as in [`super::Presenter::change`]; `beside` draws the window's own frames, and shares the scene on the device where the
-    /// two plans have it the same.
+    /// two plans have it the same. What another thread has `made` is taken, if it can do.
     ///
     /// # Errors
     /// When the view cannot be planned with these settings, or the device lacks the memory.
@@ -48,23 +71,33 @@ impl Split {
         (scene, settings): (&Scene, &Settings),
         (beside, format): (&Renderer, vk::Format),
         changed: Option<bool>,
+        made: Option<Made>,
     ) -> Result<(), Error> {
         let device = &beside.device;
         let settings = Settings { view: self.view, ..settings.clone() };
         let plan = plan_for(device, scene, &settings)?.copied_to(format);
-        match &mut self.renderer {
-            Some(renderer) if changed.is_none() && renderer.plan.differs_in_size_only(&plan) => {
-                renderer.resize(plan, &[])
+        let made = made.and_then(|mut made| {
+            let new = made.beside.take()?.ok().filter(|new| new.plan.differs_in_size_only(&plan))?;
+            made.caught_up(new, scene, &settings)
+        });
+        match (made, &mut self.renderer) {
+            (Some(mut new), renderer) => {
+                *renderer = None;
+                new.resize(plan, &[])?;
+                *renderer = Some(new);
             }
-            renderer => {
+            (None, Some(renderer)) if changed.is_none() && renderer.plan.differs_in_size_only(&plan) => {
+                renderer.resize(plan, &[])?;
+            }
+            (None, renderer) => {
                 let own = renderer.take().filter(|_| changed != Some(true));
                 let uploaded = beside.uploaded_for(&plan).or_else(|| own.as_ref()?.uploaded_for(&plan));
                 drop(own);
                 let edges = edges::table(&plan);
-                *renderer = Some(Renderer::of(device, scene, &settings, (plan, edges), (&[], uploaded))?);
-                Ok(())
+                *renderer = Some(Draft::new(device, scene, &settings, (plan, edges), uploaded)?.finish(&[])?);
             }
         }
+        Ok(())
     }
 
     /// Draws the other picture, in a submission of its own.

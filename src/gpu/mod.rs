@@ -63,5 +63,5 @@ pub use submission::Ticket;
 #[cfg(feature = "window")]
 pub use surface::{HEADLESS, Surface, surface_extensions};
 #[cfg(feature = "window")]
-pub use swapchain::{Acquired, Fit, PresentableImage, Swapchain, SwapchainDesc, Vsync, semaphore};
+pub use swapchain::{Acquired, Fit, PresentableImage, Swapchain, SwapchainDesc, Vsync, drawn_format, semaphore};
 pub use upload::{DEFAULT_STAGING_BYTES, UploadOrder, Uploader};

@@ -114,9 +114,7 @@ impl Swapchain {
             let (name, usage) = (&device.physical.name, desc.usage);
             return Err(Error::Unsupported(format!("the window's images on '{name}' cannot be used for {usage:?}")));
         }
-        let offered = surface.formats(device)?;
-        let format = choose_format(&offered, desc.encodes, device.features.mutable_swapchains)
-            .ok_or_else(|| Error::Unsupported(no_format(&device.physical.name, desc.encodes, &offered)))?;
+        let format = formats_of(device, surface, desc.encodes)?;
         let present_mode = choose_mode(&surface.present_modes(device)?, desc.vsync);
         let usage = desc.usage | (capabilities.supported_usage_flags & desc.wishes);
         let formats = [format.own, format.drawn];
@@ -311,6 +309,20 @@ const FORMATS: [[vk::Format; 2]; 3] = [
     [vk::Format::R8G8B8A8_UNORM, vk::Format::R8G8B8A8_SRGB],
     [vk::Format::A8B8G8R8_UNORM_PACK32, vk::Format::A8B8G8R8_SRGB_PACK32],
 ];
+
+fn formats_of(device: &Device, surface: &Surface, encodes: bool) -> Result<Formats> {
+    let offered = surface.formats(device)?;
+    choose_format(&offered, encodes, device.features.mutable_swapchains)
+        .ok_or_else(|| Error::Unsupported(no_format(&device.physical.name, encodes, &offered)))
+}
+
+/// The format that a swapchain of this surface would be drawn in: see [`SwapchainDesc::encodes`].
+///
+/// # Errors
+/// [`Error::Unsupported`] for a surface that offers none; what the driver reports.
+pub fn drawn_format(device: &Device, surface: &Surface, encodes: bool) -> Result<vk::Format> {
+    Ok(formats_of(device, surface, encodes)?.drawn)
+}
 
 /// A format that is offered, or, for what is to be encoded on a surface that offers none which does, a plain one that is drawn as one
 /// which does: with `mutable` images.

@@ -59,6 +59,11 @@ impl FramePlan {
         }
     }
 
+    /// The same frames of one pixel: what has the size of the picture can be made later.
+    pub fn of_one_pixel(self) -> Self {
+        Self { size: [1, 1], ..self }
+    }
+
     /// Whether the last pass draws into an image of the swapchain, and not into one of the frame's own.
     pub fn draws_into_swapchain(&self) -> bool {
         self.presented.is_some() && !self.is_tiled()

@@ -21,9 +21,9 @@ use super::keys::{Action, HELP, action};
 use super::recorder::Recorder;
 use super::subject::Subject;
 use super::watch::Watch;
-use super::{Error, Options};
+use super::{Error, Options, surface_of};
 use crate::frame::{self, Outcome, Presenter};
-use crate::gpu::{self, Device, Fit, Surface, vk};
+use crate::gpu::{self, Device, Fit, vk};
 use crate::reference::View;
 use crate::scene::{Scene, Settings};
 
@@ -58,8 +58,10 @@ pub struct App<'a> {
     screenshot: bool,
     /// The light of the picture is to be kept.
     light: bool,
-    /// The swapchain is not of the window's size, or not of its surface.
+    /// Frames must be made for the window and its subject as they are now.
     unfit: bool,
+    /// Because the swapchain is not of the window's size, or not of its surface: those before cannot go on meanwhile.
+    misfit: bool,
     /// Nobody can see the window.
     hidden: bool,
     /// A new swapchain did not suit better than the one before: that is left alone until the window changes.
@@ -110,6 +112,7 @@ impl<'a> App<'a> {
             screenshot: false,
             light: false,
             unfit: true,
+            misfit: true,
             hidden: false,
             content: false,
             again: None,
@@ -141,7 +144,7 @@ impl<'a> App<'a> {
             .with_inner_size(PhysicalSize::new(width, height));
         let window = events.create_window(attributes).map_err(|error| Error::System(error.to_string()))?;
         let window = Arc::new(window);
-        let surface = Surface::new(&self.device, window.clone())?;
+        let surface = surface_of(&self.device, &window)?;
         let presenter =
             Presenter::new(&self.device, surface, &self.subject.scene, &self.subject.settings, self.options.vsync)?;
         self.desk = Some(Desk::new(&self.device, &window, Arc::clone(&self.wake)));
@@ -167,7 +170,8 @@ impl<'a> App<'a> {
         self.control.advance(since.as_secs_f64(), self.held);
         let camera = *self.control.camera();
         // A camera that is zoomed may look more closely than the plan was made for.
-        self.unfit |= presenter.check_camera(&camera).is_err();
+        self.misfit |= presenter.check_camera(&camera).is_err();
+        self.unfit |= self.misfit || presenter.is_made();
         if let Some(recording) = &mut self.recording {
             recording.take(now, camera);
         }
@@ -192,15 +196,17 @@ impl<'a> App<'a> {
             return Ok(());
         };
         let camera = *self.control.camera();
-        if std::mem::take(&mut self.light) {
+        // Pictures are of the frames that were asked for.
+        let waits = presenter.is_pending();
+        if !waits && std::mem::take(&mut self.light) {
             match desk.stepper().is_open() {
                 true => (self.options.tell)("warning: no screenshot: a step of the frame has no light of its own"),
                 false => split::keep_light(presenter, &self.subject, &camera, &self.options),
             }
         }
         presenter.divide_at(desk.divider.at());
-        let mut kept = std::mem::take(&mut self.screenshot);
-        let mut compared = std::mem::take(&mut self.compare);
+        let mut kept = !waits && std::mem::take(&mut self.screenshot);
+        let mut compared = !waits && std::mem::take(&mut self.compare);
         if (kept || compared) && !presenter.can_copy() {
             (self.options.tell)("warning: no picture: this window's images cannot be copied from");
             (kept, compared) = (false, false);
@@ -229,7 +235,7 @@ impl<'a> App<'a> {
                 fit
             }
             Outcome::Nothing(fit) => {
-                (self.screenshot, self.compare) = (kept, compared);
+                (self.screenshot, self.compare) = (self.screenshot || kept, self.compare || compared);
                 self.again = (fit == Fit::Exact && !self.hidden).then(|| Instant::now() + AGAIN);
                 fit
             }
@@ -246,7 +252,12 @@ impl<'a> App<'a> {
         let (subject, size, begun) = (&mut self.subject, [width, height], Instant::now());
         subject.come_near(self.control.camera());
         let drawn = desk.stepper().drawn_settings(&subject.settings);
-        let fits = match presenter.fit(&subject.scene, &drawn, size) {
+        let was_pending = presenter.is_pending();
+        let fitted = match self.misfit || self.fitted != Some(size) {
+            true => presenter.fit(&subject.scene, &drawn, size).map(|fits| fits.then_some(true)),
+            false => presenter.fit_later(&subject.scene, &drawn, &self.wake).map(Some),
+        };
+        let fits = match fitted {
             Err(error) if desk.take_back(presenter, subject, &error) => {
                 (self.options.tell)(&format!("warning: {error}"));
                 // The reason is shown with the next one.
@@ -255,14 +266,26 @@ impl<'a> App<'a> {
                     self.control = before;
                 }
                 subject.come_near(self.control.camera());
-                presenter.fit(&subject.scene, &subject.settings, size)?
+                presenter.fit(&subject.scene, &subject.settings, size)?.then_some(true)
             }
             fitted => fitted?,
         };
-        if !fits {
-            self.clock.pause();
-            (self.advanced, self.again, self.hidden) = (None, None, true);
-            return Ok(false);
+        match fits {
+            Some(true) => {}
+            // Frames as they were go on.
+            Some(false) => {
+                self.unfit = false;
+                return Ok(true);
+            }
+            None => {
+                self.clock.pause();
+                (self.advanced, self.again, self.hidden) = (None, None, true);
+                return Ok(false);
+            }
+        }
+        if was_pending {
+            // The panels of this frame still tell of the ones before.
+            window.request_redraw();
         }
         self.control_before = None;
         match self.fitted.replace(size) {
@@ -278,7 +301,7 @@ impl<'a> App<'a> {
         if let Some(watch) = &self.watch {
             watch.fitted();
         }
-        (self.unfit, self.hidden) = (false, false);
+        (self.unfit, self.misfit, self.hidden) = (false, false, false);
         Ok(true)
     }
 
@@ -287,11 +310,11 @@ impl<'a> App<'a> {
         match fit {
             Fit::Exact => self.content = false,
             Fit::Suboptimal if self.content => {}
-            Fit::Suboptimal => (self.unfit, self.content) = (true, true),
-            Fit::OutOfDate => self.unfit = true,
+            Fit::Suboptimal => (self.misfit, self.content) = (true, true),
+            Fit::OutOfDate => self.misfit = true,
             Fit::SurfaceLost => self.replace_surface()?,
         }
-        if self.unfit {
+        if self.misfit {
             self.ask_for_frame();
         }
         Ok(())
@@ -300,8 +323,8 @@ impl<'a> App<'a> {
     fn replace_surface(&mut self) -> Result<(), Error> {
         if let (Some(window), Some(presenter)) = (&self.window, &mut self.presenter) {
             presenter.lose_surface();
-            presenter.replace_surface(Surface::new(&self.device, window.clone())?)?;
-            self.unfit = true;
+            presenter.replace_surface(surface_of(&self.device, window)?)?;
+            self.misfit = true;
         }
         Ok(())
     }

@@ -32,6 +32,8 @@ pub struct Facts<'a> {
     pub memory: MemoryReport,
     /// Why the last change was not made.
     pub refused: Option<&'a str>,
+    /// Frames of other settings than those that are shown are being made.
+    pub is_pending: bool,
     /// How far the picture is from the truth, as far as that is known.
     pub error: Option<&'a ErrorMap>,
     pub is_comparing: bool,
@@ -160,7 +162,12 @@ fn show_error(ui: &mut Ui, map: Option<&ErrorMap>) {
 }
 
 fn panels(ui: &mut Ui, facts: &Facts, values: &mut Values) {
-    ui.label(facts.device);
+    ui.horizontal_wrapped(|ui| {
+        ui.label(facts.device);
+        if facts.is_pending {
+            ui.weak("new frames are being made");
+        }
+    });
     graph(ui, facts.intervals);
     if let Some(refused) = facts.refused {
         ui.colored_label(ui.visuals().error_fg_color, refused);

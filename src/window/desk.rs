@@ -117,6 +117,7 @@ impl Desk {
             lights: &subject.scene.lights,
             memory: self.device.memory_report(),
             refused: self.refused.as_deref(),
+            is_pending: presenter.is_pending(),
             error: self.error.as_ref(),
             is_comparing: self.compared.is_some(),
             selected: self.selected.and_then(|selected| selected_of(&subject.scene, selected)),
@@ -215,13 +216,17 @@ impl Desk {
         if let Some(old) = scene {
             *subject = old;
             self.faults.scene = told;
+            self.forget_scene(presenter);
         } else if (&values, &lights) != (&subject.values(), &subject.scene.lights) || was_step && !exchanged {
             (self.refused, self.controls.shown) = (told, true);
         } else if !exchanged {
             return false;
         }
         subject.set(values, lights);
-        self.forget_scene(presenter);
+        self.end_comparison();
+        // The truth has other lights again.
+        self.oracle = None;
+        presenter.change(false);
         true
     }
 
@@ -421,7 +426,8 @@ impl Desk {
         }
         if after.roughness != before.roughness {
             subject.set_roughness(after.roughness);
-            presenter.change(true);
+            // Factors are no part of what lies on the device.
+            presenter.change(false);
             unfit = true;
         }
         if after.settings != before.settings {

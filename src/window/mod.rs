@@ -25,9 +25,10 @@ use std::sync::Arc;
 
 use winit::error::EventLoopError;
 use winit::event_loop::EventLoop;
+use winit::window::Window;
 
 use crate::frame;
-use crate::gpu::{self, Device, Vsync, surface_extensions};
+use crate::gpu::{self, Device, Surface, Vsync, surface_extensions};
 use crate::scene::{CameraPath, Scene, Settings};
 
 pub use clock::Summary;
@@ -122,6 +123,15 @@ impl WindowSystem {
             (Ok(summary), Ok(())) => Ok(summary),
         }
     }
+}
+
+/// A window's surface.
+fn surface_of(device: &Device, window: &Arc<Window>) -> Result<Arc<Surface>, Error> {
+    #[cfg(all(unix, not(target_vendor = "apple")))]
+    let drawn = Arc::new(x11::DrawnWindow::new(Arc::clone(window))?);
+    #[cfg(not(all(unix, not(target_vendor = "apple"))))]
+    let drawn = Arc::clone(window);
+    Ok(Surface::new(device, drawn)?)
 }
 
 /// What winit says, without the place in its sources.

@@ -262,8 +262,19 @@ impl<'a> View<'a> {
 
     /// Waits for the end.
     pub fn ends(mut self) -> (Option<i32>, String, String) {
-        let process = self.process.as_mut().expect("started");
-        let status = until("the program's end", || process.try_wait().expect("can be asked"));
+        let begun = Instant::now();
+        let status = loop {
+            if let Some(status) = self.process.as_mut().expect("started").try_wait().expect("can be asked") {
+                break status;
+            }
+            assert!(
+                begun.elapsed() < PATIENCE,
+                "it does not end; its threads:\n{}it told: {}",
+                self.threads(),
+                self.errors()
+            );
+            sleep(Duration::from_millis(10));
+        };
         let process = self.process.take().expect("started");
         let Output { stdout, .. } = process.wait_with_output().expect("it has ended");
         (status.code(), text(&stdout), self.errors())
@@ -273,6 +284,19 @@ impl<'a> View<'a> {
         let (code, output, errors) = self.ends();
         assert_eq!(code, Some(0), "{output}{errors}");
         output
+    }
+
+    /// What each of its threads is doing, for a test that waits in vain: name, state, where in the kernel it sleeps, system call.
+    fn threads(&self) -> String {
+        let pid = self.process.as_ref().expect("started").id();
+        let tasks = fs::read_dir(format!("/proc/{pid}/task")).map(|tasks| tasks.flatten().collect::<Vec<_>>());
+        let told = |task: &fs::DirEntry| {
+            let read = |name: &str| fs::read_to_string(task.path().join(name)).unwrap_or_default();
+            let status = read("status");
+            let state = status.lines().find(|line| line.starts_with("State:")).unwrap_or_default();
+            format!("{}: {state}, {}, {}\n", read("comm").trim(), read("wchan"), read("syscall").trim())
+        };
+        tasks.unwrap_or_default().iter().map(told).collect()
     }
 
     /// Seconds of CPU time that it has used.

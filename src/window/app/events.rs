@@ -49,7 +49,7 @@ impl ApplicationHandler for App<'_> {
                 events.exit();
             }
             WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => {
-                (self.unfit, self.content, self.hidden) = (true, false, false);
+                (self.misfit, self.content, self.hidden) = (true, false, false);
                 if let Some(desk) = &mut self.desk {
                     desk.end_comparison();
                 }

@@ -1,0 +1,103 @@
+//! A renderer that is being made: what needs the scene comes first, and then what takes a driver's compiler its time.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use ash::vk;
+
+use super::edges::Edges;
+use super::{Drawn, Error, Frame, FrameParts, IN_FLIGHT, InFlight, Renderer};
+use crate::gpu::{self, CommandBuffer, Device, Timestamps};
+use crate::gpu_scene::{GpuScene, ShadowAtlas, SortedIndices, ViewBuffers, view_set_layout};
+use crate::plan::{FramePlan, ShadowCache, World};
+use crate::scene::{Scene, Settings, exposure_scale, metered_ev100};
+
+/// All of a renderer that the scene is needed for.
+pub(super) struct Draft {
+    device: Arc<Device>,
+    plan: FramePlan,
+    edges: Edges,
+    world: World,
+    scene: Arc<GpuScene>,
+}
+
+impl Draft {
+    /// Uploads the scene, unless it is on the device already as the plan has it.
+    ///
+    /// # Errors
+    /// When the device lacks the memory or is lost.
+    pub(super) fn new(
+        device: &Arc<Device>,
+        scene: &Scene,
+        settings: &Settings,
+        (plan, edges): (FramePlan, Edges),
+        uploaded: Option<Arc<GpuScene>>,
+    ) -> Result<Self, Error> {
+        let exposure = match plan.exposes {
+            true => exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(scene))),
+            false => 1.0,
+        };
+        let world = World::of(scene, settings, &plan, exposure);
+        let scene = match uploaded {
+            Some(uploaded) => uploaded,
+            None => Arc::new(GpuScene::new(device, scene, &plan, edges.upload_order())?),
+        };
+        Ok(Self { device: Arc::clone(device), plan, edges, world, scene })
+    }
+
+    /// As [`Renderer::uploaded_for`].
+    #[cfg(feature = "window")]
+    pub(super) fn uploaded_for(&self, plan: &FramePlan) -> Option<Arc<GpuScene>> {
+        self.plan.uploads_as(plan).then(|| Arc::clone(&self.scene))
+    }
+
+    /// Makes every pass, in any thread. `swapchain` has the views of the images that frames are presented in.
+    ///
+    /// # Errors
+    /// When the device lacks the memory, or cannot compile a pipeline.
+    pub(super) fn finish(self, swapchain: &[vk::ImageView]) -> Result<Renderer, Error> {
+        let Self { device, plan, edges, world, scene } = self;
+        let frame_layout = view_set_layout(&device, &plan)?;
+        let atlas = match (&plan.shadow, edges.clear_order()) {
+            (Some(shadow), Some(order)) => Some(ShadowAtlas::new(&device, shadow, IN_FLIGHT, order)?),
+            _ => None,
+        };
+        let frame = Frame::new(&FrameParts {
+            device: &device,
+            plan: &plan,
+            edges: &edges,
+            frame_layout: frame_layout.raw,
+            atlas: atlas.as_ref(),
+            scene: &scene,
+            world: &world,
+            swapchain,
+        })?;
+        let in_flight = |index| {
+            Ok(InFlight {
+                cmd: CommandBuffer::new(&device, &format!("frame {index}"))?,
+                view: ViewBuffers::new(&device, index, frame_layout.raw, &plan, &world)?,
+                sorted: SortedIndices::new(&device, index, &plan)?,
+                times: Timestamps::new(&device, &format!("times of frame {index}"), 8)?,
+                ticket: None,
+                begun: Instant::now(),
+                record_ms: 0.0,
+                drawn: Drawn::default(),
+            })
+        };
+        let frames = (0..IN_FLIGHT).map(in_flight).collect::<gpu::Result<_>>()?;
+        Ok(Renderer {
+            device,
+            plan,
+            edges,
+            world,
+            scene,
+            frame,
+            atlas,
+            shadow_cache: ShadowCache::default(),
+            copy: None,
+            frames,
+            next: 0,
+            frame_layout,
+        })
+    }
+}

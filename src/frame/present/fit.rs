@@ -1,0 +1,179 @@
+//! Frames for the window and the settings as they are: at once, or in a thread of their own while the old ones go on.
+
+use ash::vk;
+
+use super::{Presenter, SPLIT_INTO, desc_for, wishes};
+use crate::frame::draft::Draft;
+use crate::frame::rebuild::{Begun, Made, Rebuild, Wake};
+use crate::frame::{Error, plan_for};
+use crate::gpu::{self, Swapchain, SwapchainDesc, drawn_format};
+use crate::plan::FramePlan;
+use crate::scene::{Scene, Settings};
+
+impl Presenter {
+    /// Makes the swapchain, and all that has the size of the picture, as large as the window is now; `size` where the window system leaves that
+    /// open. The scene on the device, its shadow maps and all pipelines stay, unless the plan of the new size has others. False while the
+    /// window has no pixels. A split that cannot be made is given up: see [`Presenter::refusal`]. Waits for frames that are being made.
+    ///
+    /// # Errors
+    /// When the surface is lost, or the device lacks the memory.
+    pub fn fit(&mut self, scene: &Scene, settings: &Settings, size: [u32; 2]) -> Result<bool, Error> {
+        let changes = self.changes;
+        let begun = self.rebuild.take().filter(|rebuild| rebuild.begun.changes == changes);
+        self.fit_with(scene, settings, size, begun.map(Rebuild::wait))
+    }
+
+    /// The same for a window and a surface that are as they were. What takes a driver's compiler its time is made in another thread: while frames
+    /// go on as they were, it is false, and once `wake` has been called the next call takes the new ones. Another scene than before is fitted at
+    /// once, as a device may not hold two.
+    ///
+    /// # Errors
+    /// As [`Presenter::fit`].
+    pub fn fit_later(&mut self, scene: &Scene, settings: &Settings, wake: &Wake) -> Result<bool, Error> {
+        if self.is_pending() && !self.is_made() {
+            // One at a time: who drags a slider would begin hundreds.
+            return Ok(false);
+        }
+        if self.rebuild.as_ref().is_none_or(|rebuild| rebuild.begun.changes != self.changes) {
+            let begun = Begun::new(self.changes, scene, settings);
+            self.rebuild = self.drafts(scene, settings)?.and_then(|drafts| Rebuild::start(begun, drafts, wake));
+            if self.is_pending() {
+                return Ok(false);
+            }
+        }
+        self.fit(scene, settings, self.desc.size)
+    }
+
+    /// Whether new frames are being made, or wait to be taken.
+    pub fn is_pending(&self) -> bool {
+        self.rebuild.is_some()
+    }
+
+    /// Whether new frames wait to be taken by [`Presenter::fit_later`].
+    pub fn is_made(&mut self) -> bool {
+        self.rebuild.as_mut().is_some_and(Rebuild::is_done)
+    }
+
+    /// What another thread can make into the frames that are asked for: the window's own, and those beside. None if it must be done at once, or
+    /// there is nothing to be made.
+    fn drafts(&self, scene: &Scene, settings: &Settings) -> Result<Option<[Option<Draft>; 2]>, Error> {
+        let (Some(surface), Some(shown), Some(swapchain)) = (&self.surface, &self.renderer, &self.swapchain) else {
+            return Ok(None);
+        };
+        if self.changed == Some(true) {
+            return Ok(None);
+        }
+        let vk::Extent2D { width, height } = swapchain.extent;
+        let settings = Settings { size: [width, height], ..settings.clone() };
+        let plan = plan_for(&self.device, scene, &settings)?;
+        let format = drawn_format(&self.device, surface, desc_for(&plan).encodes)?;
+        let own = self.changed.map(|_| {
+            let plan = plan.presented_as(format).of_one_pixel();
+            let (edges, uploaded) = ((self.edges)(&plan), shown.uploaded_for(&plan));
+            Draft::new(&self.device, scene, &settings, (plan, edges), uploaded)
+        });
+        let own = match own.transpose() {
+            Err(error) if is_for_memory(&error) => return Ok(None),
+            own => own?,
+        };
+        let beside = self
+            .split
+            .as_ref()
+            .and_then(|split| split.draft((scene, &settings), (own.as_ref(), shown, format), self.changed.is_some()));
+        Ok((own.is_some() || beside.is_some()).then_some([own, beside]))
+    }
+
+    /// Takes of what was made whatever can do.
+    fn fit_with(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        size: [u32; 2],
+        mut made: Option<Made>,
+    ) -> Result<bool, Error> {
+        let own = match made.as_mut().and_then(|made| made.own.take()).transpose() {
+            // There is more of it without the old frames.
+            Err(error) if is_for_memory(&error) => None,
+            own => own?,
+        };
+        self.desc = SwapchainDesc { size, wishes: wishes(self.split.is_some()), ..self.desc };
+        let Some((settings, plan)) = self.fit_swapchain(scene, settings)? else { return Ok(false) };
+        let Some(swapchain) = &self.swapchain else { return Ok(false) };
+        let views = swapchain.views();
+        self.screenshot = None;
+        match &mut self.overlay {
+            Some(overlay) if overlay.format() == swapchain.format && self.changed.is_none() => {
+                overlay.resize(&views, swapchain.extent)?
+            }
+            overlay => *overlay = None,
+        }
+        let own = own.filter(|own| own.plan.differs_in_size_only(&plan));
+        let own = own.and_then(|own| made.as_ref()?.caught_up(own, scene, &settings));
+        match (own, &mut self.renderer) {
+            (Some(mut own), renderer) => {
+                // Given up first, so that what has the size of the picture is there only once.
+                *renderer = None;
+                own.resize(plan, &views)?;
+                own.halt_after(self.halted);
+                *renderer = Some(own);
+            }
+            (None, Some(renderer)) if self.changed.is_none() && renderer.plan.differs_in_size_only(&plan) => {
+                renderer.resize(plan, &views)?;
+            }
+            (None, renderer) => {
+                // Given up first: a device may not hold two.
+                if let Some(split) = self.split.as_mut().filter(|_| self.changed == Some(true)) {
+                    split.give_up();
+                }
+                let old = renderer.take().filter(|_| self.changed != Some(true));
+                let uploaded = old.as_ref().and_then(|old| old.uploaded_for(&plan));
+                drop(old);
+                let edges = (self.edges)(&plan);
+                let mut new = Draft::new(&self.device, scene, &settings, (plan, edges), uploaded)?.finish(&views)?;
+                new.halt_after(self.halted);
+                *renderer = Some(new);
+            }
+        }
+        self.fit_split(scene, &settings, made);
+        self.changed = None;
+        Ok(true)
+    }
+
+    /// A swapchain for the window as it is, and the settings and the plan of frames of its size. None while it has no pixels.
+    fn fit_swapchain(&mut self, scene: &Scene, settings: &Settings) -> Result<Option<(Settings, FramePlan)>, Error> {
+        loop {
+            let Some(surface) = &self.surface else { return Ok(None) };
+            let old = self.swapchain.take();
+            self.swapchain = Swapchain::new(&self.device, surface, &self.desc, old)?;
+            let Some(swapchain) = &self.swapchain else { return Ok(None) };
+            let vk::Extent2D { width, height } = swapchain.extent;
+            let settings = Settings { size: [width, height], ..settings.clone() };
+            let plan = plan_for(&self.device, scene, &settings)?;
+            let SwapchainDesc { encodes, usage, .. } = desc_for(&plan);
+            if (encodes, usage) == (self.desc.encodes, self.desc.usage) {
+                return Ok(Some((settings, plan.presented_as(swapchain.format))));
+            }
+            // Frames of other settings may need other images than those before. What they need does not depend on their size.
+            self.desc = SwapchainDesc { encodes, usage, ..self.desc };
+        }
+    }
+
+    /// Makes the other picture as the frames are, or gives it up.
+    fn fit_split(&mut self, scene: &Scene, settings: &Settings, made: Option<Made>) {
+        let (Some(split), Some(renderer), Some(swapchain)) = (&mut self.split, &self.renderer, &self.swapchain) else {
+            return;
+        };
+        let fitted = match swapchain.usage.contains(SPLIT_INTO) {
+            true => split.fit((scene, settings), (renderer, swapchain.format), self.changed, made),
+            false => Err(gpu::Error::Unsupported("this window's images cannot be copied into".into()).into()),
+        };
+        if let Err(error) = fitted {
+            (self.split, self.refused) = (None, Some(error));
+        }
+    }
+}
+
+/// Whether it is memory that lacked.
+fn is_for_memory(error: &Error) -> bool {
+    matches!(error, Error::Gpu(gpu::Error::OutOfMemory { .. } | gpu::Error::Allocator { .. }))
+}

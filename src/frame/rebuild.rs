@@ -1,0 +1,126 @@
+//! Frames that are made in a thread of their own while others go on: a driver may compile for seconds.
+
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::thread::{Builder, JoinHandle};
+
+use super::draft::Draft;
+use super::{Error, Renderer};
+use crate::gpu;
+use crate::scene::{Light, Scene, Settings};
+
+/// Called, from any thread, when there is something new to show.
+pub type Wake = Arc<dyn Fn() + Send + Sync>;
+
+/// What may change of frames without making them anew, as it was when they were begun.
+pub(super) struct Begun {
+    /// How often it had been said that frames are to be others.
+    pub(super) changes: u64,
+    lights: Vec<Light>,
+    /// EV100.
+    exposure: Option<f32>,
+}
+
+impl Begun {
+    pub(super) fn new(changes: u64, scene: &Scene, settings: &Settings) -> Self {
+        Self { changes, lights: scene.lights.clone(), exposure: settings.exposure }
+    }
+
+    /// Takes over what has changed since.
+    ///
+    /// # Errors
+    /// When a changed light needs other pipelines or maps than these frames have.
+    fn catch_up(&self, renderer: &mut Renderer, scene: &Scene, settings: &Settings) -> Result<(), Error> {
+        for (index, (_, new)) in self.lights.iter().zip(&scene.lights).enumerate().filter(|(_, (old, new))| old != new)
+        {
+            renderer.set_light(index, new)?;
+        }
+        match settings.exposure.filter(|_| settings.exposure != self.exposure && renderer.plan.exposes) {
+            Some(ev100) => renderer.set_exposure(ev100),
+            None => Ok(()),
+        }
+    }
+}
+
+/// What came of it.
+pub(super) struct Made {
+    begun: Begun,
+    /// The window's own frames, where they were to be others.
+    pub(super) own: Option<Result<Renderer, Error>>,
+    /// Those of the view beside.
+    pub(super) beside: Option<Result<Renderer, Error>>,
+}
+
+impl Made {
+    /// A renderer that was made, if it can do for the scene and the settings as they are now.
+    pub(super) fn caught_up(&self, mut made: Renderer, scene: &Scene, settings: &Settings) -> Option<Renderer> {
+        self.begun.catch_up(&mut made, scene, settings).is_ok().then_some(made)
+    }
+}
+
+/// The window's own frames and those beside, each where they were to be others.
+type Answer = [Option<Result<Renderer, Error>>; 2];
+
+/// Frames that are being made.
+pub(super) struct Rebuild {
+    pub(super) begun: Begun,
+    told: Receiver<Answer>,
+    made: Option<Answer>,
+    _thread: Thread,
+}
+
+impl Rebuild {
+    /// Begins with the window's own frames and those of the view beside, each where they are to be others. None where the system starts no
+    /// thread.
+    pub(super) fn start(begun: Begun, drafts: [Option<Draft>; 2], wake: &Wake) -> Option<Self> {
+        let (tell, told) = channel();
+        let woken = WakeAtEnd(Arc::clone(wake));
+        let make = move || {
+            // Dropped after the sender, so that who is woken finds an answer, or that none will come.
+            let (_woken, tell) = (woken, tell);
+            // Swapchains come and go with the window: their views are for who takes the frames over.
+            let _ = tell.send(drafts.map(|draft| draft.map(|draft| draft.finish(&[]))));
+        };
+        let thread = Builder::new().name("frames".into()).spawn(make).ok()?;
+        Some(Self { begun, told, made: None, _thread: Thread(Some(thread)) })
+    }
+
+    /// Whether they are made, or never will be.
+    pub(super) fn is_done(&mut self) -> bool {
+        match self.told.try_recv() {
+            Ok(made) => self.made = Some(made),
+            Err(TryRecvError::Empty) => return self.made.is_some(),
+            Err(TryRecvError::Disconnected) => {}
+        }
+        true
+    }
+
+    /// Waits for them.
+    pub(super) fn wait(self) -> Made {
+        let made = self.made.or_else(|| self.told.recv().ok());
+        let ended = || Error::from(gpu::Error::Misuse("the thread that makes frames has ended early".into()));
+        let [own, beside] = made.unwrap_or_else(|| [Some(Err(ended())), None]);
+        Made { begun: self.begun, own, beside }
+    }
+}
+
+/// A thread that is waited for: it holds the device, which must not outlive its window.
+struct Thread(Option<JoinHandle<()>>);
+
+impl Drop for Thread {
+    fn drop(&mut self) {
+        if let Some(thread) = self.0.take() {
+            // A panic was printed where it happened.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Wakes whoever waits, whatever becomes of the thread.
+struct WakeAtEnd(Wake);
+
+impl Drop for WakeAtEnd {
+    fn drop(&mut self) {
+        (self.0)();
+    }
+}
