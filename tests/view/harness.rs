@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 use x11rb::connection::Connection;
+use x11rb::protocol::res::ConnectionExt as _;
 use x11rb::protocol::xproto::{
     AtomEnum, ClientMessageEvent, ConfigureWindowAux, ConnectionExt, EventMask, ImageFormat, InputFocus, MapState,
     Window,
@@ -116,6 +117,11 @@ impl Server {
             (mapped && text(&name.value).contains("Afterlight")).then_some(())
         };
         connection.query_tree(self.root).ok()?.reply().ok()?.children.into_iter().find(|window| named(window).is_some())
+    }
+
+    /// How many connections there are; the test's own is one.
+    pub fn connections(&self) -> usize {
+        self.connection.res_query_clients().expect("sent").reply().expect("the server has X-Resource").clients.len()
     }
 
     pub fn fake(&self, kind: u8, detail: u8, [x, y]: [i16; 2]) {
@@ -225,17 +231,38 @@ impl<'a> View<'a> {
         }
     }
 
-    /// Waits until the picture stands still, and is another one.
+    /// Waits until the picture is another one, and the program draws no more.
     pub fn settles_elsewhere(&mut self, before: &[u8]) -> Vec<u8> {
         until("another picture", || (self.pixels() != before).then_some(()));
-        let mut last = self.pixels();
         until("a still picture", || {
-            sleep(Duration::from_millis(400));
-            let next = std::mem::replace(&mut last, self.pixels());
-            (next == last).then_some(())
+            self.assert_running();
+            self.rests_for(Duration::from_millis(400)).then_some(())
         });
-        self.assert_running();
-        last
+        self.pixels()
+    }
+
+    /// Whether nothing is drawn or computed all that time. On a busy machine a program that would gets little of the processor: whoever is
+    /// ready to run is not at rest.
+    fn rests_for(&self, time: Duration) -> bool {
+        let (begun, used) = (Instant::now(), self.cpu_seconds());
+        while begun.elapsed() < time {
+            if self.states().contains('R') || self.cpu_seconds() > used {
+                return false;
+            }
+            sleep(Duration::from_millis(10));
+        }
+        true
+    }
+
+    /// A letter for each of its threads (proc(5)): R runs or is ready to.
+    fn states(&self) -> String {
+        let pid = self.process.as_ref().expect("started").id();
+        let tasks = fs::read_dir(format!("/proc/{pid}/task")).map(|tasks| tasks.flatten().collect::<Vec<_>>());
+        let state = |task: &fs::DirEntry| {
+            let stat = fs::read_to_string(task.path().join("stat")).ok()?;
+            stat.rsplit(')').next()?.trim().chars().next()
+        };
+        tasks.unwrap_or_default().iter().filter_map(state).collect()
     }
 
     pub fn waits_to_tell(&mut self, word: &str) {

@@ -135,6 +135,21 @@ fn a_hidden_or_still_window_draws_nothing_and_comes_back_as_it_was() {
     view.ends_well();
 }
 
+/// Drivers read events in threads of their own and keep those that are the window's: a program that waits for its connection to have something to
+/// read would not come to know of them.
+#[test]
+fn the_driver_has_a_connection_of_its_own() {
+    let server = Server::start();
+    let without = server.connections();
+    let size = size_text(SIZE);
+    let mut view = View::open(&server, &["builtin:spheres", "--size", &size]);
+    view.shows(&rendered(SIZE, &["builtin:spheres"]), "as it was opened");
+    assert_eq!(server.connections(), without + 2, "one for the window's events, one for the driver");
+    view.close();
+    view.ends_well();
+    assert_eq!(server.connections(), without, "both are closed");
+}
+
 #[test]
 fn a_number_of_frames_is_drawn_timed_and_then_the_window_closes() {
     let server = Server::start();
