@@ -1,5 +1,5 @@
 //! `afterlight view` in a real window: on an X server of each test's own (Xvfb), with synthetic keys and mouse, and what the window shows read
-//! back from the server. All under core and synchronization validation, of which any message is exit code 1.
+//! back from the server; under Wayland on a compositor. All under core and synchronization validation, of which any message is exit code 1.
 #![cfg(all(feature = "window", target_os = "linux"))]
 
 mod changes;
@@ -8,6 +8,7 @@ mod light;
 mod panels;
 mod split;
 mod steps;
+mod wayland;
 
 use std::thread::sleep;
 use std::time::Duration;

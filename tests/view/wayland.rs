@@ -1,0 +1,110 @@
+//! The window under Wayland: on a compositor without a display (Weston), which tells by a screenshot of its own what it shows.
+
+use std::fs::{self, Permissions};
+use std::os::unix::fs::PermissionsExt;
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+
+use image::RgbImage;
+use tempfile::TempDir;
+
+use super::harness::{SIZE, program, rendered, size_text, text, until};
+
+const SOCKET: &str = "afterlight";
+/// Weston before this version names its parts otherwise.
+const OLD: u32 = 12;
+
+struct Compositor {
+    process: Child,
+    folder: TempDir,
+}
+
+impl Compositor {
+    fn start() -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        fs::set_permissions(folder.path(), Permissions::from_mode(0o700)).expect("its owner's");
+        let told = Command::new("weston").arg("--version").output();
+        let told = told.unwrap_or_else(|error| panic!("weston does not start (scripts/setup installs it): {error}"));
+        let number = |version: &str| version.split('.').next()?.parse::<u32>().ok();
+        let version = text(&told.stdout).split_whitespace().last().and_then(number).expect("a version");
+        let how = match version < OLD {
+            true => ["--backend=headless-backend.so", "--use-pixman"],
+            false => ["--backend=headless", "--renderer=pixman"],
+        };
+        let mut command = Command::new("weston");
+        // With --debug any program may take a screenshot.
+        command.args(how).args(["--no-config", "--debug", "--idle-time=0", "--width=800", "--height=600"]);
+        command.arg(format!("--socket={SOCKET}")).env("XDG_RUNTIME_DIR", folder.path());
+        let process = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it has told its version");
+        let compositor = Self { process, folder };
+        until("the compositor", || compositor.folder.path().join(SOCKET).exists().then_some(()));
+        compositor
+    }
+
+    fn has_for(&self, command: &mut Command) {
+        command.env("XDG_RUNTIME_DIR", self.folder.path()).env("WAYLAND_DISPLAY", SOCKET).env_remove("DISPLAY");
+    }
+
+    /// All that it shows, once it can tell.
+    fn screenshot(&self) -> Option<RgbImage> {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let mut command = Command::new("weston-screenshooter");
+        self.has_for(&mut command);
+        let done = command.current_dir(folder.path()).env("XDG_PICTURES_DIR", folder.path()).output();
+        done.expect("it comes with weston");
+        let picture: PathBuf = fs::read_dir(folder.path()).expect("is there").flatten().next()?.path();
+        Some(image::open(picture).ok()?.into_rgb8())
+    }
+
+    fn opens(&self, arguments: &[&str]) -> Child {
+        let mut command = program();
+        self.has_for(&mut command);
+        command.args(["view", "builtin:spheres", "--validate", "--size", &size_text(SIZE)]).args(arguments);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts")
+    }
+}
+
+impl Drop for Compositor {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// Whether the smaller picture is somewhere in the larger one, bit by bit.
+fn contains(large: &RgbImage, small: &[u8], [width, height]: [u16; 2]) -> bool {
+    let (bytes, row) = (3 * usize::from(width), 3 * large.width() as usize);
+    let pixels = large.as_raw();
+    let lies_at = |at: usize| {
+        let mut rows = small.chunks_exact(bytes).enumerate();
+        rows.all(|(y, own)| pixels.get(at + y * row..at + y * row + bytes) == Some(own))
+    };
+    let places = |y: u32| (0..=large.width().saturating_sub(width.into())).map(move |x| (x, y));
+    (0..=large.height().saturating_sub(height.into()))
+        .flat_map(places)
+        .any(|(x, y)| lies_at(y as usize * row + 3 * x as usize))
+}
+
+#[test]
+fn a_window_under_wayland_shows_what_render_draws_and_ends_with_its_compositor() {
+    let compositor = Compositor::start();
+    let expected = rendered(SIZE, &["builtin:spheres"]);
+    let mut view = compositor.opens(&[]);
+    until("the picture", || {
+        assert!(view.try_wait().expect("can be asked").is_none(), "it has ended");
+        compositor.screenshot().filter(|shot| contains(shot, &expected, SIZE))
+    });
+    drop(compositor);
+    let output = view.wait_with_output().expect("it ends");
+    let errors = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(5), "{errors}");
+    assert!(errors.contains("error: the window system failed: its connection broke"), "{errors}");
+}
+
+#[test]
+fn frames_under_wayland_are_drawn_without_a_message() {
+    let compositor = Compositor::start();
+    let output = compositor.opens(&["--frames", "30", "--vsync", "off"]).wait_with_output().expect("it ends");
+    let (told, errors) = (text(&output.stdout), text(&output.stderr));
+    assert!(output.status.success() && told.contains("30 frames shown"), "{told}{errors}");
+}
