@@ -1,12 +1,16 @@
 //! Frames that are presented, on a surface without a display: bit by bit those of a renderer without any, through changes of size and the loss of
-//! the surface. Mesa offers plain images there, which are drawn through sRGB views.
+//! the surface, and while others are made in another thread. Mesa offers plain images there, which are drawn through sRGB views.
 #![cfg(feature = "window")]
 
 mod common;
 
-use afterlight::frame::{Outcome, Picture, Presenter, Renderer};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+
+use afterlight::frame::{Outcome, Picture, Presenter, Renderer, Wake};
 use afterlight::gpu::{Surface, Vsync};
-use afterlight::scene::{LightPath, OpenOptions, Scene, Settings, View, open};
+use afterlight::scene::{LightPath, OpenOptions, Scene, Settings, Tonemap, View, open};
 use common::compare::assert_identical;
 use common::gpu::{Gpu, on_presenting_gpu};
 
@@ -91,5 +95,122 @@ fn a_lost_surface_is_replaced_and_the_frames_go_on() {
                 assert_identical(&shown(&mut presenter, &scene, name), &expected, name);
             }
         }
+    });
+}
+
+/// What is called when frames are made, and how a test comes to know of it.
+fn wake() -> (Wake, Receiver<()>) {
+    let (tell, told) = channel();
+    // Who does not listen any more need not know.
+    (Arc::new(move || _ = tell.send(())), told)
+}
+
+/// Takes frames that are being made in another thread.
+fn take(presenter: &mut Presenter, (scene, settings): (&Scene, &Settings), (wake, woken): (&Wake, &Receiver<()>)) {
+    while !presenter.fit_later(scene, settings, wake).unwrap_or_else(|error| panic!("{error}")) {
+        // Of ones that were taken before it had told as well.
+        woken.recv_timeout(Duration::from_secs(120)).expect("the other thread tells when it is done");
+    }
+    assert!(!presenter.is_pending());
+}
+
+#[test]
+fn frames_go_on_as_they_were_while_others_are_made() {
+    on_presenting_gpu(|gpu| {
+        let (size, (wake, woken)) = (SIZES[0], wake());
+        let of_spheres = |(_, scene, _): &(&str, Scene, Settings)| scene.name == "builtin:spheres";
+        let ways: Vec<_> = ways().into_iter().filter(of_spheres).collect();
+        let (_, scene, first) = &ways[0];
+        let mut presenter = presenter(gpu, scene, first);
+        fit(&mut presenter, scene, first, size);
+        let mut before = rendered(gpu, scene, &Settings { size, ..first.clone() });
+        for (name, _, settings) in ways.iter().cycle().skip(1).take(ways.len()) {
+            presenter.change(false);
+            assert!(!presenter.fit_later(scene, settings, &wake).expect("can be made"), "{name}: not at once");
+            assert_identical(&shown(&mut presenter, scene, name), &before, &format!("before {name}"));
+            take(&mut presenter, (scene, settings), (&wake, &woken));
+            let after = rendered(gpu, scene, &Settings { size, ..settings.clone() });
+            assert_identical(&shown(&mut presenter, scene, name), &after, name);
+            before = after;
+        }
+    });
+}
+
+#[test]
+fn what_changes_while_frames_are_made_is_in_them() {
+    on_presenting_gpu(|gpu| {
+        let (size, (wake, woken)) = (SIZES[0], wake());
+        let (mut scene, settings) = (scene("builtin:spheres"), Settings { samples: 1, ..Settings::default() });
+        let with = |light_path, exposure| Settings { light_path, exposure: Some(exposure), ..settings.clone() };
+        let (first, second) = (with(LightPath::Loop, 9.0), with(LightPath::Forward, 9.0));
+        let mut presenter = presenter(gpu, &scene, &first);
+        fit(&mut presenter, &scene, &first, size);
+
+        // A light and the exposure, which both the old frames and the new ones take as they are.
+        presenter.change(false);
+        assert!(!presenter.fit_later(&scene, &second, &wake).expect("can be made"));
+        scene.lights[0].intensity *= 0.25;
+        presenter.set_light(0, &scene.lights[0]).expect("needs nothing else");
+        presenter.set_exposure(8.0).expect("is an exposure");
+        let (first, second) = (with(LightPath::Loop, 8.0), with(LightPath::Forward, 8.0));
+        let expected = |settings: &Settings, size| rendered(gpu, &scene, &Settings { size, ..settings.clone() });
+        assert_identical(&shown(&mut presenter, &scene, "old"), &expected(&first, size), "the old frames");
+        take(&mut presenter, (&scene, &second), (&wake, &woken));
+        assert_identical(&shown(&mut presenter, &scene, "new"), &expected(&second, size), "the new frames");
+
+        // Others are asked for before these are made: they are never shown.
+        presenter.change(false);
+        assert!(!presenter.fit_later(&scene, &first, &wake).expect("can be made"));
+        presenter.change(false);
+        let third = with(LightPath::Clustered, 8.0);
+        take(&mut presenter, (&scene, &third), (&wake, &woken));
+        assert_identical(&shown(&mut presenter, &scene, "third"), &expected(&third, size), "those asked for last");
+
+        // The window takes another size: it waits for what is being made, and that has the new size.
+        presenter.change(false);
+        assert!(!presenter.fit_later(&scene, &second, &wake).expect("can be made"));
+        fit(&mut presenter, &scene, &second, SIZES[2]);
+        assert!(!presenter.is_pending());
+        assert_identical(&shown(&mut presenter, &scene, "sized"), &expected(&second, SIZES[2]), "at another size");
+
+        // What cannot be planned leaves the frames as they are.
+        presenter.change(false);
+        let none = Settings { light_path: LightPath::Compute, msaa: 4, ..second.clone() };
+        assert!(presenter.fit_later(&scene, &none, &wake).is_err() && !presenter.is_pending());
+        assert_identical(&shown(&mut presenter, &scene, "refused"), &expected(&second, SIZES[2]), "after a refusal");
+    });
+}
+
+#[test]
+fn a_view_beside_the_picture_is_made_while_the_picture_is_shown_alone() {
+    on_presenting_gpu(|gpu| {
+        let (size, (wake, woken)) = (SIZES[0], wake());
+        let (scene, settings) = (scene("builtin:spheres"), Settings { samples: 1, size, ..Settings::default() });
+        let alone = rendered(gpu, &scene, &settings);
+        let beside = rendered(gpu, &scene, &Settings { view: View::Normal, ..settings.clone() });
+        let mut presenter = presenter(gpu, &scene, &settings);
+        fit(&mut presenter, &scene, &settings, size);
+        presenter.show_beside(Some(View::Normal));
+        assert!(!presenter.fit_later(&scene, &settings, &wake).expect("can be made"));
+        assert_identical(&shown(&mut presenter, &scene, "alone"), &alone, "while the other is made");
+        take(&mut presenter, (&scene, &settings), (&wake, &woken));
+        presenter.divide_at(0.0);
+        assert_identical(&shown(&mut presenter, &scene, "beside"), &beside, "right of the divider");
+        // Both are made anew when the frames are.
+        let mapped = Settings { light_path: LightPath::Clustered, tonemap: Tonemap::Aces, ..settings.clone() };
+        presenter.divide_at(1.0);
+        presenter.change(false);
+        assert!(!presenter.fit_later(&scene, &mapped, &wake).expect("can be made"));
+        assert_identical(&shown(&mut presenter, &scene, "before"), &alone, "left of the divider, as it was");
+        take(&mut presenter, (&scene, &mapped), (&wake, &woken));
+        assert_identical(&shown(&mut presenter, &scene, "left"), &rendered(gpu, &scene, &mapped), "left of it");
+        presenter.divide_at(0.0);
+        assert_identical(&shown(&mut presenter, &scene, "right"), &beside, "right of it");
+        // Where there is no such view, the picture is shown alone.
+        let forward = Settings { light_path: LightPath::Forward, ..settings };
+        presenter.change(false);
+        take(&mut presenter, (&scene, &forward), (&wake, &woken));
+        assert!(presenter.refusal().is_some() && presenter.beside().is_none());
+        assert_identical(&shown(&mut presenter, &scene, "refused"), &rendered(gpu, &scene, &forward), "alone");
     });
 }
