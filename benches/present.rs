@@ -1,7 +1,11 @@
 //! What it takes to show frames, on a surface without a display: a frame against the same one of a renderer that shows it to nobody, a change of
 //! size, and changes of settings, which make frames anew. Each is timed as the CPU meets it, from the call until the device is done.
 //!
+//! A change is first made as a window makes it, in another thread while frames go on as they were: told are how long the new ones take, and the
+//! longest of the old ones meanwhile. Then it is made at once.
+//!
 //! Where the driver has no such surfaces, the changes alone, by renderers that are made anew with all that is on the device: an upper bound.
+//! With AFTERLIGHT_PIPELINE_CACHE empty nothing is left of earlier runs but what the driver itself keeps.
 //!
 //! `cargo bench --bench present -- [SCENE] [--size WxH] [--frames N]`
 
@@ -10,7 +14,7 @@ use std::ffi::CStr;
 use std::sync::Arc;
 use std::time::Instant;
 
-use afterlight::frame::{Presenter, Renderer};
+use afterlight::frame::{Presenter, Renderer, Wake};
 use afterlight::gpu::{self, Device, DeviceChoice, HEADLESS, Instance, InstanceOptions, Surface, Validation, Vsync};
 use afterlight::measure::Distribution;
 use afterlight::scene::{GbufferChoice, GbufferPreset, LightPath, OpenOptions, Scene, Settings, View, open};
@@ -49,57 +53,110 @@ fn main() -> Result<()> {
             println!("{why}: renderers are made anew");
             let device = Device::new(&Instance::new(&options)?, &DeviceChoice::Auto)?;
             println!("{spec}, {width}x{height}, on {}", device.physical.name);
-            return each_change(&settings, frames, |settings| made_anew(&device, &scene, settings));
+            return each_change(&mut Apart { device: &device, scene: &scene }, &settings, frames);
         }
         instance => instance?,
     };
     let device = Device::with_extensions(&instance, &DeviceChoice::Auto, &[SWAPCHAIN])?;
     println!("{spec}, {width}x{height}, on {}; medians, and from the 5th to the 95th percentile", device.physical.name);
     let surface = Surface::headless(&device)?;
-    let mut shown =
-        Shown { presenter: Presenter::new(&device, surface, &scene, &settings, Vsync::Off)?, scene: &scene };
+    let mut shown = Shown {
+        device: &device,
+        presenter: Presenter::new(&device, surface, &scene, &settings, Vsync::Off)?,
+        scene: &scene,
+    };
     shown.fit(&settings)?;
-    compare(&device, &mut shown, &settings, frames)?;
+    compare(&mut shown, &settings, frames)?;
     let [width, height] = size;
     let smaller = Settings { size: [width - width / 5, height - height / 5], ..settings.clone() };
     let mut resizes = Vec::new();
     for number in 0..frames {
-        resizes.push(shown.timed(&device, if number % 2 == 0 { &smaller } else { &settings }, false)?);
+        resizes.push(shown.timed(if number % 2 == 0 { &smaller } else { &settings })?);
     }
     tell("a change of size and its frame", resizes)?;
     shown.fit(&settings)?;
-    each_change(&settings, frames, |settings| shown.timed(&device, settings, true))
+    each_change(&mut shown, &settings, frames)
 }
 
-/// Tells how long `timed` takes for each change, the first time and again.
-fn each_change(settings: &Settings, frames: usize, mut timed: impl FnMut(&Settings) -> Result<f64>) -> Result<()> {
+/// How frames come to be others.
+trait Changes {
+    /// In another thread, with frames of settings that were drawn `before` going on meanwhile.
+    fn later(&mut self, before: &Settings, after: &Settings) -> Result<Meanwhile>;
+    /// Milliseconds until a frame of these settings is drawn that are taken at once.
+    fn at_once(&mut self, settings: &Settings) -> Result<f64>;
+}
+
+/// Milliseconds of a change that is made in another thread.
+struct Meanwhile {
+    /// From when it was asked for to its first frame.
+    all: f64,
+    /// Of each frame meanwhile, and where frames are taken over by a window, of the first new one, with what it takes to take it.
+    frames: Vec<f64>,
+}
+
+/// Tells how long each change takes, the first time and again.
+fn each_change(changes: &mut impl Changes, settings: &Settings, frames: usize) -> Result<()> {
     for (name, change) in CHANGES {
         let mut changed = settings.clone();
         change(&mut changed);
-        let first = timed(&changed)?;
-        timed(settings)?;
+        let first = changes.later(settings, &changed)?;
+        changes.at_once(settings)?;
         let mut again = Vec::new();
         for _ in 0..(frames / 8).max(2) {
-            again.push(timed(&changed)?);
-            timed(settings)?;
+            again.push(changes.at_once(&changed)?);
+            changes.at_once(settings)?;
         }
-        tell(&format!("{name}, first {first:.1} ms, then"), again)?;
+        let meanwhile = match Distribution::of(first.frames) {
+            Some(own) => format!("{} frames of {:.1} ms, at most {:.1} ms", own.count, own.median, own.max),
+            None => "no frame".to_owned(),
+        };
+        println!("{name}: first after {:.1} ms, meanwhile {meanwhile}", first.all);
+        tell("again, at once", again)?;
     }
     Ok(())
 }
 
-/// Milliseconds until a renderer of its own has drawn a frame.
-fn made_anew(device: &Arc<Device>, scene: &Scene, settings: &Settings) -> Result<f64> {
-    device.wait_idle()?;
-    let begun = Instant::now();
-    let mut renderer = Renderer::new(device, scene, settings)?;
-    renderer.render(&scene.camera)?;
-    device.wait_idle()?;
-    Ok(milliseconds(begun))
+/// A scene that is drawn without a surface.
+struct Apart<'a> {
+    device: &'a Arc<Device>,
+    scene: &'a Scene,
+}
+
+impl Changes for Apart<'_> {
+    fn later(&mut self, before: &Settings, after: &Settings) -> Result<Meanwhile> {
+        let (device, scene) = (self.device, self.scene);
+        let mut shown = Renderer::new(device, scene, before)?;
+        shown.render(&scene.camera)?;
+        shown.wait()?;
+        let (begun, mut frames) = (Instant::now(), Vec::new());
+        let mut made = std::thread::scope(|scope| -> Result<Renderer> {
+            let made = scope.spawn(|| Renderer::new(device, scene, after));
+            while !made.is_finished() {
+                let begun = Instant::now();
+                shown.render(&scene.camera)?;
+                shown.wait()?;
+                frames.push(milliseconds(begun));
+            }
+            Ok(made.join().map_err(|_| "the other thread has panicked")??)
+        })?;
+        made.render(&scene.camera)?;
+        made.wait()?;
+        Ok(Meanwhile { all: milliseconds(begun), frames })
+    }
+
+    fn at_once(&mut self, settings: &Settings) -> Result<f64> {
+        self.device.wait_idle()?;
+        let begun = Instant::now();
+        let mut renderer = Renderer::new(self.device, self.scene, settings)?;
+        renderer.render(&self.scene.camera)?;
+        self.device.wait_idle()?;
+        Ok(milliseconds(begun))
+    }
 }
 
 /// A scene on a surface.
 struct Shown<'a> {
+    device: &'a Arc<Device>,
     presenter: Presenter,
     scene: &'a Scene,
 }
@@ -117,22 +174,44 @@ impl Shown<'_> {
         Ok(())
     }
 
-    /// Milliseconds of a change and the frame after it.
-    fn timed(&mut self, device: &Device, settings: &Settings, is_other: bool) -> Result<f64> {
-        device.wait_idle()?;
+    /// Milliseconds of what it takes to fit these settings, and of the frame after it.
+    fn timed(&mut self, settings: &Settings) -> Result<f64> {
+        self.device.wait_idle()?;
         let begun = Instant::now();
-        if is_other {
-            self.presenter.change(false);
-        }
         self.fit(settings)?;
         self.draw()?;
-        device.wait_idle()?;
+        self.device.wait_idle()?;
         Ok(milliseconds(begun))
     }
 }
 
+impl Changes for Shown<'_> {
+    fn later(&mut self, _: &Settings, after: &Settings) -> Result<Meanwhile> {
+        // It asks by itself.
+        let wake: Wake = Arc::new(|| {});
+        let (begun, mut frames) = (Instant::now(), Vec::new());
+        self.presenter.change(false);
+        loop {
+            let frame = Instant::now();
+            let made = self.presenter.fit_later(self.scene, after, &wake)?;
+            self.draw()?;
+            self.device.wait_idle()?;
+            frames.push(milliseconds(frame));
+            if made {
+                return Ok(Meanwhile { all: milliseconds(begun), frames });
+            }
+        }
+    }
+
+    fn at_once(&mut self, settings: &Settings) -> Result<f64> {
+        self.presenter.change(false);
+        self.timed(settings)
+    }
+}
+
 /// Frames in turn: one that is shown, and one that is not.
-fn compare(device: &Arc<Device>, shown: &mut Shown, settings: &Settings, frames: usize) -> Result<()> {
+fn compare(shown: &mut Shown, settings: &Settings, frames: usize) -> Result<()> {
+    let device = shown.device;
     let mut alone = Renderer::new(device, shown.scene, settings)?;
     let (mut presented, mut rendered, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
     for number in 0..frames + 4 {
