@@ -36,9 +36,9 @@ fn ways() -> Vec<(&'static str, Scene, Settings)> {
     ]
 }
 
-/// The picture of a frame that is shown, of the second: the first may wait for nobody.
+/// The picture of a frame that is shown, of the last of three: the first may wait for nobody, and the second's picture lies where the last one's does.
 fn shown(presenter: &mut Presenter, scene: &Scene, what: &str) -> Picture {
-    for copied in [false, true] {
+    for copied in [false, true, true] {
         let drawn = presenter.draw(&scene.camera, copied, None).unwrap_or_else(|error| panic!("{what}: {error}"));
         assert!(matches!(drawn, Outcome::Shown(_)), "{what}: {drawn:?}");
     }

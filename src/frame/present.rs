@@ -184,7 +184,8 @@ impl Presenter {
     }
 
     /// Draws a frame and has it shown. Waits for the frame before the last, and a moment for an image. With `copied`, its picture can be had
-    /// from [`Presenter::picture`], with the view beside it, without the panels that lie over it.
+    /// from [`Presenter::picture`], with the view beside it, without the panels that lie over it; then it waits for the last frame as well, whose
+    /// picture may lie in the same place.
     ///
     /// # Errors
     /// When the device is lost or out of memory, or cannot draw from this camera; the image cannot be copied from.
@@ -200,6 +201,9 @@ impl Presenter {
                 return Err(gpu::Error::Unsupported("this window's images cannot be copied from".into()).into());
             }
             self.screenshot = Some(Copy::new(&self.device, &renderer.plan)?);
+        }
+        if copied {
+            renderer.wait()?;
         }
         if let Some(split) = &mut self.split {
             split.draw(camera)?;

@@ -86,7 +86,7 @@ pub struct Swapchain {
     pub present_mode: vk::PresentModeKHR,
     /// What they are used for: what was asked for, and of the wishes what the surface allows.
     pub usage: vk::ImageUsageFlags,
-    surface: Arc<Surface>,
+    _surface: Arc<Surface>,
     device: Arc<Device>,
 }
 
@@ -151,7 +151,7 @@ impl Swapchain {
             extent,
             present_mode,
             usage,
-            surface,
+            _surface: surface,
             device,
         };
         swapchain.images = swapchain.list_images()?;
@@ -228,11 +228,6 @@ impl Swapchain {
             Ok(suboptimal) => Ok(fit_of(suboptimal)),
             Err(result) => misfit(result).ok_or_else(|| Error::vulkan("presenting a frame", result)),
         }
-    }
-
-    /// The surface that it shows images on.
-    pub fn surface(&self) -> &Arc<Surface> {
-        &self.surface
     }
 }
 

@@ -102,8 +102,8 @@ impl Stepper {
         whole: &Settings,
         planned: impl Fn(&Settings) -> Result<FramePlan, plan::Error>,
     ) -> bool {
+        let before = self.drawn_settings(whole);
         let Some(old) = &self.shown else { return false };
-        let before = old.drawn_settings();
         let found = stepped(whole, planned).ok().and_then(|mut shown| {
             shown.now = shown.steps.iter().position(|&step| step == old.step())?;
             Some(shown)
@@ -114,8 +114,8 @@ impl Stepper {
 
     /// Does what was asked for on the panel. True if the presenter must be fitted again.
     pub fn obey(&mut self, presenter: &mut Presenter, whole: &Settings) -> bool {
+        let before = self.drawn_settings(whole);
         let (Some(wish), Some(shown)) = (self.wish.take(), &mut self.shown) else { return false };
-        let before = shown.drawn_settings();
         let now = match wish {
             Wish::Turn { back } => turned(Some(shown.now), shown.steps.len(), back),
             Wish::Show(place) => Some(place).filter(|&place| place < shown.steps.len()),
