@@ -72,7 +72,9 @@ impl Overlay {
         if !shown {
             self.state.egui_input_mut().events.clear();
         }
-        Taken { consumed: consumed && shown, changes: response.repaint && shown }
+        // A frame that is drawn is none that must be drawn again, as egui-winit says of each.
+        let changes = response.repaint && !matches!(event, WindowEvent::RedrawRequested);
+        Taken { consumed: consumed && shown, changes: changes && shown }
     }
 
     fn is_over_a_panel(&self) -> bool {

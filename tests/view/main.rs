@@ -14,7 +14,7 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use harness::{BUTTON_PRESS, BUTTON_RELEASE, MOTION, SIZE, Server, View, key, program, rendered, rgb, size_text, text};
-use x11rb::protocol::xproto::ConnectionExt;
+use x11rb::protocol::xproto::{ConnectionExt, InputFocus};
 
 /// Each way in which the last pass writes the picture: LIGHTING, FORWARD, TONEMAP after blending, a resolve, FXAA's pass, and the copy of what
 /// a compute pass wrote.
@@ -132,6 +132,11 @@ fn a_hidden_or_still_window_draws_nothing_and_comes_back_as_it_was() {
     idles(&view, "a hidden");
     server.connection.map_window(view.window).expect("sent").check().expect("a window");
     view.shows(&expected, "when it is back");
+    let focused = server.connection.set_input_focus(InputFocus::PARENT, view.window, x11rb::CURRENT_TIME);
+    focused.expect("sent").check().expect("the window takes the keys");
+    server.tap(key::G);
+    view.settles_elsewhere(&expected);
+    idles(&view, "with panels, a still");
     view.close();
     view.ends_well();
 }
