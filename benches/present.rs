@@ -14,7 +14,7 @@ use std::ffi::CStr;
 use std::sync::Arc;
 use std::time::Instant;
 
-use afterlight::frame::{Presenter, Renderer, Wake};
+use afterlight::frame::{Fitted, Presenter, Renderer, Wake};
 use afterlight::gpu::{self, Device, DeviceChoice, HEADLESS, Instance, InstanceOptions, Surface, Validation, Vsync};
 use afterlight::measure::Distribution;
 use afterlight::scene::{GbufferChoice, GbufferPreset, LightPath, OpenOptions, Scene, Settings, View, open};
@@ -197,7 +197,7 @@ impl Changes for Shown<'_> {
             self.draw()?;
             self.device.wait_idle()?;
             frames.push(milliseconds(frame));
-            if made {
+            if made != Fitted::Pending {
                 return Ok(Meanwhile { all: milliseconds(begun), frames });
             }
         }

@@ -8,9 +8,9 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
-use afterlight::frame::{Outcome, Picture, Presenter, Renderer, Wake};
+use afterlight::frame::{Fitted, Outcome, Picture, Presenter, Renderer, Wake};
 use afterlight::gpu::{Surface, Vsync};
-use afterlight::scene::{LightPath, OpenOptions, Scene, Settings, Tonemap, View, open};
+use afterlight::scene::{Light, LightPath, OpenOptions, Scene, Settings, Tonemap, View, open};
 use common::compare::assert_identical;
 use common::gpu::{Gpu, on_presenting_gpu};
 
@@ -107,11 +107,13 @@ fn wake() -> (Wake, Receiver<()>) {
 
 /// Takes frames that are being made in another thread.
 fn take(presenter: &mut Presenter, (scene, settings): (&Scene, &Settings), (wake, woken): (&Wake, &Receiver<()>)) {
-    while !presenter.fit_later(scene, settings, wake).unwrap_or_else(|error| panic!("{error}")) {
-        // Of ones that were taken before it had told as well.
-        woken.recv_timeout(Duration::from_secs(120)).expect("the other thread tells when it is done");
+    loop {
+        match presenter.fit_later(scene, settings, wake).unwrap_or_else(|error| panic!("{error}")) {
+            // Of ones that were taken before it had told as well.
+            Fitted::Pending => woken.recv_timeout(Duration::from_secs(120)).expect("the other thread tells"),
+            fitted => return assert_eq!((fitted, presenter.is_pending()), (Fitted::Taken, false)),
+        }
     }
-    assert!(!presenter.is_pending());
 }
 
 #[test]
@@ -126,7 +128,7 @@ fn frames_go_on_as_they_were_while_others_are_made() {
         let mut before = rendered(gpu, scene, &Settings { size, ..first.clone() });
         for (name, _, settings) in ways.iter().cycle().skip(1).take(ways.len()) {
             presenter.change(false);
-            assert!(!presenter.fit_later(scene, settings, &wake).expect("can be made"), "{name}: not at once");
+            assert_eq!(presenter.fit_later(scene, settings, &wake).expect("can be made"), Fitted::Pending, "{name}");
             assert_identical(&shown(&mut presenter, scene, name), &before, &format!("before {name}"));
             take(&mut presenter, (scene, settings), (&wake, &woken));
             let after = rendered(gpu, scene, &Settings { size, ..settings.clone() });
@@ -148,7 +150,7 @@ fn what_changes_while_frames_are_made_is_in_them() {
 
         // A light and the exposure, which both the old frames and the new ones take as they are.
         presenter.change(false);
-        assert!(!presenter.fit_later(&scene, &second, &wake).expect("can be made"));
+        assert_eq!(presenter.fit_later(&scene, &second, &wake).expect("can be made"), Fitted::Pending);
         scene.lights[0].intensity *= 0.25;
         presenter.set_light(0, &scene.lights[0]).expect("needs nothing else");
         presenter.set_exposure(8.0).expect("is an exposure");
@@ -158,9 +160,27 @@ fn what_changes_while_frames_are_made_is_in_them() {
         take(&mut presenter, (&scene, &second), (&wake, &woken));
         assert_identical(&shown(&mut presenter, &scene, "new"), &expected(&second, size), "the new frames");
 
+        // A light that the old frames do not have: those that are being made have it at its newest.
+        let mut lit = scene.clone();
+        lit.lights.push(Light { intensity: 0.0, ..scene.lights[0].clone() });
+        let last = lit.lights.len() - 1;
+        presenter.change(true);
+        fit(&mut presenter, &lit, &second, size);
+        for intensity in [10.0, 20.0, 40.0] {
+            lit.lights[last].intensity = intensity;
+            assert!(presenter.set_light(last, &lit.lights[last]).is_err(), "it was dark when its scene was planned");
+            presenter.change_for_light();
+            assert_eq!(presenter.fit_later(&lit, &second, &wake).expect("can be made"), Fitted::Pending);
+        }
+        take(&mut presenter, (&lit, &second), (&wake, &woken));
+        let brightest = rendered(gpu, &lit, &Settings { size, ..second.clone() });
+        assert_identical(&shown(&mut presenter, &lit, "lit"), &brightest, "with one light more");
+        presenter.change(true);
+        fit(&mut presenter, &scene, &second, size);
+
         // Others are asked for before these are made: they are never shown.
         presenter.change(false);
-        assert!(!presenter.fit_later(&scene, &first, &wake).expect("can be made"));
+        assert_eq!(presenter.fit_later(&scene, &first, &wake).expect("can be made"), Fitted::Pending);
         presenter.change(false);
         let third = with(LightPath::Clustered, 8.0);
         take(&mut presenter, (&scene, &third), (&wake, &woken));
@@ -168,7 +188,7 @@ fn what_changes_while_frames_are_made_is_in_them() {
 
         // The window takes another size: it waits for what is being made, and that has the new size.
         presenter.change(false);
-        assert!(!presenter.fit_later(&scene, &second, &wake).expect("can be made"));
+        assert_eq!(presenter.fit_later(&scene, &second, &wake).expect("can be made"), Fitted::Pending);
         fit(&mut presenter, &scene, &second, SIZES[2]);
         assert!(!presenter.is_pending());
         assert_identical(&shown(&mut presenter, &scene, "sized"), &expected(&second, SIZES[2]), "at another size");
@@ -191,7 +211,7 @@ fn a_view_beside_the_picture_is_made_while_the_picture_is_shown_alone() {
         let mut presenter = presenter(gpu, &scene, &settings);
         fit(&mut presenter, &scene, &settings, size);
         presenter.show_beside(Some(View::Normal));
-        assert!(!presenter.fit_later(&scene, &settings, &wake).expect("can be made"));
+        assert_eq!(presenter.fit_later(&scene, &settings, &wake).expect("can be made"), Fitted::Pending);
         assert_identical(&shown(&mut presenter, &scene, "alone"), &alone, "while the other is made");
         take(&mut presenter, (&scene, &settings), (&wake, &woken));
         presenter.divide_at(0.0);
@@ -200,7 +220,7 @@ fn a_view_beside_the_picture_is_made_while_the_picture_is_shown_alone() {
         let mapped = Settings { light_path: LightPath::Clustered, tonemap: Tonemap::Aces, ..settings.clone() };
         presenter.divide_at(1.0);
         presenter.change(false);
-        assert!(!presenter.fit_later(&scene, &mapped, &wake).expect("can be made"));
+        assert_eq!(presenter.fit_later(&scene, &mapped, &wake).expect("can be made"), Fitted::Pending);
         assert_identical(&shown(&mut presenter, &scene, "before"), &alone, "left of the divider, as it was");
         take(&mut presenter, (&scene, &mapped), (&wake, &woken));
         assert_identical(&shown(&mut presenter, &scene, "left"), &rendered(gpu, &scene, &mapped), "left of it");

@@ -26,7 +26,7 @@ pub use complexity::Complexity;
 pub use deferred::Deferred;
 pub use forward::ForwardFrame;
 #[cfg(feature = "window")]
-pub use present::{Outcome, Presenter};
+pub use present::{Fitted, Outcome, Presenter};
 #[cfg(feature = "window")]
 pub use rebuild::Wake;
 pub use tiled::TiledFrame;

@@ -2,6 +2,8 @@
 
 mod fit;
 
+pub use fit::Fitted;
+
 use std::sync::Arc;
 
 use ash::vk;
@@ -33,6 +35,8 @@ pub enum Outcome {
 /// Draws frames of one scene into a window.
 pub struct Presenter {
     device: Arc<Device>,
+    /// Frames that are being made. Before the swapchain, which is destroyed while nothing is submitted.
+    rebuild: Option<Rebuild>,
     /// None between one that is lost and the next.
     surface: Option<Arc<Surface>>,
     desc: SwapchainDesc,
@@ -57,8 +61,6 @@ pub struct Presenter {
     refused: Option<Error>,
     /// How often it was said that frames are to be others.
     changes: u64,
-    /// Those that are being made.
-    rebuild: Option<Rebuild>,
     times: FrameTimes,
 }
 
@@ -154,16 +156,27 @@ impl Presenter {
         self.split.as_mut().map_or(Ok(()), |split| split.set_exposure(ev100))
     }
 
-    /// Halts frames after so many lights, those of a next plan as well: see [`Renderer::halt_after`].
+    /// As [`Presenter::change`], because of a light that [`Presenter::set_light`] has refused. Frames that are being made may have what it needs.
+    pub fn change_for_light(&mut self) {
+        if self.changed.is_none() || self.rebuild.is_none() {
+            self.change(false);
+        }
+    }
+
+    /// Halts frames after so many lights, or, after [`Presenter::change`], only those that are to come: see [`Renderer::halt_after`].
     pub fn halt_after(&mut self, lights: Option<usize>) {
         self.halted = lights;
-        if let Some(renderer) = &mut self.renderer {
+        if let Some(renderer) = self.renderer.as_mut().filter(|_| self.changed.is_none()) {
             renderer.halt_after(lights);
         }
     }
 
     /// Gives up a surface that is lost, with its swapchain: a window may not have two.
     pub fn lose_surface(&mut self) {
+        // A swapchain is destroyed while nothing is submitted.
+        if let Some(rebuild) = &mut self.rebuild {
+            rebuild.finish();
+        }
         (self.swapchain, self.surface) = (None, None);
     }
 

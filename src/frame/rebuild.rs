@@ -95,16 +95,22 @@ impl Rebuild {
         true
     }
 
+    /// Waits for them, and keeps them.
+    pub(super) fn finish(&mut self) {
+        self.made = self.made.take().or_else(|| self.told.recv().ok());
+    }
+
     /// Waits for them.
-    pub(super) fn wait(self) -> Made {
-        let made = self.made.or_else(|| self.told.recv().ok());
+    pub(super) fn wait(mut self) -> Made {
+        self.finish();
+        let made = self.made;
         let ended = || Error::from(gpu::Error::Misuse("the thread that makes frames has ended early".into()));
         let [own, beside] = made.unwrap_or_else(|| [Some(Err(ended())), None]);
         Made { begun: self.begun, own, beside }
     }
 }
 
-/// A thread that is waited for: it holds the device, which must not outlive its window.
+/// A thread that is waited for: when a window's session ends, nothing of its device may be left.
 struct Thread(Option<JoinHandle<()>>);
 
 impl Drop for Thread {

@@ -62,7 +62,7 @@ impl Split {
 
     /// Makes what draws the other picture, for a swapchain of this format: of `settings`, which are those of the window's frames, but for the
     /// view. `changed` as in [`super::Presenter::change`]; `beside` draws the window's own frames, and shares the scene on the device where the
-    /// two plans have it the same. What another thread has `made` is taken, if it can do.
+    /// two plans have it the same. What another thread has `made` is taken, if it can do: then it is true.
     ///
     /// # Errors
     /// When the view cannot be planned with these settings, or the device lacks the memory.
@@ -72,7 +72,7 @@ impl Split {
         (beside, format): (&Renderer, vk::Format),
         changed: Option<bool>,
         made: Option<Made>,
-    ) -> Result<(), Error> {
+    ) -> Result<bool, Error> {
         let device = &beside.device;
         let settings = Settings { view: self.view, ..settings.clone() };
         let plan = plan_for(device, scene, &settings)?.copied_to(format);
@@ -80,6 +80,7 @@ impl Split {
             let new = made.beside.take()?.ok().filter(|new| new.plan.differs_in_size_only(&plan))?;
             made.caught_up(new, scene, &settings)
         });
+        let taken = made.is_some();
         match (made, &mut self.renderer) {
             (Some(mut new), renderer) => {
                 *renderer = None;
@@ -97,7 +98,7 @@ impl Split {
                 *renderer = Some(Draft::new(device, scene, &settings, (plan, edges), uploaded)?.finish(&[])?);
             }
         }
-        Ok(())
+        Ok(taken)
     }
 
     /// Draws the other picture, in a submission of its own.

@@ -22,7 +22,7 @@ use super::recorder::Recorder;
 use super::subject::Subject;
 use super::watch::Watch;
 use super::{Error, Options, surface_of};
-use crate::frame::{self, Outcome, Presenter};
+use crate::frame::{self, Fitted, Outcome, Presenter};
 use crate::gpu::{self, Device, Fit, vk};
 use crate::reference::View;
 use crate::scene::{Scene, Settings};
@@ -254,8 +254,8 @@ impl<'a> App<'a> {
         let drawn = desk.stepper().drawn_settings(&subject.settings);
         let was_pending = presenter.is_pending();
         let fitted = match self.misfit || self.fitted != Some(size) {
-            true => presenter.fit(&subject.scene, &drawn, size).map(|fits| fits.then_some(true)),
-            false => presenter.fit_later(&subject.scene, &drawn, &self.wake).map(Some),
+            true => presenter.fit(&subject.scene, &drawn, size).map(at_once),
+            false => presenter.fit_later(&subject.scene, &drawn, &self.wake),
         };
         let fits = match fitted {
             Err(error) if desk.take_back(presenter, subject, &error) => {
@@ -266,18 +266,21 @@ impl<'a> App<'a> {
                     self.control = before;
                 }
                 subject.come_near(self.control.camera());
-                presenter.fit(&subject.scene, &subject.settings, size)?.then_some(true)
+                at_once(presenter.fit(&subject.scene, &subject.settings, size)?)
             }
             fitted => fitted?,
         };
         match fits {
-            Some(true) => {}
-            // Frames as they were go on.
-            Some(false) => {
+            Fitted::Taken | Fitted::AtOnce => {}
+            Fitted::Pending => {
                 self.unfit = false;
+                if !was_pending {
+                    // The panels of this frame do not tell of it yet.
+                    window.request_redraw();
+                }
                 return Ok(true);
             }
-            None => {
+            Fitted::Nothing => {
                 self.clock.pause();
                 (self.advanced, self.again, self.hidden) = (None, None, true);
                 return Ok(false);
@@ -469,6 +472,10 @@ impl<'a> App<'a> {
             self.ask_for_frame();
         }
     }
+}
+
+fn at_once(fits: bool) -> Fitted {
+    if fits { Fitted::AtOnce } else { Fitted::Nothing }
 }
 
 /// Tells when frames are not shown as they were asked to be.

@@ -242,7 +242,7 @@ fn picture(ui: &mut Ui, facts: &Facts, values: &mut Values) {
     settings.depth_prepass = prepass;
 }
 
-/// The scene is uploaded anew for another value, so that it changes when the slider is let go.
+/// Frames are made anew for another value, so that it changes when the slider is let go.
 fn roughness(ui: &mut Ui, roughness: &mut Option<f32>) {
     ui.horizontal(|ui| {
         let mut overrides = roughness.is_some();

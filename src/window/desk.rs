@@ -403,12 +403,15 @@ impl Desk {
         if !after.lights.is_empty() || after.roughness != before.roughness {
             self.oracle = None;
         }
-        let has_other_lights = !after.lights.is_empty();
+        let mut taken = Vec::new();
         for (index, light) in after.lights {
-            // One that needs other pipelines or maps than before.
-            if presenter.set_light(index, &light).is_err() {
-                presenter.change(false);
-                unfit = true;
+            match presenter.set_light(index, &light) {
+                Ok(()) => taken.push(index),
+                // One that needs other pipelines or maps than before.
+                Err(_) => {
+                    presenter.change_for_light();
+                    unfit = true;
+                }
             }
             subject.scene.lights[index] = light;
         }
@@ -420,8 +423,8 @@ impl Desk {
         // What the frames have already is nothing to go back behind.
         if let Some((values, lights)) = self.fitted.as_mut().filter(|_| self.before.subject.is_none()) {
             (values.exposure, values.settings.exposure) = (subject.exposure, subject.settings.exposure);
-            if has_other_lights && !unfit {
-                lights.clone_from(&subject.scene.lights);
+            for index in taken {
+                lights[index] = subject.scene.lights[index].clone();
             }
         }
         if after.roughness != before.roughness {

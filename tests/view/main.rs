@@ -13,7 +13,9 @@ mod wayland;
 use std::thread::sleep;
 use std::time::Duration;
 
-use harness::{BUTTON_PRESS, BUTTON_RELEASE, MOTION, SIZE, Server, View, key, program, rendered, rgb, size_text, text};
+use harness::{
+    BUTTON_PRESS, BUTTON_RELEASE, MOTION, SIZE, Server, View, key, program, rendered, rgb, size_text, text, until,
+};
 use x11rb::protocol::xproto::{ConnectionExt, InputFocus};
 
 /// Each way in which the last pass writes the picture: LIGHTING, FORWARD, TONEMAP after blending, a resolve, FXAA's pass, and the copy of what
@@ -153,7 +155,7 @@ fn the_driver_has_a_connection_of_its_own() {
     assert_eq!(server.connections(), without + 2, "one for the window's events, one for the driver");
     view.close();
     view.ends_well();
-    assert_eq!(server.connections(), without, "both are closed");
+    until("both to be closed", || (server.connections() == without).then_some(()));
 }
 
 #[test]

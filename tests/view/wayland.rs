@@ -3,12 +3,14 @@
 use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 use image::RgbImage;
 use tempfile::TempDir;
 
-use super::harness::{SIZE, program, rendered, size_text, text, until};
+use super::harness::{PATIENCE, SIZE, program, rendered, size_text, text, until};
 
 const SOCKET: &str = "afterlight";
 /// Weston before this version names its parts otherwise.
@@ -41,8 +43,10 @@ impl Compositor {
         compositor
     }
 
+    /// Has a program draw on it, and on nothing else.
     fn has_for(&self, command: &mut Command) {
-        command.env("XDG_RUNTIME_DIR", self.folder.path()).env("WAYLAND_DISPLAY", SOCKET).env_remove("DISPLAY");
+        command.env("XDG_RUNTIME_DIR", self.folder.path()).env("WAYLAND_DISPLAY", SOCKET);
+        command.env_remove("DISPLAY").env_remove("WAYLAND_SOCKET");
     }
 
     /// All that it shows, once it can tell.
@@ -71,6 +75,19 @@ impl Drop for Compositor {
     }
 }
 
+/// What has become of a program that ends by itself.
+fn end(mut program: Child) -> Output {
+    let begun = Instant::now();
+    while program.try_wait().expect("can be asked").is_none() {
+        if begun.elapsed() > PATIENCE {
+            let _ = program.kill();
+            panic!("waited in vain for the program's end: {:?}", program.wait_with_output());
+        }
+        sleep(Duration::from_millis(10));
+    }
+    program.wait_with_output().expect("it has ended")
+}
+
 /// Whether the smaller picture is somewhere in the larger one, bit by bit.
 fn contains(large: &RgbImage, small: &[u8], [width, height]: [u16; 2]) -> bool {
     let (bytes, row) = (3 * usize::from(width), 3 * large.width() as usize);
@@ -95,7 +112,7 @@ fn a_window_under_wayland_shows_what_render_draws_and_ends_with_its_compositor()
         compositor.screenshot().filter(|shot| contains(shot, &expected, SIZE))
     });
     drop(compositor);
-    let output = view.wait_with_output().expect("it ends");
+    let output = end(view);
     let errors = text(&output.stderr);
     assert_eq!(output.status.code(), Some(5), "{errors}");
     assert!(errors.contains("error: the window system failed: its connection broke"), "{errors}");
@@ -104,7 +121,7 @@ fn a_window_under_wayland_shows_what_render_draws_and_ends_with_its_compositor()
 #[test]
 fn frames_under_wayland_are_drawn_without_a_message() {
     let compositor = Compositor::start();
-    let output = compositor.opens(&["--frames", "30", "--vsync", "off"]).wait_with_output().expect("it ends");
+    let output = end(compositor.opens(&["--frames", "30", "--vsync", "off"]));
     let (told, errors) = (text(&output.stdout), text(&output.stderr));
     assert!(output.status.success() && told.contains("30 frames shown"), "{told}{errors}");
 }

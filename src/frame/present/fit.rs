@@ -10,6 +10,19 @@ use crate::gpu::{self, Swapchain, SwapchainDesc, drawn_format};
 use crate::plan::FramePlan;
 use crate::scene::{Scene, Settings};
 
+/// What became of frames that were asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fitted {
+    /// They are there, as another thread has made them.
+    Taken,
+    /// They are there, made by the thread that asked.
+    AtOnce,
+    /// They are being made, and those before go on.
+    Pending,
+    /// The window has no pixels.
+    Nothing,
+}
+
 impl Presenter {
     /// Makes the swapchain, and all that has the size of the picture, as large as the window is now; `size` where the window system leaves that
     /// open. The scene on the device, its shadow maps and all pipelines stay, unless the plan of the new size has others. False while the
@@ -20,28 +33,31 @@ impl Presenter {
     pub fn fit(&mut self, scene: &Scene, settings: &Settings, size: [u32; 2]) -> Result<bool, Error> {
         let changes = self.changes;
         let begun = self.rebuild.take().filter(|rebuild| rebuild.begun.changes == changes);
-        self.fit_with(scene, settings, size, begun.map(Rebuild::wait))
+        Ok(self.fit_with(scene, settings, size, begun.map(Rebuild::wait))? != Fitted::Nothing)
     }
 
-    /// The same for a window and a surface that are as they were. What takes a driver's compiler its time is made in another thread: while frames
-    /// go on as they were, it is false, and once `wake` has been called the next call takes the new ones. Another scene than before is fitted at
-    /// once, as a device may not hold two.
+    /// The same for a window and a surface that are as they were. What takes a driver's compiler its time is made in another thread: while it is
+    /// [`Fitted::Pending`], frames go on as they were, and once `wake` has been called the next call takes the new ones. Another scene than before
+    /// is fitted at once, as a device may not hold two.
     ///
     /// # Errors
     /// As [`Presenter::fit`].
-    pub fn fit_later(&mut self, scene: &Scene, settings: &Settings, wake: &Wake) -> Result<bool, Error> {
-        if self.is_pending() && !self.is_made() {
+    pub fn fit_later(&mut self, scene: &Scene, settings: &Settings, wake: &Wake) -> Result<Fitted, Error> {
+        if self.is_pending() && !self.is_made() && self.changed != Some(true) {
             // One at a time: who drags a slider would begin hundreds.
-            return Ok(false);
+            return Ok(Fitted::Pending);
         }
         if self.rebuild.as_ref().is_none_or(|rebuild| rebuild.begun.changes != self.changes) {
+            // Of settings that are not asked for any more.
+            self.rebuild = None;
             let begun = Begun::new(self.changes, scene, settings);
             self.rebuild = self.drafts(scene, settings)?.and_then(|drafts| Rebuild::start(begun, drafts, wake));
             if self.is_pending() {
-                return Ok(false);
+                return Ok(Fitted::Pending);
             }
         }
-        self.fit(scene, settings, self.desc.size)
+        let made = self.rebuild.take().map(Rebuild::wait);
+        self.fit_with(scene, settings, self.desc.size, made)
     }
 
     /// Whether new frames are being made, or wait to be taken.
@@ -90,15 +106,18 @@ impl Presenter {
         settings: &Settings,
         size: [u32; 2],
         mut made: Option<Made>,
-    ) -> Result<bool, Error> {
+    ) -> Result<Fitted, Error> {
         let own = match made.as_mut().and_then(|made| made.own.take()).transpose() {
-            // There is more of it without the old frames.
-            Err(error) if is_for_memory(&error) => None,
+            // There is more of it without the old frames, and what was made beside.
+            Err(error) if is_for_memory(&error) => {
+                made = None;
+                None
+            }
             own => own?,
         };
         self.desc = SwapchainDesc { size, wishes: wishes(self.split.is_some()), ..self.desc };
-        let Some((settings, plan)) = self.fit_swapchain(scene, settings)? else { return Ok(false) };
-        let Some(swapchain) = &self.swapchain else { return Ok(false) };
+        let Some((settings, plan)) = self.fit_swapchain(scene, settings)? else { return Ok(Fitted::Nothing) };
+        let Some(swapchain) = &self.swapchain else { return Ok(Fitted::Nothing) };
         let views = swapchain.views();
         self.screenshot = None;
         match &mut self.overlay {
@@ -109,6 +128,7 @@ impl Presenter {
         }
         let own = own.filter(|own| own.plan.differs_in_size_only(&plan));
         let own = own.and_then(|own| made.as_ref()?.caught_up(own, scene, &settings));
+        let mut taken = own.is_some();
         match (own, &mut self.renderer) {
             (Some(mut own), renderer) => {
                 // Given up first, so that what has the size of the picture is there only once.
@@ -134,9 +154,9 @@ impl Presenter {
                 *renderer = Some(new);
             }
         }
-        self.fit_split(scene, &settings, made);
+        taken |= self.fit_split(scene, &settings, made);
         self.changed = None;
-        Ok(true)
+        Ok(if taken { Fitted::Taken } else { Fitted::AtOnce })
     }
 
     /// A swapchain for the window as it is, and the settings and the plan of frames of its size. None while it has no pixels.
@@ -158,18 +178,19 @@ impl Presenter {
         }
     }
 
-    /// Makes the other picture as the frames are, or gives it up.
-    fn fit_split(&mut self, scene: &Scene, settings: &Settings, made: Option<Made>) {
+    /// Makes the other picture as the frames are, or gives it up. Whether it is what another thread has made.
+    fn fit_split(&mut self, scene: &Scene, settings: &Settings, made: Option<Made>) -> bool {
         let (Some(split), Some(renderer), Some(swapchain)) = (&mut self.split, &self.renderer, &self.swapchain) else {
-            return;
+            return false;
         };
         let fitted = match swapchain.usage.contains(SPLIT_INTO) {
             true => split.fit((scene, settings), (renderer, swapchain.format), self.changed, made),
             false => Err(gpu::Error::Unsupported("this window's images cannot be copied into".into()).into()),
         };
-        if let Err(error) = fitted {
+        fitted.unwrap_or_else(|error| {
             (self.split, self.refused) = (None, Some(error));
-        }
+            false
+        })
     }
 }
 

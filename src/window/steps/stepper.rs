@@ -131,12 +131,12 @@ impl Stepper {
     /// Has the presenter draw what is shown now, where frames were drawn with `before`.
     fn show(&mut self, presenter: &mut Presenter, whole: &Settings, before: &Settings) -> bool {
         let halt = self.shown.as_ref().and_then(|shown| shown.step().halt(&shown.plan));
-        presenter.halt_after(halt);
         self.is_new = self.shown.is_some();
         let is_other = self.drawn_settings(whole) != *before;
         if is_other {
             presenter.change(false);
         }
+        presenter.halt_after(halt);
         is_other
     }
 
