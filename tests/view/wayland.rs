@@ -104,18 +104,20 @@ fn contains(large: &RgbImage, small: &[u8], [width, height]: [u16; 2]) -> bool {
 
 #[test]
 fn a_window_under_wayland_shows_what_render_draws_and_ends_with_its_compositor() {
-    let compositor = Compositor::start();
     let expected = rendered(SIZE, &["builtin:spheres"]);
-    let mut view = compositor.opens(&[]);
-    until("the picture", || {
-        assert!(view.try_wait().expect("can be asked").is_none(), "it has ended");
-        compositor.screenshot().filter(|shot| contains(shot, &expected, SIZE))
-    });
-    drop(compositor);
-    let output = end(view);
-    let errors = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(5), "{errors}");
-    assert!(errors.contains("error: the window system failed: its connection broke"), "{errors}");
+    for (arguments, what) in [(&[][..], "a still window"), (&["--frames", "1000000"], "one that draws")] {
+        let compositor = Compositor::start();
+        let mut view = compositor.opens(arguments);
+        until("the picture", || {
+            assert!(view.try_wait().expect("can be asked").is_none(), "{what} has ended");
+            compositor.screenshot().filter(|shot| contains(shot, &expected, SIZE))
+        });
+        drop(compositor);
+        let output = end(view);
+        let errors = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(5), "{what}: {errors}");
+        assert!(errors.contains("error: the window system failed: its connection broke"), "{what}: {errors}");
+    }
 }
 
 #[test]
