@@ -72,7 +72,7 @@ fn a_camera_that_is_zoomed_stays_so_when_the_scene_is_read_again() {
     let nearer = view.settles_elsewhere(&first);
     fs::write(&file, format!("{scene}# The same.\n")).expect("written");
     view.waits_to_tell("scene: read again");
-    std::thread::sleep(std::time::Duration::from_millis(500));
+    view.rests();
     view.shows(&nearer, "as near as before");
     server.tap(key::R);
     view.shows(&first, "as it was opened");

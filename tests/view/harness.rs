@@ -234,11 +234,16 @@ impl<'a> View<'a> {
     /// Waits until the picture is another one, and the program draws no more.
     pub fn settles_elsewhere(&mut self, before: &[u8]) -> Vec<u8> {
         until("another picture", || (self.pixels() != before).then_some(()));
-        until("a still picture", || {
-            self.assert_running();
-            self.rests_for(Duration::from_millis(400)).then_some(())
-        });
+        self.rests();
         self.pixels()
+    }
+
+    /// Waits until the program has done all that it was asked for, and draws no more.
+    pub fn rests(&mut self) {
+        until("the program's rest", || {
+            self.assert_running();
+            self.rests_for(Duration::from_millis(250)).then_some(())
+        });
     }
 
     /// Whether nothing is drawn or computed all that time. On a busy machine a program that would gets little of the processor: whoever is

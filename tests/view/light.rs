@@ -119,13 +119,13 @@ fn what_is_changed_on_a_panel_is_in_the_light() {
     view.shows(&rendered(tall, &shown), "as it was opened");
     let before = keep_light(&server, &mut view, 1);
     server.tap(key::G);
-    sleep(Duration::from_millis(500));
+    view.rests();
     // The box before "all roughness", as the panel is laid out.
     server.fake(MOTION, 0, ROUGHNESS);
-    sleep(Duration::from_millis(200));
+    view.rests();
     server.fake(BUTTON_PRESS, 1, [0; 2]);
     server.fake(BUTTON_RELEASE, 1, [0; 2]);
-    sleep(Duration::from_millis(500));
+    view.rests();
     assert!(keep_light(&server, &mut view, 2) != before, "the roughness is as it was");
     server.tap(key::P);
     view.waits_to_tell("afterlight-0001.png");

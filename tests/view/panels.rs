@@ -61,7 +61,9 @@ fn panels_stay_through_changes_of_size_and_take_the_mouse() {
     let shown = view.settles_elsewhere(&before);
     // Dragging on a panel moves the panel, and not the camera.
     server.fake(MOTION, 0, [100, 24]);
+    view.rests();
     server.fake(BUTTON_PRESS, 1, [0; 2]);
+    view.rests();
     server.fake(MOTION, 0, [140, 24]);
     server.fake(MOTION, 0, [180, 24]);
     server.fake(BUTTON_RELEASE, 1, [0; 2]);
@@ -84,7 +86,7 @@ fn what_is_changed_on_a_panel_is_drawn_as_if_it_had_been_asked_for() {
     view.settles_elsewhere(&before);
     // The box before "FXAA", as the panel is laid out.
     server.fake(MOTION, 0, [44, 408]);
-    sleep(Duration::from_millis(200));
+    view.rests();
     let pointed = view.pixels();
     server.fake(BUTTON_PRESS, 1, [0; 2]);
     server.fake(BUTTON_RELEASE, 1, [0; 2]);
@@ -172,7 +174,7 @@ fn a_click_selects_and_t_compares_and_escape_ends_both_before_it_quits() {
     let before = rendered(LARGE, &[scene]);
     view.shows(&before, "as it was opened");
     server.fake(MOTION, 0, [240, 200]);
-    sleep(Duration::from_millis(100));
+    view.rests();
     server.fake(BUTTON_PRESS, 1, [0; 2]);
     server.fake(BUTTON_RELEASE, 1, [0; 2]);
     let selected = view.settles_elsewhere(&before);
@@ -187,7 +189,7 @@ fn a_click_selects_and_t_compares_and_escape_ends_both_before_it_quits() {
     server.press(key::W);
     sleep(Duration::from_secs(2));
     server.release(key::W);
-    sleep(Duration::from_secs(1));
+    view.rests();
     server.tap(key::R);
     view.shows(&before, "when the camera has moved and is back");
     server.tap(key::T);

@@ -57,17 +57,17 @@ fn told(view: &View) -> [String; 2] {
     [left.to_owned(), right.to_owned()]
 }
 
-fn drag(server: &Server, from: [i16; 2], to: [i16; 2]) {
+fn drag(server: &Server, view: &mut View, from: [i16; 2], to: [i16; 2]) {
     server.fake(MOTION, 0, from);
-    let pause = || sleep(Duration::from_millis(300));
     // A panel looks at what has happened once a frame.
-    pause();
+    view.rests();
     server.fake(BUTTON_PRESS, 1, [0; 2]);
-    pause();
+    view.rests();
     server.fake(MOTION, 0, [(from[0] + to[0]) / 2, to[1]]);
     server.fake(MOTION, 0, to);
-    pause();
+    view.rests();
     server.fake(BUTTON_RELEASE, 1, [0; 2]);
+    view.rests();
 }
 
 #[test]
@@ -94,8 +94,7 @@ fn each_side_of_the_divider_is_bit_by_bit_what_its_view_shows_alone() {
         let shown = shots.take(&server);
         assert!(shown == joined(&left, &right, width, width / 2), "{what}: split in the middle");
 
-        drag(&server, [80, 50], [40, 60]);
-        sleep(Duration::from_millis(200));
+        drag(&server, &mut shots.view, [80, 50], [40, 60]);
         assert!(shots.take(&server) == joined(&left, &right, width, 40), "{what}: the divider was dragged");
         // Besides the divider, and below the names, the window shows the same.
         let (window, expected) = (shots.view.pixels(), joined(&left, &right, width, 40));
@@ -107,7 +106,7 @@ fn each_side_of_the_divider_is_bit_by_bit_what_its_view_shows_alone() {
 
         let last = [200u16, 120];
         shots.view.resize(last.map(u32::from));
-        sleep(Duration::from_millis(300));
+        shots.view.rests();
         let [left, right] = [of(last, &views[0]), of(last, &views[1])];
         assert!(shots.take(&server) == joined(&left, &right, 200, 50), "{what}: of another size");
 
@@ -145,8 +144,7 @@ fn the_divider_shows_where_it_can_be_held_and_a_double_click_ends_the_split() {
     });
 
     // Beside the divider the mouse turns the camera, on it it does not.
-    drag(&server, [82, 60], [82, 30]);
-    sleep(Duration::from_millis(600));
+    drag(&server, &mut view, [82, 60], [82, 30]);
     let shown = view.pixels();
     let rows = shown.chunks_exact(3 * usize::from(SIZE[0])).zip(split.chunks_exact(3 * usize::from(SIZE[0])));
     // The words and the divider are in the middle.
@@ -194,10 +192,9 @@ fn what_is_changed_on_a_panel_is_so_on_both_sides_and_what_only_one_can_do_ends_
         super::harness::until("the next view", || (shots.view.errors().len() > told_before).then_some(()));
     }
     server.tap(key::G);
-    sleep(Duration::from_millis(500));
+    shots.view.rests();
     // Exposure, on its slider; then the box before "FXAA".
-    drag(&server, EXPOSURE, [EXPOSURE[0] - 12, EXPOSURE[1]]);
-    sleep(Duration::from_millis(300));
+    drag(&server, &mut shots.view, EXPOSURE, [EXPOSURE[0] - 12, EXPOSURE[1]]);
     let exposed = shots.take(&server);
     let alone = [rendered(tall, &[scene]), rendered(tall, &[scene, "--view", "lighting"])];
     assert!(exposed != joined(&alone[0], &alone[1], 480, 240), "the exposure is as it was");
@@ -220,9 +217,9 @@ fn what_is_changed_on_a_panel_is_so_on_both_sides_and_what_only_one_can_do_ends_
     server.tap(key::X);
     shots.view.waits_to_tell("split: final | position");
     server.tap(key::G);
-    sleep(Duration::from_millis(500));
+    shots.view.rests();
     server.fake(MOTION, 0, [44, 408]);
-    sleep(Duration::from_millis(200));
+    shots.view.rests();
     server.fake(BUTTON_PRESS, 1, [0; 2]);
     server.fake(BUTTON_RELEASE, 1, [0; 2]);
     shots.view.waits_to_tell("the window cannot be split so: anti-aliasing: FXAA would blur");
