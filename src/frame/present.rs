@@ -49,6 +49,8 @@ pub struct Presenter {
     /// What was said of the frames has changed, and with `true` the scene itself.
     changed: Option<bool>,
     screenshot: Option<Copy>,
+    /// It holds, or will hold, a picture that nobody has read.
+    is_copied: bool,
     /// Only while something is shown over the picture.
     overlay: Option<Overlay>,
     /// After how many lights frames are halted.
@@ -89,6 +91,7 @@ impl Presenter {
             swapchain: None,
             changed: None,
             screenshot: None,
+            is_copied: false,
             overlay: None,
             halted: None,
             edges: Box::new(edges::table),
@@ -197,8 +200,8 @@ impl Presenter {
     }
 
     /// Draws a frame and has it shown. Waits for the frame before the last, and a moment for an image. With `copied`, its picture can be had
-    /// from [`Presenter::picture`], with the view beside it, without the panels that lie over it; then it waits for the last frame as well, whose
-    /// picture may lie in the same place.
+    /// from [`Presenter::picture`], with the view beside it, without the panels that lie over it; then it waits for the last frame as well, if
+    /// that has a picture which nobody has read.
     ///
     /// # Errors
     /// When the device is lost or out of memory, or cannot draw from this camera; the image cannot be copied from.
@@ -215,7 +218,8 @@ impl Presenter {
             }
             self.screenshot = Some(Copy::new(&self.device, &renderer.plan)?);
         }
-        if copied {
+        if copied && self.is_copied {
+            // Two pictures would be written in one place.
             renderer.wait()?;
         }
         if let Some(split) = &mut self.split {
@@ -250,6 +254,7 @@ impl Presenter {
         // The rows "acquire" and "present".
         let wait = (acquired.raw, renderer.edges.row("acquire").after.stage);
         renderer.submit(recorded, &[wait], &[image.drawn.raw])?;
+        self.is_copied |= copied;
         // What is given up before a frame is submitted could be destroyed before the frame is done.
         if let (Some(overlay), Some(panels)) = (&mut self.overlay, panels) {
             overlay.forget(&panels.spent);
@@ -270,6 +275,7 @@ impl Presenter {
         };
         // The row "copy-to-host".
         renderer.wait()?;
+        self.is_copied = false;
         let format = if copies(swapchain) { swapchain.format } else { renderer.plan.output };
         picture_of(copy, renderer.plan.size, format)
     }
