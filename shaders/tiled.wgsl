@@ -1,7 +1,8 @@
 // TILED: every light on every pixel by compute, from a stored G-buffer. A work group is a tile of pixels; it tests the lights against
 // the tile's frustum together, keeps a bit for each in shared memory, and then each pixel goes over the bits in the lights' order.
 // always: LIGHTS STORED
-// variants: UNIFORM_BUFFER SHADOW MATERIAL SPECULAR POSITION NORMAL_UINT EMISSIVE LINEAR_OUTPUT
+// variants: UNIFORM_BUFFER SHADOW MATERIAL SPECULAR POSITION NORMAL_UINT EMISSIVE LINEAR_OUTPUT HALF_OUTPUT
+// excludes: LINEAR_OUTPUT HALF_OUTPUT
 // requires: SPECULAR -> MATERIAL
 // precise
 #import afterlight::frame::{across, distance_at, frame, ORTHOGRAPHIC}
@@ -51,6 +52,8 @@ var<immediate> push: Push;
 #endif
 #ifdef LINEAR_OUTPUT
 @group(1) @binding(7) var output: texture_storage_2d<rgba32float, write>;
+#else ifdef HALF_OUTPUT
+@group(1) @binding(7) var output: texture_storage_2d<rgba16float, write>;
 #else
 @group(1) @binding(7) var output: texture_storage_2d<rgba8unorm, write>;
 #endif
@@ -218,7 +221,10 @@ fn main(
         light = tone_map(light, OPERATOR);
     }
 #ifndef LINEAR_OUTPUT
+#ifndef HALF_OUTPUT
+    // Bytes, which no hardware encodes as they are stored.
     light = encode_srgb(light);
+#endif
 #endif
     store(id.xy, light);
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use crate::gpu::{self, Device, Framebuffer, Image, ImageDesc, Location, MemoryKind, framebuffer};
-use crate::plan::{COUNT, DEPTH, FramePlan, Shading, TRIANGLE};
+use crate::plan::{COUNT, Canvas, DEPTH, FramePlan, Shading, TRIANGLE};
 
 /// What an attachment holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -97,7 +97,7 @@ pub fn attachments(plan: &FramePlan) -> Vec<Attachment> {
     // What reads the output after the pass.
     let (final_layout, usage) = match plan.fxaa {
         true => (vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL, vk::ImageUsageFlags::SAMPLED),
-        false => (picture_layout(plan), vk::ImageUsageFlags::TRANSFER_SRC),
+        false => (picture_layout(plan), picture_usage(plan)),
     };
     list.push(Attachment {
         target: Target::Output,
@@ -119,6 +119,19 @@ pub fn picture_layout(plan: &FramePlan) -> vk::ImageLayout {
     match plan.draws_into_swapchain() {
         true => vk::ImageLayout::PRESENT_SRC_KHR,
         false => vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+    }
+}
+
+/// How a picture of the frame's own is used after the last pass.
+pub fn picture_usage(plan: &FramePlan) -> vk::ImageUsageFlags {
+    let copied = vk::ImageUsageFlags::TRANSFER_SRC;
+    match plan.presented {
+        // SPLIT and OVERLAY draw over it, and ENCODE reads it.
+        Some(Canvas::Own(_)) => {
+            let over = vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::COLOR_ATTACHMENT;
+            copied | over | vk::ImageUsageFlags::SAMPLED
+        }
+        _ => copied,
     }
 }
 
@@ -164,7 +177,7 @@ pub fn storage_output(plan: &FramePlan) -> Option<Attachment> {
         load: vk::AttachmentLoadOp::DONT_CARE,
         store: vk::AttachmentStoreOp::STORE,
         final_layout: vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
-        usage: vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::TRANSFER_SRC,
+        usage: vk::ImageUsageFlags::STORAGE | picture_usage(plan),
     })
 }
 

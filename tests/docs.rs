@@ -10,7 +10,7 @@ use std::process::Command;
 
 use afterlight::frame::edges;
 use afterlight::gpu::vk;
-use afterlight::plan::{Capabilities, FramePlan};
+use afterlight::plan::{Canvas, Capabilities, Encoded, FramePlan, Transfer};
 use afterlight::scene::{
     AlphaMode, Brdf, HdrFormat, LightPath, OpenOptions, Scene, Settings, TARGETS, Tonemap, Transparency, View, builtin,
     open,
@@ -271,13 +271,15 @@ fn the_architecture_lists_every_dependency_with_its_reason() {
 fn the_architecture_lists_what_a_window_adds() {
     let scene = open("builtin:hall", &OpenOptions::default()).expect("it is built in");
     let headless = listed_dependencies(0);
-    for (number, light_path, format) in
-        [(5, LightPath::Clustered, vk::Format::B8G8R8A8_SRGB), (6, LightPath::Compute, vk::Format::B8G8R8A8_UNORM)]
+    let straight = Canvas::Swapchain(vk::Format::B8G8R8A8_SRGB);
+    let encoded = Canvas::Own(Encoded { transfer: Transfer::Srgb, headroom: 1.0 });
+    for (number, light_path, canvas) in
+        [(5, LightPath::Clustered, straight), (6, LightPath::Compute, straight), (7, LightPath::Clustered, encoded)]
     {
         let plan = FramePlan::of(&scene, &Settings { light_path, ..Settings::default() }, &device()).expect("a plan");
         let rows = |plan: &FramePlan| -> Vec<String> { edges::table(plan).iter().map(row).collect() };
         let before = rows(&plan);
-        let mut added = rows(&plan.presented_as(format));
+        let mut added = rows(&plan.presented_as(canvas));
         added.retain(|row| !before.contains(row) && !headless.contains(row));
         assert_eq!(listed_dependencies(number), added, "{light_path}: it should be\n{}", added.join("\n"));
     }

@@ -20,7 +20,7 @@ use afterlight::frame::edges::{self, Edge, Edges};
 use afterlight::frame::{capabilities, experiment};
 use afterlight::gpu::{self, Device, DeviceChoice, Instance, InstanceOptions, MessageKind, Validation, vk};
 // `samples` looks for these in the parent module.
-use afterlight::plan::{Capabilities, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB};
+use afterlight::plan::{Canvas, Capabilities, Encoded, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, Transfer};
 use afterlight::scene;
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
@@ -37,19 +37,29 @@ struct Case {
     scene: Scene,
     settings: Settings,
     /// Its frames are presented, with whatever may lie over them.
-    presented: bool,
+    presented: Option<Way>,
+}
+
+/// How pictures come into a swapchain's images. No dependency tells in which format, or how they are encoded.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Way {
+    Straight,
+    Encoded,
 }
 
 impl Case {
     fn plan(&self, device: &Capabilities) -> Result<FramePlan, Error> {
         let plan = FramePlan::of(&self.scene, &self.settings, device)?;
-        Ok(if self.presented { presented(plan) } else { plan })
+        Ok(self.presented.map_or_else(|| plan.clone(), |way| presented(plan.clone(), way)))
     }
 }
 
-/// As a window has the plan. No dependency tells in which format.
-fn presented(plan: FramePlan) -> FramePlan {
-    plan.presented_as(vk::Format::B8G8R8A8_SRGB)
+/// As a window has the plan.
+fn presented(plan: FramePlan, way: Way) -> FramePlan {
+    plan.presented_as(match way {
+        Way::Straight => Canvas::Swapchain(vk::Format::B8G8R8A8_SRGB),
+        Way::Encoded => Canvas::Own(Encoded { transfer: Transfer::Srgb, headroom: 1.0 }),
+    })
 }
 
 /// Surfaces under the sky's light.
@@ -112,7 +122,7 @@ fn cases() -> Vec<Case> {
         let shadows = ShadowSettings { cache: false, size: 64, ..ShadowSettings::default() };
         let mut settings = Settings { shadows, light_path: LightPath::Loop, ..own(&scene, 32, 18) };
         changes.iter().for_each(|change| change(&mut settings));
-        all.push(Case { name: name.into(), scene, settings, presented: false });
+        all.push(Case { name: name.into(), scene, settings, presented: None });
     };
     case("plain", plain(), &[]);
     case("nothing", Scene { name: "nothing".into(), ..Scene::default() }, &[]);
@@ -170,13 +180,15 @@ fn shown() -> Vec<Case> {
         ("fxaa", plain(), |settings| settings.fxaa = true),
         ("compute", lamplit(), |settings| settings.light_path = LightPath::Compute),
     ];
-    let case = |(name, scene, change): (&str, Scene, Change)| {
+    let case = |(name, scene, change): (&str, Scene, Change), way: Way| {
         let shadows = ShadowSettings { cache: false, size: 64, ..ShadowSettings::default() };
         let mut settings = Settings { shadows, light_path: LightPath::Loop, ..own(&scene, 32, 18) };
         change(&mut settings);
-        Case { name: format!("in a window, by {name}"), scene, settings, presented: true }
+        let encoded = if way == Way::Encoded { " and ENCODE" } else { "" };
+        Case { name: format!("in a window, by {name}{encoded}"), scene, settings, presented: Some(way) }
     };
-    ways.into_iter().map(case).collect()
+    let straight = ways.iter().cloned().map(|one| case(one, Way::Straight));
+    straight.chain(ways.iter().cloned().map(|one| case(one, Way::Encoded))).collect()
 }
 
 #[cfg(not(feature = "window"))]
@@ -202,7 +214,7 @@ fn mutants<'a>(cases: &'a [Case], plans: &[FramePlan]) -> Vec<Mutant<'a>> {
         for edge in table.iter().filter(|edge| edge.carrier.stays().is_none()) {
             let new = !tried.contains(edge);
             tried.push(edge.clone());
-            let is_tried = |part: &Part| new || *part == Part::Row && !case.presented;
+            let is_tried = |part: &Part| new || *part == Part::Row && case.presented.is_none();
             for part in edge.parts().into_iter().filter(is_tried) {
                 let edges = table.without_part(edge.name, part).unwrap_or_else(|error| panic!("{error}"));
                 mutants.push(Mutant { case, edge: edge.clone(), part, edges });
@@ -222,8 +234,9 @@ fn untried(tried: &[FramePlan]) -> BTreeSet<String> {
     let samples = samples::plans().into_iter().chain(samples::tiled_plans()).chain(samples::forward_plans());
     let shows = |plan: &FramePlan| cfg!(feature = "window") && [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output);
     let samples = samples.flat_map(|(name, plan)| {
-        let shown = shows(&plan).then(|| (format!("{name}, in a window"), presented(plan.clone())));
-        [Some((name, plan)), shown].into_iter().flatten()
+        let in_window = |way| (format!("{name}, in a window"), presented(plan.clone(), way));
+        let shown = shows(&plan).then(|| [in_window(Way::Straight), in_window(Way::Encoded)]);
+        [(name, plan)].into_iter().chain(shown.into_iter().flatten()).collect::<Vec<_>>()
     });
     let mut seen = Vec::new();
     let mut missing = BTreeSet::new();
@@ -274,8 +287,10 @@ impl Watched {
 
     #[cfg(feature = "window")]
     fn draw(&self, case: &Case, edges: Edges) -> Result<(), afterlight::frame::Error> {
-        let draw = if case.presented { experiment::present } else { experiment::draw };
-        draw(&self.device, &case.scene, &case.settings, edges)
+        match case.presented {
+            Some(way) => experiment::present(&self.device, &case.scene, &case.settings, edges, way == Way::Encoded),
+            None => experiment::draw(&self.device, &case.scene, &case.settings, edges),
+        }
     }
 
     #[cfg(not(feature = "window"))]

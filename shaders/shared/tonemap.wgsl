@@ -6,9 +6,13 @@ const NEUTRAL: u32 = 0u;
 const AGX: u32 = 1u;
 const ACES: u32 = 2u;
 
-// Khronos PBR Neutral tone mapper (Khronos Group, 2024).
+// The brightest that is shown, in units of white: 1, but for displays that show more.
+override HEADROOM: f32 = 1.0;
+
+// Khronos PBR Neutral tone mapper (Khronos Group, 2024), which leaves light as it is up to 0.8 of the brightest that is shown.
 fn neutral(color_in: vec3<f32>) -> vec3<f32> {
-    let start_compression = 0.8 - 0.04;
+    // 0.8 - 0.04, and 0.8 of what is beyond white.
+    let start_compression = 0.76 + 0.8 * (HEADROOM - 1.0);
     let desaturation = 0.15;
     let least = min(color_in.r, min(color_in.g, color_in.b));
     let offset = select(0.04, least - 6.25 * least * least, least < 0.08);
@@ -17,8 +21,8 @@ fn neutral(color_in: vec3<f32>) -> vec3<f32> {
     if peak < start_compression {
         return color;
     }
-    let d = 1.0 - start_compression;
-    let new_peak = 1.0 - d * d / (peak + d - start_compression);
+    let d = HEADROOM - start_compression;
+    let new_peak = HEADROOM - d * d / (peak + d - start_compression);
     let g = 1.0 - 1.0 / (desaturation * (peak - new_peak) + 1.0);
     return mix(color * (new_peak / peak), vec3(new_peak), g);
 }
@@ -69,12 +73,24 @@ fn encode_srgb(linear: vec3<f32>) -> vec3<f32> {
     return select(1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055, linear * 12.92, linear <= vec3(0.0031308));
 }
 
-// 0..1 for any finite input that is not negative.
+// Up to white is where curves end that were fitted for displays which show no more. On others they rise on, to HEADROOM: by a factor of
+// 1 + (HEADROOM - 1) v^4, where v is the brightest channel, so that a dark or middle grey stays as it is.
+fn stretch(color: vec3<f32>) -> vec3<f32> {
+    let mapped = saturate(color);
+    if HEADROOM <= 1.0 {
+        return mapped;
+    }
+    let brightest = max(mapped.r, max(mapped.g, mapped.b));
+    let square = brightest * brightest;
+    return mapped * (1.0 + (HEADROOM - 1.0) * square * square);
+}
+
+// 0..HEADROOM for any finite input that is not negative.
 fn tone_map(color: vec3<f32>, curve: u32) -> vec3<f32> {
     switch curve {
-        case NEUTRAL: { return saturate(neutral(color)); }
-        case AGX: { return saturate(agx(color)); }
-        case ACES: { return saturate(aces(color)); }
-        default: { return saturate(color); }
+        case NEUTRAL: { return clamp(neutral(color), vec3(0.0), vec3(HEADROOM)); }
+        case AGX: { return stretch(agx(color)); }
+        case ACES: { return stretch(aces(color)); }
+        default: { return clamp(color, vec3(0.0), vec3(HEADROOM)); }
     }
 }

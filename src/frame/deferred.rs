@@ -26,7 +26,7 @@ use crate::passes::depth::Depth;
 use crate::passes::geometry::Geometry;
 use crate::passes::lighting::Lighting;
 use crate::passes::per_light::PerLight;
-use crate::passes::tonemap::tone_map;
+use crate::passes::tonemap::tone_map_up_to;
 use crate::passes::view::ViewPass;
 use crate::passes::{Input, Recording, SetLayouts, Slot};
 use crate::plan::{FramePlan, Shading, ToneMapping, World};
@@ -227,7 +227,7 @@ pub(super) fn background(plan: &FramePlan, world: &World, target: Target) -> Vec
     // As in the shaders: cut off before it is stored or mapped, so that nothing overflows on the way.
     let exposed = (world.environment.background * world.exposure).min(Vec3::splat(plan.largest_light()));
     match plan.tone_mapping {
-        ToneMapping::InLighting(curve) => tone_map(exposed, curve),
+        ToneMapping::InLighting(curve) => tone_map_up_to(plan.headroom(), exposed, curve),
         ToneMapping::Subpass(_) | ToneMapping::Kept if target == Target::Output => Vec3::ZERO,
         _ => exposed,
     }

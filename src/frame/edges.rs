@@ -54,10 +54,12 @@ pub enum Place {
     Copy,
     /// The copy of a compute pass's picture into an image of the swapchain.
     Present,
-    /// The copy of another picture into a part of an image of the swapchain.
+    /// The copy of another picture over a part of this one.
     Split,
-    /// Panels over a picture that is ready to be presented.
+    /// Panels over the finished picture.
     Overlay,
+    /// The picture into an image of the swapchain that no hardware encodes.
+    Encode,
     /// What shows the swapchain's images.
     Presentation,
     /// Everything that one submission does on the device.
@@ -131,6 +133,7 @@ impl fmt::Display for Place {
             Self::Present => "PRESENT",
             Self::Split => "SPLIT",
             Self::Overlay => "OVERLAY",
+            Self::Encode => "ENCODE",
             Self::Presentation => "PRESENTATION",
             Self::Device => "DEVICE",
             Self::Host => "HOST",

@@ -31,15 +31,24 @@ pub fn draw(device: &Arc<Device>, scene: &Scene, settings: &Settings, edges: Edg
 }
 
 /// The same of frames that are presented, on a surface without a display, with and without whatever may lie over the picture: another one beside it,
-/// panels, and a copy of it all.
+/// panels, and a copy of it all; `encoded` as [`Presenter::with_encoding`] says.
 ///
 /// # Errors
 /// As [`Presenter::fit`] and [`Presenter::draw`]; an instance without [`crate::gpu::HEADLESS`].
 #[cfg(feature = "window")]
-pub fn present(device: &Arc<Device>, scene: &Scene, settings: &Settings, edges: Edges) -> Result<(), Error> {
+pub fn present(
+    device: &Arc<Device>,
+    scene: &Scene,
+    settings: &Settings,
+    edges: Edges,
+    encoded: bool,
+) -> Result<(), Error> {
     let surface = Surface::headless(device)?;
     let mut presenter = Presenter::new(device, surface, scene, settings, Vsync::Off)?;
     presenter = presenter.with_edges(move |_| edges.clone());
+    if encoded {
+        presenter = presenter.with_encoding();
+    }
     for beside in [None, Some(settings.view)] {
         presenter.show_beside(beside);
         presenter.fit(scene, settings, settings.size)?;

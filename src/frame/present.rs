@@ -11,16 +11,20 @@ use ash::vk;
 use super::deferred::image_barrier;
 use super::draft::Draft;
 use super::edges::{self, Edges};
-use super::read_back::{host_barrier, picture_of};
+use super::read_back::{encoded_picture, host_barrier, picture_of};
 use super::rebuild::Rebuild;
 use super::split::Split;
 use super::{Drawn, Error, FrameParts, FrameTimes, IN_FLIGHT, Picture, Renderer, plan_for};
 use crate::gpu::barrier::ImageRange;
-use crate::gpu::{self, Acquired, Device, Fit, Owned, Surface, Swapchain, SwapchainDesc, Vsync, semaphore};
+use crate::gpu::{
+    self, Acquired, Device, Fit, Image, ImageFormats, ImageWish, Owned, Surface, Swapchain, SwapchainDesc, Vsync,
+    semaphore,
+};
 use crate::gpu_scene::GpuScene;
 use crate::passes::copy::Copy;
+use crate::passes::encode::{Encode, WHITE_NITS};
 use crate::passes::overlay::{Overlay, Panels};
-use crate::plan::{self, FramePlan, Part, PartGroup};
+use crate::plan::{self, Canvas, Encoded, FramePlan, Part, PartGroup, Transfer};
 use crate::scene::{Camera, Light, Scene, Settings, View};
 
 /// What became of a frame.
@@ -40,6 +44,8 @@ pub struct Presenter {
     /// None between one that is lost and the next.
     surface: Option<Arc<Surface>>,
     desc: SwapchainDesc,
+    /// The brightest that the display shows, where it may show more than white, in units of white.
+    headroom: f32,
     /// One for each frame in flight: free again when the frame that waits for it is done.
     acquired: Vec<Owned<vk::Semaphore>>,
     /// None before the window has had any pixels.
@@ -53,6 +59,8 @@ pub struct Presenter {
     is_copied: bool,
     /// Only while something is shown over the picture.
     overlay: Option<Overlay>,
+    /// Only where no hardware encodes the swapchain's images.
+    encode: Option<Encode>,
     /// After how many lights frames are halted.
     halted: Option<usize>,
     /// What their dependencies are.
@@ -86,6 +94,7 @@ impl Presenter {
             device: device.clone(),
             surface: Some(surface),
             desc: SwapchainDesc { vsync, ..desc_for(&plan) },
+            headroom: 1.0,
             acquired,
             renderer: None,
             swapchain: None,
@@ -93,6 +102,7 @@ impl Presenter {
             screenshot: None,
             is_copied: false,
             overlay: None,
+            encode: None,
             halted: None,
             edges: Box::new(edges::table),
             split: None,
@@ -106,6 +116,19 @@ impl Presenter {
     /// The same with other dependencies than [`edges::table`] has for a plan: see [`Renderer::with_edges`].
     pub fn with_edges(self, edges: impl Fn(&FramePlan) -> Edges + 'static) -> Self {
         Self { edges: Box::new(edges), ..self }
+    }
+
+    /// The same for a display that shows up to so many nits, where its surface takes more than white: there white has [`WHITE_NITS`], and what is
+    /// brighter is shown so. Elsewhere nothing changes: see [`Presenter::shows_hdr`].
+    pub fn with_hdr(self, nits: f32) -> Self {
+        let images = ImageWish { hdr: true, ..self.desc.images };
+        Self { headroom: (nits / WHITE_NITS).max(1.0), desc: SwapchainDesc { images, ..self.desc }, ..self }
+    }
+
+    /// The same with pictures that ENCODE encodes even where the hardware could: for tests where every surface has such images.
+    pub fn with_encoding(self) -> Self {
+        let images = ImageWish { by_shader: true, ..self.desc.images };
+        Self { desc: SwapchainDesc { images, ..self.desc }, ..self }
     }
 
     /// Shows another view of the same camera beside the picture from the next [`Presenter::fit`] on, or none any more.
@@ -195,7 +218,7 @@ impl Presenter {
 
     /// Whether the window's images can be copied from, for [`Presenter::picture`].
     pub fn can_copy(&self) -> bool {
-        let own = self.split.is_none() && self.plan().is_some_and(FramePlan::is_tiled);
+        let own = self.encode.is_some() || self.split.is_none() && self.plan().is_some_and(FramePlan::is_tiled);
         own || self.swapchain.as_ref().is_some_and(copies)
     }
 
@@ -230,7 +253,12 @@ impl Presenter {
             self.times = times;
         }
         let place = renderer.next;
-        overlay(&self.device, swapchain, (&mut self.overlay, self.desc.encodes), panels, place)?;
+        let canvas = own_canvas(renderer);
+        let drawn_over = match canvas {
+            Some(own) => (own.format, vec![own.view], true),
+            None => (swapchain.formats.drawn, swapchain.views(), self.desc.images.encodes),
+        };
+        overlay(&self.device, drawn_over, swapchain.extent, &mut self.overlay, panels, place)?;
         let acquired = &self.acquired[place];
         let (index, fit) = match swapchain.acquire(acquired)? {
             Acquired::Image(index, fit) => (index, fit),
@@ -239,17 +267,21 @@ impl Presenter {
         let image = &swapchain.images[index];
         let recorded = renderer.record(camera, [0.0; 2], Some((index, image.raw)))?;
         let cmd = renderer.frames[place].cmd.raw;
+        let picture = own_canvas(renderer).map_or(image.raw, |own| own.raw);
         if let Some(split) = &self.split {
-            split.record(&self.device, &renderer.edges, (cmd, image.raw));
+            split.record(&self.device, &renderer.edges, (cmd, picture));
         }
         if let Some(copy) = self.screenshot.as_ref().filter(|_| copied) {
             record_copy(renderer, copy, copies(swapchain).then_some(image.raw));
         }
         if let (Some(overlay), Some(panels)) = (&self.overlay, panels) {
-            let whole = ImageRange::whole(image.raw, vk::ImageAspectFlags::COLOR);
+            let whole = ImageRange::whole(picture, vk::ImageAspectFlags::COLOR);
             image_barrier(&self.device, cmd, whole, renderer.edges.row("picture-to-overlay"));
             overlay.record(cmd, index, place, panels);
-            image_barrier(&self.device, cmd, whole, renderer.edges.row("overlay-to-swapchain"));
+            image_barrier(&self.device, cmd, whole, renderer.edges.row("overlay-to-picture"));
+        }
+        if let Some(encode) = &self.encode {
+            record_encode(renderer, encode, (index, image.raw));
         }
         // The rows "acquire" and "present".
         let wait = (acquired.raw, renderer.edges.row("acquire").after.stage);
@@ -276,7 +308,10 @@ impl Presenter {
         // The row "copy-to-host".
         renderer.wait()?;
         self.is_copied = false;
-        let format = if copies(swapchain) { swapchain.format } else { renderer.plan.output };
+        if renderer.plan.encoded.is_some() {
+            return encoded_picture(copy, renderer.plan.size);
+        }
+        let format = if copies(swapchain) { swapchain.formats.drawn } else { renderer.plan.output };
         picture_of(copy, renderer.plan.size, format)
     }
 
@@ -326,13 +361,23 @@ impl Presenter {
         };
         let split = ["another view is shown beside the picture", "the picture is shown alone"];
         let overlay = ["panels are shown", "no panel is shown"];
-        let own = [over("SPLIT", self.split.is_some(), split), over("OVERLAY", has_panels, overlay)];
+        let encode = ["no hardware encodes the window's images", "the window's images need none"];
+        let own = [
+            over("SPLIT", self.split.is_some(), split),
+            over("OVERLAY", has_panels, overlay),
+            over("ENCODE", self.encode.is_some(), encode),
+        ];
         self.plan().map(FramePlan::parts).unwrap_or_default().iter().cloned().chain(own).collect()
     }
 
     /// The swapchain's mode, while there is one.
     pub fn present_mode(&self) -> Option<vk::PresentModeKHR> {
         self.swapchain.as_ref().map(|swapchain| swapchain.present_mode)
+    }
+
+    /// Whether more than white is shown, as [`Presenter::with_hdr`] asks for; none without a swapchain.
+    pub fn shows_hdr(&self) -> Option<bool> {
+        self.swapchain.as_ref().map(|swapchain| transfer_of(swapchain.formats.color_space) != Transfer::Srgb)
     }
 
     /// Whether a camera can be drawn with the window's plan, and with that of the view beside.
@@ -398,14 +443,39 @@ fn desc_for(plan: &FramePlan) -> SwapchainDesc {
         true => (false, vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::COLOR_ATTACHMENT),
         false => (true, vk::ImageUsageFlags::COLOR_ATTACHMENT),
     };
-    SwapchainDesc { encodes, usage, wishes: wishes(false), vsync: Vsync::default(), size: plan.size }
+    let images = ImageWish { encodes, hdr: false, by_shader: false };
+    SwapchainDesc { images, usage, wishes: wishes(false), vsync: Vsync::default(), size: plan.size }
+}
+
+/// What frames are drawn into that are shown in such images, on a display that shows so much.
+fn canvas_of(formats: ImageFormats, headroom: f32) -> Canvas {
+    match (formats.by_shader, transfer_of(formats.color_space)) {
+        (false, _) => Canvas::Swapchain(formats.drawn),
+        (true, Transfer::Srgb) => Canvas::Own(Encoded { transfer: Transfer::Srgb, headroom: 1.0 }),
+        (true, transfer) => Canvas::Own(Encoded { transfer, headroom }),
+    }
+}
+
+/// What the values of images in a colour space mean.
+fn transfer_of(color_space: vk::ColorSpaceKHR) -> Transfer {
+    match color_space {
+        vk::ColorSpaceKHR::HDR10_ST2084_EXT => Transfer::Pq,
+        vk::ColorSpaceKHR::EXTENDED_SRGB_LINEAR_EXT => Transfer::Linear,
+        _ => Transfer::Srgb,
+    }
+}
+
+/// The picture, where it is not an image of the swapchain and nothing is copied into one.
+fn own_canvas(renderer: &Renderer) -> Option<&Image> {
+    renderer.plan.encoded.and_then(|_| renderer.frame.output())
 }
 
 /// Sees to it that there is an overlay where there are panels, and nowhere else, and that it has what this frame in flight shows.
 fn overlay(
     device: &Arc<Device>,
-    swapchain: &Swapchain,
-    (overlay, encodes): (&mut Option<Overlay>, bool),
+    (format, views, encodes): (vk::Format, Vec<vk::ImageView>, bool),
+    extent: vk::Extent2D,
+    overlay: &mut Option<Overlay>,
     panels: Option<&Panels>,
     frame: usize,
 ) -> gpu::Result<()> {
@@ -416,16 +486,16 @@ fn overlay(
     let own = match overlay {
         Some(own) => own,
         None => {
-            let mut new = Overlay::new(device, swapchain.format, encodes, IN_FLIGHT)?;
-            new.resize(&swapchain.views(), swapchain.extent)?;
+            let mut new = Overlay::new(device, format, encodes, IN_FLIGHT)?;
+            new.resize(&views, extent)?;
             overlay.insert(new)
         }
     };
     own.write(frame, panels)
 }
 
-/// Copies the picture of the frame that is being recorded, before it is presented: out of the swapchain's image, or, where those cannot be copied
-/// from, out of the frame's own.
+/// Copies the picture of the frame that is being recorded, before it is presented: out of the frame's own image where it is not the swapchain's,
+/// or where that cannot be copied from.
 fn record_copy(renderer: &Renderer, copy: &Copy, swapchain_image: Option<vk::Image>) {
     let (device, edges, cmd) = (&renderer.device, &renderer.edges, renderer.frames[renderer.next].cmd.raw);
     match (swapchain_image, renderer.frame.output()) {
@@ -436,10 +506,24 @@ fn record_copy(renderer: &Renderer, copy: &Copy, swapchain_image: Option<vk::Ima
     host_barrier(device, cmd, copy, edges);
 }
 
+/// Brings the picture of the frame that is being recorded into an image of the swapchain, which is ready to be presented then.
+fn record_encode(renderer: &Renderer, encode: &Encode, (index, image): (usize, vk::Image)) {
+    let Some(picture) = own_canvas(renderer) else { return };
+    let (device, edges, cmd) = (&renderer.device, &renderer.edges, renderer.frames[renderer.next].cmd.raw);
+    let shown = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
+    device.begin_label(cmd, "ENCODE");
+    image_barrier(device, cmd, picture, edges.row("picture-to-encode"));
+    image_barrier(device, cmd, shown, edges.row("swapchain-to-encode"));
+    encode.record(cmd, index);
+    image_barrier(device, cmd, picture, edges.row("encode-to-picture"));
+    image_barrier(device, cmd, shown, edges.row("encode-to-swapchain"));
+    device.end_label(cmd);
+}
+
 /// Copies an image that is ready to be presented, as it is again after that.
 fn copy_presented(device: &Device, edges: &Edges, (cmd, image): (vk::CommandBuffer, vk::Image), copy: &Copy) {
     let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
-    image_barrier(device, cmd, whole, edges.row("swapchain-to-copy"));
+    image_barrier(device, cmd, whole, edges.row("picture-to-copy"));
     copy.record(device, cmd, image);
-    image_barrier(device, cmd, whole, edges.row("copy-to-swapchain"));
+    image_barrier(device, cmd, whole, edges.row("copy-to-picture"));
 }

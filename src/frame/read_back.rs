@@ -6,6 +6,10 @@ use super::edges::Edges;
 use super::{Error, Picture, Pixels, Renderer};
 use crate::gpu::{self, CommandBuffer, Device, barrier};
 use crate::passes::copy::Copy;
+#[cfg(feature = "window")]
+use crate::passes::tonemap::encode_srgb;
+#[cfg(feature = "window")]
+use crate::plan::HDR;
 
 impl Renderer {
     /// The last frame's picture. Waits for it.
@@ -70,6 +74,20 @@ pub(super) fn host_barrier(device: &Device, cmd: vk::CommandBuffer, copy: &Copy,
 pub(super) fn picture_of(copy: &Copy, size: [u32; 2], format: vk::Format) -> Result<Picture, Error> {
     let pixels = copy.buffer.read_with(0, copy.buffer.size, |bytes| decode(format, bytes))?;
     Ok(Picture { size, pixels })
+}
+
+/// The same of a picture that waits to be encoded: as other displays show it, of 8 bits a channel and up to white.
+///
+/// # Errors
+/// When the device is lost.
+#[cfg(feature = "window")]
+pub(super) fn encoded_picture(copy: &Copy, size: [u32; 2]) -> Result<Picture, Error> {
+    let picture = picture_of(copy, size, HDR)?;
+    let Pixels::LinearF32(light) = &picture.pixels else { return Ok(picture) };
+    let byte = |value: f64| (value * 255.0).round() as u8;
+    let shown = |light: f32| byte(encode_srgb(f64::from(light).clamp(0.0, 1.0)));
+    let pixels = light.as_chunks::<4>().0.iter().flat_map(|&[r, g, b, _]| [shown(r), shown(g), shown(b), 255]);
+    Ok(Picture { size, pixels: Pixels::Srgb8(pixels.collect()) })
 }
 
 fn decode(format: vk::Format, bytes: &[u8]) -> Pixels {

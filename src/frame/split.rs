@@ -1,7 +1,7 @@
 //! A second picture of the same camera, of which a window shows the part right of a divider.
 //!
-//! It is drawn by a renderer of its own, headless, in a submission before the window's frame. SPLIT then copies its part over the swapchain's
-//! image: the row "read-back" makes the picture ready for that, and the row from OUTSIDE to whatever first touches it holds the next picture
+//! It is drawn by a renderer of its own, headless, in a submission before the window's frame. SPLIT then copies its part over the window's
+//! picture: the row "read-back" makes the picture ready for that, and the row from OUTSIDE to whatever first touches it holds the next picture
 //! back until the copy is done. Both reach over submissions to one queue.
 
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use super::{Error, Renderer, plan_for};
 use crate::gpu::Device;
 use crate::gpu::barrier::ImageRange;
 use crate::passes::split;
-use crate::plan;
+use crate::plan::{self, Canvas};
 use crate::scene::{Camera, Light, Scene, Settings, View};
 
 /// Another view beside the window's own.
@@ -44,12 +44,12 @@ impl Split {
     pub(super) fn draft(
         &self,
         (scene, settings): (&Scene, &Settings),
-        (own, shown, format): (Option<&Draft>, &Renderer, vk::Format),
+        (own, shown, canvas): (Option<&Draft>, &Renderer, Canvas),
         changed: bool,
     ) -> Option<Draft> {
         let device = &shown.device;
         let settings = Settings { view: self.view, ..settings.clone() };
-        let plan = plan_for(device, scene, &settings).ok()?.copied_to(format).of_one_pixel();
+        let plan = plan_for(device, scene, &settings).ok()?.copied_to(canvas).of_one_pixel();
         let as_it_is = |renderer: &&Renderer| !changed && renderer.plan.differs_in_size_only(&plan);
         if self.renderer.as_ref().filter(as_it_is).is_some() {
             return None;
@@ -60,7 +60,7 @@ impl Split {
         Draft::new(device, scene, &settings, (plan, edges), uploaded).ok()
     }
 
-    /// Makes what draws the other picture, for a swapchain of this format: of `settings`, which are those of the window's frames, but for the
+    /// Makes what draws the other picture, for such images: of `settings`, which are those of the window's frames, but for the
     /// view. `changed` as in [`super::Presenter::change`]; `beside` draws the window's own frames, and shares the scene on the device where the
     /// two plans have it the same. What another thread has `made` is taken, if it can do: then it is true.
     ///
@@ -69,13 +69,13 @@ impl Split {
     pub(super) fn fit(
         &mut self,
         (scene, settings): (&Scene, &Settings),
-        (beside, format): (&Renderer, vk::Format),
+        (beside, canvas): (&Renderer, Canvas),
         changed: Option<bool>,
         made: Option<Made>,
     ) -> Result<bool, Error> {
         let device = &beside.device;
         let settings = Settings { view: self.view, ..settings.clone() };
-        let plan = plan_for(device, scene, &settings)?.copied_to(format);
+        let plan = plan_for(device, scene, &settings)?.copied_to(canvas);
         let made = made.and_then(|mut made| {
             let new = made.beside.take()?.ok().filter(|new| new.plan.differs_in_size_only(&plan))?;
             made.caught_up(new, scene, &settings)
@@ -109,16 +109,16 @@ impl Split {
         self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.render(camera))
     }
 
-    /// Copies its part over an image of the swapchain that is ready to be presented, as it is again after that. `edges` are those of the frame
+    /// Copies its part over the window's picture, which lies then as it did before. `edges` are those of the frame
     /// that is being recorded.
     pub(super) fn record(&self, device: &Arc<Device>, edges: &Edges, (cmd, image): (vk::CommandBuffer, vk::Image)) {
         let Some(picture) = self.renderer.as_ref().and_then(|renderer| renderer.frame.output()) else { return };
         let first = (self.at.clamp(0.0, 1.0) * f64::from(picture.extent.width)).round() as u32;
         let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
         device.begin_label(cmd, "SPLIT");
-        image_barrier(device, cmd, whole, edges.row("swapchain-to-split"));
+        image_barrier(device, cmd, whole, edges.row("picture-to-split"));
         split::record(device, cmd, (picture, first), image);
-        image_barrier(device, cmd, whole, edges.row("split-to-swapchain"));
+        image_barrier(device, cmd, whole, edges.row("split-to-picture"));
         device.end_label(cmd);
     }
 

@@ -63,5 +63,7 @@ pub use submission::Ticket;
 #[cfg(feature = "window")]
 pub use surface::{HEADLESS, Surface, surface_extensions};
 #[cfg(feature = "window")]
-pub use swapchain::{Acquired, Fit, PresentableImage, Swapchain, SwapchainDesc, Vsync, drawn_format, semaphore};
+pub use swapchain::{
+    Acquired, Fit, ImageFormats, ImageWish, PresentableImage, Swapchain, SwapchainDesc, Vsync, image_formats, semaphore,
+};
 pub use upload::{DEFAULT_STAGING_BYTES, UploadOrder, Uploader};

@@ -25,12 +25,23 @@ pub enum Vsync {
     Adaptive,
 }
 
+/// Which images are wanted of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImageWish {
+    /// Whether what is drawn is linear and the hardware encodes it; else it is encoded already.
+    pub encodes: bool,
+    /// Brightness beyond white, where the surface has it: HDR.
+    pub hdr: bool,
+    /// A shader encodes what is drawn, even where the hardware could.
+    pub by_shader: bool,
+}
+
 /// What a swapchain is to be.
 #[derive(Clone, Copy, Debug)]
 pub struct SwapchainDesc {
-    /// Whether what is drawn is linear and the hardware encodes it; else it is encoded already.
-    pub encodes: bool,
-    /// What its images are used for.
+    /// Which images it is to have.
+    pub images: ImageWish,
+    /// What its images are used for, unless a shader encodes what they show: then that draws into them, and they are used for nothing else.
     pub usage: vk::ImageUsageFlags,
     /// What they are used for besides, where the surface allows that.
     pub wishes: vk::ImageUsageFlags,
@@ -78,8 +89,8 @@ pub struct Swapchain {
     functions: ash::khr::swapchain::Device,
     /// The images, by index.
     pub images: Vec<PresentableImage>,
-    /// The format that they are drawn in.
-    pub format: vk::Format,
+    /// Their formats.
+    pub formats: ImageFormats,
     /// Their size in pixels.
     pub extent: vk::Extent2D,
     /// How they follow each other.
@@ -110,20 +121,24 @@ impl Swapchain {
         if extent.width == 0 || extent.height == 0 {
             return Ok(None);
         }
-        if !capabilities.supported_usage_flags.contains(desc.usage) {
-            let (name, usage) = (&device.physical.name, desc.usage);
-            return Err(Error::Unsupported(format!("the window's images on '{name}' cannot be used for {usage:?}")));
+        let formats = image_formats(device, surface, desc.images)?;
+        let (needed, wishes) = match formats.by_shader {
+            true => (vk::ImageUsageFlags::COLOR_ATTACHMENT, vk::ImageUsageFlags::empty()),
+            false => (desc.usage, desc.wishes),
+        };
+        if !capabilities.supported_usage_flags.contains(needed) {
+            let name = &device.physical.name;
+            return Err(Error::Unsupported(format!("the window's images on '{name}' cannot be used for {needed:?}")));
         }
-        let format = formats_of(device, surface, desc.encodes)?;
         let present_mode = choose_mode(&surface.present_modes(device)?, desc.vsync);
-        let usage = desc.usage | (capabilities.supported_usage_flags & desc.wishes);
-        let formats = [format.own, format.drawn];
-        let mut list = vk::ImageFormatListCreateInfo::default().view_formats(&formats);
+        let usage = needed | (capabilities.supported_usage_flags & wishes);
+        let views = [formats.own, formats.drawn];
+        let mut list = vk::ImageFormatListCreateInfo::default().view_formats(&views);
         let mut info = vk::SwapchainCreateInfoKHR::default()
             .surface(surface.raw)
             .min_image_count(image_count(&capabilities))
-            .image_format(format.own)
-            .image_color_space(COLOR_SPACE)
+            .image_format(formats.own)
+            .image_color_space(formats.color_space)
             .image_extent(extent)
             .image_array_layers(1)
             .image_usage(usage)
@@ -134,7 +149,7 @@ impl Swapchain {
             // Parts of the window that others cover need not be drawn.
             .clipped(true)
             .old_swapchain(old.as_ref().map_or(vk::SwapchainKHR::null(), |old| old.raw));
-        if format.own != format.drawn {
+        if formats.own != formats.drawn {
             info = info.flags(vk::SwapchainCreateFlagsKHR::MUTABLE_FORMAT).push_next(&mut list);
         }
         let functions = ash::khr::swapchain::Device::new(device.instance.raw(), &device.raw);
@@ -147,7 +162,7 @@ impl Swapchain {
             raw,
             functions,
             images: Vec::new(),
-            format: format.drawn,
+            formats,
             extent,
             present_mode,
             usage,
@@ -183,7 +198,7 @@ impl Swapchain {
         let info = vk::ImageViewCreateInfo::default()
             .image(image)
             .view_type(vk::ImageViewType::TYPE_2D)
-            .format(self.format)
+            .format(self.formats.drawn)
             .subresource_range(vk::ImageSubresourceRange {
                 aspect_mask: vk::ImageAspectFlags::COLOR,
                 base_mip_level: 0,
@@ -288,52 +303,80 @@ fn image_count(capabilities: &vk::SurfaceCapabilitiesKHR) -> u32 {
 
 /// The formats of a swapchain's images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Formats {
+pub struct ImageFormats {
     /// What they are to presentation.
     own: vk::Format,
     /// What they are to whoever draws: the same bytes.
-    drawn: vk::Format,
+    pub drawn: vk::Format,
+    /// What their values mean to presentation.
+    pub color_space: vk::ColorSpaceKHR,
+    /// Whether a shader must encode what they show. Else they take it as was wished for.
+    pub by_shader: bool,
 }
 
 /// What displays show unless they are told otherwise.
-const COLOR_SPACE: vk::ColorSpaceKHR = vk::ColorSpaceKHR::SRGB_NONLINEAR;
+const SRGB: vk::ColorSpaceKHR = vk::ColorSpaceKHR::SRGB_NONLINEAR;
 
 /// 8 bits a channel, the second of each pair encoded by the hardware.
-const FORMATS: [[vk::Format; 2]; 3] = [
+const OF_8_BITS: [[vk::Format; 2]; 3] = [
     [vk::Format::B8G8R8A8_UNORM, vk::Format::B8G8R8A8_SRGB],
     [vk::Format::R8G8B8A8_UNORM, vk::Format::R8G8B8A8_SRGB],
     [vk::Format::A8B8G8R8_UNORM_PACK32, vk::Format::A8B8G8R8_SRGB_PACK32],
 ];
 
-fn formats_of(device: &Device, surface: &Surface, encodes: bool) -> Result<Formats> {
-    let offered = surface.formats(device)?;
-    choose_format(&offered, encodes, device.features.mutable_swapchains)
-        .ok_or_else(|| Error::Unsupported(no_format(&device.physical.name, encodes, &offered)))
-}
+/// No hardware encodes these.
+const OF_MORE_BITS: [vk::Format; 4] = [
+    vk::Format::A2B10G10R10_UNORM_PACK32,
+    vk::Format::A2R10G10B10_UNORM_PACK32,
+    vk::Format::R16G16B16A16_UNORM,
+    vk::Format::R16G16B16A16_SFLOAT,
+];
 
-/// The format that a swapchain of this surface would be drawn in: see [`SwapchainDesc::encodes`].
+/// Brightness beyond white, and of which light: the first two tell it in nits, whatever the display; with the third systems differ in what
+/// they take for white.
+const OF_HDR: [(vk::Format, vk::ColorSpaceKHR); 3] = [
+    (vk::Format::A2B10G10R10_UNORM_PACK32, vk::ColorSpaceKHR::HDR10_ST2084_EXT),
+    (vk::Format::A2R10G10B10_UNORM_PACK32, vk::ColorSpaceKHR::HDR10_ST2084_EXT),
+    (vk::Format::R16G16B16A16_SFLOAT, vk::ColorSpaceKHR::EXTENDED_SRGB_LINEAR_EXT),
+];
+
+/// The formats that a swapchain of this surface would have.
 ///
 /// # Errors
 /// [`Error::Unsupported`] for a surface that offers none; what the driver reports.
-pub fn drawn_format(device: &Device, surface: &Surface, encodes: bool) -> Result<vk::Format> {
-    Ok(formats_of(device, surface, encodes)?.drawn)
+pub fn image_formats(device: &Device, surface: &Surface, wish: ImageWish) -> Result<ImageFormats> {
+    let offered = surface.formats(device)?;
+    choose_formats(&offered, wish, device.features.mutable_swapchains)
+        .ok_or_else(|| Error::Unsupported(no_format(&device.physical.name, &offered)))
 }
 
-/// A format that is offered, or, for what is to be encoded on a surface that offers none which does, a plain one that is drawn as one
-/// which does: with `mutable` images.
-fn choose_format(offered: &[vk::SurfaceFormatKHR], encodes: bool, mutable: bool) -> Option<Formats> {
-    let is_offered = |format| offered.contains(&vk::SurfaceFormatKHR { format, color_space: COLOR_SPACE });
-    let wanted = FORMATS.map(|pair| pair[usize::from(encodes)]);
-    let same = wanted.into_iter().find(|&format| is_offered(format)).map(|own| Formats { own, drawn: own });
-    let through = FORMATS.into_iter().find(|&[plain, _]| encodes && mutable && is_offered(plain));
-    same.or(through.map(|[own, drawn]| Formats { own, drawn }))
+/// The first that there is: HDR, where that is wished for; images that take what is drawn as it is; for what is to be encoded plain ones
+/// that are drawn as ones that do that (`mutable` images); and those for a shader to encode.
+fn choose_formats(offered: &[vk::SurfaceFormatKHR], wish: ImageWish, mutable: bool) -> Option<ImageFormats> {
+    let is_offered = |format, color_space| offered.contains(&vk::SurfaceFormatKHR { format, color_space });
+    let one = |own, color_space, by_shader| ImageFormats { own, drawn: own, color_space, by_shader };
+    let bright = OF_HDR.into_iter().find(|&(format, space)| wish.hdr && is_offered(format, space));
+    if let Some((format, space)) = bright {
+        return Some(one(format, space, true));
+    }
+    if !wish.by_shader {
+        let same = OF_8_BITS.map(|pair| pair[usize::from(wish.encodes)]).into_iter().find(|&one| is_offered(one, SRGB));
+        if let Some(format) = same {
+            return Some(one(format, SRGB, false));
+        }
+        let through = OF_8_BITS.into_iter().find(|&[plain, _]| wish.encodes && mutable && is_offered(plain, SRGB));
+        if let Some([own, drawn]) = through {
+            return Some(ImageFormats { own, drawn, color_space: SRGB, by_shader: false });
+        }
+    }
+    let plain = OF_MORE_BITS.into_iter().chain(OF_8_BITS.map(|[plain, _]| plain));
+    plain.into_iter().find(|&format| is_offered(format, SRGB)).map(|format| one(format, SRGB, true))
 }
 
-fn no_format(device: &str, encodes: bool, offered: &[vk::SurfaceFormatKHR]) -> String {
-    let kind = if encodes { "an sRGB format" } else { "a format of plain bytes" };
+fn no_format(device: &str, offered: &[vk::SurfaceFormatKHR]) -> String {
     let offered: Vec<String> = offered.iter().map(|own| format!("{:?} ({:?})", own.format, own.color_space)).collect();
-    let offered = if offered.is_empty() { "none".to_owned() } else { offered.join(", ") };
-    format!("'{device}' offers no images of 8 bits a channel in {kind} for this window, only {offered}")
+    let offered = if offered.is_empty() { "none at all".to_owned() } else { format!("only {}", offered.join(", ")) };
+    format!("'{device}' offers no images of 8, 10 or 16 bits a channel for this window, {offered}")
 }
 
 /// The mode that was asked for, else the nearest; FIFO is there on every surface.
@@ -399,22 +442,60 @@ mod tests {
         assert!(!Vsync::Off.is(Mode::FIFO) && !Vsync::Adaptive.is(Mode::FIFO));
     }
 
+    const ENCODED: ImageWish = ImageWish { encodes: true, hdr: false, by_shader: false };
+    const PLAIN: ImageWish = ImageWish { encodes: false, ..ENCODED };
+
+    fn offer(format: vk::Format, color_space: vk::ColorSpaceKHR) -> vk::SurfaceFormatKHR {
+        vk::SurfaceFormatKHR { format, color_space }
+    }
+
+    fn same(own: vk::SurfaceFormatKHR, by_shader: bool) -> Option<ImageFormats> {
+        Some(ImageFormats { own: own.format, drawn: own.format, color_space: own.color_space, by_shader })
+    }
+
     #[test]
-    fn only_formats_in_the_colour_space_of_displays_are_taken() {
-        let of = |format, color_space| vk::SurfaceFormatKHR { format, color_space };
-        let plain = of(vk::Format::B8G8R8A8_UNORM, vk::ColorSpaceKHR::SRGB_NONLINEAR);
-        let encoding = of(vk::Format::R8G8B8A8_SRGB, vk::ColorSpaceKHR::SRGB_NONLINEAR);
-        let other = of(vk::Format::B8G8R8A8_SRGB, vk::ColorSpaceKHR::DISPLAY_P3_NONLINEAR_EXT);
-        let offered = [other, plain, encoding];
-        let same = |own: vk::SurfaceFormatKHR| Some(Formats { own: own.format, drawn: own.format });
+    fn hardware_encodes_where_it_can_in_the_colour_space_of_displays() {
+        let plain = offer(vk::Format::B8G8R8A8_UNORM, SRGB);
+        let encoding = offer(vk::Format::R8G8B8A8_SRGB, SRGB);
+        let other = offer(vk::Format::B8G8R8A8_SRGB, vk::ColorSpaceKHR::DISPLAY_P3_NONLINEAR_EXT);
+        let deep = offer(vk::Format::A2B10G10R10_UNORM_PACK32, SRGB);
+        let offered = [other, plain, encoding, deep];
         for mutable in [false, true] {
-            assert_eq!(choose_format(&offered, true, mutable), same(encoding));
-            assert_eq!(choose_format(&offered, false, mutable), same(plain));
-            assert_eq!(choose_format(&offered[..1], true, mutable), None);
+            assert_eq!(choose_formats(&offered, ENCODED, mutable), same(encoding, false));
+            assert_eq!(choose_formats(&offered, PLAIN, mutable), same(plain, false));
+            assert_eq!(choose_formats(&offered[..1], ENCODED, mutable), None);
         }
-        let through = Formats { own: plain.format, drawn: vk::Format::B8G8R8A8_SRGB };
-        assert_eq!(choose_format(&offered[..2], true, true), Some(through));
-        assert_eq!(choose_format(&offered[..2], true, false), None);
+        let through =
+            ImageFormats { own: plain.format, drawn: vk::Format::B8G8R8A8_SRGB, color_space: SRGB, by_shader: false };
+        assert_eq!(choose_formats(&offered[..2], ENCODED, true), Some(through));
+    }
+
+    #[test]
+    fn a_shader_encodes_for_images_that_no_hardware_encodes() {
+        let plain = offer(vk::Format::B8G8R8A8_UNORM, SRGB);
+        let [deep, deeper] =
+            [vk::Format::A2R10G10B10_UNORM_PACK32, vk::Format::R16G16B16A16_UNORM].map(|format| offer(format, SRGB));
+        assert_eq!(choose_formats(&[plain], ENCODED, false), same(plain, true), "images of one format only");
+        for wish in [ENCODED, PLAIN] {
+            assert_eq!(choose_formats(&[deeper, deep], wish, true), same(deep, true));
+            let by_shader = ImageWish { by_shader: true, ..wish };
+            assert_eq!(choose_formats(&[plain], by_shader, true), same(plain, true), "whatever the hardware can");
+        }
+    }
+
+    #[test]
+    fn brightness_beyond_white_is_taken_where_it_is_wished_for_and_nits_before_what_is_relative() {
+        let plain = offer(vk::Format::B8G8R8A8_SRGB, SRGB);
+        let linear = offer(vk::Format::R16G16B16A16_SFLOAT, vk::ColorSpaceKHR::EXTENDED_SRGB_LINEAR_EXT);
+        let pq = offer(vk::Format::A2R10G10B10_UNORM_PACK32, vk::ColorSpaceKHR::HDR10_ST2084_EXT);
+        // 10 bits are no brightness.
+        let deep = offer(vk::Format::A2R10G10B10_UNORM_PACK32, SRGB);
+        let offered = [plain, deep, linear, pq];
+        let bright = ImageWish { hdr: true, ..ENCODED };
+        for (count, expected) in [(2, same(plain, false)), (3, same(linear, true)), (4, same(pq, true))] {
+            assert_eq!(choose_formats(&offered[..count], bright, true), expected);
+            assert_eq!(choose_formats(&offered[..count], ENCODED, true), same(plain, false));
+        }
     }
 
     #[test]

@@ -12,7 +12,7 @@ use crate::gpu::{
 };
 use crate::plan::FramePlan;
 use crate::shaders::fxaa::{self as shader, Flags};
-use crate::targets::{Framebuffers, picture_layout};
+use crate::targets::{Framebuffers, picture_layout, picture_usage};
 
 /// Samples what the main pass left in the output.
 pub const OUTPUT_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
@@ -153,7 +153,7 @@ fn canvas(
             name: "smoothed picture",
             format: plan.output,
             extent,
-            usage: vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC,
+            usage: vk::ImageUsageFlags::COLOR_ATTACHMENT | picture_usage(plan),
             location: Location::Device,
             kind: MemoryKind::Attachment,
             ..ImageDesc::default()

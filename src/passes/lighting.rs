@@ -117,6 +117,7 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         (constants::DIRECTIONAL_SHADOWS, u32::from(plan.has_directional_shadows())),
         (constants::TONE_MAP, tone_map),
         (constants::OPERATOR, curve),
+        (constants::HEADROOM, plan.headroom().to_bits()),
         (constants::SAMPLES, plan.msaa),
     ];
     [&light_constants!(plan)[..], &own].concat()

@@ -39,6 +39,7 @@ macro_rules! light_constants {
 pub mod composite;
 pub mod copy;
 pub mod depth;
+pub mod encode;
 pub mod forward;
 pub mod fxaa;
 pub mod geometry;

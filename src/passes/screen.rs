@@ -68,6 +68,22 @@ impl Screen {
         // SAFETY: pipeline and sets are bound; the vertex stage makes its three vertices from their index.
         unsafe { recording.device.raw.cmd_draw(recording.cmd, 3, 1, 0, 0) };
     }
+
+    /// The same outside of a frame's own passes, over this part of an attachment, with one set.
+    pub fn record_over(&self, device: &Device, cmd: vk::CommandBuffer, area: vk::Rect2D, set: vk::DescriptorSet) {
+        let [width, height] = [area.extent.width, area.extent.height].map(|edge| edge as f32);
+        let viewport = vk::Viewport { width, height, max_depth: 1.0, ..vk::Viewport::default() };
+        let graphics = vk::PipelineBindPoint::GRAPHICS;
+        // SAFETY: `cmd` is being recorded inside the subpass that the pipeline was made for; who records it owns the pipeline and the set,
+        // which has the layout of the pipeline.
+        unsafe {
+            device.raw.cmd_bind_pipeline(cmd, graphics, self.pipeline.raw);
+            device.raw.cmd_set_viewport(cmd, 0, &[viewport]);
+            device.raw.cmd_set_scissor(cmd, 0, &[area]);
+            device.raw.cmd_bind_descriptor_sets(cmd, graphics, self.layout.raw, 0, &[set], &[]);
+            device.raw.cmd_draw(cmd, 3, 1, 0, 0);
+        }
+    }
 }
 
 /// The stages of a shader's variant, each with all constants.

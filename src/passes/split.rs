@@ -1,4 +1,4 @@
-//! SPLIT: a part of another picture over a swapchain's image, right of a divider. It exists only while the window is split.
+//! SPLIT: a part of another picture over the window's, right of a divider. It exists only while the window is split.
 
 use ash::vk;
 
@@ -6,12 +6,12 @@ use crate::gpu::{Device, Image, sync::Use};
 
 /// Reads the other picture.
 pub const READ: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ);
-/// Writes a part of the swapchain's image, and keeps the rest.
+/// Writes a part of the window's picture, and keeps the rest.
 pub const WRITE: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE);
 
 /// Copies the columns of `picture` from `first` on, which is in TRANSFER_SRC_OPTIMAL, into an image of its size that is in
 /// TRANSFER_DST_OPTIMAL. Bytes as they are: the two have texels of the same size with the same order of channels.
-pub fn record(device: &Device, cmd: vk::CommandBuffer, (picture, first): (&Image, u32), swapchain_image: vk::Image) {
+pub fn record(device: &Device, cmd: vk::CommandBuffer, (picture, first): (&Image, u32), shown: vk::Image) {
     let Some(width) = picture.extent.width.checked_sub(first).filter(|&width| width > 0) else { return };
     let layers = vk::ImageSubresourceLayers {
         aspect_mask: vk::ImageAspectFlags::COLOR,
@@ -29,5 +29,5 @@ pub fn record(device: &Device, cmd: vk::CommandBuffer, (picture, first): (&Image
     };
     let (from, to) = (vk::ImageLayout::TRANSFER_SRC_OPTIMAL, vk::ImageLayout::TRANSFER_DST_OPTIMAL);
     // SAFETY: `cmd` is being recorded outside a render pass; both images have the size of the plan and lie in these layouts.
-    unsafe { device.raw.cmd_copy_image(cmd, picture.raw, from, swapchain_image, to, &[region]) };
+    unsafe { device.raw.cmd_copy_image(cmd, picture.raw, from, shown, to, &[region]) };
 }

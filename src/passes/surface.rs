@@ -346,6 +346,7 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
         (constants::LIGHT_ONLY, u32::from(plan.shading == Shading::Light { light_only: true })),
         (constants::TONE_MAP, tone_map),
         (constants::OPERATOR, curve),
+        (constants::HEADROOM, plan.headroom().to_bits()),
         (constants::MULTISAMPLED, u32::from(plan.msaa > 1)),
         (constants::LARGEST, limits.largest.to_bits()),
         (constants::OPACITY, opacity as u32),

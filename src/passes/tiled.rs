@@ -11,7 +11,7 @@ use crate::gpu::{
     self, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, compute_pipeline, pipeline_layout,
     sync::Use,
 };
-use crate::plan::{FramePlan, Shading, ToneMapping};
+use crate::plan::{FramePlan, HDR, Shading, ToneMapping};
 use crate::shaders::tiled::{self as shader, Flags, constants};
 
 /// Reads the stored G-buffer.
@@ -157,6 +157,7 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
         | gbuffer_flags!(plan)
         | when(plan.emissive, Flags::EMISSIVE)
         | when(plan.output == vk::Format::R32G32B32A32_SFLOAT, Flags::LINEAR_OUTPUT)
+        | when(plan.output == HDR, Flags::HALF_OUTPUT)
 }
 
 fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
@@ -172,6 +173,7 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         (constants::DIRECTIONAL_SHADOWS, u32::from(plan.has_directional_shadows())),
         (constants::TONE_MAP, tone_map),
         (constants::OPERATOR, curve),
+        (constants::HEADROOM, plan.headroom().to_bits()),
         (constants::SWAPPED, u32::from(plan.swaps_red_and_blue)),
     ];
     [&light_constants!(plan)[..], &own].concat()

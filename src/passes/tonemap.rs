@@ -50,6 +50,7 @@ impl TonemapPass {
                 shader,
                 constants: &[
                     (constants::OPERATOR, curve),
+                    (constants::HEADROOM, plan.headroom().to_bits()),
                     (constants::KEPT, kept),
                     (constants::SAMPLES, plan.msaa),
                     (constants::LINEAR, u32::from(plan.resolve == Resolve::Linear)),
@@ -84,13 +85,23 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
 
 /// The curves of `shaders/shared/tonemap.wgsl`, where they are named and cited: scene-linear to display-linear, 0 to 1.
 pub fn tone_map(color: Vec3, curve: Tonemap) -> Vec3 {
-    let mapped = match curve {
-        Tonemap::Neutral => neutral(color),
-        Tonemap::Agx => agx(color),
-        Tonemap::Aces => aces(color),
-        Tonemap::None => color,
-    };
-    mapped.clamp(Vec3::ZERO, Vec3::ONE)
+    tone_map_up_to(1.0, color, curve)
+}
+
+/// The same for a display that shows more than white: 0 to `headroom`, in units of white.
+pub fn tone_map_up_to(headroom: f32, color: Vec3, curve: Tonemap) -> Vec3 {
+    let shown = |color: Vec3| color.clamp(Vec3::ZERO, Vec3::splat(headroom));
+    match curve {
+        Tonemap::Neutral => shown(neutral(color, headroom)),
+        Tonemap::Agx => stretch(agx(color), headroom),
+        Tonemap::Aces => stretch(aces(color), headroom),
+        Tonemap::None => shown(color),
+    }
+}
+
+fn stretch(color: Vec3, headroom: f32) -> Vec3 {
+    let mapped = color.clamp(Vec3::ZERO, Vec3::ONE);
+    mapped * (1.0 + (headroom - 1.0) * mapped.max_element().powi(4))
 }
 
 /// IEC 61966-2-1, for what no attachment encodes: 0 to 1, linear to encoded.
@@ -98,17 +109,17 @@ pub fn encode_srgb(linear: f64) -> f64 {
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
-fn neutral(color: Vec3) -> Vec3 {
-    const START: f32 = 0.8 - 0.04;
+fn neutral(color: Vec3, headroom: f32) -> Vec3 {
+    let start = 0.76 + 0.8 * (headroom - 1.0);
     let least = color.min_element();
     let offset = if least < 0.08 { least - 6.25 * least * least } else { 0.04 };
     let color = color - offset;
     let peak = color.max_element();
-    if peak < START {
+    if peak < start {
         return color;
     }
-    let d = 1.0 - START;
-    let new_peak = 1.0 - d * d / (peak + d - START);
+    let d = headroom - start;
+    let new_peak = headroom - d * d / (peak + d - start);
     let g = 1.0 - 1.0 / (0.15 * (peak - new_peak) + 1.0);
     (color * (new_peak / peak)).lerp(Vec3::splat(new_peak), g)
 }

@@ -28,6 +28,35 @@ pub const OUTPUT_PLAIN: vk::Format = vk::Format::R8G8B8A8_UNORM;
 const PRESENTED_SRGB: [vk::Format; 3] = [OUTPUT_SRGB, vk::Format::B8G8R8A8_SRGB, vk::Format::A8B8G8R8_SRGB_PACK32];
 /// Half floats hold what the eye can tell apart and blend everywhere.
 pub const HDR: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
+
+/// How the light of a picture becomes the values of images that no hardware encodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Transfer {
+    /// IEC 61966-2-1.
+    Srgb,
+    /// SMPTE ST 2084 of nits, up to 10000, with the primaries of ITU-R BT.2020: HDR10.
+    Pq,
+    /// Linear in units of 80 nits, with the primaries of sRGB and beyond 0 and 1 (IEC 61966-2-2): scRGB.
+    Linear,
+}
+
+/// A picture that ENCODE brings into a swapchain's image: until then it is linear, and 1 is white.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Encoded {
+    pub transfer: Transfer,
+    /// The brightest that is shown, in units of white: 1 where white is the brightest.
+    pub headroom: f32,
+}
+
+/// What a window's pictures are drawn into.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Canvas {
+    /// Images of a swapchain that have this format.
+    Swapchain(vk::Format),
+    /// An image of the frame's own.
+    Own(Encoded),
+}
+
 /// The format asked for, which must blend.
 fn hdr_format(asked: HdrFormat, device: &Capabilities) -> Result<vk::Format, Error> {
     let (format, blends) = match asked {
@@ -39,16 +68,24 @@ fn hdr_format(asked: HdrFormat, device: &Capabilities) -> Result<vk::Format, Err
 }
 
 impl FramePlan {
-    /// The same frames with their pictures in the images of a swapchain of this format. The last pass draws straight into them; what a compute
-    /// pass writes, which may not store to them, is copied there.
-    pub fn presented_as(self, format: vk::Format) -> Self {
-        let output = if self.is_tiled() { self.output } else { format };
-        Self { presented: Some(format), output, ..self }
+    /// The same frames as a window has them. The last pass draws straight into the images of a swapchain; what a compute pass writes, which may
+    /// not store to them, is copied there. Into those that no hardware encodes ENCODE draws, whatever the last pass was.
+    pub fn presented_as(self, canvas: Canvas) -> Self {
+        let presented = Some(canvas);
+        match canvas {
+            Canvas::Swapchain(_) if self.is_tiled() => Self { presented, ..self },
+            Canvas::Swapchain(format) => Self { presented, output: format, ..self },
+            Canvas::Own(encoded) => Self { presented, ..self.encoded_as(encoded) },
+        }
     }
 
-    /// The same frames with the bytes of their pictures as images of a swapchain of this format have them, so that they can be copied there
-    /// whether the one or the other is encoded by the hardware.
-    pub fn copied_to(self, format: vk::Format) -> Self {
+    /// The same frames with the texels of their pictures as the canvas has them, so that they can be copied there whether the one or the other
+    /// is encoded by the hardware.
+    pub fn copied_to(self, canvas: Canvas) -> Self {
+        let format = match canvas {
+            Canvas::Swapchain(format) => format,
+            Canvas::Own(encoded) => return self.encoded_as(encoded),
+        };
         let blue_first = [vk::Format::B8G8R8A8_SRGB, vk::Format::B8G8R8A8_UNORM].contains(&format);
         match self.is_tiled() {
             // There is one order of channels that every device can store to.
@@ -59,6 +96,11 @@ impl FramePlan {
         }
     }
 
+    /// Half floats tell apart more than 10 bits of any of the curves do, in the range where that shows; they blend, and can be stored to.
+    fn encoded_as(self, encoded: Encoded) -> Self {
+        Self { output: HDR, encoded: Some(encoded), ..self }
+    }
+
     /// The same frames of one pixel: what has the size of the picture can be made later.
     pub fn of_one_pixel(self) -> Self {
         Self { size: [1, 1], ..self }
@@ -66,12 +108,17 @@ impl FramePlan {
 
     /// Whether the last pass draws into an image of the swapchain, and not into one of the frame's own.
     pub fn draws_into_swapchain(&self) -> bool {
-        self.presented.is_some() && !self.is_tiled()
+        matches!(self.presented, Some(Canvas::Swapchain(_))) && !self.is_tiled()
     }
 
-    /// Whether the hardware encodes what is drawn into the output.
+    /// Whether what is drawn into the output is encoded later, by the hardware or by ENCODE.
     pub fn encodes_output(&self) -> bool {
-        PRESENTED_SRGB.contains(&self.output)
+        self.encoded.is_some() || PRESENTED_SRGB.contains(&self.output)
+    }
+
+    /// The brightest of a tone-mapped picture: 1, or what a display can show beyond white.
+    pub fn headroom(&self) -> f32 {
+        self.encoded.map_or(1.0, |encoded| encoded.headroom)
     }
 
     /// Whether the same scene lies on the device in the same way for the other plan: its meshes and textures can stay.
@@ -209,16 +256,33 @@ mod tests {
         let all = [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat();
         for (name, plan) in all.into_iter().filter(|(_, plan)| shown(plan)) {
             for (format, blue_first) in [(vk::Format::B8G8R8A8_SRGB, true), (BLUE_FIRST, true), (OUTPUT_PLAIN, false)] {
-                let copied = plan.clone().copied_to(format);
+                let copied = plan.clone().copied_to(Canvas::Swapchain(format));
                 assert_eq!(format_bytes(copied.output), format_bytes(format), "{name}");
                 assert_eq!((copied.presented, copied.encodes_output()), (None, plan.encodes_output()), "{name}");
                 let own = copied.swaps_red_and_blue || copied.output == vk::Format::B8G8R8A8_SRGB;
                 assert_eq!((own, copied.swaps_red_and_blue), (blue_first, blue_first && plan.is_tiled()), "{name}");
                 // A size that changes leaves that as it is.
-                let larger = FramePlan { size: plan.size.map(|edge| 2 * edge), ..plan.clone() }.copied_to(format);
+                let larger = FramePlan { size: plan.size.map(|edge| 2 * edge), ..plan.clone() }
+                    .copied_to(Canvas::Swapchain(format));
                 assert!(copied.differs_in_size_only(&larger) && copied.uploads_as(&plan), "{name}");
                 assert!(!copied.differs_in_size_only(&plan) || copied == plan, "{name}");
             }
+        }
+    }
+
+    #[test]
+    fn pictures_that_a_shader_encodes_are_light_in_an_image_of_the_frames_own_whoever_draws_them() {
+        let encoded = Encoded { transfer: Transfer::Pq, headroom: 4.0 };
+        let all = [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat();
+        for (name, plan) in all {
+            let shown = plan.clone().presented_as(Canvas::Own(encoded));
+            assert_eq!((shown.output, shown.headroom()), (HDR, 4.0), "{name}");
+            assert!(shown.encodes_output() && !shown.draws_into_swapchain(), "{name}");
+            let beside = plan.clone().copied_to(Canvas::Own(encoded));
+            assert_eq!((beside.output, beside.headroom(), beside.presented), (HDR, 4.0, None), "{name}");
+            assert!(shown.uploads_as(&plan) && beside.uploads_as(&plan), "{name}");
+            let direct = plan.presented_as(Canvas::Swapchain(vk::Format::B8G8R8A8_SRGB));
+            assert_eq!((direct.headroom(), direct.draws_into_swapchain()), (1.0, !direct.is_tiled()), "{name}");
         }
     }
 }

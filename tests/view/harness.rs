@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::fs;
 use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -86,9 +86,16 @@ pub struct Server {
 }
 
 impl Server {
+    /// As most are: 8 bits a channel.
     pub fn start() -> Self {
+        Self::of_depth(24)
+    }
+
+    /// With windows of so many bits a pixel.
+    pub fn of_depth(bits: u32) -> Self {
         let mut command = Command::new("Xvfb");
-        command.args(["-displayfd", "1", "-screen", "0", "1280x1024x24", "-nolisten", "tcp"]);
+        let screen = format!("1280x1024x{bits}");
+        command.args(["-displayfd", "1", "-screen", "0", &screen, "-nolisten", "tcp"]);
         let started = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
         let mut process =
             started.unwrap_or_else(|error| panic!("Xvfb does not start (scripts/setup installs it): {error}"));
@@ -204,13 +211,27 @@ impl<'a> View<'a> {
         self.part([0; 2], self.size())
     }
 
-    /// A rectangle of that, by its upper left corner and its size.
-    pub fn part(&self, [x, y]: [i16; 2], [width, height]: [u16; 2]) -> Vec<u8> {
+    /// What the window shows on a server of depth 30: RGB, 0 to 1023.
+    pub fn codes_of_10_bits(&self) -> Vec<u16> {
+        let (depth, words) = self.image([0; 2], self.size());
+        assert_eq!(depth, 30);
+        // Little-endian words, blue in the lowest bits.
+        let words = words.as_chunks::<4>().0.iter().map(|&bytes| u32::from_le_bytes(bytes));
+        words.flat_map(|word| [20, 10, 0].map(|shift| (word >> shift & 0x3ff) as u16)).collect()
+    }
+
+    fn image(&self, [x, y]: [i16; 2], [width, height]: [u16; 2]) -> (u8, Vec<u8>) {
         let asked = self.server.connection.get_image(ImageFormat::Z_PIXMAP, self.window, x, y, width, height, !0);
         let image = asked.expect("sent").reply().expect("the window is visible");
-        assert!(image.depth == 24 || image.depth == 32, "{}", image.depth);
+        (image.depth, image.data)
+    }
+
+    /// A rectangle of the pixels, by its upper left corner and its size.
+    pub fn part(&self, corner: [i16; 2], size: [u16; 2]) -> Vec<u8> {
+        let (depth, data) = self.image(corner, size);
+        assert!(depth == 24 || depth == 32, "{depth}");
         // Little-endian words of 0x00RRGGBB.
-        image.data.as_chunks::<4>().0.iter().flat_map(|&[b, g, r, _]| [r, g, b]).collect()
+        data.as_chunks::<4>().0.iter().flat_map(|&[b, g, r, _]| [r, g, b]).collect()
     }
 
     /// Waits until the window shows this.
@@ -358,17 +379,22 @@ pub fn rgb(path: &Path) -> Vec<u8> {
     image::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display())).into_rgb8().into_raw()
 }
 
+pub fn floats(path: &Path) -> Vec<f32> {
+    image::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display())).into_rgb32f().into_raw()
+}
+
 /// The same picture without a window.
 pub fn rendered(size: [u16; 2], arguments: &[&str]) -> Vec<u8> {
+    rgb(&render(size, arguments, "rendered.png").path().join("rendered.png"))
+}
+
+/// Draws it into a file of the folder that it returns.
+pub fn render(size: [u16; 2], arguments: &[&str], file: &str) -> TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let path: PathBuf = folder.path().join("rendered.png");
     let mut command = program();
-    command
-        .arg("render")
-        .args(arguments)
-        .args(["--samples", "1", "--quiet", "--size", &size_text(size), "-o"])
-        .arg(&path);
+    command.current_dir(folder.path()).arg("render").args(arguments);
+    command.args(["--samples", "1", "--quiet", "--size", &size_text(size), "-o", file]);
     let output = command.output().expect("the program starts");
     assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
-    rgb(&path)
+    folder
 }

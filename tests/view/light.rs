@@ -8,7 +8,7 @@ use std::time::Duration;
 use afterlight::scene::exposure_scale;
 
 use super::harness::{
-    BUTTON_PRESS, BUTTON_RELEASE, MOTION, SIZE, Server, View, key, program, rendered, size_text, text,
+    BUTTON_PRESS, BUTTON_RELEASE, MOTION, SIZE, Server, View, floats, key, render, rendered, size_text,
 };
 
 /// What the window is opened with, and what `render` is told: FXAA smooths what is tone-mapped.
@@ -31,18 +31,7 @@ fn keep_light(server: &Server, view: &mut View, number: u32) -> Vec<u32> {
 }
 
 fn rendered_light(arguments: &[&str], file: &str) -> Vec<u32> {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let size = size_text(SIZE);
-    let mut command = program();
-    command.current_dir(folder.path()).arg("render").args(arguments);
-    command.args(["--samples", "1", "--quiet", "--size", &size, "-o", "light.exr"]);
-    let output = command.output().expect("the program starts");
-    assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
-    bits(&folder.path().join(file))
-}
-
-fn floats(path: &Path) -> Vec<f32> {
-    image::open(path).expect("is an EXR").into_rgb32f().into_raw()
+    bits(&render(SIZE, arguments, "light.exr").path().join(file))
 }
 
 /// Files of the same picture may have their blocks in another order.

@@ -3,6 +3,7 @@
 #![cfg(all(feature = "window", target_os = "linux"))]
 
 mod changes;
+mod deep;
 mod harness;
 mod light;
 mod panels;

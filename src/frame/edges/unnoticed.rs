@@ -232,7 +232,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
               its own use, as that of the samples' drop",
     },
     Unnoticed {
-        rows: &["swapchain-to-split", "swapchain-to-copy", "picture-to-overlay"],
+        rows: &["picture-to-split", "picture-to-copy", "picture-to-overlay"],
         parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
         only: ALWAYS,
         section: "Image Layout Transitions",
@@ -241,7 +241,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
               only: what comes before ends with TRANSFER, with which this begins",
     },
     Unnoticed {
-        rows: &["split-to-swapchain", "copy-to-swapchain", "present-to-swapchain"],
+        rows: &["split-to-picture", "copy-to-picture", "present-to-swapchain"],
         parts: Parts::Any(Side::After, S::TRANSFER, A::empty()),
         only: ALWAYS,
         section: "Image Layout Transitions",

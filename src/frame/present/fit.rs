@@ -2,11 +2,12 @@
 
 use ash::vk;
 
-use super::{Presenter, SPLIT_INTO, desc_for, wishes};
+use super::{Presenter, SPLIT_INTO, canvas_of, desc_for, own_canvas, transfer_of, wishes};
 use crate::frame::draft::Draft;
 use crate::frame::rebuild::{Begun, Made, Rebuild, Wake};
 use crate::frame::{Error, plan_for};
-use crate::gpu::{self, Swapchain, SwapchainDesc, drawn_format};
+use crate::gpu::{self, ImageWish, Swapchain, SwapchainDesc, image_formats};
+use crate::passes::encode::Encode;
 use crate::plan::FramePlan;
 use crate::scene::{Scene, Settings};
 
@@ -82,9 +83,9 @@ impl Presenter {
         let vk::Extent2D { width, height } = swapchain.extent;
         let settings = Settings { size: [width, height], ..settings.clone() };
         let plan = plan_for(&self.device, scene, &settings)?;
-        let format = drawn_format(&self.device, surface, desc_for(&plan).encodes)?;
+        let canvas = canvas_of(image_formats(&self.device, surface, self.wish_for(&plan))?, self.headroom);
         let own = self.changed.map(|_| {
-            let plan = plan.presented_as(format).of_one_pixel();
+            let plan = plan.presented_as(canvas).of_one_pixel();
             let (edges, uploaded) = ((self.edges)(&plan), shown.uploaded_for(&plan));
             Draft::new(&self.device, scene, &settings, (plan, edges), uploaded)
         });
@@ -95,7 +96,7 @@ impl Presenter {
         let beside = self
             .split
             .as_ref()
-            .and_then(|split| split.draft((scene, &settings), (own.as_ref(), shown, format), self.changed.is_some()));
+            .and_then(|split| split.draft((scene, &settings), (own.as_ref(), shown, canvas), self.changed.is_some()));
         Ok((own.is_some() || beside.is_some()).then_some([own, beside]))
     }
 
@@ -120,12 +121,6 @@ impl Presenter {
         let Some(swapchain) = &self.swapchain else { return Ok(Fitted::Nothing) };
         let views = swapchain.views();
         self.screenshot = None;
-        match &mut self.overlay {
-            Some(overlay) if overlay.format() == swapchain.format && self.changed.is_none() => {
-                overlay.resize(&views, swapchain.extent)?
-            }
-            overlay => *overlay = None,
-        }
         let own = own.filter(|own| own.plan.differs_in_size_only(&plan));
         let own = own.and_then(|own| made.as_ref()?.caught_up(own, scene, &settings));
         let mut taken = own.is_some();
@@ -155,6 +150,7 @@ impl Presenter {
             }
         }
         taken |= self.fit_split(scene, &settings, made);
+        self.fit_over()?;
         self.changed = None;
         Ok(if taken { Fitted::Taken } else { Fitted::AtOnce })
     }
@@ -169,13 +165,43 @@ impl Presenter {
             let vk::Extent2D { width, height } = swapchain.extent;
             let settings = Settings { size: [width, height], ..settings.clone() };
             let plan = plan_for(&self.device, scene, &settings)?;
-            let SwapchainDesc { encodes, usage, .. } = desc_for(&plan);
-            if (encodes, usage) == (self.desc.encodes, self.desc.usage) {
-                return Ok(Some((settings, plan.presented_as(swapchain.format))));
+            let (images, usage) = (self.wish_for(&plan), desc_for(&plan).usage);
+            if (images, usage) == (self.desc.images, self.desc.usage) {
+                let canvas = canvas_of(swapchain.formats, self.headroom);
+                return Ok(Some((settings, plan.presented_as(canvas))));
             }
             // Frames of other settings may need other images than those before. What they need does not depend on their size.
-            self.desc = SwapchainDesc { encodes, usage, ..self.desc };
+            self.desc = SwapchainDesc { images, usage, ..self.desc };
         }
+    }
+
+    /// Which images the frames of a plan need, of those that are wished for.
+    fn wish_for(&self, plan: &FramePlan) -> ImageWish {
+        ImageWish { encodes: desc_for(plan).images.encodes, ..self.desc.images }
+    }
+
+    /// What comes over the picture, for the images as they are.
+    fn fit_over(&mut self) -> Result<(), Error> {
+        let (Some(swapchain), Some(renderer)) = (&self.swapchain, &self.renderer) else { return Ok(()) };
+        let (views, extent, formats) = (swapchain.views(), swapchain.extent, swapchain.formats);
+        let own = own_canvas(renderer);
+        let (format, drawn_over) = own.map_or((formats.drawn, views.clone()), |own| (own.format, vec![own.view]));
+        match &mut self.overlay {
+            Some(overlay) if overlay.format() == format && self.changed.is_none() => {
+                overlay.resize(&drawn_over, extent)?
+            }
+            overlay => *overlay = None,
+        }
+        let Some(picture) = own else {
+            self.encode = None;
+            return Ok(());
+        };
+        let transfer = transfer_of(formats.color_space);
+        let encode = match self.encode.take().filter(|encode| encode.is_for(formats.drawn, transfer)) {
+            Some(encode) => encode,
+            None => Encode::new(&self.device, formats.drawn, transfer)?,
+        };
+        Ok(self.encode.insert(encode).resize(picture.view, &views, extent)?)
     }
 
     /// Makes the other picture as the frames are, or gives it up. Whether it is what another thread has made.
@@ -183,8 +209,9 @@ impl Presenter {
         let (Some(split), Some(renderer), Some(swapchain)) = (&mut self.split, &self.renderer, &self.swapchain) else {
             return false;
         };
-        let fitted = match swapchain.usage.contains(SPLIT_INTO) {
-            true => split.fit((scene, settings), (renderer, swapchain.format), self.changed, made),
+        let canvas = canvas_of(swapchain.formats, self.headroom);
+        let fitted = match swapchain.usage.contains(SPLIT_INTO) || own_canvas(renderer).is_some() {
+            true => split.fit((scene, settings), (renderer, canvas), self.changed, made),
             false => Err(gpu::Error::Unsupported("this window's images cannot be copied into".into()).into()),
         };
         fitted.unwrap_or_else(|error| {

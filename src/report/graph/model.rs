@@ -66,7 +66,7 @@ pub struct Graph {
 /// The order of time: before a frame, in it, and after it.
 const BEFORE: [Place; 7] =
     [Place::Presentation, Place::Host, Place::Device, Place::Outside, Place::Upload, Place::Clear, Place::Draws];
-const DURING: [Place; 12] = [
+const DURING: [Place; 13] = [
     Place::Shadow,
     Place::Geometry,
     Place::Lighting,
@@ -79,6 +79,7 @@ const DURING: [Place; 12] = [
     Place::Present,
     Place::Split,
     Place::Overlay,
+    Place::Encode,
 ];
 const AFTER: [Place; 5] = [Place::Outside, Place::Copy, Place::Device, Place::Presentation, Place::Host];
 
@@ -271,6 +272,7 @@ fn stop(plan: &FramePlan, place: Place, when: When) -> Stop {
         (Place::Copy, _) => "brings the picture to the CPU, in a submission of its own, when one is asked for",
         (Place::Split, _) => "copies a part of another picture over this one",
         (Place::Overlay, _) => "draws panels over the picture",
+        (Place::Encode, _) => "brings the picture into an image of the swapchain that no hardware encodes",
         (Place::Present, _) => "copies the picture into an image of the swapchain",
         (Place::Presentation, _) => "shows the swapchain's images",
         (Place::Upload, _) => "once: copies out of staging buffers, and blits from level to level of a texture",
