@@ -6,6 +6,7 @@ use std::process;
 
 use afterlight::frame::{Picture, Pixels};
 use afterlight::gpu::Vsync;
+use afterlight::passes::encode::WHITE_NITS;
 use afterlight::scene::{CameraPath, SettingsPatch};
 use afterlight::window::{Error, Options, ReadAgain, ShaderFolder, Summary, WindowSystem};
 
@@ -25,6 +26,7 @@ Examples:
   afterlight view sponza.obj --camera \"-9,2,0/0,3,0/70\"
   afterlight view scene.toml --size 1920x1080 --vsync adaptive
   afterlight view builtin:hall --frames 300 --vsync off
+  afterlight view builtin:hall --hdr=600
 
 Keys: H prints them")]
 pub struct Args {
@@ -34,6 +36,9 @@ pub struct Args {
     /// Whether frames wait for the display: on, off (the lowest latency; frames may be torn), or adaptive (late ones do not)
     #[arg(long, value_name = "on|off|adaptive", value_parser = vsync, default_value = "on")]
     vsync: Vsync,
+    /// Show what is brighter than white so, on a display that can and whose brightest is so many nits; 1000 if none are given
+    #[arg(long, value_name = "NITS", value_parser = hdr, num_args = 0..=1, require_equals = true, default_missing_value = "1000")]
+    hdr: Option<f32>,
     /// Draw so many frames without a pause, then close the window and tell how long they took
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     frames: Option<u32>,
@@ -62,6 +67,12 @@ fn vsync(text: &str) -> Result<Vsync, String> {
     }
 }
 
+/// Up to what HDR10 can tell a display, and down to white: less would be no HDR.
+fn hdr(text: &str) -> Result<f32, String> {
+    let nits = text.parse::<f32>().ok().filter(|nits| (WHITE_NITS..=10_000.0).contains(nits));
+    nits.ok_or_else(|| format!("expected nits from {WHITE_NITS}, which are white, to 10000"))
+}
+
 /// Shows the scene until the window is closed.
 ///
 /// # Errors
@@ -73,6 +84,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let settings = workload.settings(&once(), &device.physical)?;
         let options = Options {
             vsync: args.vsync,
+            hdr: args.hdr,
             frames: args.frames,
             tell: &|line| {
                 if !args.quiet || line.starts_with("warning: ") {

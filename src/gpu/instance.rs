@@ -341,6 +341,8 @@ impl ValidationPlan {
     }
 }
 
+const COLOR_SPACES: &CStr = ash::ext::swapchain_colorspace::NAME;
+
 /// The instance extensions to enable.
 struct Extensions {
     names: Vec<&'static CStr>,
@@ -362,6 +364,9 @@ impl Extensions {
         let mut names = required.to_vec();
         names.extend(debug_utils.then_some(ash::ext::debug_utils::NAME));
         names.extend(portability.then_some(ash::khr::portability_enumeration::NAME));
+        // Without it, surfaces do not tell of their formats of HDR.
+        let shows = required.contains(&ash::khr::surface::NAME);
+        names.extend((shows && has(COLOR_SPACES)).then_some(COLOR_SPACES));
         names.extend(match validation.interface {
             SettingsInterface::LayerSettings => Some(ash::ext::layer_settings::NAME),
             SettingsInterface::ValidationFeatures => Some(ash::ext::validation_features::NAME),

@@ -145,8 +145,11 @@ impl<'a> App<'a> {
         let window = events.create_window(attributes).map_err(|error| Error::System(error.to_string()))?;
         let window = Arc::new(window);
         let surface = surface_of(&self.device, &window)?;
-        let presenter =
+        let mut presenter =
             Presenter::new(&self.device, surface, &self.subject.scene, &self.subject.settings, self.options.vsync)?;
+        if let Some(nits) = self.options.hdr {
+            presenter = presenter.with_hdr(nits);
+        }
         self.desk = Some(Desk::new(&self.device, &window, Arc::clone(&self.wake)));
         self.watch_files();
         (self.presenter, self.window) = (Some(presenter), Some(window));
@@ -480,6 +483,9 @@ fn at_once(fits: bool) -> Fitted {
 
 /// Tells when frames are not shown as they were asked to be.
 fn tell_mode(presenter: &Presenter, options: &Options) {
+    if options.hdr.is_some() && presenter.shows_hdr() == Some(false) {
+        (options.tell)("warning: this window has no --hdr: nothing in it is brighter than white");
+    }
     if let Some(mode) = presenter.present_mode().filter(|&mode| !options.vsync.is(mode)) {
         let vsync = format!("{:?}", options.vsync).to_lowercase();
         (options.tell)(&format!("warning: this window has no --vsync {vsync}: frames follow each other by {mode:?}"));

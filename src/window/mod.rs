@@ -60,6 +60,8 @@ impl From<gpu::Error> for Error {
 pub struct Options<'a> {
     /// When frames are shown.
     pub vsync: Vsync,
+    /// Show what is brighter than white so, where the display can: up to so many nits.
+    pub hdr: Option<f32>,
     /// Draw without a pause, and close after so many frames.
     pub frames: Option<u32>,
     /// Tells the user something, in one line.
