@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
-use afterlight::frame::{Fitted, Outcome, Picture, Presenter, Renderer, Wake};
+use afterlight::frame::{Fitted, Outcome, Picture, Pixels, Presenter, Renderer, Wake};
 use afterlight::gpu::{Surface, Vsync};
 use afterlight::scene::{Light, LightPath, OpenOptions, Scene, Settings, Tonemap, View, open};
 use common::compare::assert_identical;
@@ -36,6 +36,15 @@ fn ways() -> Vec<(&'static str, Scene, Settings)> {
     ]
 }
 
+/// How a picture comes into a swapchain's image from there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Way {
+    /// It is drawn or copied into it.
+    Straight,
+    /// By ENCODE, as where no hardware encodes the image.
+    Encoded,
+}
+
 /// The picture of a frame that is shown, of the last of three: the first may wait for nobody, and the second's picture lies where the last one's does.
 fn shown(presenter: &mut Presenter, scene: &Scene, what: &str) -> Picture {
     for copied in [false, true, true] {
@@ -50,9 +59,21 @@ fn rendered(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Picture {
     renderer.picture(&scene.camera, || {}).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn presenter(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Presenter {
+fn presenter(gpu: &Gpu, scene: &Scene, settings: &Settings, way: Way) -> Presenter {
     let surface = Surface::headless(&gpu.device).unwrap_or_else(|error| panic!("{error}"));
-    Presenter::new(&gpu.device, surface, scene, settings, Vsync::On).unwrap_or_else(|error| panic!("{error}"))
+    let presenter = Presenter::new(&gpu.device, surface, scene, settings, Vsync::On);
+    let presenter = presenter.unwrap_or_else(|error| panic!("{error}"));
+    if way == Way::Encoded { presenter.with_encoding() } else { presenter }
+}
+
+/// The same picture as [`rendered`], where no other came before it: ENCODE's are of light that no 8 bits have been between.
+fn first(gpu: &Gpu, scene: &Scene, settings: &Settings, way: Way) -> Picture {
+    if way == Way::Straight {
+        return rendered(gpu, scene, settings);
+    }
+    let mut presenter = presenter(gpu, scene, settings, way);
+    fit(&mut presenter, scene, settings, settings.size);
+    shown(&mut presenter, scene, "the first picture")
 }
 
 fn fit(presenter: &mut Presenter, scene: &Scene, settings: &Settings, size: [u32; 2]) {
@@ -63,7 +84,7 @@ fn fit(presenter: &mut Presenter, scene: &Scene, settings: &Settings, size: [u32
 fn a_presented_frame_is_bit_by_bit_that_of_a_renderer_at_every_size() {
     on_presenting_gpu(|gpu| {
         for (name, scene, settings) in ways() {
-            let mut presenter = presenter(gpu, &scene, &settings);
+            let mut presenter = presenter(gpu, &scene, &settings, Way::Straight);
             assert!(!presenter.fit(&scene, &settings, [0, 0]).expect("needs nothing"), "{name}: nothing has no pixels");
             for size in SIZES {
                 fit(&mut presenter, &scene, &settings, size);
@@ -76,12 +97,40 @@ fn a_presented_frame_is_bit_by_bit_that_of_a_renderer_at_every_size() {
 }
 
 #[test]
-fn a_lost_surface_is_replaced_and_the_frames_go_on() {
+fn an_encoded_frame_is_that_of_a_renderer_at_every_size_but_for_what_8_bits_round_away() {
     on_presenting_gpu(|gpu| {
         for (name, scene, settings) in ways() {
-            let size = SIZES[0];
-            let expected = rendered(gpu, &scene, &Settings { size, ..settings.clone() });
-            let mut presenter = presenter(gpu, &scene, &settings);
+            let mut presenter = presenter(gpu, &scene, &settings, Way::Encoded);
+            assert!(!presenter.fit(&scene, &settings, [0, 0]).expect("needs nothing"), "{name}: nothing has no pixels");
+            for size in SIZES {
+                fit(&mut presenter, &scene, &settings, size);
+                assert_eq!(presenter.shows_hdr(), Some(false), "{name}: no brighter than white");
+                let what = format!("{name} at {size:?}");
+                let (own, other) = (
+                    shown(&mut presenter, &scene, &what),
+                    rendered(gpu, &scene, &Settings { size, ..settings.clone() }),
+                );
+                let (Pixels::Srgb8(own), Pixels::Srgb8(other)) = (own.pixels, other.pixels) else {
+                    panic!("{what}: no pictures of 8 bits");
+                };
+                assert_eq!(own.len(), other.len(), "{what}");
+                let beyond = own.iter().zip(&other).filter(|(own, other)| own.abs_diff(**other) > 1).count();
+                // FXAA finds edges by differences that 8 bits round away.
+                let allowed = if settings.fxaa { own.len() / 50 } else { 0 };
+                assert!(beyond <= allowed, "{what}: {beyond} of {} bytes", own.len());
+            }
+        }
+    });
+}
+
+#[test]
+fn a_lost_surface_is_replaced_and_the_frames_go_on() {
+    on_presenting_gpu(|gpu| {
+        let both = ways().into_iter().flat_map(|own| [Way::Straight, Way::Encoded].map(|way| (own.clone(), way)));
+        for ((name, scene, settings), way) in both {
+            let (size, name) = (SIZES[0], &format!("{name}, {way:?}"));
+            let expected = first(gpu, &scene, &Settings { size, ..settings.clone() }, way);
+            let mut presenter = presenter(gpu, &scene, &settings, way);
             for split in [None, Some(settings.view)] {
                 presenter.show_beside(split);
                 fit(&mut presenter, &scene, &settings, size);
@@ -122,18 +171,21 @@ fn frames_go_on_as_they_were_while_others_are_made() {
         let (size, (wake, woken)) = (SIZES[0], wake());
         let of_spheres = |(_, scene, _): &(&str, Scene, Settings)| scene.name == "builtin:spheres";
         let ways: Vec<_> = ways().into_iter().filter(of_spheres).collect();
-        let (_, scene, first) = &ways[0];
-        let mut presenter = presenter(gpu, scene, first);
-        fit(&mut presenter, scene, first, size);
-        let mut before = rendered(gpu, scene, &Settings { size, ..first.clone() });
-        for (name, _, settings) in ways.iter().cycle().skip(1).take(ways.len()) {
-            presenter.change(false);
-            assert_eq!(presenter.fit_later(scene, settings, &wake).expect("can be made"), Fitted::Pending, "{name}");
-            assert_identical(&shown(&mut presenter, scene, name), &before, &format!("before {name}"));
-            take(&mut presenter, (scene, settings), (&wake, &woken));
-            let after = rendered(gpu, scene, &Settings { size, ..settings.clone() });
-            assert_identical(&shown(&mut presenter, scene, name), &after, name);
-            before = after;
+        let (_, scene, begun) = &ways[0];
+        for way in [Way::Straight, Way::Encoded] {
+            let mut presenter = presenter(gpu, scene, begun, way);
+            fit(&mut presenter, scene, begun, size);
+            let mut before = first(gpu, scene, &Settings { size, ..begun.clone() }, way);
+            for (name, _, settings) in ways.iter().cycle().skip(1).take(ways.len()) {
+                presenter.change(false);
+                let fitted = presenter.fit_later(scene, settings, &wake).expect("can be made");
+                assert_eq!(fitted, Fitted::Pending, "{name}, {way:?}");
+                assert_identical(&shown(&mut presenter, scene, name), &before, &format!("before {name}, {way:?}"));
+                take(&mut presenter, (scene, settings), (&wake, &woken));
+                let after = first(gpu, scene, &Settings { size, ..settings.clone() }, way);
+                assert_identical(&shown(&mut presenter, scene, name), &after, &format!("{name}, {way:?}"));
+                before = after;
+            }
         }
     });
 }
@@ -145,7 +197,7 @@ fn what_changes_while_frames_are_made_is_in_them() {
         let (mut scene, settings) = (scene("builtin:spheres"), Settings { samples: 1, ..Settings::default() });
         let with = |light_path, exposure| Settings { light_path, exposure: Some(exposure), ..settings.clone() };
         let (first, second) = (with(LightPath::Loop, 9.0), with(LightPath::Forward, 9.0));
-        let mut presenter = presenter(gpu, &scene, &first);
+        let mut presenter = presenter(gpu, &scene, &first, Way::Straight);
         fit(&mut presenter, &scene, &first, size);
 
         // A light and the exposure, which both the old frames and the new ones take as they are.
@@ -205,34 +257,36 @@ fn what_changes_while_frames_are_made_is_in_them() {
 
 #[test]
 fn a_view_beside_the_picture_is_made_while_the_picture_is_shown_alone() {
-    on_presenting_gpu(|gpu| {
-        let (size, (wake, woken)) = (SIZES[0], wake());
-        let (scene, settings) = (scene("builtin:spheres"), Settings { samples: 1, size, ..Settings::default() });
-        let alone = rendered(gpu, &scene, &settings);
-        let beside = rendered(gpu, &scene, &Settings { view: View::Normal, ..settings.clone() });
-        let mut presenter = presenter(gpu, &scene, &settings);
-        fit(&mut presenter, &scene, &settings, size);
-        presenter.show_beside(Some(View::Normal));
-        assert_eq!(presenter.fit_later(&scene, &settings, &wake).expect("can be made"), Fitted::Pending);
-        assert_identical(&shown(&mut presenter, &scene, "alone"), &alone, "while the other is made");
-        take(&mut presenter, (&scene, &settings), (&wake, &woken));
-        presenter.divide_at(0.0);
-        assert_identical(&shown(&mut presenter, &scene, "beside"), &beside, "right of the divider");
-        // Both are made anew when the frames are.
-        let mapped = Settings { light_path: LightPath::Clustered, tonemap: Tonemap::Aces, ..settings.clone() };
-        presenter.divide_at(1.0);
-        presenter.change(false);
-        assert_eq!(presenter.fit_later(&scene, &mapped, &wake).expect("can be made"), Fitted::Pending);
-        assert_identical(&shown(&mut presenter, &scene, "before"), &alone, "left of the divider, as it was");
-        take(&mut presenter, (&scene, &mapped), (&wake, &woken));
-        assert_identical(&shown(&mut presenter, &scene, "left"), &rendered(gpu, &scene, &mapped), "left of it");
-        presenter.divide_at(0.0);
-        assert_identical(&shown(&mut presenter, &scene, "right"), &beside, "right of it");
-        // Where there is no such view, the picture is shown alone.
-        let forward = Settings { light_path: LightPath::Forward, ..settings };
-        presenter.change(false);
-        take(&mut presenter, (&scene, &forward), (&wake, &woken));
-        assert!(presenter.refusal().is_some() && presenter.beside().is_none());
-        assert_identical(&shown(&mut presenter, &scene, "refused"), &rendered(gpu, &scene, &forward), "alone");
-    });
+    on_presenting_gpu(|gpu| [Way::Straight, Way::Encoded].into_iter().for_each(|way| view_beside(gpu, way)));
+}
+
+fn view_beside(gpu: &Gpu, way: Way) {
+    let (size, (wake, woken)) = (SIZES[0], wake());
+    let (scene, settings) = (scene("builtin:spheres"), Settings { samples: 1, size, ..Settings::default() });
+    let alone = first(gpu, &scene, &settings, way);
+    let beside = first(gpu, &scene, &Settings { view: View::Normal, ..settings.clone() }, way);
+    let mut presenter = presenter(gpu, &scene, &settings, way);
+    fit(&mut presenter, &scene, &settings, size);
+    presenter.show_beside(Some(View::Normal));
+    assert_eq!(presenter.fit_later(&scene, &settings, &wake).expect("can be made"), Fitted::Pending);
+    assert_identical(&shown(&mut presenter, &scene, "alone"), &alone, "while the other is made");
+    take(&mut presenter, (&scene, &settings), (&wake, &woken));
+    presenter.divide_at(0.0);
+    assert_identical(&shown(&mut presenter, &scene, "beside"), &beside, "right of the divider");
+    // Both are made anew when the frames are.
+    let mapped = Settings { light_path: LightPath::Clustered, tonemap: Tonemap::Aces, ..settings.clone() };
+    presenter.divide_at(1.0);
+    presenter.change(false);
+    assert_eq!(presenter.fit_later(&scene, &mapped, &wake).expect("can be made"), Fitted::Pending);
+    assert_identical(&shown(&mut presenter, &scene, "before"), &alone, "left of the divider, as it was");
+    take(&mut presenter, (&scene, &mapped), (&wake, &woken));
+    assert_identical(&shown(&mut presenter, &scene, "left"), &first(gpu, &scene, &mapped, way), "left of it");
+    presenter.divide_at(0.0);
+    assert_identical(&shown(&mut presenter, &scene, "right"), &beside, "right of it");
+    // Where there is no such view, the picture is shown alone.
+    let forward = Settings { light_path: LightPath::Forward, ..settings };
+    presenter.change(false);
+    take(&mut presenter, (&scene, &forward), (&wake, &woken));
+    assert!(presenter.refusal().is_some() && presenter.beside().is_none());
+    assert_identical(&shown(&mut presenter, &scene, "refused"), &first(gpu, &scene, &forward, way), "alone");
 }

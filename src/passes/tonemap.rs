@@ -201,6 +201,28 @@ mod tests {
     }
 
     #[test]
+    fn beyond_white_every_curve_rises_to_the_brightest_and_leaves_what_is_dark() {
+        for headroom in [1.0, 1.5, 1000.0 / 203.0, 10_000.0 / 203.0] {
+            for curve in CURVES {
+                let of = |light: f32| tone_map_up_to(headroom, Vec3::splat(light), curve).max_element();
+                let lights = (-80..=100).map(|step| 2f32.powf(step as f32 / 6.0));
+                let values: Vec<f32> = lights.map(of).collect();
+                let rises = values.windows(2).all(|pair| pair[0] <= pair[1] * (1.0 + 1e-6));
+                assert!(rises, "{curve:?} up to {headroom} falls: {values:?}");
+                let brightest = of(60_000.0);
+                assert!((brightest / headroom - 1.0).abs() < 0.03, "{curve:?}: {brightest} of {headroom}");
+                // A dark grey is what it is on any display.
+                let dark = of(0.1) / of_white(0.1, curve);
+                assert!((dark - 1.0).abs() < 0.02, "{curve:?} up to {headroom}: {dark} of a dark grey");
+            }
+        }
+    }
+
+    fn of_white(light: f32, curve: Tonemap) -> f32 {
+        tone_map(Vec3::splat(light), curve).max_element()
+    }
+
+    #[test]
     fn aces_of_a_grey_is_the_rational_function_of_hills_fit() {
         // Rows of both matrices add up to 1, so that grey stays grey.
         close(Vec3::ONE, Tonemap::Aces, [1.024_488 / 1.654_761; 3], 2e-5);

@@ -241,7 +241,13 @@ pub static UNNOTICED: &[Unnoticed] = &[
               only: what comes before ends with TRANSFER, with which this begins",
     },
     Unnoticed {
-        rows: &["split-to-picture", "copy-to-picture", "present-to-swapchain"],
+        rows: &[
+            "split-to-picture",
+            "copy-to-picture",
+            "overlay-to-picture",
+            "encode-to-picture",
+            "present-to-swapchain",
+        ],
         parts: Parts::Any(Side::After, S::TRANSFER, A::empty()),
         only: ALWAYS,
         section: "Image Layout Transitions",
