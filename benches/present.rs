@@ -59,14 +59,16 @@ fn main() -> Result<()> {
     };
     let device = Device::with_extensions(&instance, &DeviceChoice::Auto, &[SWAPCHAIN])?;
     println!("{spec}, {width}x{height}, on {}; medians, and from the 5th to the 95th percentile", device.physical.name);
-    let surface = Surface::headless(&device)?;
-    let mut shown = Shown {
-        device: &device,
-        presenter: Presenter::new(&device, surface, &scene, &settings, Vsync::Off)?,
-        scene: &scene,
+    let presenter = || -> Result<Presenter> {
+        let surface = Surface::headless(&device)?;
+        Ok(Presenter::new(&device, surface, &scene, &settings, Vsync::Off)?)
     };
+    let mut shown = Shown { device: &device, presenter: presenter()?, scene: &scene };
     shown.fit(&settings)?;
-    compare(&mut shown, &settings, frames)?;
+    let mut encoded = Shown { device: &device, presenter: presenter()?.with_encoding(), scene: &scene };
+    encoded.fit(&settings)?;
+    compare([&mut shown, &mut encoded], &settings, frames)?;
+    drop(encoded);
     let [width, height] = size;
     let smaller = Settings { size: [width - width / 5, height - height / 5], ..settings.clone() };
     let mut resizes = Vec::new();
@@ -209,31 +211,37 @@ impl Changes for Shown<'_> {
     }
 }
 
-/// Frames in turn: one that is shown, and one that is not.
-fn compare(shown: &mut Shown, settings: &Settings, frames: usize) -> Result<()> {
-    let device = shown.device;
-    let mut alone = Renderer::new(device, shown.scene, settings)?;
-    let (mut presented, mut rendered, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
+/// Frames in turn: one that is drawn into the surface's image, one that ENCODE brings there, and one that is not shown.
+fn compare([straight, encoded]: [&mut Shown; 2], settings: &Settings, frames: usize) -> Result<()> {
+    let device = straight.device;
+    let mut alone = Renderer::new(device, straight.scene, settings)?;
+    let mut all: [Vec<f64>; 3] = Default::default();
     for number in 0..frames + 4 {
-        let begun = Instant::now();
-        shown.draw()?;
-        device.wait_idle()?;
-        let own = milliseconds(begun);
-        let begun = Instant::now();
-        alone.render(&shown.scene.camera)?;
-        device.wait_idle()?;
-        let other = milliseconds(begun);
+        let timed = |draw: &mut dyn FnMut() -> Result<()>| -> Result<f64> {
+            let begun = Instant::now();
+            draw()?;
+            device.wait_idle()?;
+            Ok(milliseconds(begun))
+        };
+        let camera = &straight.scene.camera;
+        let rendered = timed(&mut || Ok(alone.render(camera)?))?;
+        let times = [timed(&mut || straight.draw())?, timed(&mut || encoded.draw())?, rendered];
         // The first ones find caches cold.
         if number >= 4 {
-            presented.push(own);
-            rendered.push(other);
-            ratios.push(own / other);
+            all.iter_mut().zip(times).for_each(|(all, time)| all.push(time));
         }
     }
-    tell("a frame that is shown", presented)?;
+    let ratios = |over: usize, under: usize| all[over].iter().zip(&all[under]).map(|(a, b)| a / b).collect();
+    let ratios: [(&str, Vec<f64>); 2] =
+        [("ratio, shown to not shown", ratios(0, 2)), ("ratio, by ENCODE to straight", ratios(1, 0))];
+    let [straight, encoded, rendered] = all;
+    tell("a frame that is shown", straight)?;
+    tell("the same by ENCODE", encoded)?;
     tell("the same without a surface", rendered)?;
-    let ratio = Distribution::of(ratios).ok_or("no frame")?;
-    println!("{:>44} {:>9.3} {:>9.3}..{:.3}", "ratio, frame by frame", ratio.median, ratio.p5, ratio.p95);
+    for (what, ratios) in ratios {
+        let ratio = Distribution::of(ratios).ok_or("no frame")?;
+        println!("{what:>44} {:>9.3} {:>9.3}..{:.3}", ratio.median, ratio.p5, ratio.p95);
+    }
     Ok(())
 }
 

@@ -138,7 +138,7 @@ fn light_becomes_what_the_standards_say() {
 }
 
 #[test]
-fn ten_bits_hold_the_nearest_code() {
+fn ten_bits_hold_one_of_the_nearest_codes() {
     on_gpu(|gpu| {
         for transfer in [Transfer::Srgb, Transfer::Pq] {
             let format = vk::Format::A2B10G10R10_UNORM_PACK32;
@@ -147,7 +147,8 @@ fn ten_bits_hold_the_nearest_code() {
                 let word = u32::from_ne_bytes(*texel);
                 for (shift, expected) in [0, 10, 20].into_iter().zip(expected(transfer, light.map(stored))) {
                     let (code, expected) = (f64::from(word >> shift & 0x3ff), expected * 1023.0);
-                    assert!((code - expected).abs() <= 0.75, "{transfer:?} of {light:?}: {code} for {expected}");
+                    // "One of the two integers closest" (specification, "Conversion From Floating-Point to Normalized Fixed-Point").
+                    assert!((code - expected).abs() <= 1.25, "{transfer:?} of {light:?}: {code} for {expected}");
                 }
             }
         }

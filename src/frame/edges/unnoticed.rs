@@ -6,7 +6,7 @@
 
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
-use super::{Edge, Side};
+use super::{Carrier, Edge, Side};
 use crate::gpu::sync::Use;
 
 /// The first layer that sees wrong masks of subpass dependencies.
@@ -72,6 +72,8 @@ const fn accesses(first: A, second: A) -> A {
 }
 
 const ALWAYS: fn(&Edge) -> bool = |_| true;
+const OVER_PRESENTED: Carrier =
+    Carrier::ImageBarrier(vk::ImageLayout::PRESENT_SRC_KHR, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
 
 const IN_ORDER: &str = "Within a subpass of a render pass instance, for a given (x,y,layer,sample) sample location, the following operations \
                         are guaranteed to execute in rasterization order, for each separate primitive that includes that sample location";
@@ -234,7 +236,8 @@ pub static UNNOTICED: &[Unnoticed] = &[
     Unnoticed {
         rows: &["picture-to-split", "picture-to-copy", "picture-to-overlay"],
         parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
-        only: ALWAYS,
+        // Where COPY takes the picture as it lies, no layout change comes between, and the layer sees that OVERLAY waits for the copy.
+        only: |edge| edge.name != "picture-to-overlay" || edge.carrier == OVER_PRESENTED,
         section: "Image Layout Transitions",
         says: TRANSITION,
         why: "the layer takes a layout change to be ordered after that at the end of a render pass, or in a barrier before it. It is so by a chain \
@@ -249,7 +252,8 @@ pub static UNNOTICED: &[Unnoticed] = &[
             "present-to-swapchain",
         ],
         parts: Parts::Any(Side::After, S::TRANSFER, A::empty()),
-        only: ALWAYS,
+        // With an access it is for a copy that comes right after.
+        only: |edge| edge.after.access.is_empty(),
         section: "Image Layout Transitions",
         says: TRANSITION,
         why: "the same, seen from the other side: what comes next begins with TRANSFER, with which this ends",
