@@ -46,7 +46,7 @@ pub use lights::{PlannedLights, UNIFORM_LIGHTS, falloff_index};
 pub use lit::Lit;
 pub use materials::EffectiveMaterials;
 pub use meshes::{IndexWidth, MeshPlan, PlannedMesh};
-pub use output::{Canvas, Encoded, HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping, Transfer};
+pub use output::{Canvas, Encoding, HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping, Transfer};
 pub use parts::{Part, PartGroup};
 pub use shadows::{
     Caster, MAX_SHADOW_VIEWS, MapDraw, MapProjection, Receivers, ShadowCache, ShadowLight, ShadowPlan, ShadowView, Tile,
@@ -165,7 +165,7 @@ pub struct FramePlan {
     /// What pictures are drawn into, where they are presented.
     pub presented: Option<Canvas>,
     /// They are linear light for ENCODE: those that a window shows so, and those beside them.
-    pub encoded: Option<Encoded>,
+    pub encoding: Option<Encoding>,
     /// A compute pass stores red and blue in each other's place, for a swapchain whose images have them so.
     pub swaps_red_and_blue: bool,
     pub tone_mapping: ToneMapping,
@@ -307,7 +307,7 @@ impl FramePlan {
             hdr: way.hdr,
             output: way.output,
             presented: None,
-            encoded: None,
+            encoding: None,
             swaps_red_and_blue: false,
             tone_mapping: way.tone_mapping,
             exposes: settings.output != Output::Nits,

@@ -127,7 +127,7 @@ pub fn picture_usage(plan: &FramePlan) -> vk::ImageUsageFlags {
     let copied = vk::ImageUsageFlags::TRANSFER_SRC;
     match plan.presented {
         // SPLIT and OVERLAY draw over it, and ENCODE reads it.
-        Some(Canvas::Own(_)) => {
+        Some(Canvas::Encode(_)) => {
             let over = vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::COLOR_ATTACHMENT;
             copied | over | vk::ImageUsageFlags::SAMPLED
         }

@@ -10,7 +10,7 @@ use std::process::Command;
 
 use afterlight::frame::edges;
 use afterlight::gpu::vk;
-use afterlight::plan::{Canvas, Capabilities, Encoded, FramePlan, Transfer};
+use afterlight::plan::{Canvas, Capabilities, Encoding, FramePlan, Transfer};
 use afterlight::scene::{
     AlphaMode, Brdf, HdrFormat, LightPath, OpenOptions, Scene, Settings, TARGETS, Tonemap, Transparency, View, builtin,
     open,
@@ -271,8 +271,8 @@ fn the_architecture_lists_every_dependency_with_its_reason() {
 fn the_architecture_lists_what_a_window_adds() {
     let scene = open("builtin:hall", &OpenOptions::default()).expect("it is built in");
     let headless = listed_dependencies(0);
-    let straight = Canvas::Swapchain(vk::Format::B8G8R8A8_SRGB);
-    let encoded = Canvas::Own(Encoded { transfer: Transfer::Srgb, headroom: 1.0 });
+    let straight = Canvas::Straight(vk::Format::B8G8R8A8_SRGB);
+    let encoded = Canvas::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 });
     for (number, light_path, canvas) in
         [(5, LightPath::Clustered, straight), (6, LightPath::Compute, straight), (7, LightPath::Clustered, encoded)]
     {

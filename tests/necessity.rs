@@ -20,7 +20,7 @@ use afterlight::frame::edges::{self, Edge, Edges};
 use afterlight::frame::{capabilities, experiment};
 use afterlight::gpu::{self, Device, DeviceChoice, Instance, InstanceOptions, MessageKind, Validation, vk};
 // `samples` looks for these in the parent module.
-use afterlight::plan::{Canvas, Capabilities, Encoded, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, Transfer};
+use afterlight::plan::{Canvas, Capabilities, Encoding, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, Transfer};
 use afterlight::scene;
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
@@ -57,8 +57,8 @@ impl Case {
 /// As a window has the plan.
 fn presented(plan: FramePlan, way: Way) -> FramePlan {
     plan.presented_as(match way {
-        Way::Straight => Canvas::Swapchain(vk::Format::B8G8R8A8_SRGB),
-        Way::Encoded => Canvas::Own(Encoded { transfer: Transfer::Srgb, headroom: 1.0 }),
+        Way::Straight => Canvas::Straight(vk::Format::B8G8R8A8_SRGB),
+        Way::Encoded => Canvas::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 }),
     })
 }
 

@@ -9,7 +9,7 @@ const ACES: u32 = 2u;
 // The brightest that is shown, in units of white: 1, but for displays that show more.
 override HEADROOM: f32 = 1.0;
 
-// Khronos PBR Neutral tone mapper (Khronos Group, 2024), which leaves light as it is up to 0.8 of the brightest that is shown.
+// Khronos PBR Neutral tone mapper (Khronos Group, 2024). It compresses from 0.8 of the brightest on, which there is white; here it may be more.
 fn neutral(color_in: vec3<f32>) -> vec3<f32> {
     // 0.8 - 0.04, and 0.8 of what is beyond white.
     let start_compression = 0.76 + 0.8 * (HEADROOM - 1.0);
@@ -73,16 +73,16 @@ fn encode_srgb(linear: vec3<f32>) -> vec3<f32> {
     return select(1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055, linear * 12.92, linear <= vec3(0.0031308));
 }
 
-// Up to white is where curves end that were fitted for displays which show no more. On others they rise on, to HEADROOM: by a factor of
-// 1 + (HEADROOM - 1) v^4, where v is the brightest channel, so that a dark or middle grey stays as it is.
+// Curves that were fitted for displays which show nothing beyond white end there. On others their upper half rises on, to HEADROOM: a value
+// v from a half on, of the brightest channel, by (HEADROOM - 1) (2v - 1)^4. Below, the curve is what it is on any display.
 fn stretch(color: vec3<f32>) -> vec3<f32> {
     let mapped = saturate(color);
-    if HEADROOM <= 1.0 {
+    let brightest = max(mapped.r, max(mapped.g, mapped.b));
+    if HEADROOM <= 1.0 || brightest <= 0.5 {
         return mapped;
     }
-    let brightest = max(mapped.r, max(mapped.g, mapped.b));
-    let square = brightest * brightest;
-    return mapped * (1.0 + (HEADROOM - 1.0) * square * square);
+    let above = 2.0 * brightest - 1.0;
+    return mapped * (1.0 + (HEADROOM - 1.0) * above * above * above * above / brightest);
 }
 
 // 0..HEADROOM for any finite input that is not negative.

@@ -36,7 +36,7 @@ pub struct Args {
     /// Whether frames wait for the display: on, off (the lowest latency; frames may be torn), or adaptive (late ones do not)
     #[arg(long, value_name = "on|off|adaptive", value_parser = vsync, default_value = "on")]
     vsync: Vsync,
-    /// Show what is brighter than white so, on a display that can and whose brightest is so many nits; 1000 if none are given
+    /// Show what is brighter than white so, where the window takes HDR, on a display whose brightest is so many nits: 1000, or --hdr=NITS
     #[arg(long, value_name = "NITS", value_parser = hdr, num_args = 0..=1, require_equals = true, default_missing_value = "1000")]
     hdr: Option<f32>,
     /// Draw so many frames without a pause, then close the window and tell how long they took

@@ -12,6 +12,10 @@ use crate::gpu_scene::{GpuScene, ShadowAtlas, SortedIndices, ViewBuffers, view_s
 use crate::plan::{FramePlan, ShadowCache, World};
 use crate::scene::{Scene, Settings, exposure_scale, metered_ev100};
 
+/// The begin of a frame, and the end of each of its passes: at most SHADOW, GEOMETRY, LIGHTING, TRANSPARENT, COMPOSITE, TONEMAP, FXAA, what comes
+/// over the picture, and ENCODE.
+const MOST_TIMES: u32 = 10;
+
 /// All of a renderer that the scene is needed for.
 pub(super) struct Draft {
     device: Arc<Device>,
@@ -77,7 +81,7 @@ impl Draft {
                 cmd: CommandBuffer::new(&device, &format!("frame {index}"))?,
                 view: ViewBuffers::new(&device, index, frame_layout.raw, &plan, &world)?,
                 sorted: SortedIndices::new(&device, index, &plan)?,
-                times: Timestamps::new(&device, &format!("times of frame {index}"), 8)?,
+                times: Timestamps::new(&device, &format!("times of frame {index}"), MOST_TIMES)?,
                 ticket: None,
                 begun: Instant::now(),
                 record_ms: 0.0,

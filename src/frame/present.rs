@@ -11,9 +11,10 @@ use ash::vk;
 use super::deferred::image_barrier;
 use super::draft::Draft;
 use super::edges::{self, Edges};
-use super::read_back::{encoded_picture, host_barrier, picture_of};
+use super::read_back::{host_barrier, picture_of, picture_up_to_white};
 use super::rebuild::Rebuild;
 use super::split::Split;
+use super::stages::stamp;
 use super::{Drawn, Error, FrameParts, FrameTimes, IN_FLIGHT, Picture, Renderer, plan_for};
 use crate::gpu::barrier::ImageRange;
 use crate::gpu::{
@@ -24,7 +25,7 @@ use crate::gpu_scene::GpuScene;
 use crate::passes::copy::Copy;
 use crate::passes::encode::{Encode, WHITE_NITS};
 use crate::passes::overlay::{Overlay, Panels};
-use crate::plan::{self, Canvas, Encoded, FramePlan, Part, PartGroup, Transfer};
+use crate::plan::{self, Canvas, Encoding, FramePlan, Part, PartGroup, Transfer};
 use crate::scene::{Camera, Light, Scene, Settings, View};
 
 /// What became of a frame.
@@ -235,6 +236,10 @@ impl Presenter {
         };
         // What can fail comes before the image: one that is acquired must be presented.
         renderer.plan.check_camera(camera)?;
+        if renderer.plan.encoding.is_some() != self.encode.is_some() {
+            // It could not be made.
+            return Ok(Outcome::Nothing(Fit::OutOfDate));
+        }
         if copied && self.screenshot.is_none() {
             if !can_copy {
                 return Err(gpu::Error::Unsupported("this window's images cannot be copied from".into()).into());
@@ -253,12 +258,8 @@ impl Presenter {
             self.times = times;
         }
         let place = renderer.next;
-        let canvas = own_canvas(renderer);
-        let drawn_over = match canvas {
-            Some(own) => (own.format, vec![own.view], true),
-            None => (swapchain.formats.drawn, swapchain.views(), self.desc.images.encodes),
-        };
-        overlay(&self.device, drawn_over, swapchain.extent, &mut self.overlay, panels, place)?;
+        let over = || Over::of(renderer, swapchain, self.desc.images);
+        overlay(&self.device, &mut self.overlay, over, panels, place)?;
         let acquired = &self.acquired[place];
         let (index, fit) = match swapchain.acquire(acquired)? {
             Acquired::Image(index, fit) => (index, fit),
@@ -281,7 +282,8 @@ impl Presenter {
             image_barrier(&self.device, cmd, whole, renderer.edges.row("overlay-to-picture"));
         }
         if let Some(encode) = &self.encode {
-            record_encode(renderer, encode, (index, image.raw));
+            let is_covered = self.split.is_some() || copied || panels.is_some();
+            record_encode(renderer, encode, (index, image.raw), is_covered);
         }
         // The rows "acquire" and "present".
         let wait = (acquired.raw, renderer.edges.row("acquire").after.stage);
@@ -308,8 +310,8 @@ impl Presenter {
         // The row "copy-to-host".
         renderer.wait()?;
         self.is_copied = false;
-        if renderer.plan.encoded.is_some() {
-            return encoded_picture(copy, renderer.plan.size);
+        if renderer.plan.encoding.is_some() {
+            return picture_up_to_white(copy, renderer.plan.size);
         }
         let format = if copies(swapchain) { swapchain.formats.drawn } else { renderer.plan.output };
         picture_of(copy, renderer.plan.size, format)
@@ -361,11 +363,16 @@ impl Presenter {
         };
         let split = ["another view is shown beside the picture", "the picture is shown alone"];
         let overlay = ["panels are shown", "no panel is shown"];
-        let encode = ["no hardware encodes the window's images", "the window's images need none"];
+        let encoding = self.plan().and_then(|plan| plan.encoding);
+        let encode = match encoding.map(|encoding| encoding.transfer) {
+            Some(Transfer::Pq) => "the window's images are HDR10",
+            Some(Transfer::Linear) => "the window's images are scRGB",
+            _ => "no hardware encodes the window's images",
+        };
         let own = [
             over("SPLIT", self.split.is_some(), split),
             over("OVERLAY", has_panels, overlay),
-            over("ENCODE", self.encode.is_some(), encode),
+            over("ENCODE", encoding.is_some(), [encode, "the window's images need none"]),
         ];
         self.plan().map(FramePlan::parts).unwrap_or_default().iter().cloned().chain(own).collect()
     }
@@ -375,9 +382,10 @@ impl Presenter {
         self.swapchain.as_ref().map(|swapchain| swapchain.present_mode)
     }
 
-    /// Whether more than white is shown, as [`Presenter::with_hdr`] asks for; none without a swapchain.
+    /// Whether the window's images take more than white, as [`Presenter::with_hdr`] asks for; none before it has had pixels.
     pub fn shows_hdr(&self) -> Option<bool> {
-        self.swapchain.as_ref().map(|swapchain| transfer_of(swapchain.formats.color_space) != Transfer::Srgb)
+        let encoding = |plan: &FramePlan| plan.encoding.is_some_and(|encoding| encoding.transfer != Transfer::Srgb);
+        self.plan().map(encoding)
     }
 
     /// Whether a camera can be drawn with the window's plan, and with that of the view beside.
@@ -450,9 +458,9 @@ fn desc_for(plan: &FramePlan) -> SwapchainDesc {
 /// What frames are drawn into that are shown in such images, on a display that shows so much.
 fn canvas_of(formats: ImageFormats, headroom: f32) -> Canvas {
     match (formats.by_shader, transfer_of(formats.color_space)) {
-        (false, _) => Canvas::Swapchain(formats.drawn),
-        (true, Transfer::Srgb) => Canvas::Own(Encoded { transfer: Transfer::Srgb, headroom: 1.0 }),
-        (true, transfer) => Canvas::Own(Encoded { transfer, headroom }),
+        (false, _) => Canvas::Straight(formats.drawn),
+        (true, Transfer::Srgb) => Canvas::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 }),
+        (true, transfer) => Canvas::Encode(Encoding { transfer, headroom }),
     }
 }
 
@@ -467,15 +475,37 @@ fn transfer_of(color_space: vk::ColorSpaceKHR) -> Transfer {
 
 /// The picture, where it is not an image of the swapchain and nothing is copied into one.
 fn own_canvas(renderer: &Renderer) -> Option<&Image> {
-    renderer.plan.encoded.and_then(|_| renderer.frame.output())
+    renderer.plan.encoding.and_then(|_| renderer.frame.output())
+}
+
+/// What panels are drawn over.
+struct Over {
+    format: vk::Format,
+    /// It takes them linear.
+    encodes: bool,
+    /// One, or one for each image of the swapchain.
+    views: Vec<vk::ImageView>,
+    extent: vk::Extent2D,
+}
+
+impl Over {
+    fn of(renderer: &Renderer, swapchain: &Swapchain, images: ImageWish) -> Self {
+        let extent = swapchain.extent;
+        match own_canvas(renderer) {
+            Some(own) => Self { format: own.format, encodes: true, views: vec![own.view], extent },
+            None => {
+                let (format, encodes) = (swapchain.formats.drawn, images.encodes);
+                Self { format, encodes, views: swapchain.views(), extent }
+            }
+        }
+    }
 }
 
 /// Sees to it that there is an overlay where there are panels, and nowhere else, and that it has what this frame in flight shows.
 fn overlay(
     device: &Arc<Device>,
-    (format, views, encodes): (vk::Format, Vec<vk::ImageView>, bool),
-    extent: vk::Extent2D,
     overlay: &mut Option<Overlay>,
+    over: impl FnOnce() -> Over,
     panels: Option<&Panels>,
     frame: usize,
 ) -> gpu::Result<()> {
@@ -486,6 +516,7 @@ fn overlay(
     let own = match overlay {
         Some(own) => own,
         None => {
+            let Over { format, encodes, views, extent } = over();
             let mut new = Overlay::new(device, format, encodes, IN_FLIGHT)?;
             new.resize(&views, extent)?;
             overlay.insert(new)
@@ -507,9 +538,15 @@ fn record_copy(renderer: &Renderer, copy: &Copy, swapchain_image: Option<vk::Ima
 }
 
 /// Brings the picture of the frame that is being recorded into an image of the swapchain, which is ready to be presented then.
-fn record_encode(renderer: &Renderer, encode: &Encode, (index, image): (usize, vk::Image)) {
+fn record_encode(renderer: &mut Renderer, encode: &Encode, (index, image): (usize, vk::Image), is_covered: bool) {
+    let in_flight = &mut renderer.frames[renderer.next];
+    let cmd = in_flight.cmd.raw;
+    if is_covered {
+        // What comes over the picture is no part of ENCODE.
+        stamp(&mut in_flight.times, cmd, "over the picture");
+    }
     let Some(picture) = own_canvas(renderer) else { return };
-    let (device, edges, cmd) = (&renderer.device, &renderer.edges, renderer.frames[renderer.next].cmd.raw);
+    let (device, edges) = (&renderer.device, &renderer.edges);
     let shown = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
     device.begin_label(cmd, "ENCODE");
     image_barrier(device, cmd, picture, edges.row("picture-to-encode"));
@@ -518,6 +555,7 @@ fn record_encode(renderer: &Renderer, encode: &Encode, (index, image): (usize, v
     image_barrier(device, cmd, picture, edges.row("encode-to-picture"));
     image_barrier(device, cmd, shown, edges.row("encode-to-swapchain"));
     device.end_label(cmd);
+    stamp(&mut renderer.frames[renderer.next].times, cmd, "encode");
 }
 
 /// Copies an image that is ready to be presented, as it is again after that.

@@ -8,8 +8,6 @@ use crate::gpu::{self, CommandBuffer, Device, barrier};
 use crate::passes::copy::Copy;
 #[cfg(feature = "window")]
 use crate::passes::tonemap::encode_srgb;
-#[cfg(feature = "window")]
-use crate::plan::HDR;
 
 impl Renderer {
     /// The last frame's picture. Waits for it.
@@ -76,18 +74,19 @@ pub(super) fn picture_of(copy: &Copy, size: [u32; 2], format: vk::Format) -> Res
     Ok(Picture { size, pixels })
 }
 
-/// The same of a picture that waits to be encoded: as other displays show it, of 8 bits a channel and up to white.
+/// The same of a picture that waits to be encoded: sRGB of 8 bits a channel, cut off at white.
 ///
 /// # Errors
 /// When the device is lost.
 #[cfg(feature = "window")]
-pub(super) fn encoded_picture(copy: &Copy, size: [u32; 2]) -> Result<Picture, Error> {
-    let picture = picture_of(copy, size, HDR)?;
-    let Pixels::LinearF32(light) = &picture.pixels else { return Ok(picture) };
-    let byte = |value: f64| (value * 255.0).round() as u8;
-    let shown = |light: f32| byte(encode_srgb(f64::from(light).clamp(0.0, 1.0)));
-    let pixels = light.as_chunks::<4>().0.iter().flat_map(|&[r, g, b, _]| [shown(r), shown(g), shown(b), 255]);
-    Ok(Picture { size, pixels: Pixels::Srgb8(pixels.collect()) })
+pub(super) fn picture_up_to_white(copy: &Copy, size: [u32; 2]) -> Result<Picture, Error> {
+    // There are fewer half floats than channels of a picture.
+    let code = |bits: u16| (encode_srgb(half::f16::from_bits(bits).to_f64().clamp(0.0, 1.0)) * 255.0).round() as u8;
+    let codes: Vec<u8> = (0..=u16::MAX).map(code).collect();
+    let bytes = copy.buffer.read(0, copy.buffer.size)?;
+    let shown = |channel: &[u8; 2]| codes[usize::from(u16::from_ne_bytes(*channel))];
+    let pixels = bytes.as_chunks::<2>().0.iter().map(shown).collect();
+    Ok(Picture { size, pixels: Pixels::Srgb8(pixels) })
 }
 
 fn decode(format: vk::Format, bytes: &[u8]) -> Pixels {

@@ -332,8 +332,8 @@ const OF_MORE_BITS: [vk::Format; 4] = [
     vk::Format::R16G16B16A16_SFLOAT,
 ];
 
-/// Brightness beyond white, and of which light: the first two tell it in nits, whatever the display; with the third systems differ in what
-/// they take for white.
+/// Brightness beyond white. The first two tell it in nits, whatever the display. In the third 1 is 80 nits; on Apple's systems it would be the
+/// display's own white, which nothing tells, and so it is not taken there.
 const OF_HDR: [(vk::Format, vk::ColorSpaceKHR); 3] = [
     (vk::Format::A2B10G10R10_UNORM_PACK32, vk::ColorSpaceKHR::HDR10_ST2084_EXT),
     (vk::Format::A2R10G10B10_UNORM_PACK32, vk::ColorSpaceKHR::HDR10_ST2084_EXT),
@@ -355,7 +355,8 @@ pub fn image_formats(device: &Device, surface: &Surface, wish: ImageWish) -> Res
 fn choose_formats(offered: &[vk::SurfaceFormatKHR], wish: ImageWish, mutable: bool) -> Option<ImageFormats> {
     let is_offered = |format, color_space| offered.contains(&vk::SurfaceFormatKHR { format, color_space });
     let one = |own, color_space, by_shader| ImageFormats { own, drawn: own, color_space, by_shader };
-    let bright = OF_HDR.into_iter().find(|&(format, space)| wish.hdr && is_offered(format, space));
+    let tells_nits = |space| space == vk::ColorSpaceKHR::HDR10_ST2084_EXT || !cfg!(target_vendor = "apple");
+    let bright = OF_HDR.into_iter().find(|&(format, space)| wish.hdr && tells_nits(space) && is_offered(format, space));
     if let Some((format, space)) = bright {
         return Some(one(format, space, true));
     }

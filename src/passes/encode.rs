@@ -1,5 +1,5 @@
-//! ENCODE: a window's picture into images that no hardware encodes: those of 10 bits, and of displays that show more than white. It exists only
-//! for them: elsewhere the last pass draws straight into the swapchain's image.
+//! ENCODE: a window's picture into images that no hardware encodes: those of more than 8 bits, those that take more than white, and plain ones
+//! that cannot be viewed as sRGB. It exists only for them: elsewhere the last pass draws straight into the swapchain's image.
 
 use std::sync::Arc;
 

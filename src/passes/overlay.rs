@@ -260,7 +260,7 @@ impl Overlay {
         Ok(Bound { set, _pool: pool, _image: image })
     }
 
-    /// Begins the render pass over an image of the swapchain, draws what [`Overlay::write`] took over for this frame, and ends it.
+    /// Begins the render pass over one of its images, draws what [`Overlay::write`] took over for this frame, and ends it.
     pub fn record(&self, cmd: vk::CommandBuffer, image: usize, frame: usize, panels: &Panels) {
         let gpu = &self.device.raw;
         let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: self.extent };

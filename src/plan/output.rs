@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Capabilities, Error, FramePlan};
+use super::{Capabilities, Error, FramePlan, parts};
 use crate::scene::{HdrFormat, OptionalPart, Output, Resolve, Settings, Tonemap};
 
 /// Where scene light becomes display light.
@@ -40,21 +40,21 @@ pub enum Transfer {
     Linear,
 }
 
-/// A picture that ENCODE brings into a swapchain's image: until then it is linear, and 1 is white.
+/// What ENCODE makes of a picture, which until then is linear, with a white of 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Encoded {
+pub struct Encoding {
     pub transfer: Transfer,
-    /// The brightest that is shown, in units of white: 1 where white is the brightest.
+    /// The brightest that the display shows, in units of white: 1 where white is the brightest.
     pub headroom: f32,
 }
 
 /// What a window's pictures are drawn into.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Canvas {
-    /// Images of a swapchain that have this format.
-    Swapchain(vk::Format),
-    /// An image of the frame's own.
-    Own(Encoded),
+    /// Images of a swapchain that have this format. What a compute pass writes is copied there.
+    Straight(vk::Format),
+    /// An image of the frame's own, from which ENCODE draws into the swapchain's.
+    Encode(Encoding),
 }
 
 /// The format asked for, which must blend.
@@ -73,9 +73,9 @@ impl FramePlan {
     pub fn presented_as(self, canvas: Canvas) -> Self {
         let presented = Some(canvas);
         match canvas {
-            Canvas::Swapchain(_) if self.is_tiled() => Self { presented, ..self },
-            Canvas::Swapchain(format) => Self { presented, output: format, ..self },
-            Canvas::Own(encoded) => Self { presented, ..self.encoded_as(encoded) },
+            Canvas::Straight(_) if self.is_tiled() => Self { presented, ..self },
+            Canvas::Straight(format) => Self { presented, output: format, ..self },
+            Canvas::Encode(encoding) => Self { presented, ..self.with_encoding(encoding) },
         }
     }
 
@@ -83,8 +83,8 @@ impl FramePlan {
     /// is encoded by the hardware.
     pub fn copied_to(self, canvas: Canvas) -> Self {
         let format = match canvas {
-            Canvas::Swapchain(format) => format,
-            Canvas::Own(encoded) => return self.encoded_as(encoded),
+            Canvas::Straight(format) => format,
+            Canvas::Encode(encoding) => return self.with_encoding(encoding),
         };
         let blue_first = [vk::Format::B8G8R8A8_SRGB, vk::Format::B8G8R8A8_UNORM].contains(&format);
         match self.is_tiled() {
@@ -97,8 +97,10 @@ impl FramePlan {
     }
 
     /// Half floats tell apart more than 10 bits of any of the curves do, in the range where that shows; they blend, and can be stored to.
-    fn encoded_as(self, encoded: Encoded) -> Self {
-        Self { output: HDR, encoded: Some(encoded), ..self }
+    fn with_encoding(self, encoding: Encoding) -> Self {
+        let mut new = Self { output: HDR, encoding: Some(encoding), ..self };
+        new.parts = parts::with_output(std::mem::take(&mut new.parts), &new);
+        new
     }
 
     /// The same frames of one pixel: what has the size of the picture can be made later.
@@ -108,17 +110,17 @@ impl FramePlan {
 
     /// Whether the last pass draws into an image of the swapchain, and not into one of the frame's own.
     pub fn draws_into_swapchain(&self) -> bool {
-        matches!(self.presented, Some(Canvas::Swapchain(_))) && !self.is_tiled()
+        matches!(self.presented, Some(Canvas::Straight(_))) && !self.is_tiled()
     }
 
     /// Whether what is drawn into the output is encoded later, by the hardware or by ENCODE.
     pub fn encodes_output(&self) -> bool {
-        self.encoded.is_some() || PRESENTED_SRGB.contains(&self.output)
+        self.encoding.is_some() || PRESENTED_SRGB.contains(&self.output)
     }
 
     /// The brightest of a tone-mapped picture: 1, or what a display can show beyond white.
     pub fn headroom(&self) -> f32 {
-        self.encoded.map_or(1.0, |encoded| encoded.headroom)
+        self.encoding.map_or(1.0, |encoding| encoding.headroom)
     }
 
     /// Whether the same scene lies on the device in the same way for the other plan: its meshes and textures can stay.
@@ -256,14 +258,14 @@ mod tests {
         let all = [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat();
         for (name, plan) in all.into_iter().filter(|(_, plan)| shown(plan)) {
             for (format, blue_first) in [(vk::Format::B8G8R8A8_SRGB, true), (BLUE_FIRST, true), (OUTPUT_PLAIN, false)] {
-                let copied = plan.clone().copied_to(Canvas::Swapchain(format));
+                let copied = plan.clone().copied_to(Canvas::Straight(format));
                 assert_eq!(format_bytes(copied.output), format_bytes(format), "{name}");
                 assert_eq!((copied.presented, copied.encodes_output()), (None, plan.encodes_output()), "{name}");
                 let own = copied.swaps_red_and_blue || copied.output == vk::Format::B8G8R8A8_SRGB;
                 assert_eq!((own, copied.swaps_red_and_blue), (blue_first, blue_first && plan.is_tiled()), "{name}");
                 // A size that changes leaves that as it is.
                 let larger = FramePlan { size: plan.size.map(|edge| 2 * edge), ..plan.clone() }
-                    .copied_to(Canvas::Swapchain(format));
+                    .copied_to(Canvas::Straight(format));
                 assert!(copied.differs_in_size_only(&larger) && copied.uploads_as(&plan), "{name}");
                 assert!(!copied.differs_in_size_only(&plan) || copied == plan, "{name}");
             }
@@ -272,16 +274,21 @@ mod tests {
 
     #[test]
     fn pictures_that_a_shader_encodes_are_light_in_an_image_of_the_frames_own_whoever_draws_them() {
-        let encoded = Encoded { transfer: Transfer::Pq, headroom: 4.0 };
+        let encoded = Encoding { transfer: Transfer::Pq, headroom: 4.0 };
         let all = [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat();
         for (name, plan) in all {
-            let shown = plan.clone().presented_as(Canvas::Own(encoded));
+            let shown = plan.clone().presented_as(Canvas::Encode(encoded));
             assert_eq!((shown.output, shown.headroom()), (HDR, 4.0), "{name}");
             assert!(shown.encodes_output() && !shown.draws_into_swapchain(), "{name}");
-            let beside = plan.clone().copied_to(Canvas::Own(encoded));
+            let told: u64 =
+                shown.parts().iter().filter(|part| part.name.contains("output")).map(|part| part.bytes).sum();
+            let pixels = u64::from(shown.size[0]) * u64::from(shown.size[1]);
+            let samples = if shown.resolves_output() { 1 + shown.msaa } else { 1 };
+            assert_eq!(told, 8 * u64::from(samples) * pixels, "{name}: {:?}", shown.parts());
+            let beside = plan.clone().copied_to(Canvas::Encode(encoded));
             assert_eq!((beside.output, beside.headroom(), beside.presented), (HDR, 4.0, None), "{name}");
             assert!(shown.uploads_as(&plan) && beside.uploads_as(&plan), "{name}");
-            let direct = plan.presented_as(Canvas::Swapchain(vk::Format::B8G8R8A8_SRGB));
+            let direct = plan.presented_as(Canvas::Straight(vk::Format::B8G8R8A8_SRGB));
             assert_eq!((direct.headroom(), direct.draws_into_swapchain()), (1.0, !direct.is_tiled()), "{name}");
         }
     }

@@ -82,6 +82,20 @@ pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<
     parts
 }
 
+/// The same parts of a plan that has another output than when they were listed.
+pub(super) fn with_output(mut parts: Vec<Part>, plan: &FramePlan) -> Vec<Part> {
+    if let Some(own) = parts.iter_mut().find(|part| part.name.starts_with("output (")) {
+        let Part { name, bytes, .. } = output(plan);
+        (own.name, own.bytes) = (name, bytes);
+    }
+    for new in [samples_of_output(plan), fxaa(plan)] {
+        if let Some(own) = parts.iter_mut().find(|part| part.name == new.name) {
+            own.bytes = new.bytes;
+        }
+    }
+    parts
+}
+
 /// Parts that are only there because the settings keep them say so, and why nothing needs them.
 pub(super) fn say_what_is_kept(parts: &mut [Part], lean: &[Part]) {
     for part in parts.iter_mut().filter(|part| part.included) {
@@ -125,10 +139,14 @@ fn shadow_maps(shadow: &ShadowPlan) -> String {
     format!("{names}: {maps} in {layers} of {}x{}, filter {}", shadow.size, shadow.size, shadow.filter)
 }
 
+fn output(plan: &FramePlan) -> Part {
+    let bytes = u64::from(format_bytes(plan.output)) * pixels(plan);
+    part(&format!("output ({:?})", plan.output), true, "the picture", bytes)
+}
+
 fn gbuffer(plan: &FramePlan) -> Vec<Part> {
     let attachment = |name: &str, format: Option<vk::Format>, reason: String| {
-        let samples = if name == "output" { 1 } else { plan.msaa };
-        let bytes = u64::from(format.map_or(0, format_bytes) * samples) * pixels(plan);
+        let bytes = u64::from(format.map_or(0, format_bytes) * plan.msaa) * pixels(plan);
         let name = match format {
             Some(format) => format!("{name} ({format:?})"),
             None => name.to_string(),
@@ -142,8 +160,7 @@ fn gbuffer(plan: &FramePlan) -> Vec<Part> {
         (Some(_), true) => "hides what lies behind; position is rebuilt from it",
         (Some(_), false) => "hides what lies behind",
     };
-    let mut parts =
-        vec![attachment("output", Some(plan.output), "the picture".into()), attachment("depth", depth, hides.into())];
+    let mut parts = vec![output(plan), attachment("depth", depth, hides.into())];
     let Some(gbuffer) = &plan.gbuffer else {
         if plan.shading == Shading::ShowOverdraw {
             parts.push(attachment("fragment count", Some(COUNT), "the view shows it".into()));
@@ -218,6 +235,11 @@ fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
     part(name, plan.hdr.is_some(), reason, bytes * pixels(plan)).is(OptionalPart::HdrTarget)
 }
 
+fn fxaa(plan: &FramePlan) -> Part {
+    let reason = if plan.fxaa { "asked for" } else { "not asked for" };
+    part("FXAA pass", plan.fxaa, reason, u64::from(format_bytes(plan.output)) * pixels(plan))
+}
+
 fn samples_of_output(plan: &FramePlan) -> Part {
     let resolved = match (plan.resolves_output(), plan.msaa) {
         (true, _) => "the render pass resolves what is shown of each sample",
@@ -256,11 +278,10 @@ fn antialiasing(plan: &FramePlan) -> Vec<Part> {
         samples if plan.is_forward() => format!("{samples} samples a pixel; each triangle in it is shaded once"),
         samples => format!("{samples} samples a pixel; where they differ, LIGHTING shades each"),
     };
-    let fxaa = if plan.fxaa { "asked for" } else { "not asked for" };
     vec![
         part("accumulated frames", plan.samples > 1, many, 0),
         part("multisampling", plan.msaa > 1, multisampling, 0),
-        part("FXAA pass", plan.fxaa, fxaa, 4 * pixels(plan)),
+        fxaa(plan),
     ]
 }
 

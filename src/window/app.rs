@@ -78,6 +78,8 @@ pub struct App<'a> {
     advanced: Option<Instant>,
     /// The size that frames were last made for.
     fitted: Option<[u32; 2]>,
+    /// Whether they show more than white, as it was last told.
+    told_hdr: Option<bool>,
     /// The next frame's picture is to be compared with the truth.
     compare: bool,
     wake: Arc<dyn Fn() + Send + Sync>,
@@ -122,6 +124,7 @@ impl<'a> App<'a> {
             recording: None,
             advanced: None,
             fitted: None,
+            told_hdr: None,
             compare: false,
             wake,
             watch: None,
@@ -210,6 +213,10 @@ impl<'a> App<'a> {
         presenter.divide_at(desk.divider.at());
         let mut kept = !waits && std::mem::take(&mut self.screenshot);
         let mut compared = !waits && std::mem::take(&mut self.compare);
+        if compared && presenter.shows_hdr() == Some(true) {
+            split::compare_up_to_white(presenter, desk, (&self.subject, &camera), &self.options);
+            (compared, self.again) = (false, Some(now));
+        }
         if (kept || compared) && !presenter.can_copy() {
             (self.options.tell)("warning: no picture: this window's images cannot be copied from");
             (kept, compared) = (false, false);
@@ -294,6 +301,10 @@ impl<'a> App<'a> {
             window.request_redraw();
         }
         self.control_before = None;
+        let told = presenter.shows_hdr();
+        if self.options.hdr.is_some() && std::mem::replace(&mut self.told_hdr, told) != told && told == Some(false) {
+            (self.options.tell)("warning: this window has no --hdr: nothing in it is brighter than white");
+        }
         match self.fitted.replace(size) {
             None => tell_mode(presenter, &self.options),
             Some(before) if before != size => self.clock.resized(begun.elapsed()),
@@ -483,9 +494,6 @@ fn at_once(fits: bool) -> Fitted {
 
 /// Tells when frames are not shown as they were asked to be.
 fn tell_mode(presenter: &Presenter, options: &Options) {
-    if options.hdr.is_some() && presenter.shows_hdr() == Some(false) {
-        (options.tell)("warning: this window has no --hdr: nothing in it is brighter than white");
-    }
     if let Some(mode) = presenter.present_mode().filter(|&mode| !options.vsync.is(mode)) {
         let vsync = format!("{:?}", options.vsync).to_lowercase();
         (options.tell)(&format!("warning: this window has no --vsync {vsync}: frames follow each other by {mode:?}"));

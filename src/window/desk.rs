@@ -273,9 +273,7 @@ impl Desk {
     /// Asks how far a picture from this camera is from the truth; none if what is shown is no picture of light.
     pub fn compare(&mut self, subject: &Subject, camera: Camera, picture: &Picture) {
         let Pixels::Srgb8(rgba) = &picture.pixels else { return };
-        if subject.settings.view != View::Final || self.stepper.is_open() {
-            self.refused = Some("only the final picture of a whole frame can be compared with the truth".into());
-            self.controls.shown = true;
+        if self.refuses_comparison(subject) {
             return;
         }
         let drawn = Drawn {
@@ -286,6 +284,16 @@ impl Desk {
         };
         self.oracle(subject).ask(Question::Error(Box::new(drawn)));
         (self.compared, self.error) = (Some(camera), None);
+    }
+
+    /// Whether what is shown cannot be compared, which is told then.
+    pub fn refuses_comparison(&mut self, subject: &Subject) -> bool {
+        let refuses = subject.settings.view != View::Final || self.stepper.is_open();
+        if refuses {
+            self.refused = Some("only the final picture of a whole frame can be compared with the truth".into());
+            self.controls.shown = true;
+        }
+        refuses
     }
 
     /// No picture is compared any more.

@@ -29,8 +29,8 @@ const IN_TURN: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags:
 pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     let mut rows = match plan.presented {
         None => return Vec::new(),
-        Some(Canvas::Swapchain(_)) => straight(plan),
-        Some(Canvas::Own(_)) => encoded(),
+        Some(Canvas::Straight(_)) => straight(plan),
+        Some(Canvas::Encode(_)) => encoded(),
     };
     rows.push(Edge::new(
         "present",
@@ -52,22 +52,19 @@ fn barrier(
     Edge::new(name, Carrier::ImageBarrier(old, new), places, uses, why)
 }
 
-fn acquire((first, first_use): (Place, Use)) -> Edge {
-    Edge::new(
-        "acquire",
-        Carrier::Semaphore,
-        (Place::Presentation, first),
-        (Use::START, first_use),
-        "presentation may still read the image when the frame is recorded; the frame goes on until it needs the image",
-    )
+fn acquire((first, first_use): (Place, Use), why: &'static str) -> Edge {
+    Edge::new("acquire", Carrier::Semaphore, (Place::Presentation, first), (Use::START, first_use), why)
 }
 
 /// The picture is the swapchain's image.
 fn straight(plan: &FramePlan) -> Vec<Edge> {
-    let mut rows = vec![acquire(match plan.is_tiled() {
+    let first = match plan.is_tiled() {
         true => (Place::Present, BEGIN),
         false => (first_of_picture(plan), ATTACH),
-    })];
+    };
+    let why =
+        "presentation may still read the image when the frame is recorded; the frame goes on until it needs the image";
+    let mut rows = vec![acquire(first, why)];
     if plan.is_tiled() {
         rows.extend([
             barrier(
@@ -138,7 +135,10 @@ fn straight(plan: &FramePlan) -> Vec<Edge> {
 /// The picture is the frame's own, and is encoded into the swapchain's image.
 fn encoded() -> Vec<Edge> {
     vec![
-        acquire((Place::Encode, ATTACH)),
+        acquire(
+            (Place::Encode, ATTACH),
+            "presentation may still read the image when the frame is recorded; all that writes colours waits, though ENCODE alone needs the image",
+        ),
         // As above, but that COPY takes the picture as it lies.
         barrier(
             "picture-to-split",
@@ -207,7 +207,7 @@ mod tests {
     use super::super::{Edges, table};
     use super::*;
     use crate::frame::render_pass::{PassDescription, Resource};
-    use crate::plan::{Encoded, OUTPUT_PLAIN, OUTPUT_SRGB, Transfer, samples};
+    use crate::plan::{Encoding, OUTPUT_PLAIN, OUTPUT_SRGB, Transfer, samples};
     use crate::targets::Target;
 
     /// Sample plans of pictures.
@@ -221,16 +221,16 @@ mod tests {
         for (name, plan) in pictures() {
             let format = if plan.is_tiled() { vk::Format::B8G8R8A8_UNORM } else { vk::Format::B8G8R8A8_SRGB };
             assert!(rows(&plan).is_empty(), "{name}: nothing is presented without a window");
-            let plan = plan.presented_as(Canvas::Swapchain(format));
+            let plan = plan.presented_as(Canvas::Straight(format));
             check(&name, &plan, &table(&plan));
         }
     }
 
     /// The same where no hardware encodes them.
     fn each_encoded_plan(check: impl Fn(&str, &FramePlan, &Edges)) {
-        let encoded = Encoded { transfer: Transfer::Srgb, headroom: 1.0 };
+        let encoded = Encoding { transfer: Transfer::Srgb, headroom: 1.0 };
         for (name, plan) in pictures() {
-            let plan = plan.presented_as(Canvas::Own(encoded));
+            let plan = plan.presented_as(Canvas::Encode(encoded));
             check(&name, &plan, &table(&plan));
         }
     }
@@ -306,7 +306,7 @@ mod tests {
                 false => {
                     let (_, picture) = picture.unwrap_or_else(|| panic!("{name}: no picture"));
                     assert_eq!(picture.final_layout, READ_BY_PRESENTATION, "{name}");
-                    assert_eq!(Some(Canvas::Swapchain(picture.format)), plan.presented, "{name}");
+                    assert_eq!(Some(Canvas::Straight(picture.format)), plan.presented, "{name}");
                     assert!(table.find("picture-to-copy").is_some(), "{name}");
                 }
             }
@@ -315,8 +315,8 @@ mod tests {
 
     #[test]
     fn another_picture_is_whole_when_a_part_of_it_is_copied_and_stays_until_that_is_done() {
-        let encoded = Canvas::Own(Encoded { transfer: Transfer::Pq, headroom: 2.0 });
-        let [srgb, plain] = [vk::Format::B8G8R8A8_SRGB, vk::Format::B8G8R8A8_UNORM].map(Canvas::Swapchain);
+        let encoded = Canvas::Encode(Encoding { transfer: Transfer::Pq, headroom: 2.0 });
+        let [srgb, plain] = [vk::Format::B8G8R8A8_SRGB, vk::Format::B8G8R8A8_UNORM].map(Canvas::Straight);
         for (name, plan) in pictures() {
             for canvas in [srgb, plain, encoded] {
                 let plan = plan.clone().copied_to(canvas);

@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Presenter, SPLIT_INTO, canvas_of, desc_for, own_canvas, transfer_of, wishes};
+use super::{Over, Presenter, SPLIT_INTO, canvas_of, desc_for, own_canvas, wishes};
 use crate::frame::draft::Draft;
 use crate::frame::rebuild::{Begun, Made, Rebuild, Wake};
 use crate::frame::{Error, plan_for};
@@ -165,13 +165,14 @@ impl Presenter {
             let vk::Extent2D { width, height } = swapchain.extent;
             let settings = Settings { size: [width, height], ..settings.clone() };
             let plan = plan_for(&self.device, scene, &settings)?;
+            let before = (self.desc.images, self.desc.usage);
             let (images, usage) = (self.wish_for(&plan), desc_for(&plan).usage);
-            if (images, usage) == (self.desc.images, self.desc.usage) {
+            // Frames of other settings may need other images than those before. What they need does not depend on their size.
+            self.desc = SwapchainDesc { images, usage, ..self.desc };
+            if swapchain.formats.by_shader || (images, usage) == before {
                 let canvas = canvas_of(swapchain.formats, self.headroom);
                 return Ok(Some((settings, plan.presented_as(canvas))));
             }
-            // Frames of other settings may need other images than those before. What they need does not depend on their size.
-            self.desc = SwapchainDesc { images, usage, ..self.desc };
         }
     }
 
@@ -183,25 +184,21 @@ impl Presenter {
     /// What comes over the picture, for the images as they are.
     fn fit_over(&mut self) -> Result<(), Error> {
         let (Some(swapchain), Some(renderer)) = (&self.swapchain, &self.renderer) else { return Ok(()) };
-        let (views, extent, formats) = (swapchain.views(), swapchain.extent, swapchain.formats);
-        let own = own_canvas(renderer);
-        let (format, drawn_over) = own.map_or((formats.drawn, views.clone()), |own| (own.format, vec![own.view]));
+        let over = Over::of(renderer, swapchain, self.desc.images);
         match &mut self.overlay {
-            Some(overlay) if overlay.format() == format && self.changed.is_none() => {
-                overlay.resize(&drawn_over, extent)?
+            Some(overlay) if overlay.format() == over.format && self.changed.is_none() => {
+                overlay.resize(&over.views, over.extent)?
             }
             overlay => *overlay = None,
         }
-        let Some(picture) = own else {
-            self.encode = None;
-            return Ok(());
+        let before = self.encode.take().filter(|_| self.changed.is_none());
+        let (Some(picture), Some(encoding)) = (own_canvas(renderer), renderer.plan.encoding) else { return Ok(()) };
+        let (format, transfer) = (swapchain.formats.drawn, encoding.transfer);
+        let encode = match before.filter(|before| before.is_for(format, transfer)) {
+            Some(before) => before,
+            None => Encode::new(&self.device, format, transfer)?,
         };
-        let transfer = transfer_of(formats.color_space);
-        let encode = match self.encode.take().filter(|encode| encode.is_for(formats.drawn, transfer)) {
-            Some(encode) => encode,
-            None => Encode::new(&self.device, formats.drawn, transfer)?,
-        };
-        Ok(self.encode.insert(encode).resize(picture.view, &views, extent)?)
+        Ok(self.encode.insert(encode).resize(picture.view, &swapchain.views(), swapchain.extent)?)
     }
 
     /// Makes the other picture as the frames are, or gives it up. Whether it is what another thread has made.
@@ -209,10 +206,10 @@ impl Presenter {
         let (Some(split), Some(renderer), Some(swapchain)) = (&mut self.split, &self.renderer, &self.swapchain) else {
             return false;
         };
-        let canvas = canvas_of(swapchain.formats, self.headroom);
-        let fitted = match swapchain.usage.contains(SPLIT_INTO) || own_canvas(renderer).is_some() {
-            true => split.fit((scene, settings), (renderer, canvas), self.changed, made),
-            false => Err(gpu::Error::Unsupported("this window's images cannot be copied into".into()).into()),
+        let can_split = swapchain.usage.contains(SPLIT_INTO) || own_canvas(renderer).is_some();
+        let fitted = match renderer.plan.presented.filter(|_| can_split) {
+            Some(canvas) => split.fit((scene, settings), (renderer, canvas), self.changed, made),
+            None => Err(gpu::Error::Unsupported("this window's images cannot be copied into".into()).into()),
         };
         fitted.unwrap_or_else(|error| {
             (self.split, self.refused) = (None, Some(error));

@@ -6,8 +6,9 @@ use winit::event::ElementState;
 
 use super::App;
 use crate::frame::Presenter;
-use crate::scene::Camera;
+use crate::scene::{Camera, Settings};
 use crate::window::Options;
+use crate::window::desk::Desk;
 use crate::window::split::Grip;
 use crate::window::subject::Subject;
 
@@ -65,6 +66,24 @@ impl App<'_> {
     /// Of the window, in pixels.
     fn width(&self) -> u32 {
         self.window.as_ref().map_or(1, |window| window.inner_size().width)
+    }
+}
+
+/// Compares, where the window shows more than white, a picture that ends there: the truth knows of nothing brighter.
+pub(super) fn compare_up_to_white(
+    presenter: &Presenter,
+    desk: &mut Desk,
+    (subject, camera): (&Subject, &Camera),
+    options: &Options,
+) {
+    if desk.refuses_comparison(subject) {
+        return;
+    }
+    let size = presenter.plan().map_or(subject.settings.size, |plan| plan.size);
+    let settings = Settings { size, ..subject.settings.clone() };
+    match presenter.picture_apart(&subject.scene, &settings, camera) {
+        Ok(picture) => desk.compare(subject, *camera, &picture),
+        Err(error) => (options.tell)(&format!("warning: no picture: {error}")),
     }
 }
 
