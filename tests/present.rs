@@ -123,6 +123,26 @@ fn an_encoded_frame_is_that_of_a_renderer_at_every_size_but_for_what_8_bits_roun
     });
 }
 
+/// As when a window comes to a display with other images.
+#[test]
+fn images_that_are_encoded_otherwise_than_before_get_frames_of_their_own() {
+    on_presenting_gpu(|gpu| {
+        for (name, scene, settings) in ways() {
+            let settings = Settings { size: SIZES[0], ..settings };
+            let [before, after] = [Way::Straight, Way::Encoded].map(|way| first(gpu, &scene, &settings, way));
+            let mut presenter = presenter(gpu, &scene, &settings, Way::Straight);
+            presenter.show_beside(Some(settings.view));
+            presenter.divide_at(0.5);
+            fit(&mut presenter, &scene, &settings, SIZES[0]);
+            assert_identical(&shown(&mut presenter, &scene, name), &before, &format!("{name}, straight"));
+            presenter = presenter.with_encoding();
+            fit(&mut presenter, &scene, &settings, SIZES[0]);
+            assert_eq!(presenter.beside(), Some(settings.view), "{name}: {:?}", presenter.refusal());
+            assert_identical(&shown(&mut presenter, &scene, name), &after, &format!("{name}, by ENCODE"));
+        }
+    });
+}
+
 #[test]
 fn a_lost_surface_is_replaced_and_the_frames_go_on() {
     on_presenting_gpu(|gpu| {

@@ -291,7 +291,7 @@ mod tests {
             let chained = rows.iter().any(|row| row.before.stage.contains(acquire.after.stage));
             assert!(chained, "{name}: {:?} does not reach {rows:?}", acquire.after.stage);
             let expected = if plan.is_tiled() { S::TRANSFER } else { S::COLOR_ATTACHMENT_OUTPUT };
-            assert_eq!(acquire.after.stage, expected, "{name}: shadow maps and G-buffer wait for no image");
+            assert_eq!(acquire.after.stage, expected, "{name}: shadow maps wait for no image");
         });
     }
 
