@@ -7,11 +7,15 @@ use glam::Vec3;
 use super::WAYS;
 use super::harness::{SIZE, Server, View, floats, key, program, render, rendered, rgb, size_text, text, until};
 
-const EV100: &str = "1";
+/// At which a part of the spheres is brighter than white, and most of them is not.
+pub const EV100: &str = "6";
+
+/// All codes of 10 bits are up to this.
+pub const MOST: f64 = 1023.0;
 
 /// Whether the driver brings pictures into such windows. Mesa's software drivers once called every window's image one of depth 24 (`24` in 22.3's
 /// `x11_present_to_x11_sw`, `chain->depth` later), which the server refuses where that is not so: the window stays black.
-fn shows() -> bool {
+pub fn shows() -> bool {
     let told = program().arg("doctor").output().expect("the program starts").stdout;
     let told = text(&told);
     let driver = told.lines().find_map(|line| line.split("llvmpipe Mesa ").nth(1));
@@ -25,15 +29,15 @@ fn shows() -> bool {
 
 /// Where a code of 8 bits lies among those of 10.
 fn widened(code: u8) -> f64 {
-    f64::from(code) / 255.0 * 1023.0
+    f64::from(code) / 255.0 * MOST
 }
 
 /// Half a code of 8 bits and half a one of 10 are rounded away, and hardware may encode by a code of 8 bits off.
-const AS_8_BITS: f64 = 0.5 + 1.5 * 1023.0 / 255.0;
+const AS_8_BITS: f64 = 0.5 + 1.5 * MOST / 255.0;
 
 /// How far the window may be from what is expected, and which share of its codes may be farther.
 #[derive(Clone, Copy)]
-struct Within(f64, f64);
+pub struct Within(pub f64, pub f64);
 
 impl Within {
     fn of(arguments: &[&str]) -> Self {
@@ -41,7 +45,7 @@ impl Within {
         Self(AS_8_BITS, if arguments.contains(&"--fxaa") { 0.02 } else { 0.0 })
     }
 
-    fn check(self, far: impl Iterator<Item = f64>, what: &str) {
+    pub fn check(self, far: impl Iterator<Item = f64>, what: &str) {
         let far: Vec<f64> = far.collect();
         let beyond = far.iter().filter(|&&far| far > self.0).count() as f64 / far.len() as f64;
         let most = far.iter().copied().fold(0.0, f64::max);
@@ -50,12 +54,44 @@ impl Within {
 }
 
 /// What the window shows when that is near what is expected.
-fn shown(view: &mut View, expected: &[f64], within: Within, what: &str) -> Vec<u16> {
+pub fn shown(view: &mut View, expected: &[f64], within: Within, what: &str) -> Vec<u16> {
     view.rests();
     let codes = view.codes_of_10_bits();
     assert_eq!(codes.len(), expected.len(), "{what}");
     within.check(codes.iter().zip(expected).map(|(&code, expected)| (f64::from(code) - expected).abs()), what);
     codes
+}
+
+/// What a window is to show of the light that `render` draws: the codes of each pixel's, exposed.
+pub fn codes_of_light(arguments: &[&str], ev100: &str, codes: impl Fn(Vec3) -> [f64; 3]) -> Vec<f64> {
+    let scale = exposure_scale(ev100.parse().expect("a number"));
+    let light = floats(&render(SIZE, arguments, "light.exr").path().join("light.exr"));
+    light.as_chunks::<3>().0.iter().flat_map(|rgb| codes(Vec3::from(*rgb) * scale)).collect()
+}
+
+/// A tone-mapped colour where white is the brightest.
+pub fn srgb_codes(shown: Vec3) -> [f64; 3] {
+    shown.to_array().map(|value| encode_srgb(value.into()) * MOST)
+}
+
+/// Splits the window, and returns the name of the view beside the picture and what the window shows.
+pub fn split(view: &mut View, server: &Server) -> (String, Vec<u16>) {
+    server.tap(key::X);
+    view.waits_to_tell("split: final | ");
+    view.rests();
+    let told = view.errors();
+    let beside = told.rsplit("split: final | ").next().and_then(|rest| rest.lines().next()).expect("a view");
+    (beside.to_owned(), view.codes_of_10_bits())
+}
+
+/// Which of a split window's codes are the picture's, and which those of the view beside.
+pub fn sides() -> (Vec<usize>, Vec<usize>) {
+    let (width, height) = (usize::from(SIZE[0]), usize::from(SIZE[1]));
+    // Below the names of the views, and beside the divider.
+    let codes = (3 * width * 40..3 * width * height).map(|index| (index, index / 3 % width));
+    let (left, right): (Vec<_>, Vec<_>) =
+        codes.filter(|(_, column)| column.abs_diff(width / 2) > 3).partition(|(_, column)| *column < width / 2);
+    [left, right].map(|side| side.into_iter().map(|(index, _)| index).collect()).into()
 }
 
 #[test]
@@ -120,11 +156,7 @@ fn ten_bits_are_those_of_the_light() {
         ["builtin:spheres", "--light-path", "compute"],
         ["builtin:layers", "--light-path", "auto"],
     ] {
-        let scale = exposure_scale(EV100.parse().expect("a number"));
-        let light = floats(&render(SIZE, &arguments, "light.exr").path().join("light.exr"));
-        let seen = |rgb: &[f32; 3]| tone_map(Vec3::from(*rgb) * scale, Tonemap::default()).to_array();
-        let expected = light.as_chunks::<3>().0.iter().flat_map(seen);
-        let expected: Vec<f64> = expected.map(|value| encode_srgb(f64::from(value)) * 1023.0).collect();
+        let expected = codes_of_light(&arguments, EV100, |light| srgb_codes(tone_map(light, Tonemap::default())));
         let mut view = View::open(&server, &[&arguments[..], &["--exposure", EV100, "--size", &size]].concat());
         // Half a code is rounded away, and light has come through half floats: 2^-11 of it is a third of a code of white.
         shown(&mut view, &expected, Within(1.0, 0.0), &format!("{arguments:?}"));
@@ -145,21 +177,11 @@ fn a_split_window_of_10_bits_shows_each_view_as_it_is_alone() {
         let mut view = View::open(&server, &[&arguments[..], &["--size", &size]].concat());
         view.rests();
         let alone = view.codes_of_10_bits();
-        server.tap(key::X);
-        view.waits_to_tell("split: final | ");
-        view.rests();
-        let (split, told) = (view.codes_of_10_bits(), view.errors());
-        let beside = told.rsplit("split: final | ").next().and_then(|rest| rest.lines().next()).expect("a view");
-        let beside_alone = rendered(SIZE, &[&arguments[..], &["--view", beside]].concat());
-        let width = usize::from(SIZE[0]);
-        // Below the names of the views, and beside the divider.
-        let columns = (width * 40..split.len() / 3).map(|index| (index, index % width));
-        let (left, right): (Vec<_>, Vec<_>) =
-            columns.filter(|(_, column)| column.abs_diff(width / 2) > 3).partition(|(_, column)| *column < width / 2);
-        let of = |index: usize| 3 * index..3 * index + 3;
-        assert!(left.iter().all(|&(index, _)| split[of(index)] == alone[of(index)]), "{path}: left of the divider");
-        let far = right.iter().flat_map(|&(index, _)| of(index));
-        let far = far.map(|index| (f64::from(split[index]) - widened(beside_alone[index])).abs());
+        let (beside, split) = split(&mut view, &server);
+        let beside_alone = rendered(SIZE, &[&arguments[..], &["--view", &beside]].concat());
+        let (left, right) = sides();
+        assert!(left.iter().all(|&index| split[index] == alone[index]), "{path}: left of the divider");
+        let far = right.into_iter().map(|index| (f64::from(split[index]) - widened(beside_alone[index])).abs());
         Within(AS_8_BITS, 0.0).check(far, &format!("{path}: {beside}"));
         view.close();
         view.ends_well();

@@ -1,6 +1,7 @@
 //! An X server for a test, the program's window on it, and what a user would do there.
 
 use std::cell::RefCell;
+use std::ffi::OsString;
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -83,6 +84,7 @@ pub struct Server {
     display: String,
     pub connection: RustConnection,
     root: Window,
+    environment: Vec<(&'static str, OsString)>,
 }
 
 impl Server {
@@ -105,7 +107,13 @@ impl Server {
         let display = format!(":{}", number.trim());
         let (connection, screen) = RustConnection::connect(Some(&display)).expect("the server takes connections");
         let root = connection.setup().roots[screen].root;
-        Self { process: RefCell::new(process), display, connection, root }
+        Self { process: RefCell::new(process), display, connection, root, environment: Vec::new() }
+    }
+
+    /// The same for programs that are started with more in their environment.
+    pub fn with_environment(mut self, environment: Vec<(&'static str, OsString)>) -> Self {
+        self.environment = environment;
+        self
     }
 
     pub fn kill(&self) {
@@ -175,6 +183,7 @@ impl<'a> View<'a> {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let mut command = program();
         command.env("DISPLAY", &server.display).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+        command.envs(server.environment.iter().cloned());
         command.current_dir(folder.path()).arg("view").args(arguments);
         command.stdout(Stdio::piped()).stderr(fs::File::create(folder.path().join("errors")).expect("a file"));
         let process = command.spawn().expect("the program starts");

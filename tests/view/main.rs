@@ -5,6 +5,8 @@
 mod changes;
 mod deep;
 mod harness;
+mod hdr;
+mod hdr_display;
 mod light;
 mod panels;
 mod split;

@@ -1,0 +1,319 @@
+//! A Vulkan layer for tests of HDR where no display has it. Surfaces with formats of 10 bits offer these with `HDR10_ST2084_EXT` as well, and the
+//! driver makes such a swapchain as if its values were sRGB's: what reads a window back finds the codes that a display of HDR would get.
+//!
+//! It adds no extension: as with a driver, surfaces have other colour spaces only where the instance has `VK_EXT_swapchain_colorspace`, which the
+//! driver must know. It belongs below the validation layer, which then knows of what is offered. What is asked for by
+//! `vkGetPhysicalDeviceSurfaceFormats2KHR` is the driver's own answer.
+
+mod formats;
+mod loader;
+
+use std::collections::HashMap;
+use std::ffi::{CStr, c_char};
+use std::mem::transmute;
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
+
+use ash::vk;
+use loader::{DeviceLink, Dispatched, InstanceLink, Interface, take_link, typed};
+
+/// What an instance has below this layer.
+#[derive(Clone, Copy)]
+struct InstanceBelow {
+    instance: vk::Instance,
+    get_proc_addr: vk::PFN_vkGetInstanceProcAddr,
+    destroy: Option<vk::PFN_vkDestroyInstance>,
+    /// None without surfaces.
+    formats: Option<vk::PFN_vkGetPhysicalDeviceSurfaceFormatsKHR>,
+    /// Whether surfaces may have other colour spaces than sRGB's.
+    has_color_spaces: bool,
+}
+
+/// The same of a device.
+#[derive(Clone, Copy)]
+struct DeviceBelow {
+    get_proc_addr: vk::PFN_vkGetDeviceProcAddr,
+    destroy: Option<vk::PFN_vkDestroyDevice>,
+    /// None without swapchains.
+    create_swapchain: Option<vk::PFN_vkCreateSwapchainKHR>,
+}
+
+/// By [`Dispatched::key`].
+type Table<T> = LazyLock<Mutex<HashMap<usize, T>>>;
+
+static INSTANCES: Table<InstanceBelow> = LazyLock::new(Mutex::default);
+static DEVICES: Table<DeviceBelow> = LazyLock::new(Mutex::default);
+
+fn locked<T>(table: &Table<T>) -> MutexGuard<'_, HashMap<usize, T>> {
+    // Whoever held it has changed it wholly or not at all.
+    table.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// What is below a handle: copied, so that nothing is locked while it is called.
+///
+/// # Safety
+/// As [`Dispatched::key`].
+unsafe fn below<T: Copy>(table: &Table<T>, handle: impl Dispatched) -> Option<T> {
+    // SAFETY: the caller's promise.
+    let key = unsafe { handle.key() }?;
+    locked(table).get(&key).copied()
+}
+
+/// The layer's entry: the loader asks which version of their interface both know, and for the functions by which it asks for all others.
+///
+/// # Safety
+/// `interface` is null or the loader's own.
+#[unsafe(no_mangle)]
+pub unsafe extern "system" fn vkNegotiateLoaderLayerInterfaceVersion(interface: *mut Interface) -> vk::Result {
+    // SAFETY: the caller's promise.
+    let Some(interface) = (unsafe { interface.as_mut() }) else { return vk::Result::ERROR_INITIALIZATION_FAILED };
+    if interface.structure != loader::INTERFACE || interface.version < loader::VERSION {
+        return vk::Result::ERROR_INITIALIZATION_FAILED;
+    }
+    interface.version = loader::VERSION;
+    interface.get_instance_proc_addr = Some(get_instance_proc_addr);
+    interface.get_device_proc_addr = Some(get_device_proc_addr);
+    interface.get_physical_device_proc_addr = None;
+    vk::Result::SUCCESS
+}
+
+/// A function's pointer without its type, as functions are asked for by name.
+macro_rules! untyped {
+    ($function:ident: $type:ty) => {{
+        let function: $type = $function;
+        // SAFETY: both are pointers to functions; whoever calls it gives it the type that goes with its name.
+        Some(unsafe { transmute::<$type, unsafe extern "system" fn()>(function) })
+    }};
+}
+
+/// What this layer has of a device's functions.
+fn own_of_device(name: &CStr) -> vk::PFN_vkVoidFunction {
+    match name.to_bytes() {
+        b"vkGetDeviceProcAddr" => untyped!(get_device_proc_addr: vk::PFN_vkGetDeviceProcAddr),
+        b"vkDestroyDevice" => untyped!(destroy_device: vk::PFN_vkDestroyDevice),
+        b"vkCreateSwapchainKHR" => untyped!(create_swapchain: vk::PFN_vkCreateSwapchainKHR),
+        _ => None,
+    }
+}
+
+/// What this layer has of an instance's functions.
+fn own_of_instance(name: &CStr) -> vk::PFN_vkVoidFunction {
+    match name.to_bytes() {
+        b"vkGetInstanceProcAddr" => untyped!(get_instance_proc_addr: vk::PFN_vkGetInstanceProcAddr),
+        b"vkCreateInstance" => untyped!(create_instance: vk::PFN_vkCreateInstance),
+        b"vkDestroyInstance" => untyped!(destroy_instance: vk::PFN_vkDestroyInstance),
+        b"vkCreateDevice" => untyped!(create_device: vk::PFN_vkCreateDevice),
+        b"vkGetPhysicalDeviceSurfaceFormatsKHR" => {
+            untyped!(surface_formats: vk::PFN_vkGetPhysicalDeviceSurfaceFormatsKHR)
+        }
+        _ => own_of_device(name),
+    }
+}
+
+/// The layer's own function where there is one and below it as well: where not, an extension is not enabled.
+unsafe extern "system" fn get_instance_proc_addr(
+    instance: vk::Instance,
+    name: *const c_char,
+) -> vk::PFN_vkVoidFunction {
+    if name.is_null() {
+        return None;
+    }
+    // SAFETY: names are strings that end in NUL (specification, vkGetInstanceProcAddr).
+    let own = own_of_instance(unsafe { CStr::from_ptr(name) });
+    // SAFETY: the instance is null or the caller's own.
+    let Some(below) = (unsafe { below(&INSTANCES, instance) }) else {
+        // Before there is an instance, and while one is being created.
+        return own;
+    };
+    // SAFETY: as this function was called.
+    let other = unsafe { (below.get_proc_addr)(instance, name) };
+    other.and(own.or(other))
+}
+
+/// The same of a device.
+unsafe extern "system" fn get_device_proc_addr(device: vk::Device, name: *const c_char) -> vk::PFN_vkVoidFunction {
+    // SAFETY: the device is null or the caller's own.
+    let below = unsafe { below(&DEVICES, device) }?;
+    if name.is_null() {
+        return None;
+    }
+    // SAFETY: names are strings that end in NUL (specification, vkGetDeviceProcAddr).
+    let own = own_of_device(unsafe { CStr::from_ptr(name) });
+    // SAFETY: as this function was called.
+    let other = unsafe { (below.get_proc_addr)(device, name) };
+    other.and(own.or(other))
+}
+
+/// Whether an extension is among those that an instance is created with.
+///
+/// # Safety
+/// The structure is as the specification has it.
+unsafe fn enables(info: &vk::InstanceCreateInfo, extension: &CStr) -> bool {
+    let (names, count) = (info.pp_enabled_extension_names, info.enabled_extension_count as usize);
+    (0..count).any(|index| {
+        // SAFETY: there are so many names, each of them a string that ends in NUL.
+        unsafe { CStr::from_ptr(names.add(index).read()) == extension }
+    })
+}
+
+unsafe extern "system" fn create_instance(
+    info: *const vk::InstanceCreateInfo,
+    allocator: *const vk::AllocationCallbacks,
+    instance: *mut vk::Instance,
+) -> vk::Result {
+    const FAILED: vk::Result = vk::Result::ERROR_INITIALIZATION_FAILED;
+    // SAFETY: the loader passes on what a program has given it, with structures of its own in the chain.
+    let Some(described) = (unsafe { info.as_ref() }) else { return FAILED };
+    // SAFETY: as above; one thread creates this instance.
+    let Some(link) = (unsafe { take_link::<InstanceLink>(described.p_next) }) else { return FAILED };
+    let get_proc_addr = link.get_instance_proc_addr;
+    // SAFETY: the layer below gives functions by their names.
+    let create = unsafe { typed(get_proc_addr(vk::Instance::null(), c"vkCreateInstance".as_ptr())) };
+    let create: vk::PFN_vkCreateInstance = match create {
+        Some(create) => create,
+        None => return FAILED,
+    };
+    // SAFETY: as this function was called, with the link of the layer below in the chain.
+    let result = unsafe { create(info, allocator, instance) };
+    if result != vk::Result::SUCCESS {
+        return result;
+    }
+    // SAFETY: it was written there.
+    let created = unsafe { instance.read() };
+    // SAFETY: the types are those of the names.
+    let below = unsafe {
+        let named = |name: &CStr| get_proc_addr(created, name.as_ptr());
+        InstanceBelow {
+            instance: created,
+            get_proc_addr,
+            destroy: typed(named(c"vkDestroyInstance")),
+            formats: typed(named(c"vkGetPhysicalDeviceSurfaceFormatsKHR")),
+            has_color_spaces: enables(described, ash::ext::swapchain_colorspace::NAME),
+        }
+    };
+    // SAFETY: it was just created.
+    if let Some(key) = unsafe { created.key() } {
+        locked(&INSTANCES).insert(key, below);
+    }
+    result
+}
+
+unsafe extern "system" fn destroy_instance(instance: vk::Instance, allocator: *const vk::AllocationCallbacks) {
+    // SAFETY: the instance is null or the caller's own.
+    let Some(key) = (unsafe { instance.key() }) else { return };
+    let below = locked(&INSTANCES).remove(&key);
+    if let Some(destroy) = below.and_then(|below| below.destroy) {
+        // SAFETY: as this function was called.
+        unsafe { destroy(instance, allocator) };
+    }
+}
+
+unsafe extern "system" fn create_device(
+    physical: vk::PhysicalDevice,
+    info: *const vk::DeviceCreateInfo,
+    allocator: *const vk::AllocationCallbacks,
+    device: *mut vk::Device,
+) -> vk::Result {
+    const FAILED: vk::Result = vk::Result::ERROR_INITIALIZATION_FAILED;
+    // SAFETY: the loader passes on what a program has given it, with structures of its own in the chain.
+    let Some(described) = (unsafe { info.as_ref() }) else { return FAILED };
+    // SAFETY: as above; one thread creates this device.
+    let Some(link) = (unsafe { take_link::<DeviceLink>(described.p_next) }) else { return FAILED };
+    let get_proc_addr = link.get_device_proc_addr;
+    // SAFETY: the physical device is the caller's own; it has the key of its instance.
+    let Some(parent) = (unsafe { below(&INSTANCES, physical) }) else { return FAILED };
+    // SAFETY: the layer below gives functions by their names.
+    let create = unsafe { typed((link.get_instance_proc_addr)(parent.instance, c"vkCreateDevice".as_ptr())) };
+    let create: vk::PFN_vkCreateDevice = match create {
+        Some(create) => create,
+        None => return FAILED,
+    };
+    // SAFETY: as this function was called, with the link of the layer below in the chain.
+    let result = unsafe { create(physical, info, allocator, device) };
+    if result != vk::Result::SUCCESS {
+        return result;
+    }
+    // SAFETY: it was written there.
+    let created = unsafe { device.read() };
+    // SAFETY: the types are those of the names.
+    let below = unsafe {
+        let named = |name: &CStr| get_proc_addr(created, name.as_ptr());
+        DeviceBelow {
+            get_proc_addr,
+            destroy: typed(named(c"vkDestroyDevice")),
+            create_swapchain: typed(named(c"vkCreateSwapchainKHR")),
+        }
+    };
+    // SAFETY: it was just created.
+    if let Some(key) = unsafe { created.key() } {
+        locked(&DEVICES).insert(key, below);
+    }
+    result
+}
+
+unsafe extern "system" fn destroy_device(device: vk::Device, allocator: *const vk::AllocationCallbacks) {
+    // SAFETY: the device is null or the caller's own.
+    let Some(key) = (unsafe { device.key() }) else { return };
+    let below = locked(&DEVICES).remove(&key);
+    if let Some(destroy) = below.and_then(|below| below.destroy) {
+        // SAFETY: as this function was called.
+        unsafe { destroy(device, allocator) };
+    }
+}
+
+unsafe extern "system" fn surface_formats(
+    physical: vk::PhysicalDevice,
+    surface: vk::SurfaceKHR,
+    count: *mut u32,
+    place: *mut vk::SurfaceFormatKHR,
+) -> vk::Result {
+    // SAFETY: the physical device is the caller's own; it has the key of its instance.
+    let Some(below) = (unsafe { below(&INSTANCES, physical) }) else { return vk::Result::ERROR_UNKNOWN };
+    let Some(formats) = below.formats else { return vk::Result::ERROR_UNKNOWN };
+    if !below.has_color_spaces {
+        // SAFETY: as this function was called.
+        return unsafe { formats(physical, surface, count, place) };
+    }
+    // SAFETY: as this function was called, but for the list, which is this layer's own.
+    let offered = all(|count, place| unsafe { formats(physical, surface, count, place) });
+    match offered {
+        // SAFETY: as this function was called.
+        Ok(offered) => unsafe { formats::tell(&formats::with_hdr10(offered), count, place) },
+        Err(result) => result,
+    }
+}
+
+/// The whole of a list that is told in parts.
+fn all<T: Clone + Default>(ask: impl Fn(*mut u32, *mut T) -> vk::Result) -> Result<Vec<T>, vk::Result> {
+    loop {
+        let mut count = 0;
+        let counted = ask(&raw mut count, std::ptr::null_mut());
+        if counted != vk::Result::SUCCESS {
+            return Err(counted);
+        }
+        let mut list = vec![T::default(); count as usize];
+        match ask(&raw mut count, list.as_mut_ptr()) {
+            vk::Result::SUCCESS => {
+                list.truncate(count as usize);
+                return Ok(list);
+            }
+            // There are more than when they were counted.
+            vk::Result::INCOMPLETE => {}
+            failed => return Err(failed),
+        }
+    }
+}
+
+unsafe extern "system" fn create_swapchain(
+    device: vk::Device,
+    info: *const vk::SwapchainCreateInfoKHR,
+    allocator: *const vk::AllocationCallbacks,
+    swapchain: *mut vk::SwapchainKHR,
+) -> vk::Result {
+    // SAFETY: the device is the caller's own.
+    let create = unsafe { below(&DEVICES, device) }.and_then(|below| below.create_swapchain);
+    // SAFETY: the structure is as the specification has it.
+    let (Some(create), Some(info)) = (create, unsafe { info.as_ref() }) else { return vk::Result::ERROR_UNKNOWN };
+    let info = vk::SwapchainCreateInfoKHR { image_color_space: formats::for_driver(info.image_color_space), ..*info };
+    // SAFETY: as this function was called; what the copy points to is the caller's.
+    unsafe { create(device, &raw const info, allocator, swapchain) }
+}
