@@ -6,6 +6,8 @@ use std::path::Path;
 #[cfg(feature = "hot-reload")]
 use std::{thread::sleep, time::Duration};
 
+#[cfg(feature = "hot-reload")]
+use super::harness::until;
 use super::harness::{SIZE, Server, View, key, rendered, size_text};
 
 const SCENE: &str = "base = 'builtin:spheres'\n";
@@ -129,6 +131,42 @@ fn a_shader_is_compiled_again_when_it_changes_and_a_fault_leaves_its_pipeline_as
     sleep(Duration::from_millis(300));
     server.tap(key::V);
     view.waits_to_tell("view.wgsl");
+    view.close();
+    view.ends_well();
+}
+
+#[cfg(feature = "hot-reload")]
+#[test]
+fn the_shader_that_encodes_is_compiled_again_too() {
+    if !super::deep::shows() {
+        return;
+    }
+    let server = Server::of_depth(30);
+    let folder = tempfile::tempdir().expect("a folder");
+    copy_shaders(folder.path());
+    let shader = folder.path().join("encode.wgsl");
+    let good = fs::read_to_string(&shader).expect("ENCODE's shader");
+    let own = "encode_srgb(saturate(light))";
+    assert_eq!(good.matches(own).count(), 1, "ENCODE encodes sRGB in one place");
+    let (shaders, size) = (folder.path().to_str().expect("is UTF-8"), size_text(SIZE));
+    let mut view = View::open(&server, &["builtin:spheres", "--size", &size, "--shaders", shaders]);
+    view.waits_to_tell("shaders: compiled, none differs");
+    view.rests();
+    let first = view.codes_of_10_bits();
+
+    fs::write(&shader, good.replace(own, "encode_srgb(saturate(lite))")).expect("written");
+    view.waits_to_tell("warning: shaders: error");
+    server.tap(key::ESCAPE);
+    view.rests();
+    assert!(view.codes_of_10_bits() == first, "with the last good pipeline");
+    // Red for blue.
+    fs::write(&shader, good.replace(own, "encode_srgb(saturate(light.bgr))")).expect("written");
+    view.waits_to_tell("shaders: compiled, encode");
+    let swapped: Vec<u16> = first.as_chunks::<3>().0.iter().flat_map(|&[r, g, b]| [b, g, r]).collect();
+    assert!(swapped != first, "the picture has colours");
+    until("red for blue", || (view.codes_of_10_bits() == swapped).then_some(()));
+    fs::write(&shader, &good).expect("written");
+    until("the shader as it was", || (view.codes_of_10_bits() == first).then_some(()));
     view.close();
     view.ends_well();
 }

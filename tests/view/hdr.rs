@@ -14,12 +14,12 @@ const HDR: &str = "--hdr=1000";
 /// As bright as white is: reference white of ITU-R BT.2408.
 const WHITE_NITS: f32 = 203.0;
 const PATHS: [&str; 2] = ["loop", "compute"];
-/// Each pass that tone-maps: LIGHTING, a compute pass, FORWARD, and TONEMAP after blending.
-const WAYS: [[&str; 3]; 4] = [
-    ["builtin:spheres", "--light-path", "loop"],
-    ["builtin:spheres", "--light-path", "compute"],
-    ["builtin:spheres", "--light-path", "forward"],
-    ["builtin:layers", "--light-path", "auto"],
+/// Each pass that tone-maps: LIGHTING, a compute pass, FORWARD, and TONEMAP after blending; and an EV100 at which a part is brighter than white.
+const WAYS: [([&str; 3], &str); 4] = [
+    (["builtin:spheres", "--light-path", "loop"], EV100),
+    (["builtin:spheres", "--light-path", "compute"], EV100),
+    (["builtin:spheres", "--light-path", "forward"], EV100),
+    (["builtin:layers", "--light-path", "auto"], "4"),
 ];
 const CURVES: [Tonemap; 4] = [Tonemap::None, Tonemap::Neutral, Tonemap::Aces, Tonemap::Agx];
 
@@ -71,8 +71,12 @@ fn arguments(path: &str) -> [&str; 3] {
 
 /// A window, exposed so that a part of the picture is brighter than white.
 fn open<'a>(server: &'a Server, way: &[&str], more: &[&str]) -> View<'a> {
+    open_exposed(server, (way, EV100), more)
+}
+
+fn open_exposed<'a>(server: &'a Server, (way, ev100): (&[&str], &str), more: &[&str]) -> View<'a> {
     let size = size_text(SIZE);
-    View::open(server, &[way, &["--exposure", EV100, "--size", &size], more].concat())
+    View::open(server, &[way, &["--exposure", ev100, "--size", &size], more].concat())
 }
 
 #[test]
@@ -96,11 +100,11 @@ fn codes_are_those_of_the_light_up_to_what_the_display_shows() {
     }
     let display = HdrDisplay::start();
     let [white, brightest] = [f64::from(WHITE_NITS), f64::from(NITS)].map(pq_code);
-    for (way, curve) in WAYS.into_iter().flat_map(|way| CURVES.map(|curve| (way, curve))) {
+    for ((way, ev100), curve) in WAYS.into_iter().flat_map(|way| CURVES.map(|curve| (way, curve))) {
         let what = format!("{way:?}, {curve}");
         let codes = |light: Vec3| hdr_codes(mapped(light, curve).as_dvec3());
-        let expected = codes_of_light(&way, EV100, codes);
-        let mut view = open(&display.server, &way, &[HDR, "--tonemap", &curve.to_string()]);
+        let expected = codes_of_light(&way, ev100, codes);
+        let mut view = open_exposed(&display.server, (&way, ev100), &[HDR, "--tonemap", &curve.to_string()]);
         let codes = shown(&mut view, &expected, AS_10_BITS, &what);
         let beyond = codes.iter().filter(|&&code| f64::from(code) > white + 1.0).count() as f64 / codes.len() as f64;
         assert!((0.005..0.5).contains(&beyond), "{what}: {beyond} of the codes are brighter than white");
