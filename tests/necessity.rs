@@ -50,7 +50,10 @@ enum Way {
 impl Case {
     fn plan(&self, device: &Capabilities) -> Result<FramePlan, Error> {
         let plan = FramePlan::of(&self.scene, &self.settings, device)?;
-        Ok(self.presented.map_or_else(|| plan.clone(), |way| presented(plan.clone(), way)))
+        Ok(match self.presented {
+            Some(way) => presented(plan, way),
+            None => plan,
+        })
     }
 }
 

@@ -1,6 +1,7 @@
 //! Frames that a window shows: each into an image of the swapchain, as ARCHITECTURE.md tells under "A frame on the screen".
 
 mod fit;
+mod over;
 
 pub use fit::Fitted;
 
@@ -11,15 +12,13 @@ use ash::vk;
 use super::deferred::image_barrier;
 use super::draft::Draft;
 use super::edges::{self, Edges};
-use super::read_back::{host_barrier, picture_of, picture_up_to_white};
+use super::read_back::{picture_of, picture_up_to_white};
 use super::rebuild::Rebuild;
 use super::split::Split;
-use super::stages::stamp;
 use super::{Drawn, Error, FrameParts, FrameTimes, IN_FLIGHT, Picture, Renderer, plan_for};
 use crate::gpu::barrier::ImageRange;
 use crate::gpu::{
-    self, Acquired, Device, Fit, Image, ImageFormats, ImageWish, Owned, Surface, Swapchain, SwapchainDesc, Vsync,
-    semaphore,
+    self, Acquired, Device, Fit, ImageFormats, ImageWish, Owned, Surface, Swapchain, SwapchainDesc, Vsync, semaphore,
 };
 use crate::gpu_scene::GpuScene;
 use crate::passes::copy::Copy;
@@ -27,6 +26,7 @@ use crate::passes::encode::{Encode, WHITE_NITS};
 use crate::passes::overlay::{Overlay, Panels};
 use crate::plan::{self, Canvas, Encoding, FramePlan, Part, PartGroup, Transfer};
 use crate::scene::{Camera, Light, Scene, Settings, View};
+use over::{Over, overlay, own_canvas, record_copy, record_encode};
 
 /// What became of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -471,97 +471,4 @@ fn transfer_of(color_space: vk::ColorSpaceKHR) -> Transfer {
         vk::ColorSpaceKHR::EXTENDED_SRGB_LINEAR_EXT => Transfer::Linear,
         _ => Transfer::Srgb,
     }
-}
-
-/// The picture, where it is not an image of the swapchain and nothing is copied into one.
-fn own_canvas(renderer: &Renderer) -> Option<&Image> {
-    renderer.plan.encoding.and_then(|_| renderer.frame.output())
-}
-
-/// What panels are drawn over.
-struct Over {
-    format: vk::Format,
-    /// It takes them linear.
-    encodes: bool,
-    /// One, or one for each image of the swapchain.
-    views: Vec<vk::ImageView>,
-    extent: vk::Extent2D,
-}
-
-impl Over {
-    fn of(renderer: &Renderer, swapchain: &Swapchain, images: ImageWish) -> Self {
-        let extent = swapchain.extent;
-        match own_canvas(renderer) {
-            Some(own) => Self { format: own.format, encodes: true, views: vec![own.view], extent },
-            None => {
-                let (format, encodes) = (swapchain.formats.drawn, images.encodes);
-                Self { format, encodes, views: swapchain.views(), extent }
-            }
-        }
-    }
-}
-
-/// Sees to it that there is an overlay where there are panels, and nowhere else, and that it has what this frame in flight shows.
-fn overlay(
-    device: &Arc<Device>,
-    overlay: &mut Option<Overlay>,
-    over: impl FnOnce() -> Over,
-    panels: Option<&Panels>,
-    frame: usize,
-) -> gpu::Result<()> {
-    let Some(panels) = panels else {
-        *overlay = None;
-        return Ok(());
-    };
-    let own = match overlay {
-        Some(own) => own,
-        None => {
-            let Over { format, encodes, views, extent } = over();
-            let mut new = Overlay::new(device, format, encodes, IN_FLIGHT)?;
-            new.resize(&views, extent)?;
-            overlay.insert(new)
-        }
-    };
-    own.write(frame, panels)
-}
-
-/// Copies the picture of the frame that is being recorded, before it is presented: out of the frame's own image where it is not the swapchain's,
-/// or where that cannot be copied from.
-fn record_copy(renderer: &Renderer, copy: &Copy, swapchain_image: Option<vk::Image>) {
-    let (device, edges, cmd) = (&renderer.device, &renderer.edges, renderer.frames[renderer.next].cmd.raw);
-    match (swapchain_image, renderer.frame.output()) {
-        (Some(image), _) => copy_presented(device, edges, (cmd, image), copy),
-        (None, Some(own)) => copy.record(device, cmd, own.raw),
-        (None, None) => return,
-    }
-    host_barrier(device, cmd, copy, edges);
-}
-
-/// Brings the picture of the frame that is being recorded into an image of the swapchain, which is ready to be presented then.
-fn record_encode(renderer: &mut Renderer, encode: &Encode, (index, image): (usize, vk::Image), is_covered: bool) {
-    let in_flight = &mut renderer.frames[renderer.next];
-    let cmd = in_flight.cmd.raw;
-    if is_covered {
-        // What comes over the picture is no part of ENCODE.
-        stamp(&mut in_flight.times, cmd, "over the picture");
-    }
-    let Some(picture) = own_canvas(renderer) else { return };
-    let (device, edges) = (&renderer.device, &renderer.edges);
-    let shown = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
-    device.begin_label(cmd, "ENCODE");
-    image_barrier(device, cmd, picture, edges.row("picture-to-encode"));
-    image_barrier(device, cmd, shown, edges.row("swapchain-to-encode"));
-    encode.record(cmd, index);
-    image_barrier(device, cmd, picture, edges.row("encode-to-picture"));
-    image_barrier(device, cmd, shown, edges.row("encode-to-swapchain"));
-    device.end_label(cmd);
-    stamp(&mut renderer.frames[renderer.next].times, cmd, "encode");
-}
-
-/// Copies an image that is ready to be presented, as it is again after that.
-fn copy_presented(device: &Device, edges: &Edges, (cmd, image): (vk::CommandBuffer, vk::Image), copy: &Copy) {
-    let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
-    image_barrier(device, cmd, whole, edges.row("picture-to-copy"));
-    copy.record(device, cmd, image);
-    image_barrier(device, cmd, whole, edges.row("copy-to-picture"));
 }

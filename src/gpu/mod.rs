@@ -20,6 +20,8 @@ mod descriptor;
 mod device;
 mod error;
 mod image;
+#[cfg(feature = "window")]
+mod image_formats;
 mod instance;
 mod instrumentation;
 mod memory;
@@ -48,6 +50,8 @@ pub use descriptor::{BufferRange, DescriptorPool, SetLayout, SetWriter};
 pub use device::{Device, EnabledFeatures};
 pub use error::{Error, Result};
 pub use image::{Image, ImageDesc, can_blit, format_bytes, mip_count};
+#[cfg(feature = "window")]
+pub use image_formats::{ImageFormats, ImageWish, image_formats};
 pub use instance::{Instance, InstanceOptions, LayerInfo, Validation};
 pub use memory::{HeapReport, KindReport, Location, MemoryKind, MemoryReport};
 pub use message::{Message, MessageKind, MessageLog, Severity};
@@ -63,7 +67,5 @@ pub use submission::Ticket;
 #[cfg(feature = "window")]
 pub use surface::{HEADLESS, Surface, surface_extensions};
 #[cfg(feature = "window")]
-pub use swapchain::{
-    Acquired, Fit, ImageFormats, ImageWish, PresentableImage, Swapchain, SwapchainDesc, Vsync, image_formats, semaphore,
-};
+pub use swapchain::{Acquired, Fit, PresentableImage, Swapchain, SwapchainDesc, Vsync, semaphore};
 pub use upload::{DEFAULT_STAGING_BYTES, UploadOrder, Uploader};

@@ -2,7 +2,8 @@
 
 use ash::vk;
 
-use super::{Over, Presenter, SPLIT_INTO, canvas_of, desc_for, own_canvas, wishes};
+use super::over::{Over, own_canvas};
+use super::{Presenter, SPLIT_INTO, canvas_of, desc_for, wishes};
 use crate::frame::draft::Draft;
 use crate::frame::rebuild::{Begun, Made, Rebuild, Wake};
 use crate::frame::{Error, plan_for};
