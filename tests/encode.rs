@@ -2,6 +2,8 @@
 #![cfg(feature = "window")]
 
 mod common;
+#[path = "common/hdr.rs"]
+mod standards;
 
 use afterlight::gpu::{
     self, Buffer, CommandBuffer, Image, ImageDesc, Location, MemoryKind, UploadOrder, Uploader, barrier, sync::Use, vk,
@@ -11,7 +13,9 @@ use afterlight::passes::encode::{self, Encode, WHITE_NITS};
 use afterlight::passes::tonemap::encode_srgb;
 use afterlight::plan::Transfer;
 use common::gpu::{Gpu, on_gpu};
+use glam::DVec3;
 use half::f16;
+use standards::{perceptual_quantizer, to_rec2020};
 
 /// In units of white: black, what sRGB has a straight line for, greys, white, 1000 nits, the brightest of PQ, and what no display shows.
 const LIGHT: [f32; 10] = [0.0, 1e-4, 0.002, 0.01, 0.18, 0.5, 1.0, 4.926, 49.26, 60000.0];
@@ -37,32 +41,8 @@ fn expected(transfer: Transfer, light: [f64; 3]) -> [f64; 3] {
     match transfer {
         Transfer::Srgb => light.map(|channel| encode_srgb(channel.min(1.0))),
         Transfer::Linear => light.map(|channel| channel * white / 80.0),
-        Transfer::Pq => in_rec2020(light).map(|channel| perceptual_quantizer(channel * white / 10_000.0)),
+        Transfer::Pq => (to_rec2020() * DVec3::from(light) * white).to_array().map(perceptual_quantizer),
     }
-}
-
-/// SMPTE ST 2084, equation 5.2, with its constants as the fractions that they are there.
-fn perceptual_quantizer(light: f64) -> f64 {
-    let (m1, m2) = (2610.0 / 16384.0, 2523.0 / 4096.0 * 128.0);
-    let (c1, c2, c3) = (3424.0 / 4096.0, 2413.0 / 4096.0 * 32.0, 2392.0 / 4096.0 * 32.0);
-    let y = light.clamp(0.0, 1.0).powf(m1);
-    ((c1 + c2 * y) / (1.0 + c3 * y)).powf(m2)
-}
-
-/// From the chromaticities of the primaries (ITU-R BT.709 and BT.2020, both with white D65).
-fn in_rec2020(color: [f64; 3]) -> [f64; 3] {
-    let rec709 = to_xyz([[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]]);
-    let rec2020 = to_xyz([[0.708, 0.292], [0.170, 0.797], [0.131, 0.046]]);
-    (rec2020.inverse() * rec709 * glam::DVec3::from(color)).to_array()
-}
-
-/// Columns are the primaries, so bright that together they are white.
-fn to_xyz(primaries: [[f64; 2]; 3]) -> glam::DMat3 {
-    let xyz = |[x, y]: [f64; 2]| glam::DVec3::new(x / y, 1.0, (1.0 - x - y) / y);
-    let [red, green, blue] = primaries.map(xyz);
-    let columns = glam::DMat3::from_cols(red, green, blue);
-    let shares = columns.inverse() * xyz([0.3127, 0.3290]);
-    glam::DMat3::from_cols(red * shares.x, green * shares.y, blue * shares.z)
 }
 
 /// What ENCODE draws into an image of this format, as it lies in memory.

@@ -10,6 +10,8 @@ mod hdr_display;
 mod light;
 mod panels;
 mod split;
+#[path = "../common/hdr.rs"]
+mod standards;
 mod steps;
 mod wayland;
 
