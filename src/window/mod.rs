@@ -91,6 +91,8 @@ impl WindowSystem {
         let events = EventLoop::new().map_err(|error| Error::NoDisplay(reason(&error)))?;
         #[cfg(all(unix, not(target_vendor = "apple")))]
         x11::on_broken_connection(gone);
+        #[cfg(not(all(unix, not(target_vendor = "apple"))))]
+        let _ = gone;
         Ok(Self { events })
     }
 
