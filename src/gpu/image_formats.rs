@@ -93,7 +93,7 @@ fn choose_formats(offered: &[vk::SurfaceFormatKHR], wish: ImageWish, mutable: bo
 fn no_format(device: &str, offered: &[vk::SurfaceFormatKHR]) -> String {
     let offered: Vec<String> = offered.iter().map(|own| format!("{:?} ({:?})", own.format, own.color_space)).collect();
     let offered = if offered.is_empty() { "none at all".to_owned() } else { format!("only {}", offered.join(", ")) };
-    format!("'{device}' offers no images of 8, 10 or 16 bits a channel for this window, {offered}")
+    format!("'{device}' offers no images for this window that its pictures fit into, {offered}")
 }
 
 #[cfg(test)]
