@@ -7,6 +7,8 @@
 pub mod exchange;
 
 use std::ffi::CStr;
+use std::ops::Range;
+use std::sync::OnceLock;
 
 /// The shader of a file.
 #[derive(Debug)]
@@ -67,8 +69,8 @@ pub struct EntryPoint {
     pub name: &'static CStr,
     /// Stage.
     pub stage: Stage,
-    /// SPIR-V 1.3.
-    pub spirv: &'static [u32],
+    /// Its module, of SPIR-V 1.3.
+    pub spirv: Spirv,
     /// The resources that it uses, by set and binding.
     pub bindings: &'static [Binding],
     /// Vertex attributes, by location.
@@ -79,6 +81,58 @@ pub struct EntryPoint {
     pub push_constant_size: u32,
     /// Invocations in a work group; zeros in other stages than compute.
     pub workgroup_size: [u32; 3],
+}
+
+/// A module's words, or where they are.
+#[derive(Clone, Copy, Debug)]
+pub enum Spirv {
+    /// In the program, packed with those of other variants.
+    Packed {
+        /// Which block of modules.
+        block: usize,
+        /// Its first word in the block.
+        start: usize,
+        /// How many words it has.
+        words: usize,
+    },
+    /// Compiled while the program runs.
+    Plain(&'static [u32]),
+}
+
+impl Spirv {
+    /// The words. A block is unpacked when the first of its modules is asked for, in about 2 ms, and stays so until the program ends.
+    #[must_use]
+    pub fn words(self) -> &'static [u32] {
+        match self {
+            Self::Packed { block, start, words } => &BLOCKS[block].unpacked()[start..start + words],
+            Self::Plain(words) => words,
+        }
+    }
+}
+
+/// Modules that are packed together.
+struct Block {
+    /// Where it lies in `SPIRV`.
+    range: Range<usize>,
+    words: usize,
+    unpacked: OnceLock<Vec<u32>>,
+}
+
+impl Block {
+    const fn new(start: usize, end: usize, words: usize) -> Self {
+        Self { range: start..end, words, unpacked: OnceLock::new() }
+    }
+
+    fn unpacked(&self) -> &[u32] {
+        self.unpacked.get_or_init(|| {
+            let mut words = vec![0; self.words];
+            let packed = &SPIRV[self.range.clone()];
+            let unpacked = zstd::bulk::decompress_to_buffer(packed, bytemuck::cast_slice_mut::<u32, u8>(&mut words));
+            // No file and no user comes in between: the build packed it, and a test unpacks all of it.
+            assert!(unpacked.is_ok_and(|bytes| bytes == 4 * words.len()), "the program's shaders are damaged");
+            words
+        })
+    }
 }
 
 /// A shader stage.
@@ -211,33 +265,22 @@ pub enum ConstantValue {
     F32(f32),
 }
 
-/// A hash of all modules, in hexadecimal digits: what tells builds apart whose shaders are not the same.
+/// A hash of all modules as they are packed, in hexadecimal digits: what tells builds apart whose shaders are not the same.
 #[must_use]
 pub fn hash() -> String {
     let mut hasher = blake3::Hasher::new();
+    hasher.update(SPIRV);
     for Shader { name, variants, .. } in ALL {
         hasher.update(name.as_bytes());
         for variant in *variants {
             hasher.update(&variant.bits.to_le_bytes());
             for entry in variant.entry_points {
                 hasher.update(entry.name.to_bytes_with_nul());
-                hasher.update(bytemuck::cast_slice(entry.spirv));
+                hasher.update(format!("{:?}", entry.spirv).as_bytes());
             }
         }
     }
     hasher.finalize().to_hex().to_string()
-}
-
-/// Bytes on a word's boundary.
-#[repr(C, align(4))]
-struct Aligned<const N: usize>([u8; N]);
-
-/// The `count` words of `bytes` from word `start` on.
-const fn words<const N: usize>(bytes: &'static Aligned<N>, start: usize, count: usize) -> &'static [u32] {
-    assert!(4 * (start + count) <= N);
-    // SAFETY: the assertion keeps the words inside the array, `Aligned` gives them a word's alignment, any bits are a u32, and
-    // the bytes are static and never written.
-    unsafe { std::slice::from_raw_parts(bytes.0.as_ptr().add(4 * start).cast::<u32>(), count) }
 }
 
 /// The variant with these bits of a shader, in a table that ascends by them.
@@ -325,7 +368,7 @@ mod tests {
                 assert!(built(variants, variant.bits).is_some_and(|found| std::ptr::eq(found, variant)), "{name}");
                 let entries = variant.entry_points;
                 assert!(!entries.is_empty(), "{name} has no entry point in the variant {:b}", variant.bits);
-                assert!(entries.iter().all(|entry| entry.spirv.first() == Some(&0x0723_0203)), "{name}");
+                assert!(entries.iter().all(|entry| entry.spirv.words().first() == Some(&0x0723_0203)), "{name}");
             }
         }
     }

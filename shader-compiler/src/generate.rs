@@ -1,35 +1,54 @@
-//! Compiled shaders as Rust source and one file of SPIR-V beside it, for a crate that defines the types named in it.
+//! Compiled shaders as Rust source and one file of packed SPIR-V beside it, for a crate that defines the types named in it.
 
-use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::emit::EntryPoint;
 use crate::error::Error;
 use crate::host::host_interface;
+use crate::pack::{Pool, pack};
 use crate::reflect::{BindingKind, Located, NumberKind, PushConstants, StructLayout};
 use crate::shader::{ConstantValue, Shader};
 
-/// The file with all modules, each once.
-const SPIRV_FILE: &str = "shaders.spv";
+/// The file with all modules.
+const SPIRV_FILE: &str = "shaders.zst";
 /// The file to be included.
 const RUST_FILE: &str = "shaders.rs";
 
-/// Writes `shaders.rs`, for `include!`, and `shaders.spv`, which it embeds, into `directory`.
+/// How much a program holds of its shaders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Written {
+    /// Different SPIR-V modules.
+    pub modules: usize,
+    /// Their bytes.
+    pub bytes: usize,
+    /// The bytes that they take when packed.
+    pub packed: usize,
+}
+
+/// Writes `shaders.rs`, for `include!`, and `shaders.zst`, which it embeds, into `directory`.
 ///
 /// # Errors
 /// A name that Rust cannot have, or a file that cannot be written.
-pub fn write_rust(shaders: &[Shader], directory: &Path) -> Result<(), Error> {
+pub fn write_rust(shaders: &[Shader], directory: &Path) -> Result<Written, Error> {
     let mut pool = Pool::default();
     let mut modules = String::new();
     for shader in shaders {
         write_shader(&mut modules, shader, &mut pool)
             .map_err(|message| Error::in_file(&format!("{}.wgsl", shader.name), message))?;
     }
-    let bytes: Vec<u8> = pool.words.iter().flat_map(|word| word.to_ne_bytes()).collect();
+    let path = directory.join(SPIRV_FILE);
+    let packed = pack(&pool).map_err(|error| Error::in_file(&path.display().to_string(), error.to_string()))?;
     let mut text = String::from("// Written by the shader compiler at build time.\n\n");
-    text.push_str(&format!("static SPIRV: Aligned<{}> = Aligned(*include_bytes!(\"{SPIRV_FILE}\"));\n", bytes.len()));
-    text.push_str("\n/// Every shader.\npub static ALL: &[Shader] = &[\n");
+    text.push_str(&format!("/// All modules, packed.\nstatic SPIRV: &[u8] = include_bytes!(\"{SPIRV_FILE}\");\n\n"));
+    let blocks = packed.blocks.len();
+    text.push_str("/// Where each block of modules lies in that, and its words.\n");
+    text.push_str(&format!("static BLOCKS: [Block; {blocks}] = [\n"));
+    for block in &packed.blocks {
+        let (range, words) = (&block.range, block.words);
+        line(&mut text, format_args!("    Block::new({}, {}, {words}),\n", range.start, range.end));
+    }
+    text.push_str("];\n\n/// Every shader.\npub static ALL: &[Shader] = &[\n");
     for shader in shaders {
         let (name, interface) = (&shader.name, host_interface(shader));
         let fields = format!("name: \"{name}\", variants: {name}::VARIANTS, interface: {interface:?}");
@@ -37,8 +56,9 @@ pub fn write_rust(shaders: &[Shader], directory: &Path) -> Result<(), Error> {
     }
     text.push_str("];\n");
     text.push_str(&modules);
-    write_whole(&directory.join(SPIRV_FILE), &bytes)?;
-    write_whole(&directory.join(RUST_FILE), text.as_bytes())
+    write_whole(&path, &packed.bytes)?;
+    write_whole(&directory.join(RUST_FILE), text.as_bytes())?;
+    Ok(Written { modules: pool.modules(), bytes: pool.bytes(), packed: packed.bytes.len() })
 }
 
 /// Writes a file so that it is either the old one or the new one.
@@ -48,29 +68,7 @@ fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     written.map_err(|error| Error::in_file(&path.display().to_string(), format!("cannot be written: {error}")))
 }
 
-/// All SPIR-V modules, equal ones once.
-#[derive(Default)]
-struct Pool {
-    words: Vec<u32>,
-    known: HashMap<Vec<u32>, usize>,
-}
-
-impl Pool {
-    /// The word at which `module` begins.
-    fn place(&mut self, module: &[u32]) -> usize {
-        if let Some(start) = self.known.get(module) {
-            return *start;
-        }
-        let start = self.words.len();
-        self.words.extend_from_slice(module);
-        self.known.insert(module.to_vec(), start);
-        start
-    }
-}
-
-type Written = Result<(), String>;
-
-fn write_shader(out: &mut String, shader: &Shader, pool: &mut Pool) -> Written {
+fn write_shader(out: &mut String, shader: &Shader, pool: &mut Pool) -> Result<(), String> {
     let name = module_name(&shader.name)?;
     line(out, format_args!("\n/// `{}.wgsl`.\npub mod {name} {{\n    use super::*;\n", shader.name));
     let flags: Vec<_> = shader.flags.iter().enumerate().map(|(bit, flag)| format!("{flag} = {bit}")).collect();
@@ -115,12 +113,12 @@ fn write_entry(out: &mut String, index: usize, entry: &EntryPoint, pool: &mut Po
     let push_constants = entry.push_constants.as_ref().map_or(0, PushConstants::size);
     line(out, format_args!("    static ENTRY_{index}: EntryPoint = EntryPoint {{\n"));
     line(out, format_args!("        name: c\"{}\",\n        stage: Stage::{:?},\n", entry.name, entry.stage));
+    let place = pool.place(&entry.spirv);
+    let (block, start, words) = (place.block, place.start, entry.spirv.len());
     line(
         out,
         format_args!(
-            "        spirv: words(&SPIRV, {}, {}),\n        bindings: &[\n",
-            pool.place(&entry.spirv),
-            entry.spirv.len()
+            "        spirv: Spirv::Packed {{ block: {block}, start: {start}, words: {words} }},\n        bindings: &[\n"
         ),
     );
     for binding in &entry.bindings {
@@ -196,7 +194,7 @@ fn write_constants(out: &mut String, shader: &Shader) {
     out.push_str("    ];\n");
 }
 
-fn write_layouts(out: &mut String, shader: &Shader) -> Written {
+fn write_layouts(out: &mut String, shader: &Shader) -> Result<(), String> {
     match &shader.push_constants {
         Some(PushConstants::Struct(layout)) => {
             out.push_str("\n    /// The push constants: bytes, and where members lie.\n");
@@ -222,7 +220,7 @@ fn write_layouts(out: &mut String, shader: &Shader) -> Written {
     Ok(())
 }
 
-fn write_layout(out: &mut String, name: &str, layout: &StructLayout, indent: &str) -> Written {
+fn write_layout(out: &mut String, name: &str, layout: &StructLayout, indent: &str) -> Result<(), String> {
     let mut constants = vec![("SIZE".to_owned(), layout.size), ("ALIGN".to_owned(), layout.align)];
     for member in &layout.members {
         let name = upper_snake(&member.name);

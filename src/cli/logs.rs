@@ -3,11 +3,14 @@
 use std::env::{self, VarError};
 use std::io::{self, IsTerminal};
 
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::Targets;
+use tracing_subscriber::layer::SubscriberExt as _;
+use tracing_subscriber::util::SubscriberInitExt as _;
 
 use super::failure::Failure;
 
-/// The variable that holds a log filter, in the syntax of `tracing_subscriber::EnvFilter`. It wins over `-v`.
+/// The variable that holds a log filter: levels, each with the crate or module that it is for, as `warn,afterlight::plan=debug`. It wins
+/// over `-v`.
 const VARIABLE: &str = "AFTERLIGHT_LOG";
 
 /// Starts logging: warnings; with `-v` what is done, with `-vv` the details, with more everything of other crates too.
@@ -16,20 +19,21 @@ const VARIABLE: &str = "AFTERLIGHT_LOG";
 /// When AFTERLIGHT_LOG holds no filter.
 pub fn start(verbosity: u8) -> Result<(), Failure> {
     let wrong = |why: &dyn std::fmt::Display| Failure::usage(format!("{VARIABLE} holds no log filter: {why}"));
+    let parse = |text: &str| text.parse::<Targets>().map_err(|error| wrong(&error));
     let filter = match env::var(VARIABLE) {
-        Ok(text) => EnvFilter::try_new(text).map_err(|error| wrong(&error))?,
-        Err(VarError::NotPresent) => EnvFilter::new(match verbosity {
+        Ok(text) => parse(&text)?,
+        Err(VarError::NotPresent) => parse(match verbosity {
             // The window library warns of what an X server lacks, which does no harm.
             0 => "warn,winit=error",
             1 => "warn,winit=error,afterlight=info",
             2 => "info,afterlight=debug",
             _ => "trace",
-        }),
+        })?,
         Err(error) => return Err(wrong(&error)),
     };
-    let logs = tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr);
-    let logs = logs.with_ansi(io::stderr().is_terminal()).without_time().with_target(false);
+    let lines = tracing_subscriber::fmt::layer().with_writer(io::stderr);
+    let lines = lines.with_ansi(io::stderr().is_terminal()).without_time().with_target(false);
     // Fails only when logging has been started before, which does no harm.
-    let _ = logs.try_init();
+    let _ = tracing_subscriber::registry().with(lines).with(filter).try_init();
     Ok(())
 }

@@ -5,7 +5,7 @@
 //! barriers are made from its value, an [`Edges`], and nothing else knows a stage or an access. `afterlight inspect` prints it.
 //!
 //! Since all of a renderer is made from the value, another value makes another renderer: with a row dropped, or one bit. So
-//! `tests/necessity.rs` proves that each is needed, and `afterlight inspect --drop` shows what a layer says of it.
+//! `tests/sync/necessity.rs` proves that each is needed, and `afterlight inspect --drop` shows what a layer says of it.
 
 use std::fmt;
 

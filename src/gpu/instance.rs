@@ -59,6 +59,7 @@ pub struct Instance {
     loader_version: u32,
     layers: Vec<LayerInfo>,
     validation: Validation,
+    sync_shader_heuristic: bool,
     api_version: u32,
     extensions: Vec<&'static CStr>,
 }
@@ -102,11 +103,11 @@ impl Instance {
         let entry = load_entry()?;
         let loader_version = loader_version(&entry)?;
         let layers = enumerate_layers(&entry)?;
-        let validation = ValidationPlan::new(&entry, options, &layers)?;
-        let extensions = Extensions::choose(&entry, &validation, required)?;
+        let plan = ValidationPlan::new(&entry, options, &layers)?;
+        let extensions = Extensions::choose(&entry, &plan, required)?;
         let log = Arc::new(MessageLog::default());
         let api_version = loader_version.min(vk::API_VERSION_1_3);
-        let raw = create(&entry, api_version, &validation, &extensions, &log)?;
+        let raw = create(&entry, api_version, &plan, &extensions, &log)?;
         let mut handles = InstanceHandles { raw, has_debug_utils: extensions.debug_utils, messenger: None, entry, log };
         if extensions.debug_utils {
             let debug_utils = ash::ext::debug_utils::Instance::new(&handles.entry, &handles.raw);
@@ -116,9 +117,15 @@ impl Instance {
             handles.messenger = Some((debug_utils, messenger));
         }
         let handles = Arc::new(handles);
-        let validation = options.validation;
-        let extensions = extensions.names;
-        Ok(Arc::new(Instance { handles, loader_version, layers, validation, api_version, extensions }))
+        Ok(Arc::new(Instance {
+            handles,
+            loader_version,
+            layers,
+            validation: options.validation,
+            sync_shader_heuristic: plan.shader_heuristic,
+            api_version,
+            extensions: extensions.names,
+        }))
     }
 
     /// Every device of every driver, in the loader's order, also those that this program cannot use.
@@ -177,6 +184,11 @@ impl Instance {
     /// How much this instance checks.
     pub fn validation(&self) -> Validation {
         self.validation
+    }
+
+    /// Whether the layer's shader heuristic is on: it was asked for, and the layer knows it.
+    pub fn sync_shader_heuristic(&self) -> bool {
+        self.sync_shader_heuristic
     }
 
     /// Whether objects can be named and messages collected: VK_EXT_debug_utils is in use.

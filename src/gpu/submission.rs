@@ -51,7 +51,7 @@ impl Submissions {
     }
 
     /// Takes note of the fences that have signalled, up to that of submission `last`. What nobody wants to know is not asked: a
-    /// layer takes an answer for a wait, and would then see no hazard with what is done (`tests/necessity.rs`).
+    /// layer takes an answer for a wait, and would then see no hazard with what is done (`tests/sync/necessity.rs`).
     fn poll(&self, device: &ash::Device, state: &mut State, last: u64) -> Result<()> {
         while let Some(&(serial, fence)) = state.pending.front()
             && serial <= last

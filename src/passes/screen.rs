@@ -91,7 +91,7 @@ pub fn stages<'a>(variant: &'a Variant, constants: &'a [(u32, u32)]) -> Vec<Shad
     [(variant.vertex(), vk::ShaderStageFlags::VERTEX), (variant.fragment(), vk::ShaderStageFlags::FRAGMENT)]
         .into_iter()
         .filter_map(|(entry, stage)| {
-            entry.map(|entry| ShaderStage { spirv: entry.spirv, entry: entry.name, stage, constants })
+            entry.map(|entry| ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage, constants })
         })
         .collect()
 }

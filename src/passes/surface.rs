@@ -207,7 +207,7 @@ pub fn textured_stages<'a>(
 /// one ("DescriptorSet and Binding Assignment" of its specification). So those of absent textures are made names of a present one.
 pub fn bound_fragment(variant: &Variant, textures: TextureMask) -> Vec<u32> {
     let Some(fragment) = variant.fragment() else { return Vec::new() };
-    let mut spirv = fragment.spirv.to_vec();
+    let mut spirv = fragment.spirv.words().to_vec();
     let Some(present) = textures.slots().next() else { return spirv };
     let has = |binding: &Binding| textures.slots().any(|slot| slot as u32 == binding.binding);
     let material = |binding: &&Binding| binding.set == MATERIAL_SET && binding.kind == BindingKind::SampledImage;
@@ -391,7 +391,7 @@ mod tests {
                     let variant = variant.expect("a variant");
                     let own = variant.fragment().expect("a fragment stage");
                     let patched = bound_fragment(variant, key.textures);
-                    let before = bound(variant, own.spirv);
+                    let before = bound(variant, own.spirv.words());
                     let sampler = TextureSlot::ALL.len() as u32;
                     for ((name_of, number), (_, original)) in bound(variant, &patched).into_iter().zip(before) {
                         let place = own.bindings.iter().find(|binding| binding.name == name_of).expect("a binding");
@@ -402,8 +402,9 @@ mod tests {
                         assert!(!sampled || number == original, "{name} {key:?}: {name_of} is another texture");
                         aliased += u32::from(number != original);
                     }
-                    let changed = own.spirv.iter().zip(&patched).filter(|(a, b)| a != b).count();
-                    assert!(own.spirv.len() == patched.len() && changed <= 5, "{name}");
+                    let own = own.spirv.words();
+                    let changed = own.iter().zip(&patched).filter(|(a, b)| a != b).count();
+                    assert!(own.len() == patched.len() && changed <= 5, "{name}");
                 }
             }
         }

@@ -93,7 +93,7 @@ impl Tiled {
         let layout = pipeline_layout(device, "tiled", &sets, &[range])?;
         let constants = constants_of(plan);
         let stage = ShaderStage {
-            spirv: entry.spirv,
+            spirv: entry.spirv.words(),
             entry: entry.name,
             stage: vk::ShaderStageFlags::COMPUTE,
             constants: &constants,

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use super::{Error, unknown};
 
 /// A part that a frame has only where the scene needs it. Kept without need it gets a neutral input, and the picture stays the same but
-/// for the rounding of what it is kept in: tests/leave_out.rs has the bounds.
+/// for the rounding of what it is kept in: tests/scenes/leave_out.rs has the bounds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum OptionalPart {
     /// The HDR target, and the TONEMAP subpass that reads it.

@@ -12,7 +12,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use afterlight_shader_compiler as compiler;
 
 use super::{
-    ALL, Binding, BindingKind, EntryPoint, FragmentOutput, NumberKind, Shader, Stage, Variant, VertexFormat,
+    ALL, Binding, BindingKind, EntryPoint, FragmentOutput, NumberKind, Shader, Spirv, Stage, Variant, VertexFormat,
     VertexInput,
 };
 
@@ -77,7 +77,7 @@ impl Replacements {
 }
 
 fn words(variant: &Variant) -> Vec<&'static [u32]> {
-    variant.entry_points.iter().map(|entry| entry.spirv).collect()
+    variant.entry_points.iter().map(|entry| entry.spirv.words()).collect()
 }
 
 /// Compiles the variants that some pass has asked for so far, from the sources in `directory`.
@@ -180,7 +180,7 @@ fn entry_point(own: &compiler::EntryPoint) -> Option<EntryPoint> {
             compiler::Stage::Fragment => Stage::Fragment,
             compiler::Stage::Compute => Stage::Compute,
         },
-        spirv: kept(own.spirv.iter().copied()),
+        spirv: Spirv::Plain(kept(own.spirv.iter().copied())),
         bindings: kept(own.bindings.iter().map(binding)),
         vertex_inputs: kept(vertex_inputs?),
         fragment_outputs: kept(outputs),

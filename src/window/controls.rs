@@ -3,7 +3,8 @@
 use std::fmt::Display;
 
 use egui::{
-    CollapsingHeader, ComboBox, Grid, RichText, ScrollArea, Sense, Slider, SliderClamping, Stroke, Ui, Vec2, pos2,
+    CollapsingHeader, ComboBox, Context, Grid, RichText, ScrollArea, Sense, Slider, SliderClamping, Stroke, Ui, Vec2,
+    pos2,
 };
 
 use super::clock::Interval;
@@ -88,12 +89,11 @@ impl Controls {
     }
 
     /// Builds the panels that are open.
-    pub fn show(&mut self, ui: &mut Ui, facts: &Facts, values: &mut Values) {
-        let context = ui.ctx().clone();
+    pub fn show(&mut self, context: &Context, facts: &Facts, values: &mut Values) {
         if self.shown {
             let window = egui::Window::new("Afterlight").default_pos(pos2(12.0, 12.0)).default_size([330.0, 560.0]);
             let mut shown = true;
-            window.open(&mut shown).show(&context, |ui| {
+            window.open(&mut shown).show(context, |ui| {
                 ScrollArea::vertical().max_height(context.content_rect().height() - 80.0).show(ui, |ui| {
                     panels(ui, facts, values);
                     choose_beside(ui, &mut self.beside);
@@ -104,19 +104,19 @@ impl Controls {
         }
         if let Some(selected) = &facts.selected {
             let place = (egui::Align2::RIGHT_TOP, [-12.0, 12.0]);
-            egui::Window::new("Selected").anchor(place.0, place.1).resizable(false).show(&context, |ui| {
+            egui::Window::new("Selected").anchor(place.0, place.1).resizable(false).show(context, |ui| {
                 show_selected(ui, selected);
             });
         }
         if facts.is_comparing || facts.error.is_some() {
             let place = (egui::Align2::RIGHT_BOTTOM, [-12.0, -12.0]);
-            egui::Window::new("Error").anchor(place.0, place.1).resizable(false).show(&context, |ui| {
+            egui::Window::new("Error").anchor(place.0, place.1).resizable(false).show(context, |ui| {
                 show_error(ui, facts.error);
             });
         }
         if self.keys {
             let window = egui::Window::new("Keys").default_pos(pos2(420.0, 12.0)).resizable(false);
-            window.open(&mut self.keys).show(&context, |ui| {
+            window.open(&mut self.keys).show(context, |ui| {
                 Grid::new("keys").num_columns(2).show(ui, |ui| {
                     for (keys, what) in HELP {
                         ui.strong(*keys);
@@ -250,7 +250,7 @@ fn roughness(ui: &mut Ui, roughness: &mut Option<f32>) {
         if overrides != roughness.is_some() {
             *roughness = overrides.then_some(0.5);
         }
-        let id = ui.scope_id().with("roughness");
+        let id = ui.id().with("roughness");
         let Some(value) = roughness else {
             return ui.data_mut(|data| data.remove::<f32>(id));
         };
@@ -277,7 +277,7 @@ fn lights(ui: &mut Ui, lights: &[Light], changed: &mut Vec<(usize, Light)>) {
     ScrollArea::vertical().id_salt("lights").max_height(160.0).show(ui, |ui| {
         for (index, light) in lights.iter().enumerate() {
             // Around what the light had when its slider was first shown.
-            let id = ui.scope_id().with(index);
+            let id = ui.id().with(index);
             let own: f32 = ui.data_mut(|data| *data.get_temp_mut_or(id, light.intensity));
             let name = if light.name.is_empty() { format!("light {index}") } else { light.name.clone() };
             let mut intensity = light.intensity;

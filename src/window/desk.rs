@@ -127,19 +127,19 @@ impl Desk {
         let (divider, view, beside) = (self.divider, subject.settings.view, self.controls.beside);
         let (controls, faults) = (&mut self.controls, &mut self.faults);
         let (stepper, drawn) = (&mut self.stepper, presenter.drawn());
-        let (panels, mut delay) = self.overlay.run(window, |ui| {
+        let (panels, mut delay) = self.overlay.run(window, |context| {
             if let Some(error) = error {
-                heat.draw(ui.ctx(), error);
+                heat.draw(context, error);
             }
             if let Some((object, _)) = selected {
-                draw_box(ui.ctx(), scene, camera, object);
+                draw_box(context, scene, camera, object);
             }
             if let Some(beside) = beside {
-                divider.draw(ui.ctx(), [view, beside]);
+                divider.draw(context, [view, beside]);
             }
-            controls.show(ui, &facts, &mut after);
-            faults.show(ui.ctx());
-            stepper.panel(ui.ctx(), scene, &drawn);
+            controls.show(context, &facts, &mut after);
+            faults.show(context);
+            stepper.panel(context, scene, &drawn);
         });
         drop(facts);
         if self.stepper.take_new() {

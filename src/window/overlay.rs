@@ -1,10 +1,12 @@
 //! egui in the window: events go in, triangles for [`crate::passes::overlay`] come out. What is shown is [`super::controls`]'s.
 
 use std::collections::{BTreeSet, HashMap};
+use std::sync::Arc;
 use std::time::Duration;
 
 use egui::epaint::{ClippedPrimitive, Primitive};
-use egui::{ColorImage, ImageData, TextureId, TexturesDelta, ViewportId};
+use egui::{ColorImage, FontData, FontDefinitions, FontFamily, ImageData, TextureId, TexturesDelta, ViewportId};
+use epaint_default_fonts::{HACK_REGULAR, UBUNTU_LIGHT};
 use winit::event::WindowEvent;
 use winit::window::Window;
 
@@ -36,6 +38,7 @@ pub struct Taken {
 impl Overlay {
     pub fn new(window: &Window, largest_texture: u32) -> Self {
         let context = egui::Context::default();
+        context.set_fonts(fonts());
         let scale = Some(window.scale_factor() as f32);
         let largest = Some(largest_texture as usize);
         let state = egui_winit::State::new(context.clone(), ViewportId::ROOT, window, scale, None, largest);
@@ -59,7 +62,7 @@ impl Overlay {
         let response = self.state.on_window_event(window, event);
         let consumed = match event {
             // A key that no text field waits for is the window's own.
-            WindowEvent::KeyboardInput { .. } => self.context.egui_wants_keyboard_input(),
+            WindowEvent::KeyboardInput { .. } => self.context.wants_keyboard_input(),
             WindowEvent::CursorMoved { position, .. } => {
                 let pixel = egui::pos2(position.x as f32, position.y as f32);
                 self.pointer = pixel / self.context.pixels_per_point();
@@ -83,9 +86,9 @@ impl Overlay {
     }
 
     /// Lets `show` build what is shown, and returns it, but for its textures, with the time after which it wants to be shown anew.
-    pub fn run(&mut self, window: &Window, show: impl FnMut(&mut egui::Ui)) -> (Panels, Duration) {
+    pub fn run(&mut self, window: &Window, show: impl FnMut(&egui::Context)) -> (Panels, Duration) {
         let input = self.state.take_egui_input(window);
-        let output = self.context.run_ui(input, show);
+        let output = self.context.run(input, show);
         self.state.handle_platform_output(window, output.platform_output);
         let delay = output.viewport_output.get(&ViewportId::ROOT).map_or(Duration::MAX, |root| root.repaint_delay);
         let primitives = self.context.tessellate(output.shapes, output.pixels_per_point);
@@ -115,14 +118,12 @@ impl Overlay {
 
     /// Takes note of what changes of the textures.
     fn take_textures(&mut self, mut delta: TexturesDelta) {
-        for (id, deltas) in std::mem::take(&mut delta.set) {
+        for (id, delta) in std::mem::take(&mut delta.set) {
             let id = number(id);
-            for delta in deltas {
-                let ImageData::Color(image) = delta.image;
-                match (delta.pos, self.textures.get_mut(&id)) {
-                    (Some(corner), Some(own)) => patch(own, corner, &image),
-                    _ => _ = self.textures.insert(id, (*image).clone()),
-                }
+            let ImageData::Color(image) = delta.image;
+            match (delta.pos, self.textures.get_mut(&id)) {
+                (Some(corner), Some(own)) => patch(own, corner, &image),
+                _ => _ = self.textures.insert(id, (*image).clone()),
             }
             self.changed.insert(id);
         }
@@ -131,6 +132,17 @@ impl Overlay {
             self.textures.remove(id);
         }
     }
+}
+
+/// Letters, and letters of one width. egui's own choice adds 0.7 MB of emoji, which nothing here shows.
+fn fonts() -> FontDefinitions {
+    let mut fonts = FontDefinitions::empty();
+    let faces = [("letters", UBUNTU_LIGHT, FontFamily::Proportional), ("code", HACK_REGULAR, FontFamily::Monospace)];
+    for (name, bytes, family) in faces {
+        fonts.font_data.insert(name.to_owned(), Arc::new(FontData::from_static(bytes)));
+        fonts.families.insert(family, vec![name.to_owned()]);
+    }
+    fonts
 }
 
 /// Textures that are not egui's own are not used.

@@ -1,7 +1,7 @@
 //! What the validation layer does not notice when it is missing, and why it is there all the same.
 //!
 //! Layer 1.4.309 is silent about these in both modes of its shader heuristic. Nothing is left out of the table for that reason: each entry
-//! quotes what the specification has to say. `tests/necessity.rs` fails when an entry is noticed after all, when none of its rows is
+//! quotes what the specification has to say. `tests/sync/necessity.rs` fails when an entry is noticed after all, when none of its rows is
 //! silent any more, and when something is silent that is not listed.
 
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};

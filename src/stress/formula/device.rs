@@ -78,7 +78,7 @@ impl Program {
         };
         let layout = pipeline_layout(device, "formula", &[frame_layout.raw, data_layout.raw], &[])?;
         let stage = ShaderStage {
-            spirv: entry.spirv,
+            spirv: entry.spirv.words(),
             entry: entry.name,
             stage: vk::ShaderStageFlags::COMPUTE,
             constants: &[(constants::FORMULA, trial.formula as u32)],

@@ -1,0 +1,99 @@
+//! SPIR-V modules, packed in blocks. Variants of a shader are nearly the same module, so that together they take a tenth of what they take one by
+//! one; a block is small enough to be unpacked for one module of it.
+
+use std::collections::HashMap;
+use std::io;
+use std::ops::Range;
+
+/// A block is closed once it holds this many words. Measured over 874 modules of 35.5 MB: 1.3 MB in a block pack to 3.9 MB and unpack in 2 ms, 5 MB to 2.9
+/// MB and in 6 ms.
+const BLOCK_WORDS: usize = 330_000;
+
+/// Zstandard's level: 19 is the last that keeps its window within a few MiB.
+const LEVEL: i32 = 19;
+
+/// Where a module lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    pub block: usize,
+    /// Its first word in the block.
+    pub start: usize,
+}
+
+/// All SPIR-V modules in blocks, equal ones once.
+#[derive(Default)]
+pub struct Pool {
+    blocks: Vec<Vec<u32>>,
+    known: HashMap<Vec<u32>, Place>,
+}
+
+impl Pool {
+    /// The place of `module`, which is added if it is new.
+    pub fn place(&mut self, module: &[u32]) -> Place {
+        if let Some(place) = self.known.get(module) {
+            return *place;
+        }
+        if self.blocks.last().is_none_or(|block| block.len() >= BLOCK_WORDS) {
+            self.blocks.push(Vec::new());
+        }
+        let block = self.blocks.len() - 1;
+        let place = Place { block, start: self.blocks[block].len() };
+        self.blocks[block].extend_from_slice(module);
+        self.known.insert(module.to_vec(), place);
+        place
+    }
+
+    /// How many different modules there are.
+    pub fn modules(&self) -> usize {
+        self.known.len()
+    }
+
+    /// The bytes of all of them.
+    pub fn bytes(&self) -> usize {
+        4 * self.blocks.iter().map(Vec::len).sum::<usize>()
+    }
+}
+
+/// One packed block.
+pub struct Block {
+    /// Where it lies among the packed bytes.
+    pub range: Range<usize>,
+    /// The words that it unpacks to.
+    pub words: usize,
+}
+
+/// All blocks, packed one after the other.
+pub struct Packed {
+    pub bytes: Vec<u8>,
+    pub blocks: Vec<Block>,
+}
+
+/// Packs each block by itself, on as many threads as there are processors.
+///
+/// # Errors
+/// When Zstandard has no memory left.
+pub fn pack(pool: &Pool) -> io::Result<Packed> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let share = pool.blocks.len().div_ceil(threads).max(1);
+    let parts: Vec<_> = std::thread::scope(|scope| {
+        let work = |blocks| scope.spawn(move || pack_each(blocks));
+        let threads: Vec<_> = pool.blocks.chunks(share).map(work).collect();
+        threads
+            .into_iter()
+            .map(|thread| thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            .collect()
+    });
+    let mut packed = Packed { bytes: Vec::new(), blocks: Vec::new() };
+    let parts = parts.into_iter().collect::<io::Result<Vec<_>>>()?;
+    for (part, block) in parts.into_iter().flatten().zip(&pool.blocks) {
+        let start = packed.bytes.len();
+        packed.bytes.extend(part);
+        packed.blocks.push(Block { range: start..packed.bytes.len(), words: block.len() });
+    }
+    Ok(packed)
+}
+
+fn pack_each(blocks: &[Vec<u32>]) -> io::Result<Vec<Vec<u8>>> {
+    let bytes = |block: &[u32]| block.iter().flat_map(|word| word.to_ne_bytes()).collect::<Vec<u8>>();
+    blocks.iter().map(|block| zstd::bulk::compress(&bytes(block), LEVEL)).collect()
+}
