@@ -6,7 +6,7 @@
 //!
 //! `cargo bench --bench input_to_photon -- [SCENE] [--size WxH] [--trials N]`
 
-#[path = "../tests/view/harness.rs"]
+#[path = "../tests/window/view/harness.rs"]
 #[allow(dead_code)]
 mod harness;
 

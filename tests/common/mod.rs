@@ -1,17 +1,29 @@
 //! What several tests share.
 
-// Each test file is a program of its own and uses a part of this.
+// Each group of tests is a program of its own and uses a part of this.
 #![allow(dead_code)]
 
 pub mod compare;
 #[cfg(feature = "report")]
 pub mod golden;
 pub mod gpu;
+pub mod hdr;
 pub mod scenes;
 pub mod stage;
 pub mod truth;
 
 use std::path::PathBuf;
+
+/// Whether long tests try all of their cases, as in `make test-all`, or those alone that differ most.
+pub fn tries_all() -> bool {
+    std::env::var("AFTERLIGHT_TESTS").is_ok_and(|value| value == "all")
+}
+
+/// All of the cases in `make test-all`; in `make test` the first of every `every`. Where each case has several properties, `every` has no
+/// factor in common with how many values one of them takes, so that all values turn up.
+pub fn some_of<T>(cases: impl IntoIterator<Item = T>, every: usize) -> impl Iterator<Item = T> {
+    cases.into_iter().step_by(if tries_all() { 1 } else { every })
+}
 
 /// The folder of third-party scenes: `AFTERLIGHT_SCENES`, else `../shared/scenes` beside the project. Where it is absent,
 /// says so and returns none; the caller then skips what needs it.

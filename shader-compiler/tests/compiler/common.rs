@@ -1,0 +1,59 @@
+//! What the tests share: compiling a text, looking into SPIR-V, and running spirv-val.
+
+use std::io::Write;
+use std::process::{Command, Stdio};
+
+use afterlight_shader_compiler::{EntryPoint, Error, Shader, compile_source};
+use rspirv::dr::{Instruction, Module};
+use rspirv::spirv::Op;
+
+pub fn compile(text: &str) -> Shader {
+    compile_with(text, &[])
+}
+
+pub fn compile_with(text: &str, shared: &[(&str, &str)]) -> Shader {
+    compile_source(("demo.wgsl", text), shared).unwrap_or_else(|errors| panic!("{}", errors[0]))
+}
+
+pub fn error(text: &str) -> Error {
+    error_with(text, &[])
+}
+
+pub fn error_with(text: &str, shared: &[(&str, &str)]) -> Error {
+    let mut errors = compile_source(("demo.wgsl", text), shared).expect_err("must fail");
+    assert_eq!(errors.len(), 1, "{errors:#?}");
+    errors.remove(0)
+}
+
+pub fn only(shader: &Shader) -> &EntryPoint {
+    assert_eq!((shader.variants.len(), shader.variants[0].entry_points.len()), (1, 1));
+    &shader.variants[0].entry_points[0]
+}
+
+pub fn module(entry: &EntryPoint) -> Module {
+    rspirv::dr::load_words(&entry.spirv).expect("a SPIR-V module")
+}
+
+pub fn all(module: &Module, opcode: Op) -> Vec<&Instruction> {
+    module.all_inst_iter().filter(|instruction| instruction.class.opcode == opcode).collect()
+}
+
+/// Validates against Vulkan 1.1; where spirv-val is not installed it says so and passes.
+pub fn validate(entry: &EntryPoint) {
+    let bytes: Vec<u8> = entry.spirv.iter().flat_map(|word| word.to_ne_bytes()).collect();
+    let child = Command::new("spirv-val")
+        .args(["--target-env", "vulkan1.1", "-"])
+        .stdin(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn();
+    let mut child = match child {
+        Ok(child) => child,
+        Err(error) => {
+            eprintln!("spirv-val cannot be run ({error}): {} is not validated", entry.name);
+            return;
+        }
+    };
+    child.stdin.take().expect("piped").write_all(&bytes).expect("spirv-val reads");
+    let output = child.wait_with_output().expect("spirv-val ends");
+    assert!(output.status.success(), "{}: {}", entry.name, String::from_utf8_lossy(&output.stderr));
+}

@@ -1,0 +1,324 @@
+//! What a frame leaves out is not seen: pictures with and without are the same, bit for bit.
+
+use crate::common::compare::assert_identical;
+use crate::common::gpu::{Gpu, on_gpu};
+use crate::common::stage::{add, exact, gbuffer, lambert, open, point, rectangle, spot, stage, sun};
+use crate::common::{some_of, tries_all};
+use afterlight::frame::{Drawn, Picture, Renderer};
+use afterlight::scene::builtin::shapes;
+use afterlight::scene::{
+    AlphaMode, Camera, Falloff, Keep, Light, LightKind, LightPath, Material, OptionalPart, Output, Projection, Scene,
+    Settings, ShadowFilter, ShadowSettings, Transparency, View,
+};
+use glam::{DAffine3, DQuat, DVec3, Vec3};
+
+/// Odd, so that no tile divides it.
+const SIZE: (u32, u32) = (131, 75);
+
+fn frame(renderer: &mut Renderer, camera: &Camera) -> (Picture, Drawn) {
+    renderer.render(camera).unwrap_or_else(|error| panic!("{error}"));
+    let drawn = renderer.wait().unwrap_or_else(|error| panic!("{error}")).drawn;
+    (renderer.read_back().unwrap_or_else(|error| panic!("{error}")), drawn)
+}
+
+fn keeping(part: OptionalPart, settings: &Settings) -> Settings {
+    Settings { keep: Keep::NONE.with(part), ..settings.clone() }
+}
+
+/// Rows of blocks on a floor between two walls, with lamps of every fall-off and spots among and above them, of which each camera sees
+/// some, and with a pane in the middle.
+fn street() -> Scene {
+    let mut scene = stage();
+    scene.name = "street".into();
+    let at = |x: f64, y: f64, z: f64| DAffine3::from_translation(DVec3::new(x, y, z));
+    for tile in 0..12 {
+        let floor = shapes::plane([8.0, 4.0]);
+        add(&mut scene, floor, lambert(0.6), at(0.0, 0.0, -4.0 * f64::from(tile)));
+    }
+    for block in 0..24 {
+        let (side, along) = (f64::from(block % 2) * 2.0 - 1.0, f64::from(block / 2) * -4.0);
+        let height = 0.5 + 0.4 * f64::from(block % 5);
+        add(&mut scene, shapes::cuboid([0.7, height, 0.7]), lambert(0.8), at(side * 2.0, height * 0.5, along));
+    }
+    let polynomial = Falloff::Polynomial { constant: 1.0, linear: 0.5, quadratic: 2.0 };
+    for index in 0..36 {
+        let place =
+            DVec3::new(f64::from(index * 7 % 9) - 4.0, 0.4 + 0.3 * f64::from(index % 4), -1.3 * f64::from(index));
+        let range = Some(0.8 + 0.3 * f64::from(index % 3));
+        let mut light = match index % 4 {
+            0 => point(place, 3.0, range, Falloff::InverseSquare),
+            1 => point(place, 2.0, range, Falloff::Quadratic),
+            2 => point(place, 3.0, range, polynomial),
+            _ => {
+                let kind = LightKind::Spot {
+                    position: place + DVec3::Y,
+                    direction: DVec3::new(0.3, -1.0, 0.2).normalize(),
+                    inner_angle_degrees: 15.0,
+                    outer_angle_degrees: 25.0 + f64::from(index),
+                    range: Some(2.5),
+                    falloff: Falloff::InverseSquare,
+                };
+                Light { kind, ..spot(place, 6.0, 15.0, 30.0) }
+            }
+        };
+        light.color = Vec3::new(1.0, 0.5 + 0.05 * (index % 9) as f32, 0.4);
+        scene.lights.push(light);
+    }
+    // High above, where nothing is.
+    scene.lights.push(point(DVec3::Y * 50.0, 9.0, Some(5.0), Falloff::InverseSquare));
+    scene.lights.push(sun(DVec3::new(0.5, 1.0, 0.3), 1.0));
+    scene.environment.ambient = Vec3::splat(0.05);
+    let pane = lambert(0.5);
+    add(&mut scene, rectangle([-1.0, 0.2], [1.0, 2.0], -6.0), pane, DAffine3::IDENTITY);
+    scene
+}
+
+/// Down the street, across it, at the ground, and away from it all.
+fn cameras() -> [Camera; 4] {
+    let looking = |from: [f64; 3], to: [f64; 3]| Camera {
+        projection: Projection::perspective(50.0),
+        near: 0.05,
+        ..Camera::looking_at(DVec3::from(from), DVec3::from(to), DVec3::Y)
+    };
+    [
+        looking([0.0, 1.6, 3.0], [0.2, 1.0, -10.0]),
+        looking([0.5, 1.0, -9.0], [4.0, 0.5, -11.0]),
+        looking([-1.0, 1.5, -16.0], [-1.2, 0.0, -16.5]),
+        looking([0.0, 2.0, 4.0], [0.0, 5.0, 9.0]),
+    ]
+}
+
+/// The same, in parallel rays that show so much from top to bottom.
+fn parallel_cameras(height: f64) -> [Camera; 4] {
+    cameras().map(|camera| Camera { projection: Projection::orthographic(height), ..camera })
+}
+
+/// Draws each view with the part and without it, and returns what the frames drew: lean first.
+fn both(gpu: &Gpu, scene: &Scene, settings: &Settings, part: OptionalPart, cameras: &[Camera]) -> Vec<[Drawn; 2]> {
+    let mut lean = gpu.renderer(scene, settings);
+    let mut full = gpu.renderer(scene, &keeping(part, settings));
+    let compare = |(index, camera): (usize, &Camera)| {
+        let ((picture, drawn), (expected, all)) = (frame(&mut lean, camera), frame(&mut full, camera));
+        assert_identical(
+            &picture,
+            &expected,
+            &format!("{}, {}, camera {index}, without {part}", scene.name, settings.light_path),
+        );
+        [drawn, all]
+    };
+    cameras.iter().enumerate().map(compare).collect()
+}
+
+#[test]
+fn lights_that_reach_nothing_are_not_missed_on_any_light_path() {
+    on_gpu(|gpu| {
+        let scene = street();
+        let glass = {
+            let mut scene = street();
+            scene.name = "street with a pane".into();
+            let material = scene.materials.last_mut().expect("the pane's");
+            (material.alpha_mode, material.alpha) = (afterlight::scene::AlphaMode::Blend, 0.5);
+            scene
+        };
+        let mut turn = 0;
+        for &(name, light_path) in LightPath::NAMES {
+            for scene in [&scene, &glass] {
+                if light_path == LightPath::Compute && scene.name != "street" {
+                    continue;
+                }
+                // Each path has one layout for each scene, and with the paths all of them turn up.
+                let layouts = [("float32", 1), ("lean,position=rgba16f", 1), ("lean", 4)];
+                turn += 1;
+                for (layout, msaa) in some_of(layouts.into_iter().cycle().skip(turn).take(3), 3) {
+                    let blends = matches!(light_path, LightPath::PerLight | LightPath::Volumes | LightPath::Compute);
+                    if msaa > 1 && blends {
+                        continue;
+                    }
+                    let settings = Settings { light_path, msaa, gbuffer: gbuffer(layout), ..exact(SIZE.0, SIZE.1) };
+                    let drawn = both(gpu, scene, &settings, OptionalPart::IdleLights, &cameras());
+                    // One light reaches no object at all. A plan that lights surfaces beside where they are has it all the same.
+                    let planned = if layout == "float32" { 37 } else { 38 };
+                    for (index, [lean, full]) in drawn.iter().enumerate() {
+                        assert_eq!((full.lights, full.idle_lights), (38, 0), "{name}");
+                        assert!(
+                            lean.lights + lean.idle_lights == planned && lean.idle_lights >= [1, 10, 10, 37][index],
+                            "{name}: {lean:?}"
+                        );
+                        assert_eq!(lean.lights == 0, index == 3, "{name}: {lean:?}");
+                    }
+                }
+            }
+        }
+    });
+}
+
+/// The street with shadows of every kind: the sun's, and those of lamps of either sort among the blocks. One tile of the floor receives none.
+fn shadowed_street() -> Scene {
+    let mut scene = street();
+    scene.name = "shadowed street".into();
+    for (index, light) in scene.lights.iter_mut().enumerate() {
+        let is_sun = matches!(light.kind, LightKind::Directional { .. });
+        light.casts_shadow = is_sun || index % 6 == 3 || index % 12 == 4;
+        light.size = if is_sun { 1.5 } else { 0.1 };
+    }
+    scene.objects[3].receives_shadow = false;
+    scene
+}
+
+#[test]
+fn casters_that_shadow_nothing_in_view_are_not_missed_in_any_filter() {
+    on_gpu(|gpu| {
+        let scene = shadowed_street();
+        let (mut lean_casters, mut full_casters) = (0, 0);
+        for (layout, msaa) in [("float32", 1), ("lean,position=rgba16f", 1), ("lean", 4)] {
+            for &(name, filter) in ShadowFilter::NAMES {
+                if layout != "float32" && !matches!(filter, ShadowFilter::Box3 | ShadowFilter::Pcss) {
+                    continue;
+                }
+                // What a wider filter reaches, the widest two do: PCSS and 5x5.
+                if layout == "float32" && !tries_all() && !matches!(filter, ShadowFilter::Box5 | ShadowFilter::Pcss) {
+                    continue;
+                }
+                let shadows = ShadowSettings { filter, size: 256, ..ShadowSettings::default() };
+                let settings = Settings { shadows, msaa, gbuffer: gbuffer(layout), ..exact(83, 47) };
+                // The one down the street sees most, the one at the ground least.
+                let views = if layout == "float32" { &cameras()[..3] } else { &cameras()[1..2] };
+                for [lean, full] in both(gpu, &scene, &settings, OptionalPart::IdleCasters, views) {
+                    assert!(lean.casters <= full.casters && full.idle_casters == 0, "{name}: {lean:?} {full:?}");
+                    assert!(lean.shadow_maps <= full.shadow_maps, "{name}: {lean:?} {full:?}");
+                    (lean_casters, full_casters) = (lean_casters + lean.casters, full_casters + full.casters);
+                }
+            }
+        }
+        println!("{lean_casters} casters drawn; kept: {full_casters}");
+        assert!(lean_casters * 5 < full_casters * 4, "{lean_casters} {full_casters}");
+    });
+}
+
+#[test]
+fn maps_that_are_kept_from_frame_to_frame_lack_nothing_as_the_camera_turns_and_things_move() {
+    on_gpu(|gpu| {
+        let scene = shadowed_street();
+        let shadows = ShadowSettings { size: 256, ..ShadowSettings::default() };
+        let settings = Settings { shadows, ..exact(SIZE.0, SIZE.1) };
+        let uncached = Settings { shadows: ShadowSettings { cache: false, ..shadows }, ..settings.clone() };
+        let mut lean = gpu.renderer(&scene, &settings);
+        let mut full = gpu.renderer(&scene, &keeping(OptionalPart::IdleCasters, &uncached));
+        let start = cameras()[0];
+        for step in 0..24u32 {
+            // It stands, turns slowly, turns fast, and stands again.
+            let degrees = [0.0, 0.3, 17.0, 0.0][step as usize / 6] * f64::from(step % 6) + 30.0 * f64::from(step / 6);
+            let rotation = DQuat::from_rotation_y(degrees.to_radians()) * start.rotation;
+            let camera = Camera { rotation, position: DVec3::new(0.0, 1.6, -12.0), ..start };
+            if step % 5 == 4 {
+                let moved = DAffine3::from_translation(DVec3::X * 0.1 * f64::from(step));
+                for renderer in [&mut lean, &mut full] {
+                    let place = moved * scene.objects[20].transform;
+                    renderer.move_object(20, &place).unwrap_or_else(|error| panic!("{error}"));
+                }
+            }
+            let ((picture, drawn), (expected, _)) = (frame(&mut lean, &camera), frame(&mut full, &camera));
+            assert_identical(&picture, &expected, &format!("step {step}"));
+            assert!(step == 0 || step > 3 || drawn.shadow_maps_drawn == 0, "{step}: {drawn:?}");
+        }
+    });
+}
+
+/// Many small things behind walls, in a room of one-sided faces, some of glass.
+fn rooms() -> Scene {
+    let mut scene = open("builtin:field?objects=600&lights=3&screens=5&range=0");
+    scene.name = "rooms".into();
+    let glass = Material { alpha_mode: AlphaMode::Glass, alpha: 0.3, ..lambert(0.5) };
+    scene.materials.push(glass);
+    for object in scene.objects.iter_mut().skip(6).step_by(9) {
+        object.material = scene.materials.len() - 1;
+    }
+    scene.lights.push(sun(DVec3::new(0.5, 1.0, 0.3), 500.0));
+    scene
+}
+
+#[test]
+fn objects_behind_others_are_not_missed() {
+    on_gpu(|gpu| {
+        let scene = rooms();
+        let looking = |turn: f64, back: f64| Camera {
+            rotation: DQuat::from_rotation_y(turn),
+            position: DVec3::new(turn, 0.3, back),
+            ..scene.camera
+        };
+        let cameras = [looking(0.0, 0.0), looking(0.2, 1.0), looking(-0.3, -9.0), looking(3.0, -40.0)];
+        let shadows = ShadowSettings { size: 256, ..ShadowSettings::default() };
+        let base = Settings { shadows, ..exact(SIZE.0, SIZE.1) };
+        let variants = [
+            Settings { size: [320, 180], ..base.clone() },
+            Settings { light_path: LightPath::Forward, ..base.clone() },
+            Settings { light_path: LightPath::Clustered, depth_prepass: Some(true), ..base.clone() },
+            Settings { msaa: 4, gbuffer: gbuffer("lean"), ..base.clone() },
+            Settings { transparency: Transparency::Oit, ..base.clone() },
+            Settings { view: View::Depth, output: Output::Srgb8, ..base.clone() },
+        ];
+        for settings in &variants {
+            let mut occluded = 0;
+            for [lean, full] in both(gpu, &scene, settings, OptionalPart::OccludedObjects, &cameras) {
+                assert_eq!(
+                    (lean.objects < full.objects, full.occluded, lean.culled),
+                    (lean.occluded > 0, 0, full.culled)
+                );
+                occluded += lean.occluded;
+            }
+            println!("{} {}x: {occluded} of 4 times 600 objects are hidden", settings.light_path, settings.msaa);
+            assert!(occluded > 200, "{occluded}");
+        }
+        // Frames that look through other places of each pixel.
+        let settings = Settings { samples: 4, ..base };
+        let pictures = [settings.clone(), keeping(OptionalPart::OccludedObjects, &settings)].map(|settings| {
+            let mut renderer = gpu.renderer(&scene, &settings);
+            renderer.picture(&scene.camera, || {}).unwrap_or_else(|error| panic!("{error}"))
+        });
+        assert_identical(&pictures[0], &pictures[1], "several samples");
+    });
+}
+
+/// A scene whose frames are planned for parallel rays.
+fn in_parallel(scene: Scene, height: f64) -> Scene {
+    let camera = Camera { projection: Projection::orthographic(height), ..scene.camera };
+    Scene { name: format!("{} in parallel rays", scene.name), camera, ..scene }
+}
+
+#[test]
+fn nothing_is_missed_where_rays_are_parallel() {
+    on_gpu(|gpu| {
+        let (scene, cameras) = (in_parallel(shadowed_street(), 3.0), parallel_cameras(3.0));
+        let shadows = ShadowSettings { size: 256, ..ShadowSettings::default() };
+        // Samples and the lean layout are looked at in perspective above.
+        for (layout, msaa) in some_of([("float32", 1), ("lean", 4)], 2) {
+            let base = Settings { shadows, msaa, gbuffer: gbuffer(layout), ..exact(83, 47) };
+            let lights = both(gpu, &scene, &base, OptionalPart::IdleLights, &cameras);
+            assert!(lights.iter().all(|[lean, full]| lean.lights < full.lights), "{lights:?}");
+            // The first sees the whole street.
+            let objects = both(gpu, &scene, &base, OptionalPart::OffscreenObjects, &cameras[1..]);
+            assert!(objects.iter().all(|[lean, full]| lean.objects < full.objects), "{objects:?}");
+            for filter in [ShadowFilter::Box3, ShadowFilter::Pcss] {
+                let settings = Settings { shadows: ShadowSettings { filter, ..shadows }, ..base.clone() };
+                let casters = both(gpu, &scene, &settings, OptionalPart::IdleCasters, &cameras[..3]);
+                let sum = |which: usize| casters.iter().map(|drawn| drawn[which].casters).sum::<usize>();
+                assert!(sum(0) < sum(1), "{casters:?}");
+            }
+        }
+        for light_path in [LightPath::PerLight, LightPath::Volumes, LightPath::Clustered, LightPath::Compute] {
+            let settings = Settings { light_path, ..exact(83, 47) };
+            both(gpu, &scene, &settings, OptionalPart::IdleLights, &cameras);
+        }
+        let rooms = in_parallel(rooms(), 12.0);
+        let looking = |turn: f64, back: f64| Camera {
+            rotation: DQuat::from_rotation_y(turn),
+            position: DVec3::new(turn, 0.3, back),
+            ..rooms.camera
+        };
+        let settings = Settings { shadows, ..exact(320, 180) };
+        let views = [looking(0.0, 0.0), looking(0.2, 1.0), looking(-0.3, 900.0)];
+        let drawn = both(gpu, &rooms, &settings, OptionalPart::OccludedObjects, &views);
+        println!("{drawn:?}");
+        assert!(drawn.iter().map(|[lean, _]| lean.occluded).sum::<usize>() > 50, "{drawn:?}");
+    });
+}

@@ -1,0 +1,173 @@
+//! Every built-in scene and every view, as they looked when they were last looked at. AFTERLIGHT_BLESS=1 keeps what is drawn now.
+
+use crate::common::golden::{LARGEST_MEAN, SAME_WITHIN, check, flip_error};
+use crate::common::gpu::{Gpu, on_gpu};
+use crate::common::stage::{open, own, view};
+use afterlight::frame::Renderer;
+use afterlight::scene::builtin::CATALOGUE;
+use afterlight::scene::{Brdf, Scene, Settings, ShadowFilter, Tonemap, Transparency, View};
+
+const SIZE: (u32, u32) = (256, 144);
+
+/// Draws and compares; goes on after a difference, so that one run tells them all.
+struct Album<'a> {
+    gpu: &'a Gpu,
+    wrong: Vec<String>,
+}
+
+impl Album<'_> {
+    /// Without anisotropy: each driver has its own way to choose places on a texture.
+    fn compare(&mut self, name: &str, scene: &Scene, settings: &Settings) {
+        let mut renderer: Renderer = self.gpu.renderer(scene, &Settings { anisotropy: 1, ..settings.clone() });
+        let picture = renderer.render(&scene.camera).and_then(|()| renderer.read_back());
+        let result = picture
+            .map_err(|error| format!("{name}: {error}"))
+            .and_then(|picture| check(name, &picture, &self.gpu.device.physical));
+        self.wrong.extend(result.err());
+    }
+}
+
+fn album(fill: impl FnOnce(&mut Album)) {
+    on_gpu(|gpu| {
+        let mut album = Album { gpu, wrong: Vec::new() };
+        fill(&mut album);
+        assert!(album.wrong.is_empty(), "{}", album.wrong.join("\n"));
+    });
+}
+
+/// Fewer objects and lights than the default, which is a benchmark's.
+const FIELD: &str = "builtin:field?objects=60&lights=24&range=12";
+
+#[test]
+fn every_built_in_scene_looks_as_it_did() {
+    album(|album| {
+        for builtin in CATALOGUE {
+            let name = format!("builtin:{}", builtin.name);
+            let scene = open(if builtin.name == "field" { FIELD } else { &name });
+            album.compare(builtin.name, &scene, &own(&scene, SIZE.0, SIZE.1));
+        }
+    });
+}
+
+#[test]
+fn every_view_looks_as_it_did() {
+    album(|album| {
+        let hall = open("builtin:hall");
+        let field = open(FIELD);
+        let shown = |view: &View| !matches!(view, View::Final | View::Complexity) && album.gpu.shows(*view);
+        let views: Vec<_> = View::NAMES.iter().filter(|(_, view)| shown(view)).collect();
+        for (name, shown) in views {
+            album.compare(&format!("hall-{name}"), &hall, &view(&hall, SIZE.0, SIZE.1, *shown));
+        }
+        // What the hall has little of: metals, layers, lights with a range.
+        for (name, shown) in [
+            ("metallic", View::Metallic),
+            ("roughness", View::Roughness),
+            ("overdraw", View::Overdraw),
+            ("lights-per-pixel", View::LightsPerPixel),
+        ] {
+            album.compare(&format!("field-{name}"), &field, &view(&field, SIZE.0, SIZE.1, shown));
+        }
+    });
+}
+
+#[test]
+fn every_model_and_every_tone_mapper_looks_as_it_did() {
+    album(|album| {
+        for brdf in [Brdf::Phong, Brdf::BlinnPhong, Brdf::Lambert] {
+            let scene = open(&format!("builtin:spheres?brdf={brdf}"));
+            album.compare(&format!("spheres-{brdf}"), &scene, &own(&scene, SIZE.0, SIZE.1));
+        }
+        let scene = open("builtin:spheres");
+        for tonemap in [Tonemap::Agx, Tonemap::Aces, Tonemap::None] {
+            let settings = Settings { tonemap, ..own(&scene, SIZE.0, SIZE.1) };
+            album.compare(&format!("spheres-{tonemap}"), &scene, &settings);
+        }
+    });
+}
+
+/// The scenes of docs/LIGHTS.md, once each: every light path draws the same, which tests/light/light_paths.rs sees to.
+#[test]
+fn every_picture_of_the_gallery_looks_as_it_did() {
+    album(|album| {
+        let gallery = |name: &str| open(&format!("assets/gallery/{name}.toml"));
+        for name in [
+            "ambient",
+            "hemisphere",
+            "emissive",
+            "directional",
+            "several-directional",
+            "point",
+            "spot",
+            "temperature",
+            "fall-offs",
+            "cascades",
+            "soft-shadows",
+        ] {
+            let scene = gallery(name);
+            album.compare(&format!("gallery-{name}"), &scene, &own(&scene, SIZE.0, SIZE.1));
+        }
+        let scene = gallery("filters");
+        for (name, filter) in ShadowFilter::NAMES {
+            let mut settings = own(&scene, SIZE.0, SIZE.1);
+            settings.shadows.filter = *filter;
+            album.compare(&format!("gallery-filter-{name}"), &scene, &settings);
+        }
+        let scene = gallery("transparency");
+        for (name, transparency) in Transparency::NAMES {
+            let settings = Settings { transparency: *transparency, ..own(&scene, SIZE.0, SIZE.1) };
+            album.compare(&format!("gallery-transparency-{name}"), &scene, &settings);
+        }
+        let scene = gallery("edges");
+        let base = own(&scene, SIZE.0, SIZE.1);
+        album.compare("gallery-edges-fxaa", &scene, &Settings { fxaa: true, ..base.clone() });
+        album.compare("gallery-edges-msaa", &scene, &Settings { msaa: 4, ..base });
+    });
+}
+
+/// The comparison itself: what must be noticed is noticed.
+#[test]
+fn five_percent_of_light_and_a_pixel_aside_are_noticed() {
+    on_gpu(|gpu| {
+        for spec in ["builtin:spheres", "builtin:hall", "builtin:cornell", FIELD] {
+            let mut scene = open(spec);
+            let settings =
+                Settings { exposure: Some(afterlight::scene::metered_ev100(&scene)), ..own(&scene, SIZE.0, SIZE.1) };
+            let rgb = |scene: &Scene, settings: &Settings| {
+                let picture = gpu.draw(scene, settings);
+                let rgb = crate::common::gpu::bytes(&picture)
+                    .chunks_exact(4)
+                    .flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]);
+                image::RgbImage::from_raw(SIZE.0, SIZE.1, rgb.collect()).unwrap_or_default()
+            };
+            let good = rgb(&scene, &settings);
+            let brighter =
+                Settings { exposure: settings.exposure.map(|ev100| ev100 - 1.05f32.log2()), ..settings.clone() };
+            let (mean, _) = flip_error(&good, &rgb(&scene, &brighter));
+            assert!(mean > LARGEST_MEAN, "{spec}, 5% more light: {mean}");
+            let pixel = 2.0 * scene.camera.half_height() / f64::from(SIZE.1);
+            scene.camera.rotation *= glam::DQuat::from_rotation_y(pixel);
+            let (mean, _) = flip_error(&good, &rgb(&scene, &settings));
+            assert!(mean > LARGEST_MEAN, "{spec}, a pixel aside: {mean}");
+        }
+    });
+}
+
+/// The allowance ends where it says: what is left to another processor's reciprocals is not left to mistakes.
+#[test]
+fn what_no_channel_exceeds_is_the_same_and_a_code_more_is_not() {
+    let (width, height) = SIZE;
+    // Greys all over, and every other pixel brighter or darker by `codes` in one channel.
+    let grey = image::RgbImage::from_fn(width, height, |x, y| image::Rgb([((x * 7 + y * 13) % 200 + 20) as u8; 3]));
+    let shifted = |codes: u8| {
+        let mut image = grey.clone();
+        for (x, y, pixel) in image.enumerate_pixels_mut().filter(|(x, y, _)| (x + y) % 2 == 0) {
+            let channel = &mut pixel.0[(x % 3) as usize];
+            *channel = if y % 2 == 0 { *channel + codes } else { *channel - codes };
+        }
+        flip_error(&grey, &image).0
+    };
+    assert_eq!(shifted(SAME_WITHIN), 0.0);
+    assert!(shifted(SAME_WITHIN + 1) > 0.0);
+    assert!(shifted(3 * SAME_WITHIN) > LARGEST_MEAN, "{}", shifted(3 * SAME_WITHIN));
+}

@@ -1,0 +1,18 @@
+//! What a frame draws: pixels, golden images, edges, transparency, culling, frames in flight and the ways out of a renderer.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod antialiasing;
+mod camera_paths;
+mod culling;
+#[cfg(feature = "window")]
+mod encode;
+mod frames;
+mod gbuffer;
+#[cfg(feature = "report")]
+mod golden;
+mod orthographic;
+mod outputs;
+mod pixels;
+mod transparency;

@@ -1,0 +1,355 @@
+//! The documents hold what they promise: links lead somewhere, what can be pasted works, and what is listed is what there is.
+//! (The Rust of README.md is a doctest of the library.)
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use afterlight::frame::edges;
+use afterlight::gpu::vk;
+use afterlight::plan::{Canvas, Capabilities, Encoding, FramePlan, Transfer};
+use afterlight::scene::{
+    AlphaMode, Brdf, HdrFormat, LightPath, OpenOptions, Scene, Settings, TARGETS, Tonemap, Transparency, View, builtin,
+    open,
+};
+
+fn project() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn document(name: &str) -> String {
+    fs::read_to_string(project().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+/// The project's own documents, relative to it.
+fn documents() -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for folder in ["", "docs", "benches", "assets"] {
+        let Ok(entries) = fs::read_dir(project().join(folder)) else { continue };
+        let names = entries.map(|entry| Path::new(folder).join(entry.expect("a readable folder").file_name()));
+        found.extend(names.filter(|name| name.extension().is_some_and(|extension| extension == "md")));
+    }
+    found.sort();
+    found
+}
+
+/// The blocks of a document that are fenced with this language.
+fn blocks(text: &str, language: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut lines = text.lines();
+    while let Some(line) = lines.next() {
+        if line.strip_prefix("```").is_some_and(|tag| tag.trim() == language) {
+            found.push(lines.by_ref().take_while(|line| *line != "```").map(|line| format!("{line}\n")).collect());
+        }
+    }
+    found
+}
+
+/// Text outside fenced blocks.
+fn prose(text: &str) -> String {
+    text.split("```").step_by(2).collect()
+}
+
+/// What stands between the parentheses of `[..](..)`.
+fn links(text: &str) -> Vec<String> {
+    let rest = text.split("](").skip(1);
+    rest.filter_map(|rest| rest.split_once(')')).map(|(link, _)| link.to_owned()).collect()
+}
+
+/// GitHub's anchor of a heading.
+fn anchor(heading: &str) -> String {
+    let kept = heading.trim().to_lowercase();
+    let kept = kept.chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'));
+    kept.map(|c| if c == ' ' { '-' } else { c }).collect()
+}
+
+fn has_heading(text: &str, wanted: &str) -> bool {
+    let headings = text.lines().filter(|line| line.starts_with('#'));
+    headings.map(|line| anchor(line.trim_start_matches('#'))).any(|found| found == wanted)
+}
+
+#[test]
+fn every_relative_link_leads_somewhere() {
+    let mut dead = Vec::new();
+    for name in documents() {
+        let text = document(&name.to_string_lossy());
+        for link in links(&prose(&text)).iter().filter(|link| !link.contains("://")) {
+            let (file, heading) = link.split_once('#').unwrap_or((link, ""));
+            let target = match file {
+                "" => project().join(&name),
+                file => project().join(&name).with_file_name("").join(file),
+            };
+            let heading_is_there =
+                || heading.is_empty() || fs::read_to_string(&target).is_ok_and(|text| has_heading(&text, heading));
+            if !target.exists() || !heading_is_there() {
+                dead.push(format!("{}: {link}", name.display()));
+            }
+        }
+    }
+    assert!(dead.is_empty(), "links that lead nowhere:\n{}", dead.join("\n"));
+}
+
+/// Every example of the README is typed into a shell as it stands, but drawn small and with few frames: what matters here is that it
+/// works, and all of them together must stay quick.
+#[test]
+fn every_example_of_the_readme_works_when_pasted() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let scenes = crate::common::scenes_dir();
+    let mut tried = 0;
+    for block in blocks(&document("README.md"), "sh")
+        .iter()
+        .filter(|block| block.contains("\nafterlight ") || block.starts_with("afterlight "))
+    {
+        if block.contains("$AFTERLIGHT_SCENES") && scenes.is_none() {
+            eprintln!("SKIPPED: examples of third-party scenes, as there are none");
+            continue;
+        }
+        let mut shell = Command::new("bash");
+        shell.args(["-euo", "pipefail", "-c", &format!("{SMALL}{block}")]).current_dir(folder.path());
+        shell.env("PROGRAM", env!("CARGO_BIN_EXE_afterlight"));
+        shell.env("AFTERLIGHT_CACHE", folder.path().join("truths"));
+        if let Some(scenes) = &scenes {
+            shell.env("AFTERLIGHT_SCENES", fs::canonicalize(scenes).expect("the folder is there"));
+        }
+        let output = shell.output().expect("bash starts");
+        let complaint = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{block}{}\n{complaint}", output.status);
+        assert!(!complaint.contains("error:"), "{block}\n{complaint}");
+        tried += block.lines().filter(|line| line.starts_with("afterlight ")).count();
+    }
+    assert!(tried > 10, "only {tried} examples were found");
+    for name in
+        ["hall.png", "triangle.png", "balls.png", "sheet.png", "cornell.exr", "cornell.png", "field.json", "plan.json"]
+    {
+        assert!(folder.path().join(name).is_file(), "no example has made {name}");
+    }
+}
+
+/// The pictures of lights are what their commands draw: none is shown without one, and each command works from the project's folder.
+#[test]
+fn every_picture_of_a_light_has_a_command_that_draws_it() {
+    let text = document("docs/LIGHTS.md");
+    let shown = links(&prose(&text)).into_iter().filter(|link| link.starts_with("images/"));
+    let shown: BTreeSet<String> = shown.map(|link| format!("docs/{link}")).collect();
+    let blocks = blocks(&text, "sh").concat();
+    let drawn: Vec<String> =
+        blocks.lines().filter_map(|command| command.rsplit_once(" -o ")).map(|(_, file)| file.to_owned()).collect();
+    assert_eq!(drawn.len(), blocks.lines().count(), "a command without -o at its end");
+    assert!(drawn.len() > 20, "only {} commands were found", drawn.len());
+    assert_eq!(shown, drawn.iter().cloned().collect());
+
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::create_dir_all(folder.path().join("docs/images/lights")).expect("it can be made");
+    std::os::unix::fs::symlink(project().join("assets"), folder.path().join("assets")).expect("a link");
+    let mut shell = Command::new("bash");
+    shell.args(["-euo", "pipefail", "-c", &format!("{SMALL}{blocks}")]).current_dir(folder.path());
+    let output = shell.env("PROGRAM", env!("CARGO_BIN_EXE_afterlight")).output().expect("bash starts");
+    let complaint = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && complaint.is_empty(), "{}\n{complaint}", output.status);
+    let missing: Vec<&String> = drawn.iter().filter(|name| !folder.path().join(name).is_file()).collect();
+    assert!(missing.is_empty(), "not drawn: {missing:?}");
+}
+
+/// A shell function in the program's place: the same command at 96x54, and with at most two frames. The runner of another Vulkan stack
+/// goes before the program.
+const SMALL: &str = r#"
+afterlight() {
+    local -a given=()
+    local command=$1
+    while [ $# -gt 0 ]; do
+        case $1 in
+            --size) given+=(--size 96x54); shift ;;
+            --frames) given+=(--frames 2); shift ;;
+            *) given+=("$1") ;;
+        esac
+        shift
+    done
+    case "$command ${given[*]}" in
+        doctor*|compare*|stress*|*--size*) ;;
+        *) given+=(--size 96x54) ;;
+    esac
+    ${AFTERLIGHT_RUNNER:-} "$PROGRAM" "${given[@]}"
+}
+"#;
+
+/// The program, on whichever Vulkan stack the tests run.
+fn program() -> Command {
+    let program = env!("CARGO_BIN_EXE_afterlight");
+    match std::env::var_os("AFTERLIGHT_RUNNER") {
+        Some(runner) => {
+            let mut run = Command::new(runner);
+            run.arg(program);
+            run
+        }
+        None => Command::new(program),
+    }
+}
+
+fn help_of(command: &str) -> String {
+    let output = program().args([command, "--help"]).output().expect("the program starts");
+    assert!(output.status.success(), "{command} --help: {}", output.status);
+    String::from_utf8(output.stdout).expect("help is UTF-8")
+}
+
+#[test]
+fn the_readme_names_every_option_and_no_other() {
+    let readme = document("README.md");
+    let options = |text: &str| -> BTreeSet<String> {
+        let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '-'));
+        let options = words.filter(|word| word.len() > 3 && word.starts_with("--") && !word[2..].starts_with('-'));
+        options.map(str::to_owned).collect()
+    };
+    let defined: BTreeSet<String> =
+        ["render", "bench", "inspect", "compare", "doctor", "reference", "stress", "report", "tune", "view"]
+            .iter()
+            .flat_map(|command| options(&help_of(command)))
+            .collect();
+    assert!(defined.contains("--gbuffer") && defined.contains("--warmup"), "{defined:?}");
+    // Of cargo; and what only development builds have.
+    let mut foreign = BTreeSet::from(["--locked", "--features", "--bench"].map(str::to_owned));
+    if !cfg!(feature = "hot-reload") {
+        foreign.insert("--shaders".to_owned());
+    }
+    let named: BTreeSet<String> = options(&readme).difference(&foreign).cloned().collect();
+    let missing: Vec<_> = defined.difference(&named).filter(|option| *option != "--help").collect();
+    let invented: Vec<_> = named.difference(&defined).collect();
+    assert!(missing.is_empty() && invented.is_empty(), "missing: {missing:?}, invented: {invented:?}");
+}
+
+#[test]
+fn the_readme_names_every_value_of_the_settings_and_every_built_in_scene() {
+    let readme = document("README.md");
+    let mut names: Vec<String> = Vec::new();
+    names.extend(View::NAMES.iter().map(|(name, _)| name.to_string()));
+    names.extend(Brdf::NAMES.iter().map(|(name, _)| name.to_string()));
+    names.extend(Transparency::NAMES.iter().map(|(name, _)| name.to_string()));
+    names.extend(Tonemap::NAMES.iter().map(|(name, _)| name.to_string()));
+    names.extend(HdrFormat::NAMES.iter().map(|(name, _)| name.to_string()));
+    names.extend(TARGETS.iter().flat_map(|(_, formats)| *formats).map(|format| format.name().to_owned()));
+    for builtin in builtin::CATALOGUE {
+        names.push(format!("builtin:{}", builtin.name));
+        names.extend(builtin.parameters.iter().map(|parameter| parameter.name.to_owned()));
+    }
+    let missing: Vec<_> = names.iter().filter(|name| !readme.contains(&format!("`{name}`"))).collect();
+    assert!(missing.is_empty(), "{missing:?}");
+}
+
+/// The dependencies of a frame that has everything, as ARCHITECTURE.md lists them: name, from, to and why.
+#[test]
+fn the_architecture_lists_every_dependency_with_its_reason() {
+    let device = device();
+    let mut scene = open("builtin:hall", &OpenOptions::default()).expect("it is built in");
+    let rows = |scene: &Scene, settings: &Settings| -> Vec<String> {
+        let plan = FramePlan::of(scene, settings, &device).expect("a plan");
+        edges::table(&plan).iter().map(row).collect()
+    };
+    let deferred = Settings { light_path: LightPath::Clustered, ..Settings::default() };
+    let base = rows(&scene, &deferred);
+    assert_eq!(listed_dependencies(0), base, "the table of ARCHITECTURE.md should be\n{}", base.join("\n"));
+    // Then the rows that are new or others where something is transparent.
+    let material = scene.objects[0].material;
+    scene.materials[material].alpha_mode = AlphaMode::Blend;
+    for (index, (name, transparency)) in Transparency::NAMES.iter().enumerate() {
+        let mut changed = rows(&scene, &Settings { transparency: *transparency, ..deferred.clone() });
+        changed.retain(|row| !base.contains(row));
+        assert_eq!(listed_dependencies(1 + index), changed, "{name}: it should be\n{}", changed.join("\n"));
+    }
+    // And those of frames without a G-buffer, and of those that compute lights.
+    scene.materials[material].alpha_mode = AlphaMode::Opaque;
+    for (number, light_path) in [(3, LightPath::Forward), (4, LightPath::Compute)] {
+        let mut changed = rows(&scene, &Settings { light_path, ..Settings::default() });
+        changed.retain(|row| !base.contains(row));
+        assert_eq!(listed_dependencies(number), changed, "{light_path}: it should be\n{}", changed.join("\n"));
+    }
+}
+
+/// The rows of frames that a window shows, which others have not.
+#[test]
+fn the_architecture_lists_what_a_window_adds() {
+    let scene = open("builtin:hall", &OpenOptions::default()).expect("it is built in");
+    let headless = listed_dependencies(0);
+    let straight = Canvas::Straight(vk::Format::B8G8R8A8_SRGB);
+    let encoded = Canvas::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 });
+    for (number, light_path, canvas) in
+        [(5, LightPath::Clustered, straight), (6, LightPath::Compute, straight), (7, LightPath::Clustered, encoded)]
+    {
+        let plan = FramePlan::of(&scene, &Settings { light_path, ..Settings::default() }, &device()).expect("a plan");
+        let rows = |plan: &FramePlan| -> Vec<String> { edges::table(plan).iter().map(row).collect() };
+        let before = rows(&plan);
+        let mut added = rows(&plan.presented_as(canvas));
+        added.retain(|row| !before.contains(row) && !headless.contains(row));
+        assert_eq!(listed_dependencies(number), added, "{light_path}: it should be\n{}", added.join("\n"));
+    }
+}
+
+#[cfg(feature = "window")]
+#[test]
+fn the_readme_has_the_keys_that_the_window_prints() {
+    let readme = document("README.md");
+    for (keys, what) in afterlight::window::keys::HELP {
+        assert!(readme.contains(&format!("| `{keys}` | {what} |")), "{keys}");
+    }
+}
+
+fn row(edge: &edges::Edge) -> String {
+    format!("| `{}` | {} | {} | {} |", edge.name, edge.from, edge.to, edge.why)
+}
+
+fn device() -> Capabilities {
+    Capabilities {
+        max_layers: 256,
+        depth_clamp: true,
+        max_extent: 16384,
+        max_color_attachments: 8,
+        max_input_attachments: 8,
+        unorm_2x16_attachment: true,
+        float32_blends: true,
+        packed_float_blends: true,
+        msaa: 1,
+        anisotropy: 16,
+        primitive_index: true,
+        lazily_allocated: false,
+        software: false,
+        compute_invocations: 256,
+    }
+}
+
+/// The rows of ARCHITECTURE.md's dependency table of this number.
+fn listed_dependencies(number: usize) -> Vec<String> {
+    let text = document("ARCHITECTURE.md");
+    let table = text.split("| Dependency |").nth(1 + number).unwrap_or_default();
+    table.lines().skip(2).take_while(|line| line.starts_with('|')).map(str::to_owned).collect()
+}
+
+/// The drawing of the hall's frame is what `afterlight inspect builtin:hall --graph docs/images/frame.svg` writes.
+#[test]
+fn the_drawn_frame_is_that_of_the_program() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut run = program();
+    run.args(["inspect", "builtin:hall", "--graph", "frame.svg"]).current_dir(folder.path());
+    let output = run.output().expect("the program starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let drawn = fs::read_to_string(folder.path().join("frame.svg")).expect("it was written");
+    let command = "afterlight inspect builtin:hall --graph docs/images/frame.svg";
+    assert!(document("ARCHITECTURE.md").contains(command));
+    assert!(drawn == document("docs/images/frame.svg"), "docs/images/frame.svg is old: run {command}");
+}
+
+#[test]
+fn paths_that_the_documents_name_exist() {
+    let mut missing = Vec::new();
+    for name in ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md"] {
+        let text = document(name);
+        let quoted = text.split('`').skip(1).step_by(2);
+        let is_path = |word: &&str| {
+            ["src/", "shaders/", "tests/", "shader-compiler/", "scripts/"].iter().any(|root| word.starts_with(root))
+                && word.chars().all(|c| c.is_ascii_alphanumeric() || "/._-".contains(c))
+                && !word.contains("NAME")
+        };
+        missing.extend(
+            quoted.filter(is_path).filter(|path| !project().join(path).exists()).map(|path| format!("{name}: {path}")),
+        );
+    }
+    assert!(missing.is_empty(), "{missing:?}");
+}

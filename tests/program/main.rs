@@ -1,0 +1,11 @@
+//! The program and its house: commands, exit codes, documents, imports, and everything that exists while the cheapest scene is drawn.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod cheapest;
+mod cli;
+mod docs;
+mod layering;
+#[cfg(feature = "hot-reload")]
+mod shader_exchange;

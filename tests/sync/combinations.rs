@@ -1,0 +1,169 @@
+//! Every combination of light path, multisampling, transparency, FXAA, HDR format, samples and output: each is drawn without a message, or
+//! refused with a sentence, as the table in docs/LIGHT_PATHS.md says.
+
+use std::collections::BTreeSet;
+
+use crate::common::gpu::{Gpu, on_gpu};
+use crate::common::stage::{add, lambert, own, plane, point, rectangle, sun};
+use crate::common::tries_all;
+use afterlight::frame::{Error, Renderer, capabilities};
+use afterlight::plan::FramePlan;
+use afterlight::scene::{AlphaMode, Falloff, HdrFormat, LightPath, Material, Output, Scene, Settings, Transparency};
+use glam::{DAffine3, DQuat, DVec3, Vec3};
+
+/// Settings that the table speaks of, as it spells them.
+type Named = Vec<(&'static str, String)>;
+
+/// Something of everything that the settings act on: lights with and without a range, a shadow, what emits.
+fn scene(transparent: bool) -> Scene {
+    let mut lights = vec![sun(DVec3::new(0.3, 0.5, 1.0), 1.0)];
+    let lamp = |index: u32| {
+        let range = (!index.is_multiple_of(3)).then_some(1.0);
+        point(DVec3::new(f64::from(index) * 0.2 - 1.0, 0.3, 0.6), 0.2, range, Falloff::InverseSquare)
+    };
+    lights.extend((0..9).map(lamp));
+    let mut scene = plane(lambert(0.6), lights);
+    scene.name = "everything".into();
+    let turned = DAffine3::from_quat(DQuat::from_rotation_z(0.3));
+    let glowing = Material { emissive: Vec3::new(0.2, 0.1, 0.0), ..Material::default() };
+    add(&mut scene, rectangle([-0.7, -0.3], [0.1, 0.4], 0.3), glowing, turned);
+    if transparent {
+        let pane = Material { alpha: 0.4, alpha_mode: AlphaMode::Blend, ..Material::default() };
+        add(&mut scene, rectangle([-0.2, -0.5], [0.8, 0.5], 0.5), pane, turned);
+    }
+    scene
+}
+
+/// Every combination, with whether something is transparent.
+fn combinations() -> Vec<(Named, bool, Settings)> {
+    let mut all = Vec::new();
+    for &(path, light_path) in LightPath::NAMES {
+        for msaa in [1, 4] {
+            for samples in [1, 2] {
+                for fxaa in [false, true] {
+                    for &(hdr, hdr_format) in HdrFormat::NAMES {
+                        for output in [Output::Srgb8, Output::Nits] {
+                            for transparency in [None, Some(Transparency::Sorted), Some(Transparency::Oit)] {
+                                let named = vec![
+                                    ("path", path.to_owned()),
+                                    ("msaa", msaa.to_string()),
+                                    ("samples", samples.to_string()),
+                                    ("fxaa", if fxaa { "on" } else { "off" }.to_owned()),
+                                    ("hdr", hdr.to_owned()),
+                                    ("output", if output.is_linear() { "linear" } else { "display" }.to_owned()),
+                                    ("transparent", transparency.map_or("no", Transparency::name).to_owned()),
+                                ];
+                                let settings = Settings {
+                                    light_path,
+                                    msaa,
+                                    samples,
+                                    fxaa,
+                                    hdr_format,
+                                    output,
+                                    transparency: transparency.unwrap_or_default(),
+                                    ..Settings::default()
+                                };
+                                all.push((named, transparency.is_some(), settings));
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+    all
+}
+
+/// The rows of the table: settings of which any one does not go with any one of the others.
+fn rules() -> Vec<[Vec<String>; 2]> {
+    let text = include_str!("../../docs/LIGHT_PATHS.md");
+    let table = text.split("| Setting | Not with | Why |").nth(1).unwrap_or_else(|| panic!("no table"));
+    let rows = table.lines().skip(2).take_while(|line| line.starts_with('|'));
+    let settings = |cell: &str| cell.split('`').skip(1).step_by(2).map(str::to_owned).collect::<Vec<_>>();
+    let rules: Vec<_> = rows
+        .map(|row| {
+            let cells: Vec<&str> = row.split('|').collect();
+            [settings(cells[1]), settings(cells[2])]
+        })
+        .collect();
+    assert!(rules.len() > 5 && rules.iter().flatten().all(|side| !side.is_empty()), "{rules:?}");
+    rules
+}
+
+fn refused_by(named: &Named, rules: &[[Vec<String>; 2]]) -> bool {
+    let has =
+        |side: &Vec<String>| side.iter().any(|one| named.iter().any(|(key, value)| *one == format!("{key}={value}")));
+    rules.iter().any(|[one, other]| has(one) && has(other))
+}
+
+#[test]
+fn the_table_names_settings_that_exist() {
+    let all: BTreeSet<String> = combinations()
+        .iter()
+        .flat_map(|(named, ..)| named.iter().map(|(key, value)| format!("{key}={value}")))
+        .collect();
+    for one in rules().iter().flatten().flatten() {
+        assert!(all.contains(one), "{one} is none of {all:?}");
+    }
+}
+
+/// Pairs of values that have been drawn. Most faults of combinations are faults of two values (Kuhn, Wallace and Gallo, 2004), and a tenth of the
+/// frames has every pair; `make test-all` draws the rest.
+#[derive(Default)]
+struct Pairs(BTreeSet<[String; 2]>);
+
+impl Pairs {
+    /// Whether some pair of these values was not there before.
+    fn are_new(&mut self, named: &Named) -> bool {
+        let values: Vec<String> = named.iter().map(|(key, value)| format!("{key}={value}")).collect();
+        let mut are_new = false;
+        for (index, one) in values.iter().enumerate() {
+            for other in &values[index + 1..] {
+                are_new |= self.0.insert([one.clone(), other.clone()]);
+            }
+        }
+        are_new
+    }
+}
+
+fn draw(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Result<(), Error> {
+    let mut renderer = Renderer::new(&gpu.device, scene, settings)?;
+    for _ in 0..3 {
+        renderer.render(&scene.camera)?;
+    }
+    renderer.read_back()?;
+    Ok(())
+}
+
+#[test]
+fn every_combination_is_drawn_or_refused_as_the_table_says() {
+    on_gpu(|gpu| {
+        let rules = rules();
+        let device = capabilities(&gpu.device.physical);
+        let scenes = [scene(false), scene(true)];
+        let (mut drawn, mut refused, mut pairs) = (BTreeSet::new(), 0, Pairs::default());
+        for (named, transparent, settings) in combinations() {
+            let scene = &scenes[usize::from(transparent)];
+            let settings = Settings { size: [33, 21], ..Settings { exposure: own(scene, 1, 1).exposure, ..settings } };
+            match FramePlan::of(scene, &settings, &device) {
+                Ok(plan) => {
+                    assert!(!refused_by(&named, &rules), "the table refuses what can be drawn: {named:?}");
+                    // Settings that change nothing, as the format of an HDR target where there is none, make the same frame.
+                    let structure = (plan.light_path, plan.transparency, plan.msaa, plan.fxaa);
+                    let formats = (plan.hdr, plan.output, plan.tone_mapping);
+                    if drawn.insert(format!("{structure:?} {formats:?}")) && (tries_all() || pairs.are_new(&named)) {
+                        draw(gpu, scene, &settings).unwrap_or_else(|error| panic!("{named:?}: {error}"));
+                    }
+                }
+                Err(error) => {
+                    let sentence = error.to_string();
+                    assert!(refused_by(&named, &rules), "not in the table: {named:?}: {sentence}");
+                    assert!(sentence.len() > 30 && !sentence.contains('\n'), "{sentence}");
+                    refused += 1;
+                }
+            }
+        }
+        eprintln!("{} frames drawn, {refused} combinations refused", drawn.len());
+        assert!(drawn.len() > 50 && refused > 100);
+    });
+}

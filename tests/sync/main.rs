@@ -1,0 +1,13 @@
+//! What the validation layers say: of every kind of frame, of each dependency that is left out, and of the owners of Vulkan's objects.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+// `src/plan/samples.rs`, which `necessity` compiles too, names it so.
+use afterlight::scene;
+
+mod combinations;
+mod gpu;
+mod necessity;
+mod validation;
+mod validation_modes;

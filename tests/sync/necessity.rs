@@ -1,0 +1,439 @@
+//! Every dependency is needed: without any one row of the table, or any one bit of a row, the validation layer has something to say. What it
+//! is silent about is argued from the specification in `afterlight::frame::edges::unnoticed`, which is held against it here.
+//!
+//! Each mutant is a renderer of its own that draws a few small frames (`afterlight::frame::experiment`), in both modes of the layer's shader
+//! heuristic. Older layers than 1.4.309 are blind to masks of subpass dependencies, so that there is nothing to learn from them.
+
+/// The plans that unit tests are about.
+#[allow(dead_code)]
+#[path = "../../src/plan/samples.rs"]
+mod samples;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::CStr;
+use std::thread;
+use std::time::Instant;
+
+use afterlight::frame::edges::unnoticed::{LAYER, Part, UNNOTICED, reason};
+use afterlight::frame::edges::{self, Edge, Edges};
+use afterlight::frame::{capabilities, experiment};
+use afterlight::gpu::{self, Device, DeviceChoice, Instance, InstanceOptions, MessageKind, Validation, vk};
+// `samples` looks for these in the parent module.
+use crate::common::gpu::not_run;
+use crate::common::stage::{add, lambert, own, plane, point, rectangle, sun};
+use crate::common::tries_all;
+use afterlight::plan::{Canvas, Capabilities, Encoding, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, Transfer};
+use afterlight::scene::builtin::shapes;
+use afterlight::scene::{
+    AlphaMode, ColorSpace, Environment, Falloff, LightPath, Material, Output, Resolve, Scene, Settings, ShadowSettings,
+    Texture, Transparency, View,
+};
+use glam::{DAffine3, DVec3, Vec3};
+
+/// A plan to take dependencies from.
+struct Case {
+    name: String,
+    scene: Scene,
+    settings: Settings,
+    /// Its frames are presented, with whatever may lie over them.
+    presented: Option<Way>,
+}
+
+/// How pictures come into a swapchain's images. No dependency tells in which format, or how they are encoded.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Way {
+    Straight,
+    Encoded,
+}
+
+impl Case {
+    fn plan(&self, device: &Capabilities) -> Result<FramePlan, Error> {
+        let plan = FramePlan::of(&self.scene, &self.settings, device)?;
+        Ok(match self.presented {
+            Some(way) => presented(plan, way),
+            None => plan,
+        })
+    }
+}
+
+/// As a window has the plan.
+fn presented(plan: FramePlan, way: Way) -> FramePlan {
+    plan.presented_as(match way {
+        Way::Straight => Canvas::Straight(vk::Format::B8G8R8A8_SRGB),
+        Way::Encoded => Canvas::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 }),
+    })
+}
+
+/// Surfaces under the sky's light.
+fn plain() -> Scene {
+    let mut scene = plane(lambert(0.7), Vec::new());
+    scene.environment = Environment { ambient: Vec3::splat(0.1), background: Vec3::splat(0.2), ground: None };
+    scene
+}
+
+fn glowing(mut scene: Scene) -> Scene {
+    scene.materials[0].emissive = Vec3::ONE;
+    scene
+}
+
+/// The same behind a pane.
+fn glazed(mut scene: Scene) -> Scene {
+    let pane = Material { alpha_mode: AlphaMode::Blend, alpha: 0.4, ..lambert(0.5) };
+    add(&mut scene, rectangle([-0.5, -0.5], [0.5, 0.5], 0.0), pane, DAffine3::from_translation(DVec3::Z * 0.5));
+    scene
+}
+
+/// A box throws a shadow.
+fn sunlit() -> Scene {
+    let mut scene = plane(lambert(0.7), vec![sun(DVec3::new(0.5, 0.7, 1.0), 3.0)]);
+    add(&mut scene, shapes::cuboid([0.4; 3]), lambert(0.5), DAffine3::from_translation(DVec3::Z * 0.4));
+    scene
+}
+
+/// A lamp that reaches everywhere, and one that does not.
+fn lamplit() -> Scene {
+    let lamp = |x: f64, range| point(DVec3::new(x, 0.3, 1.0), 2.0, range, Falloff::InverseSquare);
+    plane(lambert(0.7), vec![lamp(-0.5, None), lamp(0.5, Some(3.0))])
+}
+
+/// No texel is like its neighbour.
+fn textured(edge: u32) -> Scene {
+    let mut scene = plain();
+    let texels = (0..edge * edge).flat_map(|index| [255, (index * 37) as u8, 64, 255]).collect();
+    let (name, size) = ("checks".into(), [edge; 2]);
+    scene.textures = vec![Texture { name, size, color_space: ColorSpace::Srgb, texels }];
+    scene.materials[0].base_color_texture = Some(0);
+    scene
+}
+
+type Change = fn(&mut Settings);
+
+/// Every kind of plan that has dependencies of its own.
+fn cases() -> Vec<Case> {
+    let sorted: Change = |_| {};
+    let weighted: Change = |settings| settings.transparency = Transparency::Oit;
+    let fxaa: Change = |settings| settings.fxaa = true;
+    let samples: Change = |settings| settings.msaa = 4;
+    let linear: Change = |settings| settings.resolve = Resolve::Linear;
+    let hdr: Change = |settings| settings.output = Output::Nits;
+    let forward: Change = |settings| settings.light_path = LightPath::Forward;
+    let compute: Change = |settings| settings.light_path = LightPath::Compute;
+    let mut all = Vec::new();
+    let mut case = |name: &str, scene: Scene, changes: &[Change]| {
+        // Maps are drawn in each frame, so that their rows have something to order.
+        let shadows = ShadowSettings { cache: false, size: 64, ..ShadowSettings::default() };
+        let mut settings = Settings { shadows, light_path: LightPath::Loop, ..own(&scene, 32, 18) };
+        changes.iter().for_each(|change| change(&mut settings));
+        all.push(Case { name: name.into(), scene, settings, presented: None });
+    };
+    case("plain", plain(), &[]);
+    case("nothing", Scene { name: "nothing".into(), ..Scene::default() }, &[]);
+    case("textured", textured(4), &[]);
+    case("sunlit", sunlit(), &[]);
+    case("glowing", glowing(plain()), &[]);
+    for (name, transparency) in [("sorted", sorted), ("weighted", weighted)] {
+        case(name, glazed(plain()), &[transparency]);
+        case(&format!("{name}, linear"), glazed(plain()), &[transparency, hdr]);
+        case(&format!("{name}, glowing and sunlit"), glazed(glowing(sunlit())), &[transparency]);
+        case(&format!("{name}, samples"), glazed(plain()), &[transparency, samples]);
+        case(&format!("{name}, linear samples"), glazed(plain()), &[transparency, samples, hdr]);
+        case(&format!("{name}, forward"), glazed(plain()), &[transparency, forward]);
+        case(&format!("{name}, forward samples"), glazed(plain()), &[transparency, forward, samples]);
+    }
+    case("fxaa", plain(), &[fxaa]);
+    case("fxaa, glowing", glowing(plain()), &[fxaa]);
+    case("samples", plain(), &[samples]);
+    case("samples averaged as light", plain(), &[samples, linear]);
+    case("samples, glowing", glowing(plain()), &[samples]);
+    case("linear", plain(), &[hdr]);
+    case("linear, glowing", glowing(plain()), &[hdr]);
+    case("linear samples", plain(), &[hdr, samples]);
+    case("linear samples, glowing", glowing(plain()), &[hdr, samples]);
+    case("view of normals", plain(), &[|settings| settings.view = View::Normal]);
+    case("view of overdraw", plain(), &[|settings| settings.view = View::Overdraw]);
+    case("view of shadow maps", sunlit(), &[|settings| settings.view = View::ShadowMap]);
+    case("light by light", lamplit(), &[|settings| settings.light_path = LightPath::PerLight]);
+    case("volumes", lamplit(), &[|settings| settings.light_path = LightPath::Volumes]);
+    case("clustered", lamplit(), &[|settings| settings.light_path = LightPath::Clustered]);
+    case("compute", lamplit(), &[compute]);
+    case("compute, glowing and sunlit", glowing(sunlit()), &[compute]);
+    case("compute, linear", lamplit(), &[compute, hdr]);
+    case("forward", plain(), &[forward]);
+    case("forward, naive", lamplit(), &[|settings| settings.light_path = LightPath::ForwardNaive]);
+    case("forward, sunlit", sunlit(), &[forward]);
+    case("forward, fxaa", plain(), &[forward, fxaa]);
+    case("forward, samples", plain(), &[forward, samples]);
+    case("forward, samples averaged as light", plain(), &[forward, samples, linear]);
+    case("forward, samples and fxaa", plain(), &[forward, samples, fxaa]);
+    case("samples and fxaa", plain(), &[samples, fxaa]);
+    all.extend(shown());
+    all
+}
+
+/// Each way for a picture to come to a window.
+#[cfg(feature = "window")]
+fn shown() -> Vec<Case> {
+    let ways: [(&str, Scene, Change); 7] = [
+        ("lighting", sunlit(), |_| {}),
+        ("forward", plain(), |settings| settings.light_path = LightPath::Forward),
+        ("tone mapping", glazed(plain()), |_| {}),
+        ("emission", glowing(plain()), |_| {}),
+        ("samples", plain(), |settings| settings.msaa = 4),
+        ("fxaa", plain(), |settings| settings.fxaa = true),
+        ("compute", lamplit(), |settings| settings.light_path = LightPath::Compute),
+    ];
+    let case = |(name, scene, change): (&str, Scene, Change), way: Way| {
+        let shadows = ShadowSettings { cache: false, size: 64, ..ShadowSettings::default() };
+        let mut settings = Settings { shadows, light_path: LightPath::Loop, ..own(&scene, 32, 18) };
+        change(&mut settings);
+        let encoded = if way == Way::Encoded { " and ENCODE" } else { "" };
+        Case { name: format!("in a window, by {name}{encoded}"), scene, settings, presented: Some(way) }
+    };
+    let straight = ways.iter().cloned().map(|one| case(one, Way::Straight));
+    straight.chain(ways.iter().cloned().map(|one| case(one, Way::Encoded))).collect()
+}
+
+#[cfg(not(feature = "window"))]
+fn shown() -> Vec<Case> {
+    Vec::new()
+}
+
+/// A table with something missing.
+struct Mutant<'a> {
+    case: &'a Case,
+    edge: Edge,
+    part: Part,
+    edges: Edges,
+}
+
+/// Every row of every plan, and each bit of each different row. Of presented frames those rows alone that no others have: in them a render pass
+/// ends with a layout change and no reader, which the layer takes to be ordered whatever comes.
+fn mutants<'a>(cases: &'a [Case], plans: &[FramePlan]) -> Vec<Mutant<'a>> {
+    let mut mutants = Vec::new();
+    let mut tried = Vec::new();
+    for (case, plan) in cases.iter().zip(plans) {
+        let table = edges::table(plan);
+        for edge in table.iter().filter(|edge| edge.carrier.stays().is_none()) {
+            let new = !tried.contains(edge);
+            tried.push(edge.clone());
+            let is_tried = |part: &Part| new || *part == Part::Row && case.presented.is_none();
+            for part in edge.parts().into_iter().filter(is_tried) {
+                let edges = table.without_part(edge.name, part).unwrap_or_else(|error| panic!("{error}"));
+                mutants.push(Mutant { case, edge: edge.clone(), part, edges });
+            }
+        }
+    }
+    mutants
+}
+
+/// Rows of sample plans that no mutant of these plans is made of.
+fn untried(tried: &[FramePlan]) -> BTreeSet<String> {
+    // Reasons are not compared: several plans give the same row one of their own.
+    let rows = |plan: &FramePlan| -> Vec<Edge> {
+        edges::table(plan).iter().map(|edge| Edge { why: "", ..edge.clone() }).collect()
+    };
+    let tried: Vec<Edge> = tried.iter().flat_map(rows).collect();
+    let samples = samples::plans().into_iter().chain(samples::tiled_plans()).chain(samples::forward_plans());
+    let shows = |plan: &FramePlan| cfg!(feature = "window") && [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output);
+    let samples = samples.flat_map(|(name, plan)| {
+        let in_window = |way| (format!("{name}, in a window"), presented(plan.clone(), way));
+        let shown = shows(&plan).then(|| [in_window(Way::Straight), in_window(Way::Encoded)]);
+        [(name, plan)].into_iter().chain(shown.into_iter().flatten()).collect::<Vec<_>>()
+    });
+    let mut seen = Vec::new();
+    let mut missing = BTreeSet::new();
+    for (name, plan) in samples {
+        for edge in rows(&plan).into_iter().filter(|edge| !tried.contains(edge)) {
+            if !seen.contains(&edge) {
+                missing.insert(format!("{name}: {edge:?}"));
+                seen.push(edge);
+            }
+        }
+    }
+    missing
+}
+
+/// Needs no device.
+#[test]
+fn each_dependency_of_the_sample_plans_is_tried() {
+    let plan = |case: Case| case.plan(&samples::device()).expect("a plan");
+    let missing = untried(&cases().into_iter().map(plan).collect::<Vec<_>>());
+    assert!(missing.is_empty(), "{} rows are not tried; draw plans that have them: {missing:#?}", missing.len());
+}
+
+/// The extensions of instance and device that presented frames need.
+#[cfg(feature = "window")]
+const PRESENTING: (&[&CStr], &[&CStr]) = (&afterlight::gpu::HEADLESS, &[c"VK_KHR_swapchain"]);
+#[cfg(not(feature = "window"))]
+const PRESENTING: (&[&CStr], &[&CStr]) = (&[], &[]);
+
+/// One mode of the layer.
+struct Watched {
+    instance: std::sync::Arc<Instance>,
+    device: std::sync::Arc<Device>,
+}
+
+impl Watched {
+    fn new(sync_shader_heuristic: bool) -> Result<Self, gpu::Error> {
+        let options = InstanceOptions { validation: Validation::Synchronization, sync_shader_heuristic };
+        let (of_instance, of_device) = PRESENTING;
+        let instance = Instance::with_extensions(&options, of_instance)?;
+        let device = Device::with_extensions(&instance, &DeviceChoice::Auto, of_device)?;
+        Ok(Self { instance, device })
+    }
+
+    fn layer_version(&self) -> u32 {
+        let layers = self.instance.layers().iter().filter(|layer| layer.name == "VK_LAYER_KHRONOS_validation");
+        layers.map(|layer| layer.spec_version).max().unwrap_or_default()
+    }
+
+    #[cfg(feature = "window")]
+    fn draw(&self, case: &Case, edges: Edges) -> Result<(), afterlight::frame::Error> {
+        match case.presented {
+            Some(way) => experiment::present(&self.device, &case.scene, &case.settings, edges, way == Way::Encoded),
+            None => experiment::draw(&self.device, &case.scene, &case.settings, edges),
+        }
+    }
+
+    #[cfg(not(feature = "window"))]
+    fn draw(&self, case: &Case, edges: Edges) -> Result<(), afterlight::frame::Error> {
+        experiment::draw(&self.device, &case.scene, &case.settings, edges)
+    }
+
+    /// The rules that the layer finds broken.
+    fn says(&self, case: &Case, edges: Edges) -> BTreeSet<String> {
+        self.instance.take_messages();
+        let drawn = self.draw(case, edges);
+        drawn.unwrap_or_else(|error| panic!("{}: {error}", case.name));
+        let messages = self.instance.take_messages();
+        let ours = messages.into_iter().filter(|message| message.kind != MessageKind::General);
+        ours.map(|message| message.id_name).collect()
+    }
+
+    /// What it says of each mutant. Of the whole tables it says nothing: so it is not noise that is heard.
+    fn judge(&self, cases: &[Case], plans: &[FramePlan], mutants: &[Mutant]) -> Vec<BTreeSet<String>> {
+        for (case, plan) in cases.iter().zip(plans) {
+            let said = self.says(case, edges::table(plan));
+            assert!(said.is_empty(), "{}: with all its dependencies the layer says {said:?}", case.name);
+        }
+        mutants.iter().map(|mutant| self.says(mutant.case, mutant.edges.clone())).collect()
+    }
+}
+
+#[test]
+fn without_any_row_or_bit_the_layer_complains_or_the_specification_does() {
+    let begun = Instant::now();
+    let modes = match (Watched::new(false), Watched::new(true)) {
+        (Ok(plain), Ok(heuristic)) => [plain, heuristic],
+        (Err(error @ gpu::Error::Unsupported(_)), _) => return not_run(&error.to_string()),
+        (Err(error), _) | (_, Err(error)) => panic!("{error}"),
+    };
+    let version = modes[0].layer_version();
+    let named = |version| {
+        format!(
+            "{}.{}.{}",
+            vk::api_version_major(version),
+            vk::api_version_minor(version),
+            vk::api_version_patch(version)
+        )
+    };
+    if version < LAYER {
+        let (own, first) = (named(version), named(LAYER));
+        return not_run(&format!("layer {own} does not look at the masks of subpass dependencies; {first} does"));
+    }
+    let device = capabilities(&modes[0].device.physical);
+    let cases = cases();
+    let plan = |case: &Case| case.plan(&device).unwrap_or_else(|error| panic!("{}: {error}", case.name));
+    let plans: Vec<FramePlan> = cases.iter().map(plan).collect();
+    let missing = untried(&plans);
+    assert!(missing.is_empty(), "on this device {} rows are not tried: {missing:#?}", missing.len());
+    let mut mutants = mutants(&cases, &plans);
+    if !tries_all() {
+        // Every row is taken away, and of the bits every third. A superfluous bit, or a reason that no longer holds, may then wait for the
+        // daily `make test-all`.
+        let bits = mutants.iter().filter(|mutant| mutant.part != Part::Row).count();
+        let mut bit = 0;
+        mutants.retain(|mutant| mutant.part == Part::Row || (bit += 1, bit % 3 == 0).1);
+        println!("{} of {bits} bits", bits / 3);
+    }
+    let [plain, heuristic] = thread::scope(|scope| {
+        modes
+            .each_ref()
+            .map(|mode| scope.spawn(|| mode.judge(&cases, &plans, &mutants)))
+            .map(|thread| thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+    });
+
+    let mut summary = Summary::default();
+    let (mut unlisted, mut rotten) = (Vec::new(), Vec::new());
+    let mut argued = BTreeSet::new();
+    for (mutant, said) in mutants.iter().zip(plain.iter().zip(&heuristic)) {
+        let place = || format!("{} without {:?} in \"{}\"", mutant.edge.name, mutant.part, mutant.case.name);
+        let reason = reason(&mutant.edge, mutant.part);
+        summary.count(mutant, said, reason.is_some());
+        match (said.0.is_empty() && said.1.is_empty(), reason) {
+            (true, Some(reason)) => _ = argued.insert(std::ptr::from_ref(reason)),
+            (true, None) => unlisted.push(place()),
+            (false, Some(_)) => rotten.push(format!("{}: {said:?}", place())),
+            (false, None) => {}
+        }
+    }
+    let names: BTreeSet<&str> =
+        plans.iter().flat_map(|plan| edges::table(plan).iter().map(|edge| edge.name).collect::<Vec<_>>()).collect();
+    println!(
+        "layer {}, {} {}: {} plans, {} dependencies by name; {summary} in {:.0} s",
+        named(version),
+        modes[0].device.physical.name,
+        modes[0].device.physical.driver_info,
+        plans.len(),
+        names.len(),
+        begun.elapsed().as_secs_f64()
+    );
+    assert!(unlisted.is_empty(), "nobody notices, and no reason is listed:\n{}", unlisted.join("\n"));
+    assert!(rotten.is_empty(), "listed as unnoticed, but the layer says so:\n{}", rotten.join("\n"));
+    let idle: Vec<_> = UNNOTICED.iter().filter(|reason| !argued.contains(&std::ptr::from_ref(*reason))).collect();
+    assert!(idle.is_empty() || !tries_all(), "reasons that no mutant needs: {idle:#?}");
+}
+
+/// Mutants by what became of them: whole rows, and bits.
+#[derive(Default)]
+struct Summary {
+    rows: Counts,
+    bits: Counts,
+    rules: BTreeMap<String, usize>,
+}
+
+#[derive(Default)]
+struct Counts {
+    tried: usize,
+    plain: usize,
+    heuristic: usize,
+    noticed: usize,
+    argued: usize,
+}
+
+impl Summary {
+    fn count(&mut self, mutant: &Mutant, (plain, heuristic): (&BTreeSet<String>, &BTreeSet<String>), argued: bool) {
+        let counts = if mutant.part == Part::Row { &mut self.rows } else { &mut self.bits };
+        counts.tried += 1;
+        counts.plain += usize::from(!plain.is_empty());
+        counts.heuristic += usize::from(!heuristic.is_empty());
+        counts.noticed += usize::from(!plain.is_empty() || !heuristic.is_empty());
+        counts.argued += usize::from(argued);
+        for rule in plain.union(heuristic) {
+            *self.rules.entry(rule.clone()).or_default() += 1;
+        }
+    }
+}
+
+impl std::fmt::Display for Counts {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { tried, plain, heuristic, noticed, argued } = self;
+        write!(f, "{tried} tried, {noticed} noticed ({plain} plainly, {heuristic} by the heuristic), {argued} argued")
+    }
+}
+
+impl std::fmt::Display for Summary {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "rows: {}; bits: {}; by rule: {:?};", self.rows, self.bits, self.rules)
+    }
+}

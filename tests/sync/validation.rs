@@ -1,0 +1,384 @@
+//! The validation layer has nothing to say, core and synchronization, in both modes of its shader heuristic, with frames in
+//! flight under a moving camera. `on_gpu_in_both_modes` proves first that the layer is on, and fails on every message and leak.
+//!
+//! Hazards between two submissions, as those of targets that frames share, are seen by newer layers only: 1.3.239 says
+//! nothing when `gbuffer-reuse` is left out, and that of Debian 13 does so in every test here.
+
+use crate::common::gpu::{Gpu, on_gpu_in_both_modes};
+use crate::common::scenes::{crowd, draw_frames, exercise, nothing_emits, one_of_each, small, with_transparent};
+use crate::common::stage::{gbuffer, lambert, open, plane, point, spot, sun};
+use crate::common::{some_of, tries_all};
+use afterlight::frame::{Error, Renderer};
+use afterlight::plan;
+use afterlight::scene::builtin::CATALOGUE;
+use afterlight::scene::{
+    Brdf, Camera, Environment, Falloff, GbufferPreset, HdrFormat, Keep, Light, LightKind, LightPath, Material, Output,
+    Resolve, Scene, Settings, ShadowFilter, ShadowSettings, TARGETS, Transparency, View,
+};
+use glam::{DAffine3, DQuat, DVec3};
+
+#[test]
+fn transparent_surfaces_are_silent_sorted_and_weighted() {
+    on_gpu_in_both_modes(|gpu| {
+        let alone = Scene { name: "nothing".into(), ..plane(lambert(0.5), Vec::new()) };
+        for scene in [one_of_each(), nothing_emits(), alone].map(with_transparent) {
+            for (_, transparency) in Transparency::NAMES {
+                for &(_, output) in Output::NAMES {
+                    // What lies behind the panes is stored in either layout by the tests of layouts.
+                    for name in some_of(["lean", "float32"], 2) {
+                        let settings = Settings { transparency: *transparency, output, ..small(&scene) };
+                        exercise(gpu, &scene, &Settings { gbuffer: gbuffer(name), ..settings });
+                    }
+                }
+            }
+        }
+    });
+}
+
+#[test]
+fn transparent_surfaces_are_silent_on_every_light_path() {
+    on_gpu_in_both_modes(|gpu| {
+        let scene = with_transparent(one_of_each());
+        for (_, transparency) in Transparency::NAMES {
+            for (light_path, depth_prepass) in [
+                (LightPath::Forward, Some(true)),
+                (LightPath::Forward, Some(false)),
+                (LightPath::ForwardNaive, None),
+                (LightPath::PerLight, None),
+                (LightPath::Volumes, None),
+                (LightPath::Clustered, Some(true)),
+            ] {
+                let settings = Settings { transparency: *transparency, light_path, depth_prepass, ..small(&scene) };
+                exercise(gpu, &scene, &settings);
+            }
+        }
+    });
+}
+
+#[test]
+fn every_built_in_scene_is_silent_in_every_kind_of_output() {
+    on_gpu_in_both_modes(|gpu| {
+        for builtin in CATALOGUE {
+            // Fewer objects than by default: what is drawn more often is recorded the same way.
+            let query = if builtin.name == "field" { "?objects=40&lights=20" } else { "" };
+            let scene = open(&format!("builtin:{}{query}", builtin.name));
+            for &(_, output) in Output::NAMES {
+                exercise(gpu, &scene, &Settings { output, ..small(&scene) });
+            }
+        }
+    });
+}
+
+#[test]
+fn every_view_is_silent_or_says_why_there_is_none() {
+    on_gpu_in_both_modes(|gpu| {
+        for scene in [one_of_each(), open("builtin:cornell"), open("builtin:spheres?rows=1&columns=2")] {
+            let shadowed = scene.lights.iter().any(|light| light.casts_shadow);
+            for (name, view) in View::NAMES {
+                // What it shows is how samples differ.
+                let msaa = if *view == View::Complexity { 4 } else { 1 };
+                let settings = Settings { view: *view, msaa, ..small(&scene) };
+                match Renderer::new(&gpu.device, &scene, &settings) {
+                    Ok(mut renderer) => {
+                        let drawn = draw_frames(&mut renderer, &scene.camera);
+                        drawn.unwrap_or_else(|error| panic!("{} {name}: {error}", scene.name));
+                    }
+                    Err(Error::Plan(plan::Error::NoTriangles)) if !gpu.shows(*view) => {}
+                    Err(Error::Plan(plan::Error::NoShadowMap(_))) if *view == View::ShadowMap && !shadowed => {}
+                    Err(error) => panic!("{} {name}: {error}", scene.name),
+                }
+            }
+        }
+    });
+}
+
+/// Every preset, and every format that a target can be given instead of that of `lean`.
+fn every_gbuffer() -> Vec<String> {
+    let presets = GbufferPreset::NAMES.iter().map(|(name, _)| (*name).to_owned());
+    let overrides = TARGETS.iter().flat_map(|(target, formats)| formats.iter().map(move |f| format!("{target}={f}")));
+    presets.chain(overrides).collect()
+}
+
+#[test]
+fn every_gbuffer_is_silent_with_and_without_an_hdr_target() {
+    on_gpu_in_both_modes(|gpu| {
+        for name in every_gbuffer() {
+            let scene = one_of_each();
+            exercise(gpu, &scene, &Settings { gbuffer: gbuffer(&name), ..small(&scene) });
+        }
+        // Without an HDR target LIGHTING writes to the output, whatever the targets' formats.
+        for (name, _) in GbufferPreset::NAMES {
+            let scene = nothing_emits();
+            exercise(gpu, &scene, &Settings { gbuffer: gbuffer(name), ..small(&scene) });
+        }
+    });
+}
+
+#[test]
+fn every_light_path_is_silent() {
+    on_gpu_in_both_modes(|gpu| {
+        let mut turn = 0;
+        for (_, light_path) in LightPath::NAMES {
+            for scene in [&one_of_each(), &nothing_emits(), &crowd()] {
+                // Each path writes each kind of output, and each scene has each kind on some path.
+                turn += 1;
+                let outputs = Output::NAMES.iter().cycle().skip(turn).take(Output::NAMES.len());
+                for &(_, output) in some_of(outputs, Output::NAMES.len()) {
+                    exercise(gpu, scene, &Settings { light_path: *light_path, output, ..small(scene) });
+                }
+            }
+        }
+        let scene = nothing_emits();
+        for light_path in [LightPath::PerLight, LightPath::Volumes, LightPath::Clustered, LightPath::Compute] {
+            for name in ["float32", "fat", "normal=oct16-uint"] {
+                exercise(gpu, &scene, &Settings { light_path, gbuffer: gbuffer(name), ..small(&scene) });
+            }
+            exercise(gpu, &scene, &Settings { light_path, light_cutoff: true, ..small(&scene) });
+            exercise(gpu, &scene, &Settings { light_path, depth_prepass: Some(true), ..small(&scene) });
+        }
+    });
+}
+
+#[test]
+fn every_hdr_format_is_silent_or_refused() {
+    on_gpu_in_both_modes(|gpu| {
+        let scene = one_of_each();
+        for (name, hdr_format) in HdrFormat::NAMES {
+            let settings = Settings { hdr_format: *hdr_format, ..small(&scene) };
+            match Renderer::new(&gpu.device, &scene, &settings) {
+                Ok(mut renderer) => draw_frames(&mut renderer, &scene.camera).unwrap_or_else(|error| panic!("{error}")),
+                Err(Error::Plan(plan::Error::HdrFormat(refused))) => assert_eq!(refused, *hdr_format),
+                Err(error) => panic!("{name}: {error}"),
+            }
+        }
+    });
+}
+
+#[test]
+fn linear_output_is_silent_with_and_without_what_emits() {
+    on_gpu_in_both_modes(|gpu| {
+        for scene in [one_of_each(), nothing_emits()] {
+            for name in ["lean", "fat", "float32", "normal=oct16-uint"] {
+                exercise(gpu, &scene, &Settings { gbuffer: gbuffer(name), output: Output::Nits, ..small(&scene) });
+            }
+        }
+    });
+}
+
+#[test]
+fn every_brdf_is_silent_alone() {
+    on_gpu_in_both_modes(|gpu| {
+        for (_, brdf) in Brdf::NAMES {
+            for scene in [one_of_each(), nothing_emits()] {
+                exercise(gpu, &scene, &Settings { brdf: Some(*brdf), ..small(&scene) });
+            }
+        }
+    });
+}
+
+#[test]
+fn scenes_that_lack_nearly_everything_are_silent() {
+    on_gpu_in_both_modes(|gpu| {
+        let empty = Scene { name: "empty".into(), ..Scene::default() };
+        let lit_emptiness = Scene { lights: one_of_each().lights, ..empty.clone() };
+        let dark = Scene { lights: Vec::new(), environment: Environment::default(), ..one_of_each() };
+        let dark_and_plain = Scene { lights: Vec::new(), ..nothing_emits() };
+        let only_ambient = Scene { name: "ambient".into(), ..plane(lambert(0.5), Vec::new()) };
+        for scene in [empty, lit_emptiness, dark, dark_and_plain, only_ambient] {
+            for &(_, output) in Output::NAMES {
+                exercise(gpu, &scene, &Settings { output, ..small(&scene) });
+            }
+        }
+    });
+}
+
+#[test]
+fn few_and_many_lights_are_silent() {
+    on_gpu_in_both_modes(|gpu| {
+        for count in [1usize, plan::UNIFORM_LIGHTS, plan::UNIFORM_LIGHTS + 1, 1000] {
+            let lamp = |index| point(DVec3::new(index as f64 * 1e-3, 0.0, 1.0), 0.1, Some(4.0), Falloff::InverseSquare);
+            let scene = plane(Material::default(), (0..count).map(lamp).collect());
+            let renderer = gpu.renderer(&scene, &small(&scene));
+            assert_eq!(renderer.plan().lights.uniform, count <= plan::UNIFORM_LIGHTS, "{count} lights");
+            exercise(gpu, &scene, &small(&scene));
+        }
+    });
+}
+
+#[test]
+fn a_sun_that_shares_its_scene_with_others_is_silent() {
+    on_gpu_in_both_modes(|gpu| {
+        let mut scene = one_of_each();
+        let from_above = LightKind::Directional { direction: DVec3::NEG_Y };
+        scene.lights.push(Light { kind: from_above, ..scene.lights[0].clone() });
+        exercise(gpu, &scene, &small(&scene));
+        let enabled = false;
+        exercise(gpu, &scene, &Settings { shadows: ShadowSettings { enabled, ..Default::default() }, ..small(&scene) });
+    });
+}
+
+#[test]
+fn every_size_of_picture_and_shadow_map_is_silent() {
+    on_gpu_in_both_modes(|gpu| {
+        for scene in [one_of_each(), nothing_emits()] {
+            for size in [[1, 1], [1, 67], [67, 1], [17, 13], [65, 33]] {
+                exercise(gpu, &scene, &Settings { size, ..small(&scene) });
+            }
+        }
+        for size in [1, 3, 4096] {
+            let scene = nothing_emits();
+            let shadows = ShadowSettings { size, ..ShadowSettings::default() };
+            exercise(gpu, &scene, &Settings { shadows, ..small(&scene) });
+        }
+    });
+}
+
+#[test]
+fn renderers_that_share_a_device_are_silent() {
+    on_gpu_in_both_modes(|gpu| {
+        let scene = one_of_each();
+        let mut first = gpu.renderer(&scene, &small(&scene));
+        // Made while the first draws: a resize, as a window has it.
+        first.render(&scene.camera).unwrap_or_else(|error| panic!("{error}"));
+        let mut second = gpu.renderer(&scene, &Settings { size: [19, 31], ..small(&scene) });
+        for _ in 0..3 {
+            for renderer in [&mut first, &mut second] {
+                renderer.render(&scene.camera).unwrap_or_else(|error| panic!("{error}"));
+            }
+        }
+        drop(first);
+        draw_frames(&mut second, &scene.camera).unwrap_or_else(|error| panic!("{error}"));
+    });
+}
+
+/// A sun, a point and a spot light, all with shadows, over solid, masked and transparent casters.
+fn shadowed() -> Scene {
+    let casts = |light| Light { casts_shadow: true, ..light };
+    let lamp = point(DVec3::new(-0.4, 0.2, 1.2), 2.0, Some(4.0), Falloff::InverseSquare);
+    let lights =
+        vec![sun(DVec3::new(0.5, 0.7, 1.0), 3.0), casts(lamp), casts(spot(DVec3::new(0.0, 0.0, 1.5), 2.0, 10.0, 30.0))];
+    Scene { name: "shadows".into(), lights, ..nothing_emits() }
+}
+
+/// Frames between which nothing changes, a caster moves, each light moves, and the camera turns: some maps are drawn anew while the
+/// frame before still looks them up, and others stay.
+fn draw_while_things_move(gpu: &Gpu, scene: &Scene, settings: &Settings) {
+    let mut renderer = gpu.renderer(scene, settings);
+    let draw = |renderer: &mut Renderer, camera: &Camera| -> Result<(), Error> {
+        renderer.render(camera)?;
+        // What moved is seen by one of the two in flight first.
+        renderer.render(camera)
+    };
+    let all = |renderer: &mut Renderer| -> Result<(), Error> {
+        draw(renderer, &scene.camera)?;
+        for caster in [1, scene.objects.len() - 1] {
+            let aside = DAffine3::from_translation(DVec3::new(0.1, 0.0, 0.0)) * scene.objects[caster].transform;
+            renderer.move_object(caster, &aside)?;
+            draw(renderer, &scene.camera)?;
+        }
+        for (index, light) in scene.lights.iter().enumerate() {
+            renderer.set_light(index, &Light { kind: moved(light.kind), ..light.clone() })?;
+            draw(renderer, &scene.camera)?;
+        }
+        renderer.read_back()?;
+        let rotation = scene.camera.rotation * DQuat::from_rotation_y(0.3);
+        draw(renderer, &Camera { rotation, ..scene.camera })
+    };
+    all(&mut renderer).unwrap_or_else(|error| panic!("{} {settings:?}: {error}", scene.name));
+}
+
+fn moved(mut kind: LightKind) -> LightKind {
+    let by = DVec3::new(0.1, 0.05, 0.0);
+    match &mut kind {
+        LightKind::Directional { direction } => *direction = (*direction + by).normalize(),
+        LightKind::Point { position, .. } | LightKind::Spot { position, .. } => *position += by,
+    }
+    kind
+}
+
+#[test]
+fn shadow_maps_that_are_kept_or_drawn_anew_are_silent_on_every_light_path() {
+    on_gpu_in_both_modes(|gpu| {
+        let (plain, glass) = (shadowed(), with_transparent(shadowed()));
+        for cache in [true, false] {
+            for &(_, light_path) in LightPath::NAMES {
+                // Nothing blends over what compute has lit.
+                if !cache && !tries_all() && light_path != LightPath::Loop {
+                    // Whatever path looks maps up, those that are drawn anew are drawn alike.
+                    continue;
+                }
+                let scene = if light_path == LightPath::Compute { &plain } else { &glass };
+                let shadows = ShadowSettings { cache, size: 64, ..ShadowSettings::default() };
+                draw_while_things_move(gpu, scene, &Settings { light_path, shadows, ..small(scene) });
+            }
+        }
+    });
+}
+
+#[test]
+fn every_filter_and_number_of_cascades_is_silent_with_and_without_the_cache() {
+    on_gpu_in_both_modes(|gpu| {
+        let scene = shadowed();
+        for cache in [true, false] {
+            let base = ShadowSettings { cache, size: 64, ..ShadowSettings::default() };
+            for &(_, filter) in ShadowFilter::NAMES {
+                let shadows = ShadowSettings { filter, ..base };
+                draw_while_things_move(gpu, &scene, &Settings { shadows, ..small(&scene) });
+            }
+            for cascades in 1..=4 {
+                let shadows = ShadowSettings { cascades, ..base };
+                draw_while_things_move(gpu, &scene, &Settings { shadows, ..small(&scene) });
+            }
+        }
+    });
+}
+
+#[test]
+fn samples_of_one_picture_are_silent_wherever_they_are_averaged() {
+    on_gpu_in_both_modes(|gpu| {
+        let (plain, glass) = (shadowed(), with_transparent(one_of_each()));
+        for &(_, resolve) in Resolve::NAMES {
+            for (light_path, scene) in
+                [(LightPath::Loop, &glass), (LightPath::Compute, &plain), (LightPath::Forward, &glass)]
+            {
+                for &(_, output) in Output::NAMES {
+                    let settings = Settings { samples: 3, resolve, light_path, output, ..small(scene) };
+                    let mut renderer = gpu.renderer(scene, &settings);
+                    let picture = renderer.picture(&scene.camera, || ());
+                    picture.unwrap_or_else(|error| panic!("{settings:?}: {error}"));
+                }
+            }
+        }
+    });
+}
+
+#[test]
+fn hardware_samples_and_fxaa_are_silent_in_flight() {
+    on_gpu_in_both_modes(|gpu| {
+        let (plain, glass) = (shadowed(), with_transparent(one_of_each()));
+        for scene in [&plain, &glass] {
+            for light_path in [LightPath::Loop, LightPath::Forward] {
+                for &(_, resolve) in Resolve::NAMES {
+                    exercise(gpu, scene, &Settings { light_path, msaa: 4, resolve, ..small(scene) });
+                }
+                for msaa in [1, 4] {
+                    exercise(gpu, scene, &Settings { light_path, msaa, fxaa: true, ..small(scene) });
+                }
+            }
+        }
+        let transparency = Transparency::Oit;
+        exercise(gpu, &glass, &Settings { transparency, msaa: 4, fxaa: true, ..small(&glass) });
+    });
+}
+
+#[test]
+fn what_a_plan_keeps_without_need_is_silent() {
+    on_gpu_in_both_modes(|gpu| {
+        let alone = Scene { name: "alone".into(), ..plane(lambert(0.5), Vec::new()) };
+        for scene in [&alone, &nothing_emits()] {
+            for light_path in [LightPath::Loop, LightPath::Forward, LightPath::Compute] {
+                exercise(gpu, scene, &Settings { light_path, keep: Keep::ALL, ..small(scene) });
+            }
+        }
+    });
+}

@@ -1,0 +1,105 @@
+//! What layers say beyond core and synchronization checks: checks on the GPU, and advice on best practices.
+
+use std::collections::BTreeMap;
+
+use crate::common::gpu::{advice_on, on_gpu_assisted};
+use crate::common::scenes::{draw_everything, draw_with_each_list, exercise, one_of_each, small, with_transparent};
+use afterlight::gpu::{Message, vk};
+use afterlight::scene::{LightPath, Settings};
+
+/// `on_gpu_assisted` proves first that the layer notices what only the content of memory tells. Tests of their own, which share the time.
+#[test]
+fn nothing_is_accessed_out_of_bounds_with_a_gbuffer() {
+    on_gpu_assisted(|gpu| {
+        draw_with_each_list(gpu, &[LightPath::Loop, LightPath::PerLight, LightPath::Volumes, LightPath::Clustered]);
+    });
+}
+
+#[test]
+fn nothing_is_accessed_out_of_bounds_by_compute_and_without_a_gbuffer() {
+    on_gpu_assisted(|gpu| draw_with_each_list(gpu, &[LightPath::Compute, LightPath::Forward]));
+}
+
+#[test]
+fn nothing_is_accessed_out_of_bounds_through_textures_and_sorted_indices() {
+    on_gpu_assisted(|gpu| {
+        let mut scene = with_transparent(one_of_each());
+        scene.lights.truncate(1);
+        exercise(gpu, &scene, &Settings { fxaa: true, ..small(&scene) });
+    });
+}
+
+/// Advice that is not followed, and why.
+struct Declined {
+    /// The name of the rule, without the `UNASSIGNED-` of old layers.
+    rule: &'static str,
+    /// A part of the message, where a rule has several.
+    about: &'static str,
+    given_by: GivenBy,
+    why: &'static str,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum GivenBy {
+    /// Layers of Vulkan 1.3.
+    Old,
+    /// Layers of Vulkan 1.4.
+    New,
+}
+
+const DECLINED: &[Declined] = &[
+    Declined {
+        rule: "BestPractices-vkCreateInstance-specialuse-extension-debugging",
+        about: "VK_EXT_debug_utils",
+        given_by: GivenBy::Old,
+        why: "it names every object and collects these messages; without a layer or a debugger it costs a call an object",
+    },
+    Declined {
+        rule: "BestPractices-specialuse-extension",
+        about: "VK_EXT_debug_utils",
+        given_by: GivenBy::New,
+        why: "as above",
+    },
+    Declined {
+        rule: "BestPractices-vkCreateInstance-specialuse-extension-debugging",
+        about: "VK_EXT_validation_features",
+        given_by: GivenBy::Old,
+        why: "this is the request for the advice itself",
+    },
+    Declined {
+        rule: "BestPractices-vkCreateDevice-physical-device-features-not-retrieved",
+        about: "",
+        given_by: GivenBy::New,
+        why: "they were: 1.4.309 says so also right after vkGetPhysicalDeviceFeatures and vkGetPhysicalDeviceFeatures2 of the same device",
+    },
+];
+
+/// Each piece of advice is followed, or declined for a reason; and no reason is kept for advice that is no longer given.
+#[test]
+fn advice_is_followed_or_declined_for_a_reason() {
+    let mut new = false;
+    let messages = advice_on(|gpu| {
+        let layers = gpu.device.instance.layers().iter();
+        let version =
+            layers.filter(|layer| layer.name.contains("KHRONOS_validation")).map(|layer| layer.spec_version).max();
+        new = version >= Some(vk::make_api_version(0, 1, 4, 0));
+        draw_everything(gpu);
+    });
+    let applies = |declined: &&Declined| match declined.given_by {
+        GivenBy::Old => !new,
+        GivenBy::New => new,
+    };
+    let answers = |declined: &Declined, message: &Message| {
+        message.id_name.trim_start_matches("UNASSIGNED-") == declined.rule && message.text.contains(declined.about)
+    };
+    let declined: Vec<&Declined> = DECLINED.iter().filter(applies).collect();
+    let mut open: BTreeMap<&str, (usize, &str)> = BTreeMap::new();
+    for message in messages.iter().filter(|message| !declined.iter().any(|declined| answers(declined, message))) {
+        open.entry(&message.id_name).or_insert((0, &message.text)).0 += 1;
+    }
+    assert!(open.is_empty(), "neither followed nor declined, with how often and the first of them: {open:#?}");
+    for declined in declined {
+        let given = messages.iter().any(|message| answers(declined, message));
+        assert!(given, "no longer given: {} ({}; {})", declined.rule, declined.about, declined.why);
+    }
+}

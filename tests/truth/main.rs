@@ -1,0 +1,16 @@
+//! The 64-bit reference, and what is measured against it: errors, reports, choices of settings, extreme cases.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+#[cfg(feature = "report")]
+mod attribution;
+mod compare;
+mod cross_check;
+mod formulas;
+mod reference;
+#[cfg(feature = "report")]
+mod report;
+mod stress;
+#[cfg(feature = "report")]
+mod tune;

@@ -1,0 +1,139 @@
+//! The catalogue of extreme cases holds on this driver, mistakes that are planted are found by it, and scenes that nobody thought of stay
+//! finite.
+
+use crate::common::gpu::{Gpu, on_gpu};
+use crate::common::{some_of, tries_all};
+use afterlight::scene::{Environment, Scene};
+use afterlight::stress::catalogue::random::{Extremes, NUMBERS};
+use afterlight::stress::{self, Check, Finding, Outcome, Verdict, catalogue};
+use glam::Vec3;
+use half::f16;
+use proptest::prelude::*;
+use proptest::test_runner::{Config, TestRunner};
+
+fn told(verdict: &Verdict) -> String {
+    let broken = verdict.findings.iter().filter(|finding| !finding.is_as_claimed(&verdict.case));
+    let lines: Vec<String> = broken.map(|finding| format!("{}: {:?}", finding.value, finding.outcome)).collect();
+    format!("{} of {:?}:\n{}", verdict.case.name, verdict.case.bound, lines.join("\n"))
+}
+
+#[test]
+fn every_case_holds_as_it_is_claimed() {
+    on_gpu(|gpu| {
+        // Of each group every other case; `make test-all` and `afterlight stress` try them all.
+        let tried: Vec<Verdict> = some_of(&catalogue::all(), 2)
+            .map(|case| stress::run(&gpu.device, case, true).unwrap_or_else(|error| panic!("{}: {error}", case.name)))
+            .collect();
+        let broken: Vec<String> = tried.iter().filter(|verdict| !verdict.passes()).map(told).collect();
+        assert!(broken.is_empty(), "{}", broken.join("\n\n"));
+    });
+}
+
+/// The worst of a case whose scenes are spoiled before they are drawn.
+fn spoiled(gpu: &Gpu, name: &str, spoil: &dyn Fn(&mut Scene)) -> Verdict {
+    let [case] = catalogue::named(name)[..] else { panic!("no case {name}") };
+    stress::run_spoiled(&gpu.device, &case, true, spoil).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+#[test]
+fn positions_in_half_floats_are_found() {
+    on_gpu(|gpu| {
+        let halve = |scene: &mut Scene| {
+            for position in scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.positions) {
+                *position = position.map(|axis| f16::from_f32(axis).to_f32());
+            }
+        };
+        assert!(!spoiled(gpu, "lights/distance", &halve).passes());
+    });
+}
+
+#[test]
+fn light_below_zero_is_drawn_and_found_and_what_is_no_number_is_not_even_drawn() {
+    on_gpu(|gpu| {
+        let painted = |color: Vec3| {
+            spoiled(gpu, "lights/distance", &|scene| scene.lights.iter_mut().for_each(|light| light.color = color))
+        };
+        for color in [Vec3::NAN, Vec3::splat(f32::INFINITY)] {
+            let found = painted(color);
+            let words = "light 0 (`lamp`): color is not finite";
+            assert!(!found.passes());
+            for finding in &found.findings {
+                assert!(matches!(&finding.outcome, Outcome::Refused(why) if why == words), "{:?}", finding.outcome);
+            }
+        }
+        // A number like any other to the check of scenes, and to the shaders.
+        let found = painted(Vec3::new(-1.0, 1.0, 1.0));
+        assert!(!found.passes());
+        let negative = found.findings.iter().filter(|finding| !finding.is_sane()).count();
+        assert_eq!(negative, found.findings.len(), "{}", told(&found));
+        let right = painted(Vec3::ONE);
+        assert!(right.passes(), "{}", told(&right));
+    });
+}
+
+#[test]
+fn reflection_models_as_in_textbooks_are_found_in_pictures() {
+    on_gpu(|gpu| {
+        let textbook = |scene: &mut Scene| scene.settings.textbook = Some(true);
+        for name in ["highlights/wide-float32", "highlights/blinn-phong-float32", "highlights/phong-float32"] {
+            let found = spoiled(gpu, name, &textbook);
+            assert!(!found.passes(), "{}", told(&found));
+        }
+    });
+}
+
+#[test]
+fn a_picture_of_nothing_is_not_taken_for_one_of_the_scene() {
+    on_gpu(|gpu| {
+        let found = spoiled(gpu, "targets/width", &|scene| scene.objects.clear());
+        // A device may refuse the largest, which is beyond the claim.
+        let mut claimed = found.findings.iter().filter(|finding| found.case.claims(finding.value));
+        assert!(claimed.all(|finding| matches!(finding.outcome, Outcome::Measured(_))));
+        assert!(!found.passes(), "{}", told(&found));
+    });
+}
+
+#[test]
+fn random_scenes_in_the_dark_are_not_sane() {
+    on_gpu(|gpu| {
+        let darken = |scene: &mut Scene| {
+            scene.lights.clear();
+            scene.environment = Environment::default();
+            scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
+        };
+        let found = spoiled(gpu, "random/wild", &darken);
+        let black = found.findings.iter().filter(|finding| !finding.holds(&found.case)).count();
+        assert!(black * 3 > found.findings.len(), "{black} of {}", found.findings.len());
+    });
+}
+
+#[test]
+fn scenes_that_nobody_thought_of_are_sane_and_tame_ones_near_the_truth() {
+    on_gpu(|gpu| {
+        let held = |name: &str, scene: Extremes| {
+            let [case] = catalogue::named(name)[..] else { panic!("no case {name}") };
+            let subject = scene.subject();
+            let compare = if let Check::Sane(_) = case.check { stress::sane } else { stress::compare };
+            let found = compare(&gpu.device, &subject, &subject.scene).unwrap_or_else(|error| panic!("{error}"));
+            let outcome = found.map_or_else(Outcome::Refused, |(errors, _)| Outcome::Measured(errors));
+            let finding = Finding { value: 0.0, outcome, evidence: None };
+            prop_assert!(finding.holds(&case), "{name}: {:?} of {scene:#?}", finding.outcome);
+            Ok(())
+        };
+        // A run of the device for each scene, so that few of them; always the same. `stress random --seeds` has others.
+        let cases = if tries_all() { 100 } else { 6 };
+        let mut runner = TestRunner::new_with_rng(
+            Config { cases, failure_persistence: None, max_shrink_iters: 400, ..Config::default() },
+            proptest::test_runner::TestRng::deterministic_rng(proptest::test_runner::RngAlgorithm::ChaCha),
+        );
+        let numbers = prop::collection::vec(0..=u16::MAX, NUMBERS);
+        let outcome = runner.run(&numbers, |numbers| {
+            let mut numbers = numbers.into_iter().map(|number| f64::from(number) / 65536.0);
+            let wild = Extremes::drawn(&mut || numbers.next().unwrap_or(0.0));
+            held("random/wild", wild)?;
+            held("random/tame", wild.tamed())?;
+            held("random/tame-lean", wild.tamed().leaned())
+        });
+        outcome.unwrap_or_else(|failure| panic!("{failure}"));
+    });
+}

@@ -1,0 +1,119 @@
+//! `afterlight tune` from outside: the choice keeps its bound, the file goes back into `render`, and a bound that nothing keeps fails.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use afterlight::report::sweep::model::Interval;
+use afterlight::scene::file::load_settings;
+
+const SCENE: &str = "builtin:spheres?columns=2&rows=1";
+/// Small and few: what is tested is the way, not the figures.
+const SMALL: [&str; 11] =
+    ["--quick", "--size", "64x36", "--joint", "4", "--rounds", "6", "--truth-samples", "4", "--cameras", "2"];
+
+/// The program, on whichever Vulkan stack the tests run.
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    let binary = env!("CARGO_BIN_EXE_afterlight");
+    let mut command = match std::env::var_os("AFTERLIGHT_RUNNER") {
+        Some(runner) => {
+            let mut command = Command::new(runner);
+            command.arg(binary);
+            command
+        }
+        None => Command::new(binary),
+    };
+    command.env("AFTERLIGHT_CACHE", folder.join("cache")).current_dir(folder);
+    command.args(arguments).output().expect("the program starts")
+}
+
+fn tune(folder: &Path, bound: [&str; 2], more: &[&str]) -> Output {
+    let command = ["tune", SCENE, bound[0], bound[1]];
+    run(folder, &[&command[..], &SMALL[..], more].concat())
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn number(table: &toml::Value, key: &str) -> f64 {
+    table[key].as_float().unwrap_or_else(|| panic!("no number {key} in {table}"))
+}
+
+#[test]
+fn a_choice_keeps_its_bound_from_every_camera_and_render_takes_it() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = tune(folder.path(), ["--max-error", "0.3"], &["-o", "tuned.toml"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let told = text(&output.stdout);
+    assert!(told.contains("Chosen: ") && told.contains("the scene's own"), "{told}");
+
+    let file = folder.path().join("tuned.toml");
+    let table: toml::Table = std::fs::read_to_string(&file).expect("written").parse().expect("TOML");
+    let evidence = &table["evidence"];
+    assert_eq!(evidence["bound"].as_str(), Some("--max-error 0.3 --metric flip"));
+    assert!(number(&evidence["choice"], "error") <= 0.3);
+    let held_out = evidence["held_out"].as_array().expect("cameras");
+    assert_eq!(held_out.len(), 2);
+    for camera in held_out {
+        assert!(number(camera, "error") <= 0.3, "{camera}");
+        assert!(number(camera, "ms_low") <= number(camera, "ms") && number(camera, "ms") <= number(camera, "ms_high"));
+    }
+
+    let settings = load_settings(&file).expect("a settings file");
+    assert!(settings.samples.is_some() && settings.size == Some([64, 36]), "{settings}");
+    let camera = format!("--camera={}", held_out[0]["camera"].as_str().expect("a camera"));
+    let drawn = run(folder.path(), &["render", SCENE, "--settings", "tuned.toml", &camera, "-o", "tuned.png"]);
+    assert!(drawn.status.success(), "{}", text(&drawn.stderr));
+    let picture = image::open(folder.path().join("tuned.png")).expect("a picture");
+    assert_eq!((picture.width(), picture.height()), (64, 36));
+}
+
+#[test]
+fn a_bound_that_nothing_keeps_fails_and_names_the_nearest() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (bound, words) in [(["--max-error", "1e-12"], "errs by"), (["--max-ms", "1e-6"], "takes")] {
+        let output = tune(folder.path(), bound, &["-o", "none.toml", "--metric", "rmse"]);
+        let errors = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{errors}");
+        assert!(errors.contains("the nearest, ") && errors.contains(words) && errors.contains(bound[1]), "{errors}");
+        assert!(output.stdout.is_empty() && !folder.path().join("none.toml").exists());
+    }
+}
+
+#[test]
+fn a_bound_on_time_is_kept_by_the_whole_interval() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = tune(folder.path(), ["--max-ms", "60000"], &["-o", "-"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let table: toml::Table = text(&output.stdout).parse().expect("TOML alone on standard output");
+    let choice = &table["evidence"]["choice"];
+    let time = Interval {
+        median: number(choice, "ms"),
+        low: number(choice, "ms_low"),
+        high: number(choice, "ms_high"),
+        count: 3,
+    };
+    assert!(time.high <= 60_000.0 && time.relative_half_width() >= 0.0);
+    // Nothing is too slow: of all that is on the front the one with the least error.
+    assert!(number(choice, "error") <= number(&table["evidence"]["default"], "error"));
+}
+
+#[test]
+fn what_no_other_camera_can_verify_is_not_chosen() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let away = ["--camera", "0,10000,0/0,20000,1", "-q", "-o", "tuned.toml"];
+    let output = tune(folder.path(), ["--max-error", "0.3"], &away);
+    let errors = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    assert!(errors.contains("cannot be verified") && errors.contains("--cameras 0"), "{errors}");
+    assert!(!folder.path().join("tuned.toml").exists());
+}
+
+#[test]
+fn exactly_one_bound_is_needed() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for arguments in [&["tune", SCENE][..], &["tune", SCENE, "--max-error", "0.1", "--max-ms", "5"][..]] {
+        let output = run(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+    }
+}

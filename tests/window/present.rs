@@ -1,0 +1,309 @@
+//! Frames that are presented, on a surface without a display: bit by bit those of a renderer without any, through changes of size and the loss of
+//! the surface, and while others are made in another thread. Mesa offers plain images there, which are drawn through sRGB views.
+
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+
+use crate::common::compare::assert_identical;
+use crate::common::gpu::{Gpu, on_presenting_gpu};
+use afterlight::frame::{Fitted, Outcome, Picture, Pixels, Presenter, Renderer, Wake};
+use afterlight::gpu::{Surface, Vsync};
+use afterlight::scene::{Light, LightPath, OpenOptions, Scene, Settings, Tonemap, View, open};
+
+const SIZES: [[u32; 2]; 4] = [[160, 90], [1, 1], [33, 71], [160, 90]];
+
+fn scene(spec: &str) -> Scene {
+    open(spec, &OpenOptions::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Each way for a picture to come into a swapchain's image.
+fn ways() -> Vec<(&'static str, Scene, Settings)> {
+    let own = |scene: &Scene| Settings { samples: 1, anisotropy: 1, ..scene.settings.decide() };
+    let (spheres, layers) = (scene("builtin:spheres"), scene("builtin:layers"));
+    let settings = own(&spheres);
+    vec![
+        ("lighting", spheres.clone(), Settings { light_path: LightPath::Loop, ..settings.clone() }),
+        ("forward", spheres.clone(), Settings { light_path: LightPath::Forward, ..settings.clone() }),
+        ("resolve", spheres.clone(), Settings { light_path: LightPath::Loop, msaa: 4, ..settings.clone() }),
+        ("fxaa", spheres.clone(), Settings { fxaa: true, ..settings.clone() }),
+        ("view", spheres.clone(), Settings { view: View::Normal, ..settings.clone() }),
+        ("compute", spheres, Settings { light_path: LightPath::Compute, ..settings }),
+        ("tone mapping", layers.clone(), own(&layers)),
+    ]
+}
+
+/// How a picture comes into a swapchain's image from there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Way {
+    /// It is drawn or copied into it.
+    Straight,
+    /// By ENCODE, as where no hardware encodes the image.
+    Encoded,
+}
+
+/// The picture of a frame that is shown, of the last of three: the first may wait for nobody, and the second's picture lies where the last one's does.
+fn shown(presenter: &mut Presenter, scene: &Scene, what: &str) -> Picture {
+    for copied in [false, true, true] {
+        let drawn = presenter.draw(&scene.camera, copied, None).unwrap_or_else(|error| panic!("{what}: {error}"));
+        assert!(matches!(drawn, Outcome::Shown(_)), "{what}: {drawn:?}");
+    }
+    presenter.picture().unwrap_or_else(|error| panic!("{what}: {error}"))
+}
+
+fn rendered(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Picture {
+    let mut renderer = Renderer::new(&gpu.device, scene, settings).unwrap_or_else(|error| panic!("{error}"));
+    renderer.picture(&scene.camera, || {}).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn presenter(gpu: &Gpu, scene: &Scene, settings: &Settings, way: Way) -> Presenter {
+    let surface = Surface::headless(&gpu.device).unwrap_or_else(|error| panic!("{error}"));
+    let presenter = Presenter::new(&gpu.device, surface, scene, settings, Vsync::On);
+    let presenter = presenter.unwrap_or_else(|error| panic!("{error}"));
+    if way == Way::Encoded { presenter.with_encoding() } else { presenter }
+}
+
+/// The same picture as [`rendered`], where no other came before it: ENCODE's are of light that no 8 bits have been between.
+fn first(gpu: &Gpu, scene: &Scene, settings: &Settings, way: Way) -> Picture {
+    if way == Way::Straight {
+        return rendered(gpu, scene, settings);
+    }
+    let mut presenter = presenter(gpu, scene, settings, way);
+    fit(&mut presenter, scene, settings, settings.size);
+    shown(&mut presenter, scene, "the first picture")
+}
+
+fn fit(presenter: &mut Presenter, scene: &Scene, settings: &Settings, size: [u32; 2]) {
+    assert!(presenter.fit(scene, settings, size).unwrap_or_else(|error| panic!("{error}")), "{size:?} has pixels");
+}
+
+#[test]
+fn a_presented_frame_is_bit_by_bit_that_of_a_renderer_at_every_size() {
+    on_presenting_gpu(|gpu| {
+        for (name, scene, settings) in ways() {
+            let mut presenter = presenter(gpu, &scene, &settings, Way::Straight);
+            assert!(!presenter.fit(&scene, &settings, [0, 0]).expect("needs nothing"), "{name}: nothing has no pixels");
+            for size in SIZES {
+                fit(&mut presenter, &scene, &settings, size);
+                let expected = rendered(gpu, &scene, &Settings { size, ..settings.clone() });
+                let what = format!("{name} at {size:?}");
+                assert_identical(&shown(&mut presenter, &scene, &what), &expected, &what);
+            }
+        }
+    });
+}
+
+#[test]
+fn an_encoded_frame_is_that_of_a_renderer_at_every_size_but_for_what_8_bits_round_away() {
+    on_presenting_gpu(|gpu| {
+        for (name, scene, settings) in ways() {
+            let mut presenter = presenter(gpu, &scene, &settings, Way::Encoded);
+            assert!(!presenter.fit(&scene, &settings, [0, 0]).expect("needs nothing"), "{name}: nothing has no pixels");
+            for size in SIZES {
+                fit(&mut presenter, &scene, &settings, size);
+                assert_eq!(presenter.shows_hdr(), Some(false), "{name}: no brighter than white");
+                let what = format!("{name} at {size:?}");
+                let (own, other) = (
+                    shown(&mut presenter, &scene, &what),
+                    rendered(gpu, &scene, &Settings { size, ..settings.clone() }),
+                );
+                let (Pixels::Srgb8(own), Pixels::Srgb8(other)) = (own.pixels, other.pixels) else {
+                    panic!("{what}: no pictures of 8 bits");
+                };
+                assert_eq!(own.len(), other.len(), "{what}");
+                let beyond = own.iter().zip(&other).filter(|(own, other)| own.abs_diff(**other) > 1).count();
+                // FXAA finds edges by differences that 8 bits round away.
+                let allowed = if settings.fxaa { own.len() / 50 } else { 0 };
+                assert!(beyond <= allowed, "{what}: {beyond} of {} bytes", own.len());
+            }
+        }
+    });
+}
+
+/// As when a window comes to a display with other images.
+#[test]
+fn images_that_are_encoded_otherwise_than_before_get_frames_of_their_own() {
+    on_presenting_gpu(|gpu| {
+        for (name, scene, settings) in ways() {
+            let settings = Settings { size: SIZES[0], ..settings };
+            let [before, after] = [Way::Straight, Way::Encoded].map(|way| first(gpu, &scene, &settings, way));
+            let mut presenter = presenter(gpu, &scene, &settings, Way::Straight);
+            presenter.show_beside(Some(settings.view));
+            presenter.divide_at(0.5);
+            fit(&mut presenter, &scene, &settings, SIZES[0]);
+            assert_identical(&shown(&mut presenter, &scene, name), &before, &format!("{name}, straight"));
+            presenter = presenter.with_encoding();
+            fit(&mut presenter, &scene, &settings, SIZES[0]);
+            assert_eq!(presenter.beside(), Some(settings.view), "{name}: {:?}", presenter.refusal());
+            assert_identical(&shown(&mut presenter, &scene, name), &after, &format!("{name}, by ENCODE"));
+        }
+    });
+}
+
+#[test]
+fn a_lost_surface_is_replaced_and_the_frames_go_on() {
+    on_presenting_gpu(|gpu| {
+        let both = ways().into_iter().flat_map(|own| [Way::Straight, Way::Encoded].map(|way| (own.clone(), way)));
+        for ((name, scene, settings), way) in both {
+            let (size, name) = (SIZES[0], &format!("{name}, {way:?}"));
+            let expected = first(gpu, &scene, &Settings { size, ..settings.clone() }, way);
+            let mut presenter = presenter(gpu, &scene, &settings, way);
+            for split in [None, Some(settings.view)] {
+                presenter.show_beside(split);
+                fit(&mut presenter, &scene, &settings, size);
+                assert_identical(&shown(&mut presenter, &scene, name), &expected, name);
+                presenter.lose_surface();
+                let nothing = presenter.draw(&scene.camera, false, None).expect("nothing is wrong with the device");
+                assert!(matches!(nothing, Outcome::Nothing(_)), "{name}: {nothing:?}");
+                let new = Surface::headless(&gpu.device).unwrap_or_else(|error| panic!("{error}"));
+                presenter.replace_surface(new).unwrap_or_else(|error| panic!("{error}"));
+                fit(&mut presenter, &scene, &settings, size);
+                assert_identical(&shown(&mut presenter, &scene, name), &expected, name);
+            }
+        }
+    });
+}
+
+/// What is called when frames are made, and how a test comes to know of it.
+fn wake() -> (Wake, Receiver<()>) {
+    let (tell, told) = channel();
+    // Who does not listen any more need not know.
+    (Arc::new(move || _ = tell.send(())), told)
+}
+
+/// Takes frames that are being made in another thread.
+fn take(presenter: &mut Presenter, (scene, settings): (&Scene, &Settings), (wake, woken): (&Wake, &Receiver<()>)) {
+    loop {
+        match presenter.fit_later(scene, settings, wake).unwrap_or_else(|error| panic!("{error}")) {
+            // Of ones that were taken before it had told as well.
+            Fitted::Pending => woken.recv_timeout(Duration::from_secs(120)).expect("the other thread tells"),
+            fitted => return assert_eq!((fitted, presenter.is_pending()), (Fitted::Taken, false)),
+        }
+    }
+}
+
+#[test]
+fn frames_go_on_as_they_were_while_others_are_made() {
+    on_presenting_gpu(|gpu| {
+        let (size, (wake, woken)) = (SIZES[0], wake());
+        let of_spheres = |(_, scene, _): &(&str, Scene, Settings)| scene.name == "builtin:spheres";
+        let ways: Vec<_> = ways().into_iter().filter(of_spheres).collect();
+        let (_, scene, begun) = &ways[0];
+        for way in [Way::Straight, Way::Encoded] {
+            let mut presenter = presenter(gpu, scene, begun, way);
+            fit(&mut presenter, scene, begun, size);
+            let mut before = first(gpu, scene, &Settings { size, ..begun.clone() }, way);
+            for (name, _, settings) in ways.iter().cycle().skip(1).take(ways.len()) {
+                presenter.change(false);
+                let fitted = presenter.fit_later(scene, settings, &wake).expect("can be made");
+                assert_eq!(fitted, Fitted::Pending, "{name}, {way:?}");
+                assert_identical(&shown(&mut presenter, scene, name), &before, &format!("before {name}, {way:?}"));
+                take(&mut presenter, (scene, settings), (&wake, &woken));
+                let after = first(gpu, scene, &Settings { size, ..settings.clone() }, way);
+                assert_identical(&shown(&mut presenter, scene, name), &after, &format!("{name}, {way:?}"));
+                before = after;
+            }
+        }
+    });
+}
+
+#[test]
+fn what_changes_while_frames_are_made_is_in_them() {
+    on_presenting_gpu(|gpu| {
+        let (size, (wake, woken)) = (SIZES[0], wake());
+        let (mut scene, settings) = (scene("builtin:spheres"), Settings { samples: 1, ..Settings::default() });
+        let with = |light_path, exposure| Settings { light_path, exposure: Some(exposure), ..settings.clone() };
+        let (first, second) = (with(LightPath::Loop, 9.0), with(LightPath::Forward, 9.0));
+        let mut presenter = presenter(gpu, &scene, &first, Way::Straight);
+        fit(&mut presenter, &scene, &first, size);
+
+        // A light and the exposure, which both the old frames and the new ones take as they are.
+        presenter.change(false);
+        assert_eq!(presenter.fit_later(&scene, &second, &wake).expect("can be made"), Fitted::Pending);
+        scene.lights[0].intensity *= 0.25;
+        presenter.set_light(0, &scene.lights[0]).expect("needs nothing else");
+        presenter.set_exposure(8.0).expect("is an exposure");
+        let (first, second) = (with(LightPath::Loop, 8.0), with(LightPath::Forward, 8.0));
+        let expected = |settings: &Settings, size| rendered(gpu, &scene, &Settings { size, ..settings.clone() });
+        assert_identical(&shown(&mut presenter, &scene, "old"), &expected(&first, size), "the old frames");
+        take(&mut presenter, (&scene, &second), (&wake, &woken));
+        assert_identical(&shown(&mut presenter, &scene, "new"), &expected(&second, size), "the new frames");
+
+        // A light that the old frames do not have: those that are being made have it at its newest.
+        let mut lit = scene.clone();
+        lit.lights.push(Light { intensity: 0.0, ..scene.lights[0].clone() });
+        let last = lit.lights.len() - 1;
+        presenter.change(true);
+        fit(&mut presenter, &lit, &second, size);
+        for intensity in [10.0, 20.0, 40.0] {
+            lit.lights[last].intensity = intensity;
+            assert!(presenter.set_light(last, &lit.lights[last]).is_err(), "it was dark when its scene was planned");
+            presenter.change_for_light();
+            if intensity == 10.0 {
+                assert_eq!(presenter.fit_later(&lit, &second, &wake).expect("can be made"), Fitted::Pending);
+            }
+        }
+        take(&mut presenter, (&lit, &second), (&wake, &woken));
+        let brightest = rendered(gpu, &lit, &Settings { size, ..second.clone() });
+        assert_identical(&shown(&mut presenter, &lit, "lit"), &brightest, "with one light more");
+        presenter.change(true);
+        fit(&mut presenter, &scene, &second, size);
+
+        // Others are asked for before these are made: they are never shown.
+        presenter.change(false);
+        assert_eq!(presenter.fit_later(&scene, &first, &wake).expect("can be made"), Fitted::Pending);
+        presenter.change(false);
+        let third = with(LightPath::Clustered, 8.0);
+        take(&mut presenter, (&scene, &third), (&wake, &woken));
+        assert_identical(&shown(&mut presenter, &scene, "third"), &expected(&third, size), "those asked for last");
+
+        // The window takes another size: it waits for what is being made, and that has the new size.
+        presenter.change(false);
+        assert_eq!(presenter.fit_later(&scene, &second, &wake).expect("can be made"), Fitted::Pending);
+        fit(&mut presenter, &scene, &second, SIZES[2]);
+        assert!(!presenter.is_pending());
+        assert_identical(&shown(&mut presenter, &scene, "sized"), &expected(&second, SIZES[2]), "at another size");
+
+        // What cannot be planned leaves the frames as they are.
+        presenter.change(false);
+        let none = Settings { light_path: LightPath::Compute, msaa: 4, ..second.clone() };
+        assert!(presenter.fit_later(&scene, &none, &wake).is_err() && !presenter.is_pending());
+        assert_identical(&shown(&mut presenter, &scene, "refused"), &expected(&second, SIZES[2]), "after a refusal");
+    });
+}
+
+#[test]
+fn a_view_beside_the_picture_is_made_while_the_picture_is_shown_alone() {
+    on_presenting_gpu(|gpu| [Way::Straight, Way::Encoded].into_iter().for_each(|way| view_beside(gpu, way)));
+}
+
+fn view_beside(gpu: &Gpu, way: Way) {
+    let (size, (wake, woken)) = (SIZES[0], wake());
+    let (scene, settings) = (scene("builtin:spheres"), Settings { samples: 1, size, ..Settings::default() });
+    let alone = first(gpu, &scene, &settings, way);
+    let beside = first(gpu, &scene, &Settings { view: View::Normal, ..settings.clone() }, way);
+    let mut presenter = presenter(gpu, &scene, &settings, way);
+    fit(&mut presenter, &scene, &settings, size);
+    presenter.show_beside(Some(View::Normal));
+    assert_eq!(presenter.fit_later(&scene, &settings, &wake).expect("can be made"), Fitted::Pending);
+    assert_identical(&shown(&mut presenter, &scene, "alone"), &alone, "while the other is made");
+    take(&mut presenter, (&scene, &settings), (&wake, &woken));
+    presenter.divide_at(0.0);
+    assert_identical(&shown(&mut presenter, &scene, "beside"), &beside, "right of the divider");
+    // Both are made anew when the frames are.
+    let mapped = Settings { light_path: LightPath::Clustered, tonemap: Tonemap::Aces, ..settings.clone() };
+    presenter.divide_at(1.0);
+    presenter.change(false);
+    assert_eq!(presenter.fit_later(&scene, &mapped, &wake).expect("can be made"), Fitted::Pending);
+    assert_identical(&shown(&mut presenter, &scene, "before"), &alone, "left of the divider, as it was");
+    take(&mut presenter, (&scene, &mapped), (&wake, &woken));
+    assert_identical(&shown(&mut presenter, &scene, "left"), &first(gpu, &scene, &mapped, way), "left of it");
+    presenter.divide_at(0.0);
+    assert_identical(&shown(&mut presenter, &scene, "right"), &beside, "right of it");
+    // Where there is no such view, the picture is shown alone.
+    let forward = Settings { light_path: LightPath::Forward, ..settings };
+    presenter.change(false);
+    take(&mut presenter, (&scene, &forward), (&wake, &woken));
+    assert!(presenter.refusal().is_some() && presenter.beside().is_none());
+    assert_identical(&shown(&mut presenter, &scene, "refused"), &first(gpu, &scene, &forward, way), "alone");
+}
