@@ -5,26 +5,32 @@ DEMO_SCENE ?= assets/hall.toml
 DEMO_IMAGE ?= hall.png
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-swiftshader check cross-check bless setup
+.PHONY: help demo test test-all test-swiftshader check cross-check bless setup
 
 help: ## Print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-16s %s\n", $$1, $$2}' Makefile
 
 demo: ## Set up, build, render DEMO_SCENE into DEMO_IMAGE and print its table
 	@scripts/setup demo
-	cargo build --release
+	@cargo fetch --locked || { echo "demo: crates could not be fetched: the first build needs the network" >&2; exit 1; }
+	cargo build --release --locked
 	cargo run --release --quiet -- render $(DEMO_SCENE) -o $(DEMO_IMAGE)
 
-test: ## Set up, check, and run every test on the machine's own Vulkan stack and on Debian 13's
+test: ## Set up, lint, and run the tests: on the machine's own Vulkan stack, and on Debian 13's what only that one sees
 	@scripts/setup test
-	@$(MAKE) --no-print-directory check
+	@cargo fmt --all --check
 	@scripts/test
+
+test-all: ## The same with every case of every test, on both stacks and on SwiftShader (an hour and more)
+	@scripts/setup test
+	@cargo fmt --all --check
+	@scripts/test all
 
 test-swiftshader: ## Draw the tests again on SwiftShader, a second software driver
 	@scripts/setup test
 	@scripts/test swiftshader
 
-check: ## Format and lints, warnings as errors
+check: ## Format and lints alone, warnings as errors
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --features hot-reload -- -D warnings
 
@@ -36,7 +42,7 @@ cross-check: ## Ask Mitsuba 3 (from PyPI, into .cache) for the reference rendere
 
 bless: ## Render the golden images anew and keep them as the expected ones (look at the diff before committing)
 	@scripts/setup test
-	@AFTERLIGHT_BLESS=1 scripts/test machine
+	@AFTERLIGHT_BLESS=1 scripts/test machine draw golden::
 
 setup: ## Install what is missing, and unpack Debian 13's Vulkan stack into .cache
 	@scripts/setup test
