@@ -107,8 +107,8 @@ fn the_table_names_settings_that_exist() {
     }
 }
 
-/// Pairs of values that have been drawn. Most faults of combinations are faults of two values (Kuhn, Wallace and Gallo, 2004), and a tenth of the
-/// frames has every pair; `make test-all` draws the rest.
+/// Pairs of values that have been drawn. Most faults of combinations are faults of two values (Kuhn, Wallace and Gallo, 2004): `make test` draws
+/// frames until it has every pair, `make test-all` each combination.
 #[derive(Default)]
 struct Pairs(BTreeSet<[String; 2]>);
 
@@ -163,7 +163,7 @@ fn every_combination_is_drawn_or_refused_as_the_table_says() {
                 }
             }
         }
-        eprintln!("{} frames drawn, {refused} combinations refused", drawn.len());
+        eprintln!("{} kinds of frames, {refused} combinations refused", drawn.len());
         assert!(drawn.len() > 50 && refused > 100);
     });
 }
