@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use afterlight_shader_compiler::{Error, Shader, compile_directory, variants_growth, variants_table, write_rust};
 
-/// What the shaders had when somebody last looked.
+/// The committed table of variants, which the build compares with what it compiles.
 const TABLE: &str = "shaders/variants.txt";
 
 /// The most different SPIR-V modules that the program may hold. A new flag can double a shader's: then ask whether a specialization constant

@@ -88,7 +88,7 @@ pub struct EntryPoint {
 pub enum Spirv {
     /// In the program, packed with those of other variants.
     Packed {
-        /// Which block of modules.
+        /// Index into the blocks of modules.
         block: usize,
         /// Its first word in the block.
         start: usize,

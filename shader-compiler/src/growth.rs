@@ -19,7 +19,7 @@ pub fn variants_table(shaders: &[Shader]) -> String {
     table
 }
 
-/// What differs between two tables, a line each: `lighting: 226 variants -> 452 variants`, or the flag with its shader before it.
+/// Lists the differences of two tables, a line each: `lighting: 226 variants -> 452 variants`, `lighting MSAA: adds 108 -> adds 216`.
 #[must_use]
 pub fn variants_growth(before: &str, after: &str) -> Vec<String> {
     let (before, after) = (entries(before), entries(after));

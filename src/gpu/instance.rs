@@ -186,7 +186,7 @@ impl Instance {
         self.validation
     }
 
-    /// Whether the layer's shader heuristic is on: it was asked for, and the layer knows it.
+    /// Returns true if the layer's shader heuristic is on: the options ask for it and the layer supports it.
     pub fn sync_shader_heuristic(&self) -> bool {
         self.sync_shader_heuristic
     }

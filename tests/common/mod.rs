@@ -14,7 +14,7 @@ pub mod truth;
 
 use std::path::PathBuf;
 
-/// Whether long tests try all of their cases, as in `make test-all`, or those alone that differ most.
+/// Returns true in `make test-all`, where long tests try all of their cases; in `make test` they try some.
 pub fn tries_all() -> bool {
     std::env::var("AFTERLIGHT_TESTS").is_ok_and(|value| value == "all")
 }

@@ -175,7 +175,7 @@ fn casters_that_shadow_nothing_in_view_are_not_missed_in_any_filter() {
                 if layout != "float32" && !matches!(filter, ShadowFilter::Box3 | ShadowFilter::Pcss) {
                     continue;
                 }
-                // What a wider filter reaches, the widest two do: PCSS and 5x5.
+                // PCSS and 5x5 reach farthest, so that a caster which any filter needs is one that these need.
                 if layout == "float32" && !tries_all() && !matches!(filter, ShadowFilter::Box5 | ShadowFilter::Pcss) {
                     continue;
                 }

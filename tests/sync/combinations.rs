@@ -113,7 +113,7 @@ fn the_table_names_settings_that_exist() {
 struct Pairs(BTreeSet<[String; 2]>);
 
 impl Pairs {
-    /// Whether some pair of these values was not there before.
+    /// Adds the pairs of these values, and returns true if one of them is new.
     fn are_new(&mut self, named: &Named) -> bool {
         let values: Vec<String> = named.iter().map(|(key, value)| format!("{key}={value}")).collect();
         let mut are_new = false;
