@@ -19,10 +19,16 @@ pub fn tries_all() -> bool {
     std::env::var("AFTERLIGHT_TESTS").is_ok_and(|value| value == "all")
 }
 
-/// All of the cases in `make test-all`; in `make test` the first of every `every`. Where each case has several properties, `every` has no
-/// factor in common with how many values one of them takes, so that all values turn up.
+/// Returns all of the cases in `make test-all`, and in `make test` the first of every `every`.
 pub fn some_of<T>(cases: impl IntoIterator<Item = T>, every: usize) -> impl Iterator<Item = T> {
     cases.into_iter().step_by(if tries_all() { 1 } else { every })
+}
+
+/// Returns all of the cases in `make test-all`, and in `make test` the one whose turn it is. For inner loops: with the sum of the outer loops'
+/// indices as `turn`, each value of an outer loop meets each case.
+pub fn one_of<T>(cases: &[T], turn: usize) -> &[T] {
+    let index = turn % cases.len();
+    if tries_all() { cases } else { &cases[index..=index] }
 }
 
 /// The folder of third-party scenes: `AFTERLIGHT_SCENES`, else `../shared/scenes` beside the project. Where it is absent,

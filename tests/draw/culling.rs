@@ -3,7 +3,7 @@
 use crate::common::compare::assert_identical;
 use crate::common::gpu::{Gpu, on_gpu};
 use crate::common::stage::{add, exact, gbuffer, lambert, open, point, rectangle, spot, stage, sun};
-use crate::common::{some_of, tries_all};
+use crate::common::{one_of, some_of, tries_all};
 use afterlight::frame::{Drawn, Picture, Renderer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
@@ -120,20 +120,15 @@ fn lights_that_reach_nothing_are_not_missed_on_any_light_path() {
             (material.alpha_mode, material.alpha) = (afterlight::scene::AlphaMode::Blend, 0.5);
             scene
         };
-        let mut turn = 0;
-        for &(name, light_path) in LightPath::NAMES {
-            for scene in [&scene, &glass] {
+        for (path, &(name, light_path)) in LightPath::NAMES.iter().enumerate() {
+            for (turn, scene) in [&scene, &glass].into_iter().enumerate() {
                 if light_path == LightPath::Compute && scene.name != "street" {
                     continue;
                 }
-                // Each path has one layout for each scene, and with the paths all of them turn up.
+                let blends = matches!(light_path, LightPath::PerLight | LightPath::Volumes | LightPath::Compute);
                 let layouts = [("float32", 1), ("lean,position=rgba16f", 1), ("lean", 4)];
-                turn += 1;
-                for (layout, msaa) in some_of(layouts.into_iter().cycle().skip(turn).take(3), 3) {
-                    let blends = matches!(light_path, LightPath::PerLight | LightPath::Volumes | LightPath::Compute);
-                    if msaa > 1 && blends {
-                        continue;
-                    }
+                let layouts = &layouts[..if blends { 2 } else { 3 }];
+                for &(layout, msaa) in one_of(layouts, path + turn) {
                     let settings = Settings { light_path, msaa, gbuffer: gbuffer(layout), ..exact(SIZE.0, SIZE.1) };
                     let drawn = both(gpu, scene, &settings, OptionalPart::IdleLights, &cameras());
                     // One light reaches no object at all. A plan that lights surfaces beside where they are has it all the same.

@@ -2,8 +2,8 @@
 
 use crate::common::compare::{assert_identical, largest_code_difference};
 use crate::common::gpu::{Gpu, on_gpu};
-use crate::common::some_of;
 use crate::common::stage::{add, directional, exact, lambert, own, plane, point, rectangle, spot, sun};
+use crate::common::{one_of, some_of};
 use afterlight::frame::{Picture, Renderer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
@@ -238,12 +238,9 @@ fn a_halted_frame_does_not_draw_what_it_does_not_show() {
 fn a_frame_that_is_halted_after_all_lights_lacks_what_is_transparent_and_nothing_else() {
     on_gpu(|gpu| {
         let (scene, opaque) = (room_with_panes(), room());
-        let mut turn = 0;
-        for path in PATHS.into_iter().filter(|&path| path != LightPath::Compute) {
-            for transparency in [Transparency::Sorted, Transparency::Oit] {
-                // One kind of picture for each, and with the paths both turn up.
-                turn += 1;
-                for (kind, settings) in some_of(kinds(path).into_iter().cycle().skip(turn).take(2), 2) {
+        for (turn, path) in PATHS.into_iter().filter(|&path| path != LightPath::Compute).enumerate() {
+            for (index, transparency) in [Transparency::Sorted, Transparency::Oit].into_iter().enumerate() {
+                for (kind, settings) in one_of(&kinds(path), turn + index).iter().cloned() {
                     let what = format!("{path}, {transparency}, {kind}");
                     let settings = Settings { transparency, ..settings };
                     let mut renderer = gpu.renderer(&scene, &settings);
