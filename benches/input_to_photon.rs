@@ -6,6 +6,11 @@
 //!
 //! `cargo bench --bench input_to_photon -- [SCENE] [--size WxH] [--trials N]`
 
+/// What the harness shares with the tests.
+#[path = "../tests/common"]
+mod common {
+    pub mod program;
+}
 #[path = "../tests/window/view/harness.rs"]
 #[allow(dead_code)]
 mod harness;

@@ -2,7 +2,9 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
+
+use crate::common::program::program;
 
 use afterlight::scene::file::load_path;
 use afterlight::scene::{OpenOptions, open};
@@ -25,15 +27,7 @@ fov_y_degrees = 40
 ";
 
 fn run(folder: &Path, arguments: &[&str]) -> Output {
-    let binary = env!("CARGO_BIN_EXE_afterlight");
-    let mut command = match std::env::var_os("AFTERLIGHT_RUNNER") {
-        Some(runner) => {
-            let mut command = Command::new(runner);
-            command.arg(binary);
-            command
-        }
-        None => Command::new(binary),
-    };
+    let mut command = program();
     command.current_dir(folder).args(arguments).output().expect("the program starts")
 }
 

@@ -2,25 +2,14 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
+
+use crate::common::program::program;
 
 use serde_json::Value;
 use tempfile::TempDir;
 
 const SMALL: [&str; 2] = ["--size", "64x36"];
-
-/// The program, on whichever Vulkan stack the tests run.
-fn program() -> Command {
-    let binary = env!("CARGO_BIN_EXE_afterlight");
-    match std::env::var_os("AFTERLIGHT_RUNNER") {
-        Some(runner) => {
-            let mut command = Command::new(runner);
-            command.arg(binary);
-            command
-        }
-        None => Command::new(binary),
-    }
-}
 
 fn run(folder: &Path, arguments: &[&str]) -> Output {
     program().current_dir(folder).args(arguments).output().expect("the program starts")

@@ -6,6 +6,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::common::program::program;
+
 use afterlight::frame::edges;
 use afterlight::gpu::vk;
 use afterlight::plan::{Canvas, Capabilities, Encoding, FramePlan, Transfer};
@@ -172,19 +174,6 @@ afterlight() {
     ${AFTERLIGHT_RUNNER:-} "$PROGRAM" "${given[@]}"
 }
 "#;
-
-/// The program, on whichever Vulkan stack the tests run.
-fn program() -> Command {
-    let program = env!("CARGO_BIN_EXE_afterlight");
-    match std::env::var_os("AFTERLIGHT_RUNNER") {
-        Some(runner) => {
-            let mut run = Command::new(runner);
-            run.arg(program);
-            run
-        }
-        None => Command::new(program),
-    }
-}
 
 fn help_of(command: &str) -> String {
     let output = program().args([command, "--help"]).output().expect("the program starts");

@@ -1,22 +1,17 @@
 //! `afterlight compare` from outside: figures that are known, limits that break, pictures of the difference, and what is refused.
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
+
+use crate::common::program::program;
 
 use image::{Rgb, Rgb32FImage, RgbImage};
 use serde_json::Value;
 use tempfile::TempDir;
 
 fn run(folder: &TempDir, arguments: &[&str]) -> Output {
-    let mut program = match std::env::var_os("AFTERLIGHT_RUNNER") {
-        Some(runner) => {
-            let mut program = Command::new(runner);
-            program.arg(env!("CARGO_BIN_EXE_afterlight"));
-            program
-        }
-        None => Command::new(env!("CARGO_BIN_EXE_afterlight")),
-    };
-    program.current_dir(folder.path()).arg("compare").args(arguments).output().expect("the program starts")
+    let mut command = program();
+    command.current_dir(folder.path()).arg("compare").args(arguments).output().expect("the program starts")
 }
 
 fn text(bytes: &[u8]) -> String {

@@ -3,18 +3,13 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
+
+use crate::common::program::program;
 
 fn reference(folder: &Path, arguments: &[&str]) -> Output {
-    let mut program = match std::env::var_os("AFTERLIGHT_RUNNER") {
-        Some(runner) => {
-            let mut program = Command::new(runner);
-            program.arg(env!("CARGO_BIN_EXE_afterlight"));
-            program
-        }
-        None => Command::new(env!("CARGO_BIN_EXE_afterlight")),
-    };
-    program.current_dir(folder).arg("reference").args(arguments).output().expect("the program starts")
+    let mut command = program();
+    command.current_dir(folder).arg("reference").args(arguments).output().expect("the program starts")
 }
 
 /// The one line of error of a run that ends with this code.

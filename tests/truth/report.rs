@@ -2,7 +2,9 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
+
+use crate::common::program::program;
 
 use afterlight::report::sweep::model::{Against, Errors, LAYOUT, Metric, Report, SceneReport};
 use tempfile::TempDir;
@@ -12,15 +14,7 @@ const SMALL: [&str; 10] =
 
 /// The program, on whichever Vulkan stack the tests run, with truths in the folder.
 fn run(folder: &Path, arguments: &[&str]) -> Output {
-    let binary = env!("CARGO_BIN_EXE_afterlight");
-    let mut command = match std::env::var_os("AFTERLIGHT_RUNNER") {
-        Some(runner) => {
-            let mut command = Command::new(runner);
-            command.arg(binary);
-            command
-        }
-        None => Command::new(binary),
-    };
+    let mut command = program();
     command.env("AFTERLIGHT_CACHE", folder.join("truths"));
     command.current_dir(folder).arg("report").args(arguments).output().expect("the program starts")
 }

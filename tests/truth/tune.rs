@@ -1,7 +1,9 @@
 //! `afterlight tune` from outside: the choice keeps its bound, the file goes back into `render`, and a bound that nothing keeps fails.
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
+
+use crate::common::program::program;
 
 use afterlight::report::sweep::model::Interval;
 use afterlight::scene::file::load_settings;
@@ -13,15 +15,7 @@ const SMALL: [&str; 11] =
 
 /// The program, on whichever Vulkan stack the tests run.
 fn run(folder: &Path, arguments: &[&str]) -> Output {
-    let binary = env!("CARGO_BIN_EXE_afterlight");
-    let mut command = match std::env::var_os("AFTERLIGHT_RUNNER") {
-        Some(runner) => {
-            let mut command = Command::new(runner);
-            command.arg(binary);
-            command
-        }
-        None => Command::new(binary),
-    };
+    let mut command = program();
     command.env("AFTERLIGHT_CACHE", folder.join("cache")).current_dir(folder);
     command.args(arguments).output().expect("the program starts")
 }

@@ -5,7 +5,8 @@ use afterlight::scene::{Tonemap, exposure_scale};
 use glam::Vec3;
 
 use super::WAYS;
-use super::harness::{SIZE, Server, View, floats, key, program, render, rendered, rgb, size_text, text, until};
+use super::harness::{SIZE, Server, View, floats, key, render, rendered, rgb, size_text, text, until};
+use crate::common::program::program;
 use crate::common::some_of;
 
 /// At which a part of the spheres is brighter than white, and most of them is not.

@@ -9,6 +9,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+use crate::common::program::program;
 use tempfile::TempDir;
 use x11rb::connection::Connection;
 use x11rb::protocol::res::ConnectionExt as _;
@@ -48,19 +49,6 @@ pub const KEY_RELEASE: u8 = 3;
 pub const BUTTON_PRESS: u8 = 4;
 pub const BUTTON_RELEASE: u8 = 5;
 pub const MOTION: u8 = 6;
-
-/// The program, on whichever Vulkan stack the tests run.
-pub fn program() -> Command {
-    let binary = env!("CARGO_BIN_EXE_afterlight");
-    match std::env::var_os("AFTERLIGHT_RUNNER") {
-        Some(runner) => {
-            let mut command = Command::new(runner);
-            command.arg(binary);
-            command
-        }
-        None => Command::new(binary),
-    }
-}
 
 pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()

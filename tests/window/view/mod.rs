@@ -16,8 +16,9 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use self::harness::{
-    BUTTON_PRESS, BUTTON_RELEASE, MOTION, SIZE, Server, View, key, program, rendered, rgb, size_text, text, until,
+    BUTTON_PRESS, BUTTON_RELEASE, MOTION, SIZE, Server, View, key, rendered, rgb, size_text, text, until,
 };
+use crate::common::program::program;
 use x11rb::protocol::xproto::{ConnectionExt, InputFocus};
 
 /// Each way in which the last pass writes the picture: LIGHTING, FORWARD, TONEMAP after blending, a resolve, FXAA's pass, and the copy of what

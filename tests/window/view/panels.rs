@@ -155,7 +155,7 @@ fn a_flight_is_recorded_as_a_path_that_render_takes() {
 fn last_of(path: &Path, scene: &str) -> Vec<u8> {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let size = size_text(SIZE);
-    let mut command = super::harness::program();
+    let mut command = crate::common::program::program();
     command.current_dir(folder.path()).args(["render", scene, "--samples", "1", "--quiet", "--size", &size]);
     // So few pictures that the last one stands at the end.
     let text = fs::read_to_string(path).expect("a path");

@@ -10,7 +10,8 @@ use std::time::{Duration, Instant};
 use image::RgbImage;
 use tempfile::TempDir;
 
-use super::harness::{PATIENCE, SIZE, program, rendered, size_text, text, until};
+use super::harness::{PATIENCE, SIZE, rendered, size_text, text, until};
+use crate::common::program::program;
 
 const SOCKET: &str = "afterlight";
 /// Weston before this version names its parts otherwise.
