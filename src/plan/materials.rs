@@ -137,7 +137,8 @@ impl Texels<'_> {
         *self.colors.entry((index, channels)).or_insert_with(|| {
             let texels = texture.texels.as_chunks::<4>().0;
             let first = texels.first()?;
-            let differs = |texel: &[u8; 4]| (0..4).any(|channel| channels[channel] && texel[channel] != first[channel]);
+            let mask = u32::from_ne_bytes(channels.map(|counts| if counts { 255 } else { 0 }));
+            let differs = |texel: &[u8; 4]| (u32::from_ne_bytes(*texel) ^ u32::from_ne_bytes(*first)) & mask != 0;
             (!texels.iter().any(differs)).then(|| decoded(*first, texture.color_space))
         })
     }

@@ -329,7 +329,7 @@ mod tests {
     use crate::scene::{self, Scene};
 
     fn scene() -> Scene {
-        scene::open("builtin:hall", &Default::default()).expect("a built-in scene")
+        scene::open("builtin:hall?bays=1&detail=6", &Default::default()).expect("a built-in scene")
     }
 
     fn view(scene: &Scene) -> View {

@@ -1,5 +1,6 @@
 //! A device for a test, and pictures from it. Every message of the validation layer fails the test.
 
+use std::cell::Cell;
 use std::ffi::CStr;
 use std::sync::Arc;
 
@@ -11,21 +12,47 @@ use afterlight::gpu::{
 use afterlight::scene::{Scene, Settings, View};
 use glam::DVec3;
 
+use super::tries_all;
+
 /// A device under synchronization validation.
 pub struct Gpu {
     pub device: Arc<Device>,
+    turns: Turns,
+}
+
+/// Which of a test's cases a mode of the layer is for: every `every`-th, from the one of this number.
+struct Turns {
+    every: usize,
+    first: usize,
+    begun: Cell<usize>,
+}
+
+impl Turns {
+    fn of(every: usize, first: usize) -> Self {
+        Self { every, first, begun: Cell::new(0) }
+    }
+
+    fn all() -> Self {
+        Self::of(1, 0)
+    }
 }
 
 /// Runs `test` on a device of its own, so that messages belong to it, however many tests run beside it. Fails on every message that
 /// is about this program, those of tearing down included.
 pub fn on_gpu(test: impl FnOnce(&Gpu)) {
-    in_mode(false, test);
+    on_instance(instance(false), &[], Turns::all(), test);
 }
 
-/// The same in both modes of the layer: neither notices all that the other does. Older layers have one.
+/// The same in both modes of the layer: neither notices all that the other does. Older layers have one. In `make test`, cases that ask
+/// [`Gpu::takes_turn`] are tried in one mode each, in turn.
 pub fn on_gpu_in_both_modes(test: impl Fn(&Gpu)) {
-    in_mode(false, &test);
-    in_mode(true, &test);
+    let modes = [false, true].map(instance);
+    let modes: Vec<_> =
+        modes.into_iter().zip([false, true]).filter(|(own, mode)| own.sync_shader_heuristic() == *mode).collect();
+    let every = if tries_all() { 1 } else { modes.len() };
+    for (first, (instance, _)) in modes.into_iter().enumerate() {
+        on_instance(instance, &[], Turns::of(every, first % every), &test);
+    }
 }
 
 /// The same on a device that can present frames, on surfaces without a display. A system without those is named.
@@ -33,26 +60,23 @@ pub fn on_gpu_in_both_modes(test: impl Fn(&Gpu)) {
 pub fn on_presenting_gpu(test: impl FnOnce(&Gpu)) {
     let options = InstanceOptions { validation: Validation::Synchronization, ..InstanceOptions::default() };
     match Instance::with_extensions(&options, &gpu::HEADLESS) {
-        Ok(instance) => on_instance(instance, &[c"VK_KHR_swapchain"], test),
+        Ok(instance) => on_instance(instance, &[c"VK_KHR_swapchain"], Turns::all(), test),
         Err(error @ gpu::Error::Unsupported(_)) => not_run(&error.to_string()),
         Err(error) => panic!("{error}"),
     }
 }
 
-fn in_mode(sync_shader_heuristic: bool, test: impl FnOnce(&Gpu)) {
+fn instance(sync_shader_heuristic: bool) -> Arc<Instance> {
     let options = InstanceOptions { validation: Validation::Synchronization, sync_shader_heuristic };
-    let instance = Instance::new(&options).unwrap_or_else(|error| panic!("{error}"));
-    if instance.sync_shader_heuristic() == sync_shader_heuristic {
-        on_instance(instance, &[], test);
-    }
+    Instance::new(&options).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn on_instance(instance: Arc<Instance>, extensions: &[&'static CStr], test: impl FnOnce(&Gpu)) {
+fn on_instance(instance: Arc<Instance>, extensions: &[&'static CStr], turns: Turns, test: impl FnOnce(&Gpu)) {
     let log = instance.message_log();
     let device = Device::with_extensions(&instance, &DeviceChoice::Auto, extensions);
     let device = device.unwrap_or_else(|error| panic!("{error}"));
     assert_watched(&instance, &device);
-    let gpu = Gpu { device };
+    let gpu = Gpu { device, turns };
     test(&gpu);
     let leaks = gpu.device.live_objects();
     assert!(leaks.is_empty(), "objects outlived their owners: {leaks:#?}");
@@ -107,7 +131,7 @@ pub fn advice_on(test: impl FnOnce(&Gpu)) -> Vec<Message> {
 fn open(validation: Validation) -> gpu::Result<(Gpu, Arc<MessageLog>)> {
     let instance = Instance::new(&InstanceOptions { validation, ..InstanceOptions::default() })?;
     let device = Device::new(&instance, &DeviceChoice::Auto)?;
-    Ok((Gpu { device }, instance.message_log()))
+    Ok((Gpu { device, turns: Turns::all() }, instance.message_log()))
 }
 
 /// All messages that are about this program; what the loader and the drivers say of the system is not.
@@ -196,6 +220,12 @@ pub fn is_swiftshader(device: &PhysicalDevice) -> bool {
 }
 
 impl Gpu {
+    /// Returns whether the case that now begins is one for this mode of the layer.
+    pub fn takes_turn(&self) -> bool {
+        let case = self.turns.begun.replace(self.turns.begun.get() + 1);
+        case % self.turns.every == self.turns.first
+    }
+
     pub fn renderer(&self, scene: &Scene, settings: &Settings) -> Renderer {
         Renderer::new(&self.device, scene, settings).unwrap_or_else(|error| panic!("{}: {error}", scene.name))
     }

@@ -25,6 +25,13 @@ pub fn some_of<T>(cases: impl IntoIterator<Item = T>, every: usize) -> impl Iter
     cases.into_iter().step_by(if tries_all() { 1 } else { every })
 }
 
+/// Returns all of the cases in `make test-all`, and in `make test` every `every`-th of them, beginning with the one whose turn it is. For
+/// inner loops over many cases: with the outer loop's index as `turn`, each case comes up in some of the outer loop's rounds.
+pub fn some_in_turn<T: Copy>(cases: &[T], turn: usize, every: usize) -> impl Iterator<Item = T> {
+    let (first, step) = if tries_all() { (0, 1) } else { (turn % every, every) };
+    cases.iter().copied().skip(first).step_by(step)
+}
+
 /// Returns all of the cases in `make test-all`, and in `make test` the one whose turn it is. For inner loops: with the sum of the outer loops'
 /// indices as `turn`, each value of an outer loop meets each case.
 pub fn one_of<T>(cases: &[T], turn: usize) -> &[T] {

@@ -36,6 +36,9 @@ pub fn draw_frames(renderer: &mut Renderer, camera: &Camera) -> Result<(), Error
 
 /// Draws several frames; the layer's messages are looked at when the device is gone.
 pub fn exercise(gpu: &Gpu, scene: &Scene, settings: &Settings) {
+    if !gpu.takes_turn() {
+        return;
+    }
     let mut renderer = gpu.renderer(scene, settings);
     draw_frames(&mut renderer, &scene.camera).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
 }

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use crate::common::compare::assert_identical;
 use crate::common::gpu::{Gpu, bytes, nits, on_gpu, on_gpu_in_both_modes, places};
 use crate::common::stage::{add, directional, exact, gbuffer, lambert, plane, point, rectangle, spot, stage, sun};
+use crate::common::{one_of, some_in_turn};
 use afterlight::frame::{Drawn, Picture, Renderer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
@@ -368,8 +369,11 @@ fn one_sided_casters_cast_with_the_side_that_the_light_sees() {
 #[test]
 fn an_object_that_receives_no_shadow_is_lit_and_the_others_are_not() {
     on_gpu(|gpu| {
-        for layout in ["lean", "fat", "float32", "lean,material=rgba16f", "fat,material=rgba8"] {
-            for (name, light) in above() {
+        let lights = above();
+        for (turn, layout) in
+            ["lean", "fat", "float32", "lean,material=rgba16f", "fat,material=rgba8"].into_iter().enumerate()
+        {
+            for (name, light) in some_in_turn(&lights.iter().collect::<Vec<_>>(), turn, 2) {
                 for receives in [true, false] {
                     let mut scene = wall_behind_a_sheet(light.clone(), lambert(1.0));
                     scene.objects[0].receives_shadow = receives;
@@ -412,12 +416,12 @@ fn what_hangs_close_over_a_lamp_in_a_huge_scene_casts_as_well() {
             ("spot", spot(place, 30.0, 30.0, 58.0)),
             ("wide spot", spot(place, 30.0, 70.0, 80.0)),
         ];
-        for (name, light) in lamps {
+        for (turn, (name, light)) in lamps.into_iter().enumerate() {
             let mut scene = wall_behind_a_sheet(light, lambert(1.0));
             let far = DAffine3::from_translation(DVec3::X * 1e5);
             add(&mut scene, shapes::cuboid([1.0; 3]), lambert(1.0), far);
-            for &(filter_name, filter) in ShadowFilter::NAMES {
-                for size in [0.0, 0.001] {
+            for (row, &(filter_name, filter)) in ShadowFilter::NAMES.iter().enumerate() {
+                for &size in one_of(&[0.0, 0.001], turn + row) {
                     scene.lights[0].size = size;
                     let shadows = ShadowSettings { filter, ..ShadowSettings::default() };
                     let found = sides(gpu, &scene, &square(shadows));

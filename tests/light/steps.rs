@@ -100,10 +100,10 @@ fn dim(renderer: &mut Renderer, scene: &Scene, lit: usize) {
 fn a_halted_frame_is_that_of_its_first_lights_bit_for_bit_on_every_light_path() {
     on_gpu(|gpu| {
         let scene = room();
-        for path in PATHS {
-            for (kind, settings) in kinds(path) {
-                let plain = gpu.draw(&scene, &settings);
-                let (mut halted, mut dimmed) = (gpu.renderer(&scene, &settings), gpu.renderer(&scene, &settings));
+        for (turn, path) in PATHS.into_iter().enumerate() {
+            for (kind, settings) in one_of(&kinds(path), turn) {
+                let plain = gpu.draw(&scene, settings);
+                let (mut halted, mut dimmed) = (gpu.renderer(&scene, settings), gpu.renderer(&scene, settings));
                 assert_eq!(halted.plan().light_path, path);
                 let mut last = None;
                 // Back and forth, so that each comes after others than in order.
@@ -145,11 +145,12 @@ fn a_halted_frame_is_that_of_a_scene_with_its_first_lights_alone() {
 #[test]
 fn the_only_light_is_off_before_it_is_added() {
     on_gpu(|gpu| {
-        for light in [directional(DVec3::new(0.4, 0.6, 1.0), 0.4), sun(DVec3::new(0.4, 0.6, 1.0), 0.4)] {
+        let lights = [directional(DVec3::new(0.4, 0.6, 1.0), 0.4), sun(DVec3::new(0.4, 0.6, 1.0), 0.4)];
+        for (row, light) in lights.into_iter().enumerate() {
             let scene = Scene { lights: vec![light], ..room() };
             let unlit = Scene { lights: Vec::new(), ..scene.clone() };
-            for path in PATHS {
-                for (kind, settings) in kinds(path) {
+            for (turn, path) in PATHS.into_iter().enumerate() {
+                for (kind, settings) in one_of(&kinds(path), row + turn).iter().cloned() {
                     let what = format!("{path}, {kind}");
                     let mut renderer = gpu.renderer(&scene, &settings);
                     renderer.halt_after(Some(0));
@@ -239,7 +240,8 @@ fn a_frame_that_is_halted_after_all_lights_lacks_what_is_transparent_and_nothing
     on_gpu(|gpu| {
         let (scene, opaque) = (room_with_panes(), room());
         for (turn, path) in PATHS.into_iter().filter(|&path| path != LightPath::Compute).enumerate() {
-            for (index, transparency) in [Transparency::Sorted, Transparency::Oit].into_iter().enumerate() {
+            let ways = [(0, Transparency::Sorted), (1, Transparency::Oit)];
+            for &(index, transparency) in one_of(&ways, turn / 2) {
                 for (kind, settings) in one_of(&kinds(path), turn + index).iter().cloned() {
                     let what = format!("{path}, {transparency}, {kind}");
                     let settings = Settings { transparency, ..settings };

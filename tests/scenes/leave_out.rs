@@ -299,11 +299,15 @@ fn every_part_is_left_out_somewhere_and_needed_somewhere() {
 #[test]
 fn the_full_plan_draws_the_same_bits() {
     on_gpu(|gpu| {
-        for case in cases() {
+        for (turn, case) in cases().into_iter().enumerate() {
             let (lean, full) = (draw(gpu, &case, Keep::NONE), draw(gpu, &case, exact()));
             let colors: BTreeSet<&[u8]> = bytes(&lean).chunks_exact(4).collect();
             assert!(colors.len() > 1 || case.scene.objects.is_empty(), "{}: there is nothing to see", case.scene.name);
             assert_identical(&lean, &full, &case.scene.name);
+            // What changes bits is kept alone below.
+            if turn % 3 != 0 && !tries_all() {
+                continue;
+            }
             let all = draw(gpu, &case, Keep::ALL);
             let most = INEXACT.iter().fold(Bound { codes: 0, beyond: 0.0 }, |most, &(_, bound, _)| Bound {
                 codes: most.codes.max(bound.codes),
@@ -330,10 +334,10 @@ fn every_part_alone_draws_the_same_bits() {
             let out = out(renderer.plan());
             let lean = draw(gpu, &case, Keep::NONE);
             for part in exact().parts().filter(|part| out.contains(part)) {
-                // A part that two scenes can do without is hardly needed by the twentieth: `make test-all` tries them all.
+                // A part that one scene can do without is hardly needed by the twentieth: `make test-all` tries them all.
                 let times = kept_in.entry(part).or_insert(0);
                 *times += 1;
-                if *times > 2 && !tries_all() {
+                if *times > 1 && !tries_all() {
                     continue;
                 }
                 let kept = draw(gpu, &case, Keep::NONE.with(part));

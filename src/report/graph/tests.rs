@@ -1,4 +1,5 @@
 use std::collections::BTreeSet;
+use std::sync::LazyLock;
 
 use super::model::Graph;
 use super::{draw, layout};
@@ -8,14 +9,17 @@ use crate::plan::{FramePlan, samples};
 use crate::scene::{Settings, View};
 
 /// One plan for each different frame: many samples differ only in what no drawing shows.
-fn plans() -> Vec<(String, FramePlan, Edges)> {
-    let mut seen = BTreeSet::new();
-    let all = [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat();
-    let with_edges = all.into_iter().map(|(name, plan)| {
-        let edges = edges::table(&plan);
-        (name, plan, edges)
+fn plans() -> &'static [(String, FramePlan, Edges)] {
+    static PLANS: LazyLock<Vec<(String, FramePlan, Edges)>> = LazyLock::new(|| {
+        let mut seen = BTreeSet::new();
+        let all = [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat();
+        let with_edges = all.into_iter().map(|(name, plan)| {
+            let edges = edges::table(&plan);
+            (name, plan, edges)
+        });
+        with_edges.filter(|(_, plan, edges)| seen.insert(draw("x", plan, edges))).collect()
     });
-    with_edges.filter(|(_, plan, edges)| seen.insert(draw("x", plan, edges))).collect()
+    &PLANS
 }
 
 /// The names of all groups of a kind.
@@ -34,11 +38,11 @@ fn a_drawing_is_xml_that_has_what_the_frame_has_and_nothing_else() {
     let plans = plans();
     assert!(plans.len() > 50, "only {} different frames", plans.len());
     for (name, plan, edges) in plans {
-        let text = draw("<a & b>", &plan, &edges);
+        let text = draw("<a & b>", plan, edges);
         let document = roxmltree::Document::parse(&text).unwrap_or_else(|error| panic!("{name}: {error}"));
-        let mut passes = vec![PassDescription::main(&plan, &edges)];
-        passes.extend(plan.shadow.is_some().then(|| PassDescription::shadow(&plan, &edges)));
-        passes.extend(plan.fxaa.then(|| PassDescription::fxaa(&plan, &edges)));
+        let mut passes = vec![PassDescription::main(plan, edges)];
+        passes.extend(plan.shadow.is_some().then(|| PassDescription::shadow(plan, edges)));
+        passes.extend(plan.fxaa.then(|| PassDescription::fxaa(plan, edges)));
         let drawn = groups(&document, "pass");
         assert_eq!(sorted(drawn), sorted(passes.iter().map(|pass| pass.name.to_owned()).collect()), "{name}");
         let subpasses: usize = passes.iter().map(|pass| pass.subpasses.len()).sum();
@@ -71,7 +75,7 @@ fn a_drawing_is_xml_that_has_what_the_frame_has_and_nothing_else() {
 #[test]
 fn no_text_lies_on_another_or_outside_of_the_page() {
     for (name, plan, edges) in plans() {
-        let (svg, width, height) = layout::paint("builtin:hall", &plan, &Graph::of(&plan, &edges));
+        let (svg, width, height) = layout::paint("builtin:hall", plan, &Graph::of(plan, edges));
         for (index, (text, words)) in svg.texts.iter().enumerate() {
             assert!(text.x >= 0.0 && text.x + text.width <= width, "{name}: {words} is wider than the page");
             assert!(text.y >= 0.0 && text.y + text.height <= height, "{name}: {words} is below the page");
@@ -86,8 +90,8 @@ fn no_text_lies_on_another_or_outside_of_the_page() {
 #[test]
 fn every_reference_of_a_subpass_is_a_mark() {
     for (name, plan, edges) in plans() {
-        let graph = Graph::of(&plan, &edges);
-        for subpass in PassDescription::main(&plan, &edges).subpasses {
+        let graph = Graph::of(plan, edges);
+        for subpass in PassDescription::main(plan, edges).subpasses {
             let stop = graph.stops.iter().find(|stop| stop.place == subpass.place).expect("a stop");
             let used = |list: &[ash::vk::AttachmentReference]| {
                 list.iter().filter(|reference| reference.attachment != ash::vk::ATTACHMENT_UNUSED).count()

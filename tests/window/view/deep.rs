@@ -132,7 +132,7 @@ fn a_window_of_10_bits_shows_the_picture_on_every_way() {
 #[test]
 fn screenshots_of_a_window_of_10_bits_are_the_picture_in_8() {
     let server = Server::of_depth(30);
-    for arguments in some_of(WAYS, 2) {
+    for arguments in some_of(WAYS, 3) {
         let (what, size) = (format!("{arguments:?}"), size_text(SIZE));
         let mut view = View::open(&server, &[arguments, &["--size", size.as_str()][..]].concat());
         server.tap(key::P);

@@ -43,7 +43,7 @@ fn bits(path: &Path) -> Vec<u32> {
 #[test]
 fn a_picture_of_light_is_bit_by_bit_what_render_writes() {
     let server = Server::start();
-    for (arguments, told) in some_of(WAYS, 2) {
+    for (arguments, told) in some_of(WAYS, 3) {
         let size = size_text(SIZE);
         let mut view = View::open(&server, &[arguments, &["--size", size.as_str()][..]].concat());
         view.shows(&rendered(SIZE, arguments), &format!("{arguments:?}"));

@@ -24,7 +24,7 @@ fn covered(own: &[u8], other: &[u8], [width, _]: [u16; 2]) -> Option<(usize, usi
 #[test]
 fn panels_lie_over_the_picture_and_leave_no_trace_when_they_are_closed() {
     let server = Server::start();
-    for arguments in some_of(WAYS, 2) {
+    for arguments in some_of(WAYS, 3) {
         let expected = rendered(LARGE, arguments);
         let size = size_text(LARGE);
         let mut view = View::open(&server, &[arguments, &["--size", size.as_str()][..]].concat());

@@ -74,7 +74,7 @@ fn drag(server: &Server, view: &mut View, from: [i16; 2], to: [i16; 2]) {
 #[test]
 fn each_side_of_the_divider_is_bit_by_bit_what_its_view_shows_alone() {
     let server = Server::start();
-    for &(arguments, buffer_first) in some_of(WAYS, 2) {
+    for &(arguments, buffer_first) in some_of(WAYS, 3) {
         let what = format!("{arguments:?}, {buffer_first}");
         let size = size_text(SIZE);
         let mut shots =

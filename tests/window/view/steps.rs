@@ -1,5 +1,6 @@
 //! Keys step through the frame: the picture after each pass and light, and then the whole frame as it was.
 
+use crate::common::some_of;
 use std::fs;
 use std::path::Path;
 
@@ -137,13 +138,14 @@ fn frames_of_every_kind_step_from_no_light_to_the_whole_picture() {
     let scene = write_scene(folder.path(), &LIGHTS, false);
     let unlit = write_scene(folder.path(), &[], false);
     let size = size_text(SIZE);
-    for (more, first, before, count) in [
+    let kinds = [
         (&["--light-path", "forward"][..], "FORWARD, no light", 1, 6),
         (&["--light-path", "forward", "--msaa", "4"], "FORWARD, no light", 1, 6),
         (&["--light-path", "compute"], "TILED, no light", 5, 10),
         (&["--light-path", "volumes"], "LIGHTING, no light", 5, 12),
         (&["--light-path", "clustered", "--msaa", "4"], "LIGHTING, no light", 6, 11),
-    ] {
+    ];
+    for (more, first, before, count) in some_of(kinds, 2) {
         let whole = rendered(SIZE, &[&[scene.as_str()], more].concat());
         let mut view = View::open(&server, &[&[scene.as_str()], more, &["--size", size.as_str()]].concat());
         view.shows(&whole, &format!("{more:?}"));

@@ -2,6 +2,9 @@ use super::*;
 use crate::plan::samples as plans;
 use crate::scene::{OpenOptions, open};
 
+/// What decides about a sweep is in one bay as in seven.
+const HALL: &str = "builtin:hall?bays=1&detail=6";
+
 fn selection() -> Selection {
     Selection { families: None, joint: 40, quick: false, seed: 1 }
 }
@@ -31,7 +34,7 @@ fn reason<'a>(sweep: &'a Sweep, name: &str) -> &'a str {
 
 #[test]
 fn points_are_shared_and_the_first_is_the_settings_as_given() {
-    let sweep = sweep(&scene("builtin:hall"), &selection());
+    let sweep = sweep(&scene(HALL), &selection());
     assert_eq!(sweep.points[0], SettingsPatch::default());
     let names: std::collections::BTreeSet<String> = sweep.points.iter().map(name_of).collect();
     assert_eq!(names.len(), sweep.points.len());
@@ -46,14 +49,14 @@ fn points_are_shared_and_the_first_is_the_settings_as_given() {
 
 #[test]
 fn names_of_points_are_settings_again() {
-    for point in sweep(&scene("builtin:hall"), &selection()).points.iter().skip(1) {
+    for point in sweep(&scene(HALL), &selection()).points.iter().skip(1) {
         assert_eq!(name_of(point).parse::<SettingsPatch>().expect("settings"), *point);
     }
 }
 
 #[test]
 fn a_family_has_the_values_of_its_setting_in_order() {
-    let sweep = sweep(&scene("builtin:hall"), &selection());
+    let sweep = sweep(&scene(HALL), &selection());
     assert_eq!(members(&sweep, "samples"), ["1", "2", "4", "8", "16", "32", "64"]);
     let sizes = members(&sweep, "shadow-size");
     assert!(sizes.starts_with(&["256", "512", "1024", "2048", "4096"].map(str::to_owned)), "{sizes:?}");
@@ -78,7 +81,7 @@ fn what_a_scene_does_not_need_is_left_out_with_its_reason() {
 
 #[test]
 fn what_the_plan_refuses_is_left_out_in_its_words() {
-    let scene = scene("builtin:hall");
+    let scene = scene(HALL);
     let device = Capabilities { msaa: 1 | 4, ..plans::device() };
     let sweep = Sweep::of(&scene, &scene.settings, &device, &selection()).expect("planned");
     assert!(reason(&sweep, "msaa=8").contains("cannot draw 8 samples"));
@@ -90,7 +93,7 @@ fn what_the_plan_refuses_is_left_out_in_its_words() {
 
 #[test]
 fn the_soft_filter_is_for_lights_that_have_a_size() {
-    let mut scene = scene("builtin:hall");
+    let mut scene = scene(HALL);
     for (size, has) in [(0.0, false), (0.5, true)] {
         scene.lights.iter_mut().for_each(|light| light.size = size);
         let filters = members(&sweep(&scene, &selection()), "shadow-filter");
@@ -100,7 +103,7 @@ fn the_soft_filter_is_for_lights_that_have_a_size() {
 
 #[test]
 fn combinations_are_many_different_and_the_same_for_a_seed() {
-    let scene = scene("builtin:hall");
+    let scene = scene(HALL);
     let joint = |selection: &Selection| {
         let sweep = sweep(&scene, selection);
         let family = sweep.families.iter().find(|family| family.key == JOINT).expect("there").clone();
@@ -131,7 +134,7 @@ fn more_combinations_than_there_are_cost_nothing_and_one_is_the_settings_as_give
 
 #[test]
 fn numbers_are_labelled_as_somebody_would_write_them() {
-    let sweep = sweep(&scene("builtin:hall"), &selection());
+    let sweep = sweep(&scene(HALL), &selection());
     for family in &sweep.families {
         for member in &family.members {
             assert!(member.value.is_none_or(|value| member.label == value.to_string()), "{member:?}");
@@ -142,7 +145,7 @@ fn numbers_are_labelled_as_somebody_would_write_them() {
 
 #[test]
 fn families_are_chosen_by_their_keys() {
-    let scene = scene("builtin:hall");
+    let scene = scene(HALL);
     let only = |keys: &[&str]| {
         let families = Some(keys.iter().map(|&key| key.to_owned()).collect());
         sweep(&scene, &Selection { families, ..selection() })
@@ -156,7 +159,7 @@ fn families_are_chosen_by_their_keys() {
 
 #[test]
 fn points_are_dealt_to_shards_each_once_but_the_first() {
-    let sweep = sweep(&scene("builtin:hall"), &Selection { quick: true, joint: 0, ..selection() });
+    let sweep = sweep(&scene(HALL), &Selection { quick: true, joint: 0, ..selection() });
     let mut dealt: Vec<usize> = (1..=3).flat_map(|index| sweep.own(Some(Shard { index, count: 3 }))).collect();
     assert_eq!(dealt.iter().filter(|&&index| index == 0).count(), 3);
     dealt.sort_unstable();
