@@ -6,6 +6,7 @@ use std::path::Path;
 use crate::emit::EntryPoint;
 use crate::error::Error;
 use crate::host::host_interface;
+use crate::number::Numbering;
 use crate::pack::{Pool, pack};
 use crate::reflect::{BindingKind, Located, NumberKind, PushConstants, StructLayout};
 use crate::shader::{ConstantValue, Shader};
@@ -91,8 +92,10 @@ fn write_shader(out: &mut String, shader: &Shader, pool: &mut Pool) -> Result<()
             format_args!("        Variant {{ bits: {}, entry_points: &[{}] }},\n", variant.bits, indices.join(", ")),
         );
     }
+    let mut numbering = Numbering::default();
     for (index, entry) in entries.iter().enumerate() {
-        write_entry(out, index, entry, pool);
+        let module = numbering.renumber(&entry.spirv).map_err(|error| format!("its SPIR-V cannot be read: {error}"))?;
+        write_entry(out, index, entry, &module, pool);
     }
     line(
         out,
@@ -109,12 +112,12 @@ fn write_shader(out: &mut String, shader: &Shader, pool: &mut Pool) -> Result<()
     Ok(())
 }
 
-fn write_entry(out: &mut String, index: usize, entry: &EntryPoint, pool: &mut Pool) {
+fn write_entry(out: &mut String, index: usize, entry: &EntryPoint, module: &[u32], pool: &mut Pool) {
     let push_constants = entry.push_constants.as_ref().map_or(0, PushConstants::size);
     line(out, format_args!("    static ENTRY_{index}: EntryPoint = EntryPoint {{\n"));
     line(out, format_args!("        name: c\"{}\",\n        stage: Stage::{:?},\n", entry.name, entry.stage));
-    let place = pool.place(&entry.spirv);
-    let (block, start, words) = (place.block, place.start, entry.spirv.len());
+    let place = pool.place(module);
+    let (block, start, words) = (place.block, place.start, module.len());
     line(
         out,
         format_args!(

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::common::{all, module, validate};
 use afterlight_shader_compiler::reflect::BindingKind;
-use afterlight_shader_compiler::{ConstantValue, Shader, compile_directory, write_rust};
+use afterlight_shader_compiler::{ConstantValue, EntryPoint, Shader, compile_directory, same_but_for_ids, write_rust};
 use rspirv::spirv::Op;
 
 fn lighting() -> Shader {
@@ -108,11 +108,20 @@ fn rust_is_written_with_equal_modules_once() {
     assert!(rust.contains("static BLOCKS: [Block; 1]") && written.packed < written.bytes / 2);
     let spirv = zstd::bulk::decompress(&packed, written.bytes).expect("unpacked");
     assert_eq!(spirv.len(), written.bytes);
-    let modules = spirv
-        .chunks_exact(4)
-        .filter(|word| u32::from_ne_bytes([word[0], word[1], word[2], word[3]]) == 0x0723_0203)
-        .count();
-    assert_eq!(modules, 5);
+    // Each module is one of the shader's with other ids, and each of those is there.
+    let words: Vec<u32> =
+        spirv.chunks_exact(4).map(|word| u32::from_ne_bytes([word[0], word[1], word[2], word[3]])).collect();
+    let starts: Vec<usize> = (0..words.len()).filter(|at| words[*at] == 0x0723_0203).collect();
+    let ends = starts.iter().copied().skip(1).chain([words.len()]);
+    let modules: Vec<&[u32]> = starts.iter().zip(ends).map(|(start, end)| &words[*start..end]).collect();
+    assert_eq!(modules.len(), 5);
+    let shader = lighting();
+    let entries: Vec<_> = shader.variants.iter().flat_map(|variant| &variant.entry_points).collect();
+    for module in &modules {
+        assert!(entries.iter().any(|entry| same_but_for_ids(&entry.spirv, module)));
+        validate(&EntryPoint { spirv: module.to_vec(), ..entries[0].clone() });
+    }
+    assert!(entries.iter().all(|entry| modules.iter().any(|module| same_but_for_ids(&entry.spirv, module))));
     for expected in [
         "pub mod lighting {",
         "flags!(NORMALS = 0, TONEMAP = 1);",
