@@ -105,8 +105,8 @@ impl Bvh {
             }
             let node = &self.nodes[child as usize];
             let entries = [entry_of(&node.boxes[0], ray, limit), entry_of(&node.boxes[1], ray, limit)];
-            let met = [0, 1].map(|side| entries[side].map(|entry| (node.children[side], entry)));
-            match met {
+            let met = |side: usize| entries[side].map(|entry| (node.children[side], entry));
+            match [met(0), met(1)] {
                 [Some(first), Some(second)] => {
                     let (near, far) = if first.1 <= second.1 { (first, second) } else { (second, first) };
                     stack.push(far);

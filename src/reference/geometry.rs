@@ -84,7 +84,9 @@ impl<'a> Part<'a> {
 
     /// The vertices of a triangle.
     pub fn vertices(&self, triangle: u32) -> [usize; 3] {
-        [0, 1, 2].map(|corner| self.mesh.indices[triangle as usize * 3 + corner] as usize)
+        let first = triangle as usize * 3;
+        let indices = &self.mesh.indices[first..first + 3];
+        [indices[0] as usize, indices[1] as usize, indices[2] as usize]
     }
 
     /// Where a triangle's texture is looked up; the corner of the image for a mesh without texture coordinates.

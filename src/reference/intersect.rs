@@ -45,8 +45,8 @@ impl Ray {
         let along = direction[longest];
         let shear = [direction[axes[0]] / along, direction[axes[1]] / along, 1.0 / along];
         // A finite stand-in for 1 / 0: zero times infinity would be no number.
-        let inverse = direction.to_array().map(|d: f64| 1.0 / if d.abs() < 1e-300 { 1e-300f64.copysign(d) } else { d });
-        Self { origin, direction, inverse: DVec3::from_array(inverse), axes, shear }
+        let inverse = direction.map(|d| 1.0 / if d.abs() < 1e-300 { 1e-300f64.copysign(d) } else { d });
+        Self { origin, direction, inverse, axes, shear }
     }
 
     pub fn at(&self, distance: f64) -> DVec3 {
@@ -62,7 +62,7 @@ impl Ray {
 
     /// Where the ray's line meets the triangle, on either side of the origin.
     pub fn crossing(&self, corners: &[DVec3; 3]) -> Option<Crossing> {
-        let [a, b, c] = corners.map(|corner| self.seen(corner));
+        let [a, b, c] = [self.seen(corners[0]), self.seen(corners[1]), self.seen(corners[2])];
         let areas = [area(b, c), area(c, a), area(a, b)];
         let all_not_negative = areas.iter().all(|&area| area >= 0.0);
         if !all_not_negative && areas.iter().any(|&area| area > 0.0) {
@@ -80,7 +80,7 @@ impl Ray {
         if !areas.iter().zip(edges).all(owns) {
             return None;
         }
-        let weights = areas.map(|area| area / whole);
+        let weights = [areas[0] / whole, areas[1] / whole, areas[2] / whole];
         let distance = weights[0] * a[2] + weights[1] * b[2] + weights[2] * c[2];
         // The axes keep their order, so that the picture across the ray is mirrored where the ray runs against the longest one.
         let counter_clockwise = (whole > 0.0) == (self.shear[2] < 0.0);

@@ -41,7 +41,7 @@ impl Place<'_> {
         let Some(index) = self.part.material.normal_texture else { return normal };
         let codes = texture::sample(&self.scene.textures[index], self.uv).truncate() * 255.0 - NORMAL_ZERO;
         let scale = f64::from(self.part.material.normal_scale);
-        let [x, y, z] = codes.to_array().map(|code| if code.abs() < 0.01 { 0.0 } else { code / NORMAL_STEPS });
+        let DVec3 { x, y, z } = codes.map(|code| if code.abs() < 0.01 { 0.0 } else { code / NORMAL_STEPS });
         let [x, y] = [x * scale, y * scale];
         if x == 0.0 && y == 0.0 && z > 0.0 {
             return normal;

@@ -2,6 +2,8 @@
 //!
 //! It shares no shading code with the shaders and is written from the formulas, for reading. Where a picture of the renderer and this
 //! one differ, this one is right, and how far they are apart is the renderer's error. No Vulkan.
+//!
+//! Nothing that a ray does goes through `map` of an array: compiled in several units that is not inlined, and all of this took twice as long.
 
 mod bvh;
 mod cache;

@@ -45,7 +45,8 @@ fn sobol(index: u32) -> u32 {
 
 /// Element `index` of a sequence over the unit square that the seed chooses.
 fn element(index: u32, seed: u64) -> DVec2 {
-    let [order, across, down] = [0, 1, 2].map(|part| hash(seed ^ hash(part)) as u32);
+    let part = |number: u64| hash(seed ^ hash(number)) as u32;
+    let (order, across, down) = (part(0), part(1), part(2));
     let index = scrambled(index, order);
     let share = |bits: u32| (f64::from(bits) + 0.5) / 4_294_967_296.0;
     DVec2::new(share(scrambled(index.reverse_bits(), across)), share(scrambled(sobol(index), down)))

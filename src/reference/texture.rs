@@ -22,7 +22,8 @@ fn srgb() -> &'static [f64; 256] {
 fn texel(texture: &Texture, x: usize, y: usize) -> DVec4 {
     let at = (y * texture.size[0] as usize + x) * 4;
     let linear = |code: u8| f64::from(code) / 255.0;
-    let [r, g, b, a] = [0, 1, 2, 3].map(|channel| texture.texels[at + channel]);
+    let texel = &texture.texels[at..at + 4];
+    let (r, g, b, a) = (texel[0], texel[1], texel[2], texel[3]);
     match texture.color_space {
         ColorSpace::Linear => DVec4::new(linear(r), linear(g), linear(b), linear(a)),
         ColorSpace::Srgb => {

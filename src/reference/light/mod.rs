@@ -62,8 +62,8 @@ pub fn split_radiance<R: Real>(
 ) -> Radiance {
     let reflector = Reflector::<R>::new(surface, illumination.smith);
     let occlusion = R::of(surface.occlusion);
-    let [mut body, mut shine] = ambient::ambient(&reflector, illumination.environment).map(|part| part * occlusion);
-    shine += vector(surface.emissive);
+    let [body, shine] = ambient::ambient(&reflector, illumination.environment);
+    let (mut body, mut shine) = (body * occlusion, shine * occlusion + vector(surface.emissive));
     for (index, light) in illumination.lights.iter().enumerate() {
         let Some(Reflectance { base, lobe }) = unshadowed(surface, &reflector, light, illumination.eye) else {
             continue;
@@ -91,6 +91,6 @@ fn unshadowed<R: Real>(
     let intensity: Vector3<R> = real::color::<R>(light.color) * R::of(f64::from(light.intensity));
     let irradiance = intensity * (arriving.strength * n_dot_l);
     let Reflectance { base, lobe } = reflector.reflect(&arriving.direction);
-    let [base, lobe] = [base, lobe].map(|part| part.component_mul(&irradiance));
+    let (base, lobe) = (base.component_mul(&irradiance), lobe.component_mul(&irradiance));
     (base + lobe != Vector3::zeros()).then_some(Reflectance { base, lobe })
 }
