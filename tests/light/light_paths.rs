@@ -276,7 +276,7 @@ fn tone_mapped_pictures_agree_to_a_code() {
             // Paths that blend have an HDR target of 32-bit floats in any case.
             let settings = Settings { hdr_format: HdrFormat::Rgba32f, ..own(&scene, SIZE.0, SIZE.1) };
             let expected = draw(gpu, &scene, &settings, LightPath::Loop);
-            for path in some_in_turn(&paths, turn, 2) {
+            for path in some_in_turn(&paths, turn, 3) {
                 let found = draw(gpu, &scene, &settings, path);
                 let off: Vec<u8> = bytes(&expected).iter().zip(bytes(&found)).map(|(a, b)| a.abs_diff(*b)).collect();
                 let (most, differ) =

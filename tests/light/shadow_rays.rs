@@ -271,7 +271,7 @@ fn every_filter_is_free_of_acne_and_gaps() {
     on_gpu(|gpu| {
         let lights = lights();
         for (turn, &(filter_name, filter)) in ShadowFilter::NAMES.iter().enumerate() {
-            for (name, light) in some_in_turn(&lights.iter().collect::<Vec<_>>(), turn, 2) {
+            for (name, light) in some_in_turn(&lights.iter().collect::<Vec<_>>(), turn, 3) {
                 let light = light.clone();
                 let size = if filter == ShadowFilter::Pcss { 0.005 } else { 0.0 };
                 // Half a degree, or a centimetre.

@@ -349,12 +349,12 @@ fn without_any_row_or_bit_the_layer_complains_or_the_specification_does() {
     assert!(missing.is_empty(), "on this device {} rows are not tried: {missing:#?}", missing.len());
     let mut mutants = mutants(&cases, &plans);
     if !tries_all() {
-        // Every row is taken away, and of the bits every sixth. A superfluous bit, or a reason that no longer holds, may then wait for the
+        // Every row is taken away, and of the bits every tenth. A superfluous bit, or a reason that no longer holds, may then wait for the
         // daily `make test-all`.
         let bits = mutants.iter().filter(|mutant| mutant.part != Part::Row).count();
         let mut bit = 0;
-        mutants.retain(|mutant| mutant.part == Part::Row || (bit += 1, bit % 6 == 0).1);
-        println!("{} of {bits} bits", bits / 6);
+        mutants.retain(|mutant| mutant.part == Part::Row || (bit += 1, bit % 10 == 0).1);
+        println!("{} of {bits} bits", bits / 10);
     }
     let [plain, heuristic] = thread::scope(|scope| {
         modes

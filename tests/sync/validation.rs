@@ -360,9 +360,9 @@ fn samples_of_one_picture_are_silent_wherever_they_are_averaged() {
 fn hardware_samples_and_fxaa_are_silent_in_flight() {
     on_gpu_in_both_modes(|gpu| {
         let (plain, glass) = (shadowed(), with_transparent(one_of_each()));
-        for scene in [&plain, &glass] {
-            for light_path in [LightPath::Loop, LightPath::Forward] {
-                for &(_, resolve) in Resolve::NAMES {
+        for (turn, scene) in [&plain, &glass].into_iter().enumerate() {
+            for (path, light_path) in [LightPath::Loop, LightPath::Forward].into_iter().enumerate() {
+                for &(_, resolve) in one_of(Resolve::NAMES, turn + path) {
                     exercise(gpu, scene, &Settings { light_path, msaa: 4, resolve, ..small(scene) });
                 }
                 for msaa in [1, 4] {
