@@ -265,8 +265,32 @@ impl Presenter {
             Acquired::Image(index, fit) => (index, fit),
             Acquired::Nothing(fit) => return Ok(Outcome::Nothing(fit)),
         };
-        let image = &swapchain.images[index];
-        let recorded = renderer.record(camera, [0.0; 2], Some((index, image.raw)))?;
+        let shown = self.draw_into(index, camera, copied, panels);
+        if shown.is_err() {
+            // The image stays acquired, which only the end of its swapchain changes; the next fit makes another.
+            self.swapchain = None;
+        }
+        match (shown?, fit) {
+            (Fit::Exact, fit) | (fit, _) => Ok(Outcome::Shown(fit)),
+        }
+    }
+
+    /// Draws into an image that is acquired, and presents it.
+    fn draw_into(
+        &mut self,
+        index: usize,
+        camera: &Camera,
+        copied: bool,
+        panels: Option<&Panels>,
+    ) -> Result<Fit, Error> {
+        let (Some(renderer), Some(swapchain)) = (&mut self.renderer, &self.swapchain) else {
+            return Ok(Fit::OutOfDate);
+        };
+        let (place, image) = (renderer.next, &swapchain.images[index]);
+        let acquired = self.acquired[place].raw;
+        let recorded = renderer.record(camera, [0.0; 2], Some((index, image.raw)));
+        // Nothing else would wait for the semaphore, and it could not be used again.
+        let recorded = recorded.inspect_err(|_| _ = self.device.consume(acquired))?;
         let cmd = renderer.frames[place].cmd.raw;
         let picture = own_canvas(renderer).map_or(image.raw, |own| own.raw);
         if let Some(split) = &self.split {
@@ -286,16 +310,15 @@ impl Presenter {
             record_encode(renderer, encode, (index, image.raw), is_covered);
         }
         // The rows "acquire" and "present".
-        let wait = (acquired.raw, renderer.edges.row("acquire").after.stage);
-        renderer.submit(recorded, &[wait], &[image.drawn.raw])?;
+        let wait = (acquired, renderer.edges.row("acquire").after.stage);
+        let submitted = renderer.submit(recorded, &[wait], &[image.drawn.raw]);
+        submitted.inspect_err(|_| _ = self.device.consume(acquired))?;
         self.is_copied |= copied;
         // What is given up before a frame is submitted could be destroyed before the frame is done.
         if let (Some(overlay), Some(panels)) = (&mut self.overlay, panels) {
             overlay.forget(&panels.spent);
         }
-        match (swapchain.present(index)?, fit) {
-            (Fit::Exact, fit) | (fit, _) => Ok(Outcome::Shown(fit)),
-        }
+        Ok(swapchain.present(index)?)
     }
 
     /// The picture of the last frame, which was drawn to be copied. Waits for it.
@@ -404,8 +427,9 @@ impl Renderer {
         self.plan.uploads_as(plan).then(|| Arc::clone(&self.scene))
     }
 
-    /// Goes on with a plan that differs in size only. What frames under way still use goes by the retire queue.
-    pub(super) fn resize(&mut self, plan: FramePlan, swapchain: &[vk::ImageView]) -> Result<(), Error> {
+    /// Goes on with a plan that differs in size only. What frames under way still use goes by the retire queue. A renderer whose frames could not
+    /// be made anew is gone: a part of them would name what is not there any more.
+    pub(super) fn resized(mut self, plan: FramePlan, swapchain: &[vk::ImageView]) -> Result<Self, Error> {
         self.plan = plan;
         self.copy = None;
         self.frame.resize(&FrameParts {
@@ -418,7 +442,7 @@ impl Renderer {
             world: &self.world,
             swapchain,
         })?;
-        Ok(())
+        Ok(self)
     }
 }
 

@@ -82,13 +82,14 @@ impl Split {
         });
         let taken = made.is_some();
         match (made, &mut self.renderer) {
-            (Some(mut new), renderer) => {
+            (Some(new), renderer) => {
                 *renderer = None;
-                new.resize(plan, &[])?;
-                *renderer = Some(new);
+                *renderer = Some(new.resized(plan, &[])?);
             }
-            (None, Some(renderer)) if changed.is_none() && renderer.plan.differs_in_size_only(&plan) => {
-                renderer.resize(plan, &[])?;
+            (None, renderer)
+                if changed.is_none() && renderer.as_ref().is_some_and(|own| own.plan.differs_in_size_only(&plan)) =>
+            {
+                *renderer = renderer.take().map(|own| own.resized(plan, &[])).transpose()?;
             }
             (None, renderer) => {
                 let own = renderer.take().filter(|_| changed != Some(true));

@@ -23,6 +23,13 @@ impl SetLayout {
         // SAFETY: the device is alive; immutable samplers, if any, are too (the module's contract).
         let raw = unsafe { device.raw.create_descriptor_set_layout(&info, None) }
             .doing(|| format!("creating the descriptor set layout '{name}'"))?;
+        let content = |own: &vk::DescriptorSetLayoutBinding<'_>| {
+            (own.binding, own.descriptor_type, own.descriptor_count, own.stage_flags)
+        };
+        // Of immutable samplers only the handles are known, and another one may get the same later.
+        if bindings.iter().all(|own| own.p_immutable_samplers.is_null()) {
+            device.reuse.note(raw, bindings.iter().map(content).collect::<Vec<_>>());
+        }
         Ok(Owned::new_from(device, name, raw))
     }
 }

@@ -15,6 +15,7 @@ use super::memory::{Memory, leak};
 use super::owned::{Registry, RetireQueue};
 use super::physical::{DeviceChoice, PhysicalDevice, choose};
 use super::pipeline_cache::PipelineCache;
+use super::reuse::Reuse;
 use super::submission::Submissions;
 
 /// The optional features that are enabled: those of the device among the ones that this program has a use for.
@@ -92,6 +93,7 @@ pub struct Device {
     pub(super) submissions: Submissions,
     pub(super) registry: Registry,
     pub(super) retired: RetireQueue,
+    pub(super) reuse: Reuse,
     pub(super) memory: Memory,
     pub(super) pipeline_cache: PipelineCache,
 }
@@ -144,6 +146,7 @@ impl Device {
             submissions: Submissions::new(queue),
             registry: Registry::default(),
             retired: RetireQueue::default(),
+            reuse: Reuse::default(),
             memory,
             pipeline_cache,
         };
@@ -200,8 +203,14 @@ impl fmt::Debug for Device {
 
 impl Drop for Device {
     fn drop(&mut self) {
-        // Only fails on a lost device, of which everything may be destroyed at once.
-        let _ = self.wait_idle();
+        if !self.settle() {
+            let log = self.instance.message_log();
+            log.push(leak("the device stays, with all that is on it: there was no memory to wait for its end".into()));
+            self.memory.keep();
+            std::mem::forget(Arc::clone(&self.instance));
+            return;
+        }
+        self.give_up_kept();
         self.destroy_all_retired();
         self.save_pipeline_cache();
         self.pipeline_cache.destroy(&self.raw);

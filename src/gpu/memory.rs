@@ -201,6 +201,11 @@ impl Memory {
         }
     }
 
+    /// Leaves all memory as it is, for good: something may still use it.
+    pub(super) fn keep(&self) {
+        std::mem::forget(self.lock().take());
+    }
+
     fn lock(&self) -> MutexGuard<'_, Option<Allocator>> {
         self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
     }

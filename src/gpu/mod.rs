@@ -32,6 +32,7 @@ mod pipeline;
 mod pipeline_cache;
 mod queries;
 mod render_pass;
+mod reuse;
 mod sampler;
 mod submission;
 #[cfg(feature = "window")]

@@ -10,6 +10,7 @@ use gpu_allocator::vulkan::Allocation;
 
 use super::device::Device;
 use super::memory::MemoryKind;
+use super::reuse::Content;
 
 /// A handle whose object is destroyed by one call on its device.
 pub trait Destroy: Handle + Copy {
@@ -54,7 +55,30 @@ pub struct Owned<H: Destroy> {
     pub raw: H,
     name: Arc<str>,
     id: ObjectId,
+    /// Of a pipeline that is kept when it is dropped.
+    content: Option<Box<Content>>,
     device: Arc<Device>,
+}
+
+impl Owned<vk::Pipeline> {
+    /// Owns a pipeline that was just made of this content, or that was kept.
+    pub(super) fn reusable(device: &Arc<Device>, name: &str, made: Made, content: Option<Content>) -> Self {
+        let (raw, id) = match made {
+            Made::New(raw) => (raw, device.registry.add(name.into(), vk::ObjectType::PIPELINE)),
+            Made::Kept(raw, id) => {
+                device.registry.revive(id, name.into());
+                (raw, id)
+            }
+        };
+        device.name_object(raw, name);
+        Owned { raw, name: name.into(), id, content: content.map(Box::new), device: Arc::clone(device) }
+    }
+}
+
+/// Where a pipeline comes from.
+pub(super) enum Made {
+    New(vk::Pipeline),
+    Kept(vk::Pipeline, ObjectId),
 }
 
 impl<H: Destroy> Owned<H> {
@@ -65,7 +89,7 @@ impl<H: Destroy> Owned<H> {
         device.name_object(raw, name);
         let name: Arc<str> = name.into();
         let id = device.registry.add(Arc::clone(&name), H::TYPE);
-        Owned { raw, name, id, device: Arc::clone(device) }
+        Owned { raw, name, id, content: None, device: Arc::clone(device) }
     }
 
     /// Says in reports that the object has got memory of this kind and size, in bytes.
@@ -94,6 +118,10 @@ impl<H: Destroy> Owned<H> {
 
 impl<H: Destroy> Drop for Owned<H> {
     fn drop(&mut self) {
+        if let Some(content) = self.content.take() {
+            self.device.keep(*content, vk::Pipeline::from_raw(self.raw.as_raw()), self.id);
+            return;
+        }
         // Destroyed when the last submission made so far has completed, whatever path led here.
         self.retire_with(None);
     }
@@ -184,7 +212,13 @@ impl Registry {
         }
     }
 
-    fn mark_retired(&self, id: ObjectId) {
+    fn revive(&self, id: ObjectId, name: Arc<str>) {
+        if let Some(object) = self.lock().objects.get_mut(&id) {
+            (object.name, object.retired) = (name, false);
+        }
+    }
+
+    pub(super) fn mark_retired(&self, id: ObjectId) {
         if let Some(object) = self.lock().objects.get_mut(&id) {
             object.retired = true;
         }
@@ -208,6 +242,7 @@ struct Retired {
     /// The last submission made before it was retired; no later one uses it.
     last_use: u64,
     raw: u64,
+    object_type: vk::ObjectType,
     destroy: unsafe fn(&ash::Device, u64),
     memory: Option<Allocation>,
     id: ObjectId,
@@ -245,7 +280,8 @@ impl Device {
     pub(super) fn retire<H: Destroy>(&self, raw: H, id: ObjectId, memory: Option<Allocation>) {
         let last_use = self.submissions.submitted();
         self.registry.mark_retired(id);
-        let retired = Retired { last_use, raw: raw.as_raw(), destroy: destroy_raw::<H>, memory, id };
+        let retired =
+            Retired { last_use, raw: raw.as_raw(), object_type: H::TYPE, destroy: destroy_raw::<H>, memory, id };
         self.retired.lock().push_back(retired);
         // Without a frame loop nobody else would call this; it costs nothing while the GPU is busy.
         self.destroy_done();
@@ -271,6 +307,7 @@ impl Device {
     }
 
     fn destroy_retired(&self, retired: Retired) {
+        self.reuse.forget(retired.object_type, retired.raw);
         // SAFETY: its owner gave it up, it is in the queue once, and the submissions that could use it are done.
         unsafe { (retired.destroy)(&self.raw, retired.raw) };
         if let Some(memory) = retired.memory {

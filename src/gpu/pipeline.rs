@@ -7,7 +7,8 @@ use ash::vk;
 
 use super::device::Device;
 use super::error::{Doing, Error, Result};
-use super::owned::Owned;
+use super::owned::{Made, Owned};
+use super::reuse::{Content, content_of};
 
 /// One shader of a pipeline.
 #[derive(Clone, Copy, Debug)]
@@ -81,6 +82,10 @@ impl GraphicsPipeline {
             let lacks = format!("'{}' cannot clamp depth, as '{}' needs", device.physical.name, desc.name);
             return Err(Error::Unsupported(lacks));
         }
+        let content = desc.content(device);
+        if let Some(kept) = kept(device, desc.name, content) {
+            return Ok(kept);
+        }
         let shaders = Shaders::new(device, desc.name, desc.stages)?;
         let specializations = shaders.specializations();
         let stages = shaders.stages(&specializations);
@@ -119,7 +124,7 @@ impl GraphicsPipeline {
         // SAFETY: the layout and the render pass are alive (the module's contract), the shader modules are `shaders`',
         // and what the structures point to lives until the call returns.
         let created = unsafe { device.raw.create_graphics_pipelines(device.pipeline_cache.raw, &[info], None) };
-        owned_pipeline(device, desc.name, created)
+        owned_pipeline(device, desc.name, created, content)
     }
 }
 
@@ -133,6 +138,10 @@ pub fn compute_pipeline(
     stage: &ShaderStage<'_>,
     layout: vk::PipelineLayout,
 ) -> Result<Owned<vk::Pipeline>> {
+    let content = device.reuse.content(layout).map(|layout| content_of((stage.content(), layout)));
+    if let Some(kept) = kept(device, name, content) {
+        return Ok(kept);
+    }
     let shaders = Shaders::new(device, name, std::slice::from_ref(stage))?;
     let specializations = shaders.specializations();
     let infos: Vec<vk::ComputePipelineCreateInfo<'_>> = shaders
@@ -142,7 +151,7 @@ pub fn compute_pipeline(
         .collect();
     // SAFETY: as for graphics pipelines.
     let created = unsafe { device.raw.create_compute_pipelines(device.pipeline_cache.raw, &infos, None) };
-    owned_pipeline(device, name, created)
+    owned_pipeline(device, name, created, content)
 }
 
 /// A layout of these descriptor sets, by number, and push constants.
@@ -170,7 +179,50 @@ pub fn pipeline_layout(
     // SAFETY: the set layouts are alive (the module's contract).
     let raw = unsafe { device.raw.create_pipeline_layout(&info, None) }
         .doing(|| format!("creating the pipeline layout '{name}'"))?;
+    if let Some(contents) = sets.iter().map(|&set| device.reuse.content(set)).collect::<Option<Vec<_>>>() {
+        device.reuse.note(raw, (contents, push));
+    }
     Ok(Owned::new_from(device, name, raw))
+}
+
+impl ShaderStage<'_> {
+    fn content(&self) -> Content {
+        let spirv = blake3::hash(bytemuck::cast_slice(self.spirv));
+        content_of((spirv, self.entry, self.stage, self.constants))
+    }
+}
+
+impl GraphicsPipelineDesc<'_> {
+    /// All of it but the name; none if it is not known what its layout or its render pass was made of.
+    fn content(&self, device: &Device) -> Option<Content> {
+        let Self {
+            name: _,
+            stages,
+            vertex_bindings,
+            vertex_attributes,
+            cull_mode,
+            front_face,
+            depth,
+            depth_bias,
+            depth_clamp,
+            blend,
+            samples,
+            layout,
+            render_pass,
+            subpass,
+        } = *self;
+        let (layout, render_pass) = (device.reuse.content(layout)?, device.reuse.content(render_pass)?);
+        let stages: Vec<_> = stages.iter().map(ShaderStage::content).collect();
+        let input = (vertex_bindings, vertex_attributes, cull_mode, front_face);
+        let tests = (depth, depth_bias, depth_clamp, blend, samples);
+        Some(content_of((stages, input, tests, layout, render_pass, subpass)))
+    }
+}
+
+/// A pipeline of this content that was given up before.
+fn kept(device: &Arc<Device>, name: &str, content: Option<Content>) -> Option<Owned<vk::Pipeline>> {
+    let (raw, id) = device.reuse.take(content?)?;
+    Some(Owned::reusable(device, name, Made::Kept(raw, id), content))
 }
 
 fn depth_state(depth: Option<DepthState>) -> vk::PipelineDepthStencilStateCreateInfo<'static> {
@@ -184,11 +236,16 @@ fn depth_state(depth: Option<DepthState>) -> vk::PipelineDepthStencilStateCreate
 /// What the pipeline functions of Vulkan return: those made, and on failure the reason.
 type Created = std::result::Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>;
 
-fn owned_pipeline(device: &Arc<Device>, name: &str, created: Created) -> Result<Owned<vk::Pipeline>> {
+fn owned_pipeline(
+    device: &Arc<Device>,
+    name: &str,
+    created: Created,
+    content: Option<Content>,
+) -> Result<Owned<vk::Pipeline>> {
     let (pipelines, result) = created.map_or_else(|failed| failed, |made| (made, vk::Result::ERROR_UNKNOWN));
     // One was asked for: a failure leaves a null handle or none.
     match pipelines.first() {
-        Some(&raw) if raw != vk::Pipeline::null() => Ok(Owned::new_from(device, name, raw)),
+        Some(&raw) if raw != vk::Pipeline::null() => Ok(Owned::reusable(device, name, Made::New(raw), content)),
         _ => Err(Error::vulkan(format!("compiling the pipeline '{name}'"), result)),
     }
 }

@@ -74,6 +74,8 @@ impl RenderPass {
         // SAFETY: the device is alive, and what the structures point to lives until the call returns.
         let raw = unsafe { device.raw.create_render_pass(&info, None) }
             .doing(|| format!("creating the render pass '{name}'"))?;
+        // Compatible is what is the same but for layouts, loads and stores; that whole passes are told apart costs little.
+        device.reuse.note(raw, (attachments, subpasses, dependencies));
         Ok(Owned::new_from(device, name, raw))
     }
 }

@@ -2,7 +2,9 @@
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
 
 use ash::vk;
 
@@ -26,13 +28,16 @@ pub(super) struct Submissions {
 
 struct State {
     queue: vk::Queue,
-    pending: VecDeque<(u64, vk::Fence)>,
+    /// Whoever waits for a fence holds it too, and nobody resets it meanwhile.
+    pending: VecDeque<(u64, Arc<vk::Fence>)>,
+    /// Signalled; those that nobody waits for any more can be reset.
+    done: Vec<Arc<vk::Fence>>,
     free: Vec<vk::Fence>,
 }
 
 impl Submissions {
     pub(super) fn new(queue: vk::Queue) -> Submissions {
-        let state = State { queue, pending: VecDeque::new(), free: Vec::new() };
+        let state = State { queue, pending: VecDeque::new(), done: Vec::new(), free: Vec::new() };
         Submissions { submitted: AtomicU64::new(0), completed: AtomicU64::new(0), state: Mutex::new(state) }
     }
 
@@ -53,24 +58,28 @@ impl Submissions {
     /// Takes note of the fences that have signalled, up to that of submission `last`. What nobody wants to know is not asked: a
     /// layer takes an answer for a wait, and would then see no hazard with what is done (`tests/sync/necessity.rs`).
     fn poll(&self, device: &ash::Device, state: &mut State, last: u64) -> Result<()> {
-        while let Some(&(serial, fence)) = state.pending.front()
-            && serial <= last
+        while let Some((serial, fence)) = state.pending.front()
+            && *serial <= last
         {
             // SAFETY: the fence belongs to this device and is alive.
-            if !unsafe { device.get_fence_status(fence) }.doing(|| "asking whether the GPU is done")? {
+            if !unsafe { device.get_fence_status(**fence) }.doing(|| "asking whether the GPU is done")? {
                 break;
             }
-            state.pending.pop_front();
-            // SAFETY: as above; its submission is done, so the queue no longer uses it.
-            unsafe { device.reset_fences(&[fence]) }.doing(|| "resetting a fence")?;
-            state.free.push(fence);
+            state.done.extend(state.pending.pop_front().map(|(_, fence)| fence));
         }
         self.note_completed(state);
+        let State { done, free, .. } = state;
+        // Nobody begins to wait for one of these any more.
+        while let Some(index) = done.iter().position(|fence| Arc::strong_count(fence) == 1) {
+            // SAFETY: its submission is done, so the queue no longer uses it, and nobody waits for it.
+            unsafe { device.reset_fences(&[*done[index]]) }.doing(|| "resetting a fence")?;
+            free.push(*done.swap_remove(index));
+        }
         Ok(())
     }
 
     fn note_completed(&self, state: &State) {
-        let completed = state.pending.front().map_or(self.submitted(), |&(serial, _)| serial - 1);
+        let completed = state.pending.front().map_or(self.submitted(), |(serial, _)| serial - 1);
         self.completed.store(completed, Ordering::Release);
     }
 
@@ -78,7 +87,8 @@ impl Submissions {
     pub(super) fn destroy(&self, device: &ash::Device) {
         let mut state = self.lock();
         let pending = std::mem::take(&mut state.pending).into_iter().map(|(_, fence)| fence);
-        for fence in pending.chain(std::mem::take(&mut state.free)) {
+        let used = pending.chain(std::mem::take(&mut state.done)).map(|fence| *fence);
+        for fence in used.chain(std::mem::take(&mut state.free)) {
             // SAFETY: the fence belongs to this device, and no submission is under way.
             unsafe { device.destroy_fence(fence, None) };
         }
@@ -105,19 +115,28 @@ impl Device {
         waits: &[(vk::Semaphore, vk::PipelineStageFlags)],
         signals: &[vk::Semaphore],
     ) -> Result<Ticket> {
-        cmd.submitted_by(|| self.submit_raw(cmd, waits, signals))
+        let doing = || format!("submitting '{}'", cmd.name());
+        cmd.submitted_by(|| self.submit_raw(&[cmd.raw], waits, signals, doing))
+    }
+
+    /// Has the queue wait for a semaphore that something signals, so that it can be signalled again.
+    ///
+    /// # Errors
+    /// A lost device; running out of memory.
+    pub fn consume(&self, signalled: vk::Semaphore) -> Result<Ticket> {
+        let wait = (signalled, vk::PipelineStageFlags::ALL_COMMANDS);
+        self.submit_raw(&[], &[wait], &[], || "waiting for a semaphore".into())
     }
 
     fn submit_raw(
         &self,
-        cmd: &CommandBuffer,
+        commands: &[vk::CommandBuffer],
         waits: &[(vk::Semaphore, vk::PipelineStageFlags)],
         signals: &[vk::Semaphore],
+        doing: impl Fn() -> String,
     ) -> Result<Ticket> {
-        let doing = || format!("submitting '{}'", cmd.name());
         let (semaphores, stages): (Vec<_>, Vec<_>) = waits.iter().copied().unzip();
-        let buffers = [cmd.raw];
-        let mut info = vk::SubmitInfo::default().command_buffers(&buffers);
+        let mut info = vk::SubmitInfo::default().command_buffers(commands);
         // The address of an empty list is not null, and best practices want it to be.
         if !waits.is_empty() {
             info = info.wait_semaphores(&semaphores).wait_dst_stage_mask(&stages);
@@ -129,7 +148,7 @@ impl Device {
         let fence = match state.free.pop() {
             Some(fence) => fence,
             // SAFETY: the device is alive.
-            None => unsafe { self.raw.create_fence(&vk::FenceCreateInfo::default(), None) }.doing(doing)?,
+            None => unsafe { self.raw.create_fence(&vk::FenceCreateInfo::default(), None) }.doing(&doing)?,
         };
         // Counted before it is made: an owner that another thread drops meanwhile then waits for it.
         let serial = self.submissions.submitted.fetch_add(1, Ordering::AcqRel) + 1;
@@ -138,7 +157,7 @@ impl Device {
         let submitted = unsafe { self.raw.queue_submit(state.queue, &[info], fence) };
         match submitted {
             Ok(()) => {
-                state.pending.push_back((serial, fence));
+                state.pending.push_back((serial, Arc::new(fence)));
                 Ok(Ticket(serial))
             }
             Err(result) => {
@@ -159,14 +178,15 @@ impl Device {
             return Err(Error::Misuse(format!("waiting for submission {}, which was never made", ticket.0)));
         }
         if ticket.0 > self.submissions.completed() {
-            let mut state = self.submissions.lock();
-            let fence = state.pending.iter().find(|&&(serial, _)| serial >= ticket.0).map(|&(_, fence)| fence);
+            let at_least = |&&(serial, _): &&(u64, Arc<vk::Fence>)| serial >= ticket.0;
+            let fence = self.submissions.lock().pending.iter().find(at_least).map(|(_, fence)| Arc::clone(fence));
             if let Some(fence) = fence {
-                // No time limit of our own: a driver ends a hang by losing the device, and a software one is slow.
-                // SAFETY: the fence is alive and pending; the lock keeps others from resetting it.
-                unsafe { self.raw.wait_for_fences(&[fence], true, u64::MAX) }.doing(|| "waiting for the GPU")?;
+                // Not under the lock, so that other threads submit and collect meanwhile. No time limit of our own: a driver ends a hang
+                // by losing the device, and a software one is slow.
+                // SAFETY: the fence is alive and was submitted; nobody resets or destroys it while it is held.
+                unsafe { self.raw.wait_for_fences(&[*fence], true, u64::MAX) }.doing(|| "waiting for the GPU")?;
             }
-            self.submissions.poll(&self.raw, &mut state, ticket.0)?;
+            self.submissions.poll(&self.raw, &mut self.submissions.lock(), ticket.0)?;
         }
         self.destroy_done();
         Ok(())
@@ -193,11 +213,17 @@ impl Device {
         }
     }
 
-    /// Waits until nothing is under way, and destroys everything retired.
+    /// Waits until nothing is under way, and destroys everything retired, and the pipelines that are kept for whoever asks for the like: what comes
+    /// next finds the device as it was.
     ///
     /// # Errors
-    /// A lost device.
+    /// A lost device; running out of memory.
     pub fn wait_idle(&self) -> Result<()> {
+        self.give_up_kept();
+        self.wait_for_all()
+    }
+
+    fn wait_for_all(&self) -> Result<()> {
         {
             let mut state = self.submissions.lock();
             // SAFETY: the device is alive, and its only queue is not used meanwhile, as that needs the lock.
@@ -208,9 +234,52 @@ impl Device {
         Ok(())
     }
 
+    /// Waits until nothing is under way before objects are destroyed that no ticket stands for. False where the driver
+    /// could not wait, for lack of memory: then they have to stay, as something may use them.
+    pub(super) fn settle(&self) -> bool {
+        settled(|| self.wait_for_all(), || thread::sleep(Duration::from_millis(20)))
+    }
+
     /// Lets something use the queue that this module does not wrap, such as presenting, while nobody else does. It must not
     /// submit or wait through this device: that needs the queue too, and would wait forever.
     pub fn with_queue<R>(&self, use_queue: impl FnOnce(vk::Queue) -> R) -> R {
         use_queue(self.submissions.lock().queue)
+    }
+}
+
+/// Whether everything may be destroyed after a wait, which is tried again for a while where memory was short.
+fn settled(mut wait: impl FnMut() -> Result<()>, mut pause: impl FnMut()) -> bool {
+    const TRIES: usize = 50;
+    for _ in 0..TRIES {
+        match wait() {
+            Err(Error::OutOfMemory { .. }) => pause(),
+            // Any other failure is that of a lost device, which uses nothing any more.
+            _ => return true,
+        }
+    }
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wait_that_lacks_memory_is_tried_again_and_in_the_end_nothing_is_destroyed() {
+        let after = |failures: usize, last: Option<vk::Result>| {
+            let (mut waits, mut pauses) = (0, 0);
+            let wait = || {
+                waits += 1;
+                match waits {
+                    wait if wait <= failures => Err(Error::vulkan("waiting", vk::Result::ERROR_OUT_OF_HOST_MEMORY)),
+                    _ => last.map_or(Ok(()), |last| Err(Error::vulkan("waiting", last))),
+                }
+            };
+            (settled(wait, || pauses += 1), pauses)
+        };
+        assert_eq!(after(0, None), (true, 0));
+        assert_eq!(after(3, None), (true, 3), "once there is memory again");
+        assert_eq!(after(0, Some(vk::Result::ERROR_DEVICE_LOST)), (true, 0), "a lost device uses nothing");
+        assert_eq!(after(usize::MAX, None), (false, 50));
     }
 }

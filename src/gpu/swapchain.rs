@@ -11,6 +11,7 @@ use ash::vk;
 use super::device::Device;
 use super::error::{Doing, Error, Result};
 use super::image_formats::{ImageFormats, ImageWish, image_formats};
+use super::memory::leak;
 use super::owned::Owned;
 use super::surface::Surface;
 
@@ -240,8 +241,15 @@ impl Drop for Swapchain {
     fn drop(&mut self) {
         // A fence says when a submission is done, and nothing says that of presentation's wait for a semaphore, short of
         // VK_EXT_swapchain_maintenance1. But it is a queue operation, and waiting for the queue waits for all of these that are outstanding
-        // (specification, "Queue Operation"). A lost device uses nothing any more.
-        let _ = self.device.wait_idle();
+        // (specification, "Queue Operation").
+        if !self.device.settle() {
+            // Its images stay as well, and with them the device, which they hold, and the surface.
+            let log = self.device.instance.message_log();
+            log.push(leak("the swapchain stays: there was no memory to wait for presentation's end".into()));
+            std::mem::take(&mut self.images).into_iter().for_each(std::mem::forget);
+            std::mem::forget(Arc::clone(&self._surface));
+            return;
+        }
         // Views go before what they are of: with the queue idle, they are destroyed as they are dropped.
         self.images.clear();
         // SAFETY: nothing uses the swapchain or its images.

@@ -126,15 +126,18 @@ impl Presenter {
         let own = own.and_then(|own| made.as_ref()?.caught_up(own, scene, &settings));
         let mut taken = own.is_some();
         match (own, &mut self.renderer) {
-            (Some(mut own), renderer) => {
+            (Some(own), renderer) => {
                 // Given up first, so that what has the size of the picture is there only once.
                 *renderer = None;
-                own.resize(plan, &views)?;
+                let mut own = own.resized(plan, &views)?;
                 own.halt_after(self.halted);
                 *renderer = Some(own);
             }
-            (None, Some(renderer)) if self.changed.is_none() && renderer.plan.differs_in_size_only(&plan) => {
-                renderer.resize(plan, &views)?;
+            (None, renderer)
+                if self.changed.is_none()
+                    && renderer.as_ref().is_some_and(|own| own.plan.differs_in_size_only(&plan)) =>
+            {
+                *renderer = renderer.take().map(|own| own.resized(plan, &views)).transpose()?;
             }
             (None, renderer) => {
                 // Given up first: a device may not hold two.
@@ -186,20 +189,22 @@ impl Presenter {
     fn fit_over(&mut self) -> Result<(), Error> {
         let (Some(swapchain), Some(renderer)) = (&self.swapchain, &self.renderer) else { return Ok(()) };
         let over = Over::of(renderer, swapchain, self.desc.images);
-        match &mut self.overlay {
-            Some(overlay) if overlay.format() == over.format && self.changed.is_none() => {
-                overlay.resize(&over.views, over.extent)?
-            }
-            overlay => *overlay = None,
+        // Taken out first: what could not be fitted is gone, and not drawn with.
+        let overlay = self.overlay.take().filter(|own| own.format() == over.format && self.changed.is_none());
+        if let Some(mut overlay) = overlay {
+            overlay.resize(&over.views, over.extent)?;
+            self.overlay = Some(overlay);
         }
         let before = self.encode.take().filter(|_| self.changed.is_none());
         let (Some(picture), Some(encoding)) = (own_canvas(renderer), renderer.plan.encoding) else { return Ok(()) };
         let (format, transfer) = (swapchain.formats.drawn, encoding.transfer);
-        let encode = match before.filter(|before| before.is_for(format, transfer)) {
+        let mut encode = match before.filter(|before| before.is_for(format, transfer)) {
             Some(before) => before,
             None => Encode::new(&self.device, format, transfer)?,
         };
-        Ok(self.encode.insert(encode).resize(picture.view, &swapchain.views(), swapchain.extent)?)
+        encode.resize(picture.view, &swapchain.views(), swapchain.extent)?;
+        self.encode = Some(encode);
+        Ok(())
     }
 
     /// Makes the other picture as the frames are, or gives it up. Whether it is what another thread has made.

@@ -1,0 +1,88 @@
+//! Pipelines that were given up and may be asked for again: other settings and back, one renderer after another on a device.
+//!
+//! A driver compiles a pipeline for milliseconds to seconds. A pipeline that is dropped is therefore kept for a while, and whoever asks for one
+//! of the same content gets it: the same shaders, constants and states, and a layout and a render pass that are compatible because they were made
+//! of the same. It is never shared: at any time it has one owner, or none.
+
+use std::collections::{HashMap, VecDeque};
+use std::fmt::Debug;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use ash::vk::{self, Handle};
+
+use super::device::Device;
+use super::owned::{Destroy, ObjectId};
+
+/// The hash of everything that an object was made of.
+pub(super) type Content = blake3::Hash;
+
+/// How many are kept. The hall's frame has six.
+const MOST: usize = 128;
+
+/// What a device keeps for reuse.
+#[derive(Default)]
+pub(super) struct Reuse(Mutex<State>);
+
+#[derive(Default)]
+struct State {
+    /// Of what layouts and render passes were made that pipelines are made with.
+    contents: HashMap<(vk::ObjectType, u64), Content>,
+    /// The last given up comes last.
+    kept: VecDeque<(Content, vk::Pipeline, ObjectId)>,
+}
+
+impl Reuse {
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Notes what an object was made of, as `parts` say.
+    pub(super) fn note<H: Destroy>(&self, object: H, parts: impl Debug) {
+        self.lock().contents.insert((H::TYPE, object.as_raw()), content_of(parts));
+    }
+
+    /// What was noted; none for an object of which nothing was.
+    pub(super) fn content<H: Handle>(&self, object: H) -> Option<Content> {
+        self.lock().contents.get(&(H::TYPE, object.as_raw())).copied()
+    }
+
+    /// Forgets an object before it is destroyed: another one may get its handle.
+    pub(super) fn forget(&self, object_type: vk::ObjectType, raw: u64) {
+        self.lock().contents.remove(&(object_type, raw));
+    }
+
+    /// A pipeline of this content that nobody owns.
+    pub(super) fn take(&self, content: Content) -> Option<(vk::Pipeline, ObjectId)> {
+        let kept = &mut self.lock().kept;
+        let index = kept.iter().rposition(|(own, ..)| *own == content)?;
+        kept.remove(index).map(|(_, raw, id)| (raw, id))
+    }
+}
+
+/// The hash of what is said of something. Numbers and flags are written whole.
+pub(super) fn content_of(parts: impl Debug) -> Content {
+    blake3::hash(format!("{parts:?}").as_bytes())
+}
+
+impl Device {
+    /// Keeps a pipeline that its owner gave up. The oldest goes if there are too many.
+    pub(super) fn keep(&self, content: Content, raw: vk::Pipeline, id: ObjectId) {
+        self.registry.mark_retired(id);
+        let too_many = {
+            let kept = &mut self.reuse.lock().kept;
+            kept.push_back((content, raw, id));
+            if kept.len() > MOST { kept.pop_front() } else { None }
+        };
+        if let Some((_, raw, id)) = too_many {
+            self.retire(raw, id, None);
+        }
+    }
+
+    /// Retires all that is kept.
+    pub(super) fn give_up_kept(&self) {
+        let kept = std::mem::take(&mut self.reuse.lock().kept);
+        for (_, raw, id) in kept {
+            self.retire(raw, id, None);
+        }
+    }
+}
