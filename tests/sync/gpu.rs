@@ -445,6 +445,39 @@ fn a_compute_pipeline_sees_its_buffer_and_its_specialization_constants() -> Test
     })
 }
 
+#[test]
+fn a_pipeline_given_up_is_owned_again_by_whoever_asks_for_the_like() -> TestResult {
+    with_device(|device| {
+        let shader = store_constant_shader();
+        let binding = vk::DescriptorSetLayoutBinding::default()
+            .binding(0)
+            .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+            .descriptor_count(1)
+            .stage_flags(vk::ShaderStageFlags::COMPUTE);
+        let pipeline = |name, constant| {
+            // The set layout and the pipeline layout are made anew each time: equal content is enough.
+            let set_layout = SetLayout::new(device, "set layout", &[binding])?;
+            let layout = gpu::pipeline_layout(device, "layout", &[set_layout.raw], &[])?;
+            let constants = &[(3, constant)];
+            let stage =
+                ShaderStage { spirv: &shader, entry: c"main", stage: vk::ShaderStageFlags::COMPUTE, constants };
+            gpu::compute_pipeline(device, name, &stage, layout.raw)
+        };
+        let first = pipeline("first", 1)?;
+        let twin = pipeline("twin", 1)?;
+        assert_ne!(first.raw, twin.raw, "each has one owner");
+        let raw = first.raw;
+        drop(first);
+        assert_eq!(device.live_objects().len(), 1, "what is kept is nobody's: {:?}", device.live_objects());
+        let other = pipeline("other", 2)?;
+        assert_ne!(other.raw, raw, "other constants, another pipeline");
+        let again = pipeline("again", 1)?;
+        assert_eq!(again.raw, raw);
+        assert!(device.live_objects().iter().any(|object| object.contains("again")), "{:?}", device.live_objects());
+        Ok(())
+    })
+}
+
 /// `@location(0) position: vec4<f32>` to `@builtin(position)`.
 fn pass_position_shader() -> Vec<u32> {
     spirv(
