@@ -26,6 +26,7 @@ pub mod unnoticed;
 mod uploads;
 
 pub(super) use main_pass::resolving;
+pub(super) use masks::SUPPORTED;
 use unnoticed::Part;
 
 /// Where something happens.
@@ -190,8 +191,8 @@ impl Edge {
         why: &'static str,
     ) -> Self {
         // A reader is waited for by its stage alone: only what was written has to be made available (specification, "Execution and
-        // Memory Dependencies"), so that a read access before a dependency does nothing.
-        Self { name, carrier, from, to, before: before.writes(), after, by_region: false, why }
+        // Memory Dependencies"), so that a read access before a dependency does nothing. Nor does its stage, beside a later one.
+        Self { name, carrier, from, to, before: masks::latest(before.writes()), after, by_region: false, why }
     }
 
     /// Both sides' masks, as a barrier takes them.

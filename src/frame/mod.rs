@@ -10,6 +10,7 @@ pub mod experiment;
 mod forward;
 #[cfg(feature = "window")]
 mod present;
+pub mod proof;
 mod read_back;
 #[cfg(feature = "window")]
 mod rebuild;

@@ -4,7 +4,7 @@ use ash::vk;
 
 /// A stage and what it does to memory there. Passes have a constant for each of their uses; a dependency is written by naming
 /// the uses that it orders.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Use {
     pub stage: vk::PipelineStageFlags,
     pub access: vk::AccessFlags,

@@ -12,10 +12,10 @@ use afterlight::scene::{AlphaMode, Falloff, HdrFormat, LightPath, Material, Outp
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 /// Settings that the table speaks of, as it spells them.
-type Named = Vec<(&'static str, String)>;
+pub type Named = Vec<(&'static str, String)>;
 
 /// Something of everything that the settings act on: lights with and without a range, a shadow, what emits.
-fn scene(transparent: bool) -> Scene {
+pub fn scene(transparent: bool) -> Scene {
     let mut lights = vec![sun(DVec3::new(0.3, 0.5, 1.0), 1.0)];
     let lamp = |index: u32| {
         let range = (!index.is_multiple_of(3)).then_some(1.0);
@@ -35,7 +35,7 @@ fn scene(transparent: bool) -> Scene {
 }
 
 /// Every combination, with whether something is transparent.
-fn combinations() -> Vec<(Named, bool, Settings)> {
+pub fn combinations() -> Vec<(Named, bool, Settings)> {
     let mut all = Vec::new();
     for &(path, light_path) in LightPath::NAMES {
         for msaa in [1, 4] {

@@ -9,5 +9,6 @@ use afterlight::scene;
 mod combinations;
 mod gpu;
 mod necessity;
+mod proof;
 mod validation;
 mod validation_modes;

@@ -7,7 +7,7 @@
 /// The plans that unit tests are about.
 #[allow(dead_code)]
 #[path = "../../src/plan/samples.rs"]
-mod samples;
+pub mod samples;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::CStr;
@@ -31,8 +31,8 @@ use afterlight::scene::{
 use glam::{DAffine3, DVec3, Vec3};
 
 /// A plan to take dependencies from.
-struct Case {
-    name: String,
+pub struct Case {
+    pub name: String,
     scene: Scene,
     settings: Settings,
     /// Its frames are presented, with whatever may lie over them.
@@ -41,13 +41,13 @@ struct Case {
 
 /// How pictures come into a swapchain's images. No dependency tells in which format, or how they are encoded.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Way {
+pub enum Way {
     Straight,
     Encoded,
 }
 
 impl Case {
-    fn plan(&self, device: &Capabilities) -> Result<FramePlan, Error> {
+    pub fn plan(&self, device: &Capabilities) -> Result<FramePlan, Error> {
         let plan = FramePlan::of(&self.scene, &self.settings, device)?;
         Ok(match self.presented {
             Some(way) => presented(plan, way),
@@ -57,7 +57,7 @@ impl Case {
 }
 
 /// As a window has the plan.
-fn presented(plan: FramePlan, way: Way) -> FramePlan {
+pub fn presented(plan: FramePlan, way: Way) -> FramePlan {
     plan.presented_as(match way {
         Way::Straight => Canvas::Straight(vk::Format::B8G8R8A8_SRGB),
         Way::Encoded => Canvas::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 }),
@@ -109,7 +109,7 @@ fn textured(edge: u32) -> Scene {
 type Change = fn(&mut Settings);
 
 /// Every kind of plan that has dependencies of its own.
-fn cases() -> Vec<Case> {
+pub fn cases() -> Vec<Case> {
     let sorted: Change = |_| {};
     let weighted: Change = |settings| settings.transparency = Transparency::Oit;
     let fxaa: Change = |settings| settings.fxaa = true;

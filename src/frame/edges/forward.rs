@@ -1,6 +1,6 @@
 //! The rows of a frame without a G-buffer, in the place of those of GEOMETRY and LIGHTING.
 
-use super::main_pass::{sums_reuse, sums_to_composite};
+use super::main_pass::{dropped_last, sums_reuse, sums_to_composite};
 use super::{Edge, Place, subpass};
 use crate::frame::render_pass;
 use crate::passes::{composite, copy, forward, fxaa, present, tonemap, transparent};
@@ -20,18 +20,18 @@ pub(super) fn forward_edge(plan: &FramePlan) -> Edge {
         (false, true) => present::ATTACH,
         (false, false) => copy::READ,
     };
-    let (before, after) = match light_target(plan) {
-        Target::Hdr => (tonemap::HDR_DROP, forward::LIGHT_WRITE),
-        // With its samples FORWARD has the output, into which they are resolved; else a later subpass has.
-        Target::Samples if plan.transparency.is_none() => (output.or(render_pass::RESOLVE), forward::LIGHT_WRITE),
-        Target::Samples => (render_pass::RESOLVE, forward::LIGHT_WRITE),
-        _ => (output, forward::LIGHT_WRITE),
+    let before = match light_target(plan) {
+        Target::Hdr => dropped_last(plan, tonemap::HDR_DROP),
+        // A later subpass has the output, into which they are resolved; else FORWARD has, and whoever reads it has waited for the resolve.
+        Target::Samples if plan.transparency.is_some() => dropped_last(plan, render_pass::RESOLVE),
+        Target::Samples if output == present::ATTACH => render_pass::RESOLVE,
+        _ => output,
     };
     subpass(
         "targets-reuse",
         (Place::Outside, Place::Forward),
         &[depth, before],
-        &[forward::DEPTH_CLEAR, after],
+        &[forward::DEPTH_CLEAR, forward::LIGHT_WRITE],
         "frames in flight share the targets: the last frame must have read or copied what this one clears, and dropped the rest",
     )
 }

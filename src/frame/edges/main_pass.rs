@@ -6,7 +6,7 @@
 //! COLOR_ATTACHMENT_OUTPUT; those of depth in EARLY_FRAGMENT_TESTS and in LATE_FRAGMENT_TESTS. CLEAR and DONT_CARE write.
 
 use super::forward::{forward_edge, transparent_after_forward};
-use super::{Carrier, Edge, Place, subpass};
+use super::{Carrier, Edge, Place, presentation, subpass};
 use crate::frame::render_pass;
 use crate::gpu::sync::Use;
 use crate::passes::{composite, copy, forward, fxaa, geometry, lighting, present, tonemap, transparent};
@@ -26,7 +26,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
             table.push(gbuffer_to_lighting(plan));
         }
         if !plan.emissive && lights == Target::Hdr {
-            table.push(hdr_reuse());
+            table.push(hdr_reuse(plan));
         }
     }
     let (last_light, light_use) = last_light(plan);
@@ -43,7 +43,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         _ => plan.emissive || plan.is_forward(),
     };
     if lights == Target::Samples && !plan.emissive && !plan.is_forward() && first != Place::Lighting {
-        table.push(samples_reuse());
+        table.push(samples_reuse(plan));
     }
     if !output_is_ordered {
         let (read, why) = match (plan.fxaa, plan.draws_into_swapchain()) {
@@ -57,9 +57,9 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
             ),
         };
         let (before, after, why) = match plan.resolves_output() {
-            // LIGHTING is the first to touch both.
+            // LIGHTING is the first to touch both, and the last: whoever reads the picture has waited for what it dropped.
             true if first == Place::Lighting && !plan.emissive => (
-                vec![read, render_pass::RESOLVE],
+                if read == present::ATTACH { vec![render_pass::RESOLVE] } else { vec![read] },
                 first_use,
                 "frames in flight share the samples and the output: the last frame must have resolved the ones and let go of the other",
             ),
@@ -78,13 +78,16 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     if plan.has_tonemap_subpass() {
         table.push(hdr_to_tonemap(last_light, light_use));
     }
-    let read_back = "COPY reads the picture after the pass, in the layout that the pass leaves it in";
+    let (read, read_back) = match plan.draws_into_swapchain() {
+        true => (presentation::IN_TURN, "what comes over the picture waits for TRANSFER, and so for the layout that the pass leaves it in"),
+        false => (copy::READ, "COPY reads the picture after the pass, in the layout that the pass leaves it in"),
+    };
     if plan.fxaa {
         table.extend(fxaa_edges(plan, last, last_use));
         let fxaa = (Place::Fxaa, Place::Outside);
-        table.push(fxaa_pass("read-back", fxaa, fxaa::PICTURE_WRITE, copy::READ, read_back));
+        table.push(fxaa_pass("read-back", fxaa, fxaa::PICTURE_WRITE, read, read_back));
     } else {
-        table.push(subpass("read-back", (last, Place::Outside), &[last_use], &[copy::READ], read_back));
+        table.push(subpass("read-back", (last, Place::Outside), &[last_use], &[read], read_back));
     }
     table
 }
@@ -115,16 +118,20 @@ fn gbuffer_reuse(plan: &FramePlan) -> Edge {
         None => vec![lighting::DEPTH_DROP],
     };
     let mut after = vec![geometry::DEPTH_CLEAR];
-    // What LIGHTING or VIEW read and dropped.
+    // What LIGHTING or VIEW read and dropped; where it is the last subpass, whoever reads the picture has waited for that.
+    let is_last = plan.transparency.is_none() && !plan.has_tonemap_subpass();
+    let waits_for_reader = plan.fxaa || plan.emissive && light_target(plan) == Target::Output;
     if plan.geometry_locations() > 0 {
-        before.push(lighting::COLOR_DROP);
+        if !(is_last && waits_for_reader) {
+            before.push(lighting::COLOR_DROP);
+        }
         after.push(geometry::COLOR_WRITE);
     }
     if plan.emissive {
         before.push(match light_target(plan) {
             // Its clear waits for TONEMAP of the last frame to have let go of it.
-            Target::Hdr => tonemap::HDR_DROP,
-            Target::Samples => render_pass::RESOLVE,
+            Target::Hdr => dropped_last(plan, tonemap::HDR_DROP),
+            Target::Samples => dropped_last(plan, render_pass::RESOLVE),
             _ => copy::READ,
         });
     }
@@ -137,13 +144,21 @@ fn gbuffer_reuse(plan: &FramePlan) -> Edge {
     )
 }
 
+/// What is over when the last subpass of the last frame has dropped something: FXAA has waited for all that it wrote.
+pub(super) fn dropped_last(plan: &FramePlan, drop: Use) -> Use {
+    if plan.fxaa { fxaa::OUTPUT_READ } else { drop }
+}
+
 fn color_use(plan: &FramePlan) -> Use {
     if plan.shading == Shading::ShowOverdraw { geometry::COUNT_BLEND } else { geometry::COLOR_WRITE }
 }
 
 fn gbuffer_to_lighting(plan: &FramePlan) -> Edge {
     let mut before = vec![geometry::DEPTH_TEST];
-    let mut after = vec![lighting::DEPTH_READ];
+    let mut after = Vec::new();
+    if plan.lighting_tests_depth() {
+        after.push(lighting::DEPTH_READ);
+    }
     if plan.transparency.is_none() {
         after.push(lighting::DEPTH_DROP);
     }
@@ -164,11 +179,11 @@ fn gbuffer_to_lighting(plan: &FramePlan) -> Edge {
 }
 
 /// Samples that LIGHTING is the first to touch, and a later subpass resolves.
-fn samples_reuse() -> Edge {
+fn samples_reuse(plan: &FramePlan) -> Edge {
     subpass(
         "samples-reuse",
         (Place::Outside, Place::Lighting),
-        &[render_pass::RESOLVE],
+        &[dropped_last(plan, render_pass::RESOLVE)],
         &[lighting::LIGHT_WRITE],
         "frames in flight share the samples: the last frame must have resolved and dropped what this one clears",
     )
@@ -257,11 +272,11 @@ fn hdr_to_tonemap(from: Place, light: Use) -> Edge {
 }
 
 /// Where no surface emits, LIGHTING is the first to touch the HDR target.
-fn hdr_reuse() -> Edge {
+fn hdr_reuse(plan: &FramePlan) -> Edge {
     subpass(
         "hdr-reuse",
         (Place::Outside, Place::Lighting),
-        &[tonemap::HDR_DROP],
+        &[dropped_last(plan, tonemap::HDR_DROP)],
         &[lighting::LIGHT_WRITE],
         "frames in flight share the HDR target: TONEMAP of the last frame must have read and dropped what this one clears",
     )

@@ -9,7 +9,7 @@ const SHADERS: S = S::from_raw(S::VERTEX_SHADER.as_raw() | S::FRAGMENT_SHADER.as
 const COPIES: S = S::TRANSFER;
 
 /// "Supported access types" of the specification, for the accesses that rows name.
-pub(super) const SUPPORTED: &[(A, S)] = &[
+pub(in crate::frame) const SUPPORTED: &[(A, S)] = &[
     (A::INDEX_READ, S::VERTEX_INPUT),
     (A::VERTEX_ATTRIBUTE_READ, S::VERTEX_INPUT),
     (A::INPUT_ATTACHMENT_READ, S::FRAGMENT_SHADER),
@@ -26,6 +26,20 @@ pub(super) const SUPPORTED: &[(A, S)] = &[
     (A::MEMORY_READ, S::ALL_COMMANDS),
     (A::MEMORY_WRITE, S::ALL_COMMANDS),
 ];
+
+/// The stages of drawing that passes have uses in, each logically earlier than the next.
+const DRAWING: [S; 5] =
+    [S::VERTEX_INPUT, S::EARLY_FRAGMENT_TESTS, S::FRAGMENT_SHADER, S::LATE_FRAGMENT_TESTS, S::COLOR_ATTACHMENT_OUTPUT];
+
+/// What must be over, without stages that wrote nothing and are logically earlier than another one of the mask: a first scope has those anyway.
+pub(super) fn latest(mask: Use) -> Use {
+    let writes = |stage: S| SUPPORTED.iter().any(|(access, by)| mask.access.contains(*access) && by.contains(stage));
+    let stages = DRAWING.iter().enumerate().fold(mask.stage, |stages, (index, &stage)| {
+        let is_covered = DRAWING[index + 1..].iter().any(|later| mask.stage.contains(*later));
+        if is_covered && !writes(stage) { stages & !stage } else { stages }
+    });
+    Use::new(stages, mask.access)
+}
 
 /// The mask less some bits, and less the accesses that no stage that is left supports. `None` when no stage is left.
 pub(super) fn without(mask: Use, bits: Use) -> Option<Use> {

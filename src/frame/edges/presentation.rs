@@ -23,7 +23,7 @@ const DRAWN_INTO: vk::ImageLayout = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
 const SAMPLED: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
 
 /// What may lie over the picture comes one after the other, each there or not: one ends with TRANSFER and the next begins with it.
-const IN_TURN: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::empty());
+pub(super) const IN_TURN: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::empty());
 
 /// None where nothing is presented.
 pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {

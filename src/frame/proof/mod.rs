@@ -1,0 +1,190 @@
+//! Which hazards a plan's rows leave, and which rows order nothing: told without a device, a driver or a layer.
+//!
+//! From the plan follows what its frames touch, and when; from the rows, what synchronizes that ([`frames`]). The specification's rules of
+//! execution and memory dependencies say what is ordered ([`order`]). A pair of touches of the same memory, one of which writes, is a hazard if it
+//! is not.
+
+use std::collections::HashMap;
+use std::fmt;
+
+use ash::vk;
+
+use super::edges::unnoticed::Part;
+use super::edges::Edges;
+use crate::plan::FramePlan;
+use order::Order;
+use program::{Kind, Memory, Program, Touch};
+
+mod frames;
+mod order;
+mod program;
+mod render_pass;
+
+/// What may go wrong between two touches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum HazardKind {
+    ReadAfterWrite,
+    WriteAfterWrite,
+    WriteAfterRead,
+    /// A layout change, and what it does not wait for.
+    ChangeAfterUse,
+    /// A use, and the layout change that it does not wait for.
+    UseAfterChange,
+    /// An image in another layout than it must have.
+    Layout,
+}
+
+impl fmt::Display for HazardKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::ReadAfterWrite => "read after write",
+            Self::WriteAfterWrite => "write after write",
+            Self::WriteAfterRead => "write after read",
+            Self::ChangeAfterUse => "layout change after use",
+            Self::UseAfterChange => "use after layout change",
+            Self::Layout => "wrong layout",
+        })
+    }
+}
+
+/// Two touches of the same memory that nothing orders.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Hazard {
+    pub kind: HazardKind,
+    /// As `the target Depth`.
+    pub memory: String,
+    /// As `GEOMETRY of frame 1 (LATE_FRAGMENT_TESTS, DEPTH_STENCIL_ATTACHMENT_WRITE)`.
+    pub first: String,
+    pub second: String,
+}
+
+impl fmt::Display for Hazard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { kind, memory, first, second } = self;
+        write!(f, "{kind} of {memory}: {second} waits for nothing that comes after {first}")
+    }
+}
+
+/// What a plan's frames do with these rows: touches of memory, and what synchronizes them. Different plans may have frames that are the same here.
+#[derive(Debug, PartialEq, Eq, Hash)]
+pub struct Frames(Program);
+
+impl Frames {
+    pub fn of(plan: &FramePlan, edges: &Edges) -> Self {
+        Self(frames::program(plan, edges))
+    }
+
+    /// None if every pair of touches is ordered.
+    pub fn hazards(&self) -> Vec<Hazard> {
+        hazards_of(&self.0).collect()
+    }
+
+    /// Whether there are any: found sooner than all of them.
+    pub fn are_safe(&self) -> bool {
+        hazards_of(&self.0).next().is_none()
+    }
+}
+
+/// The parts of rows that order nothing that another does not order already: without any one of them there is no hazard.
+pub fn superfluous(plan: &FramePlan, edges: &Edges) -> Vec<(&'static str, Part)> {
+    let rows = edges.iter().filter(|edge| edge.carrier.stays().is_none());
+    let parts = rows.flat_map(|edge| edge.parts().into_iter().map(|part| (edge.name, part)));
+    parts
+        .filter(|&(name, part)| edges.without_part(name, part).is_ok_and(|without| Frames::of(plan, &without).are_safe()))
+        .collect()
+}
+
+/// What was done to memory so far.
+#[derive(Default)]
+struct Past<'a> {
+    /// By the last group that wrote it.
+    writes: Vec<&'a Touch>,
+    /// Since then.
+    reads: Vec<&'a Touch>,
+    layout: vk::ImageLayout,
+}
+
+/// The hazards of a program, as they are found.
+fn hazards_of(program: &Program) -> impl Iterator<Item = Hazard> {
+    let order = Order::new(program);
+    let mut past: HashMap<Memory, Past> = HashMap::new();
+    // The touches of one memory by one group come together.
+    let mut groups: Vec<Vec<&Touch>> = Vec::new();
+    let mut last: HashMap<Memory, usize> = HashMap::new();
+    for touch in &program.touches {
+        match last.get(&touch.memory) {
+            Some(&index) if groups[index][0].group == touch.group => groups[index].push(touch),
+            _ => {
+                last.insert(touch.memory, groups.len());
+                groups.push(vec![touch]);
+            }
+        }
+    }
+    groups.into_iter().flat_map(move |group| past.entry(group[0].memory).or_default().take(&order, &group))
+}
+
+impl<'a> Past<'a> {
+    /// Adds what a group does, and gives what it waits for too little.
+    fn take(&mut self, order: &Order, group: &[&'a Touch]) -> Vec<Hazard> {
+        let mut found = Vec::new();
+        let mut report = |kind, first: String, second: &Touch| {
+            found.push(Hazard { kind, memory: second.memory.to_string(), first, second: told(second) });
+        };
+        for &touch in group {
+            if touch.layout != vk::ImageLayout::UNDEFINED && touch.layout != self.layout {
+                report(HazardKind::Layout, format!("{:?}, in which it is,", self.layout), touch);
+            }
+            if let Kind::Transition { to, .. } = touch.kind {
+                self.layout = to;
+            }
+        }
+        let of_kind = |kind: &Kind| group.iter().copied().filter(|touch| touch.kind == *kind).collect::<Vec<_>>();
+        // Whatever else the group does comes after its load operation.
+        let loads = of_kind(&Kind::Load);
+        for second in if loads.is_empty() { group.to_vec() } else { loads } {
+            let reads = self.reads.iter().filter(|_| second.is_write());
+            for first in self.writes.iter().chain(reads).filter(|first| !order.has(first, second)) {
+                report(kind_of(first, second), told(first), second);
+            }
+        }
+        // And before its store operation.
+        let stores = of_kind(&Kind::Store);
+        let (writes, reads): (Vec<_>, Vec<_>) = group.iter().copied().partition(|touch| touch.is_write());
+        match (stores.is_empty(), writes.is_empty()) {
+            (false, _) => (self.writes, self.reads) = (stores, Vec::new()),
+            (true, false) => (self.writes, self.reads) = (writes, reads),
+            (true, true) => self.reads.extend(reads),
+        }
+        found
+    }
+}
+
+fn kind_of(first: &Touch, second: &Touch) -> HazardKind {
+    let changes = |touch: &Touch| matches!(touch.kind, Kind::Transition { .. });
+    match (first.is_write(), second.is_write()) {
+        _ if changes(second) => HazardKind::ChangeAfterUse,
+        _ if changes(first) => HazardKind::UseAfterChange,
+        (true, true) => HazardKind::WriteAfterWrite,
+        (true, false) => HazardKind::ReadAfterWrite,
+        _ => HazardKind::WriteAfterRead,
+    }
+}
+
+/// A touch in words.
+fn told(touch: &Touch) -> String {
+    let when = match touch.frame {
+        0 => String::new(),
+        frame => format!(" in frame {frame}"),
+    };
+    let who = touch.who;
+    let what = match &touch.kind {
+        Kind::Transition { to, .. } => return format!("the change from {:?} to {to:?} by {who}{when}", touch.layout),
+        Kind::Load => ", loading,",
+        Kind::Store => ", storing,",
+        Kind::Plain => "",
+    };
+    format!("{who}{when}{what} ({:?}, {:?})", touch.stage, touch.access)
+}
+
+#[cfg(test)]
+mod tests;

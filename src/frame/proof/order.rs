@@ -1,0 +1,188 @@
+//! What is ordered before what: the specification's rules of execution and memory dependencies ("Execution and Memory Dependencies", "Pipeline
+//! Stages", "Image Layout Transitions"), as a pure function of a [`Program`].
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::rc::Rc;
+
+use ash::vk::{AccessFlags as A, PipelineStageFlags as S};
+
+use super::program::{Kind, Program, Scope, Sync, Touch};
+
+/// A stage of our own: presentation, which only semaphores order.
+pub(super) const PRESENTATION: S = S::from_raw(1 << 30);
+
+/// The stages of drawing, each logically earlier than the next.
+const DRAWING: [S; 7] = [
+    S::DRAW_INDIRECT,
+    S::VERTEX_INPUT,
+    S::VERTEX_SHADER,
+    S::EARLY_FRAGMENT_TESTS,
+    S::FRAGMENT_SHADER,
+    S::LATE_FRAGMENT_TESTS,
+    S::COLOR_ATTACHMENT_OUTPUT,
+];
+
+/// Every stage of the device that anything here happens in.
+fn all_commands() -> S {
+    DRAWING.into_iter().fold(S::COMPUTE_SHADER | S::TRANSFER, |all, stage| all | stage)
+}
+
+/// The stages of a first scope: those of its mask, and all that are logically earlier. A wait for the end of the pipe is one for everything.
+fn with_earlier(mask: S) -> S {
+    if mask.intersects(S::ALL_COMMANDS | S::BOTTOM_OF_PIPE) {
+        return all_commands() | mask;
+    }
+    let last = DRAWING.iter().rposition(|stage| mask.intersects(*stage)).map_or(0, |index| index + 1);
+    let indirect = if mask.intersects(S::COMPUTE_SHADER) { S::DRAW_INDIRECT } else { S::empty() };
+    DRAWING[..last].iter().fold(mask | indirect, |all, stage| all | *stage)
+}
+
+/// The stages of a second scope: those of its mask, and all that are logically later.
+fn with_later(mask: S) -> S {
+    if mask.intersects(S::ALL_COMMANDS | S::TOP_OF_PIPE) {
+        return all_commands() | mask;
+    }
+    let first = DRAWING.iter().position(|stage| mask.intersects(*stage)).unwrap_or(DRAWING.len());
+    let compute = if mask.intersects(S::DRAW_INDIRECT) { S::COMPUTE_SHADER } else { S::empty() };
+    DRAWING[first..].iter().fold(mask | compute, |all, stage| all | *stage)
+}
+
+impl Scope {
+    /// An access scope has only the stages and accesses that are named.
+    fn reaches_memory(&self, touch: &Touch) -> bool {
+        let named = self.mask.stage.contains(touch.stage)
+            || self.mask.stage.contains(S::ALL_COMMANDS) && all_commands().contains(touch.stage);
+        let any = if touch.is_write() { A::MEMORY_WRITE } else { A::MEMORY_READ };
+        self.span.contains(touch.time) && named && (self.mask.access.contains(touch.access) || self.mask.access.contains(any))
+    }
+}
+
+/// Bits of one word for each 64 synchronizations.
+#[derive(Clone)]
+struct Bits(Vec<u64>);
+
+impl Bits {
+    fn new(len: usize) -> Self {
+        Self(vec![0; len.div_ceil(64)])
+    }
+
+    fn set(&mut self, index: usize) {
+        self.0[index / 64] |= 1 << (index % 64);
+    }
+
+    fn has(&self, index: usize) -> bool {
+        self.0[index / 64] >> (index % 64) & 1 == 1
+    }
+
+    fn meets(&self, other: &Self) -> bool {
+        self.0.iter().zip(&other.0).any(|(own, other)| own & other != 0)
+    }
+}
+
+/// The synchronizations that happen after a touch: execution, and those before which what it wrote is made available.
+struct Reached {
+    executed: Bits,
+    available: Bits,
+}
+
+/// The rules, applied to one program.
+pub(super) struct Order<'a> {
+    program: &'a Program,
+    /// For each synchronization those that it may follow in a chain.
+    before: Vec<Bits>,
+    /// What was asked for already, by touch; within a render pass, and not.
+    reached: RefCell<HashMap<(*const Touch, bool), Rc<Reached>>>,
+}
+
+impl<'a> Order<'a> {
+    pub(super) fn new(program: &'a Program) -> Self {
+        let syncs = &program.syncs;
+        // By their second scopes, so that a chain only leads on.
+        debug_assert!(syncs.is_sorted_by_key(|sync| sync.second.span.from));
+        let seconds: Vec<_> = syncs.iter().map(|sync| with_later(sync.second.mask.stage)).collect();
+        let chained = |later: &Sync, earlier_syncs: &[Sync]| {
+            let first = with_earlier(later.first.mask.stage);
+            let mut before = Bits::new(syncs.len());
+            for (index, (earlier, second)) in earlier_syncs.iter().zip(&seconds).enumerate() {
+                if second.intersects(first) && earlier.second.span.meets(later.first.span) {
+                    before.set(index);
+                }
+            }
+            before
+        };
+        let before = syncs.iter().enumerate().map(|(index, later)| chained(later, &syncs[..index])).collect();
+        Self { program, before, reached: RefCell::default() }
+    }
+
+    /// Whether `first` is over before `second` begins, and what it wrote, if it did, is there.
+    pub(super) fn has(&self, first: &Touch, second: &Touch) -> bool {
+        // A dependency by region orders what touches its own pixel alone, in the same instance of a render pass.
+        let local = first.local.filter(|_| first.local == second.local);
+        let key = (std::ptr::from_ref(first), local.is_some());
+        let known = self.reached.borrow().get(&key).cloned();
+        let reached = known.unwrap_or_else(|| {
+            let new = Rc::new(self.reach(first, local));
+            self.reached.borrow_mut().insert(key, Rc::clone(&new));
+            new
+        });
+        let needs_memory = first.is_write();
+        let from = if needs_memory { &reached.available } else { &reached.executed };
+        match &second.kind {
+            Kind::Transition { by, .. } => by.iter().any(|&sync| from.has(sync)),
+            _ if second.stage == S::HOST => {
+                let waits = self.after(second, &reached.executed, |sync| sync.is_fence);
+                // A fence makes nothing visible to the CPU.
+                waits && (!needs_memory || second.is_write() || self.sees(second, &reached.available))
+            }
+            _ if needs_memory => self.sees(second, from),
+            _ => self.after(second, from, |_| true),
+        }
+    }
+
+    fn sees(&self, second: &Touch, available: &Bits) -> bool {
+        let mut syncs = self.program.syncs.iter().enumerate();
+        syncs.any(|(index, sync)| {
+            available.has(index) && sync.second.reaches_memory(second)
+        })
+    }
+
+    fn after(&self, second: &Touch, executed: &Bits, which: impl Fn(&Sync) -> bool) -> bool {
+        let mut syncs = self.program.syncs.iter().enumerate();
+        syncs.any(|(index, sync)| {
+            let scope = sync.second;
+            let held = scope.span.contains(second.time) && with_later(scope.mask.stage).intersects(second.stage);
+            executed.has(index) && which(sync) && held
+        })
+    }
+
+    fn reach(&self, first: &Touch, local: Option<u32>) -> Reached {
+        let syncs = &self.program.syncs;
+        let mut reached = Reached { executed: Bits::new(syncs.len()), available: Bits::new(syncs.len()) };
+        for (index, sync) in syncs.iter().enumerate() {
+            if sync.region.is_some() && sync.region != local || !sync.is_about(first.memory) {
+                continue;
+            }
+            let scope = sync.first;
+            let (executed, available) = match &first.kind {
+                Kind::Transition { by, .. } => {
+                    // What waits for whole submissions waits for their layout changes. What a change writes is available by itself.
+                    let direct = by.contains(&index) || sync.is_whole && scope.span.contains(first.time);
+                    (direct, direct)
+                }
+                _ => {
+                    let direct =
+                        scope.span.contains(first.time) && with_earlier(scope.mask.stage).intersects(first.stage);
+                    (direct, first.is_write() && scope.reaches_memory(first))
+                }
+            };
+            if executed || self.before[index].meets(&reached.executed) {
+                reached.executed.set(index);
+            }
+            if available || self.before[index].meets(&reached.available) {
+                reached.available.set(index);
+            }
+        }
+        reached
+    }
+}

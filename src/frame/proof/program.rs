@@ -1,0 +1,270 @@
+//! Frames as a list: what touches which memory and when, and what synchronizes it.
+
+use std::fmt;
+use std::rc::Rc;
+
+use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
+
+use crate::frame::edges::{Place, SUPPORTED};
+use crate::gpu::sync::{Dependency, Use};
+use crate::targets::Target;
+
+/// A place in the order of submission.
+pub(super) type Time = u32;
+
+/// What is recorded from one time until another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct Span {
+    pub(super) from: Time,
+    /// The first time that is no part of it.
+    pub(super) until: Time,
+}
+
+impl Span {
+    pub(super) const fn before(time: Time) -> Self {
+        Self { from: 0, until: time }
+    }
+
+    pub(super) const fn since(time: Time) -> Self {
+        Self { from: time, until: Time::MAX }
+    }
+
+    pub(super) fn contains(self, time: Time) -> bool {
+        self.from <= time && time < self.until
+    }
+
+    pub(super) fn meets(self, other: Self) -> bool {
+        self.from < other.until && other.from < self.until
+    }
+}
+
+/// One side of a synchronization: when, and which stages and accesses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct Scope {
+    pub(super) span: Span,
+    pub(super) mask: Use,
+}
+
+/// What orders: a barrier, a dependency of a render pass, a semaphore, a fence, or a submission.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(super) struct Sync {
+    pub(super) first: Scope,
+    pub(super) second: Scope,
+    /// The instance of a render pass within whose regions alone it orders.
+    pub(super) region: Option<u32>,
+    /// What it is about; none for everything. The specification lets dependencies of a render pass, and the execution dependency of any
+    /// barrier, order whatever there is. Here they order what their pass or their barrier touches: no pass may rest on another one's rows.
+    pub(super) memory: Option<Rc<[Memory]>>,
+    /// Its first scope has all that the span has, layout changes included: fences, and semaphores that are signaled.
+    pub(super) is_whole: bool,
+    /// The CPU waits.
+    pub(super) is_fence: bool,
+}
+
+impl Sync {
+    pub(super) fn is_about(&self, memory: Memory) -> bool {
+        self.memory.as_ref().is_none_or(|own| own.contains(&memory))
+    }
+}
+
+/// What is special about a touch.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(super) enum Kind {
+    /// Nothing.
+    Plain,
+    /// A load operation: before all else that its subpass does to the attachment.
+    Load,
+    /// A store operation: after all else.
+    Store,
+    /// A layout change: after these synchronizations' first scopes, and before their second ones.
+    Transition { by: Vec<usize>, to: vk::ImageLayout },
+}
+
+/// Memory that frames share, or one of them has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Memory {
+    Target(Target),
+    /// The picture where it is the frame's own.
+    Picture,
+    SwapchainImage,
+    /// Two layers of the image of all shadow maps: one drawn in most frames, one looked up before it is first drawn.
+    ShadowMap(usize),
+    /// Levels of a texture.
+    Level(usize),
+    /// A texture without levels.
+    Texture,
+    Vertices,
+    Indices,
+    Staging,
+    /// What the CPU writes for a frame in flight.
+    Written(usize),
+    /// What pictures are copied to.
+    ReadBack,
+}
+
+impl fmt::Display for Memory {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Target(target) => write!(f, "the target {target:?}"),
+            Self::Picture => f.write_str("the picture"),
+            Self::SwapchainImage => f.write_str("the swapchain's image"),
+            Self::ShadowMap(index) => write!(f, "shadow map {index}"),
+            Self::Level(level) => write!(f, "level {level} of a texture"),
+            Self::Texture => f.write_str("a texture without levels"),
+            Self::Vertices => f.write_str("the vertices"),
+            Self::Indices => f.write_str("the indices"),
+            Self::Staging => f.write_str("a staging buffer"),
+            Self::Written(place) => write!(f, "what the CPU writes for frames in flight at place {place}"),
+            Self::ReadBack => f.write_str("the read-back buffer"),
+        }
+    }
+}
+
+/// Who touches: a place of the frame, or the row that changes a layout.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Who {
+    At(Place),
+    Row(&'static str),
+    /// The end of a render pass.
+    End(&'static str),
+}
+
+impl fmt::Display for Who {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::At(place) => write!(f, "{place}"),
+            Self::Row(name) => write!(f, "the row {name}"),
+            Self::End(pass) => write!(f, "the end of the {pass}"),
+        }
+    }
+}
+
+/// One access of one stage to one resource.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(super) struct Touch {
+    pub(super) memory: Memory,
+    pub(super) time: Time,
+    pub(super) who: Who,
+    /// In which frame, from 1; 0 for what comes before all of them.
+    pub(super) frame: usize,
+    pub(super) stage: S,
+    pub(super) access: A,
+    /// The layout that it needs; UNDEFINED for buffers.
+    pub(super) layout: vk::ImageLayout,
+    pub(super) kind: Kind,
+    /// The instance of a render pass in which it touches its own pixel alone.
+    pub(super) local: Option<u32>,
+    /// Touches of one group need no order among each other: rasterization order has it, or one command.
+    pub(super) group: u32,
+}
+
+impl Touch {
+    pub(super) fn is_write(&self) -> bool {
+        matches!(self.kind, Kind::Transition { .. }) || !Use::new(self.stage, self.access).writes().access.is_empty()
+    }
+}
+
+/// All of it.
+#[derive(Debug, Default, PartialEq, Eq, Hash)]
+pub(super) struct Program {
+    pub(super) touches: Vec<Touch>,
+    /// By the beginning of their second scopes.
+    pub(super) syncs: Vec<Sync>,
+    /// The frame that is being added.
+    pub(super) frame: usize,
+    now: Time,
+    groups: u32,
+    instances: u32,
+}
+
+impl Program {
+    /// The next time.
+    pub(super) fn step(&mut self) -> Time {
+        self.now += 1;
+        self.now
+    }
+
+    pub(super) fn group(&mut self) -> u32 {
+        self.groups += 1;
+        self.groups
+    }
+
+    pub(super) fn instance(&mut self) -> u32 {
+        self.instances += 1;
+        self.instances
+    }
+
+    /// A command that touches memory, each in a layout, in one go.
+    pub(super) fn command(&mut self, place: Place, touches: &[(Memory, vk::ImageLayout, Use)]) {
+        let (time, group) = (self.step(), self.group());
+        for &(memory, layout, uses) in touches {
+            self.touch(&Touch { time, group, ..self.plain(memory, Who::At(place), layout) }, uses);
+        }
+    }
+
+    /// A touch of which is only said by whom, of what and in which layout.
+    pub(super) fn plain(&self, memory: Memory, who: Who, layout: vk::ImageLayout) -> Touch {
+        Touch {
+            memory,
+            time: self.now,
+            who,
+            frame: self.frame,
+            stage: S::empty(),
+            access: A::empty(),
+            layout,
+            kind: Kind::Plain,
+            local: None,
+            group: 0,
+        }
+    }
+
+    /// The same touch for each stage and each access that the stage supports.
+    pub(super) fn touch(&mut self, touch: &Touch, uses: Use) {
+        for one in each(uses) {
+            self.touches.push(Touch { stage: one.stage, access: one.access, ..touch.clone() });
+        }
+    }
+
+    /// A pipeline barrier on all memory, or on some of it. Gives its index.
+    pub(super) fn barrier(&mut self, order: Dependency, memory: Option<Memory>) -> usize {
+        let time = self.step();
+        self.synchronize(Sync {
+            first: Scope { span: Span::before(time), mask: order.before },
+            second: Scope { span: Span::since(time), mask: order.after },
+            region: None,
+            memory: memory.map(|own| Rc::from([own])),
+            is_whole: false,
+            is_fence: false,
+        })
+    }
+
+    /// A layout change now, unless the two layouts are the same.
+    pub(super) fn transition(
+        &mut self,
+        (who, memory): (Who, Memory),
+        [from, to]: [vk::ImageLayout; 2],
+        by: Vec<usize>,
+        local: Option<u32>,
+    ) {
+        if from != to {
+            let (group, kind) = (self.group(), Kind::Transition { by, to });
+            self.touches.push(Touch { kind, local, group, ..self.plain(memory, who, from) });
+        }
+    }
+
+    /// Adds a synchronization whose second scope begins no earlier than those of all others.
+    pub(super) fn synchronize(&mut self, sync: Sync) -> usize {
+        self.syncs.push(sync);
+        self.syncs.len() - 1
+    }
+}
+
+/// Each stage with each access that it supports.
+fn each(uses: Use) -> impl Iterator<Item = Use> {
+    let supported = SUPPORTED.iter().filter(move |(access, _)| uses.access.contains(*access));
+    supported.flat_map(move |&(access, stages)| {
+        let stages = (uses.stage & stages).as_raw();
+        let bits = (0..u32::BITS).map(|bit| 1 << bit).filter(move |bit| stages & bit != 0);
+        bits.map(move |stage| Use::new(S::from_raw(stage), access))
+    })
+}

@@ -1,0 +1,191 @@
+//! A render pass in the list: its dependencies, with those that are implicit, and what its subpasses do to attachments ("Render Pass": load
+//! operations, layout changes, store operations).
+
+use std::rc::Rc;
+
+use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
+
+use super::program::{Kind, Memory, Program, Scope, Span, Sync, Time, Touch, Who};
+use crate::frame::edges::Place;
+use crate::frame::render_pass::{PassDescription, RESOLVE};
+use crate::gpu::sync::Use;
+
+const COLOR: S = S::COLOR_ATTACHMENT_OUTPUT;
+const TESTS: S = S::from_raw(S::EARLY_FRAGMENT_TESTS.as_raw() | S::LATE_FRAGMENT_TESTS.as_raw());
+const COLOR_WRITE: Use = Use::new(COLOR, A::COLOR_ATTACHMENT_WRITE);
+const COLOR_READ: Use = Use::new(COLOR, A::COLOR_ATTACHMENT_READ);
+const DEPTH_READ: Use = Use::new(TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ);
+const DEPTH_WRITE: Use = Use::new(TESTS, A::DEPTH_STENCIL_ATTACHMENT_WRITE);
+const INPUT_READ: Use = Use::new(S::FRAGMENT_SHADER, A::INPUT_ATTACHMENT_READ);
+
+/// The accesses of implicit dependencies (`VkSubpassDependency`).
+const IMPLICIT: A = A::from_raw(
+    A::INPUT_ATTACHMENT_READ.as_raw()
+        | A::COLOR_ATTACHMENT_READ.as_raw()
+        | A::COLOR_ATTACHMENT_WRITE.as_raw()
+        | A::DEPTH_STENCIL_ATTACHMENT_READ.as_raw()
+        | A::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw(),
+);
+
+/// What a subpass does besides to attachments: memory, its layout, the use.
+pub(super) type Besides = (Memory, vk::ImageLayout, Use);
+
+/// An instance of a render pass that is being added.
+struct Instance<'a> {
+    pass: &'a PassDescription,
+    /// Of each attachment.
+    memory: &'a [Memory],
+    /// This, and what subpasses touch besides.
+    touched: Rc<[Memory]>,
+    id: u32,
+    begin: Time,
+    /// When each subpass is.
+    times: Vec<Time>,
+    end: Time,
+    /// Each dependency: its subpasses, and its index.
+    dependencies: Vec<([u32; 2], usize)>,
+}
+
+const EXTERNAL: u32 = vk::SUBPASS_EXTERNAL;
+
+impl Program {
+    /// An instance of a pass. `memory` is that of its attachments, and `besides` tells of each subpass what else it touches.
+    pub(super) fn render_pass(&mut self, pass: &PassDescription, memory: &[Memory], besides: impl Fn(Place) -> Vec<Besides>) {
+        let begin = self.step();
+        let times = pass.subpasses.iter().map(|_| self.step()).collect();
+        let besides: Vec<_> = pass.subpasses.iter().map(|subpass| besides(subpass.place)).collect();
+        let touched = memory.iter().copied().chain(besides.iter().flatten().map(|(memory, ..)| *memory)).collect();
+        let (id, end) = (self.instance(), self.step());
+        let mut instance = Instance { pass, memory, touched, id, begin, times, end, dependencies: Vec::new() };
+        instance.add_dependencies(self);
+        for (index, (subpass, besides)) in (0..).zip(pass.subpasses.iter().zip(&besides)) {
+            let (who, group) = (Who::At(subpass.place), self.group());
+            let time = instance.times[index as usize];
+            for attachment in 0..pass.attachments.len() as u32 {
+                instance.touch(self, who, (index, attachment), group);
+            }
+            for &(memory, layout, uses) in besides {
+                self.touch(&Touch { time, group, ..self.plain(memory, who, layout) }, uses);
+            }
+        }
+        for attachment in 0..pass.attachments.len() as u32 {
+            instance.finish(self, attachment);
+        }
+    }
+}
+
+impl Instance<'_> {
+    /// The layout in which a subpass uses an attachment, if it does.
+    fn layout(&self, subpass: u32, attachment: u32) -> Option<vk::ImageLayout> {
+        let own = &self.pass.subpasses[subpass as usize];
+        let mut references = own.input.iter().chain(&own.color).chain(&own.resolve).chain(&own.depth);
+        references.find(|reference| reference.attachment == attachment).map(|reference| reference.layout)
+    }
+
+    fn users(&self, attachment: u32) -> Vec<u32> {
+        (0..self.times.len() as u32).filter(|&subpass| self.layout(subpass, attachment).is_some()).collect()
+    }
+
+    fn add_dependencies(&mut self, program: &mut Program) {
+        let mut all: Vec<([u32; 2], Use, Use, bool)> = self
+            .pass
+            .dependencies
+            .iter()
+            .map(|(edge, ends)| (*ends, edge.before, edge.after, edge.by_region))
+            .collect();
+        // Where an attachment's layout changes and nothing is said, there are implicit dependencies that wait for nothing from outside.
+        for (index, (_, attachment)) in (0..).zip(&self.pass.attachments) {
+            let users = self.users(index);
+            let (Some(&first), Some(&last)) = (users.first(), users.last()) else { continue };
+            let is = |wanted: [u32; 2], all: &[([u32; 2], Use, Use, bool)]| all.iter().any(|(ends, ..)| *ends == wanted);
+            if self.layout(first, index) != Some(attachment.initial_layout) && !is([EXTERNAL, first], &all) {
+                all.push(([EXTERNAL, first], Use::START, Use::new(S::ALL_COMMANDS, IMPLICIT), false));
+            }
+            if self.layout(last, index) != Some(attachment.final_layout) && !is([last, EXTERNAL], &all) {
+                all.push(([last, EXTERNAL], Use::new(S::ALL_COMMANDS, IMPLICIT).writes(), Use::END, false));
+            }
+        }
+        all.sort_by_key(|([_, to], ..)| *to);
+        for (ends, before, after, by_region) in all {
+            let span = |subpass: u32, outside: Span| match self.times.get(subpass as usize) {
+                Some(&time) => Span { from: time, until: time + 1 },
+                None => outside,
+            };
+            let sync = Sync {
+                first: Scope { span: span(ends[0], Span::before(self.begin)), mask: before },
+                second: Scope { span: span(ends[1], Span::since(self.end)), mask: after },
+                region: by_region.then_some(self.id),
+                memory: Some(Rc::clone(&self.touched)),
+                is_whole: false,
+                is_fence: false,
+            };
+            self.dependencies.push((ends, program.synchronize(sync)));
+        }
+    }
+
+    /// What a subpass does to an attachment, with the layout change before it.
+    fn touch(&self, program: &mut Program, who: Who, (subpass, attachment): (u32, u32), group: u32) {
+        let Some(layout) = self.layout(subpass, attachment) else { return };
+        let users = self.users(attachment);
+        let previous = users.iter().rev().find(|&&user| user < subpass).copied();
+        let description = self.pass.attachments[attachment as usize].1;
+        let memory = self.memory[attachment as usize];
+        let from = previous.map_or(description.initial_layout, |user| self.layout(user, attachment).unwrap_or(layout));
+        let change = self.change((previous, Some(subpass)));
+        program.transition((who, memory), [from, layout], change, Some(self.id));
+
+        let is_depth = self.pass.subpasses.iter().any(|own| own.depth.is_some_and(|own| own.attachment == attachment));
+        let (time, local) = (self.times[subpass as usize], Some(self.id));
+        let own = Touch { time, local, group, ..program.plain(memory, who, layout) };
+        let mut touch = |uses: Use, kind: Kind| program.touch(&Touch { kind, ..own.clone() }, uses);
+        let write = if is_depth { DEPTH_WRITE } else { COLOR_WRITE };
+        if previous.is_none() {
+            let load = match (description.load_op, is_depth) {
+                (vk::AttachmentLoadOp::LOAD, true) => DEPTH_READ,
+                (vk::AttachmentLoadOp::LOAD, false) => COLOR_READ,
+                _ => write,
+            };
+            let stage = if is_depth { S::EARLY_FRAGMENT_TESTS } else { COLOR };
+            touch(Use::new(stage, load.access), Kind::Load);
+        }
+        let subpass_of = &self.pass.subpasses[subpass as usize];
+        let names = |references: &[vk::AttachmentReference]| references.iter().any(|own| own.attachment == attachment);
+        if names(&subpass_of.input) {
+            touch(INPUT_READ, Kind::Plain);
+        }
+        if names(&subpass_of.color) {
+            // What an earlier subpass drew and this one draws over, it blends with.
+            touch(if previous.is_some() { COLOR_READ.or(COLOR_WRITE) } else { COLOR_WRITE }, Kind::Plain);
+            if !subpass_of.resolve.is_empty() {
+                touch(RESOLVE, Kind::Plain);
+            }
+        }
+        if names(&subpass_of.resolve) {
+            touch(COLOR_WRITE, Kind::Plain);
+        }
+        if let Some(depth) = subpass_of.depth.filter(|own| own.attachment == attachment) {
+            let writes = depth.layout == vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
+            touch(if writes { DEPTH_READ.or(DEPTH_WRITE) } else { DEPTH_READ }, Kind::Plain);
+        }
+        if users.last() == Some(&subpass) {
+            let stage = if is_depth { S::LATE_FRAGMENT_TESTS } else { COLOR };
+            touch(Use::new(stage, write.access), Kind::Store);
+        }
+    }
+
+    /// The layout change at the end of the pass.
+    fn finish(&self, program: &mut Program, attachment: u32) {
+        let last = self.users(attachment).last().copied();
+        let Some(from) = last.and_then(|last| self.layout(last, attachment)) else { return };
+        let to = self.pass.attachments[attachment as usize].1.final_layout;
+        let end = (Who::End(self.pass.name), self.memory[attachment as usize]);
+        program.transition(end, [from, to], self.change((last, None)), Some(self.id));
+    }
+
+    /// The dependencies that a layout change between two users is a part of; outside is none. By the specification it also comes after those from
+    /// its first user to others, and before those from others to its second one; here each change has a row of its own.
+    fn change(&self, (from, to): (Option<u32>, Option<u32>)) -> Vec<usize> {
+        let ends = [from, to].map(|subpass| subpass.unwrap_or(EXTERNAL));
+        self.dependencies.iter().filter(|(own, _)| *own == ends).map(|(_, index)| *index).collect()
+    }
+}

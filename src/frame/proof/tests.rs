@@ -1,0 +1,3 @@
+use super::*;
+use crate::frame::edges;
+use crate::plan::samples;
