@@ -255,7 +255,7 @@ impl Frames<'_> {
             second: Scope { span: Span::since(now), mask: Use::new(mask.stage, DEVICE_ACCESS.access) },
             region: None,
             // Presentation of other images goes on meanwhile.
-            memory: Some([Memory::SwapchainImage].into()),
+            memory: Some([Memory::SwapchainImage].into_iter().collect()),
             is_whole: false,
             is_fence: false,
         });

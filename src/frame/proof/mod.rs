@@ -10,7 +10,7 @@ use std::fmt;
 use ash::vk;
 
 use super::edges::unnoticed::Part;
-use super::edges::Edges;
+use super::edges::{Edges, Refused};
 use crate::plan::FramePlan;
 use order::Order;
 use program::{Kind, Memory, Program, Touch};
@@ -85,13 +85,12 @@ impl Frames {
     }
 }
 
-/// The parts of rows that order nothing that another does not order already: without any one of them there is no hazard.
-pub fn superfluous(plan: &FramePlan, edges: &Edges) -> Vec<(&'static str, Part)> {
-    let rows = edges.iter().filter(|edge| edge.carrier.stays().is_none());
-    let parts = rows.flat_map(|edge| edge.parts().into_iter().map(|part| (edge.name, part)));
-    parts
-        .filter(|&(name, part)| edges.without_part(name, part).is_ok_and(|without| Frames::of(plan, &without).are_safe()))
-        .collect()
+/// Whether nothing is lost without a part of a row: it orders only what others order already.
+///
+/// # Errors
+/// As [`Edges::without_part`].
+pub fn is_superfluous(plan: &FramePlan, edges: &Edges, name: &str, part: Part) -> Result<bool, Refused> {
+    Ok(Frames::of(plan, &edges.without_part(name, part)?).are_safe())
 }
 
 /// What was done to memory so far.

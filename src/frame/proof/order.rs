@@ -89,6 +89,10 @@ struct Reached {
 /// The rules, applied to one program.
 pub(super) struct Order<'a> {
     program: &'a Program,
+    /// The stages of each synchronization's first scope, with the logically earlier ones.
+    firsts: Vec<S>,
+    /// Those of its second scope, with the logically later ones.
+    seconds: Vec<S>,
     /// For each synchronization those that it may follow in a chain.
     before: Vec<Bits>,
     /// What was asked for already, by touch; within a render pass, and not.
@@ -101,18 +105,18 @@ impl<'a> Order<'a> {
         // By their second scopes, so that a chain only leads on.
         debug_assert!(syncs.is_sorted_by_key(|sync| sync.second.span.from));
         let seconds: Vec<_> = syncs.iter().map(|sync| with_later(sync.second.mask.stage)).collect();
-        let chained = |later: &Sync, earlier_syncs: &[Sync]| {
-            let first = with_earlier(later.first.mask.stage);
+        let firsts: Vec<_> = syncs.iter().map(|sync| with_earlier(sync.first.mask.stage)).collect();
+        let chained = |(later, first): (&Sync, &S), earlier_syncs: &[Sync]| {
             let mut before = Bits::new(syncs.len());
             for (index, (earlier, second)) in earlier_syncs.iter().zip(&seconds).enumerate() {
-                if second.intersects(first) && earlier.second.span.meets(later.first.span) {
+                if second.intersects(*first) && earlier.second.span.meets(later.first.span) {
                     before.set(index);
                 }
             }
             before
         };
-        let before = syncs.iter().enumerate().map(|(index, later)| chained(later, &syncs[..index])).collect();
-        Self { program, before, reached: RefCell::default() }
+        let before = syncs.iter().zip(&firsts).enumerate().map(|(index, later)| chained(later, &syncs[..index])).collect();
+        Self { program, firsts, seconds, before, reached: RefCell::default() }
     }
 
     /// Whether `first` is over before `second` begins, and what it wrote, if it did, is there.
@@ -150,8 +154,7 @@ impl<'a> Order<'a> {
     fn after(&self, second: &Touch, executed: &Bits, which: impl Fn(&Sync) -> bool) -> bool {
         let mut syncs = self.program.syncs.iter().enumerate();
         syncs.any(|(index, sync)| {
-            let scope = sync.second;
-            let held = scope.span.contains(second.time) && with_later(scope.mask.stage).intersects(second.stage);
+            let held = sync.second.span.contains(second.time) && self.seconds[index].intersects(second.stage);
             executed.has(index) && which(sync) && held
         })
     }
@@ -171,8 +174,7 @@ impl<'a> Order<'a> {
                     (direct, direct)
                 }
                 _ => {
-                    let direct =
-                        scope.span.contains(first.time) && with_earlier(scope.mask.stage).intersects(first.stage);
+                    let direct = scope.span.contains(first.time) && self.firsts[index].intersects(first.stage);
                     (direct, first.is_write() && scope.reaches_memory(first))
                 }
             };

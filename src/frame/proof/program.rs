@@ -1,7 +1,6 @@
 //! Frames as a list: what touches which memory and when, and what synchronizes it.
 
 use std::fmt;
-use std::rc::Rc;
 
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
@@ -54,7 +53,7 @@ pub(super) struct Sync {
     pub(super) region: Option<u32>,
     /// What it is about; none for everything. The specification lets dependencies of a render pass, and the execution dependency of any
     /// barrier, order whatever there is. Here they order what their pass or their barrier touches: no pass may rest on another one's rows.
-    pub(super) memory: Option<Rc<[Memory]>>,
+    pub(super) memory: Option<MemorySet>,
     /// Its first scope has all that the span has, layout changes included: fences, and semaphores that are signaled.
     pub(super) is_whole: bool,
     /// The CPU waits.
@@ -63,7 +62,7 @@ pub(super) struct Sync {
 
 impl Sync {
     pub(super) fn is_about(&self, memory: Memory) -> bool {
-        self.memory.as_ref().is_none_or(|own| own.contains(&memory))
+        self.memory.is_none_or(|own| own.contains(memory))
     }
 }
 
@@ -100,6 +99,38 @@ pub(super) enum Memory {
     Written(usize),
     /// What pictures are copied to.
     ReadBack,
+}
+
+/// Some of it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
+pub(super) struct MemorySet(u64);
+
+impl MemorySet {
+    fn contains(self, memory: Memory) -> bool {
+        self.0 & Self::bit(memory) != 0
+    }
+
+    fn bit(memory: Memory) -> u64 {
+        1 << match memory {
+            Memory::Picture => 0,
+            Memory::SwapchainImage => 1,
+            Memory::Texture => 2,
+            Memory::Vertices => 3,
+            Memory::Indices => 4,
+            Memory::Staging => 5,
+            Memory::ReadBack => 6,
+            Memory::ShadowMap(index) => 8 + index,
+            Memory::Level(level) => 16 + level,
+            Memory::Written(place) => 24 + place,
+            Memory::Target(target) => 32 + target as usize,
+        }
+    }
+}
+
+impl FromIterator<Memory> for MemorySet {
+    fn from_iter<T: IntoIterator<Item = Memory>>(all: T) -> Self {
+        Self(all.into_iter().fold(0, |bits, memory| bits | Self::bit(memory)))
+    }
 }
 
 impl fmt::Display for Memory {
@@ -232,7 +263,7 @@ impl Program {
             first: Scope { span: Span::before(time), mask: order.before },
             second: Scope { span: Span::since(time), mask: order.after },
             region: None,
-            memory: memory.map(|own| Rc::from([own])),
+            memory: memory.map(|own| [own].into_iter().collect()),
             is_whole: false,
             is_fence: false,
         })

@@ -1,11 +1,9 @@
 //! A render pass in the list: its dependencies, with those that are implicit, and what its subpasses do to attachments ("Render Pass": load
 //! operations, layout changes, store operations).
 
-use std::rc::Rc;
-
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
-use super::program::{Kind, Memory, Program, Scope, Span, Sync, Time, Touch, Who};
+use super::program::{Kind, Memory, MemorySet, Program, Scope, Span, Sync, Time, Touch, Who};
 use crate::frame::edges::Place;
 use crate::frame::render_pass::{PassDescription, RESOLVE};
 use crate::gpu::sync::Use;
@@ -36,7 +34,7 @@ struct Instance<'a> {
     /// Of each attachment.
     memory: &'a [Memory],
     /// This, and what subpasses touch besides.
-    touched: Rc<[Memory]>,
+    touched: MemorySet,
     id: u32,
     begin: Time,
     /// When each subpass is.
@@ -115,7 +113,7 @@ impl Instance<'_> {
                 first: Scope { span: span(ends[0], Span::before(self.begin)), mask: before },
                 second: Scope { span: span(ends[1], Span::since(self.end)), mask: after },
                 region: by_region.then_some(self.id),
-                memory: Some(Rc::clone(&self.touched)),
+                memory: Some(self.touched),
                 is_whole: false,
                 is_fence: false,
             };
