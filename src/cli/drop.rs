@@ -1,4 +1,4 @@
-//! `afterlight inspect --drop`: frames with a dependency missing, and what the validation layer has to say of them.
+//! `afterlight inspect --drop`: frames with a dependency missing, and what the specification's rules and the validation layer have to say of them.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use afterlight::frame::edges::unnoticed::{Part, reason};
 use afterlight::frame::edges::{self, Edge, Edges};
+use afterlight::frame::proof::{Frames, Hazard};
 use afterlight::frame::{experiment, plan_for};
 use afterlight::gpu::{Device, Instance, InstanceOptions, Message, MessageKind, Validation, vk};
 use afterlight::scene::SettingsPatch;
@@ -45,7 +46,8 @@ pub fn run(
         let mut settings = workload.settings(variation, &device.physical)?;
         // Each frame draws its maps, so that their rows have something to order.
         settings.shadows.cache = false;
-        let table = edges::table(&plan_for(&device, &workload.scene, &settings)?);
+        let plan = plan_for(&device, &workload.scene, &settings)?;
+        let table = edges::table(&plan);
         let without = table.without(name).map_err(|error| Failure::usage(error.to_string()))?;
         let draw = |edges: Edges| {
             said(&instance, &device, |device| experiment::draw(device, &workload.scene, &settings, edges))
@@ -63,21 +65,42 @@ pub fn run(
             let _ = writeln!(text, "{scene}: {width}x{height} on {gpu}, frames without {name}");
             let _ = writeln!(text, "  {} -> {}, {}", edge.from, edge.to, edge.carrier);
             let _ = writeln!(text, "  why it is there: {}", edge.why);
+            let _ = writeln!(text, "\nThe specification's rules:\n{}", proved(&Frames::of(&plan, &without).hazards()));
             dropped = Some((edge.clone(), layer));
         }
         let mode = if sync_shader_heuristic { "with its shader heuristic" } else { "as it is by default" };
         let (messages, more) = draw(without)?;
         silent &= messages.is_empty();
-        let _ = writeln!(text, "\nLayer {}, {mode}:", version(layer));
+        let _ = writeln!(text, "Layer {}, {mode}:", version(layer));
         match messages.is_empty() {
             true => text.push_str("  nothing\n"),
             false => text.push_str(&listing(&messages, more)),
         }
+        text.push('\n');
     }
     if let Some((edge, layer)) = dropped.filter(|_| silent) {
-        let _ = writeln!(text, "\n{}", silence(&edge, layer));
+        let _ = writeln!(text, "{}", silence(&edge, layer));
     }
-    output::print(&text, false)
+    output::print(text.trim_end(), false)
+}
+
+/// Each kind of hazard of each memory once, with how many pairs of touches have it.
+fn proved(hazards: &[Hazard]) -> String {
+    let mut kinds: Vec<(&Hazard, usize)> = Vec::new();
+    for hazard in hazards {
+        match kinds.iter_mut().find(|(own, _)| own.kind == hazard.kind && own.memory == hazard.memory) {
+            Some((_, count)) => *count += 1,
+            None => kinds.push((hazard, 1)),
+        }
+    }
+    kinds.iter().fold(String::new(), |text, (hazard, count)| {
+        let others = match count - 1 {
+            0 => String::new(),
+            1 => " (and one more)".into(),
+            more => format!(" (and {more} more)"),
+        };
+        format!("{text}  {hazard}{others}\n")
+    })
 }
 
 /// What it means that the layer says nothing.

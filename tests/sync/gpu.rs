@@ -459,8 +459,7 @@ fn a_pipeline_given_up_is_owned_again_by_whoever_asks_for_the_like() -> TestResu
             let set_layout = SetLayout::new(device, "set layout", &[binding])?;
             let layout = gpu::pipeline_layout(device, "layout", &[set_layout.raw], &[])?;
             let constants = &[(3, constant)];
-            let stage =
-                ShaderStage { spirv: &shader, entry: c"main", stage: vk::ShaderStageFlags::COMPUTE, constants };
+            let stage = ShaderStage { spirv: &shader, entry: c"main", stage: vk::ShaderStageFlags::COMPUTE, constants };
             gpu::compute_pipeline(device, name, &stage, layout.raw)
         };
         let first = pipeline("first", 1)?;

@@ -79,7 +79,10 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         table.push(hdr_to_tonemap(last_light, light_use));
     }
     let (read, read_back) = match plan.draws_into_swapchain() {
-        true => (presentation::IN_TURN, "what comes over the picture waits for TRANSFER, and so for the layout that the pass leaves it in"),
+        true => (
+            presentation::IN_TURN,
+            "what comes over the picture waits for TRANSFER, and so for the layout that the pass leaves it in",
+        ),
         false => (copy::READ, "COPY reads the picture after the pass, in the layout that the pass leaves it in"),
     };
     if plan.fxaa {

@@ -63,10 +63,6 @@ pub fn reason(edge: &Edge, part: Part) -> Option<&'static Unnoticed> {
     UNNOTICED.iter().find(|entry| entry.is_about(edge, part))
 }
 
-const fn stages(first: S, second: S) -> S {
-    S::from_raw(first.as_raw() | second.as_raw())
-}
-
 const fn accesses(first: A, second: A) -> A {
     A::from_raw(first.as_raw() | second.as_raw())
 }
@@ -77,8 +73,6 @@ const OVER_PRESENTED: Carrier =
 
 const IN_ORDER: &str = "Within a subpass of a render pass instance, for a given (x,y,layer,sample) sample location, the following operations \
                         are guaranteed to execute in rasterization order, for each separate primitive that includes that sample location";
-const EARLIER: &str = "including any stage in the source stage mask for a particular synchronization command also implies that any logically \
-                       earlier stages are included in Scope1st for that command";
 const CHAIN: &str = "an execution dependency chain exists if the intersection of ScopedOps2 in ExeDepA and ScopedOps1 in ExeDepB is not an \
                      empty set";
 
@@ -182,56 +176,6 @@ pub static UNNOTICED: &[Unnoticed] = &[
                mask",
         why: "where nothing is drawn, depth was written by its clear, which executes in EARLY_FRAGMENT_TESTS. LATE_FRAGMENT_TESTS includes \
               what is logically earlier for execution, but an access scope only has the stages that are named",
-    },
-    Unnoticed {
-        rows: &["lighting-to-transparent"],
-        parts: Parts::Any(
-            Side::Before,
-            stages(stages(S::EARLY_FRAGMENT_TESTS, S::LATE_FRAGMENT_TESTS), S::FRAGMENT_SHADER),
-            A::empty(),
-        ),
-        only: ALWAYS,
-        section: "Pipeline Stages",
-        says: EARLIER,
-        why: "LIGHTING tests depth and reads it as an input before TRANSPARENT drops it. A first scope includes logically earlier stages, so that \
-              the latest of these covers the others, and COLOR_ATTACHMENT_OUTPUT all of them where it is there; each is named for its own use",
-    },
-    Unnoticed {
-        rows: &["targets-reuse", "output-reuse"],
-        parts: Parts::Any(Side::Before, S::FRAGMENT_SHADER, A::empty()),
-        only: |edge| edge.before.stage.intersects(stages(S::LATE_FRAGMENT_TESTS, S::COLOR_ATTACHMENT_OUTPUT)),
-        section: "Pipeline Stages",
-        says: EARLIER,
-        why: "FXAA of the last frame reads the output. A first scope includes logically earlier stages, so that LATE_FRAGMENT_TESTS, where depth \
-              was dropped, or COLOR_ATTACHMENT_OUTPUT, where samples were, covers FRAGMENT_SHADER; it is named for its own use",
-    },
-    Unnoticed {
-        rows: &["gbuffer-reuse", "output-reuse", "targets-reuse"],
-        parts: Parts::Any(Side::Before, S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE),
-        only: |edge| edge.before.stage.contains(S::TRANSFER),
-        section: "Execution and Memory Dependencies",
-        says: CHAIN,
-        why: "superfluous while the picture is copied by a transfer: what read-back makes available to TRANSFER, this row waits for through \
-              TRANSFER, which makes a chain. It is named for its own use, as that of the attachments' drop and not of the copy",
-    },
-    Unnoticed {
-        rows: &["output-reuse", "targets-reuse"],
-        parts: Parts::Any(Side::Before, S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE),
-        only: |edge| edge.before.stage.contains(S::FRAGMENT_SHADER),
-        section: "Execution and Memory Dependencies",
-        says: CHAIN,
-        why: "superfluous beside FXAA: what output-to-fxaa makes available to FRAGMENT_SHADER, this row waits for through FRAGMENT_SHADER, which \
-              makes a chain. It is named for its own use, as that of the samples' drop and not of the output",
-    },
-    Unnoticed {
-        rows: &["output-reuse"],
-        parts: Parts::Any(Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE),
-        // Where samples are resolved into an image of the swapchain.
-        only: |edge| edge.before.stage == S::COLOR_ATTACHMENT_OUTPUT,
-        section: "Execution and Memory Dependencies",
-        says: CHAIN,
-        why: "superfluous beside gbuffer-reuse, which makes the same writes available and makes a chain with gbuffer-to-lighting. It is named for \
-              its own use, as that of the samples' drop",
     },
     Unnoticed {
         rows: &["picture-to-split", "picture-to-copy", "picture-to-overlay"],

@@ -5,8 +5,8 @@ use ash::vk::{AccessFlags as A, ImageLayout as L, PipelineStageFlags as S};
 use super::order::PRESENTATION;
 use super::program::{Memory, Program, Scope, Span, Sync, Time, Who};
 use super::render_pass::Besides;
-use crate::frame::edges::{Carrier, Edges, Place};
 use crate::frame::IN_FLIGHT;
+use crate::frame::edges::{Carrier, Edges, Place};
 use crate::frame::render_pass::{PassDescription, Resource, input_layout};
 use crate::gpu::sync::{DEVICE_ACCESS, Dependency, HOST_WRITE, Use};
 use crate::gpu::upload::{BLIT_READ, COPY_WRITE};
@@ -226,9 +226,8 @@ impl Frames<'_> {
         self.image_barrier("output-reuse", Memory::Picture);
         let emitted = plan.emissive.then_some(Target::Hdr);
         let stored: Vec<_> = stored_inputs(plan).into_iter().map(|(_, target)| target).chain(emitted).collect();
-        let read = |&target: &Target| {
-            (memory_of(plan, Resource::Target(target)), input_layout(target), tiled::GBUFFER_READ)
-        };
+        let read =
+            |&target: &Target| (memory_of(plan, Resource::Target(target)), input_layout(target), tiled::GBUFFER_READ);
         let mut touches: Vec<_> = stored.iter().map(read).collect();
         touches.push((Memory::Picture, L::GENERAL, tiled::OUTPUT_WRITE));
         touches.push((place, BUFFER, UNIFORM_READ));
@@ -267,7 +266,8 @@ impl Frames<'_> {
         if self.plan.is_tiled() && is_straight {
             self.image_barrier("swapchain-to-present", Memory::SwapchainImage);
             let read = (Memory::Picture, L::TRANSFER_SRC_OPTIMAL, copy::READ);
-            self.program.command(Place::Present, &[read, (Memory::SwapchainImage, L::TRANSFER_DST_OPTIMAL, present::WRITE)]);
+            self.program
+                .command(Place::Present, &[read, (Memory::SwapchainImage, L::TRANSFER_DST_OPTIMAL, present::WRITE)]);
             self.image_barrier("present-to-swapchain", Memory::SwapchainImage);
         }
         if turn.split {
@@ -291,7 +291,8 @@ impl Frames<'_> {
             self.image_barrier("picture-to-encode", Memory::Picture);
             self.image_barrier("swapchain-to-encode", Memory::SwapchainImage);
             let read = (Memory::Picture, L::SHADER_READ_ONLY_OPTIMAL, encode::READ);
-            self.program.command(Place::Encode, &[read, (Memory::SwapchainImage, L::COLOR_ATTACHMENT_OPTIMAL, encode::WRITE)]);
+            self.program
+                .command(Place::Encode, &[read, (Memory::SwapchainImage, L::COLOR_ATTACHMENT_OPTIMAL, encode::WRITE)]);
             self.image_barrier("encode-to-picture", Memory::Picture);
             self.image_barrier("encode-to-swapchain", Memory::SwapchainImage);
         }

@@ -54,7 +54,9 @@ impl Scope {
         let named = self.mask.stage.contains(touch.stage)
             || self.mask.stage.contains(S::ALL_COMMANDS) && all_commands().contains(touch.stage);
         let any = if touch.is_write() { A::MEMORY_WRITE } else { A::MEMORY_READ };
-        self.span.contains(touch.time) && named && (self.mask.access.contains(touch.access) || self.mask.access.contains(any))
+        self.span.contains(touch.time)
+            && named
+            && (self.mask.access.contains(touch.access) || self.mask.access.contains(any))
     }
 }
 
@@ -115,7 +117,8 @@ impl<'a> Order<'a> {
             }
             before
         };
-        let before = syncs.iter().zip(&firsts).enumerate().map(|(index, later)| chained(later, &syncs[..index])).collect();
+        let before =
+            syncs.iter().zip(&firsts).enumerate().map(|(index, later)| chained(later, &syncs[..index])).collect();
         Self { program, firsts, seconds, before, reached: RefCell::default() }
     }
 
@@ -146,9 +149,7 @@ impl<'a> Order<'a> {
 
     fn sees(&self, second: &Touch, available: &Bits) -> bool {
         let mut syncs = self.program.syncs.iter().enumerate();
-        syncs.any(|(index, sync)| {
-            available.has(index) && sync.second.reaches_memory(second)
-        })
+        syncs.any(|(index, sync)| available.has(index) && sync.second.reaches_memory(second))
     }
 
     fn after(&self, second: &Touch, executed: &Bits, which: impl Fn(&Sync) -> bool) -> bool {

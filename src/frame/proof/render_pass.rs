@@ -48,7 +48,12 @@ const EXTERNAL: u32 = vk::SUBPASS_EXTERNAL;
 
 impl Program {
     /// An instance of a pass. `memory` is that of its attachments, and `besides` tells of each subpass what else it touches.
-    pub(super) fn render_pass(&mut self, pass: &PassDescription, memory: &[Memory], besides: impl Fn(Place) -> Vec<Besides>) {
+    pub(super) fn render_pass(
+        &mut self,
+        pass: &PassDescription,
+        memory: &[Memory],
+        besides: impl Fn(Place) -> Vec<Besides>,
+    ) {
         let begin = self.step();
         let times = pass.subpasses.iter().map(|_| self.step()).collect();
         let besides: Vec<_> = pass.subpasses.iter().map(|subpass| besides(subpass.place)).collect();
@@ -95,7 +100,8 @@ impl Instance<'_> {
         for (index, (_, attachment)) in (0..).zip(&self.pass.attachments) {
             let users = self.users(index);
             let (Some(&first), Some(&last)) = (users.first(), users.last()) else { continue };
-            let is = |wanted: [u32; 2], all: &[([u32; 2], Use, Use, bool)]| all.iter().any(|(ends, ..)| *ends == wanted);
+            let is =
+                |wanted: [u32; 2], all: &[([u32; 2], Use, Use, bool)]| all.iter().any(|(ends, ..)| *ends == wanted);
             if self.layout(first, index) != Some(attachment.initial_layout) && !is([EXTERNAL, first], &all) {
                 all.push(([EXTERNAL, first], Use::START, Use::new(S::ALL_COMMANDS, IMPLICIT), false));
             }

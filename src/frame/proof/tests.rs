@@ -1,3 +1,192 @@
+//! The rules, each on a few commands; `tests/sync/proof.rs` has the plans.
+
+use ash::vk::{AccessFlags as A, ImageLayout as L, PipelineStageFlags as S};
+
+use super::program::{MemorySet, Scope, Span, Sync, Who};
 use super::*;
-use crate::frame::edges;
+use crate::frame::edges::{Place, Side, table};
+use crate::gpu::sync::{DEVICE_ACCESS, Dependency, Use};
 use crate::plan::samples;
+
+const COPY_WRITE: Use = Use::new(S::TRANSFER, A::TRANSFER_WRITE);
+const COPY_READ: Use = Use::new(S::TRANSFER, A::TRANSFER_READ);
+const SAMPLE: Use = Use::new(S::FRAGMENT_SHADER, A::SHADER_READ);
+const COLOR_WRITE: Use = Use::new(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE);
+const FETCH: Use = Use::new(S::VERTEX_INPUT, A::VERTEX_ATTRIBUTE_READ);
+const EARLY_WRITE: Use = Use::new(S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_WRITE);
+const LATE_WRITE: Use = Use::new(S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_WRITE);
+const HOST_READ: Use = Use::new(S::HOST, A::HOST_READ);
+const HOST_WRITE: Use = Use::new(S::HOST, A::HOST_WRITE);
+const BUFFER: L = L::UNDEFINED;
+
+/// Only the stages.
+fn bare(uses: Use) -> Use {
+    Use::new(uses.stage, A::empty())
+}
+
+/// What two touches of the same buffer are with these barriers between them, one after the other.
+fn between(first: Use, barriers: &[(Use, Use)], second: Use) -> Vec<HazardKind> {
+    let mut program = Program::default();
+    program.command(Place::Upload, &[(Memory::Vertices, BUFFER, first)]);
+    for &(before, after) in barriers {
+        program.barrier(Dependency { before, after }, None);
+    }
+    program.command(Place::Draws, &[(Memory::Vertices, BUFFER, second)]);
+    kinds(&program)
+}
+
+fn kinds(program: &Program) -> Vec<HazardKind> {
+    hazards_of(program).map(|hazard| hazard.kind).collect()
+}
+
+const NONE: Vec<HazardKind> = Vec::new();
+
+#[test]
+fn a_write_must_be_available_and_visible_to_what_comes_after_it() {
+    let hazard = vec![HazardKind::ReadAfterWrite];
+    assert_eq!(between(COPY_WRITE, &[], SAMPLE), hazard);
+    assert_eq!(between(COPY_WRITE, &[(COPY_WRITE, SAMPLE)], SAMPLE), NONE);
+    assert_eq!(between(COPY_WRITE, &[(bare(COPY_WRITE), SAMPLE)], SAMPLE), hazard, "not available");
+    assert_eq!(between(COPY_WRITE, &[(COPY_WRITE, bare(SAMPLE))], SAMPLE), hazard, "not visible");
+    assert_eq!(between(COPY_WRITE, &[(COPY_WRITE, FETCH)], SAMPLE), hazard, "visible to another stage");
+    assert_eq!(between(COPY_WRITE, &[], COPY_WRITE), [HazardKind::WriteAfterWrite]);
+    assert_eq!(between(COPY_WRITE, &[(COPY_WRITE, COPY_WRITE)], COPY_WRITE), NONE);
+}
+
+#[test]
+fn a_read_must_be_over_and_no_more_before_a_write() {
+    let hazard = vec![HazardKind::WriteAfterRead];
+    assert_eq!(between(SAMPLE, &[], COPY_WRITE), hazard);
+    assert_eq!(between(SAMPLE, &[(bare(SAMPLE), bare(COPY_WRITE))], COPY_WRITE), NONE);
+    assert_eq!(between(SAMPLE, &[], SAMPLE), NONE, "two readers need no order");
+}
+
+#[test]
+fn a_first_scope_has_logically_earlier_stages_and_a_second_one_later_stages_for_execution_alone() {
+    let (fetch, color) = (bare(FETCH), bare(COLOR_WRITE));
+    assert_eq!(between(SAMPLE, &[(color, COPY_WRITE)], COPY_WRITE), NONE);
+    assert_eq!(between(SAMPLE, &[(fetch, COPY_WRITE)], COPY_WRITE), [HazardKind::WriteAfterRead]);
+    assert_eq!(between(COPY_READ, &[(COPY_READ, fetch)], COLOR_WRITE), NONE);
+    assert_eq!(between(COPY_READ, &[(COPY_READ, Use::END)], COLOR_WRITE), [HazardKind::WriteAfterRead]);
+    assert_eq!(between(SAMPLE, &[(Use::START, COPY_WRITE)], COPY_WRITE), [HazardKind::WriteAfterRead]);
+    // What is written early is not made available by naming the late tests.
+    assert_eq!(between(EARLY_WRITE, &[(LATE_WRITE, SAMPLE)], SAMPLE), [HazardKind::ReadAfterWrite]);
+    assert_eq!(between(EARLY_WRITE, &[(LATE_WRITE.or(EARLY_WRITE), SAMPLE)], SAMPLE), NONE);
+}
+
+#[test]
+fn barriers_make_a_chain_where_their_scopes_meet() {
+    let compute = Use::new(S::COMPUTE_SHADER, A::empty());
+    assert_eq!(between(COPY_WRITE, &[(COPY_WRITE, compute), (compute, SAMPLE)], SAMPLE), NONE);
+    let apart = [(COPY_WRITE, compute), (bare(FETCH), SAMPLE)];
+    assert_eq!(between(COPY_WRITE, &apart, SAMPLE), [HazardKind::ReadAfterWrite]);
+    let turned = [(compute, SAMPLE), (COPY_WRITE, compute)];
+    assert_eq!(between(COPY_WRITE, &turned, SAMPLE), [HazardKind::ReadAfterWrite], "in another order");
+    // The fragment shader is later than what the first one holds back, and earlier than what the second waits for.
+    assert_eq!(between(COPY_WRITE, &[(COPY_WRITE, bare(FETCH)), (bare(COLOR_WRITE), SAMPLE)], SAMPLE), NONE);
+}
+
+#[test]
+fn a_barrier_on_other_memory_orders_nothing_here() {
+    let mut program = Program::default();
+    program.command(Place::Upload, &[(Memory::Vertices, BUFFER, COPY_WRITE)]);
+    program.barrier(Dependency { before: COPY_WRITE, after: FETCH }, Some(Memory::Indices));
+    program.command(Place::Draws, &[(Memory::Vertices, BUFFER, FETCH)]);
+    assert_eq!(kinds(&program), [HazardKind::ReadAfterWrite]);
+}
+
+#[test]
+fn a_dependency_by_region_orders_what_touches_its_own_pixel_alone() {
+    for (local, expected) in
+        [(Some(1), NONE), (None, vec![HazardKind::ReadAfterWrite]), (Some(2), vec![HazardKind::ReadAfterWrite])]
+    {
+        let mut program = Program::default();
+        let touch = |program: &mut Program, uses: Use, local| {
+            let (time, group) = (program.step(), program.group());
+            let plain = program.plain(Memory::Vertices, Who::At(Place::Geometry), BUFFER);
+            program.touch(&Touch { time, group, local, ..plain }, uses);
+        };
+        touch(&mut program, COLOR_WRITE, Some(1));
+        let time = program.step();
+        program.synchronize(Sync {
+            first: Scope { span: Span::before(time), mask: COLOR_WRITE },
+            second: Scope { span: Span::since(time), mask: SAMPLE },
+            region: Some(1),
+            memory: None,
+            is_whole: false,
+            is_fence: false,
+        });
+        touch(&mut program, SAMPLE, local);
+        assert_eq!(kinds(&program), expected, "{local:?}");
+    }
+}
+
+/// A copy, a barrier or none, a fence or none, and the CPU.
+fn to_host(barrier: Option<(Use, Use)>, waits: bool, host: Use) -> Vec<HazardKind> {
+    let mut program = Program::default();
+    let copy = if host == HOST_WRITE { COPY_READ } else { COPY_WRITE };
+    program.command(Place::Copy, &[(Memory::ReadBack, BUFFER, copy)]);
+    if let Some((before, after)) = barrier {
+        program.barrier(Dependency { before, after }, Some(Memory::ReadBack));
+    }
+    if waits {
+        let now = program.step();
+        program.synchronize(Sync {
+            first: Scope { span: Span::before(now), mask: DEVICE_ACCESS },
+            second: Scope { span: Span::since(now), mask: Use::new(S::HOST, A::empty()) },
+            region: None,
+            memory: Some(MemorySet::from_iter([Memory::ReadBack])),
+            is_whole: true,
+            is_fence: true,
+        });
+    }
+    program.command(Place::Host, &[(Memory::ReadBack, BUFFER, host)]);
+    kinds(&program)
+}
+
+#[test]
+fn the_cpu_waits_by_a_fence_and_sees_by_a_barrier() {
+    let barrier = Some((COPY_WRITE, HOST_READ));
+    assert_eq!(to_host(barrier, true, HOST_READ), NONE);
+    assert_eq!(to_host(None, true, HOST_READ), [HazardKind::ReadAfterWrite], "a fence makes nothing visible");
+    assert_eq!(to_host(barrier, false, HOST_READ), [HazardKind::ReadAfterWrite], "a barrier does not make it wait");
+    assert_eq!(to_host(None, true, HOST_WRITE), NONE, "what was read may be written");
+    assert_eq!(to_host(None, false, HOST_WRITE), [HazardKind::WriteAfterRead]);
+}
+
+#[test]
+fn a_layout_change_waits_and_is_waited_for_and_leaves_an_image_as_it_must_be() {
+    let run = |order: Dependency, layouts: [L; 2]| {
+        let mut program = Program::default();
+        let [first, second] = [L::GENERAL, L::SHADER_READ_ONLY_OPTIMAL];
+        program.barrier(Dependency { before: Use::START, after: COPY_WRITE }, None);
+        program.transition((Who::Row("begin"), Memory::Picture), [L::UNDEFINED, first], vec![0], None);
+        program.command(Place::Copy, &[(Memory::Picture, first, COPY_WRITE)]);
+        let sync = program.barrier(order, Some(Memory::Picture));
+        program.transition((Who::Row("change"), Memory::Picture), layouts, vec![sync], None);
+        program.command(Place::Fxaa, &[(Memory::Picture, second, SAMPLE)]);
+        kinds(&program)
+    };
+    let layouts = [L::GENERAL, L::SHADER_READ_ONLY_OPTIMAL];
+    let order = |before, after| Dependency { before, after };
+    assert_eq!(run(order(COPY_WRITE, SAMPLE), layouts), NONE);
+    assert_eq!(run(order(bare(COPY_WRITE), SAMPLE), layouts), [HazardKind::ChangeAfterUse]);
+    assert_eq!(run(order(COPY_WRITE, bare(SAMPLE)), layouts), [HazardKind::UseAfterChange]);
+    assert_eq!(run(order(COPY_WRITE, SAMPLE), [L::UNDEFINED, layouts[1]]), NONE, "what it held is dropped");
+    assert_eq!(run(order(COPY_WRITE, SAMPLE), [L::TRANSFER_DST_OPTIMAL, layouts[1]]), [HazardKind::Layout]);
+    assert_eq!(run(order(COPY_WRITE, SAMPLE), [layouts[0], L::TRANSFER_SRC_OPTIMAL]), [HazardKind::Layout]);
+}
+
+#[test]
+fn a_hazard_is_told_with_both_touches_and_the_memory() {
+    let (_, plan) = samples::plans().into_iter().find(|(_, plan)| plan.has_geometry()).expect("a G-buffer");
+    let input_read = Use::new(S::empty(), A::INPUT_ATTACHMENT_READ);
+    let blind = table(&plan).without_bits("gbuffer-to-lighting", Side::After, input_read).expect("a row");
+    let hazards = Frames::of(&plan, &blind).hazards();
+    let told: Vec<String> = hazards.iter().map(ToString::to_string).collect();
+    let expected = "the target Albedo: LIGHTING in frame 1 (FRAGMENT_SHADER, INPUT_ATTACHMENT_READ) waits for nothing that comes after";
+    assert!(
+        told.iter().any(|line| line.starts_with("use after layout change") && line.contains(expected)),
+        "{told:#?}"
+    );
+}
