@@ -56,21 +56,21 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
                 "the last picture may still be copied when this one is cleared; its layout changes before the write",
             ),
         };
-        let (before, after, why) = match plan.resolves_output() {
+        let (name, before, why) = match plan.resolves_output() {
             // LIGHTING is the first to touch both, and the last: whoever reads the picture has waited for what it dropped.
             true if first == Place::Lighting && !plan.emissive => (
-                if read == present::ATTACH { vec![render_pass::RESOLVE] } else { vec![read] },
-                first_use,
+                "targets-reuse",
+                if read == present::ATTACH { render_pass::RESOLVE } else { read },
                 "frames in flight share the samples and the output: the last frame must have resolved the ones and let go of the other",
             ),
             true if !plan.draws_into_swapchain() || plan.fxaa => (
-                vec![read],
-                first_use,
+                "output-reuse",
+                read,
                 "the last picture may still be copied when samples are resolved into this one; its layout changes before the write",
             ),
-            _ => (vec![read], first_use, why),
+            _ => ("output-reuse", read, why),
         };
-        table.push(subpass("output-reuse", (Place::Outside, first), &before, &[after], why));
+        table.push(subpass(name, (Place::Outside, first), &[before], &[first_use], why));
     }
     if let Some(transparency) = plan.transparency {
         table.extend(transparent_edges(plan, transparency));

@@ -1,12 +1,12 @@
 //! What the validation layer does not notice when it is missing, and why it is there all the same.
 //!
 //! Layer 1.4.309 is silent about these in both modes of its shader heuristic. Nothing is left out of the table for that reason: each entry
-//! quotes what the specification has to say. `tests/sync/necessity.rs` fails when an entry is noticed after all, when none of its rows is
+//! quotes what the specification has to say, and [`super::super::proof`] finds a hazard without it. `tests/sync/necessity.rs` fails when an entry is noticed after all, when none of its rows is
 //! silent any more, and when something is silent that is not listed.
 
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
-use super::{Carrier, Edge, Side};
+use super::{Carrier, Edge, Place, Side};
 use crate::gpu::sync::Use;
 
 /// The first layer that sees wrong masks of subpass dependencies.
@@ -73,9 +73,6 @@ const OVER_PRESENTED: Carrier =
 
 const IN_ORDER: &str = "Within a subpass of a render pass instance, for a given (x,y,layer,sample) sample location, the following operations \
                         are guaranteed to execute in rasterization order, for each separate primitive that includes that sample location";
-const CHAIN: &str = "an execution dependency chain exists if the intersection of ScopedOps2 in ExeDepA and ScopedOps1 in ExeDepB is not an \
-                     empty set";
-
 const TRANSITION: &str = "Applications must ensure that layout transitions happen-after all operations accessing the image with the old layout, \
                           and happen-before any operations that will access the image with the new layout";
 
@@ -104,7 +101,15 @@ pub static UNNOTICED: &[Unnoticed] = &[
     Unnoticed {
         rows: &["output-reuse", "picture-reuse", "targets-reuse", "gbuffer-reuse"],
         parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
-        only: |edge| edge.before.stage.contains(S::TRANSFER),
+        // Not where the same row makes the store of colours or samples available, which is missed.
+        only: |edge| {
+            edge.before.stage.contains(S::TRANSFER)
+                && match edge.name {
+                    "gbuffer-reuse" => edge.before.stage.contains(S::COLOR_ATTACHMENT_OUTPUT),
+                    "targets-reuse" => edge.to == Place::Forward,
+                    _ => true,
+                }
+        },
         section: "Image Layout Transitions",
         says: TRANSITION,
         why: "the layer takes a layout change to be ordered after the copy that an earlier submission made. It happens after what the \
@@ -143,11 +148,19 @@ pub static UNNOTICED: &[Unnoticed] = &[
     },
     Unnoticed {
         rows: &["lighting-to-transparent", "forward-to-transparent"],
-        parts: Parts::Any(Side::Before, S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE),
+        parts: Parts::Any(Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE),
         only: ALWAYS,
         section: "Rasterization Order",
         says: IN_ORDER,
         why: "the same, seen from the other side: the light that was written must be available to what blends over it",
+    },
+    Unnoticed {
+        rows: &["forward-to-transparent"],
+        parts: Parts::Any(Side::Before, S::COLOR_ATTACHMENT_OUTPUT, A::empty()),
+        only: ALWAYS,
+        section: "Rasterization Order",
+        says: IN_ORDER,
+        why: "the same of the stage, beside those that test depth",
     },
     Unnoticed {
         rows: &["gbuffer-to-lighting", "lighting-to-transparent", "forward-to-transparent"],
@@ -189,6 +202,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
     },
     Unnoticed {
         rows: &[
+            "read-back",
             "split-to-picture",
             "copy-to-picture",
             "overlay-to-picture",
@@ -203,6 +217,16 @@ pub static UNNOTICED: &[Unnoticed] = &[
         why: "the same, seen from the other side: what comes next begins with TRANSFER, with which this ends",
     },
     Unnoticed {
+        rows: &["read-back"],
+        parts: Parts::Row,
+        // Where the pass draws into an image of the swapchain.
+        only: |edge| edge.after.access.is_empty(),
+        section: "VkSubpassDependency",
+        says: "If there is no subpass dependency from the last subpass that uses an attachment to VK_SUBPASS_EXTERNAL, then an implicit subpass \
+               dependency exists from the last subpass it is used in to VK_SUBPASS_EXTERNAL",
+        why: "the same for all of it: the implicit dependency holds nothing back, so that it makes no chain with what comes over the picture",
+    },
+    Unnoticed {
         rows: &["picture-to-overlay"],
         parts: Parts::Any(Side::After, S::empty(), A::COLOR_ATTACHMENT_WRITE),
         only: ALWAYS,
@@ -213,12 +237,13 @@ pub static UNNOTICED: &[Unnoticed] = &[
               accesses, and is to those of the mask",
     },
     Unnoticed {
-        rows: &["hdr-reuse", "samples-reuse", "sums-reuse"],
+        rows: &["hdr-reuse", "samples-reuse", "sums-reuse", "targets-reuse"],
         parts: Parts::Any(Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE),
-        only: ALWAYS,
-        section: "Execution and Memory Dependencies",
-        says: CHAIN,
-        why: "superfluous beside a row from OUTSIDE to an earlier subpass that makes the same writes available, with which it makes a chain. \
-              It is named for its own use, since that row is about other attachments",
+        only: |edge| edge.before.stage == S::COLOR_ATTACHMENT_OUTPUT,
+        section: "Render Pass Creation",
+        says: "Automatic layout transitions away from initialLayout happen-after the availability operations for all dependencies with a \
+               srcSubpass equal to VK_SUBPASS_EXTERNAL, where dstSubpass uses the attachment that will be transitioned",
+        why: "the layer takes what a row from OUTSIDE to an earlier subpass makes available to be so for this attachment too. That subpass does not \
+              use it, so that its layout may change before. (Of the HDR target's later user, TONEMAP, output-reuse would do by the letter)",
     },
 ];
