@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::common::program::program;
+use crate::common::some_of;
 
 use afterlight::frame::edges;
 use afterlight::gpu::vk;
@@ -147,11 +148,13 @@ fn every_picture_of_a_light_has_a_command_that_draws_it() {
     assert!(drawn.len() > 20, "only {} commands were found", drawn.len());
     assert_eq!(shown, drawn.iter().cloned().collect());
 
+    // `make test-all` tries each of them.
+    let (tried, drawn): (Vec<&str>, Vec<String>) = some_of(blocks.lines().zip(drawn), 3).unzip();
     let folder = tempfile::tempdir().expect("a temporary folder");
     fs::create_dir_all(folder.path().join("docs/images/lights")).expect("it can be made");
     std::os::unix::fs::symlink(project().join("assets"), folder.path().join("assets")).expect("a link");
     let mut shell = Command::new("bash");
-    shell.args(["-euo", "pipefail", "-c", &format!("{SMALL}{blocks}")]).current_dir(folder.path());
+    shell.args(["-euo", "pipefail", "-c", &format!("{SMALL}{}", tried.join("\n"))]).current_dir(folder.path());
     let output = shell.env("PROGRAM", env!("CARGO_BIN_EXE_afterlight")).output().expect("bash starts");
     let complaint = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && complaint.is_empty(), "{}\n{complaint}", output.status);

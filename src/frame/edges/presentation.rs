@@ -265,37 +265,6 @@ mod tests {
     }
 
     #[test]
-    fn encode_alone_touches_the_image_that_is_presented() {
-        each_encoded_plan(|name, _, table| {
-            let (acquire, begin, end) =
-                (table.row("acquire"), table.row("swapchain-to-encode"), table.row("encode-to-swapchain"));
-            assert_eq!((acquire.to, acquire.after.stage), (Place::Encode, begin.before.stage), "{name}: one chain");
-            assert_eq!((layouts(begin).1, layouts(end)), (DRAWN_INTO, (DRAWN_INTO, READ_BY_PRESENTATION)), "{name}");
-            let others = table.iter().filter(|edge| edge.name != end.name);
-            for edge in others {
-                let shows = matches!(edge.carrier, Carrier::ImageBarrier(_, READ_BY_PRESENTATION));
-                assert!(!shows, "{name}: {} leaves an image to presentation", edge.name);
-            }
-        });
-    }
-
-    #[test]
-    fn the_image_changes_its_layout_only_after_presentation_has_let_go_of_it() {
-        each_plan(|name, plan, table| {
-            let acquire = table.row("acquire");
-            let into = table
-                .iter()
-                .filter(|edge| edge.from == Place::Outside && edge.to == acquire.to && edge.name != "read-back");
-            let rows: Vec<_> = into.filter(|edge| edge.carrier != Carrier::Semaphore).collect();
-            // Both in one chain: the row's first scope has the stage at which the semaphore lets go.
-            let chained = rows.iter().any(|row| row.before.stage.contains(acquire.after.stage));
-            assert!(chained, "{name}: {:?} does not reach {rows:?}", acquire.after.stage);
-            let expected = if plan.is_tiled() { S::TRANSFER } else { S::COLOR_ATTACHMENT_OUTPUT };
-            assert_eq!(acquire.after.stage, expected, "{name}: shadow maps wait for no image");
-        });
-    }
-
-    #[test]
     fn the_last_pass_leaves_the_picture_as_presentation_reads_it() {
         each_plan(|name, plan, table| {
             let pass = if plan.fxaa { PassDescription::fxaa(plan, table) } else { PassDescription::main(plan, table) };
@@ -310,42 +279,6 @@ mod tests {
                     assert!(table.find("picture-to-copy").is_some(), "{name}");
                 }
             }
-        });
-    }
-
-    #[test]
-    fn another_picture_is_whole_when_a_part_of_it_is_copied_and_stays_until_that_is_done() {
-        let encoded = Canvas::Encode(Encoding { transfer: Transfer::Pq, headroom: 2.0 });
-        let [srgb, plain] = [vk::Format::B8G8R8A8_SRGB, vk::Format::B8G8R8A8_UNORM].map(Canvas::Straight);
-        for (name, plan) in pictures() {
-            for canvas in [srgb, plain, encoded] {
-                let plan = plan.clone().copied_to(canvas);
-                let table = table(&plan);
-                let ready = table.row("read-back").after;
-                assert_eq!(ready, split::READ, "{name}: what makes the picture ready for a copy");
-                // The picture is first touched, and its layout changed, by a row that waits for earlier copies.
-                let first = if plan.is_tiled() { Place::Tiled } else { first_of_picture(&plan) };
-                let first = if plan.emissive && !plan.is_tiled() && plan.hdr.is_none() && !plan.fxaa {
-                    Place::Geometry
-                } else {
-                    first
-                };
-                let into = table.iter().find(|edge| (edge.from, edge.to) == (Place::Outside, first));
-                let waits = into.is_some_and(|edge| edge.before.stage.contains(split::READ.stage));
-                assert!(waits, "{name}: {first} waits for no copy: {into:?}");
-                assert!(table.find("picture-to-split").is_none(), "{name}: only what is presented is split");
-            }
-        }
-    }
-
-    #[test]
-    fn what_comes_over_the_picture_chains_through_transfer() {
-        each_plan(|name, _, table| {
-            for (into, out) in [("picture-to-split", "split-to-picture"), ("picture-to-copy", "copy-to-picture")] {
-                assert!(table.row(into).before.stage.contains(S::TRANSFER), "{name}: {into}");
-                assert!(table.row(out).after.stage.contains(S::TRANSFER), "{name}: {out}");
-            }
-            assert!(table.row("picture-to-overlay").before.stage.contains(S::TRANSFER), "{name}");
         });
     }
 
