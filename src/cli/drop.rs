@@ -48,7 +48,10 @@ pub fn run(
         settings.shadows.cache = false;
         let plan = plan_for(&device, &workload.scene, &settings)?;
         let table = edges::table(&plan);
-        let without = table.without(name).map_err(|error| Failure::usage(error.to_string()))?;
+        let without = table
+            .named(name)
+            .and_then(|row| table.without(row.name))
+            .map_err(|error| Failure::usage(error.to_string()))?;
         let draw = |edges: Edges| {
             said(&instance, &device, |device| experiment::draw(device, &workload.scene, &settings, edges))
         };
@@ -59,7 +62,7 @@ pub fn run(
             return Err(Failure::new(Exit::FailedCheck, message).with_hint("--validate lists all of it"));
         }
         if dropped.is_none() {
-            let edge = table.row(name);
+            let edge = table.named(name).map_err(|error| Failure::usage(error.to_string()))?;
             let [width, height] = settings.size;
             let (scene, gpu) = (&workload.scene.name, &device.physical.name);
             let _ = writeln!(text, "{scene}: {width}x{height} on {gpu}, frames without {name}");
@@ -178,12 +181,12 @@ fn version(packed: u32) -> String {
 #[cfg(test)]
 mod tests {
     use afterlight::frame::edges::unnoticed::LAYER;
-    use afterlight::frame::edges::{Carrier, Place};
+    use afterlight::frame::edges::{Carrier, Place, RowName};
     use afterlight::gpu::sync::Use;
 
     use super::*;
 
-    fn row(name: &'static str) -> Edge {
+    fn row(name: RowName) -> Edge {
         let (from, to, why) = (Place::Outside, Place::Shadow, "");
         let (carrier, by_region) = (Carrier::ShadowPass, false);
         Edge { name, carrier, from, to, before: Use::START, after: Use::END, by_region, why }
@@ -191,10 +194,11 @@ mod tests {
 
     #[test]
     fn silence_is_explained_by_what_is_known_of_the_layer() {
-        let (new, old) = (silence(&row("shadow-map-reuse"), LAYER), silence(&row("shadow-map-reuse"), LAYER - 1));
+        let (new, old) =
+            (silence(&row(RowName::ShadowMapReuse), LAYER), silence(&row(RowName::ShadowMapReuse), LAYER - 1));
         assert!(new.contains("gave shadow-map-reuse nothing to order"), "{new}");
         assert!(old.contains("says nothing of these frames") && !old.contains("gave"), "{old}");
-        let argued = silence(&row("picture-to-host"), LAYER);
+        let argued = silence(&row(RowName::PictureToHost), LAYER);
         assert!(argued.contains("No layer is known to notice") && argued.contains("Signaling a fence"), "{argued}");
     }
 }

@@ -90,7 +90,7 @@ impl EdgeReport {
             new: format!("{:?}", change.new),
         };
         Self {
-            name: edge.name,
+            name: edge.name.name(),
             carrier: edge.carrier.to_string(),
             from: edge.from.to_string(),
             to: edge.to.to_string(),

@@ -195,12 +195,12 @@ fn inputs(plan: &FramePlan, targets: &Targets) -> Vec<Input> {
     gbuffer_inputs(plan).into_iter().map(|own| input(own, targets)).collect()
 }
 
-/// Carries out a row that is a pipeline barrier on an image.
-pub(super) fn image_barrier(device: &Device, cmd: vk::CommandBuffer, image: impl Into<ImageRange>, edge: &Edge) {
-    if let Carrier::ImageBarrier(old, new) = edge.carrier {
-        let before = (edge.before.stage, edge.before.access, old);
-        let after = (edge.after.stage, edge.after.access, new);
-        barrier::image_barrier(device, cmd, image, before, after);
+/// Carries out a row that is a pipeline barrier on an image, where the plan has it.
+pub(super) fn image_barrier(device: &Device, cmd: vk::CommandBuffer, image: impl Into<ImageRange>, row: Option<&Edge>) {
+    if let Some(edge) = row
+        && let Carrier::ImageBarrier(old, new) = edge.carrier
+    {
+        barrier::image_barrier(device, cmd, image, edge.order(), [old, new]);
     }
 }
 

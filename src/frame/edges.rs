@@ -19,14 +19,17 @@ mod forward;
 mod host;
 mod main_pass;
 mod masks;
+mod names;
 mod presentation;
 mod shadow;
 mod tiled;
 pub mod unnoticed;
 mod uploads;
 
+pub(super) use host::FORMULA_WRITE;
 pub(super) use main_pass::resolving;
 pub(super) use masks::SUPPORTED;
+pub use names::RowName;
 use unnoticed::Part;
 
 /// Where something happens.
@@ -161,7 +164,7 @@ impl fmt::Display for Carrier {
 /// A row of the table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Edge {
-    pub name: &'static str,
+    pub name: RowName,
     pub carrier: Carrier,
     pub from: Place,
     pub to: Place,
@@ -184,7 +187,7 @@ pub enum Side {
 
 impl Edge {
     fn new(
-        name: &'static str,
+        name: RowName,
         carrier: Carrier,
         (from, to): (Place, Place),
         (before, after): (Use, Use),
@@ -236,16 +239,20 @@ impl Edges {
         self.iter().filter(move |edge| edge.carrier == carrier)
     }
 
-    pub fn find(&self, name: &str) -> Option<&Edge> {
+    /// The row of this name. A frame that asks for one which its plan has not gets none, orders nothing, and [`super::proof`] finds the hazard.
+    pub fn find(&self, name: RowName) -> Option<&Edge> {
         self.iter().find(|edge| edge.name == name)
     }
 
-    /// The row of this name. The frame asks only for barriers that its plan has.
+    /// The row that is spelled so.
     ///
-    /// # Panics
-    /// When there is no such row: a mistake in the frame, not in its input.
-    pub fn row(&self, name: &str) -> &Edge {
-        self.find(name).unwrap_or_else(|| panic!("there is no dependency {name}"))
+    /// # Errors
+    /// When the plan has none.
+    pub fn named(&self, name: &str) -> Result<&Edge, Refused> {
+        self.iter().find(|edge| edge.name.name() == name).ok_or_else(|| {
+            let names: Vec<_> = self.iter().map(|edge| edge.name.name()).collect();
+            Refused(scene::unknown("dependency of this plan", name, &names))
+        })
     }
 
     /// All but the row of this name. A render pass is then made without it. A barrier becomes one that orders nothing, so that a layout
@@ -253,7 +260,7 @@ impl Edges {
     ///
     /// # Errors
     /// When there is no such row, or it cannot be dropped.
-    pub fn without(&self, name: &str) -> Result<Self, Refused> {
+    pub fn without(&self, name: RowName) -> Result<Self, Refused> {
         let index = self.changeable(name)?;
         let mut rows = self.0.clone();
         if rows[index].carrier.is_render_pass() {
@@ -268,7 +275,7 @@ impl Edges {
     ///
     /// # Errors
     /// As [`Edges::without`].
-    pub fn without_part(&self, name: &str, part: Part) -> Result<Self, Refused> {
+    pub fn without_part(&self, name: RowName, part: Part) -> Result<Self, Refused> {
         match part {
             Part::Row => self.without(name),
             Part::Bits(side, bits) => self.without_bits(name, side, bits),
@@ -280,7 +287,7 @@ impl Edges {
     ///
     /// # Errors
     /// When there is no such row, or it cannot be changed.
-    pub fn without_bits(&self, name: &str, side: Side, bits: Use) -> Result<Self, Refused> {
+    pub fn without_bits(&self, name: RowName, side: Side, bits: Use) -> Result<Self, Refused> {
         let index = self.changeable(name)?;
         let mut rows = self.0.clone();
         let row = &mut rows[index];
@@ -292,19 +299,20 @@ impl Edges {
     }
 
     /// Where a row is that an experiment may change.
-    fn changeable(&self, name: &str) -> Result<usize, Refused> {
+    fn changeable(&self, name: RowName) -> Result<usize, Refused> {
         let Some(index) = self.0.iter().position(|edge| edge.name == name) else {
-            return Err(Refused(scene::unknown(
-                "dependency of this plan",
-                name,
-                &self.iter().map(|edge| edge.name).collect::<Vec<_>>(),
-            )));
+            return Err(Refused(format!("this plan has no dependency {name}")));
         };
         match self.0[index].carrier.stays() {
             Some(why) => Err(Refused(format!("the dependency {name} cannot be dropped: {why}"))),
             None => Ok(index),
         }
     }
+}
+
+/// The dependencies of the program that evaluates formulas for `afterlight stress`: one dispatch.
+pub fn formulas() -> Edges {
+    Edges(host::formulas().into())
 }
 
 /// The dependencies of a plan's frames.
@@ -323,7 +331,7 @@ pub fn table(plan: &FramePlan) -> Edges {
 }
 
 /// A row of the main pass.
-fn subpass(name: &'static str, (from, to): (Place, Place), before: &[Use], after: &[Use], why: &'static str) -> Edge {
+fn subpass(name: RowName, (from, to): (Place, Place), before: &[Use], after: &[Use], why: &'static str) -> Edge {
     Edge {
         // Between two subpasses each pixel reads only itself, so a tiler never leaves the tile.
         by_region: ![from, to].iter().any(|place| matches!(place, Place::Outside | Place::Fxaa)),

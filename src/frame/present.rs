@@ -11,7 +11,7 @@ use ash::vk;
 
 use super::deferred::image_barrier;
 use super::draft::Draft;
-use super::edges::{self, Edges};
+use super::edges::{self, Edges, RowName};
 use super::read_back::{picture_of, picture_up_to_white};
 use super::rebuild::Rebuild;
 use super::split::Split;
@@ -301,16 +301,18 @@ impl Presenter {
         }
         if let (Some(overlay), Some(panels)) = (&self.overlay, panels) {
             let whole = ImageRange::whole(picture, vk::ImageAspectFlags::COLOR);
-            image_barrier(&self.device, cmd, whole, renderer.edges.row("picture-to-overlay"));
+            image_barrier(&self.device, cmd, whole, renderer.edges.find(RowName::PictureToOverlay));
             overlay.record(cmd, index, place, panels);
-            image_barrier(&self.device, cmd, whole, renderer.edges.row("overlay-to-picture"));
+            image_barrier(&self.device, cmd, whole, renderer.edges.find(RowName::OverlayToPicture));
         }
         if let Some(encode) = &self.encode {
             let is_covered = self.split.is_some() || copied || panels.is_some();
             record_encode(renderer, encode, (index, image.raw), is_covered);
         }
         // The rows "acquire" and "present".
-        let wait = (acquired, renderer.edges.row("acquire").after.stage);
+        let stage =
+            renderer.edges.find(RowName::Acquire).map_or(vk::PipelineStageFlags::ALL_COMMANDS, |row| row.after.stage);
+        let wait = (acquired, stage);
         let submitted = renderer.submit(recorded, &[wait], &[image.drawn.raw]);
         submitted.inspect_err(|_| _ = self.device.consume(acquired))?;
         self.is_copied |= copied;

@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::edges::Edges;
+use super::edges::{Edges, RowName};
 use super::{Error, Picture, Pixels, Renderer};
 use crate::gpu::{self, CommandBuffer, Device, barrier};
 use crate::passes::copy::Copy;
@@ -60,9 +60,9 @@ impl Renderer {
 
 /// Lets the CPU map what COPY wrote.
 pub(super) fn host_barrier(device: &Device, cmd: vk::CommandBuffer, copy: &Copy, edges: &Edges) {
-    let edge = edges.row("picture-to-host");
-    let (before, after) = ((edge.before.stage, edge.before.access), (edge.after.stage, edge.after.access));
-    barrier::buffer_barrier(device, cmd, &copy.buffer, before, after);
+    if let Some(row) = edges.find(RowName::PictureToHost) {
+        barrier::buffer_barrier(device, cmd, &copy.buffer, row.order());
+    }
 }
 
 /// What was copied out of an image of this size and format, when it is done.

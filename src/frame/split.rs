@@ -10,7 +10,7 @@ use ash::vk;
 
 use super::deferred::image_barrier;
 use super::draft::Draft;
-use super::edges::{self, Edges};
+use super::edges::{self, Edges, RowName};
 use super::rebuild::Made;
 use super::{Error, Renderer, plan_for};
 use crate::gpu::Device;
@@ -117,9 +117,9 @@ impl Split {
         let first = (self.at.clamp(0.0, 1.0) * f64::from(picture.extent.width)).round() as u32;
         let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
         device.begin_label(cmd, "SPLIT");
-        image_barrier(device, cmd, whole, edges.row("picture-to-split"));
+        image_barrier(device, cmd, whole, edges.find(RowName::PictureToSplit));
         split::record(device, cmd, (picture, first), image);
-        image_barrier(device, cmd, whole, edges.row("split-to-picture"));
+        image_barrier(device, cmd, whole, edges.find(RowName::SplitToPicture));
         device.end_label(cmd);
     }
 

@@ -12,7 +12,7 @@ use glam::Vec3;
 
 use super::FrameParts;
 use super::deferred::{background, clear_values, image_barrier};
-use super::edges::{Edge, Edges};
+use super::edges::{Edges, RowName};
 use super::render_pass::PassDescription;
 use super::stages::{ShadowStage, input, stamp};
 use crate::gpu::barrier::ImageRange;
@@ -35,22 +35,7 @@ pub struct TiledFrame {
     depth: Option<Depth>,
     geometry: Geometry,
     tiled: Tiled,
-    output_reuse: Edge,
-    read_back: Edge,
-    present: Option<Present>,
-}
-
-/// The rows around PRESENT, where the plan presents.
-struct Present {
-    begin: Edge,
-    end: Edge,
-}
-
-impl Present {
-    fn new(edges: &Edges) -> Option<Self> {
-        let row = |name| edges.find(name).cloned();
-        Some(Self { begin: row("swapchain-to-present")?, end: row("present-to-swapchain")? })
-    }
+    edges: Edges,
 }
 
 impl TiledFrame {
@@ -74,22 +59,8 @@ impl TiledFrame {
         let layouts = SetLayouts { frame: frame_layout, shadows: atlas.map(|atlas| atlas.set_layout.raw) };
         let tiled = Tiled::new(device, plan, layouts, (&stored, output), written_background(plan, world))?;
         let clears = clear_values(plan, world);
-        let row = |name| edges.row(name).clone();
-        let (output_reuse, read_back) = (row("output-reuse"), row("read-back"));
-        let present = Present::new(edges);
-        Ok(Self {
-            targets,
-            pass,
-            framebuffers,
-            clears,
-            shadow,
-            depth,
-            geometry,
-            tiled,
-            output_reuse,
-            read_back,
-            present,
-        })
+        let edges = edges.clone();
+        Ok(Self { targets, pass, framebuffers, clears, shadow, depth, geometry, tiled, edges })
     }
 
     /// Makes anew what has the size of the picture: attachments, framebuffers, and the set that names them.
@@ -145,19 +116,19 @@ impl TiledFrame {
         frame.device.begin_label(cmd, "TILED");
         // The last picture may still be copied.
         let output = self.targets.image(Target::Output);
-        image_barrier(frame.device, cmd, output, &self.output_reuse);
+        image_barrier(frame.device, cmd, output, self.edges.find(RowName::OutputReuse));
         self.tiled.record(frame);
         // COPY reads what TILED wrote, and so does PRESENT.
-        image_barrier(frame.device, cmd, output, &self.read_back);
+        image_barrier(frame.device, cmd, output, self.edges.find(RowName::ReadBack));
         frame.device.end_label(cmd);
         stamp(times, cmd, "lighting");
 
-        if let (Some(rows), Some(image)) = (&self.present, frame.swapchain_image) {
+        if let (Some(begin), Some(image)) = (self.edges.find(RowName::SwapchainToPresent), frame.swapchain_image) {
             frame.device.begin_label(cmd, "PRESENT");
             let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
-            image_barrier(frame.device, cmd, whole, &rows.begin);
+            image_barrier(frame.device, cmd, whole, Some(begin));
             present::record(frame.device, cmd, output, image);
-            image_barrier(frame.device, cmd, whole, &rows.end);
+            image_barrier(frame.device, cmd, whole, self.edges.find(RowName::PresentToSwapchain));
             frame.device.end_label(cmd);
             stamp(times, cmd, "present");
         }

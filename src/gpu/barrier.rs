@@ -5,12 +5,7 @@ use ash::vk;
 use super::buffer::Buffer;
 use super::device::Device;
 use super::image::Image;
-
-/// How memory is used: in which stages, by which accesses.
-pub type Use = (vk::PipelineStageFlags, vk::AccessFlags);
-
-/// How an image is used: in which stages, by which accesses, in which layout.
-pub type ImageUse = (vk::PipelineStageFlags, vk::AccessFlags, vk::ImageLayout);
+use super::sync::Dependency;
 
 /// A part of an image.
 #[derive(Clone, Copy, Debug)]
@@ -56,40 +51,35 @@ impl From<&Image> for ImageRange {
     }
 }
 
-/// Orders two uses of an image and changes its layout. `&Image` means all of it.
+/// Orders two uses of an image and changes its layout from the first to the second one. `&Image` means all of it.
 pub fn image_barrier(
     device: &Device,
     cmd: vk::CommandBuffer,
     target: impl Into<ImageRange>,
-    (src_stage, src_access, old_layout): ImageUse,
-    (dst_stage, dst_access, new_layout): ImageUse,
+    Dependency { before, after }: Dependency,
+    [old, new]: [vk::ImageLayout; 2],
 ) {
     let target = target.into();
     let barrier = vk::ImageMemoryBarrier::default()
-        .src_access_mask(src_access)
-        .dst_access_mask(dst_access)
-        .old_layout(old_layout)
-        .new_layout(new_layout)
+        .src_access_mask(before.access)
+        .dst_access_mask(after.access)
+        .old_layout(old)
+        .new_layout(new)
         .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
         .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
         .image(target.image)
         .subresource_range(target.range);
     let none = vk::DependencyFlags::empty();
     // SAFETY: the command buffer is recording and the image alive (the module's contract).
-    unsafe { device.raw.cmd_pipeline_barrier(cmd, src_stage, dst_stage, none, &[], &[], &[barrier]) };
+    unsafe { device.raw.cmd_pipeline_barrier(cmd, before.stage, after.stage, none, &[], &[], &[barrier]) };
 }
 
 /// Orders two uses of all memory.
-pub fn memory_barrier(
-    device: &Device,
-    cmd: vk::CommandBuffer,
-    (src_stage, src_access): Use,
-    (dst_stage, dst_access): Use,
-) {
-    let barrier = vk::MemoryBarrier::default().src_access_mask(src_access).dst_access_mask(dst_access);
+pub fn memory_barrier(device: &Device, cmd: vk::CommandBuffer, Dependency { before, after }: Dependency) {
+    let barrier = vk::MemoryBarrier::default().src_access_mask(before.access).dst_access_mask(after.access);
     let none = vk::DependencyFlags::empty();
     // SAFETY: the command buffer is recording (the module's contract).
-    unsafe { device.raw.cmd_pipeline_barrier(cmd, src_stage, dst_stage, none, &[barrier], &[], &[]) };
+    unsafe { device.raw.cmd_pipeline_barrier(cmd, before.stage, after.stage, none, &[barrier], &[], &[]) };
 }
 
 /// Orders two uses of a buffer.
@@ -97,17 +87,16 @@ pub fn buffer_barrier(
     device: &Device,
     cmd: vk::CommandBuffer,
     buffer: &Buffer,
-    (src_stage, src_access): Use,
-    (dst_stage, dst_access): Use,
+    Dependency { before, after }: Dependency,
 ) {
     let barrier = vk::BufferMemoryBarrier::default()
-        .src_access_mask(src_access)
-        .dst_access_mask(dst_access)
+        .src_access_mask(before.access)
+        .dst_access_mask(after.access)
         .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
         .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
         .buffer(buffer.raw)
         .size(vk::WHOLE_SIZE);
     let none = vk::DependencyFlags::empty();
     // SAFETY: the command buffer is recording (the module's contract), and the buffer is alive.
-    unsafe { device.raw.cmd_pipeline_barrier(cmd, src_stage, dst_stage, none, &[], &[barrier], &[]) };
+    unsafe { device.raw.cmd_pipeline_barrier(cmd, before.stage, after.stage, none, &[], &[barrier], &[]) };
 }

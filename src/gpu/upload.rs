@@ -250,8 +250,7 @@ impl Uploader {
             let cmd = self.recording()?;
             // All copies to buffers, those of earlier submissions included: a barrier orders everything submitted
             // before it to the same queue.
-            let Dependency { before, after } = planned(self.order.buffers, "buffers")?;
-            memory_barrier(&self.device, cmd, (before.stage, before.access), (after.stage, after.access));
+            memory_barrier(&self.device, cmd, planned(self.order.buffers, "buffers")?);
         }
         self.submit_current()
     }
@@ -280,10 +279,10 @@ impl Uploader {
         &self,
         cmd: vk::CommandBuffer,
         target: impl Into<ImageRange>,
-        Dependency { before, after }: Dependency,
+        order: Dependency,
         (old, new): (vk::ImageLayout, vk::ImageLayout),
     ) {
-        image_barrier(&self.device, cmd, target, (before.stage, before.access, old), (after.stage, after.access, new));
+        image_barrier(&self.device, cmd, target, order, [old, new]);
     }
 
     /// Makes each level from the one above it. Levels above the last end as blit sources.

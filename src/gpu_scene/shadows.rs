@@ -166,7 +166,7 @@ pub mod clear {
     use ash::vk;
 
     use super::{ATLAS_LAYOUT, ClearOrder};
-    use crate::gpu::sync::{Dependency, Use};
+    use crate::gpu::sync::Use;
     use crate::gpu::{self, CommandBuffer, Device, Image, barrier};
 
     /// Clears the whole image.
@@ -177,11 +177,7 @@ pub mod clear {
         let mut cmd = CommandBuffer::new(device, "clear shadow atlas")?;
         cmd.begin()?;
         let cleared = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
-        let change = |Dependency { before, after }: Dependency, old, new| {
-            let (before, after) = ((before.stage, before.access, old), (after.stage, after.access, new));
-            barrier::image_barrier(device, cmd.raw, image, before, after);
-        };
-        change(order.clear, vk::ImageLayout::UNDEFINED, cleared);
+        barrier::image_barrier(device, cmd.raw, image, order.clear, [vk::ImageLayout::UNDEFINED, cleared]);
         let range = vk::ImageSubresourceRange {
             aspect_mask: vk::ImageAspectFlags::DEPTH,
             level_count: 1,
@@ -193,7 +189,7 @@ pub mod clear {
             let far = vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 };
             device.raw.cmd_clear_depth_stencil_image(cmd.raw, image.raw, cleared, &far, &[range]);
         }
-        change(order.look_up, cleared, ATLAS_LAYOUT);
+        barrier::image_barrier(device, cmd.raw, image, order.look_up, [cleared, ATLAS_LAYOUT]);
         cmd.end()?;
         device.submit(&cmd)?;
         Ok(())

@@ -97,6 +97,7 @@ pub struct Overlay {
     layout: Owned<vk::PipelineLayout>,
     set_layout: SetLayout,
     sampler: Sampler,
+    uploads: UploadOrder,
     textures: HashMap<u64, Bound>,
     /// One for each frame in flight.
     buffers: Vec<Option<Buffers>>,
@@ -120,7 +121,13 @@ impl Overlay {
     ///
     /// # Errors
     /// When the pipeline cannot be made.
-    pub fn new(device: &Arc<Device>, format: vk::Format, encodes: bool, in_flight: usize) -> gpu::Result<Self> {
+    pub fn new(
+        device: &Arc<Device>,
+        format: vk::Format,
+        encodes: bool,
+        uploads: UploadOrder,
+        in_flight: usize,
+    ) -> gpu::Result<Self> {
         let layout_of = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
         let attachment = vk::AttachmentDescription::default()
             .format(format)
@@ -164,6 +171,7 @@ impl Overlay {
             layout,
             set_layout,
             sampler: Sampler::new(device, "overlay sampler", &info)?,
+            uploads,
             textures: HashMap::new(),
             buffers: (0..in_flight).map(|_| None).collect(),
         })
@@ -224,10 +232,8 @@ impl Overlay {
         if textures.is_empty() {
             return Ok(());
         }
-        // A new image waits for nothing; its copy is made visible to what samples it, and no buffer is uploaded.
-        let order = UploadOrder::before(TEXTURE_READ, TEXTURE_READ);
         let bytes: usize = textures.iter().map(|texture| texture.rgba.len()).sum();
-        let mut uploader = Uploader::new(&self.device, 2 * bytes as u64, order)?;
+        let mut uploader = Uploader::new(&self.device, 2 * bytes as u64, self.uploads)?;
         let mut bound = Vec::new();
         for texture in textures {
             let [width, height] = texture.size;

@@ -2,8 +2,9 @@
 
 use crate::common::gpu::{Gpu, on_gpu};
 use crate::common::hdr::{perceptual_quantizer, to_rec2020};
+use afterlight::gpu::sync::{Dependency, Use};
 use afterlight::gpu::{
-    self, Buffer, CommandBuffer, Image, ImageDesc, Location, MemoryKind, UploadOrder, Uploader, barrier, sync::Use, vk,
+    self, Buffer, CommandBuffer, Image, ImageDesc, Location, MemoryKind, UploadOrder, Uploader, barrier, vk,
 };
 use afterlight::passes::copy;
 use afterlight::passes::encode::{self, Encode, WHITE_NITS};
@@ -70,12 +71,12 @@ fn drawn(gpu: &Gpu, transfer: Transfer, format: vk::Format, bytes: u64) -> gpu::
     let buffer = Buffer::new(device, "copy", size, usage, Location::ReadBack, MemoryKind::ReadBack)?;
     let mut cmd = CommandBuffer::new(device, "encode")?;
     cmd.begin()?;
-    let of = |one: Use, layout| (one.stage, one.access, layout);
+    let order = |before, after| Dependency { before, after };
     let (new, drawn_into) = (vk::ImageLayout::UNDEFINED, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
-    barrier::image_barrier(device, cmd.raw, &shown, of(Use::START, new), of(encode::WRITE, drawn_into));
+    barrier::image_barrier(device, cmd.raw, &shown, order(Use::START, encode::WRITE), [new, drawn_into]);
     encode.record(cmd.raw, 0);
     let copied = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
-    barrier::image_barrier(device, cmd.raw, &shown, of(encode::WRITE, drawn_into), of(copy::READ, copied));
+    barrier::image_barrier(device, cmd.raw, &shown, order(encode::WRITE, copy::READ), [drawn_into, copied]);
     let region = vk::BufferImageCopy::default()
         .image_subresource(
             vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1),
@@ -83,8 +84,7 @@ fn drawn(gpu: &Gpu, transfer: Transfer, format: vk::Format, bytes: u64) -> gpu::
         .image_extent(vk::Extent3D { width: EXTENT.width, height: EXTENT.height, depth: 1 });
     // SAFETY: `cmd` is being recorded outside a render pass; the buffer holds the whole image.
     unsafe { device.raw.cmd_copy_image_to_buffer(cmd.raw, shown.raw, copied, buffer.raw, &[region]) };
-    let (before, after) = ((copy::WRITE.stage, copy::WRITE.access), (copy::HOST_READ.stage, copy::HOST_READ.access));
-    barrier::buffer_barrier(device, cmd.raw, &buffer, before, after);
+    barrier::buffer_barrier(device, cmd.raw, &buffer, order(copy::WRITE, copy::HOST_READ));
     cmd.end()?;
     let ticket = device.submit(&cmd)?;
     device.wait(ticket)?;

@@ -4,12 +4,15 @@
 use std::error::Error as StdError;
 use std::sync::Arc;
 
-use afterlight::gpu::sync::Use;
+use afterlight::gpu::sync::{Dependency, Use};
+use afterlight::gpu::upload::COPY_WRITE;
 use afterlight::gpu::{
     self, Buffer, CommandBuffer, DescriptorPool, Device, DeviceChoice, Framebuffer, GraphicsPipeline,
     GraphicsPipelineDesc, Image, ImageDesc, Instance, InstanceOptions, Location, MemoryKind, MessageKind, RenderPass,
     SetLayout, SetWriter, ShaderStage, SubpassDesc, Timestamps, UploadOrder, Uploader, Validation, barrier, vk,
 };
+
+const HOST_READ: Use = Use::new(vk::PipelineStageFlags::HOST, vk::AccessFlags::HOST_READ);
 
 type TestResult = Result<(), Box<dyn StdError>>;
 
@@ -44,16 +47,11 @@ fn read_back_buffer(device: &Arc<Device>, bytes: u64) -> gpu::Result<Buffer> {
 
 /// Makes what transfers wrote readable for the CPU.
 fn transfer_to_host(device: &Device, cmd: vk::CommandBuffer) {
-    barrier::memory_barrier(
-        device,
-        cmd,
-        (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE),
-        (vk::PipelineStageFlags::HOST, vk::AccessFlags::HOST_READ),
-    );
+    barrier::memory_barrier(device, cmd, Dependency { before: COPY_WRITE, after: HOST_READ });
 }
 
 /// The texels of one level of all layers, of an image that was used last as `from`.
-fn read_level(image: &Image, level: u32, from: barrier::ImageUse) -> gpu::Result<Vec<u8>> {
+fn read_level(image: &Image, level: u32, (before, layout): (Use, vk::ImageLayout)) -> gpu::Result<Vec<u8>> {
     let device = image.device();
     let extent = image.level_extent(level);
     let texels = u64::from(extent.width) * u64::from(extent.height) * u64::from(image.layers);
@@ -61,9 +59,9 @@ fn read_level(image: &Image, level: u32, from: barrier::ImageUse) -> gpu::Result
     let mut cmd = CommandBuffer::new(device, "read back")?;
     cmd.begin()?;
     let as_source = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
-    let read = (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ, as_source);
+    let after = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ);
     let range = barrier::ImageRange::from(image).levels(level, 1);
-    barrier::image_barrier(device, cmd.raw, range, from, read);
+    barrier::image_barrier(device, cmd.raw, range, Dependency { before, after }, [layout, as_source]);
     let subresource = vk::ImageSubresourceLayers {
         aspect_mask: image.aspect(),
         mip_level: level,
@@ -83,8 +81,10 @@ fn read_level(image: &Image, level: u32, from: barrier::ImageUse) -> gpu::Result
     buffer.read(0, buffer.size)
 }
 
-const SAMPLED: barrier::ImageUse =
-    (vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+const SAMPLED: (Use, vk::ImageLayout) = (
+    Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ),
+    vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
+);
 
 fn texture_desc(name: &str, width: u32, height: u32, mip_levels: u32) -> ImageDesc<'_> {
     ImageDesc {
@@ -201,13 +201,8 @@ fn clear_then_fail(device: &Arc<Device>) -> Result<(), Box<dyn StdError>> {
     let mut cmd = CommandBuffer::new(device, "clear")?;
     cmd.begin()?;
     let target = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
-    barrier::image_barrier(
-        device,
-        cmd.raw,
-        &image,
-        (vk::PipelineStageFlags::TOP_OF_PIPE, vk::AccessFlags::empty(), vk::ImageLayout::UNDEFINED),
-        (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE, target),
-    );
+    let order = Dependency { before: Use::START, after: COPY_WRITE };
+    barrier::image_barrier(device, cmd.raw, &image, order, [vk::ImageLayout::UNDEFINED, target]);
     let range = barrier::ImageRange::from(&image).range;
     // SAFETY: recording; the image outlives the submission, as its owner sees to.
     unsafe {
@@ -429,13 +424,8 @@ fn a_compute_pipeline_sees_its_buffer_and_its_specialization_constants() -> Test
             device.raw.cmd_bind_descriptor_sets(cmd.raw, vk::PipelineBindPoint::COMPUTE, layout.raw, 0, &[set], &[]);
             device.raw.cmd_dispatch(cmd.raw, 1, 1, 1);
         }
-        barrier::buffer_barrier(
-            device,
-            cmd.raw,
-            &buffer,
-            (vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE),
-            (vk::PipelineStageFlags::HOST, vk::AccessFlags::HOST_READ),
-        );
+        let before = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+        barrier::buffer_barrier(device, cmd.raw, &buffer, Dependency { before, after: HOST_READ });
         cmd.end()?;
         device.wait(device.submit(&cmd)?)?;
         assert_eq!(buffer.read(0, 4)?, 0xabcd_ef01_u32.to_ne_bytes());
@@ -619,8 +609,7 @@ fn a_graphics_pipeline_draws_its_triangle() -> TestResult {
             &image,
             0,
             (
-                vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT,
-                vk::AccessFlags::COLOR_ATTACHMENT_WRITE,
+                Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE),
                 vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
             ),
         )?;

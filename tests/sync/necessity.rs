@@ -384,7 +384,7 @@ fn without_any_row_or_bit_the_layer_complains_or_the_specification_does() {
             (false, None) => {}
         }
     }
-    let names: BTreeSet<&str> =
+    let names: BTreeSet<edges::RowName> =
         plans.iter().flat_map(|plan| edges::table(plan).iter().map(|edge| edge.name).collect::<Vec<_>>()).collect();
     println!(
         "layer {}, {} {}: {} plans, {} dependencies by name; {summary} in {:.0} s",

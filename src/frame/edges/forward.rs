@@ -1,7 +1,7 @@
 //! The rows of a frame without a G-buffer, in the place of those of GEOMETRY and LIGHTING.
 
 use super::main_pass::{dropped_last, sums_reuse, sums_to_composite};
-use super::{Edge, Place, subpass};
+use super::{Edge, Place, RowName, subpass};
 use crate::frame::render_pass;
 use crate::passes::{composite, copy, forward, fxaa, present, tonemap, transparent};
 use crate::plan::FramePlan;
@@ -28,7 +28,7 @@ pub(super) fn forward_edge(plan: &FramePlan) -> Edge {
         _ => output,
     };
     subpass(
-        "targets-reuse",
+        RowName::TargetsReuse,
         (Place::Outside, Place::Forward),
         &[depth, before],
         &[forward::DEPTH_CLEAR, forward::LIGHT_WRITE],
@@ -41,7 +41,7 @@ pub(super) fn transparent_after_forward(transparency: Transparency) -> Vec<Edge>
     let (from, light) = (Place::Forward, forward::LIGHT_WRITE);
     match transparency {
         Transparency::Sorted => vec![subpass(
-            "forward-to-transparent",
+            RowName::ForwardToTransparent,
             (from, Place::Transparent),
             &[forward::DEPTH_TEST, light],
             &[depth[0], depth[1], transparent::BLEND],
@@ -50,14 +50,14 @@ pub(super) fn transparent_after_forward(transparency: Transparency) -> Vec<Edge>
         Transparency::Oit => vec![
             sums_reuse(),
             subpass(
-                "forward-to-transparent",
+                RowName::ForwardToTransparent,
                 (from, Place::Transparent),
                 &[forward::DEPTH_TEST],
                 &depth,
                 "TRANSPARENT tests against depth, and as the last user drops it",
             ),
             subpass(
-                "forward-to-composite",
+                RowName::ForwardToComposite,
                 (from, Place::Composite),
                 &[light],
                 &[composite::LIGHT_BLEND],

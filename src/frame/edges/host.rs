@@ -2,42 +2,73 @@
 
 use ash::vk;
 
-use super::{Carrier, Edge, Place};
+use super::{Carrier, Edge, Place, RowName};
 use crate::gpu::sync::{DEVICE_ACCESS, HOST_WRITE, Use};
 use crate::passes::copy;
+
+/// Writes every result.
+pub(in crate::frame) const FORMULA_WRITE: Use =
+    Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+
+/// What FORMULAS writes reaches the CPU.
+pub(super) fn formulas() -> [Edge; 3] {
+    [
+        Edge::new(
+            RowName::HostToFrame,
+            Carrier::Submission,
+            (Place::Host, Place::Device),
+            (HOST_WRITE, DEVICE_ACCESS),
+            "the dispatch reads inputs that the CPU wrote",
+        ),
+        Edge::new(
+            RowName::ResultsToHost,
+            Carrier::BufferBarrier,
+            (Place::Device, Place::Host),
+            (FORMULA_WRITE, copy::HOST_READ),
+            "a fence alone does not make the dispatch's writes visible to the CPU",
+        ),
+        Edge::new(
+            RowName::CopyToHost,
+            Carrier::Fence,
+            (Place::Device, Place::Host),
+            (DEVICE_ACCESS, copy::HOST_READ),
+            "the CPU reads the results when the dispatch is done; a barrier does not make it wait",
+        ),
+    ]
+}
 
 pub(super) fn rows() -> [Edge; 5] {
     let wait =
         |name, from, host: Use, why| Edge::new(name, Carrier::Fence, (from, Place::Host), (DEVICE_ACCESS, host), why);
     [
         Edge::new(
-            "host-to-frame",
+            RowName::HostToFrame,
             Carrier::Submission,
             (Place::Host, Place::Device),
             (HOST_WRITE, DEVICE_ACCESS),
             "a frame reads cameras, lights, maps' places and sorted indices that the CPU wrote, and uploads read staging buffers",
         ),
         wait(
-            "frame-to-host",
+            RowName::FrameToHost,
             Place::Device,
             HOST_WRITE,
             "the CPU writes buffers and commands of a frame anew when the last frame that used them is done",
         ),
         wait(
-            "last-use-to-destroy",
+            RowName::LastUseToDestroy,
             Place::Device,
             Use::new(vk::PipelineStageFlags::HOST, vk::AccessFlags::empty()),
             "objects and memory are destroyed when the last submission before their owner's end is done (the retire queue)",
         ),
         Edge::new(
-            "picture-to-host",
+            RowName::PictureToHost,
             Carrier::BufferBarrier,
             (Place::Copy, Place::Host),
             (copy::WRITE, copy::HOST_READ),
             "a fence alone does not make the copy's writes visible to the CPU",
         ),
         wait(
-            "copy-to-host",
+            RowName::CopyToHost,
             Place::Copy,
             copy::HOST_READ,
             "the CPU reads the picture when the copy is done; a barrier does not make it wait",

@@ -6,7 +6,7 @@
 //! COLOR_ATTACHMENT_OUTPUT; those of depth in EARLY_FRAGMENT_TESTS and in LATE_FRAGMENT_TESTS. CLEAR and DONT_CARE write.
 
 use super::forward::{forward_edge, transparent_after_forward};
-use super::{Carrier, Edge, Place, presentation, subpass};
+use super::{Carrier, Edge, Place, RowName, presentation, subpass};
 use crate::frame::render_pass;
 use crate::gpu::sync::Use;
 use crate::passes::{composite, copy, forward, fxaa, geometry, lighting, present, tonemap, transparent};
@@ -59,16 +59,16 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         let (name, before, why) = match plan.resolves_output() {
             // LIGHTING is the first to touch both, and the last: whoever reads the picture has waited for what it dropped.
             true if first == Place::Lighting && !plan.emissive => (
-                "targets-reuse",
+                RowName::TargetsReuse,
                 if read == present::ATTACH { render_pass::RESOLVE } else { read },
                 "frames in flight share the samples and the output: the last frame must have resolved the ones and let go of the other",
             ),
             true if !plan.draws_into_swapchain() || plan.fxaa => (
-                "output-reuse",
+                RowName::OutputReuse,
                 read,
                 "the last picture may still be copied when samples are resolved into this one; its layout changes before the write",
             ),
-            _ => ("output-reuse", read, why),
+            _ => (RowName::OutputReuse, read, why),
         };
         table.push(subpass(name, (Place::Outside, first), &[before], &[first_use], why));
     }
@@ -88,9 +88,9 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     if plan.fxaa {
         table.extend(fxaa_edges(plan, last, last_use));
         let fxaa = (Place::Fxaa, Place::Outside);
-        table.push(fxaa_pass("read-back", fxaa, fxaa::PICTURE_WRITE, read, read_back));
+        table.push(fxaa_pass(RowName::ReadBack, fxaa, fxaa::PICTURE_WRITE, read, read_back));
     } else {
-        table.push(subpass("read-back", (last, Place::Outside), &[last_use], &[read], read_back));
+        table.push(subpass(RowName::ReadBack, (last, Place::Outside), &[last_use], &[read], read_back));
     }
     table
 }
@@ -139,7 +139,7 @@ fn gbuffer_reuse(plan: &FramePlan) -> Edge {
         });
     }
     subpass(
-        "gbuffer-reuse",
+        RowName::GbufferReuse,
         (Place::Outside, Place::Geometry),
         &before,
         &after,
@@ -178,13 +178,13 @@ fn gbuffer_to_lighting(plan: &FramePlan) -> Edge {
         }
         None => "LIGHTING reads what GEOMETRY wrote, tests against its depth, and as the last user drops it all",
     };
-    subpass("gbuffer-to-lighting", (Place::Geometry, Place::Lighting), &before, &after, why)
+    subpass(RowName::GbufferToLighting, (Place::Geometry, Place::Lighting), &before, &after, why)
 }
 
 /// Samples that LIGHTING is the first to touch, and a later subpass resolves.
 fn samples_reuse(plan: &FramePlan) -> Edge {
     subpass(
-        "samples-reuse",
+        RowName::SamplesReuse,
         (Place::Outside, Place::Lighting),
         &[dropped_last(plan, render_pass::RESOLVE)],
         &[lighting::LIGHT_WRITE],
@@ -217,7 +217,7 @@ fn transparent_edges(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> 
     let lit = [lighting::DEPTH_READ, lighting::GBUFFER_READ];
     match transparency {
         Transparency::Sorted => vec![subpass(
-            "lighting-to-transparent",
+            RowName::LightingToTransparent,
             (Place::Lighting, Place::Transparent),
             &[lit[0], lit[1], light],
             &[depth[0], depth[1], transparent::BLEND],
@@ -226,14 +226,14 @@ fn transparent_edges(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> 
         Transparency::Oit => vec![
             sums_reuse(),
             subpass(
-                "lighting-to-transparent",
+                RowName::LightingToTransparent,
                 (Place::Lighting, Place::Transparent),
                 &lit,
                 &depth,
                 "TRANSPARENT tests against the depth that LIGHTING read, and as the last user drops it",
             ),
             subpass(
-                "lighting-to-composite",
+                RowName::LightingToComposite,
                 (Place::Lighting, Place::Composite),
                 &[light],
                 &[composite::LIGHT_BLEND],
@@ -246,7 +246,7 @@ fn transparent_edges(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> 
 
 pub(super) fn sums_reuse() -> Edge {
     subpass(
-        "sums-reuse",
+        RowName::SumsReuse,
         (Place::Outside, Place::Transparent),
         &[composite::SUM_DROP],
         &[transparent::SUM_CLEAR],
@@ -256,7 +256,7 @@ pub(super) fn sums_reuse() -> Edge {
 
 pub(super) fn sums_to_composite() -> Edge {
     subpass(
-        "sums-to-composite",
+        RowName::SumsToComposite,
         (Place::Transparent, Place::Composite),
         &[transparent::BLEND],
         &[composite::SUM_READ, composite::SUM_DROP],
@@ -266,7 +266,7 @@ pub(super) fn sums_to_composite() -> Edge {
 
 fn hdr_to_tonemap(from: Place, light: Use) -> Edge {
     subpass(
-        "hdr-to-tonemap",
+        RowName::HdrToTonemap,
         (from, Place::Tonemap),
         &[light],
         &[tonemap::HDR_READ, tonemap::HDR_DROP],
@@ -277,7 +277,7 @@ fn hdr_to_tonemap(from: Place, light: Use) -> Edge {
 /// Where no surface emits, LIGHTING is the first to touch the HDR target.
 fn hdr_reuse(plan: &FramePlan) -> Edge {
     subpass(
-        "hdr-reuse",
+        RowName::HdrReuse,
         (Place::Outside, Place::Lighting),
         &[dropped_last(plan, tonemap::HDR_DROP)],
         &[lighting::LIGHT_WRITE],
@@ -289,14 +289,14 @@ fn hdr_reuse(plan: &FramePlan) -> Edge {
 fn fxaa_edges(plan: &FramePlan, last: Place, output_write: Use) -> [Edge; 2] {
     [
         subpass(
-            "output-to-fxaa",
+            RowName::OutputToFxaa,
             (last, Place::Fxaa),
             &[output_write],
             &[fxaa::OUTPUT_READ],
             "FXAA samples a pixel's neighbours, so that the whole output must be there, in the layout that the pass leaves it in",
         ),
         fxaa_pass(
-            "picture-reuse",
+            RowName::PictureReuse,
             (Place::Outside, Place::Fxaa),
             if plan.draws_into_swapchain() { present::ATTACH } else { copy::READ },
             fxaa::PICTURE_WRITE,
@@ -310,6 +310,6 @@ fn fxaa_edges(plan: &FramePlan, last: Place, output_write: Use) -> [Edge; 2] {
     ]
 }
 
-fn fxaa_pass(name: &'static str, (from, to): (Place, Place), before: Use, after: Use, why: &'static str) -> Edge {
+fn fxaa_pass(name: RowName, (from, to): (Place, Place), before: Use, after: Use, why: &'static str) -> Edge {
     Edge::new(name, Carrier::FxaaPass, (from, to), (before, after), why)
 }

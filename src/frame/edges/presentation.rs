@@ -10,8 +10,10 @@
 use ash::vk;
 
 use super::main_pass::first_of_picture;
-use super::{Carrier, Edge, Place};
+use super::{Carrier, Edge, Edges, Place, RowName};
+use crate::gpu::UploadOrder;
 use crate::gpu::sync::{DEVICE_ACCESS, Use};
+use crate::gpu::upload::COPY_WRITE;
 use crate::passes::present::{ATTACH, BEGIN, WRITE};
 use crate::passes::{copy, encode, overlay, split};
 use crate::plan::{Canvas, FramePlan};
@@ -32,8 +34,24 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         Some(Canvas::Straight(_)) => straight(plan),
         Some(Canvas::Encode(_)) => encoded(),
     };
+    rows.extend([
+        barrier(
+            RowName::PanelToCopy,
+            (vk::ImageLayout::UNDEFINED, WRITTEN),
+            (Place::Outside, Place::Upload),
+            (Use::START, COPY_WRITE),
+            "only while panels are shown: each change of a texture is a new image, whose layout changes before the write",
+        ),
+        barrier(
+            RowName::UploadToPanels,
+            (WRITTEN, SAMPLED),
+            (Place::Upload, Place::Overlay),
+            (COPY_WRITE, overlay::TEXTURE_READ),
+            "only while panels are shown: OVERLAY samples what was copied",
+        ),
+    ]);
     rows.push(Edge::new(
-        "present",
+        RowName::Present,
         Carrier::Semaphore,
         (Place::Device, Place::Presentation),
         (DEVICE_ACCESS, Use::END),
@@ -43,7 +61,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
 }
 
 fn barrier(
-    name: &'static str,
+    name: RowName,
     (old, new): (vk::ImageLayout, vk::ImageLayout),
     places: (Place, Place),
     uses: (Use, Use),
@@ -53,7 +71,7 @@ fn barrier(
 }
 
 fn acquire((first, first_use): (Place, Use), why: &'static str) -> Edge {
-    Edge::new("acquire", Carrier::Semaphore, (Place::Presentation, first), (Use::START, first_use), why)
+    Edge::new(RowName::Acquire, Carrier::Semaphore, (Place::Presentation, first), (Use::START, first_use), why)
 }
 
 /// The picture is the swapchain's image.
@@ -68,14 +86,14 @@ fn straight(plan: &FramePlan) -> Vec<Edge> {
     if plan.is_tiled() {
         rows.extend([
             barrier(
-                "swapchain-to-present",
+                RowName::SwapchainToPresent,
                 (vk::ImageLayout::UNDEFINED, WRITTEN),
                 (Place::Outside, Place::Present),
                 (BEGIN, WRITE),
                 "the image's layout changes when it is acquired, before PRESENT writes all of it",
             ),
             barrier(
-                "present-to-swapchain",
+                RowName::PresentToSwapchain,
                 (WRITTEN, READ_BY_PRESENTATION),
                 (Place::Present, Place::Presentation),
                 (WRITE, IN_TURN),
@@ -86,7 +104,7 @@ fn straight(plan: &FramePlan) -> Vec<Edge> {
     // Each of these may be there or not, and leaves the image to the next one by TRANSFER.
     rows.extend([
         barrier(
-            "picture-to-split",
+            RowName::PictureToSplit,
             (READ_BY_PRESENTATION, WRITTEN),
             (Place::Outside, Place::Split),
             (IN_TURN, split::WRITE),
@@ -94,35 +112,35 @@ fn straight(plan: &FramePlan) -> Vec<Edge> {
              SPLIT writes a part of it",
         ),
         barrier(
-            "split-to-picture",
+            RowName::SplitToPicture,
             (WRITTEN, READ_BY_PRESENTATION),
             (Place::Split, Place::Presentation),
             (split::WRITE, IN_TURN),
             "only while the window is split: the layout changes back when SPLIT has written, before COPY and OVERLAY, which wait for TRANSFER",
         ),
         barrier(
-            "picture-to-copy",
+            RowName::PictureToCopy,
             (READ_BY_PRESENTATION, COPIED),
             (Place::Outside, Place::Copy),
             (IN_TURN, copy::READ),
             "only for a screenshot: the layout changes when the picture is there, which a row before this orders before TRANSFER",
         ),
         barrier(
-            "copy-to-picture",
+            RowName::CopyToPicture,
             (COPIED, READ_BY_PRESENTATION),
             (Place::Copy, Place::Presentation),
             (copy::READ, IN_TURN),
             "only for a screenshot: the layout changes back when the image is copied, before OVERLAY, which waits for TRANSFER",
         ),
         barrier(
-            "picture-to-overlay",
+            RowName::PictureToOverlay,
             (READ_BY_PRESENTATION, DRAWN_INTO),
             (Place::Outside, Place::Overlay),
             (IN_TURN, overlay::BLEND),
             "only while panels are shown: the picture is whole, for a copy or not, when OVERLAY blends over it",
         ),
         barrier(
-            "overlay-to-picture",
+            RowName::OverlayToPicture,
             (DRAWN_INTO, READ_BY_PRESENTATION),
             (Place::Overlay, Place::Presentation),
             (overlay::BLEND.writes(), Use::END),
@@ -141,7 +159,7 @@ fn encoded() -> Vec<Edge> {
         ),
         // As above, but that COPY takes the picture as it lies.
         barrier(
-            "picture-to-split",
+            RowName::PictureToSplit,
             (COPIED, WRITTEN),
             (Place::Outside, Place::Split),
             (IN_TURN, split::WRITE),
@@ -149,55 +167,67 @@ fn encoded() -> Vec<Edge> {
              SPLIT writes a part of it",
         ),
         barrier(
-            "split-to-picture",
+            RowName::SplitToPicture,
             (WRITTEN, COPIED),
             (Place::Split, Place::Outside),
             (split::WRITE, copy::READ),
             "only while the window is split: COPY reads what SPLIT has written; OVERLAY and ENCODE wait for TRANSFER",
         ),
         barrier(
-            "picture-to-overlay",
+            RowName::PictureToOverlay,
             (COPIED, DRAWN_INTO),
             (Place::Outside, Place::Overlay),
             (IN_TURN, overlay::BLEND),
             "only while panels are shown: the picture is whole, and copied where that was asked for, when OVERLAY blends over it",
         ),
         barrier(
-            "overlay-to-picture",
+            RowName::OverlayToPicture,
             (DRAWN_INTO, COPIED),
             (Place::Overlay, Place::Outside),
             (overlay::BLEND.writes(), IN_TURN),
             "only while panels are shown: the layout changes back when OVERLAY has drawn, before ENCODE, which waits for TRANSFER",
         ),
         barrier(
-            "picture-to-encode",
+            RowName::PictureToEncode,
             (COPIED, SAMPLED),
             (Place::Outside, Place::Encode),
             (IN_TURN, encode::READ),
             "ENCODE reads the picture with all that lies over it, and when it is copied where that was asked for",
         ),
         barrier(
-            "swapchain-to-encode",
+            RowName::SwapchainToEncode,
             (vk::ImageLayout::UNDEFINED, DRAWN_INTO),
             (Place::Presentation, Place::Encode),
             (ATTACH, encode::WRITE),
             "the image's layout changes when it is acquired, before ENCODE writes all of it",
         ),
         barrier(
-            "encode-to-picture",
+            RowName::EncodeToPicture,
             (SAMPLED, COPIED),
             (Place::Encode, Place::Outside),
             (encode::READ, IN_TURN),
             "the next frame draws its picture over this one when ENCODE has read it: that waits for TRANSFER, as for a copy",
         ),
         barrier(
-            "encode-to-swapchain",
+            RowName::EncodeToSwapchain,
             (DRAWN_INTO, READ_BY_PRESENTATION),
             (Place::Encode, Place::Presentation),
             (encode::WRITE, Use::END),
             "presentation reads the image in its own layout, and sees it by the semaphore",
         ),
     ]
+}
+
+impl Edges {
+    /// The rows by which OVERLAY gets its textures.
+    pub(in crate::frame) fn panel_order(&self) -> UploadOrder {
+        let order = |name| self.find(name).map(Edge::order);
+        UploadOrder {
+            first: order(RowName::PanelToCopy),
+            written: order(RowName::UploadToPanels),
+            ..UploadOrder::default()
+        }
+    }
 }
 
 #[cfg(test)]
@@ -252,14 +282,14 @@ mod tests {
                 assert_eq!(table.find(edge.name), Some(edge), "{name}: the frame itself knows of no window");
             }
             for (into, out) in [
-                ("picture-to-split", "split-to-picture"),
-                ("picture-to-overlay", "overlay-to-picture"),
-                ("picture-to-encode", "encode-to-picture"),
+                (RowName::PictureToSplit, RowName::SplitToPicture),
+                (RowName::PictureToOverlay, RowName::OverlayToPicture),
+                (RowName::PictureToEncode, RowName::EncodeToPicture),
             ] {
-                assert_eq!(layouts(table.row(into)).0, COPIED, "{name}: {into}");
-                assert_eq!(layouts(table.row(out)).1, COPIED, "{name}: {out}");
-                assert!(table.row(into).before.stage.contains(S::TRANSFER), "{name}: {into}");
-                assert!(table.row(out).after.stage.contains(S::TRANSFER), "{name}: {out}");
+                assert_eq!(layouts(table.find(into).expect("a row")).0, COPIED, "{name}: {into}");
+                assert_eq!(layouts(table.find(out).expect("a row")).1, COPIED, "{name}: {out}");
+                assert!(table.find(into).expect("a row").before.stage.contains(S::TRANSFER), "{name}: {into}");
+                assert!(table.find(out).expect("a row").after.stage.contains(S::TRANSFER), "{name}: {out}");
             }
         });
     }
@@ -271,12 +301,12 @@ mod tests {
             let wanted = if plan.fxaa { Resource::SmoothedPicture } else { Resource::Target(Target::Output) };
             let picture = pass.attachments.iter().find(|(resource, _)| *resource == wanted);
             match plan.is_tiled() {
-                true => assert!(picture.is_none() && table.find("present-to-swapchain").is_some(), "{name}"),
+                true => assert!(picture.is_none() && table.find(RowName::PresentToSwapchain).is_some(), "{name}"),
                 false => {
                     let (_, picture) = picture.unwrap_or_else(|| panic!("{name}: no picture"));
                     assert_eq!(picture.final_layout, READ_BY_PRESENTATION, "{name}");
                     assert_eq!(Some(Canvas::Straight(picture.format)), plan.presented, "{name}");
-                    assert!(table.find("picture-to-copy").is_some(), "{name}");
+                    assert!(table.find(RowName::PictureToCopy).is_some(), "{name}");
                 }
             }
         });
@@ -288,7 +318,7 @@ mod tests {
             let mut names: Vec<_> = table.iter().map(|edge| edge.name).collect();
             names.sort_unstable();
             assert!(names.windows(2).all(|pair| pair[0] != pair[1]), "{name}: {names:?}");
-            for semaphore in ["acquire", "present"] {
+            for semaphore in [RowName::Acquire, RowName::Present] {
                 assert!(table.without(semaphore).is_err(), "{name}");
             }
         };

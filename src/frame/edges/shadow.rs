@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Carrier, Edge, Edges, Place};
+use super::{Carrier, Edge, Edges, Place, RowName};
 use crate::gpu::sync::Use;
 use crate::gpu_scene::{ATLAS_LAYOUT, ClearOrder, shadow_clear};
 use crate::passes::{shadow, tiled};
@@ -15,14 +15,14 @@ pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
     let (reader, map_read) = reader(plan);
     [
         Edge::new(
-            "shadow-atlas-to-clear",
+            RowName::ShadowAtlasToClear,
             Carrier::ImageBarrier(vk::ImageLayout::UNDEFINED, CLEARED),
             (Place::Outside, Place::Clear),
             (Use::START, shadow_clear::WRITE),
             "the image is new: there is nothing to wait for, but its layout changes before the write",
         ),
         Edge::new(
-            "clear-to-shadow-maps",
+            RowName::ClearToShadowMaps,
             Carrier::ImageBarrier(CLEARED, ATLAS_LAYOUT),
             (Place::Clear, reader),
             // SHADOW waits for these readers and so for the clear as well.
@@ -30,7 +30,7 @@ pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
             "a map that is not drawn yet is looked up, or drawn into by a pass that waits for those who look up",
         ),
         Edge::new(
-            "shadow-map-reuse",
+            RowName::ShadowMapReuse,
             Carrier::ShadowPass,
             (Place::Outside, Place::Shadow),
             // Who looks up waits for the store, so that waiting for those is waiting for it as well.
@@ -38,7 +38,7 @@ pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
             "frames share the maps: whatever looks maps up in the last one may still read what this one clears; and maps of one layer follow each other",
         ),
         Edge::new(
-            "shadow-map-to-lighting",
+            RowName::ShadowMapToLighting,
             Carrier::ShadowPass,
             (Place::Shadow, reader),
             (shadow::MAP_STORE, map_read),
@@ -59,7 +59,7 @@ fn reader(plan: &FramePlan) -> (Place, Use) {
 impl Edges {
     /// The rows that the atlas is made with; `None` without shadow maps.
     pub(in crate::frame) fn clear_order(&self) -> Option<ClearOrder> {
-        let clear = self.find("shadow-atlas-to-clear")?.order();
-        Some(ClearOrder { clear, look_up: self.find("clear-to-shadow-maps")?.order() })
+        let clear = self.find(RowName::ShadowAtlasToClear)?.order();
+        Some(ClearOrder { clear, look_up: self.find(RowName::ClearToShadowMaps)?.order() })
     }
 }

@@ -49,7 +49,7 @@ fn every_access_is_one_that_a_stage_of_its_mask_supports_and_every_stage_that_mu
             }
             assert_eq!(accesses, one.access, "{name}: {}: an access that the table does not know", edge.name);
             // A stage that only read is waited for without an access, and the CPU frees what it does not look at.
-            let bare = side == Side::Before || edge.name == "last-use-to-destroy";
+            let bare = side == Side::Before || edge.name == RowName::LastUseToDestroy;
             assert!(!one.stage.is_empty(), "{name}: {}: no stage", edge.name);
             assert!(bare || stages.contains(one.stage), "{name}: {}: a stage that does nothing", edge.name);
             assert!(side == Side::After || one == one.writes(), "{name}: {}: a read made available", edge.name);
@@ -80,10 +80,15 @@ fn a_dropped_dependency_of_a_render_pass_is_gone_and_a_dropped_barrier_orders_no
             if edge.carrier.is_render_pass() {
                 assert!(without.find(edge.name).is_none(), "{name}: {}", edge.name);
             } else {
-                let left = without.row(edge.name);
+                let left = without.find(edge.name).expect("a row");
                 assert_eq!((left.before, left.after, left.carrier), (Use::START, Use::END, edge.carrier), "{name}");
             }
-            assert!(without.iter().filter(|other| other.name != edge.name).all(|other| other == table.row(other.name)));
+            assert!(
+                without
+                    .iter()
+                    .filter(|other| other.name != edge.name)
+                    .all(|other| other == table.find(other.name).expect("a row"))
+            );
         }
     });
 }
@@ -92,9 +97,14 @@ fn a_dropped_dependency_of_a_render_pass_is_gone_and_a_dropped_barrier_orders_no
 fn a_bit_goes_with_what_only_it_supports() {
     let (_, plan) = samples::plans().into_iter().find(|(_, plan)| plan.has_geometry()).expect("a G-buffer");
     let table = table(&plan);
-    let row = table.row("gbuffer-to-lighting");
+    let row = table.find(RowName::GbufferToLighting).expect("a row");
     let without = |side, stage, access| {
-        table.without_bits(row.name, side, Use::new(stage, access)).expect("a row").row(row.name).clone()
+        table
+            .without_bits(row.name, side, Use::new(stage, access))
+            .expect("a row")
+            .find(row.name)
+            .expect("a row")
+            .clone()
     };
     // Late tests still write what early ones did.
     let late = without(Side::Before, S::EARLY_FRAGMENT_TESTS, A::empty());
@@ -112,10 +122,10 @@ fn a_bit_goes_with_what_only_it_supports() {
 fn a_row_that_is_not_there_is_refused_with_a_suggestion_and_one_that_stays_with_its_reason() {
     let (_, plan) = samples::plans().remove(0);
     let table = table(&plan);
-    let refused = table.without("picture-to-hosts").expect_err("no such row").to_string();
+    let refused = table.named("picture-to-hosts").expect_err("no such row").to_string();
     assert!(refused.contains("did you mean \"picture-to-host\"?"), "{refused}");
-    for name in ["host-to-frame", "frame-to-host", "copy-to-host", "last-use-to-destroy"] {
+    for name in [RowName::HostToFrame, RowName::FrameToHost, RowName::CopyToHost, RowName::LastUseToDestroy] {
         let refused = table.without_bits(name, Side::After, Use::END).expect_err("it stays").to_string();
-        assert!(refused.contains(name) && refused.contains("cannot be dropped"), "{refused}");
+        assert!(refused.contains(name.name()) && refused.contains("cannot be dropped"), "{refused}");
     }
 }

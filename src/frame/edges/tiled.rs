@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Carrier, Edge, Place};
+use super::{Carrier, Edge, Place, RowName};
 use crate::passes::{copy, geometry, tiled};
 
 /// The main pass ends with GEOMETRY; a compute pass reads what it stored and writes the output.
@@ -11,7 +11,7 @@ pub(super) fn rows() -> [Edge; 4] {
     let row = |name, carrier, places, before, after, why| Edge::new(name, carrier, places, (before, after), why);
     [
         row(
-            "gbuffer-reuse",
+            RowName::GbufferReuse,
             Carrier::MainPass,
             (Place::Outside, Place::Geometry),
             tiled::GBUFFER_READ,
@@ -19,7 +19,7 @@ pub(super) fn rows() -> [Edge; 4] {
             "frames in flight share the targets: TILED of the last frame must have read what this one overwrites",
         ),
         row(
-            "gbuffer-to-tiled",
+            RowName::GbufferToTiled,
             Carrier::MainPass,
             (Place::Geometry, Place::Tiled),
             geometry::DEPTH_STORE.or(geometry::COLOR_WRITE),
@@ -27,7 +27,7 @@ pub(super) fn rows() -> [Edge; 4] {
             "TILED reads what GEOMETRY stored, in the layout that the pass leaves it in",
         ),
         row(
-            "output-reuse",
+            RowName::OutputReuse,
             Carrier::ImageBarrier(vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL),
             (Place::Outside, Place::Tiled),
             copy::READ,
@@ -35,7 +35,7 @@ pub(super) fn rows() -> [Edge; 4] {
             "the last picture may still be copied when this one is written",
         ),
         row(
-            "read-back",
+            RowName::ReadBack,
             Carrier::ImageBarrier(vk::ImageLayout::GENERAL, vk::ImageLayout::TRANSFER_SRC_OPTIMAL),
             (Place::Tiled, Place::Outside),
             tiled::OUTPUT_WRITE,

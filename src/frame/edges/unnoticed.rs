@@ -6,7 +6,7 @@
 
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
-use super::{Carrier, Edge, Place, Side};
+use super::{Carrier, Edge, Place, RowName, Side};
 use crate::gpu::sync::Use;
 
 /// The first layer that sees wrong masks of subpass dependencies.
@@ -25,7 +25,7 @@ pub enum Part {
 #[derive(Debug)]
 pub struct Unnoticed {
     /// The rows' names.
-    rows: &'static [&'static str],
+    rows: &'static [RowName],
     parts: Parts,
     /// In which plans, told by the row.
     only: fn(&Edge) -> bool,
@@ -79,7 +79,7 @@ const TRANSITION: &str = "Applications must ensure that layout transitions happe
 /// The list.
 pub static UNNOTICED: &[Unnoticed] = &[
     Unnoticed {
-        rows: &["picture-to-host"],
+        rows: &[RowName::PictureToHost],
         parts: Parts::All,
         only: ALWAYS,
         section: "Fences",
@@ -89,7 +89,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
               only a dependency on HOST, HOST_READ makes them visible to the CPU",
     },
     Unnoticed {
-        rows: &["output-reuse", "picture-reuse"],
+        rows: &[RowName::OutputReuse, RowName::PictureReuse],
         parts: Parts::Row,
         only: |edge| edge.carrier.is_render_pass() && edge.before.stage == S::TRANSFER,
         section: "VkSubpassDependency",
@@ -99,14 +99,14 @@ pub static UNNOTICED: &[Unnoticed] = &[
               implicit dependency that waits for nothing, and the change may overwrite what is being copied",
     },
     Unnoticed {
-        rows: &["output-reuse", "picture-reuse", "targets-reuse", "gbuffer-reuse"],
+        rows: &[RowName::OutputReuse, RowName::PictureReuse, RowName::TargetsReuse, RowName::GbufferReuse],
         parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
         // Not where the same row makes the store of colours or samples available, which is missed.
         only: |edge| {
             edge.before.stage.contains(S::TRANSFER)
                 && match edge.name {
-                    "gbuffer-reuse" => edge.before.stage.contains(S::COLOR_ATTACHMENT_OUTPUT),
-                    "targets-reuse" => edge.to == Place::Forward,
+                    RowName::GbufferReuse => edge.before.stage.contains(S::COLOR_ATTACHMENT_OUTPUT),
+                    RowName::TargetsReuse => edge.to == Place::Forward,
                     _ => true,
                 }
         },
@@ -116,7 +116,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
               dependency's first scope has, and that must have the copy's read",
     },
     Unnoticed {
-        rows: &["lighting-to-composite", "forward-to-composite"],
+        rows: &[RowName::LightingToComposite, RowName::ForwardToComposite],
         parts: Parts::All,
         only: ALWAYS,
         section: "VkSubpassDependency",
@@ -126,7 +126,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
               submitted in TRANSPARENT, so that COMPOSITE would blend over light that may not be there yet",
     },
     Unnoticed {
-        rows: &["lighting-to-transparent", "forward-to-transparent"],
+        rows: &[RowName::LightingToTransparent, RowName::ForwardToTransparent],
         parts: Parts::Any(
             Side::After,
             S::COLOR_ATTACHMENT_OUTPUT,
@@ -139,7 +139,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
               subpass; blending in a later one reads and writes what the earlier one wrote",
     },
     Unnoticed {
-        rows: &["gbuffer-to-lighting"],
+        rows: &[RowName::GbufferToLighting],
         parts: Parts::Any(Side::After, S::empty(), A::COLOR_ATTACHMENT_READ),
         only: ALWAYS,
         section: "Rasterization Order",
@@ -147,7 +147,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         why: "the same for the emissive light that LIGHTING adds to; the write is noticed by what else LIGHTING drops",
     },
     Unnoticed {
-        rows: &["lighting-to-transparent", "forward-to-transparent"],
+        rows: &[RowName::LightingToTransparent, RowName::ForwardToTransparent],
         parts: Parts::Any(Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE),
         only: ALWAYS,
         section: "Rasterization Order",
@@ -155,7 +155,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         why: "the same, seen from the other side: the light that was written must be available to what blends over it",
     },
     Unnoticed {
-        rows: &["forward-to-transparent"],
+        rows: &[RowName::ForwardToTransparent],
         parts: Parts::Any(Side::Before, S::COLOR_ATTACHMENT_OUTPUT, A::empty()),
         only: ALWAYS,
         section: "Rasterization Order",
@@ -163,7 +163,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         why: "the same of the stage, beside those that test depth",
     },
     Unnoticed {
-        rows: &["gbuffer-to-lighting", "lighting-to-transparent", "forward-to-transparent"],
+        rows: &[RowName::GbufferToLighting, RowName::LightingToTransparent, RowName::ForwardToTransparent],
         parts: Parts::Any(Side::After, S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ),
         only: ALWAYS,
         section: "Rasterization Order",
@@ -172,7 +172,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
               of a later one read what the earlier one wrote, early or late as the implementation likes",
     },
     Unnoticed {
-        rows: &["gbuffer-to-lighting"],
+        rows: &[RowName::GbufferToLighting],
         parts: Parts::Any(Side::After, S::LATE_FRAGMENT_TESTS, A::empty()),
         // Where LIGHTING drops depth, the layer misses the store's stage.
         only: |edge| !edge.after.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE),
@@ -181,7 +181,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         why: "the same for tests that run late",
     },
     Unnoticed {
-        rows: &["gbuffer-to-lighting", "forward-to-transparent"],
+        rows: &[RowName::GbufferToLighting, RowName::ForwardToTransparent],
         parts: Parts::Any(Side::Before, S::EARLY_FRAGMENT_TESTS, A::empty()),
         only: ALWAYS,
         section: "Pipeline Stages",
@@ -191,10 +191,10 @@ pub static UNNOTICED: &[Unnoticed] = &[
               what is logically earlier for execution, but an access scope only has the stages that are named",
     },
     Unnoticed {
-        rows: &["picture-to-split", "picture-to-copy", "picture-to-overlay"],
+        rows: &[RowName::PictureToSplit, RowName::PictureToCopy, RowName::PictureToOverlay],
         parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
         // Where COPY takes the picture as it lies, no layout change comes between, and the layer sees that OVERLAY waits for the copy.
-        only: |edge| edge.name != "picture-to-overlay" || edge.carrier == OVER_PRESENTED,
+        only: |edge| edge.name != RowName::PictureToOverlay || edge.carrier == OVER_PRESENTED,
         section: "Image Layout Transitions",
         says: TRANSITION,
         why: "the layer takes a layout change to be ordered after that at the end of a render pass, or in a barrier before it. It is so by a chain \
@@ -202,12 +202,12 @@ pub static UNNOTICED: &[Unnoticed] = &[
     },
     Unnoticed {
         rows: &[
-            "read-back",
-            "split-to-picture",
-            "copy-to-picture",
-            "overlay-to-picture",
-            "encode-to-picture",
-            "present-to-swapchain",
+            RowName::ReadBack,
+            RowName::SplitToPicture,
+            RowName::CopyToPicture,
+            RowName::OverlayToPicture,
+            RowName::EncodeToPicture,
+            RowName::PresentToSwapchain,
         ],
         parts: Parts::Any(Side::After, S::TRANSFER, A::empty()),
         // With an access it is for a copy that comes right after.
@@ -217,7 +217,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         why: "the same, seen from the other side: what comes next begins with TRANSFER, with which this ends",
     },
     Unnoticed {
-        rows: &["read-back"],
+        rows: &[RowName::ReadBack],
         parts: Parts::Row,
         // Where the pass draws into an image of the swapchain.
         only: |edge| edge.after.access.is_empty(),
@@ -227,7 +227,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         why: "the same for all of it: the implicit dependency holds nothing back, so that it makes no chain with what comes over the picture",
     },
     Unnoticed {
-        rows: &["picture-to-overlay"],
+        rows: &[RowName::PictureToOverlay],
         parts: Parts::Any(Side::After, S::empty(), A::COLOR_ATTACHMENT_WRITE),
         only: ALWAYS,
         section: "VkImageMemoryBarrier",
@@ -237,7 +237,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
               accesses, and is to those of the mask",
     },
     Unnoticed {
-        rows: &["hdr-reuse", "samples-reuse", "sums-reuse", "targets-reuse"],
+        rows: &[RowName::HdrReuse, RowName::SamplesReuse, RowName::SumsReuse, RowName::TargetsReuse],
         parts: Parts::Any(Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE),
         only: |edge| edge.before.stage == S::COLOR_ATTACHMENT_OUTPUT,
         section: "Render Pass Creation",

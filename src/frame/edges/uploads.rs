@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Carrier, Edge, Edges, Place};
+use super::{Carrier, Edge, Edges, Place, RowName};
 use crate::gpu::UploadOrder;
 use crate::gpu::sync::Use;
 use crate::gpu::upload::{BLIT_READ, COPY_WRITE};
@@ -20,7 +20,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     let uploads = plan.uploads;
     if uploads.vertices || uploads.volumes {
         rows.push(Edge::new(
-            "upload-to-vertices",
+            RowName::UploadToVertices,
             Carrier::MemoryBarrier,
             (Place::Upload, Place::Draws),
             (COPY_WRITE, if uploads.vertices { VERTEX_READ.or(INDEX_READ) } else { VERTEX_READ }),
@@ -29,7 +29,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     }
     if uploads.textures {
         rows.push(row(
-            "texture-to-copy",
+            RowName::TextureToCopy,
             (vk::ImageLayout::UNDEFINED, WRITTEN),
             (Place::Outside, Place::Upload),
             (Use::START, COPY_WRITE),
@@ -38,14 +38,14 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     }
     if uploads.mip_levels {
         rows.push(row(
-            "level-to-blit",
+            RowName::LevelToBlit,
             (WRITTEN, BLITTED),
             (Place::Upload, Place::Upload),
             (COPY_WRITE, BLIT_READ),
             "each level of a texture is made from the one above it, which a copy or the last blit wrote",
         ));
         rows.push(row(
-            "blit-to-textures",
+            RowName::BlitToTextures,
             (BLITTED, READABLE),
             (Place::Upload, Place::Draws),
             (BLIT_READ, TEXTURE_READ),
@@ -54,7 +54,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     }
     if uploads.textures {
         rows.push(row(
-            "upload-to-textures",
+            RowName::UploadToTextures,
             (WRITTEN, READABLE),
             (Place::Upload, Place::Draws),
             (COPY_WRITE, TEXTURE_READ),
@@ -69,11 +69,11 @@ impl Edges {
     pub(in crate::frame) fn upload_order(&self) -> UploadOrder {
         let order = |name| self.find(name).map(Edge::order);
         UploadOrder {
-            buffers: order("upload-to-vertices"),
-            first: order("texture-to-copy"),
-            blit: order("level-to-blit"),
-            blitted: order("blit-to-textures"),
-            written: order("upload-to-textures"),
+            buffers: order(RowName::UploadToVertices),
+            first: order(RowName::TextureToCopy),
+            blit: order(RowName::LevelToBlit),
+            blitted: order(RowName::BlitToTextures),
+            written: order(RowName::UploadToTextures),
         }
     }
 }

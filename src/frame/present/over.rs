@@ -5,12 +5,12 @@ use std::sync::Arc;
 use ash::vk;
 
 use crate::frame::deferred::image_barrier;
-use crate::frame::edges::Edges;
+use crate::frame::edges::{Edges, RowName};
 use crate::frame::read_back::host_barrier;
 use crate::frame::stages::stamp;
 use crate::frame::{IN_FLIGHT, Renderer};
 use crate::gpu::barrier::ImageRange;
-use crate::gpu::{self, Device, Image, ImageWish, Swapchain};
+use crate::gpu::{self, Device, Image, ImageWish, Swapchain, UploadOrder};
 use crate::passes::copy::Copy;
 use crate::passes::encode::Encode;
 use crate::passes::overlay::{Overlay, Panels};
@@ -28,16 +28,18 @@ pub(super) struct Over {
     /// One, or one for each image of the swapchain.
     pub(super) views: Vec<vk::ImageView>,
     pub(super) extent: vk::Extent2D,
+    /// What its textures wait for, and what waits for them.
+    pub(super) uploads: UploadOrder,
 }
 
 impl Over {
     pub(super) fn of(renderer: &Renderer, swapchain: &Swapchain, images: ImageWish) -> Self {
-        let extent = swapchain.extent;
+        let (extent, uploads) = (swapchain.extent, renderer.edges.panel_order());
         match own_canvas(renderer) {
-            Some(own) => Self { format: own.format, encodes: true, views: vec![own.view], extent },
+            Some(own) => Self { format: own.format, encodes: true, views: vec![own.view], extent, uploads },
             None => {
                 let (format, encodes) = (swapchain.formats.drawn, images.encodes);
-                Self { format, encodes, views: swapchain.views(), extent }
+                Self { format, encodes, views: swapchain.views(), extent, uploads }
             }
         }
     }
@@ -58,8 +60,8 @@ pub(super) fn overlay(
     let own = match overlay {
         Some(own) => own,
         None => {
-            let Over { format, encodes, views, extent } = over();
-            let mut new = Overlay::new(device, format, encodes, IN_FLIGHT)?;
+            let Over { format, encodes, views, extent, uploads } = over();
+            let mut new = Overlay::new(device, format, encodes, uploads, IN_FLIGHT)?;
             new.resize(&views, extent)?;
             overlay.insert(new)
         }
@@ -96,11 +98,11 @@ pub(super) fn record_encode(
     let (device, edges) = (&renderer.device, &renderer.edges);
     let shown = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
     device.begin_label(cmd, "ENCODE");
-    image_barrier(device, cmd, picture, edges.row("picture-to-encode"));
-    image_barrier(device, cmd, shown, edges.row("swapchain-to-encode"));
+    image_barrier(device, cmd, picture, edges.find(RowName::PictureToEncode));
+    image_barrier(device, cmd, shown, edges.find(RowName::SwapchainToEncode));
     encode.record(cmd, index);
-    image_barrier(device, cmd, picture, edges.row("encode-to-picture"));
-    image_barrier(device, cmd, shown, edges.row("encode-to-swapchain"));
+    image_barrier(device, cmd, picture, edges.find(RowName::EncodeToPicture));
+    image_barrier(device, cmd, shown, edges.find(RowName::EncodeToSwapchain));
     device.end_label(cmd);
     stamp(&mut renderer.frames[renderer.next].times, cmd, "encode");
 }
@@ -108,7 +110,7 @@ pub(super) fn record_encode(
 /// Copies an image that is ready to be presented, as it is again after that.
 fn copy_presented(device: &Device, edges: &Edges, (cmd, image): (vk::CommandBuffer, vk::Image), copy: &Copy) {
     let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
-    image_barrier(device, cmd, whole, edges.row("picture-to-copy"));
+    image_barrier(device, cmd, whole, edges.find(RowName::PictureToCopy));
     copy.record(device, cmd, image);
-    image_barrier(device, cmd, whole, edges.row("copy-to-picture"));
+    image_barrier(device, cmd, whole, edges.find(RowName::CopyToPicture));
 }

@@ -6,9 +6,9 @@ use super::order::PRESENTATION;
 use super::program::{Memory, Program, Scope, Span, Sync, Time, Who};
 use super::render_pass::Besides;
 use crate::frame::IN_FLIGHT;
-use crate::frame::edges::{Carrier, Edges, Place};
+use crate::frame::edges::{Carrier, Edge, Edges, FORMULA_WRITE, Place, RowName};
 use crate::frame::render_pass::{PassDescription, Resource, input_layout};
-use crate::gpu::sync::{DEVICE_ACCESS, Dependency, HOST_WRITE, Use};
+use crate::gpu::sync::{DEVICE_ACCESS, HOST_WRITE, Use};
 use crate::gpu::upload::{BLIT_READ, COPY_WRITE};
 use crate::gpu_scene::{ATLAS_LAYOUT, INDEX_READ, TEXTURE_READ, VERTEX_READ, shadow_clear};
 use crate::passes::{copy, encode, fxaa, overlay, present, shadow, split, tiled};
@@ -34,6 +34,8 @@ struct Turn {
     split: bool,
     copied: bool,
     covered: bool,
+    /// With a texture that is new.
+    has_new_panel: bool,
 }
 
 /// The frames of a plan with these rows.
@@ -46,7 +48,7 @@ pub(super) fn program(plan: &FramePlan, edges: &Edges) -> Program {
         frames.frame(index, *turn);
     }
     frames.look();
-    frames.wait("last-use-to-destroy", uploaded);
+    frames.wait(RowName::LastUseToDestroy, uploaded);
     frames.program.command(Place::Host, &[(Memory::Staging, BUFFER, HOST_WRITE)]);
     frames.program
 }
@@ -63,9 +65,31 @@ fn turns(plan: &FramePlan) -> Vec<Turn> {
                 copied: index & 1 != 0,
                 split: index & 2 != 0,
                 covered: index & 4 != 0,
+                has_new_panel: index == 4,
             })
             .collect(),
     }
+}
+
+/// The dispatch that evaluates formulas, with these rows.
+pub(super) fn formulas(edges: &Edges) -> Program {
+    let mut program = Program::default();
+    let order = |row| edges.find(row).map(Edge::order);
+    let (inputs, results) = (Memory::Written(0), Memory::ReadBack);
+    program.command(Place::Host, &[(inputs, BUFFER, HOST_WRITE)]);
+    if let Some(submitted) = order(RowName::HostToFrame) {
+        program.barrier(submitted, None);
+    }
+    program.command(Place::Device, &[(inputs, BUFFER, UNIFORM_READ), (results, BUFFER, FORMULA_WRITE)]);
+    if let Some(order) = order(RowName::ResultsToHost) {
+        program.barrier(order, Some(results));
+    }
+    if let Some(order) = order(RowName::CopyToHost) {
+        let end = program.step();
+        program.fence(order, end);
+    }
+    program.command(Place::Host, &[(results, BUFFER, copy::HOST_READ)]);
+    program
 }
 
 struct Frames<'a> {
@@ -79,12 +103,15 @@ struct Frames<'a> {
 }
 
 impl Frames<'_> {
-    fn order(&self, row: &str) -> Dependency {
-        self.edges.row(row).order()
+    /// A barrier of the table, on all memory or some of it.
+    fn barrier(&mut self, row: RowName, memory: Option<Memory>) {
+        if let Some(edge) = self.edges.find(row) {
+            self.program.barrier(edge.order(), memory);
+        }
     }
 
-    fn image_barrier(&mut self, row: &'static str, memory: Memory) {
-        let edge = self.edges.row(row);
+    fn image_barrier(&mut self, row: RowName, memory: Memory) {
+        let Some(edge) = self.edges.find(row) else { return };
         if let Carrier::ImageBarrier(old, new) = edge.carrier {
             let sync = self.program.barrier(edge.order(), Some(memory));
             self.program.transition((Who::Row(row), memory), [old, new], vec![sync], None);
@@ -93,28 +120,19 @@ impl Frames<'_> {
 
     /// What the CPU wrote before a submission is there.
     fn submit(&mut self) {
-        let order = self.order("host-to-frame");
-        self.program.barrier(order, None);
+        self.barrier(RowName::HostToFrame, None);
     }
 
     /// The CPU waits for all that was submitted until then.
-    fn wait(&mut self, row: &str, until: Time) {
-        let order = self.order(row);
-        let now = self.program.step();
-        self.program.synchronize(Sync {
-            first: Scope { span: Span::before(until), mask: order.before },
-            second: Scope { span: Span::since(now), mask: Use::new(order.after.stage, A::empty()) },
-            region: None,
-            memory: None,
-            is_whole: true,
-            is_fence: true,
-        });
+    fn wait(&mut self, row: RowName, until: Time) {
+        let Some(order) = self.edges.find(row).map(Edge::order) else { return };
+        self.program.fence(order, until);
     }
 
     /// The CPU looks at the picture that was copied last. It does so only before the next copy, so that its wait hides nothing.
     fn look(&mut self) {
         if let Some(copied) = self.copied.take() {
-            self.wait("copy-to-host", copied);
+            self.wait(RowName::CopyToHost, copied);
             self.program.command(Place::Host, &[(Memory::ReadBack, BUFFER, copy::HOST_READ)]);
         }
     }
@@ -131,17 +149,17 @@ impl Frames<'_> {
                     continue;
                 }
                 for &level in texture {
-                    self.image_barrier("texture-to-copy", level);
+                    self.image_barrier(RowName::TextureToCopy, level);
                 }
                 self.program.command(Place::Upload, &[from, (texture[0], L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
                 for pair in texture.windows(2) {
-                    self.image_barrier("level-to-blit", pair[0]);
+                    self.image_barrier(RowName::LevelToBlit, pair[0]);
                     let read = (pair[0], L::TRANSFER_SRC_OPTIMAL, BLIT_READ);
                     self.program.command(Place::Upload, &[read, (pair[1], L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
                 }
-                self.image_barrier("upload-to-textures", texture[texture.len() - 1]);
+                self.image_barrier(RowName::UploadToTextures, texture[texture.len() - 1]);
                 for &level in &texture[..texture.len() - 1] {
-                    self.image_barrier("blit-to-textures", level);
+                    self.image_barrier(RowName::BlitToTextures, level);
                 }
             }
         }
@@ -150,10 +168,16 @@ impl Frames<'_> {
             if uploads.vertices {
                 self.program.command(Place::Upload, &[from, (Memory::Indices, BUFFER, COPY_WRITE)]);
             }
-            let order = self.order("upload-to-vertices");
-            self.program.barrier(order, None);
+            self.barrier(RowName::UploadToVertices, None);
         }
         self.program.step()
+    }
+
+    /// A texture of OVERLAY.
+    fn upload_panel(&mut self) {
+        self.image_barrier(RowName::PanelToCopy, Memory::Panel);
+        self.program.command(Place::Upload, &[(Memory::Panel, L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
+        self.image_barrier(RowName::UploadToPanels, Memory::Panel);
     }
 
     fn clear_maps(&mut self) {
@@ -161,9 +185,9 @@ impl Frames<'_> {
             return;
         }
         for map in MAPS {
-            self.image_barrier("shadow-atlas-to-clear", map);
+            self.image_barrier(RowName::ShadowAtlasToClear, map);
             self.program.command(Place::Clear, &[(map, L::TRANSFER_DST_OPTIMAL, shadow_clear::WRITE)]);
-            self.image_barrier("clear-to-shadow-maps", map);
+            self.image_barrier(RowName::ClearToShadowMaps, map);
         }
     }
 
@@ -174,7 +198,10 @@ impl Frames<'_> {
             self.look();
         }
         if let Some(last) = index.checked_sub(IN_FLIGHT) {
-            self.wait("frame-to-host", self.ends[last]);
+            self.wait(RowName::FrameToHost, self.ends[last]);
+        }
+        if turn.has_new_panel {
+            self.upload_panel();
         }
         self.program.command(Place::Host, &[(place, BUFFER, HOST_WRITE)]);
         self.submit();
@@ -223,7 +250,7 @@ impl Frames<'_> {
 
     fn tiled(&mut self, place: Memory) {
         let plan = self.plan;
-        self.image_barrier("output-reuse", Memory::Picture);
+        self.image_barrier(RowName::OutputReuse, Memory::Picture);
         let emitted = plan.emissive.then_some(Target::Hdr);
         let stored: Vec<_> = stored_inputs(plan).into_iter().map(|(_, target)| target).chain(emitted).collect();
         let read =
@@ -235,19 +262,18 @@ impl Frames<'_> {
             touches.extend(MAPS.map(|map| (map, ATLAS_LAYOUT, tiled::MAP_READ)));
         }
         self.program.command(Place::Tiled, &touches);
-        self.image_barrier("read-back", Memory::Picture);
+        self.image_barrier(RowName::ReadBack, Memory::Picture);
     }
 
     fn copy(&mut self, picture: Memory) {
         let buffer = (Memory::ReadBack, BUFFER, copy::WRITE);
         self.program.command(Place::Copy, &[(picture, L::TRANSFER_SRC_OPTIMAL, copy::READ), buffer]);
-        let order = self.order("picture-to-host");
-        self.program.barrier(order, Some(Memory::ReadBack));
+        self.barrier(RowName::PictureToHost, Some(Memory::ReadBack));
     }
 
     /// The frame goes on when presentation has let go of the image.
     fn acquire(&mut self) {
-        let mask = self.edges.row("acquire").after;
+        let Some(mask) = self.edges.find(RowName::Acquire).map(|row| row.after) else { return };
         let now = self.program.step();
         self.program.synchronize(Sync {
             first: Scope { span: Span::before(now), mask: PRESENTED },
@@ -264,39 +290,40 @@ impl Frames<'_> {
         let is_straight = matches!(canvas, Canvas::Straight(_));
         let picture = if is_straight { Memory::SwapchainImage } else { Memory::Picture };
         if self.plan.is_tiled() && is_straight {
-            self.image_barrier("swapchain-to-present", Memory::SwapchainImage);
+            self.image_barrier(RowName::SwapchainToPresent, Memory::SwapchainImage);
             let read = (Memory::Picture, L::TRANSFER_SRC_OPTIMAL, copy::READ);
             self.program
                 .command(Place::Present, &[read, (Memory::SwapchainImage, L::TRANSFER_DST_OPTIMAL, present::WRITE)]);
-            self.image_barrier("present-to-swapchain", Memory::SwapchainImage);
+            self.image_barrier(RowName::PresentToSwapchain, Memory::SwapchainImage);
         }
         if turn.split {
-            self.image_barrier("picture-to-split", picture);
+            self.image_barrier(RowName::PictureToSplit, picture);
             self.program.command(Place::Split, &[(picture, L::TRANSFER_DST_OPTIMAL, split::WRITE)]);
-            self.image_barrier("split-to-picture", picture);
+            self.image_barrier(RowName::SplitToPicture, picture);
         }
         if turn.copied && is_straight {
-            self.image_barrier("picture-to-copy", picture);
+            self.image_barrier(RowName::PictureToCopy, picture);
             self.copy(picture);
-            self.image_barrier("copy-to-picture", picture);
+            self.image_barrier(RowName::CopyToPicture, picture);
         } else if turn.copied {
             self.copy(picture);
         }
         if turn.covered {
-            self.image_barrier("picture-to-overlay", picture);
-            self.program.command(Place::Overlay, &[(picture, L::COLOR_ATTACHMENT_OPTIMAL, overlay::BLEND)]);
-            self.image_barrier("overlay-to-picture", picture);
+            self.image_barrier(RowName::PictureToOverlay, picture);
+            let panel = (Memory::Panel, L::SHADER_READ_ONLY_OPTIMAL, overlay::TEXTURE_READ);
+            self.program.command(Place::Overlay, &[(picture, L::COLOR_ATTACHMENT_OPTIMAL, overlay::BLEND), panel]);
+            self.image_barrier(RowName::OverlayToPicture, picture);
         }
         if !is_straight {
-            self.image_barrier("picture-to-encode", Memory::Picture);
-            self.image_barrier("swapchain-to-encode", Memory::SwapchainImage);
+            self.image_barrier(RowName::PictureToEncode, Memory::Picture);
+            self.image_barrier(RowName::SwapchainToEncode, Memory::SwapchainImage);
             let read = (Memory::Picture, L::SHADER_READ_ONLY_OPTIMAL, encode::READ);
             self.program
                 .command(Place::Encode, &[read, (Memory::SwapchainImage, L::COLOR_ATTACHMENT_OPTIMAL, encode::WRITE)]);
-            self.image_barrier("encode-to-picture", Memory::Picture);
-            self.image_barrier("encode-to-swapchain", Memory::SwapchainImage);
+            self.image_barrier(RowName::EncodeToPicture, Memory::Picture);
+            self.image_barrier(RowName::EncodeToSwapchain, Memory::SwapchainImage);
         }
-        let mask = self.edges.row("present").before;
+        let Some(mask) = self.edges.find(RowName::Present).map(|row| row.before) else { return };
         let now = self.program.step();
         self.program.synchronize(Sync {
             first: Scope { span: Span::before(now), mask },

@@ -10,7 +10,7 @@ use std::fmt;
 use ash::vk;
 
 use super::edges::unnoticed::Part;
-use super::edges::{Edges, Refused};
+use super::edges::{Edges, Refused, RowName};
 use crate::plan::FramePlan;
 use order::Order;
 use program::{Kind, Memory, Program, Touch};
@@ -74,6 +74,11 @@ impl Frames {
         Self(frames::program(plan, edges))
     }
 
+    /// The dispatch that evaluates formulas for `afterlight stress`.
+    pub fn of_formulas(edges: &Edges) -> Self {
+        Self(frames::formulas(edges))
+    }
+
     /// None if every pair of touches is ordered.
     pub fn hazards(&self) -> Vec<Hazard> {
         hazards_of(&self.0).collect()
@@ -89,7 +94,7 @@ impl Frames {
 ///
 /// # Errors
 /// As [`Edges::without_part`].
-pub fn is_superfluous(plan: &FramePlan, edges: &Edges, name: &str, part: Part) -> Result<bool, Refused> {
+pub fn is_superfluous(plan: &FramePlan, edges: &Edges, name: RowName, part: Part) -> Result<bool, Refused> {
     Ok(Frames::of(plan, &edges.without_part(name, part)?).are_safe())
 }
 

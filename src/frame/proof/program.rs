@@ -4,7 +4,7 @@ use std::fmt;
 
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
-use crate::frame::edges::{Place, SUPPORTED};
+use crate::frame::edges::{Place, RowName, SUPPORTED};
 use crate::gpu::sync::{Dependency, Use};
 use crate::targets::Target;
 
@@ -97,8 +97,10 @@ pub(super) enum Memory {
     Staging,
     /// What the CPU writes for a frame in flight.
     Written(usize),
-    /// What pictures are copied to.
+    /// What pictures are copied to, and formulas write.
     ReadBack,
+    /// A texture of OVERLAY.
+    Panel,
 }
 
 /// Some of it.
@@ -119,6 +121,7 @@ impl MemorySet {
             Memory::Indices => 4,
             Memory::Staging => 5,
             Memory::ReadBack => 6,
+            Memory::Panel => 7,
             Memory::ShadowMap(index) => 8 + index,
             Memory::Level(level) => 16 + level,
             Memory::Written(place) => 24 + place,
@@ -147,6 +150,7 @@ impl fmt::Display for Memory {
             Self::Staging => f.write_str("a staging buffer"),
             Self::Written(place) => write!(f, "what the CPU writes for frames in flight at place {place}"),
             Self::ReadBack => f.write_str("the read-back buffer"),
+            Self::Panel => f.write_str("a texture of a panel"),
         }
     }
 }
@@ -155,7 +159,7 @@ impl fmt::Display for Memory {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Who {
     At(Place),
-    Row(&'static str),
+    Row(RowName),
     /// The end of a render pass.
     End(&'static str),
 }
@@ -267,6 +271,19 @@ impl Program {
             is_whole: false,
             is_fence: false,
         })
+    }
+
+    /// The CPU waits for all that was submitted until then.
+    pub(super) fn fence(&mut self, order: Dependency, until: Time) {
+        let now = self.step();
+        self.synchronize(Sync {
+            first: Scope { span: Span::before(until), mask: order.before },
+            second: Scope { span: Span::since(now), mask: Use::new(order.after.stage, A::empty()) },
+            region: None,
+            memory: None,
+            is_whole: true,
+            is_fence: true,
+        });
     }
 
     /// A layout change now, unless the two layouts are the same.

@@ -4,7 +4,7 @@ use ash::vk::{AccessFlags as A, ImageLayout as L, PipelineStageFlags as S};
 
 use super::program::{MemorySet, Scope, Span, Sync, Who};
 use super::*;
-use crate::frame::edges::{Place, Side, table};
+use crate::frame::edges::{self, Place, RowName, Side, table};
 use crate::gpu::sync::{DEVICE_ACCESS, Dependency, Use};
 use crate::plan::samples;
 
@@ -160,10 +160,10 @@ fn a_layout_change_waits_and_is_waited_for_and_leaves_an_image_as_it_must_be() {
         let mut program = Program::default();
         let [first, second] = [L::GENERAL, L::SHADER_READ_ONLY_OPTIMAL];
         program.barrier(Dependency { before: Use::START, after: COPY_WRITE }, None);
-        program.transition((Who::Row("begin"), Memory::Picture), [L::UNDEFINED, first], vec![0], None);
+        program.transition((Who::Row(RowName::OutputReuse), Memory::Picture), [L::UNDEFINED, first], vec![0], None);
         program.command(Place::Copy, &[(Memory::Picture, first, COPY_WRITE)]);
         let sync = program.barrier(order, Some(Memory::Picture));
-        program.transition((Who::Row("change"), Memory::Picture), layouts, vec![sync], None);
+        program.transition((Who::Row(RowName::ReadBack), Memory::Picture), layouts, vec![sync], None);
         program.command(Place::Fxaa, &[(Memory::Picture, second, SAMPLE)]);
         kinds(&program)
     };
@@ -181,7 +181,7 @@ fn a_layout_change_waits_and_is_waited_for_and_leaves_an_image_as_it_must_be() {
 fn a_hazard_is_told_with_both_touches_and_the_memory() {
     let (_, plan) = samples::plans().into_iter().find(|(_, plan)| plan.has_geometry()).expect("a G-buffer");
     let input_read = Use::new(S::empty(), A::INPUT_ATTACHMENT_READ);
-    let blind = table(&plan).without_bits("gbuffer-to-lighting", Side::After, input_read).expect("a row");
+    let blind = table(&plan).without_bits(RowName::GbufferToLighting, Side::After, input_read).expect("a row");
     let hazards = Frames::of(&plan, &blind).hazards();
     let told: Vec<String> = hazards.iter().map(ToString::to_string).collect();
     let expected = "the target Albedo: LIGHTING in frame 1 (FRAGMENT_SHADER, INPUT_ATTACHMENT_READ) waits for nothing that comes after";
@@ -189,4 +189,25 @@ fn a_hazard_is_told_with_both_touches_and_the_memory() {
         told.iter().any(|line| line.starts_with("use after layout change") && line.contains(expected)),
         "{told:#?}"
     );
+}
+
+#[test]
+fn the_dispatch_of_formulas_has_what_it_needs_and_no_more() {
+    let rows = edges::formulas();
+    assert!(Frames::of_formulas(&rows).are_safe());
+    for part in rows.find(RowName::ResultsToHost).expect("a row").parts() {
+        let without = rows.without_part(RowName::ResultsToHost, part).expect("it can be dropped");
+        let kinds: Vec<_> = Frames::of_formulas(&without).hazards().iter().map(|hazard| hazard.kind).collect();
+        assert_eq!(kinds, [HazardKind::ReadAfterWrite], "{part:?}");
+    }
+}
+
+#[test]
+fn rows_of_another_plan_leave_hazards_and_name_them() {
+    let plans = samples::plans();
+    let of = |wanted: bool| plans.iter().find(|(_, plan)| plan.shadow.is_some() == wanted).expect("a plan");
+    let (with, without) = (&of(true).1, table(&of(false).1));
+    let hazards = Frames::of(with, &without).hazards();
+    let told: Vec<String> = hazards.iter().map(ToString::to_string).collect();
+    assert!(told.iter().any(|line| line.starts_with("wrong layout of shadow map 0: CLEAR")), "{told:#?}");
 }

@@ -353,7 +353,7 @@ fn draw_edge(svg: &mut Svg, graph: &Graph, index: usize, placed: &[Placed], x: f
     let left = placed[*to].at.x;
     let (start, end) = (port(graph, index, *from, &placed[*from]), port(graph, index, *to, &placed[*to]));
     let layouts = graph.layouts[index].iter().map(|change| format!("; {change}"));
-    svg.open("dependency", edge.name).tooltip(&format!("{}{}", edge.why, layouts.collect::<String>()));
+    svg.open("dependency", edge.name.name()).tooltip(&format!("{}{}", edge.why, layouts.collect::<String>()));
     // By its text, which stands above the box; of a place that waits for itself, too.
     let text =
         placed[*to].notes.iter().find(|note| note.edge == index).map_or(end, |note| note.top + Font::Name.line() / 2.0);

@@ -52,10 +52,10 @@ fn a_drawing_is_xml_that_has_what_the_frame_has_and_nothing_else() {
         assert_eq!(groups(&document, "subpass").len(), subpasses, "{name}");
         let attachments: usize = passes.iter().map(|pass| pass.attachments.len()).sum();
         assert_eq!(groups(&document, "image").len(), attachments + usize::from(plan.is_tiled()), "{name}");
-        let rows: Vec<String> = edges.iter().map(|edge| edge.name.to_owned()).collect();
+        let rows: Vec<String> = edges.iter().map(|edge| edge.name.to_string()).collect();
         assert_eq!(sorted(groups(&document, "dependency")), sorted(rows), "{name}");
         for edge in edges.iter() {
-            let group = document.descendants().find(|node| node.attribute("data-dependency") == Some(edge.name));
+            let group = document.descendants().find(|node| node.attribute("data-dependency") == Some(edge.name.name()));
             let group = group.expect("drawn");
             let words: String =
                 group.descendants().filter(|node| node.is_text()).filter_map(|node| node.text()).collect();

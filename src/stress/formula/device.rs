@@ -6,18 +6,13 @@ use ash::vk;
 use bytemuck::Zeroable;
 
 use super::{Input, Output, Trial};
-use crate::gpu::sync::Use;
+use crate::frame::edges::{self, RowName};
 use crate::gpu::{
     self, Buffer, CommandBuffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter,
     ShaderStage, barrier, compute_pipeline, pipeline_layout,
 };
 use crate::gpu_scene::FrameUniform;
 use crate::shaders::formulas::{self as shader, Flags, constants};
-
-/// Writes every output.
-const OUTPUT_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
-/// The CPU maps them.
-const HOST_READ: Use = Use::new(vk::PipelineStageFlags::HOST, vk::AccessFlags::HOST_READ);
 
 /// Invocations in a work group, as the shader has it.
 const GROUP: u32 = 64;
@@ -107,8 +102,9 @@ pub fn evaluate(device: &Arc<Device>, trial: &Trial) -> gpu::Result<Vec<Output>>
     }
     device.end_label(cmd.raw);
     // The CPU maps what FORMULAS wrote. What the CPU wrote before the submission is visible to it without a barrier.
-    let (before, after) = ((OUTPUT_WRITE.stage, OUTPUT_WRITE.access), (HOST_READ.stage, HOST_READ.access));
-    barrier::buffer_barrier(device, cmd.raw, &buffers.outputs, before, after);
+    if let Some(row) = edges::formulas().find(RowName::ResultsToHost) {
+        barrier::buffer_barrier(device, cmd.raw, &buffers.outputs, row.order());
+    }
     cmd.end()?;
     let ticket = device.submit(&cmd)?;
     device.wait(ticket)?;
