@@ -53,7 +53,7 @@ pub struct Hazard {
     pub kind: HazardKind,
     /// As `the target Depth`.
     pub memory: String,
-    /// As `GEOMETRY of frame 1 (LATE_FRAGMENT_TESTS, DEPTH_STENCIL_ATTACHMENT_WRITE)`.
+    /// As `GEOMETRY in frame 1 (LATE_FRAGMENT_TESTS, DEPTH_STENCIL_ATTACHMENT_WRITE)`; of a wrong layout, the one that it is in.
     pub first: String,
     pub second: String,
 }
@@ -61,7 +61,10 @@ pub struct Hazard {
 impl fmt::Display for Hazard {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { kind, memory, first, second } = self;
-        write!(f, "{kind} of {memory}: {second} waits for nothing that comes after {first}")
+        match kind {
+            HazardKind::Layout => write!(f, "{kind} of {memory}: {second} finds it in {first}"),
+            _ => write!(f, "{kind} of {memory}: nothing orders {first} before {second}"),
+        }
     }
 }
 
@@ -136,7 +139,7 @@ impl<'a> Past<'a> {
         };
         for &touch in group {
             if touch.layout != vk::ImageLayout::UNDEFINED && touch.layout != self.layout {
-                report(HazardKind::Layout, format!("{:?}, in which it is,", self.layout), touch);
+                report(HazardKind::Layout, format!("{:?}", self.layout), touch);
             }
             if let Kind::Transition { to, .. } = touch.kind {
                 self.layout = to;
