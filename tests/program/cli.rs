@@ -492,7 +492,12 @@ fn a_dropped_dependency_is_complained_of_and_one_that_is_not_there_is_told() {
     let told = succeed(folder.path(), &inspect("gbuffer-to-lighting"));
     assert!(told.contains("GEOMETRY -> LIGHTING") && told.contains("why it is there"), "{told}");
     assert!(told.contains("SYNC-HAZARD-") && told.contains(" times, as:"), "{told}");
+    assert!(
+        told.contains("The specification's rules:") && told.contains("of the target Depth: nothing orders"),
+        "{told}"
+    );
     let unheard = succeed(folder.path(), &inspect("picture-to-host"));
+    assert!(unheard.contains("read after write of the read-back buffer: nothing orders COPY"), "{unheard}");
     assert!(unheard.contains("nothing") && unheard.contains("The specification says (Fences)"), "{unheard}");
     // Its maps are cached by default.
     let shadows = ["inspect", "builtin:hall", "--light-path", "loop", "--drop", "shadow-map-reuse"];
