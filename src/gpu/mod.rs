@@ -2,7 +2,7 @@
 //!
 //! An owner creates, names and destroys one object. Dropping it hands the object to the device's retire queue, which
 //! destroys it once the last submission made so far has completed; so an early `?` never pulls memory from under the
-//! GPU. Owners hold an [`Arc<Device>`](Device), and a device holds its instance: no order of drops is wrong.
+//! GPU. Owners hold an [`Arc<Device>`](Device), and a device holds its instance: owners may be dropped in any order.
 //!
 //! Helpers fill in `sType` and subresource ranges. They never choose a stage, an access or a layout: those stand at the
 //! call, or come to it from the caller's table.

@@ -103,7 +103,7 @@ fn is_plain(scene: &Scene, settings: &Settings, planned: &[usize]) -> bool {
         && scene.objects.iter().all(plain)
 }
 
-/// Why `auto` does not choose compute: what the path cannot do, and where it is known to be slower (README, "Measured").
+/// Why `auto` does not choose compute: what the path cannot do, and where it is known to be slower (docs/LIGHT_PATHS.md, "Measured").
 fn compute_is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> Option<&'static str> {
     let transparent = scene.objects.iter().any(|object| scene.materials[object.material].is_transparent());
     [
