@@ -1,11 +1,12 @@
 //! Every dependency of the program, in one table for a plan.
 //!
-//! A row orders all uses of one place before all uses of another: one row for each pair, because rows of the same pair
+//! A row orders uses of one place before uses of another. Two subpasses have one row between them, because dependencies of the same pair
 //! overlap and would hide each other's missing bits. [`table`] is a pure function of the plan; the render passes and the
 //! barriers are made from its value, an [`Edges`], and nothing else knows a stage or an access. `afterlight inspect` prints it.
 //!
-//! Since all of a renderer is made from the value, another value makes another renderer: with a row dropped, or one bit. So
-//! `tests/sync/necessity.rs` proves that each is needed, and `afterlight inspect --drop` shows what a layer says of it.
+//! That rows are enough, and each is needed, [`super::proof`] computes. Since all of a renderer is made from the value, another value makes
+//! another renderer: with a row dropped, or one bit. So `tests/sync/necessity.rs` holds the proof against what a layer says, and
+//! `afterlight inspect --drop` shows both.
 
 use std::fmt;
 

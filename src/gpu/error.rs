@@ -40,6 +40,12 @@ pub enum Error {
         /// What to install on this system.
         hint: String,
     },
+    /// The device is lost: everything made on it is, and only dropping is left to do with that.
+    #[error("{doing}: the device is lost (its driver gave up or was reset); what was drawn on it has to be made anew")]
+    DeviceLost {
+        /// What was being done when the driver said so.
+        doing: String,
+    },
     /// A Vulkan call failed.
     #[error("{doing}: Vulkan says {result:?} ({result})")]
     Vulkan {
@@ -99,13 +105,14 @@ fn asked_bytes(bytes: Option<u64>) -> String {
 }
 
 impl Error {
-    /// From a Vulkan result; running out of memory becomes its own variant.
+    /// From a Vulkan result; running out of memory and a lost device become variants of their own.
     pub(super) fn vulkan(doing: impl Into<String>, result: vk::Result) -> Error {
         let doing = doing.into();
         match result {
             vk::Result::ERROR_OUT_OF_HOST_MEMORY
             | vk::Result::ERROR_OUT_OF_DEVICE_MEMORY
             | vk::Result::ERROR_OUT_OF_POOL_MEMORY => Error::OutOfMemory { doing, bytes: None },
+            vk::Result::ERROR_DEVICE_LOST => Error::DeviceLost { doing },
             result => Error::Vulkan { doing, result },
         }
     }
@@ -113,7 +120,7 @@ impl Error {
 
 /// Says what was being done when a Vulkan call failed. The text is only made on failure.
 pub(super) trait Doing<T> {
-    /// Turns the error into [`Error::Vulkan`] or [`Error::OutOfMemory`].
+    /// Turns the error into [`Error::Vulkan`], [`Error::OutOfMemory`] or [`Error::DeviceLost`].
     fn doing<S: Into<String>>(self, text: impl FnOnce() -> S) -> Result<T>;
 }
 
@@ -135,7 +142,7 @@ mod tests {
             Error::vulkan("creating the image 'albedo'", vk::Result::ERROR_OUT_OF_DEVICE_MEMORY),
             Error::TooLarge { what: "the width of 'output'".into(), asked: 9, limit: 8 },
         ];
-        for (error, part) in errors.iter().zip(["0: a, 1: b", "DEVICE_LOST", "out of memory", "at most 8"]) {
+        for (error, part) in errors.iter().zip(["0: a, 1: b", "the device is lost", "out of memory", "at most 8"]) {
             let text = error.to_string();
             assert!(text.contains(part) && !text.contains('\n'), "{text}");
         }

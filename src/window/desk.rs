@@ -196,9 +196,9 @@ impl Desk {
 
     /// Takes back what was changed since frames could be made, if anything was and the device is not to blame. Tells why on the panels.
     pub fn take_back(&mut self, presenter: &mut Presenter, subject: &mut Subject, error: &frame::Error) -> bool {
-        const GONE: [vk::Result; 2] = [vk::Result::ERROR_DEVICE_LOST, vk::Result::ERROR_SURFACE_LOST_KHR];
-        let is_gone = matches!(error, frame::Error::Gpu(gpu::Error::Vulkan { result, .. }) if GONE.contains(result));
-        if is_gone {
+        use gpu::Error::{DeviceLost, Vulkan};
+        if let frame::Error::Gpu(DeviceLost { .. } | Vulkan { result: vk::Result::ERROR_SURFACE_LOST_KHR, .. }) = error
+        {
             return false;
         }
         let told = Some(error.to_string());
