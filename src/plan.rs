@@ -4,13 +4,9 @@
 //! and nothing else decides. What changes with the camera is a [`Visible`], computed for each frame.
 
 mod anisotropy;
-mod boxes;
 mod checks;
-mod clusters;
 mod cost;
-mod depth;
 mod error;
-mod frustum;
 mod gbuffer;
 mod geometry;
 mod levels;
@@ -19,7 +15,6 @@ mod lights;
 mod lit;
 mod materials;
 mod meshes;
-mod occlusion;
 mod output;
 mod parts;
 #[cfg(test)]
@@ -31,12 +26,9 @@ mod tests;
 mod textures;
 mod uploads;
 mod visible;
-mod volumes;
 mod warnings;
 
-pub use clusters::{Clusters, Grid, SLICES, TILE};
 pub use cost::Cost;
-pub use depth::{Depth, Eye};
 pub use error::Error;
 pub use gbuffer::{Gbuffer, NormalEncoding, format_bytes};
 pub use geometry::{ForwardKey, GeometryKey, Opacity, Streams, TextureMask};
@@ -54,8 +46,10 @@ pub use shadows::{
 pub use surfaces::PlannedBrdf;
 pub use textures::{PlannedTexture, TexturePlan, TextureSource};
 pub use uploads::Uploads;
+pub use visible::clusters::{Clusters, Grid, SLICES, TILE};
+pub use visible::depth::{Depth, Eye};
+pub use visible::volumes::{LightRect, VolumeRecord, cone_mesh, sphere_mesh};
 pub use visible::{Draw, LightWork, SortedDraw, Visible, World, WorldObject};
-pub use volumes::{LightRect, VolumeRecord, cone_mesh, sphere_mesh};
 
 use std::collections::BTreeSet;
 

@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 use ash::vk;
 use glam::DVec3;
 
-use super::boxes::BoxTree;
-use super::frustum::Frustum;
 use super::light_path::{bounded, range_of, sphere_of};
+use super::visible::boxes::BoxTree;
+use super::visible::frustum::Frustum;
 use super::{Depth, FramePlan, Reach, Shading, World};
 use crate::scene::{
     Aabb, Camera, GbufferPreset, Light, LightKind, LightPath, OptionalPart, Scene, Settings, TargetChoice, View,

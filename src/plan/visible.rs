@@ -1,4 +1,5 @@
-//! What one camera sees of a scene: culled, sorted, and the shadow maps fitted to it.
+//! What one camera sees of a scene: culled, sorted, and the shadow maps fitted to it. What is decided once for all frames is in the modules beside this
+//! one; what is worked out for each frame is in those below it.
 
 use std::sync::Arc;
 
@@ -6,22 +7,29 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::frustum::Frustum;
+use self::frustum::Frustum;
+use self::occlusion::Occluders;
+use self::volumes::{LightRect, Volumes};
 use super::levels::stretch;
 use super::light_path::{self, Cut};
 use super::lit::{IdleLights, Lit, Misplacement};
-use super::occlusion::{self, Occluders};
 use super::shadows::{Changes, add_cascades, lamp_views, widened};
-use super::volumes::{self, LightRect, Volumes};
 use super::{
     Caster, Clusters, Depth, Error, FramePlan, GeometryKey, MapProjection, Reach, Receivers, Shading, ShadowPlan,
-    ShadowView, clusters, falloff_index,
+    ShadowView, falloff_index,
 };
 use crate::scene::finite::fits;
 use crate::scene::{
     Aabb, AlphaMode, Camera, CastsShadow, Environment, Light, LightKind, LightPath, Material, Mesh, OptionalPart,
     Scene, Settings, ShadowSettings, Transparency,
 };
+
+pub mod boxes;
+pub mod clusters;
+pub mod depth;
+pub mod frustum;
+pub mod occlusion;
+pub mod volumes;
 
 /// What of a scene a frame looks at again each time. No texels, and no vertices but where triangles are sorted.
 #[derive(Debug, Clone)]

@@ -1,7 +1,8 @@
 //! What each frame leaves out because of where its camera is.
 
 use super::{Part, part};
-use crate::plan::{FramePlan, Shading, occlusion};
+use crate::plan::visible::occlusion;
+use crate::plan::{FramePlan, Shading};
 use crate::scene::{OptionalPart, Scene};
 
 pub(super) fn parts(scene: &Scene, plan: &FramePlan) -> Vec<Part> {

@@ -9,9 +9,9 @@ use glam::DVec2;
 use super::views::{Caster, ShadowView};
 use super::{FULL_REACH, ShadowPlan};
 use crate::plan::World;
-use crate::plan::boxes::BoxTree;
-use crate::plan::frustum::Frustum;
 use crate::plan::lit::Misplacement;
+use crate::plan::visible::boxes::BoxTree;
+use crate::plan::visible::frustum::Frustum;
 use crate::scene::{Aabb, Camera, Projection, ShadowFilter, ShadowSettings};
 
 /// Cells of a map's grid along an axis.

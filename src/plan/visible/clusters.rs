@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::{Depth, Reach};
+use crate::plan::{Depth, Reach};
 use crate::scene::Camera;
 
 /// Edge of a tile in pixels; `shaders/shared/clusters.wgsl` has the same three numbers.

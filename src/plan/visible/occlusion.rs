@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 
-use super::{Depth, FramePlan, Shading, World, WorldObject};
+use crate::plan::{Depth, FramePlan, Shading, World, WorldObject};
 use crate::scene::{Aabb, Camera, OptionalPart, Scene};
 
 /// Objects from which on hiding them is tried. The picture takes 1 to 2 ms of a CPU core, in which hundreds of objects are recorded: Sponza (394
@@ -37,7 +37,7 @@ const DEPTH_SHARE: f64 = 1e-3;
 const DEPTH_SLACK: f64 = 4e-6;
 
 /// Whether frames of a plan leave out what is hidden, or why not.
-pub(super) fn planned(scene: &Scene, plan: &FramePlan) -> Result<String, String> {
+pub(in crate::plan) fn planned(scene: &Scene, plan: &FramePlan) -> Result<String, String> {
     let drawn = scene.objects.iter().filter(|object| plan.draws(scene, object)).count();
     match plan.shading {
         _ if plan.keep.has(OptionalPart::OccludedObjects) => Err("asked to stay".into()),

@@ -4,7 +4,7 @@
 use glam::{DMat3, DVec3, Vec4};
 
 use super::clusters::screen_span;
-use super::{Lit, Reach, World};
+use crate::plan::{Lit, Reach, World};
 use crate::scene::{Camera, LightKind};
 
 /// A light and the pixels that it can reach.

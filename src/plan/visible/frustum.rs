@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Reach;
+use crate::plan::Reach;
 use crate::scene::{Aabb, Camera};
 
 /// The planes of a view volume without far plane; normals point inside.

@@ -2,7 +2,7 @@
 
 use crate::scene::Aabb;
 
-use super::Reach;
+use crate::plan::Reach;
 
 /// Boxes by where they are: a binary tree, cut at the median of the longest axis.
 #[derive(Debug, Clone, Default)]

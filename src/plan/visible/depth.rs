@@ -1,6 +1,6 @@
 //! Where a frame looks from, and what a depth says of a distance along the view. Reversed, so that 1 is near, and 0 is where nothing was drawn.
 
-use super::{FramePlan, World};
+use crate::plan::{FramePlan, World};
 use crate::scene::{Aabb, Camera, LightKind, LightPath};
 
 /// The camera of a frame, and how far it stands before the one that was asked for.
