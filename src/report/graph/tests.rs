@@ -12,15 +12,15 @@ use crate::scene::{Settings, View};
 fn plans() -> &'static [(String, FramePlan, Edges)] {
     static PLANS: LazyLock<Vec<(String, FramePlan, Edges)>> = LazyLock::new(|| {
         let mut seen = BTreeSet::new();
+        // `make test-all` looks at each of them.
+        let every = if std::env::var("AFTERLIGHT_TESTS").is_ok_and(|value| value == "all") { 1 } else { 7 };
         let all = [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat();
-        let with_edges = all.into_iter().map(|(name, plan)| {
+        let all = all.into_iter().step_by(every);
+        let with_edges = all.map(|(name, plan)| {
             let edges = edges::table(&plan);
             (name, plan, edges)
         });
-        let different = with_edges.filter(|(_, plan, edges)| seen.insert(draw("x", plan, edges)));
-        // `make test-all` looks at each of them.
-        let every = if std::env::var("AFTERLIGHT_TESTS").is_ok_and(|value| value == "all") { 1 } else { 3 };
-        different.step_by(every).collect()
+        with_edges.filter(|(_, plan, edges)| seen.insert(draw("x", plan, edges))).collect()
     });
     &PLANS
 }

@@ -11,9 +11,9 @@ use crate::common::some_of;
 
 /// What the window is opened with, and whether the picture is to be a buffer and the other one lit.
 const WAYS: &[(&[&str], bool)] = &[
-    (&["builtin:hall", "--light-path", "loop"], false),
-    (&["builtin:layers"], false),
     (&["builtin:spheres", "--light-path", "forward"], false),
+    (&["builtin:layers"], false),
+    (&["builtin:hall", "--light-path", "loop"], false),
     (&["builtin:spheres", "--msaa", "4"], false),
     (&["builtin:spheres", "--fxaa", "on"], false),
     // Here the one side is encoded by the hardware and the other by a shader.
