@@ -237,7 +237,7 @@ fn the_readme_names_every_value_of_the_settings_and_every_built_in_scene() {
 #[test]
 fn the_architecture_lists_every_dependency_with_its_reason() {
     let device = device();
-    let mut scene = open("builtin:hall?detail=4", &OpenOptions::default()).expect("it is built in");
+    let mut scene = open("builtin:hall?detail=6", &OpenOptions::default()).expect("it is built in");
     let rows = |scene: &Scene, settings: &Settings| -> Vec<String> {
         let plan = FramePlan::of(scene, settings, &device).expect("a plan");
         edges::table(&plan).iter().map(row).collect()
@@ -265,7 +265,7 @@ fn the_architecture_lists_every_dependency_with_its_reason() {
 /// The rows of frames that a window shows, which others have not.
 #[test]
 fn the_architecture_lists_what_a_window_adds() {
-    let scene = open("builtin:hall?detail=4", &OpenOptions::default()).expect("it is built in");
+    let scene = open("builtin:hall?detail=6", &OpenOptions::default()).expect("it is built in");
     let headless = listed_dependencies(0);
     let straight = Canvas::Straight(vk::Format::B8G8R8A8_SRGB);
     let encoded = Canvas::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 });
