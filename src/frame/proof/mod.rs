@@ -146,8 +146,8 @@ impl<'a> Past<'a> {
             }
         }
         let of_kind = |kind: &Kind| group.iter().copied().filter(|touch| touch.kind == *kind).collect::<Vec<_>>();
-        // Whatever else the group does comes after its load operation.
-        let loads = of_kind(&Kind::Load);
+        // Whatever else the group does comes after its load operation. One that only reads holds no earlier reader back.
+        let loads: Vec<_> = of_kind(&Kind::Load).into_iter().filter(|touch| touch.is_write()).collect();
         for second in if loads.is_empty() { group.to_vec() } else { loads } {
             let reads = self.reads.iter().filter(|_| second.is_write());
             for first in self.writes.iter().chain(reads).filter(|first| !order.has(first, second)) {
