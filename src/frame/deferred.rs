@@ -1,100 +1,199 @@
-//! One deferred frame, from top to bottom, as explicit Vulkan. This is the file to read first.
+//! One frame that is rasterized, from top to bottom, as explicit Vulkan. This is the file to read first, and [`Deferred::record`] is its
+//! outline.
 //!
 //! ```text
 //! shadow passes  SHADOW     depth maps of lights, those in which something has moved
 //! main pass      GEOMETRY   surfaces into the G-buffer, in tile memory where there is any
 //!                LIGHTING   every light on every pixel; or VIEW, which shows a buffer instead
-//!                TRANSPARENT  what shows what lies behind it, over the lit picture
-//!                COMPOSITE  only where it was summed up without sorting
+//!                FORWARD    in the place of these two on the forward light paths: surfaces, lit as they are rasterized
+//!                TRANSPARENT  surfaces that let light through, over the lit picture
+//!                COMPOSITE  only where TRANSPARENT summed them up without sorting
 //!                TONEMAP    only where something is blended before it
 //! FXAA pass      FXAA       smooths edges of the finished picture, where asked for
 //! ```
 //!
-//! What the plan leaves out does not exist: its field is `None` and its commands are not recorded. What other kinds of frame have as well
-//! is in [`super::stages`]: SHADOW, and all after LIGHTING.
+//! What the plan leaves out does not exist: its field is `None` and its commands are not recorded. On the light path `compute` the frame is
+//! [`super::tiled`]'s instead. What both have is in [`super::main_pass`].
 
 use ash::vk;
-use glam::Vec3;
 
 use super::FrameParts;
-use super::edges::{Carrier, Edge};
+use super::main_pass::{MainPass, input, prepass};
 use super::render_pass::{PassDescription, Subpasses};
-use super::stages::{FxaaStage, ShadowStage, Tail, input, stamp};
-use crate::gpu::barrier::{self, ImageRange};
-use crate::gpu::{self, Device, Image, RenderPass, Timestamps};
+use crate::gpu::{self, Image, RenderPass, Timestamps};
+use crate::passes::composite::Composite;
 use crate::passes::depth::Depth;
+use crate::passes::forward::Forward;
+use crate::passes::fxaa::Fxaa;
 use crate::passes::geometry::Geometry;
 use crate::passes::lighting::Lighting;
 use crate::passes::per_light::PerLight;
-use crate::passes::tonemap::tone_map_up_to;
+use crate::passes::tonemap::TonemapPass;
+use crate::passes::transparent::Transparent;
 use crate::passes::view::ViewPass;
 use crate::passes::{Input, Recording, SetLayouts, Slot};
-use crate::plan::{FramePlan, Shading, ToneMapping, World};
-use crate::targets::{Framebuffers, Target, Targets, attachments, gbuffer_inputs};
+use crate::plan::{FramePlan, Shading, World};
+use crate::targets::{COMPOSITE_INPUTS, Target, Targets, gbuffer_inputs};
 
 const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
 
+/// The passes of a plan and what they draw into.
+pub struct Deferred {
+    main: MainPass,
+    /// In the main pass's first subpass, before what it hides.
+    depth: Option<Depth>,
+    opaque: Opaque,
+    transparent: Option<Transparent>,
+    composite: Option<Composite>,
+    tonemap: Option<TonemapPass>,
+    fxaa: Option<FxaaStage>,
+}
+
+/// How opaque surfaces become light.
+enum Opaque {
+    /// By the G-buffer: GEOMETRY, where there are surfaces, and LIGHTING.
+    Deferred(Option<Geometry>, Shade),
+    Forward(Forward),
+}
+
 /// LIGHTING's place in the frame.
 enum Shade {
-    /// All that meets every pixel, and then what is added light by light.
+    /// One draw lights every pixel, and then lights are added one by one.
     Light(Lighting, Option<Box<PerLight>>),
     View(ViewPass),
 }
 
-/// The passes of a plan and what they draw into.
-pub struct Deferred {
-    targets: Targets,
-    pass: RenderPass,
-    framebuffers: Framebuffers,
-    clears: Vec<vk::ClearValue>,
-    shadow: Option<ShadowStage>,
-    depth: Option<Depth>,
-    geometry: Option<Geometry>,
-    shade: Shade,
-    tail: Tail,
-    fxaa: Option<FxaaStage>,
-}
-
 impl Deferred {
+    /// Records one frame. The rows that are named here are those of [`super::edges::table`]. The render pass carries each of them as a
+    /// subpass dependency, so that `cmd_next_subpass` waits as they say.
+    pub fn record(&self, frame: &Recording, times: &mut Option<Timestamps>) {
+        let (gpu, cmd) = (&frame.device.raw, frame.cmd);
+
+        // A render pass for each stale map. Row `shadow-map-to-lighting`: the passes below look up what it wrote.
+        self.main.record_shadow(frame, times);
+
+        // The first users of the targets wait until the last frame has let go of them: rows `gbuffer-reuse` or `targets-reuse`, `hdr-reuse`,
+        // `samples-reuse`, `sums-reuse`, `output-reuse`.
+        // SAFETY: `cmd` is being recorded outside a render pass; pass, framebuffer and clear values were made from one plan,
+        // as were the subpasses that follow.
+        unsafe { gpu.cmd_begin_render_pass(cmd, &self.main.begin(frame), INLINE) };
+        match &self.opaque {
+            Opaque::Deferred(geometry, shade) => {
+                if let Some(geometry) = geometry {
+                    frame.begin("GEOMETRY");
+                    if let Some(depth) = &self.depth {
+                        // In the same subpass: rasterization order alone puts it before what it hides.
+                        depth.record(frame);
+                    }
+                    geometry.record(frame);
+                    frame.end(times, "geometry");
+                    // Row `gbuffer-to-lighting`: each pixel reads what GEOMETRY wrote in its own place.
+                    // SAFETY: the pass has LIGHTING or VIEW next.
+                    unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
+                }
+                match shade {
+                    Shade::Light(lighting, added) => {
+                        frame.begin("LIGHTING");
+                        lighting.record(frame);
+                        if let Some(added) = added {
+                            added.record(frame);
+                        }
+                    }
+                    Shade::View(view) => {
+                        frame.begin("VIEW");
+                        view.record(frame);
+                    }
+                }
+                frame.end(times, "lighting");
+            }
+            Opaque::Forward(forward) => {
+                frame.begin("FORWARD");
+                if let Some(depth) = &self.depth {
+                    depth.record(frame);
+                }
+                forward.record(frame);
+                frame.end(times, "forward");
+            }
+        }
+        if let Some(transparent) = &self.transparent {
+            // Rows `lighting-to-transparent` or `forward-to-transparent`: it tests against the depth of opaque surfaces, and sorted surfaces
+            // are blended over their light.
+            // SAFETY: the pass has TRANSPARENT next.
+            unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
+            frame.begin("TRANSPARENT");
+            transparent.record(frame);
+            frame.end(times, "transparent");
+        }
+        if let Some(composite) = &self.composite {
+            // Rows `sums-to-composite`, and `lighting-to-composite` or `forward-to-composite`: it blends the sums of its pixel over the light.
+            // SAFETY: the pass has COMPOSITE next.
+            unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
+            frame.begin("COMPOSITE");
+            composite.record(frame);
+            frame.end(times, "composite");
+        }
+        if let Some(tonemap) = &self.tonemap {
+            // Row `hdr-to-tonemap`: it reads the light of its pixel when the last surface is blended.
+            // SAFETY: the pass has TONEMAP next.
+            unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
+            frame.begin("TONEMAP");
+            tonemap.record(frame);
+            frame.end(times, "tonemap");
+        }
+        // Row `read-back`: COPY, or what a window draws over the picture, waits for its last write.
+        // SAFETY: begun above, and every subpass recorded.
+        unsafe { gpu.cmd_end_render_pass(cmd) };
+
+        if let Some(FxaaStage { fxaa, .. }) = &self.fxaa {
+            // A render pass of its own, because it reads each pixel's neighbours: row `output-to-fxaa`.
+            frame.begin("FXAA");
+            fxaa.record(frame);
+            frame.end(times, "fxaa");
+        }
+    }
+
     /// Makes everything that the plan has, once.
     ///
     /// # Errors
     /// When the device lacks the memory or cannot compile a pipeline.
     pub fn new(parts: &FrameParts) -> gpu::Result<Self> {
-        let &FrameParts { device, plan, edges, frame_layout, atlas, scene, world, swapchain } = parts;
-        let targets = Targets::new(device, plan)?;
-        let pass = PassDescription::main(plan, edges).make(device)?;
-        let framebuffers = targets.framebuffers(device, plan, pass.raw, swapchain)?;
+        let &FrameParts { device, plan, frame_layout, scene, .. } = parts;
+        let main = MainPass::new(parts)?;
         let subpasses = Subpasses::of(plan);
-        let slot = |subpass| Slot { render_pass: pass.raw, subpass };
+        let layouts = parts.layouts();
+        let targets = &main.targets;
 
-        let shadow = ShadowStage::new(parts)?;
-        let depth = match subpasses.geometry.filter(|_| plan.depth_prepass) {
-            Some(subpass) => Some(Depth::new(device, plan, slot(subpass), frame_layout, plan.geometry_locations())?),
-            None => None,
-        };
-        let geometry = match subpasses.geometry {
-            Some(subpass) => Some(Geometry::new(device, plan, slot(subpass), frame_layout, scene)?),
-            None => None,
-        };
-        let inputs = inputs(plan, &targets);
-        let shadows = atlas.map(|atlas| atlas.set_layout.raw);
-        let layouts = SetLayouts { frame: frame_layout, shadows };
-        let lighting = slot(subpasses.lighting);
-        let shade = match plan.shading {
-            Shading::Light { .. } => {
-                let added = match plan.adds_lights() {
-                    true => Some(Box::new(PerLight::new(device, plan, lighting, layouts, &inputs)?)),
-                    false => None,
+        let depth = prepass(parts, main.slot(0))?;
+        let lighting = main.slot(subpasses.lighting);
+        let opaque = match plan.is_forward() {
+            true => Opaque::Forward(Forward::new(device, plan, lighting, layouts, scene)?),
+            false => {
+                let geometry = match subpasses.geometry {
+                    Some(subpass) => Some(Geometry::new(device, plan, main.slot(subpass), frame_layout, scene)?),
+                    None => None,
                 };
-                Shade::Light(Lighting::new(device, plan, lighting, layouts, &inputs)?, added)
+                Opaque::Deferred(geometry, Shade::new(parts, lighting, layouts, targets)?)
             }
-            _ => Shade::View(ViewPass::new(device, plan, lighting, layouts, &inputs)?),
         };
-        let tail = Tail::new(device, plan, &pass, layouts, scene, &targets)?;
-        let fxaa = FxaaStage::new(parts, &targets)?;
-        let clears = clear_values(plan, world);
-        Ok(Self { targets, pass, framebuffers, clears, shadow, depth, geometry, shade, tail, fxaa })
+        let transparent = match subpasses.transparent {
+            Some(subpass) => Some(Transparent::new(device, plan, main.slot(subpass), layouts, scene)?),
+            None => None,
+        };
+        let composite = match subpasses.composite {
+            Some(subpass) => Some(Composite::new(device, plan, main.slot(subpass), &composite_inputs(targets))?),
+            None => None,
+        };
+        let tonemap = match subpasses.tonemap {
+            Some(subpass) => {
+                Some(TonemapPass::new(device, plan, main.slot(subpass), input((0, Target::Hdr), targets))?)
+            }
+            None => None,
+        };
+        let fxaa = match plan.fxaa {
+            true => Some(FxaaStage::new(parts, targets)?),
+            false => None,
+        };
+        Ok(Self { main, depth, opaque, transparent, composite, tonemap, fxaa })
     }
 
     /// Makes anew what has the size of the picture: attachments, framebuffers, and the sets that name them.
@@ -103,90 +202,78 @@ impl Deferred {
     /// When the device lacks the memory.
     pub fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
         let &FrameParts { device, plan, swapchain, .. } = parts;
-        self.targets = Targets::new(device, plan)?;
-        self.framebuffers = self.targets.framebuffers(device, plan, self.pass.raw, swapchain)?;
-        let inputs = inputs(plan, &self.targets);
-        match &mut self.shade {
-            Shade::Light(lighting, added) => {
-                lighting.read_from(device, &inputs)?;
-                if let Some(added) = added {
-                    added.read_from(device, &inputs)?;
-                }
-            }
-            Shade::View(view) => view.read_from(device, &inputs)?,
+        self.main.resize(parts)?;
+        let targets = &self.main.targets;
+        if let Opaque::Deferred(_, shade) = &mut self.opaque {
+            shade.read_from(parts, &inputs(plan, targets))?;
         }
-        self.tail.resize(device, &self.targets)?;
+        if let Some(composite) = &mut self.composite {
+            composite.read_from(device, &composite_inputs(targets))?;
+        }
+        if let Some(tonemap) = &mut self.tonemap {
+            tonemap.read_from(device, input((0, Target::Hdr), targets))?;
+        }
         match &mut self.fxaa {
-            Some(fxaa) => fxaa.resize(parts, &self.targets),
+            Some(FxaaStage { fxaa, .. }) => fxaa.resize(device, plan, targets.image(Target::Output).view, swapchain),
             None => Ok(()),
         }
     }
 
-    /// Takes the world's present exposure for the next frames.
+    /// Re-exposes the background's clear colours.
     pub fn expose(&mut self, plan: &FramePlan, world: &World) {
-        self.clears = clear_values(plan, world);
+        self.main.expose(plan, world);
     }
 
     /// The picture, in TRANSFER_SRC_OPTIMAL after the frame, unless it is in an image of the swapchain.
     pub fn output(&self) -> Option<&Image> {
         match &self.fxaa {
-            Some(fxaa) => fxaa.picture(),
-            None => self.targets.output(),
+            Some(FxaaStage { fxaa, .. }) => fxaa.picture(),
+            None => self.main.targets.output(),
         }
     }
+}
 
-    /// Records one frame. Dependencies between subpasses are rows of [`super::edges::table`]; the render pass carries them.
-    pub fn record(&self, frame: &Recording, times: &mut Option<Timestamps>) {
-        let (gpu, cmd) = (&frame.device.raw, frame.cmd);
-
-        if let Some(shadow) = &self.shadow {
-            // LIGHTING loads what SHADOW wrote: rows of the table, which each of its render passes carries.
-            shadow.record(frame, times);
+impl Shade {
+    fn new(parts: &FrameParts, slot: Slot, layouts: SetLayouts, targets: &Targets) -> gpu::Result<Self> {
+        let &FrameParts { device, plan, .. } = parts;
+        let inputs = inputs(plan, targets);
+        if !matches!(plan.shading, Shading::Light { .. }) {
+            return Ok(Self::View(ViewPass::new(device, plan, slot, layouts, &inputs)?));
         }
+        let added = match plan.adds_lights() {
+            true => Some(Box::new(PerLight::new(device, plan, slot, layouts, &inputs)?)),
+            false => None,
+        };
+        Ok(Self::Light(Lighting::new(device, plan, slot, layouts, &inputs)?, added))
+    }
 
-        let begin = vk::RenderPassBeginInfo::default()
-            .render_pass(self.pass.raw)
-            .framebuffer(self.framebuffers.of(frame.image))
-            .render_area(frame.area())
-            .clear_values(&self.clears);
-        // SAFETY: `cmd` is being recorded outside a render pass; pass, framebuffer and clear values were made from one plan,
-        // as were the subpasses that follow.
-        unsafe { gpu.cmd_begin_render_pass(cmd, &begin, INLINE) };
-        if let Some(geometry) = &self.geometry {
-            frame.device.begin_label(cmd, "GEOMETRY");
-            if let Some(depth) = &self.depth {
-                // In the same subpass: rasterization order alone puts it before what it hides.
-                depth.record(frame);
-            }
-            geometry.record(frame);
-            frame.device.end_label(cmd);
-            stamp(times, cmd, "geometry");
-            // SAFETY: the pass has LIGHTING or VIEW next.
-            unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
-        }
-        match &self.shade {
-            Shade::Light(lighting, added) => {
-                frame.device.begin_label(cmd, "LIGHTING");
-                lighting.record(frame);
-                if let Some(added) = added {
-                    added.record(frame);
+    fn read_from(&mut self, parts: &FrameParts, inputs: &[Input]) -> gpu::Result<()> {
+        match self {
+            Self::Light(lighting, added) => {
+                lighting.read_from(parts.device, inputs)?;
+                match added {
+                    Some(added) => added.read_from(parts.device, inputs),
+                    None => Ok(()),
                 }
             }
-            Shade::View(view) => {
-                frame.device.begin_label(cmd, "VIEW");
-                view.record(frame);
-            }
+            Self::View(view) => view.read_from(parts.device, inputs),
         }
-        frame.device.end_label(cmd);
-        stamp(times, cmd, "lighting");
-        // TRANSPARENT, COMPOSITE and TONEMAP, each where the plan has it.
-        self.tail.record_next_subpasses(frame, times);
-        // SAFETY: begun above, and every subpass recorded.
-        unsafe { gpu.cmd_end_render_pass(cmd) };
+    }
+}
 
-        if let Some(fxaa) = &self.fxaa {
-            fxaa.record(frame, times);
-        }
+/// FXAA with its render pass.
+struct FxaaStage {
+    _pass: RenderPass,
+    fxaa: Fxaa,
+}
+
+impl FxaaStage {
+    fn new(parts: &FrameParts, targets: &Targets) -> gpu::Result<Self> {
+        let &FrameParts { device, plan, edges, swapchain, .. } = parts;
+        let pass = PassDescription::fxaa(plan, edges).make(device)?;
+        let slot = Slot { render_pass: pass.raw, subpass: 0 };
+        let fxaa = Fxaa::new(device, plan, slot, targets.image(Target::Output).view, swapchain)?;
+        Ok(Self { _pass: pass, fxaa })
     }
 }
 
@@ -195,40 +282,6 @@ fn inputs(plan: &FramePlan, targets: &Targets) -> Vec<Input> {
     gbuffer_inputs(plan).into_iter().map(|own| input(own, targets)).collect()
 }
 
-/// Carries out a row that is a pipeline barrier on an image, where the plan has it.
-pub(super) fn image_barrier(device: &Device, cmd: vk::CommandBuffer, image: impl Into<ImageRange>, row: Option<&Edge>) {
-    if let Some(edge) = row
-        && let Carrier::ImageBarrier(old, new) = edge.carrier
-    {
-        barrier::image_barrier(device, cmd, image, edge.order(), [old, new]);
-    }
-}
-
-/// Clear values in framebuffer order.
-pub(super) fn clear_values(plan: &FramePlan, world: &World) -> Vec<vk::ClearValue> {
-    let color = |color: Vec3| vk::ClearValue { color: vk::ClearColorValue { float32: color.extend(1.0).to_array() } };
-    attachments(plan)
-        .iter()
-        .map(|attachment| match attachment.target {
-            // Reversed Z: infinity.
-            Target::Depth => vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } },
-            // Alpha of the sums is 1: no surface has covered anything yet.
-            Target::Hdr | Target::Samples | Target::Output => color(background(plan, world, attachment.target)),
-            _ => color(Vec3::ZERO),
-        })
-        .collect()
-}
-
-/// What a target holds where nothing is drawn.
-pub(super) fn background(plan: &FramePlan, world: &World, target: Target) -> Vec3 {
-    if !matches!(plan.shading, Shading::Light { light_only: false }) {
-        return Vec3::ZERO;
-    }
-    // As in the shaders: cut off before it is stored or mapped, so that nothing overflows on the way.
-    let exposed = (world.environment.background * world.exposure).min(Vec3::splat(plan.largest_light()));
-    match plan.tone_mapping {
-        ToneMapping::InLighting(curve) => tone_map_up_to(plan.headroom(), exposed, curve),
-        ToneMapping::Subpass(_) | ToneMapping::Kept if target == Target::Output => Vec3::ZERO,
-        _ => exposed,
-    }
+fn composite_inputs(targets: &Targets) -> [Input; 2] {
+    COMPOSITE_INPUTS.map(|own| input(own, targets))
 }

@@ -7,7 +7,7 @@ mod deferred;
 mod draft;
 pub mod edges;
 pub mod experiment;
-mod forward;
+mod main_pass;
 #[cfg(feature = "window")]
 mod present;
 pub mod proof;
@@ -17,7 +17,6 @@ mod rebuild;
 pub mod render_pass;
 #[cfg(feature = "window")]
 mod split;
-mod stages;
 mod tiled;
 mod triangles;
 
@@ -25,7 +24,6 @@ pub use accumulate::{Accumulator, sample_offset};
 pub use capabilities::capabilities;
 pub use complexity::Complexity;
 pub use deferred::Deferred;
-pub use forward::ForwardFrame;
 #[cfg(feature = "window")]
 pub use present::{Fitted, Outcome, Presenter};
 #[cfg(feature = "window")]
@@ -44,8 +42,8 @@ use glam::DAffine3;
 
 use crate::gpu::{self, CommandBuffer, Device, Image, Owned, Ticket, Timestamps};
 use crate::gpu_scene::{FrameUniform, GpuScene, ShadowAtlas, SortedIndices, ViewBuffers};
-use crate::passes::Recording;
 use crate::passes::copy::Copy;
+use crate::passes::{Recording, SetLayouts};
 use crate::plan::{self, Eye, FramePlan, MapDraw, ShadowCache, Visible, World};
 use crate::scene::{Camera, Light, LightPath, Scene, Settings, SettingsPatch, exposure_scale};
 
@@ -155,7 +153,6 @@ struct Recorded {
 enum Frame {
     Deferred(Box<Deferred>),
     Tiled(Box<TiledFrame>),
-    Forward(Box<ForwardFrame>),
 }
 
 /// What frames are made of.
@@ -175,11 +172,17 @@ pub struct FrameParts<'a> {
     pub swapchain: &'a [vk::ImageView],
 }
 
+impl FrameParts<'_> {
+    /// Of sets 0 and 2.
+    fn layouts(&self) -> SetLayouts {
+        SetLayouts { frame: self.frame_layout, shadows: self.atlas.map(|atlas| atlas.set_layout.raw) }
+    }
+}
+
 impl Frame {
     fn new(parts: &FrameParts) -> gpu::Result<Self> {
         Ok(match parts.plan.light_path {
             LightPath::Compute => Self::Tiled(Box::new(TiledFrame::new(parts)?)),
-            LightPath::Forward | LightPath::ForwardNaive => Self::Forward(Box::new(ForwardFrame::new(parts)?)),
             _ => Self::Deferred(Box::new(Deferred::new(parts)?)),
         })
     }
@@ -190,16 +193,14 @@ impl Frame {
         match self {
             Self::Deferred(frame) => frame.resize(parts),
             Self::Tiled(frame) => frame.resize(parts),
-            Self::Forward(frame) => frame.resize(parts),
         }
     }
 
-    /// What is cleared to the background is so to the exposed one.
+    /// Re-exposes the background's clear colours.
     fn expose(&mut self, plan: &FramePlan, world: &World) {
         match self {
             Self::Deferred(frame) => frame.expose(plan, world),
             Self::Tiled(frame) => frame.expose(plan, world),
-            Self::Forward(frame) => frame.expose(plan, world),
         }
     }
 
@@ -207,7 +208,6 @@ impl Frame {
         match self {
             Self::Deferred(frame) => frame.record(recording, times),
             Self::Tiled(frame) => frame.record(recording, times),
-            Self::Forward(frame) => frame.record(recording, times),
         }
     }
 
@@ -216,7 +216,6 @@ impl Frame {
         match self {
             Self::Deferred(frame) => frame.output(),
             Self::Tiled(frame) => frame.output(),
-            Self::Forward(frame) => frame.output(),
         }
     }
 }
@@ -434,6 +433,14 @@ impl Renderer {
         self.device.wait(ticket)?;
         let wall_ms = milliseconds(frame.begun);
         Ok(FrameTimes { wall_ms, ..frame.times(&self.device)? })
+    }
+
+    /// The passes of the last frame in the order in which they were recorded, by the names that [`FrameTimes`] has; none on devices without
+    /// timestamps.
+    pub fn recorded_passes(&self) -> &[String] {
+        let times = &self.frames[(self.next + IN_FLIGHT - 1) % IN_FLIGHT].times;
+        // The first point is the frame's begin.
+        times.as_ref().and_then(|times| times.labels().get(1..)).unwrap_or_default()
     }
 
     /// Draws the picture that the settings ask for, of one frame or many, and reads it back. `drawn` is told of each frame.

@@ -9,9 +9,9 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::deferred::image_barrier;
 use super::draft::Draft;
 use super::edges::{self, Edges, RowName};
+use super::main_pass::image_barrier;
 use super::read_back::{picture_of, picture_up_to_white};
 use super::rebuild::Rebuild;
 use super::split::Split;

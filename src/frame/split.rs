@@ -8,9 +8,9 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::deferred::image_barrier;
 use super::draft::Draft;
 use super::edges::{self, Edges, RowName};
+use super::main_pass::image_barrier;
 use super::rebuild::Made;
 use super::{Error, Renderer, plan_for};
 use crate::gpu::Device;

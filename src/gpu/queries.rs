@@ -59,6 +59,18 @@ impl Timestamps {
         unsafe { self.pool.device().raw.cmd_write_timestamp(cmd, stage, self.pool.raw, index) };
     }
 
+    /// Writes the time at which all that was recorded so far is done, where times are taken.
+    pub fn stamp(times: &mut Option<Self>, cmd: vk::CommandBuffer, label: &str) {
+        if let Some(times) = times {
+            times.write(cmd, vk::PipelineStageFlags::BOTTOM_OF_PIPE, label);
+        }
+    }
+
+    /// The names of all points, in the order in which they were written.
+    pub fn labels(&self) -> &[String] {
+        &self.labels
+    }
+
     /// The points with their time in milliseconds since the first. The submission must be done.
     ///
     /// # Errors

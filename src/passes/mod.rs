@@ -62,7 +62,7 @@ pub use screen::Input;
 use ash::vk;
 use glam::{DAffine3, DVec3, Vec4};
 
-use crate::gpu::Device;
+use crate::gpu::{Device, Timestamps};
 use crate::gpu_scene::GpuScene;
 use crate::plan::{IndexWidth, MapDraw, Visible, World};
 use crate::scene::Camera;
@@ -109,6 +109,17 @@ pub struct Recording<'a> {
 }
 
 impl Recording<'_> {
+    /// Opens the label of a pass, which debuggers and messages of layers show.
+    pub fn begin(&self, label: &str) {
+        self.device.begin_label(self.cmd, label);
+    }
+
+    /// Closes it, and takes the time when all that was recorded so far is done.
+    pub fn end(&self, times: &mut Option<Timestamps>, name: &str) {
+        self.device.end_label(self.cmd);
+        Timestamps::stamp(times, self.cmd, name);
+    }
+
     /// The whole picture.
     pub fn area(&self) -> vk::Rect2D {
         let [width, height] = self.size;

@@ -15,12 +15,12 @@ use std::thread;
 use std::time::Instant;
 
 use afterlight::frame::edges::unnoticed::{LAYER, Part, UNNOTICED, reason};
-use afterlight::frame::edges::{self, Edge, Edges};
+use afterlight::frame::edges::{self, Edge, Edges, Place};
 use afterlight::frame::proof::Frames;
 use afterlight::frame::{capabilities, experiment};
 use afterlight::gpu::{self, Device, DeviceChoice, Instance, InstanceOptions, MessageKind, Validation, vk};
 // `samples` looks for these in the parent module.
-use crate::common::gpu::not_run;
+use crate::common::gpu::{not_run, on_gpu};
 use crate::common::stage::{add, lambert, own, plane, point, rectangle, sun};
 use crate::common::tries_all;
 use afterlight::plan::{Canvas, Capabilities, Encoding, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, Transfer};
@@ -54,6 +54,31 @@ impl Case {
             Some(way) => presented(plan, way),
             None => plan,
         })
+    }
+}
+
+/// What a frame records is what the proof takes it to do: the same passes in the same order.
+#[test]
+fn passes_are_recorded_in_the_order_of_the_list() {
+    on_gpu(|gpu| {
+        let mut orders = BTreeSet::new();
+        for case in cases().iter().filter(|case| case.presented.is_none()) {
+            let mut renderer = gpu.renderer(&case.scene, &case.settings);
+            renderer.render(&case.scene.camera).unwrap_or_else(|error| panic!("{}: {error}", case.name));
+            let listed = Frames::of(renderer.plan(), &edges::table(renderer.plan())).passes();
+            let listed: Vec<_> = listed.into_iter().map(name_of_times).collect();
+            assert_eq!(renderer.recorded_passes(), listed, "{}", case.name);
+            orders.insert(listed);
+        }
+        assert!(orders.len() >= 12, "so few different frames have been tried: {orders:?}");
+    });
+}
+
+/// As times of frames name a pass. TILED takes LIGHTING's place.
+fn name_of_times(place: Place) -> String {
+    match place {
+        Place::Tiled => "lighting".into(),
+        _ => place.to_string().to_lowercase(),
     }
 }
 

@@ -4,13 +4,12 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use crate::frame::deferred::image_barrier;
 use crate::frame::edges::{Edges, RowName};
+use crate::frame::main_pass::image_barrier;
 use crate::frame::read_back::host_barrier;
-use crate::frame::stages::stamp;
 use crate::frame::{IN_FLIGHT, Renderer};
 use crate::gpu::barrier::ImageRange;
-use crate::gpu::{self, Device, Image, ImageWish, Swapchain, UploadOrder};
+use crate::gpu::{self, Device, Image, ImageWish, Swapchain, Timestamps, UploadOrder};
 use crate::passes::copy::Copy;
 use crate::passes::encode::Encode;
 use crate::passes::overlay::{Overlay, Panels};
@@ -92,7 +91,7 @@ pub(super) fn record_encode(
     let cmd = in_flight.cmd.raw;
     if is_covered {
         // What comes over the picture is no part of ENCODE.
-        stamp(&mut in_flight.times, cmd, "over the picture");
+        Timestamps::stamp(&mut in_flight.times, cmd, "over the picture");
     }
     let Some(picture) = own_canvas(renderer) else { return };
     let (device, edges) = (&renderer.device, &renderer.edges);
@@ -104,7 +103,7 @@ pub(super) fn record_encode(
     image_barrier(device, cmd, picture, edges.find(RowName::EncodeToPicture));
     image_barrier(device, cmd, shown, edges.find(RowName::EncodeToSwapchain));
     device.end_label(cmd);
-    stamp(&mut renderer.frames[renderer.next].times, cmd, "encode");
+    Timestamps::stamp(&mut renderer.frames[renderer.next].times, cmd, "encode");
 }
 
 /// Copies an image that is ready to be presented, as it is again after that.

@@ -10,10 +10,10 @@ use std::fmt;
 use ash::vk;
 
 use super::edges::unnoticed::Part;
-use super::edges::{Edges, Refused, RowName};
+use super::edges::{Edges, Place, Refused, RowName};
 use crate::plan::FramePlan;
 use order::Order;
-use program::{Kind, Memory, Program, Touch};
+use program::{Kind, Memory, Program, Touch, Who};
 
 mod frames;
 mod order;
@@ -80,6 +80,22 @@ impl Frames {
     /// The dispatch that evaluates formulas for `afterlight stress`.
     pub fn of_formulas(edges: &Edges) -> Self {
         Self(frames::formulas(edges))
+    }
+
+    /// The passes of the frame with most of them, in their order: subpasses, and dispatches and draws of their own.
+    pub fn passes(&self) -> Vec<Place> {
+        let is_pass = |place: &Place| !matches!(place, Place::Host | Place::Upload | Place::Copy | Place::Presentation);
+        let of_frame = |frame: usize| {
+            let touches = self.0.touches.iter().filter(|touch| touch.frame == frame);
+            let places = touches.filter_map(|touch| match touch.who {
+                Who::At(place) => Some(place).filter(is_pass),
+                _ => None,
+            });
+            let mut places: Vec<_> = places.collect();
+            places.dedup();
+            places
+        };
+        (1..=self.0.frame).map(of_frame).max_by_key(Vec::len).unwrap_or_default()
     }
 
     /// None if every pair of touches is ordered.
