@@ -30,6 +30,28 @@ pub enum Target {
     Output,
 }
 
+/// How a subpass touches a target. Passes declare theirs beside their code; the references of subpasses follow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Touch {
+    /// Reads its own pixel, by the next `InputAttachmentIndex`.
+    Input(Target),
+    /// Writes it or blends over it, at a location of the shader's outputs.
+    Color(u32, Target),
+    /// Tests against depth and writes it.
+    DepthWrite,
+    /// Only tests against depth.
+    DepthTest,
+}
+
+impl Touch {
+    pub fn target(self) -> Target {
+        match self {
+            Self::Input(target) | Self::Color(_, target) => target,
+            Self::DepthWrite | Self::DepthTest => Target::Depth,
+        }
+    }
+}
+
 /// One attachment, as the render pass sees it.
 #[derive(Debug, Clone, Copy)]
 pub struct Attachment {

@@ -18,8 +18,9 @@
 use ash::vk;
 
 use super::FrameParts;
+use super::edges::Place;
 use super::main_pass::{MainPass, input, prepass};
-use super::render_pass::{PassDescription, Subpasses};
+use super::render_pass::{PassDescription, subpass_index};
 use crate::gpu::{self, Image, RenderPass, Timestamps};
 use crate::passes::composite::Composite;
 use crate::passes::depth::Depth;
@@ -159,34 +160,32 @@ impl Deferred {
     pub fn new(parts: &FrameParts) -> gpu::Result<Self> {
         let &FrameParts { device, plan, frame_layout, scene, .. } = parts;
         let main = MainPass::new(parts)?;
-        let subpasses = Subpasses::of(plan);
+        let slot = |place| subpass_index(plan, place).map(|subpass| main.slot(subpass));
         let layouts = parts.layouts();
         let targets = &main.targets;
 
         let depth = prepass(parts, main.slot(0))?;
-        let lighting = main.slot(subpasses.lighting);
-        let opaque = match plan.is_forward() {
-            true => Opaque::Forward(Forward::new(device, plan, lighting, layouts, scene)?),
-            false => {
-                let geometry = match subpasses.geometry {
-                    Some(subpass) => Some(Geometry::new(device, plan, main.slot(subpass), frame_layout, scene)?),
+        let opaque = match slot(Place::Forward) {
+            Some(slot) => Opaque::Forward(Forward::new(device, plan, slot, layouts, scene)?),
+            None => {
+                let geometry = match slot(Place::Geometry) {
+                    Some(slot) => Some(Geometry::new(device, plan, slot, frame_layout, scene)?),
                     None => None,
                 };
+                let lighting = main.slot(u32::from(geometry.is_some()));
                 Opaque::Deferred(geometry, Shade::new(parts, lighting, layouts, targets)?)
             }
         };
-        let transparent = match subpasses.transparent {
-            Some(subpass) => Some(Transparent::new(device, plan, main.slot(subpass), layouts, scene)?),
+        let transparent = match slot(Place::Transparent) {
+            Some(slot) => Some(Transparent::new(device, plan, slot, layouts, scene)?),
             None => None,
         };
-        let composite = match subpasses.composite {
-            Some(subpass) => Some(Composite::new(device, plan, main.slot(subpass), &composite_inputs(targets))?),
+        let composite = match slot(Place::Composite) {
+            Some(slot) => Some(Composite::new(device, plan, slot, &composite_inputs(targets))?),
             None => None,
         };
-        let tonemap = match subpasses.tonemap {
-            Some(subpass) => {
-                Some(TonemapPass::new(device, plan, main.slot(subpass), input((0, Target::Hdr), targets))?)
-            }
+        let tonemap = match slot(Place::Tonemap) {
+            Some(slot) => Some(TonemapPass::new(device, plan, slot, input((0, Target::Hdr), targets))?),
             None => None,
         };
         let fxaa = match plan.fxaa {

@@ -28,7 +28,6 @@ pub mod unnoticed;
 mod uploads;
 
 pub(super) use host::FORMULA_WRITE;
-pub(super) use main_pass::resolving;
 pub(super) use masks::SUPPORTED;
 pub use names::RowName;
 use unnoticed::Part;

@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::edges::{self, Carrier, Edge, Edges, Place};
+use super::edges::{Carrier, Edge, Edges, Place};
 use crate::gpu::sync::Use;
 use crate::gpu::{self, Device, RenderPass, SubpassDesc};
-use crate::passes::{fxaa, shadow};
-use crate::plan::{FramePlan, Shading};
+use crate::passes::{composite, forward, fxaa, geometry, lighting, shadow, tonemap, transparent};
+use crate::plan::FramePlan;
 use crate::scene::Transparency;
-use crate::targets::{Attachment, COMPOSITE_INPUTS, Target, attachments, gbuffer_inputs, light_target, samples_of};
+use crate::targets::{Attachment, Target, Touch, attachments, samples_of};
 
 /// Resolves samples into the output after the subpass that is the last to write them: reads them, and as their last user drops them.
 pub const RESOLVE: Use = Use::new(
@@ -21,44 +21,26 @@ pub const RESOLVE: Use = Use::new(
     ),
 );
 
-/// Indices of the main pass's subpasses; which exist depends on the plan.
-#[derive(Debug, Clone, Copy)]
-pub struct Subpasses {
-    pub geometry: Option<u32>,
-    /// Or FORWARD, in a frame without a G-buffer.
-    pub lighting: u32,
-    pub transparent: Option<u32>,
-    pub composite: Option<u32>,
-    pub tonemap: Option<u32>,
+/// The subpasses of the main pass in their order, each with what it touches. That these passes share a render pass is decided here; their
+/// references, and what is preserved between them, follow from the list. Of a tiled plan only GEOMETRY is a subpass.
+fn declared(plan: &FramePlan) -> Vec<(Place, Vec<Touch>)> {
+    type Touches = fn(&FramePlan) -> Vec<Touch>;
+    let is_forward = plan.is_forward();
+    let passes: [(Place, bool, Touches); 6] = [
+        (Place::Forward, is_forward, forward::touches),
+        (Place::Geometry, plan.has_geometry() && !is_forward, geometry::touches),
+        // Or VIEW, which touches the same.
+        (Place::Lighting, !is_forward && !plan.is_tiled(), lighting::touches),
+        (Place::Transparent, plan.transparency.is_some(), transparent::touches),
+        (Place::Composite, plan.transparency == Some(Transparency::Oit), composite::touches),
+        (Place::Tonemap, plan.has_tonemap_subpass(), tonemap::touches),
+    ];
+    passes.into_iter().filter(|&(_, is_there, _)| is_there).map(|(place, _, touches)| (place, touches(plan))).collect()
 }
 
-impl Subpasses {
-    /// Of a tiled plan only GEOMETRY is a subpass.
-    pub fn of(plan: &FramePlan) -> Self {
-        let geometry = (plan.has_geometry() && !plan.is_forward()).then_some(0);
-        let lighting = u32::from(geometry.is_some());
-        let mut last = lighting;
-        let mut next = |present: bool| {
-            last += u32::from(present);
-            present.then_some(last)
-        };
-        let transparent = next(plan.transparency.is_some());
-        let composite = next(plan.transparency == Some(Transparency::Oit));
-        Self { geometry, lighting, transparent, composite, tonemap: next(plan.has_tonemap_subpass()) }
-    }
-
-    fn index(&self, place: Place) -> u32 {
-        match place {
-            Place::Geometry => self.geometry.unwrap_or(0),
-            Place::Lighting | Place::Forward => self.lighting,
-            Place::Transparent => self.transparent.unwrap_or(self.lighting),
-            Place::Composite => self.composite.unwrap_or(self.lighting),
-            Place::Tonemap => self.tonemap.unwrap_or(self.lighting),
-            // The passes of these have one subpass.
-            Place::Shadow | Place::Fxaa => 0,
-            _ => vk::SUBPASS_EXTERNAL,
-        }
-    }
+/// The index of a place among the main pass's subpasses, if the plan has it there.
+pub fn subpass_index(plan: &FramePlan, place: Place) -> Option<u32> {
+    declared(plan).iter().position(|&(own, _)| own == place).map(|index| index as u32)
 }
 
 /// A render pass as a value. The device's is made from it, and `report::graph` draws it.
@@ -142,6 +124,25 @@ pub struct Subpass {
 impl Subpass {
     fn at(place: Place) -> Self {
         Self { place, input: Vec::new(), color: Vec::new(), resolve: Vec::new(), depth: None, preserve: Vec::new() }
+    }
+
+    fn add(&mut self, order: &[Target], touch: Touch) {
+        match touch {
+            Touch::Input(target) => self.input.push(reference(order, target, input_layout(target))),
+            Touch::Color(location, target) => {
+                let gap =
+                    vk::AttachmentReference { attachment: vk::ATTACHMENT_UNUSED, layout: vk::ImageLayout::UNDEFINED };
+                let location = location as usize;
+                self.color.resize(self.color.len().max(location + 1), gap);
+                self.color[location] = reference(order, target, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
+            }
+            Touch::DepthWrite => {
+                let layout = vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
+                self.depth = Some(reference(order, Target::Depth, layout));
+            }
+            // LIGHTING reads it as an input at once.
+            Touch::DepthTest => self.depth = Some(reference(order, Target::Depth, input_layout(Target::Depth))),
+        }
     }
 }
 
@@ -252,142 +253,47 @@ impl PassDescription {
     }
 }
 
-/// The main pass's subpasses, in the order of [`Subpasses`].
+/// The main pass's subpasses, from what their passes declare.
 fn main_subpasses(plan: &FramePlan) -> Vec<Subpass> {
-    let refs = References::of(plan);
-    let depth = |layout| Some(refs.reference(Target::Depth, layout));
-    // Tested, and in GEOMETRY and FORWARD written; by LIGHTING read as an input at once.
-    let written = || depth(vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL);
-    let tested = || depth(vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL);
-    let mut subpasses = Vec::new();
-    if plan.is_forward() {
-        subpasses.push(Subpass { color: refs.lighting_color.clone(), depth: written(), ..Subpass::at(Place::Forward) });
-    } else if plan.has_geometry() {
-        subpasses.push(Subpass {
-            color: refs.geometry_color.clone(),
-            depth: written(),
-            ..Subpass::at(Place::Geometry)
-        });
-    }
-    if !plan.is_tiled() && !plan.is_forward() {
-        subpasses.push(Subpass {
-            input: refs.lighting_input.clone(),
-            color: refs.lighting_color.clone(),
-            depth: plan.lighting_tests_depth().then(tested).flatten(),
-            ..Subpass::at(Place::Lighting)
-        });
-    }
-    if plan.transparency.is_some() {
-        subpasses.push(Subpass {
-            color: refs.transparent_color.clone(),
-            depth: tested(),
-            preserve: refs.transparent_preserve.clone(),
-            ..Subpass::at(Place::Transparent)
-        });
-    }
-    if plan.transparency == Some(Transparency::Oit) {
-        subpasses.push(Subpass {
-            input: refs.composite_input.clone(),
-            color: refs.lighting_color.clone(),
-            ..Subpass::at(Place::Composite)
-        });
-    }
-    if plan.has_tonemap_subpass() {
-        subpasses.push(Subpass {
-            input: refs.tonemap_input.clone(),
-            color: refs.tonemap_color.clone(),
-            ..Subpass::at(Place::Tonemap)
-        });
-    }
-    // After the subpass that is the last to write the samples.
-    let last = edges::resolving(plan);
-    for subpass in subpasses.iter_mut().filter(|subpass| last == Some(subpass.place)) {
-        subpass.resolve.clone_from(&refs.resolve);
+    let order: Vec<_> = attachments(plan).iter().map(|attachment| attachment.target).collect();
+    let declared = declared(plan);
+    let uses = |touches: &[Touch], target| touches.iter().any(|touch| touch.target() == target);
+    let subpass = |(index, (place, touches)): (usize, &(Place, Vec<Touch>))| {
+        let mut own = Subpass::at(*place);
+        touches.iter().for_each(|&touch| own.add(&order, touch));
+        // What is used before and after it, and not by it.
+        let used = |some: &[(Place, Vec<Touch>)], target| some.iter().any(|(_, touches)| uses(touches, target));
+        let (before, after) = (&declared[..index], &declared[index + 1..]);
+        let passes_by = |target| !uses(touches, target) && used(before, target) && used(after, target);
+        own.preserve = (0..).zip(&order).filter(|&(_, &target)| passes_by(target)).map(|(index, _)| index).collect();
+        own
+    };
+    let mut subpasses: Vec<_> = declared.iter().enumerate().map(subpass).collect();
+    // After the last subpass that draws samples they are resolved.
+    let draws_samples = |(_, touches): &(Place, Vec<Touch>)| {
+        touches.iter().any(|touch| matches!(touch, Touch::Color(_, Target::Samples)))
+    };
+    if let Some(last) = declared.iter().rposition(draws_samples) {
+        subpasses[last].resolve = vec![reference(&order, Target::Output, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL)];
     }
     subpasses
 }
 
 fn dependencies(plan: &FramePlan, edges: &Edges, carrier: Carrier) -> Vec<(Edge, [u32; 2])> {
-    let subpasses = Subpasses::of(plan);
     let index = |place| match (carrier, place) {
-        // Seen from the main pass, FXAA is outside.
-        (Carrier::MainPass, Place::Fxaa) => vk::SUBPASS_EXTERNAL,
-        // The shadow pass has one subpass, and all else is outside.
-        (Carrier::ShadowPass, place) if place != Place::Shadow => vk::SUBPASS_EXTERNAL,
-        _ => subpasses.index(place),
+        // The passes of these have one subpass; all else is outside.
+        (Carrier::ShadowPass, Place::Shadow) | (Carrier::FxaaPass, Place::Fxaa) => 0,
+        (Carrier::MainPass, place) => subpass_index(plan, place).unwrap_or(vk::SUBPASS_EXTERNAL),
+        _ => vk::SUBPASS_EXTERNAL,
     };
     edges.of(carrier).map(|edge| (edge.clone(), [index(edge.from), index(edge.to)])).collect()
 }
 
-/// Attachment references of each subpass.
-struct References {
-    order: Vec<Target>,
-    geometry_color: Vec<vk::AttachmentReference>,
-    lighting_input: Vec<vk::AttachmentReference>,
-    /// COMPOSITE's too.
-    lighting_color: Vec<vk::AttachmentReference>,
-    transparent_color: Vec<vk::AttachmentReference>,
-    transparent_preserve: Vec<u32>,
-    composite_input: Vec<vk::AttachmentReference>,
-    resolve: Vec<vk::AttachmentReference>,
-    tonemap_input: Vec<vk::AttachmentReference>,
-    tonemap_color: Vec<vk::AttachmentReference>,
-}
-
-impl References {
-    fn of(plan: &FramePlan) -> Self {
-        let order = attachments(plan).iter().map(|attachment| attachment.target).collect();
-        let mut refs = Self {
-            order,
-            geometry_color: Vec::new(),
-            lighting_input: Vec::new(),
-            lighting_color: Vec::new(),
-            transparent_color: Vec::new(),
-            transparent_preserve: Vec::new(),
-            composite_input: Vec::new(),
-            resolve: Vec::new(),
-            tonemap_input: Vec::new(),
-            tonemap_color: Vec::new(),
-        };
-        let color = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
-        let read = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
-        refs.geometry_color = geometry_targets(plan)
-            .into_iter()
-            .map(|target| match target {
-                Some(target) => refs.reference(target, color),
-                None => {
-                    vk::AttachmentReference { attachment: vk::ATTACHMENT_UNUSED, layout: vk::ImageLayout::UNDEFINED }
-                }
-            })
-            .collect();
-        refs.lighting_input =
-            gbuffer_inputs(plan).into_iter().map(|(_, target)| refs.reference(target, input_layout(target))).collect();
-        refs.lighting_color = vec![refs.reference(light_target(plan), color)];
-        if plan.resolves_output() {
-            refs.resolve = vec![refs.reference(Target::Output, color)];
-        }
-        match plan.transparency {
-            Some(Transparency::Sorted) => refs.transparent_color = refs.lighting_color.clone(),
-            Some(Transparency::Oit) => {
-                refs.transparent_color = COMPOSITE_INPUTS.map(|(_, target)| refs.reference(target, color)).to_vec();
-                refs.composite_input = COMPOSITE_INPUTS.map(|(_, target)| refs.reference(target, read)).to_vec();
-                // LIGHTING has written it, COMPOSITE blends over it.
-                refs.transparent_preserve = refs.lighting_color.iter().map(|light| light.attachment).collect();
-            }
-            None => {}
-        }
-        if plan.has_tonemap_subpass() {
-            refs.tonemap_input = vec![refs.reference(Target::Hdr, read)];
-            refs.tonemap_color = vec![refs.reference(Target::Output, color)];
-        }
-        refs
-    }
-
-    fn reference(&self, target: Target, layout: vk::ImageLayout) -> vk::AttachmentReference {
-        let position = self.order.iter().position(|&own| own == target);
-        let attachment = position.map_or(vk::ATTACHMENT_UNUSED, |index| index as u32);
-        vk::AttachmentReference { attachment, layout }
-    }
+/// By its number in the order of the pass.
+fn reference(order: &[Target], target: Target, layout: vk::ImageLayout) -> vk::AttachmentReference {
+    let position = order.iter().position(|&own| own == target);
+    let attachment = position.map_or(vk::ATTACHMENT_UNUSED, |index| index as u32);
+    vk::AttachmentReference { attachment, layout }
 }
 
 /// The layout in which a subpass reads a target as an input.
@@ -396,26 +302,6 @@ pub fn input_layout(target: Target) -> vk::ImageLayout {
         Target::Depth => vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL,
         _ => vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
     }
-}
-
-/// GEOMETRY's targets by location (`shaders/geometry.wgsl`); a gap where the plan lacks one.
-fn geometry_targets(plan: &FramePlan) -> Vec<Option<Target>> {
-    if plan.shading == Shading::ShowOverdraw {
-        return vec![Some(Target::Count)];
-    }
-    if plan.shading == Shading::ShowTriangle {
-        return vec![Some(Target::Triangle)];
-    }
-    let Some(gbuffer) = &plan.gbuffer else { return Vec::new() };
-    let all = [
-        Some(Target::Albedo),
-        Some(Target::Normal),
-        gbuffer.material.map(|_| Target::Material),
-        plan.emissive.then(|| light_target(plan)),
-        gbuffer.specular.map(|_| Target::Specular),
-        gbuffer.position.map(|_| Target::Position),
-    ];
-    all[..plan.geometry_locations() as usize].to_vec()
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use super::{Recording, Slot};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Sums};
 use crate::shaders::composite::{self as shader, Flags, constants};
+use crate::targets::{COMPOSITE_INPUTS, Touch, light_target};
 
 /// Reads its own pixel of the sums.
 pub const SUM_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::INPUT_ATTACHMENT_READ);
@@ -22,6 +23,12 @@ pub const LIGHT_BLEND: Use = Use::new(
         vk::AccessFlags::COLOR_ATTACHMENT_WRITE.as_raw() | vk::AccessFlags::COLOR_ATTACHMENT_READ.as_raw(),
     ),
 );
+
+/// What it touches in the main pass.
+pub fn touches(plan: &FramePlan) -> Vec<Touch> {
+    let sums = COMPOSITE_INPUTS.map(|(_, target)| Touch::Input(target));
+    sums.into_iter().chain([Touch::Color(0, light_target(plan))]).collect()
+}
 
 /// The pass.
 pub struct Composite {

@@ -11,6 +11,7 @@ use crate::gpu::{self, DepthState, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
 use crate::plan::{FramePlan, GeometryKey};
 use crate::shaders::forward::Flags;
+use crate::targets::{Touch, light_target};
 
 /// Clears, tests and writes depth, DEPTH before it in the same subpass too: early, and late where a mask may discard. Its store is a late
 /// write.
@@ -26,6 +27,11 @@ pub const DEPTH_DROP: Use =
 /// Writes the light target; its clear is a write too.
 pub const LIGHT_WRITE: Use =
     Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
+
+/// What it touches in the main pass.
+pub fn touches(plan: &FramePlan) -> Vec<Touch> {
+    vec![Touch::DepthWrite, Touch::Color(0, light_target(plan))]
+}
 
 /// The pass: a pipeline for each [`GeometryKey`] of the plan.
 pub struct Forward {

@@ -12,6 +12,7 @@ use crate::gpu_scene::{GpuScene, vertex_input};
 use crate::plan::{FramePlan, GeometryKey, Shading};
 use crate::scene::TextureSlot;
 use crate::shaders::geometry::{self as shader, Flags, constants};
+use crate::targets::{Target, Touch, light_target};
 
 /// Writes its colour targets; their clears and the undefined loads are writes too.
 pub const COLOR_WRITE: Use =
@@ -29,6 +30,29 @@ pub const DEPTH_STORE: Use =
 pub const DEPTH_TEST: Use =
     Use::new(vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ)
         .or(Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE));
+
+/// What it touches in the main pass.
+pub fn touches(plan: &FramePlan) -> Vec<Touch> {
+    // A location whose target the plan lacks stays empty.
+    let Some(gbuffer) = &plan.gbuffer else {
+        let shown = match plan.shading {
+            Shading::ShowOverdraw => Some(Touch::Color(0, Target::Count)),
+            Shading::ShowTriangle => Some(Touch::Color(0, Target::Triangle)),
+            _ => None,
+        };
+        return [Touch::DepthWrite].into_iter().chain(shown).collect();
+    };
+    let optional = [
+        (2, Target::Material, gbuffer.material.is_some()),
+        (3, light_target(plan), plan.emissive),
+        (4, Target::Specular, gbuffer.specular.is_some()),
+        (5, Target::Position, gbuffer.position.is_some()),
+    ];
+    let mut touches = vec![Touch::DepthWrite, Touch::Color(0, Target::Albedo), Touch::Color(1, Target::Normal)];
+    touches
+        .extend(optional.into_iter().filter(|own| own.2).map(|(location, target, _)| Touch::Color(location, target)));
+    touches
+}
 
 /// The pass: a pipeline for each [`GeometryKey`] of the plan.
 pub struct Geometry {

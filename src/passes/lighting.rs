@@ -9,6 +9,7 @@ use super::{Recording, SetLayouts, Slot};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Shading, ToneMapping};
 use crate::shaders::lighting::{self as shader, Flags, constants};
+use crate::targets::{Touch, gbuffer_inputs, light_target};
 
 /// Reads its own pixel of the G-buffer.
 pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::INPUT_ATTACHMENT_READ);
@@ -31,6 +32,13 @@ pub const LIGHT_WRITE: Use =
 /// Adds to the emissive light that is there.
 pub const LIGHT_BLEND: Use =
     LIGHT_WRITE.or(Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_READ));
+
+/// What it touches in the main pass.
+pub fn touches(plan: &FramePlan) -> Vec<Touch> {
+    let inputs = gbuffer_inputs(plan).into_iter().map(|(_, target)| Touch::Input(target));
+    let tested = plan.lighting_tests_depth().then_some(Touch::DepthTest);
+    inputs.chain([Touch::Color(0, light_target(plan))]).chain(tested).collect()
+}
 
 /// The pass: its constants set by the plan.
 pub struct Lighting {

@@ -11,6 +11,7 @@ use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, ToneMapping};
 use crate::scene::{Resolve, Tonemap};
 use crate::shaders::tonemap::{self as shader, Flags, constants};
+use crate::targets::{Target, Touch};
 
 /// Reads its own pixel of the HDR target.
 pub const HDR_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::INPUT_ATTACHMENT_READ);
@@ -20,6 +21,11 @@ pub const HDR_DROP: Use =
 /// Writes the output; its undefined load is a write too.
 pub const OUTPUT_WRITE: Use =
     Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
+
+/// What it touches in the main pass.
+pub fn touches(_: &FramePlan) -> Vec<Touch> {
+    vec![Touch::Input(Target::Hdr), Touch::Color(0, Target::Output)]
+}
 
 /// The pass.
 pub struct TonemapPass {

@@ -12,6 +12,7 @@ use crate::gpu_scene::GpuScene;
 use crate::plan::{FramePlan, Sums};
 use crate::scene::Transparency;
 use crate::shaders::forward::Flags;
+use crate::targets::{Target, Touch, light_target};
 
 /// Compares with the depth of what is opaque; nothing is written. Both stages read: which one does it is the implementation's choice.
 pub const DEPTH_READ: Use = Use::new(
@@ -33,6 +34,15 @@ pub const BLEND: Use = Use::new(
         vk::AccessFlags::COLOR_ATTACHMENT_WRITE.as_raw() | vk::AccessFlags::COLOR_ATTACHMENT_READ.as_raw(),
     ),
 );
+
+/// What it touches in the main pass.
+pub fn touches(plan: &FramePlan) -> Vec<Touch> {
+    let colors = match plan.transparency {
+        Some(Transparency::Oit) => vec![Touch::Color(0, Target::Accumulation), Touch::Color(1, Target::Weights)],
+        _ => vec![Touch::Color(0, light_target(plan))],
+    };
+    [Touch::DepthTest].into_iter().chain(colors).collect()
+}
 
 /// The pass: a pipeline for each transparent [`GeometryKey`] of the plan.
 pub struct Transparent {

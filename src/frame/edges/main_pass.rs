@@ -109,11 +109,6 @@ pub(super) fn first_of_picture(plan: &FramePlan) -> Place {
     }
 }
 
-/// The subpass after which the pass resolves the samples into the output, where it does.
-pub(in crate::frame) fn resolving(plan: &FramePlan) -> Option<Place> {
-    plan.resolves_output().then(|| last_light(plan).0)
-}
-
 /// Frames in flight share one G-buffer, and the HDR target where there is one.
 fn gbuffer_reuse(plan: &FramePlan) -> Edge {
     let mut before = match plan.transparency {

@@ -1,9 +1,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::*;
-use crate::passes::{forward, geometry, lighting, transparent, view};
-use crate::plan::{self, samples};
+use crate::frame::edges;
+use crate::passes::view;
+use crate::plan::{self, Shading, samples};
 use crate::shaders::{self, Binding, BindingKind, NumberKind, Variant};
+use crate::targets::{COMPOSITE_INPUTS, gbuffer_inputs, light_target};
 
 /// The variant that LIGHTING, or VIEW in its place, takes.
 fn lighting_variant(plan: &FramePlan) -> &'static Variant {
@@ -27,6 +29,36 @@ fn reflected_inputs(variant: &Variant) -> BTreeMap<u32, (u32, u32)> {
     inputs.collect()
 }
 
+/// The targets of a plan's main pass in its order, and its subpasses.
+struct References {
+    order: Vec<Target>,
+    subpasses: Vec<Subpass>,
+    absent: Subpass,
+}
+
+impl References {
+    fn of(plan: &FramePlan) -> Self {
+        let order = attachments(plan).iter().map(|attachment| attachment.target).collect();
+        Self { order, subpasses: main_subpasses(plan), absent: Subpass::at(Place::Outside) }
+    }
+
+    /// A subpass, or one that touches nothing.
+    fn at(&self, place: Place) -> &Subpass {
+        self.subpasses.iter().find(|own| own.place == place).unwrap_or(&self.absent)
+    }
+
+    /// Where samples are resolved to, after whichever subpass.
+    fn resolve(&self) -> &Vec<vk::AttachmentReference> {
+        let all = self.subpasses.iter().map(|own| &own.resolve);
+        all.max_by_key(|resolve| resolve.len()).unwrap_or(&self.absent.resolve)
+    }
+
+    /// The subpass that first lights opaque surfaces.
+    fn lit(&self) -> &Subpass {
+        self.subpasses.iter().find(|own| own.place == Place::Forward).unwrap_or_else(|| self.at(Place::Lighting))
+    }
+}
+
 fn name_of(refs: &References, reference: &vk::AttachmentReference) -> Option<Target> {
     refs.order.get(reference.attachment as usize).copied()
 }
@@ -36,18 +68,19 @@ fn geometry_writes_exactly_the_attachments_at_its_locations() {
     for (name, plan) in samples::plans() {
         let refs = References::of(&plan);
         let bound: BTreeSet<u32> = (0..)
-            .zip(&refs.geometry_color)
+            .zip(&refs.at(Place::Geometry).color)
             .filter(|(_, reference)| reference.attachment != vk::ATTACHMENT_UNUSED)
             .map(|(location, _)| location)
             .collect();
-        assert_eq!(refs.geometry_color.len(), plan.geometry_locations() as usize, "{name}");
+        assert_eq!(refs.at(Place::Geometry).color.len(), plan.geometry_locations() as usize, "{name}");
         for &key in &plan.geometry {
             let variant = shaders::geometry::variant(geometry::flags(&plan, key)).expect("a variant");
             let outputs = variant.fragment().expect("a fragment stage").fragment_outputs;
             let written: BTreeSet<u32> = outputs.iter().map(|output| output.location).collect();
             assert_eq!(written, bound, "{name} {key:?}");
             for output in outputs {
-                let target = name_of(&refs, &refs.geometry_color[output.location as usize]).expect("a target");
+                let target =
+                    name_of(&refs, &refs.at(Place::Geometry).color[output.location as usize]).expect("a target");
                 let all = attachments(&plan);
                 let format = all.iter().find(|attachment| attachment.target == target).expect("an attachment").format;
                 let integer = [vk::Format::R16G16_UINT, vk::Format::R32G32_UINT].contains(&format);
@@ -84,8 +117,8 @@ fn input_attachments_lie_at_the_index_and_binding_that_the_shader_reads() {
         let described: BTreeMap<u32, (u32, u32)> =
             (0..).zip(&inputs).map(|(index, &(binding, _))| (index, (1, binding))).collect();
         assert_eq!(reflected, described, "{name}");
-        assert_eq!(refs.lighting_input.len(), inputs.len(), "{name}");
-        for ((_, target), reference) in inputs.iter().zip(&refs.lighting_input) {
+        assert_eq!(refs.lit().input.len(), inputs.len(), "{name}");
+        for ((_, target), reference) in inputs.iter().zip(&refs.lit().input) {
             assert_eq!(name_of(&refs, reference), Some(*target), "{name}");
             assert_eq!(reference.layout, input_layout(*target), "{name}");
         }
@@ -105,15 +138,18 @@ fn tonemap_reads_the_hdr_target_and_writes_the_output() {
     assert_eq!(reflected_inputs(tonemap), BTreeMap::from([(0, (0, 0))]));
     for (name, plan) in samples::plans() {
         let refs = References::of(&plan);
-        let subpasses = Subpasses::of(&plan);
-        assert_eq!(subpasses.tonemap.is_some(), plan.hdr.is_some(), "{name}");
+        assert_eq!(subpass_index(&plan, Place::Tonemap).is_some(), plan.hdr.is_some(), "{name}");
         let names = |list: &[vk::AttachmentReference]| list.iter().map(|r| name_of(&refs, r)).collect::<Vec<_>>();
         let (input, color) = match plan.hdr {
             Some(_) => (vec![Some(Target::Hdr)], vec![Some(Target::Output)]),
             None => (vec![], vec![]),
         };
-        assert_eq!((names(&refs.tonemap_input), names(&refs.tonemap_color)), (input, color), "{name}");
-        assert_eq!(names(&refs.lighting_color), [Some(light_target(&plan))], "{name}");
+        assert_eq!(
+            (names(&refs.at(Place::Tonemap).input), names(&refs.at(Place::Tonemap).color)),
+            (input, color),
+            "{name}"
+        );
+        assert_eq!(names(&refs.lit().color), [Some(light_target(&plan))], "{name}");
     }
 }
 
@@ -128,22 +164,22 @@ fn transparent_surfaces_go_over_the_light_or_into_sums_that_composite_reads() {
     let mut seen = BTreeSet::new();
     for (name, plan) in samples::plans() {
         let refs = References::of(&plan);
-        let subpasses = Subpasses::of(&plan);
         let names = |list: &[vk::AttachmentReference]| list.iter().map(|r| name_of(&refs, r)).collect::<Vec<_>>();
         let sums = [Some(Target::Accumulation), Some(Target::Weights)];
         let light = [Some(light_target(&plan))];
-        let drawn = names(&refs.transparent_color);
-        let kept: Vec<_> = refs.transparent_preserve.iter().map(|&index| refs.order[index as usize]).collect();
+        let drawn = names(&refs.at(Place::Transparent).color);
+        let kept: Vec<_> =
+            refs.at(Place::Transparent).preserve.iter().map(|&index| refs.order[index as usize]).collect();
         match plan.transparency {
             Some(Transparency::Sorted) => assert_eq!((drawn, kept), (light.to_vec(), vec![]), "{name}"),
             Some(Transparency::Oit) => assert_eq!((drawn, kept), (sums.to_vec(), vec![light_target(&plan)]), "{name}"),
             None => assert_eq!((drawn, kept), (vec![], vec![]), "{name}"),
         }
         let oit = plan.transparency == Some(Transparency::Oit);
-        assert_eq!(names(&refs.composite_input), if oit { sums.to_vec() } else { vec![] }, "{name}");
+        assert_eq!(names(&refs.at(Place::Composite).input), if oit { sums.to_vec() } else { vec![] }, "{name}");
         assert_eq!(
-            (subpasses.transparent.is_some(), subpasses.composite.is_some()),
-            (plan.transparency.is_some(), oit)
+            [Place::Transparent, Place::Composite].map(|place| subpass_index(&plan, place).is_some()),
+            [plan.transparency.is_some(), oit]
         );
         for &key in &plan.transparent {
             let variant = shaders::forward::variant(transparent::flags(&plan, key)).expect("a variant");
@@ -162,9 +198,9 @@ fn transparent_surfaces_go_over_the_light_or_into_sums_that_composite_reads() {
 fn a_forward_frame_has_nothing_of_a_gbuffer() {
     for (name, plan) in samples::forward_plans() {
         let refs = References::of(&plan);
-        let subpasses = Subpasses::of(&plan);
-        assert_eq!((subpasses.geometry, subpasses.lighting), (None, 0), "{name}");
-        assert!(refs.geometry_color.is_empty() && refs.lighting_input.is_empty(), "{name}");
+        let indices = [Place::Geometry, Place::Lighting, Place::Forward].map(|place| subpass_index(&plan, place));
+        assert_eq!(indices, [None, None, Some(0)], "{name}");
+        assert!(refs.lit().input.is_empty(), "{name}");
         assert!(!plan.geometry.iter().any(|key| key.forward.is_none()), "{name}");
         let allowed =
             [Target::Depth, Target::Accumulation, Target::Weights, Target::Hdr, Target::Samples, Target::Output];
@@ -197,7 +233,7 @@ fn full_screen_passes_write_one_colour() {
         let outputs = lighting_variant(&plan).fragment().expect("a fragment stage").fragment_outputs;
         let locations: Vec<u32> = outputs.iter().map(|output| output.location).collect();
         assert_eq!(locations, [0], "{name}");
-        assert_eq!(References::of(&plan).lighting_color.len(), 1, "{name}");
+        assert_eq!(References::of(&plan).lit().color.len(), 1, "{name}");
     }
 }
 
@@ -233,14 +269,14 @@ fn no_attachment_is_missing_unused_or_there_twice() {
         let distinct: BTreeSet<_> = refs.order.iter().collect();
         assert_eq!(distinct.len(), refs.order.len(), "{name}");
         let lists = [
-            &refs.geometry_color,
-            &refs.lighting_input,
-            &refs.lighting_color,
-            &refs.transparent_color,
-            &refs.composite_input,
-            &refs.resolve,
-            &refs.tonemap_input,
-            &refs.tonemap_color,
+            &refs.at(Place::Geometry).color,
+            &refs.lit().input,
+            &refs.lit().color,
+            &refs.at(Place::Transparent).color,
+            &refs.at(Place::Composite).input,
+            refs.resolve(),
+            &refs.at(Place::Tonemap).input,
+            &refs.at(Place::Tonemap).color,
         ];
         let mut used: BTreeSet<Target> = lists.into_iter().flatten().filter_map(|r| name_of(&refs, r)).collect();
         used.extend(plan.has_geometry().then_some(Target::Depth));
@@ -256,7 +292,7 @@ fn a_gap_between_locations_is_unused_and_not_another_target() {
     let scene = samples::scene(vec![samples::material(crate::scene::Brdf::Phong)], vec![samples::sky()]);
     let plan = FramePlan::of(&scene, &samples::deferred(), &samples::device()).expect("a plan");
     let refs = References::of(&plan);
-    let targets: Vec<_> = refs.geometry_color.iter().map(|reference| name_of(&refs, reference)).collect();
+    let targets: Vec<_> = refs.at(Place::Geometry).color.iter().map(|reference| name_of(&refs, reference)).collect();
     // Location 3 is emissive light's.
     assert_eq!(
         targets,
@@ -341,9 +377,7 @@ fn a_tiled_frame_stores_what_its_compute_shader_binds_and_no_more() {
 #[test]
 fn dependencies_are_the_rows_of_the_table() {
     for (name, plan) in samples::plans() {
-        let subpasses = Subpasses::of(&plan);
-        let last = [subpasses.tonemap, subpasses.composite, subpasses.transparent].into_iter().flatten().max();
-        let last = last.unwrap_or(subpasses.lighting);
+        let last = main_subpasses(&plan).len() as u32 - 1;
         let all = dependencies(&plan, &edges::table(&plan), Carrier::MainPass);
         let rows = edges::table(&plan).of(Carrier::MainPass).count();
         assert_eq!(all.len(), rows, "{name}");
@@ -382,34 +416,22 @@ fn subpasses_write_attachments_of_one_sample_count_and_resolve_into_the_output()
         let counts = |list: &[vk::AttachmentReference]| list.iter().filter_map(count).collect::<BTreeSet<_>>();
         let many = BTreeSet::from([plan.sample_count()]);
         if plan.has_geometry() {
-            assert!(counts(&refs.geometry_color).is_subset(&many), "{name}");
+            assert!(counts(&refs.at(Place::Geometry).color).is_subset(&many), "{name}");
         }
         // VIEW shows all samples at once, and then has no depth to test against.
         let lit = if plan.lighting_tests_depth() { many } else { BTreeSet::from([vk::SampleCountFlags::TYPE_1]) };
-        assert_eq!(counts(&refs.lighting_color), lit, "{name}");
-        assert!(counts(&refs.tonemap_color).iter().all(|count| *count == vk::SampleCountFlags::TYPE_1), "{name}");
-        let resolved: Vec<_> = refs.resolve.iter().map(|reference| name_of(&refs, reference)).collect();
+        assert_eq!(counts(&refs.lit().color), lit, "{name}");
+        assert!(
+            counts(&refs.at(Place::Tonemap).color).iter().all(|count| *count == vk::SampleCountFlags::TYPE_1),
+            "{name}"
+        );
+        let resolved: Vec<_> = refs.resolve().iter().map(|reference| name_of(&refs, reference)).collect();
         assert_eq!(resolved, if plan.resolves_output() { vec![Some(Target::Output)] } else { vec![] }, "{name}");
         // Someone resolves whatever has several samples.
         assert!(
             plan.msaa == 1 || plan.resolves_output() || plan.hdr.is_some() || !plan.lighting_tests_depth(),
             "{name}"
         );
-    }
-}
-
-#[test]
-fn subpasses_stand_where_the_frame_steps_to() {
-    let plans = [samples::plans(), samples::forward_plans()].concat();
-    for (name, plan) in plans {
-        let subpasses = Subpasses::of(&plan);
-        let places: Vec<Place> =
-            PassDescription::main(&plan, &edges::table(&plan)).subpasses.iter().map(|subpass| subpass.place).collect();
-        for (index, &place) in (0..).zip(&places) {
-            assert_eq!(subpasses.index(place), index, "{name}: {place}");
-        }
-        let optional = [subpasses.geometry, subpasses.transparent, subpasses.composite, subpasses.tonemap];
-        assert_eq!(places.len(), 1 + optional.iter().flatten().count(), "{name}: {places:?}");
     }
 }
 
