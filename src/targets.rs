@@ -41,14 +41,31 @@ pub enum Touch {
     DepthWrite,
     /// Only tests against depth.
     DepthTest,
+    /// Samples it, its pixel's neighbours too: no subpass of the render pass that draws it can.
+    Sampled(Target),
 }
 
 impl Touch {
     pub fn target(self) -> Target {
         match self {
-            Self::Input(target) | Self::Color(_, target) => target,
+            Self::Input(target) | Self::Color(_, target) | Self::Sampled(target) => target,
             Self::DepthWrite | Self::DepthTest => Target::Depth,
         }
+    }
+
+    /// The layout that it needs.
+    pub fn layout(self) -> vk::ImageLayout {
+        match self {
+            Self::Color(..) => vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
+            Self::DepthWrite => vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
+            // LIGHTING tests against depth and reads it as an input at once.
+            Self::DepthTest | Self::Input(Target::Depth) => vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL,
+            Self::Input(_) | Self::Sampled(_) => vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
+        }
+    }
+
+    pub fn writes(self) -> bool {
+        matches!(self, Self::Color(..) | Self::DepthWrite)
     }
 }
 

@@ -5,7 +5,7 @@ use glam::Vec3;
 
 use super::FrameParts;
 use super::edges::{Carrier, Edge};
-use super::render_pass::{PassDescription, input_layout};
+use super::render_pass::{self, PassDescription};
 use crate::gpu::barrier::{self, ImageRange};
 use crate::gpu::{self, Device, RenderPass, Timestamps};
 use crate::passes::depth::Depth;
@@ -13,7 +13,7 @@ use crate::passes::shadow::Shadow;
 use crate::passes::tonemap::tone_map_up_to;
 use crate::passes::{Input, Recording, Slot};
 use crate::plan::{FramePlan, Shading, ToneMapping, World};
-use crate::targets::{Framebuffers, Target, Targets, attachments};
+use crate::targets::{Framebuffers, Target, Targets, Touch, attachments};
 
 /// The main render pass, what it draws into, and SHADOW before it.
 pub struct MainPass {
@@ -32,9 +32,10 @@ struct ShadowStage {
 
 impl MainPass {
     /// # Errors
-    /// When the device lacks the memory or cannot compile a pipeline.
+    /// When the device lacks the memory or cannot compile a pipeline, or the plan's passes cannot be one render pass.
     pub fn new(parts: &FrameParts) -> gpu::Result<Self> {
         let &FrameParts { device, plan, edges, atlas, scene, world, swapchain, .. } = parts;
+        render_pass::check(plan, edges)?;
         let targets = Targets::new(device, plan)?;
         let pass = PassDescription::main(plan, edges).make(device)?;
         let framebuffers = targets.framebuffers(device, plan, pass.raw, swapchain)?;
@@ -106,7 +107,7 @@ pub(super) fn prepass(parts: &FrameParts, slot: Slot) -> gpu::Result<Option<Dept
 
 /// What a subpass reads at a binding.
 pub(super) fn input((binding, target): (u32, Target), targets: &Targets) -> Input {
-    (binding, targets.image(target).view, input_layout(target))
+    (binding, targets.image(target).view, Touch::Input(target).layout())
 }
 
 /// Carries out a row that is a pipeline barrier on an image, where the plan has it.

@@ -127,21 +127,19 @@ impl Subpass {
     }
 
     fn add(&mut self, order: &[Target], touch: Touch) {
+        let reference = reference(order, touch.target(), touch.layout());
         match touch {
-            Touch::Input(target) => self.input.push(reference(order, target, input_layout(target))),
-            Touch::Color(location, target) => {
+            Touch::Input(_) => self.input.push(reference),
+            Touch::Color(location, _) => {
                 let gap =
                     vk::AttachmentReference { attachment: vk::ATTACHMENT_UNUSED, layout: vk::ImageLayout::UNDEFINED };
                 let location = location as usize;
                 self.color.resize(self.color.len().max(location + 1), gap);
-                self.color[location] = reference(order, target, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
+                self.color[location] = reference;
             }
-            Touch::DepthWrite => {
-                let layout = vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
-                self.depth = Some(reference(order, Target::Depth, layout));
-            }
-            // LIGHTING reads it as an input at once.
-            Touch::DepthTest => self.depth = Some(reference(order, Target::Depth, input_layout(Target::Depth))),
+            Touch::DepthWrite | Touch::DepthTest => self.depth = Some(reference),
+            // `check` refuses it.
+            Touch::Sampled(_) => {}
         }
     }
 }
@@ -296,12 +294,60 @@ fn reference(order: &[Target], target: Target, layout: vk::ImageLayout) -> vk::A
     vk::AttachmentReference { attachment, layout }
 }
 
-/// The layout in which a subpass reads a target as an input.
-pub fn input_layout(target: Target) -> vk::ImageLayout {
-    match target {
-        Target::Depth => vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL,
-        _ => vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
+/// Holds the main pass's list and rows against what one render pass can be.
+///
+/// # Errors
+/// In a sentence: the pass, the target and the row that cannot be so.
+pub fn check(plan: &FramePlan, edges: &Edges) -> gpu::Result<()> {
+    let order: Vec<_> = attachments(plan).iter().map(|attachment| attachment.target).collect();
+    let declared = declared(plan);
+    let stray = edges.of(Carrier::MainPass).find(|edge| {
+        let is_inside = |place: Place| declared.iter().any(|&(own, _)| own == place);
+        !is_inside(edge.from) && !is_inside(edge.to)
+    });
+    let refused = match stray {
+        Some(Edge { name, from, to, .. }) => Some(format!(
+            "the row {name} is a dependency of the main pass, of which neither {from} nor {to} is a subpass"
+        )),
+        None => refusal(&order, &declared),
+    };
+    refused.map_or(Ok(()), |sentence| Err(gpu::Error::Misuse(sentence)))
+}
+
+/// Why passes that touch these targets cannot be the subpasses of one render pass, if they cannot.
+fn refusal(order: &[Target], declared: &[(Place, Vec<Touch>)]) -> Option<String> {
+    let mut written: Vec<Target> = Vec::new();
+    for (place, touches) in declared {
+        for (index, &touch) in touches.iter().enumerate() {
+            let target = touch.target();
+            if let Touch::Sampled(_) = touch {
+                return Some(format!(
+                    "{place} samples the neighbours of its pixel in the target {target:?}, which no subpass can: it needs a render pass of its \
+                     own"
+                ));
+            }
+            if !order.contains(&target) {
+                return Some(format!("{place} touches the target {target:?}, which the plan does not have"));
+            }
+            for &other in &touches[..index] {
+                if other.target() == target && other.layout() != touch.layout() {
+                    return Some(format!(
+                        "{place} touches the target {target:?} as {other:?} and as {touch:?}, which need two layouts at once"
+                    ));
+                }
+                if let (Touch::Color(own, _), Touch::Color(location, first)) = (touch, other)
+                    && own == location
+                {
+                    return Some(format!("{place} draws into {first:?} and {target:?} at the same location {own}"));
+                }
+            }
+            if !touch.writes() && !written.contains(&target) {
+                return Some(format!("{place} reads the target {target:?}, which no subpass before it has written"));
+            }
+        }
+        written.extend(touches.iter().filter(|touch| touch.writes()).map(|touch| touch.target()));
     }
+    None
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use crate::gpu::{
 };
 use crate::plan::FramePlan;
 use crate::shaders::fxaa::{self as shader, Flags};
-use crate::targets::{Framebuffers, picture_layout, picture_usage};
+use crate::targets::{Framebuffers, Target, Touch, picture_layout, picture_usage};
 
 /// Samples what the main pass left in the output.
 pub const OUTPUT_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
@@ -31,6 +31,11 @@ pub struct Fxaa {
     set_layout: SetLayout,
     pool: DescriptorPool,
     sampler: Sampler,
+}
+
+/// What it reads of the main pass. It reads neighbours, and so is no subpass.
+pub fn touches(_: &FramePlan) -> [Touch; 1] {
+    [Touch::Sampled(Target::Output)]
 }
 
 /// The picture, as the render pass takes it.

@@ -7,13 +7,13 @@ use super::program::{Memory, Program, Scope, Span, Sync, Time, Who};
 use super::render_pass::Besides;
 use crate::frame::IN_FLIGHT;
 use crate::frame::edges::{Carrier, Edge, Edges, FORMULA_WRITE, Place, RowName};
-use crate::frame::render_pass::{PassDescription, Resource, input_layout};
+use crate::frame::render_pass::{PassDescription, Resource};
 use crate::gpu::sync::{DEVICE_ACCESS, HOST_WRITE, Use};
 use crate::gpu::upload::{BLIT_READ, COPY_WRITE};
 use crate::gpu_scene::{ATLAS_LAYOUT, INDEX_READ, TEXTURE_READ, VERTEX_READ, shadow_clear};
 use crate::passes::{copy, encode, fxaa, overlay, present, shadow, split, tiled};
 use crate::plan::{Canvas, FramePlan};
-use crate::targets::{Target, stored_inputs};
+use crate::targets::{Target, Touch, stored_inputs};
 
 const BUFFER: L = L::UNDEFINED;
 const MAPS: [Memory; 2] = [Memory::ShadowMap(0), Memory::ShadowMap(1)];
@@ -253,8 +253,9 @@ impl Frames<'_> {
         self.image_barrier(RowName::OutputReuse, Memory::Picture);
         let emitted = plan.emissive.then_some(Target::Hdr);
         let stored: Vec<_> = stored_inputs(plan).into_iter().map(|(_, target)| target).chain(emitted).collect();
-        let read =
-            |&target: &Target| (memory_of(plan, Resource::Target(target)), input_layout(target), tiled::GBUFFER_READ);
+        let read = |&target: &Target| {
+            (memory_of(plan, Resource::Target(target)), Touch::Input(target).layout(), tiled::GBUFFER_READ)
+        };
         let mut touches: Vec<_> = stored.iter().map(read).collect();
         touches.push((Memory::Picture, L::GENERAL, tiled::OUTPUT_WRITE));
         touches.push((place, BUFFER, UNIFORM_READ));
@@ -367,7 +368,7 @@ fn besides(plan: &FramePlan, subpass: Place, place: Memory) -> Vec<Besides> {
         all.extend(MAPS.map(|map| (map, ATLAS_LAYOUT, shadow::MAP_READ)));
     }
     if subpass == Place::Fxaa {
-        all.push((Memory::Target(Target::Output), L::SHADER_READ_ONLY_OPTIMAL, fxaa::OUTPUT_READ));
+        all.extend(fxaa::touches(plan).map(|own| (Memory::Target(own.target()), own.layout(), fxaa::OUTPUT_READ)));
     }
     all
 }

@@ -120,7 +120,7 @@ fn input_attachments_lie_at_the_index_and_binding_that_the_shader_reads() {
         assert_eq!(refs.lit().input.len(), inputs.len(), "{name}");
         for ((_, target), reference) in inputs.iter().zip(&refs.lit().input) {
             assert_eq!(name_of(&refs, reference), Some(*target), "{name}");
-            assert_eq!(reference.layout, input_layout(*target), "{name}");
+            assert_eq!(reference.layout, Touch::Input(*target).layout(), "{name}");
         }
         let marked =
             fragment_bindings(variant).iter().filter(|b| matches!(b.kind, BindingKind::InputAttachment { .. }));
@@ -433,6 +433,50 @@ fn subpasses_write_attachments_of_one_sample_count_and_resolve_into_the_output()
             "{name}"
         );
     }
+}
+
+#[test]
+fn every_plan_can_be_one_render_pass() {
+    for (name, plan) in [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat() {
+        check(&plan, &edges::table(&plan)).unwrap_or_else(|error| panic!("{name}: {error}"));
+    }
+}
+
+#[test]
+fn passes_that_cannot_be_one_render_pass_are_refused_with_their_names() {
+    use Target::{Albedo, Depth, Hdr, Normal, Output};
+    let order = [Depth, Albedo, Normal, Hdr];
+    let geometry = || (Place::Geometry, vec![Touch::DepthWrite, Touch::Color(0, Albedo)]);
+    let cases = [
+        (vec![geometry(), (Place::Fxaa, vec![Touch::Sampled(Albedo)])], ["FXAA", "neighbours", "Albedo"]),
+        (vec![geometry(), (Place::Tonemap, vec![Touch::Color(0, Output)])], ["TONEMAP", "does not have", "Output"]),
+        (vec![geometry(), (Place::Lighting, vec![Touch::Input(Hdr)])], ["LIGHTING", "no subpass before", "Hdr"]),
+        (vec![(Place::Lighting, vec![Touch::DepthTest])], ["LIGHTING", "no subpass before", "Depth"]),
+        (
+            vec![geometry(), (Place::Lighting, vec![Touch::Input(Albedo), Touch::Color(0, Albedo)])],
+            ["LIGHTING", "two layouts", "Albedo"],
+        ),
+        (vec![geometry(), (Place::Forward, vec![Touch::Input(Depth), Touch::DepthWrite])], ["FORWARD", "two", "Depth"]),
+        (
+            vec![(Place::Geometry, vec![Touch::Color(1, Albedo), Touch::Color(1, Normal)])],
+            ["GEOMETRY", "location 1", "Normal"],
+        ),
+    ];
+    for (declared, words) in cases {
+        let sentence = refusal(&order, &declared).unwrap_or_else(|| panic!("{declared:?} is not refused"));
+        assert!(words.iter().all(|word| sentence.contains(word)), "{sentence}");
+    }
+    assert_eq!(refusal(&order, &[geometry(), (Place::Lighting, vec![Touch::Input(Depth), Touch::DepthTest])]), None);
+}
+
+#[test]
+fn a_row_of_the_main_pass_that_names_no_subpass_of_it_is_refused() {
+    let of = |plans: Vec<(String, FramePlan)>| plans.into_iter().next().expect("a plan").1;
+    let (forward, deferred) = (of(samples::forward_plans()), of(samples::plans()));
+    // The rows of another plan.
+    let error =
+        check(&forward, &edges::table(&deferred)).expect_err("rows of subpasses that are not there").to_string();
+    assert!(error.contains("gbuffer-reuse") && error.contains("GEOMETRY"), "{error}");
 }
 
 #[test]

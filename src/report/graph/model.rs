@@ -5,6 +5,7 @@ use ash::vk;
 
 use crate::frame::edges::{Edge, Edges, Place};
 use crate::frame::render_pass::{LayoutChange, PassDescription, Resource, Subpass, layout_changes};
+use crate::passes::fxaa;
 use crate::plan::{FramePlan, Shading, format_bytes};
 use crate::targets::{Target, samples_of, storage_output, stored_inputs};
 
@@ -178,7 +179,9 @@ impl Graph {
         }
         let picture = match plan.fxaa {
             true => {
-                touches.push((Place::Fxaa, Resource::Target(Target::Output), "sampled", false));
+                let sampled =
+                    fxaa::touches(plan).map(|own| (Place::Fxaa, Resource::Target(own.target()), "sampled", false));
+                touches.extend(sampled);
                 Resource::SmoothedPicture
             }
             false => Resource::Target(Target::Output),
