@@ -50,11 +50,7 @@ pub struct Args {
     /// Frames to draw before measuring, after the first
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     warmup: u32,
-    /// Compare with other settings: key=value, several in one go separated by blanks; may be given several times. Keys:
-    /// size, exposure, tonemap, brdf, gbuffer, light-path, light-cutoff, depth-prepass, textbook, transparency, shadows,
-    /// shadow-size, shadow-filter, cascades, shadow-lambda, shadow-budget, shadow-cache, shadow-normal-offset,
-    /// shadow-slope-bias, view, resolve, fxaa, hdr-format, msaa, plan
-    #[arg(long, value_name = "SETTINGS", value_parser = Variant::parse)]
+    #[arg(long, value_name = "SETTINGS", value_parser = Variant::parse, help = vary_help())]
     vary: Vec<Variant>,
     /// Measure what each part would cost that the plan leaves out: drawn with it and without it in turn, two at a time
     #[arg(long, conflicts_with_all = ["vary", "plan"])]
@@ -69,6 +65,14 @@ pub struct Args {
     settings: SettingsArgs,
     #[command(flatten)]
     device: DeviceArgs,
+}
+
+fn vary_help() -> String {
+    let keys: Vec<_> = SettingsPatch::keys().collect();
+    format!(
+        "Compare with other settings: key=value, several in one go separated by blanks; may be given several times. Keys: {}",
+        keys.join(", ")
+    )
 }
 
 /// Settings that differ from those given, and how they were written.
