@@ -53,7 +53,7 @@ pub struct Deferred {
 /// How opaque surfaces become light.
 enum Opaque {
     /// By the G-buffer: GEOMETRY, where there are surfaces, and LIGHTING.
-    Deferred(Option<Geometry>, Shade),
+    Deferred(Option<Geometry>, Box<Shade>),
     Forward(Forward),
 }
 
@@ -92,7 +92,7 @@ impl Deferred {
                     // SAFETY: the pass has LIGHTING or VIEW next.
                     unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
                 }
-                match shade {
+                match shade.as_ref() {
                     Shade::Light(lighting, added) => {
                         frame.begin("LIGHTING");
                         lighting.record(frame);
@@ -173,7 +173,7 @@ impl Deferred {
                     None => None,
                 };
                 let lighting = main.slot(u32::from(geometry.is_some()));
-                Opaque::Deferred(geometry, Shade::new(parts, lighting, layouts, targets)?)
+                Opaque::Deferred(geometry, Box::new(Shade::new(parts, lighting, layouts, targets)?))
             }
         };
         let transparent = match slot(Place::Transparent) {
