@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
-use afterlight::frame::edges::unnoticed::{Part, reason};
+use afterlight::frame::edges::unreported_mutants::{Part, reason};
 use afterlight::frame::edges::{self, Edge, Edges};
 use afterlight::frame::proof::{Frames, Hazard};
 use afterlight::frame::{experiment, plan_for};
@@ -108,13 +108,13 @@ fn proved(hazards: &[Hazard]) -> String {
 
 /// What it means that the layer says nothing.
 fn silence(edge: &Edge, layer: u32) -> String {
-    let (own, known) = (version(layer), version(edges::unnoticed::LAYER));
+    let (own, known) = (version(layer), version(edges::unreported_mutants::LAYER));
     match reason(edge, Part::Row) {
         Some(reason) => format!(
             "No layer is known to notice: {}. The specification says ({}): \"{}.\"",
             reason.why, reason.section, reason.says
         ),
-        None if layer >= edges::unnoticed::LAYER => {
+        None if layer >= edges::unreported_mutants::LAYER => {
             let name = edge.name;
             format!("These frames gave {name} nothing to order: where it orders something, layer {known} notices.")
         }
@@ -180,7 +180,7 @@ fn version(packed: u32) -> String {
 
 #[cfg(test)]
 mod tests {
-    use afterlight::frame::edges::unnoticed::LAYER;
+    use afterlight::frame::edges::unreported_mutants::LAYER;
     use afterlight::frame::edges::{Carrier, Place, RowName};
     use afterlight::gpu::sync::Use;
 

@@ -8,12 +8,12 @@ mod contact_sheet;
 mod doctor;
 mod drop;
 mod failure;
+mod image_output;
 mod inspect;
 mod logs;
 #[cfg(feature = "report")]
 mod measuring;
 mod output;
-mod picture;
 mod plan_report;
 mod progress;
 mod reference;

@@ -16,8 +16,8 @@ use rayon::prelude::*;
 
 use super::args::{SettingsArgs, samples};
 use super::failure::{Exit, Failure};
+use super::image_output::{Format, Target};
 use super::output::Sink;
-use super::picture::{Format, Target};
 use super::table::{Table, milliseconds};
 use super::workload::{Workload, milliseconds_since};
 use super::{output, progress};

@@ -15,7 +15,7 @@ use afterlight::scene::{Output, Settings, SettingsPatch, View};
 use super::args::{DeviceArgs, SettingsArgs, ViewChoice, fps, samples, view};
 use super::contact_sheet::{self, Tile};
 use super::failure::Failure;
-use super::picture::{Format, Target};
+use super::image_output::{Format, Target};
 use super::table::{Table, milliseconds};
 use super::workload::{Workload, memory_table, milliseconds_since, plan_table};
 use super::{output, progress, session};

@@ -113,7 +113,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let settings = tuned(args, &workload, &measured.patches[chosen.point]);
         let failed = |error| Failure::new(Exit::BadInput, format!("cannot write the evidence: {error}"));
         args.output.write(evidence::file(&settings, &evidence).map_err(failed)?.as_bytes())?;
-        let text = told(args, &measured, &search, chosen);
+        let text = report(args, &measured, &search, chosen);
         if args.quiet { Ok(()) } else { output::print(&text, args.output.is_stdout()) }
     })
 }
@@ -231,7 +231,7 @@ fn warn_of_noise(args: &Args, goal: &Goal, truth: &TruthInfo) -> Result<(), Fail
 }
 
 /// The choice with its figures from every camera, those of the settings as given beside it, and what was passed over.
-fn told(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -> String {
+fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -> String {
     let Measured { header, scene, outcome, .. } = measured;
     let [width, height] = scene.size;
     let mut text = format!("{} ({}), {}\n", header.machine.device, header.machine.driver, header.machine.cpu);

@@ -12,8 +12,8 @@ use afterlight::window::{Error, Options, ReadAgain, ShaderFolder, Summary, Windo
 
 use super::args::{DeviceArgs, SettingsArgs};
 use super::failure::{Exit, Failure};
+use super::image_output::{Format, Target};
 use super::output::{self, Sink};
-use super::picture::{Format, Target};
 use super::session;
 use super::table::{Table, milliseconds};
 use super::workload::{LargestPicture, Workload};

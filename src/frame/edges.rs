@@ -24,13 +24,13 @@ mod names;
 mod presentation;
 mod shadow;
 mod tiled;
-pub mod unnoticed;
+pub mod unreported_mutants;
 mod uploads;
 
 pub(super) use host::FORMULA_WRITE;
 pub(super) use masks::SUPPORTED;
 pub use names::RowName;
-use unnoticed::Part;
+use unreported_mutants::Part;
 
 /// Where something happens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

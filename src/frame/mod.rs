@@ -1,10 +1,10 @@
 //! Frames: what is recorded, in which order, and the renderer that keeps two of them in flight.
 
 mod accumulate;
+mod builder;
 mod capabilities;
 mod complexity;
 mod deferred;
-mod draft;
 pub mod edges;
 pub mod experiment;
 mod main_pass;
@@ -31,7 +31,7 @@ pub use rebuild::Wake;
 pub use tiled::TiledFrame;
 pub use triangles::triangles;
 
-use draft::Draft;
+use builder::RendererBuilder;
 use edges::Edges;
 
 use std::sync::Arc;
@@ -253,7 +253,7 @@ impl Renderer {
     pub fn new(device: &Arc<Device>, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
         let plan = plan_for(device, scene, settings)?;
         let edges = edges::table(&plan);
-        Draft::new(device, scene, settings, (plan, edges), None)?.finish(&[])
+        RendererBuilder::new(device, scene, settings, (plan, edges), None)?.finish(&[])
     }
 
     /// The same with other dependencies than [`edges::table`] has for the plan, for experiments and proofs: without a row or a bit
@@ -263,7 +263,7 @@ impl Renderer {
     /// As [`Renderer::new`].
     pub fn with_edges(device: &Arc<Device>, scene: &Scene, settings: &Settings, edges: Edges) -> Result<Self, Error> {
         let plan = plan_for(device, scene, settings)?;
-        Draft::new(device, scene, settings, (plan, edges), None)?.finish(&[])
+        RendererBuilder::new(device, scene, settings, (plan, edges), None)?.finish(&[])
     }
 
     pub fn plan(&self) -> &FramePlan {
@@ -395,8 +395,8 @@ impl Renderer {
             culled: visible.culled,
             occluded: visible.occluded,
             triangles: visible.triangles(&self.world),
-            lights: visible.lit.lights.len(),
-            idle_lights: self.world.lights.len() - visible.lit.lights.len(),
+            lights: visible.active_lights.lights.len(),
+            idle_lights: self.world.lights.len() - visible.active_lights.lights.len(),
             casters: stale_maps.iter().map(|draw| draw.casters.len()).sum(),
             idle_casters: stale_maps.iter().map(|draw| draw.idle).sum(),
             shadow_maps: visible.shadows.iter().flatten().count(),

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::draft::Draft;
+use super::builder::RendererBuilder;
 use super::edges::{self, Edges, RowName};
 use super::main_pass::image_barrier;
 use super::read_back::{picture_of, picture_up_to_white};
@@ -352,7 +352,9 @@ impl Presenter {
         let shown = self.renderer.as_ref().filter(|_| self.changed != Some(true));
         let uploaded = shown.and_then(|shown| shown.uploaded_for(&plan));
         let edges = edges::table(&plan);
-        Draft::new(&self.device, scene, settings, (plan, edges), uploaded)?.finish(&[])?.picture(camera, || {})
+        RendererBuilder::new(&self.device, scene, settings, (plan, edges), uploaded)?
+            .finish(&[])?
+            .picture(camera, || {})
     }
 
     /// The times of the last frame that is known to be done; without `wall_ms`, as nobody waited for it.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread::{Builder, JoinHandle};
 
-use super::draft::Draft;
+use super::builder::RendererBuilder;
 use super::{Error, Renderer};
 use crate::gpu;
 use crate::scene::{Light, Scene, Settings};
@@ -72,14 +72,14 @@ pub(super) struct Rebuild {
 impl Rebuild {
     /// Begins with the window's own frames and those of the view beside, each where they are to be others. None where the system starts no
     /// thread.
-    pub(super) fn start(begun: Begun, drafts: [Option<Draft>; 2], wake: &Wake) -> Option<Self> {
+    pub(super) fn start(begun: Begun, builders: [Option<RendererBuilder>; 2], wake: &Wake) -> Option<Self> {
         let (tell, told) = channel();
         let woken = WakeAtEnd(Arc::clone(wake));
         let make = move || {
             // Dropped after the sender, so that who is woken finds an answer, or that none will come.
             let (_woken, tell) = (woken, tell);
             // Swapchains come and go with the window: their views are for who takes the frames over.
-            let _ = tell.send(drafts.map(|draft| draft.map(|draft| draft.finish(&[]))));
+            let _ = tell.send(builders.map(|builder| builder.map(|builder| builder.finish(&[]))));
         };
         let thread = Builder::new().name("frames".into()).spawn(make).ok()?;
         Some(Self { begun, told, made: None, _thread: Thread(Some(thread)) })

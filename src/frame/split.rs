@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::draft::Draft;
+use super::builder::RendererBuilder;
 use super::edges::{self, Edges, RowName};
 use super::main_pass::image_barrier;
 use super::rebuild::Made;
@@ -41,12 +41,12 @@ impl Split {
 
     /// What another thread can make into the other picture, if that is to be another one than it is (`changed`: in any case), with the frames
     /// `own` that are being made beside it, or those that go on. None if there is nothing to be made, or only [`Split::fit`] can tell what is wrong.
-    pub(super) fn draft(
+    pub(super) fn builder(
         &self,
         (scene, settings): (&Scene, &Settings),
-        (own, shown, canvas): (Option<&Draft>, &Renderer, Canvas),
+        (own, shown, canvas): (Option<&RendererBuilder>, &Renderer, Canvas),
         changed: bool,
-    ) -> Option<Draft> {
+    ) -> Option<RendererBuilder> {
         let device = &shown.device;
         let settings = Settings { view: self.view, ..settings.clone() };
         let plan = plan_for(device, scene, &settings).ok()?.copied_to(canvas).of_one_pixel();
@@ -57,7 +57,7 @@ impl Split {
         let uploaded = own.and_then(|own| own.uploaded_for(&plan)).or_else(|| shown.uploaded_for(&plan));
         let uploaded = uploaded.or_else(|| self.renderer.as_ref()?.uploaded_for(&plan));
         let edges = edges::table(&plan);
-        Draft::new(device, scene, &settings, (plan, edges), uploaded).ok()
+        RendererBuilder::new(device, scene, &settings, (plan, edges), uploaded).ok()
     }
 
     /// Makes what draws the other picture, for such images: of `settings`, which are those of the window's frames, but for the
@@ -96,7 +96,7 @@ impl Split {
                 let uploaded = beside.uploaded_for(&plan).or_else(|| own.as_ref()?.uploaded_for(&plan));
                 drop(own);
                 let edges = edges::table(&plan);
-                *renderer = Some(Draft::new(device, scene, &settings, (plan, edges), uploaded)?.finish(&[])?);
+                *renderer = Some(RendererBuilder::new(device, scene, &settings, (plan, edges), uploaded)?.finish(&[])?);
             }
         }
         Ok(taken)

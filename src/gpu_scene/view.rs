@@ -90,11 +90,11 @@ impl FrameUniform {
             ambient_tilt,
             shadow_normal_offset: world.shadows.normal_offset * shadow.map_or(0.0, ShadowPlan::bias_scale),
             shadow_size: shadow.map_or(0, |shadow| shadow.size) as f32,
-            directional_count: visible.lit.directional as u32,
-            light_count: visible.lit.lights.len() as u32,
+            directional_count: visible.active_lights.directional as u32,
+            light_count: visible.active_lights.lights.len() as u32,
             forward: forward.as_vec3(),
-            looped_count: visible.lit.looped as u32,
-            global_count: visible.lit.global as u32,
+            looped_count: visible.active_lights.looped as u32,
+            global_count: visible.active_lights.global as u32,
             cluster_columns: grid.columns,
             cluster_rows: grid.rows,
             shadow_layers: shadow.map_or(0, |shadow| shadow.layers),
@@ -293,7 +293,7 @@ impl ViewBuffers {
         self.uniform.write(0, std::slice::from_ref(uniform))?;
         if let Some(lights) = &self.lights {
             let record = |&light: &usize| LightRecord::of(&world.lights[light], world.shadow_codes[light], camera);
-            let mut records: Vec<_> = visible.lit.lights.iter().map(record).collect();
+            let mut records: Vec<_> = visible.active_lights.lights.iter().map(record).collect();
             if let (true, Some(first)) = (records.is_empty(), world.lights.first()) {
                 // One directional light that is all there is, FORWARD adds without counting.
                 records.push(LightRecord { color: Vec3::ZERO, ..LightRecord::of(first, 0, camera) });

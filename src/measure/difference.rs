@@ -1,6 +1,6 @@
 //! How far two pictures of the same size are apart. Alpha is left out: the renderer's pictures are opaque.
 
-use super::picture::{LinearImage, Mismatch, Srgb8Image, same_size};
+use super::images::{LinearImage, Mismatch, Srgb8Image, same_size};
 
 /// What keeps black from counting without limit in relMSE. It is meant for exposed light, where 1 is where the sensor saturates: 0.01 is
 /// then the square of a tenth of that.

@@ -2,7 +2,7 @@
 
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageFloat, FlipImageRgb8, magma_lut};
 
-use super::picture::{Mismatch, Srgb8Image, same_size};
+use super::images::{Mismatch, Srgb8Image, same_size};
 
 /// How far away the eye is: pixels in a degree of its view. 67 is a 0.7 m wide screen of 3840 pixels seen from 0.7 m, the authors' own
 /// choice.

@@ -7,7 +7,7 @@ mod fit;
 #[cfg(feature = "report")]
 mod flip;
 mod front;
-mod picture;
+mod images;
 mod process;
 mod statistics;
 
@@ -17,6 +17,6 @@ pub use fit::{PowerLaw, fit_power_law};
 #[cfg(feature = "report")]
 pub use flip::{FlipMap, PIXELS_PER_DEGREE, flip};
 pub use front::{front, front_probability};
-pub use picture::{LinearImage, Mismatch, Srgb8Image};
+pub use images::{LinearImage, Mismatch, Srgb8Image};
 pub use process::{cpu_seconds, peak_memory_bytes};
 pub use statistics::{Distribution, percentile};

@@ -12,7 +12,7 @@ pub use views::{Caster, ShadowView};
 pub(super) use views::{Changes, add_cascades, lamp_views, widened};
 
 use super::Capabilities;
-use super::lit::LightOrder;
+use super::light_culling::LightOrder;
 use crate::scene::{Light, LightKind, Scene, Settings, ShadowFilter, ShadowSettings, luminance};
 
 /// Maps that all lights may have together; `shaders/shared/shadows.wgsl` has the same number.

@@ -11,8 +11,8 @@ use self::frustum::Frustum;
 use self::occlusion::Occluders;
 use self::volumes::{LightRect, Volumes};
 use super::levels::stretch;
+use super::light_culling::{ActiveLights, IdleLights, Misplacement};
 use super::light_path::{self, Cut};
-use super::lit::{IdleLights, Lit, Misplacement};
 use super::shadows::{Changes, add_cascades, lamp_views, widened};
 use super::{
     Caster, Clusters, Depth, Error, FramePlan, GeometryKey, MapProjection, Reach, Receivers, Shading, ShadowPlan,
@@ -365,7 +365,7 @@ pub struct Visible {
     pub clusters: Option<Clusters>,
     pub lights: LightWork,
     /// The lights that reach what is seen.
-    pub lit: Lit,
+    pub active_lights: ActiveLights,
     /// Objects beside or behind the view.
     pub culled: usize,
     /// Objects in view that others hide.
@@ -402,7 +402,7 @@ impl Visible {
         let state = |index: usize| (world.objects[index].key, world.objects[index].material, index);
         seen.sort_by(|a, b| a.1.total_cmp(&b.1).then_with(|| state(a.0).cmp(&state(b.0))));
         let boxes: Vec<Aabb> = seen.iter().map(|&(index, _)| world.objects[index].bounds).collect();
-        let lit = Lit::of(world, plan, (camera, &frustum), &beside, &boxes);
+        let active = ActiveLights::of(world, plan, (camera, &frustum), &beside, &boxes);
         let mut shadows = world.lamps.clone();
         let leaves_casters = plan.seeks(OptionalPart::IdleCasters) && plan.shading != Shading::ShowShadowMap;
         let receivers = plan.shadow.as_ref().filter(|_| leaves_casters).map(|shadow| {
@@ -413,7 +413,7 @@ impl Visible {
         if let Some(shadow) = &plan.shadow {
             add_cascades(&mut shadows, world, shadow, camera, aspect, &boxes);
             for light in &shadow.lights {
-                let is_lit = lit.lights.binary_search(&light.light).is_ok();
+                let is_lit = active.lights.binary_search(&light.light).is_ok();
                 let looked_up = |view: &Arc<ShadowView>| receivers.as_ref().is_none_or(|seen| seen.look_into(view));
                 for view in &mut shadows[light.first_view..light.first_view + light.projection.views()] {
                     *view = view.take().filter(|view| is_lit && looked_up(view));
@@ -435,10 +435,10 @@ impl Visible {
             shadows,
             receivers,
             clusters: plan.has_clusters().then(|| {
-                clusters::bin(&lit.spheres(world, lit.global), lit.global as u32, (camera, &depth), plan.size)
+                clusters::bin(&active.spheres(world, active.global), active.global as u32, (camera, &depth), plan.size)
             }),
-            lights: light_work(world, camera, plan, &lit),
-            lit,
+            lights: light_work(world, camera, plan, &active),
+            active_lights: active,
             depth,
         }
     }
@@ -458,23 +458,23 @@ impl Visible {
     }
 }
 
-fn light_work(world: &World, camera: &Camera, plan: &FramePlan, lit: &Lit) -> LightWork {
-    let first = lit.looped;
-    if first == lit.lights.len() {
+fn light_work(world: &World, camera: &Camera, plan: &FramePlan, active: &ActiveLights) -> LightWork {
+    let first = active.looped;
+    if first == active.lights.len() {
         return LightWork::Nothing;
     }
     match plan.light_path {
         LightPath::PerLight => {
-            LightWork::Draws(volumes::rectangles(&lit.spheres(world, first), first as u32, camera, plan.size))
+            LightWork::Draws(volumes::rectangles(&active.spheres(world, first), first as u32, camera, plan.size))
         }
-        LightPath::Volumes => LightWork::Volumes(Volumes::of(world, lit, camera)),
+        LightPath::Volumes => LightWork::Volumes(Volumes::of(world, active, camera)),
         LightPath::Compute => {
             // A little larger, for the rounding of f32.
             let relative = |reach: Reach| {
                 let center = reach.center - camera.position;
                 Reach { center, radius: reach.radius + 1e-5 * (reach.radius + center.length()) }
             };
-            LightWork::Spheres(lit.spheres(world, first).into_iter().map(relative).collect())
+            LightWork::Spheres(active.spheres(world, first).into_iter().map(relative).collect())
         }
         LightPath::Auto | LightPath::Loop | LightPath::Clustered | LightPath::Forward | LightPath::ForwardNaive => {
             LightWork::Nothing

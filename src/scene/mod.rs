@@ -19,7 +19,7 @@ mod material;
 pub(crate) mod mesh;
 mod names;
 pub mod obj;
-mod optional;
+mod optional_parts;
 mod path;
 mod settings;
 mod suggest;
@@ -39,7 +39,7 @@ pub use load::{OpenOptions, open};
 pub use material::{AlphaMode, Brdf, Material, TextureSlot};
 pub use mesh::{CastsShadow, Mesh, Object, TriangleId};
 pub use names::TARGETS;
-pub use optional::{Keep, OptionalPart};
+pub use optional_parts::{Keep, OptionalPart};
 pub use path::{CameraKey, CameraPath};
 pub use settings::{
     GbufferChoice, GbufferPreset, HdrFormat, LightPath, MAX_ANISOTROPY, MAX_SAMPLES, MAX_SHADOW_SIZE, MIN_SHADOW_SIZE,

@@ -1,7 +1,7 @@
 //! What a case is: a quantity, its values, what is claimed of them, and how one is tried.
 
 use super::formula::Trial;
-use super::picture::Subject;
+use super::pixel_errors::Subject;
 
 /// A quantity that goes to its extremes.
 #[derive(Debug, Clone, Copy)]

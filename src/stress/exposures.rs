@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Error;
-use super::picture::{Errors, Evidence, FLOOR, Refusal, Subject, renderer_of, saturation};
+use super::pixel_errors::{Errors, Evidence, FLOOR, Refusal, Subject, renderer_of, saturation};
 use crate::frame::{Pixels, Renderer};
 use crate::gpu::Device;
 use crate::scene::metered_ev100;

@@ -6,19 +6,19 @@
 
 pub mod case;
 pub mod catalogue;
+mod comparison;
 mod exposures;
 pub mod formula;
 mod grid;
-mod opening;
+mod mean_light;
 #[cfg(feature = "report")]
 pub mod page;
-mod picture;
+mod pixel_errors;
 mod position;
 mod run;
-mod whole;
 
 pub use case::{Bound, Case, Check, Values, range};
-pub use picture::{Errors, Evidence, FLOOR, Subject, compare};
+pub use pixel_errors::{Errors, Evidence, FLOOR, Subject, compare};
 pub use run::{Finding, Outcome, Verdict, run, run_spoiled, sane};
 
 use crate::frame;

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
-use super::opening::Opening;
-use super::picture::{Errors, Evidence, Refusal, Subject};
+use super::comparison::Comparison;
+use super::pixel_errors::{Errors, Evidence, Refusal, Subject};
 use super::{Error, grid};
 use crate::gpu::Device;
 use crate::reference::{Surface, TriangleId};
@@ -20,11 +20,11 @@ pub fn compare(
     subject: &Subject,
     truth: &Scene,
 ) -> Result<Result<(Errors, Evidence), Refusal>, Error> {
-    let opening = match Opening::of(device, subject, truth, Some(View::Position))? {
-        Ok(opening) => opening,
+    let comparison = match Comparison::of(device, subject, truth, Some(View::Position))? {
+        Ok(comparison) => comparison,
         Err(refusal) => return Ok(Err(refusal)),
     };
-    let Opening { pictures, drawn: places, reference, eye, .. } = opening;
+    let Comparison { pictures, drawn: places, reference, eye, .. } = comparison;
     let [width, height] = eye.size;
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)));
     let half_step = grid::half_step(device);

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::picture::{self, Errors, Evidence, Subject};
-use super::{Case, Check, Error, exposures, formula, position, whole};
+use super::pixel_errors::{self, Errors, Evidence, Subject};
+use super::{Case, Check, Error, exposures, formula, mean_light, position};
 use crate::gpu::Device;
 use crate::scene::Scene;
 
@@ -60,7 +60,7 @@ pub fn run_spoiled(
         let found = match case.check {
             Check::Picture(subject) | Check::Placed(subject, _) => {
                 let (subject, truth) = drawn(subject);
-                picture::compare(device, &subject, &truth)?
+                pixel_errors::compare(device, &subject, &truth)?
             }
             Check::Sane(subject) => {
                 let (subject, truth) = drawn(subject);
@@ -72,7 +72,7 @@ pub fn run_spoiled(
             }
             Check::Whole(subject) => {
                 let (subject, truth) = drawn(subject);
-                whole::compare(device, &subject, &truth)?
+                mean_light::compare(device, &subject, &truth)?
             }
             Check::Exposures(subject) => {
                 let (subject, _) = drawn(subject);
@@ -106,7 +106,7 @@ pub fn sane(
     subject: &Subject,
     truth: &Scene,
 ) -> Result<Result<(Errors, Evidence), String>, Error> {
-    let found = picture::compare(device, subject, truth)?;
+    let found = pixel_errors::compare(device, subject, truth)?;
     let settings = subject.decided();
     let is_single = settings.samples == 1 && settings.msaa == 1;
     let is_plain = is_single && !truth.lights.iter().any(|light| light.casts_shadow);

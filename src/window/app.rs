@@ -1,7 +1,7 @@
 //! A window and what it shows. A frame is drawn when something has changed, and otherwise never.
 
 mod events;
-mod news;
+mod reload;
 mod split;
 
 use std::sync::Arc;
@@ -16,10 +16,10 @@ use winit::window::Window;
 use super::camera::{CameraControl, Held, Mode};
 use super::clock::{Clock, Summary};
 use super::controls::Controls;
-use super::desk::Desk;
 use super::keys::{Action, HELP, action};
 use super::recorder::Recorder;
 use super::subject::Subject;
+use super::user_interface::UserInterface;
 use super::watch::Watch;
 use super::{Error, Options, surface_of};
 use crate::frame::{self, Fitted, Outcome, Presenter};
@@ -71,7 +71,7 @@ pub struct App<'a> {
     // Before the window: a surface that it still holds would outlive it.
     presenter: Option<Presenter>,
     window: Option<Arc<Window>>,
-    desk: Option<Desk>,
+    interface: Option<UserInterface>,
     /// The camera's path, while it is recorded.
     recording: Option<Recorder>,
     /// Up to when the camera has moved, unless it has rested since.
@@ -120,7 +120,7 @@ impl<'a> App<'a> {
             again: None,
             presenter: None,
             window: None,
-            desk: None,
+            interface: None,
             recording: None,
             advanced: None,
             fitted: None,
@@ -153,7 +153,7 @@ impl<'a> App<'a> {
         if let Some(nits) = self.options.hdr {
             presenter = presenter.with_hdr(nits);
         }
-        self.desk = Some(Desk::new(&self.device, &window, Arc::clone(&self.wake)));
+        self.interface = Some(UserInterface::new(&self.device, &window, Arc::clone(&self.wake)));
         self.watch_files();
         (self.presenter, self.window) = (Some(presenter), Some(window));
         self.ask_for_frame();
@@ -168,7 +168,8 @@ impl<'a> App<'a> {
 
     /// Draws a frame, with a swapchain that fits, and keeps its picture if that was asked for.
     fn draw(&mut self) -> Result<(), Error> {
-        let (Some(window), Some(presenter), Some(desk)) = (&self.window, &mut self.presenter, &mut self.desk) else {
+        let (Some(window), Some(presenter), Some(interface)) = (&self.window, &mut self.presenter, &mut self.interface)
+        else {
             return Ok(());
         };
         let now = Instant::now();
@@ -181,40 +182,41 @@ impl<'a> App<'a> {
         if let Some(recording) = &mut self.recording {
             recording.take(now, camera);
         }
-        desk.listen(&camera);
+        interface.listen(&camera);
         let mut panels = None;
         let known = (&mut *presenter, &self.clock);
-        if let Some((shown, delay, unfit)) = desk.show(window, known, (&mut self.subject, &camera)) {
+        if let Some((shown, delay, unfit)) = interface.show(window, known, (&mut self.subject, &camera)) {
             panels = Some(shown);
             self.unfit |= unfit;
             self.again = now.checked_add(delay).filter(|_| delay < Duration::from_secs(60));
         }
-        if std::mem::take(&mut desk.controls.asks_truth) {
-            self.compare = !desk.is_comparing();
-            desk.end_comparison();
+        if std::mem::take(&mut interface.controls.asks_truth) {
+            self.compare = !interface.is_comparing();
+            interface.end_comparison();
             // Only one picture is compared.
-            self.unfit |= desk.unsplit(presenter);
+            self.unfit |= interface.unsplit(presenter);
         }
         if self.unfit && !self.fit_frames()? {
             return Ok(());
         }
-        let (Some(window), Some(presenter), Some(desk)) = (&self.window, &mut self.presenter, &mut self.desk) else {
+        let (Some(window), Some(presenter), Some(interface)) = (&self.window, &mut self.presenter, &mut self.interface)
+        else {
             return Ok(());
         };
         let camera = *self.control.camera();
         // Pictures are of the frames that were asked for.
         let waits = presenter.is_pending();
         if !waits && std::mem::take(&mut self.light) {
-            match desk.stepper().is_open() {
+            match interface.stepper().is_open() {
                 true => (self.options.tell)("warning: no screenshot: a step of the frame has no light of its own"),
                 false => split::keep_light(presenter, &self.subject, &camera, &self.options),
             }
         }
-        presenter.divide_at(desk.divider.at());
+        presenter.divide_at(interface.divider.at());
         let mut kept = !waits && std::mem::take(&mut self.screenshot);
         let mut compared = !waits && std::mem::take(&mut self.compare);
         if compared && presenter.shows_hdr() == Some(true) {
-            split::compare_up_to_white(presenter, desk, (&self.subject, &camera), &self.options);
+            split::compare_up_to_white(presenter, interface, (&self.subject, &camera), &self.options);
             (compared, self.again) = (false, Some(now));
         }
         if (kept || compared) && !presenter.can_copy() {
@@ -223,14 +225,14 @@ impl<'a> App<'a> {
         }
         let copied = kept || compared;
         if let Some(panels) = &mut panels {
-            desk.send_textures(panels, presenter);
+            interface.send_textures(panels, presenter);
         }
         window.pre_present_notify();
         let fit = match presenter.draw(&camera, copied, panels.as_ref())? {
             Outcome::Shown(fit) => {
                 // From where time was taken last, so that none is lost.
                 self.clock.frame(now, &presenter.times());
-                desk.drawn();
+                interface.drawn();
                 if copied {
                     let picture = presenter.picture()?;
                     if kept {
@@ -238,7 +240,7 @@ impl<'a> App<'a> {
                         (self.options.tell)(&told.unwrap_or_else(|error| format!("warning: no screenshot: {error}")));
                     }
                     if compared {
-                        desk.compare(&self.subject, camera, &picture);
+                        interface.compare(&self.subject, camera, &picture);
                         window.request_redraw();
                     }
                 }
@@ -255,20 +257,21 @@ impl<'a> App<'a> {
 
     /// Makes the frames for the window and its subject as they are; where that cannot be, as they were. False while the window has no pixels.
     fn fit_frames(&mut self) -> Result<bool, Error> {
-        let (Some(window), Some(presenter), Some(desk)) = (&self.window, &mut self.presenter, &mut self.desk) else {
+        let (Some(window), Some(presenter), Some(interface)) = (&self.window, &mut self.presenter, &mut self.interface)
+        else {
             return Ok(false);
         };
         let PhysicalSize { width, height } = window.inner_size();
         let (subject, size, begun) = (&mut self.subject, [width, height], Instant::now());
         subject.come_near(self.control.camera());
-        let drawn = desk.stepper().drawn_settings(&subject.settings);
+        let drawn = interface.stepper().drawn_settings(&subject.settings);
         let was_pending = presenter.is_pending();
         let fitted = match self.misfit || self.fitted != Some(size) {
             true => presenter.fit(&subject.scene, &drawn, size).map(at_once),
             false => presenter.fit_later(&subject.scene, &drawn, &self.wake),
         };
         let fits = match fitted {
-            Err(error) if desk.take_back(presenter, subject, &error) => {
+            Err(error) if interface.take_back(presenter, subject, &error) => {
                 (self.options.tell)(&format!("warning: {error}"));
                 // The reason is shown with the next one.
                 window.request_redraw();
@@ -310,7 +313,7 @@ impl<'a> App<'a> {
             Some(before) if before != size => self.clock.resized(begun.elapsed()),
             Some(_) => {}
         }
-        if let Some(why) = desk.fitted(presenter, subject) {
+        if let Some(why) = interface.fitted(presenter, subject) {
             (self.options.tell)(&format!("warning: {why}"));
             window.request_redraw();
         }
@@ -391,12 +394,12 @@ impl<'a> App<'a> {
         }
         match action(key, self.with_control, self.with_shift) {
             Some(Action::Quit) => {
-                let ended = match (&mut self.desk, &mut self.presenter) {
-                    (Some(desk), Some(presenter)) if desk.stepper().is_open() => {
-                        self.unfit |= desk.end_steps(presenter, &self.subject);
+                let ended = match (&mut self.interface, &mut self.presenter) {
+                    (Some(interface), Some(presenter)) if interface.stepper().is_open() => {
+                        self.unfit |= interface.end_steps(presenter, &self.subject);
                         true
                     }
-                    (desk, _) => desk.as_mut().is_some_and(Desk::clear),
+                    (interface, _) => interface.as_mut().is_some_and(UserInterface::clear),
                 };
                 if !ended {
                     events.exit();
@@ -408,15 +411,15 @@ impl<'a> App<'a> {
             }
             Some(Action::Panels) => self.open_panels(|controls| controls.shown = !controls.shown),
             Some(Action::View { back }) => {
-                if let (Some(desk), Some(presenter)) = (&mut self.desk, &mut self.presenter) {
-                    self.unfit |= desk.turn_view(presenter, &mut self.subject, back);
+                if let (Some(interface), Some(presenter)) = (&mut self.interface, &mut self.presenter) {
+                    self.unfit |= interface.turn_view(presenter, &mut self.subject, back);
                     (self.options.tell)(&format!("view: {}", self.subject.settings.view));
                 }
             }
             Some(Action::Step { back }) => {
-                if let (Some(desk), Some(presenter)) = (&mut self.desk, &mut self.presenter) {
-                    self.unfit |= desk.step(presenter, &self.subject, back);
-                    (self.options.tell)(&desk.stepper().line(&self.subject.scene));
+                if let (Some(interface), Some(presenter)) = (&mut self.interface, &mut self.presenter) {
+                    self.unfit |= interface.step(presenter, &self.subject, back);
+                    (self.options.tell)(&interface.stepper().line(&self.subject.scene));
                 }
             }
             Some(Action::Record) => self.record(),
@@ -448,8 +451,8 @@ impl<'a> App<'a> {
     }
 
     fn open_panels(&mut self, change: impl FnOnce(&mut Controls)) {
-        if let Some(desk) = &mut self.desk {
-            change(&mut desk.controls);
+        if let Some(interface) = &mut self.interface {
+            change(&mut interface.controls);
         }
     }
 
@@ -466,10 +469,10 @@ impl<'a> App<'a> {
 
     /// Asks what is under the mouse.
     fn pick(&mut self) {
-        if let (Some(desk), Some(window)) = (&mut self.desk, &self.window) {
+        if let (Some(interface), Some(window)) = (&mut self.interface, &self.window) {
             let PhysicalSize { width, height } = window.inner_size();
             let view = View { camera: *self.control.camera(), size: [width, height] };
-            desk.pick(&self.subject, view, self.mouse);
+            interface.pick(&self.subject, view, self.mouse);
         }
     }
 

@@ -7,7 +7,6 @@ pub mod keys;
 mod app;
 mod clock;
 mod controls;
-mod desk;
 mod faults;
 mod marks;
 mod oracle;
@@ -16,6 +15,7 @@ mod recorder;
 mod split;
 mod steps;
 mod subject;
+mod user_interface;
 mod watch;
 #[cfg(all(unix, not(target_vendor = "apple")))]
 mod x11;

@@ -1,7 +1,7 @@
 //! The steps of a frame: its passes and lights in their order, and how the real frame is halted or viewed to show its picture after each.
 
+mod descriptions;
 mod stepper;
-mod told;
 
 pub use stepper::Stepper;
 

@@ -21,7 +21,7 @@ const QUIET: Duration = Duration::from_millis(60);
 const LONGEST: Duration = Duration::from_millis(500);
 
 /// What has become of files that changed.
-pub enum News {
+pub enum Reload {
     /// The scene as it is in its files, or what is wrong with them.
     Scene(Result<Box<(Scene, Settings)>, String>),
     /// The variants that passes have asked for, or what is wrong with the sources.
@@ -41,7 +41,7 @@ enum Order {
 /// Watches until it is dropped.
 pub struct Watch {
     orders: Sender<Order>,
-    news: Receiver<News>,
+    reloads: Receiver<Reload>,
 }
 
 /// Shaders to be watched.
@@ -54,8 +54,8 @@ pub struct ShaderFolder {
 }
 
 impl Watch {
-    /// Watches the `files` of a scene, which `read` reads again, and a folder of shaders. `wake` is called, from the other thread, when there is
-    /// news.
+    /// Watches the `files` of a scene, which `read` reads again, and a folder of shaders. `wake` is called, from the other thread, when a
+    /// file was read again.
     ///
     /// # Errors
     /// When the system does not tell of changes.
@@ -66,7 +66,7 @@ impl Watch {
         wake: impl Fn() + Send + 'static,
     ) -> Result<Self, String> {
         let (orders, received) = channel();
-        let (told, news) = channel();
+        let (told, reloads) = channel();
         let changed = orders.clone();
         let watcher = notify::recommended_watcher(move |event: notify::Result<Event>| {
             if let Some(paths) = event.ok().and_then(changed_by) {
@@ -87,18 +87,18 @@ impl Watch {
         };
         // Each of them for itself.
         if let Err(why) = reader.follow(files) {
-            reader.tell(News::Scene(Err(format!("the scene's files are not watched: {why}"))));
+            reader.tell(Reload::Scene(Err(format!("the scene's files are not watched: {why}"))));
         }
         if let Err(why) = reader.follow_shaders(shaders) {
             reader.tell_of_shaders(format!("they are not watched: {why}"));
         }
         std::thread::spawn(move || reader.run(&received));
-        Ok(Self { orders, news })
+        Ok(Self { orders, reloads })
     }
 
-    /// What is new since the last call, if anything is.
-    pub fn news(&self) -> Option<News> {
-        self.news.try_recv().ok()
+    /// The next result of reading files again, if one has come.
+    pub fn next_reload(&self) -> Option<Reload> {
+        self.reloads.try_recv().ok()
     }
 
     /// Pipelines were made: variants that they asked for are compiled too, if the sources are not those that the program was built with.
@@ -144,7 +144,7 @@ struct Reader {
     read: ReadAgain,
     #[cfg(feature = "hot-reload")]
     shaders: Option<Shaders>,
-    told: Sender<News>,
+    told: Sender<Reload>,
     wake: Box<dyn Fn() + Send>,
 }
 
@@ -229,11 +229,11 @@ impl Reader {
             // A folder that cannot be watched any more is no reason to keep the scene from who wants to see it.
             let _ = self.follow(&scene.files);
         }
-        self.tell(News::Scene(read.map(Box::new)));
+        self.tell(Reload::Scene(read.map(Box::new)));
     }
 
-    fn tell(&self, news: News) {
-        if self.told.send(news).is_ok() {
+    fn tell(&self, reload: Reload) {
+        if self.told.send(reload).is_ok() {
             (self.wake)();
         }
     }
@@ -254,7 +254,7 @@ impl Reader {
 
     #[cfg(feature = "hot-reload")]
     fn tell_of_shaders(&self, fault: String) {
-        self.tell(News::Shaders(Err(fault)));
+        self.tell(Reload::Shaders(Err(fault)));
     }
 
     #[cfg(not(feature = "hot-reload"))]
@@ -289,7 +289,7 @@ impl Reader {
         if let Ok(compiled) = &compiled {
             shaders.compiled = compiled.clone();
         }
-        self.tell(News::Shaders(compiled));
+        self.tell(Reload::Shaders(compiled));
     }
 }
 
@@ -316,15 +316,15 @@ mod tests {
     fn wait(watch: &Watch, wanted: Result<usize, &str>) {
         let begun = Instant::now();
         loop {
-            let found = match (watch.news(), wanted) {
-                (Some(News::Scene(Ok(read))), Ok(objects)) => read.0.objects.len() == objects,
-                (Some(News::Scene(Err(fault))), Err(name)) => fault.contains(name) && fault.contains("scene.toml:1"),
+            let found = match (watch.next_reload(), wanted) {
+                (Some(Reload::Scene(Ok(read))), Ok(objects)) => read.0.objects.len() == objects,
+                (Some(Reload::Scene(Err(fault))), Err(name)) => fault.contains(name) && fault.contains("scene.toml:1"),
                 _ => false,
             };
             if found {
                 return;
             }
-            assert!(begun.elapsed() < Duration::from_secs(20), "no such news: {wanted:?}");
+            assert!(begun.elapsed() < Duration::from_secs(20), "no such reload: {wanted:?}");
             std::thread::sleep(Duration::from_millis(5));
         }
     }
@@ -373,12 +373,12 @@ mod tests {
         });
 
         std::thread::sleep(4 * QUIET);
-        while watch.news().is_some() {}
+        while watch.next_reload().is_some() {}
         // Neither a file beside it, nor that it is read.
         fs::write(path("other.toml"), "").expect("written");
         let _ = fs::read(path("scene.toml")).expect("read");
         std::thread::sleep(4 * QUIET);
-        assert!(watch.news().is_none());
+        assert!(watch.next_reload().is_none());
         fs::write(path("scene.toml"), "models = [{ path = 'model.obj' }]\n").expect("written");
         wait(&watch, Ok(2));
     }

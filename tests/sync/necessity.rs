@@ -1,5 +1,5 @@
 //! Every dependency is needed: without any one row of the table, or any one bit of a row, the validation layer has something to say. What it
-//! is silent about is argued from the specification in `afterlight::frame::edges::unnoticed`, which is held against it here.
+//! is silent about is argued from the specification in `afterlight::frame::edges::unreported_mutants`, which is held against it here.
 //!
 //! Each mutant is a renderer of its own that draws a few small frames (`afterlight::frame::experiment`), in both modes of the layer's shader
 //! heuristic. Older layers than 1.4.309 are blind to masks of subpass dependencies, so that there is nothing to learn from them.
@@ -14,7 +14,7 @@ use std::ffi::CStr;
 use std::thread;
 use std::time::Instant;
 
-use afterlight::frame::edges::unnoticed::{LAYER, Part, UNNOTICED, reason};
+use afterlight::frame::edges::unreported_mutants::{LAYER, Part, UNREPORTED_MUTANTS, reason};
 use afterlight::frame::edges::{self, Edge, Edges, Place};
 use afterlight::frame::proof::Frames;
 use afterlight::frame::{capabilities, experiment};
@@ -423,7 +423,8 @@ fn without_any_row_or_bit_the_layer_complains_or_the_specification_does() {
     assert!(unproved.is_empty(), "by the specification's rules nothing is lost:\n{}", unproved.join("\n"));
     assert!(unlisted.is_empty(), "nobody notices, and no reason is listed:\n{}", unlisted.join("\n"));
     assert!(rotten.is_empty(), "listed as unnoticed, but the layer says so:\n{}", rotten.join("\n"));
-    let idle: Vec<_> = UNNOTICED.iter().filter(|reason| !argued.contains(&std::ptr::from_ref(*reason))).collect();
+    let idle: Vec<_> =
+        UNREPORTED_MUTANTS.iter().filter(|reason| !argued.contains(&std::ptr::from_ref(*reason))).collect();
     assert!(idle.is_empty() || !tries_all(), "reasons that no mutant needs: {idle:#?}");
 }
 

@@ -1,8 +1,8 @@
 //! `afterlight compare`: how far two pictures are apart. No Vulkan.
 
+mod image_file;
 mod metric;
 mod pair;
-mod picture;
 
 use serde::Serialize;
 
@@ -11,8 +11,8 @@ use afterlight::scene::Tonemap;
 
 use super::args::{exposure, value};
 use super::failure::{Exit, Failure};
+use super::image_output::{Format, Target};
 use super::output;
-use super::picture::{Format, Target};
 use super::table::Table;
 use metric::{Limit, Metric};
 use pair::{Comparison, Pair};

@@ -6,15 +6,15 @@ use afterlight::measure::{FlipMap, flip};
 use afterlight::scene::{Tonemap, exposure_scale};
 
 use super::Args;
-use super::picture::Loaded;
+use super::image_file::ImageFile;
 use crate::cli::failure::{Exit, Failure};
 
 /// What the expected picture's mean luminance becomes where no exposure is said: the reflectance of a photographer's grey card.
 const MID_TONE: f64 = 0.18;
 
 pub struct Pair {
-    actual: Loaded,
-    expected: Loaded,
+    actual: ImageFile,
+    expected: ImageFile,
     ev100: f32,
     tonemap: Tonemap,
 }
@@ -45,19 +45,19 @@ impl Pair {
     /// A picture that cannot be read, different sizes, or an exposure or tone mapper where there is nothing to expose, or none where
     /// nothing says how it was done.
     pub fn open(args: &Args) -> Result<Self, Failure> {
-        let (actual, expected) = (Loaded::open(&args.actual)?, Loaded::open(&args.expected)?);
+        let (actual, expected) = (ImageFile::open(&args.actual)?, ImageFile::open(&args.expected)?);
         if actual.size() != expected.size() {
             let mismatch = Mismatch { actual: actual.size(), expected: expected.size() };
             let names = format!("{} with {}", args.actual.display(), args.expected.display());
             return Err(Failure::new(Exit::BadInput, format!("cannot compare {names}: {mismatch}")));
         }
         let ev100 = match (&actual, &expected) {
-            (Loaded::Shown(_), Loaded::Shown(_)) if args.exposure.is_some() || args.tonemap.is_some() => {
+            (ImageFile::Shown(_), ImageFile::Shown(_)) if args.exposure.is_some() || args.tonemap.is_some() => {
                 let why = "both pictures are shown already: --exposure and --tonemap are for linear light (.exr)";
                 return Err(Failure::usage(why));
             }
-            (Loaded::Shown(_), Loaded::Shown(_)) => 0.0,
-            (Loaded::Light(_), Loaded::Light(expected)) => args.exposure.unwrap_or_else(|| metered(expected)),
+            (ImageFile::Shown(_), ImageFile::Shown(_)) => 0.0,
+            (ImageFile::Light(_), ImageFile::Light(expected)) => args.exposure.unwrap_or_else(|| metered(expected)),
             _ => args.exposure.ok_or_else(|| {
                 let why = "one picture is linear light and one is shown: --exposure must say how that was exposed";
                 Failure::usage(why).with_hint("and --tonemap which tone mapper it has, unless that is neutral")
@@ -72,12 +72,12 @@ impl Pair {
 
     /// Whether both pictures are linear light.
     pub fn is_light(&self) -> bool {
-        matches!((&self.actual, &self.expected), (Loaded::Light(_), Loaded::Light(_)))
+        matches!((&self.actual, &self.expected), (ImageFile::Light(_), ImageFile::Light(_)))
     }
 
     /// The EV100 at which light is exposed; `None` where there is none.
     pub fn exposure(&self) -> Option<f32> {
-        let shown = matches!((&self.actual, &self.expected), (Loaded::Shown(_), Loaded::Shown(_)));
+        let shown = matches!((&self.actual, &self.expected), (ImageFile::Shown(_), ImageFile::Shown(_)));
         (!shown).then_some(self.ev100)
     }
 
@@ -87,7 +87,9 @@ impl Pair {
 
     /// Both pictures in exposed light, where both are light.
     fn exposed(&self) -> Option<[LinearImage; 2]> {
-        let (Loaded::Light(actual), Loaded::Light(expected)) = (&self.actual, &self.expected) else { return None };
+        let (ImageFile::Light(actual), ImageFile::Light(expected)) = (&self.actual, &self.expected) else {
+            return None;
+        };
         let scale = f64::from(exposure_scale(self.ev100));
         Some([actual, expected].map(|image| image.scaled(scale)))
     }
@@ -130,8 +132,8 @@ impl Pair {
     }
 }
 
-fn not_finite(picture: &Loaded) -> usize {
-    let Loaded::Light(image) = picture else { return 0 };
+fn not_finite(picture: &ImageFile) -> usize {
+    let ImageFile::Light(image) = picture else { return 0 };
     image.pixels.iter().filter(|pixel| pixel.iter().any(|sample| !sample.is_finite())).count()
 }
 

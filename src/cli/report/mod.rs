@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use afterlight::gpu::Device;
 use afterlight::report::sweep::Error;
+use afterlight::report::sweep::accuracy::other_triangle;
 use afterlight::report::sweep::assemble::{self, fronts_of};
 use afterlight::report::sweep::attribution::Limits;
 use afterlight::report::sweep::families::{Sweep, family_keys};
@@ -17,7 +18,6 @@ use afterlight::report::sweep::journal::{self, Contents, Journal, Record};
 use afterlight::report::sweep::merge::{self, Part};
 use afterlight::report::sweep::meter::DeviceMeter;
 use afterlight::report::sweep::model::{Metric, Report, SceneReport, Shard};
-use afterlight::report::sweep::picture::other_triangle;
 use afterlight::report::sweep::run::{Run, Step};
 use afterlight::scene::{SettingsPatch, unknown};
 

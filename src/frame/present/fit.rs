@@ -4,7 +4,7 @@ use ash::vk;
 
 use super::over::{Over, own_canvas};
 use super::{Presenter, SPLIT_INTO, canvas_of, desc_for, wishes};
-use crate::frame::draft::Draft;
+use crate::frame::builder::RendererBuilder;
 use crate::frame::rebuild::{Begun, Made, Rebuild, Wake};
 use crate::frame::{Error, plan_for};
 use crate::gpu::{self, ImageWish, Swapchain, SwapchainDesc, image_formats};
@@ -53,7 +53,7 @@ impl Presenter {
             // Of settings that are not asked for any more.
             self.rebuild = None;
             let begun = Begun::new(self.changes, scene, settings);
-            self.rebuild = self.drafts(scene, settings)?.and_then(|drafts| Rebuild::start(begun, drafts, wake));
+            self.rebuild = self.builders(scene, settings)?.and_then(|builders| Rebuild::start(begun, builders, wake));
             if self.is_pending() {
                 return Ok(Fitted::Pending);
             }
@@ -74,7 +74,7 @@ impl Presenter {
 
     /// What another thread can make into the frames that are asked for: the window's own, and those beside. None if it must be done at once, or
     /// there is nothing to be made.
-    fn drafts(&self, scene: &Scene, settings: &Settings) -> Result<Option<[Option<Draft>; 2]>, Error> {
+    fn builders(&self, scene: &Scene, settings: &Settings) -> Result<Option<[Option<RendererBuilder>; 2]>, Error> {
         let (Some(surface), Some(shown), Some(swapchain)) = (&self.surface, &self.renderer, &self.swapchain) else {
             return Ok(None);
         };
@@ -88,7 +88,7 @@ impl Presenter {
         let own = self.changed.map(|_| {
             let plan = plan.presented_as(canvas).of_one_pixel();
             let (edges, uploaded) = ((self.edges)(&plan), shown.uploaded_for(&plan));
-            Draft::new(&self.device, scene, &settings, (plan, edges), uploaded)
+            RendererBuilder::new(&self.device, scene, &settings, (plan, edges), uploaded)
         });
         let own = match own.transpose() {
             Err(error) if is_for_memory(&error) => return Ok(None),
@@ -97,7 +97,7 @@ impl Presenter {
         let beside = self
             .split
             .as_ref()
-            .and_then(|split| split.draft((scene, &settings), (own.as_ref(), shown, canvas), self.changed.is_some()));
+            .and_then(|split| split.builder((scene, &settings), (own.as_ref(), shown, canvas), self.changed.is_some()));
         Ok((own.is_some() || beside.is_some()).then_some([own, beside]))
     }
 
@@ -148,7 +148,8 @@ impl Presenter {
                 let uploaded = old.as_ref().and_then(|old| old.uploaded_for(&plan));
                 drop(old);
                 let edges = (self.edges)(&plan);
-                let mut new = Draft::new(&self.device, scene, &settings, (plan, edges), uploaded)?.finish(&views)?;
+                let mut new =
+                    RendererBuilder::new(&self.device, scene, &settings, (plan, edges), uploaded)?.finish(&views)?;
                 new.halt_after(self.halted);
                 *renderer = Some(new);
             }

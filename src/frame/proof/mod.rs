@@ -9,7 +9,7 @@ use std::fmt;
 
 use ash::vk;
 
-use super::edges::unnoticed::Part;
+use super::edges::unreported_mutants::Part;
 use super::edges::{Edges, Place, Refused, RowName};
 use crate::plan::FramePlan;
 use order::Order;

@@ -9,7 +9,7 @@ use glam::DVec2;
 use super::views::{Caster, ShadowView};
 use super::{FULL_REACH, ShadowPlan};
 use crate::plan::World;
-use crate::plan::lit::Misplacement;
+use crate::plan::light_culling::Misplacement;
 use crate::plan::visible::boxes::BoxTree;
 use crate::plan::visible::frustum::Frustum;
 use crate::scene::{Aabb, Camera, Projection, ShadowFilter, ShadowSettings};

@@ -4,7 +4,7 @@
 use glam::{DMat3, DVec3, Vec4};
 
 use super::clusters::screen_span;
-use crate::plan::{Lit, Reach, World};
+use crate::plan::{ActiveLights, Reach, World};
 use crate::scene::{Camera, LightKind};
 
 /// A light and the pixels that it can reach.
@@ -63,10 +63,10 @@ pub(super) fn rectangles(reaches: &[Reach], first: u32, camera: &Camera, size: [
 
 impl Volumes {
     /// The volumes of the lights that the loop does not take, but those that lie wholly behind the camera.
-    pub(super) fn of(world: &World, lit: &Lit, camera: &Camera) -> Self {
+    pub(super) fn of(world: &World, active: &ActiveLights, camera: &Camera) -> Self {
         let mut volumes = Self::default();
         let mut cones = Vec::new();
-        for (index, &own) in lit.lights.iter().enumerate().skip(lit.looped) {
+        for (index, &own) in active.lights.iter().enumerate().skip(active.looped) {
             let (light, reach) = (&world.lights[own], world.reaches[own] * (1.0 + SLACK));
             let (light_index, place) = (index as u32, |center: DVec3| center - camera.position);
             let behind = |center: DVec3| place(center).dot(camera.forward()) + reach < camera.near;

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::accuracy::{Drawing, Shown, Truths};
 use super::attribution::{self, Limits, Subject};
 use super::error::Error;
 use super::families::{name_of, settings_of};
 use super::journal::Drawn;
 use super::model::Attribution;
-use super::picture::{Drawing, Shown, Truths};
 use super::timing::{Contender, Effort, Rounds, take_turns};
 use crate::frame::plan_for;
 use crate::gpu::Device;

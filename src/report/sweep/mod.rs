@@ -3,6 +3,7 @@
 //! [`families`] says what is measured, [`picture`] and [`timing`] measure it, [`journal`] keeps what was measured, so that a run that is broken
 //! off goes on and several can be joined, and [`assemble`] makes the [`model::Report`] of it. [`run`] puts them in order. [`attribution`] takes a frame's error apart.
 
+pub mod accuracy;
 pub mod assemble;
 pub mod attribution;
 pub mod choice;
@@ -14,7 +15,6 @@ pub mod machine;
 pub mod merge;
 pub mod meter;
 pub mod model;
-pub mod picture;
 pub mod run;
 pub mod table;
 pub mod timing;

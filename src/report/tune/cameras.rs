@@ -109,7 +109,7 @@ fn candidate(view: &View, own: &Sight, index: u32) -> Option<Elsewhere> {
     let pitch = DQuat::from_rotation_x(((pitch - 0.5) * 20.0).to_radians());
     let forward = yaw * (camera.rotation * (pitch * DVec3::NEG_Z));
     // As it is told, so that whoever reads it can stand there.
-    let text = told(position, position + forward * own.usual().max(camera.near), camera.projection);
+    let text = text_of(position, position + forward * own.usual().max(camera.near), camera.projection);
     let parsed: Camera = text.parse().ok()?;
     Some(Elsewhere { camera: Camera { near: camera.near, ..parsed }, text })
 }
@@ -120,7 +120,7 @@ fn differ(a: &Camera, b: &Camera, usual: f64) -> bool {
 }
 
 /// Five digits behind the point: of metres, far less than a pixel.
-fn told(position: DVec3, target: DVec3, projection: Projection) -> String {
+fn text_of(position: DVec3, target: DVec3, projection: Projection) -> String {
     let lens = match projection {
         Projection::Perspective { fov_y_degrees } => short(fov_y_degrees),
         Projection::Orthographic { height } => format!("{height}m"),

@@ -16,43 +16,46 @@ use crate::scene::{AlphaMode, Error, LoadOptions, Material, Texture, TextureSlot
 
 /// A material whose textures are still to be made.
 #[derive(Debug, Default)]
-pub(super) struct Draft {
+pub(super) struct PendingMaterial {
     pub material: Material,
     pub needs: MaterialNeeds,
     pub requests: Vec<(TextureSlot, Request)>,
 }
 
 /// What a face gets whose material is nowhere defined.
-pub(super) fn plain(name: &str) -> Draft {
-    let mut draft = Draft::default();
+pub(super) fn plain(name: &str) -> PendingMaterial {
+    let mut pending = PendingMaterial::default();
     if !name.is_empty() {
-        draft.material.name = name.to_owned();
+        pending.material.name = name.to_owned();
     }
-    draft
+    pending
 }
 
-/// Drafts a material. Textures are looked for in `folders`, in this order; what is missing is warned about.
-pub(super) fn draft(definition: &Definition, folders: &[&Path], warnings: &mut Vec<String>) -> Draft {
-    let mut drafter = Drafter { definition, folders, warnings, placements: Vec::new() };
+/// Reads a material. Textures are looked for in `folders`, in this order; what is missing is warned about.
+pub(super) fn read(definition: &Definition, folders: &[&Path], warnings: &mut Vec<String>) -> PendingMaterial {
+    let mut reader = MaterialReader { definition, folders, warnings, placements: Vec::new() };
     let source = &definition.source;
-    let diffuse = drafter.map("map_Kd", source.diffuse_texture.as_deref());
-    let mut draft =
-        Draft { material: drafter.constants(diffuse.is_some()), needs: MaterialNeeds::default(), requests: Vec::new() };
-    drafter.color(&mut draft, diffuse.as_ref());
-    drafter.normals(&mut draft, diffuse.as_ref());
-    drafter.roughness(&mut draft);
-    drafter.emission(&mut draft);
-    if let Some((image, _)) = drafter.map("map_Ks", source.specular_texture.as_deref()) {
+    let diffuse = reader.map("map_Kd", source.diffuse_texture.as_deref());
+    let mut pending = PendingMaterial {
+        material: reader.constants(diffuse.is_some()),
+        needs: MaterialNeeds::default(),
+        requests: Vec::new(),
+    };
+    reader.color(&mut pending, diffuse.as_ref());
+    reader.normals(&mut pending, diffuse.as_ref());
+    reader.roughness(&mut pending);
+    reader.emission(&mut pending);
+    if let Some((image, _)) = reader.map("map_Ks", source.specular_texture.as_deref()) {
         if source.specular.is_none() {
-            draft.material.specular = Vec3::ONE;
+            pending.material.specular = Vec3::ONE;
         }
-        draft.requests.push((TextureSlot::Specular, Request::Color { image: Some(image), mask: None }));
+        pending.requests.push((TextureSlot::Specular, Request::Color { image: Some(image), mask: None }));
     }
-    (draft.needs.uv_scale, draft.needs.uv_offset) = drafter.placement();
-    draft
+    (pending.needs.uv_scale, pending.needs.uv_offset) = reader.placement();
+    pending
 }
 
-struct Drafter<'a> {
+struct MaterialReader<'a> {
     definition: &'a Definition,
     folders: &'a [&'a Path],
     warnings: &'a mut Vec<String>,
@@ -60,7 +63,7 @@ struct Drafter<'a> {
     placements: Vec<(DVec2, DVec2)>,
 }
 
-impl Drafter<'_> {
+impl MaterialReader<'_> {
     fn warn(&mut self, keyword: &str, what: &str) {
         let at = self.definition.lines.get(keyword).map(|line| format!(":{line}")).unwrap_or_default();
         let (file, name) = (self.definition.file.display(), &self.definition.name);
@@ -124,17 +127,17 @@ impl Drafter<'_> {
         }
     }
 
-    fn color(&mut self, draft: &mut Draft, diffuse: Option<&(Source, Map)>) {
+    fn color(&mut self, pending: &mut PendingMaterial, diffuse: Option<&(Source, Map)>) {
         let mask = self.map("map_d", self.definition.source.dissolve_texture.as_deref()).map(|(mask, _)| mask);
         let image = diffuse.map(|(image, _)| image.clone());
         // The colour map again means its own alpha, which counts anyway.
         let mask = mask.filter(|mask| mask.channel.is_some() || image.as_ref().is_none_or(|i| i.path != mask.path));
         if image.is_some() || mask.is_some() {
-            draft.requests.push((TextureSlot::BaseColor, Request::Color { image, mask }));
+            pending.requests.push((TextureSlot::BaseColor, Request::Color { image, mask }));
         }
     }
 
-    fn normals(&mut self, draft: &mut Draft, diffuse: Option<&(Source, Map)>) {
+    fn normals(&mut self, pending: &mut PendingMaterial, diffuse: Option<&(Source, Map)>) {
         let norm = self.unknown("norm").map(str::to_owned);
         let (found, must_be_normals) = match self.map("norm", norm.as_deref()) {
             Some(found) => (Some(found), true),
@@ -142,15 +145,15 @@ impl Drafter<'_> {
         };
         let Some((image, map)) = found else { return };
         let is_color_too = diffuse.is_some_and(|(diffuse, _)| diffuse.path == image.path);
-        draft.material.normal_scale = map.bump_scale as f32;
-        draft.needs.tangents = true;
-        let bump_scale = draft.material.normal_scale.to_bits();
-        draft
+        pending.material.normal_scale = map.bump_scale as f32;
+        pending.needs.tangents = true;
+        let bump_scale = pending.material.normal_scale.to_bits();
+        pending
             .requests
             .push((TextureSlot::Normal, Request::Normal { image, must_be_normals, is_color_too, bump_scale }));
     }
 
-    fn roughness(&mut self, draft: &mut Draft) {
+    fn roughness(&mut self, pending: &mut PendingMaterial) {
         let [roughness, metallic] = ["map_Pr", "map_Pm"].map(|keyword| {
             let value = self.unknown(keyword).map(str::to_owned);
             self.map(keyword, value.as_deref()).map(|(source, _)| source)
@@ -163,23 +166,23 @@ impl Drafter<'_> {
             return;
         }
         if roughness.is_some() && self.number("Pr").is_none_or(|pr| pr == 0.0) || shininess.is_some() {
-            draft.material.roughness = 1.0;
+            pending.material.roughness = 1.0;
         }
-        if metallic.is_some() && draft.material.metallic == 0.0 {
-            draft.material.metallic = 1.0;
+        if metallic.is_some() && pending.material.metallic == 0.0 {
+            pending.material.metallic = 1.0;
         }
-        let exponent = shininess.is_some().then(|| draft.material.shininess.to_bits());
+        let exponent = shininess.is_some().then(|| pending.material.shininess.to_bits());
         let request = Request::MetallicRoughness { roughness: roughness.or(shininess), shininess: exponent, metallic };
-        draft.requests.push((TextureSlot::MetallicRoughness, request));
+        pending.requests.push((TextureSlot::MetallicRoughness, request));
     }
 
-    fn emission(&mut self, draft: &mut Draft) {
+    fn emission(&mut self, pending: &mut PendingMaterial) {
         let value = self.unknown("map_Ke").map(str::to_owned);
         let Some((image, _)) = self.map("map_Ke", value.as_deref()) else { return };
-        if draft.material.emissive == Vec3::ZERO {
-            draft.material.emissive = Vec3::ONE;
+        if pending.material.emissive == Vec3::ZERO {
+            pending.material.emissive = Vec3::ONE;
         }
-        draft.requests.push((TextureSlot::Emissive, Request::Color { image: Some(image), mask: None }));
+        pending.requests.push((TextureSlot::Emissive, Request::Color { image: Some(image), mask: None }));
     }
 
     /// Scale and offset for all maps: a mesh has one set of texture coordinates.
@@ -198,18 +201,18 @@ fn ambient_share(ambient: Vec3, diffuse: Vec3) -> f32 {
     if luminance(diffuse) > 0.0 { (luminance(ambient) / luminance(diffuse)).min(1.0) } else { 1.0 }
 }
 
-/// Makes the drafts' textures, in parallel and each once, and puts them in.
+/// Makes the textures of the pending materials, in parallel and each once, and puts them in.
 ///
 /// # Errors
 /// That of the first request that cannot be met.
 pub(super) fn finish(
-    drafts: Vec<Draft>,
+    pending: Vec<PendingMaterial>,
     options: &LoadOptions,
     warnings: &mut Vec<String>,
 ) -> Result<(Vec<Material>, Vec<Texture>), Error> {
     let mut numbers = HashMap::new();
     let mut requests = Vec::new();
-    for (_, request) in drafts.iter().flat_map(|draft| &draft.requests) {
+    for (_, request) in pending.iter().flat_map(|one| &one.requests) {
         numbers.entry(request.clone()).or_insert_with(|| {
             requests.push(request);
             requests.len() - 1
@@ -233,7 +236,7 @@ pub(super) fn finish(
     }
     let normal_maps: Vec<_> = outcomes.iter().filter_map(|&(texture, _, down)| Some((texture?, down?))).collect();
     turn_normal_maps(&mut textures, &normal_maps, warnings);
-    let materials = drafts.into_iter().map(|Draft { mut material, requests, .. }| {
+    let materials = pending.into_iter().map(|PendingMaterial { mut material, requests, .. }| {
         for (slot, request) in requests {
             let (texture, has_holes, downwardness) = outcomes[numbers[&request]];
             put(&mut material, slot, texture);

@@ -42,7 +42,7 @@ use std::path::{Path, PathBuf};
 use glam::DAffine3;
 
 use self::geometry::Group;
-use self::materials::Draft;
+use self::materials::PendingMaterial;
 use self::scan::Scan;
 use super::{Error, Object};
 pub use super::{Imported, LoadOptions, Progress};
@@ -58,12 +58,12 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Imported, Error> {
     let mut warnings: Vec<String> =
         scan.warnings.iter().map(|warning| format!("{}: {warning}", path.display())).collect();
     let mut files = BTreeSet::from([path.to_owned()]);
-    let drafts = draft_materials(path, &scan, &mut files, &mut warnings)?;
-    let needs: Vec<_> = drafts.iter().map(|draft| draft.needs).collect();
+    let pending = read_materials(path, &scan, &mut files, &mut warnings)?;
+    let needs: Vec<_> = pending.iter().map(|one| one.needs).collect();
 
     // Decoding textures and building meshes take about as long, and neither waits for the other.
     let (finished, built) = rayon::join(
-        || materials::finish(drafts, options, &mut warnings),
+        || materials::finish(pending, options, &mut warnings),
         || {
             let parsed = geometry::parse(path, &std::mem::take(&mut scan.text))?;
             Ok(geometry::build(&scan, parsed, &needs, options))
@@ -100,28 +100,28 @@ fn decide_sides(imported: &mut Imported, normals_given: bool) {
     }
 }
 
-/// A draft for each material that the OBJ uses, in its order. Adds the files that they come from, and those of their textures.
-fn draft_materials(
+/// A material for each material that the OBJ uses, in its order. Adds the files that they come from, and those of their textures.
+fn read_materials(
     path: &Path,
     scan: &Scan,
     files: &mut BTreeSet<PathBuf>,
     warnings: &mut Vec<String>,
-) -> Result<Vec<Draft>, Error> {
+) -> Result<Vec<PendingMaterial>, Error> {
     let definitions = materials::read_libraries(path, &scan.libraries, warnings)?;
     files.extend(definitions.iter().map(|definition| definition.file.clone()));
     let by_name: HashMap<&str, usize> = definitions.iter().enumerate().map(|(i, d)| (d.name.as_str(), i)).collect();
     let folder = path.parent().unwrap_or(Path::new(""));
-    let mut drafts = Vec::new();
+    let mut pending = Vec::new();
     let mut undefined = Vec::new();
     for (name, line) in &scan.materials {
         let ignoring_case = || definitions.iter().position(|d| d.name.eq_ignore_ascii_case(name));
         let found = by_name.get(name.as_str()).copied().or_else(ignoring_case);
-        drafts.push(match found {
+        pending.push(match found {
             Some(index) => {
                 let definition = &definitions[index];
                 // Names are relative to the MTL; some exporters mean the OBJ.
                 let folders = [definition.file.parent().unwrap_or(Path::new("")), folder];
-                materials::draft(definition, &folders, warnings)
+                materials::read(definition, &folders, warnings)
             }
             None => {
                 if !name.is_empty() {
@@ -131,7 +131,7 @@ fn draft_materials(
             }
         });
     }
-    let requests = drafts.iter().flat_map(|draft| &draft.requests);
+    let requests = pending.iter().flat_map(|one| &one.requests);
     files.extend(requests.flat_map(|(_, request)| request.sources()).map(|source| source.path.clone()));
     if let Some((name, line)) = undefined.first() {
         let others = if undefined.len() > 1 { format!(" and {} more", undefined.len() - 1) } else { String::new() };
@@ -139,7 +139,7 @@ fn draft_materials(
         let what = format!("material `{name}`{others} {verb} not defined, drawn plain");
         warnings.push(format!("{}:{line}: {what}", path.display()));
     }
-    Ok(drafts)
+    Ok(pending)
 }
 
 fn place(imported: &mut Imported, scan: &Scan, Group { group, material, mut mesh }: Group) {

@@ -149,7 +149,7 @@ const fn wrong(share: f64) -> Bound {
 }
 
 /// With all of the G-buffer as it is by default but albedo, whose eight bits err by more than a shadow's edge.
-fn told(stage: Stage) -> Subject {
+fn exact_but_shadows(stage: Stage) -> Subject {
     let gbuffer = GbufferChoice { albedo: Some(TargetChoice::Rgba32f), ..GbufferChoice::default() };
     Subject::with(stage.scene, kept_in(gbuffer))
 }
@@ -192,7 +192,7 @@ fn elevation(degrees: f64) -> Subject {
     let mut stage = sphere_on_floor();
     let (sin, cos) = degrees.to_radians().sin_cos();
     sun(&mut stage, DVec3::new(0.8 * cos, sin, 0.6 * cos));
-    told(stage)
+    exact_but_shadows(stage)
 }
 
 fn wall(degrees: f64) -> Subject {
@@ -201,7 +201,7 @@ fn wall(degrees: f64) -> Subject {
     // Its face looks to +Z.
     let (sin, cos) = degrees.to_radians().sin_cos();
     sun(&mut stage, DVec3::new(0.6 * cos, 0.8 * cos, sin));
-    told(stage)
+    exact_but_shadows(stage)
 }
 
 fn contact(metres: f64) -> Subject {
@@ -209,7 +209,7 @@ fn contact(metres: f64) -> Subject {
     place(&mut stage, [1.0, 0.5, 1.0], DVec3::new(1.0, 0.25 + metres, 0.5));
     sun(&mut stage, DVec3::new(-0.4, 1.0, 0.8));
     stage.scene.camera = Camera::looking_at(DVec3::new(0.5, 0.8, 3.0), DVec3::new(0.7, 0.2, 0.0), DVec3::Y);
-    told(stage)
+    exact_but_shadows(stage)
 }
 
 /// The sun is behind the wall, and the eye before it.
@@ -222,13 +222,13 @@ fn behind_wall(metres: f64) -> Stage {
 fn thin(metres: f64) -> Subject {
     let mut stage = behind_wall(metres);
     sun(&mut stage, DVec3::new(0.1, 0.5, -0.7));
-    told(stage)
+    exact_but_shadows(stage)
 }
 
 fn thin_lamp(metres: f64) -> Subject {
     let mut stage = behind_wall(metres);
     shadowing_lamp(&mut stage, DVec3::new(0.5, 1.2, -2.5), 2.5);
-    told(stage)
+    exact_but_shadows(stage)
 }
 
 fn receiver(metres: f64) -> Subject {
@@ -236,7 +236,7 @@ fn receiver(metres: f64) -> Subject {
     // The floor is eight metres wide.
     stage.scene.objects[0].transform = DAffine3::from_scale(DVec3::splat(metres / 8.0));
     sun(&mut stage, DVec3::new(0.5, 1.0, 0.3));
-    told(stage)
+    exact_but_shadows(stage)
 }
 
 fn cascades(metres: f64, lambda: Option<f32>) -> Subject {
@@ -260,7 +260,7 @@ fn cascades(metres: f64, lambda: Option<f32>) -> Subject {
     let camera = Camera::looking_at(eye, DVec3::new(decade * 0.3 * metres, 0.05 * metres, -metres), DVec3::Y);
     stage.scene.camera = Camera { projection: Projection::perspective(25.0), ..camera };
     sun(&mut stage, DVec3::new(0.5, 1.0, 0.3));
-    let subject = told(stage);
+    let subject = exact_but_shadows(stage);
     Subject { settings: SettingsPatch { cascades: Some(4), shadow_lambda: lambda, ..subject.settings }, ..subject }
 }
 
@@ -268,7 +268,7 @@ fn inside(radii: f64) -> Subject {
     let mut stage = sphere_on_floor();
     let out = DVec3::new(0.5, 0.8, 0.3).normalize();
     shadowing_lamp(&mut stage, DVec3::new(0.0, 0.5, 0.0) + out * (0.5 * radii), 1.0);
-    told(stage)
+    exact_but_shadows(stage)
 }
 
 /// In a square beside the sphere, which casts none. So does the floor.
@@ -286,7 +286,7 @@ fn casters(count: f64) -> Subject {
         stage.place(peg, plaster, DAffine3::from_translation(place));
     }
     sun(&mut stage, DVec3::new(0.5, 1.0, 0.3));
-    told(stage)
+    exact_but_shadows(stage)
 }
 
 /// Nobody sees it from inside, but its shadow.
@@ -296,7 +296,7 @@ fn camera_inside(metres: f64) -> Subject {
     let shell = stage.mesh("shell", shapes::cuboid([metres; 3]), plaster);
     stage.place(shell, plaster, DAffine3::from_translation(stage.scene.camera.position));
     sun(&mut stage, DVec3::new(0.3, 1.0, 1.2));
-    told(stage)
+    exact_but_shadows(stage)
 }
 
 fn high(metres: f64) -> Subject {
@@ -304,7 +304,7 @@ fn high(metres: f64) -> Subject {
     let towards = DVec3::new(0.5, 1.0, 0.3);
     place(&mut stage, [1.0, 0.1, 1.0], DVec3::new(1.2, 0.0, 0.8) + towards * metres);
     sun(&mut stage, towards);
-    told(stage)
+    exact_but_shadows(stage)
 }
 
 fn near_lamp(metres: f64) -> Subject {
@@ -313,5 +313,5 @@ fn near_lamp(metres: f64) -> Subject {
     let size = 0.3 * metres;
     place(&mut stage, [size, 0.1 * size, size], position - DVec3::new(0.2, 1.0, 0.1) * metres);
     shadowing_lamp(&mut stage, position, 2.0);
-    told(stage)
+    exact_but_shadows(stage)
 }

@@ -26,8 +26,8 @@ impl ApplicationHandler for App<'_> {
     }
 
     fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
-        if let (Some(desk), Some(window)) = (&mut self.desk, &self.window) {
-            let taken = desk.event(window, &event);
+        if let (Some(interface), Some(window)) = (&mut self.interface, &self.window) {
+            let taken = interface.event(window, &event);
             if taken.changes {
                 self.ask_for_frame();
             }
@@ -50,8 +50,8 @@ impl ApplicationHandler for App<'_> {
             }
             WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => {
                 (self.misfit, self.content, self.hidden) = (true, false, false);
-                if let Some(desk) = &mut self.desk {
-                    desk.end_comparison();
+                if let Some(interface) = &mut self.interface {
+                    interface.end_comparison();
                 }
                 self.ask_for_frame();
             }
@@ -104,16 +104,16 @@ impl ApplicationHandler for App<'_> {
 
     fn user_event(&mut self, _: &ActiveEventLoop, (): ()) {
         // An answer has come.
-        if let Some(desk) = &mut self.desk {
-            desk.listen(self.control.camera());
+        if let Some(interface) = &mut self.interface {
+            interface.listen(self.control.camera());
         }
-        self.take_news();
+        self.apply_reloads();
         self.ask_for_frame();
     }
 
     fn exiting(&mut self, _: &ActiveEventLoop) {
         // While the connection to the window system is open.
-        (self.desk, self.presenter, self.window) = (None, None, None);
+        (self.interface, self.presenter, self.window) = (None, None, None);
     }
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {

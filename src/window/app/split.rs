@@ -8,17 +8,17 @@ use super::App;
 use crate::frame::Presenter;
 use crate::scene::{Camera, Settings};
 use crate::window::Options;
-use crate::window::desk::Desk;
 use crate::window::split::Grip;
 use crate::window::subject::Subject;
+use crate::window::user_interface::UserInterface;
 
 impl App<'_> {
     /// Splits the window, turns to the next view beside the picture, or shows the picture alone.
     pub(super) fn split(&mut self, next: bool) {
-        if let (Some(desk), Some(presenter)) = (&mut self.desk, &mut self.presenter) {
-            self.unfit |= desk.split(presenter, &self.subject, next);
+        if let (Some(interface), Some(presenter)) = (&mut self.interface, &mut self.presenter) {
+            self.unfit |= interface.split(presenter, &self.subject, next);
             let own = self.subject.settings.view;
-            (self.options.tell)(&match desk.controls.beside {
+            (self.options.tell)(&match interface.controls.beside {
                 Some(beside) => format!("split: {own} | {beside}"),
                 None => "split: none".to_owned(),
             });
@@ -28,18 +28,18 @@ impl App<'_> {
     /// The left button goes down or up. True if that was for the divider.
     pub(super) fn grip(&mut self, state: ElementState) -> bool {
         let (x, width) = (self.mouse.x, self.width());
-        let (Some(desk), Some(presenter)) = (&mut self.desk, &mut self.presenter) else { return false };
-        if desk.controls.beside.is_none() {
+        let (Some(interface), Some(presenter)) = (&mut self.interface, &mut self.presenter) else { return false };
+        if interface.controls.beside.is_none() {
             return false;
         }
         if state == ElementState::Released {
-            return desk.divider.release();
+            return interface.divider.release();
         }
-        match desk.divider.press(x, width, Instant::now()) {
+        match interface.divider.press(x, width, Instant::now()) {
             Grip::Missed => return false,
             Grip::Held => {}
             Grip::Ended => {
-                self.unfit |= desk.unsplit(presenter);
+                self.unfit |= interface.unsplit(presenter);
                 (self.options.tell)("split: none");
             }
         }
@@ -50,7 +50,7 @@ impl App<'_> {
     /// The mouse has moved. True if it takes the divider with it.
     pub(super) fn drag_divider(&mut self) -> bool {
         let (x, width) = (self.mouse.x, self.width());
-        let drags = self.desk.as_mut().is_some_and(|desk| desk.divider.drag(x, width));
+        let drags = self.interface.as_mut().is_some_and(|interface| interface.divider.drag(x, width));
         if drags {
             self.ask_for_frame();
         }
@@ -58,8 +58,8 @@ impl App<'_> {
     }
 
     pub(super) fn let_go_of_divider(&mut self) {
-        if let Some(desk) = &mut self.desk {
-            desk.divider.release();
+        if let Some(interface) = &mut self.interface {
+            interface.divider.release();
         }
     }
 
@@ -72,17 +72,17 @@ impl App<'_> {
 /// Compares, where the window shows more than white, a picture that ends there: the truth knows of nothing brighter.
 pub(super) fn compare_up_to_white(
     presenter: &Presenter,
-    desk: &mut Desk,
+    interface: &mut UserInterface,
     (subject, camera): (&Subject, &Camera),
     options: &Options,
 ) {
-    if desk.refuses_comparison(subject) {
+    if interface.refuses_comparison(subject) {
         return;
     }
     let size = presenter.plan().map_or(subject.settings.size, |plan| plan.size);
     let settings = Settings { size, ..subject.settings.clone() };
     match presenter.picture_apart(&subject.scene, &settings, camera) {
-        Ok(picture) => desk.compare(subject, *camera, &picture),
+        Ok(picture) => interface.compare(subject, *camera, &picture),
         Err(error) => (options.tell)(&format!("warning: no picture: {error}")),
     }
 }

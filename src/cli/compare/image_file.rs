@@ -12,14 +12,14 @@ use crate::cli::failure::{Exit, Failure, with_causes};
 
 /// What a file holds.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Loaded {
+pub enum ImageFile {
     /// 8-bit sRGB.
     Shown(Srgb8Image),
     /// Linear; in nits where this program wrote it.
     Light(LinearImage),
 }
 
-impl Loaded {
+impl ImageFile {
     /// Reads a file of any format that is known, by its content and not its name.
     ///
     /// # Errors
@@ -82,7 +82,7 @@ mod tests {
     fn light_is_shown_exposed_and_what_is_not_finite_is_black() {
         // At EV100 0 the sensor saturates at 1.2 nits.
         let pixels = vec![[1.2; 3], [-1.0, 0.0, 0.0], [f64::NAN, 1.0, 1.0], [f64::INFINITY; 3], [0.6; 3]];
-        let light = Loaded::Light(LinearImage { size: [5, 1], pixels });
+        let light = ImageFile::Light(LinearImage { size: [5, 1], pixels });
         let shown = light.shown(0.0, Tonemap::None).pixels;
         assert_eq!(shown, [[255; 3], [0; 3], [0; 3], [0; 3], [188; 3]]);
         assert_eq!(light.shown(1.0, Tonemap::None).pixels[0], [188; 3]);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::App;
-use crate::window::watch::{News, Watch};
+use crate::window::watch::{Reload, Watch};
 
 /// Warnings of a scene that are told.
 const WARNINGS: usize = 5;
@@ -22,18 +22,18 @@ impl App<'_> {
     }
 
     /// Takes what was read and compiled anew. What is wrong with it is told, and what was there stays.
-    pub(super) fn take_news(&mut self) {
-        while let Some(news) = self.watch.as_ref().and_then(|watch| watch.news()) {
-            let (Some(desk), Some(presenter)) = (&mut self.desk, &mut self.presenter) else { return };
-            match news {
-                News::Scene(Ok(read)) => {
+    pub(super) fn apply_reloads(&mut self) {
+        while let Some(reload) = self.watch.as_ref().and_then(|watch| watch.next_reload()) {
+            let (Some(interface), Some(presenter)) = (&mut self.interface, &mut self.presenter) else { return };
+            match reload {
+                Reload::Scene(Ok(read)) => {
                     let (scene, settings) = *read;
                     for warning in scene.warnings.iter().take(WARNINGS) {
                         (self.options.tell)(&format!("warning: {warning}"));
                     }
                     (self.options.tell)(&format!("scene: read again, {} objects", scene.objects.len()));
                     let camera = scene.camera;
-                    if desk.renew(presenter, &mut self.subject, (scene, settings)) {
+                    if interface.renew(presenter, &mut self.subject, (scene, settings)) {
                         // Where it was until now: from there it jumps.
                         if let Some(recording) = &mut self.recording {
                             recording.take(Instant::now(), *self.control.camera());
@@ -43,25 +43,25 @@ impl App<'_> {
                     }
                     self.unfit = true;
                 }
-                News::Scene(Err(fault)) => {
+                Reload::Scene(Err(fault)) => {
                     (self.options.tell)(&format!("warning: {fault}"));
-                    desk.faults.scene = Some(fault);
+                    interface.faults.scene = Some(fault);
                 }
                 #[cfg(feature = "hot-reload")]
-                News::Shaders(Ok(new)) => {
+                Reload::Shaders(Ok(new)) => {
                     let changes = new.changes();
-                    desk.faults.shaders = None;
+                    interface.faults.shaders = None;
                     if !changes.is_empty() {
-                        desk.exchange_shaders(presenter, new);
+                        interface.exchange_shaders(presenter, new);
                         self.unfit = true;
                     }
                     let changes = if changes.is_empty() { "none differs".to_owned() } else { changes.join(", ") };
                     (self.options.tell)(&format!("shaders: compiled, {changes}"));
                 }
                 #[cfg(feature = "hot-reload")]
-                News::Shaders(Err(fault)) => {
+                Reload::Shaders(Err(fault)) => {
                     (self.options.tell)(&format!("warning: shaders: {fault}"));
-                    desk.faults.shaders = Some(fault);
+                    interface.faults.shaders = Some(fault);
                 }
             }
         }

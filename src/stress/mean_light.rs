@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::Error;
-use super::opening::Opening;
-use super::picture::{Errors, Evidence, Refusal, Subject};
+use super::comparison::Comparison;
+use super::pixel_errors::{Errors, Evidence, Refusal, Subject};
 use crate::gpu::Device;
 use crate::reference::{Mode, Options, Smith};
 use crate::scene::Scene;
@@ -21,11 +21,11 @@ pub fn compare(
     subject: &Subject,
     truth: &Scene,
 ) -> Result<Result<(Errors, Evidence), Refusal>, Error> {
-    let opening = match Opening::of(device, subject, truth, None)? {
-        Ok(opening) => opening,
+    let comparison = match Comparison::of(device, subject, truth, None)? {
+        Ok(comparison) => comparison,
         Err(refusal) => return Ok(Err(refusal)),
     };
-    let Opening { drawn: light, reference, eye, exposure, .. } = opening;
+    let Comparison { drawn: light, reference, eye, exposure, .. } = comparison;
     let mode = Mode::Converged { samples: SAMPLES };
     let rays = reference.render(&eye, &Options { mode, smith: Smith::default() }, &|_, _| {});
     let pixels = light.as_chunks::<4>().0;

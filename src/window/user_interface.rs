@@ -1,4 +1,4 @@
-//! The user's desk: panels over the picture, and what follows from a change that is made there.
+//! The user's interface: panels over the picture, and what follows from a change that is made there.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -32,7 +32,7 @@ fn selected_of(scene: &Scene, (object, distance): (usize, f64)) -> Option<Select
 }
 
 /// The panels of a window.
-pub struct Desk {
+pub struct UserInterface {
     device: Arc<Device>,
     overlay: Overlay,
     pub controls: Controls,
@@ -65,7 +65,7 @@ struct Before {
     shaders: Option<Replacements>,
 }
 
-impl Desk {
+impl UserInterface {
     /// `wake` is called, from any thread, when there is something new to show.
     pub fn new(device: &Arc<Device>, window: &Window, wake: Arc<dyn Fn() + Send + Sync>) -> Self {
         let overlay = Overlay::new(window, device.physical.limits.max_image_dimension2_d);

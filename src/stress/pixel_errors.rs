@@ -7,9 +7,9 @@
 use std::sync::Arc;
 
 use super::Error;
+use super::comparison::Comparison;
 use super::formula::WorstInput;
 use super::grid::{self, Span};
-use super::opening::Opening;
 use crate::frame::{self, Pixels, Renderer};
 use crate::gpu::Device;
 use crate::plan::{FramePlan, ToneMapping};
@@ -118,11 +118,11 @@ pub fn compare(
     subject: &Subject,
     truth: &Scene,
 ) -> Result<Result<(Errors, Evidence), Refusal>, Error> {
-    let opening = match Opening::of(device, subject, truth, None)? {
-        Ok(opening) => opening,
+    let comparison = match Comparison::of(device, subject, truth, None)? {
+        Ok(comparison) => comparison,
         Err(refusal) => return Ok(Err(refusal)),
     };
-    let Opening { mut pictures, drawn: light, reference, eye, exposure } = opening;
+    let Comparison { mut pictures, drawn: light, reference, eye, exposure } = comparison;
     let largest = pictures.largest;
     let options = Options { mode: Mode::Point, smith: Smith::default() };
     let rays = reference.render(&eye, &options, &|_, _| {});

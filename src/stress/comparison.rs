@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use super::Error;
-use super::picture::{Pictures, Refusal, Subject};
+use super::pixel_errors::{Pictures, Refusal, Subject};
 use crate::gpu::Device;
 use crate::reference::{Reference, View as Eye};
 use crate::scene::{Scene, View, exposure_scale, metered_ev100};
 
-pub(super) struct Opening<'a> {
+pub(super) struct Comparison<'a> {
     /// For more views of the subject.
     pub pictures: Pictures<'a>,
     /// RGBA of the view that is compared.
@@ -19,7 +19,7 @@ pub(super) struct Opening<'a> {
     pub exposure: f64,
 }
 
-impl<'a> Opening<'a> {
+impl<'a> Comparison<'a> {
     /// Draws the subject, or a view of it in place of its own, and gets the truth of a scene ready.
     ///
     /// # Errors

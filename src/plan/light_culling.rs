@@ -188,7 +188,7 @@ impl Misplacement {
 
 /// The lights of a frame, in the order of [`World::lights`]. What shaders call the number of a light is its place in this list.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Lit {
+pub struct ActiveLights {
     /// Indices into [`World::lights`], ascending.
     pub lights: Vec<usize>,
     /// How many of the first are directional.
@@ -199,7 +199,7 @@ pub struct Lit {
     pub looped: usize,
 }
 
-impl Lit {
+impl ActiveLights {
     /// The lights that reach any of the `seen` boxes, within what the camera sees, as far as they are sought.
     pub(super) fn of(
         world: &World,
@@ -292,7 +292,7 @@ mod tests {
             let (world, plan) = planned(&scene, &Settings::default());
             let camera = Camera::looking_at(position, target, DVec3::Y);
             let visible = Visible::of(&world, &camera, &plan);
-            prop_assert!(visible.lit.lights.is_sorted());
+            prop_assert!(visible.active_lights.lights.is_sorted());
             let aspect = f64::from(plan.size[0]) / f64::from(plan.size[1]);
             for (square, x, y) in points {
                 let point = DVec3::new(square as f64 + x, y, 0.0);
@@ -310,7 +310,7 @@ mod tests {
                         }
                         LightKind::Directional { .. } => false,
                     };
-                    let listed = visible.lit.lights.iter().any(|&own| world.lights[own].kind == light.kind);
+                    let listed = visible.active_lights.lights.iter().any(|&own| world.lights[own].kind == light.kind);
                     prop_assert!(!reached || listed, "{light:?} at {point}");
                 }
             }
@@ -340,7 +340,7 @@ mod tests {
             assert_eq!(world.lights.len(), 5, "{name}");
             let visible = Visible::of(&world, &camera, &plan);
             assert_eq!(
-                (&visible.lit.lights[..], visible.lit.directional, visible.lit.global),
+                (&visible.active_lights.lights[..], visible.active_lights.directional, visible.active_lights.global),
                 (&[0, 1, 2, 4][..], 1, 2),
                 "{name}"
             );
@@ -348,20 +348,20 @@ mod tests {
                 LightWork::Draws(rects) => rects.iter().map(|rect| rect.light).collect(),
                 LightWork::Volumes(volumes) => volumes.records.iter().map(|record| record.light).collect(),
                 LightWork::Spheres(spheres) => (2..).take(spheres.len()).collect(),
-                LightWork::Nothing => (visible.lit.looped as u32..4).collect(),
+                LightWork::Nothing => (visible.active_lights.looped as u32..4).collect(),
             };
-            assert_eq!(numbers, (visible.lit.looped as u32..4).collect::<Vec<_>>(), "{name}");
+            assert_eq!(numbers, (visible.active_lights.looped as u32..4).collect::<Vec<_>>(), "{name}");
             if let Some(clusters) = &visible.clusters {
                 assert!(clusters.lights.iter().all(|light| (2..4).contains(light)), "{name}");
             }
             let kept = Settings { keep: Keep::NONE.with(OptionalPart::IdleLights), ..settings };
             let (world, plan) = planned(&scene, &kept);
             let visible = Visible::of(&world, &camera, &plan);
-            assert_eq!((world.lights.len(), visible.lit.lights.len()), (6, 6), "{name}");
+            assert_eq!((world.lights.len(), visible.active_lights.lights.len()), (6, 6), "{name}");
             // Where nothing is seen, nothing is lit.
             let (world, plan) = planned(&scene, &settings);
             let away = Camera::looking_at(DVec3::Z * 4.0, DVec3::Z * 9.0, DVec3::Y);
-            assert_eq!(Visible::of(&world, &away, &plan).lit, Lit::default(), "{name}");
+            assert_eq!(Visible::of(&world, &away, &plan).active_lights, ActiveLights::default(), "{name}");
         }
     }
 

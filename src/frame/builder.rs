@@ -17,7 +17,7 @@ use crate::scene::{Scene, Settings, exposure_scale, metered_ev100};
 const MOST_TIMES: u32 = 10;
 
 /// All of a renderer that the scene is needed for.
-pub(super) struct Draft {
+pub(super) struct RendererBuilder {
     device: Arc<Device>,
     plan: FramePlan,
     edges: Edges,
@@ -25,7 +25,7 @@ pub(super) struct Draft {
     scene: Arc<GpuScene>,
 }
 
-impl Draft {
+impl RendererBuilder {
     /// Uploads the scene, unless it is on the device already as the plan has it.
     ///
     /// # Errors

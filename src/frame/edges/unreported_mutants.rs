@@ -23,7 +23,7 @@ pub enum Part {
 
 /// Parts of rows that no layer misses, for one reason.
 #[derive(Debug)]
-pub struct Unnoticed {
+pub struct UnreportedMutants {
     /// The rows' names.
     rows: &'static [RowName],
     parts: Parts,
@@ -45,7 +45,7 @@ enum Parts {
     Any(Side, S, A),
 }
 
-impl Unnoticed {
+impl UnreportedMutants {
     fn is_about(&self, edge: &Edge, part: Part) -> bool {
         let same = match (&self.parts, part) {
             (Parts::All, _) | (Parts::Row, Part::Row) => true,
@@ -59,8 +59,8 @@ impl Unnoticed {
 }
 
 /// Why nobody notices that a part of a row is missing; `None` where a layer does.
-pub fn reason(edge: &Edge, part: Part) -> Option<&'static Unnoticed> {
-    UNNOTICED.iter().find(|entry| entry.is_about(edge, part))
+pub fn reason(edge: &Edge, part: Part) -> Option<&'static UnreportedMutants> {
+    UNREPORTED_MUTANTS.iter().find(|entry| entry.is_about(edge, part))
 }
 
 const fn accesses(first: A, second: A) -> A {
@@ -77,8 +77,8 @@ const TRANSITION: &str = "Applications must ensure that layout transitions happe
                           and happen-before any operations that will access the image with the new layout";
 
 /// The list.
-pub static UNNOTICED: &[Unnoticed] = &[
-    Unnoticed {
+pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
+    UnreportedMutants {
         rows: &[RowName::PictureToHost],
         parts: Parts::All,
         only: ALWAYS,
@@ -88,7 +88,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         why: "the layer does not track what the CPU reads. A fence makes the copy's writes available, and its second access scope is empty: \
               only a dependency on HOST, HOST_READ makes them visible to the CPU",
     },
-    Unnoticed {
+    UnreportedMutants {
         rows: &[RowName::OutputReuse, RowName::PictureReuse],
         parts: Parts::Row,
         only: |edge| edge.carrier.is_render_pass() && edge.before.stage == S::TRANSFER,
@@ -98,7 +98,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         why: "the layer takes a layout change to be ordered after the copy that an earlier submission made. Without the row there is an \
               implicit dependency that waits for nothing, and the change may overwrite what is being copied",
     },
-    Unnoticed {
+    UnreportedMutants {
         rows: &[RowName::OutputReuse, RowName::PictureReuse, RowName::TargetsReuse, RowName::GbufferReuse],
         parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
         // Not where the same row makes the store of colours or samples available, which is missed.
@@ -115,7 +115,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         why: "the layer takes a layout change to be ordered after the copy that an earlier submission made. It happens after what the \
               dependency's first scope has, and that must have the copy's read",
     },
-    Unnoticed {
+    UnreportedMutants {
         rows: &[RowName::LightingToComposite, RowName::ForwardToComposite],
         parts: Parts::All,
         only: ALWAYS,
@@ -125,7 +125,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         why: "the layer lets the row from TRANSPARENT to COMPOSITE order what an earlier subpass did. Its first scope has only what is \
               submitted in TRANSPARENT, so that COMPOSITE would blend over light that may not be there yet",
     },
-    Unnoticed {
+    UnreportedMutants {
         rows: &[RowName::LightingToTransparent, RowName::ForwardToTransparent],
         parts: Parts::Any(
             Side::After,
@@ -138,7 +138,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         why: "the layer takes all that a render pass does to a colour attachment to be in rasterization order. That order holds within a \
               subpass; blending in a later one reads and writes what the earlier one wrote",
     },
-    Unnoticed {
+    UnreportedMutants {
         rows: &[RowName::GbufferToLighting],
         parts: Parts::Any(Side::After, S::empty(), A::COLOR_ATTACHMENT_READ),
         only: ALWAYS,
@@ -146,7 +146,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         says: IN_ORDER,
         why: "the same for the emissive light that LIGHTING adds to; the write is noticed by what else LIGHTING drops",
     },
-    Unnoticed {
+    UnreportedMutants {
         rows: &[RowName::LightingToTransparent, RowName::ForwardToTransparent],
         parts: Parts::Any(Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE),
         only: ALWAYS,
@@ -154,7 +154,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         says: IN_ORDER,
         why: "the same, seen from the other side: the light that was written must be available to what blends over it",
     },
-    Unnoticed {
+    UnreportedMutants {
         rows: &[RowName::ForwardToTransparent],
         parts: Parts::Any(Side::Before, S::COLOR_ATTACHMENT_OUTPUT, A::empty()),
         only: ALWAYS,
@@ -162,7 +162,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         says: IN_ORDER,
         why: "the same of the stage, beside those that test depth",
     },
-    Unnoticed {
+    UnreportedMutants {
         rows: &[RowName::GbufferToLighting, RowName::LightingToTransparent, RowName::ForwardToTransparent],
         parts: Parts::Any(Side::After, S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ),
         only: ALWAYS,
@@ -171,7 +171,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         why: "the layer takes all that a render pass does to depth to be in rasterization order. That order holds within a subpass; the tests \
               of a later one read what the earlier one wrote, early or late as the implementation likes",
     },
-    Unnoticed {
+    UnreportedMutants {
         rows: &[RowName::GbufferToLighting],
         parts: Parts::Any(Side::After, S::LATE_FRAGMENT_TESTS, A::empty()),
         // Where LIGHTING drops depth, the layer misses the store's stage.
@@ -180,7 +180,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         says: IN_ORDER,
         why: "the same for tests that run late",
     },
-    Unnoticed {
+    UnreportedMutants {
         rows: &[RowName::GbufferToLighting, RowName::ForwardToTransparent],
         parts: Parts::Any(Side::Before, S::EARLY_FRAGMENT_TESTS, A::empty()),
         only: ALWAYS,
@@ -190,7 +190,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         why: "where nothing is drawn, depth was written by its clear, which executes in EARLY_FRAGMENT_TESTS. LATE_FRAGMENT_TESTS includes \
               what is logically earlier for execution, but an access scope only has the stages that are named",
     },
-    Unnoticed {
+    UnreportedMutants {
         rows: &[RowName::PictureToSplit, RowName::PictureToCopy, RowName::PictureToOverlay],
         parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
         // Where COPY takes the picture as it lies, no layout change comes between, and the layer sees that OVERLAY waits for the copy.
@@ -200,7 +200,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         why: "the layer takes a layout change to be ordered after that at the end of a render pass, or in a barrier before it. It is so by a chain \
               only: what comes before ends with TRANSFER, with which this begins",
     },
-    Unnoticed {
+    UnreportedMutants {
         rows: &[
             RowName::ReadBack,
             RowName::SplitToPicture,
@@ -216,7 +216,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         says: TRANSITION,
         why: "the same, seen from the other side: what comes next begins with TRANSFER, with which this ends",
     },
-    Unnoticed {
+    UnreportedMutants {
         rows: &[RowName::ReadBack],
         parts: Parts::Row,
         // Where the pass draws into an image of the swapchain.
@@ -226,7 +226,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
                dependency exists from the last subpass it is used in to VK_SUBPASS_EXTERNAL",
         why: "the same for all of it: the implicit dependency holds nothing back, so that it makes no chain with what comes over the picture",
     },
-    Unnoticed {
+    UnreportedMutants {
         rows: &[RowName::PictureToOverlay],
         parts: Parts::Any(Side::After, S::empty(), A::COLOR_ATTACHMENT_WRITE),
         only: ALWAYS,
@@ -236,7 +236,7 @@ pub static UNNOTICED: &[Unnoticed] = &[
         why: "blending reads before it writes, and the layer takes the write to be ordered by the read. The picture must be visible to both \
               accesses, and is to those of the mask",
     },
-    Unnoticed {
+    UnreportedMutants {
         rows: &[RowName::HdrReuse, RowName::SamplesReuse, RowName::SumsReuse, RowName::TargetsReuse],
         parts: Parts::Any(Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE),
         only: |edge| edge.before.stage == S::COLOR_ATTACHMENT_OUTPUT,
