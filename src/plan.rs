@@ -21,6 +21,7 @@ mod parts;
 pub(crate) mod samples;
 mod shadows;
 mod surfaces;
+mod targets;
 #[cfg(test)]
 mod tests;
 mod textures;
@@ -44,6 +45,7 @@ pub use shadows::{
     Caster, MAX_SHADOW_VIEWS, MapDraw, MapProjection, Receivers, ShadowCache, ShadowLight, ShadowPlan, ShadowView, Tile,
 };
 pub use surfaces::PlannedBrdf;
+pub use targets::Target;
 pub use textures::{PlannedTexture, TexturePlan, TextureSource};
 pub use uploads::Uploads;
 pub use visible::clusters::{Clusters, Grid, SLICES, TILE};
@@ -143,6 +145,8 @@ pub struct FramePlan {
     pub shading: Shading,
     /// Absent for the views that read none.
     pub gbuffer: Option<Gbuffer>,
+    /// GEOMETRY has a render pass of its own, which stores the G-buffer for the next one.
+    pub stores_gbuffer: bool,
     /// The shadow maps of all lights that have some.
     pub shadow: Option<ShadowPlan>,
     /// Emissive light is written by GEOMETRY and LIGHTING adds to it.
@@ -289,6 +293,8 @@ impl FramePlan {
             size: settings.size,
             shading,
             gbuffer,
+            // With a G-buffer that the next pass reads at its own pixel.
+            stores_gbuffer: gbuffer.is_some() && !tiled && keep.has(OptionalPart::StoredGbuffer),
             shadow,
             emissive,
             transparency,
@@ -376,7 +382,7 @@ impl FramePlan {
     }
 
     /// Whether a frame finds out, on the CPU, which of these its camera does not need, and leaves them out. A GPU draws them faster
-    /// than that (docs/FIGURES.md).
+    /// than that (benches/README.md).
     pub(crate) fn seeks(&self, part: OptionalPart) -> bool {
         self.software && !self.keep.has(part)
     }

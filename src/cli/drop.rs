@@ -182,13 +182,15 @@ fn version(packed: u32) -> String {
 mod tests {
     use afterlight::frame::edges::unreported_mutants::LAYER;
     use afterlight::frame::edges::{Carrier, Place, RowName};
+    use afterlight::frame::list::SHADOW_PASS;
     use afterlight::gpu::sync::Use;
+    use afterlight::passes::shadow;
 
     use super::*;
 
     fn row(name: RowName) -> Edge {
-        let (from, to, why) = (Place::Outside, Place::Shadow, "");
-        let (carrier, by_region) = (Carrier::ShadowPass, false);
+        let (from, to, why) = (Place::OUTSIDE, shadow::PASS.place, "");
+        let (carrier, by_region) = (Carrier::Subpass(SHADOW_PASS), false);
         Edge { name, carrier, from, to, before: Use::START, after: Use::END, by_region, why }
     }
 

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use afterlight::frame::list;
 use afterlight::plan::{Capabilities, Cost, FramePlan, Part};
 use afterlight::scene::{Keep, OptionalPart, Scene, Settings};
 use rayon::prelude::*;
@@ -73,7 +74,8 @@ impl PlanReport {
                 refused: cost.and_then(|cost| cost.as_ref().err()).map(ToString::to_string),
             }
         };
-        let mut parts: Vec<&Part> = plan.parts().iter().collect();
+        let passes = list::parts(plan);
+        let mut parts: Vec<&Part> = passes.iter().chain(plan.parts()).collect();
         // As a heading each: what is in before what is out.
         parts.sort_by_key(|part| (part.group, !part.included));
         Self {

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
 
-use afterlight::frame::capabilities;
+use afterlight::frame::{capabilities, list};
 use afterlight::gpu::{MemoryReport, PhysicalDevice};
 use afterlight::plan::FramePlan;
 use afterlight::scene::file::{load_path, load_settings};
@@ -156,7 +156,7 @@ fn warnings(warnings: &[String]) -> String {
 
 /// The parts of a plan, those that are in before those that are out.
 pub fn plan_table(plan: &FramePlan) -> Table {
-    let mut parts = plan.parts().to_vec();
+    let mut parts = [list::parts(plan), plan.parts().to_vec()].concat();
     parts.sort_by_key(|part| !part.included);
     let mut table = Table::new();
     for part in parts {

@@ -6,15 +6,12 @@ use std::time::Instant;
 use ash::vk;
 
 use super::edges::Edges;
+use super::list::List;
 use super::{Drawn, Error, Frame, FrameParts, IN_FLIGHT, InFlight, Renderer};
 use crate::gpu::{self, CommandBuffer, Device, Timestamps};
 use crate::gpu_scene::{GpuScene, ShadowAtlas, SortedIndices, ViewBuffers, view_set_layout};
 use crate::plan::{FramePlan, ShadowCache, World};
 use crate::scene::{Scene, Settings, exposure_scale, metered_ev100};
-
-/// The begin of a frame, and the end of each of its passes: at most SHADOW, GEOMETRY, LIGHTING, TRANSPARENT, COMPOSITE, TONEMAP, FXAA, what comes
-/// over the picture, and ENCODE.
-const MOST_TIMES: u32 = 10;
 
 /// All of a renderer that the scene is needed for.
 pub(super) struct RendererBuilder {
@@ -76,12 +73,14 @@ impl RendererBuilder {
             world: &world,
             swapchain,
         })?;
+        // The begin of a frame, the end of each of its passes, and of what lies over the picture.
+        let times = List::of(&plan).passes().count() as u32 + 2;
         let in_flight = |index| {
             Ok(InFlight {
                 cmd: CommandBuffer::new(&device, &format!("frame {index}"))?,
                 view: ViewBuffers::new(&device, index, frame_layout.raw, &plan, &world)?,
                 sorted: SortedIndices::new(&device, index, &plan)?,
-                times: Timestamps::new(&device, &format!("times of frame {index}"), MOST_TIMES)?,
+                times: Timestamps::new(&device, &format!("times of frame {index}"), times)?,
                 ticket: None,
                 begun: Instant::now(),
                 record_ms: 0.0,

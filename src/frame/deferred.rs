@@ -1,5 +1,5 @@
-//! One frame that is rasterized, from top to bottom, as explicit Vulkan. This is the file to read first, and [`Deferred::record`] is its
-//! outline.
+//! One frame that is rasterized, from top to bottom, as explicit Vulkan. This is the file to read first: [`Deferred::record`] is its
+//! outline, and [`list`] says which passes share a render pass.
 //!
 //! ```text
 //! shadow passes  SHADOW     depth maps of lights, those in which something has moved
@@ -12,42 +12,44 @@
 //! FXAA pass      FXAA       smooths edges of the finished picture, where asked for
 //! ```
 //!
-//! What the plan leaves out does not exist: its field is `None` and its commands are not recorded. On the light path `compute` the frame is
-//! [`super::tiled`]'s instead. What both have is in [`super::main_pass`].
+//! A pass that the plan leaves out has no object, no resources and no commands. On the light path `compute` the frame is
+//! [`super::tiled`]'s instead. Both share [`super::render_passes`].
 
 use ash::vk;
 
 use super::FrameParts;
-use super::edges::Place;
-use super::main_pass::{MainPass, input, prepass};
-use super::render_pass::{PassDescription, subpass_index};
-use crate::gpu::{self, Image, RenderPass, Timestamps};
-use crate::passes::composite::Composite;
-use crate::passes::depth::Depth;
-use crate::passes::forward::Forward;
-use crate::passes::fxaa::Fxaa;
-use crate::passes::geometry::Geometry;
-use crate::passes::lighting::Lighting;
-use crate::passes::per_light::PerLight;
-use crate::passes::tonemap::TonemapPass;
-use crate::passes::transparent::Transparent;
-use crate::passes::view::ViewPass;
-use crate::passes::{Input, Recording, SetLayouts, Slot};
-use crate::plan::{FramePlan, Shading, World};
-use crate::targets::{COMPOSITE_INPUTS, Target, Targets, gbuffer_inputs};
+use super::list::{self, FXAA_PASS, GBUFFER_PASS, MAIN_PASS, SHADOW_PASS, Step, Subpass};
+use super::render_passes::{RenderPassIndex, RenderPasses, prepass};
+use crate::gpu::{self, Image, Timestamps};
+use crate::passes::composite::{self, Composite};
+use crate::passes::depth::{self, Depth};
+use crate::passes::forward::{self, Forward};
+use crate::passes::fxaa::{self, Fxaa};
+use crate::passes::geometry::{self, Geometry};
+use crate::passes::lighting::{self, Lighting};
+use crate::passes::per_light::{self, PerLight};
+use crate::passes::tonemap::{self, TonemapPass};
+use crate::passes::transparent::{self, Transparent};
+use crate::passes::view::{self, ViewPass};
+use crate::passes::{Pass, Recording, shadow};
+use crate::plan::{FramePlan, Shading, Target, World};
 
 const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
 
 /// The passes of a plan and what they draw into.
 pub struct Deferred {
-    main: MainPass,
-    /// In the main pass's first subpass, before what it hides.
+    passes: RenderPasses,
+    /// The render pass that begins with surfaces, or with light where there are none.
+    first: RenderPassIndex,
+    /// The one that goes on with LIGHTING, where the first ends with GEOMETRY.
+    second: Option<RenderPassIndex>,
+    /// In the first subpass, before what it hides.
     depth: Option<Depth>,
     opaque: Opaque,
     transparent: Option<Transparent>,
     composite: Option<Composite>,
     tonemap: Option<TonemapPass>,
-    fxaa: Option<FxaaStage>,
+    fxaa: Option<(RenderPassIndex, Fxaa)>,
 }
 
 /// How opaque surfaces become light.
@@ -60,60 +62,91 @@ enum Opaque {
 /// LIGHTING's place in the frame.
 enum Shade {
     /// One draw lights every pixel, and then lights are added one by one.
-    Light(Lighting, Option<Box<PerLight>>),
+    Light(Lighting, Option<PerLight>),
     View(ViewPass),
 }
 
+/// The passes of the frame in their order, and which of them share a render pass. What the plan lacks is left out.
+pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
+    let subpass = |place: &Pass, passes: &[&'static Pass]| list::subpass(plan, place.place, passes);
+    let alone = |pass: &'static Pass| subpass(pass, &[pass]);
+
+    let surfaces = subpass(&geometry::PASS, &[&depth::PASS, &geometry::PASS]);
+    let light: [Option<Subpass>; 5] = [
+        subpass(&lighting::PASS, &[&lighting::PASS, &per_light::PASS, &view::PASS]),
+        subpass(&forward::PASS, &[&depth::PASS, &forward::PASS]),
+        alone(&transparent::PASS),
+        alone(&composite::PASS),
+        alone(&tonemap::PASS),
+    ];
+    let mut steps = vec![list::render_pass(SHADOW_PASS, [alone(&shadow::PASS)])];
+    // Each of these reads only its own pixel, so that a tiler never leaves the tile. A pass between GEOMETRY and LIGHTING that reads
+    // neighbours would have to part them.
+    match plan.stores_gbuffer {
+        false => steps.push(list::render_pass(MAIN_PASS, [surfaces].into_iter().chain(light))),
+        true => steps.extend([list::render_pass(GBUFFER_PASS, [surfaces]), list::render_pass(MAIN_PASS, light)]),
+    }
+    steps.push(list::render_pass(FXAA_PASS, [alone(&fxaa::PASS)]));
+    steps
+}
+
 impl Deferred {
-    /// Records one frame. The rows that are named here are those of [`super::edges::table`]. The render pass carries each of them as a
+    /// Records one frame. The rows that are named here are those of [`super::edges::table`]. The render passes carry each of them as a
     /// subpass dependency, so that `cmd_next_subpass` waits as they say.
     pub fn record(&self, frame: &Recording, times: &mut Option<Timestamps>) {
-        let (gpu, cmd) = (&frame.device.raw, frame.cmd);
+        let (gpu, cmd, passes) = (&frame.device.raw, frame.cmd, &self.passes);
 
         // A render pass for each stale map. Row `shadow-map-to-lighting`: the passes below look up what it wrote.
-        self.main.record_shadow(frame, times);
+        passes.record_shadow(frame, times);
 
         // The first users of the targets wait until the last frame has let go of them: rows `gbuffer-reuse` or `targets-reuse`, `hdr-reuse`,
         // `samples-reuse`, `sums-reuse`, `output-reuse`.
-        // SAFETY: `cmd` is being recorded outside a render pass; pass, framebuffer and clear values were made from one plan,
-        // as were the subpasses that follow.
-        unsafe { gpu.cmd_begin_render_pass(cmd, &self.main.begin(frame), INLINE) };
+        // SAFETY: `cmd` is being recorded outside a render pass; the subpasses that follow were made from the same list.
+        unsafe { gpu.cmd_begin_render_pass(cmd, &passes.begin(frame, self.first), INLINE) };
         match &self.opaque {
             Opaque::Deferred(geometry, shade) => {
                 if let Some(geometry) = geometry {
-                    frame.begin("GEOMETRY");
+                    frame.begin(&geometry::PASS);
                     if let Some(depth) = &self.depth {
                         // In the same subpass: rasterization order alone puts it before what it hides.
                         depth.record(frame);
                     }
                     geometry.record(frame);
-                    frame.end(times, "geometry");
+                    frame.end(times, &geometry::PASS);
                     // Row `gbuffer-to-lighting`: each pixel reads what GEOMETRY wrote in its own place.
-                    // SAFETY: the pass has LIGHTING or VIEW next.
-                    unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
+                    match self.second {
+                        // SAFETY: the pass has LIGHTING or VIEW next.
+                        None => unsafe { gpu.cmd_next_subpass(cmd, INLINE) },
+                        // SAFETY: the first pass has no other subpass, and the second one begins with LIGHTING or VIEW.
+                        Some(second) => unsafe {
+                            gpu.cmd_end_render_pass(cmd);
+                            gpu.cmd_begin_render_pass(cmd, &passes.begin(frame, second), INLINE);
+                        },
+                    }
                 }
                 match shade.as_ref() {
                     Shade::Light(lighting, added) => {
-                        frame.begin("LIGHTING");
+                        frame.begin(&lighting::PASS);
                         lighting.record(frame);
                         if let Some(added) = added {
                             added.record(frame);
                         }
+                        frame.end(times, &lighting::PASS);
                     }
                     Shade::View(view) => {
-                        frame.begin("VIEW");
+                        frame.begin(&view::PASS);
                         view.record(frame);
+                        frame.end(times, &view::PASS);
                     }
                 }
-                frame.end(times, "lighting");
             }
             Opaque::Forward(forward) => {
-                frame.begin("FORWARD");
+                frame.begin(&forward::PASS);
                 if let Some(depth) = &self.depth {
                     depth.record(frame);
                 }
                 forward.record(frame);
-                frame.end(times, "forward");
+                frame.end(times, &forward::PASS);
             }
         }
         if let Some(transparent) = &self.transparent {
@@ -121,35 +154,39 @@ impl Deferred {
             // are blended over their light.
             // SAFETY: the pass has TRANSPARENT next.
             unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
-            frame.begin("TRANSPARENT");
+            frame.begin(&transparent::PASS);
             transparent.record(frame);
-            frame.end(times, "transparent");
+            frame.end(times, &transparent::PASS);
         }
         if let Some(composite) = &self.composite {
             // Rows `sums-to-composite`, and `lighting-to-composite` or `forward-to-composite`: it blends the sums of its pixel over the light.
             // SAFETY: the pass has COMPOSITE next.
             unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
-            frame.begin("COMPOSITE");
+            frame.begin(&composite::PASS);
             composite.record(frame);
-            frame.end(times, "composite");
+            frame.end(times, &composite::PASS);
         }
         if let Some(tonemap) = &self.tonemap {
             // Row `hdr-to-tonemap`: it reads the light of its pixel when the last surface is blended.
             // SAFETY: the pass has TONEMAP next.
             unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
-            frame.begin("TONEMAP");
+            frame.begin(&tonemap::PASS);
             tonemap.record(frame);
-            frame.end(times, "tonemap");
+            frame.end(times, &tonemap::PASS);
         }
         // Row `read-back`: COPY, or what a window draws over the picture, waits for its last write.
         // SAFETY: begun above, and every subpass recorded.
         unsafe { gpu.cmd_end_render_pass(cmd) };
 
-        if let Some(FxaaStage { fxaa, .. }) = &self.fxaa {
-            // A render pass of its own, because it reads each pixel's neighbours: row `output-to-fxaa`.
-            frame.begin("FXAA");
+        if let Some((pass, fxaa)) = &self.fxaa {
+            // A render pass of its own, because it reads each pixel's neighbours: row `output-to-fxaa`. Its picture waits by `picture-reuse`.
+            frame.begin(&fxaa::PASS);
+            // SAFETY: outside a render pass again; FXAA is the only subpass.
+            unsafe { gpu.cmd_begin_render_pass(cmd, &passes.begin(frame, *pass), INLINE) };
             fxaa.record(frame);
-            frame.end(times, "fxaa");
+            // SAFETY: begun above.
+            unsafe { gpu.cmd_end_render_pass(cmd) };
+            frame.end(times, &fxaa::PASS);
         }
     }
 
@@ -159,40 +196,36 @@ impl Deferred {
     /// When the device lacks the memory or cannot compile a pipeline.
     pub fn new(parts: &FrameParts) -> gpu::Result<Self> {
         let &FrameParts { device, plan, frame_layout, scene, .. } = parts;
-        let main = MainPass::new(parts)?;
-        let slot = |place| subpass_index(plan, place).map(|subpass| main.slot(subpass));
-        let layouts = parts.layouts();
-        let targets = &main.targets;
+        let passes = RenderPasses::new(parts)?;
+        let main = passes.find(MAIN_PASS).ok_or_else(|| gpu::Error::Misuse("the frame has no main pass".into()))?;
+        let (first, second) = passes.find(GBUFFER_PASS).map_or((main, None), |first| (first, Some(main)));
+        let slot = |pass| passes.slot(pass);
+        let (layouts, depth) = (parts.layouts(), prepass(parts, &passes)?);
 
-        let depth = prepass(parts, main.slot(0))?;
-        let opaque = match slot(Place::Forward) {
+        let opaque = match slot(&forward::PASS) {
             Some(slot) => Opaque::Forward(Forward::new(device, plan, slot, layouts, scene)?),
             None => {
-                let geometry = match slot(Place::Geometry) {
-                    Some(slot) => Some(Geometry::new(device, plan, slot, frame_layout, scene)?),
-                    None => None,
-                };
-                let lighting = main.slot(u32::from(geometry.is_some()));
-                Opaque::Deferred(geometry, Box::new(Shade::new(parts, lighting, layouts, targets)?))
+                let geometry = slot(&geometry::PASS)
+                    .map(|slot| Geometry::new(device, plan, slot, frame_layout, scene))
+                    .transpose()?;
+                Opaque::Deferred(geometry, Box::new(Shade::new(parts, &passes)?))
             }
         };
-        let transparent = match slot(Place::Transparent) {
-            Some(slot) => Some(Transparent::new(device, plan, slot, layouts, scene)?),
-            None => None,
+        let transparent =
+            slot(&transparent::PASS).map(|slot| Transparent::new(device, plan, slot, layouts, scene)).transpose()?;
+        let composite = slot(&composite::PASS)
+            .map(|slot| Composite::new(device, plan, slot, &passes.inputs(&composite::PASS, plan)))
+            .transpose()?;
+        let tonemap = slot(&tonemap::PASS)
+            .map(|slot| TonemapPass::new(device, plan, slot, &passes.inputs(&tonemap::PASS, plan)))
+            .transpose()?;
+        let fxaa = match (passes.find(FXAA_PASS), slot(&fxaa::PASS)) {
+            (Some(pass), Some(slot)) => {
+                Some((pass, Fxaa::new(device, slot, passes.targets.image(Target::Output).view)?))
+            }
+            _ => None,
         };
-        let composite = match slot(Place::Composite) {
-            Some(slot) => Some(Composite::new(device, plan, slot, &composite_inputs(targets))?),
-            None => None,
-        };
-        let tonemap = match slot(Place::Tonemap) {
-            Some(slot) => Some(TonemapPass::new(device, plan, slot, input((0, Target::Hdr), targets))?),
-            None => None,
-        };
-        let fxaa = match plan.fxaa {
-            true => Some(FxaaStage::new(parts, targets)?),
-            false => None,
-        };
-        Ok(Self { main, depth, opaque, transparent, composite, tonemap, fxaa })
+        Ok(Self { passes, first, second, depth, opaque, transparent, composite, tonemap, fxaa })
     }
 
     /// Makes anew what has the size of the picture: attachments, framebuffers, and the sets that name them.
@@ -200,87 +233,59 @@ impl Deferred {
     /// # Errors
     /// When the device lacks the memory.
     pub fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
-        let &FrameParts { device, plan, swapchain, .. } = parts;
-        self.main.resize(parts)?;
-        let targets = &self.main.targets;
+        let &FrameParts { device, plan, .. } = parts;
+        self.passes.resize(parts)?;
+        let passes = &self.passes;
         if let Opaque::Deferred(_, shade) = &mut self.opaque {
-            shade.read_from(parts, &inputs(plan, targets))?;
+            shade.read_from(parts, passes)?;
         }
         if let Some(composite) = &mut self.composite {
-            composite.read_from(device, &composite_inputs(targets))?;
+            composite.read_from(device, &passes.inputs(&composite::PASS, plan))?;
         }
         if let Some(tonemap) = &mut self.tonemap {
-            tonemap.read_from(device, input((0, Target::Hdr), targets))?;
+            tonemap.read_from(device, &passes.inputs(&tonemap::PASS, plan))?;
         }
         match &mut self.fxaa {
-            Some(FxaaStage { fxaa, .. }) => fxaa.resize(device, plan, targets.image(Target::Output).view, swapchain),
+            Some((_, fxaa)) => fxaa.read_from(device, passes.targets.image(Target::Output).view),
             None => Ok(()),
         }
     }
 
     /// Re-exposes the background's clear colours.
     pub fn expose(&mut self, plan: &FramePlan, world: &World) {
-        self.main.expose(plan, world);
+        self.passes.expose(plan, world);
     }
 
     /// The picture, in TRANSFER_SRC_OPTIMAL after the frame, unless it is in an image of the swapchain.
-    pub fn output(&self) -> Option<&Image> {
-        match &self.fxaa {
-            Some(FxaaStage { fxaa, .. }) => fxaa.picture(),
-            None => self.main.targets.output(),
-        }
+    pub fn output(&self, plan: &FramePlan) -> Option<&Image> {
+        self.passes.targets.find(plan.picture())
     }
 }
 
 impl Shade {
-    fn new(parts: &FrameParts, slot: Slot, layouts: SetLayouts, targets: &Targets) -> gpu::Result<Self> {
-        let &FrameParts { device, plan, .. } = parts;
-        let inputs = inputs(plan, targets);
-        if !matches!(plan.shading, Shading::Light { .. }) {
+    fn new(parts: &FrameParts, passes: &RenderPasses) -> gpu::Result<Self> {
+        let (&FrameParts { device, plan, .. }, layouts) = (parts, parts.layouts());
+        let pass = if let Shading::Light { .. } = plan.shading { &lighting::PASS } else { &view::PASS };
+        let (slot, inputs) = (passes.needed_slot(pass)?, passes.inputs(pass, plan));
+        if pass.place == view::PASS.place {
             return Ok(Self::View(ViewPass::new(device, plan, slot, layouts, &inputs)?));
         }
         let added = match plan.adds_lights() {
-            true => Some(Box::new(PerLight::new(device, plan, slot, layouts, &inputs)?)),
+            true => Some(PerLight::new(device, plan, slot, layouts, &inputs)?),
             false => None,
         };
         Ok(Self::Light(Lighting::new(device, plan, slot, layouts, &inputs)?, added))
     }
 
-    fn read_from(&mut self, parts: &FrameParts, inputs: &[Input]) -> gpu::Result<()> {
+    fn read_from(&mut self, parts: &FrameParts, passes: &RenderPasses) -> gpu::Result<()> {
+        let &FrameParts { device, plan, .. } = parts;
         match self {
             Self::Light(lighting, added) => {
-                lighting.read_from(parts.device, inputs)?;
-                match added {
-                    Some(added) => added.read_from(parts.device, inputs),
-                    None => Ok(()),
-                }
+                let inputs = passes.inputs(&lighting::PASS, plan);
+                lighting.read_from(device, &inputs)?;
+                added.as_mut().map_or(Ok(()), |added| added.read_from(device, &inputs))
             }
-            Self::View(view) => view.read_from(parts.device, inputs),
+            Self::View(view) => view.read_from(device, &passes.inputs(&view::PASS, plan)),
         }
     }
-}
-
-/// FXAA with its render pass.
-struct FxaaStage {
-    _pass: RenderPass,
-    fxaa: Fxaa,
-}
-
-impl FxaaStage {
-    fn new(parts: &FrameParts, targets: &Targets) -> gpu::Result<Self> {
-        let &FrameParts { device, plan, edges, swapchain, .. } = parts;
-        let pass = PassDescription::fxaa(plan, edges).make(device)?;
-        let slot = Slot { render_pass: pass.raw, subpass: 0 };
-        let fxaa = Fxaa::new(device, plan, slot, targets.image(Target::Output).view, swapchain)?;
-        Ok(Self { _pass: pass, fxaa })
-    }
-}
-
-/// What LIGHTING or VIEW reads.
-fn inputs(plan: &FramePlan, targets: &Targets) -> Vec<Input> {
-    gbuffer_inputs(plan).into_iter().map(|own| input(own, targets)).collect()
-}
-
-fn composite_inputs(targets: &Targets) -> [Input; 2] {
-    COMPOSITE_INPUTS.map(|own| input(own, targets))
 }

@@ -12,7 +12,10 @@ use std::fmt;
 
 use ash::vk;
 
+use super::list::{MAIN_PASS, RenderPassName};
 use crate::gpu::sync::{Dependency, Use};
+pub use crate::passes::Place;
+use crate::passes::fxaa;
 use crate::plan::FramePlan;
 use crate::scene;
 
@@ -32,55 +35,11 @@ pub(super) use masks::SUPPORTED;
 pub use names::RowName;
 use unreported_mutants::Part;
 
-/// Where something happens.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Place {
-    /// Before or after the render pass, in this frame or another.
-    Outside,
-    Shadow,
-    Geometry,
-    /// LIGHTING, or VIEW in its place: they touch the same things in the same way.
-    Lighting,
-    /// GEOMETRY and LIGHTING at once.
-    Forward,
-    Transparent,
-    Composite,
-    Tonemap,
-    Fxaa,
-    /// The compute pass that lights a stored G-buffer.
-    Tiled,
-    /// Copies out of staging buffers, and blits from level to level of a texture.
-    Upload,
-    /// The clear that the shadow maps' image begins with.
-    Clear,
-    /// Every pass that draws the scene's meshes with its textures.
-    Draws,
-    Copy,
-    /// The copy of a compute pass's picture into an image of the swapchain.
-    Present,
-    /// The copy of another picture over a part of this one.
-    Split,
-    /// Panels over the finished picture.
-    Overlay,
-    /// The picture into an image of the swapchain that no hardware encodes.
-    Encode,
-    /// What shows the swapchain's images.
-    Presentation,
-    /// Everything that one submission does on the device.
-    Device,
-    /// The CPU.
-    Host,
-}
-
 /// What a row becomes. One queue does everything, so that only presentation needs semaphores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Carrier {
-    /// A subpass dependency of the shadow render pass, of which each map that is drawn has an instance.
-    ShadowPass,
-    /// A subpass dependency of the main render pass.
-    MainPass,
-    /// A subpass dependency of FXAA's render pass.
-    FxaaPass,
+    /// A subpass dependency of a render pass.
+    Subpass(RenderPassName),
     /// A pipeline barrier on an image, with its layouts before and after.
     ImageBarrier(vk::ImageLayout, vk::ImageLayout),
     /// A pipeline barrier on a buffer.
@@ -99,7 +58,7 @@ pub enum Carrier {
 impl Carrier {
     /// Whether rows of this kind are dependencies of a render pass.
     pub fn is_render_pass(self) -> bool {
-        matches!(self, Self::ShadowPass | Self::MainPass | Self::FxaaPass)
+        matches!(self, Self::Subpass(_))
     }
 
     /// Why rows of this kind cannot be dropped, where they cannot.
@@ -117,40 +76,10 @@ impl Carrier {
     }
 }
 
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Outside => "OUTSIDE",
-            Self::Shadow => "SHADOW",
-            Self::Geometry => "GEOMETRY",
-            Self::Lighting => "LIGHTING",
-            Self::Forward => "FORWARD",
-            Self::Transparent => "TRANSPARENT",
-            Self::Composite => "COMPOSITE",
-            Self::Tonemap => "TONEMAP",
-            Self::Fxaa => "FXAA",
-            Self::Tiled => "TILED",
-            Self::Upload => "UPLOAD",
-            Self::Clear => "CLEAR",
-            Self::Draws => "DRAWS",
-            Self::Copy => "COPY",
-            Self::Present => "PRESENT",
-            Self::Split => "SPLIT",
-            Self::Overlay => "OVERLAY",
-            Self::Encode => "ENCODE",
-            Self::Presentation => "PRESENTATION",
-            Self::Device => "DEVICE",
-            Self::Host => "HOST",
-        })
-    }
-}
-
 impl fmt::Display for Carrier {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::ShadowPass => f.write_str("dependency of the shadow pass"),
-            Self::MainPass => f.write_str("dependency of the main pass"),
-            Self::FxaaPass => f.write_str("dependency of the FXAA pass"),
+            Self::Subpass(pass) => write!(f, "dependency of the {}", pass.0),
             Self::ImageBarrier(old, new) => write!(f, "image barrier {old:?} -> {new:?}"),
             Self::BufferBarrier => f.write_str("buffer barrier"),
             Self::MemoryBarrier => f.write_str("memory barrier"),
@@ -334,8 +263,8 @@ pub fn table(plan: &FramePlan) -> Edges {
 fn subpass(name: RowName, (from, to): (Place, Place), before: &[Use], after: &[Use], why: &'static str) -> Edge {
     Edge {
         // Between two subpasses each pixel reads only itself, so a tiler never leaves the tile.
-        by_region: ![from, to].iter().any(|place| matches!(place, Place::Outside | Place::Fxaa)),
-        ..Edge::new(name, Carrier::MainPass, (from, to), (Use::all(before), Use::all(after)), why)
+        by_region: [from, to].iter().all(|&place| place != Place::OUTSIDE && place != fxaa::PASS.place),
+        ..Edge::new(name, Carrier::Subpass(MAIN_PASS), (from, to), (Use::all(before), Use::all(after)), why)
     }
 }
 

@@ -7,7 +7,7 @@ mod complexity;
 mod deferred;
 pub mod edges;
 pub mod experiment;
-mod main_pass;
+pub mod list;
 #[cfg(feature = "window")]
 mod present;
 pub mod proof;
@@ -15,6 +15,7 @@ mod read_back;
 #[cfg(feature = "window")]
 mod rebuild;
 pub mod render_pass;
+mod render_passes;
 #[cfg(feature = "window")]
 mod split;
 mod tiled;
@@ -212,10 +213,10 @@ impl Frame {
     }
 
     /// The picture, in TRANSFER_SRC_OPTIMAL after the frame, unless it is in an image of the swapchain.
-    fn output(&self) -> Option<&Image> {
+    fn output(&self, plan: &FramePlan) -> Option<&Image> {
         match self {
-            Self::Deferred(frame) => frame.output(),
-            Self::Tiled(frame) => frame.output(),
+            Self::Deferred(frame) => frame.output(plan),
+            Self::Tiled(frame) => frame.output(plan),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Frames that a window shows: each into an image of the swapchain, as docs/WINDOW.md tells under "How a frame reaches the screen".
+//! Frames that a window shows: each into an image of the swapchain, as ARCHITECTURE.md tells under "A frame on the screen".
 
 mod fit;
 mod over;
@@ -11,11 +11,11 @@ use ash::vk;
 
 use super::builder::RendererBuilder;
 use super::edges::{self, Edges, RowName};
-use super::main_pass::image_barrier;
 use super::read_back::{picture_of, picture_up_to_white};
 use super::rebuild::Rebuild;
+use super::render_passes::image_barrier;
 use super::split::Split;
-use super::{Drawn, Error, FrameParts, FrameTimes, IN_FLIGHT, Picture, Renderer, plan_for};
+use super::{Drawn, Error, FrameParts, FrameTimes, IN_FLIGHT, Picture, Renderer, list, plan_for};
 use crate::gpu::barrier::ImageRange;
 use crate::gpu::{
     self, Acquired, Device, Fit, ImageFormats, ImageWish, Owned, Surface, Swapchain, SwapchainDesc, Vsync, semaphore,
@@ -23,8 +23,9 @@ use crate::gpu::{
 use crate::gpu_scene::GpuScene;
 use crate::passes::copy::Copy;
 use crate::passes::encode::{Encode, WHITE_NITS};
-use crate::passes::overlay::{Overlay, Panels};
-use crate::plan::{self, Canvas, Encoding, FramePlan, Part, PartGroup, Transfer};
+use crate::passes::overlay::{self, Overlay, Panels};
+use crate::passes::split;
+use crate::plan::{self, Canvas, Encoding, FramePlan, Part, Transfer};
 use crate::scene::{Camera, Light, Scene, Settings, View};
 use over::{Over, overlay, own_canvas, record_copy, record_encode};
 
@@ -380,28 +381,23 @@ impl Presenter {
 
     /// The parts of the plan, and what may lie over the picture, of frames with panels (`has_panels`) or without.
     pub fn parts(&self, has_panels: bool) -> Vec<Part> {
-        let over = |name: &str, included: bool, [reason, otherwise]: [&str; 2]| Part {
-            name: name.into(),
-            group: PartGroup::Passes,
-            optional: None,
-            included,
-            reason: if included { reason } else { otherwise }.into(),
-            bytes: 0,
-        };
-        let split = ["another view is shown beside the picture", "the picture is shown alone"];
-        let overlay = ["panels are shown", "no panel is shown"];
-        let encoding = self.plan().and_then(|plan| plan.encoding);
-        let encode = match encoding.map(|encoding| encoding.transfer) {
-            Some(Transfer::Pq) => "the window's images are HDR10",
-            Some(Transfer::Linear) => "the window's images are scRGB",
-            _ => "no hardware encodes the window's images",
-        };
-        let own = [
-            over("SPLIT", self.split.is_some(), split),
-            over("OVERLAY", has_panels, overlay),
-            over("ENCODE", encoding.is_some(), [encode, "the window's images need none"]),
+        let Some(plan) = self.plan() else { return Vec::new() };
+        let mut parts = [list::parts(plan), plan.parts().to_vec()].concat();
+        // Of what comes and goes while the window is open, as it is now.
+        let now = [
+            (
+                split::PASS,
+                self.split.is_some(),
+                ["another view is shown beside the picture", "the picture is shown alone"],
+            ),
+            (overlay::PASS, has_panels, ["panels are shown", "no panel is shown"]),
         ];
-        self.plan().map(FramePlan::parts).unwrap_or_default().iter().cloned().chain(own).collect()
+        for (pass, included, [reason, otherwise]) in now {
+            if let Some(part) = parts.iter_mut().find(|part| part.name == pass.place.name()) {
+                (part.included, part.reason) = (included, if included { reason } else { otherwise }.into());
+            }
+        }
+        parts
     }
 
     /// The swapchain's mode, while there is one.

@@ -31,7 +31,7 @@ impl Renderer {
             let cmd = CommandBuffer::new(&self.device, "read-back")?;
             self.copy = Some((cmd, Copy::new(&self.device, &self.plan)?));
         }
-        let Some(output) = self.frame.output() else {
+        let Some(output) = self.frame.output(&self.plan) else {
             return Err(gpu::Error::Misuse("a picture that is shown by a window is read back".into()).into());
         };
         let (cmd, copy) = self.copy.as_mut().expect("made above");

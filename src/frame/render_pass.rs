@@ -1,47 +1,15 @@
-//! The render passes of a plan: attachments, subpasses, and the rows of [`super::edges`] as dependencies.
+//! Render passes as values: attachments and subpasses from the list of passes ([`super::list`]), dependencies from the rows of [`super::edges`].
 
 use std::fmt;
 use std::sync::Arc;
 
 use ash::vk;
 
-use super::edges::{Carrier, Edge, Edges, Place};
-use crate::gpu::sync::Use;
+use super::edges::{Carrier, Edge, Edges};
+use super::list::{List, RenderPassName, Subpass as Listed};
 use crate::gpu::{self, Device, RenderPass, SubpassDesc};
-use crate::passes::{composite, forward, fxaa, geometry, lighting, shadow, tonemap, transparent};
-use crate::plan::FramePlan;
-use crate::scene::Transparency;
-use crate::targets::{Attachment, Target, Touch, attachments, samples_of};
-
-/// Resolves samples into the output after the subpass that is the last to write them: reads them, and as their last user drops them.
-pub const RESOLVE: Use = Use::new(
-    vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT,
-    vk::AccessFlags::from_raw(
-        vk::AccessFlags::COLOR_ATTACHMENT_WRITE.as_raw() | vk::AccessFlags::COLOR_ATTACHMENT_READ.as_raw(),
-    ),
-);
-
-/// The subpasses of the main pass in their order, each with what it touches. That these passes share a render pass is decided here; their
-/// references, and what is preserved between them, follow from the list. Of a tiled plan only GEOMETRY is a subpass.
-fn declared(plan: &FramePlan) -> Vec<(Place, Vec<Touch>)> {
-    type Touches = fn(&FramePlan) -> Vec<Touch>;
-    let is_forward = plan.is_forward();
-    let passes: [(Place, bool, Touches); 6] = [
-        (Place::Forward, is_forward, forward::touches),
-        (Place::Geometry, plan.has_geometry() && !is_forward, geometry::touches),
-        // Or VIEW, which touches the same.
-        (Place::Lighting, !is_forward && !plan.is_tiled(), lighting::touches),
-        (Place::Transparent, plan.transparency.is_some(), transparent::touches),
-        (Place::Composite, plan.transparency == Some(Transparency::Oit), composite::touches),
-        (Place::Tonemap, plan.has_tonemap_subpass(), tonemap::touches),
-    ];
-    passes.into_iter().filter(|&(_, is_there, _)| is_there).map(|(place, _, touches)| (place, touches(plan))).collect()
-}
-
-/// The index of a place among the main pass's subpasses, if the plan has it there.
-pub fn subpass_index(plan: &FramePlan, place: Place) -> Option<u32> {
-    declared(plan).iter().position(|&(own, _)| own == place).map(|index| index as u32)
-}
+use crate::passes::{How, Place, Resource, Touch, shadow};
+use crate::plan::{FramePlan, Target};
 
 /// A render pass as a value. The device's is made from it, and `report::graph` draws it.
 #[derive(Debug, Clone)]
@@ -51,26 +19,6 @@ pub struct PassDescription {
     pub subpasses: Vec<Subpass>,
     /// Rows of the table, each with the subpasses that it is between.
     pub dependencies: Vec<(Edge, [u32; 2])>,
-}
-
-/// An image that a render pass draws into.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Resource {
-    Target(Target),
-    /// A layer of the image of all shadow maps.
-    ShadowMaps,
-    /// What FXAA draws.
-    SmoothedPicture,
-}
-
-impl fmt::Display for Resource {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Target(target) => f.write_str(&format!("{target:?}").to_lowercase()),
-            Self::ShadowMaps => f.write_str("shadow maps"),
-            Self::SmoothedPicture => f.write_str("picture"),
-        }
-    }
 }
 
 /// A change of an image's layout, which a dependency orders.
@@ -93,13 +41,13 @@ impl fmt::Display for LayoutChange {
 
 /// The layouts that change where a row of the table orders it.
 pub fn layout_changes(plan: &FramePlan, edges: &Edges, edge: &Edge) -> Vec<LayoutChange> {
-    let pass = match edge.carrier {
-        Carrier::MainPass => PassDescription::main(plan, edges),
-        Carrier::ShadowPass => PassDescription::shadow(plan, edges),
-        Carrier::FxaaPass => PassDescription::fxaa(plan, edges),
+    let name = match edge.carrier {
+        Carrier::Subpass(name) => name,
         Carrier::ImageBarrier(old, new) => return vec![LayoutChange { image: None, old, new }],
         _ => return Vec::new(),
     };
+    let list = List::of(plan);
+    let Some(pass) = PassDescription::named(plan, edges, &list, name) else { return Vec::new() };
     let ends = pass.dependencies.iter().find(|(own, _)| own.name == edge.name).map(|&(_, ends)| ends);
     let changes = pass.layout_changes().into_iter().filter(|(between, _)| Some(*between) == ends);
     changes.map(|(_, change)| change).collect()
@@ -119,78 +67,95 @@ pub struct Subpass {
     pub depth: Option<vk::AttachmentReference>,
     /// Kept through a subpass that does not use them.
     pub preserve: Vec<u32>,
+    /// As the passes declare it.
+    pub touches: Vec<Touch>,
 }
 
 impl Subpass {
-    fn at(place: Place) -> Self {
-        Self { place, input: Vec::new(), color: Vec::new(), resolve: Vec::new(), depth: None, preserve: Vec::new() }
+    fn of(listed: &Listed, order: &[Resource]) -> Self {
+        let (place, touches) = (listed.place, listed.touches.clone());
+        let (input, color, resolve, preserve) = Default::default();
+        let mut own = Self { place, input, color, resolve, depth: None, preserve, touches };
+        for touch in listed.touches.iter().filter(|touch| touch.is_attachment()) {
+            let position = order.iter().position(|&resource| resource == touch.resource);
+            let attachment = position.map_or(vk::ATTACHMENT_UNUSED, |index| index as u32);
+            let reference = vk::AttachmentReference { attachment, layout: touch.layout() };
+            match touch.how {
+                How::Color { location, .. } => {
+                    let gap = vk::AttachmentReference {
+                        attachment: vk::ATTACHMENT_UNUSED,
+                        layout: vk::ImageLayout::UNDEFINED,
+                    };
+                    let location = location as usize;
+                    own.color.resize(own.color.len().max(location + 1), gap);
+                    own.color[location] = reference;
+                }
+                How::Depth { .. } => own.depth = Some(reference),
+                How::Resolve => own.resolve.push(reference),
+                _ => own.input.push(reference),
+            }
+        }
+        own
     }
 
-    fn add(&mut self, order: &[Target], touch: Touch) {
-        let reference = reference(order, touch.target(), touch.layout());
-        match touch {
-            Touch::Input(_) => self.input.push(reference),
-            Touch::Color(location, _) => {
-                let gap =
-                    vk::AttachmentReference { attachment: vk::ATTACHMENT_UNUSED, layout: vk::ImageLayout::UNDEFINED };
-                let location = location as usize;
-                self.color.resize(self.color.len().max(location + 1), gap);
-                self.color[location] = reference;
-            }
-            Touch::DepthWrite | Touch::DepthTest => self.depth = Some(reference),
-            // `check` refuses it.
-            Touch::Sampled(_) => {}
-        }
+    fn uses(&self, image: Resource) -> bool {
+        self.touches.iter().any(|touch| touch.resource == image && touch.is_attachment())
     }
 }
 
 impl PassDescription {
-    /// The one pass with subpasses GEOMETRY, LIGHTING (or VIEW), TRANSPARENT, COMPOSITE and TONEMAP, or FORWARD in the place of
-    /// the first two, as far as the plan has them.
-    pub fn main(plan: &FramePlan, edges: &Edges) -> Self {
-        let describe = |attachment: &Attachment| {
-            let description = vk::AttachmentDescription::default()
-                .format(attachment.format)
-                .samples(samples_of(plan, attachment.target))
-                .load_op(attachment.load)
-                .store_op(attachment.store)
-                .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
-                .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
-                // Nothing is kept from frame to frame.
-                .initial_layout(vk::ImageLayout::UNDEFINED)
-                .final_layout(attachment.final_layout);
-            (Resource::Target(attachment.target), description)
+    /// All render passes of a plan's frames in their order.
+    pub fn all(plan: &FramePlan, edges: &Edges) -> Vec<Self> {
+        let list = List::of(plan);
+        let of = |(name, subpasses): (RenderPassName, &[Listed])| Self::of(plan, edges, &list, (name, subpasses));
+        list.render_passes().map(of).collect()
+    }
+
+    /// The one with this name, if the plan has it.
+    pub fn named(plan: &FramePlan, edges: &Edges, list: &List, name: RenderPassName) -> Option<Self> {
+        let found = list.render_passes().find(|(own, _)| *own == name)?;
+        Some(Self::of(plan, edges, list, found))
+    }
+
+    fn of(plan: &FramePlan, edges: &Edges, list: &List, (name, listed): (RenderPassName, &[Listed])) -> Self {
+        let draws_maps = listed.iter().any(|own| own.place == shadow::PASS.place);
+        let attachments: Vec<_> = match draws_maps {
+            // A square of a layer that has others: it is readable before and after.
+            true => vec![(Resource::ShadowMaps, shadow::attachment())],
+            false => {
+                let targets = list.attachments(plan, name).into_iter();
+                targets.map(|(target, description)| (Resource::Target(target), description)).collect()
+            }
         };
-        Self {
-            name: "main pass",
-            attachments: attachments(plan).iter().map(describe).collect(),
-            subpasses: main_subpasses(plan),
-            dependencies: dependencies(plan, edges, Carrier::MainPass),
+        let order: Vec<_> = attachments.iter().map(|&(image, _)| image).collect();
+        let mut subpasses: Vec<_> = listed.iter().map(|own| Subpass::of(own, &order)).collect();
+        for index in 0..subpasses.len() {
+            // What is used before and after it, and not by it.
+            let used = |some: &[Subpass], image| some.iter().any(|own| own.uses(image));
+            let passes_by = |image: Resource| {
+                !subpasses[index].uses(image)
+                    && used(&subpasses[..index], image)
+                    && used(&subpasses[index + 1..], image)
+            };
+            let preserve = (0..).zip(&order).filter(|&(_, &image)| passes_by(image)).map(|(index, _)| index).collect();
+            subpasses[index].preserve = preserve;
         }
+        let index = |place| {
+            let position = listed.iter().position(|own| own.place == place);
+            position.map_or(vk::SUBPASS_EXTERNAL, |index| index as u32)
+        };
+        let rows = edges.of(Carrier::Subpass(name));
+        let dependencies = rows.map(|edge| (edge.clone(), [index(edge.from), index(edge.to)])).collect();
+        Self { name: name.0, attachments, subpasses, dependencies }
     }
 
-    /// The shadow maps' pass: one subpass, depth only.
-    pub fn shadow(plan: &FramePlan, edges: &Edges) -> Self {
-        let layout = vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
-        let depth = Some(vk::AttachmentReference { attachment: 0, layout });
-        Self {
-            name: "shadow pass",
-            attachments: vec![(Resource::ShadowMaps, shadow::attachment())],
-            subpasses: vec![Subpass { depth, ..Subpass::at(Place::Shadow) }],
-            dependencies: dependencies(plan, edges, Carrier::ShadowPass),
-        }
-    }
-
-    /// FXAA's pass: one subpass that writes the picture.
-    pub fn fxaa(plan: &FramePlan, edges: &Edges) -> Self {
-        let layout = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
-        let color = vec![vk::AttachmentReference { attachment: 0, layout }];
-        Self {
-            name: "FXAA pass",
-            attachments: vec![(Resource::SmoothedPicture, fxaa::attachment(plan))],
-            subpasses: vec![Subpass { color, ..Subpass::at(Place::Fxaa) }],
-            dependencies: dependencies(plan, edges, Carrier::FxaaPass),
-        }
+    /// The targets that it draws into, in its order.
+    pub fn targets(&self) -> Vec<Target> {
+        let targets = self.attachments.iter().filter_map(|&(resource, _)| match resource {
+            Resource::Target(target) => Some(target),
+            _ => None,
+        });
+        targets.collect()
     }
 
     /// Each automatic change of an attachment's layout, and the two of its uses that it is between: subpasses, or
@@ -249,105 +214,6 @@ impl PassDescription {
             .collect();
         RenderPass::new(device, self.name, &attachments, &subpasses, &dependencies)
     }
-}
-
-/// The main pass's subpasses, from what their passes declare.
-fn main_subpasses(plan: &FramePlan) -> Vec<Subpass> {
-    let order: Vec<_> = attachments(plan).iter().map(|attachment| attachment.target).collect();
-    let declared = declared(plan);
-    let uses = |touches: &[Touch], target| touches.iter().any(|touch| touch.target() == target);
-    let subpass = |(index, (place, touches)): (usize, &(Place, Vec<Touch>))| {
-        let mut own = Subpass::at(*place);
-        touches.iter().for_each(|&touch| own.add(&order, touch));
-        // What is used before and after it, and not by it.
-        let used = |some: &[(Place, Vec<Touch>)], target| some.iter().any(|(_, touches)| uses(touches, target));
-        let (before, after) = (&declared[..index], &declared[index + 1..]);
-        let passes_by = |target| !uses(touches, target) && used(before, target) && used(after, target);
-        own.preserve = (0..).zip(&order).filter(|&(_, &target)| passes_by(target)).map(|(index, _)| index).collect();
-        own
-    };
-    let mut subpasses: Vec<_> = declared.iter().enumerate().map(subpass).collect();
-    // After the last subpass that draws samples they are resolved.
-    let draws_samples = |(_, touches): &(Place, Vec<Touch>)| {
-        touches.iter().any(|touch| matches!(touch, Touch::Color(_, Target::Samples)))
-    };
-    if let Some(last) = declared.iter().rposition(draws_samples) {
-        subpasses[last].resolve = vec![reference(&order, Target::Output, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL)];
-    }
-    subpasses
-}
-
-fn dependencies(plan: &FramePlan, edges: &Edges, carrier: Carrier) -> Vec<(Edge, [u32; 2])> {
-    let index = |place| match (carrier, place) {
-        // The passes of these have one subpass; all else is outside.
-        (Carrier::ShadowPass, Place::Shadow) | (Carrier::FxaaPass, Place::Fxaa) => 0,
-        (Carrier::MainPass, place) => subpass_index(plan, place).unwrap_or(vk::SUBPASS_EXTERNAL),
-        _ => vk::SUBPASS_EXTERNAL,
-    };
-    edges.of(carrier).map(|edge| (edge.clone(), [index(edge.from), index(edge.to)])).collect()
-}
-
-/// By its number in the order of the pass.
-fn reference(order: &[Target], target: Target, layout: vk::ImageLayout) -> vk::AttachmentReference {
-    let position = order.iter().position(|&own| own == target);
-    let attachment = position.map_or(vk::ATTACHMENT_UNUSED, |index| index as u32);
-    vk::AttachmentReference { attachment, layout }
-}
-
-/// Holds the main pass's list and rows against what one render pass can be.
-///
-/// # Errors
-/// In a sentence: the pass, the target and the row that cannot be so.
-pub fn check(plan: &FramePlan, edges: &Edges) -> gpu::Result<()> {
-    let order: Vec<_> = attachments(plan).iter().map(|attachment| attachment.target).collect();
-    let declared = declared(plan);
-    let stray = edges.of(Carrier::MainPass).find(|edge| {
-        let is_inside = |place: Place| declared.iter().any(|&(own, _)| own == place);
-        !is_inside(edge.from) && !is_inside(edge.to)
-    });
-    let refused = match stray {
-        Some(Edge { name, from, to, .. }) => Some(format!(
-            "the row {name} is a dependency of the main pass, of which neither {from} nor {to} is a subpass"
-        )),
-        None => refusal(&order, &declared),
-    };
-    refused.map_or(Ok(()), |sentence| Err(gpu::Error::Misuse(sentence)))
-}
-
-/// Why passes that touch these targets cannot be the subpasses of one render pass, if they cannot.
-fn refusal(order: &[Target], declared: &[(Place, Vec<Touch>)]) -> Option<String> {
-    let mut written: Vec<Target> = Vec::new();
-    for (place, touches) in declared {
-        for (index, &touch) in touches.iter().enumerate() {
-            let target = touch.target();
-            if let Touch::Sampled(_) = touch {
-                return Some(format!(
-                    "{place} samples the neighbours of its pixel in the target {target:?}, which no subpass can: it needs a render pass of its \
-                     own"
-                ));
-            }
-            if !order.contains(&target) {
-                return Some(format!("{place} touches the target {target:?}, which the plan does not have"));
-            }
-            for &other in &touches[..index] {
-                if other.target() == target && other.layout() != touch.layout() {
-                    return Some(format!(
-                        "{place} touches the target {target:?} as {other:?} and as {touch:?}, which need two layouts at once"
-                    ));
-                }
-                if let (Touch::Color(own, _), Touch::Color(location, first)) = (touch, other)
-                    && own == location
-                {
-                    return Some(format!("{place} draws into {first:?} and {target:?} at the same location {own}"));
-                }
-            }
-            if !touch.writes() && !written.contains(&target) {
-                return Some(format!("{place} reads the target {target:?}, which no subpass before it has written"));
-            }
-        }
-        written.extend(touches.iter().filter(|touch| touch.writes()).map(|touch| touch.target()));
-    }
-    None
 }
 
 #[cfg(test)]

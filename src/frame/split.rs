@@ -10,8 +10,8 @@ use ash::vk;
 
 use super::builder::RendererBuilder;
 use super::edges::{self, Edges, RowName};
-use super::main_pass::image_barrier;
 use super::rebuild::Made;
+use super::render_passes::image_barrier;
 use super::{Error, Renderer, plan_for};
 use crate::gpu::Device;
 use crate::gpu::barrier::ImageRange;
@@ -113,7 +113,9 @@ impl Split {
     /// Copies its part over the window's picture, which lies then as it did before. `edges` are those of the frame
     /// that is being recorded.
     pub(super) fn record(&self, device: &Arc<Device>, edges: &Edges, (cmd, image): (vk::CommandBuffer, vk::Image)) {
-        let Some(picture) = self.renderer.as_ref().and_then(|renderer| renderer.frame.output()) else { return };
+        let Some(picture) = self.renderer.as_ref().and_then(|renderer| renderer.frame.output(&renderer.plan)) else {
+            return;
+        };
         let first = (self.at.clamp(0.0, 1.0) * f64::from(picture.extent.width)).round() as u32;
         let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
         device.begin_label(cmd, "SPLIT");

@@ -12,38 +12,57 @@ use glam::Vec3;
 
 use super::FrameParts;
 use super::edges::{Edges, RowName};
-use super::main_pass::{MainPass, background, image_barrier, input, prepass};
+use super::list::{self, MAIN_PASS, Occasion, SHADOW_PASS, Step};
+use super::render_passes::{RenderPassIndex, RenderPasses, background, image_barrier, prepass};
 use crate::gpu::barrier::ImageRange;
 use crate::gpu::{self, Image, Timestamps};
-use crate::passes::depth::Depth;
-use crate::passes::geometry::Geometry;
-use crate::passes::tiled::{EMISSIVE, Stored, Tiled};
+use crate::passes::depth::{self, Depth};
+use crate::passes::geometry::{self, Geometry};
+use crate::passes::tiled::{self, Tiled};
 use crate::passes::tonemap::encode_srgb;
-use crate::passes::{Recording, present};
-use crate::plan::{FramePlan, OUTPUT_PLAIN, World};
-use crate::targets::{Target, Targets, stored_inputs};
+use crate::passes::{Recording, Resource, present, shadow};
+use crate::plan::{FramePlan, OUTPUT_PLAIN, Target, World};
 
 /// The passes of a plan and what they draw into.
 pub struct TiledFrame {
-    main: MainPass,
+    passes: RenderPasses,
+    main: RenderPassIndex,
     depth: Option<Depth>,
     geometry: Geometry,
     tiled: Tiled,
     edges: Edges,
 }
 
+/// The passes of the frame in their order. PRESENT is among what happens to the picture ([`list::List::of`]).
+pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
+    let output = Resource::Target(Target::Output);
+    let shadow = list::subpass(plan, shadow::PASS.place, &[&shadow::PASS]);
+    let surfaces = list::subpass(plan, geometry::PASS.place, &[&depth::PASS, &geometry::PASS]);
+    vec![
+        list::render_pass(SHADOW_PASS, [shadow]),
+        list::render_pass(MAIN_PASS, [surfaces]),
+        list::commands(
+            plan,
+            Occasion::Always,
+            &tiled::PASS,
+            &[(RowName::OutputReuse, output)],
+            &[(RowName::ReadBack, output)],
+        ),
+    ]
+}
+
 impl TiledFrame {
     /// Records one frame. The main pass carries the rows from and to GEOMETRY (`gbuffer-reuse`, `gbuffer-to-tiled`), the output's are
     /// barriers.
     pub fn record(&self, frame: &Recording, times: &mut Option<Timestamps>) {
-        let (gpu, cmd) = (&frame.device.raw, frame.cmd);
+        let (gpu, cmd, passes) = (&frame.device.raw, frame.cmd, &self.passes);
 
         // A render pass for each stale map. Row `shadow-map-to-lighting`: TILED looks up what it wrote.
-        self.main.record_shadow(frame, times);
+        passes.record_shadow(frame, times);
 
-        frame.begin("GEOMETRY");
-        // SAFETY: `cmd` is being recorded outside a render pass; pass, framebuffer and clear values were made from one plan.
-        unsafe { gpu.cmd_begin_render_pass(cmd, &self.main.begin(frame), vk::SubpassContents::INLINE) };
+        frame.begin(&geometry::PASS);
+        // SAFETY: `cmd` is being recorded outside a render pass; GEOMETRY is its only subpass.
+        unsafe { gpu.cmd_begin_render_pass(cmd, &passes.begin(frame, self.main), vk::SubpassContents::INLINE) };
         if let Some(depth) = &self.depth {
             // In the same subpass: rasterization order alone puts it before what it hides.
             depth.record(frame);
@@ -51,24 +70,24 @@ impl TiledFrame {
         self.geometry.record(frame);
         // SAFETY: begun above; its one subpass is recorded.
         unsafe { gpu.cmd_end_render_pass(cmd) };
-        frame.end(times, "geometry");
+        frame.end(times, &geometry::PASS);
 
-        frame.begin("TILED");
+        frame.begin(&tiled::PASS);
         // The last picture may still be copied.
-        let output = self.main.targets.image(Target::Output);
+        let output = passes.targets.image(Target::Output);
         image_barrier(frame.device, cmd, output, self.edges.find(RowName::OutputReuse));
         self.tiled.record(frame);
         // COPY reads what TILED wrote, and so does PRESENT.
         image_barrier(frame.device, cmd, output, self.edges.find(RowName::ReadBack));
-        frame.end(times, "lighting");
+        frame.end(times, &tiled::PASS);
 
         if let (Some(begin), Some(image)) = (self.edges.find(RowName::SwapchainToPresent), frame.swapchain_image) {
-            frame.begin("PRESENT");
+            frame.begin(&present::PASS);
             let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
             image_barrier(frame.device, cmd, whole, Some(begin));
             present::record(frame.device, cmd, output, image);
             image_barrier(frame.device, cmd, whole, self.edges.find(RowName::PresentToSwapchain));
-            frame.end(times, "present");
+            frame.end(times, &present::PASS);
         }
     }
 
@@ -78,13 +97,13 @@ impl TiledFrame {
     /// When the device lacks the memory or cannot compile a pipeline.
     pub fn new(parts: &FrameParts) -> gpu::Result<Self> {
         let &FrameParts { device, plan, edges, frame_layout, scene, world, .. } = parts;
-        let main = MainPass::new(parts)?;
-        let depth = prepass(parts, main.slot(0))?;
-        let geometry = Geometry::new(device, plan, main.slot(0), frame_layout, scene)?;
-        let (stored, output) = bound(plan, &main.targets);
-        let background = written_background(plan, world);
-        let tiled = Tiled::new(device, plan, parts.layouts(), (&stored, output), background)?;
-        Ok(Self { main, depth, geometry, tiled, edges: edges.clone() })
+        let passes = RenderPasses::new(parts)?;
+        let main = passes.find(MAIN_PASS).ok_or_else(|| gpu::Error::Misuse("the frame has no main pass".into()))?;
+        let depth = prepass(parts, &passes)?;
+        let geometry = Geometry::new(device, plan, passes.needed_slot(&geometry::PASS)?, frame_layout, scene)?;
+        let (stored, output) = (passes.inputs(&tiled::PASS, plan), passes.targets.image(Target::Output).view);
+        let tiled = Tiled::new(device, plan, parts.layouts(), (&stored, output), written_background(plan, world))?;
+        Ok(Self { passes, main, depth, geometry, tiled, edges: edges.clone() })
     }
 
     /// Makes anew what has the size of the picture: attachments, framebuffers, and the set that names them.
@@ -92,28 +111,21 @@ impl TiledFrame {
     /// # Errors
     /// When the device lacks the memory.
     pub fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
-        self.main.resize(parts)?;
-        let (stored, output) = bound(parts.plan, &self.main.targets);
-        self.tiled.rebind(parts.device, &stored, output)
+        self.passes.resize(parts)?;
+        let stored = self.passes.inputs(&tiled::PASS, parts.plan);
+        self.tiled.rebind(parts.device, &stored, self.passes.targets.image(Target::Output).view)
     }
 
     /// Re-exposes the background.
     pub fn expose(&mut self, plan: &FramePlan, world: &World) {
-        self.main.expose(plan, world);
+        self.passes.expose(plan, world);
         self.tiled.background = written_background(plan, world);
     }
 
     /// The picture, in TRANSFER_SRC_OPTIMAL after the frame.
-    pub fn output(&self) -> Option<&Image> {
-        self.main.targets.output()
+    pub fn output(&self, plan: &FramePlan) -> Option<&Image> {
+        self.passes.targets.find(plan.picture())
     }
-}
-
-/// What TILED reads and writes.
-fn bound(plan: &FramePlan, targets: &Targets) -> (Vec<Stored>, vk::ImageView) {
-    let emitted = plan.emissive.then_some((EMISSIVE, Target::Hdr));
-    let stored = stored_inputs(plan).into_iter().chain(emitted).map(|own| input(own, targets)).collect();
-    (stored, targets.image(Target::Output).view)
 }
 
 /// The background as a shader writes it: an attachment's clear value would be encoded by the hardware.

@@ -5,11 +5,10 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, over};
-use super::{Recording, Slot};
+use super::{First, Pass, Place, Presence, Recording, Slot, Touch};
 use crate::gpu::{self, Device, sync::Use};
-use crate::plan::{FramePlan, Sums};
+use crate::plan::{FramePlan, Sums, Target};
 use crate::shaders::composite::{self as shader, Flags, constants};
-use crate::targets::{COMPOSITE_INPUTS, Touch, light_target};
 
 /// Reads its own pixel of the sums.
 pub const SUM_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::INPUT_ATTACHMENT_READ);
@@ -24,11 +23,23 @@ pub const LIGHT_BLEND: Use = Use::new(
     ),
 );
 
-/// What it touches in the main pass.
-pub fn touches(plan: &FramePlan) -> Vec<Touch> {
-    let sums = COMPOSITE_INPUTS.map(|(_, target)| Touch::Input(target));
-    sums.into_iter().chain([Touch::Color(0, light_target(plan))]).collect()
-}
+pub const PASS: Pass = Pass {
+    place: Place::pass("COMPOSITE"),
+    time: "composite",
+    what: "what was summed up without sorting, over the light",
+    presence: |plan| {
+        let why_not = "transparent surfaces are sorted, or there are none";
+        Presence::when(plan.sums.is_some(), "lays the sums of transparent surfaces over the light", why_not)
+    },
+    touches: |plan| {
+        vec![
+            Touch::input(0, Target::Accumulation, SUM_READ),
+            Touch::input(1, Target::Weights, SUM_READ),
+            Touch::color(0, plan.light_target(), First::Clear, LIGHT_BLEND),
+        ]
+    },
+    leave_out: None,
+};
 
 /// The pass.
 pub struct Composite {

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::{How, Pass, Place, Presence, Resource, Touch, shown};
 use crate::gpu::{self, Buffer, Device, Location, MemoryKind, sync::Use};
 use crate::plan::FramePlan;
 
@@ -13,6 +14,20 @@ pub const READ: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags
 pub const WRITE: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE);
 /// The CPU maps it.
 pub const HOST_READ: Use = Use::new(vk::PipelineStageFlags::HOST, vk::AccessFlags::HOST_READ);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("COPY"),
+    time: "copy",
+    what: "brings the picture to the CPU, when one is asked for",
+    presence: |_| Presence::In("only when a picture is read back".into()),
+    touches: |plan| {
+        vec![
+            Touch { resource: shown(plan), how: How::CopiedFrom, uses: READ },
+            Touch { resource: Resource::ReadBack, how: How::Buffer, uses: WRITE },
+        ]
+    },
+    leave_out: None,
+};
 
 /// A buffer for one picture.
 pub struct Copy {

@@ -9,7 +9,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
 
 use super::screen::stages;
-use super::{MeshDraws, Recording, Slot, camera_relative};
+use super::{MeshDraws, Pass, Place, Presence, Recording, Slot, camera_relative, frame_data, meshes};
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
 use crate::gpu_scene::{POSITION, vertex_input};
 use crate::plan::{FramePlan, GeometryKey};
@@ -33,7 +33,20 @@ fn faces(key: &GeometryKey) -> Faces {
     (key.two_sided, key.mirrored && !key.two_sided)
 }
 
-/// The pass. It draws inside the subpass that shades afterwards and touches depth as that does.
+pub const PASS: Pass = Pass {
+    place: Place::pass("DEPTH"),
+    time: "depth",
+    what: "depth of opaque surfaces alone, before the same subpass shades them",
+    presence: |plan| {
+        let why_not = "not asked for, or this view shades nothing";
+        Presence::when(plan.depth_prepass, "depth is drawn first, so that each pixel is shaded once", why_not)
+    },
+    // Of attachments as the pass in whose subpass it draws.
+    touches: |plan| [frame_data()].into_iter().chain(meshes(plan)).collect(),
+    leave_out: None,
+};
+
+/// The pass. It draws inside the subpass that shades afterwards.
 pub struct Depth {
     layout: Owned<vk::PipelineLayout>,
     pipelines: BTreeMap<Faces, Owned<vk::Pipeline>>,

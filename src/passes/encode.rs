@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::Slot;
 use super::screen::{Screen, ScreenDesc, replace};
+use super::{First, How, Pass, Place, Presence, Resource, Slot, Touch, shown};
 use crate::gpu::{self, DescriptorPool, Device, RenderPass, SetLayout, SetWriter, SubpassDesc, framebuffer, sync::Use};
-use crate::plan::Transfer;
+use crate::plan::{Canvas, Transfer};
 use crate::shaders::encode::{self as shader, Flags, constants};
 use crate::targets::Framebuffers;
 
@@ -17,6 +17,28 @@ pub const READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::Acce
 /// Writes every pixel of the swapchain's image; its undefined load is a write too.
 pub const WRITE: Use =
     Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("ENCODE"),
+    time: "encode",
+    what: "brings the picture into an image of the swapchain that no hardware encodes",
+    presence: |plan| {
+        let is_in = matches!(plan.presented, Some(Canvas::Encode(_)));
+        Presence::when(
+            is_in,
+            "no hardware encodes the window's images",
+            "no window, or the hardware encodes its images",
+        )
+    },
+    touches: |plan| {
+        let drawn = How::Color { location: 0, first: First::Undefined };
+        vec![
+            Touch { resource: shown(plan), how: How::Sampled { binding: 0 }, uses: READ },
+            Touch { resource: Resource::SwapchainImage, how: drawn, uses: WRITE },
+        ]
+    },
+    leave_out: None,
+};
 
 /// The brightness of white in nits, where a display is told how bright it is: that of reference white (ITU-R BT.2408, "Guidance for operational
 /// practices in HDR television production").

@@ -6,12 +6,11 @@ use ash::vk;
 
 use super::screen::replace;
 use super::surface::{Limits, LitDesc, Surfaces, lit_pipeline};
-use super::{Recording, SetLayouts, Slot};
+use super::{First, Pass, Place, Presence, Recording, SetLayouts, Slot, Touch, frame_data, maps, meshes};
 use crate::gpu::{self, DepthState, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
 use crate::plan::{FramePlan, GeometryKey};
 use crate::shaders::forward::Flags;
-use crate::targets::{Touch, light_target};
 
 /// Clears, tests and writes depth, DEPTH before it in the same subpass too: early, and late where a mask may discard. Its store is a late
 /// write.
@@ -28,10 +27,26 @@ pub const DEPTH_DROP: Use =
 pub const LIGHT_WRITE: Use =
     Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
 
-/// What it touches in the main pass.
-pub fn touches(plan: &FramePlan) -> Vec<Touch> {
-    vec![Touch::DepthWrite, Touch::Color(0, light_target(plan))]
-}
+/// Looks shadow maps up.
+pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("FORWARD"),
+    time: "forward",
+    what: "surfaces, lit while they are rasterized",
+    presence: |plan| {
+        Presence::when(plan.is_forward(), "surfaces are lit as they are drawn", "the light path has a G-buffer")
+    },
+    touches: |plan| {
+        let drawn = [
+            Touch::depth(First::Clear, DEPTH_TEST),
+            Touch::color(0, plan.light_target(), First::Clear, LIGHT_WRITE),
+            frame_data(),
+        ];
+        drawn.into_iter().chain(meshes(plan)).chain(maps(plan, MAP_READ)).collect()
+    },
+    leave_out: None,
+};
 
 /// The pass: a pipeline for each [`GeometryKey`] of the plan.
 pub struct Forward {

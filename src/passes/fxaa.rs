@@ -5,14 +5,10 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::screen::{Screen, ScreenDesc, replace};
-use super::{Recording, Slot};
-use crate::gpu::{
-    self, DescriptorPool, Device, Image, ImageDesc, Location, MemoryKind, Sampler, SetLayout, SetWriter, framebuffer,
-    sync::Use,
-};
-use crate::plan::FramePlan;
+use super::{First, Pass, Place, Presence, Recording, Slot, Touch};
+use crate::gpu::{self, DescriptorPool, Device, Sampler, SetLayout, SetWriter, sync::Use};
+use crate::plan::Target;
 use crate::shaders::fxaa::{self as shader, Flags};
-use crate::targets::{Framebuffers, Target, Touch, picture_layout, picture_usage};
 
 /// Samples what the main pass left in the output.
 pub const OUTPUT_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
@@ -20,12 +16,8 @@ pub const OUTPUT_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, v
 pub const PICTURE_WRITE: Use =
     Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
 
-/// The pass and the picture that it draws.
+/// The pass.
 pub struct Fxaa {
-    /// None where the swapchain has it.
-    picture: Option<Image>,
-    render_pass: vk::RenderPass,
-    framebuffers: Framebuffers,
     screen: Screen,
     set: vk::DescriptorSet,
     set_layout: SetLayout,
@@ -33,40 +25,29 @@ pub struct Fxaa {
     sampler: Sampler,
 }
 
-/// What it reads of the main pass. It reads neighbours, and so is no subpass.
-pub fn touches(_: &FramePlan) -> [Touch; 1] {
-    [Touch::Sampled(Target::Output)]
-}
-
-/// The picture, as the render pass takes it.
-pub fn attachment(plan: &FramePlan) -> vk::AttachmentDescription {
-    vk::AttachmentDescription::default()
-        .format(plan.output)
-        .samples(vk::SampleCountFlags::TYPE_1)
-        .load_op(vk::AttachmentLoadOp::DONT_CARE)
-        .store_op(vk::AttachmentStoreOp::STORE)
-        .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
-        .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
-        .initial_layout(vk::ImageLayout::UNDEFINED)
-        .final_layout(picture_layout(plan))
-}
+pub const PASS: Pass = Pass {
+    place: Place::pass("FXAA"),
+    time: "fxaa",
+    what: "smooths edges, and so reads each pixel's neighbours",
+    presence: |plan| Presence::when(plan.fxaa, "asked for", "not asked for"),
+    touches: |_| {
+        vec![
+            Touch::sampled(0, Target::Output, OUTPUT_READ),
+            Touch::color(0, Target::Smoothed, First::Undefined, PICTURE_WRITE),
+        ]
+    },
+    leave_out: Some(|settings| settings.fxaa = false),
+};
 
 /// The kinds of descriptors: what is sampled, and how.
 const KINDS: [vk::DescriptorType; 2] = [vk::DescriptorType::SAMPLED_IMAGE, vk::DescriptorType::SAMPLER];
 
 impl Fxaa {
-    /// `output` is what is sampled, `swapchain` the views of the images that are drawn into where there is one.
+    /// `output` is what is sampled.
     ///
     /// # Errors
-    /// When there is no memory for the picture or the pipeline cannot be made.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        slot: Slot,
-        output: vk::ImageView,
-        swapchain: &[vk::ImageView],
-    ) -> gpu::Result<Self> {
-        let (picture, framebuffers) = canvas(device, plan, slot.render_pass, swapchain)?;
+    /// When the pipeline cannot be made.
+    pub fn new(device: &Arc<Device>, slot: Slot, output: vk::ImageView) -> gpu::Result<Self> {
         let binding = |index, kind| {
             vk::DescriptorSetLayoutBinding::default()
                 .binding(index)
@@ -100,72 +81,23 @@ impl Fxaa {
                 blend: replace(),
             },
         )?;
-        let render_pass = slot.render_pass;
-        Ok(Self { picture, render_pass, framebuffers, screen, set, set_layout, pool, sampler })
+        Ok(Self { screen, set, set_layout, pool, sampler })
     }
 
-    /// Samples and draws images of another size.
+    /// Samples another image, as of another size.
     ///
     /// # Errors
-    /// When there is no memory for them.
-    pub fn resize(
-        &mut self,
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        output: vk::ImageView,
-        swapchain: &[vk::ImageView],
-    ) -> gpu::Result<()> {
-        (self.picture, self.framebuffers) = canvas(device, plan, self.render_pass, swapchain)?;
+    /// When there is no memory for its descriptors.
+    pub fn read_from(&mut self, device: &Arc<Device>, output: vk::ImageView) -> gpu::Result<()> {
         (self.pool, self.set) = sampled(device, &self.set_layout, output, &self.sampler)?;
         Ok(())
     }
 
-    /// The smoothed picture, in TRANSFER_SRC_OPTIMAL after the pass, unless it is in an image of the swapchain.
-    pub fn picture(&self) -> Option<&Image> {
-        self.picture.as_ref()
-    }
-
-    /// Begins the render pass, smooths the picture, ends it.
+    /// Smooths the picture. Runs inside its render pass.
     pub fn record(&self, recording: &Recording) {
-        let begin = vk::RenderPassBeginInfo::default()
-            .render_pass(self.render_pass)
-            .framebuffer(self.framebuffers.of(recording.image))
-            .render_area(recording.area());
-        // SAFETY: `cmd` is being recorded outside a render pass; pass and framebuffer belong together.
-        unsafe { recording.device.raw.cmd_begin_render_pass(recording.cmd, &begin, vk::SubpassContents::INLINE) };
         recording.set_area();
         self.screen.record(recording, &[(0, self.set)]);
-        // SAFETY: begun above.
-        unsafe { recording.device.raw.cmd_end_render_pass(recording.cmd) };
     }
-}
-
-/// What is drawn into: an image of the pass's own with its framebuffer, or a framebuffer for each image of the swapchain.
-fn canvas(
-    device: &Arc<Device>,
-    plan: &FramePlan,
-    pass: vk::RenderPass,
-    swapchain: &[vk::ImageView],
-) -> gpu::Result<(Option<Image>, Framebuffers)> {
-    let extent = vk::Extent2D { width: plan.size[0], height: plan.size[1] };
-    if plan.draws_into_swapchain() {
-        let one = |view: &vk::ImageView| framebuffer(device, "FXAA framebuffer", pass, &[*view], extent);
-        return Ok((None, Framebuffers(swapchain.iter().map(one).collect::<gpu::Result<_>>()?)));
-    }
-    let picture = Image::new(
-        device,
-        &ImageDesc {
-            name: "smoothed picture",
-            format: plan.output,
-            extent,
-            usage: vk::ImageUsageFlags::COLOR_ATTACHMENT | picture_usage(plan),
-            location: Location::Device,
-            kind: MemoryKind::Attachment,
-            ..ImageDesc::default()
-        },
-    )?;
-    let framebuffer = framebuffer(device, "FXAA framebuffer", pass, &[picture.view], extent)?;
-    Ok((Some(picture), Framebuffers(vec![framebuffer])))
 }
 
 /// The set with what is sampled.

@@ -6,13 +6,12 @@ use ash::vk;
 
 use super::screen::{add, replace};
 use super::surface::{Surfaces, bound_fragment, faces, textured_stages};
-use super::{Recording, SetLayouts, Slot};
+use super::{First, Pass, Place, Presence, Recording, SetLayouts, Slot, Touch, frame_data, meshes};
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, sync::Use};
 use crate::gpu_scene::{GpuScene, vertex_input};
-use crate::plan::{FramePlan, GeometryKey, Shading};
+use crate::plan::{FramePlan, GeometryKey, Shading, Target};
 use crate::scene::TextureSlot;
 use crate::shaders::geometry::{self as shader, Flags, constants};
-use crate::targets::{Target, Touch, light_target};
 
 /// Writes its colour targets; their clears and the undefined loads are writes too.
 pub const COLOR_WRITE: Use =
@@ -31,26 +30,38 @@ pub const DEPTH_TEST: Use =
     Use::new(vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ)
         .or(Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE));
 
-/// What it touches in the main pass.
-pub fn touches(plan: &FramePlan) -> Vec<Touch> {
-    // A location whose target the plan lacks stays empty.
-    let Some(gbuffer) = &plan.gbuffer else {
-        let shown = match plan.shading {
-            Shading::ShowOverdraw => Some(Touch::Color(0, Target::Count)),
-            Shading::ShowTriangle => Some(Touch::Color(0, Target::Triangle)),
-            _ => None,
-        };
-        return [Touch::DepthWrite].into_iter().chain(shown).collect();
-    };
-    let optional = [
-        (2, Target::Material, gbuffer.material.is_some()),
-        (3, light_target(plan), plan.emissive),
-        (4, Target::Specular, gbuffer.specular.is_some()),
-        (5, Target::Position, gbuffer.position.is_some()),
+pub const PASS: Pass = Pass {
+    place: Place::pass("GEOMETRY"),
+    time: "geometry",
+    what: "surfaces into the G-buffer, near ones first",
+    presence: |plan| match (plan.has_geometry(), plan.is_forward()) {
+        (true, false) => Presence::In("surfaces are drawn before they are lit or shown".into()),
+        (true, true) => Presence::Out("surfaces are lit as they are drawn".into()),
+        (false, _) => Presence::Out("this view shows no surface".into()),
+    },
+    touches,
+    leave_out: None,
+};
+
+fn touches(plan: &FramePlan) -> Vec<Touch> {
+    // A location whose target the plan lacks stays empty. LIGHTING leaves out every pixel that is not written here, so nothing but what
+    // adds up is cleared.
+    let locations = [
+        (0, Target::Albedo, First::Undefined, COLOR_WRITE),
+        (1, Target::Normal, First::Undefined, COLOR_WRITE),
+        (2, Target::Material, First::Undefined, COLOR_WRITE),
+        (4, Target::Specular, First::Undefined, COLOR_WRITE),
+        (5, Target::Position, First::Undefined, COLOR_WRITE),
+        (0, Target::Count, First::Clear, COUNT_BLEND),
+        (0, Target::Triangle, First::Undefined, COLOR_WRITE),
     ];
-    let mut touches = vec![Touch::DepthWrite, Touch::Color(0, Target::Albedo), Touch::Color(1, Target::Normal)];
-    touches
-        .extend(optional.into_iter().filter(|own| own.2).map(|(location, target, _)| Touch::Color(location, target)));
+    let drawn = locations.into_iter().filter(|&(_, target, ..)| plan.format_of(target).is_some());
+    let mut touches = vec![Touch::depth(First::Clear, DEPTH_TEST), frame_data()];
+    touches.extend(drawn.map(|(location, target, first, uses)| Touch::color(location, target, first, uses)));
+    if plan.emissive {
+        touches.push(Touch::color(3, plan.light_target(), First::Clear, COLOR_WRITE));
+    }
+    touches.extend(meshes(plan));
     touches
 }
 

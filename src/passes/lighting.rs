@@ -5,11 +5,10 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, add, replace};
-use super::{Recording, SetLayouts, Slot};
+use super::{First, Pass, Place, Presence, Recording, SetLayouts, Slot, Touch, frame_data, gbuffer_inputs, maps};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Shading, ToneMapping};
 use crate::shaders::lighting::{self as shader, Flags, constants};
-use crate::targets::{Touch, gbuffer_inputs, light_target};
 
 /// Reads its own pixel of the G-buffer.
 pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::INPUT_ATTACHMENT_READ);
@@ -20,12 +19,20 @@ pub const DEPTH_READ: Use = Use::new(
     ),
     vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ,
 );
+/// Loads depth that another render pass stored, before it is used.
+pub const DEPTH_LOAD: Use =
+    Use::new(vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ);
+/// The same for the G-buffer's colours.
+pub const COLOR_LOAD: Use =
+    Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_READ);
 /// As the last user of the G-buffer it performs the store, and DONT_CARE counts as a write.
 pub const COLOR_DROP: Use =
     Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
 /// The same for depth.
 pub const DEPTH_DROP: Use =
     Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE);
+/// Looks shadow maps up.
+pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
 /// Writes the light target; its clear is a write too.
 pub const LIGHT_WRITE: Use =
     Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
@@ -33,11 +40,31 @@ pub const LIGHT_WRITE: Use =
 pub const LIGHT_BLEND: Use =
     LIGHT_WRITE.or(Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_READ));
 
-/// What it touches in the main pass.
-pub fn touches(plan: &FramePlan) -> Vec<Touch> {
-    let inputs = gbuffer_inputs(plan).into_iter().map(|(_, target)| Touch::Input(target));
-    let tested = plan.lighting_tests_depth().then_some(Touch::DepthTest);
-    inputs.chain([Touch::Color(0, light_target(plan))]).chain(tested).collect()
+pub const PASS: Pass = Pass {
+    place: Place::pass("LIGHTING"),
+    time: "lighting",
+    what: "every light on every pixel, which reads its own place of the G-buffer",
+    presence: |plan| match plan.shading {
+        Shading::Light { .. } if plan.is_forward() => Presence::Out("surfaces are lit as they are drawn".into()),
+        Shading::Light { .. } if plan.is_tiled() => Presence::Out("a compute pass lights the stored G-buffer".into()),
+        Shading::Light { .. } => Presence::In("lights what GEOMETRY has stored of each pixel".into()),
+        _ => Presence::Out("this view is not lit".into()),
+    },
+    touches,
+    leave_out: None,
+};
+
+fn touches(plan: &FramePlan) -> Vec<Touch> {
+    let light = if plan.blends_light() { LIGHT_BLEND } else { LIGHT_WRITE };
+    let mut touches: Vec<_> =
+        gbuffer_inputs(plan).into_iter().map(|(binding, target)| Touch::input(binding, target, GBUFFER_READ)).collect();
+    touches.push(Touch::color(0, plan.light_target(), First::Clear, light));
+    if plan.lighting_tests_depth() {
+        touches.push(Touch::depth(First::Undefined, DEPTH_READ));
+    }
+    touches.push(frame_data());
+    touches.extend(maps(plan, MAP_READ));
+    touches
 }
 
 /// The pass: its constants set by the plan.

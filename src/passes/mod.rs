@@ -54,18 +54,96 @@ pub mod tonemap;
 pub mod transparent;
 pub mod view;
 
+mod declaration;
 mod screen;
 mod surface;
 
+pub use declaration::{First, How, Pass, Place, Presence, Resource, Touch};
 pub use screen::Input;
 
 use ash::vk;
 use glam::{DAffine3, DVec3, Vec4};
 
-use crate::gpu::{Device, Timestamps};
-use crate::gpu_scene::GpuScene;
-use crate::plan::{IndexWidth, MapDraw, Visible, World};
+use crate::gpu::{Device, Timestamps, sync::Use};
+use crate::gpu_scene::{GpuScene, INDEX_READ, TEXTURE_READ, VERTEX_READ};
+use crate::plan::{Canvas, FramePlan, IndexWidth, MapDraw, Shading, Target, Visible, World};
 use crate::scene::Camera;
+
+/// All passes, as reports list them.
+pub const ALL: [&Pass; 17] = [
+    &shadow::PASS,
+    &depth::PASS,
+    &geometry::PASS,
+    &lighting::PASS,
+    &per_light::PASS,
+    &view::PASS,
+    &forward::PASS,
+    &transparent::PASS,
+    &composite::PASS,
+    &tonemap::PASS,
+    &fxaa::PASS,
+    &tiled::PASS,
+    &present::PASS,
+    &split::PASS,
+    &copy::PASS,
+    &overlay::PASS,
+    &encode::PASS,
+];
+
+/// Shaders read what the CPU wrote for their frame.
+pub const FRAME_READ: Use = Use::new(
+    vk::PipelineStageFlags::from_raw(
+        vk::PipelineStageFlags::VERTEX_SHADER.as_raw()
+            | vk::PipelineStageFlags::FRAGMENT_SHADER.as_raw()
+            | vk::PipelineStageFlags::COMPUTE_SHADER.as_raw(),
+    ),
+    vk::AccessFlags::SHADER_READ,
+);
+
+/// Reads the frame's camera and lights.
+fn frame_data() -> Touch {
+    Touch::read(Resource::FrameData, FRAME_READ)
+}
+
+/// Draws the scene's meshes with its textures.
+fn meshes(plan: &FramePlan) -> impl Iterator<Item = Touch> {
+    let (vertices, textures) = (plan.uploads.vertices, plan.uploads.textures);
+    let of_meshes = [Touch::read(Resource::Vertices, VERTEX_READ), Touch::read(Resource::Indices, INDEX_READ)];
+    let sampled = [Touch::read(Resource::Textures, TEXTURE_READ)];
+    of_meshes.into_iter().filter(move |_| vertices).chain(sampled.into_iter().filter(move |_| textures))
+}
+
+/// Looks shadow maps up, where there are some.
+fn maps(plan: &FramePlan, uses: Use) -> Option<Touch> {
+    plan.shadow.as_ref().map(|_| Touch::read(Resource::ShadowMaps, uses))
+}
+
+/// Where the finished picture is: in an image of the swapchain where a compute pass's was copied into one, else in its target.
+pub fn shown(plan: &FramePlan) -> Resource {
+    match plan.presented {
+        Some(Canvas::Straight(_)) if plan.is_tiled() => Resource::SwapchainImage,
+        _ => Resource::Target(plan.picture()),
+    }
+}
+
+/// What the pass after GEOMETRY reads, in the order of the bindings of `shaders/shared/gbuffer.wgsl`; that of depth is the first.
+pub fn gbuffer_inputs(plan: &FramePlan) -> Vec<(u32, Target)> {
+    match (plan.shading, &plan.gbuffer) {
+        (Shading::ShowOverdraw, _) => vec![(0, Target::Count)],
+        (Shading::ShowTriangle, _) => vec![(0, Target::Triangle)],
+        (_, None) => Vec::new(),
+        (_, Some(gbuffer)) => {
+            let reads_depth = gbuffer.position.is_none() || plan.msaa > 1;
+            let all =
+                [Target::Depth, Target::Albedo, Target::Normal, Target::Material, Target::Specular, Target::Position];
+            let has = |&(_, target): &(u32, Target)| match target {
+                Target::Depth => reads_depth,
+                _ => plan.format_of(target).is_some(),
+            };
+            (0..).zip(all).filter(has).collect()
+        }
+    }
+}
 
 /// Where in a render pass a pipeline runs.
 #[derive(Debug, Clone, Copy)]
@@ -110,14 +188,14 @@ pub struct Recording<'a> {
 
 impl Recording<'_> {
     /// Opens the label of a pass, which debuggers and messages of layers show.
-    pub fn begin(&self, label: &str) {
-        self.device.begin_label(self.cmd, label);
+    pub fn begin(&self, pass: &Pass) {
+        self.device.begin_label(self.cmd, pass.place.name());
     }
 
     /// Closes it, and takes the time when all that was recorded so far is done.
-    pub fn end(&self, times: &mut Option<Timestamps>, name: &str) {
+    pub fn end(&self, times: &mut Option<Timestamps>, pass: &Pass) {
         self.device.end_label(self.cmd);
-        Timestamps::stamp(times, self.cmd, name);
+        Timestamps::stamp(times, self.cmd, pass.time);
     }
 
     /// The whole picture.

@@ -10,6 +10,7 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
 use super::screen::{over, stages};
+use super::{First, How, Pass, Place, Presence, Resource, Touch, shown};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Image, ImageDesc, Location,
     MemoryKind, Owned, RenderPass, Sampler, SetLayout, SetWriter, SubpassDesc, UploadOrder, Uploader, framebuffer,
@@ -27,6 +28,21 @@ pub const BLEND: Use = Use::new(
 );
 /// Samples its textures.
 pub const TEXTURE_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("OVERLAY"),
+    time: "overlay",
+    what: "draws panels over the picture",
+    presence: |plan| Presence::when(plan.presented.is_some(), "only while panels are shown", "there is no window"),
+    touches: |plan| {
+        let drawn = How::Color { location: 0, first: First::Undefined };
+        vec![
+            Touch { resource: shown(plan), how: drawn, uses: BLEND },
+            Touch::read(Resource::PanelTextures, TEXTURE_READ),
+        ]
+    },
+    leave_out: None,
+};
 
 /// A corner of a triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]

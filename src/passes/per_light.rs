@@ -6,9 +6,9 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::screen::{Input, Inputs, add, stages};
-use super::{Recording, SetLayouts, Slot};
+use super::{Pass, Place, Presence, Recording, Resource, SetLayouts, Slot, Touch};
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
-use crate::gpu_scene::{POSITION, vertex_input};
+use crate::gpu_scene::{POSITION, VERTEX_READ, vertex_input};
 use crate::plan::{FramePlan, LightRect, LightWork, Shading};
 use crate::scene::LightPath;
 use crate::shaders::per_light::{self as shader, Flags, constants};
@@ -17,7 +17,20 @@ use crate::shaders::per_light::{self as shader, Flags, constants};
 const PUSH_BYTES: u32 = 4;
 const _: () = assert!(shader::push::SIZE == PUSH_BYTES as usize);
 
-/// The pass. It draws inside LIGHTING's subpass and touches things as LIGHTING does.
+pub const PASS: Pass = Pass {
+    place: Place::pass("PER_LIGHT"),
+    time: "lighting",
+    what: "adds lights one by one, in LIGHTING's subpass",
+    presence: |plan| {
+        let why_not = "no light is drawn by itself";
+        Presence::when(plan.adds_lights(), "each light of limited reach is a draw, added by blending", why_not)
+    },
+    // Of attachments as LIGHTING, in whose subpass it draws.
+    touches: |plan| plan.uploads.volumes.then_some(Touch::read(Resource::Vertices, VERTEX_READ)).into_iter().collect(),
+    leave_out: None,
+};
+
+/// The pass. It draws inside LIGHTING's subpass.
 pub struct PerLight {
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,

@@ -2,7 +2,9 @@
 
 use ash::vk;
 
+use super::{How, Pass, Place, Presence, Resource, Touch};
 use crate::gpu::{Device, Image, sync::Use};
+use crate::plan::{Canvas, Target};
 
 /// The first stage of a render pass that touches the swapchain's image, as an attachment. What came before it there was read by presentation,
 /// whose semaphore has made that available.
@@ -11,6 +13,30 @@ pub const ATTACH: Use = Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT
 pub const BEGIN: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::empty());
 /// Writes every pixel of the swapchain's image.
 pub const WRITE: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE);
+
+/// Reads the picture.
+const READ: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("PRESENT"),
+    time: "present",
+    what: "copies the picture into an image of the swapchain",
+    presence: |plan| {
+        let is_in = plan.is_tiled() && matches!(plan.presented, Some(Canvas::Straight(_)));
+        Presence::when(
+            is_in,
+            "compute cannot store to an image that the hardware encodes",
+            "no window, or it is drawn into directly",
+        )
+    },
+    touches: |_| {
+        vec![
+            Touch { resource: Resource::Target(Target::Output), how: How::CopiedFrom, uses: READ },
+            Touch { resource: Resource::SwapchainImage, how: How::CopiedTo, uses: WRITE },
+        ]
+    },
+    leave_out: None,
+};
 
 /// Copies the picture, which is in TRANSFER_SRC_OPTIMAL, into an image of its size that is in TRANSFER_DST_OPTIMAL. A blit, because the two may
 /// have their channels in different orders.

@@ -8,7 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
 
 use super::screen::stages;
-use super::{MeshDraws, Recording, Slot};
+use super::{First, How, MeshDraws, Pass, Place, Presence, Recording, Resource, Slot, Touch, frame_data, meshes};
 use crate::gpu::{
     self, DepthState, Device, Framebuffer, GraphicsPipeline, GraphicsPipelineDesc, Owned, framebuffer, pipeline_layout,
     sync::Use,
@@ -25,8 +25,20 @@ pub const MAP_CLEAR: Use =
 pub const MAP_STORE: Use =
     Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE);
 
-/// Looks maps up: whatever shades does, and VIEW.
-pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
+pub const PASS: Pass = Pass {
+    place: Place::pass("SHADOW"),
+    time: "shadow",
+    what: "depth maps of lights, a render pass each, those in which something has moved",
+    presence: |plan| {
+        Presence::when(plan.shadow.is_some(), "a light casts shadows", "no light casts one, or this view shows none")
+    },
+    touches: |plan| {
+        let how = How::Depth { first: First::Clear };
+        let map = Touch { resource: Resource::ShadowMaps, how, uses: MAP_CLEAR.or(MAP_STORE) };
+        [map, frame_data()].into_iter().chain(meshes(plan)).collect()
+    },
+    leave_out: None,
+};
 
 const PUSH_STAGES: vk::ShaderStageFlags =
     vk::ShaderStageFlags::from_raw(vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::FRAGMENT.as_raw());

@@ -2,12 +2,22 @@
 
 use ash::vk;
 
+use super::{How, Pass, Place, Presence, Touch, shown};
 use crate::gpu::{Device, Image, sync::Use};
 
 /// Reads the other picture.
 pub const READ: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ);
 /// Writes a part of the window's picture, and keeps the rest.
 pub const WRITE: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("SPLIT"),
+    time: "split",
+    what: "copies a part of another picture over this one",
+    presence: |plan| Presence::when(plan.presented.is_some(), "only while the window is split", "there is no window"),
+    touches: |plan| vec![Touch { resource: shown(plan), how: How::CopiedTo, uses: WRITE }],
+    leave_out: None,
+};
 
 /// Copies the columns of `picture` from `first` on, which is in TRANSFER_SRC_OPTIMAL, into an image of its size that is in
 /// TRANSFER_DST_OPTIMAL. Bytes as they are: the two have texels of the same size with the same order of channels.

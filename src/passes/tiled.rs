@@ -6,12 +6,12 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-use super::{Recording, SetLayouts};
+use super::{Pass, Place, Presence, Recording, SetLayouts, Touch, frame_data, gbuffer_inputs, maps};
 use crate::gpu::{
     self, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, compute_pipeline, pipeline_layout,
     sync::Use,
 };
-use crate::plan::{FramePlan, HDR, Shading, ToneMapping};
+use crate::plan::{FramePlan, HDR, Shading, Target, ToneMapping};
 use crate::shaders::tiled::{self as shader, Flags, constants};
 
 /// Reads the stored G-buffer.
@@ -24,6 +24,33 @@ pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::A
 /// Bindings of emissive light and of the output, after those of the G-buffer (`shaders/tiled.wgsl`).
 pub const EMISSIVE: u32 = 6;
 const OUTPUT: u32 = 7;
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("TILED"),
+    time: "lighting",
+    what: "every light on every pixel, tile by tile, in a compute shader",
+    presence: |plan| {
+        Presence::when(
+            plan.is_tiled(),
+            "a compute pass lights the stored G-buffer",
+            "the light path has no compute pass",
+        )
+    },
+    touches: |plan| {
+        let stored =
+            stored_inputs(plan).into_iter().map(|(binding, target)| Touch::sampled(binding, target, GBUFFER_READ));
+        let others = [Touch::storage(OUTPUT, Target::Output, OUTPUT_WRITE), frame_data()];
+        stored.chain(others).chain(maps(plan, MAP_READ)).collect()
+    },
+    leave_out: None,
+};
+
+/// What it reads, by binding of `shaders/shared/gbuffer.wgsl`: as LIGHTING does, depth in any case, and what surfaces emit.
+pub fn stored_inputs(plan: &FramePlan) -> Vec<(u32, Target)> {
+    let others = gbuffer_inputs(plan).into_iter().filter(|&(_, target)| target != Target::Depth);
+    let emitted = plan.emissive.then_some((EMISSIVE, Target::Hdr));
+    [(0, Target::Depth)].into_iter().chain(others).chain(emitted).collect()
+}
 
 /// Edge of a tile in pixels, as the shader has it.
 const TILE: u32 = 16;

@@ -6,12 +6,11 @@ use ash::vk;
 use glam::{Mat3, Vec3};
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, replace};
-use super::{Recording, Slot};
+use super::{First, Pass, Place, Presence, Recording, Slot, Touch};
 use crate::gpu::{self, Device, sync::Use};
-use crate::plan::{FramePlan, ToneMapping};
+use crate::plan::{FramePlan, Target, ToneMapping};
 use crate::scene::{Resolve, Tonemap};
 use crate::shaders::tonemap::{self as shader, Flags, constants};
-use crate::targets::{Target, Touch};
 
 /// Reads its own pixel of the HDR target.
 pub const HDR_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::INPUT_ATTACHMENT_READ);
@@ -22,10 +21,19 @@ pub const HDR_DROP: Use =
 pub const OUTPUT_WRITE: Use =
     Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
 
-/// What it touches in the main pass.
-pub fn touches(_: &FramePlan) -> Vec<Touch> {
-    vec![Touch::Input(Target::Hdr), Touch::Color(0, Target::Output)]
-}
+pub const PASS: Pass = Pass {
+    place: Place::pass("TONEMAP"),
+    time: "tonemap",
+    what: "scene light into display light",
+    presence: |plan| {
+        let why_not = "nothing blends between lighting and the output";
+        Presence::when(plan.has_tonemap_subpass(), "light is blended or averaged before it is tone-mapped", why_not)
+    },
+    touches: |_| {
+        vec![Touch::input(0, Target::Hdr, HDR_READ), Touch::color(0, Target::Output, First::Undefined, OUTPUT_WRITE)]
+    },
+    leave_out: None,
+};
 
 /// The pass.
 pub struct TonemapPass {
@@ -34,17 +42,17 @@ pub struct TonemapPass {
 }
 
 impl TonemapPass {
-    /// `input` is the HDR target.
+    /// `inputs` are the HDR target.
     ///
     /// # Errors
     /// When the pipeline cannot be made.
-    pub fn new(device: &Arc<Device>, plan: &FramePlan, slot: Slot, input: Input) -> gpu::Result<Self> {
+    pub fn new(device: &Arc<Device>, plan: &FramePlan, slot: Slot, inputs: &[Input]) -> gpu::Result<Self> {
         let (curve, kept) = match plan.tone_mapping {
             ToneMapping::Subpass(curve) => (curve as u32, 0),
             ToneMapping::Kept => (0, 1),
             _ => return Err(gpu::Error::Unsupported("a TONEMAP subpass that the plan does not have".into())),
         };
-        let inputs = Inputs::new(device, "HDR input", &[input])?;
+        let inputs = Inputs::new(device, "HDR input", inputs)?;
         let Some(shader) = shader::variant(flags(plan)) else {
             return Err(gpu::Error::Unsupported("tonemap.wgsl has no variant".into()));
         };
@@ -74,8 +82,8 @@ impl TonemapPass {
     ///
     /// # Errors
     /// When there is no memory for their descriptors.
-    pub fn read_from(&mut self, device: &Arc<Device>, input: Input) -> gpu::Result<()> {
-        self.inputs.read_from(device, &[input])
+    pub fn read_from(&mut self, device: &Arc<Device>, inputs: &[Input]) -> gpu::Result<()> {
+        self.inputs.read_from(device, inputs)
     }
 
     /// Tone-maps the picture. Runs inside its subpass.

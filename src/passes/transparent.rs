@@ -6,13 +6,12 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::surface::{Limits, LitDesc, Surfaces, lit_pipeline};
-use super::{Recording, SetLayouts, Slot};
+use super::{First, Pass, Place, Presence, Recording, SetLayouts, Slot, Touch, frame_data, maps, meshes};
 use crate::gpu::{self, DepthState, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
-use crate::plan::{FramePlan, Sums};
+use crate::plan::{FramePlan, Sums, Target};
 use crate::scene::Transparency;
 use crate::shaders::forward::Flags;
-use crate::targets::{Target, Touch, light_target};
 
 /// Compares with the depth of what is opaque; nothing is written. Both stages read: which one does it is the implementation's choice.
 pub const DEPTH_READ: Use = Use::new(
@@ -35,13 +34,34 @@ pub const BLEND: Use = Use::new(
     ),
 );
 
-/// What it touches in the main pass.
-pub fn touches(plan: &FramePlan) -> Vec<Touch> {
-    let colors = match plan.transparency {
-        Some(Transparency::Oit) => vec![Touch::Color(0, Target::Accumulation), Touch::Color(1, Target::Weights)],
-        _ => vec![Touch::Color(0, light_target(plan))],
-    };
-    [Touch::DepthTest].into_iter().chain(colors).collect()
+/// Looks shadow maps up.
+pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("TRANSPARENT"),
+    time: "transparent",
+    what: "surfaces that show what lies behind them",
+    presence: |plan| match plan.transparency {
+        Some(Transparency::Sorted) => {
+            Presence::In("transparent surfaces are blended, sorted from back to front".into())
+        }
+        Some(Transparency::Oit) => Presence::In("transparent surfaces are summed up with weights in any order".into()),
+        None => Presence::Out("nothing transparent is drawn".into()),
+    },
+    touches,
+    leave_out: None,
+};
+
+fn touches(plan: &FramePlan) -> Vec<Touch> {
+    let color = |location, target| Touch::color(location, target, First::Clear, BLEND);
+    let mut touches = vec![Touch::depth(First::Undefined, DEPTH_READ), frame_data()];
+    touches.extend(match plan.transparency {
+        Some(Transparency::Oit) => vec![color(0, Target::Accumulation), color(1, Target::Weights)],
+        _ => vec![color(0, plan.light_target())],
+    });
+    touches.extend(meshes(plan));
+    touches.extend(maps(plan, MAP_READ));
+    touches
 }
 
 /// The pass: a pipeline for each transparent [`GeometryKey`] of the plan.

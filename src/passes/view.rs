@@ -1,15 +1,54 @@
-//! VIEW: one of the frame's buffers in LIGHTING's place. It touches things as LIGHTING does.
+//! VIEW: one of the frame's buffers in LIGHTING's place. Rows know the two by that name: they touch things in the same way.
 
 use std::sync::Arc;
 
 use ash::vk;
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, replace};
-use super::{Recording, SetLayouts, Slot};
-use crate::gpu::{self, Device, SetLayout};
-use crate::plan::{FramePlan, Gbuffer, Shading};
+use super::{First, Pass, Place, Presence, Recording, SetLayouts, Slot, Touch, frame_data, gbuffer_inputs, maps};
+use crate::gpu::{self, Device, SetLayout, sync::Use};
+use crate::plan::{FramePlan, Gbuffer, Shading, Target};
 use crate::scene::View;
 use crate::shaders::view::{self as shader, Flags, constants};
+
+/// Reads its own pixel of what is shown.
+const INPUT_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::INPUT_ATTACHMENT_READ);
+/// Compares with the depth of the sky.
+const DEPTH_READ: Use = Use::new(
+    vk::PipelineStageFlags::from_raw(
+        vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS.as_raw() | vk::PipelineStageFlags::LATE_FRAGMENT_TESTS.as_raw(),
+    ),
+    vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ,
+);
+/// Writes the output; its clear is a write too.
+const OUTPUT_WRITE: Use =
+    Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
+/// Shows shadow maps.
+const MAP_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("VIEW"),
+    time: "lighting",
+    what: "shows a buffer instead of lighting it",
+    presence: |plan| {
+        let is_in = !matches!(plan.shading, Shading::Light { .. });
+        Presence::when(is_in, "the view shows a buffer", "the picture is lit")
+    },
+    touches,
+    leave_out: None,
+};
+
+fn touches(plan: &FramePlan) -> Vec<Touch> {
+    let mut touches: Vec<_> =
+        gbuffer_inputs(plan).into_iter().map(|(binding, target)| Touch::input(binding, target, INPUT_READ)).collect();
+    touches.push(Touch::color(0, Target::Output, First::Clear, OUTPUT_WRITE));
+    if plan.lighting_tests_depth() {
+        touches.push(Touch::depth(First::Undefined, DEPTH_READ));
+    }
+    touches.push(frame_data());
+    touches.extend(maps(plan, MAP_READ));
+    touches
+}
 
 /// The pass.
 pub struct ViewPass {

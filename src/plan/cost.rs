@@ -1,6 +1,6 @@
 //! What a plan's parts take, and what leaving one out saves: found by planning once more with that part kept.
 
-use super::{Capabilities, Error, FramePlan, PartGroup};
+use super::{Capabilities, Error, FramePlan};
 use crate::scene::{Keep, OptionalPart, Scene, Settings};
 
 /// What a frame would take more if the settings kept something without need.
@@ -18,12 +18,6 @@ impl FramePlan {
     /// Device memory of all parts that are in.
     pub fn bytes(&self) -> u64 {
         self.parts().iter().map(|part| part.bytes).sum()
-    }
-
-    /// Of all that the main pass draws into, and the output.
-    pub fn target_bytes_per_pixel(&self) -> u64 {
-        let targets = self.parts().iter().filter(|part| part.group == PartGroup::Targets);
-        targets.map(|part| part.bytes).sum::<u64>() / (u64::from(self.size[0]) * u64::from(self.size[1]))
     }
 
     /// What this plan, which is that of the other arguments, would take more with `part` kept.

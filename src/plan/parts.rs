@@ -4,13 +4,10 @@ mod camera;
 
 use std::collections::BTreeSet;
 
-use ash::vk;
-
-use super::gbuffer::format_bytes;
 use super::lights::MIXED_FALLOFF;
 use super::{
-    COUNT, DEPTH, FramePlan, Gbuffer, Grid, MapProjection, PlannedBrdf, PlannedLights, SLICES, Shading, ShadowLight,
-    ShadowPlan, Sums, TRIANGLE, TextureSource, ToneMapping, anisotropy, shadow_reason,
+    FramePlan, Gbuffer, Grid, MapProjection, PlannedBrdf, PlannedLights, SLICES, Shading, ShadowLight, ShadowPlan,
+    Sums, Target, TextureSource, ToneMapping, anisotropy, shadow_reason,
 };
 use crate::scene::{HdrFormat, OptionalPart, Scene, Settings, TextureSlot, Transparency};
 
@@ -72,8 +69,11 @@ pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<
     let mut parts = Vec::new();
     let mut add = |group, some: Vec<Part>| parts.extend(some.into_iter().map(|part| Part { group, ..part }));
     add(PartGroup::Targets, gbuffer(plan));
-    add(PartGroup::Targets, vec![hdr(settings, plan), sums(plan), samples_of_output(plan)]);
-    add(PartGroup::Passes, passes(scene, settings, plan));
+    add(
+        PartGroup::Targets,
+        vec![stored(plan), hdr(settings, plan), sums(plan), samples_of_output(plan), smoothed(plan)],
+    );
+    add(PartGroup::Passes, passes(scene, plan));
     add(PartGroup::Geometry, geometry(scene, plan));
     add(PartGroup::Textures, textures(scene, settings, plan));
     add(PartGroup::Lights, shading(plan));
@@ -88,7 +88,7 @@ pub(super) fn with_output(mut parts: Vec<Part>, plan: &FramePlan) -> Vec<Part> {
         let Part { name, bytes, .. } = output(plan);
         (own.name, own.bytes) = (name, bytes);
     }
-    for new in [samples_of_output(plan), fxaa(plan)] {
+    for new in [samples_of_output(plan), smoothed(plan)] {
         if let Some(own) = parts.iter_mut().find(|part| part.name == new.name) {
             own.bytes = new.bytes;
         }
@@ -106,10 +106,6 @@ pub(super) fn say_what_is_kept(parts: &mut [Part], lean: &[Part]) {
     }
 }
 
-fn pixels(plan: &FramePlan) -> u64 {
-    u64::from(plan.size[0]) * u64::from(plan.size[1])
-}
-
 fn shadow(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Part {
     let missing = plan.warnings().iter().map(|warning| format!("; {warning}")).collect::<String>();
     let (reason, bytes) = match (shadow_reason(scene, settings, &plan.light_order.order), &plan.shadow) {
@@ -118,7 +114,7 @@ fn shadow(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Part {
         (Ok(()), None) if missing.is_empty() => ("this view shows no shadows".into(), 0),
         (Ok(()), None) => (missing.trim_start_matches("; ").into(), 0),
     };
-    part("shadow pass and maps", plan.shadow.is_some(), reason, bytes).is(OptionalPart::ShadowMaps)
+    part("shadow maps", plan.shadow.is_some(), reason, bytes).is(OptionalPart::ShadowMaps)
 }
 
 /// Who has how many maps, in which filter: `sun (3 cascades), lamp (6 faces): 10 maps in 5 layers, 3x3`.
@@ -140,55 +136,53 @@ fn shadow_maps(shadow: &ShadowPlan) -> String {
 }
 
 fn output(plan: &FramePlan) -> Part {
-    let bytes = u64::from(format_bytes(plan.output)) * pixels(plan);
-    part(&format!("output ({:?})", plan.output), true, "the picture", bytes)
+    part(&format!("output ({:?})", plan.output), true, "the picture", bytes(plan, Target::Output))
 }
 
 fn gbuffer(plan: &FramePlan) -> Vec<Part> {
-    let attachment = |name: &str, format: Option<vk::Format>, reason: String| {
-        let bytes = u64::from(format.map_or(0, format_bytes) * plan.msaa) * pixels(plan);
+    let attachment = |name: &str, target: Target, reason: String| {
+        let format = plan.format_of(target);
         let name = match format {
             Some(format) => format!("{name} ({format:?})"),
             None => name.to_string(),
         };
-        part(&name, format.is_some(), reason, bytes)
+        part(&name, format.is_some(), reason, bytes(plan, target))
     };
-    let depth = plan.has_geometry().then_some(DEPTH);
     let rebuilt = plan.gbuffer.is_some_and(|gbuffer| gbuffer.position.is_none());
-    let hides = match (depth, rebuilt) {
-        (None, _) => "nothing is drawn that could hide anything",
-        (Some(_), true) => "hides what lies behind; position is rebuilt from it",
-        (Some(_), false) => "hides what lies behind",
+    let hides = match (plan.has_geometry(), rebuilt) {
+        (false, _) => "nothing is drawn that could hide anything",
+        (true, true) => "hides what lies behind; position is rebuilt from it",
+        (true, false) => "hides what lies behind",
     };
-    let mut parts = vec![output(plan), attachment("depth", depth, hides.into())];
+    let mut parts = vec![output(plan), attachment("depth", Target::Depth, hides.into())];
     let Some(gbuffer) = &plan.gbuffer else {
         if plan.shading == Shading::ShowOverdraw {
-            parts.push(attachment("fragment count", Some(COUNT), "the view shows it".into()));
+            parts.push(attachment("fragment count", Target::Count, "the view shows it".into()));
         }
         if plan.shading == Shading::ShowTriangle {
-            parts.push(attachment("triangle", Some(TRIANGLE), "the view shows it".into()));
+            parts.push(attachment("triangle", Target::Triangle, "the view shows it".into()));
         }
         let reason = if plan.is_forward() { "surfaces are lit as they are drawn" } else { "this view reads none" };
         parts.push(part("G-buffer", false, reason, 0));
         return parts;
     };
-    parts.push(attachment("albedo", Some(gbuffer.albedo), "every light needs it; alpha is ambient occlusion".into()));
-    parts.push(attachment("normal", Some(gbuffer.normal), format!("{:?}", gbuffer.normal_encoding)));
+    parts.push(attachment("albedo", Target::Albedo, "every light needs it; alpha is ambient occlusion".into()));
+    parts.push(attachment("normal", Target::Normal, format!("{:?}", gbuffer.normal_encoding)));
     let material = why(
         gbuffer.material.is_some(),
         "roughness, and what else the channels below say",
         "all materials are lambert, and the shading normal is the geometric one or nothing casts a shadow",
     );
-    parts.push(attachment("material", gbuffer.material, material).is(OptionalPart::MaterialTarget));
+    parts.push(attachment("material", Target::Material, material).is(OptionalPart::MaterialTarget));
     parts.extend(channels(gbuffer));
     let specular = why(
         gbuffer.specular.is_some(),
         "a material has Phong's terms, or materials differ in their BRDF",
         "no material has Phong's terms and all have the same BRDF",
     );
-    parts.push(attachment("specular", gbuffer.specular, specular).is(OptionalPart::SpecularTarget));
+    parts.push(attachment("specular", Target::Specular, specular).is(OptionalPart::SpecularTarget));
     let position = why(gbuffer.position.is_some(), "asked for", "rebuilt from depth");
-    parts.push(attachment("position", gbuffer.position, position));
+    parts.push(attachment("position", Target::Position, position));
     parts
 }
 
@@ -230,14 +224,18 @@ fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
         None if asked != HdrFormat::default() => format!("{reason}, and {asked} has nothing to be the format of"),
         None => reason.to_owned(),
     };
-    let bytes = u64::from(plan.hdr.map_or(0, format_bytes) * plan.msaa);
-    let name = if plan.is_tiled() { "target of emitted light" } else { "HDR target and TONEMAP subpass" };
-    part(name, plan.hdr.is_some(), reason, bytes * pixels(plan)).is(OptionalPart::HdrTarget)
+    let name = if plan.is_tiled() { "target of emitted light" } else { "HDR target" };
+    part(name, plan.hdr.is_some(), reason, bytes(plan, Target::Hdr)).is(OptionalPart::HdrTarget)
 }
 
-fn fxaa(plan: &FramePlan) -> Part {
-    let reason = if plan.fxaa { "asked for" } else { "not asked for" };
-    part("FXAA pass", plan.fxaa, reason, u64::from(format_bytes(plan.output)) * pixels(plan))
+fn smoothed(plan: &FramePlan) -> Part {
+    let reason = if plan.fxaa { "FXAA draws it" } else { "nothing smooths the picture" };
+    part("smoothed picture", plan.fxaa, reason, bytes(plan, Target::Smoothed))
+}
+
+/// Of a target, for the whole picture; 0 where there is none.
+fn bytes(plan: &FramePlan, target: Target) -> u64 {
+    u64::from(plan.bytes_of(target)) * u64::from(plan.size[0]) * u64::from(plan.size[1])
 }
 
 fn samples_of_output(plan: &FramePlan) -> Part {
@@ -246,29 +244,20 @@ fn samples_of_output(plan: &FramePlan) -> Part {
         (false, 1) => "one sample a pixel",
         (false, _) => "TONEMAP resolves, or the view shows all samples at once",
     };
-    let bytes = u64::from(format_bytes(plan.output) * plan.msaa) * pixels(plan);
-    part("samples of the output", plan.resolves_output(), resolved, bytes)
+    part("samples of the output", plan.resolves_output(), resolved, bytes(plan, Target::Samples))
 }
 
-/// Subpasses and passes, and how often they run.
-fn passes(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
-    let mut parts = vec![prepass(settings, plan)];
-    parts.push(transparency(scene, plan));
-    parts.extend(antialiasing(plan));
-    parts
+/// How often passes run. Which there are, they declare themselves.
+fn passes(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
+    [transparency(scene, plan)].into_iter().chain(antialiasing(plan)).collect()
 }
 
-fn prepass(settings: &Settings, plan: &FramePlan) -> Part {
-    let reason = match plan.depth_prepass {
-        true if settings.depth_prepass.is_none() => "forward has it by itself: each pixel is lit once",
-        true => "asked for: each pixel is shaded once",
-        false if settings.depth_prepass == Some(true) => "this view shades nothing",
-        false => "not asked for",
-    };
-    part("depth pre-pass", plan.depth_prepass, reason, 0)
+fn stored(plan: &FramePlan) -> Part {
+    let reason = "no pass between GEOMETRY and LIGHTING reads neighbours: it need not leave the tile";
+    part("stored G-buffer", plan.stores_gbuffer, reason, 0).is(OptionalPart::StoredGbuffer)
 }
 
-fn antialiasing(plan: &FramePlan) -> Vec<Part> {
+fn antialiasing(plan: &FramePlan) -> [Part; 2] {
     let many = match plan.samples {
         1 => "one frame is a picture".to_string(),
         samples => format!("{samples} jittered frames make a picture"),
@@ -278,11 +267,7 @@ fn antialiasing(plan: &FramePlan) -> Vec<Part> {
         samples if plan.is_forward() => format!("{samples} samples a pixel; each triangle in it is shaded once"),
         samples => format!("{samples} samples a pixel; where they differ, LIGHTING shades each"),
     };
-    vec![
-        part("accumulated frames", plan.samples > 1, many, 0),
-        part("multisampling", plan.msaa > 1, multisampling, 0),
-        fxaa(plan),
-    ]
+    [part("accumulated frames", plan.samples > 1, many, 0), part("multisampling", plan.msaa > 1, multisampling, 0)]
 }
 
 fn transparency(scene: &Scene, plan: &FramePlan) -> Part {
@@ -296,7 +281,7 @@ fn transparency(scene: &Scene, plan: &FramePlan) -> Part {
     // Sorted triangles have an index buffer in each of two frames in flight.
     let indices = 2 * plan.sorted_index_bytes();
     let sorted = plan.transparency == Some(Transparency::Sorted);
-    part("TRANSPARENT subpass", plan.transparency.is_some(), reason, if sorted { indices } else { 0 })
+    part("transparent surfaces", plan.transparency.is_some(), reason, if sorted { indices } else { 0 })
         .is(OptionalPart::Transparent)
 }
 
@@ -309,8 +294,12 @@ fn sums(plan: &FramePlan) -> Part {
         }
         None => "transparent surfaces are sorted, or there are none".into(),
     };
-    let texel = plan.sums.map_or(0, |sums| format_bytes(sums.accumulation) + format_bytes(sums.weights));
-    part("sums and COMPOSITE subpass", plan.sums.is_some(), reason, u64::from(texel * plan.msaa) * pixels(plan))
+    part(
+        "sums of transparent surfaces",
+        plan.sums.is_some(),
+        reason,
+        bytes(plan, Target::Accumulation) + bytes(plan, Target::Weights),
+    )
 }
 
 fn shading(plan: &FramePlan) -> Vec<Part> {
@@ -521,9 +510,9 @@ mod tests {
             let starts = |text: &str| plan.parts().iter().find(|part| part.name.starts_with(text));
             assert!(plan.parts().iter().all(|part| !part.reason.is_empty()), "{name}");
             let included = |text| starts(text).is_some_and(|part| part.included);
-            assert_eq!(included("shadow pass"), plan.shadow.is_some(), "{name}");
+            assert_eq!(included("shadow maps"), plan.shadow.is_some(), "{name}");
             assert_eq!(included("HDR target"), plan.has_tonemap_subpass(), "{name}");
-            assert_eq!(included("TRANSPARENT"), plan.transparency.is_some(), "{name}");
+            assert_eq!(included("transparent surfaces"), plan.transparency.is_some(), "{name}");
             assert_eq!(included("sums"), plan.transparency == Some(crate::scene::Transparency::Oit), "{name}");
             assert_eq!(included("depth"), plan.has_geometry(), "{name}");
             assert_eq!(included("light buffer"), plan.lights.any(), "{name}");

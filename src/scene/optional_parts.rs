@@ -11,6 +11,8 @@ use super::{Error, unknown};
 pub enum OptionalPart {
     /// The HDR target, and the TONEMAP subpass that reads it.
     HdrTarget,
+    /// A render pass of GEOMETRY's own, which stores the G-buffer for the next one to load: what a frame costs without subpasses.
+    StoredGbuffer,
     /// The subpass for transparent surfaces.
     Transparent,
     /// The location of GEOMETRY that what surfaces emit is written to.
@@ -78,6 +80,7 @@ impl OptionalPart {
     /// Every part with its name, in the order of a frame's reports.
     pub const NAMES: &'static [(&'static str, Self)] = &[
         ("hdr-target", Self::HdrTarget),
+        ("stored-gbuffer", Self::StoredGbuffer),
         ("transparent", Self::Transparent),
         ("emissive", Self::Emissive),
         ("material-target", Self::MaterialTarget),

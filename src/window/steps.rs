@@ -5,6 +5,8 @@ mod stepper;
 
 pub use stepper::Stepper;
 
+use crate::frame::list::List;
+use crate::passes::{Pass, Place, composite, forward, geometry, lighting, shadow, tiled, tonemap, transparent};
 use crate::plan::{FramePlan, PlannedBrdf, Shading, ToneMapping};
 use crate::scene::{Brdf, Settings, Tonemap, Transparency, View};
 
@@ -29,37 +31,57 @@ pub enum Step {
     /// The light as TONEMAP finds it.
     Light,
     Tonemap,
-    Fxaa,
+    /// A pass over the whole picture that settings can leave out.
+    Effect(Place),
 }
 
 impl Step {
     /// The steps of the frames of a plan. Those before the tone mapping are shown tone-mapped all the same, as far as nothing else is said.
     pub fn all(plan: &FramePlan) -> Vec<Self> {
-        let mut steps = Vec::new();
-        if plan.shadow.is_some() {
-            steps.push(Self::ShadowMaps);
+        List::of(plan).passes().flat_map(|pass| Self::of(pass, plan)).collect()
+    }
+
+    /// The steps of one pass. A window's own passes, and what only shows a buffer, have none.
+    fn of(pass: &Pass, plan: &FramePlan) -> Vec<Self> {
+        let is = |other: &Pass| pass.place == other.place;
+        if is(&shadow::PASS) {
+            return vec![Self::ShadowMaps];
         }
-        steps.extend(buffers(plan).into_iter().map(Self::Buffer));
-        steps.extend(
-            light_groups(plan.light_numbers().len()).into_iter().map(|[first, end]| Self::Lights { first, end }),
-        );
-        match plan.transparency {
-            Some(Transparency::Sorted) => steps.push(Self::Transparent),
-            Some(Transparency::Oit) => steps.extend([Self::TransparentSums, Self::Composite]),
-            None => {}
+        if is(&geometry::PASS) {
+            return buffers(plan).into_iter().map(Self::Buffer).collect();
         }
-        if let ToneMapping::Subpass(curve) = plan.tone_mapping {
-            steps.extend((curve != Tonemap::None).then_some(Self::Light));
-            steps.push(Self::Tonemap);
+        if is(&lighting::PASS) || is(&forward::PASS) || is(&tiled::PASS) {
+            let groups = light_groups(plan.light_numbers().len()).into_iter();
+            return groups.map(|[first, end]| Self::Lights { first, end }).collect();
         }
-        steps.extend(plan.fxaa.then_some(Self::Fxaa));
-        steps
+        if is(&transparent::PASS) {
+            let sums = plan.transparency == Some(Transparency::Oit);
+            return vec![if sums { Self::TransparentSums } else { Self::Transparent }];
+        }
+        if is(&composite::PASS) {
+            return vec![Self::Composite];
+        }
+        if let (true, ToneMapping::Subpass(curve)) = (is(&tonemap::PASS), plan.tone_mapping) {
+            let light = (curve != Tonemap::None).then_some(Self::Light);
+            return light.into_iter().chain([Self::Tonemap]).collect();
+        }
+        pass.leave_out.map(|_| Self::Effect(pass.place)).into_iter().collect()
     }
 
     /// The settings of the frames that show it, where `whole` are those of the frames whose plan this is.
     pub fn settings(self, whole: &Settings, plan: &FramePlan) -> Settings {
         // Another view must not make another choice.
-        let mut settings = Settings { light_path: plan.light_path, fxaa: false, ..whole.clone() };
+        let mut settings = Settings { light_path: plan.light_path, ..whole.clone() };
+        // Effects that come later are left out.
+        let effects = List::of(plan);
+        let effects: Vec<_> = effects.passes().filter_map(|pass| Some((pass.place, pass.leave_out?))).collect();
+        let shown = effects.iter().position(|&(place, _)| self == Self::Effect(place));
+        match shown {
+            Some(index) if index + 1 == effects.len() => return whole.clone(),
+            _ => {
+                effects[shown.map_or(0, |index| index + 1)..].iter().for_each(|(_, leave_out)| leave_out(&mut settings))
+            }
+        }
         match self {
             Self::ShadowMaps => (settings.view, settings.msaa) = (View::ShadowMap, 1),
             Self::Buffer(view) => {
@@ -68,8 +90,12 @@ impl Step {
                 settings.msaa = if view == View::Complexity { whole.msaa } else { 1 };
             }
             Self::Light => settings.tonemap = Tonemap::None,
-            Self::Fxaa => return whole.clone(),
-            Self::Lights { .. } | Self::TransparentSums | Self::Transparent | Self::Composite | Self::Tonemap => {}
+            Self::Lights { .. }
+            | Self::TransparentSums
+            | Self::Transparent
+            | Self::Composite
+            | Self::Tonemap
+            | Self::Effect(_) => {}
         }
         settings
     }
@@ -94,7 +120,7 @@ impl Step {
             Self::TransparentSums | Self::Transparent => "TRANSPARENT",
             Self::Composite => "COMPOSITE",
             Self::Light | Self::Tonemap => "TONEMAP",
-            Self::Fxaa => "FXAA",
+            Self::Effect(place) => place.name(),
         }
     }
 }

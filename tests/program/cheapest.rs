@@ -11,7 +11,7 @@ const NEEDED: &[(&str, &str)] = &[
     ("target Output", "the picture"),
     ("target Output", "its view"),
     ("main pass", "the one render pass"),
-    ("main framebuffer", "both targets"),
+    ("framebuffer of the main pass", "both targets"),
     ("vertex positions", "what is drawn"),
     ("vertex normals", "how it faces the light"),
     ("indices of 16 bits", "its triangles"),

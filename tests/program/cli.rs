@@ -269,7 +269,7 @@ fn the_command_line_overrides_the_scene_file() {
         let arguments = [&["inspect", "builtin:hall?detail=8", "--json"][..], more].concat();
         let report: Value = serde_json::from_str(&succeed(folder.path(), &arguments)).expect("JSON");
         let parts = report["parts"].as_array().expect("a list").clone();
-        let map = parts.into_iter().find(|part| part["name"] == "shadow pass and maps").expect("the part");
+        let map = parts.into_iter().find(|part| part["name"] == "shadow maps").expect("the part");
         (map["included"].as_bool().expect("a bool"), map["bytes"].as_u64().expect("a number"))
     };
     assert_eq!(shadow(&["--shadow-size", "64"]), (true, 2 * 64 * 64 * 4));

@@ -278,8 +278,9 @@ fn every_part_is_left_out_somewhere_and_needed_somewhere() {
         let always = BTreeSet::from([P::Normals, P::TextureLevels, P::OccludedObjects]);
         let missing: Vec<_> = parts.difference(&left_out).filter(|part| !always.contains(part)).collect();
         assert!(missing.is_empty(), "no scene lacks {missing:?}");
-        // What a plan never has by itself: waste.
+        // What a plan never has by itself: waste, and a G-buffer in memory, which no pass needs.
         let waste = BTreeSet::from([
+            P::StoredGbuffer,
             P::UnusedMeshes,
             P::UnusedTextures,
             P::ConstantTextures,

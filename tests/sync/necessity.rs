@@ -15,10 +15,12 @@ use std::thread;
 use std::time::Instant;
 
 use afterlight::frame::edges::unreported_mutants::{LAYER, Part, UNREPORTED_MUTANTS, reason};
-use afterlight::frame::edges::{self, Edge, Edges, Place};
+use afterlight::frame::edges::{self, Edge, Edges};
+use afterlight::frame::list::List;
 use afterlight::frame::proof::Frames;
 use afterlight::frame::{capabilities, experiment};
 use afterlight::gpu::{self, Device, DeviceChoice, Instance, InstanceOptions, MessageKind, Validation, vk};
+use afterlight::passes::{depth, per_light};
 // `samples` looks for these in the parent module.
 use crate::common::gpu::{not_run, on_gpu};
 use crate::common::stage::{add, lambert, own, plane, point, rectangle, sun};
@@ -26,8 +28,8 @@ use crate::common::tries_all;
 use afterlight::plan::{Canvas, Capabilities, Encoding, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, Transfer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, ColorSpace, Environment, Falloff, LightPath, Material, Output, Resolve, Scene, Settings, ShadowSettings,
-    Texture, Transparency, View,
+    AlphaMode, ColorSpace, Environment, Falloff, LightPath, Material, OptionalPart, Output, Resolve, Scene, Settings,
+    ShadowSettings, Texture, Transparency, View,
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -62,24 +64,22 @@ impl Case {
 fn passes_are_recorded_in_the_order_of_the_list() {
     on_gpu(|gpu| {
         let mut orders = BTreeSet::new();
+        let beside = [depth::PASS.place, per_light::PASS.place];
         for case in cases().iter().filter(|case| case.presented.is_none()) {
             let mut renderer = gpu.renderer(&case.scene, &case.settings);
             renderer.render(&case.scene.camera).unwrap_or_else(|error| panic!("{}: {error}", case.name));
-            let listed = Frames::of(renderer.plan(), &edges::table(renderer.plan())).passes();
-            let listed: Vec<_> = listed.into_iter().map(name_of_times).collect();
+            // Passes beside another one in its subpass have no time of their own.
+            let list = List::of(renderer.plan());
+            let places = Frames::of(renderer.plan(), &edges::table(renderer.plan())).passes();
+            let time = |place| {
+                list.passes_at(place).into_iter().find(|pass| !beside.contains(&pass.place)).map(|pass| pass.time)
+            };
+            let listed: Vec<_> = places.into_iter().filter_map(time).collect();
             assert_eq!(renderer.recorded_passes(), listed, "{}", case.name);
             orders.insert(listed);
         }
         assert!(orders.len() >= 12, "so few different frames have been tried: {orders:?}");
     });
-}
-
-/// As times of frames name a pass. TILED takes LIGHTING's place.
-fn name_of_times(place: Place) -> String {
-    match place {
-        Place::Tiled => "lighting".into(),
-        _ => place.to_string().to_lowercase(),
-    }
 }
 
 /// As a window has the plan.
@@ -144,6 +144,7 @@ pub fn cases() -> Vec<Case> {
     let hdr: Change = |settings| settings.output = Output::Nits;
     let forward: Change = |settings| settings.light_path = LightPath::Forward;
     let compute: Change = |settings| settings.light_path = LightPath::Compute;
+    let stored: Change = |settings| settings.keep = settings.keep.with(OptionalPart::StoredGbuffer);
     let mut all = Vec::new();
     let mut case = |name: &str, scene: Scene, changes: &[Change]| {
         // Maps are drawn in each frame, so that their rows have something to order.
@@ -195,6 +196,16 @@ pub fn cases() -> Vec<Case> {
     case("forward, samples averaged as light", plain(), &[forward, samples, linear]);
     case("forward, samples and fxaa", plain(), &[forward, samples, fxaa]);
     case("samples and fxaa", plain(), &[samples, fxaa]);
+    case("stored", plain(), &[stored]);
+    case("stored, glowing and sunlit", glowing(sunlit()), &[stored]);
+    case("stored, sorted and glowing", glazed(glowing(plain())), &[stored, sorted]);
+    case("stored, weighted", glazed(plain()), &[stored, weighted]);
+    case("stored, linear and glowing", glowing(plain()), &[stored, hdr]);
+    case("stored, samples", plain(), &[stored, samples]);
+    case("stored, samples and glowing", glowing(plain()), &[stored, samples]);
+    case("stored, view of normals", plain(), &[stored, |settings| settings.view = View::Normal]);
+    case("stored, view of samples", plain(), &[stored, samples, |settings| settings.view = View::Complexity]);
+    case("stored, light by light", lamplit(), &[stored, |settings| settings.light_path = LightPath::PerLight]);
     all.extend(shown());
     all
 }

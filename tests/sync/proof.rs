@@ -8,7 +8,9 @@ use afterlight::frame::proof::{Frames, is_superfluous};
 use afterlight::gpu::vk;
 use afterlight::plan::{Canvas, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB};
 use afterlight::scene::builtin::CATALOGUE;
-use afterlight::scene::{HdrFormat, LightPath, Output, Resolve, Scene, Settings, Transparency, View};
+use afterlight::scene::{
+    HdrFormat, Keep, LightPath, OptionalPart, Output, Resolve, Scene, Settings, Transparency, View,
+};
 
 use super::combinations;
 use super::necessity::samples::{self, gbuffers};
@@ -136,6 +138,7 @@ fn random(scenes: &[(&str, Scene)], random: &mut fastrand::Rng) -> Option<(Strin
         fxaa: random.bool(),
         depth_prepass: [None, Some(false), Some(true)][random.usize(..3)],
         light_cutoff: random.bool(),
+        keep: if random.bool() { Keep::NONE } else { Keep::NONE.with(OptionalPart::StoredGbuffer) },
         exposure: Some(0.0),
         ..Settings::default()
     };

@@ -2,11 +2,10 @@
 
 use super::main_pass::{dropped_last, sums_reuse, sums_to_composite};
 use super::{Edge, Place, RowName, subpass};
-use crate::frame::render_pass;
+use crate::frame::list::RESOLVE;
 use crate::passes::{composite, copy, forward, fxaa, present, tonemap, transparent};
-use crate::plan::FramePlan;
+use crate::plan::{FramePlan, Target};
 use crate::scene::Transparency;
-use crate::targets::{Target, light_target};
 
 /// FORWARD is the first to touch all that it draws into.
 pub(super) fn forward_edge(plan: &FramePlan) -> Edge {
@@ -20,16 +19,16 @@ pub(super) fn forward_edge(plan: &FramePlan) -> Edge {
         (false, true) => present::ATTACH,
         (false, false) => copy::READ,
     };
-    let before = match light_target(plan) {
+    let before = match plan.light_target() {
         Target::Hdr => dropped_last(plan, tonemap::HDR_DROP),
         // A later subpass has the output, into which they are resolved; else FORWARD has, and whoever reads it has waited for the resolve.
-        Target::Samples if plan.transparency.is_some() => dropped_last(plan, render_pass::RESOLVE),
-        Target::Samples if output == present::ATTACH => render_pass::RESOLVE,
+        Target::Samples if plan.transparency.is_some() => dropped_last(plan, RESOLVE),
+        Target::Samples if output == present::ATTACH => RESOLVE,
         _ => output,
     };
     subpass(
         RowName::TargetsReuse,
-        (Place::Outside, Place::Forward),
+        (Place::OUTSIDE, forward::PASS.place),
         &[depth, before],
         &[forward::DEPTH_CLEAR, forward::LIGHT_WRITE],
         "frames in flight share the targets: the last frame must have read or copied what this one clears, and dropped the rest",
@@ -38,11 +37,11 @@ pub(super) fn forward_edge(plan: &FramePlan) -> Edge {
 
 pub(super) fn transparent_after_forward(transparency: Transparency) -> Vec<Edge> {
     let depth = [transparent::DEPTH_READ, transparent::DEPTH_DROP];
-    let (from, light) = (Place::Forward, forward::LIGHT_WRITE);
+    let (from, light) = (forward::PASS.place, forward::LIGHT_WRITE);
     match transparency {
         Transparency::Sorted => vec![subpass(
             RowName::ForwardToTransparent,
-            (from, Place::Transparent),
+            (from, transparent::PASS.place),
             &[forward::DEPTH_TEST, light],
             &[depth[0], depth[1], transparent::BLEND],
             "TRANSPARENT blends over what FORWARD wrote, tests against depth, and as the last user drops that",
@@ -51,14 +50,14 @@ pub(super) fn transparent_after_forward(transparency: Transparency) -> Vec<Edge>
             sums_reuse(),
             subpass(
                 RowName::ForwardToTransparent,
-                (from, Place::Transparent),
+                (from, transparent::PASS.place),
                 &[forward::DEPTH_TEST],
                 &depth,
                 "TRANSPARENT tests against depth, and as the last user drops it",
             ),
             subpass(
                 RowName::ForwardToComposite,
-                (from, Place::Composite),
+                (from, composite::PASS.place),
                 &[light],
                 &[composite::LIGHT_BLEND],
                 "COMPOSITE blends over what FORWARD wrote",

@@ -16,21 +16,21 @@ pub(super) fn formulas() -> [Edge; 3] {
         Edge::new(
             RowName::HostToFrame,
             Carrier::Submission,
-            (Place::Host, Place::Device),
+            (Place::HOST, Place::DEVICE),
             (HOST_WRITE, DEVICE_ACCESS),
             "the dispatch reads inputs that the CPU wrote",
         ),
         Edge::new(
             RowName::ResultsToHost,
             Carrier::BufferBarrier,
-            (Place::Device, Place::Host),
+            (Place::DEVICE, Place::HOST),
             (FORMULA_WRITE, copy::HOST_READ),
             "a fence alone does not make the dispatch's writes visible to the CPU",
         ),
         Edge::new(
             RowName::CopyToHost,
             Carrier::Fence,
-            (Place::Device, Place::Host),
+            (Place::DEVICE, Place::HOST),
             (DEVICE_ACCESS, copy::HOST_READ),
             "the CPU reads the results when the dispatch is done; a barrier does not make it wait",
         ),
@@ -39,37 +39,37 @@ pub(super) fn formulas() -> [Edge; 3] {
 
 pub(super) fn rows() -> [Edge; 5] {
     let wait =
-        |name, from, host: Use, why| Edge::new(name, Carrier::Fence, (from, Place::Host), (DEVICE_ACCESS, host), why);
+        |name, from, host: Use, why| Edge::new(name, Carrier::Fence, (from, Place::HOST), (DEVICE_ACCESS, host), why);
     [
         Edge::new(
             RowName::HostToFrame,
             Carrier::Submission,
-            (Place::Host, Place::Device),
+            (Place::HOST, Place::DEVICE),
             (HOST_WRITE, DEVICE_ACCESS),
             "a frame reads cameras, lights, maps' places and sorted indices that the CPU wrote, and uploads read staging buffers",
         ),
         wait(
             RowName::FrameToHost,
-            Place::Device,
+            Place::DEVICE,
             HOST_WRITE,
             "the CPU writes buffers and commands of a frame anew when the last frame that used them is done",
         ),
         wait(
             RowName::LastUseToDestroy,
-            Place::Device,
+            Place::DEVICE,
             Use::new(vk::PipelineStageFlags::HOST, vk::AccessFlags::empty()),
             "objects and memory are destroyed when the last submission before their owner's end is done (the retire queue)",
         ),
         Edge::new(
             RowName::PictureToHost,
             Carrier::BufferBarrier,
-            (Place::Copy, Place::Host),
+            (copy::PASS.place, Place::HOST),
             (copy::WRITE, copy::HOST_READ),
             "a fence alone does not make the copy's writes visible to the CPU",
         ),
         wait(
             RowName::CopyToHost,
-            Place::Copy,
+            copy::PASS.place,
             copy::HOST_READ,
             "the CPU reads the picture when the copy is done; a barrier does not make it wait",
         ),

@@ -7,23 +7,21 @@
 
 use super::forward::{forward_edge, transparent_after_forward};
 use super::{Carrier, Edge, Place, RowName, presentation, subpass};
-use crate::frame::render_pass;
+use crate::frame::list::{FXAA_PASS, GBUFFER_PASS, RESOLVE};
 use crate::gpu::sync::Use;
 use crate::passes::{composite, copy, forward, fxaa, geometry, lighting, present, tonemap, transparent};
-use crate::plan::{FramePlan, Shading};
+use crate::plan::{FramePlan, Shading, Target};
 use crate::scene::Transparency;
-use crate::targets::{Target, light_target};
 
 /// All of them, in the order of a frame.
 pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     let mut table = Vec::new();
-    let lights = light_target(plan);
+    let lights = plan.light_target();
     if plan.is_forward() {
         table.push(forward_edge(plan));
     } else {
         if plan.has_geometry() {
             table.push(gbuffer_reuse(plan));
-            table.push(gbuffer_to_lighting(plan));
         }
         if !plan.emissive && lights == Target::Hdr {
             table.push(hdr_reuse(plan));
@@ -32,17 +30,17 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     let (last_light, light_use) = last_light(plan);
     // The first to touch the output, and the last. Where emissive light goes straight there, GEOMETRY is the first.
     let ((first, first_use), (last, last_use)) = match lights {
-        Target::Hdr => ((Place::Tonemap, tonemap::OUTPUT_WRITE), (Place::Tonemap, tonemap::OUTPUT_WRITE)),
+        Target::Hdr => ((tonemap::PASS.place, tonemap::OUTPUT_WRITE), (tonemap::PASS.place, tonemap::OUTPUT_WRITE)),
         Target::Samples => ((last_light, lighting::LIGHT_WRITE), (last_light, light_use)),
-        _ => ((Place::Lighting, lighting::LIGHT_WRITE), (last_light, light_use)),
+        _ => ((lighting::PASS.place, lighting::LIGHT_WRITE), (last_light, light_use)),
     };
     // Rows above order that, where GEOMETRY or FORWARD is the first.
     let output_is_ordered = match lights {
         Target::Hdr => false,
-        Target::Samples => first == Place::Forward,
+        Target::Samples => first == forward::PASS.place,
         _ => plan.emissive || plan.is_forward(),
     };
-    if lights == Target::Samples && !plan.emissive && !plan.is_forward() && first != Place::Lighting {
+    if lights == Target::Samples && !plan.emissive && !plan.is_forward() && first != lighting::PASS.place {
         table.push(samples_reuse(plan));
     }
     if !output_is_ordered {
@@ -58,9 +56,9 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         };
         let (name, before, why) = match plan.resolves_output() {
             // LIGHTING is the first to touch both, and the last: whoever reads the picture has waited for what it dropped.
-            true if first == Place::Lighting && !plan.emissive => (
+            true if first == lighting::PASS.place && !plan.emissive => (
                 RowName::TargetsReuse,
-                if read == present::ATTACH { render_pass::RESOLVE } else { read },
+                if read == present::ATTACH { RESOLVE } else { read },
                 "frames in flight share the samples and the output: the last frame must have resolved the ones and let go of the other",
             ),
             true if !plan.draws_into_swapchain() || plan.fxaa => (
@@ -70,7 +68,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
             ),
             _ => (RowName::OutputReuse, read, why),
         };
-        table.push(subpass(name, (Place::Outside, first), &[before], &[first_use], why));
+        table.push(subpass(name, (Place::OUTSIDE, first), &[before], &[first_use], why));
     }
     if let Some(transparency) = plan.transparency {
         table.extend(transparent_edges(plan, transparency));
@@ -85,12 +83,16 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         ),
         false => (copy::READ, "COPY reads the picture after the pass, in the layout that the pass leaves it in"),
     };
+    if plan.has_geometry() && !plan.is_forward() {
+        let row = gbuffer_to_lighting(plan, &table);
+        table.insert(1, row);
+    }
     if plan.fxaa {
         table.extend(fxaa_edges(plan, last, last_use));
-        let fxaa = (Place::Fxaa, Place::Outside);
+        let fxaa = (fxaa::PASS.place, Place::OUTSIDE);
         table.push(fxaa_pass(RowName::ReadBack, fxaa, fxaa::PICTURE_WRITE, read, read_back));
     } else {
-        table.push(subpass(RowName::ReadBack, (last, Place::Outside), &[last_use], &[read], read_back));
+        table.push(subpass(RowName::ReadBack, (last, Place::OUTSIDE), &[last_use], &[read], read_back));
     }
     table
 }
@@ -101,10 +103,10 @@ const ACQUIRED: &str =
 
 /// The first place that touches the picture itself.
 pub(super) fn first_of_picture(plan: &FramePlan) -> Place {
-    match light_target(plan) {
-        _ if plan.fxaa => Place::Fxaa,
-        Target::Hdr => Place::Tonemap,
-        Target::Output if !plan.is_forward() => Place::Lighting,
+    match plan.light_target() {
+        _ if plan.fxaa => fxaa::PASS.place,
+        Target::Hdr => tonemap::PASS.place,
+        Target::Output if !plan.is_forward() => lighting::PASS.place,
         _ => last_light(plan).0,
     }
 }
@@ -118,7 +120,7 @@ fn gbuffer_reuse(plan: &FramePlan) -> Edge {
     let mut after = vec![geometry::DEPTH_CLEAR];
     // What LIGHTING or VIEW read and dropped; where it is the last subpass, whoever reads the picture has waited for that.
     let is_last = plan.transparency.is_none() && !plan.has_tonemap_subpass();
-    let waits_for_reader = plan.fxaa || plan.emissive && light_target(plan) == Target::Output;
+    let waits_for_reader = plan.fxaa || plan.emissive && plan.light_target() == Target::Output;
     if plan.geometry_locations() > 0 {
         if !(is_last && waits_for_reader) {
             before.push(lighting::COLOR_DROP);
@@ -126,20 +128,29 @@ fn gbuffer_reuse(plan: &FramePlan) -> Edge {
         after.push(geometry::COLOR_WRITE);
     }
     if plan.emissive {
-        before.push(match light_target(plan) {
+        before.push(match plan.light_target() {
             // Its clear waits for TONEMAP of the last frame to have let go of it.
             Target::Hdr => dropped_last(plan, tonemap::HDR_DROP),
-            Target::Samples => dropped_last(plan, render_pass::RESOLVE),
+            Target::Samples => dropped_last(plan, RESOLVE),
             _ => copy::READ,
         });
     }
-    subpass(
+    let row = subpass(
         RowName::GbufferReuse,
-        (Place::Outside, Place::Geometry),
+        (Place::OUTSIDE, geometry::PASS.place),
         &before,
         &after,
         "frames in flight share the targets: the last frame must have read and dropped them, and a DONT_CARE store is a write",
-    )
+    );
+    of_gbuffer_pass(plan, row)
+}
+
+/// Where GEOMETRY has a render pass of its own, that carries its rows; what is between two render passes is not by region.
+fn of_gbuffer_pass(plan: &FramePlan, row: Edge) -> Edge {
+    match plan.stores_gbuffer {
+        true => Edge { carrier: Carrier::Subpass(GBUFFER_PASS), by_region: false, ..row },
+        false => row,
+    }
 }
 
 /// What is over when the last subpass of the last frame has dropped something: FXAA has waited for all that it wrote.
@@ -151,21 +162,40 @@ fn color_use(plan: &FramePlan) -> Use {
     if plan.shading == Shading::ShowOverdraw { geometry::COUNT_BLEND } else { geometry::COLOR_WRITE }
 }
 
-fn gbuffer_to_lighting(plan: &FramePlan) -> Edge {
-    let mut before = vec![geometry::DEPTH_TEST];
+/// `others`: the rows besides it.
+fn gbuffer_to_lighting(plan: &FramePlan, others: &[Edge]) -> Edge {
+    // What is stored is stored after the tests.
+    let mut before = vec![if plan.stores_gbuffer { geometry::DEPTH_STORE } else { geometry::DEPTH_TEST }];
     let mut after = Vec::new();
+    // Where LIGHTING waits for an earlier user of its own target, it waits for all colours before its render pass.
+    let waits_for_colors = |row: &Edge| {
+        let is_first = (row.from, row.to) == (Place::OUTSIDE, lighting::PASS.place);
+        is_first && row.before.stage.contains(lighting::COLOR_DROP.stage)
+    };
+    let drops_in_turn = plan.stores_gbuffer && others.iter().any(waits_for_colors);
     if plan.lighting_tests_depth() {
         after.push(lighting::DEPTH_READ);
     }
-    if plan.transparency.is_none() {
+    // Between two render passes its layout changes, and whoever is the last user writes it after that.
+    if plan.transparency.is_none() || plan.stores_gbuffer {
         after.push(lighting::DEPTH_DROP);
     }
     if plan.geometry_locations() > 0 {
         before.push(color_use(plan));
-        after.extend([lighting::GBUFFER_READ, lighting::COLOR_DROP]);
+        after.push(lighting::GBUFFER_READ);
+        if !drops_in_turn {
+            after.push(lighting::COLOR_DROP);
+        }
     }
     if plan.emissive {
         after.push(lighting::LIGHT_BLEND);
+    }
+    if plan.stores_gbuffer {
+        // The main pass loads what the G-buffer pass stored.
+        after.push(lighting::DEPTH_LOAD);
+        if plan.geometry_locations() > 0 {
+            after.push(lighting::COLOR_LOAD);
+        }
     }
     let why = match plan.transparency {
         Some(_) => {
@@ -173,15 +203,16 @@ fn gbuffer_to_lighting(plan: &FramePlan) -> Edge {
         }
         None => "LIGHTING reads what GEOMETRY wrote, tests against its depth, and as the last user drops it all",
     };
-    subpass(RowName::GbufferToLighting, (Place::Geometry, Place::Lighting), &before, &after, why)
+    let places = (geometry::PASS.place, lighting::PASS.place);
+    of_gbuffer_pass(plan, subpass(RowName::GbufferToLighting, places, &before, &after, why))
 }
 
 /// Samples that LIGHTING is the first to touch, and a later subpass resolves.
 fn samples_reuse(plan: &FramePlan) -> Edge {
     subpass(
         RowName::SamplesReuse,
-        (Place::Outside, Place::Lighting),
-        &[dropped_last(plan, render_pass::RESOLVE)],
+        (Place::OUTSIDE, lighting::PASS.place),
+        &[dropped_last(plan, RESOLVE)],
         &[lighting::LIGHT_WRITE],
         "frames in flight share the samples: the last frame must have resolved and dropped what this one clears",
     )
@@ -195,10 +226,10 @@ fn light_write(plan: &FramePlan) -> Use {
 /// The subpass that is the last to write the light's target before it is shown, and how it does.
 fn last_light(plan: &FramePlan) -> (Place, Use) {
     match plan.transparency {
-        Some(Transparency::Sorted) => (Place::Transparent, transparent::BLEND),
-        Some(Transparency::Oit) => (Place::Composite, composite::LIGHT_BLEND),
-        None if plan.is_forward() => (Place::Forward, forward::LIGHT_WRITE),
-        None => (Place::Lighting, light_write(plan)),
+        Some(Transparency::Sorted) => (transparent::PASS.place, transparent::BLEND),
+        Some(Transparency::Oit) => (composite::PASS.place, composite::LIGHT_BLEND),
+        None if plan.is_forward() => (forward::PASS.place, forward::LIGHT_WRITE),
+        None => (lighting::PASS.place, light_write(plan)),
     }
 }
 
@@ -213,7 +244,7 @@ fn transparent_edges(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> 
     match transparency {
         Transparency::Sorted => vec![subpass(
             RowName::LightingToTransparent,
-            (Place::Lighting, Place::Transparent),
+            (lighting::PASS.place, transparent::PASS.place),
             &[lit[0], lit[1], light],
             &[depth[0], depth[1], transparent::BLEND],
             "TRANSPARENT blends over what LIGHTING wrote, tests against the depth that LIGHTING read, and as the last user drops that",
@@ -222,14 +253,14 @@ fn transparent_edges(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> 
             sums_reuse(),
             subpass(
                 RowName::LightingToTransparent,
-                (Place::Lighting, Place::Transparent),
+                (lighting::PASS.place, transparent::PASS.place),
                 &lit,
                 &depth,
                 "TRANSPARENT tests against the depth that LIGHTING read, and as the last user drops it",
             ),
             subpass(
                 RowName::LightingToComposite,
-                (Place::Lighting, Place::Composite),
+                (lighting::PASS.place, composite::PASS.place),
                 &[light],
                 &[composite::LIGHT_BLEND],
                 "COMPOSITE blends over what LIGHTING wrote",
@@ -242,7 +273,7 @@ fn transparent_edges(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> 
 pub(super) fn sums_reuse() -> Edge {
     subpass(
         RowName::SumsReuse,
-        (Place::Outside, Place::Transparent),
+        (Place::OUTSIDE, transparent::PASS.place),
         &[composite::SUM_DROP],
         &[transparent::SUM_CLEAR],
         "frames in flight share the sums: COMPOSITE of the last frame must have read and dropped what this one clears",
@@ -252,7 +283,7 @@ pub(super) fn sums_reuse() -> Edge {
 pub(super) fn sums_to_composite() -> Edge {
     subpass(
         RowName::SumsToComposite,
-        (Place::Transparent, Place::Composite),
+        (transparent::PASS.place, composite::PASS.place),
         &[transparent::BLEND],
         &[composite::SUM_READ, composite::SUM_DROP],
         "COMPOSITE reads the sums of its pixel, and as the last user drops them",
@@ -262,7 +293,7 @@ pub(super) fn sums_to_composite() -> Edge {
 fn hdr_to_tonemap(from: Place, light: Use) -> Edge {
     subpass(
         RowName::HdrToTonemap,
-        (from, Place::Tonemap),
+        (from, tonemap::PASS.place),
         &[light],
         &[tonemap::HDR_READ, tonemap::HDR_DROP],
         "TONEMAP reads the light of its pixel, and as the last user drops the HDR target",
@@ -273,7 +304,7 @@ fn hdr_to_tonemap(from: Place, light: Use) -> Edge {
 fn hdr_reuse(plan: &FramePlan) -> Edge {
     subpass(
         RowName::HdrReuse,
-        (Place::Outside, Place::Lighting),
+        (Place::OUTSIDE, lighting::PASS.place),
         &[dropped_last(plan, tonemap::HDR_DROP)],
         &[lighting::LIGHT_WRITE],
         "frames in flight share the HDR target: TONEMAP of the last frame must have read and dropped what this one clears",
@@ -285,14 +316,14 @@ fn fxaa_edges(plan: &FramePlan, last: Place, output_write: Use) -> [Edge; 2] {
     [
         subpass(
             RowName::OutputToFxaa,
-            (last, Place::Fxaa),
+            (last, fxaa::PASS.place),
             &[output_write],
             &[fxaa::OUTPUT_READ],
             "FXAA samples a pixel's neighbours, so that the whole output must be there, in the layout that the pass leaves it in",
         ),
         fxaa_pass(
             RowName::PictureReuse,
-            (Place::Outside, Place::Fxaa),
+            (Place::OUTSIDE, fxaa::PASS.place),
             if plan.draws_into_swapchain() { present::ATTACH } else { copy::READ },
             fxaa::PICTURE_WRITE,
             match plan.draws_into_swapchain() {
@@ -306,5 +337,5 @@ fn fxaa_edges(plan: &FramePlan, last: Place, output_write: Use) -> [Edge; 2] {
 }
 
 fn fxaa_pass(name: RowName, (from, to): (Place, Place), before: Use, after: Use, why: &'static str) -> Edge {
-    Edge::new(name, Carrier::FxaaPass, (from, to), (before, after), why)
+    Edge::new(name, Carrier::Subpass(FXAA_PASS), (from, to), (before, after), why)
 }

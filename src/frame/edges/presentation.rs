@@ -15,7 +15,7 @@ use crate::gpu::UploadOrder;
 use crate::gpu::sync::{DEVICE_ACCESS, Use};
 use crate::gpu::upload::COPY_WRITE;
 use crate::passes::present::{ATTACH, BEGIN, WRITE};
-use crate::passes::{copy, encode, overlay, split};
+use crate::passes::{copy, encode, overlay, present, split};
 use crate::plan::{Canvas, FramePlan};
 
 const READ_BY_PRESENTATION: vk::ImageLayout = vk::ImageLayout::PRESENT_SRC_KHR;
@@ -38,14 +38,14 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         barrier(
             RowName::PanelToCopy,
             (vk::ImageLayout::UNDEFINED, WRITTEN),
-            (Place::Outside, Place::Upload),
+            (Place::OUTSIDE, Place::UPLOAD),
             (Use::START, COPY_WRITE),
             "only while panels are shown: each change of a texture is a new image, whose layout changes before the write",
         ),
         barrier(
             RowName::UploadToPanels,
             (WRITTEN, SAMPLED),
-            (Place::Upload, Place::Overlay),
+            (Place::UPLOAD, overlay::PASS.place),
             (COPY_WRITE, overlay::TEXTURE_READ),
             "only while panels are shown: OVERLAY samples what was copied",
         ),
@@ -53,7 +53,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     rows.push(Edge::new(
         RowName::Present,
         Carrier::Semaphore,
-        (Place::Device, Place::Presentation),
+        (Place::DEVICE, Place::PRESENTATION),
         (DEVICE_ACCESS, Use::END),
         "presentation reads the image when the frame is done; a semaphore makes all that was written available, and presentation sees it by itself",
     ));
@@ -71,13 +71,13 @@ fn barrier(
 }
 
 fn acquire((first, first_use): (Place, Use), why: &'static str) -> Edge {
-    Edge::new(RowName::Acquire, Carrier::Semaphore, (Place::Presentation, first), (Use::START, first_use), why)
+    Edge::new(RowName::Acquire, Carrier::Semaphore, (Place::PRESENTATION, first), (Use::START, first_use), why)
 }
 
 /// The picture is the swapchain's image.
 fn straight(plan: &FramePlan) -> Vec<Edge> {
     let first = match plan.is_tiled() {
-        true => (Place::Present, BEGIN),
+        true => (present::PASS.place, BEGIN),
         false => (first_of_picture(plan), ATTACH),
     };
     let why =
@@ -88,14 +88,14 @@ fn straight(plan: &FramePlan) -> Vec<Edge> {
             barrier(
                 RowName::SwapchainToPresent,
                 (vk::ImageLayout::UNDEFINED, WRITTEN),
-                (Place::Outside, Place::Present),
+                (Place::OUTSIDE, present::PASS.place),
                 (BEGIN, WRITE),
                 "the image's layout changes when it is acquired, before PRESENT writes all of it",
             ),
             barrier(
                 RowName::PresentToSwapchain,
                 (WRITTEN, READ_BY_PRESENTATION),
-                (Place::Present, Place::Presentation),
+                (present::PASS.place, Place::PRESENTATION),
                 (WRITE, IN_TURN),
                 "presentation reads the image in its own layout, and sees it by the semaphore; OVERLAY before it waits for TRANSFER",
             ),
@@ -106,7 +106,7 @@ fn straight(plan: &FramePlan) -> Vec<Edge> {
         barrier(
             RowName::PictureToSplit,
             (READ_BY_PRESENTATION, WRITTEN),
-            (Place::Outside, Place::Split),
+            (Place::OUTSIDE, split::PASS.place),
             (IN_TURN, split::WRITE),
             "only while the window is split: the layout changes when the picture is there, which a row before this orders before TRANSFER, and \
              SPLIT writes a part of it",
@@ -114,35 +114,35 @@ fn straight(plan: &FramePlan) -> Vec<Edge> {
         barrier(
             RowName::SplitToPicture,
             (WRITTEN, READ_BY_PRESENTATION),
-            (Place::Split, Place::Presentation),
+            (split::PASS.place, Place::PRESENTATION),
             (split::WRITE, IN_TURN),
             "only while the window is split: the layout changes back when SPLIT has written, before COPY and OVERLAY, which wait for TRANSFER",
         ),
         barrier(
             RowName::PictureToCopy,
             (READ_BY_PRESENTATION, COPIED),
-            (Place::Outside, Place::Copy),
+            (Place::OUTSIDE, copy::PASS.place),
             (IN_TURN, copy::READ),
             "only for a screenshot: the layout changes when the picture is there, which a row before this orders before TRANSFER",
         ),
         barrier(
             RowName::CopyToPicture,
             (COPIED, READ_BY_PRESENTATION),
-            (Place::Copy, Place::Presentation),
+            (copy::PASS.place, Place::PRESENTATION),
             (copy::READ, IN_TURN),
             "only for a screenshot: the layout changes back when the image is copied, before OVERLAY, which waits for TRANSFER",
         ),
         barrier(
             RowName::PictureToOverlay,
             (READ_BY_PRESENTATION, DRAWN_INTO),
-            (Place::Outside, Place::Overlay),
+            (Place::OUTSIDE, overlay::PASS.place),
             (IN_TURN, overlay::BLEND),
             "only while panels are shown: the picture is whole, for a copy or not, when OVERLAY blends over it",
         ),
         barrier(
             RowName::OverlayToPicture,
             (DRAWN_INTO, READ_BY_PRESENTATION),
-            (Place::Overlay, Place::Presentation),
+            (overlay::PASS.place, Place::PRESENTATION),
             (overlay::BLEND.writes(), Use::END),
             "only while panels are shown: the layout changes back when OVERLAY has drawn",
         ),
@@ -154,14 +154,14 @@ fn straight(plan: &FramePlan) -> Vec<Edge> {
 fn encoded() -> Vec<Edge> {
     vec![
         acquire(
-            (Place::Encode, ATTACH),
+            (encode::PASS.place, ATTACH),
             "presentation may still read the image when the frame is recorded; all that writes colours waits, though ENCODE alone needs the image",
         ),
         // As above, but that COPY takes the picture as it lies.
         barrier(
             RowName::PictureToSplit,
             (COPIED, WRITTEN),
-            (Place::Outside, Place::Split),
+            (Place::OUTSIDE, split::PASS.place),
             (IN_TURN, split::WRITE),
             "only while the window is split: the layout changes when the picture is there, which a row before this orders before TRANSFER, and \
              SPLIT writes a part of it",
@@ -169,49 +169,49 @@ fn encoded() -> Vec<Edge> {
         barrier(
             RowName::SplitToPicture,
             (WRITTEN, COPIED),
-            (Place::Split, Place::Outside),
+            (split::PASS.place, Place::OUTSIDE),
             (split::WRITE, copy::READ),
             "only while the window is split: COPY reads what SPLIT has written; OVERLAY and ENCODE wait for TRANSFER",
         ),
         barrier(
             RowName::PictureToOverlay,
             (COPIED, DRAWN_INTO),
-            (Place::Outside, Place::Overlay),
+            (Place::OUTSIDE, overlay::PASS.place),
             (IN_TURN, overlay::BLEND),
             "only while panels are shown: the picture is whole, and copied where that was asked for, when OVERLAY blends over it",
         ),
         barrier(
             RowName::OverlayToPicture,
             (DRAWN_INTO, COPIED),
-            (Place::Overlay, Place::Outside),
+            (overlay::PASS.place, Place::OUTSIDE),
             (overlay::BLEND.writes(), IN_TURN),
             "only while panels are shown: the layout changes back when OVERLAY has drawn, before ENCODE, which waits for TRANSFER",
         ),
         barrier(
             RowName::PictureToEncode,
             (COPIED, SAMPLED),
-            (Place::Outside, Place::Encode),
+            (Place::OUTSIDE, encode::PASS.place),
             (IN_TURN, encode::READ),
             "ENCODE reads the picture with all that lies over it, and when it is copied where that was asked for",
         ),
         barrier(
             RowName::SwapchainToEncode,
             (vk::ImageLayout::UNDEFINED, DRAWN_INTO),
-            (Place::Presentation, Place::Encode),
+            (Place::PRESENTATION, encode::PASS.place),
             (ATTACH, encode::WRITE),
             "the image's layout changes when it is acquired, before ENCODE writes all of it",
         ),
         barrier(
             RowName::EncodeToPicture,
             (SAMPLED, COPIED),
-            (Place::Encode, Place::Outside),
+            (encode::PASS.place, Place::OUTSIDE),
             (encode::READ, IN_TURN),
             "the next frame draws its picture over this one when ENCODE has read it: that waits for TRANSFER, as for a copy",
         ),
         barrier(
             RowName::EncodeToSwapchain,
             (DRAWN_INTO, READ_BY_PRESENTATION),
-            (Place::Encode, Place::Presentation),
+            (encode::PASS.place, Place::PRESENTATION),
             (encode::WRITE, Use::END),
             "presentation reads the image in its own layout, and sees it by the semaphore",
         ),
@@ -236,9 +236,9 @@ mod tests {
 
     use super::super::{Edges, table};
     use super::*;
-    use crate::frame::render_pass::{PassDescription, Resource};
+    use crate::frame::render_pass::PassDescription;
+    use crate::passes::Resource;
     use crate::plan::{Encoding, OUTPUT_PLAIN, OUTPUT_SRGB, Transfer, samples};
-    use crate::targets::Target;
 
     /// Sample plans of pictures.
     fn pictures() -> impl Iterator<Item = (String, FramePlan)> {
@@ -297,9 +297,9 @@ mod tests {
     #[test]
     fn the_last_pass_leaves_the_picture_as_presentation_reads_it() {
         each_plan(|name, plan, table| {
-            let pass = if plan.fxaa { PassDescription::fxaa(plan, table) } else { PassDescription::main(plan, table) };
-            let wanted = if plan.fxaa { Resource::SmoothedPicture } else { Resource::Target(Target::Output) };
-            let picture = pass.attachments.iter().find(|(resource, _)| *resource == wanted);
+            let passes = PassDescription::all(plan, table);
+            let last = passes.last().expect("a render pass");
+            let picture = last.attachments.iter().find(|(image, _)| *image == Resource::Target(plan.picture()));
             match plan.is_tiled() {
                 true => assert!(picture.is_none() && table.find(RowName::PresentToSwapchain).is_some(), "{name}"),
                 false => {

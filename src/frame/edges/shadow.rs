@@ -3,9 +3,10 @@
 use ash::vk;
 
 use super::{Carrier, Edge, Edges, Place, RowName};
+use crate::frame::list::SHADOW_PASS;
 use crate::gpu::sync::Use;
 use crate::gpu_scene::{ATLAS_LAYOUT, ClearOrder, shadow_clear};
-use crate::passes::{shadow, tiled};
+use crate::passes::{forward, lighting, shadow, tiled};
 use crate::plan::FramePlan;
 use crate::scene::LightPath;
 
@@ -17,30 +18,30 @@ pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
         Edge::new(
             RowName::ShadowAtlasToClear,
             Carrier::ImageBarrier(vk::ImageLayout::UNDEFINED, CLEARED),
-            (Place::Outside, Place::Clear),
+            (Place::OUTSIDE, Place::CLEAR),
             (Use::START, shadow_clear::WRITE),
             "the image is new: there is nothing to wait for, but its layout changes before the write",
         ),
         Edge::new(
             RowName::ClearToShadowMaps,
             Carrier::ImageBarrier(CLEARED, ATLAS_LAYOUT),
-            (Place::Clear, reader),
+            (Place::CLEAR, reader),
             // SHADOW waits for these readers and so for the clear as well.
             (shadow_clear::WRITE, map_read),
             "a map that is not drawn yet is looked up, or drawn into by a pass that waits for those who look up",
         ),
         Edge::new(
             RowName::ShadowMapReuse,
-            Carrier::ShadowPass,
-            (Place::Outside, Place::Shadow),
+            Carrier::Subpass(SHADOW_PASS),
+            (Place::OUTSIDE, shadow::PASS.place),
             // Who looks up waits for the store, so that waiting for those is waiting for it as well.
             (map_read, shadow::MAP_CLEAR),
             "frames share the maps: whatever looks maps up in the last one may still read what this one clears; and maps of one layer follow each other",
         ),
         Edge::new(
             RowName::ShadowMapToLighting,
-            Carrier::ShadowPass,
-            (Place::Shadow, reader),
+            Carrier::Subpass(SHADOW_PASS),
+            (shadow::PASS.place, reader),
             (shadow::MAP_STORE, map_read),
             "whatever looks maps up loads any texel of a map that SHADOW wrote and stored",
         ),
@@ -50,9 +51,9 @@ pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
 /// Who looks maps up, and how.
 fn reader(plan: &FramePlan) -> (Place, Use) {
     match plan.light_path {
-        LightPath::Compute => (Place::Tiled, tiled::MAP_READ),
-        LightPath::Forward | LightPath::ForwardNaive => (Place::Forward, shadow::MAP_READ),
-        _ => (Place::Lighting, shadow::MAP_READ),
+        LightPath::Compute => (tiled::PASS.place, tiled::MAP_READ),
+        LightPath::Forward | LightPath::ForwardNaive => (forward::PASS.place, forward::MAP_READ),
+        _ => (lighting::PASS.place, lighting::MAP_READ),
     }
 }
 

@@ -6,6 +6,8 @@ use ash::vk::{AccessFlags as A, PipelineStageFlags as S};
 
 use super::masks::SUPPORTED;
 use super::*;
+use crate::frame::list::MAIN_PASS;
+use crate::passes::fxaa;
 use crate::plan::samples;
 
 fn each_plan(check: impl Fn(&str, &FramePlan, &Edges)) {
@@ -61,8 +63,8 @@ fn every_access_is_one_that_a_stage_of_its_mask_supports_and_every_stage_that_mu
 fn rows_are_by_region_between_subpasses_and_nowhere_else() {
     each_plan(|name, _, table| {
         for edge in table.iter() {
-            let outside = |place| matches!(place, Place::Outside | Place::Fxaa);
-            let between = edge.carrier == Carrier::MainPass && !outside(edge.from) && !outside(edge.to);
+            let outside = |place| place == Place::OUTSIDE || place == fxaa::PASS.place;
+            let between = edge.carrier == Carrier::Subpass(MAIN_PASS) && !outside(edge.from) && !outside(edge.to);
             assert_eq!(edge.by_region, between, "{name}: {}", edge.name);
         }
     });

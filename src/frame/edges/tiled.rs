@@ -3,6 +3,7 @@
 use ash::vk;
 
 use super::{Carrier, Edge, Place, RowName};
+use crate::frame::list::MAIN_PASS;
 use crate::passes::{copy, geometry, tiled};
 
 /// The main pass ends with GEOMETRY; a compute pass reads what it stored and writes the output.
@@ -12,16 +13,16 @@ pub(super) fn rows() -> [Edge; 4] {
     [
         row(
             RowName::GbufferReuse,
-            Carrier::MainPass,
-            (Place::Outside, Place::Geometry),
+            Carrier::Subpass(MAIN_PASS),
+            (Place::OUTSIDE, geometry::PASS.place),
             tiled::GBUFFER_READ,
             geometry::DEPTH_CLEAR.or(geometry::COLOR_WRITE),
             "frames in flight share the targets: TILED of the last frame must have read what this one overwrites",
         ),
         row(
             RowName::GbufferToTiled,
-            Carrier::MainPass,
-            (Place::Geometry, Place::Tiled),
+            Carrier::Subpass(MAIN_PASS),
+            (geometry::PASS.place, tiled::PASS.place),
             geometry::DEPTH_STORE.or(geometry::COLOR_WRITE),
             tiled::GBUFFER_READ,
             "TILED reads what GEOMETRY stored, in the layout that the pass leaves it in",
@@ -29,7 +30,7 @@ pub(super) fn rows() -> [Edge; 4] {
         row(
             RowName::OutputReuse,
             Carrier::ImageBarrier(vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL),
-            (Place::Outside, Place::Tiled),
+            (Place::OUTSIDE, tiled::PASS.place),
             copy::READ,
             tiled::OUTPUT_WRITE,
             "the last picture may still be copied when this one is written",
@@ -37,7 +38,7 @@ pub(super) fn rows() -> [Edge; 4] {
         row(
             RowName::ReadBack,
             Carrier::ImageBarrier(vk::ImageLayout::GENERAL, vk::ImageLayout::TRANSFER_SRC_OPTIMAL),
-            (Place::Tiled, Place::Outside),
+            (tiled::PASS.place, Place::OUTSIDE),
             tiled::OUTPUT_WRITE,
             copy::READ,
             "COPY reads the picture that TILED wrote",

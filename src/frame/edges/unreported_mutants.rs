@@ -6,8 +6,9 @@
 
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
-use super::{Carrier, Edge, Place, RowName, Side};
+use super::{Carrier, Edge, RowName, Side};
 use crate::gpu::sync::Use;
+use crate::passes::forward;
 
 /// The first layer that sees wrong masks of subpass dependencies.
 pub const LAYER: u32 = vk::make_api_version(0, 1, 4, 309);
@@ -106,7 +107,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             edge.before.stage.contains(S::TRANSFER)
                 && match edge.name {
                     RowName::GbufferReuse => edge.before.stage.contains(S::COLOR_ATTACHMENT_OUTPUT),
-                    RowName::TargetsReuse => edge.to == Place::Forward,
+                    RowName::TargetsReuse => edge.to == forward::PASS.place,
                     _ => true,
                 }
         },

@@ -22,7 +22,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         rows.push(Edge::new(
             RowName::UploadToVertices,
             Carrier::MemoryBarrier,
-            (Place::Upload, Place::Draws),
+            (Place::UPLOAD, Place::DRAWS),
             (COPY_WRITE, if uploads.vertices { VERTEX_READ.or(INDEX_READ) } else { VERTEX_READ }),
             "draws fetch vertices and indices that were copied; the same barrier serves all buffers",
         ));
@@ -31,7 +31,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         rows.push(row(
             RowName::TextureToCopy,
             (vk::ImageLayout::UNDEFINED, WRITTEN),
-            (Place::Outside, Place::Upload),
+            (Place::OUTSIDE, Place::UPLOAD),
             (Use::START, COPY_WRITE),
             "the image is new: there is nothing to wait for, but its layout changes before the write",
         ));
@@ -40,14 +40,14 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         rows.push(row(
             RowName::LevelToBlit,
             (WRITTEN, BLITTED),
-            (Place::Upload, Place::Upload),
+            (Place::UPLOAD, Place::UPLOAD),
             (COPY_WRITE, BLIT_READ),
             "each level of a texture is made from the one above it, which a copy or the last blit wrote",
         ));
         rows.push(row(
             RowName::BlitToTextures,
             (BLITTED, READABLE),
-            (Place::Upload, Place::Draws),
+            (Place::UPLOAD, Place::DRAWS),
             (BLIT_READ, TEXTURE_READ),
             "shaders sample a level when the blit that reads it is over; its layout changes in between",
         ));
@@ -56,7 +56,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         rows.push(row(
             RowName::UploadToTextures,
             (WRITTEN, READABLE),
-            (Place::Upload, Place::Draws),
+            (Place::UPLOAD, Place::DRAWS),
             (COPY_WRITE, TEXTURE_READ),
             "shaders sample the last level, or the only one, that a blit or a copy wrote",
         ));

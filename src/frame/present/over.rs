@@ -5,8 +5,8 @@ use std::sync::Arc;
 use ash::vk;
 
 use crate::frame::edges::{Edges, RowName};
-use crate::frame::main_pass::image_barrier;
 use crate::frame::read_back::host_barrier;
+use crate::frame::render_passes::image_barrier;
 use crate::frame::{IN_FLIGHT, Renderer};
 use crate::gpu::barrier::ImageRange;
 use crate::gpu::{self, Device, Image, ImageWish, Swapchain, Timestamps, UploadOrder};
@@ -16,7 +16,7 @@ use crate::passes::overlay::{Overlay, Panels};
 
 /// The picture, where it is not an image of the swapchain and nothing is copied into one.
 pub(super) fn own_canvas(renderer: &Renderer) -> Option<&Image> {
-    renderer.plan.encoding.and_then(|_| renderer.frame.output())
+    renderer.plan.encoding.and_then(|_| renderer.frame.output(&renderer.plan))
 }
 
 /// What panels are drawn over.
@@ -72,7 +72,7 @@ pub(super) fn overlay(
 /// or where that cannot be copied from.
 pub(super) fn record_copy(renderer: &Renderer, copy: &Copy, swapchain_image: Option<vk::Image>) {
     let (device, edges, cmd) = (&renderer.device, &renderer.edges, renderer.frames[renderer.next].cmd.raw);
-    match (swapchain_image, renderer.frame.output()) {
+    match (swapchain_image, renderer.frame.output(&renderer.plan)) {
         (Some(image), _) => copy_presented(device, edges, (cmd, image), copy),
         (None, Some(own)) => copy.record(device, cmd, own.raw),
         (None, None) => return,

@@ -1,29 +1,24 @@
 //! What a plan's frames do, told by the plan, its render passes and its rows: uploads, frames in flight, copies, and what a window adds.
 
-use ash::vk::{AccessFlags as A, ImageLayout as L, PipelineStageFlags as S};
+use ash::vk::{AccessFlags as A, ImageLayout as L};
 
 use super::order::PRESENTATION;
 use super::program::{Memory, Program, Scope, Span, Sync, Time, Who};
 use super::render_pass::Besides;
 use crate::frame::IN_FLIGHT;
 use crate::frame::edges::{Carrier, Edge, Edges, FORMULA_WRITE, Place, RowName};
-use crate::frame::render_pass::{PassDescription, Resource};
+use crate::frame::list::{Commands, List, Occasion, RenderPassName, SHADOW_PASS, Step};
+use crate::frame::render_pass::PassDescription;
 use crate::gpu::sync::{DEVICE_ACCESS, HOST_WRITE, Use};
 use crate::gpu::upload::{BLIT_READ, COPY_WRITE};
-use crate::gpu_scene::{ATLAS_LAYOUT, INDEX_READ, TEXTURE_READ, VERTEX_READ, shadow_clear};
-use crate::passes::{copy, encode, fxaa, overlay, present, shadow, split, tiled};
-use crate::plan::{Canvas, FramePlan};
-use crate::targets::{Target, Touch, stored_inputs};
+use crate::gpu_scene::shadow_clear;
+use crate::passes::{FRAME_READ, Resource, Touch, copy};
+use crate::plan::FramePlan;
 
 const BUFFER: L = L::UNDEFINED;
 const MAPS: [Memory; 2] = [Memory::ShadowMap(0), Memory::ShadowMap(1)];
 const LEVELS: [Memory; 3] = [Memory::Level(0), Memory::Level(1), Memory::Level(2)];
 
-/// Shaders read what the CPU wrote for their frame.
-const UNIFORM_READ: Use = Use::new(
-    S::from_raw(S::VERTEX_SHADER.as_raw() | S::FRAGMENT_SHADER.as_raw() | S::COMPUTE_SHADER.as_raw()),
-    A::SHADER_READ,
-);
 const PRESENTED: Use = Use::new(PRESENTATION, A::MEMORY_READ);
 
 /// What is different from frame to frame.
@@ -38,6 +33,17 @@ struct Turn {
     has_new_panel: bool,
 }
 
+impl Turn {
+    fn has(self, occasion: Occasion) -> bool {
+        match occasion {
+            Occasion::Always => true,
+            Occasion::Split => self.split,
+            Occasion::Copied => self.copied,
+            Occasion::Covered => self.covered,
+        }
+    }
+}
+
 /// The frames of a plan with these rows.
 pub(super) fn program(plan: &FramePlan, edges: &Edges) -> Program {
     let mut frames = Frames { plan, edges, program: Program::default(), ends: Vec::new(), copied: None };
@@ -49,7 +55,7 @@ pub(super) fn program(plan: &FramePlan, edges: &Edges) -> Program {
     }
     frames.look();
     frames.wait(RowName::LastUseToDestroy, uploaded);
-    frames.program.command(Place::Host, &[(Memory::Staging, BUFFER, HOST_WRITE)]);
+    frames.program.command(Place::HOST, &[(Memory::Staging, BUFFER, HOST_WRITE)]);
     frames.program
 }
 
@@ -76,11 +82,11 @@ pub(super) fn formulas(edges: &Edges) -> Program {
     let mut program = Program::default();
     let order = |row| edges.find(row).map(Edge::order);
     let (inputs, results) = (Memory::Written(0), Memory::ReadBack);
-    program.command(Place::Host, &[(inputs, BUFFER, HOST_WRITE)]);
+    program.command(Place::HOST, &[(inputs, BUFFER, HOST_WRITE)]);
     if let Some(submitted) = order(RowName::HostToFrame) {
         program.barrier(submitted, None);
     }
-    program.command(Place::Device, &[(inputs, BUFFER, UNIFORM_READ), (results, BUFFER, FORMULA_WRITE)]);
+    program.command(Place::DEVICE, &[(inputs, BUFFER, FRAME_READ), (results, BUFFER, FORMULA_WRITE)]);
     if let Some(order) = order(RowName::ResultsToHost) {
         program.barrier(order, Some(results));
     }
@@ -88,7 +94,7 @@ pub(super) fn formulas(edges: &Edges) -> Program {
         let end = program.step();
         program.fence(order, end);
     }
-    program.command(Place::Host, &[(results, BUFFER, copy::HOST_READ)]);
+    program.command(Place::HOST, &[(results, BUFFER, copy::HOST_READ)]);
     program
 }
 
@@ -133,14 +139,14 @@ impl Frames<'_> {
     fn look(&mut self) {
         if let Some(copied) = self.copied.take() {
             self.wait(RowName::CopyToHost, copied);
-            self.program.command(Place::Host, &[(Memory::ReadBack, BUFFER, copy::HOST_READ)]);
+            self.program.command(Place::HOST, &[(Memory::ReadBack, BUFFER, copy::HOST_READ)]);
         }
     }
 
     /// Gives the end of the submission.
     fn upload(&mut self) -> Time {
         let uploads = self.plan.uploads;
-        self.program.command(Place::Host, &[(Memory::Staging, BUFFER, HOST_WRITE)]);
+        self.program.command(Place::HOST, &[(Memory::Staging, BUFFER, HOST_WRITE)]);
         self.submit();
         let from = (Memory::Staging, BUFFER, copy::READ);
         if uploads.textures {
@@ -151,11 +157,11 @@ impl Frames<'_> {
                 for &level in texture {
                     self.image_barrier(RowName::TextureToCopy, level);
                 }
-                self.program.command(Place::Upload, &[from, (texture[0], L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
+                self.program.command(Place::UPLOAD, &[from, (texture[0], L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
                 for pair in texture.windows(2) {
                     self.image_barrier(RowName::LevelToBlit, pair[0]);
                     let read = (pair[0], L::TRANSFER_SRC_OPTIMAL, BLIT_READ);
-                    self.program.command(Place::Upload, &[read, (pair[1], L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
+                    self.program.command(Place::UPLOAD, &[read, (pair[1], L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
                 }
                 self.image_barrier(RowName::UploadToTextures, texture[texture.len() - 1]);
                 for &level in &texture[..texture.len() - 1] {
@@ -164,9 +170,9 @@ impl Frames<'_> {
             }
         }
         if uploads.vertices || uploads.volumes {
-            self.program.command(Place::Upload, &[from, (Memory::Vertices, BUFFER, COPY_WRITE)]);
+            self.program.command(Place::UPLOAD, &[from, (Memory::Vertices, BUFFER, COPY_WRITE)]);
             if uploads.vertices {
-                self.program.command(Place::Upload, &[from, (Memory::Indices, BUFFER, COPY_WRITE)]);
+                self.program.command(Place::UPLOAD, &[from, (Memory::Indices, BUFFER, COPY_WRITE)]);
             }
             self.barrier(RowName::UploadToVertices, None);
         }
@@ -176,7 +182,7 @@ impl Frames<'_> {
     /// A texture of OVERLAY.
     fn upload_panel(&mut self) {
         self.image_barrier(RowName::PanelToCopy, Memory::Panel);
-        self.program.command(Place::Upload, &[(Memory::Panel, L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
+        self.program.command(Place::UPLOAD, &[(Memory::Panel, L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
         self.image_barrier(RowName::UploadToPanels, Memory::Panel);
     }
 
@@ -186,7 +192,7 @@ impl Frames<'_> {
         }
         for map in MAPS {
             self.image_barrier(RowName::ShadowAtlasToClear, map);
-            self.program.command(Place::Clear, &[(map, L::TRANSFER_DST_OPTIMAL, shadow_clear::WRITE)]);
+            self.program.command(Place::CLEAR, &[(map, L::TRANSFER_DST_OPTIMAL, shadow_clear::WRITE)]);
             self.image_barrier(RowName::ClearToShadowMaps, map);
         }
     }
@@ -203,73 +209,81 @@ impl Frames<'_> {
         if turn.has_new_panel {
             self.upload_panel();
         }
-        self.program.command(Place::Host, &[(place, BUFFER, HOST_WRITE)]);
+        self.program.command(Place::HOST, &[(place, BUFFER, HOST_WRITE)]);
         self.submit();
         if self.plan.presented.is_some() {
             self.acquire();
         }
-        let (plan, edges) = (self.plan, self.edges);
-        if plan.shadow.is_some() {
-            let pass = PassDescription::shadow(plan, edges);
-            for (map, times) in MAPS.into_iter().zip(turn.maps) {
-                for _ in 0..times {
-                    self.render_pass(&pass, &[map], place);
+        let list = List::of(self.plan);
+        for step in &list.0 {
+            match step {
+                Step::RenderPass(name, _) => self.render_pass(&list, *name, turn, place),
+                // Without a window the copy is a submission of its own.
+                Step::Commands(own) if self.plan.presented.is_some() || own.when == Occasion::Always => {
+                    if turn.has(own.when) {
+                        self.commands(own, place);
+                    }
                 }
+                Step::Commands(_) => {}
+                Step::Presentation => self.show(),
             }
-        }
-        let main = PassDescription::main(plan, edges);
-        let names: Vec<_> = main.attachments.iter().map(|(resource, _)| memory_of(plan, *resource)).collect();
-        self.render_pass(&main, &names, place);
-        if plan.fxaa {
-            let pass = PassDescription::fxaa(plan, edges);
-            self.render_pass(&pass, &[memory_of(plan, Resource::SmoothedPicture)], place);
-        }
-        if plan.is_tiled() {
-            self.tiled(place);
-        }
-        match plan.presented {
-            None => {}
-            Some(canvas) => self.present(canvas, turn),
         }
         let end = self.program.step();
         self.ends.push(end);
-        if plan.presented.is_none() && turn.copied {
-            // A submission of its own.
+        if self.plan.presented.is_none() && turn.copied {
             self.submit();
-            self.copy(Memory::Picture);
+            for step in &list.0 {
+                if let Step::Commands(own) = step
+                    && own.when == Occasion::Copied
+                {
+                    self.commands(own, place);
+                }
+            }
         }
         if turn.copied {
             self.copied = Some(self.program.step());
         }
     }
 
-    fn render_pass(&mut self, pass: &PassDescription, memory: &[Memory], place: Memory) {
+    fn render_pass(&mut self, list: &List, name: RenderPassName, turn: Turn, place: Memory) {
         let plan = self.plan;
-        self.program.render_pass(pass, memory, |subpass| besides(plan, subpass, place));
-    }
-
-    fn tiled(&mut self, place: Memory) {
-        let plan = self.plan;
-        self.image_barrier(RowName::OutputReuse, Memory::Picture);
-        let emitted = plan.emissive.then_some(Target::Hdr);
-        let stored: Vec<_> = stored_inputs(plan).into_iter().map(|(_, target)| target).chain(emitted).collect();
-        let read = |&target: &Target| {
-            (memory_of(plan, Resource::Target(target)), Touch::Input(target).layout(), tiled::GBUFFER_READ)
+        let Some(pass) = PassDescription::named(plan, self.edges, list, name) else { return };
+        let besides = |touches: &[Touch]| -> Vec<Besides> {
+            let all = touches.iter().filter(|touch| !touch.is_attachment());
+            all.flat_map(|touch| besides(plan, touch, place)).collect()
         };
-        let mut touches: Vec<_> = stored.iter().map(read).collect();
-        touches.push((Memory::Picture, L::GENERAL, tiled::OUTPUT_WRITE));
-        touches.push((place, BUFFER, UNIFORM_READ));
-        if plan.shadow.is_some() {
-            touches.extend(MAPS.map(|map| (map, ATLAS_LAYOUT, tiled::MAP_READ)));
+        if name == SHADOW_PASS {
+            for (map, times) in MAPS.into_iter().zip(turn.maps) {
+                for _ in 0..times {
+                    self.program.render_pass(&pass, &[map], besides);
+                }
+            }
+            return;
         }
-        self.program.command(Place::Tiled, &touches);
-        self.image_barrier(RowName::ReadBack, Memory::Picture);
+        let memory: Vec<_> =
+            pass.attachments.iter().flat_map(|&(resource, _)| memory_of(plan, resource, place)).collect();
+        self.program.render_pass(&pass, &memory, besides);
     }
 
-    fn copy(&mut self, picture: Memory) {
-        let buffer = (Memory::ReadBack, BUFFER, copy::WRITE);
-        self.program.command(Place::Copy, &[(picture, L::TRANSFER_SRC_OPTIMAL, copy::READ), buffer]);
-        self.barrier(RowName::PictureToHost, Some(Memory::ReadBack));
+    /// A pass outside of the frame's render passes, between its barriers.
+    fn commands(&mut self, own: &Commands, place: Memory) {
+        let plan = self.plan;
+        self.barriers(&own.before, place);
+        let touches = (own.pass.touches)(plan);
+        let all: Vec<_> = touches.iter().flat_map(|touch| besides(plan, touch, place)).collect();
+        self.program.command(own.pass.place, &all);
+        self.barriers(&own.after, place);
+    }
+
+    fn barriers(&mut self, rows: &[(RowName, Resource)], place: Memory) {
+        for &(row, resource) in rows {
+            for memory in memory_of(self.plan, resource, place) {
+                match self.edges.find(row).map(|edge| edge.carrier) {
+                    Some(Carrier::ImageBarrier(..)) => self.image_barrier(row, memory),
+                    _ => self.barrier(row, Some(memory)),
+                }
+            }
+        }
     }
 
     /// The frame goes on when presentation has let go of the image.
@@ -287,43 +301,8 @@ impl Frames<'_> {
         });
     }
 
-    fn present(&mut self, canvas: Canvas, turn: Turn) {
-        let is_straight = matches!(canvas, Canvas::Straight(_));
-        let picture = if is_straight { Memory::SwapchainImage } else { Memory::Picture };
-        if self.plan.is_tiled() && is_straight {
-            self.image_barrier(RowName::SwapchainToPresent, Memory::SwapchainImage);
-            let read = (Memory::Picture, L::TRANSFER_SRC_OPTIMAL, copy::READ);
-            self.program
-                .command(Place::Present, &[read, (Memory::SwapchainImage, L::TRANSFER_DST_OPTIMAL, present::WRITE)]);
-            self.image_barrier(RowName::PresentToSwapchain, Memory::SwapchainImage);
-        }
-        if turn.split {
-            self.image_barrier(RowName::PictureToSplit, picture);
-            self.program.command(Place::Split, &[(picture, L::TRANSFER_DST_OPTIMAL, split::WRITE)]);
-            self.image_barrier(RowName::SplitToPicture, picture);
-        }
-        if turn.copied && is_straight {
-            self.image_barrier(RowName::PictureToCopy, picture);
-            self.copy(picture);
-            self.image_barrier(RowName::CopyToPicture, picture);
-        } else if turn.copied {
-            self.copy(picture);
-        }
-        if turn.covered {
-            self.image_barrier(RowName::PictureToOverlay, picture);
-            let panel = (Memory::Panel, L::SHADER_READ_ONLY_OPTIMAL, overlay::TEXTURE_READ);
-            self.program.command(Place::Overlay, &[(picture, L::COLOR_ATTACHMENT_OPTIMAL, overlay::BLEND), panel]);
-            self.image_barrier(RowName::OverlayToPicture, picture);
-        }
-        if !is_straight {
-            self.image_barrier(RowName::PictureToEncode, Memory::Picture);
-            self.image_barrier(RowName::SwapchainToEncode, Memory::SwapchainImage);
-            let read = (Memory::Picture, L::SHADER_READ_ONLY_OPTIMAL, encode::READ);
-            self.program
-                .command(Place::Encode, &[read, (Memory::SwapchainImage, L::COLOR_ATTACHMENT_OPTIMAL, encode::WRITE)]);
-            self.image_barrier(RowName::EncodeToPicture, Memory::Picture);
-            self.image_barrier(RowName::EncodeToSwapchain, Memory::SwapchainImage);
-        }
+    /// Presentation shows the image when the frame is done.
+    fn show(&mut self) {
         let Some(mask) = self.edges.find(RowName::Present).map(|row| row.before) else { return };
         let now = self.program.step();
         self.program.synchronize(Sync {
@@ -334,41 +313,31 @@ impl Frames<'_> {
             is_whole: true,
             is_fence: false,
         });
-        self.program.command(Place::Presentation, &[(Memory::SwapchainImage, L::PRESENT_SRC_KHR, PRESENTED)]);
+        self.program.command(Place::PRESENTATION, &[(Memory::SwapchainImage, L::PRESENT_SRC_KHR, PRESENTED)]);
     }
 }
 
-/// The memory of an attachment.
-fn memory_of(plan: &FramePlan, resource: Resource) -> Memory {
+/// The memory of a resource. `place` is what the CPU writes for this frame.
+fn memory_of(plan: &FramePlan, resource: Resource, place: Memory) -> Vec<Memory> {
     match resource {
-        Resource::ShadowMaps => MAPS[0],
-        Resource::Target(target) if target != Target::Output || plan.fxaa => Memory::Target(target),
-        _ if plan.draws_into_swapchain() => Memory::SwapchainImage,
-        _ => Memory::Picture,
+        Resource::Target(target) if target != plan.picture() => vec![Memory::Target(target)],
+        Resource::Target(_) if plan.draws_into_swapchain() => vec![Memory::SwapchainImage],
+        Resource::Target(_) => vec![Memory::Picture],
+        Resource::SwapchainImage => vec![Memory::SwapchainImage],
+        Resource::ShadowMaps => MAPS.to_vec(),
+        Resource::Textures => {
+            let levels = LEVELS.into_iter().filter(|_| plan.uploads.mip_levels);
+            levels.chain([Memory::Texture]).collect()
+        }
+        Resource::Vertices => vec![Memory::Vertices],
+        Resource::Indices => vec![Memory::Indices],
+        Resource::FrameData => vec![place],
+        Resource::ReadBack => vec![Memory::ReadBack],
+        Resource::PanelTextures => vec![Memory::Panel],
     }
 }
 
-/// What a subpass reads besides attachments.
-fn besides(plan: &FramePlan, subpass: Place, place: Memory) -> Vec<Besides> {
-    let mut all = vec![(place, BUFFER, UNIFORM_READ)];
-    let draws = matches!(subpass, Place::Shadow | Place::Geometry | Place::Forward | Place::Transparent);
-    if draws && plan.uploads.vertices {
-        all.extend([(Memory::Vertices, BUFFER, VERTEX_READ), (Memory::Indices, BUFFER, INDEX_READ)]);
-    }
-    if subpass == Place::Lighting && plan.uploads.volumes {
-        all.push((Memory::Vertices, BUFFER, VERTEX_READ));
-    }
-    if draws && plan.uploads.textures {
-        let levels = LEVELS.into_iter().filter(|_| plan.uploads.mip_levels);
-        let textures = levels.chain([Memory::Texture]);
-        all.extend(textures.map(|texture| (texture, L::SHADER_READ_ONLY_OPTIMAL, TEXTURE_READ)));
-    }
-    let looks_up = matches!(subpass, Place::Lighting | Place::Forward | Place::Transparent);
-    if looks_up && plan.shadow.is_some() {
-        all.extend(MAPS.map(|map| (map, ATLAS_LAYOUT, shadow::MAP_READ)));
-    }
-    if subpass == Place::Fxaa {
-        all.extend(fxaa::touches(plan).map(|own| (Memory::Target(own.target()), own.layout(), fxaa::OUTPUT_READ)));
-    }
-    all
+fn besides(plan: &FramePlan, touch: &Touch, place: Memory) -> impl Iterator<Item = Besides> {
+    let (layout, uses) = (touch.layout(), touch.uses);
+    memory_of(plan, touch.resource, place).into_iter().map(move |memory| (memory, layout, uses))
 }

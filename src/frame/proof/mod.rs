@@ -11,6 +11,7 @@ use ash::vk;
 
 use super::edges::unreported_mutants::Part;
 use super::edges::{Edges, Place, Refused, RowName};
+use crate::passes::copy;
 use crate::plan::FramePlan;
 use order::Order;
 use program::{Kind, Memory, Program, Touch, Who};
@@ -84,7 +85,8 @@ impl Frames {
 
     /// The passes of the frame with most of them, in their order: subpasses, and dispatches and draws of their own.
     pub fn passes(&self) -> Vec<Place> {
-        let is_pass = |place: &Place| !matches!(place, Place::Host | Place::Upload | Place::Copy | Place::Presentation);
+        let others = [Place::HOST, Place::UPLOAD, Place::PRESENTATION, copy::PASS.place];
+        let is_pass = |place: &Place| !others.contains(place);
         let of_frame = |frame: usize| {
             let touches = self.0.touches.iter().filter(|touch| touch.frame == frame);
             let places = touches.filter_map(|touch| match touch.who {

@@ -6,7 +6,7 @@ use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
 use crate::frame::edges::{Place, RowName, SUPPORTED};
 use crate::gpu::sync::{Dependency, Use};
-use crate::targets::Target;
+use crate::plan::Target;
 
 /// A place in the order of submission.
 pub(super) type Time = u32;

@@ -4,9 +4,10 @@
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
 use super::program::{Kind, Memory, MemorySet, Program, Scope, Span, Sync, Time, Touch, Who};
-use crate::frame::edges::Place;
-use crate::frame::render_pass::{PassDescription, RESOLVE};
+use crate::frame::list::RESOLVE;
+use crate::frame::render_pass::PassDescription;
 use crate::gpu::sync::Use;
+use crate::passes::{How, Touch as Declared};
 
 const COLOR: S = S::COLOR_ATTACHMENT_OUTPUT;
 const TESTS: S = S::from_raw(S::EARLY_FRAGMENT_TESTS.as_raw() | S::LATE_FRAGMENT_TESTS.as_raw());
@@ -52,11 +53,11 @@ impl Program {
         &mut self,
         pass: &PassDescription,
         memory: &[Memory],
-        besides: impl Fn(Place) -> Vec<Besides>,
+        besides: impl Fn(&[Declared]) -> Vec<Besides>,
     ) {
         let begin = self.step();
         let times = pass.subpasses.iter().map(|_| self.step()).collect();
-        let besides: Vec<_> = pass.subpasses.iter().map(|subpass| besides(subpass.place)).collect();
+        let besides: Vec<_> = pass.subpasses.iter().map(|subpass| besides(&subpass.touches)).collect();
         let touched = memory.iter().copied().chain(besides.iter().flatten().map(|(memory, ..)| *memory)).collect();
         let (id, end) = (self.instance(), self.step());
         let mut instance = Instance { pass, memory, touched, id, begin, times, end, dependencies: Vec::new() };
@@ -158,8 +159,11 @@ impl Instance<'_> {
             touch(INPUT_READ, Kind::Plain);
         }
         if names(&subpass_of.color) {
-            // What an earlier subpass drew and this one draws over, it blends with.
-            touch(if previous.is_some() { COLOR_READ.or(COLOR_WRITE) } else { COLOR_WRITE }, Kind::Plain);
+            // As its pass declares: it overwrites, or blends.
+            let image = self.pass.attachments[attachment as usize].0;
+            let drawn =
+                subpass_of.touches.iter().filter(|own| own.resource == image && matches!(own.how, How::Color { .. }));
+            drawn.for_each(|own| touch(own.uses, Kind::Plain));
             if !subpass_of.resolve.is_empty() {
                 touch(RESOLVE, Kind::Plain);
             }

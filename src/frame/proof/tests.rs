@@ -6,6 +6,7 @@ use super::program::{MemorySet, Scope, Span, Sync, Who};
 use super::*;
 use crate::frame::edges::{self, Place, RowName, Side, table};
 use crate::gpu::sync::{DEVICE_ACCESS, Dependency, Use};
+use crate::passes::{copy, fxaa, geometry};
 use crate::plan::samples;
 
 const COPY_WRITE: Use = Use::new(S::TRANSFER, A::TRANSFER_WRITE);
@@ -27,11 +28,11 @@ fn bare(uses: Use) -> Use {
 /// What two touches of the same buffer are with these barriers between them, one after the other.
 fn between(first: Use, barriers: &[(Use, Use)], second: Use) -> Vec<HazardKind> {
     let mut program = Program::default();
-    program.command(Place::Upload, &[(Memory::Vertices, BUFFER, first)]);
+    program.command(Place::UPLOAD, &[(Memory::Vertices, BUFFER, first)]);
     for &(before, after) in barriers {
         program.barrier(Dependency { before, after }, None);
     }
-    program.command(Place::Draws, &[(Memory::Vertices, BUFFER, second)]);
+    program.command(Place::DRAWS, &[(Memory::Vertices, BUFFER, second)]);
     kinds(&program)
 }
 
@@ -89,9 +90,9 @@ fn barriers_make_a_chain_where_their_scopes_meet() {
 #[test]
 fn a_barrier_on_other_memory_orders_nothing_here() {
     let mut program = Program::default();
-    program.command(Place::Upload, &[(Memory::Vertices, BUFFER, COPY_WRITE)]);
+    program.command(Place::UPLOAD, &[(Memory::Vertices, BUFFER, COPY_WRITE)]);
     program.barrier(Dependency { before: COPY_WRITE, after: FETCH }, Some(Memory::Indices));
-    program.command(Place::Draws, &[(Memory::Vertices, BUFFER, FETCH)]);
+    program.command(Place::DRAWS, &[(Memory::Vertices, BUFFER, FETCH)]);
     assert_eq!(kinds(&program), [HazardKind::ReadAfterWrite]);
 }
 
@@ -103,7 +104,7 @@ fn a_dependency_by_region_orders_what_touches_its_own_pixel_alone() {
         let mut program = Program::default();
         let touch = |program: &mut Program, uses: Use, local| {
             let (time, group) = (program.step(), program.group());
-            let plain = program.plain(Memory::Vertices, Who::At(Place::Geometry), BUFFER);
+            let plain = program.plain(Memory::Vertices, Who::At(geometry::PASS.place), BUFFER);
             program.touch(&Touch { time, group, local, ..plain }, uses);
         };
         touch(&mut program, COLOR_WRITE, Some(1));
@@ -125,7 +126,7 @@ fn a_dependency_by_region_orders_what_touches_its_own_pixel_alone() {
 fn to_host(barrier: Option<(Use, Use)>, waits: bool, host: Use) -> Vec<HazardKind> {
     let mut program = Program::default();
     let copy = if host == HOST_WRITE { COPY_READ } else { COPY_WRITE };
-    program.command(Place::Copy, &[(Memory::ReadBack, BUFFER, copy)]);
+    program.command(copy::PASS.place, &[(Memory::ReadBack, BUFFER, copy)]);
     if let Some((before, after)) = barrier {
         program.barrier(Dependency { before, after }, Some(Memory::ReadBack));
     }
@@ -140,7 +141,7 @@ fn to_host(barrier: Option<(Use, Use)>, waits: bool, host: Use) -> Vec<HazardKin
             is_fence: true,
         });
     }
-    program.command(Place::Host, &[(Memory::ReadBack, BUFFER, host)]);
+    program.command(Place::HOST, &[(Memory::ReadBack, BUFFER, host)]);
     kinds(&program)
 }
 
@@ -161,10 +162,10 @@ fn a_layout_change_waits_and_is_waited_for_and_leaves_an_image_as_it_must_be() {
         let [first, second] = [L::GENERAL, L::SHADER_READ_ONLY_OPTIMAL];
         program.barrier(Dependency { before: Use::START, after: COPY_WRITE }, None);
         program.transition((Who::Row(RowName::OutputReuse), Memory::Picture), [L::UNDEFINED, first], vec![0], None);
-        program.command(Place::Copy, &[(Memory::Picture, first, COPY_WRITE)]);
+        program.command(copy::PASS.place, &[(Memory::Picture, first, COPY_WRITE)]);
         let sync = program.barrier(order, Some(Memory::Picture));
         program.transition((Who::Row(RowName::ReadBack), Memory::Picture), layouts, vec![sync], None);
-        program.command(Place::Fxaa, &[(Memory::Picture, second, SAMPLE)]);
+        program.command(fxaa::PASS.place, &[(Memory::Picture, second, SAMPLE)]);
         kinds(&program)
     };
     let layouts = [L::GENERAL, L::SHADER_READ_ONLY_OPTIMAL];

@@ -2,10 +2,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::*;
 use crate::frame::edges;
-use crate::passes::view;
+use crate::frame::list::{GBUFFER_PASS, MAIN_PASS, SHADOW_PASS, Step};
+use crate::passes::{
+    First, composite, forward, fxaa, gbuffer_inputs, geometry, lighting, tiled, tonemap, transparent, view,
+};
 use crate::plan::{self, Shading, samples};
+use crate::scene::{Keep, OptionalPart, Settings, Transparency};
 use crate::shaders::{self, Binding, BindingKind, NumberKind, Variant};
-use crate::targets::{COMPOSITE_INPUTS, gbuffer_inputs, light_target};
 
 /// The variant that LIGHTING, or VIEW in its place, takes.
 fn lighting_variant(plan: &FramePlan) -> &'static Variant {
@@ -36,10 +39,33 @@ struct References {
     absent: Subpass,
 }
 
+fn main_pass(plan: &FramePlan) -> PassDescription {
+    let found = PassDescription::named(plan, &edges::table(plan), &List::of(plan), MAIN_PASS);
+    found.expect("a main pass")
+}
+
+fn attachments(plan: &FramePlan) -> Vec<(Target, vk::AttachmentDescription)> {
+    List::of(plan).attachments(plan, MAIN_PASS)
+}
+
+fn has_subpass(plan: &FramePlan, place: Place) -> bool {
+    List::of(plan).find(place).is_some()
+}
+
+fn samples_of(plan: &FramePlan, target: Target) -> vk::SampleCountFlags {
+    vk::SampleCountFlags::from_raw(plan.samples_of(target))
+}
+
+fn dependencies(plan: &FramePlan, name: RenderPassName) -> Vec<(Edge, [u32; 2])> {
+    let found = PassDescription::named(plan, &edges::table(plan), &List::of(plan), name);
+    found.map_or_else(Vec::new, |pass| pass.dependencies)
+}
+
 impl References {
     fn of(plan: &FramePlan) -> Self {
-        let order = attachments(plan).iter().map(|attachment| attachment.target).collect();
-        Self { order, subpasses: main_subpasses(plan), absent: Subpass::at(Place::Outside) }
+        let pass = main_pass(plan);
+        let absent = Subpass::of(&Listed { place: Place::OUTSIDE, passes: Vec::new(), touches: Vec::new() }, &[]);
+        Self { order: pass.targets(), subpasses: pass.subpasses, absent }
     }
 
     /// A subpass, or one that touches nothing.
@@ -55,7 +81,10 @@ impl References {
 
     /// The subpass that first lights opaque surfaces.
     fn lit(&self) -> &Subpass {
-        self.subpasses.iter().find(|own| own.place == Place::Forward).unwrap_or_else(|| self.at(Place::Lighting))
+        self.subpasses
+            .iter()
+            .find(|own| own.place == forward::PASS.place)
+            .unwrap_or_else(|| self.at(lighting::PASS.place))
     }
 }
 
@@ -68,11 +97,11 @@ fn geometry_writes_exactly_the_attachments_at_its_locations() {
     for (name, plan) in samples::plans() {
         let refs = References::of(&plan);
         let bound: BTreeSet<u32> = (0..)
-            .zip(&refs.at(Place::Geometry).color)
+            .zip(&refs.at(geometry::PASS.place).color)
             .filter(|(_, reference)| reference.attachment != vk::ATTACHMENT_UNUSED)
             .map(|(location, _)| location)
             .collect();
-        assert_eq!(refs.at(Place::Geometry).color.len(), plan.geometry_locations() as usize, "{name}");
+        assert_eq!(refs.at(geometry::PASS.place).color.len(), plan.geometry_locations() as usize, "{name}");
         for &key in &plan.geometry {
             let variant = shaders::geometry::variant(geometry::flags(&plan, key)).expect("a variant");
             let outputs = variant.fragment().expect("a fragment stage").fragment_outputs;
@@ -80,9 +109,9 @@ fn geometry_writes_exactly_the_attachments_at_its_locations() {
             assert_eq!(written, bound, "{name} {key:?}");
             for output in outputs {
                 let target =
-                    name_of(&refs, &refs.at(Place::Geometry).color[output.location as usize]).expect("a target");
+                    name_of(&refs, &refs.at(geometry::PASS.place).color[output.location as usize]).expect("a target");
                 let all = attachments(&plan);
-                let format = all.iter().find(|attachment| attachment.target == target).expect("an attachment").format;
+                let format = all.iter().find(|(own, _)| *own == target).expect("an attachment").1.format;
                 let integer = [vk::Format::R16G16_UINT, vk::Format::R32G32_UINT].contains(&format);
                 assert_eq!(output.kind == NumberKind::Uint, integer, "{name}: {target:?}");
                 let expected = expected_target(output.name, &plan);
@@ -100,7 +129,7 @@ fn expected_target(output: &str, plan: &FramePlan) -> Target {
         "material" => Target::Material,
         "specular" => Target::Specular,
         "position" => Target::Position,
-        "emissive" => light_target(plan),
+        "emissive" => plan.light_target(),
         // OVERDRAW and TRIANGLE return one plain value.
         _ if plan.shading == Shading::ShowTriangle => Target::Triangle,
         _ => Target::Count,
@@ -120,7 +149,9 @@ fn input_attachments_lie_at_the_index_and_binding_that_the_shader_reads() {
         assert_eq!(refs.lit().input.len(), inputs.len(), "{name}");
         for ((_, target), reference) in inputs.iter().zip(&refs.lit().input) {
             assert_eq!(name_of(&refs, reference), Some(*target), "{name}");
-            assert_eq!(reference.layout, Touch::Input(*target).layout(), "{name}");
+            let depth = *target == Target::Depth;
+            let layout = if depth { "DEPTH_STENCIL_READ_ONLY_OPTIMAL" } else { "SHADER_READ_ONLY_OPTIMAL" };
+            assert_eq!(format!("{:?}", reference.layout), layout, "{name}");
         }
         let marked =
             fragment_bindings(variant).iter().filter(|b| matches!(b.kind, BindingKind::InputAttachment { .. }));
@@ -138,18 +169,18 @@ fn tonemap_reads_the_hdr_target_and_writes_the_output() {
     assert_eq!(reflected_inputs(tonemap), BTreeMap::from([(0, (0, 0))]));
     for (name, plan) in samples::plans() {
         let refs = References::of(&plan);
-        assert_eq!(subpass_index(&plan, Place::Tonemap).is_some(), plan.hdr.is_some(), "{name}");
+        assert_eq!(has_subpass(&plan, tonemap::PASS.place), plan.hdr.is_some(), "{name}");
         let names = |list: &[vk::AttachmentReference]| list.iter().map(|r| name_of(&refs, r)).collect::<Vec<_>>();
         let (input, color) = match plan.hdr {
             Some(_) => (vec![Some(Target::Hdr)], vec![Some(Target::Output)]),
             None => (vec![], vec![]),
         };
         assert_eq!(
-            (names(&refs.at(Place::Tonemap).input), names(&refs.at(Place::Tonemap).color)),
+            (names(&refs.at(tonemap::PASS.place).input), names(&refs.at(tonemap::PASS.place).color)),
             (input, color),
             "{name}"
         );
-        assert_eq!(names(&refs.lit().color), [Some(light_target(&plan))], "{name}");
+        assert_eq!(names(&refs.lit().color), [Some(plan.light_target())], "{name}");
     }
 }
 
@@ -158,7 +189,7 @@ fn transparent_surfaces_go_over_the_light_or_into_sums_that_composite_reads() {
     let composite = shaders::composite::variant(shaders::composite::Flags::NONE).expect("a variant");
     assert_eq!(reflected_inputs(composite), BTreeMap::from([(0, (0, 0)), (1, (0, 1))]));
     for binding in fragment_bindings(composite) {
-        let target = COMPOSITE_INPUTS[binding.binding as usize].1;
+        let target = [Target::Accumulation, Target::Weights][binding.binding as usize];
         assert_eq!(binding.name, format!("subpass_{target:?}").to_lowercase());
     }
     let mut seen = BTreeSet::new();
@@ -166,19 +197,19 @@ fn transparent_surfaces_go_over_the_light_or_into_sums_that_composite_reads() {
         let refs = References::of(&plan);
         let names = |list: &[vk::AttachmentReference]| list.iter().map(|r| name_of(&refs, r)).collect::<Vec<_>>();
         let sums = [Some(Target::Accumulation), Some(Target::Weights)];
-        let light = [Some(light_target(&plan))];
-        let drawn = names(&refs.at(Place::Transparent).color);
+        let light = [Some(plan.light_target())];
+        let drawn = names(&refs.at(transparent::PASS.place).color);
         let kept: Vec<_> =
-            refs.at(Place::Transparent).preserve.iter().map(|&index| refs.order[index as usize]).collect();
+            refs.at(transparent::PASS.place).preserve.iter().map(|&index| refs.order[index as usize]).collect();
         match plan.transparency {
             Some(Transparency::Sorted) => assert_eq!((drawn, kept), (light.to_vec(), vec![]), "{name}"),
-            Some(Transparency::Oit) => assert_eq!((drawn, kept), (sums.to_vec(), vec![light_target(&plan)]), "{name}"),
+            Some(Transparency::Oit) => assert_eq!((drawn, kept), (sums.to_vec(), vec![plan.light_target()]), "{name}"),
             None => assert_eq!((drawn, kept), (vec![], vec![]), "{name}"),
         }
         let oit = plan.transparency == Some(Transparency::Oit);
-        assert_eq!(names(&refs.at(Place::Composite).input), if oit { sums.to_vec() } else { vec![] }, "{name}");
+        assert_eq!(names(&refs.at(composite::PASS.place).input), if oit { sums.to_vec() } else { vec![] }, "{name}");
         assert_eq!(
-            [Place::Transparent, Place::Composite].map(|place| subpass_index(&plan, place).is_some()),
+            [transparent::PASS.place, composite::PASS.place].map(|place| has_subpass(&plan, place)),
             [plan.transparency.is_some(), oit]
         );
         for &key in &plan.transparent {
@@ -198,15 +229,16 @@ fn transparent_surfaces_go_over_the_light_or_into_sums_that_composite_reads() {
 fn a_forward_frame_has_nothing_of_a_gbuffer() {
     for (name, plan) in samples::forward_plans() {
         let refs = References::of(&plan);
-        let indices = [Place::Geometry, Place::Lighting, Place::Forward].map(|place| subpass_index(&plan, place));
-        assert_eq!(indices, [None, None, Some(0)], "{name}");
+        let indices =
+            [geometry::PASS.place, lighting::PASS.place, forward::PASS.place].map(|place| List::of(&plan).find(place));
+        assert_eq!(indices, [None, None, Some((MAIN_PASS, 0))], "{name}");
         assert!(refs.lit().input.is_empty(), "{name}");
         assert!(!plan.geometry.iter().any(|key| key.forward.is_none()), "{name}");
         let allowed =
             [Target::Depth, Target::Accumulation, Target::Weights, Target::Hdr, Target::Samples, Target::Output];
         assert!(refs.order.iter().all(|target| allowed.contains(target)), "{name}: {:?}", refs.order);
         assert_eq!(plan.hdr.is_some(), plan.has_tonemap_subpass(), "{name}");
-        let depth = attachments(&plan).into_iter().find(|a| a.target == Target::Depth).expect("depth");
+        let (_, depth) = attachments(&plan).into_iter().find(|(own, _)| *own == Target::Depth).expect("depth");
         // The layout that its last subpass uses it in.
         let last = match plan.transparency.is_none() {
             true => vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
@@ -222,8 +254,6 @@ fn a_forward_frame_has_nothing_of_a_gbuffer() {
             let outputs = variant.fragment().expect("a fragment stage").fragment_outputs;
             assert_eq!((outputs.len(), outputs[0].location), (1, 0), "{name} {key:?}");
         }
-        let rows = edges::table(&plan).of(Carrier::MainPass).count();
-        assert_eq!(dependencies(&plan, &edges::table(&plan), Carrier::MainPass).len(), rows, "{name}");
     }
 }
 
@@ -269,14 +299,14 @@ fn no_attachment_is_missing_unused_or_there_twice() {
         let distinct: BTreeSet<_> = refs.order.iter().collect();
         assert_eq!(distinct.len(), refs.order.len(), "{name}");
         let lists = [
-            &refs.at(Place::Geometry).color,
+            &refs.at(geometry::PASS.place).color,
             &refs.lit().input,
             &refs.lit().color,
-            &refs.at(Place::Transparent).color,
-            &refs.at(Place::Composite).input,
+            &refs.at(transparent::PASS.place).color,
+            &refs.at(composite::PASS.place).input,
             refs.resolve(),
-            &refs.at(Place::Tonemap).input,
-            &refs.at(Place::Tonemap).color,
+            &refs.at(tonemap::PASS.place).input,
+            &refs.at(tonemap::PASS.place).color,
         ];
         let mut used: BTreeSet<Target> = lists.into_iter().flatten().filter_map(|r| name_of(&refs, r)).collect();
         used.extend(plan.has_geometry().then_some(Target::Depth));
@@ -292,7 +322,8 @@ fn a_gap_between_locations_is_unused_and_not_another_target() {
     let scene = samples::scene(vec![samples::material(crate::scene::Brdf::Phong)], vec![samples::sky()]);
     let plan = FramePlan::of(&scene, &samples::deferred(), &samples::device()).expect("a plan");
     let refs = References::of(&plan);
-    let targets: Vec<_> = refs.at(Place::Geometry).color.iter().map(|reference| name_of(&refs, reference)).collect();
+    let targets: Vec<_> =
+        refs.at(geometry::PASS.place).color.iter().map(|reference| name_of(&refs, reference)).collect();
     // Location 3 is emissive light's.
     assert_eq!(
         targets,
@@ -303,38 +334,71 @@ fn a_gap_between_locations_is_unused_and_not_another_target() {
 #[test]
 fn what_nothing_reads_after_the_pass_is_transient_and_only_the_output_is_kept() {
     for (name, plan) in samples::plans() {
-        for attachment in attachments(&plan) {
-            let kept = attachment.target == Target::Output;
-            let transient = vk::ImageUsageFlags::TRANSIENT_ATTACHMENT;
-            assert_eq!(attachment.usage.contains(transient), !kept, "{name} {:?}", attachment.target);
-            let stored = attachment.store == vk::AttachmentStoreOp::STORE;
-            assert_eq!(stored, kept, "{name} {:?}", attachment.target);
+        let list = List::of(&plan);
+        for (target, attachment) in attachments(&plan) {
+            let kept = target == Target::Output;
+            let (usage, transient) = (list.usage(&plan, target), vk::ImageUsageFlags::TRANSIENT_ATTACHMENT);
+            assert_eq!(usage.contains(transient), !kept, "{name} {target:?}");
+            let stored = attachment.store_op == vk::AttachmentStoreOp::STORE;
+            assert_eq!(stored, kept, "{name} {target:?}");
             // Transient images may have no usage beyond attachments (VUID-VkImageCreateInfo-usage-00963).
-            let others = attachment.usage
+            let others = usage
                 & !(transient
                     | vk::ImageUsageFlags::COLOR_ATTACHMENT
                     | vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT
                     | vk::ImageUsageFlags::INPUT_ATTACHMENT);
-            assert!(kept || others.is_empty(), "{name} {:?}", attachment.target);
+            assert!(kept || others.is_empty(), "{name} {target:?}");
         }
-        let lights = [Target::Hdr, Target::Samples, Target::Output];
-        let bytes: u32 = attachments(&plan)
-            .iter()
-            .filter(|a| {
-                plan.gbuffer.is_some()
-                    && !matches!(a.target, Target::Accumulation | Target::Weights)
-                    && !lights.contains(&a.target)
-            })
-            .map(|a| crate::gpu::format_bytes(a.format) * samples_of(&plan, a.target).as_raw())
-            .sum();
-        assert_eq!(bytes, plan.gbuffer_bytes_per_pixel(), "{name}");
     }
+}
+
+#[test]
+fn a_gbuffer_that_is_stored_lies_between_two_render_passes_and_nothing_else_changes() {
+    let keep = Keep::NONE.with(OptionalPart::StoredGbuffer);
+    let mut seen = 0;
+    for (name, scene) in samples::scenes() {
+        for msaa in [1, 4] {
+            let settings = Settings { msaa, ..samples::deferred() };
+            let of = |keep| FramePlan::of(&scene, &Settings { keep, ..settings.clone() }, &samples::device());
+            let (Ok(whole), Ok(parted)) = (of(Keep::NONE), of(keep)) else { continue };
+            assert!(!whole.stores_gbuffer && parted.stores_gbuffer, "{name}");
+            let (list, edges) = (List::of(&parted), edges::table(&parted));
+            let first = list.attachments(&parted, GBUFFER_PASS);
+            let second = list.attachments(&parted, MAIN_PASS);
+            for (target, description) in &first {
+                assert_eq!(description.store_op, vk::AttachmentStoreOp::STORE, "{name} {target:?}");
+                let usage = list.usage(&parted, *target);
+                assert!(!usage.contains(vk::ImageUsageFlags::TRANSIENT_ATTACHMENT), "{name} {target:?}");
+                let (_, loaded) = second.iter().find(|(own, _)| own == target).expect("read again");
+                assert_eq!(loaded.load_op, vk::AttachmentLoadOp::LOAD, "{name} {target:?}");
+                assert_eq!(loaded.initial_layout, description.final_layout, "{name} {target:?}");
+            }
+            // What the second pass is the first to touch, and all that it leaves, is as in one pass.
+            for (target, description) in attachments(&whole) {
+                let (_, own) = second.iter().find(|(own, _)| *own == target).expect("in both");
+                assert_eq!(
+                    (own.store_op, own.final_layout),
+                    (description.store_op, description.final_layout),
+                    "{name}"
+                );
+                let is_first = !first.iter().any(|(own, _)| *own == target);
+                assert!(!is_first || own.load_op == description.load_op, "{name} {target:?}");
+            }
+            let passes = PassDescription::all(&parted, &edges);
+            let subpasses: Vec<_> = passes.iter().flat_map(|pass| &pass.subpasses).map(|own| own.place).collect();
+            let of_whole = PassDescription::all(&whole, &edges::table(&whole));
+            let wanted: Vec<_> = of_whole.iter().flat_map(|pass| &pass.subpasses).map(|own| own.place).collect();
+            assert_eq!(subpasses, wanted, "{name}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 4, "{seen}");
 }
 
 #[test]
 fn what_is_blended_or_shown_over_nothing_starts_cleared() {
     for (name, plan) in samples::plans() {
-        let load = |target| attachments(&plan).iter().find(|a| a.target == target).map(|a| a.load);
+        let load = |target| attachments(&plan).iter().find(|(own, _)| *own == target).map(|(_, own)| own.load_op);
         let clear = Some(vk::AttachmentLoadOp::CLEAR);
         assert_eq!(load(Target::Depth).is_some(), plan.has_geometry(), "{name}");
         let lights = [Target::Hdr, Target::Samples, Target::Accumulation, Target::Weights];
@@ -354,32 +418,32 @@ fn a_tiled_frame_stores_what_its_compute_shader_binds_and_no_more() {
         let bound: BTreeMap<u32, BindingKind> =
             entry.bindings.iter().filter(|b| b.set == 1).map(|b| (b.binding, b.kind)).collect();
         let mut stored: BTreeSet<Target> = BTreeSet::new();
-        for (binding, target) in crate::targets::stored_inputs(&plan) {
+        for (binding, target) in tiled::stored_inputs(&plan) {
             assert_eq!(bound.get(&binding), Some(&BindingKind::SampledImage), "{name} {target:?}");
             stored.insert(target);
         }
-        stored.extend(plan.emissive.then_some(Target::Hdr));
         assert_eq!(bound.contains_key(&crate::passes::tiled::EMISSIVE), plan.emissive, "{name}");
         // Those and the output.
         assert_eq!(bound.len(), stored.len() + 1, "{name}");
-        let attached: BTreeSet<Target> = attachments(&plan).iter().map(|attachment| attachment.target).collect();
+        let attached: BTreeSet<Target> = attachments(&plan).iter().map(|(target, _)| *target).collect();
         assert_eq!(stored, attached, "{name}");
-        for attachment in attachments(&plan) {
-            assert_eq!(attachment.store, vk::AttachmentStoreOp::STORE, "{name}");
-            assert!(attachment.usage.contains(vk::ImageUsageFlags::SAMPLED), "{name}");
+        for (target, attachment) in attachments(&plan) {
+            assert_eq!(attachment.store_op, vk::AttachmentStoreOp::STORE, "{name}");
+            let usage = List::of(&plan).usage(&plan, target);
+            assert!(usage.contains(vk::ImageUsageFlags::SAMPLED), "{name}");
             // Transient images may not be sampled (VUID-VkImageCreateInfo-usage-00963).
-            assert!(!attachment.usage.contains(vk::ImageUsageFlags::TRANSIENT_ATTACHMENT), "{name}");
+            assert!(!usage.contains(vk::ImageUsageFlags::TRANSIENT_ATTACHMENT), "{name}");
         }
-        assert_eq!(dependencies(&plan, &edges::table(&plan), Carrier::MainPass).len(), 2, "{name}");
+        assert_eq!(dependencies(&plan, MAIN_PASS).len(), 2, "{name}");
     }
 }
 
 #[test]
 fn dependencies_are_the_rows_of_the_table() {
     for (name, plan) in samples::plans() {
-        let last = main_subpasses(&plan).len() as u32 - 1;
-        let all = dependencies(&plan, &edges::table(&plan), Carrier::MainPass);
-        let rows = edges::table(&plan).of(Carrier::MainPass).count();
+        let last = main_pass(&plan).subpasses.len() as u32 - 1;
+        let all = dependencies(&plan, MAIN_PASS);
+        let rows = edges::table(&plan).of(Carrier::Subpass(MAIN_PASS)).count();
         assert_eq!(all.len(), rows, "{name}");
         for &(ref edge, [from, to]) in &all {
             let inside = |index| index <= last || index == vk::SUBPASS_EXTERNAL;
@@ -387,7 +451,7 @@ fn dependencies_are_the_rows_of_the_table() {
             assert!(from < to || from == vk::SUBPASS_EXTERNAL, "{name}: {from} to {to}");
             assert!(edge.before.stage != vk::PipelineStageFlags::empty(), "{name}");
         }
-        let shadow = dependencies(&plan, &edges::table(&plan), Carrier::ShadowPass);
+        let shadow = dependencies(&plan, SHADOW_PASS);
         assert_eq!(shadow.len(), 2 * usize::from(plan.shadow.is_some()), "{name}");
         // Into the one subpass and out of it.
         let ends: Vec<_> = shadow.iter().map(|&(_, ends)| ends).collect();
@@ -416,13 +480,13 @@ fn subpasses_write_attachments_of_one_sample_count_and_resolve_into_the_output()
         let counts = |list: &[vk::AttachmentReference]| list.iter().filter_map(count).collect::<BTreeSet<_>>();
         let many = BTreeSet::from([plan.sample_count()]);
         if plan.has_geometry() {
-            assert!(counts(&refs.at(Place::Geometry).color).is_subset(&many), "{name}");
+            assert!(counts(&refs.at(geometry::PASS.place).color).is_subset(&many), "{name}");
         }
         // VIEW shows all samples at once, and then has no depth to test against.
         let lit = if plan.lighting_tests_depth() { many } else { BTreeSet::from([vk::SampleCountFlags::TYPE_1]) };
         assert_eq!(counts(&refs.lit().color), lit, "{name}");
         assert!(
-            counts(&refs.at(Place::Tonemap).color).iter().all(|count| *count == vk::SampleCountFlags::TYPE_1),
+            counts(&refs.at(tonemap::PASS.place).color).iter().all(|count| *count == vk::SampleCountFlags::TYPE_1),
             "{name}"
         );
         let resolved: Vec<_> = refs.resolve().iter().map(|reference| name_of(&refs, reference)).collect();
@@ -436,47 +500,82 @@ fn subpasses_write_attachments_of_one_sample_count_and_resolve_into_the_output()
 }
 
 #[test]
-fn every_plan_can_be_one_render_pass() {
+fn the_list_and_the_rows_of_every_plan_agree() {
     for (name, plan) in [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat() {
-        check(&plan, &edges::table(&plan)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        List::of(&plan).check(&plan, &edges::table(&plan)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let touched: BTreeSet<Target> = List::of(&plan)
+            .0
+            .iter()
+            .flat_map(|step| step.touches(&plan))
+            .filter_map(|touch| match touch.resource {
+                Resource::Target(target) => Some(target),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(touched, plan.targets().collect(), "{name}: a target that no pass touches, or that the plan lacks");
     }
+}
+
+/// A main pass of two subpasses with these touches, called GEOMETRY and LIGHTING.
+fn two(first: Vec<Touch>, second: Vec<Touch>) -> List {
+    let subpass = |place, touches| Listed { place, passes: Vec::new(), touches };
+    let subpasses = vec![subpass(geometry::PASS.place, first), subpass(lighting::PASS.place, second)];
+    List(vec![Step::RenderPass(MAIN_PASS, subpasses)])
 }
 
 #[test]
 fn passes_that_cannot_be_one_render_pass_are_refused_with_their_names() {
-    use Target::{Albedo, Depth, Hdr, Normal, Output};
-    let order = [Depth, Albedo, Normal, Hdr];
-    let geometry = || (Place::Geometry, vec![Touch::DepthWrite, Touch::Color(0, Albedo)]);
+    use First::Undefined;
+    let (_, plan) =
+        samples::plans().into_iter().find(|(_, plan)| plan.gbuffer.is_some() && plan.hdr.is_none()).expect("a plan");
+    let rows = edges::formulas();
+    let depth = || Touch::depth(First::Clear, geometry::DEPTH_TEST);
+    let color = |location, target| Touch::color(location, target, Undefined, geometry::COLOR_WRITE);
+    let input = |target| Touch::input(0, target, lighting::GBUFFER_READ);
+    let (albedo, normal) = (Target::Albedo, Target::Normal);
     let cases = [
-        (vec![geometry(), (Place::Fxaa, vec![Touch::Sampled(Albedo)])], ["FXAA", "neighbours", "Albedo"]),
-        (vec![geometry(), (Place::Tonemap, vec![Touch::Color(0, Output)])], ["TONEMAP", "does not have", "Output"]),
-        (vec![geometry(), (Place::Lighting, vec![Touch::Input(Hdr)])], ["LIGHTING", "no subpass before", "Hdr"]),
-        (vec![(Place::Lighting, vec![Touch::DepthTest])], ["LIGHTING", "no subpass before", "Depth"]),
         (
-            vec![geometry(), (Place::Lighting, vec![Touch::Input(Albedo), Touch::Color(0, Albedo)])],
-            ["LIGHTING", "two layouts", "Albedo"],
+            vec![color(0, albedo)],
+            vec![Touch::sampled(0, albedo, fxaa::OUTPUT_READ)],
+            ["LIGHTING", "neighbours", "albedo"],
         ),
-        (vec![geometry(), (Place::Forward, vec![Touch::Input(Depth), Touch::DepthWrite])], ["FORWARD", "two", "Depth"]),
+        (vec![color(0, Target::Hdr)], vec![], ["GEOMETRY", "does not have", "hdr"]),
+        (vec![color(0, albedo)], vec![input(normal)], ["LIGHTING", "no pass before", "normal"]),
+        (vec![], vec![Touch::depth(Undefined, lighting::DEPTH_READ)], ["LIGHTING", "no pass before", "depth"]),
+        (vec![color(0, albedo)], vec![input(albedo), color(0, albedo)], ["LIGHTING", "two layouts", "albedo"]),
+        (vec![depth()], vec![input(Target::Depth), depth()], ["LIGHTING", "two layouts", "depth"]),
+        (vec![color(1, albedo), color(1, normal)], vec![], ["GEOMETRY", "location 1", "normal"]),
         (
-            vec![(Place::Geometry, vec![Touch::Color(1, Albedo), Touch::Color(1, Normal)])],
-            ["GEOMETRY", "location 1", "Normal"],
+            vec![Touch::color(0, albedo, Undefined, lighting::GBUFFER_READ)],
+            vec![],
+            ["GEOMETRY", "says of its access", "albedo"],
+        ),
+        (
+            vec![color(0, albedo)],
+            vec![Touch::input(0, albedo, geometry::COLOR_WRITE)],
+            ["LIGHTING", "says of its access", "albedo"],
         ),
     ];
-    for (declared, words) in cases {
-        let sentence = refusal(&order, &declared).unwrap_or_else(|| panic!("{declared:?} is not refused"));
-        assert!(words.iter().all(|word| sentence.contains(word)), "{sentence}");
+    for (first, second, words) in cases {
+        let refused = two(first, second).check(&plan, &rows).expect_err("refused").to_string();
+        assert!(words.iter().all(|word| refused.contains(word)), "{refused}");
     }
-    assert_eq!(refusal(&order, &[geometry(), (Place::Lighting, vec![Touch::Input(Depth), Touch::DepthTest])]), None);
+    let fits = two(vec![depth()], vec![input(Target::Depth), Touch::depth(Undefined, lighting::DEPTH_READ)]);
+    fits.check(&plan, &rows).expect("reads what was written");
 }
 
 #[test]
-fn a_row_of_the_main_pass_that_names_no_subpass_of_it_is_refused() {
+fn a_row_that_names_no_pass_of_the_plan_is_refused() {
     let of = |plans: Vec<(String, FramePlan)>| plans.into_iter().next().expect("a plan").1;
     let (forward, deferred) = (of(samples::forward_plans()), of(samples::plans()));
-    // The rows of another plan.
-    let error =
-        check(&forward, &edges::table(&deferred)).expect_err("rows of subpasses that are not there").to_string();
-    assert!(error.contains("gbuffer-reuse") && error.contains("GEOMETRY"), "{error}");
+    let tiled = of(samples::tiled_plans());
+    // The rows of another plan: of its render pass, and of its barriers.
+    for (plan, rows, words) in
+        [(&forward, &deferred, ["gbuffer-reuse", "GEOMETRY"]), (&deferred, &tiled, ["output-reuse", "TILED"])]
+    {
+        let error = List::of(plan).check(plan, &edges::table(rows)).expect_err("rows of another plan").to_string();
+        assert!(words.iter().any(|word| error.contains(word)) && error.contains("the row"), "{error}");
+    }
 }
 
 #[test]
@@ -484,9 +583,7 @@ fn every_change_of_layout_is_ordered_by_a_row_between_the_uses_that_it_is_betwee
     let all = [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat();
     for (name, plan) in all {
         let edges = edges::table(&plan);
-        let mut passes = vec![PassDescription::main(&plan, &edges)];
-        passes.extend(plan.shadow.is_some().then(|| PassDescription::shadow(&plan, &edges)));
-        passes.extend(plan.fxaa.then(|| PassDescription::fxaa(&plan, &edges)));
+        let passes = PassDescription::all(&plan, &edges);
         let mut changed = 0;
         for pass in &passes {
             for (ends, change) in pass.layout_changes() {

@@ -1,13 +1,13 @@
-//! What the drawing shows: stops in time, images, and who touches which how. Derived from the descriptions that the render passes
-//! are made from, and from the table of dependencies.
+//! What the drawing shows: stops in time, images, and who touches which how. Derived from the list of passes, from the descriptions that the
+//! render passes are made from, and from the table of dependencies.
 
 use ash::vk;
 
 use crate::frame::edges::{Edge, Edges, Place};
-use crate::frame::render_pass::{LayoutChange, PassDescription, Resource, Subpass, layout_changes};
-use crate::passes::fxaa;
-use crate::plan::{FramePlan, Shading, format_bytes};
-use crate::targets::{Target, samples_of, storage_output, stored_inputs};
+use crate::frame::list::{List, Step};
+use crate::frame::render_pass::{LayoutChange, PassDescription, Subpass, layout_changes};
+use crate::passes::{How, Resource, copy};
+use crate::plan::{FramePlan, format_bytes};
 
 /// Something that happens, or stands for what happens before or after the frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,54 +64,51 @@ pub struct Graph {
     pub layouts: Vec<Vec<LayoutChange>>,
 }
 
-/// The order of time: before a frame, in it, and after it.
+/// The order of what lies before a frame, and after it.
 const BEFORE: [Place; 7] =
-    [Place::Presentation, Place::Host, Place::Device, Place::Outside, Place::Upload, Place::Clear, Place::Draws];
-const DURING: [Place; 13] = [
-    Place::Shadow,
-    Place::Geometry,
-    Place::Lighting,
-    Place::Forward,
-    Place::Transparent,
-    Place::Composite,
-    Place::Tonemap,
-    Place::Tiled,
-    Place::Fxaa,
-    Place::Present,
-    Place::Split,
-    Place::Overlay,
-    Place::Encode,
-];
-const AFTER: [Place; 5] = [Place::Outside, Place::Copy, Place::Device, Place::Presentation, Place::Host];
+    [Place::PRESENTATION, Place::HOST, Place::DEVICE, Place::OUTSIDE, Place::UPLOAD, Place::CLEAR, Place::DRAWS];
+const AFTER: [Place; 5] = [Place::OUTSIDE, copy::PASS.place, Place::DEVICE, Place::PRESENTATION, Place::HOST];
 
 impl Graph {
     pub fn of(plan: &FramePlan, edges: &Edges) -> Self {
-        let mut passes = vec![PassDescription::main(plan, edges)];
-        if plan.shadow.is_some() {
-            passes.insert(0, PassDescription::shadow(plan, edges));
+        let (list, passes) = (List::of(plan), PassDescription::all(plan, edges));
+        let mut images: Vec<Image> = Vec::new();
+        for (resource, attachment) in passes.iter().flat_map(|pass| &pass.attachments) {
+            if !images.iter().any(|own| own.resource == *resource) {
+                images.push(image(plan, *resource, attachment.format, Some(*attachment)));
+            }
         }
-        if plan.fxaa {
-            passes.push(PassDescription::fxaa(plan, edges));
+        for (target, format) in plan.targets().filter_map(|target| Some((target, plan.format_of(target)?))) {
+            let resource = Resource::Target(target);
+            if !images.iter().any(|own| own.resource == resource) {
+                images.push(image(plan, resource, format, None));
+            }
         }
-        let mut images: Vec<Image> =
-            passes.iter().flat_map(|pass| &pass.attachments).map(|own| attached(plan, own)).collect();
-        images.extend(storage_output(plan).map(|own| image(plan, Resource::Target(own.target), own.format, None)));
         let mut graph = Self { stops: Vec::new(), images, edges: Vec::new(), layouts: Vec::new() };
         for pass in &passes {
             for subpass in &pass.subpasses {
                 let touches = graph.touches(pass, subpass);
-                graph.stops.push(Stop { pass: Some(pass.name), touches, ..stop(plan, subpass.place, When::During) });
+                graph.stops.push(Stop { pass: Some(pass.name), touches, ..stop(&list, subpass.place, When::During) });
             }
         }
         for edge in edges.iter() {
             for (place, when) in ends(edge) {
                 if graph.find(place, when).is_none() {
-                    graph.stops.push(stop(plan, place, when));
+                    graph.stops.push(stop(&list, place, when));
                 }
             }
         }
-        graph.add_touches_outside_of_passes(plan, edges);
-        graph.stops.sort_by_key(|stop| (stop.when, rank(stop.place, stop.when)));
+        graph.add_touches_outside_of_passes(plan, &list);
+        let order: Vec<_> = places(&list).collect();
+        let rank = |stop: &Stop| {
+            let order = match stop.when {
+                When::Before => &BEFORE[..],
+                When::During => &order,
+                When::After => &AFTER,
+            };
+            order.iter().position(|&own| own == stop.place).unwrap_or(0)
+        };
+        graph.stops.sort_by_key(|stop| (stop.when, rank(stop)));
         let between = |edge: &Edge| {
             // Added above, where it was not there.
             let [from, to] = ends(edge).map(|(place, when)| graph.find(place, when).unwrap_or(0));
@@ -160,36 +157,33 @@ impl Graph {
     }
 
     /// What is read and written by other means than attachments.
-    fn add_touches_outside_of_passes(&mut self, plan: &FramePlan, edges: &Edges) {
-        let mut touches = Vec::new();
-        // Who waits for SHADOW, looks the maps up.
-        for edge in edges.iter().filter(|edge| edge.from == Place::Shadow && edge.to != Place::Shadow) {
-            touches.push((edge.to, Resource::ShadowMaps, "sampled", false));
-        }
-        if plan.shadow.is_some() && plan.transparency.is_some() {
-            // After those, in the same pass: the rows into that order it too.
-            touches.push((Place::Transparent, Resource::ShadowMaps, "sampled", false));
-        }
-        if plan.is_tiled() {
-            let emitted = plan.emissive.then_some(Target::Hdr);
-            for target in stored_inputs(plan).into_iter().map(|(_, target)| target).chain(emitted) {
-                touches.push((Place::Tiled, Resource::Target(target), "sampled", false));
+    fn add_touches_outside_of_passes(&mut self, plan: &FramePlan, list: &List) {
+        let mut all = Vec::new();
+        for step in &list.0 {
+            match step {
+                Step::RenderPass(_, subpasses) => {
+                    all.extend(subpasses.iter().map(|own| (own.place, own.touches.clone())));
+                }
+                Step::Commands(own) => all.push((own.pass.place, (own.pass.touches)(plan))),
+                Step::Presentation => {}
             }
-            touches.push((Place::Tiled, Resource::Target(Target::Output), "stored to", true));
         }
-        let picture = match plan.fxaa {
-            true => {
-                let sampled =
-                    fxaa::touches(plan).map(|own| (Place::Fxaa, Resource::Target(own.target()), "sampled", false));
-                touches.extend(sampled);
-                Resource::SmoothedPicture
-            }
-            false => Resource::Target(Target::Output),
-        };
-        touches.push((Place::Copy, picture, "copied", false));
-        for (place, resource, how, writes) in touches {
-            if let (Some(stop), Some(image)) = (self.find(place, when(place, When::After)), self.image(resource)) {
-                self.stops[stop].touches.push(Touch { image, how: how.into(), writes, attached: false });
+        for (place, touches) in all {
+            let Some(stop) = self.find(place, when(place, When::After)) else { continue };
+            for touch in touches {
+                let how = match touch.how {
+                    How::Sampled { .. } => "sampled",
+                    How::Storage { .. } => "stored to",
+                    How::CopiedFrom => "copied",
+                    How::CopiedTo => "copied to",
+                    // Of OVERLAY and ENCODE, which begin render passes of their own.
+                    How::Color { .. } if self.stops[stop].pass.is_none() => "drawn over",
+                    _ => continue,
+                };
+                if let Some(image) = self.image(touch.resource) {
+                    let (how, writes) = (how.into(), touch.writes());
+                    self.stops[stop].touches.push(Touch { image, how, writes, attached: false });
+                }
             }
         }
     }
@@ -201,10 +195,6 @@ impl Graph {
     }
 }
 
-fn attached(plan: &FramePlan, &(resource, attachment): &(Resource, vk::AttachmentDescription)) -> Image {
-    image(plan, resource, attachment.format, Some(attachment))
-}
-
 fn image(
     plan: &FramePlan,
     resource: Resource,
@@ -212,8 +202,8 @@ fn image(
     attachment: Option<vk::AttachmentDescription>,
 ) -> Image {
     let samples = match resource {
-        Resource::Target(target) => samples_of(plan, target).as_raw(),
-        Resource::ShadowMaps | Resource::SmoothedPicture => 1,
+        Resource::Target(target) => plan.samples_of(target),
+        _ => 1,
     };
     let texel = format_bytes(format) * samples;
     let pixels = u64::from(plan.size[0]) * u64::from(plan.size[1]);
@@ -229,8 +219,8 @@ fn image(
 fn ends(edge: &Edge) -> [(Place, When); 2] {
     // What the CPU hands over comes before all that a submission does, and what it waits for after all of that.
     let (from, to) = match (edge.from, edge.to) {
-        (Place::Device, _) => (When::After, When::After),
-        (_, Place::Device) => (When::Before, When::Before),
+        (Place::DEVICE, _) => (When::After, When::After),
+        (_, Place::DEVICE) => (When::Before, When::Before),
         _ => (When::Before, When::After),
     };
     [(edge.from, when(edge.from, from)), (edge.to, when(edge.to, to))]
@@ -239,54 +229,38 @@ fn ends(edge: &Edge) -> [(Place, When); 2] {
 /// `outside`: of what lies on either side of a frame.
 fn when(place: Place, outside: When) -> When {
     match place {
-        Place::Outside | Place::Host | Place::Device | Place::Presentation => outside,
-        Place::Upload | Place::Clear | Place::Draws => When::Before,
+        Place::OUTSIDE | Place::HOST | Place::DEVICE | Place::PRESENTATION => outside,
+        Place::UPLOAD | Place::CLEAR | Place::DRAWS => When::Before,
         // A submission of its own.
-        Place::Copy => When::After,
+        place if place == copy::PASS.place => When::After,
         _ => When::During,
     }
 }
 
-fn rank(place: Place, when: When) -> usize {
-    let order = match when {
-        When::Before => &BEFORE[..],
-        When::During => &DURING,
-        When::After => &AFTER,
-    };
-    order.iter().position(|&own| own == place).unwrap_or(0)
+/// The places of the frame in their order.
+fn places(list: &List) -> impl Iterator<Item = Place> {
+    list.0.iter().flat_map(|step| match step {
+        Step::RenderPass(_, subpasses) => subpasses.iter().map(|own| own.place).collect(),
+        Step::Commands(own) => vec![own.pass.place],
+        Step::Presentation => Vec::new(),
+    })
 }
 
-fn stop(plan: &FramePlan, place: Place, when: When) -> Stop {
-    let lit = matches!(plan.shading, Shading::Light { .. });
+fn stop(list: &List, place: Place, when: When) -> Stop {
+    let passes = list.passes_at(place);
+    // DEPTH and PER_LIGHT draw beside another pass, which gives the stop its name.
+    let named = passes.iter().find(|pass| pass.place == place).or(passes.first());
     let what = match (place, when) {
-        (Place::Outside, When::After) => "later commands of this frame or another, as COPY",
-        (Place::Outside, _) => "earlier commands, of the frames before",
-        (Place::Shadow, _) => "depth maps of lights, a render pass each, those in which something has moved",
-        (Place::Geometry, _) if plan.gbuffer.is_some() => "surfaces into the G-buffer, near ones first",
-        (Place::Geometry, _) => "surfaces, near ones first",
-        (Place::Lighting, _) if lit => "every light on every pixel, which reads its own place of the G-buffer",
-        (Place::Lighting, _) => "VIEW: shows a buffer instead of lighting it",
-        (Place::Forward, _) => "surfaces, lit while they are rasterized",
-        (Place::Transparent, _) => "what shows what lies behind it",
-        (Place::Composite, _) => "what was summed up without sorting, over the light",
-        (Place::Tonemap, _) => "scene light into display light",
-        (Place::Tiled, _) => "every light on every pixel, tile by tile, in a compute shader",
-        (Place::Fxaa, _) => "smooths edges, and so reads each pixel's neighbours",
-        (Place::Copy, _) => "brings the picture to the CPU, in a submission of its own, when one is asked for",
-        (Place::Split, _) => "copies a part of another picture over this one",
-        (Place::Overlay, _) => "draws panels over the picture",
-        (Place::Encode, _) => "brings the picture into an image of the swapchain that no hardware encodes",
-        (Place::Present, _) => "copies the picture into an image of the swapchain",
-        (Place::Presentation, _) => "shows the swapchain's images",
-        (Place::Upload, _) => "once: copies out of staging buffers, and blits from level to level of a texture",
-        (Place::Clear, _) => "once: the shadow maps' image, which the first frame may look up anywhere",
-        (Place::Draws, _) => "every pass below that draws the scene's meshes with its textures",
-        (Place::Device, _) => "everything that one submission does",
-        (Place::Host, _) => "the CPU",
+        (Place::OUTSIDE, When::After) => "later commands of this frame or another, as COPY",
+        (Place::OUTSIDE, _) => "earlier commands, of the frames before",
+        (Place::UPLOAD, _) => "once: copies out of staging buffers, and blits from level to level of a texture",
+        (Place::CLEAR, _) => "once: the shadow maps' image, which the first frame may look up anywhere",
+        (Place::DRAWS, _) => "every pass below that draws the scene's meshes with its textures",
+        (Place::DEVICE, _) => "everything that one submission does",
+        (Place::HOST, _) => "the CPU",
+        (Place::PRESENTATION, _) => "shows the swapchain's images",
+        _ => named.map_or("", |pass| pass.what),
     };
-    let name = match (place, when) {
-        (Place::Lighting, _) if !lit => "LIGHTING's place".to_owned(),
-        _ => place.to_string(),
-    };
+    let name = named.map_or(place, |pass| pass.place).to_string();
     Stop { place, when, name, what, pass: None, touches: Vec::new() }
 }

@@ -43,15 +43,13 @@ fn a_drawing_is_xml_that_has_what_the_frame_has_and_nothing_else() {
     for (name, plan, edges) in plans {
         let text = draw("<a & b>", plan, edges);
         let document = roxmltree::Document::parse(&text).unwrap_or_else(|error| panic!("{name}: {error}"));
-        let mut passes = vec![PassDescription::main(plan, edges)];
-        passes.extend(plan.shadow.is_some().then(|| PassDescription::shadow(plan, edges)));
-        passes.extend(plan.fxaa.then(|| PassDescription::fxaa(plan, edges)));
+        let passes = PassDescription::all(plan, edges);
         let drawn = groups(&document, "pass");
         assert_eq!(sorted(drawn), sorted(passes.iter().map(|pass| pass.name.to_owned()).collect()), "{name}");
         let subpasses: usize = passes.iter().map(|pass| pass.subpasses.len()).sum();
         assert_eq!(groups(&document, "subpass").len(), subpasses, "{name}");
-        let attachments: usize = passes.iter().map(|pass| pass.attachments.len()).sum();
-        assert_eq!(groups(&document, "image").len(), attachments + usize::from(plan.is_tiled()), "{name}");
+        let images = plan.targets().count() + usize::from(plan.shadow.is_some());
+        assert_eq!(groups(&document, "image").len(), images, "{name}");
         let rows: Vec<String> = edges.iter().map(|edge| edge.name.to_string()).collect();
         assert_eq!(sorted(groups(&document, "dependency")), sorted(rows), "{name}");
         for edge in edges.iter() {
@@ -94,7 +92,7 @@ fn no_text_lies_on_another_or_outside_of_the_page() {
 fn every_reference_of_a_subpass_is_a_mark() {
     for (name, plan, edges) in plans() {
         let graph = Graph::of(plan, edges);
-        for subpass in PassDescription::main(plan, edges).subpasses {
+        for subpass in PassDescription::all(plan, edges).into_iter().flat_map(|pass| pass.subpasses) {
             let stop = graph.stops.iter().find(|stop| stop.place == subpass.place).expect("a stop");
             let used = |list: &[ash::vk::AttachmentReference]| {
                 list.iter().filter(|reference| reference.attachment != ash::vk::ATTACHMENT_UNUSED).count()
@@ -118,5 +116,5 @@ fn a_view_is_not_called_lighting() {
     let settings = Settings { view: View::Normal, ..Settings::default() };
     let scene = samples::scene(vec![samples::emissive()], vec![samples::sun()]);
     let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
-    assert!(draw("x", &plan, &edges::table(&plan)).contains("VIEW: shows a buffer"));
+    assert!(draw("x", &plan, &edges::table(&plan)).contains("shows a buffer"));
 }

@@ -2,7 +2,9 @@
 
 use super::Step;
 use crate::frame::Drawn;
+use crate::frame::list::List;
 use crate::gpu::vk;
+use crate::passes::Place;
 use crate::plan::{DEPTH, FramePlan, Gbuffer, ToneMapping};
 use crate::scene::{Light, LightKind, LightPath, Resolve, Scene, View};
 
@@ -24,7 +26,7 @@ impl Step {
             Self::Composite => "transparent surfaces, laid over".into(),
             Self::Light => "light before the curve".into(),
             Self::Tonemap => "the curve".into(),
-            Self::Fxaa => "edges smoothed".into(),
+            Self::Effect(_) => "the picture after it".into(),
         }
     }
 
@@ -43,7 +45,7 @@ impl Step {
             Self::Composite => "Lays the sums of transparent surfaces over the light as one layer.".into(),
             Self::Light => "The exposed light as TONEMAP finds it, cut off at 1.".into(),
             Self::Tonemap => tonemap(plan),
-            Self::Fxaa => "Smooths edges of the finished picture in a pass of its own, which reads each pixel's neighbours.".into(),
+            Self::Effect(place) => effect(plan, place),
         }
     }
 
@@ -63,9 +65,16 @@ impl Step {
             Self::TransparentSums | Self::Transparent | Self::Composite => {
                 format!("{} of all surfaces in view.", count(drawn.triangles, "triangle"))
             }
-            Self::Light | Self::Tonemap | Self::Fxaa => "One triangle over the whole picture.".into(),
+            Self::Light | Self::Tonemap | Self::Effect(_) => "One triangle over the whole picture.".into(),
         }
     }
+}
+
+/// What a pass over the picture says of itself.
+fn effect(plan: &FramePlan, place: Place) -> String {
+    let what = List::of(plan).passes_at(place).first().map_or("", |pass| pass.what);
+    let mut letters = what.chars();
+    letters.next().map_or_else(String::new, |first| format!("{}{}.", first.to_uppercase(), letters.as_str()))
 }
 
 /// A number of things of which the word is regular.

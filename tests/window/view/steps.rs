@@ -93,7 +93,7 @@ fn keys_step_through_passes_and_lights_and_end_with_the_whole_frame() {
         ("TRANSPARENT, transparent surfaces", unsmoothed.clone()),
         ("TONEMAP, light before the curve", drawn(scene, &["--tonemap", "none"])),
         ("TONEMAP, the curve", unsmoothed),
-        ("FXAA, edges smoothed", whole.clone()),
+        ("FXAA, the picture after it", whole.clone()),
     ]);
 
     let size = size_text(SIZE);

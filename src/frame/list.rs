@@ -1,0 +1,453 @@
+//! The frame as a list: which passes a plan's frames have, in their order, and which of them share a render pass.
+//!
+//! The order, and what shares a render pass, are written by hand: [`super::deferred::list`] and [`super::tiled::list`]. What follows from the
+//! list is computed here: which images there are and how they are used, what each render pass loads and stores, and in which layouts.
+
+use ash::vk;
+
+use super::edges::{Carrier, Edges, RowName};
+use super::{deferred, tiled};
+use crate::gpu;
+use crate::gpu::sync::Use;
+use crate::passes::{First, How, Pass, Place, Resource, Touch, copy, encode, overlay, present, shown, split};
+use crate::plan::{Canvas, FramePlan, Part, PartGroup, Target};
+
+/// Resolves samples into the output after the subpass that is the last to write them: reads them, and as their last user drops them.
+pub const RESOLVE: Use = Use::new(
+    vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT,
+    vk::AccessFlags::from_raw(
+        vk::AccessFlags::COLOR_ATTACHMENT_WRITE.as_raw() | vk::AccessFlags::COLOR_ATTACHMENT_READ.as_raw(),
+    ),
+);
+
+/// A render pass, by its name in captures and reports.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct RenderPassName(pub &'static str);
+
+/// SHADOW's, of which each map that is drawn anew has an instance.
+pub const SHADOW_PASS: RenderPassName = RenderPassName("shadow pass");
+/// From surfaces to the picture, or as far as the next step reads only its own pixel.
+pub const MAIN_PASS: RenderPassName = RenderPassName("main pass");
+/// GEOMETRY's, where the G-buffer is stored before the main pass reads it.
+pub const GBUFFER_PASS: RenderPassName = RenderPassName("G-buffer pass");
+pub const FXAA_PASS: RenderPassName = RenderPassName("FXAA pass");
+
+/// A part of the frame.
+pub enum Step {
+    /// One after the other between the begin and the end of a render pass.
+    RenderPass(RenderPassName, Vec<Subpass>),
+    /// Outside of the frame's render passes: compute, copies, and passes that begin one of their own.
+    Commands(Commands),
+    /// Presentation shows the picture.
+    Presentation,
+}
+
+/// Passes that draw in one subpass. Rasterization order is all that is between them.
+pub struct Subpass {
+    /// The name by which rows know it.
+    pub place: Place,
+    pub passes: Vec<&'static Pass>,
+    /// Of all of them.
+    pub touches: Vec<Touch>,
+}
+
+/// A pass with the barriers before and after it, by their rows.
+pub struct Commands {
+    pub pass: &'static Pass,
+    pub when: Occasion,
+    pub before: Vec<(RowName, Resource)>,
+    pub after: Vec<(RowName, Resource)>,
+}
+
+/// In which of a plan's frames something happens.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Occasion {
+    Always,
+    /// The window is split.
+    Split,
+    /// The picture is copied for the CPU.
+    Copied,
+    /// Panels are shown.
+    Covered,
+}
+
+/// The steps of a plan's frames.
+pub struct List(pub Vec<Step>);
+
+/// A subpass of those passes that the plan has; `None` where it has none of them.
+pub(super) fn subpass(plan: &FramePlan, place: Place, passes: &[&'static Pass]) -> Option<Subpass> {
+    let passes: Vec<_> = passes.iter().copied().filter(|pass| (pass.presence)(plan).is_in()).collect();
+    let mut touches: Vec<Touch> = Vec::new();
+    for touch in passes.iter().flat_map(|pass| (pass.touches)(plan)) {
+        if !touches.contains(&touch) {
+            touches.push(touch);
+        }
+    }
+    // DEPTH and PER_LIGHT draw into the attachments of the pass beside them.
+    touches.iter().any(Touch::is_attachment).then_some(Subpass { place, passes, touches })
+}
+
+/// A render pass of those subpasses that the plan has; `None` where it has none of them.
+pub(super) fn render_pass(name: RenderPassName, subpasses: impl IntoIterator<Item = Option<Subpass>>) -> Option<Step> {
+    let subpasses: Vec<_> = subpasses.into_iter().flatten().collect();
+    (!subpasses.is_empty()).then_some(Step::RenderPass(name, subpasses))
+}
+
+/// A pass outside of render passes, if the plan has it.
+pub(super) fn commands(
+    plan: &FramePlan,
+    when: Occasion,
+    pass: &'static Pass,
+    before: &[(RowName, Resource)],
+    after: &[(RowName, Resource)],
+) -> Option<Step> {
+    let is_in = (pass.presence)(plan).is_in();
+    is_in.then(|| Step::Commands(Commands { pass, when, before: before.to_vec(), after: after.to_vec() }))
+}
+
+/// What happens to the finished picture: the CPU gets a copy, or a window shows it with what lies over it.
+fn after_the_picture(plan: &FramePlan) -> Vec<Option<Step>> {
+    use Occasion::{Always, Copied, Covered, Split};
+    let shown = shown(plan);
+    let swapchain = Resource::SwapchainImage;
+    let to_host = (RowName::PictureToHost, Resource::ReadBack);
+    let split =
+        commands(plan, Split, &split::PASS, &[(RowName::PictureToSplit, shown)], &[(RowName::SplitToPicture, shown)]);
+    let covered = commands(
+        plan,
+        Covered,
+        &overlay::PASS,
+        &[(RowName::PictureToOverlay, shown)],
+        &[(RowName::OverlayToPicture, shown)],
+    );
+    match plan.presented {
+        None => vec![commands(plan, Copied, &copy::PASS, &[], &[to_host])],
+        Some(Canvas::Straight(_)) => vec![
+            commands(
+                plan,
+                Always,
+                &present::PASS,
+                &[(RowName::SwapchainToPresent, swapchain)],
+                &[(RowName::PresentToSwapchain, swapchain)],
+            ),
+            split,
+            commands(
+                plan,
+                Copied,
+                &copy::PASS,
+                &[(RowName::PictureToCopy, shown)],
+                &[to_host, (RowName::CopyToPicture, shown)],
+            ),
+            covered,
+            Some(Step::Presentation),
+        ],
+        Some(Canvas::Encode(_)) => vec![
+            split,
+            commands(plan, Copied, &copy::PASS, &[], &[to_host]),
+            covered,
+            commands(
+                plan,
+                Always,
+                &encode::PASS,
+                &[(RowName::PictureToEncode, shown), (RowName::SwapchainToEncode, swapchain)],
+                &[(RowName::EncodeToPicture, shown), (RowName::EncodeToSwapchain, swapchain)],
+            ),
+            Some(Step::Presentation),
+        ],
+    }
+}
+
+impl Step {
+    /// The passes of the step.
+    pub fn passes(&self) -> Vec<&'static Pass> {
+        match self {
+            Self::RenderPass(_, subpasses) => subpasses.iter().flat_map(|own| own.passes.iter().copied()).collect(),
+            Self::Commands(own) => vec![own.pass],
+            Self::Presentation => Vec::new(),
+        }
+    }
+
+    /// All touches of the step.
+    pub fn touches(&self, plan: &FramePlan) -> Vec<Touch> {
+        match self {
+            Self::RenderPass(_, subpasses) => subpasses.iter().flat_map(|own| own.touches.iter().copied()).collect(),
+            Self::Commands(own) => (own.pass.touches)(plan),
+            Self::Presentation => {
+                vec![Touch { resource: shown(plan), how: How::Presented, uses: Use::END }]
+            }
+        }
+    }
+
+    /// The layout that an image must be in before the step, unless a barrier of the step's own brings it there.
+    fn finds(&self, plan: &FramePlan, image: Resource) -> Option<vk::ImageLayout> {
+        if let Self::Commands(own) = self
+            && own.before.iter().any(|&(_, resource)| resource == image)
+        {
+            return None;
+        }
+        self.touches(plan).iter().find(|touch| touch.resource == image).map(Touch::layout)
+    }
+}
+
+impl List {
+    pub fn of(plan: &FramePlan) -> Self {
+        let frame = if plan.is_tiled() { tiled::list(plan) } else { deferred::list(plan) };
+        let mut list = Self(frame.into_iter().chain(after_the_picture(plan)).flatten().collect());
+        // The hardware resolves samples after the last subpass that draws them.
+        let draws =
+            |own: &Touch| matches!(own.how, How::Color { .. }) && own.resource == Resource::Target(Target::Samples);
+        if let Some(last) = list.subpasses_mut().rfind(|subpass| subpass.touches.iter().any(draws)) {
+            last.touches.push(Touch::resolve(Target::Output, RESOLVE));
+        }
+        list
+    }
+
+    fn subpasses_mut(&mut self) -> impl DoubleEndedIterator<Item = &mut Subpass> {
+        self.0.iter_mut().flat_map(|step| match step {
+            Step::RenderPass(_, subpasses) => &mut subpasses[..],
+            _ => &mut [],
+        })
+    }
+
+    /// The render passes with their subpasses.
+    pub fn render_passes(&self) -> impl Iterator<Item = (RenderPassName, &[Subpass])> {
+        self.0.iter().filter_map(|step| match step {
+            Step::RenderPass(name, subpasses) => Some((*name, &subpasses[..])),
+            _ => None,
+        })
+    }
+
+    /// All passes in their order.
+    pub fn passes(&self) -> impl Iterator<Item = &'static Pass> {
+        self.0.iter().flat_map(Step::passes)
+    }
+
+    /// The passes at a place: those of a subpass, or the one outside of render passes.
+    pub fn passes_at(&self, place: Place) -> Vec<&'static Pass> {
+        let subpass = self.render_passes().flat_map(|(_, subpasses)| subpasses).find(|own| own.place == place);
+        match subpass {
+            Some(own) => own.passes.clone(),
+            None => self.passes().filter(|pass| pass.place == place).collect(),
+        }
+    }
+
+    /// The render pass, and the index in it, of a subpass.
+    pub fn find(&self, place: Place) -> Option<(RenderPassName, u32)> {
+        self.render_passes().find_map(|(name, subpasses)| {
+            let index = subpasses.iter().position(|own| own.place == place)?;
+            Some((name, index as u32))
+        })
+    }
+
+    /// The attachments of a render pass in the order of its framebuffers: loaded if an earlier step wrote them, stored if a later one reads
+    /// them, and left in the layout in which that one finds them.
+    pub fn attachments(&self, plan: &FramePlan, name: RenderPassName) -> Vec<(Target, vk::AttachmentDescription)> {
+        let at = |step: &Step| matches!(step, Step::RenderPass(own, _) if *own == name);
+        let Some(index) = self.0.iter().position(at) else { return Vec::new() };
+        let touches = self.0[index].touches(plan);
+        plan.targets()
+            .filter_map(|target| {
+                let own = |touch: &&Touch| touch.resource == Resource::Target(target) && touch.is_attachment();
+                let first = touches.iter().find(own)?;
+                let last = touches.iter().rfind(own)?;
+                Some((target, self.attachment(plan, index, (target, first, last))))
+            })
+            .collect()
+    }
+
+    fn attachment(
+        &self,
+        plan: &FramePlan,
+        index: usize,
+        (target, first, last): (Target, &Touch, &Touch),
+    ) -> vk::AttachmentDescription {
+        let image = Resource::Target(target);
+        let touches = |step: &Step| step.touches(plan).iter().any(|touch| touch.resource == image);
+        let (before, after) = (&self.0[..index], &self.0[index + 1..]);
+        let is_loaded = before.iter().any(touches);
+        let load = match (is_loaded, first.how) {
+            (true, _) => vk::AttachmentLoadOp::LOAD,
+            (false, How::Color { first: First::Clear, .. } | How::Depth { first: First::Clear }) => {
+                vk::AttachmentLoadOp::CLEAR
+            }
+            (false, _) => vk::AttachmentLoadOp::DONT_CARE,
+        };
+        let store = match after.iter().any(touches) {
+            true => vk::AttachmentStoreOp::STORE,
+            // It need never leave the tile.
+            false => vk::AttachmentStoreOp::DONT_CARE,
+        };
+        vk::AttachmentDescription::default()
+            .format(plan.format_of(target).unwrap_or_default())
+            .samples(vk::SampleCountFlags::from_raw(plan.samples_of(target)))
+            .load_op(load)
+            .store_op(store)
+            .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
+            .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
+            // What was stored lies as this pass wants it first; nothing is kept from frame to frame.
+            .initial_layout(if is_loaded { first.layout() } else { vk::ImageLayout::UNDEFINED })
+            .final_layout(after.iter().find_map(|step| step.finds(plan, image)).unwrap_or(last.layout()))
+    }
+
+    /// How the image of a target is used. One that no step keeps for another is transient.
+    pub fn usage(&self, plan: &FramePlan, target: Target) -> vk::ImageUsageFlags {
+        let image = Resource::Target(target);
+        let users: Vec<Vec<Touch>> = self
+            .0
+            .iter()
+            .map(|step| step.touches(plan).into_iter().filter(|touch| touch.resource == image).collect())
+            .filter(|touches: &Vec<_>| !touches.is_empty())
+            .collect();
+        let all = users.iter().flatten().fold(vk::ImageUsageFlags::empty(), |usage, touch| usage | touch.usage());
+        let stays = users.len() == 1 && users[0].iter().all(Touch::is_attachment);
+        if stays { all | vk::ImageUsageFlags::TRANSIENT_ATTACHMENT } else { all }
+    }
+
+    /// Holds the list and the rows against what Vulkan can do.
+    ///
+    /// # Errors
+    /// In a sentence: the pass, the resource and the row that cannot be so.
+    pub fn check(&self, plan: &FramePlan, edges: &Edges) -> gpu::Result<()> {
+        let refused = self.contradiction(plan).or_else(|| self.stray_row(edges));
+        refused.map_or(Ok(()), |sentence| Err(gpu::Error::Misuse(sentence)))
+    }
+
+    /// A row of a render pass of which neither place is a subpass, or a row that names a pass which the frame has not.
+    fn stray_row(&self, edges: &Edges) -> Option<String> {
+        let fixed = [
+            Place::OUTSIDE,
+            Place::UPLOAD,
+            Place::CLEAR,
+            Place::DRAWS,
+            Place::PRESENTATION,
+            Place::DEVICE,
+            Place::HOST,
+            copy::PASS.place,
+        ];
+        let is_known = |place: &Place| {
+            let pass = |step: &Step| matches!(step, Step::Commands(own) if own.pass.place == *place);
+            fixed.contains(place) || self.find(*place).is_some() || self.0.iter().any(pass)
+        };
+        edges.iter().find_map(|edge| {
+            let (name, from, to) = (edge.name, edge.from, edge.to);
+            if let Carrier::Subpass(pass) = edge.carrier {
+                let is_in = |place| self.find(place).is_some_and(|(own, _)| own == pass);
+                if !is_in(from) && !is_in(to) {
+                    return Some(format!(
+                        "the row {name} is a dependency of the {}, of which neither {from} nor {to} is a subpass",
+                        pass.0
+                    ));
+                }
+            }
+            let unknown = [from, to].into_iter().find(|place| !is_known(place))?;
+            Some(format!("the row {name} names {unknown}, which is no pass of this plan"))
+        })
+    }
+
+    /// Why passes with these touches cannot be the frame, if they cannot.
+    fn contradiction(&self, plan: &FramePlan) -> Option<String> {
+        let mut written: Vec<Resource> = Vec::new();
+        for step in &self.0 {
+            match step {
+                Step::RenderPass(name, subpasses) => {
+                    let draws = |resource| {
+                        let all = subpasses.iter().flat_map(|own| &own.touches);
+                        all.into_iter().any(|touch| touch.resource == resource && touch.is_attachment())
+                    };
+                    for Subpass { place, touches, .. } in subpasses {
+                        let neighbour = touches
+                            .iter()
+                            .find(|touch| matches!(touch.how, How::Sampled { .. }) && draws(touch.resource));
+                        if let Some(Touch { resource, .. }) = neighbour {
+                            return Some(format!(
+                                "{place} samples the neighbours of its pixel in the target {resource}, which the {} draws: no subpass can, it \
+                                 needs a render pass of its own",
+                                name.0
+                            ));
+                        }
+                        if let Some(sentence) = contradiction(plan, *place, touches, &mut written) {
+                            return Some(sentence);
+                        }
+                    }
+                }
+                Step::Commands(own) => {
+                    let touches = (own.pass.touches)(plan);
+                    if let Some(sentence) = contradiction(plan, own.pass.place, &touches, &mut written) {
+                        return Some(sentence);
+                    }
+                }
+                Step::Presentation => {}
+            }
+        }
+        None
+    }
+}
+
+/// What of a pass's touches contradicts itself, the plan, or what was `written` before.
+fn contradiction(plan: &FramePlan, place: Place, touches: &[Touch], written: &mut Vec<Resource>) -> Option<String> {
+    for (index, touch) in touches.iter().enumerate() {
+        let resource = touch.resource;
+        if let Resource::Target(target) = resource
+            && plan.format_of(target).is_none()
+        {
+            return Some(format!("{place} touches the target {resource}, which the plan does not have"));
+        }
+        let needed = needed_access(touch.how);
+        if !needed.is_empty() && !touch.uses.access.intersects(needed) {
+            return Some(format!(
+                "{place} touches {resource} as {:?}, but says of its access {:?}",
+                touch.how, touch.uses
+            ));
+        }
+        for other in &touches[..index] {
+            if other.resource == resource && other.layout() != touch.layout() {
+                return Some(format!(
+                    "{place} touches {resource} as {:?} and as {:?}, which need two layouts at once",
+                    other.how, touch.how
+                ));
+            }
+            if let (How::Color { location: own, .. }, How::Color { location, .. }) = (touch.how, other.how)
+                && own == location
+            {
+                return Some(format!(
+                    "{place} draws into {} and {resource} at the same location {own}",
+                    other.resource
+                ));
+            }
+        }
+        if matches!(resource, Resource::Target(_)) && !touch.writes() && !written.contains(&resource) {
+            return Some(format!("{place} reads the target {resource}, which no pass before it has written"));
+        }
+    }
+    written.extend(touches.iter().filter(|touch| touch.writes()).map(|touch| touch.resource));
+    None
+}
+
+/// Accesses of which a touch of this kind must have at least one; none where it depends.
+fn needed_access(how: How) -> vk::AccessFlags {
+    match how {
+        How::Input { .. } => vk::AccessFlags::INPUT_ATTACHMENT_READ,
+        How::Color { .. } | How::Resolve => vk::AccessFlags::COLOR_ATTACHMENT_WRITE,
+        How::Depth { .. } => {
+            vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ | vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE
+        }
+        How::Sampled { .. } => vk::AccessFlags::SHADER_READ,
+        How::Storage { .. } => vk::AccessFlags::SHADER_WRITE,
+        How::CopiedFrom => vk::AccessFlags::TRANSFER_READ,
+        How::CopiedTo => vk::AccessFlags::TRANSFER_WRITE,
+        How::Presented | How::Buffer => vk::AccessFlags::empty(),
+    }
+}
+
+/// Each pass that a frame can have, in or out and why, as `inspect` lists them.
+pub fn parts(plan: &FramePlan) -> Vec<Part> {
+    let all = crate::passes::ALL.iter();
+    all.map(|pass| {
+        let (included, reason) = match (pass.presence)(plan) {
+            crate::passes::Presence::In(why) => (true, why),
+            crate::passes::Presence::Out(why) => (false, why),
+        };
+        Part { name: pass.place.to_string(), group: PartGroup::Passes, optional: None, included, reason, bytes: 0 }
+    })
+    .collect()
+}

@@ -1,0 +1,202 @@
+//! What every kind of frame has: the images that it draws into, and its render passes with their framebuffers and clear values.
+
+use ash::vk;
+use glam::Vec3;
+
+use super::FrameParts;
+use super::edges::{Carrier, Edge};
+use super::list::{List, RenderPassName, SHADOW_PASS};
+use super::render_pass::PassDescription;
+use crate::gpu::barrier::{self, ImageRange};
+use crate::gpu::{self, Device, RenderPass, Timestamps};
+use crate::passes::depth::{self, Depth};
+use crate::passes::shadow::{self, Shadow};
+use crate::passes::tonemap::tone_map_up_to;
+use crate::passes::{How, Input, Pass, Recording, Resource, Slot};
+use crate::plan::{FramePlan, Shading, Target, ToneMapping, World};
+use crate::targets::{Framebuffers, Targets};
+
+/// The targets of a frame, and the render passes that draw into them.
+pub struct RenderPasses {
+    pub targets: Targets,
+    list: List,
+    passes: Vec<Made>,
+    shadow: Option<ShadowStage>,
+}
+
+/// One of a frame's render passes.
+#[derive(Debug, Clone, Copy)]
+pub struct RenderPassIndex(usize);
+
+/// A render pass on the device.
+struct Made {
+    name: RenderPassName,
+    targets: Vec<Target>,
+    /// Some attachment is cleared.
+    clears_some: bool,
+    pass: RenderPass,
+    framebuffers: Framebuffers,
+    clears: Vec<vk::ClearValue>,
+}
+
+/// SHADOW with its render pass.
+struct ShadowStage {
+    _pass: RenderPass,
+    shadow: Shadow,
+}
+
+impl RenderPasses {
+    /// # Errors
+    /// When the device lacks the memory or cannot compile a pipeline, or the list of passes and the rows contradict each other.
+    pub fn new(parts: &FrameParts) -> gpu::Result<Self> {
+        let &FrameParts { device, plan, edges, atlas, scene, world, swapchain, .. } = parts;
+        let list = List::of(plan);
+        list.check(plan, edges)?;
+        let targets = Targets::new(device, plan, |target| list.usage(plan, target))?;
+        let mut passes = Vec::new();
+        for (name, _) in list.render_passes().filter(|(name, _)| *name != SHADOW_PASS) {
+            let Some(description) = PassDescription::named(plan, edges, &list, name) else { continue };
+            let pass = description.make(device)?;
+            let own = description.targets();
+            let framebuffers = targets.framebuffers(plan, (device, &pass), &own, swapchain)?;
+            let cleared = |own: &vk::AttachmentDescription| own.load_op == vk::AttachmentLoadOp::CLEAR;
+            let clears_some = description.attachments.iter().any(|(_, own)| cleared(own));
+            passes.push(Made { name, pass, framebuffers, clears_some, clears: Vec::new(), targets: own });
+        }
+        let shadow = match (&plan.shadow, atlas, PassDescription::named(plan, edges, &list, SHADOW_PASS)) {
+            (Some(shadow_plan), Some(atlas), Some(description)) => {
+                let pass = description.make(device)?;
+                let slot = Slot { render_pass: pass.raw, subpass: 0 };
+                let shadow = Shadow::new(device, shadow_plan, atlas, slot, scene, world)?;
+                Some(ShadowStage { _pass: pass, shadow })
+            }
+            _ => None,
+        };
+        let mut made = Self { targets, list, passes, shadow };
+        made.expose(plan, world);
+        Ok(made)
+    }
+
+    /// Makes the images and framebuffers anew, which have the size of the picture.
+    ///
+    /// # Errors
+    /// When the device lacks the memory.
+    pub fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
+        let &FrameParts { device, plan, swapchain, .. } = parts;
+        self.targets = Targets::new(device, plan, |target| self.list.usage(plan, target))?;
+        for made in &mut self.passes {
+            made.framebuffers = self.targets.framebuffers(plan, (device, &made.pass), &made.targets, swapchain)?;
+        }
+        Ok(())
+    }
+
+    /// Re-exposes the background's clear colours.
+    pub fn expose(&mut self, plan: &FramePlan, world: &World) {
+        for made in self.passes.iter_mut().filter(|made| made.clears_some) {
+            made.clears = clear_values(plan, world, &made.targets);
+        }
+    }
+
+    /// Where the pipelines of a pass belong, if the frame has it in a subpass.
+    pub fn slot(&self, pass: &Pass) -> Option<Slot> {
+        let draws = |name: RenderPassName, subpasses: &[super::list::Subpass]| {
+            let subpass = subpasses.iter().position(|own| own.passes.iter().any(|one| one.place == pass.place))?;
+            let made = self.passes.iter().find(|made| made.name == name)?;
+            Some(Slot { render_pass: made.pass.raw, subpass: subpass as u32 })
+        };
+        self.list.render_passes().find_map(|(name, subpasses)| draws(name, subpasses))
+    }
+
+    /// The same for a pass that the frame cannot be without.
+    ///
+    /// # Errors
+    /// When the list does not have it.
+    pub fn needed_slot(&self, pass: &Pass) -> gpu::Result<Slot> {
+        self.slot(pass).ok_or_else(|| gpu::Error::Misuse(format!("the frame has no subpass for {}", pass.place)))
+    }
+
+    /// What a pass reads of the frame's targets, at its bindings.
+    pub fn inputs(&self, pass: &Pass, plan: &FramePlan) -> Vec<Input> {
+        let all = (pass.touches)(plan).into_iter().filter_map(|touch| match (touch.how, touch.resource) {
+            (How::Input { binding } | How::Sampled { binding }, Resource::Target(target)) => {
+                Some((binding, self.targets.image(target).view, touch.layout()))
+            }
+            _ => None,
+        });
+        all.collect()
+    }
+
+    /// The render pass of this name, if it is a part of the frame.
+    pub fn find(&self, name: RenderPassName) -> Option<RenderPassIndex> {
+        self.passes.iter().position(|made| made.name == name).map(RenderPassIndex)
+    }
+
+    /// How a render pass begins in this frame.
+    pub fn begin(&self, frame: &Recording, pass: RenderPassIndex) -> vk::RenderPassBeginInfo<'_> {
+        let made = &self.passes[pass.0];
+        vk::RenderPassBeginInfo::default()
+            .render_pass(made.pass.raw)
+            .framebuffer(made.framebuffers.of(frame.image))
+            .render_area(frame.area())
+            .clear_values(&made.clears)
+    }
+
+    /// Records the stale shadow maps, outside a render pass, where the plan has maps.
+    pub fn record_shadow(&self, frame: &Recording, times: &mut Option<Timestamps>) {
+        if let Some(ShadowStage { shadow, .. }) = &self.shadow {
+            frame.begin(&shadow::PASS);
+            shadow.record(frame);
+            frame.end(times, &shadow::PASS);
+        }
+    }
+}
+
+/// The depth pre-pass, where the plan has one, in the subpass that shades or stores surfaces.
+///
+/// # Errors
+/// When the device cannot compile a pipeline.
+pub(super) fn prepass(parts: &FrameParts, passes: &RenderPasses) -> gpu::Result<Option<Depth>> {
+    let &FrameParts { device, plan, frame_layout, .. } = parts;
+    let Some(slot) = passes.slot(&depth::PASS) else { return Ok(None) };
+    // FORWARD writes light alone.
+    let locations = if plan.is_forward() { 1 } else { plan.geometry_locations() };
+    Ok(Some(Depth::new(device, plan, slot, frame_layout, locations)?))
+}
+
+/// Carries out a row that is a pipeline barrier on an image, where the plan has it.
+pub(super) fn image_barrier(device: &Device, cmd: vk::CommandBuffer, image: impl Into<ImageRange>, row: Option<&Edge>) {
+    if let Some(edge) = row
+        && let Carrier::ImageBarrier(old, new) = edge.carrier
+    {
+        barrier::image_barrier(device, cmd, image, edge.order(), [old, new]);
+    }
+}
+
+/// Clear values of these targets.
+fn clear_values(plan: &FramePlan, world: &World, targets: &[Target]) -> Vec<vk::ClearValue> {
+    let color = |color: Vec3| vk::ClearValue { color: vk::ClearColorValue { float32: color.extend(1.0).to_array() } };
+    targets
+        .iter()
+        .map(|&target| match target {
+            // Reversed Z: infinity.
+            Target::Depth => vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } },
+            // Alpha of the sums is 1: no surface has covered anything yet.
+            Target::Hdr | Target::Samples | Target::Output => color(background(plan, world, target)),
+            _ => color(Vec3::ZERO),
+        })
+        .collect()
+}
+
+/// What a target holds where nothing is drawn.
+pub(super) fn background(plan: &FramePlan, world: &World, target: Target) -> Vec3 {
+    if !matches!(plan.shading, Shading::Light { light_only: false }) {
+        return Vec3::ZERO;
+    }
+    // As in the shaders: cut off before it is stored or mapped, so that nothing overflows on the way.
+    let exposed = (world.environment.background * world.exposure).min(Vec3::splat(plan.largest_light()));
+    match plan.tone_mapping {
+        ToneMapping::InLighting(curve) => tone_map_up_to(plan.headroom(), exposed, curve),
+        ToneMapping::Subpass(_) | ToneMapping::Kept if target == Target::Output => Vec3::ZERO,
+        _ => exposed,
+    }
+}

@@ -1,0 +1,256 @@
+//! What a pass says of itself, once, in its own file. Attachments, references, layouts, labels, times, the proof of dependencies, the graph
+//! and the window's steps follow from the list of a plan's passes ([`crate::frame::list`]).
+
+use std::fmt;
+
+use ash::vk;
+
+use crate::gpu::sync::Use;
+use crate::plan::{FramePlan, Target};
+use crate::scene::Settings;
+
+/// A pass of the frame.
+pub struct Pass {
+    /// Its name in rows, captures and reports: that of its file, in capitals.
+    pub place: Place,
+    /// The name of its time in tables. Passes that do the same work in different frames share one, to be compared.
+    pub time: &'static str,
+    /// What it does, in a few words.
+    pub what: &'static str,
+    /// Whether a plan's frames have it.
+    pub presence: fn(&FramePlan) -> Presence,
+    /// What it reads and writes, in a frame that has it.
+    pub touches: fn(&FramePlan) -> Vec<Touch>,
+    /// How settings leave it out; `None` for a pass that no setting alone decides.
+    pub leave_out: Option<fn(&mut Settings)>,
+}
+
+/// Whether a pass is in a plan's frames, and the reason, as `inspect` prints it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Presence {
+    In(String),
+    Out(String),
+}
+
+impl Presence {
+    /// In if `is_in`, with the reason for that.
+    pub fn when(is_in: bool, why: &str, why_not: &str) -> Self {
+        if is_in { Self::In(why.into()) } else { Self::Out(why_not.into()) }
+    }
+
+    pub fn is_in(&self) -> bool {
+        matches!(self, Self::In(_))
+    }
+}
+
+/// Where something happens: a pass, or what lies around the frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Place(&'static str);
+
+impl Place {
+    /// Before or after what a row belongs to, in this frame or another.
+    pub const OUTSIDE: Self = Self("OUTSIDE");
+    /// Copies out of staging buffers, and blits from level to level of a texture.
+    pub const UPLOAD: Self = Self("UPLOAD");
+    /// The clear that the shadow maps' image begins with.
+    pub const CLEAR: Self = Self("CLEAR");
+    /// Every pass that draws the scene's meshes with its textures.
+    pub const DRAWS: Self = Self("DRAWS");
+    /// What shows the swapchain's images.
+    pub const PRESENTATION: Self = Self("PRESENTATION");
+    /// Everything that one submission does on the device.
+    pub const DEVICE: Self = Self("DEVICE");
+    /// The CPU.
+    pub const HOST: Self = Self("HOST");
+
+    /// That of the pass with this name.
+    pub const fn pass(name: &'static str) -> Self {
+        Self(name)
+    }
+
+    pub const fn name(self) -> &'static str {
+        self.0
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.0)
+    }
+}
+
+/// What a pass touches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Resource {
+    Target(Target),
+    /// An image of the swapchain, where the picture itself is not drawn into one.
+    SwapchainImage,
+    /// The image of all shadow maps.
+    ShadowMaps,
+    /// Textures of the scene.
+    Textures,
+    /// Vertices of the scene's meshes, and of light volumes.
+    Vertices,
+    Indices,
+    /// What the CPU writes for each frame: camera, lights, lists, sorted indices.
+    FrameData,
+    /// What the picture is copied to for the CPU.
+    ReadBack,
+    /// Textures of a window's panels.
+    PanelTextures,
+}
+
+impl fmt::Display for Resource {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Target(Target::Smoothed) => "picture",
+            Self::Target(target) => return f.write_str(&format!("{target:?}").to_lowercase()),
+            Self::SwapchainImage => "swapchain image",
+            Self::ShadowMaps => "shadow maps",
+            Self::Textures => "textures",
+            Self::Vertices => "vertices",
+            Self::Indices => "indices",
+            Self::FrameData => "frame data",
+            Self::ReadBack => "read-back buffer",
+            Self::PanelTextures => "panel textures",
+        })
+    }
+}
+
+/// One way in which a pass uses a resource.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Touch {
+    pub resource: Resource,
+    pub how: How,
+    /// Stages and accesses. An attachment that is blended, or depth that is written, shows here.
+    pub uses: Use,
+}
+
+/// As what a pass uses a resource.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum How {
+    /// An input attachment, read at the own pixel. Bindings in their order have the `InputAttachmentIndex` 0, 1, ...
+    Input {
+        binding: u32,
+    },
+    /// A colour attachment at a location of the shader's outputs.
+    Color {
+        location: u32,
+        first: First,
+    },
+    /// The depth attachment.
+    Depth {
+        first: First,
+    },
+    /// What the samples that the subpass draws are resolved into.
+    Resolve,
+    /// An image that shaders load or sample anywhere: also at the pixel's neighbours, so no subpass reads so what its own render pass draws.
+    Sampled {
+        binding: u32,
+    },
+    /// An image that a compute shader stores to.
+    Storage {
+        binding: u32,
+    },
+    CopiedFrom,
+    CopiedTo,
+    /// Shown by presentation.
+    Presented,
+    /// A buffer.
+    Buffer,
+}
+
+/// What the first pass that touches an attachment finds in it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum First {
+    /// The value that [`crate::frame`] clears the target to.
+    Clear,
+    /// Anything: it writes every pixel that is read afterwards.
+    Undefined,
+}
+
+impl Touch {
+    const fn target(target: Target, how: How, uses: Use) -> Self {
+        Self { resource: Resource::Target(target), how, uses }
+    }
+
+    /// Reads its own pixel of an attachment.
+    pub const fn input(binding: u32, target: Target, uses: Use) -> Self {
+        Self::target(target, How::Input { binding }, uses)
+    }
+
+    /// Draws into an attachment, or blends over it where `uses` reads.
+    pub const fn color(location: u32, target: Target, first: First, uses: Use) -> Self {
+        Self::target(target, How::Color { location, first }, uses)
+    }
+
+    /// Tests against depth, and writes it where `uses` writes.
+    pub const fn depth(first: First, uses: Use) -> Self {
+        Self::target(Target::Depth, How::Depth { first }, uses)
+    }
+
+    /// Has the render pass resolve samples into an attachment after the subpass.
+    pub const fn resolve(target: Target, uses: Use) -> Self {
+        Self::target(target, How::Resolve, uses)
+    }
+
+    /// Loads or samples a target, its pixel's neighbours too.
+    pub const fn sampled(binding: u32, target: Target, uses: Use) -> Self {
+        Self::target(target, How::Sampled { binding }, uses)
+    }
+
+    /// Stores to a target.
+    pub const fn storage(binding: u32, target: Target, uses: Use) -> Self {
+        Self::target(target, How::Storage { binding }, uses)
+    }
+
+    /// Reads another resource in a shader.
+    pub const fn read(resource: Resource, uses: Use) -> Self {
+        let how = match resource {
+            Resource::ShadowMaps | Resource::Textures | Resource::PanelTextures => How::Sampled { binding: 0 },
+            _ => How::Buffer,
+        };
+        Self { resource, how, uses }
+    }
+
+    pub fn writes(&self) -> bool {
+        self.uses.writes().access != vk::AccessFlags::empty()
+    }
+
+    /// Whether it is an attachment of the render pass.
+    pub fn is_attachment(&self) -> bool {
+        matches!(self.how, How::Input { .. } | How::Color { .. } | How::Depth { .. } | How::Resolve)
+    }
+
+    /// The layout that it needs; `UNDEFINED` for a buffer.
+    pub fn layout(&self) -> vk::ImageLayout {
+        let is_depth = matches!(self.resource, Resource::Target(Target::Depth) | Resource::ShadowMaps);
+        match self.how {
+            How::Color { .. } | How::Resolve => vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
+            How::Depth { .. } if self.writes() => vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
+            // LIGHTING tests against depth and reads it as an input at once.
+            How::Depth { .. } => vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL,
+            How::Input { .. } | How::Sampled { .. } if is_depth => vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL,
+            How::Input { .. } | How::Sampled { .. } => vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
+            How::Storage { .. } => vk::ImageLayout::GENERAL,
+            How::CopiedFrom => vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+            How::CopiedTo => vk::ImageLayout::TRANSFER_DST_OPTIMAL,
+            How::Presented => vk::ImageLayout::PRESENT_SRC_KHR,
+            How::Buffer => vk::ImageLayout::UNDEFINED,
+        }
+    }
+
+    /// What an image must allow.
+    pub fn usage(&self) -> vk::ImageUsageFlags {
+        match self.how {
+            How::Input { .. } => vk::ImageUsageFlags::INPUT_ATTACHMENT,
+            How::Color { .. } | How::Resolve => vk::ImageUsageFlags::COLOR_ATTACHMENT,
+            How::Depth { .. } => vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
+            How::Sampled { .. } => vk::ImageUsageFlags::SAMPLED,
+            How::Storage { .. } => vk::ImageUsageFlags::STORAGE,
+            How::CopiedFrom => vk::ImageUsageFlags::TRANSFER_SRC,
+            How::CopiedTo => vk::ImageUsageFlags::TRANSFER_DST,
+            How::Presented | How::Buffer => vk::ImageUsageFlags::empty(),
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! The images that a plan's frames draw into: which there are, and their formats. How each is used, the passes declare.
+
+use ash::vk;
+
+use super::{COUNT, DEPTH, FramePlan, Shading, TRIANGLE, format_bytes};
+
+/// What an image of the frame holds. Framebuffers have them in this order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Target {
+    /// Reversed Z: cleared to 0, which is infinitely far.
+    Depth,
+    Albedo,
+    Normal,
+    Material,
+    Specular,
+    Position,
+    /// Fragments for each pixel.
+    Count,
+    /// The number of the object that is seen, from 1, and of the triangle in its mesh, from 0.
+    Triangle,
+    /// Transparent surfaces, weighted and summed up; alpha is the share of the picture that they leave.
+    Accumulation,
+    /// The sum of their weights.
+    Weights,
+    /// Light before it is tone-mapped.
+    Hdr,
+    /// The output's light before it is resolved, several samples a pixel.
+    Samples,
+    /// The picture, before passes over the whole of it.
+    Output,
+    /// The picture with its edges smoothed.
+    Smoothed,
+}
+
+impl Target {
+    pub const ALL: [Self; 14] = [
+        Self::Depth,
+        Self::Albedo,
+        Self::Normal,
+        Self::Material,
+        Self::Specular,
+        Self::Position,
+        Self::Count,
+        Self::Triangle,
+        Self::Accumulation,
+        Self::Weights,
+        Self::Hdr,
+        Self::Samples,
+        Self::Output,
+        Self::Smoothed,
+    ];
+}
+
+impl FramePlan {
+    /// The format of a target; `None` where the frames have no such target.
+    pub fn format_of(&self, target: Target) -> Option<vk::Format> {
+        let gbuffer = self.gbuffer.as_ref();
+        let shown = |shading, format| (self.shading == shading).then_some(format);
+        match target {
+            Target::Depth => self.has_geometry().then_some(DEPTH),
+            Target::Albedo => gbuffer.map(|own| own.albedo),
+            Target::Normal => gbuffer.map(|own| own.normal),
+            Target::Material => gbuffer?.material,
+            Target::Specular => gbuffer?.specular,
+            Target::Position => gbuffer?.position,
+            Target::Count => shown(Shading::ShowOverdraw, COUNT),
+            Target::Triangle => shown(Shading::ShowTriangle, TRIANGLE),
+            Target::Accumulation => self.sums.map(|sums| sums.accumulation),
+            Target::Weights => self.sums.map(|sums| sums.weights),
+            Target::Hdr => self.hdr,
+            Target::Samples => self.resolves_output().then_some(self.output),
+            Target::Output => Some(self.output),
+            Target::Smoothed => self.fxaa.then_some(self.output),
+        }
+    }
+
+    /// The targets that the frames have, in the order of framebuffers.
+    pub fn targets(&self) -> impl Iterator<Item = Target> {
+        Target::ALL.into_iter().filter(|&target| self.format_of(target).is_some())
+    }
+
+    /// The samples a pixel of a target.
+    pub fn samples_of(&self, target: Target) -> u32 {
+        if target >= Target::Output { 1 } else { self.msaa }
+    }
+
+    /// Bytes of a pixel of a target with all its samples; 0 where there is none.
+    pub fn bytes_of(&self, target: Target) -> u32 {
+        self.format_of(target).map_or(0, format_bytes) * self.samples_of(target)
+    }
+
+    /// Bytes of all targets for each pixel.
+    pub fn target_bytes_per_pixel(&self) -> u64 {
+        Target::ALL.iter().map(|&target| u64::from(self.bytes_of(target))).sum()
+    }
+
+    /// The target that LIGHTING or FORWARD writes and, where surfaces emit light, GEOMETRY before it.
+    pub fn light_target(&self) -> Target {
+        match self.hdr {
+            Some(_) => Target::Hdr,
+            None if self.resolves_output() => Target::Samples,
+            None => Target::Output,
+        }
+    }
+
+    /// The target that holds the finished picture.
+    pub fn picture(&self) -> Target {
+        if self.fxaa { Target::Smoothed } else { Target::Output }
+    }
+}
