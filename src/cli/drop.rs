@@ -197,10 +197,10 @@ mod tests {
     #[test]
     fn silence_is_explained_by_what_is_known_of_the_layer() {
         let (new, old) =
-            (silence(&row(RowName::ShadowMapReuse), LAYER), silence(&row(RowName::ShadowMapReuse), LAYER - 1));
+            (silence(&row(RowName::SHADOW_MAP_REUSE), LAYER), silence(&row(RowName::SHADOW_MAP_REUSE), LAYER - 1));
         assert!(new.contains("gave shadow-map-reuse nothing to order"), "{new}");
         assert!(old.contains("says nothing of these frames") && !old.contains("gave"), "{old}");
-        let argued = silence(&row(RowName::PictureToHost), LAYER);
+        let argued = silence(&row(RowName::PICTURE_TO_HOST), LAYER);
         assert!(argued.contains("No layer is known to notice") && argued.contains("Signaling a fence"), "{argued}");
     }
 }

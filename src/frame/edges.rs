@@ -23,7 +23,6 @@ mod forward;
 mod host;
 mod main_pass;
 mod masks;
-mod names;
 mod presentation;
 mod shadow;
 mod tiled;
@@ -32,7 +31,6 @@ mod uploads;
 
 pub(super) use host::FORMULA_WRITE;
 pub(super) use masks::SUPPORTED;
-pub use names::RowName;
 use unreported_mutants::Part;
 
 /// What a row becomes. One queue does everything, so that only presentation needs semaphores.
@@ -87,6 +85,22 @@ impl fmt::Display for Carrier {
             Self::Fence => f.write_str("fence"),
             Self::Semaphore => f.write_str("semaphore"),
         }
+    }
+}
+
+/// A row, by the name that `afterlight inspect` prints. Each is a constant beside the row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct RowName(&'static str);
+
+impl RowName {
+    pub const fn name(self) -> &'static str {
+        self.0
+    }
+}
+
+impl fmt::Display for RowName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.0)
     }
 }
 

@@ -110,15 +110,20 @@ fn after_the_picture(plan: &FramePlan) -> Vec<Option<Step>> {
     use Occasion::{Always, Copied, Covered, Split};
     let shown = shown(plan);
     let swapchain = Resource::SwapchainImage;
-    let to_host = (RowName::PictureToHost, Resource::ReadBack);
-    let split =
-        commands(plan, Split, &split::PASS, &[(RowName::PictureToSplit, shown)], &[(RowName::SplitToPicture, shown)]);
+    let to_host = (RowName::PICTURE_TO_HOST, Resource::ReadBack);
+    let split = commands(
+        plan,
+        Split,
+        &split::PASS,
+        &[(RowName::PICTURE_TO_SPLIT, shown)],
+        &[(RowName::SPLIT_TO_PICTURE, shown)],
+    );
     let covered = commands(
         plan,
         Covered,
         &overlay::PASS,
-        &[(RowName::PictureToOverlay, shown)],
-        &[(RowName::OverlayToPicture, shown)],
+        &[(RowName::PICTURE_TO_OVERLAY, shown)],
+        &[(RowName::OVERLAY_TO_PICTURE, shown)],
     );
     match plan.presented {
         None => vec![commands(plan, Copied, &copy::PASS, &[], &[to_host])],
@@ -127,16 +132,16 @@ fn after_the_picture(plan: &FramePlan) -> Vec<Option<Step>> {
                 plan,
                 Always,
                 &present::PASS,
-                &[(RowName::SwapchainToPresent, swapchain)],
-                &[(RowName::PresentToSwapchain, swapchain)],
+                &[(RowName::SWAPCHAIN_TO_PRESENT, swapchain)],
+                &[(RowName::PRESENT_TO_SWAPCHAIN, swapchain)],
             ),
             split,
             commands(
                 plan,
                 Copied,
                 &copy::PASS,
-                &[(RowName::PictureToCopy, shown)],
-                &[to_host, (RowName::CopyToPicture, shown)],
+                &[(RowName::PICTURE_TO_COPY, shown)],
+                &[to_host, (RowName::COPY_TO_PICTURE, shown)],
             ),
             covered,
             Some(Step::Presentation),
@@ -149,8 +154,8 @@ fn after_the_picture(plan: &FramePlan) -> Vec<Option<Step>> {
                 plan,
                 Always,
                 &encode::PASS,
-                &[(RowName::PictureToEncode, shown), (RowName::SwapchainToEncode, swapchain)],
-                &[(RowName::EncodeToPicture, shown), (RowName::EncodeToSwapchain, swapchain)],
+                &[(RowName::PICTURE_TO_ENCODE, shown), (RowName::SWAPCHAIN_TO_ENCODE, swapchain)],
+                &[(RowName::ENCODE_TO_PICTURE, shown), (RowName::ENCODE_TO_SWAPCHAIN, swapchain)],
             ),
             Some(Step::Presentation),
         ],

@@ -302,9 +302,9 @@ impl Presenter {
         }
         if let (Some(overlay), Some(panels)) = (&self.overlay, panels) {
             let whole = ImageRange::whole(picture, vk::ImageAspectFlags::COLOR);
-            image_barrier(&self.device, cmd, whole, renderer.edges.find(RowName::PictureToOverlay));
+            image_barrier(&self.device, cmd, whole, renderer.edges.find(RowName::PICTURE_TO_OVERLAY));
             overlay.record(cmd, index, place, panels);
-            image_barrier(&self.device, cmd, whole, renderer.edges.find(RowName::OverlayToPicture));
+            image_barrier(&self.device, cmd, whole, renderer.edges.find(RowName::OVERLAY_TO_PICTURE));
         }
         if let Some(encode) = &self.encode {
             let is_covered = self.split.is_some() || copied || panels.is_some();
@@ -312,7 +312,7 @@ impl Presenter {
         }
         // The rows "acquire" and "present".
         let stage =
-            renderer.edges.find(RowName::Acquire).map_or(vk::PipelineStageFlags::ALL_COMMANDS, |row| row.after.stage);
+            renderer.edges.find(RowName::ACQUIRE).map_or(vk::PipelineStageFlags::ALL_COMMANDS, |row| row.after.stage);
         let wait = (acquired, stage);
         let submitted = renderer.submit(recorded, &[wait], &[image.drawn.raw]);
         submitted.inspect_err(|_| _ = self.device.consume(acquired))?;

@@ -60,7 +60,7 @@ impl Renderer {
 
 /// Lets the CPU map what COPY wrote.
 pub(super) fn host_barrier(device: &Device, cmd: vk::CommandBuffer, copy: &Copy, edges: &Edges) {
-    if let Some(row) = edges.find(RowName::PictureToHost) {
+    if let Some(row) = edges.find(RowName::PICTURE_TO_HOST) {
         barrier::buffer_barrier(device, cmd, &copy.buffer, row.order());
     }
 }

@@ -119,9 +119,9 @@ impl Split {
         let first = (self.at.clamp(0.0, 1.0) * f64::from(picture.extent.width)).round() as u32;
         let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
         device.begin_label(cmd, "SPLIT");
-        image_barrier(device, cmd, whole, edges.find(RowName::PictureToSplit));
+        image_barrier(device, cmd, whole, edges.find(RowName::PICTURE_TO_SPLIT));
         split::record(device, cmd, (picture, first), image);
-        image_barrier(device, cmd, whole, edges.find(RowName::SplitToPicture));
+        image_barrier(device, cmd, whole, edges.find(RowName::SPLIT_TO_PICTURE));
         device.end_label(cmd);
     }
 

@@ -45,8 +45,8 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
             plan,
             Occasion::Always,
             &tiled::PASS,
-            &[(RowName::OutputReuse, output)],
-            &[(RowName::ReadBack, output)],
+            &[(RowName::OUTPUT_REUSE, output)],
+            &[(RowName::READ_BACK, output)],
         ),
     ]
 }
@@ -75,18 +75,18 @@ impl TiledFrame {
         frame.begin(&tiled::PASS);
         // The last picture may still be copied.
         let output = passes.targets.image(Target::Output);
-        image_barrier(frame.device, cmd, output, self.edges.find(RowName::OutputReuse));
+        image_barrier(frame.device, cmd, output, self.edges.find(RowName::OUTPUT_REUSE));
         self.tiled.record(frame);
         // COPY reads what TILED wrote, and so does PRESENT.
-        image_barrier(frame.device, cmd, output, self.edges.find(RowName::ReadBack));
+        image_barrier(frame.device, cmd, output, self.edges.find(RowName::READ_BACK));
         frame.end(times, &tiled::PASS);
 
-        if let (Some(begin), Some(image)) = (self.edges.find(RowName::SwapchainToPresent), frame.swapchain_image) {
+        if let (Some(begin), Some(image)) = (self.edges.find(RowName::SWAPCHAIN_TO_PRESENT), frame.swapchain_image) {
             frame.begin(&present::PASS);
             let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
             image_barrier(frame.device, cmd, whole, Some(begin));
             present::record(frame.device, cmd, output, image);
-            image_barrier(frame.device, cmd, whole, self.edges.find(RowName::PresentToSwapchain));
+            image_barrier(frame.device, cmd, whole, self.edges.find(RowName::PRESENT_TO_SWAPCHAIN));
             frame.end(times, &present::PASS);
         }
     }

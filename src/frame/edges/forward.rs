@@ -7,6 +7,11 @@ use crate::passes::{composite, copy, forward, fxaa, present, tonemap, transparen
 use crate::plan::{FramePlan, Target};
 use crate::scene::Transparency;
 
+impl RowName {
+    pub const FORWARD_TO_TRANSPARENT: Self = Self("forward-to-transparent");
+    pub const FORWARD_TO_COMPOSITE: Self = Self("forward-to-composite");
+}
+
 /// FORWARD is the first to touch all that it draws into.
 pub(super) fn forward_edge(plan: &FramePlan) -> Edge {
     // How the last frame let go of depth, and of the light.
@@ -27,7 +32,7 @@ pub(super) fn forward_edge(plan: &FramePlan) -> Edge {
         _ => output,
     };
     subpass(
-        RowName::TargetsReuse,
+        RowName::TARGETS_REUSE,
         (Place::OUTSIDE, forward::PASS.place),
         &[depth, before],
         &[forward::DEPTH_CLEAR, forward::LIGHT_WRITE],
@@ -40,7 +45,7 @@ pub(super) fn transparent_after_forward(transparency: Transparency) -> Vec<Edge>
     let (from, light) = (forward::PASS.place, forward::LIGHT_WRITE);
     match transparency {
         Transparency::Sorted => vec![subpass(
-            RowName::ForwardToTransparent,
+            RowName::FORWARD_TO_TRANSPARENT,
             (from, transparent::PASS.place),
             &[forward::DEPTH_TEST, light],
             &[depth[0], depth[1], transparent::BLEND],
@@ -49,14 +54,14 @@ pub(super) fn transparent_after_forward(transparency: Transparency) -> Vec<Edge>
         Transparency::Oit => vec![
             sums_reuse(),
             subpass(
-                RowName::ForwardToTransparent,
+                RowName::FORWARD_TO_TRANSPARENT,
                 (from, transparent::PASS.place),
                 &[forward::DEPTH_TEST],
                 &depth,
                 "TRANSPARENT tests against depth, and as the last user drops it",
             ),
             subpass(
-                RowName::ForwardToComposite,
+                RowName::FORWARD_TO_COMPOSITE,
                 (from, composite::PASS.place),
                 &[light],
                 &[composite::LIGHT_BLEND],

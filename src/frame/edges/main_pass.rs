@@ -13,6 +13,23 @@ use crate::passes::{composite, copy, forward, fxaa, geometry, lighting, present,
 use crate::plan::{FramePlan, Shading, Target};
 use crate::scene::Transparency;
 
+impl RowName {
+    pub const GBUFFER_REUSE: Self = Self("gbuffer-reuse");
+    pub const GBUFFER_TO_LIGHTING: Self = Self("gbuffer-to-lighting");
+    pub const HDR_REUSE: Self = Self("hdr-reuse");
+    pub const SAMPLES_REUSE: Self = Self("samples-reuse");
+    pub const OUTPUT_REUSE: Self = Self("output-reuse");
+    pub const TARGETS_REUSE: Self = Self("targets-reuse");
+    pub const LIGHTING_TO_TRANSPARENT: Self = Self("lighting-to-transparent");
+    pub const LIGHTING_TO_COMPOSITE: Self = Self("lighting-to-composite");
+    pub const SUMS_REUSE: Self = Self("sums-reuse");
+    pub const SUMS_TO_COMPOSITE: Self = Self("sums-to-composite");
+    pub const HDR_TO_TONEMAP: Self = Self("hdr-to-tonemap");
+    pub const OUTPUT_TO_FXAA: Self = Self("output-to-fxaa");
+    pub const PICTURE_REUSE: Self = Self("picture-reuse");
+    pub const READ_BACK: Self = Self("read-back");
+}
+
 /// All of them, in the order of a frame.
 pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     let mut table = Vec::new();
@@ -57,16 +74,16 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         let (name, before, why) = match plan.resolves_output() {
             // LIGHTING is the first to touch both, and the last: whoever reads the picture has waited for what it dropped.
             true if first == lighting::PASS.place && !plan.emissive => (
-                RowName::TargetsReuse,
+                RowName::TARGETS_REUSE,
                 if read == present::ATTACH { RESOLVE } else { read },
                 "frames in flight share the samples and the output: the last frame must have resolved the ones and let go of the other",
             ),
             true if !plan.draws_into_swapchain() || plan.fxaa => (
-                RowName::OutputReuse,
+                RowName::OUTPUT_REUSE,
                 read,
                 "the last picture may still be copied when samples are resolved into this one; its layout changes before the write",
             ),
-            _ => (RowName::OutputReuse, read, why),
+            _ => (RowName::OUTPUT_REUSE, read, why),
         };
         table.push(subpass(name, (Place::OUTSIDE, first), &[before], &[first_use], why));
     }
@@ -90,9 +107,9 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     if plan.fxaa {
         table.extend(fxaa_edges(plan, last, last_use));
         let fxaa = (fxaa::PASS.place, Place::OUTSIDE);
-        table.push(fxaa_pass(RowName::ReadBack, fxaa, fxaa::PICTURE_WRITE, read, read_back));
+        table.push(fxaa_pass(RowName::READ_BACK, fxaa, fxaa::PICTURE_WRITE, read, read_back));
     } else {
-        table.push(subpass(RowName::ReadBack, (last, Place::OUTSIDE), &[last_use], &[read], read_back));
+        table.push(subpass(RowName::READ_BACK, (last, Place::OUTSIDE), &[last_use], &[read], read_back));
     }
     table
 }
@@ -136,7 +153,7 @@ fn gbuffer_reuse(plan: &FramePlan) -> Edge {
         });
     }
     let row = subpass(
-        RowName::GbufferReuse,
+        RowName::GBUFFER_REUSE,
         (Place::OUTSIDE, geometry::PASS.place),
         &before,
         &after,
@@ -204,13 +221,13 @@ fn gbuffer_to_lighting(plan: &FramePlan, others: &[Edge]) -> Edge {
         None => "LIGHTING reads what GEOMETRY wrote, tests against its depth, and as the last user drops it all",
     };
     let places = (geometry::PASS.place, lighting::PASS.place);
-    of_gbuffer_pass(plan, subpass(RowName::GbufferToLighting, places, &before, &after, why))
+    of_gbuffer_pass(plan, subpass(RowName::GBUFFER_TO_LIGHTING, places, &before, &after, why))
 }
 
 /// Samples that LIGHTING is the first to touch, and a later subpass resolves.
 fn samples_reuse(plan: &FramePlan) -> Edge {
     subpass(
-        RowName::SamplesReuse,
+        RowName::SAMPLES_REUSE,
         (Place::OUTSIDE, lighting::PASS.place),
         &[dropped_last(plan, RESOLVE)],
         &[lighting::LIGHT_WRITE],
@@ -243,7 +260,7 @@ fn transparent_edges(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> 
     let lit = [lighting::DEPTH_READ, lighting::GBUFFER_READ];
     match transparency {
         Transparency::Sorted => vec![subpass(
-            RowName::LightingToTransparent,
+            RowName::LIGHTING_TO_TRANSPARENT,
             (lighting::PASS.place, transparent::PASS.place),
             &[lit[0], lit[1], light],
             &[depth[0], depth[1], transparent::BLEND],
@@ -252,14 +269,14 @@ fn transparent_edges(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> 
         Transparency::Oit => vec![
             sums_reuse(),
             subpass(
-                RowName::LightingToTransparent,
+                RowName::LIGHTING_TO_TRANSPARENT,
                 (lighting::PASS.place, transparent::PASS.place),
                 &lit,
                 &depth,
                 "TRANSPARENT tests against the depth that LIGHTING read, and as the last user drops it",
             ),
             subpass(
-                RowName::LightingToComposite,
+                RowName::LIGHTING_TO_COMPOSITE,
                 (lighting::PASS.place, composite::PASS.place),
                 &[light],
                 &[composite::LIGHT_BLEND],
@@ -272,7 +289,7 @@ fn transparent_edges(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> 
 
 pub(super) fn sums_reuse() -> Edge {
     subpass(
-        RowName::SumsReuse,
+        RowName::SUMS_REUSE,
         (Place::OUTSIDE, transparent::PASS.place),
         &[composite::SUM_DROP],
         &[transparent::SUM_CLEAR],
@@ -282,7 +299,7 @@ pub(super) fn sums_reuse() -> Edge {
 
 pub(super) fn sums_to_composite() -> Edge {
     subpass(
-        RowName::SumsToComposite,
+        RowName::SUMS_TO_COMPOSITE,
         (transparent::PASS.place, composite::PASS.place),
         &[transparent::BLEND],
         &[composite::SUM_READ, composite::SUM_DROP],
@@ -292,7 +309,7 @@ pub(super) fn sums_to_composite() -> Edge {
 
 fn hdr_to_tonemap(from: Place, light: Use) -> Edge {
     subpass(
-        RowName::HdrToTonemap,
+        RowName::HDR_TO_TONEMAP,
         (from, tonemap::PASS.place),
         &[light],
         &[tonemap::HDR_READ, tonemap::HDR_DROP],
@@ -303,7 +320,7 @@ fn hdr_to_tonemap(from: Place, light: Use) -> Edge {
 /// Where no surface emits, LIGHTING is the first to touch the HDR target.
 fn hdr_reuse(plan: &FramePlan) -> Edge {
     subpass(
-        RowName::HdrReuse,
+        RowName::HDR_REUSE,
         (Place::OUTSIDE, lighting::PASS.place),
         &[dropped_last(plan, tonemap::HDR_DROP)],
         &[lighting::LIGHT_WRITE],
@@ -315,14 +332,14 @@ fn hdr_reuse(plan: &FramePlan) -> Edge {
 fn fxaa_edges(plan: &FramePlan, last: Place, output_write: Use) -> [Edge; 2] {
     [
         subpass(
-            RowName::OutputToFxaa,
+            RowName::OUTPUT_TO_FXAA,
             (last, fxaa::PASS.place),
             &[output_write],
             &[fxaa::OUTPUT_READ],
             "FXAA samples a pixel's neighbours, so that the whole output must be there, in the layout that the pass leaves it in",
         ),
         fxaa_pass(
-            RowName::PictureReuse,
+            RowName::PICTURE_REUSE,
             (Place::OUTSIDE, fxaa::PASS.place),
             if plan.draws_into_swapchain() { present::ATTACH } else { copy::READ },
             fxaa::PICTURE_WRITE,

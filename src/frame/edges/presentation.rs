@@ -18,6 +18,25 @@ use crate::passes::present::{ATTACH, BEGIN, WRITE};
 use crate::passes::{copy, encode, overlay, present, split};
 use crate::plan::{Canvas, FramePlan};
 
+impl RowName {
+    pub const ACQUIRE: Self = Self("acquire");
+    pub const PRESENT: Self = Self("present");
+    pub const SWAPCHAIN_TO_PRESENT: Self = Self("swapchain-to-present");
+    pub const PRESENT_TO_SWAPCHAIN: Self = Self("present-to-swapchain");
+    pub const PICTURE_TO_SPLIT: Self = Self("picture-to-split");
+    pub const SPLIT_TO_PICTURE: Self = Self("split-to-picture");
+    pub const PICTURE_TO_COPY: Self = Self("picture-to-copy");
+    pub const COPY_TO_PICTURE: Self = Self("copy-to-picture");
+    pub const PICTURE_TO_OVERLAY: Self = Self("picture-to-overlay");
+    pub const OVERLAY_TO_PICTURE: Self = Self("overlay-to-picture");
+    pub const PICTURE_TO_ENCODE: Self = Self("picture-to-encode");
+    pub const SWAPCHAIN_TO_ENCODE: Self = Self("swapchain-to-encode");
+    pub const ENCODE_TO_PICTURE: Self = Self("encode-to-picture");
+    pub const ENCODE_TO_SWAPCHAIN: Self = Self("encode-to-swapchain");
+    pub const PANEL_TO_COPY: Self = Self("panel-to-copy");
+    pub const UPLOAD_TO_PANELS: Self = Self("upload-to-panels");
+}
+
 const READ_BY_PRESENTATION: vk::ImageLayout = vk::ImageLayout::PRESENT_SRC_KHR;
 const COPIED: vk::ImageLayout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
 const WRITTEN: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
@@ -36,14 +55,14 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     };
     rows.extend([
         barrier(
-            RowName::PanelToCopy,
+            RowName::PANEL_TO_COPY,
             (vk::ImageLayout::UNDEFINED, WRITTEN),
             (Place::OUTSIDE, Place::UPLOAD),
             (Use::START, COPY_WRITE),
             "only while panels are shown: each change of a texture is a new image, whose layout changes before the write",
         ),
         barrier(
-            RowName::UploadToPanels,
+            RowName::UPLOAD_TO_PANELS,
             (WRITTEN, SAMPLED),
             (Place::UPLOAD, overlay::PASS.place),
             (COPY_WRITE, overlay::TEXTURE_READ),
@@ -51,7 +70,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         ),
     ]);
     rows.push(Edge::new(
-        RowName::Present,
+        RowName::PRESENT,
         Carrier::Semaphore,
         (Place::DEVICE, Place::PRESENTATION),
         (DEVICE_ACCESS, Use::END),
@@ -71,7 +90,7 @@ fn barrier(
 }
 
 fn acquire((first, first_use): (Place, Use), why: &'static str) -> Edge {
-    Edge::new(RowName::Acquire, Carrier::Semaphore, (Place::PRESENTATION, first), (Use::START, first_use), why)
+    Edge::new(RowName::ACQUIRE, Carrier::Semaphore, (Place::PRESENTATION, first), (Use::START, first_use), why)
 }
 
 /// The picture is the swapchain's image.
@@ -86,14 +105,14 @@ fn straight(plan: &FramePlan) -> Vec<Edge> {
     if plan.is_tiled() {
         rows.extend([
             barrier(
-                RowName::SwapchainToPresent,
+                RowName::SWAPCHAIN_TO_PRESENT,
                 (vk::ImageLayout::UNDEFINED, WRITTEN),
                 (Place::OUTSIDE, present::PASS.place),
                 (BEGIN, WRITE),
                 "the image's layout changes when it is acquired, before PRESENT writes all of it",
             ),
             barrier(
-                RowName::PresentToSwapchain,
+                RowName::PRESENT_TO_SWAPCHAIN,
                 (WRITTEN, READ_BY_PRESENTATION),
                 (present::PASS.place, Place::PRESENTATION),
                 (WRITE, IN_TURN),
@@ -104,7 +123,7 @@ fn straight(plan: &FramePlan) -> Vec<Edge> {
     // Each of these may be there or not, and leaves the image to the next one by TRANSFER.
     rows.extend([
         barrier(
-            RowName::PictureToSplit,
+            RowName::PICTURE_TO_SPLIT,
             (READ_BY_PRESENTATION, WRITTEN),
             (Place::OUTSIDE, split::PASS.place),
             (IN_TURN, split::WRITE),
@@ -112,35 +131,35 @@ fn straight(plan: &FramePlan) -> Vec<Edge> {
              SPLIT writes a part of it",
         ),
         barrier(
-            RowName::SplitToPicture,
+            RowName::SPLIT_TO_PICTURE,
             (WRITTEN, READ_BY_PRESENTATION),
             (split::PASS.place, Place::PRESENTATION),
             (split::WRITE, IN_TURN),
             "only while the window is split: the layout changes back when SPLIT has written, before COPY and OVERLAY, which wait for TRANSFER",
         ),
         barrier(
-            RowName::PictureToCopy,
+            RowName::PICTURE_TO_COPY,
             (READ_BY_PRESENTATION, COPIED),
             (Place::OUTSIDE, copy::PASS.place),
             (IN_TURN, copy::READ),
             "only for a screenshot: the layout changes when the picture is there, which a row before this orders before TRANSFER",
         ),
         barrier(
-            RowName::CopyToPicture,
+            RowName::COPY_TO_PICTURE,
             (COPIED, READ_BY_PRESENTATION),
             (copy::PASS.place, Place::PRESENTATION),
             (copy::READ, IN_TURN),
             "only for a screenshot: the layout changes back when the image is copied, before OVERLAY, which waits for TRANSFER",
         ),
         barrier(
-            RowName::PictureToOverlay,
+            RowName::PICTURE_TO_OVERLAY,
             (READ_BY_PRESENTATION, DRAWN_INTO),
             (Place::OUTSIDE, overlay::PASS.place),
             (IN_TURN, overlay::BLEND),
             "only while panels are shown: the picture is whole, for a copy or not, when OVERLAY blends over it",
         ),
         barrier(
-            RowName::OverlayToPicture,
+            RowName::OVERLAY_TO_PICTURE,
             (DRAWN_INTO, READ_BY_PRESENTATION),
             (overlay::PASS.place, Place::PRESENTATION),
             (overlay::BLEND.writes(), Use::END),
@@ -159,7 +178,7 @@ fn encoded() -> Vec<Edge> {
         ),
         // As above, but that COPY takes the picture as it lies.
         barrier(
-            RowName::PictureToSplit,
+            RowName::PICTURE_TO_SPLIT,
             (COPIED, WRITTEN),
             (Place::OUTSIDE, split::PASS.place),
             (IN_TURN, split::WRITE),
@@ -167,49 +186,49 @@ fn encoded() -> Vec<Edge> {
              SPLIT writes a part of it",
         ),
         barrier(
-            RowName::SplitToPicture,
+            RowName::SPLIT_TO_PICTURE,
             (WRITTEN, COPIED),
             (split::PASS.place, Place::OUTSIDE),
             (split::WRITE, copy::READ),
             "only while the window is split: COPY reads what SPLIT has written; OVERLAY and ENCODE wait for TRANSFER",
         ),
         barrier(
-            RowName::PictureToOverlay,
+            RowName::PICTURE_TO_OVERLAY,
             (COPIED, DRAWN_INTO),
             (Place::OUTSIDE, overlay::PASS.place),
             (IN_TURN, overlay::BLEND),
             "only while panels are shown: the picture is whole, and copied where that was asked for, when OVERLAY blends over it",
         ),
         barrier(
-            RowName::OverlayToPicture,
+            RowName::OVERLAY_TO_PICTURE,
             (DRAWN_INTO, COPIED),
             (overlay::PASS.place, Place::OUTSIDE),
             (overlay::BLEND.writes(), IN_TURN),
             "only while panels are shown: the layout changes back when OVERLAY has drawn, before ENCODE, which waits for TRANSFER",
         ),
         barrier(
-            RowName::PictureToEncode,
+            RowName::PICTURE_TO_ENCODE,
             (COPIED, SAMPLED),
             (Place::OUTSIDE, encode::PASS.place),
             (IN_TURN, encode::READ),
             "ENCODE reads the picture with all that lies over it, and when it is copied where that was asked for",
         ),
         barrier(
-            RowName::SwapchainToEncode,
+            RowName::SWAPCHAIN_TO_ENCODE,
             (vk::ImageLayout::UNDEFINED, DRAWN_INTO),
             (Place::PRESENTATION, encode::PASS.place),
             (ATTACH, encode::WRITE),
             "the image's layout changes when it is acquired, before ENCODE writes all of it",
         ),
         barrier(
-            RowName::EncodeToPicture,
+            RowName::ENCODE_TO_PICTURE,
             (SAMPLED, COPIED),
             (encode::PASS.place, Place::OUTSIDE),
             (encode::READ, IN_TURN),
             "the next frame draws its picture over this one when ENCODE has read it: that waits for TRANSFER, as for a copy",
         ),
         barrier(
-            RowName::EncodeToSwapchain,
+            RowName::ENCODE_TO_SWAPCHAIN,
             (DRAWN_INTO, READ_BY_PRESENTATION),
             (encode::PASS.place, Place::PRESENTATION),
             (encode::WRITE, Use::END),
@@ -223,8 +242,8 @@ impl Edges {
     pub(in crate::frame) fn panel_order(&self) -> UploadOrder {
         let order = |name| self.find(name).map(Edge::order);
         UploadOrder {
-            first: order(RowName::PanelToCopy),
-            written: order(RowName::UploadToPanels),
+            first: order(RowName::PANEL_TO_COPY),
+            written: order(RowName::UPLOAD_TO_PANELS),
             ..UploadOrder::default()
         }
     }
@@ -282,9 +301,9 @@ mod tests {
                 assert_eq!(table.find(edge.name), Some(edge), "{name}: the frame itself knows of no window");
             }
             for (into, out) in [
-                (RowName::PictureToSplit, RowName::SplitToPicture),
-                (RowName::PictureToOverlay, RowName::OverlayToPicture),
-                (RowName::PictureToEncode, RowName::EncodeToPicture),
+                (RowName::PICTURE_TO_SPLIT, RowName::SPLIT_TO_PICTURE),
+                (RowName::PICTURE_TO_OVERLAY, RowName::OVERLAY_TO_PICTURE),
+                (RowName::PICTURE_TO_ENCODE, RowName::ENCODE_TO_PICTURE),
             ] {
                 assert_eq!(layouts(table.find(into).expect("a row")).0, COPIED, "{name}: {into}");
                 assert_eq!(layouts(table.find(out).expect("a row")).1, COPIED, "{name}: {out}");
@@ -301,12 +320,12 @@ mod tests {
             let last = passes.last().expect("a render pass");
             let picture = last.attachments.iter().find(|(image, _)| *image == Resource::Target(plan.picture()));
             match plan.is_tiled() {
-                true => assert!(picture.is_none() && table.find(RowName::PresentToSwapchain).is_some(), "{name}"),
+                true => assert!(picture.is_none() && table.find(RowName::PRESENT_TO_SWAPCHAIN).is_some(), "{name}"),
                 false => {
                     let (_, picture) = picture.unwrap_or_else(|| panic!("{name}: no picture"));
                     assert_eq!(picture.final_layout, READ_BY_PRESENTATION, "{name}");
                     assert_eq!(Some(Canvas::Straight(picture.format)), plan.presented, "{name}");
-                    assert!(table.find(RowName::PictureToCopy).is_some(), "{name}");
+                    assert!(table.find(RowName::PICTURE_TO_COPY).is_some(), "{name}");
                 }
             }
         });
@@ -318,7 +337,7 @@ mod tests {
             let mut names: Vec<_> = table.iter().map(|edge| edge.name).collect();
             names.sort_unstable();
             assert!(names.windows(2).all(|pair| pair[0] != pair[1]), "{name}: {names:?}");
-            for semaphore in [RowName::Acquire, RowName::Present] {
+            for semaphore in [RowName::ACQUIRE, RowName::PRESENT] {
                 assert!(table.without(semaphore).is_err(), "{name}");
             }
         };

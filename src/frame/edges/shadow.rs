@@ -10,20 +10,27 @@ use crate::passes::{forward, lighting, shadow, tiled};
 use crate::plan::FramePlan;
 use crate::scene::LightPath;
 
+impl RowName {
+    pub const SHADOW_ATLAS_TO_CLEAR: Self = Self("shadow-atlas-to-clear");
+    pub const CLEAR_TO_SHADOW_MAPS: Self = Self("clear-to-shadow-maps");
+    pub const SHADOW_MAP_REUSE: Self = Self("shadow-map-reuse");
+    pub const SHADOW_MAP_TO_LIGHTING: Self = Self("shadow-map-to-lighting");
+}
+
 const CLEARED: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
 
 pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
     let (reader, map_read) = reader(plan);
     [
         Edge::new(
-            RowName::ShadowAtlasToClear,
+            RowName::SHADOW_ATLAS_TO_CLEAR,
             Carrier::ImageBarrier(vk::ImageLayout::UNDEFINED, CLEARED),
             (Place::OUTSIDE, Place::CLEAR),
             (Use::START, shadow_clear::WRITE),
             "the image is new: there is nothing to wait for, but its layout changes before the write",
         ),
         Edge::new(
-            RowName::ClearToShadowMaps,
+            RowName::CLEAR_TO_SHADOW_MAPS,
             Carrier::ImageBarrier(CLEARED, ATLAS_LAYOUT),
             (Place::CLEAR, reader),
             // SHADOW waits for these readers and so for the clear as well.
@@ -31,7 +38,7 @@ pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
             "a map that is not drawn yet is looked up, or drawn into by a pass that waits for those who look up",
         ),
         Edge::new(
-            RowName::ShadowMapReuse,
+            RowName::SHADOW_MAP_REUSE,
             Carrier::Subpass(SHADOW_PASS),
             (Place::OUTSIDE, shadow::PASS.place),
             // Who looks up waits for the store, so that waiting for those is waiting for it as well.
@@ -39,7 +46,7 @@ pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
             "frames share the maps: whatever looks maps up in the last one may still read what this one clears; and maps of one layer follow each other",
         ),
         Edge::new(
-            RowName::ShadowMapToLighting,
+            RowName::SHADOW_MAP_TO_LIGHTING,
             Carrier::Subpass(SHADOW_PASS),
             (shadow::PASS.place, reader),
             (shadow::MAP_STORE, map_read),
@@ -60,7 +67,7 @@ fn reader(plan: &FramePlan) -> (Place, Use) {
 impl Edges {
     /// The rows that the atlas is made with; `None` without shadow maps.
     pub(in crate::frame) fn clear_order(&self) -> Option<ClearOrder> {
-        let clear = self.find(RowName::ShadowAtlasToClear)?.order();
-        Some(ClearOrder { clear, look_up: self.find(RowName::ClearToShadowMaps)?.order() })
+        let clear = self.find(RowName::SHADOW_ATLAS_TO_CLEAR)?.order();
+        Some(ClearOrder { clear, look_up: self.find(RowName::CLEAR_TO_SHADOW_MAPS)?.order() })
     }
 }

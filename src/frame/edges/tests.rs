@@ -51,7 +51,7 @@ fn every_access_is_one_that_a_stage_of_its_mask_supports_and_every_stage_that_mu
             }
             assert_eq!(accesses, one.access, "{name}: {}: an access that the table does not know", edge.name);
             // A stage that only read is waited for without an access, and the CPU frees what it does not look at.
-            let bare = side == Side::Before || edge.name == RowName::LastUseToDestroy;
+            let bare = side == Side::Before || edge.name == RowName::LAST_USE_TO_DESTROY;
             assert!(!one.stage.is_empty(), "{name}: {}: no stage", edge.name);
             assert!(bare || stages.contains(one.stage), "{name}: {}: a stage that does nothing", edge.name);
             assert!(side == Side::After || one == one.writes(), "{name}: {}: a read made available", edge.name);
@@ -99,7 +99,7 @@ fn a_dropped_dependency_of_a_render_pass_is_gone_and_a_dropped_barrier_orders_no
 fn a_bit_goes_with_what_only_it_supports() {
     let (_, plan) = samples::plans().into_iter().find(|(_, plan)| plan.has_geometry()).expect("a G-buffer");
     let table = table(&plan);
-    let row = table.find(RowName::GbufferToLighting).expect("a row");
+    let row = table.find(RowName::GBUFFER_TO_LIGHTING).expect("a row");
     let without = |side, stage, access| {
         table
             .without_bits(row.name, side, Use::new(stage, access))
@@ -126,7 +126,7 @@ fn a_row_that_is_not_there_is_refused_with_a_suggestion_and_one_that_stays_with_
     let table = table(&plan);
     let refused = table.named("picture-to-hosts").expect_err("no such row").to_string();
     assert!(refused.contains("did you mean \"picture-to-host\"?"), "{refused}");
-    for name in [RowName::HostToFrame, RowName::FrameToHost, RowName::CopyToHost, RowName::LastUseToDestroy] {
+    for name in [RowName::HOST_TO_FRAME, RowName::FRAME_TO_HOST, RowName::COPY_TO_HOST, RowName::LAST_USE_TO_DESTROY] {
         let refused = table.without_bits(name, Side::After, Use::END).expect_err("it stays").to_string();
         assert!(refused.contains(name.name()) && refused.contains("cannot be dropped"), "{refused}");
     }

@@ -80,7 +80,7 @@ const TRANSITION: &str = "Applications must ensure that layout transitions happe
 /// The list.
 pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
-        rows: &[RowName::PictureToHost],
+        rows: &[RowName::PICTURE_TO_HOST],
         parts: Parts::All,
         only: ALWAYS,
         section: "Fences",
@@ -90,7 +90,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               only a dependency on HOST, HOST_READ makes them visible to the CPU",
     },
     UnreportedMutants {
-        rows: &[RowName::OutputReuse, RowName::PictureReuse],
+        rows: &[RowName::OUTPUT_REUSE, RowName::PICTURE_REUSE],
         parts: Parts::Row,
         only: |edge| edge.carrier.is_render_pass() && edge.before.stage == S::TRANSFER,
         section: "VkSubpassDependency",
@@ -100,14 +100,14 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               implicit dependency that waits for nothing, and the change may overwrite what is being copied",
     },
     UnreportedMutants {
-        rows: &[RowName::OutputReuse, RowName::PictureReuse, RowName::TargetsReuse, RowName::GbufferReuse],
+        rows: &[RowName::OUTPUT_REUSE, RowName::PICTURE_REUSE, RowName::TARGETS_REUSE, RowName::GBUFFER_REUSE],
         parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
         // Not where the same row makes the store of colours or samples available, which is missed.
         only: |edge| {
             edge.before.stage.contains(S::TRANSFER)
                 && match edge.name {
-                    RowName::GbufferReuse => edge.before.stage.contains(S::COLOR_ATTACHMENT_OUTPUT),
-                    RowName::TargetsReuse => edge.to == forward::PASS.place,
+                    RowName::GBUFFER_REUSE => edge.before.stage.contains(S::COLOR_ATTACHMENT_OUTPUT),
+                    RowName::TARGETS_REUSE => edge.to == forward::PASS.place,
                     _ => true,
                 }
         },
@@ -117,7 +117,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               dependency's first scope has, and that must have the copy's read",
     },
     UnreportedMutants {
-        rows: &[RowName::LightingToComposite, RowName::ForwardToComposite],
+        rows: &[RowName::LIGHTING_TO_COMPOSITE, RowName::FORWARD_TO_COMPOSITE],
         parts: Parts::All,
         only: ALWAYS,
         section: "VkSubpassDependency",
@@ -127,7 +127,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               submitted in TRANSPARENT, so that COMPOSITE would blend over light that may not be there yet",
     },
     UnreportedMutants {
-        rows: &[RowName::LightingToTransparent, RowName::ForwardToTransparent],
+        rows: &[RowName::LIGHTING_TO_TRANSPARENT, RowName::FORWARD_TO_TRANSPARENT],
         parts: Parts::Any(
             Side::After,
             S::COLOR_ATTACHMENT_OUTPUT,
@@ -140,7 +140,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               subpass; blending in a later one reads and writes what the earlier one wrote",
     },
     UnreportedMutants {
-        rows: &[RowName::GbufferToLighting],
+        rows: &[RowName::GBUFFER_TO_LIGHTING],
         parts: Parts::Any(Side::After, S::empty(), A::COLOR_ATTACHMENT_READ),
         only: ALWAYS,
         section: "Rasterization Order",
@@ -148,7 +148,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same for the emissive light that LIGHTING adds to; the write is noticed by what else LIGHTING drops",
     },
     UnreportedMutants {
-        rows: &[RowName::LightingToTransparent, RowName::ForwardToTransparent],
+        rows: &[RowName::LIGHTING_TO_TRANSPARENT, RowName::FORWARD_TO_TRANSPARENT],
         parts: Parts::Any(Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE),
         only: ALWAYS,
         section: "Rasterization Order",
@@ -156,7 +156,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same, seen from the other side: the light that was written must be available to what blends over it",
     },
     UnreportedMutants {
-        rows: &[RowName::ForwardToTransparent],
+        rows: &[RowName::FORWARD_TO_TRANSPARENT],
         parts: Parts::Any(Side::Before, S::COLOR_ATTACHMENT_OUTPUT, A::empty()),
         only: ALWAYS,
         section: "Rasterization Order",
@@ -164,7 +164,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same of the stage, beside those that test depth",
     },
     UnreportedMutants {
-        rows: &[RowName::GbufferToLighting, RowName::LightingToTransparent, RowName::ForwardToTransparent],
+        rows: &[RowName::GBUFFER_TO_LIGHTING, RowName::LIGHTING_TO_TRANSPARENT, RowName::FORWARD_TO_TRANSPARENT],
         parts: Parts::Any(Side::After, S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ),
         only: ALWAYS,
         section: "Rasterization Order",
@@ -173,7 +173,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               of a later one read what the earlier one wrote, early or late as the implementation likes",
     },
     UnreportedMutants {
-        rows: &[RowName::GbufferToLighting],
+        rows: &[RowName::GBUFFER_TO_LIGHTING],
         parts: Parts::Any(Side::After, S::LATE_FRAGMENT_TESTS, A::empty()),
         // Where LIGHTING drops depth, the layer misses the store's stage.
         only: |edge| !edge.after.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE),
@@ -182,7 +182,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same for tests that run late",
     },
     UnreportedMutants {
-        rows: &[RowName::GbufferToLighting, RowName::ForwardToTransparent],
+        rows: &[RowName::GBUFFER_TO_LIGHTING, RowName::FORWARD_TO_TRANSPARENT],
         parts: Parts::Any(Side::Before, S::EARLY_FRAGMENT_TESTS, A::empty()),
         only: ALWAYS,
         section: "Pipeline Stages",
@@ -192,10 +192,10 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               what is logically earlier for execution, but an access scope only has the stages that are named",
     },
     UnreportedMutants {
-        rows: &[RowName::PictureToSplit, RowName::PictureToCopy, RowName::PictureToOverlay],
+        rows: &[RowName::PICTURE_TO_SPLIT, RowName::PICTURE_TO_COPY, RowName::PICTURE_TO_OVERLAY],
         parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
         // Where COPY takes the picture as it lies, no layout change comes between, and the layer sees that OVERLAY waits for the copy.
-        only: |edge| edge.name != RowName::PictureToOverlay || edge.carrier == OVER_PRESENTED,
+        only: |edge| edge.name != RowName::PICTURE_TO_OVERLAY || edge.carrier == OVER_PRESENTED,
         section: "Image Layout Transitions",
         says: TRANSITION,
         why: "the layer takes a layout change to be ordered after that at the end of a render pass, or in a barrier before it. It is so by a chain \
@@ -203,12 +203,12 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     },
     UnreportedMutants {
         rows: &[
-            RowName::ReadBack,
-            RowName::SplitToPicture,
-            RowName::CopyToPicture,
-            RowName::OverlayToPicture,
-            RowName::EncodeToPicture,
-            RowName::PresentToSwapchain,
+            RowName::READ_BACK,
+            RowName::SPLIT_TO_PICTURE,
+            RowName::COPY_TO_PICTURE,
+            RowName::OVERLAY_TO_PICTURE,
+            RowName::ENCODE_TO_PICTURE,
+            RowName::PRESENT_TO_SWAPCHAIN,
         ],
         parts: Parts::Any(Side::After, S::TRANSFER, A::empty()),
         // With an access it is for a copy that comes right after.
@@ -218,7 +218,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same, seen from the other side: what comes next begins with TRANSFER, with which this ends",
     },
     UnreportedMutants {
-        rows: &[RowName::ReadBack],
+        rows: &[RowName::READ_BACK],
         parts: Parts::Row,
         // Where the pass draws into an image of the swapchain.
         only: |edge| edge.after.access.is_empty(),
@@ -228,7 +228,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same for all of it: the implicit dependency holds nothing back, so that it makes no chain with what comes over the picture",
     },
     UnreportedMutants {
-        rows: &[RowName::PictureToOverlay],
+        rows: &[RowName::PICTURE_TO_OVERLAY],
         parts: Parts::Any(Side::After, S::empty(), A::COLOR_ATTACHMENT_WRITE),
         only: ALWAYS,
         section: "VkImageMemoryBarrier",
@@ -238,7 +238,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               accesses, and is to those of the mask",
     },
     UnreportedMutants {
-        rows: &[RowName::HdrReuse, RowName::SamplesReuse, RowName::SumsReuse, RowName::TargetsReuse],
+        rows: &[RowName::HDR_REUSE, RowName::SAMPLES_REUSE, RowName::SUMS_REUSE, RowName::TARGETS_REUSE],
         parts: Parts::Any(Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE),
         only: |edge| edge.before.stage == S::COLOR_ATTACHMENT_OUTPUT,
         section: "Render Pass Creation",

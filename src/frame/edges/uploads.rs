@@ -9,6 +9,14 @@ use crate::gpu::upload::{BLIT_READ, COPY_WRITE};
 use crate::gpu_scene::{INDEX_READ, TEXTURE_READ, VERTEX_READ};
 use crate::plan::FramePlan;
 
+impl RowName {
+    pub const UPLOAD_TO_VERTICES: Self = Self("upload-to-vertices");
+    pub const TEXTURE_TO_COPY: Self = Self("texture-to-copy");
+    pub const LEVEL_TO_BLIT: Self = Self("level-to-blit");
+    pub const BLIT_TO_TEXTURES: Self = Self("blit-to-textures");
+    pub const UPLOAD_TO_TEXTURES: Self = Self("upload-to-textures");
+}
+
 const WRITTEN: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
 const BLITTED: vk::ImageLayout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
 const READABLE: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
@@ -20,7 +28,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     let uploads = plan.uploads;
     if uploads.vertices || uploads.volumes {
         rows.push(Edge::new(
-            RowName::UploadToVertices,
+            RowName::UPLOAD_TO_VERTICES,
             Carrier::MemoryBarrier,
             (Place::UPLOAD, Place::DRAWS),
             (COPY_WRITE, if uploads.vertices { VERTEX_READ.or(INDEX_READ) } else { VERTEX_READ }),
@@ -29,7 +37,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     }
     if uploads.textures {
         rows.push(row(
-            RowName::TextureToCopy,
+            RowName::TEXTURE_TO_COPY,
             (vk::ImageLayout::UNDEFINED, WRITTEN),
             (Place::OUTSIDE, Place::UPLOAD),
             (Use::START, COPY_WRITE),
@@ -38,14 +46,14 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     }
     if uploads.mip_levels {
         rows.push(row(
-            RowName::LevelToBlit,
+            RowName::LEVEL_TO_BLIT,
             (WRITTEN, BLITTED),
             (Place::UPLOAD, Place::UPLOAD),
             (COPY_WRITE, BLIT_READ),
             "each level of a texture is made from the one above it, which a copy or the last blit wrote",
         ));
         rows.push(row(
-            RowName::BlitToTextures,
+            RowName::BLIT_TO_TEXTURES,
             (BLITTED, READABLE),
             (Place::UPLOAD, Place::DRAWS),
             (BLIT_READ, TEXTURE_READ),
@@ -54,7 +62,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     }
     if uploads.textures {
         rows.push(row(
-            RowName::UploadToTextures,
+            RowName::UPLOAD_TO_TEXTURES,
             (WRITTEN, READABLE),
             (Place::UPLOAD, Place::DRAWS),
             (COPY_WRITE, TEXTURE_READ),
@@ -69,11 +77,11 @@ impl Edges {
     pub(in crate::frame) fn upload_order(&self) -> UploadOrder {
         let order = |name| self.find(name).map(Edge::order);
         UploadOrder {
-            buffers: order(RowName::UploadToVertices),
-            first: order(RowName::TextureToCopy),
-            blit: order(RowName::LevelToBlit),
-            blitted: order(RowName::BlitToTextures),
-            written: order(RowName::UploadToTextures),
+            buffers: order(RowName::UPLOAD_TO_VERTICES),
+            first: order(RowName::TEXTURE_TO_COPY),
+            blit: order(RowName::LEVEL_TO_BLIT),
+            blitted: order(RowName::BLIT_TO_TEXTURES),
+            written: order(RowName::UPLOAD_TO_TEXTURES),
         }
     }
 }

@@ -97,11 +97,11 @@ pub(super) fn record_encode(
     let (device, edges) = (&renderer.device, &renderer.edges);
     let shown = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
     device.begin_label(cmd, "ENCODE");
-    image_barrier(device, cmd, picture, edges.find(RowName::PictureToEncode));
-    image_barrier(device, cmd, shown, edges.find(RowName::SwapchainToEncode));
+    image_barrier(device, cmd, picture, edges.find(RowName::PICTURE_TO_ENCODE));
+    image_barrier(device, cmd, shown, edges.find(RowName::SWAPCHAIN_TO_ENCODE));
     encode.record(cmd, index);
-    image_barrier(device, cmd, picture, edges.find(RowName::EncodeToPicture));
-    image_barrier(device, cmd, shown, edges.find(RowName::EncodeToSwapchain));
+    image_barrier(device, cmd, picture, edges.find(RowName::ENCODE_TO_PICTURE));
+    image_barrier(device, cmd, shown, edges.find(RowName::ENCODE_TO_SWAPCHAIN));
     device.end_label(cmd);
     Timestamps::stamp(&mut renderer.frames[renderer.next].times, cmd, "encode");
 }
@@ -109,7 +109,7 @@ pub(super) fn record_encode(
 /// Copies an image that is ready to be presented, as it is again after that.
 fn copy_presented(device: &Device, edges: &Edges, (cmd, image): (vk::CommandBuffer, vk::Image), copy: &Copy) {
     let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
-    image_barrier(device, cmd, whole, edges.find(RowName::PictureToCopy));
+    image_barrier(device, cmd, whole, edges.find(RowName::PICTURE_TO_COPY));
     copy.record(device, cmd, image);
-    image_barrier(device, cmd, whole, edges.find(RowName::CopyToPicture));
+    image_barrier(device, cmd, whole, edges.find(RowName::COPY_TO_PICTURE));
 }

@@ -54,7 +54,7 @@ pub(super) fn program(plan: &FramePlan, edges: &Edges) -> Program {
         frames.frame(index, *turn);
     }
     frames.look();
-    frames.wait(RowName::LastUseToDestroy, uploaded);
+    frames.wait(RowName::LAST_USE_TO_DESTROY, uploaded);
     frames.program.command(Place::HOST, &[(Memory::Staging, BUFFER, HOST_WRITE)]);
     frames.program
 }
@@ -83,14 +83,14 @@ pub(super) fn formulas(edges: &Edges) -> Program {
     let order = |row| edges.find(row).map(Edge::order);
     let (inputs, results) = (Memory::Written(0), Memory::ReadBack);
     program.command(Place::HOST, &[(inputs, BUFFER, HOST_WRITE)]);
-    if let Some(submitted) = order(RowName::HostToFrame) {
+    if let Some(submitted) = order(RowName::HOST_TO_FRAME) {
         program.barrier(submitted, None);
     }
     program.command(Place::DEVICE, &[(inputs, BUFFER, FRAME_READ), (results, BUFFER, FORMULA_WRITE)]);
-    if let Some(order) = order(RowName::ResultsToHost) {
+    if let Some(order) = order(RowName::RESULTS_TO_HOST) {
         program.barrier(order, Some(results));
     }
-    if let Some(order) = order(RowName::CopyToHost) {
+    if let Some(order) = order(RowName::COPY_TO_HOST) {
         let end = program.step();
         program.fence(order, end);
     }
@@ -126,7 +126,7 @@ impl Frames<'_> {
 
     /// What the CPU wrote before a submission is there.
     fn submit(&mut self) {
-        self.barrier(RowName::HostToFrame, None);
+        self.barrier(RowName::HOST_TO_FRAME, None);
     }
 
     /// The CPU waits for all that was submitted until then.
@@ -138,7 +138,7 @@ impl Frames<'_> {
     /// The CPU looks at the picture that was copied last. It does so only before the next copy, so that its wait hides nothing.
     fn look(&mut self) {
         if let Some(copied) = self.copied.take() {
-            self.wait(RowName::CopyToHost, copied);
+            self.wait(RowName::COPY_TO_HOST, copied);
             self.program.command(Place::HOST, &[(Memory::ReadBack, BUFFER, copy::HOST_READ)]);
         }
     }
@@ -155,17 +155,17 @@ impl Frames<'_> {
                     continue;
                 }
                 for &level in texture {
-                    self.image_barrier(RowName::TextureToCopy, level);
+                    self.image_barrier(RowName::TEXTURE_TO_COPY, level);
                 }
                 self.program.command(Place::UPLOAD, &[from, (texture[0], L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
                 for pair in texture.windows(2) {
-                    self.image_barrier(RowName::LevelToBlit, pair[0]);
+                    self.image_barrier(RowName::LEVEL_TO_BLIT, pair[0]);
                     let read = (pair[0], L::TRANSFER_SRC_OPTIMAL, BLIT_READ);
                     self.program.command(Place::UPLOAD, &[read, (pair[1], L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
                 }
-                self.image_barrier(RowName::UploadToTextures, texture[texture.len() - 1]);
+                self.image_barrier(RowName::UPLOAD_TO_TEXTURES, texture[texture.len() - 1]);
                 for &level in &texture[..texture.len() - 1] {
-                    self.image_barrier(RowName::BlitToTextures, level);
+                    self.image_barrier(RowName::BLIT_TO_TEXTURES, level);
                 }
             }
         }
@@ -174,16 +174,16 @@ impl Frames<'_> {
             if uploads.vertices {
                 self.program.command(Place::UPLOAD, &[from, (Memory::Indices, BUFFER, COPY_WRITE)]);
             }
-            self.barrier(RowName::UploadToVertices, None);
+            self.barrier(RowName::UPLOAD_TO_VERTICES, None);
         }
         self.program.step()
     }
 
     /// A texture of OVERLAY.
     fn upload_panel(&mut self) {
-        self.image_barrier(RowName::PanelToCopy, Memory::Panel);
+        self.image_barrier(RowName::PANEL_TO_COPY, Memory::Panel);
         self.program.command(Place::UPLOAD, &[(Memory::Panel, L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
-        self.image_barrier(RowName::UploadToPanels, Memory::Panel);
+        self.image_barrier(RowName::UPLOAD_TO_PANELS, Memory::Panel);
     }
 
     fn clear_maps(&mut self) {
@@ -191,9 +191,9 @@ impl Frames<'_> {
             return;
         }
         for map in MAPS {
-            self.image_barrier(RowName::ShadowAtlasToClear, map);
+            self.image_barrier(RowName::SHADOW_ATLAS_TO_CLEAR, map);
             self.program.command(Place::CLEAR, &[(map, L::TRANSFER_DST_OPTIMAL, shadow_clear::WRITE)]);
-            self.image_barrier(RowName::ClearToShadowMaps, map);
+            self.image_barrier(RowName::CLEAR_TO_SHADOW_MAPS, map);
         }
     }
 
@@ -204,7 +204,7 @@ impl Frames<'_> {
             self.look();
         }
         if let Some(last) = index.checked_sub(IN_FLIGHT) {
-            self.wait(RowName::FrameToHost, self.ends[last]);
+            self.wait(RowName::FRAME_TO_HOST, self.ends[last]);
         }
         if turn.has_new_panel {
             self.upload_panel();
@@ -288,7 +288,7 @@ impl Frames<'_> {
 
     /// The frame goes on when presentation has let go of the image.
     fn acquire(&mut self) {
-        let Some(mask) = self.edges.find(RowName::Acquire).map(|row| row.after) else { return };
+        let Some(mask) = self.edges.find(RowName::ACQUIRE).map(|row| row.after) else { return };
         let now = self.program.step();
         self.program.synchronize(Sync {
             first: Scope { span: Span::before(now), mask: PRESENTED },
@@ -303,7 +303,7 @@ impl Frames<'_> {
 
     /// Presentation shows the image when the frame is done.
     fn show(&mut self) {
-        let Some(mask) = self.edges.find(RowName::Present).map(|row| row.before) else { return };
+        let Some(mask) = self.edges.find(RowName::PRESENT).map(|row| row.before) else { return };
         let now = self.program.step();
         self.program.synchronize(Sync {
             first: Scope { span: Span::before(now), mask },

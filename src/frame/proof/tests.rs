@@ -161,10 +161,10 @@ fn a_layout_change_waits_and_is_waited_for_and_leaves_an_image_as_it_must_be() {
         let mut program = Program::default();
         let [first, second] = [L::GENERAL, L::SHADER_READ_ONLY_OPTIMAL];
         program.barrier(Dependency { before: Use::START, after: COPY_WRITE }, None);
-        program.transition((Who::Row(RowName::OutputReuse), Memory::Picture), [L::UNDEFINED, first], vec![0], None);
+        program.transition((Who::Row(RowName::OUTPUT_REUSE), Memory::Picture), [L::UNDEFINED, first], vec![0], None);
         program.command(copy::PASS.place, &[(Memory::Picture, first, COPY_WRITE)]);
         let sync = program.barrier(order, Some(Memory::Picture));
-        program.transition((Who::Row(RowName::ReadBack), Memory::Picture), layouts, vec![sync], None);
+        program.transition((Who::Row(RowName::READ_BACK), Memory::Picture), layouts, vec![sync], None);
         program.command(fxaa::PASS.place, &[(Memory::Picture, second, SAMPLE)]);
         kinds(&program)
     };
@@ -182,7 +182,7 @@ fn a_layout_change_waits_and_is_waited_for_and_leaves_an_image_as_it_must_be() {
 fn a_hazard_is_told_with_both_touches_and_the_memory() {
     let (_, plan) = samples::plans().into_iter().find(|(_, plan)| plan.has_geometry()).expect("a G-buffer");
     let input_read = Use::new(S::empty(), A::INPUT_ATTACHMENT_READ);
-    let blind = table(&plan).without_bits(RowName::GbufferToLighting, Side::After, input_read).expect("a row");
+    let blind = table(&plan).without_bits(RowName::GBUFFER_TO_LIGHTING, Side::After, input_read).expect("a row");
     let hazards = Frames::of(&plan, &blind).hazards();
     let told: Vec<String> = hazards.iter().map(ToString::to_string).collect();
     let begin = "use after layout change of the target Albedo: nothing orders the change from";
@@ -194,8 +194,8 @@ fn a_hazard_is_told_with_both_touches_and_the_memory() {
 fn the_dispatch_of_formulas_has_what_it_needs_and_no_more() {
     let rows = edges::formulas();
     assert!(Frames::of_formulas(&rows).are_safe());
-    for part in rows.find(RowName::ResultsToHost).expect("a row").parts() {
-        let without = rows.without_part(RowName::ResultsToHost, part).expect("it can be dropped");
+    for part in rows.find(RowName::RESULTS_TO_HOST).expect("a row").parts() {
+        let without = rows.without_part(RowName::RESULTS_TO_HOST, part).expect("it can be dropped");
         let kinds: Vec<_> = Frames::of_formulas(&without).hazards().iter().map(|hazard| hazard.kind).collect();
         assert_eq!(kinds, [HazardKind::ReadAfterWrite], "{part:?}");
     }

@@ -595,7 +595,7 @@ fn every_change_of_layout_is_ordered_by_a_row_between_the_uses_that_it_is_betwee
         let rows = edges.iter().filter(|edge| edge.carrier.is_render_pass());
         let told: usize = rows.map(|edge| layout_changes(&plan, &edges, edge).len()).sum();
         assert_eq!(told, changed, "{name}");
-        let read_back = layout_changes(&plan, &edges, edges.find(edges::RowName::ReadBack).expect("a row"));
+        let read_back = layout_changes(&plan, &edges, edges.find(edges::RowName::READ_BACK).expect("a row"));
         assert_eq!(read_back.last().map(|change| change.new), Some(vk::ImageLayout::TRANSFER_SRC_OPTIMAL), "{name}");
     }
 }

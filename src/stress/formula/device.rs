@@ -102,7 +102,7 @@ pub fn evaluate(device: &Arc<Device>, trial: &Trial) -> gpu::Result<Vec<Output>>
     }
     device.end_label(cmd.raw);
     // The CPU maps what FORMULAS wrote. What the CPU wrote before the submission is visible to it without a barrier.
-    if let Some(row) = edges::formulas().find(RowName::ResultsToHost) {
+    if let Some(row) = edges::formulas().find(RowName::RESULTS_TO_HOST) {
         barrier::buffer_barrier(device, cmd.raw, &buffers.outputs, row.order());
     }
     cmd.end()?;
