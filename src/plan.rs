@@ -382,7 +382,7 @@ impl FramePlan {
     }
 
     /// Whether a frame finds out, on the CPU, which of these its camera does not need, and leaves them out. A GPU draws them faster
-    /// than that (benches/README.md).
+    /// than that (docs/FIGURES.md).
     pub(crate) fn seeks(&self, part: OptionalPart) -> bool {
         self.software && !self.keep.has(part)
     }

@@ -1,4 +1,4 @@
-//! Frames that a window shows: each into an image of the swapchain, as ARCHITECTURE.md tells under "A frame on the screen".
+//! Frames that a window shows: each into an image of the swapchain, as docs/WINDOW.md tells under "How a frame reaches the screen".
 
 mod fit;
 mod over;

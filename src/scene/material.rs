@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-/// A reflection model (README names the formulas; `shaders/shared/brdf.wgsl` is the code).
+/// A reflection model (docs/FORMULAS.md has the formulas; `shaders/shared/brdf.wgsl` is the code).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, PartialOrd, Ord)]
 pub enum Brdf {
     /// GGX with height-correlated Smith, Schlick Fresnel and a lambert base.

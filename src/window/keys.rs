@@ -38,7 +38,7 @@ pub enum Action {
     Recall(usize),
 }
 
-/// The keys as `afterlight view` prints them; the README has the same list.
+/// The keys as `afterlight view` prints them; docs/WINDOW.md has the same list.
 pub const HELP: &[(&str, &str)] = &[
     ("W A S D", "move forward, left, back, right; W and S zoom an orthographic camera"),
     ("E or Space, Q or C", "move up, down"),

@@ -13,8 +13,7 @@ use afterlight::frame::edges;
 use afterlight::gpu::vk;
 use afterlight::plan::{Canvas, Capabilities, Encoding, FramePlan, Transfer};
 use afterlight::scene::{
-    AlphaMode, Brdf, HdrFormat, LightPath, OpenOptions, Scene, Settings, TARGETS, Tonemap, Transparency, View, builtin,
-    open,
+    AlphaMode, Brdf, HdrFormat, LightPath, OpenOptions, Scene, Settings, TARGETS, Tonemap, Transparency, View, open,
 };
 use rayon::prelude::*;
 
@@ -94,14 +93,14 @@ fn every_relative_link_leads_somewhere() {
     assert!(dead.is_empty(), "links that lead nowhere:\n{}", dead.join("\n"));
 }
 
-/// Every example of the README is typed into a shell as it stands, but drawn small and with few frames: what matters here is that it
-/// works, and all of them together must stay quick.
+/// Every example of README and docs/COMMANDS.md is typed into a shell as it stands, but drawn small and with few frames: what matters here is
+/// that it works, and all of them together must stay quick.
 #[test]
-fn every_example_of_the_readme_works_when_pasted() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+fn every_example_works_when_pasted() {
     let scenes = crate::common::scenes_dir();
-    let examples: Vec<String> = blocks(&document("README.md"), "sh")
-        .into_iter()
+    let examples: BTreeSet<String> = ["README.md", "docs/COMMANDS.md"]
+        .iter()
+        .flat_map(|name| blocks(&document(name), "sh"))
         .filter(|block| block.contains("\nafterlight ") || block.starts_with("afterlight "))
         .filter(|block| {
             let can_be_tried = scenes.is_some() || !block.contains("$AFTERLIGHT_SCENES");
@@ -111,27 +110,33 @@ fn every_example_of_the_readme_works_when_pasted() {
             can_be_tried
         })
         .collect();
-    // Side by side: none takes what another makes.
-    examples.par_iter().for_each(|block| {
-        let mut shell = Command::new("bash");
-        shell.args(["-euo", "pipefail", "-c", &format!("{SMALL}{block}")]).current_dir(folder.path());
-        shell.env("PROGRAM", env!("CARGO_BIN_EXE_afterlight"));
-        shell.env("AFTERLIGHT_CACHE", folder.path().join("truths"));
-        if let Some(scenes) = &scenes {
-            shell.env("AFTERLIGHT_SCENES", fs::canonicalize(scenes).expect("the folder is there"));
-        }
-        let output = shell.output().expect("bash starts");
-        let complaint = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{block}{}\n{complaint}", output.status);
-        assert!(!complaint.contains("error:"), "{block}\n{complaint}");
-    });
+    // Side by side, each in a folder of its own: none takes what another makes.
+    let made: Vec<BTreeSet<String>> = examples
+        .par_iter()
+        .map(|block| {
+            let folder = tempfile::tempdir().expect("a temporary folder");
+            let mut shell = Command::new("bash");
+            shell.args(["-euo", "pipefail", "-c", &format!("{SMALL}{block}")]).current_dir(folder.path());
+            shell.env("PROGRAM", env!("CARGO_BIN_EXE_afterlight"));
+            shell.env("AFTERLIGHT_CACHE", folder.path().join("truths"));
+            if let Some(scenes) = &scenes {
+                shell.env("AFTERLIGHT_SCENES", fs::canonicalize(scenes).expect("the folder is there"));
+            }
+            let output = shell.output().expect("bash starts");
+            let complaint = String::from_utf8_lossy(&output.stderr);
+            assert!(output.status.success(), "{block}{}\n{complaint}", output.status);
+            assert!(!complaint.contains("error:"), "{block}\n{complaint}");
+            let entries = fs::read_dir(folder.path()).expect("a readable folder");
+            entries.map(|entry| entry.expect("a readable entry").file_name().to_string_lossy().into_owned()).collect()
+        })
+        .collect();
     let lines = examples.iter().flat_map(|block| block.lines());
     let tried = lines.filter(|line| line.starts_with("afterlight ")).count();
     assert!(tried > 10, "only {tried} examples were found");
     for name in
         ["hall.png", "triangle.png", "balls.png", "sheet.png", "cornell.exr", "cornell.png", "field.json", "plan.json"]
     {
-        assert!(folder.path().join(name).is_file(), "no example has made {name}");
+        assert!(made.iter().any(|files| files.contains(name)), "no example has made {name}");
     }
 }
 
@@ -191,8 +196,8 @@ fn help_of(command: &str) -> String {
 }
 
 #[test]
-fn the_readme_names_every_option_and_no_other() {
-    let readme = document("README.md");
+fn the_documents_name_every_option_and_no_other() {
+    let documents = ["README.md", "docs/COMMANDS.md", "docs/WINDOW.md"].map(document).concat();
     let options = |text: &str| -> BTreeSet<String> {
         let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '-'));
         let options = words.filter(|word| word.len() > 3 && word.starts_with("--") && !word[2..].starts_with('-'));
@@ -205,18 +210,18 @@ fn the_readme_names_every_option_and_no_other() {
             .collect();
     assert!(defined.contains("--gbuffer") && defined.contains("--warmup"), "{defined:?}");
     // Of cargo; and what only development builds have.
-    let mut foreign = BTreeSet::from(["--locked", "--features", "--bench"].map(str::to_owned));
+    let mut foreign = BTreeSet::from(["--locked", "--features"].map(str::to_owned));
     if !cfg!(feature = "hot-reload") {
         foreign.insert("--shaders".to_owned());
     }
-    let named: BTreeSet<String> = options(&readme).difference(&foreign).cloned().collect();
+    let named: BTreeSet<String> = options(&documents).difference(&foreign).cloned().collect();
     let missing: Vec<_> = defined.difference(&named).filter(|option| *option != "--help").collect();
     let invented: Vec<_> = named.difference(&defined).collect();
     assert!(missing.is_empty() && invented.is_empty(), "missing: {missing:?}, invented: {invented:?}");
 }
 
 #[test]
-fn the_readme_names_every_value_of_the_settings_and_every_built_in_scene() {
+fn the_readme_names_every_value_of_the_settings() {
     let readme = document("README.md");
     let mut names: Vec<String> = Vec::new();
     names.extend(View::NAMES.iter().map(|(name, _)| name.to_string()));
@@ -225,17 +230,34 @@ fn the_readme_names_every_value_of_the_settings_and_every_built_in_scene() {
     names.extend(Tonemap::NAMES.iter().map(|(name, _)| name.to_string()));
     names.extend(HdrFormat::NAMES.iter().map(|(name, _)| name.to_string()));
     names.extend(TARGETS.iter().flat_map(|(_, formats)| *formats).map(|format| format.name().to_owned()));
-    for builtin in builtin::CATALOGUE {
-        names.push(format!("builtin:{}", builtin.name));
-        names.extend(builtin.parameters.iter().map(|parameter| parameter.name.to_owned()));
-    }
     let missing: Vec<_> = names.iter().filter(|name| !readme.contains(&format!("`{name}`"))).collect();
     assert!(missing.is_empty(), "{missing:?}");
 }
 
-/// The dependencies of a frame that has everything, as ARCHITECTURE.md lists them: name, from, to and why.
+/// The exit codes are those that the help prints.
 #[test]
-fn the_architecture_lists_every_dependency_with_its_reason() {
+fn the_exit_codes_are_those_that_the_program_prints() {
+    let output = program().arg("--help").output().expect("the program starts");
+    let help = String::from_utf8(output.stdout).expect("help is UTF-8");
+    let (_, codes) = help.split_once("Exit codes:\n").expect("a list of exit codes");
+    let mut rows: Vec<String> = Vec::new();
+    for line in codes.lines() {
+        match line.trim_start().split_once("  ").filter(|(code, _)| code.parse::<u8>().is_ok()) {
+            Some((code, meaning)) => rows.push(format!("| {code} | {}", meaning.trim())),
+            None => rows.last_mut().expect("a code first").push_str(&format!(" {}", line.trim())),
+        }
+    }
+    assert_eq!(rows.len(), 6, "{rows:?}");
+    let text = document("docs/COMMANDS.md");
+    for row in rows {
+        let row = format!("{} |", row.trim_end());
+        assert!(text.contains(&row), "docs/COMMANDS.md should say {row}");
+    }
+}
+
+/// The dependencies of a frame that has everything, as docs/SYNCHRONIZATION.md lists them: name, from, to and why.
+#[test]
+fn the_documents_list_every_dependency_with_its_reason() {
     let device = device();
     let mut scene = open("builtin:hall?detail=6", &OpenOptions::default()).expect("it is built in");
     let rows = |scene: &Scene, settings: &Settings| -> Vec<String> {
@@ -244,7 +266,7 @@ fn the_architecture_lists_every_dependency_with_its_reason() {
     };
     let deferred = Settings { light_path: LightPath::Clustered, ..Settings::default() };
     let base = rows(&scene, &deferred);
-    assert_eq!(listed_dependencies(0), base, "the table of ARCHITECTURE.md should be\n{}", base.join("\n"));
+    assert_eq!(listed_dependencies(0), base, "the table of docs/SYNCHRONIZATION.md should be\n{}", base.join("\n"));
     // Then the rows that are new or others where something is transparent.
     let material = scene.objects[0].material;
     scene.materials[material].alpha_mode = AlphaMode::Blend;
@@ -264,7 +286,7 @@ fn the_architecture_lists_every_dependency_with_its_reason() {
 
 /// The rows of frames that a window shows, which others have not.
 #[test]
-fn the_architecture_lists_what_a_window_adds() {
+fn the_documents_list_what_a_window_adds() {
     let scene = open("builtin:hall?detail=6", &OpenOptions::default()).expect("it is built in");
     let headless = listed_dependencies(0);
     let straight = Canvas::Straight(vk::Format::B8G8R8A8_SRGB);
@@ -283,10 +305,10 @@ fn the_architecture_lists_what_a_window_adds() {
 
 #[cfg(feature = "window")]
 #[test]
-fn the_readme_has_the_keys_that_the_window_prints() {
-    let readme = document("README.md");
+fn the_documents_have_the_keys_that_the_window_prints() {
+    let text = document("docs/WINDOW.md");
     for (keys, what) in afterlight::window::keys::HELP {
-        assert!(readme.contains(&format!("| `{keys}` | {what} |")), "{keys}");
+        assert!(text.contains(&format!("| `{keys}` | {what} |")), "{keys}");
     }
 }
 
@@ -313,14 +335,15 @@ fn device() -> Capabilities {
     }
 }
 
-/// The rows of ARCHITECTURE.md's dependency table of this number.
+/// The rows of docs/SYNCHRONIZATION.md's dependency table of this number.
 fn listed_dependencies(number: usize) -> Vec<String> {
-    let text = document("ARCHITECTURE.md");
+    let text = document("docs/SYNCHRONIZATION.md");
     let table = text.split("| Dependency |").nth(1 + number).unwrap_or_default();
     table.lines().skip(2).take_while(|line| line.starts_with('|')).map(str::to_owned).collect()
 }
 
-/// The drawing of the hall's frame is what `afterlight inspect builtin:hall --graph docs/images/frame.svg` writes.
+/// The drawing of the hall's frame is what `afterlight inspect builtin:hall --graph docs/images/frame.svg` writes, and the row that
+/// ARCHITECTURE.md shows is one that the program prints.
 #[test]
 fn the_drawn_frame_is_that_of_the_program() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -330,15 +353,24 @@ fn the_drawn_frame_is_that_of_the_program() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let drawn = fs::read_to_string(folder.path().join("frame.svg")).expect("it was written");
     let command = "afterlight inspect builtin:hall --graph docs/images/frame.svg";
-    assert!(document("ARCHITECTURE.md").contains(command));
+    let text = document("ARCHITECTURE.md");
+    assert!(text.contains(command));
     assert!(drawn == document("docs/images/frame.svg"), "docs/images/frame.svg is old: run {command}");
+
+    let output = program().args(["inspect", "builtin:hall"]).output().expect("the program starts");
+    let printed = String::from_utf8(output.stdout).expect("reports are UTF-8");
+    let printed: Vec<&str> = printed.lines().map(str::trim).collect();
+    let shown = blocks(&text, "text").into_iter().find(|block| block.starts_with("gbuffer-to-lighting"));
+    let shown = shown.expect("ARCHITECTURE.md shows a row");
+    let shown: Vec<&str> = shown.lines().map(str::trim).collect();
+    assert!(printed.windows(shown.len()).any(|lines| lines == shown), "not printed: {shown:#?}");
 }
 
 #[test]
 fn paths_that_the_documents_name_exist() {
     let mut missing = Vec::new();
-    for name in ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md"] {
-        let text = document(name);
+    for name in documents() {
+        let text = document(&name.to_string_lossy());
         let quoted = text.split('`').skip(1).step_by(2);
         let is_path = |word: &&str| {
             ["src/", "shaders/", "tests/", "shader-compiler/", "scripts/"].iter().any(|root| word.starts_with(root))
@@ -346,7 +378,10 @@ fn paths_that_the_documents_name_exist() {
                 && !word.contains("NAME")
         };
         missing.extend(
-            quoted.filter(is_path).filter(|path| !project().join(path).exists()).map(|path| format!("{name}: {path}")),
+            quoted
+                .filter(is_path)
+                .filter(|path| !project().join(path).exists())
+                .map(|path| format!("{}: {path}", name.display())),
         );
     }
     assert!(missing.is_empty(), "{missing:?}");

@@ -1,4 +1,4 @@
-//! The figures of a benchmark, as JSON and as text. docs/CLI.md documents the JSON.
+//! The figures of a benchmark, as JSON and as text. docs/COMMANDS.md documents the JSON.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

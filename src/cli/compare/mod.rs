@@ -121,7 +121,7 @@ fn difference_picture(args: &Args, pair: &Pair, comparison: &Comparison) -> Vec<
     }
 }
 
-/// The comparison as JSON; docs/CLI.md has the keys.
+/// The comparison as JSON; docs/COMMANDS.md has the keys.
 #[derive(Debug, Serialize)]
 struct Report {
     afterlight: &'static str,
