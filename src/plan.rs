@@ -229,13 +229,13 @@ impl FramePlan {
     /// Decides what exists.
     ///
     /// # Errors
-    /// When the device cannot do what the settings ask for, a view shows what the scene does not have, or a number of the scene is not finite.
+    /// When the device cannot do what the settings ask for, a view shows what the scene does not have, or [`Scene::check`] finds a fault.
     pub fn of(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
-        scene.check_finite().map_err(Error::Scene)?;
+        scene.check()?;
         Self::decide(scene, settings, device)
     }
 
-    /// Of a scene whose numbers are known to be finite.
+    /// Of a scene that has been checked.
     fn decide(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
         let [width, height] = settings.size;
         if width == 0 || height == 0 || width.max(height) > device.max_extent {

@@ -154,7 +154,7 @@ pub fn truths(
     let bar = |what: &str, count| progress::bar(format!("{}: {what}", bars.what), count, bars.quiet);
     let shown = [bar("truth", pixels), bar("converged truth", pixels * u64::from(samples))];
     let tell = |what: &str, done, _| shown[usize::from(what == Truths::CONVERGED)].at(done);
-    let truths = Truths::of(&workload.scene, &view, &settings, samples, &tell);
+    let truths = Truths::of(&workload.scene, &view, &settings, samples, &tell)?;
     drop(shown);
     if !bars.quiet {
         let warnings = truths.warnings.iter().fold(String::new(), |text, warning| text + "warning: " + warning + "\n");

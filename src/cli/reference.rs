@@ -116,7 +116,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         SmithChoice::Separable => Smith::Separable,
     };
     let start = Instant::now();
-    let reference = Reference::new(&workload.scene).with_brdf(settings.brdf).with_shadows(settings.shadows.enabled);
+    let reference = Reference::new(&workload.scene)?.with_brdf(settings.brdf).with_shadows(settings.shadows.enabled);
     let built_ms = milliseconds_since(start);
     let start = Instant::now();
     let cached = compute(args, &reference, &view, &Options { mode, smith });
@@ -202,10 +202,10 @@ fn linear(light: &[[f64; 3]]) -> Pixels {
     Pixels::LinearF32(light.iter().flat_map(|&[r, g, b]| [r as f32, g as f32, b as f32, 1.0]).collect())
 }
 
-/// The scene, of finite numbers: no plan looks at them here.
+/// The scene, checked: no plan and no renderer does it where it is exported.
 fn open(args: &Args) -> Result<Workload, Failure> {
     let workload = Workload::open(&args.scene, &args.settings, args.quiet)?;
-    workload.scene.check_finite().map_err(|what| Failure::new(Exit::BadInput, what))?;
+    workload.scene.check()?;
     Ok(workload)
 }
 

@@ -202,7 +202,7 @@ fn patches_of(scene: &SceneReport, sweep: &Sweep) -> Vec<SettingsPatch> {
 }
 
 fn cameras_of(args: &Args, workload: &Workload, base: &SettingsPatch) -> Result<Vec<Elsewhere>, Failure> {
-    let reference = Reference::new(&workload.scene);
+    let reference = Reference::new(&workload.scene)?;
     let view = View { camera: workload.scene.camera, size: base.decide().size };
     let cameras = held_out(&reference, &view, args.cameras as usize);
     if cameras.is_empty() && args.cameras > 0 {

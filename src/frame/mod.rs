@@ -46,7 +46,7 @@ use crate::gpu_scene::{FrameUniform, GpuScene, ShadowAtlas, SortedIndices, ViewB
 use crate::passes::copy::Copy;
 use crate::passes::{Recording, SetLayouts};
 use crate::plan::{self, Eye, FramePlan, MapDraw, ShadowCache, Visible, World};
-use crate::scene::{Camera, Light, LightPath, Scene, Settings, SettingsPatch, exposure_scale};
+use crate::scene::{self, Camera, Light, LightPath, Scene, Settings, SettingsPatch, exposure_scale};
 
 /// While the device draws one frame, the CPU records the next.
 const IN_FLIGHT: usize = 2;
@@ -58,6 +58,12 @@ pub enum Error {
     Plan(#[from] plan::Error),
     #[error(transparent)]
     Gpu(#[from] gpu::Error),
+}
+
+impl From<scene::Error> for Error {
+    fn from(error: scene::Error) -> Self {
+        Self::Plan(error.into())
+    }
 }
 
 /// What a frame drew.

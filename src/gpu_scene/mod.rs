@@ -118,6 +118,17 @@ impl GpuScene {
     /// # Errors
     /// When there is no memory for it, or the device is lost.
     pub fn new(device: &Arc<Device>, scene: &Scene, plan: &FramePlan, order: UploadOrder) -> gpu::Result<Self> {
+        let limit = u64::from(device.physical.limits.max_draw_indexed_index_value);
+        for mesh in plan.meshes.meshes.iter().map(|planned| &scene.meshes[planned.mesh]) {
+            let asked = (mesh.positions.len() as u64).saturating_sub(1);
+            if asked > limit {
+                return Err(gpu::Error::TooLarge {
+                    what: format!("the last index of the mesh '{}'", mesh.name),
+                    asked,
+                    limit,
+                });
+            }
+        }
         let mut uploader = Uploader::new(device, 32 << 20, order)?;
         let mut meshes = MeshUpload { device, uploader: &mut uploader, scene, plan: &plan.meshes };
         let gpu_scene = Self {

@@ -1,6 +1,6 @@
 //! What cannot be planned.
 
-use crate::scene::{HdrFormat, LightPath};
+use crate::scene::{self, HdrFormat, LightPath};
 
 /// A frame that cannot be planned. One line that names the setting and the limit.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -55,4 +55,10 @@ pub enum Error {
         "the light path compute writes the finished picture, and transparent surfaces would have to come after it: choose `--light-path clustered`"
     )]
     ComputeWithTransparency,
+}
+
+impl From<scene::Error> for Error {
+    fn from(error: scene::Error) -> Self {
+        Self::Scene(error.to_string())
+    }
 }

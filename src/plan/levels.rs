@@ -164,6 +164,9 @@ impl FramePlan {
     /// # Errors
     /// When it would see levels of textures that are not there.
     pub fn check_camera(&self, camera: &Camera) -> Result<(), Error> {
+        if let Some(fault) = camera.fault() {
+            return Err(Error::Change(format!("the camera: {fault}")));
+        }
         if camera.is_orthographic() != self.orthographic {
             let [own, planned] = [camera.is_orthographic(), self.orthographic].map(|parallel| match parallel {
                 true => "orthographic",

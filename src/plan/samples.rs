@@ -150,7 +150,7 @@ pub fn spot(falloff: Falloff) -> Light {
         direction: DVec3::NEG_Z,
         inner_angle_degrees: 20.0,
         outer_angle_degrees: 35.0,
-        range: None,
+        range: (falloff == Falloff::Quadratic).then_some(5.0),
         falloff,
     };
     light("spot", kind, false)

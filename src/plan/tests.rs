@@ -3,9 +3,11 @@ use glam::Vec3;
 use super::samples::{self, device, emissive, masked, material, point, scene, sky, spot, sun, textured};
 use super::*;
 use crate::scene::{
-    AlphaMode, Camera, Falloff, GbufferChoice, GbufferPreset, HdrFormat, Light, Material, Output, Projection,
-    ShadowSettings, TargetChoice, TextureSlot, Tonemap,
+    AlphaMode, Camera, Falloff, GbufferChoice, GbufferPreset, HdrFormat, Light, LightKind, Material, Output,
+    Projection, ShadowSettings, TargetChoice, TextureSlot, Tonemap,
 };
+
+mod corrupted;
 
 const CT: Brdf = Brdf::CookTorrance;
 

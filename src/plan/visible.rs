@@ -18,7 +18,7 @@ use super::{
     Caster, Clusters, Depth, Error, FramePlan, GeometryKey, MapProjection, Reach, Receivers, Shading, ShadowPlan,
     ShadowView, falloff_index,
 };
-use crate::scene::finite::fits;
+use crate::scene::check::fits;
 use crate::scene::{
     Aabb, AlphaMode, Camera, CastsShadow, Environment, Light, LightKind, LightPath, Material, Mesh, OptionalPart,
     Scene, Settings, ShadowSettings, Transparency,
@@ -559,7 +559,7 @@ mod tests {
             named("sky", samples::sky()),
             named("dark", dark),
             named("sun", samples::sun()),
-            named("spot", samples::spot(Falloff::Quadratic)),
+            named("spot", samples::spot(Falloff::InverseSquare)),
             named("second sun", samples::sun()),
         ];
         let scene = samples::scene(vec![Material::default()], lights);

@@ -356,7 +356,7 @@ mod tests {
     #[test]
     fn a_broken_off_run_goes_on_and_ends_as_if_it_had_not_been() {
         let (scene, folder) = (scene(), tempfile::tempdir().expect("a folder"));
-        let (reference, view) = (Reference::new(&scene), view(&scene));
+        let (reference, view) = (Reference::new(&scene).expect("a scene"), view(&scene));
         let whole = reference.render(&view, &options(23), &|_, _| {});
         let cache = Cache::at(folder.path());
         assert!(!part(&cache, &reference, &view, 23, &|samples| samples < 4));
@@ -377,7 +377,7 @@ mod tests {
     #[test]
     fn points_are_read_back_to_the_last_bit() {
         let (scene, folder) = (scene(), tempfile::tempdir().expect("a folder"));
-        let (reference, view) = (Reference::new(&scene), view(&scene));
+        let (reference, view) = (Reference::new(&scene).expect("a scene"), view(&scene));
         let options = Options { mode: Mode::Point, smith: Smith::Separable };
         let cache = Cache::at(folder.path().join("deeper"));
         let first = cache.render(&reference, &view, &options, &|_, _| {});
@@ -389,7 +389,7 @@ mod tests {
     #[test]
     fn what_was_not_used_for_longest_goes_when_all_is_too_much() {
         let (scene, folder) = (scene(), tempfile::tempdir().expect("a folder"));
-        let reference = Reference::new(&scene);
+        let reference = Reference::new(&scene).expect("a scene");
         let foreign = folder.path().join("other.bin");
         fs::write(&foreign, vec![0; 100_000]).expect("written");
         // Two and a half truths.
@@ -415,7 +415,7 @@ mod tests {
     #[test]
     fn damaged_and_foreign_files_are_never_trusted() {
         let (scene, folder) = (scene(), tempfile::tempdir().expect("a folder"));
-        let (reference, view, options) = (Reference::new(&scene), view(&scene), options(2));
+        let (reference, view, options) = (Reference::new(&scene).expect("a scene"), view(&scene), options(2));
         let cache = Cache::at(folder.path());
         let truth = cache.render(&reference, &view, &options, &|_, _| {}).truth;
         let file = files(folder.path()).pop().expect("a file");
@@ -427,7 +427,8 @@ mod tests {
             broken.push(damaged);
         }
         // Whole, of another truth.
-        let other = cache.render(&Reference::new(&scene).with_shadows(false), &view, &options, &|_, _| {});
+        let other =
+            cache.render(&Reference::new(&scene).expect("a scene").with_shadows(false), &view, &options, &|_, _| {});
         assert_eq!(other.source, Source::Computed);
         let foreign = files(folder.path()).into_iter().find(|name| *name != file).expect("another file");
         broken.push(fs::read(foreign).expect("readable"));
@@ -445,7 +446,9 @@ mod tests {
         let scene = scene();
         let view = view(&scene);
         let options = options(1);
-        let of = |scene: &Scene, view: &View, options: &Options| fingerprint::of(&Reference::new(scene), view, options);
+        let of = |scene: &Scene, view: &View, options: &Options| {
+            fingerprint::of(&Reference::new(scene).expect("a scene"), view, options)
+        };
         let mut hashes = vec![of(&scene, &view, &options)];
         let mut change = |what: &dyn Fn(&mut Scene)| {
             let mut other = scene.clone();
@@ -457,7 +460,7 @@ mod tests {
         change(&|scene| scene.lights[0].size += 1e-9);
         change(&|scene| scene.meshes[0].positions[0][0] += 1e-4);
         change(&|scene| scene.objects[0].transform.translation.x += 1e-9);
-        change(&|scene| scene.materials[0].roughness += 1e-6);
+        change(&|scene| scene.materials[0].roughness -= 1e-6);
         change(&|scene| scene.materials[0].two_sided ^= true);
         change(&|scene| scene.textures[0].texels[0] ^= 1);
         change(&|scene| scene.environment.ground = Some(scene.environment.ambient));
@@ -466,8 +469,12 @@ mod tests {
         hashes.push(of(&scene, &View { size: [16, 24], ..view }, &options));
         hashes.push(of(&scene, &view, &Options { smith: Smith::Separable, ..options }));
         hashes.push(of(&scene, &view, &Options { mode: Mode::Point, ..options }));
-        hashes.push(fingerprint::of(&Reference::new(&scene).with_brdf(Some(scene::Brdf::Lambert)), &view, &options));
-        hashes.push(fingerprint::of(&Reference::new(&scene).with_shadows(false), &view, &options));
+        hashes.push(fingerprint::of(
+            &Reference::new(&scene).expect("a scene").with_brdf(Some(scene::Brdf::Lambert)),
+            &view,
+            &options,
+        ));
+        hashes.push(fingerprint::of(&Reference::new(&scene).expect("a scene").with_shadows(false), &view, &options));
         for (index, hash) in hashes.iter().enumerate() {
             assert!(!hashes[..index].contains(hash), "{index}");
         }

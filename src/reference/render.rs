@@ -9,7 +9,7 @@ use super::light::{self, Illumination};
 use super::shadow::Receiver;
 use super::surface::Surface;
 use super::{Mode, Options, Smith, Truth, View, material, sampling};
-use crate::scene::{AlphaMode, Brdf, Light, Scene, TriangleId};
+use crate::scene::{AlphaMode, Brdf, Error, Light, Scene, TriangleId};
 
 /// Samples that are added to every pixel before the next pass begins. What a pass adds depends on the samples' numbers alone.
 pub const PASS: u32 = 4;
@@ -93,9 +93,13 @@ impl Lens {
 
 impl<'a> Reference<'a> {
     /// Builds what rays need. Materials keep their own reflection models, and lights their shadows.
-    pub fn new(scene: &'a Scene) -> Self {
+    ///
+    /// # Errors
+    /// When [`Scene::check`] finds a fault.
+    pub fn new(scene: &'a Scene) -> Result<Self, Error> {
+        scene.check()?;
         let lights = scene.lights.iter().map(Light::aimed).collect();
-        Self { scene, brdf: None, shadows: true, lights, geometry: Geometry::of(scene) }
+        Ok(Self { scene, brdf: None, shadows: true, lights, geometry: Geometry::of(scene) })
     }
 
     /// With one reflection model for all materials, as `Settings::brdf` has it.

@@ -14,6 +14,9 @@ pub enum Error {
     /// A `builtin:` name or a parameter of it is wrong.
     #[error("{0}")]
     Builtin(String),
+    /// A scene that code has put together cannot be drawn: see [`super::Scene::check`].
+    #[error("{0}")]
+    Scene(String),
     /// A setting has a value out of its range.
     #[error("{0}")]
     Setting(String),

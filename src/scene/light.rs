@@ -63,8 +63,8 @@ pub enum Falloff {
     InverseSquare,
     /// max(1 - (d/r)^2, 0); needs a range.
     Quadratic,
-    /// 1 / (constant + linear d + quadratic d^2), cut at the range when there is one. Coefficients are not negative and not
-    /// all zero.
+    /// 1 / (constant + linear d + quadratic d^2), cut at the range when there is one. Coefficients are not
+    /// negative.
     Polynomial { constant: f32, linear: f32, quadratic: f32 },
 }
 

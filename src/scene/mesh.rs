@@ -32,7 +32,7 @@ pub struct Mesh {
     pub tangents: Vec<[f32; 4]>,
     /// Three a triangle, each below `positions.len()`.
     pub indices: Vec<u32>,
-    /// Of `origin + positions`.
+    /// Holds all of `origin + positions`.
     pub bounds: Aabb,
 }
 
@@ -220,9 +220,9 @@ impl Object {
         Self { name: name.into(), mesh, material, transform, casts_shadow, receives_shadow: true }
     }
 
-    /// World-space box.
+    /// World-space box; empty if it has none of these meshes.
     pub fn bounds(&self, meshes: &[Mesh]) -> Aabb {
-        meshes[self.mesh].bounds.transformed(&self.transform)
+        meshes.get(self.mesh).map_or(Aabb::EMPTY, |mesh| mesh.bounds.transformed(&self.transform))
     }
 }
 

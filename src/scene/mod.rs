@@ -7,10 +7,10 @@
 mod bounds;
 pub mod builtin;
 mod camera;
+pub(crate) mod check;
 mod error;
 mod exposure;
 pub mod file;
-pub(crate) mod finite;
 mod fit;
 mod import;
 mod light;
@@ -117,7 +117,7 @@ impl Scene {
 
     /// Triangles after instancing.
     pub fn triangle_count(&self) -> usize {
-        self.objects.iter().map(|object| self.meshes[object.mesh].indices.len() / 3).sum()
+        self.objects.iter().filter_map(|object| self.meshes.get(object.mesh)).map(|mesh| mesh.indices.len() / 3).sum()
     }
 }
 

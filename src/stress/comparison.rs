@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::Error;
 use super::pixel_errors::{Pictures, Refusal, Subject};
+use crate::frame;
 use crate::gpu::Device;
 use crate::reference::{Reference, View as Eye};
 use crate::scene::{Scene, View, exposure_scale, metered_ev100};
@@ -23,7 +24,7 @@ impl<'a> Comparison<'a> {
     /// Draws the subject, or a view of it in place of its own, and gets the truth of a scene ready.
     ///
     /// # Errors
-    /// A device that is lost. What a plan refuses is the inner error.
+    /// A device that is lost, or a truth in which [`Scene::check`] finds a fault. What a plan refuses is the inner error.
     pub fn of(
         device: &'a Arc<Device>,
         subject: &'a Subject,
@@ -36,10 +37,11 @@ impl<'a> Comparison<'a> {
             Ok(drawn) => drawn,
             Err(refusal) => return Ok(Err(refusal)),
         };
+        let reference = Reference::new(truth).map_err(frame::Error::from)?;
         Ok(Ok(Self {
             pictures,
             drawn,
-            reference: Reference::new(truth).with_brdf(settings.brdf).with_shadows(settings.shadows.enabled),
+            reference: reference.with_brdf(settings.brdf).with_shadows(settings.shadows.enabled),
             eye: Eye { camera: truth.camera, size: settings.size },
             exposure: f64::from(exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(truth)))),
         }))

@@ -97,7 +97,7 @@ mod tests {
     #[test]
     fn light_may_be_that_of_any_place_within_half_a_step() {
         let scene = builtin::open("builtin:overlap").expect("built in");
-        let reference = Reference::new(&scene);
+        let reference = Reference::new(&scene).expect("a scene");
         let view = View { camera: scene.camera, size: [64, 36] };
         let smith = Smith::default();
         let middles = reference.render(&view, &Options { mode: Mode::Point, smith }, &|_, _| {}).radiance;
@@ -127,7 +127,7 @@ mod tests {
     #[test]
     fn a_place_may_be_off_by_its_slope_over_half_a_step() {
         let scene = builtin::open("builtin:overlap").expect("built in");
-        let reference = Reference::new(&scene);
+        let reference = Reference::new(&scene).expect("a scene");
         let view = View { camera: scene.camera, size: [64, 36] };
         let (small, middle) = (1.0 / 512.0, DVec2::new(32.0, 18.0));
         let place = place_allowance(small, &reference, &view, middle);

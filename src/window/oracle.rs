@@ -81,7 +81,8 @@ impl Oracle {
         let now = Arc::clone(&newest);
         // It ends when this side of the channels is gone; who drops them does not wait for it.
         std::thread::spawn(move || {
-            let mut reference = Reference::new(&scene);
+            // Frames of a scene with faults are refused, with their sentence, before anybody asks about them.
+            let Ok(mut reference) = Reference::new(&scene) else { return };
             while let Ok((number, question)) = asked.recv() {
                 let tell = |answer| {
                     let told = told.send((number, answer)).is_ok();
@@ -186,7 +187,7 @@ mod tests {
         let scene = open("builtin:spheres", &OpenOptions::default()).expect("is built in");
         let view = View { camera: scene.camera, size: SIZE };
         let (settings, exposure) = (Settings::default(), metered_ev100(&scene));
-        let reference = Reference::new(&scene);
+        let reference = Reference::new(&scene).expect("a scene");
         let mut picture = Vec::new();
         for index in 0..SIZE[0] * SIZE[1] {
             let place = DVec2::new(f64::from(index % SIZE[0]) + 0.5, f64::from(index / SIZE[0]) + 0.5);
@@ -216,7 +217,7 @@ mod tests {
         let view = View { camera: scene.camera, size: SIZE };
         let oracle = Oracle::new(scene.clone(), || {});
         let place = DVec2::new(12.0, 14.0);
-        let (_, id, _) = Reference::new(&scene).surface(&view, place).expect("the floor");
+        let (_, id, _) = Reference::new(&scene).expect("a scene").surface(&view, place).expect("the floor");
         oracle.ask(Question::Pick(view, DVec2::new(0.5, 0.5)));
         oracle.ask(Question::Pick(view, place));
         let Answer::Picked(Some((object, distance))) = wait(&oracle, |_| true) else { panic!("nothing is there") };

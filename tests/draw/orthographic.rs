@@ -50,7 +50,7 @@ fn still_life() -> Scene {
 fn truth(scene: &Scene, shadows: bool) -> Vec<[f64; 3]> {
     let options = Options { mode: Mode::Point, smith: Smith::default() };
     let eye = Eye { camera: scene.camera, size: SIZE };
-    Reference::new(scene).with_shadows(shadows).render(&eye, &options, &|_, _| {}).radiance
+    Reference::new(scene).expect("a scene").with_shadows(shadows).render(&eye, &options, &|_, _| {}).radiance
 }
 
 /// Share of the pixels that are off by more than `bound` of their light, or of a hundredth of the picture's.

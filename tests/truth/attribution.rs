@@ -51,7 +51,7 @@ struct Case<'a> {
 
 impl<'a> Case<'a> {
     fn of(scene: &'a Scene) -> Self {
-        Self::with(scene, Reference::new(scene))
+        Self::with(scene, Reference::new(scene).expect("a scene"))
     }
 
     fn with(scene: &'a Scene, reference: Reference<'a>) -> Self {
@@ -168,7 +168,7 @@ fn normals_of_10_bits_and_colours_of_8_are_found_in_quantization_and_a_coarse_pl
 fn without_shadows_nothing_is_taken_for_shadows_or_for_glass() {
     on_gpu(|gpu| {
         let scene = open("builtin:hall?detail=6");
-        let case = Case::with(&scene, Reference::new(&scene).with_shadows(false));
+        let case = Case::with(&scene, Reference::new(&scene).expect("a scene").with_shadows(false));
         let shadows = ShadowSettings { enabled: false, ..small(&scene).shadows };
         let found = case.apart(gpu, &Settings { shadows, ..small(&scene) });
         for name in [TRANSPARENT, SHADOWS] {

@@ -26,7 +26,7 @@ fn converged(samples: u32) -> Options {
 }
 
 fn render(scene: &Scene, edge: u32, options: &Options) -> Truth {
-    Reference::new(scene).render(&view(scene, edge), options, &|_, _| {})
+    Reference::new(scene).expect("a scene").render(&view(scene, edge), options, &|_, _| {})
 }
 
 fn at(truth: &Truth, x: u32, y: u32) -> DVec3 {
@@ -47,7 +47,7 @@ fn a_pixel_sees_the_point_where_its_ray_meets_the_box() {
     // One metre deep and turned about its own axis by a right angle, so that its sides change places.
     let turn = DAffine3::from_rotation_translation(DQuat::from_rotation_z(PI / 2.0), DVec3::new(0.25, 0.0, -0.5));
     add(&mut scene, shapes::cuboid([0.5, 1.0, 1.0]), lambert(0.5), turn);
-    let reference = Reference::new(&scene);
+    let reference = Reference::new(&scene).expect("a scene");
     let mut met = 0;
     for (x, y) in (0..EDGE).flat_map(|y| (0..EDGE).map(move |x| (x, y))) {
         let on_front = seen([EDGE, EDGE], x, y);
@@ -70,7 +70,10 @@ fn nothing_is_seen_before_the_near_plane() {
     add(&mut scene, rectangle([-4.0, -4.0], [4.0, 4.0], 1.9), lambert(0.5), DAffine3::IDENTITY);
     let distance = |near: f64| {
         let view = View { camera: Camera { near, ..camera() }, size: [9, 9] };
-        Reference::new(&scene).surface(&view, DVec2::new(1.3, 2.2)).map(|(_, triangle, _)| triangle.object)
+        Reference::new(&scene)
+            .expect("a scene")
+            .surface(&view, DVec2::new(1.3, 2.2))
+            .map(|(_, triangle, _)| triangle.object)
     };
     assert_eq!((distance(0.09), distance(0.11), distance(2.1)), (Some(1), Some(0), None));
 }
@@ -96,7 +99,7 @@ fn back_faces_of_one_sided_materials_are_not_seen_and_mirrors_turn_them_over() {
         let mut scene = stage();
         let material = Material { two_sided, ..lambert(0.5) };
         add(&mut scene, rectangle([-4.0, -4.0], [4.0, 4.0], 0.0), material, transform);
-        let found = Reference::new(&scene).surface(&view(&scene, 9), DVec2::new(3.3, 4.4));
+        let found = Reference::new(&scene).expect("a scene").surface(&view(&scene, 9), DVec2::new(3.3, 4.4));
         let what = format!("mirrored {mirrored}, turned {turned}, two-sided {two_sided}");
         assert_eq!(found.is_some(), expected, "{what}");
         if let Some((surface, ..)) = found {
@@ -120,7 +123,7 @@ fn holes_of_masks_are_seen_through_and_let_light_through() {
     let material = sieve(&mut scene);
     add(&mut scene, rectangle([-1.0, -1.0], [1.0, 1.0], 0.0), material, moved(1.0));
     // Alpha falls below one half in the middle, and again at the edges, where the image begins anew: from 0 to 1.
-    let reference = Reference::new(&scene);
+    let reference = Reference::new(&scene).expect("a scene");
     let object = |x: f64, y: f64| {
         let pixel = DVec2::new((x / 2.0 + 0.5) * 65.0, (0.5 - y / 2.0) * 65.0);
         reference.surface(&view(&scene, 65), pixel).map(|(_, triangle, _)| triangle.object)
@@ -130,7 +133,7 @@ fn holes_of_masks_are_seen_through_and_let_light_through() {
     // Its shadow lies half a metre lower: x keeps.
     let mut under = scene.clone();
     under.camera.position.z = 0.9;
-    let reference = Reference::new(&under);
+    let reference = Reference::new(&under).expect("a scene");
     let lit = |x: f64| {
         let pixel = DVec2::new((x / 0.9 + 1.0) * 32.5, 32.5);
         reference.visibility(&view(&under, 65), pixel, 0)
@@ -145,7 +148,7 @@ fn a_sphere_under_one_light_obeys_the_cosine_law_up_to_the_terminator() {
     let towards = DVec3::new(1.0, 0.3, 0.2).normalize();
     add(&mut scene, shapes::sphere(0.9, 64), lambert(0.8), DAffine3::IDENTITY);
     scene.lights = vec![sun(towards, 1000.0)];
-    let (reference, view) = (Reference::new(&scene), view(&scene, 65));
+    let (reference, view) = (Reference::new(&scene).expect("a scene"), view(&scene, 65));
     let truth = reference.render(&view, &POINT, &|_, _| {});
     let (mut lit, mut dark, mut smooth) = (0, 0, 0);
     for (x, y) in (0..65).flat_map(|y| (0..65).map(move |x| (x, y))) {
@@ -195,7 +198,7 @@ fn grazing_light_makes_no_acne_at_any_coordinates() {
             scene.camera.position = placed.transform_point3(EYE);
             scene.camera.rotation = DQuat::from_rotation_x(0.4) * DQuat::from_rotation_y(0.3);
             scene.camera.near = scale * 0.1;
-            let (reference, view) = (Reference::new(&scene), view(&scene, 41));
+            let (reference, view) = (Reference::new(&scene).expect("a scene"), view(&scene, 41));
             for (x, y) in (0..41).flat_map(|y| (0..41).map(move |x| (x, y))) {
                 let share = reference.visibility(&view, middle(x, y), 0);
                 assert_eq!(share, 1.0, "far {far}, scale {scale}: acne at ({x}, {y})");
@@ -221,7 +224,7 @@ fn a_penumbra_is_the_visible_share_of_the_disc() {
         // Above the eye, so that it is not in the picture; the half-plane x < 0.
         add(&mut scene, rectangle([-40.0, -40.0], [0.0, 40.0], height), lambert(0.5), DAffine3::IDENTITY);
         let lamp_is = name == "lamp";
-        let (reference, view) = (Reference::new(&scene), view(&scene, 65));
+        let (reference, view) = (Reference::new(&scene).expect("a scene"), view(&scene, 65));
         let mut partly = 0;
         for x in 0..65 {
             let place = seen([65, 65], x, 32).x;
@@ -397,7 +400,7 @@ fn transparent_objects_and_those_that_cast_none_leave_no_shadow() {
             let turn = DAffine3::from_rotation_y(if turned { PI } else { 0.0 });
             add(&mut scene, rectangle([-4.0, -4.0], [4.0, 4.0], 0.0), material, moved(3.0) * turn);
             scene.objects[1].casts_shadow = casts;
-            let found = Reference::new(&scene).visibility(&view(&scene, 9), DVec2::new(3.3, 2.2), 0);
+            let found = Reference::new(&scene).expect("a scene").visibility(&view(&scene, 9), DVec2::new(3.3, 2.2), 0);
             assert_eq!(found, expected, "{casts:?} {alpha_mode:?} turned {turned}");
         }
     }
@@ -405,7 +408,7 @@ fn transparent_objects_and_those_that_cast_none_leave_no_shadow() {
     let lamp = Light { casts_shadow: true, ..point(DVec3::Z * 2.5, 1.0, None, Falloff::InverseSquare) };
     let mut scene = plane(lambert(0.5), vec![lamp]);
     add(&mut scene, rectangle([-4.0, -4.0], [4.0, 4.0], 3.0), lambert(0.5), DAffine3::IDENTITY);
-    assert_eq!(Reference::new(&scene).visibility(&view(&scene, 9), DVec2::new(3.3, 2.2), 0), 1.0);
+    assert_eq!(Reference::new(&scene).expect("a scene").visibility(&view(&scene, 9), DVec2::new(3.3, 2.2), 0), 1.0);
     scene.lights[0] = sun(DVec3::Z, 1.0);
     assert_eq!(at(&render(&scene, 9, &POINT), 4, 4), DVec3::ZERO);
     scene.objects[0].receives_shadow = false;
@@ -416,7 +419,7 @@ fn transparent_objects_and_those_that_cast_none_leave_no_shadow() {
 fn the_number_of_threads_changes_no_bit() {
     let scene = open("builtin:hall");
     let view = View { camera: scene.camera, size: [40, 24] };
-    let reference = Reference::new(&scene);
+    let reference = Reference::new(&scene).expect("a scene");
     for options in [POINT, converged(5)] {
         let on = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
@@ -440,7 +443,7 @@ fn agreed(reference: &Reference, view: &View, x: u32, y: u32) -> Option<Triangle
 /// Differences relative to the truth, in order, of all pixels on which both see the same.
 fn differences(scene: &Scene, picture: &Picture) -> Vec<f64> {
     let view = View { camera: scene.camera, size: picture.size };
-    let reference = Reference::new(scene).with_shadows(false);
+    let reference = Reference::new(scene).expect("a scene").with_shadows(false);
     let truth = reference.render(&view, &POINT, &|_, _| {});
     let same = places(picture).filter(|&(x, y)| agreed(&reference, &view, x, y).is_some());
     let off =

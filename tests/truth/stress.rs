@@ -63,24 +63,23 @@ fn positions_in_half_floats_are_found() {
 }
 
 #[test]
-fn light_below_zero_is_drawn_and_found_and_what_is_no_number_is_not_even_drawn() {
+fn light_below_zero_and_light_that_is_no_number_are_not_even_drawn() {
     on_gpu(|gpu| {
         let painted = |color: Vec3| {
             spoiled(gpu, "lights/distance", &|scene| scene.lights.iter_mut().for_each(|light| light.color = color))
         };
-        for color in [Vec3::NAN, Vec3::splat(f32::INFINITY)] {
+        for (color, fault) in [
+            (Vec3::NAN, "is not finite"),
+            (Vec3::splat(f32::INFINITY), "is not finite"),
+            (Vec3::new(-1.0, 1.0, 1.0), "is negative"),
+        ] {
             let found = painted(color);
-            let words = "light 0 (`lamp`): color is not finite";
+            let words = format!("light 0 (`lamp`): color {fault}");
             assert!(!found.passes());
             for finding in &found.findings {
-                assert!(matches!(&finding.outcome, Outcome::Refused(why) if why == words), "{:?}", finding.outcome);
+                assert!(matches!(&finding.outcome, Outcome::Refused(why) if *why == words), "{:?}", finding.outcome);
             }
         }
-        // A number like any other to the check of scenes, and to the shaders.
-        let found = painted(Vec3::new(-1.0, 1.0, 1.0));
-        assert!(!found.passes());
-        let negative = found.findings.iter().filter(|finding| !finding.is_sane()).count();
-        assert_eq!(negative, found.findings.len(), "{}", told(&found));
         let right = painted(Vec3::ONE);
         assert!(right.passes(), "{}", told(&right));
     });

@@ -569,6 +569,7 @@ mod tests {
         assert!(!hides(0, front, &|scene| scene.materials[0] = samples::glass()), "glass");
         let with_holes = |scene: &mut Scene| {
             scene.materials.push(samples::masked());
+            samples::add_textures(scene);
             scene.objects[0].material = 2;
         };
         assert!(!hides(0, front, &with_holes), "a mask");

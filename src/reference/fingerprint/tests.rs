@@ -92,7 +92,7 @@ fn lights() -> [LightKind; 5] {
 fn figure(scene: &Scene, brdf: Option<Brdf>, mode: Mode) -> f64 {
     let view = View { camera: scene.camera, size: [8, 6] };
     let options = Options { mode, smith: Smith::HeightCorrelated };
-    let truth = Reference::new(scene).with_brdf(brdf).render(&view, &options, &|_, _| {});
+    let truth = Reference::new(scene).expect("a scene").with_brdf(brdf).render(&view, &options, &|_, _| {});
     let weighted = truth.radiance.iter().flatten().enumerate().map(|(index, value)| value * (index + 1) as f64);
     weighted.sum::<f64>() / 10_440.0
 }

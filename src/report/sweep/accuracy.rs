@@ -82,14 +82,18 @@ impl Truths {
     pub const CONVERGED: &'static str = "converged";
 
     /// Renders both, or reads them from the cache. The scene's lights cast shadows as the settings as given have it.
+    ///
+    /// # Errors
+    /// When [`Scene::check`] finds a fault.
     pub fn of(
         scene: &Scene,
         view: &View,
         settings: &Settings,
         samples: u32,
         progress: &(dyn Fn(&str, u64, u64) + Sync),
-    ) -> Self {
-        let reference = Reference::new(scene).with_brdf(settings.brdf).with_shadows(settings.shadows.enabled);
+    ) -> Result<Self, Error> {
+        let reference = Reference::new(scene).map_err(frame::Error::from)?;
+        let reference = reference.with_brdf(settings.brdf).with_shadows(settings.shadows.enabled);
         let cache = Cache::of_user();
         let mut warnings = Vec::new();
         let mut render = |mode, what: &str| {
@@ -108,14 +112,14 @@ impl Truths {
         let converged = render(Mode::Converged { samples }, Self::CONVERGED);
         let options = Options { mode: Mode::Converged { samples }, smith: Smith::default() };
         let exposure = exposure_of(scene, settings);
-        Self {
+        Ok(Self {
             point: Expected::of(&point, exposure, settings.tonemap),
             converged: Expected::of(&converged, exposure, settings.tonemap),
             info: info(&point, &converged, exposure, samples),
             hash: reference.fingerprint(view, &options),
             raw: Raw { point, converged },
             warnings,
-        }
+        })
     }
 
     pub fn errors(&self, drawing: &Drawing) -> Result<ErrorsByTruth, Error> {

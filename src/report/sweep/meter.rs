@@ -10,7 +10,7 @@ use super::families::{name_of, settings_of};
 use super::journal::Drawn;
 use super::model::Attribution;
 use super::timing::{Contender, Effort, Rounds, take_turns};
-use crate::frame::plan_for;
+use crate::frame::{self, plan_for};
 use crate::gpu::Device;
 use crate::measure::Srgb8Image;
 use crate::reference::{Reference, View};
@@ -77,7 +77,8 @@ impl DeviceMeter<'_> {
     /// When the device cannot draw what that takes.
     pub fn attribution(&self, limits: &Limits) -> Result<Attribution, Error> {
         let settings = self.base.decide();
-        let reference = Reference::new(self.scene).with_brdf(settings.brdf).with_shadows(settings.shadows.enabled);
+        let reference = Reference::new(self.scene).map_err(frame::Error::from)?;
+        let reference = reference.with_brdf(settings.brdf).with_shadows(settings.shadows.enabled);
         let view = View { camera: self.camera, size: settings.size };
         let subject = Subject { scene: self.scene, reference: &reference, settings: &settings, view: &view, point: 0 };
         let truths = attribution::Truths { point: &self.truths.raw.point, converged: &self.truths.raw.converged };

@@ -152,7 +152,7 @@ mod tests {
     fn cameras_stand_elsewhere_and_see_something() {
         for spec in ["builtin:hall", "builtin:cornell", "builtin:spheres", "builtin:field"] {
             let scene = scene(spec);
-            let (reference, view) = (Reference::new(&scene), view(&scene));
+            let (reference, view) = (Reference::new(&scene).expect("a scene"), view(&scene));
             let cameras = held_out(&reference, &view, 3);
             assert_eq!(cameras.len(), 3, "{spec}");
             let own = Sight::of(&reference, &view);
@@ -170,7 +170,7 @@ mod tests {
     #[test]
     fn nothing_lies_between_the_scenes_camera_and_the_others() {
         let scene = scene("builtin:hall");
-        let (reference, view) = (Reference::new(&scene), view(&scene));
+        let (reference, view) = (Reference::new(&scene).expect("a scene"), view(&scene));
         for Elsewhere { camera, .. } in held_out(&reference, &view, 3) {
             let way = camera.position - view.camera.position;
             let towards = Camera::looking_at(view.camera.position, camera.position, DVec3::Y);
@@ -184,8 +184,8 @@ mod tests {
     fn the_same_scene_has_the_same_cameras_and_they_can_be_told() {
         let scene = scene("builtin:hall");
         let view = view(&scene);
-        let cameras = held_out(&Reference::new(&scene), &view, 3);
-        assert_eq!(cameras, held_out(&Reference::new(&scene), &view, 3));
+        let cameras = held_out(&Reference::new(&scene).expect("a scene"), &view, 3);
+        assert_eq!(cameras, held_out(&Reference::new(&scene).expect("a scene"), &view, 3));
         for Elsewhere { camera, text } in cameras {
             let told: Camera = text.parse().expect("as --camera takes it");
             assert_eq!(Camera { near: camera.near, ..told }, camera);
@@ -197,6 +197,6 @@ mod tests {
         let scene = scene("builtin:spheres");
         let mut view = view(&scene);
         view.camera = Camera::looking_at(DVec3::new(0.0, 1e4, 0.0), DVec3::new(0.0, 2e4, 0.0), DVec3::X);
-        assert_eq!(held_out(&Reference::new(&scene), &view, 3), []);
+        assert_eq!(held_out(&Reference::new(&scene).expect("a scene"), &view, 3), []);
     }
 }
