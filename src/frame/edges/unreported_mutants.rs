@@ -7,6 +7,7 @@
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
 use super::{Carrier, Edge, RowName, Side};
+use crate::frame::list::GBUFFER_PASS;
 use crate::gpu::sync::Use;
 use crate::passes::forward;
 
@@ -68,7 +69,12 @@ const fn accesses(first: A, second: A) -> A {
     A::from_raw(first.as_raw() | second.as_raw())
 }
 
+const fn stages(first: S, second: S) -> S {
+    S::from_raw(first.as_raw() | second.as_raw())
+}
+
 const ALWAYS: fn(&Edge) -> bool = |_| true;
+const BETWEEN_SUBPASSES: fn(&Edge) -> bool = |edge| edge.by_region;
 const OVER_PRESENTED: Carrier =
     Carrier::ImageBarrier(vk::ImageLayout::PRESENT_SRC_KHR, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
 
@@ -142,7 +148,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         rows: &[RowName::GBUFFER_TO_LIGHTING],
         parts: Parts::Any(Side::After, S::empty(), A::COLOR_ATTACHMENT_READ),
-        only: ALWAYS,
+        only: BETWEEN_SUBPASSES,
         section: "Rasterization Order",
         says: IN_ORDER,
         why: "the same for the emissive light that LIGHTING adds to; the write is noticed by what else LIGHTING drops",
@@ -166,7 +172,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         rows: &[RowName::GBUFFER_TO_LIGHTING, RowName::LIGHTING_TO_TRANSPARENT, RowName::FORWARD_TO_TRANSPARENT],
         parts: Parts::Any(Side::After, S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ),
-        only: ALWAYS,
+        only: BETWEEN_SUBPASSES,
         section: "Rasterization Order",
         says: IN_ORDER,
         why: "the layer takes all that a render pass does to depth to be in rasterization order. That order holds within a subpass; the tests \
@@ -246,5 +252,22 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
                srcSubpass equal to VK_SUBPASS_EXTERNAL, where dstSubpass uses the attachment that will be transitioned",
         why: "the layer takes what a row from OUTSIDE to an earlier subpass makes available to be so for this attachment too. That subpass does not \
               use it, so that its layout may change before. (Of the HDR target's later user, TONEMAP, output-reuse would do by the letter)",
+    },
+    UnreportedMutants {
+        rows: &[RowName::GBUFFER_TO_LIGHTING],
+        parts: Parts::Any(
+            Side::After,
+            stages(S::FRAGMENT_SHADER, S::LATE_FRAGMENT_TESTS),
+            A::from_raw(
+                A::INPUT_ATTACHMENT_READ.as_raw()
+                    | A::COLOR_ATTACHMENT_WRITE.as_raw()
+                    | A::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw(),
+            ),
+        ),
+        only: |edge| edge.carrier == Carrier::Subpass(GBUFFER_PASS),
+        section: "Image Layout Transitions",
+        says: TRANSITION,
+        why: "the layer takes all uses of an attachment that is loaded to be ordered by its load operation. That reads in other stages than inputs do \
+              and than the store writes in, and what GEOMETRY stored, and the new layout, must be visible to each of these accesses",
     },
 ];
