@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use afterlight::frame::{Picture, Pixels};
-use afterlight::reference::tonemap::{encode_srgb, tone_map};
+use afterlight::reference::shown::{Pixel, shown};
 use afterlight::reference::{Cache, Cached, Mode, Options, Reference, Smith, Source, Truth, View};
 use afterlight::scene::{Settings, SettingsPatch, exposure_scale, metered_ev100};
 use clap::ValueEnum;
@@ -187,12 +187,12 @@ fn picture(args: &Args, truth: &Truth, workload: &Workload, settings: &Settings)
         Format::Png => {
             let ev100 = settings.exposure.unwrap_or_else(|| metered_ev100(&workload.scene));
             let exposure = f64::from(exposure_scale(ev100));
-            let code = |linear: f64| (encode_srgb(linear) * 255.0).round() as u8;
-            let shown = |&radiance: &[f64; 3]| {
-                let mapped = tone_map::<f64>(DVec3::from_array(radiance) * exposure, settings.tonemap);
-                [code(mapped.x), code(mapped.y), code(mapped.z), 255]
+            let code = |(index, &radiance): (usize, &[f64; 3])| {
+                let [r, g, b] =
+                    shown(DVec3::from_array(radiance) * exposure, settings, Pixel::numbered(index, truth.size));
+                [r, g, b, 255]
             };
-            Pixels::Srgb8(truth.radiance.par_iter().flat_map_iter(shown).collect())
+            Pixels::Srgb8(truth.radiance.par_iter().enumerate().flat_map_iter(code).collect())
         }
     };
     Picture { size: truth.size, pixels }

@@ -15,6 +15,7 @@ mod material;
 mod render;
 mod sampling;
 mod shadow;
+pub mod shown;
 mod surface;
 mod texture;
 pub mod tonemap;

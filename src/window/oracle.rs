@@ -9,9 +9,9 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::reference::tonemap::{encode_srgb, tone_map};
+use crate::reference::shown::{Pixel, shown};
 use crate::reference::{Reference, Smith, View};
-use crate::scene::{Scene, Settings, Tonemap, exposure_scale};
+use crate::scene::{Scene, Settings, exposure_scale};
 
 /// What is asked.
 pub enum Question {
@@ -152,14 +152,11 @@ fn compare(reference: &Reference, drawn: &Drawn, step: u32, is_wanted: &(dyn Fn(
 fn code(reference: &Reference, drawn: &Drawn, [x, y]: [u32; 2], exposure: f64) -> u8 {
     let place = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
     let light = reference.light(&drawn.view, Smith::default(), place, place);
-    let truth = shown(DVec3::from_array(light) * exposure, drawn.settings.tonemap);
+    let pixel = Pixel { place: [x, y], size: drawn.view.size };
+    let truth = shown(DVec3::from_array(light) * exposure, &drawn.settings, pixel);
     let at = 4 * (y as usize * drawn.view.size[0] as usize + x as usize);
     let own = drawn.picture.get(at..at + 3).unwrap_or(&[0; 3]);
     truth.iter().zip(own).map(|(truth, own)| truth.abs_diff(*own)).max().unwrap_or(0)
-}
-
-fn shown(exposed: DVec3, curve: Tonemap) -> [u8; 3] {
-    tone_map::<f64>(exposed, curve).to_array().map(|linear| (encode_srgb(linear) * 255.0).round() as u8)
 }
 
 #[cfg(test)]
@@ -192,7 +189,8 @@ mod tests {
         for index in 0..SIZE[0] * SIZE[1] {
             let place = DVec2::new(f64::from(index % SIZE[0]) + 0.5, f64::from(index / SIZE[0]) + 0.5);
             let light = DVec3::from_array(reference.light(&view, Smith::default(), place, place));
-            picture.extend(shown(light * f64::from(exposure_scale(exposure)), settings.tonemap));
+            let pixel = Pixel::numbered(index as usize, SIZE);
+            picture.extend(shown(light * f64::from(exposure_scale(exposure)), &settings, pixel));
             picture.push(255);
         }
         let oracle = Oracle::new(scene.clone(), || {});

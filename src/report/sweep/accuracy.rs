@@ -13,9 +13,9 @@ use super::model::{Errors, ErrorsByTruth, TruthInfo};
 use crate::frame::{self, Pixels, Renderer};
 use crate::gpu::Device;
 use crate::measure::{LinearImage, RELATIVE_EPSILON, Srgb8Image, errors, flip, shown_errors};
-use crate::reference::tonemap::{encode_srgb, tone_map};
+use crate::reference::shown::{Pixel, shown};
 use crate::reference::{Cache, Mode, Options, Reference, Smith, Truth, View};
-use crate::scene::{Camera, Output, Scene, Settings, Tonemap, exposure_scale, metered_ev100};
+use crate::scene::{Camera, Output, Scene, Settings, exposure_scale, metered_ev100};
 
 /// What a point's pictures are compared with.
 #[derive(Debug, Clone, PartialEq)]
@@ -68,12 +68,14 @@ pub fn exposure_of(scene: &Scene, settings: &Settings) -> f64 {
 }
 
 impl Expected {
-    fn of(truth: &Truth, exposure: f64, curve: Tonemap) -> Self {
+    fn of(truth: &Truth, exposure: f64, settings: &Settings) -> Self {
         let light = LinearImage { size: truth.size, pixels: truth.radiance.clone() }.scaled(exposure);
-        let code = |linear: f64| (encode_srgb(linear) * 255.0).round() as u8;
-        let shown =
-            light.pixels.iter().map(|&light| tone_map::<f64>(DVec3::from_array(light), curve).to_array().map(code));
-        Self { shown: Srgb8Image { size: truth.size, pixels: shown.collect() }, light }
+        let size = truth.size;
+        let code = |(index, &light): (usize, &[f64; 3])| {
+            shown(DVec3::from_array(light), settings, Pixel::numbered(index, size))
+        };
+        let pixels = light.pixels.iter().enumerate().map(code).collect();
+        Self { shown: Srgb8Image { size, pixels }, light }
     }
 }
 
@@ -113,8 +115,8 @@ impl Truths {
         let options = Options { mode: Mode::Converged { samples }, smith: Smith::default() };
         let exposure = exposure_of(scene, settings);
         Ok(Self {
-            point: Expected::of(&point, exposure, settings.tonemap),
-            converged: Expected::of(&converged, exposure, settings.tonemap),
+            point: Expected::of(&point, exposure, settings),
+            converged: Expected::of(&converged, exposure, settings),
             info: info(&point, &converged, exposure, samples),
             hash: reference.fingerprint(view, &options),
             raw: Raw { point, converged },
