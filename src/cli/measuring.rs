@@ -71,8 +71,8 @@ impl MeasuringArgs {
 
     /// The options of drawing, with the size of `--quick`.
     pub fn settings(&self, settings: &SettingsArgs) -> SettingsArgs {
-        let size = settings.size.or(self.quick.then_some(QUICK_SIZE));
-        SettingsArgs { size, ..settings.clone() }
+        let quick = SettingsPatch { size: self.quick.then_some(QUICK_SIZE), ..SettingsPatch::default() };
+        SettingsArgs { said: settings.said.or(&quick), ..settings.clone() }
     }
 
     /// The first line of a journal.

@@ -9,7 +9,7 @@ use std::time::Instant;
 use afterlight::frame::{Picture, Pixels};
 use afterlight::reference::shown::{Pixel, shown};
 use afterlight::reference::{Cache, Cached, Mode, Options, Reference, Smith, Source, Truth, View};
-use afterlight::scene::{Settings, SettingsPatch, exposure_scale, metered_ev100};
+use afterlight::scene::{SETTINGS, Setting, Settings, SettingsPatch, exposure_scale, metered_ev100};
 use clap::ValueEnum;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -81,7 +81,9 @@ const MOST_PIXELS: u64 = 1 << 26;
 /// # Errors
 /// An option that the truth does not have, a scene that cannot be read, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    if args.output.format == Format::Exr && (args.settings.exposure.is_some() || args.settings.tonemap.is_some()) {
+    if args.output.format == Format::Exr
+        && (args.settings.said.exposure.is_some() || args.settings.said.tonemap.is_some())
+    {
         let why = "an .exr picture holds linear light in nits: --exposure and --tonemap do not apply to it";
         return Err(Failure::usage(why));
     }
@@ -136,30 +138,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// What only says how a frame approximates the truth, or how it is made, does not apply to the truth.
 fn refuse_approximations(args: &SettingsArgs) -> Result<(), Failure> {
-    let given = [
-        ("--gbuffer", args.gbuffer.is_some()),
-        ("--light-path", args.light_path.is_some()),
-        ("--light-cutoff", args.light_cutoff.is_some()),
-        ("--depth-prepass", args.depth_prepass.is_some()),
-        ("--textbook", args.textbook.is_some()),
-        ("--hdr-format", args.hdr_format.is_some()),
-        ("--transparency", args.transparency.is_some()),
-        ("--shadow-size", args.shadow_size.is_some()),
-        ("--fxaa", args.fxaa.is_some()),
-        ("--msaa", args.msaa.is_some()),
-        ("--anisotropy", args.anisotropy.is_some()),
-        ("--resolve", args.resolve.is_some()),
-        ("--shadow-filter", args.shadow_filter.is_some()),
-        ("--cascades", args.cascades.is_some()),
-        ("--shadow-lambda", args.shadow_lambda.is_some()),
-        ("--shadow-budget", args.shadow_budget.is_some()),
-        ("--shadow-cache", args.shadow_cache.is_some()),
-        ("--shadow-normal-offset", args.shadow_normal_offset.is_some()),
-        ("--shadow-slope-bias", args.shadow_slope_bias.is_some()),
-        ("--plan", args.plan.is_some()),
-    ];
-    let Some((name, _)) = given.into_iter().find(|(_, is_given)| *is_given) else { return Ok(()) };
-    let why = format!("{name} says how a frame is drawn: the truth is computed without it");
+    let given = SETTINGS.iter().find(|setting| !setting.of_truth && setting.text(&args.said).is_some());
+    let Some(Setting { key, .. }) = given else { return Ok(()) };
+    let why = format!("--{key} says how a frame is drawn: the truth is computed without it");
     let what = "--size, --camera, --brdf and --shadows on|off apply, and --exposure and --tonemap to a .png";
     Err(Failure::usage(why).with_hint(what))
 }
@@ -283,8 +264,9 @@ mod tests {
     #[test]
     fn what_does_not_apply_is_refused_by_name() {
         let refused = |settings: SettingsArgs| refuse_approximations(&settings).err().map(|f| f.message().to_owned());
-        assert_eq!(refused(SettingsArgs { size: Some([9, 9]), shadows: Some(false), ..Default::default() }), None);
-        let msaa = refused(SettingsArgs { msaa: Some(4), ..Default::default() });
+        let given = |text: &str| SettingsArgs { said: text.parse().expect("settings"), ..Default::default() };
+        assert_eq!(refused(given("size=9x9 shadows=off")), None);
+        let msaa = refused(given("msaa=4"));
         assert!(msaa.is_some_and(|message| message.starts_with("--msaa ")));
     }
 }

@@ -54,9 +54,7 @@ pub struct Args {
     /// Jittered frames that are averaged into the picture, 1 to 4096 [default: 8, or 1 with --fxaa, --msaa or --view]
     #[arg(long, value_name = "N", value_parser = samples, allow_hyphen_values = true)]
     samples: Option<u32>,
-    /// What the picture shows: final, position, normal, normal-absolute, albedo, metallic, roughness, depth, shadow-map,
-    /// lighting, overdraw, lights-per-pixel, complexity, triangle, or all of them on one labelled sheet
-    #[arg(long, value_name = "NAME|all", value_parser = view)]
+    #[arg(long, value_name = "NAME|all", value_parser = view, help = view_help())]
     view: Option<ViewChoice>,
     /// Print nothing but errors
     #[arg(short, long)]
@@ -67,6 +65,11 @@ pub struct Args {
     device: DeviceArgs,
 }
 
+fn view_help() -> String {
+    let names: Vec<_> = View::NAMES.iter().map(|(name, _)| *name).collect();
+    format!("What the picture shows: {}, or all of them on one labelled sheet", names.join(", "))
+}
+
 /// Draws and writes the picture.
 ///
 /// # Errors
@@ -75,7 +78,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.view == Some(ViewChoice::All) && args.output.format == Format::Exr {
         return Err(Failure::usage("--view all makes a PNG picture: the views have no common unit for an .exr file"));
     }
-    if args.output.format == Format::Exr && (args.settings.exposure.is_some() || args.settings.tonemap.is_some()) {
+    if args.output.format == Format::Exr
+        && (args.settings.said.exposure.is_some() || args.settings.said.tonemap.is_some())
+    {
         let why = "an .exr picture holds linear light in nits: --exposure and --tonemap do not apply to it";
         return Err(Failure::usage(why));
     }
@@ -164,7 +169,7 @@ fn plan_and_memory(plan: &FramePlan, times: &Table, device: &Device) -> String {
 /// The samples asked for: whoever says something of anti-aliasing first of the command line, `--settings` and the scene file. A view, or
 /// another kind of anti-aliasing, takes the place of the samples that those behind it say.
 fn chosen_samples(args: &Args, workload: &Workload) -> u32 {
-    let command_line = SettingsPatch { samples: args.samples, ..args.settings.patch() };
+    let command_line = SettingsPatch { samples: args.samples, ..args.settings.said.clone() };
     let chosen = |patch: &SettingsPatch, view: bool| {
         let other = view || patch.fxaa == Some(true) || patch.msaa.is_some_and(|msaa| msaa > 1);
         patch.samples.or(other.then_some(1))

@@ -133,7 +133,7 @@ impl Args {
 /// `render` would choose by itself.
 fn tuned(args: &Args, workload: &Workload, choice: &SettingsPatch) -> SettingsPatch {
     let samples = Some(workload.decided(choice).samples);
-    let size = args.settings.size.or(workload.settings_file.size);
+    let size = args.settings.said.size.or(workload.settings_file.size);
     SettingsPatch { size, samples, ..choice.or(&workload.said()) }
 }
 

@@ -55,8 +55,8 @@ impl Workload {
     /// # Errors
     /// When `spec` names no scene that can be read, or the settings file is wrong.
     pub fn open(spec: &str, args: &SettingsArgs, quiet: bool) -> Result<Self, Failure> {
-        let settings_file = args.settings.as_deref().map(load_settings).transpose()?.unwrap_or_default();
-        let command_line = args.patch();
+        let settings_file = args.file.as_deref().map(load_settings).transpose()?.unwrap_or_default();
+        let command_line = args.said.clone();
         let progress = progress::loading(spec, quiet);
         let start = Instant::now();
         let tell = |step| progress.tell(step);

@@ -17,7 +17,6 @@ mod light;
 mod load;
 mod material;
 pub(crate) mod mesh;
-mod names;
 pub mod obj;
 mod optional_parts;
 mod path;
@@ -26,7 +25,6 @@ mod suggest;
 mod temperature;
 mod texture;
 mod uvs;
-mod vary;
 
 pub use bounds::Aabb;
 pub use camera::{Camera, HEIGHT as ORTHOGRAPHIC_HEIGHT, Projection};
@@ -38,13 +36,11 @@ pub use light::{Falloff, Light, LightKind, unit};
 pub use load::{OpenOptions, open};
 pub use material::{AlphaMode, Brdf, Material, TextureSlot};
 pub use mesh::{CastsShadow, Mesh, Object, TriangleId};
-pub use names::TARGETS;
 pub use optional_parts::{Keep, OptionalPart};
 pub use path::{CameraKey, CameraPath};
 pub use settings::{
-    GbufferChoice, GbufferPreset, HdrFormat, LightPath, MAX_ANISOTROPY, MAX_SAMPLES, MAX_SHADOW_SIZE, MIN_SHADOW_SIZE,
-    MSAA, Output, Resolve, Settings, SettingsPatch, ShadowFilter, ShadowSettings, TargetChoice, Tonemap, Transparency,
-    View, parse_size,
+    GbufferChoice, GbufferPreset, HdrFormat, LightPath, MSAA, Output, Resolve, SETTINGS, Setting, Settings,
+    SettingsPatch, ShadowFilter, ShadowSettings, Sweep, TARGETS, TargetChoice, Tonemap, Transparency, ValueKind, View,
 };
 pub use suggest::{nearest, unknown};
 pub use temperature::{KELVIN, black_body_color};

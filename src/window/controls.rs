@@ -1,10 +1,8 @@
 //! The panels: what the frame did and what it cost, and what can be changed of it.
 
-use std::fmt::Display;
-
 use egui::{
-    CollapsingHeader, ComboBox, Context, Grid, RichText, ScrollArea, Sense, Slider, SliderClamping, Stroke, Ui, Vec2,
-    pos2,
+    CollapsingHeader, ComboBox, Context, Grid, Id, Response, RichText, ScrollArea, Sense, Slider, SliderClamping,
+    Stroke, Ui, Vec2, pos2,
 };
 
 use super::clock::Interval;
@@ -13,10 +11,7 @@ use super::oracle::ErrorMap;
 use crate::frame::FrameTimes;
 use crate::gpu::MemoryReport;
 use crate::plan::{FramePlan, Part};
-use crate::scene::{
-    GbufferChoice, GbufferPreset, HdrFormat, Light, LightKind, LightPath, MSAA, Settings, ShadowFilter, Tonemap,
-    Transparency, View,
-};
+use crate::scene::{GbufferChoice, GbufferPreset, Light, LightKind, SETTINGS, Setting, Settings, ValueKind, View};
 
 /// What is known of the frames so far.
 pub struct Facts<'a> {
@@ -173,7 +168,7 @@ fn panels(ui: &mut Ui, facts: &Facts, values: &mut Values) {
         ui.colored_label(ui.visuals().error_fg_color, refused);
     }
     CollapsingHeader::new("Picture").default_open(true).show(ui, |ui| picture(ui, facts, values));
-    CollapsingHeader::new("Shadows").show(ui, |ui| shadows(ui, &mut values.settings));
+    CollapsingHeader::new("Shadows").show(ui, |ui| rows(ui, &mut values.settings, true));
     let own = facts.lights;
     CollapsingHeader::new(format!("Lights ({})", own.len())).show(ui, |ui| lights(ui, own, &mut values.lights));
     CollapsingHeader::new("Frame").default_open(true).show(ui, |ui| frame(ui, &facts.times));
@@ -222,27 +217,70 @@ fn picture(ui: &mut Ui, facts: &Facts, values: &mut Values) {
         ui.add(slider.text("exposure, EV100"));
     }
     roughness(ui, &mut values.roughness);
-    let settings = &mut values.settings;
-    choose(ui, "tone mapper", &mut settings.tonemap, Tonemap::NAMES);
-    choose(ui, "view", &mut settings.view, View::NAMES);
-    choose(ui, "light path", &mut settings.light_path, LightPath::NAMES);
-    let mut preset = settings.gbuffer.preset;
-    choose(ui, "G-buffer", &mut preset, GbufferPreset::NAMES);
-    if preset != settings.gbuffer.preset {
-        // Targets that were chosen one by one go with the preset that they were chosen over.
-        settings.gbuffer = GbufferChoice { preset, ..GbufferChoice::default() };
-    }
-    choose(ui, "HDR target", &mut settings.hdr_format, HdrFormat::NAMES);
-    choose(ui, "transparency", &mut settings.transparency, Transparency::NAMES);
-    among(ui, "MSAA", &mut settings.msaa, &MSAA);
-    among(ui, "anisotropy", &mut settings.anisotropy, &[1, 2, 4, 8, 16]);
-    ui.checkbox(&mut settings.fxaa, "FXAA");
-    let mut prepass = settings.depth_prepass;
-    choose(ui, "depth pre-pass", &mut prepass, &[("auto", None), ("on", Some(true)), ("off", Some(false))]);
-    settings.depth_prepass = prepass;
+    rows(ui, &mut values.settings, false);
 }
 
-/// Frames are made anew for another value, so that it changes when the slider is let go.
+/// Those of the table, or those of its shadows.
+fn rows(ui: &mut Ui, settings: &mut Settings, of_shadows: bool) {
+    for setting in SETTINGS.iter().filter(|own| own.in_panel && own.toml.starts_with("shadows.") == of_shadows) {
+        if setting.values == ValueKind::Layout {
+            layout(ui, setting, &mut settings.gbuffer);
+        } else if let Some(chosen) = row(ui, setting, setting.text(&settings.patch())) {
+            let mut patch = settings.patch();
+            // What is offered is what it may be.
+            let _ = setting.set(&mut patch, chosen.as_deref());
+            *settings = Settings { output: settings.output, ..patch.decide() };
+        }
+    }
+}
+
+/// A setting, and what it is changed to, if it is: a slider for numbers that are not counted, else a box or a menu of all that it may be.
+fn row(ui: &mut Ui, setting: &Setting, text: Option<String>) -> Option<Option<String>> {
+    let id = ui.id().with(setting.key);
+    if let (ValueKind::Number(from, to), Some(number)) =
+        (setting.values, text.as_ref().and_then(|text| text.parse().ok()))
+    {
+        let slider = |ui: &mut Ui, number: &mut f32| {
+            let slider = Slider::new(number, from..=to).logarithmic(to - from > 10.0);
+            ui.add(slider.text(setting.label())).on_hover_text(setting.help)
+        };
+        return settled(ui, id, number, slider).map(|number| Some(number.to_string()));
+    }
+    let mut chosen = text.clone();
+    if let (ValueKind::OnOff, Some(now)) = (setting.values, &text) {
+        let mut on = now == "on";
+        ui.checkbox(&mut on, setting.title).on_hover_text(setting.help);
+        chosen = Some(if on { "on" } else { "off" }.to_owned());
+    } else {
+        let tried = setting.tried.iter().map(|number| (*number).to_owned());
+        let mut all = if setting.tried.is_empty() { setting.values.all() } else { tried.collect() };
+        // What a file says may be none of those that are tried.
+        all.extend(text.clone().filter(|text| !all.contains(text)));
+        let unset = Some((setting.unset.to_owned(), None)).filter(|(name, _)| !name.is_empty());
+        let names: Vec<_> = unset.into_iter().chain(all.into_iter().map(|text| (text.clone(), Some(text)))).collect();
+        choose(ui, &setting.label(), &mut chosen, &names).on_hover_text(setting.help);
+    }
+    (chosen != text).then_some(chosen)
+}
+
+/// Targets that were chosen one by one go with the preset that they were chosen over.
+fn layout(ui: &mut Ui, setting: &Setting, gbuffer: &mut GbufferChoice) {
+    let mut preset = gbuffer.preset;
+    choose(ui, setting.title, &mut preset, GbufferPreset::NAMES).on_hover_text(setting.help);
+    if preset != gbuffer.preset {
+        *gbuffer = GbufferChoice { preset, ..GbufferChoice::default() };
+    }
+}
+
+/// A number that is changed by `widget`, as soon as it is let go: frames are made anew for another.
+fn settled(ui: &mut Ui, id: Id, number: f32, widget: impl FnOnce(&mut Ui, &mut f32) -> Response) -> Option<f32> {
+    let mut dragged = ui.data(|data| data.get_temp(id)).unwrap_or(number);
+    let response = widget(ui, &mut dragged);
+    let is_held = response.dragged() && !response.drag_stopped();
+    ui.data_mut(|data| if is_held { data.insert_temp(id, dragged) } else { data.remove::<f32>(id) });
+    Some(dragged).filter(|_| !is_held && dragged != number)
+}
+
 fn roughness(ui: &mut Ui, roughness: &mut Option<f32>) {
     ui.horizontal(|ui| {
         let mut overrides = roughness.is_some();
@@ -250,26 +288,10 @@ fn roughness(ui: &mut Ui, roughness: &mut Option<f32>) {
         if overrides != roughness.is_some() {
             *roughness = overrides.then_some(0.5);
         }
-        let id = ui.id().with("roughness");
-        let Some(value) = roughness else {
-            return ui.data_mut(|data| data.remove::<f32>(id));
-        };
-        let mut dragged = ui.data(|data| data.get_temp(id)).unwrap_or(*value);
-        let slider = ui.add(Slider::new(&mut dragged, 0.0..=1.0));
-        ui.data_mut(|data| data.insert_temp(id, dragged));
-        if slider.drag_stopped() || slider.changed() && !slider.dragged() {
-            *value = dragged;
-        }
+        let Some(value) = roughness else { return };
+        let slider = |ui: &mut Ui, number: &mut f32| ui.add(Slider::new(number, 0.0..=1.0));
+        *value = settled(ui, ui.id().with("roughness"), *value, slider).unwrap_or(*value);
     });
-}
-
-fn shadows(ui: &mut Ui, settings: &mut Settings) {
-    let shadows = &mut settings.shadows;
-    ui.checkbox(&mut shadows.enabled, "shadow maps");
-    choose(ui, "filter", &mut shadows.filter, ShadowFilter::NAMES);
-    among(ui, "texels an edge", &mut shadows.size, &[256, 512, 1024, 2048, 4096]);
-    among(ui, "cascades", &mut shadows.cascades, &[1, 2, 3, 4]);
-    ui.checkbox(&mut shadows.cache, "only those in which something moved are drawn");
 }
 
 /// A slider for each light's intensity.
@@ -359,30 +381,56 @@ fn choose_beside(ui: &mut Ui, beside: &mut Option<View>) {
 }
 
 /// One value of a table of names.
-fn choose<T: Copy + PartialEq>(ui: &mut Ui, label: &str, value: &mut T, names: &[(&'static str, T)]) {
-    let name = names.iter().find(|(_, own)| own == value).map_or("", |(name, _)| name);
-    ComboBox::from_label(label).selected_text(name).show_ui(ui, |ui| {
-        for &(name, own) in names {
-            ui.selectable_value(value, own, name);
+fn choose<N: AsRef<str>, T: Clone + PartialEq>(ui: &mut Ui, label: &str, value: &mut T, names: &[(N, T)]) -> Response {
+    let name = names.iter().find(|(_, own)| own == value).map_or("", |(name, _)| name.as_ref());
+    let menu = ComboBox::from_label(label).selected_text(name).show_ui(ui, |ui| {
+        for (name, own) in names {
+            ui.selectable_value(value, own.clone(), name.as_ref());
         }
     });
-}
-
-/// One of a few numbers.
-fn among<T: Copy + PartialEq + Display>(ui: &mut Ui, label: &str, value: &mut T, numbers: &[T]) {
-    ComboBox::from_label(label).selected_text(value.to_string()).show_ui(ui, |ui| {
-        for &own in numbers {
-            ui.selectable_value(value, own, own.to_string());
-        }
-    });
+    menu.response
 }
 
 #[cfg(test)]
 mod tests {
+    use egui::Shape;
     use glam::{DVec3, Vec3};
 
     use super::*;
-    use crate::scene::Falloff;
+    use crate::scene::{Falloff, SettingsPatch};
+    use crate::window::overlay::fonts;
+
+    #[test]
+    fn every_setting_of_the_panel_has_its_row_and_none_changes_by_itself() {
+        let context = Context::default();
+        context.set_fonts(fonts());
+        // No row has its default but may be anything that a file says.
+        let mut settings =
+            "anisotropy=5 gbuffer=fat,normal=rgb10a2 msaa=4 shadow-normal-offset=3".parse::<SettingsPatch>();
+        let mut settings = settings.as_mut().map(|patch| patch.decide()).expect("settings");
+        let before = settings.clone();
+        let screen = egui::Rect::from_min_size(pos2(0.0, 0.0), Vec2::new(800.0, 4000.0));
+        let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
+        let output = context.run(input, |context| {
+            egui::CentralPanel::default().show(context, |ui| {
+                rows(ui, &mut settings, false);
+                rows(ui, &mut settings, true);
+            });
+        });
+        assert_eq!(settings, before);
+        let shown: Vec<&str> = output
+            .shapes
+            .iter()
+            .filter_map(|clipped| match &clipped.shape {
+                Shape::Text(text) => Some(text.galley.text()),
+                _ => None,
+            })
+            .collect();
+        for setting in SETTINGS.iter().filter(|setting| setting.in_panel) {
+            assert!(shown.iter().any(|text| text.starts_with(setting.title)), "{} is not in {shown:?}", setting.title);
+        }
+        assert!(["fat", "5", "4", "3.0"].iter().all(|value| shown.contains(value)), "{shown:?}");
+    }
 
     #[test]
     fn a_dark_light_can_be_set_to_what_others_in_its_unit_have() {

@@ -135,7 +135,7 @@ impl Overlay {
 }
 
 /// Letters, and letters of one width. egui's own choice adds 0.7 MB of emoji, which nothing here shows.
-fn fonts() -> FontDefinitions {
+pub(super) fn fonts() -> FontDefinitions {
     let mut fonts = FontDefinitions::empty();
     let faces = [("letters", UBUNTU_LIGHT, FontFamily::Proportional), ("code", HACK_REGULAR, FontFamily::Monospace)];
     for (name, bytes, family) in faces {

@@ -12,16 +12,14 @@ use crate::common::some_of;
 use afterlight::frame::edges;
 use afterlight::gpu::vk;
 use afterlight::plan::{Canvas, Capabilities, Encoding, FramePlan, Transfer};
-use afterlight::scene::{
-    AlphaMode, Brdf, HdrFormat, LightPath, OpenOptions, Scene, Settings, TARGETS, Tonemap, Transparency, View, open,
-};
+use afterlight::scene::{AlphaMode, LightPath, OpenOptions, Scene, Settings, Transparency, open};
 use rayon::prelude::*;
 
-fn project() -> &'static Path {
+pub fn project() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-fn document(name: &str) -> String {
+pub fn document(name: &str) -> String {
     fs::read_to_string(project().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
@@ -189,7 +187,7 @@ afterlight() {
 }
 "#;
 
-fn help_of(command: &str) -> String {
+pub fn help_of(command: &str) -> String {
     let output = program().args([command, "--help"]).output().expect("the program starts");
     assert!(output.status.success(), "{command} --help: {}", output.status);
     String::from_utf8(output.stdout).expect("help is UTF-8")
@@ -197,7 +195,7 @@ fn help_of(command: &str) -> String {
 
 #[test]
 fn the_documents_name_every_option_and_no_other() {
-    let documents = ["README.md", "docs/COMMANDS.md", "docs/WINDOW.md"].map(document).concat();
+    let documents = ["README.md", "docs/COMMANDS.md", "docs/SETTINGS.md", "docs/WINDOW.md"].map(document).concat();
     let options = |text: &str| -> BTreeSet<String> {
         let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '-'));
         let options = words.filter(|word| word.len() > 3 && word.starts_with("--") && !word[2..].starts_with('-'));
@@ -218,20 +216,6 @@ fn the_documents_name_every_option_and_no_other() {
     let missing: Vec<_> = defined.difference(&named).filter(|option| *option != "--help").collect();
     let invented: Vec<_> = named.difference(&defined).collect();
     assert!(missing.is_empty() && invented.is_empty(), "missing: {missing:?}, invented: {invented:?}");
-}
-
-#[test]
-fn the_readme_names_every_value_of_the_settings() {
-    let readme = document("README.md");
-    let mut names: Vec<String> = Vec::new();
-    names.extend(View::NAMES.iter().map(|(name, _)| name.to_string()));
-    names.extend(Brdf::NAMES.iter().map(|(name, _)| name.to_string()));
-    names.extend(Transparency::NAMES.iter().map(|(name, _)| name.to_string()));
-    names.extend(Tonemap::NAMES.iter().map(|(name, _)| name.to_string()));
-    names.extend(HdrFormat::NAMES.iter().map(|(name, _)| name.to_string()));
-    names.extend(TARGETS.iter().flat_map(|(_, formats)| *formats).map(|format| format.name().to_owned()));
-    let missing: Vec<_> = names.iter().filter(|name| !readme.contains(&format!("`{name}`"))).collect();
-    assert!(missing.is_empty(), "{missing:?}");
 }
 
 /// The exit codes are those that the help prints.
@@ -316,7 +300,7 @@ fn row(edge: &edges::Edge) -> String {
     format!("| `{}` | {} | {} | {} |", edge.name, edge.from, edge.to, edge.why)
 }
 
-fn device() -> Capabilities {
+pub fn device() -> Capabilities {
     Capabilities {
         max_layers: 256,
         depth_clamp: true,

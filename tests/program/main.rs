@@ -7,5 +7,6 @@ mod cheapest;
 mod cli;
 mod docs;
 mod layering;
+mod settings;
 #[cfg(feature = "hot-reload")]
 mod shader_exchange;

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use afterlight::gpu::Device;
-use afterlight::scene::{Settings, SettingsPatch};
+use afterlight::scene::{SETTINGS, Settings, SettingsPatch};
 
 use super::args::{DeviceArgs, SettingsArgs, value};
 use super::failure::Failure;
@@ -68,7 +68,7 @@ pub struct Args {
 }
 
 fn vary_help() -> String {
-    let keys: Vec<_> = SettingsPatch::keys().collect();
+    let keys: Vec<_> = SETTINGS.iter().map(|setting| setting.key).collect();
     format!(
         "Compare with other settings: key=value, several in one go separated by blanks; may be given several times. Keys: {}",
         keys.join(", ")

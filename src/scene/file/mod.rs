@@ -161,12 +161,11 @@ fn add_tangents(scene: &mut Scene) {
 /// Lights, environment, camera and settings; what a file without a base does not say is fitted to its models.
 fn light_and_view(root: &Table, scene: &mut Scene, folder: &Path, options: &OpenOptions) -> Result<(), Error> {
     let says = |key: &str| root.get(key).is_some();
-    let mut own = root.read("settings", settings::settings)?.unwrap_or_default();
-    let exposure = root.read("camera", settings::camera_exposure)?.flatten();
-    own.exposure = own.exposure.or(exposure);
+    let own = root.read("settings", settings::settings)?.unwrap_or_default();
+    let of_camera = root.read("camera", settings::camera_exposure)?.unwrap_or_default();
     let from =
         root.read("settings", |node| settings::from(node, folder, &mut scene.files))?.flatten().unwrap_or_default();
-    scene.settings = own.or(&from).or(&scene.settings);
+    scene.settings = own.or(&of_camera).or(&from).or(&scene.settings);
     for (index, node) in root.list("lights")?.iter().enumerate() {
         scene.lights.push(lights::light(node, index)?);
     }

@@ -58,7 +58,6 @@ pub(super) const KELVIN: Limit =
 pub(super) const RADIUS: Limit = Limit { text: "from 0 to 1e15", holds: |x| (0.0..=1e15).contains(&x) };
 pub(super) const SUN_ANGLE: Limit = Limit { text: "from 0 to 90 degrees", holds: |x| (0.0..=90.0).contains(&x) };
 pub(super) const FACTOR: Limit = Limit { text: "a number from -1e6 to 1e6", holds: |x| x.abs() <= 1e6 };
-pub(super) const EV100: Limit = Limit { text: "an EV100 from -100 to 100", holds: |x| x.abs() <= 100.0 };
 
 /// A value with the key that leads to it.
 #[derive(Clone)]
@@ -94,6 +93,15 @@ impl<'a> Node<'a> {
 
     pub fn number_f32(&self, limit: Limit) -> Result<f32, Error> {
         self.number(limit).map(|number| number as f32)
+    }
+
+    /// A number as a single float, or as a whole number, is written.
+    pub fn digits(&self) -> Option<String> {
+        match self.value {
+            DeValue::Float(float) => float.as_str().parse::<f64>().ok().map(|number| format!("{:?}", number as f32)),
+            DeValue::Integer(own) => i64::from_str_radix(own.as_str(), own.radix()).ok().map(|n| n.to_string()),
+            _ => None,
+        }
     }
 
     /// A whole number in a range.

@@ -1,4 +1,7 @@
-//! The keys of a scene file, table by table. docs/SCENES.md explains each; a test holds the two together.
+//! The keys of a scene file, table by table. docs/SCENES.md explains each; a test holds the two together. Those of settings are the rows of
+//! [`SETTINGS`](crate::scene::SETTINGS), and docs/SETTINGS.md has them.
+
+use crate::scene::settings;
 
 /// A table of the scene file and the keys that it takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -115,31 +118,7 @@ pub(super) const ENVIRONMENT: Schema = Schema {
         "background_strength",
     ],
 };
-pub(super) const SETTINGS: Schema = Schema {
-    table: "settings",
-    keys: &[
-        "size",
-        "exposure",
-        "tonemap",
-        "brdf",
-        "gbuffer",
-        "shadows",
-        "view",
-        "light_path",
-        "light_cutoff",
-        "depth_prepass",
-        "textbook",
-        "samples",
-        "resolve",
-        "fxaa",
-        "hdr_format",
-        "transparency",
-        "msaa",
-        "anisotropy",
-        "plan",
-        "from",
-    ],
-};
+pub(super) const SETTINGS: Schema = Schema { table: "settings", keys: settings::KEYS };
 /// A file with a camera's path.
 pub(super) const PATH: Schema = Schema { table: "path", keys: &["keys"] };
 pub(super) const KEY: Schema = Schema {
@@ -148,10 +127,7 @@ pub(super) const KEY: Schema = Schema {
 };
 /// What stands at the top of a settings file, which is no scene.
 pub(super) const SETTINGS_FILE: Schema = Schema { table: "settings file", keys: &["settings", "evidence"] };
-pub(super) const SHADOWS: Schema = Schema {
-    table: "settings.shadows",
-    keys: &["enabled", "size", "filter", "cascades", "lambda", "budget", "cache", "normal_offset", "slope_bias"],
-};
+pub(super) const SHADOWS: Schema = Schema { table: "settings.shadows", keys: settings::SHADOW_KEYS };
 
 /// All tables, in the order of the documentation.
 pub const TABLES: &[Schema] = &[

@@ -4,12 +4,10 @@ use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec3};
 
-use super::node::{EV100, FACTOR, FIELD_OF_VIEW, LENGTH, Node, SHARE, STRENGTH, Table};
+use super::node::{FIELD_OF_VIEW, LENGTH, Node, STRENGTH, Table};
 use super::place::rotation;
 use super::schema;
-use crate::scene::{
-    Camera, Environment, Error, MAX_SHADOW_SIZE, MIN_SHADOW_SIZE, Projection, SettingsPatch, parse_size,
-};
+use crate::scene::{Camera, Environment, Error, Projection, SETTINGS, Setting, SettingsPatch, ValueKind};
 
 /// What the file says of the camera, over what there was.
 pub(super) fn camera(node: &Node, before: Camera) -> Result<Camera, Error> {
@@ -47,8 +45,12 @@ pub(super) fn camera_of(table: &Table, mut camera: Camera) -> Result<Camera, Err
 }
 
 /// `camera.exposure`: the same as `settings.exposure`, for who thinks of it as the camera's.
-pub(super) fn camera_exposure(node: &Node) -> Result<Option<f32>, Error> {
-    node.table(schema::CAMERA)?.read("exposure", |node| node.number_f32(EV100))
+pub(super) fn camera_exposure(node: &Node) -> Result<SettingsPatch, Error> {
+    let mut patch = SettingsPatch::default();
+    if let Some(node) = node.table(schema::CAMERA)?.get("exposure") {
+        SETTINGS.iter().filter(|setting| setting.key == "exposure").try_for_each(|own| said(own, &node, &mut patch))?;
+    }
+    Ok(patch)
 }
 
 pub(super) fn environment(node: &Node, environment: Environment) -> Result<Environment, Error> {
@@ -77,32 +79,38 @@ pub(super) fn environment(node: &Node, environment: Environment) -> Result<Envir
 
 pub(super) fn settings(node: &Node) -> Result<SettingsPatch, Error> {
     let table = node.table(schema::SETTINGS)?;
-    let mut patch = SettingsPatch {
-        size: table.read("size", size)?,
-        exposure: table.read("exposure", |node| node.number_f32(EV100))?,
-        tonemap: table.read("tonemap", Node::name)?,
-        brdf: table.read("brdf", Node::name)?,
-        gbuffer: table.read("gbuffer", Node::name)?,
-        view: table.read("view", Node::name)?,
-        light_path: table.read("light_path", Node::name)?,
-        light_cutoff: table.read("light_cutoff", Node::boolean)?,
-        depth_prepass: table.read("depth_prepass", Node::boolean)?,
-        textbook: table.read("textbook", Node::boolean)?,
-        samples: table.read("samples", |node| node.integer(1..=crate::scene::MAX_SAMPLES))?,
-        resolve: table.read("resolve", Node::name)?,
-        fxaa: table.read("fxaa", Node::boolean)?,
-        hdr_format: table.read("hdr_format", Node::name)?,
-        transparency: table.read("transparency", Node::name)?,
-        msaa: table.read("msaa", |node| node.integer(1..=8))?,
-        anisotropy: table.read("anisotropy", |node| node.integer(1..=crate::scene::MAX_ANISOTROPY))?,
-        keep: table.read("plan", Node::name)?,
-        ..SettingsPatch::default()
+    let mut patch = SettingsPatch::default();
+    // `true`, `false`, or a table.
+    let (on, shadows) = match table.get("shadows") {
+        Some(node) if node.is_boolean() => (Some(node), None),
+        Some(node) => (None, Some(node.table(schema::SHADOWS)?)),
+        None => (None, None),
     };
-    if let Some(node) = table.get("shadows") {
-        shadows(&node, &mut patch)?;
+    for setting in SETTINGS {
+        let node = match setting.toml.split_once('.') {
+            None => table.get(setting.toml),
+            Some((_, "enabled")) if on.is_some() => on.clone(),
+            Some((_, key)) => shadows.as_ref().and_then(|shadows| shadows.get(key)),
+        };
+        node.map_or(Ok(()), |node| said(setting, &node, &mut patch))?;
     }
-    patch.check().map_err(|error| node.wrong(error))?;
     Ok(patch)
+}
+
+/// Says of a setting what the file has for it.
+fn said(setting: &Setting, node: &Node, patch: &mut SettingsPatch) -> Result<(), Error> {
+    let text = match setting.values {
+        ValueKind::OnOff => if node.boolean()? { "on" } else { "off" }.to_owned(),
+        // What is no number is empty, and so refused.
+        ValueKind::Whole(..) | ValueKind::Among(_) | ValueKind::Number(..) => node.digits().unwrap_or_default(),
+        // `[1280, 720]` or `"1280x720"`.
+        ValueKind::Size if !node.is_string() => {
+            let [width, height] = node.items("[width, height] in pixels")?;
+            format!("{}x{}", width.integer(1..=u32::MAX)?, height.integer(1..=u32::MAX)?)
+        }
+        ValueKind::Size | ValueKind::Names(_) | ValueKind::Layout | ValueKind::Parts => node.string()?.to_owned(),
+    };
+    setting.set(patch, Some(&text)).map_err(|why| node.wrong(why))
 }
 
 /// The settings of the file that `from` names, which is added to `files`.
@@ -112,37 +120,4 @@ pub(super) fn from(node: &Node, folder: &Path, files: &mut Vec<PathBuf>) -> Resu
         files.push(path.clone());
         super::load_settings(&path).map_err(|error| super::from_another(node, error))
     })
-}
-
-/// `[1280, 720]` or `"1280x720"`.
-fn size(node: &Node) -> Result<[u32; 2], Error> {
-    if node.is_string() {
-        return parse_size(node.string()?).map_err(|error| node.wrong(error));
-    }
-    let [width, height] = node.items("[width, height] in pixels")?;
-    Ok([width.integer(1..=u32::MAX)?, height.integer(1..=u32::MAX)?])
-}
-
-/// `true`, `false`, or a table.
-fn shadows(node: &Node, patch: &mut SettingsPatch) -> Result<(), Error> {
-    if node.is_boolean() {
-        patch.shadows = Some(node.boolean()?);
-        return Ok(());
-    }
-    let table = node.table(schema::SHADOWS)?;
-    let bias = |name: &str| -> Result<Option<f32>, Error> {
-        let Some(node) = table.get(name) else { return Ok(None) };
-        let bias = node.number_f32(FACTOR)?;
-        if (0.0..=1000.0).contains(&bias) { Ok(Some(bias)) } else { Err(node.wrong("must be 0 to 1000")) }
-    };
-    patch.shadows = table.read("enabled", Node::boolean)?;
-    patch.shadow_size = table.read("size", |node| node.integer(MIN_SHADOW_SIZE..=MAX_SHADOW_SIZE))?;
-    patch.shadow_filter = table.read("filter", Node::name)?;
-    patch.cascades = table.read("cascades", |node| node.integer(1..=4))?;
-    patch.shadow_lambda = table.read("lambda", |node| node.number_f32(SHARE))?;
-    patch.shadow_budget = table.read("budget", |node| node.integer(1..=u32::MAX))?;
-    patch.shadow_cache = table.read("cache", Node::boolean)?;
-    patch.shadow_normal_offset = bias("normal_offset")?;
-    patch.shadow_slope_bias = bias("slope_bias")?;
-    Ok(())
 }

@@ -83,7 +83,8 @@ fn refusal(text: &str) -> String {
 #[test]
 fn every_key_does_what_it_says() {
     let scene = read(&folder(), EVERYTHING).unwrap();
-    for table in schema::TABLES {
+    // Any settings are read as they were written: a test beside their table tries them.
+    for table in schema::TABLES.iter().filter(|table| !table.table.starts_with("settings")) {
         for key in table.keys {
             let tried = [EVERYTHING, HALVES, PARALLEL, PATH].iter().any(|text| text.contains(key));
             assert!(tried, "{}.{key} is not tried", table.table);

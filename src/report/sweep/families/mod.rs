@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::model::{LeftOut, Member, Shard};
 use crate::plan::{Capabilities, FramePlan, World};
-use crate::scene::{LightKind, Scene, Settings, SettingsPatch, exposure_scale, metered_ev100};
+use crate::scene::{LightKind, SETTINGS, Scene, Settings, SettingsPatch, exposure_scale, metered_ev100};
 use axes::Axis;
 
 /// The key of the family in which several settings change at once.
@@ -51,7 +51,7 @@ pub struct PlannedFamily {
 
 /// The keys of all families that there are, for whatever scene.
 pub fn family_keys() -> Vec<&'static str> {
-    axes::KEYS.iter().copied().chain([JOINT]).collect()
+    axes::swept().map(|setting| setting.key).chain([JOINT]).collect()
 }
 
 /// The name of a point: its settings, or "default" for those as given.
@@ -117,11 +117,14 @@ impl<'a> Base<'a> {
             return false;
         }
         // What is no part of a plan, as it is looked up anew for each frame.
-        let (own, other) = (&self.settings.shadows, &settings.shadows);
-        let biased = own.normal_offset == other.normal_offset && own.slope_bias == other.slope_bias;
-        let parted = own.lambda == other.lambda || !self.has_cascades();
-        let shadows = plan.shadow.is_none() || (biased && parted);
-        shadows && (settings.light_cutoff == self.settings.light_cutoff || self.reaches(settings, plan))
+        let (own, other) = (self.settings.patch(), settings.patch());
+        let mut changed = SETTINGS.iter().filter(|setting| setting.text(&own) != setting.text(&other));
+        changed.all(|setting| match setting.key {
+            "shadow-normal-offset" | "shadow-slope-bias" => plan.shadow.is_none(),
+            "shadow-lambda" => !self.has_cascades(),
+            "light-cutoff" => self.reaches(settings, plan),
+            _ => setting.changes_plan,
+        })
     }
 
     /// Whether a directional light has more than one map.

@@ -4,11 +4,13 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::suggest::unknown;
+use super::setting::{Value, ValueKind, plain_text};
 use super::{
-    Brdf, Error, GbufferChoice, GbufferPreset, HdrFormat, LightPath, Output, Resolve, ShadowFilter, TargetChoice,
-    Tonemap, Transparency, View,
+    GbufferChoice, GbufferPreset, HdrFormat, LightPath, Output, Resolve, ShadowFilter, TargetChoice, Tonemap,
+    Transparency, View,
 };
+use crate::scene::suggest::unknown;
+use crate::scene::{Brdf, Error};
 
 /// Gives a type `NAMES`, `name()`, `FromStr` and `Display` out of one table.
 macro_rules! named {
@@ -28,6 +30,8 @@ macro_rules! named {
                 f.pad(self.name())
             }
         }
+
+        plain_text! { $type: ValueKind::Names(&[$($name),+]); }
 
         impl FromStr for $type {
             type Err = Error;

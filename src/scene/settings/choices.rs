@@ -1,0 +1,182 @@
+//! What settings choose among.
+
+use serde::{Deserialize, Serialize};
+
+/// What the pixels of a picture are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Output {
+    /// Tone-mapped, 8 bits a channel, sRGB-encoded.
+    #[default]
+    Srgb8,
+    /// Linear scene light in nits, as 32-bit floats; of a view its values, as docs/SCENES.md says.
+    Nits,
+    /// The exposed light that the tone-mapped frame of the same settings would tone-map, as 32-bit floats; 1 is where the sensor
+    /// saturates. To measure what that frame does to light: where it has an HDR target, light goes through that target's format
+    /// here too. Several samples are averaged as light, whatever [`Resolve`] says. A view is the same as in `Nits`.
+    Exposed,
+}
+
+impl Output {
+    /// Whether pixels are floats, and not tone-mapped.
+    pub fn is_linear(self) -> bool {
+        self != Self::Srgb8
+    }
+}
+
+/// The format that light is kept in until it is tone-mapped, and what storing it may cost: a driver may truncate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum HdrFormat {
+    /// 8 bytes a pixel, 10 bits of mantissa: an error of at most 0.1%. Blends everywhere.
+    #[default]
+    Rgba16f,
+    /// 4 bytes a pixel, without sign and alpha. 6 bits of mantissa in red and green, 5 in blue: 1.6% and 3.1%, each time that
+    /// something is added.
+    B10g11r11,
+    /// 16 bytes a pixel, 23 bits of mantissa.
+    Rgba32f,
+}
+
+/// How surfaces that show what lies behind them are laid over one another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Transparency {
+    /// From back to front, by object and by triangle within one: exact where surfaces do not pass through each other.
+    #[default]
+    Sorted,
+    /// Weighted blended, in any order (McGuire and Bavoil 2013): an estimate where surfaces overlap, exact where there is one.
+    Oit,
+}
+
+/// How pixels meet their lights. All give the same picture; what they cost differs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LightPath {
+    /// The plan chooses by a rule, and says which and why.
+    #[default]
+    Auto,
+    /// One full-screen draw, every light on every pixel.
+    Loop,
+    /// A draw for each light, cut to the rectangle that it reaches, added by blending.
+    PerLight,
+    /// A sphere or cone for each light, drawn where surfaces lie before its back, added by blending.
+    Volumes,
+    /// Lists of lights for each froxel, made on the CPU.
+    Clustered,
+    /// The G-buffer is stored and a compute pass lights tiles with lists in shared memory.
+    Compute,
+    /// No G-buffer: surfaces are lit as they are drawn, with the lists of `Clustered`.
+    Forward,
+    /// No G-buffer, no lists, no depth pre-pass: every fragment meets every light.
+    ForwardNaive,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Tonemap {
+    /// Khronos PBR Neutral.
+    #[default]
+    Neutral,
+    Agx,
+    /// Stephen Hill's fit of the ACES reference and output transforms.
+    Aces,
+    /// Clamp only.
+    None,
+}
+
+/// Where the samples of a pixel are averaged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Resolve {
+    /// As scene light: what a sensor would do. An edge against something far too bright stays jagged.
+    Linear,
+    /// As display light, after tone mapping: no sample counts for more than white.
+    #[default]
+    ToneMapped,
+}
+
+/// How texels of a shadow map become a share of light; the numbers are those of `shaders/shared/shadows.wgsl`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum ShadowFilter {
+    /// The nearest texel: lit or not.
+    None = 0,
+    /// Percentage-closer filtering of two by two texels, bilinearly weighted.
+    #[default]
+    Box2 = 1,
+    /// Three by three.
+    Box3 = 2,
+    /// Five by five.
+    Box5 = 3,
+    /// Sixteen texels on a disc that is turned from pixel to pixel.
+    Poisson = 4,
+    /// Percentage-closer soft shadows (Fernando 2005): the disc is as wide as the penumbra of a light that has a size.
+    Pcss = 5,
+}
+
+/// What the picture shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum View {
+    #[default]
+    Final,
+    /// Sign-log map of the world position, scaled by the scene's extent.
+    Position,
+    /// Shading normal, half-encoded: n * 0.5 + 0.5.
+    Normal,
+    /// Shading normal, absolute value.
+    NormalAbsolute,
+    Albedo,
+    Metallic,
+    Roughness,
+    Depth,
+    ShadowMap,
+    /// Lit with albedo 1.
+    Lighting,
+    /// Fragments shaded for each pixel, as a heat map.
+    Overdraw,
+    /// Lights that reach each pixel, as a heat map.
+    LightsPerPixel,
+    /// Pixels whose multisamples differ, so that each of them is shaded.
+    Complexity,
+    /// The triangle that each pixel shows, in a colour of its own; transparent ones are not looked at.
+    Triangle,
+}
+
+/// Which format each target of the G-buffer has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct GbufferChoice {
+    pub preset: GbufferPreset,
+    /// Overrides of the preset by target.
+    pub position: Option<TargetChoice>,
+    pub normal: Option<TargetChoice>,
+    pub albedo: Option<TargetChoice>,
+    pub material: Option<TargetChoice>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum GbufferPreset {
+    #[default]
+    Lean,
+    Fat,
+    Float32,
+}
+
+/// A format that a G-buffer target can be given; which ones a target takes: `GbufferChoice`'s parser says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum TargetChoice {
+    /// Position only: rebuilt from depth, no target.
+    Depth,
+    /// Normal only: octahedral, two 16-bit normalized channels (R16G16_UNORM).
+    Oct16,
+    /// Normal only: octahedral in R16G16_UINT, what devices without R16G16_UNORM targets get.
+    Oct16Uint,
+    /// Normal only: half-encoded xyz, 10 bits each.
+    Rgb10a2,
+    /// Albedo (sRGB-encoded) and material.
+    Rgba8,
+    Rgba16f,
+    Rgba32f,
+}
+
+/// Samples a pixel that multisampling can have; a device may have fewer.
+pub const MSAA: [u32; 4] = [1, 2, 4, 8];

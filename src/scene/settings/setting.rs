@@ -1,0 +1,250 @@
+//! What a setting is: its row in the table, what it may be, and how its values are read from text and written as text.
+
+use std::fmt::{self, Display};
+
+use super::SettingsPatch;
+
+/// A setting, as far as everything but its consumer has to know it: the command line, `--vary`, scene files, docs/SETTINGS.md, the
+/// window's panel, the sweep of a report and the tests are made from these rows.
+pub struct Setting {
+    /// As in text (`key=value`) and, behind two dashes, on the command line.
+    pub key: &'static str,
+    /// As in a scene file, below `settings`.
+    pub toml: &'static str,
+    /// A sentence, verb or noun first, without its period: what it does.
+    pub help: &'static str,
+    /// A few words: its label in the window's panel, and the heading of its family in a report.
+    pub title: &'static str,
+    pub values: ValueKind,
+    /// Of a number; empty where it has none.
+    pub unit: &'static str,
+    /// What decides where nothing is said; empty where a default does.
+    pub unset: &'static str,
+    /// Frames of another value may have another plan; otherwise it is looked up for each frame.
+    pub changes_plan: bool,
+    /// The reference renderer has it, too: it says what is seen, and not how a frame comes near that.
+    pub of_truth: bool,
+    /// The only commands that have it as an option, each in a way of its own; empty where all that draw have it.
+    pub only: &'static str,
+    /// It has a row in the window's panel.
+    pub in_panel: bool,
+    pub sweep: Sweep,
+    /// The numbers that a sweep tries, and that the panel's menu offers; none for all values that there are.
+    pub tried: &'static [&'static str],
+    /// What `--quick` tries; nothing for the same.
+    pub quick: &'static [&'static str],
+    pub(super) get: fn(&SettingsPatch) -> Option<String>,
+    pub(super) set: fn(&Setting, &mut SettingsPatch, Option<&str>) -> Result<(), String>,
+}
+
+/// How a report sweeps a setting.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sweep {
+    No,
+    /// By itself, and not with `--quick`.
+    Alone,
+    /// By itself and in combinations.
+    Joint,
+}
+
+/// What a value may be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ValueKind {
+    OnOff,
+    Names(&'static [&'static str]),
+    /// Whole numbers from one to another.
+    Whole(u32, u32),
+    Among(&'static [u32]),
+    /// Numbers from one to another.
+    Number(f32, f32),
+    /// Width and height in pixels.
+    Size,
+    /// Formats of the G-buffer's targets.
+    Layout,
+    /// Parts of a frame.
+    Parts,
+}
+
+impl ValueKind {
+    /// Whether a text is one of them, as far as that can be told here: what is made of names says itself what is wrong with it.
+    fn admit(self, text: &str) -> bool {
+        match self {
+            Self::OnOff => bool::read(text).is_ok(),
+            Self::Whole(from, to) => text.parse().is_ok_and(|number: u32| (from..=to).contains(&number)),
+            Self::Among(numbers) => text.parse().is_ok_and(|number| numbers.contains(&number)),
+            Self::Number(from, to) => text.parse().is_ok_and(|number: f32| (from..=to).contains(&number)),
+            Self::Size => <[u32; 2]>::read(text).is_ok(),
+            Self::Names(_) | Self::Layout | Self::Parts => true,
+        }
+    }
+
+    /// Each of them, where they are few.
+    pub fn all(self) -> Vec<String> {
+        match self {
+            Self::OnOff => [false, true].map(Value::text).to_vec(),
+            Self::Names(names) => names.iter().map(|name| (*name).to_owned()).collect(),
+            Self::Among(numbers) => numbers.iter().map(u32::to_string).collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// A text of one of them as TOML has it. Names are of letters, digits, commas, dashes and equals signs: nothing to be escaped.
+    pub(super) fn toml(self, text: &str) -> String {
+        match self {
+            Self::OnOff => (text == "on").to_string(),
+            Self::Whole(..) | Self::Among(_) | Self::Number(..) => text.to_owned(),
+            Self::Size => format!("[{}]", text.replace('x', ", ")),
+            Self::Names(_) | Self::Layout | Self::Parts => format!("\"{text}\""),
+        }
+    }
+}
+
+/// In words: `on or off`, `a whole number from 1 to 16`.
+impl Display for ValueKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Whole(from, u32::MAX) => write!(f, "a whole number from {from}"),
+            Self::Whole(from, to) => write!(f, "a whole number from {from} to {to}"),
+            Self::Number(from, to) => write!(f, "a number from {from} to {to}"),
+            Self::Size => f.write_str("WIDTHxHEIGHT, each at least 1, as in 1280x720"),
+            Self::Layout => f.write_str("lean, fat or float32, and overrides by target, as in lean,normal=rgb10a2"),
+            Self::Parts => {
+                f.write_str("lean (nothing), full (everything), or names as `inspect` lists them, separated by commas")
+            }
+            Self::OnOff => f.write_str("on or off"),
+            Self::Names(_) | Self::Among(_) => match self.all().split_last() {
+                Some((last, [])) => f.write_str(last),
+                Some((last, others)) => write!(f, "{} or {last}", others.join(", ")),
+                None => Ok(()),
+            },
+        }
+    }
+}
+
+impl Setting {
+    /// What a patch says of it, as text.
+    pub fn text(&self, patch: &SettingsPatch) -> Option<String> {
+        (self.get)(patch)
+    }
+
+    /// Says it in a patch, or, with `None`, nothing of it.
+    ///
+    /// # Errors
+    /// What it must be, where the text is something else.
+    pub fn set(&self, patch: &mut SettingsPatch, text: Option<&str>) -> Result<(), String> {
+        (self.set)(self, patch, text)
+    }
+
+    /// A patch that says this and nothing else.
+    ///
+    /// # Errors
+    /// As [`Setting::set`].
+    pub fn read(&self, text: &str) -> Result<SettingsPatch, String> {
+        let mut patch = SettingsPatch::default();
+        self.set(&mut patch, Some(text))?;
+        Ok(patch)
+    }
+
+    /// The value that a text is.
+    pub(super) fn value<T: Value>(&self, text: &str) -> Result<T, String> {
+        if self.values.admit(text) { T::read(text) } else { Err(format!("must be {}", self.range())) }
+    }
+
+    /// What it may be, with its unit.
+    pub fn range(&self) -> String {
+        match self.unit {
+            "" => self.values.to_string(),
+            unit => format!("{} ({unit})", self.values),
+        }
+    }
+
+    /// Its title with its unit.
+    pub fn label(&self) -> String {
+        if self.unit.is_empty() { self.title.to_owned() } else { format!("{}, {}", self.title, self.unit) }
+    }
+
+    /// Its default, or what decides in the place of one.
+    pub fn default(&self) -> String {
+        self.text(&super::Settings::default().patch()).unwrap_or_else(|| self.unset.to_owned())
+    }
+
+    /// What stands for its value in a line of help.
+    pub fn value_name(&self) -> &'static str {
+        match self.values {
+            ValueKind::OnOff => "on|off",
+            ValueKind::Size => "WxH",
+            ValueKind::Layout => "LAYOUT",
+            ValueKind::Parts => "PARTS",
+            ValueKind::Names(_) => "NAME",
+            _ if !self.unit.is_empty() => self.unit,
+            ValueKind::Number(..) => "NUMBER",
+            ValueKind::Whole(..) | ValueKind::Among(_) => "N",
+        }
+    }
+}
+
+/// What a setting is kept in.
+pub(super) trait Value: Copy {
+    /// What it may be where its row says nothing else.
+    const VALUES: ValueKind;
+
+    fn read(text: &str) -> Result<Self, String>;
+
+    /// Is read as the same value.
+    fn text(self) -> String;
+}
+
+impl Value for bool {
+    const VALUES: ValueKind = ValueKind::OnOff;
+
+    fn read(text: &str) -> Result<Self, String> {
+        match text {
+            "on" | "true" | "yes" => Ok(true),
+            "off" | "false" | "no" => Ok(false),
+            _ => Err("must be on or off".into()),
+        }
+    }
+
+    fn text(self) -> String {
+        if self { "on" } else { "off" }.into()
+    }
+}
+
+impl Value for [u32; 2] {
+    const VALUES: ValueKind = ValueKind::Size;
+
+    fn read(text: &str) -> Result<Self, String> {
+        let number = |text: &str| text.trim().parse().ok().filter(|&edge: &u32| edge > 0 && !text.contains('+'));
+        let size = text.split_once(['x', 'X']).and_then(|(width, height)| Some([number(width)?, number(height)?]));
+        size.ok_or_else(|| format!("must be {}", ValueKind::Size))
+    }
+
+    fn text(self) -> String {
+        format!("{}x{}", self[0], self[1])
+    }
+}
+
+/// Of what its text is read from as it is written: numbers in the fewest digits, and names.
+macro_rules! plain_text {
+    ($($type:ty: $values:expr;)+) => {$(
+        impl Value for $type {
+            const VALUES: ValueKind = $values;
+
+            fn read(text: &str) -> Result<Self, String> {
+                text.parse().map_err(|error| format!("{error}"))
+            }
+
+            fn text(self) -> String {
+                self.to_string()
+            }
+        }
+    )+};
+}
+pub(super) use plain_text;
+
+plain_text! {
+    u32: ValueKind::Whole(0, u32::MAX);
+    f32: ValueKind::Number(f32::MIN, f32::MAX);
+    super::GbufferChoice: ValueKind::Layout;
+    crate::scene::Keep: ValueKind::Parts;
+}

@@ -1,0 +1,304 @@
+//! The table of settings: a row for each, which is all that is said of it but by its consumer.
+//!
+//! A row opens with its help text, which is the text of the documents, too. Then come its key on the command line and in a scene file, its
+//! field in [`SettingsPatch`] and, of a shadow's, in [`ShadowSettings`], its type, and its default or what decides in its place. What its
+//! braces leave out is as [`plain`] has it.
+
+use super::setting::{Setting, Sweep, Value, ValueKind};
+use super::{GbufferChoice, HdrFormat, LightPath, MSAA, Output, Resolve, ShadowFilter, Tonemap, Transparency, View};
+use crate::scene::{Brdf, Keep};
+
+/// Makes of the rows below the decided settings, their defaults, what somebody may say of them, and [`SETTINGS`].
+macro_rules! settings {
+    (
+        frame { $(
+            $(#[doc = $help:literal])+
+            $key:literal, $toml:literal => $field:ident: $type:ty
+                $(= $default:expr)? $(, where unset $unset:literal)?, { $($more:tt)* }
+        )+ }
+        shadows { $(
+            $(#[doc = $shadow_help:literal])+
+            $shadow_key:literal, $shadow_toml:literal => $said:ident, $shadow_field:ident: $shadow_type:ty
+                = $shadow_default:expr, { $($shadow_more:tt)* }
+        )+ }
+    ) => {
+        /// The decided settings of a frame.
+        #[derive(Debug, Clone, PartialEq)]
+        pub struct Settings {
+            $($(#[doc = $help])+ $(#[doc = concat!(" (`None`: ", $unset, ")")])?
+            pub $field: decided!($type $(, $default)?),)+
+            /// How shadows are drawn.
+            pub shadows: ShadowSettings,
+            /// What a picture holds.
+            pub output: Output,
+        }
+
+        /// The decided settings of shadows.
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub struct ShadowSettings {
+            $($(#[doc = $shadow_help])+ pub $shadow_field: $shadow_type,)+
+        }
+
+        /// Settings as far as somebody has said them.
+        #[derive(Debug, Clone, PartialEq, Default)]
+        pub struct SettingsPatch {
+            $($(#[doc = $help])+ pub $field: Option<$type>,)+
+            $($(#[doc = $shadow_help])+ pub $said: Option<$shadow_type>,)+
+        }
+
+        impl Default for Settings {
+            fn default() -> Self {
+                Self {
+                    $($field: default!($($default)?),)+
+                    shadows: ShadowSettings::default(),
+                    output: Output::default(),
+                }
+            }
+        }
+
+        impl Default for ShadowSettings {
+            fn default() -> Self {
+                Self { $($shadow_field: $shadow_default,)+ }
+            }
+        }
+
+        impl Settings {
+            /// Says all of them.
+            pub fn patch(&self) -> SettingsPatch {
+                SettingsPatch {
+                    $($field: said!(self.$field $(, $default)?),)+
+                    $($said: Some(self.shadows.$shadow_field),)+
+                }
+            }
+        }
+
+        impl SettingsPatch {
+            /// `self` where it says something, `other` elsewhere: `command_line.or(&scene_file)`.
+            pub fn or(&self, other: &Self) -> Self {
+                Self { $($field: self.$field.or(other.$field),)+ $($said: self.$said.or(other.$said),)+ }
+            }
+
+            /// The defaults, with what was said laid over them.
+            pub fn decide(&self) -> Settings {
+                Settings {
+                    $($field: decide!(self.$field $(, $default)?),)+
+                    shadows: ShadowSettings { $($shadow_field: self.$said.unwrap_or($shadow_default),)+ },
+                    output: Output::default(),
+                }
+            }
+        }
+
+        /// Every setting, in the order in which they are written and shown. Those of shadows come last, as TOML needs it.
+        pub const SETTINGS: &[Setting] = &[
+            $(row!($field: $type, $key, $toml, concat!($($help),+), concat!($($unset)?), $($more)*),)+
+            $(row!(
+                $said: $shadow_type, $shadow_key, concat!("shadows.", $shadow_toml), concat!($($shadow_help),+), "",
+                $($shadow_more)*
+            ),)+
+        ];
+
+        /// The keys of a scene file's `[settings]`.
+        pub(in crate::scene) const KEYS: &[&str] = &[$($toml,)+ "shadows", "from"];
+        /// The keys of `[settings.shadows]`.
+        pub(in crate::scene) const SHADOW_KEYS: &[&str] = &[$($shadow_toml),+];
+    };
+}
+
+/// A setting without a default may be left open.
+macro_rules! decided {
+    ($type:ty) => { Option<$type> };
+    ($type:ty, $default:expr) => { $type };
+}
+
+macro_rules! default {
+    () => {
+        None
+    };
+    ($default:expr) => {
+        $default
+    };
+}
+
+macro_rules! decide {
+    ($said:expr) => {
+        $said
+    };
+    ($said:expr, $default:expr) => {
+        $said.unwrap_or($default)
+    };
+}
+
+macro_rules! said {
+    ($decided:expr) => {
+        $decided
+    };
+    ($decided:expr, $default:expr) => {
+        Some($decided)
+    };
+}
+
+macro_rules! row {
+    ($field:ident: $type:ty, $key:expr, $toml:expr, $help:expr, $unset:expr, $($more:tt)*) => {
+        Setting {
+            key: $key,
+            toml: $toml,
+            help: $help.trim_ascii(),
+            unset: $unset,
+            get: |patch| patch.$field.map(Value::text),
+            set: |setting, patch, text| {
+                patch.$field = text.map(|text| setting.value::<$type>(text)).transpose()?;
+                Ok(())
+            },
+            $($more)*
+            ..plain::<$type>()
+        }
+    };
+}
+
+/// A setting of which its row says nothing else.
+const fn plain<T: Value>() -> Setting {
+    Setting {
+        key: "",
+        toml: "",
+        help: "",
+        title: "",
+        values: T::VALUES,
+        unit: "",
+        unset: "",
+        changes_plan: true,
+        of_truth: false,
+        only: "",
+        in_panel: true,
+        sweep: Sweep::No,
+        tried: &[],
+        quick: &[],
+        get: |_| None,
+        set: |_, _, _| Ok(()),
+    }
+}
+
+settings! {
+    frame {
+        /// Width and height of the picture in pixels
+        "size", "size" => size: [u32; 2] = [1280, 720], {
+            title: "size", of_truth: true, in_panel: false,
+        }
+        /// Exposure of the picture
+        "exposure", "exposure" => exposure: f32, where unset "metered from the scene's lights", {
+            title: "exposure", values: ValueKind::Number(-100.0, 100.0), unit: "EV100",
+            changes_plan: false, of_truth: true, in_panel: false,
+        }
+        /// Tone mapper: Khronos PBR Neutral, AgX, ACES, or none, which clamps
+        "tonemap", "tonemap" => tonemap: Tonemap = Tonemap::Neutral, {
+            title: "tone mapper", of_truth: true,
+        }
+        /// Reflection model of all materials
+        "brdf", "brdf" => brdf: Brdf, where unset "each material's own", {
+            title: "reflection model", of_truth: true,
+        }
+        /// Layout of the G-buffer
+        "gbuffer", "gbuffer" => gbuffer: GbufferChoice = GbufferChoice::default(), {
+            title: "G-buffer", sweep: Sweep::Joint,
+        }
+        /// What the picture shows
+        "view", "view" => view: View = View::Final, {
+            title: "view", only: "render, inspect",
+        }
+        /// How pixels meet their lights; the picture is the same
+        "light-path", "light_path" => light_path: LightPath = LightPath::Auto, {
+            title: "light path", sweep: Sweep::Joint, quick: &["loop", "clustered", "compute", "forward"],
+        }
+        /// Give lights without a range one, beyond which all that is dropped stays below half a step of the output; the path `loop`
+        /// drops nothing
+        "light-cutoff", "light_cutoff" => light_cutoff: bool = false, {
+            title: "light cut-off", sweep: Sweep::Alone,
+        }
+        /// Draw the depth of opaque surfaces first, so that each pixel is shaded once
+        "depth-prepass", "depth_prepass" => depth_prepass: bool, where unset "on for forward, else off", {
+            title: "depth pre-pass", sweep: Sweep::Alone,
+        }
+        /// Use reflection models as textbooks have them, wrong where single floats are at their end: to see what is gained
+        "textbook", "textbook" => textbook: bool = false, {
+            title: "textbook formulas", sweep: Sweep::Alone,
+        }
+        /// What light is kept in until it is tone-mapped, where something blends
+        "hdr-format", "hdr_format" => hdr_format: HdrFormat = HdrFormat::Rgba16f, {
+            title: "HDR target", sweep: Sweep::Joint,
+        }
+        /// How transparent surfaces are laid over one another: sorted from back to front, or weighted blended in any order (oit)
+        "transparency", "transparency" => transparency: Transparency = Transparency::Sorted, {
+            title: "transparency", sweep: Sweep::Joint,
+        }
+        /// Jittered frames that are averaged into one picture
+        "samples", "samples" => samples: u32 = 1, {
+            title: "frames a picture", values: ValueKind::Whole(1, 4096), only: "render", in_panel: false,
+            sweep: Sweep::Joint, tried: &["1", "2", "4", "8", "16", "32", "64"], quick: &["1", "4"],
+        }
+        /// Where the samples of a pixel are averaged, whether they are frames or the hardware's: as light (linear), or as shown (tone-mapped)
+        "resolve", "resolve" => resolve: Resolve = Resolve::ToneMapped, {
+            title: "samples averaged",
+        }
+        /// Smooth edges of the tone-mapped picture (FXAA)
+        "fxaa", "fxaa" => fxaa: bool = false, {
+            title: "FXAA", sweep: Sweep::Joint,
+        }
+        /// Samples of the hardware in each pixel, as far as the device has them; edges are shaded once a sample
+        "msaa", "msaa" => msaa: u32 = 1, {
+            title: "MSAA", values: ValueKind::Among(&MSAA), sweep: Sweep::Joint,
+        }
+        /// How much longer than wide a pixel's place on a texture may be before it is blurred, as far as the device goes; 1 takes the level of
+        /// the long side
+        "anisotropy", "anisotropy" => anisotropy: u32 = 8, {
+            title: "anisotropy", values: ValueKind::Whole(1, 16),
+            sweep: Sweep::Joint, tried: &["1", "2", "4", "8", "16"], quick: &["1"],
+        }
+        /// What stays in the frame although the scene does not need it, to compare with
+        "plan", "plan" => keep: Keep = Keep::NONE, {
+            title: "parts kept", in_panel: false,
+        }
+    }
+    shadows {
+        /// Draw shadows
+        "shadows", "enabled" => shadows, enabled: bool = true, {
+            title: "shadow maps", of_truth: true,
+        }
+        /// Edge of a layer of shadow maps: a cascade has a whole layer, a spot light and each of a point light's six faces a quarter
+        "shadow-size", "size" => shadow_size, size: u32 = 2048, {
+            // A quarter of the smallest still has room for a filter.
+            title: "edge of a layer of maps", values: ValueKind::Whole(32, 16384), unit: "texels",
+            sweep: Sweep::Joint, tried: &["256", "512", "1024", "2048", "4096", "8192"], quick: &["512", "2048", "4096"],
+        }
+        /// Filter of shadows; that of pcss is as wide as the light is large
+        "shadow-filter", "filter" => shadow_filter, filter: ShadowFilter = ShadowFilter::Box2, {
+            title: "filter of shadows", sweep: Sweep::Joint, quick: &["none", "5x5", "pcss"],
+        }
+        /// Shadow maps of each directional light, one behind the other along the view
+        "cascades", "cascades" => cascades, cascades: u32 = 2, {
+            title: "cascades", values: ValueKind::Whole(1, 4), sweep: Sweep::Joint, tried: &["1", "2", "3", "4"], quick: &["1"],
+        }
+        /// How the cascades part the view: 0 evenly, 1 logarithmically (Zhang et al. 2006)
+        "shadow-lambda", "lambda" => shadow_lambda, lambda: f32 = 0.7, {
+            title: "how cascades part the view", values: ValueKind::Number(0.0, 1.0), changes_plan: false,
+            sweep: Sweep::Alone, tried: &["0", "0.25", "0.5", "0.7", "0.85", "1"],
+        }
+        /// What all shadow maps may take; the most important lights get theirs first
+        "shadow-budget", "budget" => shadow_budget, budget: u32 = 256, {
+            title: "memory of shadow maps", values: ValueKind::Whole(1, u32::MAX), unit: "MiB", in_panel: false,
+        }
+        /// Draw a shadow map only when its light, or something in it, has moved
+        "shadow-cache", "cache" => shadow_cache, cache: bool = true, {
+            title: "only maps in which something moved", changes_plan: false,
+        }
+        /// Where shadows are looked up: so far along the surface's geometric normal, in texels of the map at that place; for the 3x3 filter, others
+        /// scale it by their reach
+        "shadow-normal-offset", "normal_offset" => shadow_normal_offset, normal_offset: f32 = 0.25, {
+            title: "normal offset of shadows", values: ValueKind::Number(0.0, 1000.0), unit: "texels", changes_plan: false,
+            sweep: Sweep::Alone, tried: &["0", "0.25", "0.5", "1", "2", "4", "8"],
+        }
+        /// Depth bias of shadow maps by the slope of what is drawn (`depthBiasSlopeFactor`), scaled likewise
+        "shadow-slope-bias", "slope_bias" => shadow_slope_bias, slope_bias: f32 = 0.5, {
+            title: "slope bias of shadows", values: ValueKind::Number(0.0, 1000.0), changes_plan: false,
+            sweep: Sweep::Alone, tried: &["0", "0.5", "0.75", "1.5", "3", "6"],
+        }
+    }
+}
