@@ -172,6 +172,8 @@ pub struct FramePlan {
     /// Jittered frames that make one picture.
     pub samples: u32,
     pub resolve: Resolve,
+    /// Settings of what works on the finished picture; all others are as by default.
+    pub effects: Settings,
     /// A pass after the main one smooths edges.
     pub fxaa: bool,
     /// Samples of each attachment but the output.
@@ -293,8 +295,11 @@ impl FramePlan {
             size: settings.size,
             shading,
             gbuffer,
-            // With a G-buffer that the next pass reads at its own pixel.
-            stores_gbuffer: gbuffer.is_some() && !tiled && keep.has(OptionalPart::StoredGbuffer),
+            // With a G-buffer that the next pass reads at its own pixel, depth with it.
+            stores_gbuffer: gbuffer.is_some()
+                && !tiled
+                && settings.view != View::Complexity
+                && keep.has(OptionalPart::StoredGbuffer),
             shadow,
             emissive,
             transparency,
@@ -313,6 +318,7 @@ impl FramePlan {
             exposes: settings.output != Output::Nits,
             samples: settings.samples,
             resolve: settings.resolve,
+            effects: settings.effects(),
             fxaa: settings.fxaa,
             msaa: settings.msaa,
             brdf,

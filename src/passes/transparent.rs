@@ -23,6 +23,8 @@ pub const DEPTH_READ: Use = Use::new(
 /// As the last user of depth it performs the store, and DONT_CARE counts as a write.
 pub const DEPTH_DROP: Use =
     Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE);
+/// Drops depth when nobody reads it any more: a write after reads, for which an access would do nothing.
+pub const DEPTH_WAIT: Use = Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::empty());
 /// Clears the sums, before anything is added to them.
 pub const SUM_CLEAR: Use =
     Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);

@@ -5,7 +5,7 @@ use ash::vk;
 use super::{Capabilities, Error, Gbuffer};
 use crate::scene::{LightPath, MSAA, Settings, View};
 
-/// Anti-aliasing smooths pictures, and views show values.
+/// Anti-aliasing and effects work on pictures, and views show values.
 pub(super) fn check_antialiasing(settings: &Settings, lit: bool) -> Result<(), Error> {
     let refuse = |why: String| Err(Error::AntiAliasing(why));
     let view = settings.view;
@@ -15,17 +15,17 @@ pub(super) fn check_antialiasing(settings: &Settings, lit: bool) -> Result<(), E
     if settings.samples > 1 && !lit {
         return refuse(format!("the view {view} shows values that have no mean: draw it with 1 sample"));
     }
-    if settings.fxaa && !lit {
-        return refuse(format!("FXAA would blur the values that the view {view} shows: draw it without"));
+    let Some(effect) = settings.first_effect() else { return Ok(()) };
+    if !lit {
+        return refuse(format!("{effect} would change the values that the view {view} shows: draw it without"));
     }
-    if settings.fxaa && settings.output.is_linear() {
-        return refuse("FXAA works on a tone-mapped picture, and a linear one (.exr) is not: use --samples".into());
-    }
-    if settings.fxaa && settings.samples > 1 {
+    if settings.output.is_linear() {
         return refuse(format!(
-            "{} samples are averaged after FXAA could smooth anything: choose one",
-            settings.samples
+            "{effect} works on a tone-mapped picture, and a linear one (.exr) is not: draw it without"
         ));
+    }
+    if settings.samples > 1 {
+        return refuse(format!("{} samples are averaged after {effect} could work: choose one", settings.samples));
     }
     Ok(())
 }

@@ -28,9 +28,9 @@ pub enum Error {
     #[error("the light path {0} adds lights by blending into 32-bit floats, which this device cannot: try clustered")]
     NoFloatBlending(LightPath),
     #[error(
-        "compute writes the finished picture by itself, so that FXAA has nothing to read: choose another light path, or --samples"
+        "compute writes the finished picture by itself, and {0} works on one that is drawn: choose another light path"
     )]
-    ComputeWithFxaa,
+    ComputeWithEffect(&'static str),
     #[error(
         "the light path compute needs work groups of {0} invocations, and this device has at most {1}: try clustered"
     )]

@@ -44,8 +44,8 @@ pub(super) fn choose(
     if blends && settings.hdr_format == HdrFormat::B10g11r11 {
         return Err(Error::BlendedFormat(settings.light_path, settings.hdr_format));
     }
-    if settings.light_path == LightPath::Compute && settings.fxaa {
-        return Err(Error::ComputeWithFxaa);
+    if let (LightPath::Compute, Some(effect)) = (settings.light_path, settings.first_effect()) {
+        return Err(Error::ComputeWithEffect(effect));
     }
     if settings.light_path == LightPath::Compute && device.compute_invocations < TILE_INVOCATIONS {
         return Err(Error::WorkGroup(TILE_INVOCATIONS, device.compute_invocations));
@@ -111,7 +111,7 @@ fn compute_is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> 
         (device.lazily_allocated, "the G-buffer would leave the tile"),
         (device.compute_invocations < TILE_INVOCATIONS, "the device's work groups are too small"),
         (transparent, "transparent surfaces come after it"),
-        (settings.fxaa, "FXAA reads the output"),
+        (settings.first_effect().is_some(), "the picture goes through another pass"),
         (settings.msaa > 1, "it reads one sample a pixel"),
     ]
     .into_iter()

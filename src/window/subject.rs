@@ -100,7 +100,7 @@ impl Subject {
 
     /// The same settings for a picture of so many pixels of light in nits. FXAA smooths what is tone-mapped, and light is not.
     pub fn in_nits(&self, size: [u32; 2]) -> Settings {
-        Settings { size, output: Output::Nits, fxaa: false, ..self.settings.clone() }
+        Settings { size, output: Output::Nits, ..self.settings.without_effects() }
     }
 
     /// The same settings with the next view, or the one before it.

@@ -204,7 +204,6 @@ pub fn cases() -> Vec<Case> {
     case("stored, samples", plain(), &[stored, samples]);
     case("stored, samples and glowing", glowing(plain()), &[stored, samples]);
     case("stored, view of normals", plain(), &[stored, |settings| settings.view = View::Normal]);
-    case("stored, view of samples", plain(), &[stored, samples, |settings| settings.view = View::Complexity]);
     case("stored, light by light", lamplit(), &[stored, |settings| settings.light_path = LightPath::PerLight]);
     all.extend(shown());
     all

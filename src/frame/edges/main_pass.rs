@@ -7,7 +7,7 @@
 
 use super::forward::{forward_edge, transparent_after_forward};
 use super::{Carrier, Edge, Place, RowName, presentation, subpass};
-use crate::frame::list::{FXAA_PASS, GBUFFER_PASS, RESOLVE};
+use crate::frame::list::{FXAA_PASS, GBUFFER_PASS, MAIN_PASS, RESOLVE};
 use crate::gpu::sync::Use;
 use crate::passes::{composite, copy, forward, fxaa, geometry, lighting, present, tonemap, transparent};
 use crate::plan::{FramePlan, Shading, Target};
@@ -104,13 +104,14 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         let row = gbuffer_to_lighting(plan, &table);
         table.insert(1, row);
     }
+    // What finishes the picture, and in which render pass.
+    let (mut finish, mut pass) = ((last, last_use), MAIN_PASS);
     if plan.fxaa {
         table.extend(fxaa_edges(plan, last, last_use));
-        let fxaa = (fxaa::PASS.place, Place::OUTSIDE);
-        table.push(fxaa_pass(RowName::READ_BACK, fxaa, fxaa::PICTURE_WRITE, read, read_back));
-    } else {
-        table.push(subpass(RowName::READ_BACK, (last, Place::OUTSIDE), &[last_use], &[read], read_back));
+        (finish, pass) = ((fxaa::PASS.place, fxaa::PICTURE_WRITE), FXAA_PASS);
     }
+    let (places, uses) = ((finish.0, Place::OUTSIDE), (finish.1, read));
+    table.push(Edge::new(RowName::READ_BACK, Carrier::Subpass(pass), places, uses, read_back));
     table
 }
 
@@ -184,10 +185,10 @@ fn gbuffer_to_lighting(plan: &FramePlan, others: &[Edge]) -> Edge {
     // What is stored is stored after the tests.
     let mut before = vec![if plan.stores_gbuffer { geometry::DEPTH_STORE } else { geometry::DEPTH_TEST }];
     let mut after = Vec::new();
-    // Where LIGHTING waits for an earlier user of its own target, it waits for all colours before its render pass.
+    // Where LIGHTING waits for an earlier user of its own target in one of these stages, it waits for what was stored as well.
     let waits_for_colors = |row: &Edge| {
         let is_first = (row.from, row.to) == (Place::OUTSIDE, lighting::PASS.place);
-        is_first && row.before.stage.contains(lighting::COLOR_DROP.stage)
+        is_first && row.before.stage.intersects(lighting::COLOR_DROP.stage | lighting::GBUFFER_READ.stage)
     };
     let drops_in_turn = plan.stores_gbuffer && others.iter().any(waits_for_colors);
     if plan.lighting_tests_depth() {
@@ -255,7 +256,11 @@ fn transparent_edges(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> 
         return transparent_after_forward(transparency);
     }
     let light = light_write(plan);
-    let depth = [transparent::DEPTH_READ, transparent::DEPTH_DROP];
+    // A G-buffer that is stored is visible to all of the main pass already.
+    let depth = match plan.stores_gbuffer {
+        true => [transparent::DEPTH_WAIT; 2],
+        false => [transparent::DEPTH_READ, transparent::DEPTH_DROP],
+    };
     // LIGHTING tests depth, and reads it as an input where no target has the position.
     let lit = [lighting::DEPTH_READ, lighting::GBUFFER_READ];
     match transparency {

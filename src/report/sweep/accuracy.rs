@@ -199,7 +199,7 @@ impl Shown {
 
 /// Exposed light, before FXAA.
 fn light_of(device: &Arc<Device>, scene: &Scene, camera: &Camera, settings: &Settings) -> Result<LinearImage, Error> {
-    let linear = Settings { output: Output::Exposed, fxaa: false, ..settings.clone() };
+    let linear = Settings { output: Output::Exposed, ..settings.without_effects() };
     let mut renderer = Renderer::new(device, scene, &linear)?;
     let Pixels::LinearF32(rgba) = renderer.picture(camera, || {})?.pixels else {
         return Err(Error::Refused("a linear picture is not linear".into()));

@@ -27,8 +27,34 @@ impl Settings {
             output: Output::Nits,
             samples: 1,
             msaa: 1,
-            fxaa: false,
-            ..self.clone()
+            ..self.without_effects()
         }
+    }
+
+    /// These without whatever works on the finished picture.
+    pub fn without_effects(&self) -> Self {
+        let mut patch = self.patch();
+        for row in SETTINGS.iter().filter(|row| row.on_picture) {
+            // Nothing is a value of every setting.
+            _ = row.set(&mut patch, None);
+        }
+        Self { output: self.output, ..patch.decide() }
+    }
+
+    /// Only what works on the finished picture; all else is the default.
+    pub(crate) fn effects(&self) -> Self {
+        let (all, mut patch) = (self.patch(), SettingsPatch::default());
+        for row in SETTINGS.iter().filter(|row| row.on_picture) {
+            // It is the text of a value.
+            _ = row.set(&mut patch, row.text(&all).as_deref());
+        }
+        patch.decide()
+    }
+
+    /// The title of the first setting by which something works on the finished picture.
+    pub(crate) fn first_effect(&self) -> Option<&'static str> {
+        let (all, none) = (self.patch(), Self::default().patch());
+        let differs = |row: &&Setting| row.on_picture && row.text(&all) != row.text(&none);
+        SETTINGS.iter().find(differs).map(|row| row.title)
     }
 }

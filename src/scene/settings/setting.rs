@@ -24,6 +24,8 @@ pub struct Setting {
     pub changes_plan: bool,
     /// The reference renderer has it, too: it says what is seen, and not how a frame comes near that.
     pub of_truth: bool,
+    /// It works on the finished picture as a display shows it: not on light, and not on what views show.
+    pub on_picture: bool,
     /// The only commands that have it as an option, each in a way of its own; empty where all that draw have it.
     pub only: &'static str,
     /// It has a row in the window's panel.

@@ -167,6 +167,7 @@ const fn plain<T: Value>() -> Setting {
         unset: "",
         changes_plan: true,
         of_truth: false,
+        on_picture: false,
         only: "",
         in_panel: true,
         sweep: Sweep::No,
@@ -240,7 +241,7 @@ settings! {
         }
         /// Smooth edges of the tone-mapped picture (FXAA)
         "fxaa", "fxaa" => fxaa: bool = false, {
-            title: "FXAA", sweep: Sweep::Joint,
+            title: "FXAA", on_picture: true, sweep: Sweep::Joint,
         }
         /// Samples of the hardware in each pixel, as far as the device has them; edges are shaded once a sample
         "msaa", "msaa" => msaa: u32 = 1, {

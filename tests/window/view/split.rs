@@ -238,7 +238,7 @@ fn what_is_changed_on_a_panel_is_so_on_both_sides_and_what_only_one_can_do_ends_
     shots.view.rests();
     server.fake(BUTTON_PRESS, 1, [0; 2]);
     server.fake(BUTTON_RELEASE, 1, [0; 2]);
-    shots.view.waits_to_tell("the window cannot be split so: anti-aliasing: FXAA would blur");
+    shots.view.waits_to_tell("the window cannot be split so: anti-aliasing: FXAA would change");
     assert!(shots.take(&server) == rendered(tall, &fxaa), "the picture has FXAA");
     shots.view.close();
     shots.view.ends_well();

@@ -128,7 +128,7 @@ pub fn attribute(
 
 /// The frame that is taken apart.
 fn one_sample(subject: &Subject) -> Settings {
-    Settings { samples: 1, msaa: 1, fxaa: false, size: subject.view.size, ..subject.settings.clone() }
+    Settings { samples: 1, msaa: 1, size: subject.view.size, ..subject.settings.without_effects() }
 }
 
 fn place(view: &View, pixel: usize) -> DVec2 {
