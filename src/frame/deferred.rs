@@ -9,6 +9,7 @@
 //!                TRANSPARENT  surfaces that let light through, over the lit picture
 //!                COMPOSITE  only where TRANSPARENT summed them up without sorting
 //!                TONEMAP    only where something is blended before it
+//!                TONE       vignette and grain, where asked for; after FXAA where there is that
 //! FXAA pass      FXAA       smooths edges of the finished picture, where asked for
 //! ```
 //!
@@ -28,6 +29,7 @@ use crate::passes::fxaa::{self, Fxaa};
 use crate::passes::geometry::{self, Geometry};
 use crate::passes::lighting::{self, Lighting};
 use crate::passes::per_light::{self, PerLight};
+use crate::passes::tone::{self, Tone};
 use crate::passes::tonemap::{self, TonemapPass};
 use crate::passes::transparent::{self, Transparent};
 use crate::passes::view::{self, ViewPass};
@@ -50,6 +52,8 @@ pub struct Deferred {
     composite: Option<Composite>,
     tonemap: Option<TonemapPass>,
     fxaa: Option<(RenderPassIndex, Fxaa)>,
+    /// In the last render pass.
+    tone: Option<Tone>,
 }
 
 /// How opaque surfaces become light.
@@ -72,12 +76,15 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
     let alone = |pass: &'static Pass| subpass(pass, &[pass]);
 
     let surfaces = subpass(&geometry::PASS, &[&depth::PASS, &geometry::PASS]);
-    let light: [Option<Subpass>; 5] = [
+    // Over the picture, wherever that is finished.
+    let [tone, smoothed_tone] = if plan.fxaa { [None, alone(&tone::PASS)] } else { [alone(&tone::PASS), None] };
+    let light: [Option<Subpass>; 6] = [
         subpass(&lighting::PASS, &[&lighting::PASS, &per_light::PASS, &view::PASS]),
         subpass(&forward::PASS, &[&depth::PASS, &forward::PASS]),
         alone(&transparent::PASS),
         alone(&composite::PASS),
         alone(&tonemap::PASS),
+        tone,
     ];
     let mut steps = vec![list::render_pass(SHADOW_PASS, [alone(&shadow::PASS)])];
     // Each of these reads only its own pixel, so that a tiler never leaves the tile. A pass between GEOMETRY and LIGHTING that reads
@@ -86,7 +93,7 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
         false => steps.push(list::render_pass(MAIN_PASS, [surfaces].into_iter().chain(light))),
         true => steps.extend([list::render_pass(GBUFFER_PASS, [surfaces]), list::render_pass(MAIN_PASS, light)]),
     }
-    steps.push(list::render_pass(FXAA_PASS, [alone(&fxaa::PASS)]));
+    steps.push(list::render_pass(FXAA_PASS, [alone(&fxaa::PASS), smoothed_tone]));
     steps
 }
 
@@ -174,6 +181,9 @@ impl Deferred {
             tonemap.record(frame);
             frame.end(times, &tonemap::PASS);
         }
+        if self.fxaa.is_none() {
+            self.record_tone(frame, times);
+        }
         // Row `read-back`: COPY, or what a window draws over the picture, waits for its last write.
         // SAFETY: begun above, and every subpass recorded.
         unsafe { gpu.cmd_end_render_pass(cmd) };
@@ -181,13 +191,25 @@ impl Deferred {
         if let Some((pass, fxaa)) = &self.fxaa {
             // A render pass of its own, because it reads each pixel's neighbours: row `output-to-fxaa`. Its picture waits by `picture-reuse`.
             frame.begin(&fxaa::PASS);
-            // SAFETY: outside a render pass again; FXAA is the only subpass.
+            // SAFETY: outside a render pass again; FXAA is the first subpass.
             unsafe { gpu.cmd_begin_render_pass(cmd, &passes.begin(frame, *pass), INLINE) };
             fxaa.record(frame);
-            // SAFETY: begun above.
-            unsafe { gpu.cmd_end_render_pass(cmd) };
             frame.end(times, &fxaa::PASS);
+            self.record_tone(frame, times);
+            // SAFETY: begun above, and every subpass recorded.
+            unsafe { gpu.cmd_end_render_pass(cmd) };
         }
+    }
+
+    /// TONE, in the render pass that finishes the picture.
+    fn record_tone(&self, frame: &Recording, times: &mut Option<Timestamps>) {
+        let Some(tone) = &self.tone else { return };
+        // Row `picture-to-tone`: it multiplies what is finished of its pixel.
+        // SAFETY: the render pass has TONE next.
+        unsafe { frame.device.raw.cmd_next_subpass(frame.cmd, INLINE) };
+        frame.begin(&tone::PASS);
+        tone.record(frame);
+        frame.end(times, &tone::PASS);
     }
 
     /// Makes everything that the plan has, once.
@@ -225,7 +247,8 @@ impl Deferred {
             }
             _ => None,
         };
-        Ok(Self { passes, first, second, depth, opaque, transparent, composite, tonemap, fxaa })
+        let tone = slot(&tone::PASS).map(|slot| Tone::new(device, plan, slot, layouts)).transpose()?;
+        Ok(Self { passes, first, second, depth, opaque, transparent, composite, tonemap, fxaa, tone })
     }
 
     /// Makes anew what has the size of the picture: attachments, framebuffers, and the sets that name them.

@@ -50,6 +50,7 @@ pub mod present;
 pub mod shadow;
 pub mod split;
 pub mod tiled;
+pub mod tone;
 pub mod tonemap;
 pub mod transparent;
 pub mod view;
@@ -70,7 +71,7 @@ use crate::plan::{Canvas, FramePlan, IndexWidth, MapDraw, Shading, Target, Visib
 use crate::scene::Camera;
 
 /// All passes, as reports list them.
-pub const ALL: [&Pass; 17] = [
+pub const ALL: [&Pass; 18] = [
     &shadow::PASS,
     &depth::PASS,
     &geometry::PASS,
@@ -82,6 +83,7 @@ pub const ALL: [&Pass; 17] = [
     &composite::PASS,
     &tonemap::PASS,
     &fxaa::PASS,
+    &tone::PASS,
     &tiled::PASS,
     &present::PASS,
     &split::PASS,

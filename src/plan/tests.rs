@@ -614,6 +614,11 @@ fn what_smooths_edges_is_refused_where_it_means_nothing() {
             "rgb10a2",
         ),
         (Settings { fxaa: true, samples: 2, ..samples::deferred() }, "choose one"),
+        (Settings { vignette: 0.5, samples: 2, ..samples::deferred() }, "vignette"),
+        (
+            Settings { grain: 0.5, output: Output::Nits, ..samples::deferred() },
+            "film grain works on a tone-mapped picture",
+        ),
     ] {
         let text = FramePlan::of(&scene, &settings, &device()).expect_err("must be refused").to_string();
         assert!(text.starts_with("anti-aliasing: ") && text.contains(why), "{text}");

@@ -1,6 +1,6 @@
-//! What a display shows of the truth: exposed light through the tone curve, as codes of 8 bits.
+//! What a display shows of the truth: exposed light through the tone curve, with vignette and grain, as codes of 8 bits.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::tonemap::{encode_srgb, tone_map};
 use crate::scene::Settings;
@@ -21,6 +21,61 @@ impl Pixel {
 }
 
 /// The sRGB codes of exposed light (1 is where the sensor saturates) at a pixel.
-pub fn shown(exposed: DVec3, settings: &Settings, _: Pixel) -> [u8; 3] {
-    tone_map::<f64>(exposed, settings.tonemap).to_array().map(|linear| (encode_srgb(linear) * 255.0).round() as u8)
+pub fn shown(exposed: DVec3, settings: &Settings, pixel: Pixel) -> [u8; 3] {
+    let light = tone_map::<f64>(exposed, settings.tonemap) * lens(settings, pixel) * film(settings, pixel);
+    light.to_array().map(|linear| (encode_srgb(linear) * 255.0).round() as u8)
+}
+
+/// The share of light that vignetting leaves. A lens lets through the fourth power of the cosine of the angle to its axis; here half the
+/// picture's diagonal is seen at 45 degrees.
+fn lens(settings: &Settings, Pixel { place, size }: Pixel) -> f64 {
+    let half = DVec2::from(size.map(f64::from)) / 2.0;
+    let tangent = (DVec2::from(place.map(f64::from)) + 0.5 - half).length() / half.length();
+    let cosine = tangent.atan().cos();
+    1.0 - f64::from(settings.vignette) * (1.0 - cosine.powi(4))
+}
+
+/// The share that grain leaves.
+fn film(settings: &Settings, pixel: Pixel) -> f64 {
+    1.0 - f64::from(settings.grain) * noise(pixel)
+}
+
+/// 0 to 1, in steps of 2^-24: PCG (O'Neill 2014) as a hash of the column and the row (Jarzynski and Olano, "Hash Functions for GPU Rendering",
+/// 2020).
+fn noise(Pixel { place: [x, y], .. }: Pixel) -> f64 {
+    let hash = |value: u32| {
+        let state = value.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+        let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
+        (word >> 22) ^ word
+    };
+    f64::from(hash(x.wrapping_add(hash(y))) >> 8) / f64::from(1 << 24)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lens_leaves_all_in_the_middle_and_a_quarter_in_the_corners() {
+        let settings = Settings { vignette: 1.0, ..Settings::default() };
+        let at = |place| lens(&settings, Pixel { place, size: [1001, 601] });
+        assert!((at([500, 300]) - 1.0).abs() < 1e-12);
+        // Half a pixel from the corner.
+        assert!((at([0, 0]) - 0.25).abs() < 1e-3 && (at([1000, 600]) - at([0, 0])).abs() < 1e-12);
+        let half = Settings { vignette: 0.5, ..settings };
+        assert!((lens(&half, Pixel { place: [0, 0], size: [1001, 601] }) - 0.625).abs() < 1e-3);
+        assert_eq!(lens(&Settings::default(), Pixel { place: [0, 0], size: [4, 4] }), 1.0);
+    }
+
+    #[test]
+    fn grain_is_evenly_spread_and_differs_from_pixel_to_pixel() {
+        let size = [256, 256];
+        let values: Vec<f64> = (0..256 * 256).map(|index| noise(Pixel::numbered(index, size))).collect();
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64;
+        // Of 65,536 independent ones the mean errs by 0.0011, the variance by 0.0003 (one standard deviation).
+        assert!((mean - 0.5).abs() < 0.005 && (variance - 1.0 / 12.0).abs() < 0.0015, "{mean} {variance}");
+        let neighbours = values.windows(2).filter(|pair| pair[0] == pair[1]).count();
+        assert!(neighbours < 3, "{neighbours}");
+    }
 }

@@ -121,7 +121,8 @@ fn every_picture_of_the_gallery_looks_as_it_did() {
         let scene = gallery("edges");
         let base = own(&scene, SIZE.0, SIZE.1);
         album.compare("gallery-edges-fxaa", &scene, &Settings { fxaa: true, ..base.clone() });
-        album.compare("gallery-edges-msaa", &scene, &Settings { msaa: 4, ..base });
+        album.compare("gallery-edges-msaa", &scene, &Settings { msaa: 4, ..base.clone() });
+        album.compare("gallery-vignette-and-grain", &scene, &Settings { vignette: 1.0, grain: 0.2, ..base });
     });
 }
 

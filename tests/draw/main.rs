@@ -15,4 +15,5 @@ mod golden;
 mod orthographic;
 mod outputs;
 mod pixels;
+mod tone;
 mod transparency;

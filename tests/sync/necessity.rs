@@ -139,6 +139,7 @@ pub fn cases() -> Vec<Case> {
     let sorted: Change = |_| {};
     let weighted: Change = |settings| settings.transparency = Transparency::Oit;
     let fxaa: Change = |settings| settings.fxaa = true;
+    let toned: Change = |settings| (settings.vignette, settings.grain) = (0.5, 0.1);
     let samples: Change = |settings| settings.msaa = 4;
     let linear: Change = |settings| settings.resolve = Resolve::Linear;
     let hdr: Change = |settings| settings.output = Output::Nits;
@@ -196,6 +197,12 @@ pub fn cases() -> Vec<Case> {
     case("forward, samples averaged as light", plain(), &[forward, samples, linear]);
     case("forward, samples and fxaa", plain(), &[forward, samples, fxaa]);
     case("samples and fxaa", plain(), &[samples, fxaa]);
+    case("toned", plain(), &[toned]);
+    case("toned, glowing", glowing(plain()), &[toned]);
+    case("toned, glazed", glazed(plain()), &[toned]);
+    case("toned, samples", plain(), &[toned, samples]);
+    case("toned, forward", plain(), &[toned, forward]);
+    case("toned and smoothed", plain(), &[toned, fxaa]);
     case("stored", plain(), &[stored]);
     case("stored, glowing and sunlit", glowing(sunlit()), &[stored]);
     case("stored, sorted and glowing", glazed(glowing(plain())), &[stored, sorted]);

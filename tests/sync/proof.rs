@@ -136,6 +136,7 @@ fn random(scenes: &[(&str, Scene)], random: &mut fastrand::Rng) -> Option<(Strin
         msaa: [1, 1, 2, 4][random.usize(..4)],
         samples: [1, 1, 4][random.usize(..3)],
         fxaa: random.bool(),
+        vignette: [0.0, 0.5][random.usize(..2)],
         depth_prepass: [None, Some(false), Some(true)][random.usize(..3)],
         light_cutoff: random.bool(),
         keep: if random.bool() { Keep::NONE } else { Keep::NONE.with(OptionalPart::StoredGbuffer) },

@@ -1,6 +1,6 @@
 //! The rows of a frame without a G-buffer, in the place of those of GEOMETRY and LIGHTING.
 
-use super::main_pass::{dropped_last, sums_reuse, sums_to_composite};
+use super::main_pass::{dropped_last, is_toned, sums_reuse, sums_to_composite};
 use super::{Edge, Place, RowName, subpass};
 use crate::frame::list::RESOLVE;
 use crate::passes::{composite, copy, forward, fxaa, present, tonemap, transparent};
@@ -29,6 +29,7 @@ pub(super) fn forward_edge(plan: &FramePlan) -> Edge {
         // A later subpass has the output, into which they are resolved; else FORWARD has, and whoever reads it has waited for the resolve.
         Target::Samples if plan.transparency.is_some() => dropped_last(plan, RESOLVE),
         Target::Samples if output == present::ATTACH => RESOLVE,
+        Target::Samples if is_toned(plan) => output.or(RESOLVE),
         _ => output,
     };
     subpass(

@@ -9,7 +9,7 @@ use super::forward::{forward_edge, transparent_after_forward};
 use super::{Carrier, Edge, Place, RowName, presentation, subpass};
 use crate::frame::list::{FXAA_PASS, GBUFFER_PASS, MAIN_PASS, RESOLVE};
 use crate::gpu::sync::Use;
-use crate::passes::{composite, copy, forward, fxaa, geometry, lighting, present, tonemap, transparent};
+use crate::passes::{composite, copy, forward, fxaa, geometry, lighting, present, tone, tonemap, transparent};
 use crate::plan::{FramePlan, Shading, Target};
 use crate::scene::Transparency;
 
@@ -27,6 +27,7 @@ impl RowName {
     pub const HDR_TO_TONEMAP: Self = Self("hdr-to-tonemap");
     pub const OUTPUT_TO_FXAA: Self = Self("output-to-fxaa");
     pub const PICTURE_REUSE: Self = Self("picture-reuse");
+    pub const PICTURE_TO_TONE: Self = Self("picture-to-tone");
     pub const READ_BACK: Self = Self("read-back");
 }
 
@@ -85,7 +86,10 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
             ),
             _ => (RowName::OUTPUT_REUSE, read, why),
         };
-        table.push(subpass(name, (Place::OUTSIDE, first), &[before], &[first_use], why));
+        // TONE comes after the resolve: whoever reads its picture has not waited for the samples.
+        let resolved = (name == RowName::TARGETS_REUSE && is_toned(plan)).then_some(RESOLVE);
+        let before: Vec<_> = [before].into_iter().chain(resolved).collect();
+        table.push(subpass(name, (Place::OUTSIDE, first), &before, &[first_use], why));
     }
     if let Some(transparency) = plan.transparency {
         table.extend(transparent_edges(plan, transparency));
@@ -110,9 +114,21 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         table.extend(fxaa_edges(plan, last, last_use));
         (finish, pass) = ((fxaa::PASS.place, fxaa::PICTURE_WRITE), FXAA_PASS);
     }
+    if (tone::PASS.presence)(plan).is_in() {
+        let why = "TONE multiplies what is finished of its pixel";
+        let (places, uses) = ((finish.0, tone::PASS.place), (finish.1, tone::PICTURE_BLEND));
+        let row = Edge::new(RowName::PICTURE_TO_TONE, Carrier::Subpass(pass), places, uses, why);
+        table.push(Edge { by_region: true, ..row });
+        finish = (tone::PASS.place, tone::PICTURE_BLEND);
+    }
     let (places, uses) = ((finish.0, Place::OUTSIDE), (finish.1, read));
     table.push(Edge::new(RowName::READ_BACK, Carrier::Subpass(pass), places, uses, read_back));
     table
+}
+
+/// Whether TONE is the last subpass of the main pass.
+pub(super) fn is_toned(plan: &FramePlan) -> bool {
+    !plan.fxaa && (tone::PASS.presence)(plan).is_in()
 }
 
 /// Why an image of the swapchain waits.

@@ -243,6 +243,14 @@ settings! {
         "fxaa", "fxaa" => fxaa: bool = false, {
             title: "FXAA", on_picture: true, sweep: Sweep::Joint,
         }
+        /// Darken the picture towards its corners as a lens does: by the fourth power of the cosine, to a quarter in the corners at 1
+        "vignette", "vignette" => vignette: f32 = 0.0, {
+            title: "vignette", values: ValueKind::Number(0.0, 1.0), on_picture: true,
+        }
+        /// Grain of film: the most that a pixel loses of its light at random
+        "grain", "grain" => grain: f32 = 0.0, {
+            title: "film grain", values: ValueKind::Number(0.0, 1.0), on_picture: true,
+        }
         /// Samples of the hardware in each pixel, as far as the device has them; edges are shaded once a sample
         "msaa", "msaa" => msaa: u32 = 1, {
             title: "MSAA", values: ValueKind::Among(&MSAA), sweep: Sweep::Joint,

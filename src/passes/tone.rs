@@ -1,0 +1,82 @@
+//! TONE: vignette and film grain, over the finished picture. It multiplies each pixel by the share of light that a lens and a film leave.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::screen::{Screen, ScreenDesc, replace};
+use super::{First, Pass, Place, Presence, Recording, SetLayouts, Slot, Touch, frame_data};
+use crate::gpu::{self, Device, sync::Use};
+use crate::plan::FramePlan;
+use crate::shaders::tone::{self as shader, Flags, constants};
+
+/// Multiplies what is in the picture.
+pub const PICTURE_BLEND: Use = Use::new(
+    vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT,
+    vk::AccessFlags::from_raw(
+        vk::AccessFlags::COLOR_ATTACHMENT_READ.as_raw() | vk::AccessFlags::COLOR_ATTACHMENT_WRITE.as_raw(),
+    ),
+);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("TONE"),
+    time: "tone",
+    what: "darkens the picture as a lens and a film do: vignette and grain",
+    presence: |plan| {
+        Presence::when(is_in(plan), "vignette or grain are asked for", "neither vignette nor grain is asked for")
+    },
+    touches: |plan| vec![Touch::color(0, plan.picture(), First::Undefined, PICTURE_BLEND), frame_data()],
+    leave_out: Some(|settings| (settings.vignette, settings.grain) = (0.0, 0.0)),
+};
+
+fn is_in(plan: &FramePlan) -> bool {
+    plan.effects.vignette > 0.0 || plan.effects.grain > 0.0
+}
+
+/// The pass.
+pub struct Tone {
+    screen: Screen,
+}
+
+impl Tone {
+    /// # Errors
+    /// When the pipeline cannot be made.
+    pub fn new(device: &Arc<Device>, plan: &FramePlan, slot: Slot, layouts: SetLayouts) -> gpu::Result<Self> {
+        let Some(shader) = shader::variant(Flags::NONE) else {
+            return Err(gpu::Error::Unsupported("tone.wgsl has no variant".into()));
+        };
+        let screen = Screen::new(
+            device,
+            &ScreenDesc {
+                name: "tone",
+                slot,
+                shader,
+                constants: &[
+                    (constants::VIGNETTE, plan.effects.vignette.to_bits()),
+                    (constants::GRAIN, plan.effects.grain.to_bits()),
+                ],
+                set_layouts: &[layouts.frame],
+                // The background is seen through the same lens.
+                skip_sky: false,
+                blend: multiply(),
+            },
+        )?;
+        Ok(Self { screen })
+    }
+
+    /// Darkens the picture. Runs inside its subpass.
+    pub fn record(&self, recording: &Recording) {
+        recording.set_area();
+        self.screen.record(recording, &[(0, recording.frame_set)]);
+    }
+}
+
+/// What is drawn times what is there, which a target that encodes blends as light.
+fn multiply() -> vk::PipelineColorBlendAttachmentState {
+    replace()
+        .blend_enable(true)
+        .src_color_blend_factor(vk::BlendFactor::DST_COLOR)
+        .dst_color_blend_factor(vk::BlendFactor::ZERO)
+        .src_alpha_blend_factor(vk::BlendFactor::ZERO)
+        .dst_alpha_blend_factor(vk::BlendFactor::ONE)
+}
