@@ -143,6 +143,7 @@ impl From<plan::Error> for Failure {
 impl From<stress::Error> for Failure {
     fn from(error: stress::Error) -> Self {
         match error {
+            stress::Error::Refused(why) => Self::new(Exit::Usage, why),
             stress::Error::Frame(error) => error.into(),
         }
     }

@@ -6,7 +6,7 @@ use std::time::Instant;
 use afterlight::scene::unknown;
 #[cfg(feature = "report")]
 use afterlight::stress::page;
-use afterlight::stress::{self, Case, Finding, Outcome, Verdict, catalogue, range};
+use afterlight::stress::{self, Case, Finding, Outcome, RunInfo, Verdict, catalogue, range};
 use serde::Serialize;
 
 use super::args::DeviceArgs;
@@ -72,9 +72,6 @@ fn seeds(text: &str) -> Result<[u32; 2], String> {
 }
 
 /// Tries the cases, and prints a table.
-///
-/// # Errors
-/// A device that cannot be used, a file that cannot be written, and a claim that does not hold.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let cases = chosen(args);
     if args.list {
@@ -96,24 +93,24 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             verdicts.push(stress::run(&device, case, args.quick)?);
         }
         drop(bar);
-        let told = Told {
+        let run = RunInfo {
             device: device.physical.name.clone(),
             driver: device.physical.driver_name.clone(),
-            version: env!("CARGO_PKG_VERSION"),
+            version: env!("CARGO_PKG_VERSION").into(),
             quick: args.quick,
             seconds: milliseconds_since(begun) / 1e3,
-            cases: verdicts.iter().map(ToldCase::of).collect(),
         };
         let on_stdout = sinks.iter().any(|sink| sink.is_stdout());
         if let Some(sink) = &args.json {
-            sink.write(output::json(&told)?.as_bytes())?;
+            let report = Report { run: &run, cases: verdicts.iter().map(CaseReport::of).collect() };
+            sink.write(output::json(&report)?.as_bytes())?;
         }
         #[cfg(feature = "report")]
         if let Some(sink) = &args.html {
-            sink.write(page::html(&told.place(), &verdicts).as_bytes())?;
+            sink.write(page::html(&run, &verdicts).as_bytes())?;
         }
         if !args.quiet {
-            output::print(&text(&told, &verdicts), on_stdout)?;
+            output::print(&text(&run, &verdicts), on_stdout)?;
         }
         let broken: Vec<&str> =
             verdicts.iter().filter(|verdict| !verdict.passes()).map(|verdict| verdict.case.name).collect();
@@ -153,7 +150,7 @@ fn list(cases: &[Case]) -> String {
     table.render()
 }
 
-fn text(told: &Told, verdicts: &[Verdict]) -> String {
+fn text(run: &RunInfo, verdicts: &[Verdict]) -> String {
     let mut table = Table::new();
     table.row(["case", "tried", "claimed", "holds", "worst", "mean", "bound", "not finite", "negative", "verdict"]);
     for verdict in verdicts {
@@ -183,7 +180,7 @@ fn text(told: &Told, verdicts: &[Verdict]) -> String {
     for (verdict, input) in inputs.filter_map(|verdict| Some((verdict, verdict.worst().worst_input?))) {
         let _ = writeln!(text, "{}: worst at {input}", verdict.case.name);
     }
-    let _ = writeln!(text, "\n{}, {}: {:.1} s", told.device, told.driver, told.seconds);
+    let _ = writeln!(text, "\n{}, {}: {:.1} s", run.device, run.driver, run.seconds);
     text
 }
 
@@ -212,30 +209,14 @@ fn bound(case: &Case) -> String {
 
 /// What `--json` writes.
 #[derive(Serialize)]
-struct Told {
-    version: &'static str,
-    device: String,
-    driver: String,
-    quick: bool,
-    seconds: f64,
-    cases: Vec<ToldCase>,
-}
-
-#[cfg(feature = "report")]
-impl Told {
-    fn place(&self) -> page::Place {
-        page::Place {
-            version: self.version.into(),
-            device: self.device.clone(),
-            driver: self.driver.clone(),
-            quick: self.quick,
-            seconds: self.seconds,
-        }
-    }
+struct Report<'a> {
+    #[serde(flatten)]
+    run: &'a RunInfo,
+    cases: Vec<CaseReport>,
 }
 
 #[derive(Serialize)]
-struct ToldCase {
+struct CaseReport {
     name: &'static str,
     extreme: &'static str,
     unit: &'static str,
@@ -244,12 +225,12 @@ struct ToldCase {
     bound: [f64; 2],
     passes: bool,
     holds: Option<[f64; 2]>,
-    findings: Vec<ToldFinding>,
+    findings: Vec<FindingReport>,
 }
 
 /// Errors are `null` where the value was refused; so is one that is not finite, which JSON has no number for.
 #[derive(Serialize)]
-struct ToldFinding {
+struct FindingReport {
     value: f64,
     holds: bool,
     refused: Option<String>,
@@ -263,15 +244,15 @@ struct ToldFinding {
     worst_input: Option<String>,
 }
 
-impl ToldCase {
+impl CaseReport {
     fn of(verdict: &Verdict) -> Self {
         let case = &verdict.case;
-        let told = |finding: &Finding| {
+        let report = |finding: &Finding| {
             let (errors, refused) = match &finding.outcome {
                 Outcome::Measured(errors) => (Some(errors), None),
                 Outcome::Refused(why) => (None, Some(why.clone())),
             };
-            ToldFinding {
+            FindingReport {
                 value: finding.value,
                 holds: finding.holds(case),
                 refused,
@@ -292,7 +273,7 @@ impl ToldCase {
             bound: [case.bound.worst, case.bound.mean],
             passes: verdict.passes(),
             holds: verdict.holds(),
-            findings: verdict.findings.iter().map(told).collect(),
+            findings: verdict.findings.iter().map(report).collect(),
         }
     }
 }

@@ -92,6 +92,17 @@ impl Values {
 }
 
 impl Case {
+    /// With the unit of the `values`, and the bound of those that are claimed.
+    pub const fn new(
+        name: &'static str,
+        extreme: &'static str,
+        (values, unit): (Values, &'static str),
+        (claim, bound): ([f64; 2], Bound),
+        check: Check,
+    ) -> Self {
+        Self { name, extreme, unit, values, claim, bound, check }
+    }
+
     /// The values that are tried: all, or with `quick` the ends, those of the claim, and every third.
     pub fn tried(&self, quick: bool) -> Vec<f64> {
         let all = self.values.all();

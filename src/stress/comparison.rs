@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Error;
-use super::pixel_errors::{Pictures, Refusal, Subject};
+use super::pixel_errors::{Pictures, Subject};
 use crate::frame;
 use crate::gpu::Device;
 use crate::reference::{Reference, View as Eye};
@@ -24,26 +24,23 @@ impl<'a> Comparison<'a> {
     /// Draws the subject, or a view of it in place of its own, and gets the truth of a scene ready.
     ///
     /// # Errors
-    /// A device that is lost, or a truth in which [`Scene::check`] finds a fault. What a plan refuses is the inner error.
+    /// A device that is lost, a truth in which [`Scene::check`] finds a fault, and what a plan refuses.
     pub fn of(
         device: &'a Arc<Device>,
         subject: &'a Subject,
         truth: &'a Scene,
         view: Option<View>,
-    ) -> Result<Result<Self, Refusal>, Error> {
+    ) -> Result<Self, Error> {
         let settings = subject.decided();
         let mut pictures = Pictures::of(device, subject, &settings);
-        let drawn = match pictures.draw(view.unwrap_or(settings.view))? {
-            Ok(drawn) => drawn,
-            Err(refusal) => return Ok(Err(refusal)),
-        };
+        let drawn = pictures.draw(view.unwrap_or(settings.view))?;
         let reference = Reference::new(truth).map_err(frame::Error::from)?;
-        Ok(Ok(Self {
+        Ok(Self {
             pictures,
             drawn,
             reference: reference.with_brdf(settings.brdf).with_shadows(settings.shadows.enabled),
             eye: Eye { camera: truth.camera, size: settings.size },
             exposure: f64::from(exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(truth)))),
-        }))
+        })
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Error;
-use super::pixel_errors::{Errors, Evidence, FLOOR, Refusal, Subject, renderer_of, saturation};
+use super::pixel_errors::{Errors, Evidence, FLOOR, Subject, saturation};
 use crate::frame::{Pixels, Renderer};
 use crate::gpu::Device;
 use crate::scene::metered_ev100;
@@ -19,18 +19,11 @@ const LOOKED_AT: usize = 16;
 /// last from the first, scaled and cut off where the target ends; their evidence is the last and the first.
 ///
 /// # Errors
-/// A device that is lost. What a plan refuses is the inner error.
-pub fn compare(
-    device: &Arc<Device>,
-    subject: &Subject,
-    frames: usize,
-) -> Result<Result<(Errors, Evidence), Refusal>, Error> {
+/// A device that is lost; what a plan refuses.
+pub fn compare(device: &Arc<Device>, subject: &Subject, frames: usize) -> Result<(Errors, Evidence), Error> {
     let settings = subject.decided();
     let (scene, camera) = (&subject.scene, &subject.scene.camera);
-    let mut renderer = match renderer_of(device, scene, &settings)? {
-        Ok(renderer) => renderer,
-        Err(refusal) => return Ok(Err(refusal)),
-    };
+    let mut renderer = Renderer::new(device, scene, &settings)?;
     // To whole stops from it no digit is lost.
     let ev100 = settings.exposure.unwrap_or_else(|| metered_ev100(scene)).round();
     let largest = saturation(renderer.plan());
@@ -48,7 +41,7 @@ pub fn compare(
     let expected = scaled(&first, 1.0, f64::INFINITY);
     note(&mut errors, &last, &expected);
     errors.mean /= errors.compared.max(1) as f64;
-    Ok(Ok((errors, Evidence { size: settings.size, drawn: last, expected })))
+    Ok((errors, Evidence { size: settings.size, drawn: last, expected }))
 }
 
 fn drawn(renderer: &mut Renderer, subject: &Subject, ev100: f32) -> Result<Vec<[f32; 3]>, Error> {

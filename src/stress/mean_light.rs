@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::Error;
 use super::comparison::Comparison;
-use super::pixel_errors::{Errors, Evidence, Refusal, Subject};
+use super::pixel_errors::{Errors, Evidence, Subject};
 use crate::gpu::Device;
 use crate::reference::{Mode, Options, Smith};
 use crate::scene::Scene;
@@ -15,17 +15,9 @@ const SAMPLES: u32 = 64;
 /// Draws the subject. Both errors are that of the mean light, relative to the brightest channel of the true one.
 ///
 /// # Errors
-/// A device that is lost. What a plan refuses is the inner error.
-pub fn compare(
-    device: &Arc<Device>,
-    subject: &Subject,
-    truth: &Scene,
-) -> Result<Result<(Errors, Evidence), Refusal>, Error> {
-    let comparison = match Comparison::of(device, subject, truth, None)? {
-        Ok(comparison) => comparison,
-        Err(refusal) => return Ok(Err(refusal)),
-    };
-    let Comparison { drawn: light, reference, eye, exposure, .. } = comparison;
+/// A device that is lost; what a plan refuses.
+pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result<(Errors, Evidence), Error> {
+    let Comparison { drawn: light, reference, eye, exposure, .. } = Comparison::of(device, subject, truth, None)?;
     let mode = Mode::Converged { samples: SAMPLES };
     let rays = reference.render(&eye, &Options { mode, smith: Smith::default() }, &|_, _| {});
     let pixels = light.as_chunks::<4>().0;
@@ -35,7 +27,7 @@ pub fn compare(
         [0, 1, 2].map(|channel| rays.radiance.iter().map(|pixel| pixel[channel]).sum::<f64>() * exposure / count);
     let brightest = expected.iter().fold(0.0f64, |most, &channel| most.max(channel));
     if !(brightest > 0.0 && brightest.is_finite()) {
-        return Ok(Err("the truth shows no light".into()));
+        return Err(Error::Refused("the truth shows no light".into()));
     }
     let differences = drawn.iter().zip(expected).map(|(drawn, expected)| (drawn - expected).abs());
     let error = differences.fold(0.0, f64::max) / brightest;
@@ -51,5 +43,5 @@ pub fn compare(
     };
     let drawn = pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
     let expected = rays.radiance.iter().map(|light| light.map(|channel| channel * exposure)).collect();
-    Ok(Ok((errors, Evidence { size: eye.size, drawn, expected })))
+    Ok((errors, Evidence { size: eye.size, drawn, expected }))
 }

@@ -19,13 +19,26 @@ mod run;
 
 pub use case::{Bound, Case, Check, Values, range};
 pub use pixel_errors::{Errors, Evidence, FLOOR, Subject, compare};
-pub use run::{Finding, Outcome, Verdict, run, run_spoiled, sane};
+pub use run::{Finding, Outcome, RunInfo, Verdict, run, run_spoiled, sane};
 
 use crate::frame;
 
-/// Why nothing could be found out at all: the device is lost or out of memory. What a case refuses is an [`Outcome`].
+/// Why nothing was found out.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
+    /// A plan, which becomes an [`Outcome`] of its case.
+    #[error("{0}")]
+    Refused(String),
+    /// The device is lost or out of memory.
     #[error(transparent)]
-    Frame(#[from] frame::Error),
+    Frame(frame::Error),
+}
+
+impl From<frame::Error> for Error {
+    fn from(error: frame::Error) -> Self {
+        match error {
+            frame::Error::Plan(refusal) => Self::Refused(refusal.to_string()),
+            error => Self::Frame(error),
+        }
+    }
 }

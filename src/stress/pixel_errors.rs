@@ -84,9 +84,6 @@ impl Evidence {
     }
 }
 
-/// A value whose pictures cannot be made, and why.
-pub type Refusal = String;
-
 impl Subject {
     pub const SIZE: [u32; 2] = [64, 36];
 
@@ -112,17 +109,10 @@ const TARGETS: [View; 4] = [View::Normal, View::Albedo, View::Metallic, View::Ro
 /// Draws the subject, and finds out how far it is from the truth of a scene, its own or what it should be.
 ///
 /// # Errors
-/// A device that is lost. What a plan refuses is the inner error.
-pub fn compare(
-    device: &Arc<Device>,
-    subject: &Subject,
-    truth: &Scene,
-) -> Result<Result<(Errors, Evidence), Refusal>, Error> {
-    let comparison = match Comparison::of(device, subject, truth, None)? {
-        Ok(comparison) => comparison,
-        Err(refusal) => return Ok(Err(refusal)),
-    };
-    let Comparison { mut pictures, drawn: light, reference, eye, exposure } = comparison;
+/// A device that is lost; what a plan refuses.
+pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result<(Errors, Evidence), Error> {
+    let Comparison { mut pictures, drawn: light, reference, eye, exposure } =
+        Comparison::of(device, subject, truth, None)?;
     let largest = pictures.largest;
     let options = Options { mode: Mode::Point, smith: Smith::default() };
     let rays = reference.render(&eye, &options, &|_, _| {});
@@ -130,18 +120,21 @@ pub fn compare(
     let spans: Vec<Span> = spans.into_iter().map(|span| span.map(|light| light * exposure)).collect();
     let expected: Vec<[f64; 3]> = rays.radiance.iter().map(|light| light.map(|channel| channel * exposure)).collect();
     if expected.iter().flatten().any(|channel| !channel.is_finite()) {
-        return Ok(Err("the truth itself is not finite".into()));
+        return Err(Error::Refused("the truth itself is not finite".into()));
     }
     let elsewhere = pictures.elsewhere(rays.triangles.as_deref().unwrap_or_default())?;
     let scale = Scale { floor: subject.floor, largest };
     let mut errors = against(&light, Expected { light: &expected, spans: &spans }, &elsewhere, scale);
     for view in TARGETS {
-        if let Ok(values) = pictures.draw(view)? {
-            errors.not_finite += values.iter().filter(|value| !value.is_finite()).count();
+        match pictures.draw(view) {
+            Ok(values) => errors.not_finite += values.iter().filter(|value| !value.is_finite()).count(),
+            // A view that the subject has not.
+            Err(Error::Refused(_)) => {}
+            Err(error) => return Err(error),
         }
     }
     let drawn = light.as_chunks::<4>().0.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
-    Ok(Ok((errors, Evidence { size: eye.size, drawn, expected })))
+    Ok((errors, Evidence { size: eye.size, drawn, expected }))
 }
 
 pub(super) struct Pictures<'a> {
@@ -168,18 +161,6 @@ struct Expected<'a> {
     spans: &'a [Span],
 }
 
-/// The renderer of a scene, unless its plan is refused.
-pub(super) fn renderer_of(
-    device: &Arc<Device>,
-    scene: &Scene,
-    settings: &Settings,
-) -> Result<Result<Renderer, Refusal>, Error> {
-    match Renderer::new(device, scene, settings) {
-        Err(frame::Error::Plan(refusal)) => Ok(Err(refusal.to_string())),
-        made => Ok(Ok(made?)),
-    }
-}
-
 /// What is brighter in pictures of the plan is as bright as that.
 pub(super) fn saturation(plan: &FramePlan) -> f64 {
     let most = if plan.tone_mapping == ToneMapping::Kept { WHITE } else { f32::MAX };
@@ -192,16 +173,13 @@ impl<'a> Pictures<'a> {
     }
 
     /// RGBA of a view.
-    pub fn draw(&mut self, view: View) -> Result<Result<Vec<f32>, Refusal>, Error> {
+    pub fn draw(&mut self, view: View) -> Result<Vec<f32>, Error> {
         let settings = if view == self.settings.view { self.settings.clone() } else { self.settings.showing(view) };
-        let mut renderer = match renderer_of(self.device, &self.subject.scene, &settings)? {
-            Ok(renderer) => renderer,
-            Err(refusal) => return Ok(Err(refusal)),
-        };
+        let mut renderer = Renderer::new(self.device, &self.subject.scene, &settings)?;
         self.largest = saturation(renderer.plan());
         match renderer.picture(&self.subject.scene.camera, || {})?.pixels {
-            Pixels::LinearF32(rgba) => Ok(Ok(rgba)),
-            Pixels::Srgb8(_) => Ok(Err(format!("{view} has no values that could be compared"))),
+            Pixels::LinearF32(rgba) => Ok(rgba),
+            Pixels::Srgb8(_) => Err(Error::Refused(format!("{view} has no values that could be compared"))),
         }
     }
 

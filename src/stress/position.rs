@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 
 use super::comparison::Comparison;
-use super::pixel_errors::{Errors, Evidence, Refusal, Subject};
+use super::pixel_errors::{Errors, Evidence, Subject};
 use super::{Error, grid};
 use crate::gpu::Device;
 use crate::reference::{Surface, TriangleId};
@@ -14,17 +14,10 @@ use crate::scene::{Scene, View};
 /// Draws the subject's places. Errors are distances between the place and the true one, over that one's distance from the camera.
 ///
 /// # Errors
-/// A device that is lost. What a plan refuses is the inner error.
-pub fn compare(
-    device: &Arc<Device>,
-    subject: &Subject,
-    truth: &Scene,
-) -> Result<Result<(Errors, Evidence), Refusal>, Error> {
-    let comparison = match Comparison::of(device, subject, truth, Some(View::Position))? {
-        Ok(comparison) => comparison,
-        Err(refusal) => return Ok(Err(refusal)),
-    };
-    let Comparison { pictures, drawn: places, reference, eye, .. } = comparison;
+/// A device that is lost; what a plan refuses.
+pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result<(Errors, Evidence), Error> {
+    let Comparison { pictures, drawn: places, reference, eye, .. } =
+        Comparison::of(device, subject, truth, Some(View::Position))?;
     let [width, height] = eye.size;
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)));
     let half_step = grid::half_step(device);
@@ -51,5 +44,5 @@ pub fn compare(
     let place =
         |seen: &Option<(Surface, TriangleId, f64)>| seen.map_or([0.0; 3], |(surface, ..)| surface.position.to_array());
     let expected = expected.iter().map(place).collect();
-    Ok(Ok((errors, Evidence { size: eye.size, drawn, expected })))
+    Ok((errors, Evidence { size: eye.size, drawn, expected }))
 }

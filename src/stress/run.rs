@@ -2,10 +2,24 @@
 
 use std::sync::Arc;
 
+use serde::Serialize;
+
 use super::pixel_errors::{self, Errors, Evidence, Subject};
 use super::{Case, Check, Error, exposures, formula, mean_light, position};
 use crate::gpu::Device;
 use crate::scene::Scene;
+
+/// Where cases were tried, and how.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RunInfo {
+    /// Of the program.
+    pub version: String,
+    pub device: String,
+    pub driver: String,
+    /// Only a part of the values was tried.
+    pub quick: bool,
+    pub seconds: f64,
+}
 
 /// What became of one value.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,6 +54,9 @@ pub fn run(device: &Arc<Device>, case: &Case, quick: bool) -> Result<Verdict, Er
     run_spoiled(device, case, quick, &|_| {})
 }
 
+/// Holds a subject against the truth of a scene.
+type Compare = fn(&Arc<Device>, &Subject, &Scene) -> Result<(Errors, Evidence), Error>;
+
 /// Tries a case, but spoils each scene before it is drawn: whoever claims that a mistake would be found can plant it.
 ///
 /// # Errors
@@ -57,35 +74,25 @@ pub fn run_spoiled(
             spoil(&mut subject.scene);
             (subject, truth)
         };
-        let found = match case.check {
-            Check::Picture(subject) | Check::Placed(subject, _) => {
-                let (subject, truth) = drawn(subject);
-                pixel_errors::compare(device, &subject, &truth)?
-            }
-            Check::Sane(subject) => {
-                let (subject, truth) = drawn(subject);
-                sane(device, &subject, &truth)?
-            }
-            Check::Position(subject) => {
-                let (subject, truth) = drawn(subject);
-                position::compare(device, &subject, &truth)?
-            }
-            Check::Whole(subject) => {
-                let (subject, truth) = drawn(subject);
-                mean_light::compare(device, &subject, &truth)?
-            }
-            Check::Exposures(subject) => {
-                let (subject, _) = drawn(subject);
-                exposures::compare(device, &subject, value as usize)?
-            }
+        let held = |subject: fn(f64) -> Subject, compare: Compare| {
+            let (subject, truth) = drawn(subject);
+            compare(device, &subject, &truth)
+        };
+        let compared = match case.check {
+            Check::Picture(subject) | Check::Placed(subject, _) => held(subject, pixel_errors::compare),
+            Check::Sane(subject) => held(subject, sane),
+            Check::Position(subject) => held(subject, position::compare),
+            Check::Whole(subject) => held(subject, mean_light::compare),
+            Check::Exposures(subject) => exposures::compare(device, &drawn(subject).0, value as usize),
             Check::Formula(trial) => {
                 let errors = formula::compare(device, &trial(value))?;
                 return Ok(Finding { value, outcome: Outcome::Measured(errors), evidence: None });
             }
         };
-        let mut finding = match found {
+        let mut finding = match compared {
             Ok((errors, evidence)) => Finding { value, outcome: Outcome::Measured(errors), evidence: Some(evidence) },
-            Err(refusal) => Finding { value, outcome: Outcome::Refused(refusal), evidence: None },
+            Err(Error::Refused(refusal)) => Finding { value, outcome: Outcome::Refused(refusal), evidence: None },
+            Err(error) => return Err(error),
         };
         if finding.is_as_claimed(case) {
             finding.evidence = None;
@@ -100,21 +107,15 @@ pub fn run_spoiled(
 /// several samples, which see other things than the truth.
 ///
 /// # Errors
-/// A device that is lost. What a plan refuses is the inner error.
-pub fn sane(
-    device: &Arc<Device>,
-    subject: &Subject,
-    truth: &Scene,
-) -> Result<Result<(Errors, Evidence), String>, Error> {
-    let found = pixel_errors::compare(device, subject, truth)?;
+/// A device that is lost; what a plan refuses.
+pub fn sane(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result<(Errors, Evidence), Error> {
+    let (errors, evidence) = pixel_errors::compare(device, subject, truth)?;
     let settings = subject.decided();
     let is_single = settings.samples == 1 && settings.msaa == 1;
     let is_plain = is_single && !truth.lights.iter().any(|light| light.casts_shadow);
-    Ok(found.map(|(errors, evidence)| {
-        let black = if is_plain { evidence.black().saturating_sub(errors.elsewhere) } else { 0 };
-        let share = black as f64 / evidence.drawn.len() as f64;
-        (Errors { worst: share, mean: share, ..errors }, evidence)
-    }))
+    let black = if is_plain { evidence.black().saturating_sub(errors.elsewhere) } else { 0 };
+    let share = black as f64 / evidence.drawn.len() as f64;
+    Ok((Errors { worst: share, mean: share, ..errors }, evidence))
 }
 
 impl Finding {
@@ -194,15 +195,13 @@ mod tests {
     use super::*;
 
     fn verdict(worst: [f64; 6]) -> Verdict {
-        let case = Case {
-            name: "group/quantity",
-            extreme: "nothing",
-            unit: "m",
-            values: Values::Decades(-3, 2),
-            claim: [0.1, 1.0],
-            bound: Bound { worst: 0.5, mean: 0.5 },
-            check: Check::Picture(|_| Subject::new(Scene::default())),
-        };
+        let case = Case::new(
+            "group/quantity",
+            "nothing",
+            (Values::Decades(-3, 2), "m"),
+            ([0.1, 1.0], Bound { worst: 0.5, mean: 0.5 }),
+            Check::Picture(|_| Subject::new(Scene::default())),
+        );
         let finding = |(value, worst)| Finding {
             value,
             outcome: Outcome::Measured(Errors { worst, compared: 1, ..Errors::default() }),

@@ -128,8 +128,11 @@ fn scenes_that_nobody_thought_of_are_sane_and_tame_ones_near_the_truth() {
             let [case] = catalogue::named(name)[..] else { panic!("no case {name}") };
             let subject = scene.subject();
             let compare = if let Check::Sane(_) = case.check { stress::sane } else { stress::compare };
-            let found = compare(&gpu.device, &subject, &subject.scene).unwrap_or_else(|error| panic!("{error}"));
-            let outcome = found.map_or_else(Outcome::Refused, |(errors, _)| Outcome::Measured(errors));
+            let outcome = match compare(&gpu.device, &subject, &subject.scene) {
+                Ok((errors, _)) => Outcome::Measured(errors),
+                Err(stress::Error::Refused(why)) => Outcome::Refused(why),
+                Err(error) => panic!("{error}"),
+            };
             let finding = Finding { value: 0.0, outcome, evidence: None };
             prop_assert!(finding.holds(&case), "{name}: {:?} of {scene:#?}", finding.outcome);
             Ok(())

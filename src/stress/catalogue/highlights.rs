@@ -23,63 +23,49 @@ pub const CASES: &[Case] = &[
     phong("highlights/phong-lean", EIGHT_BITS, |power| phong_of(power, Brdf::Phong, LEAN)),
     phong("highlights/blinn-phong-float32", ROUNDED, |power| phong_of(power, Brdf::BlinnPhong, FLOAT32)),
     phong("highlights/blinn-phong-lean", EIGHT_BITS, |power| phong_of(power, Brdf::BlinnPhong, LEAN)),
-    Case {
-        name: "highlights/metallic",
-        extreme: "from no metal to all metal",
-        unit: "",
-        values: SHARES,
-        claim: [0.0, 1.0],
-        bound: Bound { worst: 1e-4, mean: 1e-6 },
-        check: Check::Picture(|metallic| ball(Material { metallic: metallic as f32, ..colored() })),
-    },
-    Case {
-        name: "highlights/albedo",
-        extreme: "from black to white metal",
-        unit: "",
-        values: SHARES,
-        claim: [0.0, 1.0],
-        bound: Bound { worst: 1e-4, mean: 1e-6 },
-        check: Check::Picture(|albedo| {
-            ball(Material { metallic: 1.0, base_color: Vec3::splat(albedo as f32), ..colored() })
-        }),
-    },
-    Case {
-        name: "highlights/lamp-at-eye",
-        extreme: "a lamp so far beside the eye, on a smooth ball",
-        unit: "m",
-        values: Values::List(&[0.0, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0]),
-        claim: [0.0, 1.0],
-        bound: Bound { worst: 1e-4, mean: 1e-6 },
-        check: Check::Picture(lamp_at_eye),
-    },
-    Case {
-        name: "highlights/grazing",
-        extreme: "eye and lamp so high over a smooth floor, face to face",
-        unit: "m",
-        values: Values::Decades(-7, 1),
-        claim: [1e-7, 10.0],
-        bound: GRAZED,
-        check: Check::Picture(|height| grazing([height, height])),
-    },
-    Case {
-        name: "highlights/grazing-eye",
-        extreme: "the eye so high over a smooth floor, the lamp well above",
-        unit: "m",
-        values: Values::Decades(-7, 1),
-        claim: [1e-7, 10.0],
-        bound: GRAZED,
-        check: Check::Picture(|height| grazing([height, 1.0])),
-    },
-    Case {
-        name: "highlights/grazing-lamp",
-        extreme: "a lamp so high over a smooth floor, the eye well above",
-        unit: "m",
-        values: Values::Decades(-7, 1),
+    Case::new(
+        "highlights/metallic",
+        "from no metal to all metal",
+        (SHARES, ""),
+        ([0.0, 1.0], Bound { worst: 1e-4, mean: 1e-6 }),
+        Check::Picture(|metallic| ball(Material { metallic: metallic as f32, ..colored() })),
+    ),
+    Case::new(
+        "highlights/albedo",
+        "from black to white metal",
+        (SHARES, ""),
+        ([0.0, 1.0], Bound { worst: 1e-4, mean: 1e-6 }),
+        Check::Picture(|albedo| ball(Material { metallic: 1.0, base_color: Vec3::splat(albedo as f32), ..colored() })),
+    ),
+    Case::new(
+        "highlights/lamp-at-eye",
+        "a lamp so far beside the eye, on a smooth ball",
+        (Values::List(&[0.0, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0]), "m"),
+        ([0.0, 1.0], Bound { worst: 1e-4, mean: 1e-6 }),
+        Check::Picture(lamp_at_eye),
+    ),
+    Case::new(
+        "highlights/grazing",
+        "eye and lamp so high over a smooth floor, face to face",
+        (Values::Decades(-7, 1), "m"),
+        ([1e-7, 10.0], GRAZED),
+        Check::Picture(|height| grazing([height, height])),
+    ),
+    Case::new(
+        "highlights/grazing-eye",
+        "the eye so high over a smooth floor, the lamp well above",
+        (Values::Decades(-7, 1), "m"),
+        ([1e-7, 10.0], GRAZED),
+        Check::Picture(|height| grazing([height, 1.0])),
+    ),
+    Case::new(
+        "highlights/grazing-lamp",
+        "a lamp so high over a smooth floor, the eye well above",
+        (Values::Decades(-7, 1), "m"),
         // Nearer to the floor, the lamp's height is no more than what f32 rounds a place by.
-        claim: [1e-4, 10.0],
-        bound: GRAZED,
-        check: Check::Picture(|height| grazing([1.0, height])),
-    },
+        ([1e-4, 10.0], GRAZED),
+        Check::Picture(|height| grazing([1.0, height])),
+    ),
 ];
 
 const FLOAT32: GbufferChoice = preset(GbufferPreset::Float32);
@@ -114,15 +100,13 @@ const fn wide(name: &'static str, claim: [f64; 2], worst: f64, subject: fn(f64) 
 }
 
 const fn phong(name: &'static str, bound: Bound, subject: fn(f64) -> Subject) -> Case {
-    Case {
+    Case::new(
         name,
-        extreme: "powers of the Phong models, seen so closely that the highlight fills the picture; errors of its peak",
-        unit: "",
-        values: Values::List(&[0.0, 1e-3, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6]),
-        claim: [0.0, 1e6],
-        bound,
-        check: Check::Picture(subject),
-    }
+        "powers of the Phong models, seen so closely that the highlight fills the picture; errors of its peak",
+        (Values::List(&[0.0, 1e-3, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6]), ""),
+        ([0.0, 1e6], bound),
+        Check::Picture(subject),
+    )
 }
 
 fn colored() -> Material {

@@ -8,89 +8,71 @@ use crate::scene::builtin::stage::Stage;
 use crate::scene::{Brdf, Falloff, Light, LightKind, LightPath, black_body_color};
 
 pub const CASES: &[Case] = &[
-    Case {
-        name: "lights/distance",
-        extreme: "a lamp above the floor, from inside of it to farther than any planet",
-        unit: "m",
-        values: Values::Decades(-9, 15),
+    Case::new(
+        "lights/distance",
+        "a lamp above the floor, from inside of it to farther than any planet",
+        (Values::Decades(-9, 15), "m"),
         // Nearer to the floor, a lamp's height is no more than what f32 rounds a place four metres away by.
-        claim: [1e-4, 1e15],
-        bound: Bound { worst: 1e-3, mean: 1e-5 },
-        check: Check::Picture(distance),
-    },
-    Case {
-        name: "lights/inside",
-        extreme: "a lamp in the middle of a sphere, on its surface and above it",
-        unit: "radii",
-        values: Values::List(&[0.0, 1e-9, 1e-6, 1e-3, 0.5, 0.9, 0.99, 0.999, 1.0, 1.001, 1.01, 1.1, 1.5, 3.0]),
-        claim: [0.0, 3.0],
-        bound: BOUND,
-        check: Check::Picture(inside),
-    },
-    Case {
-        name: "lights/intensity",
-        extreme: "from starlight to a supernova in the room, metered",
-        unit: "cd",
-        values: INTENSITIES,
+        ([1e-4, 1e15], Bound { worst: 1e-3, mean: 1e-5 }),
+        Check::Picture(distance),
+    ),
+    Case::new(
+        "lights/inside",
+        "a lamp in the middle of a sphere, on its surface and above it",
+        (Values::List(&[0.0, 1e-9, 1e-6, 1e-3, 0.5, 0.9, 0.99, 0.999, 1.0, 1.001, 1.01, 1.1, 1.5, 3.0]), "radii"),
+        ([0.0, 3.0], BOUND),
+        Check::Picture(inside),
+    ),
+    Case::new(
+        "lights/intensity",
+        "from starlight to a supernova in the room, metered",
+        (INTENSITIES, "cd"),
         // One more decade, and the light's red is more than f32 holds.
-        claim: [1e-12, 1e36],
-        bound: BOUND,
-        check: Check::Picture(intensity),
-    },
-    Case {
-        name: "lights/range",
-        extreme: "a lamp whose light ends at a tiny or huge range, beside another",
-        unit: "m",
-        values: FACTORS,
-        claim: [0.0, 1e30],
-        bound: BOUND,
-        check: Check::Picture(|range| ranged(range, Falloff::InverseSquare)),
-    },
-    Case {
-        name: "lights/range-quadratic",
-        extreme: "the same, with the quadratic fall-off",
-        unit: "m",
-        values: FACTORS,
-        claim: [0.0, 1e30],
-        bound: BOUND,
-        check: Check::Picture(|range| ranged(range, Falloff::Quadratic)),
-    },
-    Case {
-        name: "lights/polynomial",
-        extreme: "a polynomial fall-off with tiny or huge factors",
-        unit: "",
-        values: FACTORS,
-        claim: [0.0, 1e30],
-        bound: BOUND,
-        check: Check::Picture(polynomial),
-    },
-    Case {
-        name: "lights/cone",
-        extreme: "a spot from no angle to all around, soft from the axis on",
-        unit: "degrees",
-        values: ANGLES,
-        claim: [0.0, 180.0],
-        bound: BOUND,
-        check: Check::Picture(|outer| spot([0.0, outer])),
-    },
-    Case {
-        name: "lights/cone-sharp",
-        extreme: "the same without a soft edge",
-        unit: "degrees",
-        values: ANGLES,
-        claim: [0.0, 180.0],
-        bound: BOUND,
-        check: Check::Picture(|outer| spot([outer, outer])),
-    },
-    Case {
-        name: "lights/direction",
-        extreme: "a sun and a spot whose directions are so long; one without a length is refused",
-        unit: "",
-        values: Values::List(&[0.0, 1e-300, 1e-160, 1e-30, 1e-3, 1.0, 1e3, 1e30, 1e160, 1e300]),
-        claim: [1e-300, 1e300],
-        bound: BOUND,
-        check: Check::Picture(direction),
-    },
+        ([1e-12, 1e36], BOUND),
+        Check::Picture(intensity),
+    ),
+    Case::new(
+        "lights/range",
+        "a lamp whose light ends at a tiny or huge range, beside another",
+        (FACTORS, "m"),
+        ([0.0, 1e30], BOUND),
+        Check::Picture(|range| ranged(range, Falloff::InverseSquare)),
+    ),
+    Case::new(
+        "lights/range-quadratic",
+        "the same, with the quadratic fall-off",
+        (FACTORS, "m"),
+        ([0.0, 1e30], BOUND),
+        Check::Picture(|range| ranged(range, Falloff::Quadratic)),
+    ),
+    Case::new(
+        "lights/polynomial",
+        "a polynomial fall-off with tiny or huge factors",
+        (FACTORS, ""),
+        ([0.0, 1e30], BOUND),
+        Check::Picture(polynomial),
+    ),
+    Case::new(
+        "lights/cone",
+        "a spot from no angle to all around, soft from the axis on",
+        (ANGLES, "degrees"),
+        ([0.0, 180.0], BOUND),
+        Check::Picture(|outer| spot([0.0, outer])),
+    ),
+    Case::new(
+        "lights/cone-sharp",
+        "the same without a soft edge",
+        (ANGLES, "degrees"),
+        ([0.0, 180.0], BOUND),
+        Check::Picture(|outer| spot([outer, outer])),
+    ),
+    Case::new(
+        "lights/direction",
+        "a sun and a spot whose directions are so long; one without a length is refused",
+        (Values::List(&[0.0, 1e-300, 1e-160, 1e-30, 1e-3, 1.0, 1e3, 1e30, 1e160, 1e300]), ""),
+        ([1e-300, 1e300], BOUND),
+        Check::Picture(direction),
+    ),
     many("lights/count-loop", |count| count_of(count, LightPath::Loop)),
     many("lights/count-per-light", |count| count_of(count, LightPath::PerLight)),
     many("lights/count-volumes", |count| count_of(count, LightPath::Volumes)),
@@ -98,24 +80,20 @@ pub const CASES: &[Case] = &[
     many("lights/count-compute", |count| count_of(count, LightPath::Compute)),
     many("lights/count-forward", |count| count_of(count, LightPath::Forward)),
     many("lights/count-forward-naive", |count| count_of(count, LightPath::ForwardNaive)),
-    Case {
-        name: "lights/sum",
-        extreme: "a thousand equal lamps after one that is so many times as bright",
-        unit: "times",
-        values: Values::Decades(0, 12),
-        claim: [1.0, 1e12],
-        bound: BOUND,
-        check: Check::Picture(sum),
-    },
-    Case {
-        name: "lights/temperature",
-        extreme: "a black body, also where no colour is defined",
-        unit: "K",
-        values: Values::List(&[0.0, 1.0, 800.0, 1000.0, 1900.0, 6500.0, 40_000.0, 1e9, 1e300]),
-        claim: [0.0, 1e300],
-        bound: BOUND,
-        check: Check::Picture(temperature),
-    },
+    Case::new(
+        "lights/sum",
+        "a thousand equal lamps after one that is so many times as bright",
+        (Values::Decades(0, 12), "times"),
+        ([1.0, 1e12], BOUND),
+        Check::Picture(sum),
+    ),
+    Case::new(
+        "lights/temperature",
+        "a black body, also where no colour is defined",
+        (Values::List(&[0.0, 1.0, 800.0, 1000.0, 1900.0, 6500.0, 40_000.0, 1e9, 1e300]), "K"),
+        ([0.0, 1e300], BOUND),
+        Check::Picture(temperature),
+    ),
 ];
 
 /// The worst pixels lie where the light just grazes the ball, and hardly anything is left of it.
@@ -132,15 +110,13 @@ const ANGLES: Values = Values::List(&[
 ]);
 
 const fn many(name: &'static str, subject: fn(f64) -> Subject) -> Case {
-    Case {
+    Case::new(
         name,
-        extreme: "lamps that reach every pixel",
-        unit: "",
-        values: Values::List(&[1.0, 100.0, 1e4]),
-        claim: [1.0, 1e4],
-        bound: Bound { worst: 1e-4, mean: 1e-5 },
-        check: Check::Picture(subject),
-    }
+        "lamps that reach every pixel",
+        (Values::List(&[1.0, 100.0, 1e4]), ""),
+        ([1.0, 1e4], Bound { worst: 1e-4, mean: 1e-5 }),
+        Check::Picture(subject),
+    )
 }
 
 /// With a G-buffer in single floats: what is tried is the light.

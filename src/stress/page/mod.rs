@@ -5,23 +5,12 @@ mod show;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::{Errors, Evidence, FLOOR, Finding, Outcome, Verdict, range};
+use super::{Errors, Evidence, FLOOR, Finding, Outcome, RunInfo, Verdict, range};
 
 const STYLE: &str = include_str!("style.css");
 
-/// What the page says of where the cases were tried.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Place {
-    pub version: String,
-    pub device: String,
-    pub driver: String,
-    /// Only a part of the values was tried.
-    pub quick: bool,
-    pub seconds: f64,
-}
-
 /// The page.
-pub fn html(place: &Place, verdicts: &[Verdict]) -> String {
+pub fn html(run: &RunInfo, verdicts: &[Verdict]) -> String {
     let broken = verdicts.iter().filter(|verdict| !verdict.passes()).count();
     let page = html! {
         (DOCTYPE)
@@ -29,20 +18,20 @@ pub fn html(place: &Place, verdicts: &[Verdict]) -> String {
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
-                title { "Extreme cases: " (place.device) }
+                title { "Extreme cases: " (run.device) }
                 style { (PreEscaped(STYLE)) }
             }
             body {
-                p.eyebrow { "Afterlight " (place.version) }
+                p.eyebrow { "Afterlight " (run.version) }
                 h1 { "Extreme cases" }
                 p {
-                    (verdicts.len()) " cases on " (place.device) ", " (place.driver) ", in " (format!("{:.0} s", place.seconds)) ". "
+                    (verdicts.len()) " cases on " (run.device) ", " (run.driver) ", in " (format!("{:.0} s", run.seconds)) ". "
                     @match broken {
                         0 => { "All are as claimed." },
                         1 => { "One is not as claimed." },
                         _ => { (broken) " are not as claimed." },
                     }
-                    @if place.quick { " Only the ends of each sweep, those of its claim and every third value were tried." }
+                    @if run.quick { " Only the ends of each sweep, those of its claim and every third value were tried." }
                 }
                 p.faint {
                     "Errors are relative to the brightest channel of each pixel, or to " (format!("{FLOOR:e}"))
@@ -147,15 +136,13 @@ mod tests {
 
     #[test]
     fn a_page_has_each_case_and_pictures_of_what_is_not_as_claimed() {
-        let case = Case {
-            name: "group/quantity",
-            extreme: "what <b>is</b> extreme",
-            unit: "m",
-            values: Values::Decades(0, 1),
-            claim: [1.0, 10.0],
-            bound: Bound { worst: 0.5, mean: 0.5 },
-            check: Check::Picture(|_| Subject::new(Scene::default())),
-        };
+        let case = Case::new(
+            "group/quantity",
+            "what <b>is</b> extreme",
+            (Values::Decades(0, 1), "m"),
+            ([1.0, 10.0], Bound { worst: 0.5, mean: 0.5 }),
+            Check::Picture(|_| Subject::new(Scene::default())),
+        );
         let evidence = Evidence { size: [1, 1], drawn: vec![[2.0; 3]], expected: vec![[1.0; 3]] };
         let finding = |value: f64, worst: f64, evidence| Finding {
             value,
@@ -171,8 +158,13 @@ mod tests {
         };
         let Outcome::Measured(errors) = &mut findings[1].outcome else { unreachable!("measured above") };
         errors.worst_input = Some(input);
-        let place =
-            Place { version: "1".into(), device: "a <device>".into(), driver: "d".into(), quick: false, seconds: 1.0 };
+        let place = RunInfo {
+            version: "1".into(),
+            device: "a <device>".into(),
+            driver: "d".into(),
+            quick: false,
+            seconds: 1.0,
+        };
         let page = html(&place, &[Verdict { case, findings }]);
         assert!(page.contains("One is not as claimed") && page.contains("a &lt;device&gt;"));
         assert!(page.contains("what &lt;b&gt;is&lt;/b&gt; extreme") && page.contains("<svg"));
