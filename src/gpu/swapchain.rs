@@ -113,16 +113,8 @@ impl Swapchain {
             return Ok(None);
         }
         let formats = image_formats(device, surface, desc.images)?;
-        let (needed, wishes) = match formats.by_shader {
-            true => (vk::ImageUsageFlags::COLOR_ATTACHMENT, vk::ImageUsageFlags::empty()),
-            false => (desc.usage, desc.wishes),
-        };
-        if !capabilities.supported_usage_flags.contains(needed) {
-            let name = &device.physical.name;
-            return Err(Error::Unsupported(format!("the window's images on '{name}' cannot be used for {needed:?}")));
-        }
+        let usage = usage_of(device, desc, &formats, capabilities.supported_usage_flags)?;
         let present_mode = choose_mode(&surface.present_modes(device)?, desc.vsync);
-        let usage = needed | (capabilities.supported_usage_flags & wishes);
         let views = [formats.own, formats.drawn];
         let mut list = vk::ImageFormatListCreateInfo::default().view_formats(&views);
         let mut info = vk::SwapchainCreateInfoKHR::default()
@@ -279,6 +271,24 @@ fn misfit(result: vk::Result) -> Option<Fit> {
         vk::Result::ERROR_SURFACE_LOST_KHR => Some(Fit::SurfaceLost),
         _ => None,
     }
+}
+
+/// What images are used for: what they must be, and of the wishes what the surface supports.
+fn usage_of(
+    device: &Device,
+    desc: &SwapchainDesc,
+    formats: &ImageFormats,
+    supported: vk::ImageUsageFlags,
+) -> Result<vk::ImageUsageFlags> {
+    let (needed, wishes) = match formats.by_shader {
+        true => (vk::ImageUsageFlags::COLOR_ATTACHMENT, vk::ImageUsageFlags::empty()),
+        false => (desc.usage, desc.wishes),
+    };
+    if supported.contains(needed) {
+        return Ok(needed | (supported & wishes));
+    }
+    let name = &device.physical.name;
+    Err(Error::Unsupported(format!("the window's images on '{name}' cannot be used for {needed:?}")))
 }
 
 /// The surface's own size, or as the window says where that is left to the swapchain (as on Wayland).

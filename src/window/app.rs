@@ -24,6 +24,7 @@ use super::watch::Watch;
 use super::{Error, Options, surface_of};
 use crate::frame::{self, Fitted, Outcome, Presenter};
 use crate::gpu::{self, Device, Fit, vk};
+use crate::passes::overlay::Panels;
 use crate::reference::View;
 use crate::scene::{Scene, Settings};
 
@@ -35,6 +36,21 @@ const CLICK: f64 = 4.0;
 const FIRST: Duration = Duration::from_micros(16_667);
 /// When an image is asked for again that was not to be had.
 const AGAIN: Duration = Duration::from_millis(50);
+
+/// The system's window, and what draws into it.
+struct Opened {
+    interface: UserInterface,
+    // Before the window: a surface that it still holds would outlive it.
+    presenter: Presenter,
+    window: Arc<Window>,
+}
+
+/// What a frame's picture is copied for.
+#[derive(Clone, Copy)]
+struct Copies {
+    kept: bool,
+    compared: bool,
+}
 
 /// A window and what it shows.
 pub struct App<'a> {
@@ -68,10 +84,7 @@ pub struct App<'a> {
     content: bool,
     /// When to try again.
     again: Option<Instant>,
-    // Before the window: a surface that it still holds would outlive it.
-    presenter: Option<Presenter>,
-    window: Option<Arc<Window>>,
-    interface: Option<UserInterface>,
+    opened: Option<Opened>,
     /// The camera's path, while it is recorded.
     recording: Option<Recorder>,
     /// Up to when the camera has moved, unless it has rested since.
@@ -118,9 +131,7 @@ impl<'a> App<'a> {
             hidden: false,
             content: false,
             again: None,
-            presenter: None,
-            window: None,
-            interface: None,
+            opened: None,
             recording: None,
             advanced: None,
             fitted: None,
@@ -153,77 +164,96 @@ impl<'a> App<'a> {
         if let Some(nits) = self.options.hdr {
             presenter = presenter.with_hdr(nits);
         }
-        self.interface = Some(UserInterface::new(&self.device, &window, Arc::clone(&self.wake)));
+        let interface = UserInterface::new(&self.device, &window, Arc::clone(&self.wake));
         self.watch_files();
-        (self.presenter, self.window) = (Some(presenter), Some(window));
+        self.opened = Some(Opened { presenter, window, interface });
         self.ask_for_frame();
         Ok(())
     }
 
     fn ask_for_frame(&self) {
-        if let Some(window) = &self.window {
-            window.request_redraw();
+        if let Some(opened) = &self.opened {
+            opened.window.request_redraw();
         }
     }
 
     /// Draws a frame, with a swapchain that fits, and keeps its picture if that was asked for.
     fn draw(&mut self) -> Result<(), Error> {
-        let (Some(window), Some(presenter), Some(interface)) = (&self.window, &mut self.presenter, &mut self.interface)
-        else {
-            return Ok(());
-        };
         let now = Instant::now();
+        self.move_camera(now);
+        let panels = self.show_panels(now);
+        if self.unfit && !self.fit_frames()? {
+            return Ok(());
+        }
+        let copies = self.wanted_copies(now);
+        self.present(now, panels, copies)
+    }
+
+    fn move_camera(&mut self, now: Instant) {
+        let Some(opened) = &mut self.opened else { return };
         let since = self.advanced.replace(now).map_or(FIRST, |last| now.duration_since(last));
         self.control.advance(since.as_secs_f64(), self.held);
         let camera = *self.control.camera();
         // A camera that is zoomed may look more closely than the plan was made for.
-        self.misfit |= presenter.check_camera(&camera).is_err();
-        self.unfit |= self.misfit || presenter.is_made();
+        self.misfit |= opened.presenter.check_camera(&camera).is_err();
+        self.unfit |= self.misfit || opened.presenter.is_made();
         if let Some(recording) = &mut self.recording {
             recording.take(now, camera);
         }
+    }
+
+    /// Builds the panels, and makes the changes that are made there.
+    fn show_panels(&mut self, now: Instant) -> Option<Panels> {
+        let Opened { window, presenter, interface } = self.opened.as_mut()?;
+        let camera = *self.control.camera();
         interface.listen(&camera);
-        let mut panels = None;
         let known = (&mut *presenter, &self.clock);
-        if let Some((shown, delay, unfit)) = interface.show(window, known, (&mut self.subject, &camera)) {
-            panels = Some(shown);
+        let panels = interface.show(window, known, (&mut self.subject, &camera)).map(|(panels, delay, unfit)| {
             self.unfit |= unfit;
             self.again = now.checked_add(delay).filter(|_| delay < Duration::from_secs(60));
-        }
+            panels
+        });
         if std::mem::take(&mut interface.controls.asks_truth) {
             self.compare = !interface.is_comparing();
             interface.end_comparison();
             // Only one picture is compared.
             self.unfit |= interface.unsplit(presenter);
         }
-        if self.unfit && !self.fit_frames()? {
-            return Ok(());
-        }
-        let (Some(window), Some(presenter), Some(interface)) = (&self.window, &mut self.presenter, &mut self.interface)
-        else {
-            return Ok(());
-        };
-        let camera = *self.control.camera();
+        panels
+    }
+
+    /// What the next picture is copied for. Light is kept at once, and so is a picture that ends at white compared.
+    fn wanted_copies(&mut self, now: Instant) -> Copies {
+        let none = Copies { kept: false, compared: false };
+        let Some(Opened { presenter, interface, .. }) = &mut self.opened else { return none };
         // Pictures are of the frames that were asked for.
-        let waits = presenter.is_pending();
-        if !waits && std::mem::take(&mut self.light) {
+        if presenter.is_pending() {
+            return none;
+        }
+        let camera = *self.control.camera();
+        if std::mem::take(&mut self.light) {
             match interface.stepper().is_open() {
                 true => (self.options.tell)("warning: no screenshot: a step of the frame has no light of its own"),
                 false => split::keep_light(presenter, &self.subject, &camera, &self.options),
             }
         }
-        presenter.divide_at(interface.divider.at());
-        let mut kept = !waits && std::mem::take(&mut self.screenshot);
-        let mut compared = !waits && std::mem::take(&mut self.compare);
+        let kept = std::mem::take(&mut self.screenshot);
+        let mut compared = std::mem::take(&mut self.compare);
         if compared && presenter.shows_hdr() == Some(true) {
             split::compare_up_to_white(presenter, interface, (&self.subject, &camera), &self.options);
             (compared, self.again) = (false, Some(now));
         }
         if (kept || compared) && !presenter.can_copy() {
             (self.options.tell)("warning: no picture: this window's images cannot be copied from");
-            (kept, compared) = (false, false);
+            return none;
         }
-        let copied = kept || compared;
+        Copies { kept, compared }
+    }
+
+    fn present(&mut self, now: Instant, mut panels: Option<Panels>, copies: Copies) -> Result<(), Error> {
+        let Some(Opened { window, presenter, interface }) = &mut self.opened else { return Ok(()) };
+        let (camera, copied) = (*self.control.camera(), copies.kept || copies.compared);
+        presenter.divide_at(interface.divider.at());
         if let Some(panels) = &mut panels {
             interface.send_textures(panels, presenter);
         }
@@ -235,11 +265,11 @@ impl<'a> App<'a> {
                 interface.drawn();
                 if copied {
                     let picture = presenter.picture()?;
-                    if kept {
+                    if copies.kept {
                         let told = (self.options.keep)(&picture);
                         (self.options.tell)(&told.unwrap_or_else(|error| format!("warning: no screenshot: {error}")));
                     }
-                    if compared {
+                    if copies.compared {
                         interface.compare(&self.subject, camera, &picture);
                         window.request_redraw();
                     }
@@ -247,7 +277,7 @@ impl<'a> App<'a> {
                 fit
             }
             Outcome::Nothing(fit) => {
-                (self.screenshot, self.compare) = (self.screenshot || kept, self.compare || compared);
+                (self.screenshot, self.compare) = (self.screenshot || copies.kept, self.compare || copies.compared);
                 self.again = (fit == Fit::Exact && !self.hidden).then(|| Instant::now() + AGAIN);
                 fit
             }
@@ -257,39 +287,17 @@ impl<'a> App<'a> {
 
     /// Makes the frames for the window and its subject as they are; where that cannot be, as they were. False while the window has no pixels.
     fn fit_frames(&mut self) -> Result<bool, Error> {
-        let (Some(window), Some(presenter), Some(interface)) = (&self.window, &mut self.presenter, &mut self.interface)
-        else {
-            return Ok(false);
-        };
+        let Some(Opened { window, presenter, .. }) = &mut self.opened else { return Ok(false) };
+        let (begun, was_pending) = (Instant::now(), presenter.is_pending());
         let PhysicalSize { width, height } = window.inner_size();
-        let (subject, size, begun) = (&mut self.subject, [width, height], Instant::now());
-        subject.come_near(self.control.camera());
-        let drawn = interface.stepper().drawn_settings(&subject.settings);
-        let was_pending = presenter.is_pending();
-        let fitted = match self.misfit || self.fitted != Some(size) {
-            true => presenter.fit(&subject.scene, &drawn, size).map(at_once),
-            false => presenter.fit_later(&subject.scene, &drawn, &self.wake),
-        };
-        let fits = match fitted {
-            Err(error) if interface.take_back(presenter, subject, &error) => {
-                (self.options.tell)(&format!("warning: {error}"));
-                // The reason is shown with the next one.
-                window.request_redraw();
-                if let Some(before) = self.control_before.take() {
-                    self.control = before;
-                }
-                subject.come_near(self.control.camera());
-                at_once(presenter.fit(&subject.scene, &subject.settings, size)?)
-            }
-            fitted => fitted?,
-        };
-        match fits {
+        let size = [width, height];
+        match self.fit_or_take_back(size)? {
             Fitted::Taken | Fitted::AtOnce => {}
             Fitted::Pending => {
                 self.unfit = false;
                 if !was_pending {
                     // The panels of this frame do not tell of it yet.
-                    window.request_redraw();
+                    self.ask_for_frame();
                 }
                 return Ok(true);
             }
@@ -301,28 +309,60 @@ impl<'a> App<'a> {
         }
         if was_pending {
             // The panels of this frame still tell of the ones before.
-            window.request_redraw();
+            self.ask_for_frame();
         }
-        self.control_before = None;
-        let told = presenter.shows_hdr();
-        if self.options.hdr.is_some() && std::mem::replace(&mut self.told_hdr, told) != told && told == Some(false) {
-            (self.options.tell)("warning: this window has no --hdr: nothing in it is brighter than white");
+        let before = self.fitted.replace(size);
+        if before.is_some_and(|before| before != size) {
+            self.clock.resized(begun.elapsed());
         }
-        match self.fitted.replace(size) {
-            None => tell_mode(presenter, &self.options),
-            Some(before) if before != size => self.clock.resized(begun.elapsed()),
-            Some(_) => {}
-        }
-        if let Some(why) = interface.fitted(presenter, subject) {
-            (self.options.tell)(&format!("warning: {why}"));
-            window.request_redraw();
-        }
+        self.tell_fitted(before.is_none());
         #[cfg(feature = "hot-reload")]
         if let Some(watch) = &self.watch {
             watch.fitted();
         }
+        self.control_before = None;
         (self.unfit, self.misfit, self.hidden) = (false, false, false);
         Ok(true)
+    }
+
+    fn fit_or_take_back(&mut self, size: [u32; 2]) -> Result<Fitted, Error> {
+        let Some(Opened { window, presenter, interface }) = &mut self.opened else { return Ok(Fitted::Nothing) };
+        let subject = &mut self.subject;
+        subject.come_near(self.control.camera());
+        let drawn = interface.stepper().drawn_settings(&subject.settings);
+        let fitted = match self.misfit || self.fitted != Some(size) {
+            true => presenter.fit(&subject.scene, &drawn, size).map(at_once),
+            false => presenter.fit_later(&subject.scene, &drawn, &self.wake),
+        };
+        match fitted {
+            Err(error) if interface.take_back(presenter, subject, &error) => {
+                (self.options.tell)(&format!("warning: {error}"));
+                // The reason is shown with the next one.
+                window.request_redraw();
+                if let Some(before) = self.control_before.take() {
+                    self.control = before;
+                }
+                subject.come_near(self.control.camera());
+                Ok(at_once(presenter.fit(&subject.scene, &subject.settings, size)?))
+            }
+            fitted => Ok(fitted?),
+        }
+    }
+
+    /// Says what of it is otherwise than it was asked for.
+    fn tell_fitted(&mut self, is_first: bool) {
+        let Some(Opened { window, presenter, interface }) = &mut self.opened else { return };
+        let told = presenter.shows_hdr();
+        if self.options.hdr.is_some() && std::mem::replace(&mut self.told_hdr, told) != told && told == Some(false) {
+            (self.options.tell)("warning: this window has no --hdr: nothing in it is brighter than white");
+        }
+        if is_first {
+            tell_mode(presenter, &self.options);
+        }
+        if let Some(why) = interface.fitted(presenter, &self.subject) {
+            (self.options.tell)(&format!("warning: {why}"));
+            window.request_redraw();
+        }
     }
 
     /// Sees to it that the next frame has a swapchain that suits the surface.
@@ -341,7 +381,7 @@ impl<'a> App<'a> {
     }
 
     fn replace_surface(&mut self) -> Result<(), Error> {
-        if let (Some(window), Some(presenter)) = (&self.window, &mut self.presenter) {
+        if let Some(Opened { window, presenter, .. }) = &mut self.opened {
             presenter.lose_surface();
             presenter.replace_surface(surface_of(&self.device, window)?)?;
             self.misfit = true;
@@ -375,11 +415,11 @@ impl<'a> App<'a> {
     }
 
     fn write_title(&mut self) {
-        let (Some(interval), Some(window)) = (self.clock.tells(Instant::now()), &self.window) else { return };
-        let times = self.presenter.as_ref().map(Presenter::times).unwrap_or_default();
+        let (Some(interval), Some(opened)) = (self.clock.tells(Instant::now()), &self.opened) else { return };
+        let times = opened.presenter.times();
         let gpu = times.gpu_ms.map(|ms| format!(", GPU {ms:.2}")).unwrap_or_default();
         let times = format!("{interval:.2} ms a frame, CPU {:.2}{gpu}", times.record_ms);
-        window.set_title(&title(&self.subject.scene, Some(&times)));
+        opened.window.set_title(&title(&self.subject.scene, Some(&times)));
     }
 
     /// Whether frames follow each other without a pause.
@@ -394,14 +434,7 @@ impl<'a> App<'a> {
         }
         match action(key, self.with_control, self.with_shift) {
             Some(Action::Quit) => {
-                let ended = match (&mut self.interface, &mut self.presenter) {
-                    (Some(interface), Some(presenter)) if interface.stepper().is_open() => {
-                        self.unfit |= interface.end_steps(presenter, &self.subject);
-                        true
-                    }
-                    (interface, _) => interface.as_mut().is_some_and(UserInterface::clear),
-                };
-                if !ended {
+                if !self.end_steps_or_marks() {
                     events.exit();
                 }
             }
@@ -411,13 +444,13 @@ impl<'a> App<'a> {
             }
             Some(Action::Panels) => self.open_panels(|controls| controls.shown = !controls.shown),
             Some(Action::View { back }) => {
-                if let (Some(interface), Some(presenter)) = (&mut self.interface, &mut self.presenter) {
+                if let Some(Opened { interface, presenter, .. }) = &mut self.opened {
                     self.unfit |= interface.turn_view(presenter, &mut self.subject, back);
                     (self.options.tell)(&format!("view: {}", self.subject.settings.view));
                 }
             }
             Some(Action::Step { back }) => {
-                if let (Some(interface), Some(presenter)) = (&mut self.interface, &mut self.presenter) {
+                if let Some(Opened { interface, presenter, .. }) = &mut self.opened {
                     self.unfit |= interface.step(presenter, &self.subject, back);
                     (self.options.tell)(&interface.stepper().line(&self.subject.scene));
                 }
@@ -450,9 +483,20 @@ impl<'a> App<'a> {
         self.ask_for_frame();
     }
 
+    /// False if there was nothing to be ended.
+    fn end_steps_or_marks(&mut self) -> bool {
+        match &mut self.opened {
+            Some(Opened { interface, presenter, .. }) if interface.stepper().is_open() => {
+                self.unfit |= interface.end_steps(presenter, &self.subject);
+                true
+            }
+            opened => opened.as_mut().is_some_and(|opened| opened.interface.clear()),
+        }
+    }
+
     fn open_panels(&mut self, change: impl FnOnce(&mut Controls)) {
-        if let Some(interface) = &mut self.interface {
-            change(&mut interface.controls);
+        if let Some(opened) = &mut self.opened {
+            change(&mut opened.interface.controls);
         }
     }
 
@@ -469,7 +513,7 @@ impl<'a> App<'a> {
 
     /// Asks what is under the mouse.
     fn pick(&mut self) {
-        if let (Some(interface), Some(window)) = (&mut self.interface, &self.window) {
+        if let Some(Opened { interface, window, .. }) = &mut self.opened {
             let PhysicalSize { width, height } = window.inner_size();
             let view = View { camera: *self.control.camera(), size: [width, height] };
             interface.pick(&self.subject, view, self.mouse);
@@ -481,7 +525,7 @@ impl<'a> App<'a> {
         if self.drag_divider() || !self.dragging {
             return;
         }
-        let height = self.window.as_ref().map_or(1, |window| window.inner_size().height.max(1));
+        let height = self.opened.as_ref().map_or(1, |opened| opened.window.inner_size().height.max(1));
         if let Some(last) = self.dragged.replace(position) {
             let part = |pixels: f64| pixels / f64::from(height);
             self.way += (position.x - last.x).abs() + (position.y - last.y).abs();

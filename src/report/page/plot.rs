@@ -51,6 +51,17 @@ pub enum Stroke {
     Faint,
 }
 
+impl Stroke {
+    /// Colour, and width in pixels.
+    fn style(self) -> (RGBColor, f64) {
+        match self {
+            Self::Front => (FRONT, 1.8),
+            Self::Curve => (CURVE, 1.6),
+            Self::Faint => (FAINT, 1.2),
+        }
+    }
+}
+
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
     pub stroke: Stroke,
@@ -152,11 +163,7 @@ impl Plot {
             .draw()?;
         let runs = self.runs(x, y);
         for (stroke, run) in &runs {
-            let (color, width) = match stroke {
-                Stroke::Front => (FRONT, 1.8),
-                Stroke::Curve => (CURVE, 1.6),
-                Stroke::Faint => (FAINT, 1.2),
-            };
+            let (color, width) = stroke.style();
             chart.draw_series(LineSeries::new(run.iter().copied(), color.stroke_width(fine(width))))?;
         }
         let pixel = |time: f64, error: f64| {

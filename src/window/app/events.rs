@@ -9,14 +9,14 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::keyboard::PhysicalKey;
 use winit::window::WindowId;
 
-use super::{App, CLICK, PIXELS_A_NOTCH};
+use super::{App, CLICK, Opened, PIXELS_A_NOTCH};
 use crate::window::Error;
 use crate::window::keys::hold;
 
 impl ApplicationHandler for App<'_> {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         events.set_control_flow(ControlFlow::Wait);
-        if self.window.is_some() {
+        if self.opened.is_some() {
             return;
         }
         if let Err(error) = self.open(events) {
@@ -26,20 +26,8 @@ impl ApplicationHandler for App<'_> {
     }
 
     fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
-        if let (Some(interface), Some(window)) = (&mut self.interface, &self.window) {
-            let taken = interface.event(window, &event);
-            if taken.changes {
-                self.ask_for_frame();
-            }
-            // What was pressed over the picture may be let go over a panel.
-            let lets_go = match &event {
-                WindowEvent::MouseInput { state, .. } => *state == ElementState::Released,
-                WindowEvent::KeyboardInput { event, .. } => event.state == ElementState::Released,
-                _ => false,
-            };
-            if taken.consumed && !lets_go {
-                return;
-            }
+        if self.is_for_panels(&event) {
+            return;
         }
         match event {
             WindowEvent::CloseRequested => events.exit(),
@@ -50,8 +38,8 @@ impl ApplicationHandler for App<'_> {
             }
             WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => {
                 (self.misfit, self.content, self.hidden) = (true, false, false);
-                if let Some(interface) = &mut self.interface {
-                    interface.end_comparison();
+                if let Some(opened) = &mut self.opened {
+                    opened.interface.end_comparison();
                 }
                 self.ask_for_frame();
             }
@@ -82,13 +70,7 @@ impl ApplicationHandler for App<'_> {
             }
             WindowEvent::MouseInput { state, button: MouseButton::Left, .. } if self.grip(state) => {}
             WindowEvent::MouseInput { state, button: button @ (MouseButton::Left | MouseButton::Right), .. } => {
-                let pressed = state == ElementState::Pressed;
-                // Who lets go where it was pressed has clicked.
-                if !pressed && self.dragging && button == MouseButton::Left && self.way < CLICK {
-                    self.pick();
-                }
-                let place = PhysicalPosition::new(self.mouse.x, self.mouse.y);
-                (self.dragging, self.dragged, self.way) = (pressed, pressed.then_some(place), 0.0);
+                self.press_button(state == ElementState::Pressed, button);
             }
             WindowEvent::CursorMoved { position, .. } => self.drag(position),
             WindowEvent::MouseWheel { delta, .. } => {
@@ -104,8 +86,8 @@ impl ApplicationHandler for App<'_> {
 
     fn user_event(&mut self, _: &ActiveEventLoop, (): ()) {
         // An answer has come.
-        if let Some(interface) = &mut self.interface {
-            interface.listen(self.control.camera());
+        if let Some(opened) = &mut self.opened {
+            opened.interface.listen(self.control.camera());
         }
         self.apply_reloads();
         self.ask_for_frame();
@@ -113,7 +95,7 @@ impl ApplicationHandler for App<'_> {
 
     fn exiting(&mut self, _: &ActiveEventLoop) {
         // While the connection to the window system is open.
-        (self.interface, self.presenter, self.window) = (None, None, None);
+        self.opened = None;
     }
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
@@ -133,5 +115,32 @@ impl ApplicationHandler for App<'_> {
             }
         };
         events.set_control_flow(flow);
+    }
+}
+
+impl App<'_> {
+    /// Hands an event to the panels. True if it is not for the picture.
+    fn is_for_panels(&mut self, event: &WindowEvent) -> bool {
+        let Some(Opened { interface, window, .. }) = &mut self.opened else { return false };
+        let taken = interface.event(window, event);
+        if taken.changes {
+            window.request_redraw();
+        }
+        // What was pressed over the picture may be let go over a panel.
+        let lets_go = match event {
+            WindowEvent::MouseInput { state, .. } => *state == ElementState::Released,
+            WindowEvent::KeyboardInput { event, .. } => event.state == ElementState::Released,
+            _ => false,
+        };
+        taken.consumed && !lets_go
+    }
+
+    fn press_button(&mut self, pressed: bool, button: MouseButton) {
+        // Who lets go where it was pressed has clicked.
+        if !pressed && self.dragging && button == MouseButton::Left && self.way < CLICK {
+            self.pick();
+        }
+        let place = PhysicalPosition::new(self.mouse.x, self.mouse.y);
+        (self.dragging, self.dragged, self.way) = (pressed, pressed.then_some(place), 0.0);
     }
 }

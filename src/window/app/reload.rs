@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::App;
+use super::{App, Opened};
 use crate::window::watch::{Reload, Watch};
 
 /// Warnings of a scene that are told.
@@ -24,7 +24,7 @@ impl App<'_> {
     /// Takes what was read and compiled anew. What is wrong with it is told, and what was there stays.
     pub(super) fn apply_reloads(&mut self) {
         while let Some(reload) = self.watch.as_ref().and_then(|watch| watch.next_reload()) {
-            let (Some(interface), Some(presenter)) = (&mut self.interface, &mut self.presenter) else { return };
+            let Some(Opened { interface, presenter, .. }) = &mut self.opened else { return };
             match reload {
                 Reload::Scene(Ok(read)) => {
                     let (scene, settings) = *read;

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use winit::event::ElementState;
 
-use super::App;
+use super::{App, Opened};
 use crate::frame::Presenter;
 use crate::scene::{Camera, Settings};
 use crate::window::Options;
@@ -15,7 +15,7 @@ use crate::window::user_interface::UserInterface;
 impl App<'_> {
     /// Splits the window, turns to the next view beside the picture, or shows the picture alone.
     pub(super) fn split(&mut self, next: bool) {
-        if let (Some(interface), Some(presenter)) = (&mut self.interface, &mut self.presenter) {
+        if let Some(Opened { interface, presenter, .. }) = &mut self.opened {
             self.unfit |= interface.split(presenter, &self.subject, next);
             let own = self.subject.settings.view;
             (self.options.tell)(&match interface.controls.beside {
@@ -28,7 +28,7 @@ impl App<'_> {
     /// The left button goes down or up. True if that was for the divider.
     pub(super) fn grip(&mut self, state: ElementState) -> bool {
         let (x, width) = (self.mouse.x, self.width());
-        let (Some(interface), Some(presenter)) = (&mut self.interface, &mut self.presenter) else { return false };
+        let Some(Opened { interface, presenter, .. }) = &mut self.opened else { return false };
         if interface.controls.beside.is_none() {
             return false;
         }
@@ -50,7 +50,7 @@ impl App<'_> {
     /// The mouse has moved. True if it takes the divider with it.
     pub(super) fn drag_divider(&mut self) -> bool {
         let (x, width) = (self.mouse.x, self.width());
-        let drags = self.interface.as_mut().is_some_and(|interface| interface.divider.drag(x, width));
+        let drags = self.opened.as_mut().is_some_and(|opened| opened.interface.divider.drag(x, width));
         if drags {
             self.ask_for_frame();
         }
@@ -58,14 +58,14 @@ impl App<'_> {
     }
 
     pub(super) fn let_go_of_divider(&mut self) {
-        if let Some(interface) = &mut self.interface {
-            interface.divider.release();
+        if let Some(opened) = &mut self.opened {
+            opened.interface.divider.release();
         }
     }
 
     /// Of the window, in pixels.
     fn width(&self) -> u32 {
-        self.window.as_ref().map_or(1, |window| window.inner_size().width)
+        self.opened.as_ref().map_or(1, |opened| opened.window.inner_size().width)
     }
 }
 
