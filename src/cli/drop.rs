@@ -20,10 +20,6 @@ use super::workload::Workload;
 const HEURISTIC: u32 = vk::make_api_version(0, 1, 4, 304);
 
 /// Draws the scene without the dependency of this name, in each mode that the layer has, and prints what it says.
-///
-/// # Errors
-/// No layer or no device; a scene that cannot be read; a dependency that its plan has not, or that cannot be dropped; and a layer that
-/// complains of the frame as it is.
 pub fn run(
     name: &str,
     scene: &str,
@@ -66,9 +62,7 @@ pub fn run(
             let [width, height] = settings.size;
             let (scene, gpu) = (&workload.scene.name, &device.physical.name);
             let _ = writeln!(text, "{scene}: {width}x{height} on {gpu}, frames without {name}");
-            let _ = writeln!(text, "  {} -> {}, {}", edge.from, edge.to, edge.carrier);
-            let _ = writeln!(text, "  why it is there: {}", edge.why);
-            let _ = writeln!(text, "\nThe specification's rules:\n{}", proved(&Frames::of(&plan, &without).hazards()));
+            text.push_str(&described(edge, &Frames::of(&plan, &without).hazards()));
             dropped = Some((edge.clone(), layer));
         }
         let mode = if sync_shader_heuristic { "with its shader heuristic" } else { "as it is by default" };
@@ -85,6 +79,12 @@ pub fn run(
         let _ = writeln!(text, "{}", silence(&edge, layer));
     }
     output::print(text.trim_end(), false)
+}
+
+fn described(edge: &Edge, hazards: &[Hazard]) -> String {
+    let Edge { from, to, carrier, why, .. } = edge;
+    let rules = proved(hazards);
+    format!("  {from} -> {to}, {carrier}\n  why it is there: {why}\n\nThe specification's rules:\n{rules}\n")
 }
 
 /// Each kind of hazard of each memory once, with how many pairs of touches have it.

@@ -29,9 +29,6 @@ pub struct Target {
 
 impl Target {
     /// The format follows from the file's name; standard output is PNG.
-    ///
-    /// # Errors
-    /// When the name ends in neither `.png` nor `.exr`.
     pub fn parse(text: &str) -> Result<Self, String> {
         let sink = Sink::parse(text)?;
         let extension = Path::new(text).extension().map(|extension| extension.to_string_lossy().to_lowercase());

@@ -106,9 +106,6 @@ impl EdgeReport {
 }
 
 /// Prints the plan.
-///
-/// # Errors
-/// A scene that cannot be read, or no device.
 pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(name) = &args.drop {
         let variation = SettingsPatch { view: args.view, samples: Some(1), ..SettingsPatch::default() };

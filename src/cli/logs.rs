@@ -14,9 +14,6 @@ use super::failure::Failure;
 const VARIABLE: &str = "AFTERLIGHT_LOG";
 
 /// Starts logging: warnings; with `-v` what is done, with `-vv` the details, with more everything of other crates too.
-///
-/// # Errors
-/// When AFTERLIGHT_LOG holds no filter.
 pub fn start(verbosity: u8) -> Result<(), Failure> {
     let wrong = |why: &dyn std::fmt::Display| Failure::usage(format!("{VARIABLE} holds no log filter: {why}"));
     let parse = |text: &str| text.parse::<Targets>().map_err(|error| wrong(&error));

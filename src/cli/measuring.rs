@@ -121,9 +121,6 @@ pub fn base_of(workload: &Workload) -> SettingsPatch {
 }
 
 /// The sweep of a scene.
-///
-/// # Errors
-/// When the device cannot draw it as its settings are given.
 pub fn sweep_of(
     workload: &Workload,
     base: &SettingsPatch,
@@ -138,9 +135,6 @@ pub fn sweep_of(
 }
 
 /// Both truths of the scene from a camera, with bars that are named after `what`. Prints what is wrong with their cache.
-///
-/// # Errors
-/// When that cannot be printed.
 pub fn truths(
     workload: &Workload,
     camera: Camera,
@@ -164,9 +158,6 @@ pub fn truths(
 }
 
 /// How error is measured, by its name.
-///
-/// # Errors
-/// When there is none of that name.
 pub fn metric(text: &str) -> Result<Metric, String> {
     const NAMES: [(&str, Metric); 3] = [("flip", Metric::Flip), ("relmse", Metric::RelMse), ("rmse", Metric::Rmse)];
     let found = NAMES.iter().find(|(name, _)| *name == text);

@@ -82,9 +82,6 @@ fn commands() -> String {
 }
 
 /// Does what the command line says.
-///
-/// # Errors
-/// Whatever stopped it, with its exit code.
 pub fn run() -> Result<(), Failure> {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,

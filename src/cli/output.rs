@@ -19,9 +19,6 @@ pub enum Sink {
 
 impl Sink {
     /// `-` is standard output, anything else a file's name.
-    ///
-    /// # Errors
-    /// When the name is empty.
     pub fn parse(text: &str) -> Result<Self, String> {
         match text {
             "" => Err("a file name is needed, or - for standard output".into()),
@@ -47,9 +44,6 @@ impl Sink {
     }
 
     /// Finds out before the work whether its result can be written, as far as that can be known.
-    ///
-    /// # Errors
-    /// When the file is a directory or a device, or its folder takes no new files.
     pub fn check(&self) -> Result<(), Failure> {
         match self {
             Self::Stdout => Ok(()),
@@ -59,9 +53,6 @@ impl Sink {
     }
 
     /// Writes all of `bytes`. A file that is there already is replaced in one step, and kept when anything fails.
-    ///
-    /// # Errors
-    /// When the place cannot be written to, or the disk is full.
     pub fn write(&self, bytes: &[u8]) -> Result<(), Failure> {
         match self {
             Self::Stdout => write_stdout(bytes),
@@ -101,9 +92,6 @@ pub fn print(text: &str, stdout_is_taken: bool) -> Result<(), Failure> {
 }
 
 /// The value as indented JSON with a line end.
-///
-/// # Errors
-/// When it holds what JSON cannot, which would be a mistake of this program.
 pub fn json(value: &impl Serialize) -> Result<String, Failure> {
     let text = serde_json::to_string_pretty(value);
     let failed = |error| Failure::new(Exit::BadInput, format!("cannot write the report as JSON: {error}"));

@@ -77,9 +77,6 @@ enum SmithChoice {
 const MOST_PIXELS: u64 = 1 << 26;
 
 /// Computes and writes the truth.
-///
-/// # Errors
-/// An option that the truth does not have, a scene that cannot be read, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
     if args.output.format == Format::Exr
         && (args.settings.said.exposure.is_some() || args.settings.said.tonemap.is_some())

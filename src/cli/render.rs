@@ -71,9 +71,6 @@ fn view_help() -> String {
 }
 
 /// Draws and writes the picture.
-///
-/// # Errors
-/// A scene that cannot be read, a device that cannot draw it, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
     if args.view == Some(ViewChoice::All) && args.output.format == Format::Exr {
         return Err(Failure::usage("--view all makes a PNG picture: the views have no common unit for an .exr file"));

@@ -12,18 +12,12 @@ use super::failure::{Exit, Failure};
 use super::output;
 
 /// Runs `work` with the device asked for. The device is gone before messages are counted, so that what is only found at
-/// its end, as leaks, counts too.
-///
-/// # Errors
-/// No usable device; what `work` returns; and with `--validate` any message of the layer that is not advice.
+/// its end, as leaks, counts too. With `--validate` any message of the layer that is not advice is an error.
 pub fn with_device(args: &DeviceArgs, work: impl FnOnce(Arc<Device>) -> Result<(), Failure>) -> Result<(), Failure> {
     with_extensions(args, (&[], &[]), work)
 }
 
 /// The same with a device that can show images where the instance extensions of a window system say.
-///
-/// # Errors
-/// As [`with_device`].
 #[cfg(feature = "window")]
 pub fn with_device_for(
     args: &DeviceArgs,

@@ -87,9 +87,6 @@ struct Measured {
 }
 
 /// Measures, chooses, verifies, and writes the settings.
-///
-/// # Errors
-/// A scene that cannot be read, a device that cannot draw it, a file that cannot be written, or a bound that nothing keeps.
 pub fn run(args: &Args) -> Result<(), Failure> {
     args.output.check()?;
     fix_driver_threads();

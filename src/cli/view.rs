@@ -74,9 +74,6 @@ fn hdr(text: &str) -> Result<f32, String> {
 }
 
 /// Shows the scene until the window is closed.
-///
-/// # Errors
-/// No display, a scene that cannot be read, or a device that cannot show it.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let system = WindowSystem::connect(end_without_display)?;
     session::with_device_for(&args.device, &system.extensions()?, |device| {

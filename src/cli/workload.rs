@@ -51,9 +51,6 @@ pub struct Workload {
 
 impl Workload {
     /// Loads the scene and prints its warnings.
-    ///
-    /// # Errors
-    /// When `spec` names no scene that can be read, or the settings file is wrong.
     pub fn open(spec: &str, args: &SettingsArgs, quiet: bool) -> Result<Self, Failure> {
         let settings_file = args.file.as_deref().map(load_settings).transpose()?.unwrap_or_default();
         let command_line = args.said.clone();
@@ -79,9 +76,6 @@ impl Workload {
 
     /// Opens a camera path for the scene. From here on the scene's camera is that at its start, with the narrowest lens of all, so that plans are
     /// made for every moment of it.
-    ///
-    /// # Errors
-    /// When the file cannot be read, or something in it is wrong.
     pub fn follow(&mut self, file: &Path) -> Result<CameraPath, Failure> {
         let path = load_path(file, &self.scene.camera)?;
         self.scene.camera = Camera { projection: path.narrowest().projection, ..path.at(0.0) };
@@ -89,9 +83,6 @@ impl Workload {
     }
 
     /// Prints what the plan lacks of what was asked for, once.
-    ///
-    /// # Errors
-    /// When that cannot be printed.
     pub fn warn(&self, plan: &FramePlan) -> Result<(), Failure> {
         let new = |warning: &&String| self.told.borrow_mut().insert((*warning).clone());
         let new: Vec<String> = plan.warnings().iter().filter(new).cloned().collect();
@@ -114,17 +105,11 @@ impl Workload {
     }
 
     /// The settings of one picture, as [`Workload::decided`].
-    ///
-    /// # Errors
-    /// When the picture is larger than `device` can draw.
     pub fn settings(&self, variation: &SettingsPatch, device: &PhysicalDevice) -> Result<Settings, Failure> {
         self.settings_within(variation, &LargestPicture::of(device))
     }
 
     /// The same where nothing else is known of the device.
-    ///
-    /// # Errors
-    /// As [`Workload::settings`].
     pub fn settings_within(&self, variation: &SettingsPatch, largest: &LargestPicture) -> Result<Settings, Failure> {
         let said = variation.or(&self.command_line);
         let settings = self.decided(variation);

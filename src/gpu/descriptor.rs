@@ -145,11 +145,6 @@ impl SetWriter {
         self.buffer(binding, vk::DescriptorType::UNIFORM_BUFFER, buffer, range.into())
     }
 
-    /// A uniform buffer whose offset is given when the set is bound.
-    pub fn dynamic_uniform_buffer(self, binding: u32, buffer: &Buffer, range: impl Into<BufferRange>) -> SetWriter {
-        self.buffer(binding, vk::DescriptorType::UNIFORM_BUFFER_DYNAMIC, buffer, range.into())
-    }
-
     /// A storage buffer.
     pub fn storage_buffer(self, binding: u32, buffer: &Buffer, range: impl Into<BufferRange>) -> SetWriter {
         self.buffer(binding, vk::DescriptorType::STORAGE_BUFFER, buffer, range.into())

@@ -74,8 +74,6 @@ pub struct Image {
     pub name: String,
     /// Its memory in bytes, as the driver sizes it. Lazily allocated memory may in truth take none.
     pub bytes: u64,
-    /// Whether its memory is lazily allocated.
-    pub lazy: bool,
     owner: Owned<vk::Image>,
     view_owner: Option<Owned<vk::ImageView>>,
     memory: Option<Allocation>,
@@ -127,7 +125,6 @@ impl Image {
             usage: desc.usage,
             name: name.to_owned(),
             bytes: requirements.size,
-            lazy: memory.memory_properties().contains(vk::MemoryPropertyFlags::LAZILY_ALLOCATED),
             owner,
             view_owner: None,
             memory: Some(memory),

@@ -17,9 +17,6 @@ pub(super) struct Instrumentation {
 
 impl Instrumentation {
     /// What of it the device has; nothing but the first two is essential, and layers leave out the checks that need the rest.
-    ///
-    /// # Errors
-    /// [`Error::Unsupported`] for a device on which shaders cannot write their findings.
     pub(super) fn of(instance: &Instance, physical: &PhysicalDevice) -> Result<Instrumentation> {
         let has = &physical.features;
         let essential = [

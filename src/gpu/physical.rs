@@ -108,21 +108,6 @@ impl PhysicalDevice {
         self.format_features(format).contains(needed)
     }
 
-    /// Whether images of this format can be depth attachments.
-    pub fn supports_depth_attachment(&self, format: vk::Format) -> bool {
-        self.format_features(format).contains(vk::FormatFeatureFlags::DEPTH_STENCIL_ATTACHMENT)
-    }
-
-    /// Whether shaders can sample images of this format, with linear filtering if `linear`.
-    pub fn supports_sampling(&self, format: vk::Format, linear: bool) -> bool {
-        let needed = if linear {
-            vk::FormatFeatureFlags::SAMPLED_IMAGE | vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR
-        } else {
-            vk::FormatFeatureFlags::SAMPLED_IMAGE
-        };
-        self.format_features(format).contains(needed)
-    }
-
     /// The limits of images of this format and usage (2D, optimal tiling), or `None` if there can be none.
     ///
     /// # Errors

@@ -3,6 +3,8 @@
 //! The interval is the plain percentile one, and the same samples always have the same. Of fewer than six samples no interval covers
 //! 95%, not even the one from the least to the largest ([`LEAST_FOR_95`]); of one it has no width.
 
+use serde::{Deserialize, Serialize};
+
 use super::percentile;
 
 /// How often the samples are drawn anew: the ends of a 95% interval are then the 50th draw from below and from above.
@@ -11,13 +13,25 @@ const RESAMPLES: usize = 2000;
 pub const LEAST_FOR_95: usize = 6;
 
 /// A median with its 95% interval, in the unit of the samples.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct MedianInterval {
     pub median: f64,
     pub low: f64,
     pub high: f64,
     /// Samples that went in.
     pub count: usize,
+}
+
+impl MedianInterval {
+    /// Half of its width over the median.
+    pub fn relative_half_width(&self) -> f64 {
+        (self.high - self.low) / (2.0 * self.median)
+    }
+
+    /// Whether a figure says so that is this unsure; one of too few samples for 95% always does.
+    pub fn is_wide(&self) -> bool {
+        self.relative_half_width() > 0.05 || self.count < LEAST_FOR_95
+    }
 }
 
 /// The median of the finite ones among `samples`; `None` when there is none.

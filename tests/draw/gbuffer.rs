@@ -286,23 +286,13 @@ fn overrides() -> impl Iterator<Item = String> {
 }
 
 #[test]
-fn a_lambert_picture_is_within_what_each_format_rounds() {
+fn a_picture_is_within_what_each_format_rounds() {
     on_gpu(|gpu| {
-        let case = Case::lambert(2.0);
-        let reference = case.reference(gpu);
-        for name in ["lean", "fat", "float32"].map(String::from).into_iter().chain(overrides()) {
-            case.assert_within(gpu, &reference, &name);
-        }
-    });
-}
-
-#[test]
-fn a_cook_torrance_picture_is_within_what_each_format_rounds() {
-    on_gpu(|gpu| {
-        let case = Case::cook_torrance(2.0);
-        let reference = case.reference(gpu);
-        for name in ["lean", "fat", "float32"].map(String::from).into_iter().chain(overrides()) {
-            case.assert_within(gpu, &reference, &name);
+        for case in [Case::lambert(2.0), Case::cook_torrance(2.0)] {
+            let reference = case.reference(gpu);
+            for name in ["lean", "fat", "float32"].map(String::from).into_iter().chain(overrides()) {
+                case.assert_within(gpu, &reference, &name);
+            }
         }
     });
 }

@@ -19,6 +19,16 @@ const SAME_ORDER: [LightPath; 2] = [LightPath::Clustered, LightPath::Compute];
 /// Those that add by blending into 32-bit floats.
 const BLENDED: [LightPath; 2] = [LightPath::PerLight, LightPath::Volumes];
 
+/// Draws by each path that adds lights in the loop's order.
+fn assert_same_bits(gpu: &Gpu, (scene, settings): (&Scene, &Settings), expected: &Picture, what: &str) {
+    for path in SAME_ORDER {
+        let found = draw(gpu, scene, settings, path);
+        let different = floats(expected).iter().zip(floats(&found)).filter(|(a, b)| a != b).count();
+        let off = largest_difference(expected, &found);
+        assert_eq!(different, 0, "{} {what} {path}: values that differ, by {off:.2e} at most", scene.name);
+    }
+}
+
 /// Where a light of a crowd stands: a low-discrepancy sequence over a box (Roberts 2018, R3).
 fn scattered(index: u32) -> DVec3 {
     let share = |step: f64| (0.5 + f64::from(index) * step).fract() * 2.0 - 1.0;
@@ -112,13 +122,7 @@ fn paths_that_sum_in_the_same_order_give_the_same_bits() {
             for layout in one_of(layouts, turn) {
                 let settings = Settings { gbuffer: gbuffer(layout), ..exact(SIZE.0, SIZE.1) };
                 let expected = draw(gpu, &scene, &settings, LightPath::Loop);
-                for path in SAME_ORDER {
-                    let found = draw(gpu, &scene, &settings, path);
-                    let different = floats(&expected).iter().zip(floats(&found)).filter(|(a, b)| a != b).count();
-                    let off = largest_difference(&expected, &found);
-                    eprintln!("{} {layout} {path}: {different} values differ, by {off:.2e} at most", scene.name);
-                    assert_eq!(different, 0, "{} {layout} {path}", scene.name);
-                }
+                assert_same_bits(gpu, (&scene, &settings), &expected, layout);
             }
         }
     });
@@ -151,11 +155,7 @@ fn shadows_of_every_kind_of_light_give_the_same_bits() {
             let shadows = ShadowSettings { filter, size: 256, ..ShadowSettings::default() };
             let settings = Settings { shadows, ..exact(SIZE.0, SIZE.1) };
             let expected = draw(gpu, &scene, &settings, LightPath::Loop);
-            for path in SAME_ORDER {
-                let found = draw(gpu, &scene, &settings, path);
-                let different = floats(&expected).iter().zip(floats(&found)).filter(|(a, b)| a != b).count();
-                assert_eq!(different, 0, "{filter} {path}");
-            }
+            assert_same_bits(gpu, (&scene, &settings), &expected, &filter.to_string());
             for path in BLENDED {
                 let off = largest_difference(&expected, &draw(gpu, &scene, &settings, path));
                 assert!(off <= 2.0 * 13.0 * 2f64.powi(-24), "{filter} {path}: {off}");
@@ -177,11 +177,7 @@ fn a_telescope_sees_what_the_loop_sees() {
             };
             let settings = exact(SIZE.0, SIZE.1);
             let expected = draw(gpu, &narrow, &settings, LightPath::Loop);
-            for path in SAME_ORDER {
-                let found = draw(gpu, &narrow, &settings, path);
-                let different = floats(&expected).iter().zip(floats(&found)).filter(|(a, b)| a != b).count();
-                assert_eq!(different, 0, "{fov_y_degrees} degrees, {path}");
-            }
+            assert_same_bits(gpu, (&narrow, &settings), &expected, &format!("{fov_y_degrees} degrees"));
         }
     });
 }
@@ -199,11 +195,7 @@ fn twenty_thousand_lights_work() {
         let expected = draw(gpu, &scene, &settings, LightPath::Loop);
         let lit = floats(&expected).chunks_exact(4).filter(|pixel| pixel[0] > 0.0).count();
         assert!(lit > 27 * 19 * 3 / 4, "{lit} pixels are lit");
-        for path in SAME_ORDER {
-            let found = draw(gpu, &scene, &settings, path);
-            let different = floats(&expected).iter().zip(floats(&found)).filter(|(a, b)| a != b).count();
-            assert_eq!(different, 0, "{path}");
-        }
+        assert_same_bits(gpu, (&scene, &settings), &expected, "20,000 lights");
         for path in BLENDED {
             let off = largest_difference(&expected, &draw(gpu, &scene, &settings, path));
             // No pixel has more than a few hundred of them in reach.

@@ -102,9 +102,6 @@ impl Variant {
 }
 
 /// Measures and reports.
-///
-/// # Errors
-/// A scene that cannot be read, a device that cannot draw it, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(sink) = &args.json {
         sink.check()?;

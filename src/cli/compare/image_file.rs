@@ -21,9 +21,6 @@ pub enum ImageFile {
 
 impl ImageFile {
     /// Reads a file of any format that is known, by its content and not its name.
-    ///
-    /// # Errors
-    /// When it cannot be read, is no picture, or has integers of more than 8 bits.
     pub fn open(path: &Path) -> Result<Self, Failure> {
         let failed = |why: String| Failure::new(Exit::BadInput, format!("cannot read {}: {why}", path.display()));
         let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);

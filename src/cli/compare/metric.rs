@@ -49,9 +49,6 @@ impl Metric {
     }
 
     /// Refuses a metric that pictures of this kind do not have.
-    ///
-    /// # Errors
-    /// relMSE of pictures that are not both light; FLIP where it is not built in.
     pub fn applies(self, light: bool) -> Result<(), Failure> {
         match self {
             Self::RelMse if !light => Err(Failure::usage("relmse is a metric of light: it needs two .exr pictures")),
@@ -72,9 +69,6 @@ pub struct Limit {
 
 impl Limit {
     /// `METRIC=VALUE`.
-    ///
-    /// # Errors
-    /// A metric that there is not, or a value that is no number from 0 up.
     pub fn parse(text: &str) -> Result<Self, String> {
         let (name, value) = text.split_once('=').ok_or("it is not METRIC=VALUE, as flip=0.01")?;
         let metric = NAMES.iter().find(|(own, _)| *own == name).map(|&(_, metric)| metric);

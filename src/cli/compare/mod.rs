@@ -62,9 +62,6 @@ enum Difference {
 }
 
 /// Compares, and prints and writes what was found.
-///
-/// # Errors
-/// A picture that cannot be read, pictures that cannot be compared, a metric that they do not have, or one beyond its limit.
 pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(target) = &args.output {
         if target.format != Format::Png {

@@ -40,10 +40,6 @@ impl Comparison {
 
 impl Pair {
     /// Reads both pictures and decides how light is shown.
-    ///
-    /// # Errors
-    /// A picture that cannot be read, different sizes, or an exposure or tone mapper where there is nothing to expose, or none where
-    /// nothing says how it was done.
     pub fn open(args: &Args) -> Result<Self, Failure> {
         let (actual, expected) = (ImageFile::open(&args.actual)?, ImageFile::open(&args.expected)?);
         if actual.size() != expected.size() {
@@ -94,8 +90,6 @@ impl Pair {
         Some([actual, expected].map(|image| image.scaled(scale)))
     }
 
-    /// # Errors
-    /// When the pictures are not what their size says, which no reader returns.
     pub fn compare(&self) -> Result<Comparison, Failure> {
         let failed = |error: Mismatch| Failure::new(Exit::BadInput, error.to_string());
         let light = self.exposed().map(|[actual, expected]| errors(&actual, &expected)).transpose().map_err(failed)?;

@@ -28,9 +28,6 @@ Ends with exit code 4 when no device can draw.")]
 pub struct Args {}
 
 /// Prints the findings.
-///
-/// # Errors
-/// When no device can draw.
 pub fn run(_: &Args) -> Result<(), Failure> {
     let mut text = format!("Afterlight {} on {OS}, {ARCH}\n\n", env!("CARGO_PKG_VERSION"));
     text.push_str(&drivers());

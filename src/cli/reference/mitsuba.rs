@@ -32,9 +32,6 @@ pub struct Shot<'a> {
 }
 
 /// Writes the scene, in direct light alone and with a box for a pixel's filter.
-///
-/// # Errors
-/// A sentence that says what of the scene cannot be expressed.
 pub fn export(shot: &Shot) -> Result<Export, String> {
     let scene = shot.scene;
     if scene.environment.is_lit() {

@@ -26,9 +26,6 @@ pub struct Folder(PathBuf);
 
 impl Folder {
     /// Makes it where it is not there.
-    ///
-    /// # Errors
-    /// When that cannot be.
     pub fn make(path: &Path) -> Result<Self, Failure> {
         make_folder(path)?;
         make_folder(&path.join(choice::FOLDER))?;
@@ -40,9 +37,6 @@ impl Folder {
     }
 
     /// Removes what an earlier report has left: its files and its pictures, and nothing else.
-    ///
-    /// # Errors
-    /// When one of them cannot be removed.
     pub fn clear(&self) -> Result<(), Failure> {
         let pictures = self.0.join(choice::FOLDER);
         let failed = |path: &Path, error: &io::Error| Failure::write(&path.display().to_string(), error);
@@ -63,9 +57,6 @@ impl Folder {
     }
 
     /// Writes the report as JSON, CSV and a page.
-    ///
-    /// # Errors
-    /// When the disk is full.
     pub fn write(&self, report: &Report) -> Result<(), Failure> {
         let failed = |error: csv::Error| Failure::new(Exit::BadInput, format!("cannot write the table: {error}"));
         let [json, csv, page] = FILES;
@@ -80,9 +71,6 @@ impl Folder {
     }
 
     /// Draws the pictures that the report shows, unless they are there already: [`Folder::clear`] has removed those of other runs.
-    ///
-    /// # Errors
-    /// When the device cannot draw them, or the disk is full.
     pub fn draw_pictures(
         &self,
         mut scene: SceneReport,
@@ -110,9 +98,6 @@ impl Folder {
     }
 
     /// Takes over the pictures that the report shows from wherever a part of it has drawn them.
-    ///
-    /// # Errors
-    /// When the disk is full.
     pub fn copy_pictures(&self, scene: &mut SceneReport, parts: &[PathBuf]) -> Result<(), Failure> {
         for index in choice::shown(scene) {
             for kind in KINDS {

@@ -99,9 +99,6 @@ fn shard(text: &str) -> Result<Shard, String> {
 }
 
 /// Measures, or joins what was measured, and writes the report.
-///
-/// # Errors
-/// A scene that cannot be read, a device that cannot draw it, a folder of another report, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(sink) = &args.json {
         sink.check()?;

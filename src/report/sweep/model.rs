@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::measure::LEAST_FOR_95;
+pub use crate::measure::MedianInterval as Interval;
 
 /// Of the JSON's layout: a merge refuses parts of another one.
 pub const LAYOUT: u32 = 3;
@@ -164,28 +164,6 @@ impl Timing {
     /// The time that counts: the device's own where that means something, else the wall clock's.
     pub fn decisive(&self) -> &Interval {
         self.gpu.as_ref().unwrap_or(&self.wall)
-    }
-}
-
-/// A median with its 95% interval by bootstrap.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Interval {
-    pub median: f64,
-    pub low: f64,
-    pub high: f64,
-    /// Measurements that went in.
-    pub count: usize,
-}
-
-impl Interval {
-    /// Half of its width over the median.
-    pub fn relative_half_width(&self) -> f64 {
-        (self.high - self.low) / (2.0 * self.median)
-    }
-
-    /// A point that is this unsure says so; one of too few measurements for 95% always.
-    pub fn is_wide(&self) -> bool {
-        self.relative_half_width() > 0.05 || self.count < LEAST_FOR_95
     }
 }
 

@@ -14,7 +14,7 @@ use super::error::Error;
 use super::model::{Interval, Timing};
 use crate::frame::{Accumulator, Pixels, Renderer, sample_offset};
 use crate::gpu::Device;
-use crate::measure::{GroupedMedian, LEAST_FOR_95, MedianInterval, cpu_seconds, median_interval};
+use crate::measure::{GroupedMedian, LEAST_FOR_95, cpu_seconds, median_interval};
 use crate::scene::{Camera, Scene, Settings};
 
 /// Frames get no more than this much faster from then on.
@@ -155,7 +155,7 @@ pub fn take_turns<E>(
 fn is_unsure(own: &[Sample], anchor: &[Sample]) -> bool {
     ratios(own, anchor, |sample| Some(sample.decisive()))
         .and_then(|ratios| median_interval(&ratios))
-        .is_some_and(|interval| interval_of(&interval).is_wide())
+        .is_some_and(|interval| interval.is_wide())
 }
 
 /// The time of each round over that of the anchor; `None` without a clock.
@@ -197,29 +197,21 @@ impl Anchor {
 
     /// The anchor's own times, over all batches.
     pub fn times(&self, confirmed: bool) -> Option<PointTimes> {
-        let own = |median: &GroupedMedian| median.interval().map(|interval| interval_of(&interval));
-        let (gpu, cpu) = (self.gpu.as_ref().and_then(own), self.cpu.as_ref().and_then(own));
-        let wall = own(&self.wall)?;
+        let own = |median: &Option<GroupedMedian>| median.as_ref().and_then(GroupedMedian::interval);
+        let (wall, gpu, cpu) = (self.wall.interval()?, own(&self.gpu), own(&self.cpu));
         let ratio = Interval { median: 1.0, low: 1.0, high: 1.0, count: wall.count };
         Some(PointTimes { timing: Timing { wall, gpu, cpu, ratio, confirmed }, ratios: vec![1.0] })
     }
 
     /// The times of a point whose rounds were drawn beside `anchor`: the anchor's median times the median of the rounds' ratios.
     pub fn scaled(&self, own: &[Sample], anchor: &[Sample], confirmed: bool) -> Option<PointTimes> {
-        let scaled = |median: &GroupedMedian, clock: Clock| {
-            median.times(&ratios(own, anchor, clock)?).map(|interval| interval_of(&interval))
-        };
+        let scaled = |median: &GroupedMedian, clock: Clock| median.times(&ratios(own, anchor, clock)?);
         let gpu = self.gpu.as_ref().and_then(|median| scaled(median, GPU));
         let cpu = self.cpu.as_ref().and_then(|median| scaled(median, CPU));
         let ratios = ratios(own, anchor, |sample| Some(sample.decisive()))?;
-        let ratio = interval_of(&median_interval(&ratios)?);
+        let ratio = median_interval(&ratios)?;
         Some(PointTimes { timing: Timing { wall: scaled(&self.wall, WALL)?, gpu, cpu, ratio, confirmed }, ratios })
     }
-}
-
-fn interval_of(interval: &MedianInterval) -> Interval {
-    let MedianInterval { median, low, high, count } = *interval;
-    Interval { median, low, high, count }
 }
 
 #[cfg(test)]

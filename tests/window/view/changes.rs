@@ -51,8 +51,7 @@ fn a_scene_file_is_read_again_when_it_changes_and_a_fault_leaves_the_picture_as_
     view.settles_elsewhere(&dark);
     write(&format!("{SCENE}{elsewhere}"));
     view.shows(&rendered(SIZE, &[name]), "from the camera that the file names now");
-    view.close();
-    view.ends_well();
+    view.closes_well();
 }
 
 #[test]
@@ -78,8 +77,7 @@ fn a_camera_that_is_zoomed_stays_so_when_the_scene_is_read_again() {
     view.shows(&nearer, "as near as before");
     server.tap(key::R);
     view.shows(&first, "as it was opened");
-    view.close();
-    view.ends_well();
+    view.closes_well();
 }
 
 #[cfg(feature = "hot-reload")]
@@ -131,8 +129,7 @@ fn a_shader_is_compiled_again_when_it_changes_and_a_fault_leaves_its_pipeline_as
     sleep(Duration::from_millis(300));
     server.tap(key::V);
     view.waits_to_tell("view.wgsl");
-    view.close();
-    view.ends_well();
+    view.closes_well();
 }
 
 #[cfg(feature = "hot-reload")]
@@ -167,8 +164,7 @@ fn the_shader_that_encodes_is_compiled_again_too() {
     until("red for blue", || (view.codes_of_10_bits() == swapped).then_some(()));
     fs::write(&shader, &good).expect("written");
     until("the shader as it was", || (view.codes_of_10_bits() == first).then_some(()));
-    view.close();
-    view.ends_well();
+    view.closes_well();
 }
 
 #[cfg(feature = "hot-reload")]

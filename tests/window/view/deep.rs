@@ -124,8 +124,7 @@ fn a_window_of_10_bits_shows_the_picture_on_every_way() {
         view.resize(last.map(u32::from));
         let expected: Vec<f64> = rendered(last, arguments).into_iter().map(widened).collect();
         shown(&mut view, &expected, Within::of(arguments), &format!("{what} of another size"));
-        view.close();
-        view.ends_well();
+        view.closes_well();
     }
 }
 
@@ -142,8 +141,7 @@ fn screenshots_of_a_window_of_10_bits_are_the_picture_in_8() {
         assert_eq!(kept.len(), expected.len(), "{what}");
         let far = kept.iter().zip(&expected).map(|(own, other)| f64::from(own.abs_diff(*other)));
         Within(1.0, Within::of(arguments).1).check(far, &what);
-        view.close();
-        view.ends_well();
+        view.closes_well();
     }
 }
 
@@ -163,8 +161,7 @@ fn ten_bits_are_those_of_the_light() {
         let mut view = View::open(&server, &[&arguments[..], &["--exposure", EV100, "--size", &size]].concat());
         // Half a code is rounded away, and light has come through half floats: 2^-11 of it is a third of a code of white.
         shown(&mut view, &expected, Within(1.0, 0.0), &format!("{arguments:?}"));
-        view.close();
-        view.ends_well();
+        view.closes_well();
     }
 }
 
@@ -186,7 +183,6 @@ fn a_split_window_of_10_bits_shows_each_view_as_it_is_alone() {
         assert!(left.iter().all(|&index| split[index] == alone[index]), "{path}: left of the divider");
         let far = right.into_iter().map(|index| (f64::from(split[index]) - widened(beside_alone[index])).abs());
         Within(AS_8_BITS, 0.0).check(far, &format!("{path}: {beside}"));
-        view.close();
-        view.ends_well();
+        view.closes_well();
     }
 }

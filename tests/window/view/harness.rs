@@ -330,6 +330,12 @@ impl<'a> View<'a> {
         (status.code(), text(&stdout), self.errors())
     }
 
+    /// Closes the window, and returns what the program has told.
+    pub fn closes_well(self) -> String {
+        self.close();
+        self.ends_well()
+    }
+
     pub fn ends_well(self) -> String {
         let (code, output, errors) = self.ends();
         assert_eq!(code, Some(0), "{output}{errors}");

@@ -79,8 +79,7 @@ fn codes_are_those_of_the_light_up_to_what_the_display_shows() {
         assert!((0.005..0.5).contains(&beyond), "{what}: {beyond} of the codes are brighter than white");
         let most = codes.iter().max().copied().unwrap_or_default();
         assert!(f64::from(most) <= brightest + 1.0, "{what}: a code of {most}");
-        view.close();
-        view.ends_well();
+        view.closes_well();
     }
 }
 
@@ -94,8 +93,7 @@ fn who_does_not_ask_for_more_than_white_is_shown_none() {
         let expected = codes_of_light(&arguments(path), EV100, |light| srgb_codes(tone_map(light, Tonemap::default())));
         let mut view = open(&display.server, &arguments(path), &[]);
         shown(&mut view, &expected, Within(1.0, 0.0), path);
-        view.close();
-        view.ends_well();
+        view.closes_well();
     }
 }
 
@@ -107,8 +105,7 @@ fn a_display_that_shows_no_more_than_white_is_told_of_and_shows_what_it_always_d
         let mut view = open(&server, &arguments(path), &[HDR]);
         view.waits_to_tell("warning: this window has no --hdr");
         view.shows(&expected, path);
-        view.close();
-        view.ends_well();
+        view.closes_well();
     }
 }
 
@@ -141,8 +138,7 @@ fn a_screenshot_is_the_picture_up_to_white_and_panels_leave_no_trace() {
         server.tap(key::G);
         view.rests();
         assert!(view.codes_of_10_bits() == alone, "{path}: when the panels are closed");
-        view.close();
-        view.ends_well();
+        view.closes_well();
     }
 }
 
@@ -157,8 +153,7 @@ fn a_split_window_shows_each_view_as_it_is_alone_and_views_up_to_white() {
         view.rests();
         let alone = view.codes_of_10_bits();
         let (beside, split) = split(&mut view, &display.server);
-        view.close();
-        view.ends_well();
+        view.closes_well();
         let (left, right) = sides();
         assert!(left.iter().all(|&index| split[index] == alone[index]), "{path}: left of the divider");
 

@@ -54,8 +54,7 @@ fn a_picture_of_light_is_bit_by_bit_what_render_writes() {
         assert!(again[0] == again[1], "{arguments:?}: not twice the same");
         let left: Vec<_> = fs::read_dir(view.folder.path()).expect("a folder").flatten().collect();
         assert_eq!(left.len(), 4, "three pictures and what it told: {left:?}");
-        view.close();
-        view.ends_well();
+        view.closes_well();
     }
 }
 
@@ -92,8 +91,7 @@ fn views_keep_their_values_and_a_camera_that_has_moved_is_that_of_the_light_too(
         let kept = keep_light(&server, &mut view, 2 + index as u32);
         assert!(kept == rendered_light(&[scene, "--view", name], "light.exr"), "{name}: other values");
     }
-    view.close();
-    view.ends_well();
+    view.closes_well();
 }
 
 #[test]
@@ -128,8 +126,7 @@ fn what_is_changed_on_a_panel_is_in_the_light() {
         let off = (encoded * 255.0 - f64::from(code)).abs();
         assert!(off < 1.5, "byte {index}: {nits} nits, shown as {code}, should be {:.1}", encoded * 255.0);
     }
-    view.close();
-    view.ends_well();
+    view.closes_well();
 }
 
 const ROUGHNESS: [i16; 2] = [44, 201];

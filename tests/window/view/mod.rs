@@ -86,8 +86,7 @@ fn keys_and_the_mouse_move_the_camera_and_bring_it_back() {
     view.waits_to_tell("camera: orbit");
     server.tap(key::H);
     view.waits_to_tell("Ctrl+1 to Ctrl+9");
-    view.close();
-    view.ends_well();
+    view.closes_well();
 }
 
 #[test]
@@ -113,8 +112,7 @@ fn a_hundred_resizes_end_in_the_picture_of_the_last_size() {
     let last = [200u16, 120];
     view.resize(last.map(u32::from));
     view.shows(&rendered(last, &scene), "after a hundred resizes");
-    view.close();
-    view.ends_well();
+    view.closes_well();
 }
 
 #[test]
@@ -142,8 +140,7 @@ fn a_hidden_or_still_window_draws_nothing_and_comes_back_as_it_was() {
     server.tap(key::G);
     view.settles_elsewhere(&expected);
     idles(&view, "with panels, a still");
-    view.close();
-    view.ends_well();
+    view.closes_well();
 }
 
 /// Drivers read events in threads of their own and keep those that are the window's: a program that waits for its connection to have something to
@@ -156,8 +153,7 @@ fn the_driver_has_a_connection_of_its_own() {
     let mut view = View::open(&server, &["builtin:spheres", "--size", &size]);
     view.shows(&rendered(SIZE, &["builtin:spheres"]), "as it was opened");
     assert_eq!(server.connections(), without + 2, "one for the window's events, one for the driver");
-    view.close();
-    view.ends_well();
+    view.closes_well();
     until("both to be closed", || (server.connections() == without).then_some(()));
 }
 
@@ -176,8 +172,7 @@ fn a_window_that_is_closed_while_it_draws_ends_well() {
     let size = size_text(SIZE);
     let view = View::open(&server, &["builtin:spheres", "--size", &size, "--frames", "1000000"]);
     sleep(Duration::from_millis(500));
-    view.close();
-    view.ends_well();
+    view.closes_well();
 }
 
 #[test]

@@ -39,8 +39,7 @@ fn panels_lie_over_the_picture_and_leave_no_trace_when_they_are_closed() {
         assert!(rgb(&view.folder.path().join("afterlight-0001.png")) == expected, "{arguments:?}: the screenshot");
         server.tap(key::G);
         view.shows(&expected, &format!("{arguments:?} when the panels are closed"));
-        view.close();
-        view.ends_well();
+        view.closes_well();
     }
 }
 
@@ -72,8 +71,7 @@ fn panels_stay_through_changes_of_size_and_take_the_mouse() {
     view.settles_elsewhere(&shown);
     server.tap(key::G);
     view.shows(&before, "with the panels closed");
-    view.close();
-    view.ends_well();
+    view.closes_well();
 }
 
 #[test]
@@ -98,8 +96,7 @@ fn what_is_changed_on_a_panel_is_drawn_as_if_it_had_been_asked_for() {
     // A size that is asked for later has it too.
     view.resize([200, 120]);
     view.shows(&rendered([200, 120], &[scene, "--fxaa", "on"]), "with FXAA, smaller");
-    view.close();
-    view.ends_well();
+    view.closes_well();
 }
 
 #[test]
@@ -122,8 +119,7 @@ fn keys_go_through_the_views_and_come_back() {
     server.release(key::SHIFT);
     view.waits_to_tell("view: final");
     view.shows(&rendered(SIZE, &[scene]), "back where it began");
-    view.close();
-    view.ends_well();
+    view.closes_well();
 }
 
 #[test]
@@ -147,8 +143,7 @@ fn a_flight_is_recorded_as_a_path_that_render_takes() {
     assert!(path.seconds() > 0.3 && path.keys().len() > 2, "{path:?}");
     let picture = last_of(&file, scene);
     assert!(picture == last, "the last picture of the path is not what the window shows");
-    view.close();
-    view.ends_well();
+    view.closes_well();
 }
 
 /// The last picture of a path.

@@ -186,8 +186,7 @@ fn the_divider_shows_where_it_can_be_held_and_a_double_click_ends_the_split() {
     sleep(Duration::from_millis(200));
     server.connection.map_window(view.window).expect("sent").check().expect("a window");
     view.shows(&split, "when it is back");
-    view.close();
-    view.ends_well();
+    view.closes_well();
 }
 
 #[test]

@@ -168,7 +168,6 @@ fn frames_of_every_kind_step_from_no_light_to_the_whole_picture() {
         }
         server.tap(key::ESCAPE);
         view.shows(&whole, &format!("{more:?}, after Esc"));
-        view.close();
-        view.ends_well();
+        view.closes_well();
     }
 }
