@@ -1,7 +1,7 @@
 //! Afterlight: a deferred renderer on raw Vulkan. Geometry first, light after.
 //!
-//! Scene in, plan, frame, image out: [`scene`] says what is drawn, [`plan::FramePlan`] what of it a frame needs, and
-//! [`frame`] draws it. ARCHITECTURE.md has the map.
+//! Scene in, plan, frame, image out: [`scene`] says what is drawn, [`plan::FramePlan`] what of it all frames need,
+//! [`visible`] what one camera sees, and [`frame`] draws it. ARCHITECTURE.md has the map.
 
 pub mod frame;
 pub mod gpu;
@@ -15,6 +15,7 @@ pub mod scene;
 pub mod shaders;
 pub mod stress;
 pub mod targets;
+pub mod visible;
 #[cfg(feature = "window")]
 pub mod window;
 

@@ -1,20 +1,19 @@
 //! What a scene needs on a device: decided once, before anything is created.
 //!
 //! [`FramePlan::of`] is pure. Attachments, pipelines, specialization, dependency rows and commands are derived from the plan
-//! and nothing else decides. What changes with the camera is a [`Visible`], computed for each frame.
+//! and nothing else decides. What changes with the camera or with time is `visible`'s, which imports the plan and never the other way round:
+//! nothing in this folder is worked out for a frame.
+//!
+//! It is decided in this order, each step from those before it: [`lights`] and [`shadows`], [`surfaces`], [`gbuffer`], [`output`], then what
+//! follows from the surfaces: pipelines, meshes, textures. [`checks`] refuses what does not go together, [`parts`] says in words what came of it,
+//! and [`cost`] what it takes.
 
-mod anisotropy;
 mod checks;
 mod cost;
 mod error;
 mod gbuffer;
-mod geometry;
-mod levels;
-mod light_culling;
-mod light_path;
 mod lights;
-mod materials;
-mod meshes;
+mod occlusion;
 mod output;
 mod parts;
 #[cfg(test)]
@@ -24,49 +23,35 @@ mod surfaces;
 mod targets;
 #[cfg(test)]
 mod tests;
-mod textures;
-mod uploads;
-mod visible;
-mod warnings;
 
 pub use cost::Cost;
 pub use error::Error;
 pub use gbuffer::{Gbuffer, NormalEncoding, format_bytes};
-pub use geometry::{ForwardKey, GeometryKey, Opacity, Streams, TextureMask};
-pub use levels::least_footprint;
-pub use light_culling::ActiveLights;
-pub use light_path::{Reach, steepest};
-pub use lights::{PlannedLights, UNIFORM_LIGHTS, falloff_index};
-pub use materials::EffectiveMaterials;
-pub use meshes::{IndexWidth, MeshPlan, PlannedMesh};
+pub(crate) use lights::{Cut, IdleLights, LightOrder, box_tree, range_of, shows_all, sphere_of, weakens};
+pub use lights::{Grid, PlannedLights, Reach, SLICES, TILE, UNIFORM_LIGHTS, falloff_index, steepest};
+#[cfg(test)]
+pub(crate) use occlusion::MANY_OBJECTS;
 pub use output::{Canvas, Encoding, HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping, Transfer};
 pub use parts::{Part, PartGroup};
-pub use shadows::{
-    Caster, MAX_SHADOW_VIEWS, MapDraw, MapProjection, Receivers, ShadowCache, ShadowLight, ShadowPlan, ShadowView, Tile,
+pub use shadows::{MAX_SHADOW_VIEWS, MapProjection, ShadowLight, ShadowPlan, Tile};
+pub use surfaces::{
+    EffectiveMaterials, ForwardKey, GeometryKey, IndexWidth, MeshPlan, Opacity, PlannedBrdf, PlannedMesh,
+    PlannedTexture, Streams, TextureMask, TexturePlan, TextureSource, Uploads, least_footprint,
 };
-pub use surfaces::PlannedBrdf;
+pub(crate) use surfaces::{SurfaceRules, stretch};
 pub use targets::Target;
-pub use textures::{PlannedTexture, TexturePlan, TextureSource};
-pub use uploads::Uploads;
-pub use visible::clusters::{Clusters, Grid, SLICES, TILE};
-pub use visible::depth::{Depth, Eye};
-pub use visible::volumes::{LightRect, VolumeRecord, cone_mesh, sphere_mesh};
-pub use visible::{Draw, LightWork, SortedDraw, Visible, World, WorldObject};
 
 use std::collections::BTreeSet;
 
 use ash::vk;
 
-use checks::{check_antialiasing, check_msaa};
 use gbuffer::Stored;
-use light_culling::LightOrder;
-use lights::{adds_lights, planned_lights};
+use lights::{Lighting, adds_lights};
 use output::{Blending, Way};
-use surfaces::Surfaces;
+use shadows::shadow_reason;
+use surfaces::{FilteredTextures, Surfaces, anisotropy};
 
-use crate::scene::{
-    Brdf, CastsShadow, Keep, LightPath, Object, OptionalPart, Output, Resolve, Scene, Settings, Transparency, View,
-};
+use crate::scene::{Brdf, Keep, LightPath, OptionalPart, Output, Resolve, Scene, Settings, Transparency, View};
 
 /// What the device can do, as far as a plan depends on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -114,6 +99,10 @@ impl Sums {
     pub const SINGLE: Self = Self { accumulation: vk::Format::R32G32B32A32_SFLOAT, weights: vk::Format::R32_SFLOAT };
     /// Mandatory to blend. The share that is left is exact to 1/2048, which is 1% of what a pane of alpha 0.04 hides.
     pub const HALF: Self = Self { accumulation: vk::Format::R16G16B16A16_SFLOAT, weights: vk::Format::R16_SFLOAT };
+
+    fn of(device: &Capabilities) -> Self {
+        if device.float32_blends { Self::SINGLE } else { Self::HALF }
+    }
 }
 
 /// What the subpass after GEOMETRY does.
@@ -132,6 +121,27 @@ pub enum Shading {
 }
 
 impl Shading {
+    fn of(view: View, device: &Capabilities) -> Result<Self, Error> {
+        Ok(match view {
+            View::Final => Self::Light { light_only: false },
+            View::Lighting => Self::Light { light_only: true },
+            View::Overdraw => Self::ShowOverdraw,
+            View::Triangle if !device.primitive_index => return Err(Error::NoTriangles),
+            View::Triangle => Self::ShowTriangle,
+            View::ShadowMap => Self::ShowShadowMap,
+            other => Self::ShowGbuffer(other),
+        })
+    }
+
+    fn is_lit(self) -> bool {
+        matches!(self, Self::Light { .. })
+    }
+
+    /// Whether a G-buffer is read, unless surfaces are lit as they are drawn.
+    fn reads_gbuffer(self) -> bool {
+        matches!(self, Self::Light { .. } | Self::ShowGbuffer(_))
+    }
+
     /// Whether GEOMETRY looks at nothing of a surface but where it is.
     pub fn only_covers(self) -> bool {
         matches!(self, Self::ShowOverdraw | Self::ShowTriangle)
@@ -188,7 +198,7 @@ pub struct FramePlan {
     /// Every material's, whatever it says itself.
     pub brdf_override: Option<Brdf>,
     pub lights: PlannedLights,
-    light_order: LightOrder,
+    pub(crate) light_order: LightOrder,
     /// Depth of opaque surfaces is drawn first, so that each pixel is shaded once.
     pub depth_prepass: bool,
     /// Never `Auto`.
@@ -219,6 +229,58 @@ pub struct FramePlan {
     pub keep: Keep,
     parts: Vec<Part>,
     warnings: Vec<String>,
+    /// Those about lights that go without their maps.
+    shadow_warnings: Vec<String>,
+}
+
+/// What is chosen by the settings, the device, and what the scene has. Pipelines, meshes and textures follow from it.
+struct Choices {
+    shading: Shading,
+    lighting: Lighting,
+    surfaces: Surfaces,
+    gbuffer: Option<Gbuffer>,
+    stores_gbuffer: bool,
+    way: Way,
+}
+
+impl Choices {
+    fn of(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
+        checks::check_size(settings.size, device)?;
+        let shading = Shading::of(settings.view, device)?;
+        let lighting = Lighting::of(scene, settings, device, shading)?;
+        let surfaces = Surfaces::of(scene, settings, lighting.path)?;
+        // What the view of the complexity compares must be what LIGHTING would read.
+        let shadowed = lighting.shadow.is_some()
+            || (settings.view == View::Complexity && shadow_reason(scene, settings, &lighting.order.order).is_ok());
+        let gbuffer = (!is_forward(lighting.path) && shading.reads_gbuffer()).then(|| {
+            let stored = Stored {
+                brdf: surfaces.brdf,
+                metal: surfaces.opaque_metal,
+                geometric_normal: shadowed && surfaces.two_normals,
+                view: settings.view,
+                keep: settings.keep,
+            };
+            Gbuffer::choose(&settings.gbuffer, stored, device)
+        });
+        checks::check_antialiasing(settings, shading.is_lit())?;
+        checks::check_msaa(settings, gbuffer.as_ref(), lighting.path, device)?;
+        let blending = Blending {
+            lit: shading.is_lit(),
+            tiled: lighting.path == LightPath::Compute,
+            emissive: surfaces.emissive,
+            adds_lights: adds_lights(lighting.path, &lighting.lights),
+            transparent: surfaces.transparency.is_some(),
+        };
+        let way = Way::of(settings, device, blending)?;
+        let locations = geometry_locations(gbuffer.as_ref(), shading, surfaces.emissive);
+        checks::check_attachments(locations, gbuffer.as_ref(), settings.msaa, device)?;
+        // With a G-buffer that the next pass reads at its own pixel, depth with it.
+        let stores_gbuffer = gbuffer.is_some()
+            && lighting.path != LightPath::Compute
+            && settings.view != View::Complexity
+            && settings.keep.has(OptionalPart::StoredGbuffer);
+        Ok(Self { shading, lighting, surfaces, gbuffer, stores_gbuffer, way })
+    }
 }
 
 pub const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
@@ -234,81 +296,37 @@ impl FramePlan {
     /// When the device cannot do what the settings ask for, a view shows what the scene does not have, or [`Scene::check`] finds a fault.
     pub fn of(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
         scene.check()?;
-        Self::decide(scene, settings, device)
+        let plan = Self::decide(scene, settings, device)?;
+        let mut parts = parts::list(scene, settings, &plan);
+        if plan.keep != Keep::NONE {
+            let lean = Settings { keep: Keep::NONE, ..settings.clone() };
+            let needed = parts::list(scene, &lean, &Self::decide(scene, &lean, device)?);
+            parts::say_what_is_kept(&mut parts, &needed);
+        }
+        Ok(Self { parts, ..plan })
     }
 
-    /// Of a scene that has been checked.
+    /// All but the words about it, for a scene that has been checked.
     fn decide(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
-        let [width, height] = settings.size;
-        if width == 0 || height == 0 || width.max(height) > device.max_extent {
-            return Err(Error::Size(width, height, device.max_extent));
-        }
-        let (shading, keep) = (shading(settings.view), settings.keep);
-        if shading == Shading::ShowTriangle && !device.primitive_index {
-            return Err(Error::NoTriangles);
-        }
-        let lit = matches!(shading, Shading::Light { .. });
-        let light_order = LightOrder::of(scene, settings);
-        let needed = planned_lights(scene, settings, shading, light_order.needed());
-        let (light_path, light_path_reason) =
-            light_path::choose(scene, settings, &needed, light_order.needed(), device)?;
-        let lights = planned_lights(scene, settings, shading, &light_order.order);
-        let lights = if lit { lights.kept(keep) } else { lights };
-        let (shadow, warnings) = Self::plan_shadow(scene, settings, device, shading, &light_order)?;
-        let shadow = shadow.or_else(|| {
-            // Shadows that are switched off are not wanted, not just not needed.
-            let possible = settings.shadows.enabled && settings.shadows.size <= device.max_extent;
-            let kept = lit && lights.any() && possible && keep.has(OptionalPart::ShadowMaps);
-            kept.then(|| ShadowPlan::without_lights(settings, device))
-        });
-        if settings.depth_prepass == Some(true) && light_path == LightPath::ForwardNaive {
-            return Err(Error::NaivePrepass);
-        }
-        let (forward, tiled) = (is_forward(light_path), light_path == LightPath::Compute);
-        let materials = EffectiveMaterials::of(scene, settings);
-        let surfaces = Surfaces::of(scene, &materials, settings);
-        let last = settings.view == View::Final;
-        // Where there is no G-buffer, what surfaces emit is added as they are drawn.
-        let emissive = !forward && last && (surfaces.emissive || keep.has(OptionalPart::Emissive));
-        if tiled && last && surfaces.transparent {
-            return Err(Error::ComputeWithTransparency);
-        }
-        let transparent = last && !tiled && (surfaces.transparent || keep.has(OptionalPart::Transparent));
-        let transparency = transparent.then_some(settings.transparency);
-        let brdf = match keep.has(OptionalPart::BrdfByPixel) {
-            true => PlannedBrdf::PerPixel,
-            false => surfaces.brdf,
-        };
-        // What the view of the complexity compares must be what LIGHTING would read.
-        let shadowed = shadow.is_some()
-            || (settings.view == View::Complexity && shadow_reason(scene, settings, &light_order.order).is_ok());
-        let gbuffer = (!forward && matches!(shading, Shading::Light { .. } | Shading::ShowGbuffer(_))).then(|| {
-            let geometric_normal = shadowed && surfaces.two_normals;
-            let stored = Stored { brdf, metal: surfaces.metal, geometric_normal, view: settings.view, keep };
-            Gbuffer::choose(&settings.gbuffer, stored, device)
-        });
-        check_antialiasing(settings, lit)?;
-        check_msaa(settings, gbuffer.as_ref(), light_path, device)?;
-        let adds_lights = adds_lights(light_path, &lights);
-        let way = Way::of(settings, device, Blending { lit, tiled, emissive, adds_lights, transparent })?;
-        let mut plan = Self {
+        let Choices { shading, lighting, surfaces, gbuffer, stores_gbuffer, way } =
+            Choices::of(scene, settings, device)?;
+        let rules = SurfaceRules::of(settings, shading, &lighting, &surfaces);
+        let pipelines = rules.pipelines(scene);
+        let meshes = MeshPlan::of(scene, &rules);
+        let FilteredTextures { textures, anisotropy, footprint, warning } =
+            FilteredTextures::of(scene, settings, device, &rules);
+        let depth_prepass = lighting.has_prepass(settings, shading);
+        let volumes = lighting.path == LightPath::Volumes && adds_lights(lighting.path, &lighting.lights);
+        Ok(Self {
             size: settings.size,
             shading,
+            stores_gbuffer,
             gbuffer,
-            // With a G-buffer that the next pass reads at its own pixel, depth with it.
-            stores_gbuffer: gbuffer.is_some()
-                && !tiled
-                && settings.view != View::Complexity
-                && keep.has(OptionalPart::StoredGbuffer),
-            shadow,
-            emissive,
-            transparency,
-            sums: (transparency == Some(Transparency::Oit)).then_some(if device.float32_blends {
-                Sums::SINGLE
-            } else {
-                Sums::HALF
-            }),
-            transparent_triangles: 0,
+            shadow: lighting.shadow,
+            emissive: surfaces.emissive,
+            transparency: surfaces.transparency,
+            sums: (surfaces.transparency == Some(Transparency::Oit)).then(|| Sums::of(device)),
+            transparent_triangles: pipelines.transparent_triangles,
             hdr: way.hdr,
             output: way.output,
             presented: None,
@@ -321,70 +339,32 @@ impl FramePlan {
             effects: settings.effects(),
             fxaa: settings.fxaa,
             msaa: settings.msaa,
-            brdf,
-            metal: surfaces.metal
-                || (transparent && surfaces.transparent_metal)
-                || keep.has(OptionalPart::MetallicChannel),
+            brdf: surfaces.brdf,
+            metal: surfaces.metal,
             textbook: settings.textbook,
             orthographic: scene.camera.is_orthographic(),
             brdf_override: settings.brdf,
-            lights,
-            light_order,
-            // Counting and depth alone gain nothing from it.
-            depth_prepass: settings.depth_prepass.unwrap_or(light_path == LightPath::Forward)
-                && matches!(shading, Shading::Light { .. } | Shading::ShowGbuffer(_)),
-            light_path,
-            light_path_reason,
-            geometry: BTreeSet::new(),
-            transparent: BTreeSet::new(),
-            streams: Streams::default(),
-            materials,
-            meshes: MeshPlan::default(),
-            textures: TexturePlan::default(),
-            anisotropy: anisotropy::degree(settings, device),
-            footprint: None,
-            uploads: Uploads::default(),
+            lights: lighting.lights,
+            light_order: lighting.order,
+            depth_prepass,
+            light_path: lighting.path,
+            light_path_reason: lighting.reason,
+            geometry: pipelines.geometry,
+            transparent: pipelines.transparent,
+            streams: meshes.streams(),
+            uploads: Uploads::of(&meshes, &textures, volumes),
+            meshes,
+            textures,
+            materials: surfaces.materials,
+            anisotropy,
+            footprint,
             lazily_allocated: device.lazily_allocated,
             software: device.software,
-            keep,
+            keep: settings.keep,
             parts: Vec::new(),
-            warnings,
-        };
-        plan.check_attachments(device)?;
-        if shading != Shading::ShowShadowMap {
-            plan.plan_pipelines(scene, settings);
-        }
-        plan.meshes = MeshPlan::of(scene, settings, &plan);
-        plan.streams = plan.meshes.streams();
-        plan.textures = TexturePlan::of(scene, settings, &plan);
-        if !plan.textures.have_levels() {
-            plan.anisotropy = 1;
-        }
-        plan.footprint = plan.drops_levels().then(|| least_footprint(&scene.camera, plan.size, plan.anisotropy));
-        plan.uploads = Uploads::of(&plan);
-        plan.parts = parts::list(scene, settings, &plan);
-        if keep != Keep::NONE {
-            let lean = Self::decide(scene, &Settings { keep: Keep::NONE, ..settings.clone() }, device)?;
-            parts::say_what_is_kept(&mut plan.parts, &lean.parts);
-        }
-        plan.warn(settings);
-        Ok(plan)
-    }
-
-    fn plan_pipelines(&mut self, scene: &Scene, settings: &Settings) {
-        let mut triangles = 0;
-        let plan = &*self;
-        let drawn: Vec<&Object> = scene.objects.iter().filter(|object| plan.draws(scene, object)).collect();
-        for object in drawn {
-            let key = GeometryKey::of(object, settings, self);
-            if !self.materials.all[object.material].is_transparent() {
-                self.geometry.insert(key);
-            } else {
-                self.transparent.insert(key);
-                triangles += scene.meshes[object.mesh].indices.len() / 3;
-            }
-        }
-        self.transparent_triangles = u32::try_from(triangles).unwrap_or(u32::MAX);
+            warnings: lighting.shadow_warnings.iter().cloned().chain(warning).collect(),
+            shadow_warnings: lighting.shadow_warnings,
+        })
     }
 
     /// Whether a frame finds out, on the CPU, which of these its camera does not need, and leaves them out. A GPU draws them faster
@@ -393,87 +373,24 @@ impl FramePlan {
         self.software && !self.keep.has(part)
     }
 
-    /// Whether an object of the scene is in the world of the plan's frames.
-    pub(crate) fn draws(&self, scene: &Scene, object: &Object) -> bool {
-        let material = &self.materials.all[object.material];
-        let left_out = material.is_transparent() && self.transparency.is_none();
-        !visible::is_cut_away(material) && !left_out && !scene.meshes[object.mesh].indices.is_empty()
-    }
-
-    /// Whether a pass draws an object's mesh.
-    fn needs_mesh(&self, scene: &Scene, object: &Object) -> bool {
-        let casts = self.shadow.is_some()
-            && object.casts_shadow != CastsShadow::No
-            && !self.materials.all[object.material].is_transparent();
-        self.draws(scene, object) && (self.has_geometry() || casts)
-    }
-
-    /// Whether an object's triangles are sorted for each frame.
-    fn sorts(&self, scene: &Scene, object: &Object) -> bool {
-        let transparent = self.materials.all[object.material].is_transparent();
-        transparent && self.transparency == Some(Transparency::Sorted) && self.draws(scene, object)
-    }
-
     /// Bytes of one frame's buffer of sorted indices.
     pub fn sorted_index_bytes(&self) -> u64 {
         self.meshes.sorted_width.map_or(0, |width| 3 * width.bytes() * u64::from(self.transparent_triangles))
     }
 
-    fn plan_shadow(
-        scene: &Scene,
-        settings: &Settings,
-        device: &Capabilities,
-        shading: Shading,
-        lights: &LightOrder,
-    ) -> Result<(Option<ShadowPlan>, Vec<String>), Error> {
-        let none = (None, Vec::new());
-        let wanted = matches!(shading, Shading::Light { .. } | Shading::ShowShadowMap);
-        if let Err(why) = shadow_reason(scene, settings, &lights.order) {
-            return if shading == Shading::ShowShadowMap { Err(Error::NoShadowMap(why)) } else { Ok(none) };
-        }
-        if !wanted {
-            return Ok(none);
-        }
-        if settings.shadows.size == 0 || settings.shadows.size > device.max_extent {
-            return Err(Error::ShadowSize(settings.shadows.size, device.max_extent));
-        }
-        let (plan, warnings) = ShadowPlan::of(scene, settings, lights, device);
-        if plan.is_none() && shading == Shading::ShowShadowMap {
-            return Err(Error::NoShadowMap(warnings.join("; ")));
-        }
-        Ok((plan, warnings))
-    }
-
-    fn check_attachments(&self, device: &Capabilities) -> Result<(), Error> {
-        let needed = self.geometry_locations();
-        if needed > device.max_color_attachments {
-            return Err(Error::ColorAttachments(needed, device.max_color_attachments));
-        }
-        // Depth or position, and the other targets; with several samples depth in any case.
-        let depth = |gbuffer: &Gbuffer| gbuffer.position.is_none() || self.msaa > 1;
-        let read =
-            self.gbuffer.as_ref().map_or(0, |gbuffer| gbuffer.formats().count() as u32 + u32::from(depth(gbuffer)));
-        if read > device.max_input_attachments {
-            return Err(Error::InputAttachments(read, device.max_input_attachments));
-        }
-        Ok(())
-    }
-
-    /// Colour locations of GEOMETRY. They are fixed (`shaders/geometry.wgsl`), so the highest in use counts.
+    /// Colour locations of GEOMETRY.
     pub fn geometry_locations(&self) -> u32 {
-        match &self.gbuffer {
-            None => u32::from(self.shading.only_covers()),
-            Some(gbuffer) if gbuffer.position.is_some() => 6,
-            Some(gbuffer) if gbuffer.specular.is_some() => 5,
-            Some(_) if self.emissive => 4,
-            Some(gbuffer) if gbuffer.material.is_some() => 3,
-            Some(_) => 2,
-        }
+        geometry_locations(self.gbuffer.as_ref(), self.shading, self.emissive)
     }
 
     /// Each part that a frame can have: in or out, why, and its bytes.
     pub fn parts(&self) -> &[Part] {
         &self.parts
+    }
+
+    /// What was asked for and is not there, a line each.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// The lights that frames have, by the scene's numbers, in the order in which they are added: directional ones, those that reach everywhere,
@@ -593,30 +510,15 @@ impl FramePlan {
     }
 }
 
-fn shading(view: View) -> Shading {
-    match view {
-        View::Final => Shading::Light { light_only: false },
-        View::Lighting => Shading::Light { light_only: true },
-        View::Overdraw => Shading::ShowOverdraw,
-        View::Triangle => Shading::ShowTriangle,
-        View::ShadowMap => Shading::ShowShadowMap,
-        other => Shading::ShowGbuffer(other),
-    }
-}
-
-/// Why there are no shadow maps.
-fn shadow_reason(scene: &Scene, settings: &Settings, lights: &[usize]) -> Result<(), String> {
-    if !settings.shadows.enabled {
-        return Err("shadows are switched off".into());
-    }
-    let mut planned = lights.iter().map(|&index| &scene.lights[index]);
-    let asking = planned.find(|light| light.casts_shadow);
-    match asking {
-        None => Err("no light casts a shadow".into()),
-        Some(light) if scene.objects.iter().all(|object| object.casts_shadow == CastsShadow::No) => {
-            Err(format!("nothing can stand between {} and anything", light.name))
-        }
-        Some(_) => Ok(()),
+/// They are fixed (`shaders/geometry.wgsl`), so the highest in use counts.
+fn geometry_locations(gbuffer: Option<&Gbuffer>, shading: Shading, emissive: bool) -> u32 {
+    match gbuffer {
+        None => u32::from(shading.only_covers()),
+        Some(gbuffer) if gbuffer.position.is_some() => 6,
+        Some(gbuffer) if gbuffer.specular.is_some() => 5,
+        Some(_) if emissive => 4,
+        Some(gbuffer) if gbuffer.material.is_some() => 3,
+        Some(_) => 2,
     }
 }
 

@@ -1,4 +1,4 @@
-// Froxels and their lists of lights, made by src/plan/visible/clusters.rs.
+// Froxels and their lists of lights, made by src/visible/clusters.rs.
 #define_import_path afterlight::clusters
 #import afterlight::frame::{frame, ORTHOGRAPHIC}
 

@@ -10,8 +10,9 @@ use super::list::List;
 use super::{Drawn, Error, Frame, FrameParts, IN_FLIGHT, InFlight, Renderer};
 use crate::gpu::{self, CommandBuffer, Device, Timestamps};
 use crate::gpu_scene::{GpuScene, ShadowAtlas, SortedIndices, ViewBuffers, view_set_layout};
-use crate::plan::{FramePlan, ShadowCache, World};
+use crate::plan::FramePlan;
 use crate::scene::{Scene, Settings, exposure_scale, metered_ev100};
+use crate::visible::{ShadowCache, World};
 
 /// All of a renderer that the scene is needed for.
 pub(super) struct RendererBuilder {

@@ -34,7 +34,8 @@ use crate::passes::tonemap::{self, TonemapPass};
 use crate::passes::transparent::{self, Transparent};
 use crate::passes::view::{self, ViewPass};
 use crate::passes::{Pass, Recording, shadow};
-use crate::plan::{FramePlan, Shading, Target, World};
+use crate::plan::{FramePlan, Shading, Target};
+use crate::visible::World;
 
 const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
 

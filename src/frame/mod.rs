@@ -45,8 +45,9 @@ use crate::gpu::{self, CommandBuffer, Device, Image, Owned, Ticket, Timestamps};
 use crate::gpu_scene::{FrameUniform, GpuScene, ShadowAtlas, SortedIndices, ViewBuffers};
 use crate::passes::copy::Copy;
 use crate::passes::{Recording, SetLayouts};
-use crate::plan::{self, Eye, FramePlan, MapDraw, ShadowCache, Visible, World};
+use crate::plan::{self, FramePlan};
 use crate::scene::{self, Camera, Light, LightPath, Scene, Settings, SettingsPatch, exposure_scale};
+use crate::visible::{Eye, MapDraw, ShadowCache, Visible, World};
 
 /// While the device draws one frame, the CPU records the next.
 const IN_FLIGHT: usize = 2;

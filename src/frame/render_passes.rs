@@ -13,8 +13,9 @@ use crate::passes::depth::{self, Depth};
 use crate::passes::shadow::{self, Shadow};
 use crate::passes::tonemap::tone_map_up_to;
 use crate::passes::{How, Input, Pass, Recording, Resource, Slot};
-use crate::plan::{FramePlan, Shading, Target, ToneMapping, World};
+use crate::plan::{FramePlan, Shading, Target, ToneMapping};
 use crate::targets::{Framebuffers, Targets};
+use crate::visible::World;
 
 /// The targets of a frame, and the render passes that draw into them.
 pub struct RenderPasses {

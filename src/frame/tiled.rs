@@ -21,7 +21,8 @@ use crate::passes::geometry::{self, Geometry};
 use crate::passes::tiled::{self, Tiled};
 use crate::passes::tonemap::encode_srgb;
 use crate::passes::{Recording, Resource, present, shadow};
-use crate::plan::{FramePlan, OUTPUT_PLAIN, Target, World};
+use crate::plan::{FramePlan, OUTPUT_PLAIN, Target};
+use crate::visible::World;
 
 /// The passes of a plan and what they draw into.
 pub struct TiledFrame {

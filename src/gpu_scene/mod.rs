@@ -18,8 +18,9 @@ use bytemuck::Pod;
 
 use crate::gpu::sync::Use;
 use crate::gpu::{self, Buffer, Device, Location, MemoryKind, UploadOrder, Uploader};
-use crate::plan::{FramePlan, IndexWidth, MeshPlan, PlannedMesh, cone_mesh, sphere_mesh};
+use crate::plan::{FramePlan, IndexWidth, MeshPlan, PlannedMesh};
 use crate::scene::{Mesh, Scene};
+use crate::visible::{cone_mesh, sphere_mesh};
 
 /// Fetches a vertex.
 pub const VERTEX_READ: Use = Use::new(vk::PipelineStageFlags::VERTEX_INPUT, vk::AccessFlags::VERTEX_ATTRIBUTE_READ);

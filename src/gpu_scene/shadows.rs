@@ -10,8 +10,9 @@ use crate::gpu::sync::Dependency;
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Image, ImageDesc, Location, MemoryKind, Owned, SetLayout, SetWriter,
 };
-use crate::plan::{DEPTH, MAX_SHADOW_VIEWS, ShadowPlan, Visible};
+use crate::plan::{DEPTH, MAX_SHADOW_VIEWS, ShadowPlan};
 use crate::scene::Camera;
+use crate::visible::Visible;
 
 /// `ShadowView` of `shaders/shared/shadows.wgsl`.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]

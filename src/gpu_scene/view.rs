@@ -7,10 +7,9 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, DVec4, Mat4, Vec3, Vec4};
 
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter};
-use crate::plan::{
-    Depth, Eye, FramePlan, Grid, LightWork, Reach, ShadowPlan, Visible, VolumeRecord, World, falloff_index,
-};
+use crate::plan::{FramePlan, Grid, Reach, ShadowPlan, falloff_index};
 use crate::scene::{Camera, Falloff, Light, LightKind, LightPath};
+use crate::visible::{Depth, Eye, LightWork, Visible, VolumeRecord, World};
 
 /// `Frame` of `shaders/shared/frame.wgsl`.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -390,7 +389,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::plan::samples;
+    use crate::plan::samples::{self, vector};
     use crate::scene::{Material, Projection, Settings};
 
     /// With something at `place`, relative to the camera.
@@ -408,10 +407,6 @@ mod tests {
             &plan,
             jitter,
         )
-    }
-
-    fn vector(range: f64) -> impl Strategy<Value = DVec3> {
-        [-range..range, -range..range, -range..range].prop_map(DVec3::from)
     }
 
     proptest! {

@@ -67,8 +67,9 @@ use glam::{DAffine3, DVec3, Vec4};
 
 use crate::gpu::{Device, Timestamps, sync::Use};
 use crate::gpu_scene::{GpuScene, INDEX_READ, TEXTURE_READ, VERTEX_READ};
-use crate::plan::{Canvas, FramePlan, IndexWidth, MapDraw, Shading, Target, Visible, World};
+use crate::plan::{Canvas, FramePlan, IndexWidth, Shading, Target};
 use crate::scene::Camera;
+use crate::visible::{MapDraw, Visible, World};
 
 /// All passes, as reports list them.
 pub const ALL: [&Pass; 18] = [

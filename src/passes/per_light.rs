@@ -9,9 +9,10 @@ use super::screen::{Input, Inputs, add, stages};
 use super::{Pass, Place, Presence, Recording, Resource, SetLayouts, Slot, Touch};
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
 use crate::gpu_scene::{POSITION, VERTEX_READ, vertex_input};
-use crate::plan::{FramePlan, LightRect, LightWork, Shading};
+use crate::plan::{FramePlan, Shading};
 use crate::scene::LightPath;
 use crate::shaders::per_light::{self as shader, Flags, constants};
+use crate::visible::{LightRect, LightWork};
 
 /// Bytes of the push constant: the light's index.
 const PUSH_BYTES: u32 = 4;

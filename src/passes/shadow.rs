@@ -14,9 +14,10 @@ use crate::gpu::{
     sync::Use,
 };
 use crate::gpu_scene::{ATLAS_LAYOUT, GpuScene, HOLES, POSITION, ShadowAtlas, UV, vertex_input};
-use crate::plan::{Caster, DEPTH, ShadowPlan, ShadowView, World, WorldObject};
+use crate::plan::{DEPTH, ShadowPlan};
 use crate::scene::{AlphaMode, CastsShadow};
 use crate::shaders::shadow::{self as shader, Flags};
+use crate::visible::{Caster, ShadowView, World, WorldObject};
 
 /// Clears a map's square, before it is tested and drawn into.
 pub const MAP_CLEAR: Use =

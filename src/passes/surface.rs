@@ -13,10 +13,11 @@ use crate::gpu::{
     self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout, ShaderStage, pipeline_layout,
 };
 use crate::gpu_scene::{GpuScene, NORMAL, POSITION, TANGENT, UV, vertex_input};
-use crate::plan::{FramePlan, GeometryKey, Opacity, Shading, TextureMask, ToneMapping, WorldObject};
+use crate::plan::{FramePlan, GeometryKey, Opacity, Shading, TextureMask, ToneMapping};
 use crate::scene::{AlphaMode, Brdf, TextureSlot};
 use crate::shaders::forward::{self as shader, Flags, constants};
 use crate::shaders::{Binding, BindingKind, Variant};
+use crate::visible::WorldObject;
 
 pub const PUSH_STAGES: vk::ShaderStageFlags =
     vk::ShaderStageFlags::from_raw(vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::FRAGMENT.as_raw());

@@ -5,6 +5,32 @@ use ash::vk;
 use super::{Capabilities, Error, Gbuffer};
 use crate::scene::{LightPath, MSAA, Settings, View};
 
+pub(super) fn check_size([width, height]: [u32; 2], device: &Capabilities) -> Result<(), Error> {
+    match width == 0 || height == 0 || width.max(height) > device.max_extent {
+        true => Err(Error::Size(width, height, device.max_extent)),
+        false => Ok(()),
+    }
+}
+
+/// `locations` are the colour locations of GEOMETRY.
+pub(super) fn check_attachments(
+    locations: u32,
+    gbuffer: Option<&Gbuffer>,
+    msaa: u32,
+    device: &Capabilities,
+) -> Result<(), Error> {
+    if locations > device.max_color_attachments {
+        return Err(Error::ColorAttachments(locations, device.max_color_attachments));
+    }
+    // Depth or position, and the other targets; with several samples depth in any case.
+    let depth = |gbuffer: &Gbuffer| gbuffer.position.is_none() || msaa > 1;
+    let read = gbuffer.map_or(0, |gbuffer| gbuffer.formats().count() as u32 + u32::from(depth(gbuffer)));
+    if read > device.max_input_attachments {
+        return Err(Error::InputAttachments(read, device.max_input_attachments));
+    }
+    Ok(())
+}
+
 /// Anti-aliasing and effects work on pictures, and views show values.
 pub(super) fn check_antialiasing(settings: &Settings, lit: bool) -> Result<(), Error> {
     let refuse = |why: String| Err(Error::AntiAliasing(why));

@@ -58,7 +58,8 @@ impl FramePlan {
     pub fn has_structure_of(&self, other: &Self) -> bool {
         let plain = |plan: &Self| {
             let light_path_reason = String::new();
-            Self { keep: Keep::NONE, parts: Vec::new(), warnings: Vec::new(), light_path_reason, ..plan.clone() }
+            let (parts, [warnings, shadow_warnings]) = (Vec::new(), [const { Vec::new() }; 2]);
+            Self { keep: Keep::NONE, parts, warnings, shadow_warnings, light_path_reason, ..plan.clone() }
         };
         plain(self) == plain(other)
     }

@@ -1,8 +1,21 @@
-//! Which kinds of light the shaders have code for.
+//! Which lights a plan has: their kinds, for which shaders have code, their order, how far they reach, and the path by which pixels meet them.
+
+pub(crate) mod box_tree;
+mod froxels;
+mod order;
+mod path;
+mod reach;
 
 use std::collections::BTreeSet;
 
-use super::{Shading, light_path};
+pub use froxels::{Grid, SLICES, TILE};
+pub(crate) use order::{IdleLights, LightOrder, shows_all};
+use reach::bounded;
+pub(crate) use reach::{Cut, range_of, sphere_of, weakens};
+pub use reach::{Reach, steepest};
+
+use super::shadows::ShadowPlan;
+use super::{Capabilities, Error, Shading};
 use crate::scene::{Falloff, Keep, LightKind, LightPath, OptionalPart, Scene, Settings, View};
 
 /// Lights that fit into the least uniform buffer that a device must have; `shaders/shared/lights.wgsl` has the same number.
@@ -10,6 +23,47 @@ pub const UNIFORM_LIGHTS: usize = 256;
 
 /// The fall-off is each light's own (`shaders/shared/shading.wgsl`).
 pub(super) const MIXED_FALLOFF: u32 = 3;
+
+/// Which lights frames have, by which path pixels meet them, and their shadow maps.
+pub(super) struct Lighting {
+    pub order: LightOrder,
+    pub lights: PlannedLights,
+    pub path: LightPath,
+    /// Why it is this one.
+    pub reason: String,
+    pub shadow: Option<ShadowPlan>,
+    pub shadow_warnings: Vec<String>,
+}
+
+impl Lighting {
+    pub(super) fn of(
+        scene: &Scene,
+        settings: &Settings,
+        device: &Capabilities,
+        shading: Shading,
+    ) -> Result<Self, Error> {
+        let keep = settings.keep;
+        let order = LightOrder::of(scene, settings);
+        let needed = planned_lights(scene, settings, shading, order.needed());
+        let (path, reason) = path::choose(scene, settings, &needed, order.needed(), device)?;
+        let lights = planned_lights(scene, settings, shading, &order.order);
+        let lights = if shading.is_lit() { lights.kept(keep) } else { lights };
+        let (shadow, shadow_warnings) = ShadowPlan::wanted(scene, settings, device, shading, &order)?;
+        // Shadows that are switched off are not wanted, not just not needed.
+        let possible = settings.shadows.enabled && settings.shadows.size <= device.max_extent;
+        let kept = shading.is_lit() && lights.any() && possible && keep.has(OptionalPart::ShadowMaps);
+        let shadow = shadow.or_else(|| kept.then(|| ShadowPlan::without_lights(settings, device)));
+        if settings.depth_prepass == Some(true) && path == LightPath::ForwardNaive {
+            return Err(Error::NaivePrepass);
+        }
+        Ok(Self { order, lights, path, reason, shadow, shadow_warnings })
+    }
+
+    /// Counting and depth alone gain nothing from it.
+    pub(super) fn has_prepass(&self, settings: &Settings, shading: Shading) -> bool {
+        settings.depth_prepass.unwrap_or(self.path == LightPath::Forward) && shading.reads_gbuffer()
+    }
+}
 
 /// Kinds of light that LIGHTING has code for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -40,7 +94,7 @@ impl PlannedLights {
 
     /// With code for kinds that stay although no light is of them. All inputs are neutral: no light is counted, a range is infinite
     /// and a cone a whole sphere.
-    pub(super) fn kept(self, keep: Keep) -> Self {
+    fn kept(self, keep: Keep) -> Self {
         let punctual = keep.has(OptionalPart::PunctualLights);
         Self {
             ambient: self.ambient || keep.has(OptionalPart::AmbientLight),
@@ -74,7 +128,7 @@ pub(super) fn adds_lights(path: LightPath, lights: &PlannedLights) -> bool {
 }
 
 /// Of the lights with these numbers, as far as the frame shows them.
-pub(super) fn planned_lights(scene: &Scene, settings: &Settings, shading: Shading, planned: &[usize]) -> PlannedLights {
+fn planned_lights(scene: &Scene, settings: &Settings, shading: Shading, planned: &[usize]) -> PlannedLights {
     if shading == Shading::ShowGbuffer(View::Complexity) {
         // What is compared is what LIGHTING would read, and ambient light has occlusion stored.
         return PlannedLights { ambient: scene.environment.is_lit(), ..Default::default() };
@@ -88,7 +142,7 @@ pub(super) fn planned_lights(scene: &Scene, settings: &Settings, shading: Shadin
     lights.one_directional =
         matches!(planned[..], [one] if matches!(scene.lights[one].kind, LightKind::Directional { .. }));
     for light in planned.iter().map(|&index| &scene.lights[index]) {
-        let bounded = light_path::bounded(light, settings);
+        let bounded = bounded(light, settings);
         lights.bounded |= bounded;
         lights.unbounded |= !bounded && !matches!(light.kind, LightKind::Directional { .. });
         match light.kind {

@@ -107,7 +107,7 @@ pub(super) fn say_what_is_kept(parts: &mut [Part], lean: &[Part]) {
 }
 
 fn shadow(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Part {
-    let missing = plan.warnings().iter().map(|warning| format!("; {warning}")).collect::<String>();
+    let missing = plan.shadow_warnings.iter().map(|warning| format!("; {warning}")).collect::<String>();
     let (reason, bytes) = match (shadow_reason(scene, settings, &plan.light_order.order), &plan.shadow) {
         (Err(reason), _) => (reason, 0),
         (Ok(()), Some(shadow)) => (shadow_maps(shadow) + &missing, shadow.bytes()),
@@ -370,8 +370,9 @@ fn idle_lights(plan: &FramePlan) -> Part {
 /// Vertices and indices on the device, by stream.
 fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
     let planned = &plan.meshes;
+    let rules = plan.surface_rules();
     let needed: BTreeSet<usize> =
-        scene.objects.iter().filter(|object| plan.needs_mesh(scene, object)).map(|object| object.mesh).collect();
+        scene.objects.iter().filter(|object| rules.needs_mesh(scene, object)).map(|object| object.mesh).collect();
     let unused = scene.meshes.len() - needed.len();
     let keeps_unused = plan.keep.has(OptionalPart::UnusedMeshes) && unused > 0;
     let unused = match unused {

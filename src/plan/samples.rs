@@ -1,11 +1,12 @@
 //! Scenes, devices and plans for tests.
 
 use glam::{DAffine3, DVec3, Vec3};
+use proptest::prelude::*;
 
 use super::{Capabilities, Error, FramePlan};
 use crate::scene::{
     AlphaMode, Brdf, ColorSpace, Falloff, GbufferChoice, GbufferPreset, Light, LightKind, LightPath, Material, Mesh,
-    Object, Output, Resolve, Scene, Settings, TargetChoice, Texture, Transparency, View,
+    Object, OptionalPart, Output, Resolve, Scene, Settings, TargetChoice, Texture, Transparency, View,
 };
 
 pub const VIEWS: [View; 13] = [
@@ -52,6 +53,19 @@ pub fn device() -> Capabilities {
 /// The same, but a CPU.
 pub fn software() -> Capabilities {
     Capabilities { software: true, ..device() }
+}
+
+pub fn vector(range: f64) -> impl Strategy<Value = DVec3> {
+    [-range..range, -range..range, -range..range].prop_map(DVec3::from)
+}
+
+/// On [`device`].
+pub fn plan(scene: &Scene, settings: &Settings) -> FramePlan {
+    FramePlan::of(scene, settings, &device()).expect("a plan")
+}
+
+pub fn keeping(parts: &[OptionalPart]) -> Settings {
+    Settings { keep: parts.iter().copied().collect(), ..Settings::default() }
 }
 
 /// A unit square for each material, in a row along X.
@@ -142,6 +156,12 @@ pub fn sky() -> Light {
 
 pub fn point(falloff: Falloff) -> Light {
     light("lamp", LightKind::Point { position: DVec3::Z, range: Some(5.0), falloff }, false)
+}
+
+/// Of no limit but its range.
+pub fn lamp(position: DVec3, range: Option<f64>) -> Light {
+    let kind = LightKind::Point { position, range, falloff: Falloff::InverseSquare };
+    Light { kind, ..point(Falloff::InverseSquare) }
 }
 
 pub fn spot(falloff: Falloff) -> Light {

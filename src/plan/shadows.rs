@@ -1,19 +1,9 @@
-//! Shadow maps: which lights have some, and where in the atlas, is decided once from the scene alone; what each of them sees is
-//! worked out for a frame. A cascade's size depends on its part of the view and on the scene, not on what is seen, and it moves by whole
-//! texels: shadows do not swim, whether the camera walks or turns.
+//! Shadow maps: which lights have some, and where in the atlas. That depends on the scene alone; what each map sees is worked out for a
+//! frame (`src/visible/shadows/views.rs`).
 
-mod cache;
-mod receivers;
-mod views;
-
-pub use cache::{MapDraw, ShadowCache};
-pub use receivers::Receivers;
-pub use views::{Caster, ShadowView};
-pub(super) use views::{Changes, add_cascades, lamp_views, widened};
-
-use super::Capabilities;
-use super::light_culling::LightOrder;
-use crate::scene::{Light, LightKind, Scene, Settings, ShadowFilter, ShadowSettings, luminance};
+use super::lights::LightOrder;
+use super::{Capabilities, Error, Shading};
+use crate::scene::{CastsShadow, Light, LightKind, Scene, Settings, ShadowFilter, ShadowSettings, luminance};
 
 /// Maps that all lights may have together; `shaders/shared/shadows.wgsl` has the same number.
 pub const MAX_SHADOW_VIEWS: usize = 128;
@@ -42,7 +32,7 @@ pub enum MapProjection {
 }
 
 impl MapProjection {
-    pub(super) fn of(light: &Light, cascades: u32) -> Self {
+    pub(crate) fn of(light: &Light, cascades: u32) -> Self {
         match light.kind {
             LightKind::Directional { .. } => Self::Cascades(cascades),
             LightKind::Spot { outer_angle_degrees, .. } if outer_angle_degrees <= WIDEST_SPOT => Self::Perspective,
@@ -55,7 +45,7 @@ impl MapProjection {
         match self {
             Self::Cascades(count) => count as usize,
             Self::Perspective => 1,
-            Self::Cube => views::FACES.len(),
+            Self::Cube => 6,
         }
     }
 }
@@ -63,7 +53,7 @@ impl MapProjection {
 /// A light with maps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShadowLight {
-    /// Index into [`World::lights`].
+    /// The light's place among those of the plan.
     pub light: usize,
     pub name: String,
     pub first_view: usize,
@@ -86,9 +76,34 @@ pub struct ShadowPlan {
 }
 
 impl ShadowPlan {
+    /// The maps that a frame reads, if it reads any, and what its lights go without.
+    pub(super) fn wanted(
+        scene: &Scene,
+        settings: &Settings,
+        device: &Capabilities,
+        shading: Shading,
+        lights: &LightOrder,
+    ) -> Result<(Option<Self>, Vec<String>), Error> {
+        let is_shown = shading == Shading::ShowShadowMap;
+        match shadow_reason(scene, settings, &lights.order) {
+            Err(why) if is_shown => return Err(Error::NoShadowMap(why)),
+            Ok(()) if is_shown || shading.is_lit() => {}
+            _ => return Ok((None, Vec::new())),
+        }
+        let size = settings.shadows.size;
+        if size == 0 || size > device.max_extent {
+            return Err(Error::ShadowSize(size, device.max_extent));
+        }
+        let (plan, warnings) = Self::of(scene, settings, lights, device);
+        if plan.is_none() && is_shown {
+            return Err(Error::NoShadowMap(warnings.join("; ")));
+        }
+        Ok((plan, warnings))
+    }
+
     /// Gives maps to the lights that ask for one, the most important first, until the budget is spent. The second part names
     /// those that go without, or with fewer cascades than they should have, and says why.
-    pub(super) fn of(
+    fn of(
         scene: &Scene,
         settings: &Settings,
         order: &LightOrder,
@@ -96,8 +111,8 @@ impl ShadowPlan {
     ) -> (Option<Self>, Vec<String>) {
         let shadows = &settings.shadows;
         let layer_bytes = u64::from(shadows.size) * u64::from(shadows.size) * 4;
-        let within_budget = (u64::from(shadows.budget) << 20) / layer_bytes;
-        let most = u32::try_from(within_budget).unwrap_or(u32::MAX).min(device.max_layers);
+        let within_budget = u32::try_from((u64::from(shadows.budget) << 20) / layer_bytes).unwrap_or(u32::MAX);
+        let most = within_budget.min(device.max_layers);
         let mut plan = Self {
             size: shadows.size,
             layers: 0,
@@ -108,18 +123,6 @@ impl ShadowPlan {
         };
         let mut free = Vec::new();
         let mut unserved = Vec::new();
-        let reason = |short: Short| match short {
-            Short::Views => format!("{MAX_SHADOW_VIEWS} maps are the most"),
-            Short::Layers if within_budget > u64::from(most) => {
-                format!("the device has no more than {} an image", layers_text(most))
-            }
-            Short::Layers => format!(
-                "the budget of {} MiB for maps has room for {} of {} texels",
-                shadows.budget,
-                layers_text(most),
-                shadows.size
-            ),
-        };
         for (light, source) in by_importance(scene, order) {
             let wanted = MapProjection::of(source, shadows.cascades);
             let tries: Vec<MapProjection> = match wanted {
@@ -138,7 +141,11 @@ impl ShadowPlan {
                 }
             }
             if let Some(short) = short {
-                unserved.push((source.name.as_str(), reason(short), found.is_some()));
+                unserved.push((
+                    source.name.as_str(),
+                    short.reason(shadows, within_budget > most, most),
+                    found.is_some(),
+                ));
             }
             if let Some((projection, tiles)) = found {
                 let first_view = plan.tiles.len();
@@ -201,7 +208,7 @@ impl ShadowPlan {
 
     /// Whether the near plane of a cascade lies before all casters. The distance of a blocker that is pressed onto it would be lost, and
     /// with it the penumbra's width.
-    fn reaches_back(&self) -> bool {
+    pub(crate) fn reaches_back(&self) -> bool {
         !self.clamp || self.filter == ShadowFilter::Pcss
     }
 
@@ -227,14 +234,34 @@ impl ShadowPlan {
     }
 
     /// Texels around the part of a map that is looked up: the filter's neighbours, and the offset along the normal.
-    fn margin(&self, edge: u32, settings: &ShadowSettings) -> f64 {
-        let offset = f64::from(settings.normal_offset) * self.reach() / FULL_REACH;
-        (self.reach().max(self.disc(edge) + 1.0) + offset).ceil()
+    pub(crate) fn margin(&self, edge: u32, settings: &ShadowSettings) -> f64 {
+        (self.reach().max(self.disc(edge) + 1.0) + self.normal_offset(settings)).ceil()
+    }
+
+    /// How far a lookup is moved along the surface's normal, in texels.
+    pub(crate) fn normal_offset(&self, settings: &ShadowSettings) -> f64 {
+        f64::from(settings.normal_offset) * self.reach() / FULL_REACH
     }
 
     /// The factor of both biases.
     pub fn bias_scale(&self) -> f32 {
         (self.reach() / FULL_REACH) as f32
+    }
+}
+
+/// Why there are no shadow maps.
+pub(super) fn shadow_reason(scene: &Scene, settings: &Settings, lights: &[usize]) -> Result<(), String> {
+    if !settings.shadows.enabled {
+        return Err("shadows are switched off".into());
+    }
+    let mut planned = lights.iter().map(|&index| &scene.lights[index]);
+    let asking = planned.find(|light| light.casts_shadow);
+    match asking {
+        None => Err("no light casts a shadow".into()),
+        Some(light) if scene.objects.iter().all(|object| object.casts_shadow == CastsShadow::No) => {
+            Err(format!("nothing can stand between {} and anything", light.name))
+        }
+        Some(_) => Ok(()),
     }
 }
 
@@ -245,6 +272,18 @@ enum Short {
     Layers,
     /// There are as many maps as there can be.
     Views,
+}
+
+impl Short {
+    /// `most` layers are what the budget pays for, or fewer, where the device has no more.
+    fn reason(self, shadows: &ShadowSettings, by_device: bool, most: u32) -> String {
+        let (layers, ShadowSettings { budget, size, .. }) = (layers_text(most), shadows);
+        match self {
+            Self::Views => format!("{MAX_SHADOW_VIEWS} maps are the most"),
+            Self::Layers if by_device => format!("the device has no more than {layers} an image"),
+            Self::Layers => format!("the budget of {budget} MiB for maps has room for {layers} of {size} texels"),
+        }
+    }
 }
 
 fn layers_text(count: u32) -> String {
@@ -258,7 +297,7 @@ fn layers_text(count: u32) -> String {
 /// The reach of the 3x3 filter, for which the biases are said.
 const FULL_REACH: f64 = 1.5;
 
-/// Lights that ask for a shadow and can have one, with their index in [`World::lights`]. Directional ones first, then by how much
+/// Lights that ask for a shadow and can have one, with their place among those of the plan. Directional ones first, then by how much
 /// light they bring to where the scene's own camera stands: the order must not depend on where a camera is, or maps would come and go.
 fn by_importance<'a>(scene: &'a Scene, lights: &LightOrder) -> Vec<(usize, &'a Light)> {
     let radius = scene.bounds().radius();

@@ -1,9 +1,27 @@
-//! What the surfaces of a scene ask of its frames.
+//! What the surfaces of a scene ask of its frames, and what of them lies on the device: materials, pipelines, meshes, textures.
+
+pub(super) mod anisotropy;
+mod materials;
+mod meshes;
+mod pipelines;
+mod rules;
+mod texture_levels;
+mod textures;
+mod uploads;
 
 use std::collections::BTreeSet;
 
-use super::EffectiveMaterials;
-use crate::scene::{Brdf, Material, Object, Scene, Settings};
+pub use materials::EffectiveMaterials;
+pub use meshes::{IndexWidth, MeshPlan, PlannedMesh};
+pub use pipelines::{ForwardKey, GeometryKey, Opacity, Streams, TextureMask};
+pub(crate) use rules::SurfaceRules;
+pub use texture_levels::least_footprint;
+pub(crate) use texture_levels::stretch;
+pub use textures::{PlannedTexture, TexturePlan, TextureSource};
+pub use uploads::Uploads;
+
+use super::{Capabilities, Error, is_forward};
+use crate::scene::{Brdf, LightPath, Material, Object, OptionalPart, Scene, Settings, Transparency, View};
 
 /// Which reflection models LIGHTING evaluates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,34 +42,77 @@ impl PlannedBrdf {
     }
 }
 
-/// What a plan must know of the surfaces that can be drawn.
+/// What is chosen for the surfaces that can be drawn.
 pub(super) struct Surfaces {
-    /// Of the opaque ones, as all below but the first.
+    pub materials: EffectiveMaterials,
     pub brdf: PlannedBrdf,
-    pub transparent: bool,
     pub emissive: bool,
+    pub transparency: Option<Transparency>,
     pub metal: bool,
-    pub transparent_metal: bool,
+    /// Some metal is in the G-buffer.
+    pub opaque_metal: bool,
     /// Somewhere the normal of the surface is not that of its shading, or no shadow falls, which is stored in its place.
     pub two_normals: bool,
 }
 
 impl Surfaces {
-    pub(super) fn of(scene: &Scene, materials: &EffectiveMaterials, settings: &Settings) -> Self {
+    pub(super) fn of(scene: &Scene, settings: &Settings, path: LightPath) -> Result<Self, Error> {
+        let (keep, is_final, tiled) = (settings.keep, settings.view == View::Final, path == LightPath::Compute);
+        let materials = EffectiveMaterials::of(scene, settings);
         let material = |object: &Object| &materials.all[object.material];
         let (transparent, opaque): (Vec<_>, Vec<_>) =
             scene.objects.iter().partition(|object| material(object).is_transparent());
+        if tiled && is_final && !transparent.is_empty() {
+            return Err(Error::ComputeWithTransparency);
+        }
         let brdf = |material: &Material| settings.brdf.unwrap_or(material.brdf);
-        let metal = |material: &Material| brdf(material) == Brdf::CookTorrance && material.metallic > 0.0;
+        let metal = |object: &&Object| brdf(material(object)) == Brdf::CookTorrance && material(object).metallic > 0.0;
         let any = |what: &dyn Fn(&Material) -> bool| opaque.iter().any(|object| what(material(object)));
-        Self {
-            brdf: planned_brdf(opaque.iter().map(|object| brdf(material(object)))),
-            transparent: !transparent.is_empty(),
-            emissive: any(&Material::is_emissive),
-            metal: any(&metal),
-            transparent_metal: transparent.iter().any(|object| metal(material(object))),
+        let blends = is_final && !tiled && (!transparent.is_empty() || keep.has(OptionalPart::Transparent));
+        let opaque_metal = opaque.iter().any(metal);
+        let per_pixel = keep.has(OptionalPart::BrdfByPixel);
+        Ok(Self {
+            brdf: match per_pixel {
+                true => PlannedBrdf::PerPixel,
+                false => planned_brdf(opaque.iter().map(|object| brdf(material(object)))),
+            },
+            // Where there is no G-buffer, what surfaces emit is added as they are drawn.
+            emissive: !is_forward(path)
+                && is_final
+                && (any(&Material::is_emissive) || keep.has(OptionalPart::Emissive)),
+            transparency: blends.then_some(settings.transparency),
+            metal: opaque_metal || blends && transparent.iter().any(metal) || keep.has(OptionalPart::MetallicChannel),
+            opaque_metal,
             two_normals: any(&|material| material.normal_texture.is_some())
                 || opaque.iter().any(|object| !object.receives_shadow),
+            materials,
+        })
+    }
+}
+
+/// Textures, and how they are filtered.
+pub(super) struct FilteredTextures {
+    pub textures: TexturePlan,
+    pub anisotropy: u32,
+    /// How little of a surface a pixel may cover, in metres, where levels were left out.
+    pub footprint: Option<f64>,
+    pub warning: Option<String>,
+}
+
+impl FilteredTextures {
+    pub(super) fn of(scene: &Scene, settings: &Settings, device: &Capabilities, rules: &SurfaceRules) -> Self {
+        let degree = anisotropy::degree(settings, device);
+        // Where a triangle covers a part of a pixel's samples, its UVs are those of some place in that part, and two such places may be as
+        // near to each other as they like.
+        let keeps = rules.keep.has(OptionalPart::TextureLevels) || settings.msaa > 1 || !rules.has_geometry();
+        let footprint = (!keeps).then(|| least_footprint(&scene.camera, settings.size, degree));
+        let textures = TexturePlan::of(scene, rules, footprint);
+        let have_levels = textures.have_levels();
+        Self {
+            anisotropy: if have_levels { degree } else { 1 },
+            footprint: footprint.filter(|_| textures.drops_levels()),
+            warning: anisotropy::warning(settings, device, degree).filter(|_| have_levels),
+            textures,
         }
     }
 }

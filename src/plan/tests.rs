@@ -3,11 +3,9 @@ use glam::Vec3;
 use super::samples::{self, device, emissive, masked, material, point, scene, sky, spot, sun, textured};
 use super::*;
 use crate::scene::{
-    AlphaMode, Camera, Falloff, GbufferChoice, GbufferPreset, HdrFormat, Light, LightKind, Material, Output,
+    AlphaMode, Camera, CastsShadow, Falloff, GbufferChoice, GbufferPreset, HdrFormat, Light, Material, Output,
     Projection, ShadowSettings, TargetChoice, TextureSlot, Tonemap,
 };
-
-mod corrupted;
 
 const CT: Brdf = Brdf::CookTorrance;
 

@@ -52,6 +52,11 @@ impl Light {
         }
         light
     }
+
+    /// Whether it can add anything.
+    pub(crate) fn shines(&self) -> bool {
+        self.intensity > 0.0 && self.color.max_element() > 0.0
+    }
 }
 
 /// How light weakens with the distance d, in metres; r is the range.

@@ -1,7 +1,6 @@
 //! What each frame leaves out because of where its camera is.
 
 use super::{Part, part};
-use crate::plan::visible::occlusion;
 use crate::plan::{FramePlan, Shading};
 use crate::scene::{OptionalPart, Scene};
 
@@ -10,7 +9,7 @@ pub(super) fn parts(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
     let why = |part, leaves_out: &str, keeps: &str| if kept(part) { keeps.to_owned() } else { leaves_out.to_owned() };
     let (offscreen, casters) = (OptionalPart::OffscreenObjects, OptionalPart::IdleCasters);
     let reason = why(offscreen, "objects are drawn whose box may be in view", "asked to stay: all objects are drawn");
-    let hidden = occlusion::planned(scene, plan);
+    let hidden = plan.finds_hidden(scene);
     let casters_reason = match &plan.shadow {
         None => "there are no shadow maps".into(),
         Some(_) if plan.shading == Shading::ShowShadowMap => "the view shows all that the lights see".into(),

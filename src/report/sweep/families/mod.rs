@@ -13,8 +13,9 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::model::{LeftOut, Member, Shard};
-use crate::plan::{Capabilities, FramePlan, World};
+use crate::plan::{Capabilities, FramePlan};
 use crate::scene::{LightKind, SETTINGS, Scene, Settings, SettingsPatch, exposure_scale, metered_ev100};
+use crate::visible::World;
 use axes::Axis;
 
 /// The key of the family in which several settings change at once.

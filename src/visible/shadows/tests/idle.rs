@@ -36,11 +36,9 @@ proptest! {
         let world = World::of(&scene, &settings, &plan, 1.0);
         let shadow = plan.shadow.as_ref().expect("maps");
         let visible = Visible::of(&world, &camera, &plan);
-        let needed: Vec<Option<Vec<usize>>> = visible
-            .shadows
-            .iter()
-            .map(|view| view.as_ref().map(|view| visible.needed(&world, shadow, view).iter().map(|own| own.draw.object).collect()))
-            .collect();
+        let drawn = |casters: Vec<Caster>| casters.iter().map(|own| own.draw.object).collect::<Vec<_>>();
+        let needed: Vec<Option<Vec<usize>>> =
+            visible.shadows.iter().map(|view| Some(drawn(visible.needed(&world, shadow, view.as_ref()?)))).collect();
         for (receiver, object) in world.objects.iter().enumerate() {
             for point in inside.iter().map(|&t| object.bounds.min + DVec3::from(t) * object.bounds.size()) {
                 let Some(distance) = seen_at(&camera, point) else { continue };
@@ -55,16 +53,14 @@ proptest! {
                         }
                         LightKind::Point { position, range, .. } => {
                             let ray = point - position;
-                            let axis = ray.abs().max_position();
                             let reached = ray.length() < range.unwrap_or(f64::INFINITY) && ray.length() > 1e-3;
-                            let face = maps[2 * axis + usize::from(ray[axis] < 0.0)];
-                            (position, if reached { vec![face] } else { vec![] })
+                            (position, if reached { vec![maps[face_of(ray)]] } else { vec![] })
                         }
                         LightKind::Spot { position, direction, outer_angle_degrees, .. } => {
                             let ray = point - position;
                             let reached = ray.angle_between(direction).to_degrees() < outer_angle_degrees && ray.length() > 1e-3;
                             let face = match own.projection {
-                                MapProjection::Cube => maps[2 * ray.abs().max_position() + usize::from(ray[ray.abs().max_position()] < 0.0)],
+                                MapProjection::Cube => maps[face_of(ray)],
                                 _ => maps[0],
                             };
                             (position, if reached { vec![face] } else { vec![] })

@@ -3,8 +3,10 @@
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 
-use super::*;
-use crate::plan::{Eye, Visible, World};
+use super::{Eye, Visible, World};
+use crate::plan::samples::{self, device, emissive, masked, point, scene, sky, spot, sun, textured};
+use crate::plan::{Error, FramePlan};
+use crate::scene::{AlphaMode, Brdf, Falloff, Light, LightKind, LightPath, Projection, Scene, Settings};
 
 /// Values that arithmetic on a scene may trip over.
 const VALUES: [f64; 12] = [f64::NAN, f64::INFINITY, 0.0, -0.0, -1.0, 0.5, 1.0, 1e-320, 1e30, 1e39, -1e200, f64::MAX];
@@ -72,7 +74,7 @@ proptest! {
     fn a_corrupted_scene_is_refused_or_planned_and_never_panics(
         changes in proptest::collection::vec((0..33u8, 0..12usize, 0..VALUES.len(), 0..NUMBERS.len()), 1..3), path in 0..4usize, cut: bool,
     ) {
-        let materials = vec![textured(CT), masked(), samples::glass(), emissive()];
+        let materials = vec![textured(Brdf::CookTorrance), masked(), samples::glass(), emissive()];
         let spot = Light { casts_shadow: true, ..spot(Falloff::Quadratic) };
         let mut scene = scene(materials, vec![sun(), point(Falloff::InverseSquare), spot, sky()]);
         for (kind, at, value, number) in changes {

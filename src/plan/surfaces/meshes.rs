@@ -1,7 +1,7 @@
 //! Which meshes lie on the device, which vertex streams each of them has there, and how wide its indices are.
 
-use super::{FramePlan, GeometryKey, Streams};
-use crate::scene::{Keep, Mesh, Object, OptionalPart, Scene, Settings, TextureSlot};
+use super::{GeometryKey, Streams, SurfaceRules};
+use crate::scene::{Keep, Mesh, Object, OptionalPart, Scene, TextureSlot};
 
 /// Bits of an index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -62,24 +62,23 @@ pub struct MeshPlan {
 }
 
 impl MeshPlan {
-    /// `textures`, normals and lights must be planned: a pipeline's key says what it reads.
-    pub(super) fn of(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Self {
-        let mut streams = vec![None::<Streams>; scene.meshes.len()];
+    pub(in crate::plan) fn of(scene: &Scene, rules: &SurfaceRules) -> Self {
+        let (mut streams, keep) = (vec![None::<Streams>; scene.meshes.len()], rules.keep);
         let mut sorted_width = None;
-        for object in scene.objects.iter().filter(|object| plan.needs_mesh(scene, object)) {
+        for object in scene.objects.iter().filter(|object| rules.needs_mesh(scene, object)) {
             let own = streams[object.mesh].get_or_insert_default();
-            *own = own.union(streams_of(settings, plan, object));
-            if plan.sorts(scene, object) {
-                sorted_width = sorted_width.max(Some(IndexWidth::of(&scene.meshes[object.mesh], plan.keep)));
+            *own = own.union(streams_of(rules, object));
+            if rules.sorts(scene, object) {
+                sorted_width = sorted_width.max(Some(IndexWidth::of(&scene.meshes[object.mesh], keep)));
             }
         }
-        if plan.keep.has(OptionalPart::UnusedMeshes) {
+        if keep.has(OptionalPart::UnusedMeshes) {
             streams.iter_mut().for_each(|own| *own = Some(own.unwrap_or_default()));
         }
         let kept = Streams {
-            normals: plan.keep.has(OptionalPart::Normals),
-            uvs: plan.keep.has(OptionalPart::Uvs),
-            tangents: plan.keep.has(OptionalPart::Tangents),
+            normals: keep.has(OptionalPart::Normals),
+            uvs: keep.has(OptionalPart::Uvs),
+            tangents: keep.has(OptionalPart::Tangents),
         };
         let mut order: Vec<(usize, Streams)> =
             streams.into_iter().enumerate().filter_map(|(mesh, own)| own.map(|own| (mesh, own.union(kept)))).collect();
@@ -87,7 +86,7 @@ impl MeshPlan {
         order.sort_by_key(|(_, own)| std::cmp::Reverse((own.tangents, own.uvs, own.normals)));
         let mut planned = Self { sorted_width, ..Self::default() };
         for (mesh, own) in order {
-            planned.push(mesh, &scene.meshes[mesh], own, plan.keep);
+            planned.push(mesh, &scene.meshes[mesh], own, keep);
         }
         planned
     }
@@ -128,15 +127,14 @@ impl MeshPlan {
 }
 
 /// The streams that pipelines read of an object's mesh.
-fn streams_of(settings: &Settings, plan: &FramePlan, object: &Object) -> Streams {
-    // SHADOW reads UVs of what has holes, also where nothing else is drawn.
-    let masks = plan.holes_of(object).is_some();
-    if !plan.has_geometry() {
+fn streams_of(rules: &SurfaceRules, object: &Object) -> Streams {
+    let masks = rules.holes_of(object).is_some();
+    if !rules.has_geometry() {
         return Streams { uvs: masks, ..Streams::default() };
     }
-    let key = GeometryKey::of(object, settings, plan);
+    let key = GeometryKey::of(object, rules);
     Streams {
-        normals: plan.gbuffer.is_some() || key.forward.is_some(),
+        normals: rules.has_gbuffer() || key.forward.is_some(),
         uvs: masks || !key.textures.is_empty(),
         tangents: key.textures.contains(TextureSlot::Normal),
     }
@@ -149,16 +147,8 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::plan::samples;
-    use crate::scene::{Brdf, CastsShadow, Material, View};
-
-    fn plan(scene: &Scene, settings: &Settings) -> FramePlan {
-        FramePlan::of(scene, settings, &samples::device()).expect("a plan")
-    }
-
-    fn keeping(parts: &[OptionalPart]) -> Settings {
-        Settings { keep: parts.iter().copied().collect(), ..Settings::default() }
-    }
+    use crate::plan::samples::{self, keeping, plan};
+    use crate::scene::{Brdf, CastsShadow, Material, Settings, View};
 
     /// A triangle of so many vertices, of which all but three belong to no triangle.
     fn mesh_of(vertices: usize) -> Mesh {

@@ -9,13 +9,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use crate::plan::{Depth, Reach};
+use super::Depth;
+use crate::plan::{Grid, Reach, SLICES, TILE};
 use crate::scene::Camera;
 
-/// Edge of a tile in pixels; `shaders/shared/clusters.wgsl` has the same three numbers.
-pub const TILE: u32 = 32;
-/// The last one reaches to infinity: 16 octaves, 65536 times the near plane.
-pub const SLICES: u32 = 32;
 /// One bit of the mantissa is left: two slices an octave.
 const SLICE_SHIFT: u32 = 22;
 /// Pixels and shares of a distance by which a light is taken to reach further, for the rounding of f32 and the jitter of a sample.
@@ -24,23 +21,6 @@ const SLACK: f64 = 1e-5;
 
 /// Entries of all lists together: 64 MiB, half of what a storage buffer may have on every device.
 const MOST_ENTRIES: usize = 16 << 20;
-
-/// The froxels of one picture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Grid {
-    pub columns: u32,
-    pub rows: u32,
-}
-
-impl Grid {
-    pub fn of(size: [u32; 2]) -> Self {
-        Self { columns: size[0].div_ceil(TILE), rows: size[1].div_ceil(TILE) }
-    }
-
-    pub fn clusters(self) -> usize {
-        self.columns as usize * self.rows as usize * SLICES as usize
-    }
-}
 
 /// The lists of one frame.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -275,11 +255,8 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::plan::samples::vector;
     use crate::scene::Projection;
-
-    fn vector(range: f64) -> impl Strategy<Value = DVec3> {
-        [-range..range, -range..range, -range..range].prop_map(DVec3::from)
-    }
 
     #[test]
     fn slices_cover_every_depth_and_end_where_the_next_begins() {

@@ -25,7 +25,7 @@ pub struct EffectiveMaterials {
 }
 
 impl EffectiveMaterials {
-    pub(super) fn of(scene: &Scene, settings: &Settings) -> Self {
+    pub(in crate::plan) fn of(scene: &Scene, settings: &Settings) -> Self {
         let mut texels = Texels { textures: &scene.textures, colors: BTreeMap::new(), alphas: BTreeMap::new() };
         let mut effective = Self::default();
         for material in &scene.materials {

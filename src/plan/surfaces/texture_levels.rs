@@ -9,8 +9,9 @@ use std::collections::BTreeMap;
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3};
 
 use super::textures::TextureSource;
-use super::{Error, FramePlan, GeometryKey};
-use crate::scene::{Camera, Mesh, OptionalPart, Scene, Settings};
+use super::{GeometryKey, SurfaceRules};
+use crate::plan::{Error, FramePlan};
+use crate::scene::{Camera, Mesh, Scene};
 
 /// The least distance in metres on any surface between what two neighbouring pixels of a quad see, along the rows or along the columns,
 /// whichever is larger: a sampler's derivatives are no smaller.
@@ -42,7 +43,7 @@ pub fn least_footprint(camera: &Camera, size: [u32; 2], anisotropy: u32) -> f64 
 }
 
 /// How much longer a length can become by a transform: its largest singular value.
-pub(super) fn stretch(transform: &DAffine3) -> f64 {
+pub(crate) fn stretch(transform: &DAffine3) -> f64 {
     let matrix = transform.matrix3;
     // The largest eigenvalue of a symmetric matrix of 3 by 3, by the trigonometric solution of its cubic (O. K. Smith, "Eigenvalues of a
     // symmetric 3x3 matrix", 1961).
@@ -106,21 +107,15 @@ fn finest(mesh: &Mesh, size: [u32; 2], footprint: f64, most: u32) -> u32 {
     finest
 }
 
-/// The first level of each of the scene's textures that has to be there, where that is not the largest.
-pub(super) fn first_levels(scene: &Scene, settings: &Settings, plan: &FramePlan) -> BTreeMap<usize, u32> {
-    // Where a triangle covers a part of a pixel's samples, its UVs are those of some place in that part, and two such places may be as near
-    // to each other as they like.
-    if plan.keep.has(OptionalPart::TextureLevels) || plan.msaa > 1 || !plan.has_geometry() {
-        return BTreeMap::new();
-    }
-    let footprint = least_footprint(&scene.camera, plan.size, plan.anisotropy);
+/// The first level of each of the scene's textures that has to be there, where that is not the largest. A pixel covers `footprint` metres of a
+/// surface at least.
+pub(super) fn first_levels(scene: &Scene, rules: &SurfaceRules, footprint: f64) -> BTreeMap<usize, u32> {
     let mut levels: BTreeMap<usize, u32> = BTreeMap::new();
-    let drawn = || scene.objects.iter().filter(|object| plan.draws(scene, object));
     // A shadow map may look as closely as it likes.
-    levels.extend(drawn().filter_map(|object| plan.holes_of(object)).map(|texture| (texture, 0)));
-    for object in drawn() {
-        let material = &plan.materials.all[object.material];
-        let own = GeometryKey::own_textures(object, settings, plan);
+    levels.extend(rules.drawn(scene).filter_map(|object| rules.holes_of(object)).map(|texture| (texture, 0)));
+    for object in rules.drawn(scene) {
+        let material = rules.material(object);
+        let own = GeometryKey::own_textures(object, rules);
         for index in own.slots().filter_map(|slot| material.texture(slot)) {
             let Some(texture) = scene.textures.get(index) else { continue };
             let level = levels.entry(index).or_insert_with(|| most_to_drop(texture.size));
@@ -146,14 +141,9 @@ fn halvings(size: [u32; 2]) -> u32 {
 }
 
 impl FramePlan {
-    /// Whether some texture begins with a coarser level than the scene's.
-    pub fn drops_levels(&self) -> bool {
-        self.textures.images.iter().any(|image| image.first_level > 0)
-    }
-
     /// How large an object of a material may become, where a larger one would show levels that are not there: no lengths of it may be
     /// stretched more than by the transform that it is planned with.
-    pub(super) fn stretch_limit(&self, material: usize, transform: &DAffine3) -> f64 {
+    pub(crate) fn stretch_limit(&self, material: usize, transform: &DAffine3) -> f64 {
         let dropped = |&image: &usize| self.textures.images[image].first_level > 0;
         let limited = self.textures.sets.get(&material).is_some_and(|set| set.values().any(dropped));
         if limited { stretch(transform) * (1.0 + 1e-9) } else { f64::INFINITY }
@@ -174,7 +164,7 @@ impl FramePlan {
             });
             return Err(Error::Change(format!("this camera is {own}, and the frames are planned for a {planned} one")));
         }
-        let Some(planned) = self.footprint.filter(|_| self.drops_levels()) else { return Ok(()) };
+        let Some(planned) = self.footprint else { return Ok(()) };
         let footprint = least_footprint(camera, self.size, self.anisotropy);
         if footprint >= planned * (1.0 - 1e-9) {
             return Ok(());
@@ -200,12 +190,8 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::plan::{World, samples};
-    use crate::scene::{Keep, Material, Projection, Texture, View};
-
-    fn vector(range: f64) -> impl Strategy<Value = DVec3> {
-        [-range..range, -range..range, -range..range].prop_map(DVec3::from)
-    }
+    use crate::plan::samples::{self, plan, vector};
+    use crate::scene::{Keep, Material, OptionalPart, Projection, Settings, Texture, View};
 
     proptest! {
         #[test]
@@ -301,10 +287,6 @@ mod tests {
         Settings { size: [100, 100], anisotropy: 1, ..Settings::default() }
     }
 
-    fn plan(scene: &Scene, settings: &Settings) -> FramePlan {
-        FramePlan::of(scene, settings, &samples::device()).expect("a plan")
-    }
-
     fn first(scene: &Scene, settings: &Settings) -> u32 {
         plan(scene, settings).textures.images[0].first_level
     }
@@ -395,13 +377,9 @@ mod tests {
             assert!(error.contains("--plan texture-levels"), "{error}");
         }
         let kept = Settings { keep: Keep::NONE.with(OptionalPart::TextureLevels), ..settings() };
-        self::plan(&scene, &kept).check_camera(&Camera { near: 0.01, ..scene.camera }).expect("all levels are there");
-        let mut world = World::of(&scene, &settings(), &plan, 1.0);
-        world.move_object(0, &DAffine3::from_rotation_y(1.0)).expect("as large as before");
-        let error = world.move_object(0, &DAffine3::from_scale(DVec3::splat(1.1))).expect_err("larger").to_string();
-        assert!(error.contains("object 0") && error.contains("--plan texture-levels"), "{error}");
-        let all = self::plan(&scene, &kept);
-        World::of(&scene, &kept, &all, 1.0).move_object(0, &DAffine3::from_scale(DVec3::splat(9.0))).expect("any size");
+        samples::plan(&scene, &kept)
+            .check_camera(&Camera { near: 0.01, ..scene.camera })
+            .expect("all levels are there");
         assert_eq!(first(&scene, &Settings { view: View::Albedo, ..settings() }), 2);
     }
 }

@@ -1,7 +1,6 @@
 //! What a scene brings to the device before its first frame.
 
-use super::FramePlan;
-use crate::scene::LightPath;
+use super::{MeshPlan, TexturePlan};
 
 /// Kinds of data that are uploaded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -17,13 +16,12 @@ pub struct Uploads {
 }
 
 impl Uploads {
-    /// Meshes and textures must be planned.
-    pub(super) fn of(plan: &FramePlan) -> Self {
+    pub(in crate::plan) fn of(meshes: &MeshPlan, textures: &TexturePlan, volumes: bool) -> Self {
         Self {
-            vertices: plan.meshes.vertices > 0,
-            volumes: plan.light_path == LightPath::Volumes && plan.adds_lights(),
-            textures: !plan.textures.images.is_empty(),
-            mip_levels: plan.textures.images.iter().any(|image| image.levels > 1),
+            vertices: meshes.vertices > 0,
+            volumes,
+            textures: !textures.images.is_empty(),
+            mip_levels: textures.images.iter().any(|image| image.levels > 1),
         }
     }
 }

@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::levels::first_levels;
-use super::{FramePlan, GeometryKey, TextureMask};
-use crate::scene::{CastsShadow, ColorSpace, OptionalPart, Scene, Settings, TextureSlot};
+use super::texture_levels::first_levels;
+use super::{GeometryKey, SurfaceRules, TextureMask};
+use crate::scene::{ColorSpace, OptionalPart, Scene, TextureSlot};
 
 /// Where the texels of a texture come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -78,30 +78,30 @@ pub struct TexturePlan {
 }
 
 impl TexturePlan {
-    /// The pipelines must be planned.
-    pub(super) fn of(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Self {
+    /// `footprint` is how little of a surface a pixel covers in metres, where levels that would show only below it are left out.
+    pub(in crate::plan) fn of(scene: &Scene, rules: &SurfaceRules, footprint: Option<f64>) -> Self {
         let mut sets: BTreeMap<usize, BTreeMap<TextureSlot, TextureSource>> = BTreeMap::new();
         let mut holes: BTreeMap<usize, TextureSource> = BTreeMap::new();
-        for object in scene.objects.iter().filter(|object| plan.draws(scene, object)) {
-            let material = &plan.materials.all[object.material];
-            if plan.has_geometry() {
-                let own = GeometryKey::own_textures(object, settings, plan);
-                for slot in GeometryKey::of(object, settings, plan).textures.slots() {
+        for object in rules.drawn(scene) {
+            let material = rules.material(object);
+            if rules.has_geometry() {
+                let own = GeometryKey::own_textures(object, rules);
+                for slot in GeometryKey::of(object, rules).textures.slots() {
                     let texture = material.texture(slot).filter(|_| own.contains(slot));
                     let source = texture.map_or(TextureSource::neutral(slot), TextureSource::Scene);
                     sets.entry(object.material).or_default().insert(slot, source);
                 }
             }
-            if let Some(texture) = plan.holes_of(object) {
+            if let Some(texture) = rules.holes_of(object) {
                 holes.insert(object.material, TextureSource::Scene(texture));
             }
         }
         let mut sources: BTreeSet<TextureSource> =
             sets.values().flat_map(|slots| slots.values()).chain(holes.values()).copied().collect();
-        if plan.keep.has(OptionalPart::UnusedTextures) {
+        if rules.keep.has(OptionalPart::UnusedTextures) {
             sources.extend((0..scene.textures.len()).map(TextureSource::Scene));
         }
-        let levels = first_levels(scene, settings, plan);
+        let levels = footprint.map_or_else(BTreeMap::new, |footprint| first_levels(scene, rules, footprint));
         let index: BTreeMap<TextureSource, usize> =
             sources.iter().enumerate().map(|(index, &source)| (source, index)).collect();
         Self {
@@ -135,34 +135,22 @@ impl TexturePlan {
         self.sampled().into_iter().any(|image| self.images[image].levels > 1)
     }
 
+    /// Whether some texture begins with a coarser level than the scene's.
+    pub fn drops_levels(&self) -> bool {
+        self.images.iter().any(|image| image.first_level > 0)
+    }
+
     /// Of all images.
     pub fn bytes(&self) -> u64 {
         self.images.iter().map(PlannedTexture::bytes).sum()
     }
 }
 
-impl FramePlan {
-    /// The texture through whose holes light falls past an object, in some shadow map.
-    pub(super) fn holes_of(&self, object: &crate::scene::Object) -> Option<usize> {
-        let material = &self.materials.all[object.material];
-        let casts = self.shadow.is_some() && object.casts_shadow != CastsShadow::No && material.is_masked();
-        material.base_color_texture.filter(|_| casts)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::samples;
-    use crate::scene::{Brdf, Keep, Material, View};
-
-    fn plan(scene: &Scene, settings: &Settings) -> FramePlan {
-        FramePlan::of(scene, settings, &samples::device()).expect("a plan")
-    }
-
-    fn keeping(parts: &[OptionalPart]) -> Settings {
-        Settings { keep: parts.iter().copied().collect(), ..Settings::default() }
-    }
+    use crate::plan::samples::{self, keeping, plan};
+    use crate::scene::{Brdf, CastsShadow, Keep, Material, Settings, View};
 
     const SLOT_PARTS: [OptionalPart; 6] = [
         OptionalPart::BaseColorTextures,
@@ -243,8 +231,9 @@ mod tests {
             for keep in [Keep::NONE, Keep::ALL] {
                 let settings = Settings { keep, ..Settings::default() };
                 let plan = plan(&scene, &settings);
-                for object in scene.objects.iter().filter(|object| plan.draws(&scene, object)) {
-                    let key = GeometryKey::of(object, &settings, &plan);
+                let rules = plan.surface_rules();
+                for object in rules.drawn(&scene) {
+                    let key = GeometryKey::of(object, &rules);
                     assert_eq!(plan.textures.mask(object.material), key.textures, "{name} {keep}");
                 }
                 let unused = plan.textures.images.len() - plan.textures.sampled().len();

@@ -11,12 +11,8 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 
-use crate::plan::{Depth, FramePlan, Shading, World, WorldObject};
-use crate::scene::{Aabb, Camera, OptionalPart, Scene};
-
-/// Objects from which on hiding them is tried. The picture takes 1 to 2 ms of a CPU core, in which hundreds of objects are recorded: Sponza (394
-/// objects) and `builtin:hall` (427) hide one object at most, `builtin:field?objects=2000&screens=6` six in seven.
-pub(super) const MANY_OBJECTS: usize = 512;
+use super::{Depth, World, WorldObject};
+use crate::scene::{Aabb, Camera, Scene};
 
 /// Cells across the picture at most (twice as many take twice the time and find 1% more), and pixels across a cell at least.
 const COLUMNS: u32 = 128;
@@ -35,21 +31,6 @@ const LARGEST_MESH: usize = 4096;
 /// triangles with the rounding of their largest value.
 const DEPTH_SHARE: f64 = 1e-3;
 const DEPTH_SLACK: f64 = 4e-6;
-
-/// Whether frames of a plan leave out what is hidden, or why not.
-pub(in crate::plan) fn planned(scene: &Scene, plan: &FramePlan) -> Result<String, String> {
-    let drawn = scene.objects.iter().filter(|object| plan.draws(scene, object)).count();
-    match plan.shading {
-        _ if plan.keep.has(OptionalPart::OccludedObjects) => Err("asked to stay".into()),
-        Shading::ShowOverdraw => Err("the view counts what is drawn and then hidden".into()),
-        Shading::ShowShadowMap => Err("no object is drawn".into()),
-        _ if !plan.software => Err("a GPU draws objects faster than a CPU finds out which of them are hidden".into()),
-        _ if drawn < MANY_OBJECTS => Err(format!(
-            "{drawn} objects are drawn faster than it is found which of them are hidden: {MANY_OBJECTS} are many"
-        )),
-        _ => Ok(format!("{drawn} objects, each drawn unless larger ones hide its box")),
-    }
-}
 
 /// The meshes that can hide something, by their index in the scene.
 #[derive(Debug, Clone, Default)]
@@ -408,9 +389,13 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::plan::{Visible, samples};
+    use crate::plan::{
+        FramePlan, MANY_OBJECTS,
+        samples::{self, vector},
+    };
     use crate::scene::builtin::shapes::{self, MeshBuilder};
-    use crate::scene::{Keep, Material, Mesh, Object, Projection, Settings};
+    use crate::scene::{Keep, Material, Mesh, Object, OptionalPart, Projection, Settings};
+    use crate::visible::Visible;
 
     const SIZE: [u32; 2] = [640, 360];
 
@@ -442,10 +427,6 @@ mod tests {
     /// Share of the cells that hide something.
     fn covered(picture: &Picture) -> f64 {
         picture.hidden_from.iter().filter(|from| from.is_finite()).count() as f64 / picture.hidden_from.len() as f64
-    }
-
-    fn vector(range: f64) -> impl Strategy<Value = DVec3> {
-        [-range..range, -range..range, -range..range].prop_map(DVec3::from)
     }
 
     /// Where a ray first meets a mesh, if the triangle is drawn from that side.

@@ -43,6 +43,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::plan::samples::vector;
     use crate::scene::Projection;
 
     fn unit_box_at(center: DVec3) -> Aabb {
@@ -73,10 +74,6 @@ mod tests {
         let (w, tan_y) = (offset.dot(camera.forward()), camera.half_height());
         let (x, y) = (offset.dot(camera.right()) / (tan_y * aspect), offset.dot(camera.up()) / tan_y);
         w >= camera.near && x.abs() <= w && y.abs() <= w
-    }
-
-    fn vector(range: f64) -> impl Strategy<Value = DVec3> {
-        [-range..range, -range..range, -range..range].prop_map(DVec3::from)
     }
 
     proptest! {

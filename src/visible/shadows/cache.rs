@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use super::ShadowPlan;
 use super::views::{Caster, ShadowView};
-use crate::plan::{Visible, World};
+use crate::plan::ShadowPlan;
 use crate::scene::Camera;
+use crate::visible::{Visible, World};
 
 /// A map to be drawn.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -4,7 +4,8 @@
 use glam::{DMat3, DVec3, Vec4};
 
 use super::clusters::screen_span;
-use crate::plan::{ActiveLights, Reach, World};
+use super::{ActiveLights, World};
+use crate::plan::Reach;
 use crate::scene::{Camera, LightKind};
 
 /// A light and the pixels that it can reach.

@@ -7,12 +7,12 @@
 use glam::DVec2;
 
 use super::views::{Caster, ShadowView};
-use super::{FULL_REACH, ShadowPlan};
-use crate::plan::World;
-use crate::plan::light_culling::Misplacement;
-use crate::plan::visible::boxes::BoxTree;
-use crate::plan::visible::frustum::Frustum;
+use crate::plan::ShadowPlan;
+use crate::plan::box_tree::BoxTree;
 use crate::scene::{Aabb, Camera, Projection, ShadowFilter, ShadowSettings};
+use crate::visible::World;
+use crate::visible::active_lights::Misplacement;
+use crate::visible::frustum::Frustum;
 
 /// Cells of a map's grid along an axis.
 const CELLS: usize = 64;
@@ -55,13 +55,13 @@ impl Filter {
             ShadowFilter::None | ShadowFilter::Box2 | ShadowFilter::Box3 | ShadowFilter::Box5 => false,
             ShadowFilter::Poisson | ShadowFilter::Pcss => true,
         };
-        Self { offset: f64::from(settings.normal_offset) * plan.reach() / FULL_REACH, is_slanting }
+        Self { offset: plan.normal_offset(settings), is_slanting }
     }
 }
 
 impl Receivers {
     /// Of the boxes that the camera sees, the nearest first.
-    pub(in crate::plan) fn of(
+    pub(in crate::visible) fn of(
         boxes: impl Iterator<Item = Aabb>,
         (camera, frustum): (&Camera, &Frustum),
         beside: &Misplacement,
@@ -93,12 +93,12 @@ impl Receivers {
     }
 
     /// Whether anything is looked up in a map.
-    pub(in crate::plan) fn look_into(&self, view: &ShadowView) -> bool {
+    pub(in crate::visible) fn look_into(&self, view: &ShadowView) -> bool {
         self.in_map(view).next().is_some()
     }
 
     /// The map's casters without those that shadow nothing that is seen.
-    pub(in crate::plan) fn needed(&self, world: &World, plan: &ShadowPlan, view: &ShadowView) -> Vec<Caster> {
+    pub(in crate::visible) fn needed(&self, world: &World, plan: &ShadowPlan, view: &ShadowView) -> Vec<Caster> {
         let margin = 2.0 * plan.margin(view.tile.edge, &world.shadows) + 2.0;
         let mut grid = Grid::new(view);
         for piece in self.in_map(view) {

@@ -2,9 +2,10 @@
 
 use std::fmt;
 
-use super::FramePlan;
+use super::SurfaceRules;
 use super::materials::part_of;
-use crate::scene::{AlphaMode, Brdf, Material, Object, OptionalPart, Settings, TextureSlot, View};
+use crate::plan::Shading;
+use crate::scene::{AlphaMode, Brdf, Material, Object, OptionalPart, TextureSlot, View};
 
 /// The texture slots that a material fills, a bit each in the order of [`TextureSlot`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -85,73 +86,67 @@ impl FromIterator<TextureSlot> for TextureMask {
 }
 
 impl GeometryKey {
-    pub(super) fn of(object: &Object, settings: &Settings, plan: &FramePlan) -> Self {
-        let material = &plan.materials.all[object.material];
-        let brdf = settings.brdf.unwrap_or(material.brdf);
-        let phong = is_phong(brdf);
-        let masked = material.is_masked();
-        let forward = (material.is_transparent() || plan.is_forward()).then(|| ForwardKey {
+    pub(crate) fn of(object: &Object, rules: &SurfaceRules) -> Self {
+        let material = rules.material(object);
+        let brdf = rules.brdf(material);
+        let forward = (material.is_transparent() || rules.forward).then(|| ForwardKey {
             brdf,
             opacity: match material.alpha_mode {
                 AlphaMode::Opaque | AlphaMode::Mask { .. } => Opacity::Hides,
                 AlphaMode::Blend => Opacity::Blend,
                 AlphaMode::Glass => Opacity::Glass,
             },
-            emissive: shows_emission(material, settings, plan),
+            emissive: shows_emission(material, rules),
         });
-        let textures = Self::own_textures(object, settings, plan).union(Self::kept_textures(object, settings, plan));
-        // Without a texture alpha is the same all over: the object is drawn whole, or not at all (World leaves it out).
-        let masked = masked && textures.contains(TextureSlot::BaseColor);
-        let keeps_masks = plan.keep.has(OptionalPart::AlphaMasks) && !material.is_transparent();
+        let textures = Self::own_textures(object, rules).union(Self::kept_textures(object, rules));
+        let masked = material.is_masked() && textures.contains(TextureSlot::BaseColor);
+        let keeps_masks = rules.keep.has(OptionalPart::AlphaMasks) && !material.is_transparent();
         Self {
             textures,
             masked,
             discards: masked || (keeps_masks && !textures.is_empty()),
             two_sided: material.two_sided,
             mirrored: object.transform.matrix3.determinant() < 0.0,
-            phong,
-            receives: object.receives_shadow || plan.shadow.is_none(),
+            phong: is_phong(brdf),
+            receives: object.receives_shadow || !rules.shadow,
             forward,
         }
     }
 
     /// The textures of its own that an object's pipeline samples.
-    pub(super) fn own_textures(object: &Object, settings: &Settings, plan: &FramePlan) -> TextureMask {
-        let material = &plan.materials.all[object.material];
-        let counting = plan.shading.only_covers();
-        let brdf = settings.brdf.unwrap_or(material.brdf);
+    pub(super) fn own_textures(object: &Object, rules: &SurfaceRules) -> TextureMask {
+        let material = rules.material(object);
+        let counting = rules.shading.only_covers();
+        let brdf = rules.brdf(material);
         let phong = is_phong(brdf);
         let wanted = |slot| match slot {
             TextureSlot::BaseColor => !counting || material.is_masked(),
             TextureSlot::Normal => !counting,
             TextureSlot::MetallicRoughness => {
-                let shown = matches!(settings.view, View::Metallic | View::Roughness);
+                let shown = matches!(rules.shading, Shading::ShowGbuffer(View::Metallic | View::Roughness));
                 !counting && !phong && (brdf != Brdf::Lambert || shown)
             }
-            // Albedo's alpha takes it in either case; only the ambient light looks at it.
-            TextureSlot::Occlusion => !counting && plan.lights.ambient,
-            TextureSlot::Emissive => shows_emission(material, settings, plan),
+            TextureSlot::Occlusion => !counting && rules.ambient,
+            TextureSlot::Emissive => shows_emission(material, rules),
             TextureSlot::Specular => !counting && phong,
         };
         material.textures().map(|(slot, _)| slot).filter(|&slot| wanted(slot)).collect()
     }
 
     /// Slots that an object's pipeline samples because they are kept: all that its shader has code for.
-    fn kept_textures(object: &Object, settings: &Settings, plan: &FramePlan) -> TextureMask {
-        if plan.shading.only_covers() {
+    fn kept_textures(object: &Object, rules: &SurfaceRules) -> TextureMask {
+        if rules.shading.only_covers() {
             return TextureMask::default();
         }
-        let material = &plan.materials.all[object.material];
-        let phong = is_phong(settings.brdf.unwrap_or(material.brdf));
+        let material = rules.material(object);
+        let phong = is_phong(rules.brdf(material));
         let has_code = |slot| match slot {
             TextureSlot::MetallicRoughness => !phong,
-            TextureSlot::Emissive if material.is_transparent() || plan.is_forward() => {
-                shows_emission(material, settings, plan)
-            }
-            TextureSlot::Emissive => plan.emissive,
+            TextureSlot::Emissive if material.is_transparent() || rules.forward => shows_emission(material, rules),
+            TextureSlot::Emissive => rules.emissive,
             _ => true,
         };
-        TextureSlot::ALL.into_iter().filter(|&slot| has_code(slot) && plan.keep.has(part_of(slot))).collect()
+        TextureSlot::ALL.into_iter().filter(|&slot| has_code(slot) && rules.keep.has(part_of(slot))).collect()
     }
 }
 
@@ -160,9 +155,10 @@ fn is_phong(brdf: Brdf) -> bool {
 }
 
 /// Whether the pipeline of a material writes what it emits.
-fn shows_emission(material: &Material, settings: &Settings, plan: &FramePlan) -> bool {
-    let forward = material.is_transparent() || plan.is_forward();
-    material.is_emissive() && if forward { settings.view == View::Final } else { plan.emissive }
+fn shows_emission(material: &Material, rules: &SurfaceRules) -> bool {
+    let forward = material.is_transparent() || rules.forward;
+    let is_final = rules.shading == Shading::Light { light_only: false };
+    material.is_emissive() && if forward { is_final } else { rules.emissive }
 }
 
 /// Vertex attributes besides positions.

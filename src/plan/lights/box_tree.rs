@@ -1,8 +1,7 @@
 //! A tree of boxes, to ask whether any of many touches something.
 
+use super::Reach;
 use crate::scene::Aabb;
-
-use crate::plan::Reach;
 
 /// Boxes by where they are: a binary tree, cut at the median of the longest axis.
 #[derive(Debug, Clone, Default)]
@@ -72,14 +71,10 @@ impl BoxTree {
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
     use proptest::prelude::*;
 
     use super::*;
-
-    fn vector(range: f64) -> impl Strategy<Value = DVec3> {
-        [-range..range, -range..range, -range..range].prop_map(DVec3::from)
-    }
+    use crate::plan::samples::vector;
 
     proptest! {
         #[test]

@@ -1,6 +1,7 @@
 //! Where a frame looks from, and what a depth says of a distance along the view. Reversed, so that 1 is near, and 0 is where nothing was drawn.
 
-use crate::plan::{FramePlan, World};
+use super::World;
+use crate::plan::FramePlan;
 use crate::scene::{Aabb, Camera, LightKind, LightPath};
 
 /// The camera of a frame, and how far it stands before the one that was asked for.
@@ -98,15 +99,11 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::plan::samples;
+    use crate::plan::samples::{self, vector};
     use crate::scene::{Material, Projection, Settings};
 
     fn flat(position: DVec3, target: DVec3) -> Camera {
         Camera { projection: Projection::orthographic(2.0), ..Camera::looking_at(position, target, DVec3::Y) }
-    }
-
-    fn vector(range: f64) -> impl Strategy<Value = DVec3> {
-        [-range..range, -range..range, -range..range].prop_map(DVec3::from)
     }
 
     proptest! {
@@ -140,7 +137,7 @@ mod tests {
             let camera = flat(position, target);
             let scene = crate::scene::Scene { camera, ..samples::scene(vec![Material::default(); 3], vec![samples::sun()]) };
             let settings = Settings::default();
-            let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
+            let plan = samples::plan(&scene, &settings);
             let world = World::of(&scene, &settings, &plan, 1.0);
             let (first, last) = along(&world.bounds, &camera);
             let distance = first + (last - first) * share;

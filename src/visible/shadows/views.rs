@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, DVec4, Vec4};
 
-use super::{MapProjection, ShadowPlan, Tile};
-use crate::plan::{Draw, World};
+use crate::plan::{MapProjection, ShadowPlan, Tile};
 use crate::scene::{Aabb, Camera, CastsShadow, LightKind, Projection};
+use crate::visible::{Draw, World};
 
 /// The part of a cascade's range over which the next one takes over.
 const BLEND: f64 = 0.1;
@@ -167,7 +167,7 @@ pub(super) fn light_axes(direction: DVec3) -> DMat3 {
 
 /// What has changed since the maps of lamps were worked out.
 #[derive(Debug, Clone, Default)]
-pub(in crate::plan) struct Changes {
+pub(in crate::visible) struct Changes {
     /// Indices into [`World::lights`].
     pub lights: BTreeSet<usize>,
     /// Where objects that cast were, and where they are.
@@ -176,7 +176,7 @@ pub(in crate::plan) struct Changes {
 
 /// Maps of the point and spot lights, which no camera changes. The others are none. Those of `before` stay whose light is as it was
 /// and in whose volume nothing has moved.
-pub(in crate::plan) fn lamp_views(
+pub(in crate::visible) fn lamp_views(
     world: &World,
     plan: &ShadowPlan,
     before: &[Option<Arc<ShadowView>>],
@@ -221,7 +221,7 @@ pub(in crate::plan) fn lamp_views(
 
 /// Adds the cascades of the directional lights, each around its slice of the camera's view. Where none of the `seen` boxes lies in it,
 /// there is none. One that holds the whole scene is the last: those behind it would be the same.
-pub(in crate::plan) fn add_cascades(
+pub(in crate::visible) fn add_cascades(
     views: &mut [Option<Arc<ShadowView>>],
     world: &World,
     plan: &ShadowPlan,
@@ -288,7 +288,7 @@ fn quantized(length: f64) -> f64 {
 
 /// The box of a scene whose objects have moved: that of the scene as it was `at_first`, widened on all sides, in steps of a quarter of a
 /// power of two of its radius, until it holds them. So maps of the whole scene stay as they are while something moves within it.
-pub(in crate::plan) fn widened(at_first: &Aabb, bounds: &Aabb) -> Aabb {
+pub(in crate::visible) fn widened(at_first: &Aabb, bounds: &Aabb) -> Aabb {
     if at_first.is_empty() || bounds.is_empty() {
         return *bounds;
     }

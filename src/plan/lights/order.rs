@@ -1,0 +1,128 @@
+//! Which lights a plan has, in which order: those that can reach something of the scene. Beyond its range every fall-off is exactly zero
+//! (`shaders/shared/lights.wgsl`), so that a light which is left out would have added zero to each pixel. Only ranges count: the certified
+//! cut-off of a light without one is not exact.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use super::box_tree::BoxTree;
+use super::reach::{Reach, bounded, range_of, sphere_of};
+use crate::scene::{Aabb, GbufferPreset, Light, LightKind, OptionalPart, Scene, Settings, TargetChoice, View};
+
+/// How far beside where it is a surface may be lit, for a plan, which knows no camera, as a share of the scene's radius: right for cameras
+/// within 100 radii.
+const PLANNED_ROUNDING: f64 = 0.01;
+
+/// Whether surfaces are lit so far beside where they are that a plan, which knows no camera, leaves no light out: half floats are as
+/// coarse as the camera is far away, and several samples of a pixel are lit at their mean.
+fn is_misplaced(settings: &Settings) -> bool {
+    let choice = &settings.gbuffer;
+    let preset = (choice.preset == GbufferPreset::Fat).then_some(TargetChoice::Rgba16f);
+    settings.msaa > 1 || choice.position.or(preset) == Some(TargetChoice::Rgba16f)
+}
+
+/// Whether a view is about all lights: one says how many of them reach a pixel, the other shows all maps.
+pub(crate) fn shows_all(view: View) -> bool {
+    matches!(view, View::LightsPerPixel | View::ShadowMap)
+}
+
+/// The lights of a plan, by the scene's numbers.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct LightOrder {
+    /// Those that frames have, in the order in which they have them: directional ones, then those that reach everywhere, then those whose
+    /// reach is limited.
+    pub order: Vec<usize>,
+    /// Those that reach nothing, and so are not among them.
+    pub idle: IdleLights,
+    /// How many of the last ones reach nothing and stay on request. Nothing else is decided by them.
+    needless: usize,
+}
+
+impl LightOrder {
+    pub(crate) fn of(scene: &Scene, settings: &Settings) -> Self {
+        let lights = &scene.lights;
+        let mut idle = IdleLights::of(scene, settings);
+        let mut order: Vec<usize> = (0..lights.len()).filter(|&index| lights[index].shines()).collect();
+        let mut needless = 0;
+        if settings.keep.has(OptionalPart::IdleLights) {
+            needless = idle.count();
+        } else {
+            order.retain(|&index| !idle.has(index));
+        }
+        // Stable: lights of a kind keep the scene's order, and with it their sum its rounding. What reaches nothing adds zero, and comes last.
+        order.sort_by_key(|&index| match lights[index].kind {
+            LightKind::Directional { .. } => 0,
+            _ if !bounded(&lights[index], settings) => 1,
+            _ if !idle.has(index) => 2,
+            _ => 3,
+        });
+        if needless > 0 {
+            idle = IdleLights::default();
+        }
+        Self { order, idle, needless }
+    }
+
+    /// How many stay on request.
+    pub(crate) fn needless(&self) -> usize {
+        self.needless
+    }
+
+    /// The lights that decide what there is.
+    pub(crate) fn needed(&self) -> &[usize] {
+        &self.order[..self.order.len() - self.needless]
+    }
+}
+
+/// The lights that a plan leaves out: those that shine and reach no object of the scene.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct IdleLights {
+    /// What each may reach, by its number in the scene.
+    reaches: BTreeMap<usize, Reach>,
+    /// How much further a light is taken to reach.
+    metres: f64,
+}
+
+impl IdleLights {
+    pub(crate) fn of(scene: &Scene, settings: &Settings) -> Self {
+        if shows_all(settings.view) || is_misplaced(settings) {
+            return Self::default();
+        }
+        let metres = PLANNED_ROUNDING * scene.bounds().radius();
+        let mut idle = Self { reaches: BTreeMap::new(), metres };
+        let ranged = scene.lights.iter().enumerate().filter(|(_, light)| light.shines());
+        idle.reaches = ranged.filter_map(|(index, light)| Some((index, idle.reach_of(light)?))).collect();
+        if !idle.reaches.is_empty() {
+            let objects = BoxTree::of(scene.objects.iter().map(|object| object.bounds(&scene.meshes)));
+            idle.reaches.retain(|_, reach| !objects.touches(reach));
+        }
+        idle
+    }
+
+    fn reach_of(&self, light: &Light) -> Option<Reach> {
+        let reach = sphere_of(light, range_of(light)?);
+        Some(Reach { radius: reach.radius * (1.0 + PLANNED_ROUNDING) + self.metres, ..reach })
+    }
+
+    pub(crate) fn has(&self, light: usize) -> bool {
+        self.reaches.contains_key(&light)
+    }
+
+    pub(crate) fn count(&self) -> usize {
+        self.reaches.len()
+    }
+
+    /// A light that would reach into this box.
+    pub(crate) fn reaching(&self, bounds: &Aabb) -> Option<usize> {
+        self.reaches.iter().find(|(_, reach)| reach.touches(bounds)).map(|(&light, _)| light)
+    }
+
+    /// Changes one of these lights. False where the changed one would reach one of the objects, and so stays as it was.
+    pub(crate) fn set(&mut self, light: usize, to: &Light, mut objects: impl Iterator<Item = Aabb>) -> bool {
+        let nothing = Reach { center: DVec3::ZERO, radius: f64::NEG_INFINITY };
+        let reach = if to.shines() { self.reach_of(to) } else { Some(nothing) };
+        let Some(reach) = reach.filter(|reach| !objects.any(|bounds| reach.touches(&bounds))) else { return false };
+        self.reaches.insert(light, reach);
+        true
+    }
+}

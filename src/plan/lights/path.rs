@@ -1,0 +1,211 @@
+//! How pixels meet their lights: which light path the plan takes.
+
+use super::{PlannedLights, bounded};
+use crate::plan::shadows::shadow_reason;
+use crate::plan::{Capabilities, Error};
+use crate::scene::{GbufferChoice, HdrFormat, LightKind, LightPath, Object, Output, Scene, Settings, View};
+
+/// `auto` takes `loop` up to this many local lights: neither lists nor compute save what they cost.
+const FEW_LIGHTS: usize = 4;
+
+/// Invocations of a work group of TILED (`shaders/tiled.wgsl`).
+const TILE_INVOCATIONS: u32 = 256;
+
+/// The path that a plan takes, never `Auto`, and why.
+pub(in crate::plan) fn choose(
+    scene: &Scene,
+    settings: &Settings,
+    lights: &PlannedLights,
+    planned: &[usize],
+    device: &Capabilities,
+) -> Result<(LightPath, String), Error> {
+    check(settings, device)?;
+    if !is_lit(settings.view) {
+        return Ok((LightPath::Loop, "a view of a buffer meets no lights".into()));
+    }
+    match settings.light_path {
+        LightPath::Auto => {}
+        LightPath::PerLight | LightPath::Volumes | LightPath::Clustered | LightPath::Compute if !lights.any() => {
+            return Ok((LightPath::Loop, format!("{} was asked for, and there is no light", settings.light_path)));
+        }
+        asked => return Ok((asked, "asked for".into())),
+    }
+    let bounded = planned.iter().filter(|&&index| bounded(&scene.lights[index], settings)).count();
+    if is_plain(scene, settings, planned) {
+        let met = if planned.is_empty() { "no light" } else { "one directional light, without a shadow" };
+        let why = format!("{met}, and no texture: a surface is lit for less than a G-buffer of it is written");
+        let path = if settings.depth_prepass == Some(true) { LightPath::Forward } else { LightPath::ForwardNaive };
+        return Ok((path, why));
+    }
+    let directional = |index: &&usize| matches!(scene.lights[**index].kind, LightKind::Directional { .. });
+    let local = planned.len() - planned.iter().filter(directional).count();
+    let out = compute_is_out(scene, settings, device);
+    if local > FEW_LIGHTS && out.is_none() {
+        // Even if all of them reach everywhere.
+        return Ok((LightPath::Compute, format!("{local} local lights: a GPU computes faster than it shades")));
+    }
+    if !lights.bounded {
+        return Ok((LightPath::Loop, "no light has a limited reach, so that there is nothing to leave out".into()));
+    }
+    let many = format!("{bounded} lights of limited reach");
+    if bounded <= FEW_LIGHTS {
+        return Ok((LightPath::Loop, format!("{many}: lists cost more than they save")));
+    }
+    let instead = out.map_or_else(String::new, |why| format!("; not by compute, as {why}"));
+    Ok((LightPath::Clustered, format!("{many}: each pixel meets its own{instead}")))
+}
+
+/// Refuses a path that the device cannot take, or that does not go with the other settings.
+fn check(settings: &Settings, device: &Capabilities) -> Result<(), Error> {
+    let path = settings.light_path;
+    if settings.light_cutoff && settings.output == Output::Nits {
+        return Err(Error::CutoffWithoutSteps);
+    }
+    if !is_lit(settings.view) {
+        let forward = matches!(path, LightPath::Forward | LightPath::ForwardNaive);
+        return if forward && needs_gbuffer(settings.view) { Err(Error::NoGbuffer(path)) } else { Ok(()) };
+    }
+    match path {
+        LightPath::PerLight | LightPath::Volumes if !device.float32_blends => Err(Error::NoFloatBlending(path)),
+        LightPath::PerLight | LightPath::Volumes if settings.hdr_format == HdrFormat::B10g11r11 => {
+            Err(Error::BlendedFormat(path, settings.hdr_format))
+        }
+        LightPath::Compute => match settings.first_effect() {
+            Some(effect) => Err(Error::ComputeWithEffect(effect)),
+            None if device.compute_invocations < TILE_INVOCATIONS => {
+                Err(Error::WorkGroup(TILE_INVOCATIONS, device.compute_invocations))
+            }
+            None => Ok(()),
+        },
+        _ => Ok(()),
+    }
+}
+
+fn is_lit(view: View) -> bool {
+    matches!(view, View::Final | View::Lighting)
+}
+
+/// Whether surfaces are so plain that each is best lit as it is drawn. Measured in docs/LIGHT_PATHS.md: with one light this beats the loop for any number
+/// of layers on a GPU, and up to two on a CPU even where they lie back to front; draws go from near to far.
+///
+/// What is shadowed, textured or transparent is not: overdraw then costs more. Nor are several samples a pixel, which the two ways
+/// shade differently, or a layout of the G-buffer that was asked for. What is kept without need does not count.
+fn is_plain(scene: &Scene, settings: &Settings, planned: &[usize]) -> bool {
+    let lit = match planned {
+        [] => true,
+        &[one] => matches!(scene.lights[one].kind, LightKind::Directional { .. }),
+        _ => false,
+    };
+    let plain = |object: &Object| {
+        let material = &scene.materials[object.material];
+        material.textures().next().is_none() && !material.is_transparent()
+    };
+    lit && settings.msaa == 1
+        && settings.gbuffer == GbufferChoice::default()
+        && shadow_reason(scene, settings, planned).is_err()
+        && scene.objects.iter().all(plain)
+}
+
+/// Why `auto` does not choose compute: what the path cannot do, and where it is known to be slower (docs/LIGHT_PATHS.md, "Measured").
+fn compute_is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> Option<&'static str> {
+    let transparent = scene.objects.iter().any(|object| scene.materials[object.material].is_transparent());
+    [
+        (device.software, "a CPU keeps no list in shared memory faster than in any other"),
+        (device.lazily_allocated, "the G-buffer would leave the tile"),
+        (device.compute_invocations < TILE_INVOCATIONS, "the device's work groups are too small"),
+        (transparent, "transparent surfaces come after it"),
+        (settings.first_effect().is_some(), "the picture goes through another pass"),
+        (settings.msaa > 1, "it reads one sample a pixel"),
+    ]
+    .into_iter()
+    .find_map(|(out, why)| out.then_some(why))
+}
+
+fn needs_gbuffer(view: View) -> bool {
+    !matches!(view, View::Overdraw | View::Triangle | View::ShadowMap)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::{FramePlan, samples};
+    use crate::scene::{Brdf, Falloff, Keep, Light, Material};
+
+    #[test]
+    fn auto_chooses_by_lights_and_device_and_says_why() {
+        let lamps = |count| {
+            samples::scene(vec![samples::material(Brdf::Lambert)], vec![samples::point(Falloff::Quadratic); count])
+        };
+        let chosen = |scene: &Scene, settings: &Settings, device: &Capabilities| {
+            let plan = FramePlan::of(scene, settings, device).expect("a plan");
+            (plan.light_path, plan.light_path_reason)
+        };
+        let (gpu, defaults) = (samples::device(), Settings::default());
+        let software = Capabilities { software: true, ..gpu };
+        let tiler = Capabilities { lazily_allocated: true, ..gpu };
+        assert_eq!(chosen(&lamps(FEW_LIGHTS), &defaults, &gpu).0, LightPath::Loop);
+        assert_eq!(chosen(&lamps(FEW_LIGHTS + 1), &defaults, &gpu).0, LightPath::Compute);
+        for (settings, device) in
+            [(&defaults, &software), (&defaults, &tiler), (&Settings { fxaa: true, ..defaults.clone() }, &gpu)]
+        {
+            let (path, why) = chosen(&lamps(FEW_LIGHTS + 1), settings, device);
+            assert!(path == LightPath::Clustered && why.contains("not by compute"), "{why}");
+        }
+        let mut unlimited = lamps(9);
+        unlimited.lights = vec![samples::spot(Falloff::InverseSquare); 9];
+        assert_eq!(chosen(&unlimited, &defaults, &gpu).0, LightPath::Compute);
+        assert_eq!(chosen(&unlimited, &defaults, &software).0, LightPath::Loop);
+        let cut = Settings { light_cutoff: true, ..defaults };
+        assert_eq!(chosen(&unlimited, &cut, &software).0, LightPath::Clustered);
+        for asked in [LightPath::Volumes, LightPath::Clustered, LightPath::Compute] {
+            let settings = Settings { light_path: asked, ..Settings::default() };
+            assert_eq!(chosen(&lamps(1), &settings, &software), (asked, "asked for".into()));
+            assert_eq!(chosen(&lamps(0), &settings, &software).0, LightPath::Loop);
+        }
+    }
+
+    #[test]
+    fn auto_lights_plain_surfaces_as_it_draws_them_and_says_why() {
+        let chosen = |scene: &Scene, settings: &Settings| {
+            let plan = FramePlan::of(scene, settings, &samples::device()).expect("a plan");
+            assert_eq!(plan.is_forward(), plan.gbuffer.is_none());
+            // What is kept without need changes no path, or pictures could differ.
+            let full = Settings { keep: Keep::ALL, ..settings.clone() };
+            let full = FramePlan::of(scene, &full, &samples::device()).expect("a full plan");
+            assert_eq!((full.light_path, &full.light_path_reason), (plan.light_path, &plan.light_path_reason));
+            (plan.light_path, plan.light_path_reason)
+        };
+        let defaults = Settings::default();
+        let one = |material: Material, lights: Vec<Light>| samples::scene(vec![material], lights);
+        let lambert = || samples::material(Brdf::Lambert);
+        for (scene, says) in [
+            (one(lambert(), vec![samples::sky()]), "one directional light"),
+            (one(samples::material(Brdf::CookTorrance), vec![samples::sky()]), "one directional light"),
+            (one(samples::emissive(), vec![]), "no light"),
+            (samples::scene(vec![lambert(), samples::material(Brdf::Phong)], vec![samples::sky()]), "no texture"),
+        ] {
+            let (path, why) = chosen(&scene, &defaults);
+            assert!(path == LightPath::ForwardNaive && why.contains(says), "{path}: {why}");
+            let prepass = Settings { depth_prepass: Some(true), ..Settings::default() };
+            assert_eq!(chosen(&scene, &prepass).0, LightPath::Forward);
+        }
+        for (scene, settings) in [
+            (one(lambert(), vec![samples::sky(); 2]), defaults.clone()),
+            (one(lambert(), vec![samples::sun()]), defaults.clone()),
+            (one(lambert(), vec![samples::spot(Falloff::InverseSquare)]), defaults.clone()),
+            (one(samples::textured(Brdf::Lambert), vec![samples::sky()]), defaults.clone()),
+            (one(samples::glass(), vec![samples::sky()]), defaults.clone()),
+            (one(lambert(), vec![samples::sky()]), Settings { msaa: 4, ..Settings::default() }),
+            (
+                one(lambert(), vec![samples::sky()]),
+                Settings { gbuffer: samples::gbuffers()[1].1, ..Settings::default() },
+            ),
+        ] {
+            assert_eq!(chosen(&scene, &settings).0, LightPath::Loop);
+        }
+        // A sun whose shadows are switched off is as plain as one without.
+        let mut settings = defaults;
+        settings.shadows.enabled = false;
+        assert_eq!(chosen(&one(lambert(), vec![samples::sun()]), &settings).0, LightPath::ForwardNaive);
+    }
+}

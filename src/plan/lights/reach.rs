@@ -1,0 +1,225 @@
+//! How far a light reaches: by its range, or by the certified cut-off.
+
+use glam::DVec3;
+
+use crate::scene::{
+    Aabb, AlphaMode, Brdf, Falloff, Light, LightKind, Material, Object, Scene, Settings, TextureSlot, Tonemap, unit,
+};
+
+/// Metres beyond which no scene of f32 positions extends.
+const FARTHEST: f64 = 1e30;
+
+/// Whether light paths can leave this light out somewhere.
+pub(in crate::plan) fn bounded(light: &Light, settings: &Settings) -> bool {
+    match light.kind {
+        LightKind::Directional { .. } => false,
+        LightKind::Point { range, falloff, .. } | LightKind::Spot { range, falloff, .. } => {
+            range.is_some() || (settings.light_cutoff && weakens(falloff))
+        }
+    }
+}
+
+/// Whether light grows weaker with distance at all: a polynomial of nothing but a constant does not.
+pub(crate) fn weakens(falloff: Falloff) -> bool {
+    !matches!(falloff, Falloff::Polynomial { linear: 0.0, quadratic: 0.0, .. })
+}
+
+/// A sphere around all that a light reaches, in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    pub center: DVec3,
+    /// Metres; infinite for a light without a limit.
+    pub radius: f64,
+}
+
+impl Reach {
+    pub fn touches(&self, bounds: &Aabb) -> bool {
+        !bounds.is_empty() && self.center.clamp(bounds.min, bounds.max).distance(self.center) <= self.radius
+    }
+}
+
+/// The sphere around what a light brings light to within `reach` metres. A narrow cone's is smaller than the light's own: that
+/// through its apex and the rim of its base, or that around the rim alone where the cone is wider than 45 degrees.
+pub(crate) fn sphere_of(light: &Light, reach: f64) -> Reach {
+    match light.kind {
+        LightKind::Directional { .. } => Reach { center: DVec3::ZERO, radius: f64::INFINITY },
+        LightKind::Point { position, .. } => Reach { center: position, radius: reach },
+        LightKind::Spot { position, direction, outer_angle_degrees, .. } => {
+            // Of a scene's own lights it may have any length.
+            let direction = unit(direction).unwrap_or(direction);
+            let angle = outer_angle_degrees.to_radians();
+            if !reach.is_finite() || angle >= std::f64::consts::FRAC_PI_2 {
+                Reach { center: position, radius: reach }
+            } else if angle <= std::f64::consts::FRAC_PI_4 {
+                let radius = reach / (2.0 * angle.cos());
+                Reach { center: position + direction * radius, radius }
+            } else {
+                Reach { center: position + direction * (reach * angle.cos()), radius: reach * angle.sin() }
+            }
+        }
+    }
+}
+
+/// How far each light reaches in metres: its range, or with the certified cut-off the distance beyond which the sum of all
+/// that is dropped stays below half a step of the output; else infinity.
+///
+/// A light of I candela brings a pixel at most `exposure I B / d^2`, where B bounds the reflection of all materials
+/// ([`largest_reflection`]). Half a step of 8 bits, 0.5 / 255, divided by the steepest slope of tone curve and sRGB encoding
+/// ([`steepest`]) may be dropped in all, an even share by each light.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cut {
+    enabled: bool,
+    /// Brightest pixel for each candela, at a metre, in nits.
+    reflection: f64,
+    exposure: f32,
+    /// What each light may drop.
+    share: f64,
+}
+
+impl Cut {
+    pub(crate) fn of(scene: &Scene, settings: &Settings, exposure: f32) -> Self {
+        let without = |light: &&Light| light.shines() && range_of(light).is_none() && bounded(light, settings);
+        let count = scene.lights.iter().filter(without).count();
+        // A pane of glass adds its whole highlight to what is behind it, so that each layer may drop as much again. Other surfaces
+        // that blend take a mean, which drops no more than one of them.
+        let is_glass = |object: &&Object| scene.materials[object.material].alpha_mode == AlphaMode::Glass;
+        let panes = scene.objects.iter().filter(is_glass).map(|object| scene.meshes[object.mesh].indices.len() / 3);
+        let layers = 1 + panes.sum::<usize>();
+        let share = 0.5 / 255.0 / steepest(settings.tonemap) / (count.max(1) * layers) as f64;
+        // Scanning textures is only worth it where there is something to cut.
+        let reflection = if count > 0 { largest_reflection(scene, settings) } else { 0.0 };
+        Self { enabled: settings.light_cutoff, reflection, exposure, share }
+    }
+
+    pub(crate) fn exposed(self, exposure: f32) -> Self {
+        Self { exposure, ..self }
+    }
+
+    pub(crate) fn reach(&self, light: &Light) -> f64 {
+        match light.kind {
+            LightKind::Directional { .. } => f64::INFINITY,
+            LightKind::Point { range, falloff, .. } | LightKind::Spot { range, falloff, .. } => {
+                let candela = f64::from(light.intensity) * f64::from(light.color.max_element());
+                match (range, self.enabled) {
+                    (Some(range), _) => range,
+                    // Finite, as `bounded` says: what reaches everywhere is sorted before what does not.
+                    (None, true) if weakens(falloff) => {
+                        let brightest = f64::from(self.exposure) * self.reflection;
+                        distance_of(falloff, candela * brightest, self.share).min(FARTHEST)
+                    }
+                    (None, _) => f64::INFINITY,
+                }
+            }
+        }
+    }
+}
+
+/// Metres beyond which the light is exactly zero, if there is such a distance.
+pub(crate) fn range_of(light: &Light) -> Option<f64> {
+    match light.kind {
+        LightKind::Directional { .. } => None,
+        LightKind::Point { range, .. } | LightKind::Spot { range, .. } => range,
+    }
+}
+
+/// Where a light that is `brightest` at one metre's fall-off of 1 falls below `share`.
+fn distance_of(falloff: Falloff, brightest: f64, share: f64) -> f64 {
+    falloff.polynomial_radius(brightest, share).unwrap_or_else(|| (brightest / share).sqrt())
+}
+
+/// The steepest slope of the encoded output, 0 to 1, over exposed radiance. sRGB is steepest at black, 12.92; tone curves that are
+/// no steeper than 1 there add nothing. Found by sampling colours (a test in `src/passes/tonemap.rs` does so again), rounded up.
+pub fn steepest(tonemap: Tonemap) -> f64 {
+    match tonemap {
+        Tonemap::None | Tonemap::Neutral => 12.93,
+        Tonemap::Agx => 14.0,
+        Tonemap::Aces => 14.0,
+    }
+}
+
+/// A bound of f(l, v) NdotL over all materials that are drawn. Lambert: albedo / pi <= 1 / pi. Phong and Blinn-Phong: their
+/// normalization at the peak. GGX: D <= 1 / (pi alpha^2), and V NdotL <= 1 / (2 alpha) as the height-correlated Smith term's
+/// denominator is at least 2 NdotL sqrt(NdotV^2 (1 - alpha^2) + alpha^2) >= 2 NdotL alpha.
+fn largest_reflection(scene: &Scene, settings: &Settings) -> f64 {
+    use std::f64::consts::PI;
+    let of = |material: &Material| {
+        let shininess = f64::from(material.shininess);
+        1.0 / PI
+            + match settings.brdf.unwrap_or(material.brdf) {
+                Brdf::Lambert => 0.0,
+                Brdf::Phong => (shininess + 2.0) / (2.0 * PI),
+                Brdf::BlinnPhong => (shininess + 8.0) / (8.0 * PI),
+                Brdf::CookTorrance => {
+                    let alpha = least_roughness(scene, material).powi(2);
+                    1.0 / (2.0 * PI * alpha.powi(3))
+                }
+            }
+    };
+    scene.objects.iter().map(|object| of(&scene.materials[object.material])).fold(1.0 / PI, f64::max)
+}
+
+/// The least perceptual roughness of a material, its texture included. The model's own least is 0.01 (`shaders/shared/brdf.wgsl`).
+fn least_roughness(scene: &Scene, material: &Material) -> f64 {
+    let texture = material.textures().find(|(slot, _)| *slot == TextureSlot::MetallicRoughness);
+    let least = texture.map_or(255, |(_, index)| {
+        let texels = scene.textures[index].texels.chunks_exact(4);
+        texels.map(|texel| texel[1]).min().unwrap_or(255)
+    });
+    // G-buffers store 8 bits: half a step less.
+    (f64::from(material.roughness) * f64::from(least) / 255.0 - 0.5 / 255.0).max(0.01)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::plan::samples;
+
+    proptest! {
+        #[test]
+        fn all_that_a_cone_reaches_lies_in_its_sphere(
+            angle in 0.0..180.0f64, reach in 0.1..10.0f64, share in 0.0..=1.0f64, turn in 0.0..6.2f64, distance in 0.0..=1.0f64,
+        ) {
+            let light = Light { kind: cone(angle), ..samples::spot(Falloff::InverseSquare) };
+            let sphere = sphere_of(&light, reach);
+            let off_axis = (angle * share).to_radians();
+            let around = DVec3::new(turn.cos(), turn.sin(), 0.0) * off_axis.sin();
+            let point = DVec3::Z + (DVec3::NEG_Z * off_axis.cos() + around) * reach * distance;
+            prop_assert!(point.distance(sphere.center) <= sphere.radius * (1.0 + 1e-9), "{point} {sphere:?}");
+        }
+    }
+
+    fn cone(outer_angle_degrees: f64) -> LightKind {
+        LightKind::Spot {
+            position: DVec3::Z,
+            direction: DVec3::NEG_Z,
+            inner_angle_degrees: 0.0,
+            outer_angle_degrees,
+            range: None,
+            falloff: Falloff::InverseSquare,
+        }
+    }
+
+    #[test]
+    fn the_cut_off_shares_half_a_step_among_all_lights_without_a_range() {
+        let lamp = Light { intensity: 10.0, ..samples::spot(Falloff::InverseSquare) };
+        let scene = samples::scene(vec![samples::material(Brdf::Lambert)], vec![lamp; 4]);
+        let settings = Settings { light_cutoff: true, tonemap: Tonemap::None, ..Settings::default() };
+        let reaches = |settings: &Settings| -> Vec<f64> {
+            let cut = Cut::of(&scene, settings, 2.0);
+            scene.lights.iter().map(|light| cut.reach(light)).collect()
+        };
+        let off = reaches(&Settings::default());
+        let reaches = reaches(&settings);
+        let dropped: f64 = reaches.iter().map(|d| 2.0 * 10.0 / std::f64::consts::PI / (d * d)).sum();
+        assert!((dropped * 12.93 * 255.0 / 0.5 - 1.0).abs() < 1e-9, "{dropped}");
+        assert!(off.iter().all(|d| d.is_infinite()));
+        // A square of glass is two triangles, which may lie over one pixel: three layers share the step.
+        let mut glazed = scene.clone();
+        let glass = Material { alpha_mode: AlphaMode::Glass, ..samples::material(Brdf::Lambert) };
+        glazed.materials[0] = glass;
+        let far = Cut::of(&glazed, &settings, 2.0).reach(&glazed.lights[0]);
+        assert!((far / reaches[0] - 3f64.sqrt()).abs() < 1e-9, "{far}");
+    }
+}

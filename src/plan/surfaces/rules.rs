@@ -1,0 +1,139 @@
+//! Which objects of a scene are drawn, and what of them: the rules from which pipelines, meshes and textures follow.
+
+use std::collections::BTreeSet;
+
+use super::{EffectiveMaterials, GeometryKey, Surfaces};
+use crate::plan::lights::Lighting;
+use crate::plan::{FramePlan, Shading, is_forward};
+use crate::scene::{AlphaMode, Brdf, CastsShadow, Keep, Material, Object, Scene, Settings, Transparency};
+
+/// What is decided of a plan before its pipelines, meshes and textures.
+#[derive(Clone, Copy)]
+pub(crate) struct SurfaceRules<'a> {
+    pub materials: &'a EffectiveMaterials,
+    pub shading: Shading,
+    /// Surfaces are lit as they are drawn.
+    pub forward: bool,
+    pub shadow: bool,
+    pub emissive: bool,
+    pub ambient: bool,
+    pub transparency: Option<Transparency>,
+    pub brdf_override: Option<Brdf>,
+    pub keep: Keep,
+}
+
+/// The pipelines that draw a scene.
+pub(in crate::plan) struct Pipelines {
+    pub geometry: BTreeSet<GeometryKey>,
+    pub transparent: BTreeSet<GeometryKey>,
+    pub transparent_triangles: u32,
+}
+
+impl<'a> SurfaceRules<'a> {
+    pub(in crate::plan) fn of(
+        settings: &Settings,
+        shading: Shading,
+        lighting: &Lighting,
+        surfaces: &'a Surfaces,
+    ) -> Self {
+        Self {
+            materials: &surfaces.materials,
+            shading,
+            forward: is_forward(lighting.path),
+            shadow: lighting.shadow.is_some(),
+            emissive: surfaces.emissive,
+            ambient: lighting.lights.ambient,
+            transparency: surfaces.transparency,
+            brdf_override: settings.brdf,
+            keep: settings.keep,
+        }
+    }
+
+    pub fn material(&self, object: &Object) -> &Material {
+        &self.materials.all[object.material]
+    }
+
+    pub fn brdf(&self, material: &Material) -> Brdf {
+        self.brdf_override.unwrap_or(material.brdf)
+    }
+
+    /// Whether GEOMETRY exists: all but the view of the shadow map.
+    pub fn has_geometry(&self) -> bool {
+        self.shading != Shading::ShowShadowMap
+    }
+
+    pub fn has_gbuffer(&self) -> bool {
+        !self.forward && self.shading.reads_gbuffer()
+    }
+
+    /// Whether an object of the scene is in the world of the plan's frames.
+    pub fn draws(&self, scene: &Scene, object: &Object) -> bool {
+        let material = self.material(object);
+        let left_out = material.is_transparent() && self.transparency.is_none();
+        !is_cut_away(material) && !left_out && !scene.meshes[object.mesh].indices.is_empty()
+    }
+
+    pub fn drawn<'s>(&'s self, scene: &'s Scene) -> impl Iterator<Item = &'s Object> {
+        scene.objects.iter().filter(|object| self.draws(scene, object))
+    }
+
+    /// Whether a pass draws an object's mesh.
+    pub fn needs_mesh(&self, scene: &Scene, object: &Object) -> bool {
+        let casts = self.casts(object) && !self.material(object).is_transparent();
+        self.draws(scene, object) && (self.has_geometry() || casts)
+    }
+
+    fn casts(&self, object: &Object) -> bool {
+        self.shadow && object.casts_shadow != CastsShadow::No
+    }
+
+    /// The texture through whose holes light falls past an object, in some shadow map.
+    pub fn holes_of(&self, object: &Object) -> Option<usize> {
+        let material = self.material(object);
+        material.base_color_texture.filter(|_| self.casts(object) && material.is_masked())
+    }
+
+    /// Whether an object's triangles are sorted for each frame.
+    pub fn sorts(&self, scene: &Scene, object: &Object) -> bool {
+        let sorted = self.transparency == Some(Transparency::Sorted);
+        sorted && self.material(object).is_transparent() && self.draws(scene, object)
+    }
+
+    pub(in crate::plan) fn pipelines(&self, scene: &Scene) -> Pipelines {
+        let drawn = self.drawn(scene).filter(|_| self.has_geometry());
+        let (transparent, opaque): (Vec<_>, Vec<_>) = drawn.partition(|object| self.material(object).is_transparent());
+        let keys = |objects: &[&Object]| objects.iter().map(|object| GeometryKey::of(object, self)).collect();
+        let triangles: usize = transparent.iter().map(|object| scene.meshes[object.mesh].indices.len() / 3).sum();
+        Pipelines {
+            geometry: keys(&opaque),
+            transparent: keys(&transparent),
+            transparent_triangles: u32::try_from(triangles).unwrap_or(u32::MAX),
+        }
+    }
+}
+
+/// An alpha below the cut-off that no texture changes: nothing of the object is there.
+fn is_cut_away(material: &Material) -> bool {
+    match material.alpha_mode {
+        AlphaMode::Mask { cutoff } => material.base_color_texture.is_none() && material.alpha < cutoff,
+        // Without a highlight nothing is left of it.
+        AlphaMode::Blend => material.alpha <= 0.0,
+        AlphaMode::Opaque | AlphaMode::Glass => false,
+    }
+}
+
+impl FramePlan {
+    pub(crate) fn surface_rules(&self) -> SurfaceRules<'_> {
+        SurfaceRules {
+            materials: &self.materials,
+            shading: self.shading,
+            forward: self.is_forward(),
+            shadow: self.shadow.is_some(),
+            emissive: self.emissive,
+            ambient: self.lights.ambient,
+            transparency: self.transparency,
+            brdf_override: self.brdf_override,
+            keep: self.keep,
+        }
+    }
+}

@@ -1,0 +1,405 @@
+//! What frames look at of a scene: its objects, lights and materials as the plan has them, which a program may move and change between frames.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3, Vec3};
+
+use super::occlusion::Occluders;
+use super::shadows::{Changes, ShadowView, lamp_views, widened};
+use crate::plan::{
+    Cut, Error, FramePlan, GeometryKey, IdleLights, LightOrder, MapProjection, SurfaceRules, falloff_index, stretch,
+    weakens,
+};
+use crate::scene::check::fits;
+use crate::scene::{
+    Aabb, CastsShadow, Environment, Light, LightKind, Material, Mesh, Scene, Settings, ShadowSettings, Transparency,
+};
+
+/// What of a scene a frame looks at again each time. No texels, and no vertices but where triangles are sorted.
+#[derive(Debug, Clone)]
+pub struct World {
+    pub objects: Vec<WorldObject>,
+    pub materials: Vec<Material>,
+    /// Only those that shine and can reach an object, with directions of length 1: directional lights, then those that reach everywhere, then those whose reach is limited.
+    pub lights: Vec<Light>,
+    /// How far each light reaches, in metres.
+    pub reaches: Vec<f64>,
+    /// Where lights without a range are cut off.
+    cut: Cut,
+    /// What the record of each light says of its shadow maps; see `ShadowPlan::code`.
+    pub shadow_codes: Vec<u32>,
+    /// Maps that only change when something moves, by their index.
+    pub(super) lamps: Vec<Option<Arc<ShadowView>>>,
+    pub environment: Environment,
+    pub bounds: Aabb,
+    /// Of the scene as it was at first: maps are scaled by it, and must not change when something far away moves.
+    pub radius: f64,
+    /// The same, widened in steps where objects have left it: cascades are never larger.
+    pub extent: Aabb,
+    at_first: Aabb,
+    pub shadows: ShadowSettings,
+    /// From nits to what is tone-mapped.
+    pub exposure: f32,
+    /// By mesh: triangles that are sorted for each frame, as they are transparent.
+    pub sortable: BTreeMap<usize, Vec<SortableTriangle>>,
+    /// By the scene's own numbers: which of [`World::objects`] and [`World::lights`] it is, if it is among them.
+    object_of: Vec<Option<usize>>,
+    light_of: Vec<Option<usize>>,
+    /// What the plan left out.
+    idle_lights: IdleLights,
+    /// What can hide other objects, where the plan leaves out what is hidden.
+    pub(super) occluders: Option<Occluders>,
+    /// After how many of [`World::lights`] frames are halted.
+    halted: Option<usize>,
+    /// Counts the changes of objects and lights, and of which lights are lit.
+    generation: u64,
+    /// What has moved since `lamps` and `bounds` were worked out, if anything has.
+    changes: Option<Changes>,
+}
+
+/// A triangle of a mesh, as far as it is sorted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SortableTriangle {
+    pub indices: [u32; 3],
+    /// In mesh space.
+    pub centroid: Vec3,
+}
+
+/// An object that can be drawn.
+#[derive(Debug, Clone)]
+pub struct WorldObject {
+    /// Its index in the scene.
+    pub number: usize,
+    pub mesh: usize,
+    pub material: usize,
+    /// From the mesh's f32 vertices to the world.
+    pub transform: DAffine3,
+    pub bounds: Aabb,
+    pub casts: CastsShadow,
+    /// Counts how often it has moved.
+    pub revision: u32,
+    /// The mesh's own place and box.
+    mesh_place: (DVec3, Aabb),
+    pub key: GeometryKey,
+    /// The most that its transform may stretch a length.
+    stretch_limit: f64,
+    pub triangles: usize,
+    pub transparent: bool,
+}
+
+impl World {
+    /// `exposure` is the factor from nits to what is tone-mapped.
+    pub fn of(scene: &Scene, settings: &Settings, plan: &FramePlan, exposure: f32) -> Self {
+        let rules = plan.surface_rules();
+        let drawn = (0..scene.objects.len()).filter(|&index| rules.draws(scene, &scene.objects[index]));
+        let objects: Vec<WorldObject> = drawn.map(|index| WorldObject::of(scene, plan, &rules, index)).collect();
+        let LightOrder { order, idle, .. } = &plan.light_order;
+        let cut = Cut::of(scene, settings, exposure);
+        let sorts = plan.transparency == Some(Transparency::Sorted);
+        let sorted: BTreeSet<usize> =
+            objects.iter().filter(|object| sorts && object.transparent).map(|object| object.mesh).collect();
+        let bounds = union(&objects);
+        let mut world = Self {
+            object_of: places(objects.iter().map(|object| object.number), scene.objects.len()),
+            light_of: places(order.iter().copied(), scene.lights.len()),
+            occluders: plan.finds_hidden(scene).is_ok().then(|| Occluders::of(scene, &objects)),
+            objects,
+            sortable: sorted.into_iter().map(|mesh| (mesh, SortableTriangle::all(&scene.meshes[mesh]))).collect(),
+            materials: plan.materials.all.clone(),
+            shadow_codes: (0..order.len())
+                .map(|light| plan.shadow.as_ref().map_or(0, |shadow| shadow.code(light)))
+                .collect(),
+            idle_lights: idle.clone(),
+            reaches: order.iter().map(|&index| cut.reach(&scene.lights[index])).collect(),
+            cut,
+            lights: order.iter().map(|&index| scene.lights[index].aimed()).collect(),
+            lamps: Vec::new(),
+            environment: scene.environment,
+            bounds,
+            radius: bounds.radius(),
+            extent: bounds,
+            at_first: bounds,
+            shadows: settings.shadows,
+            exposure,
+            halted: None,
+            generation: 0,
+            changes: Some(Changes::default()),
+        };
+        world.refresh(plan);
+        world
+    }
+
+    /// Works out what follows from where objects and lights are, if any has moved.
+    pub fn refresh(&mut self, plan: &FramePlan) {
+        let Some(changes) = self.changes.take() else { return };
+        self.bounds = union(&self.objects);
+        self.extent = widened(&self.at_first, &self.bounds);
+        if let Some(shadow) = &plan.shadow {
+            self.lamps = lamp_views(self, shadow, &self.lamps, &changes);
+        }
+    }
+
+    /// Moves an object, by its index in the scene, to where `transform` places it.
+    ///
+    /// # Errors
+    /// When there is no such object, it would need another pipeline, or a number is not finite.
+    pub fn move_object(&mut self, index: usize, transform: &DAffine3) -> Result<(), Error> {
+        if !fits(transform) {
+            return Err(Error::Change(format!("object {index}: its transform is not finite")));
+        }
+        let Some(own) = self.object_of.get(index) else {
+            return Err(Error::Change(format!("there is no object {index}: the scene has {}", self.object_of.len())));
+        };
+        let Some(object) = own.map(|own| &mut self.objects[own]) else { return Ok(()) };
+        if (transform.matrix3.determinant() < 0.0) != object.key.mirrored {
+            return Err(Error::Change(format!("object {index} cannot be mirrored while it is drawn")));
+        }
+        if stretch(transform) > object.stretch_limit {
+            let why = "levels of its textures were left out that would show on a larger one";
+            let keep = "keep its size, or all levels with `--plan texture-levels`";
+            return Err(Error::Change(format!("object {index} cannot grow: {why}: {keep}")));
+        }
+        let (origin, bounds) = object.mesh_place;
+        let place = bounds.transformed(transform);
+        if let Some(light) = self.idle_lights.reaching(&place) {
+            let what = "which reached nothing when its scene was planned; `--plan idle-lights` keeps such lights";
+            return Err(Error::Change(format!("object {index} cannot come into reach of light {light}, {what}")));
+        }
+        let before = std::mem::replace(&mut object.bounds, place);
+        object.transform = *transform * DAffine3::from_translation(origin);
+        object.revision += 1;
+        self.generation += 1;
+        let changes = self.changes.get_or_insert_default();
+        if object.casts != CastsShadow::No {
+            changes.boxes.extend([before, object.bounds]);
+        }
+        Ok(())
+    }
+
+    /// Changes a light, by its index in the scene.
+    ///
+    /// # Errors
+    /// When there is no such light, frames of the changed one would need other pipelines or maps, or a number is not finite.
+    pub fn set_light(&mut self, index: usize, light: &Light) -> Result<(), Error> {
+        if let Some(fault) = light.fault() {
+            return Err(Error::Change(format!("light {index}: {fault}")));
+        }
+        let light = &light.aimed();
+        let Some(own) = self.light_of.get(index) else {
+            return Err(Error::Change(format!("there is no light {index}: the scene has {}", self.light_of.len())));
+        };
+        if self.idle_lights.has(index) {
+            if self.idle_lights.set(index, light, self.objects.iter().map(|object| object.bounds)) {
+                return Ok(());
+            }
+            let why = "it reached nothing when its scene was planned; `--plan idle-lights` keeps such lights";
+            return Err(Error::Change(format!("light {index} cannot come to reach an object: {why}")));
+        }
+        let Some(own_index) = *own else {
+            return Err(Error::Change(format!("light {index} was dark when its scene was planned")));
+        };
+        let own = &mut self.lights[own_index];
+        if structure(own, &self.shadows) != structure(light, &self.shadows) {
+            let what = "its kind, whether it shines, casts a shadow or has a range, its fall-off's kind and how wide a spot opens";
+            return Err(Error::Change(format!("light {index} is drawn as it was planned: {what} must stay")));
+        }
+        own.clone_from(light);
+        self.reaches[own_index] = self.cut.reach(light);
+        self.changes.get_or_insert_default().lights.insert(own_index);
+        self.generation += 1;
+        Ok(())
+    }
+
+    /// Changes the factor from nits to what is tone-mapped, and with it how far the certified cut-off lets lights reach.
+    pub fn set_exposure(&mut self, exposure: f32) {
+        self.exposure = exposure;
+        self.cut = self.cut.exposed(exposure);
+        self.reaches = self.lights.iter().map(|light| self.cut.reach(light)).collect();
+    }
+
+    /// Differs from what it was as soon as an object or a light has changed, or which lights are lit.
+    pub fn generation(&self) -> u64 {
+        self.generation
+    }
+
+    /// How many of the first lights are directional.
+    pub fn directional_count(&self) -> usize {
+        self.lights.iter().take_while(|light| matches!(light.kind, LightKind::Directional { .. })).count()
+    }
+
+    /// How many of the first lights reach everywhere.
+    pub fn global_count(&self) -> usize {
+        self.reaches.iter().take_while(|reach| reach.is_infinite()).count()
+    }
+
+    /// Halts frames after the first so many of [`World::lights`], or as many as there are, before anything transparent is drawn. Nothing that is
+    /// planned changes. With `None` frames are whole.
+    pub fn halt_after(&mut self, lights: Option<usize>) {
+        if self.halted != lights {
+            self.halted = lights;
+            // A shadow map that nobody looked up is not known to hold what the camera sees now.
+            self.generation += 1;
+        }
+    }
+
+    pub(super) fn is_halted(&self) -> bool {
+        self.halted.is_some()
+    }
+
+    /// How many of the first lights may be lit.
+    pub(super) fn lit_count(&self) -> usize {
+        self.halted.map_or(self.lights.len(), |lights| lights.min(self.lights.len()))
+    }
+}
+
+impl WorldObject {
+    fn of(scene: &Scene, plan: &FramePlan, rules: &SurfaceRules, number: usize) -> Self {
+        let object = &scene.objects[number];
+        let mesh = &scene.meshes[object.mesh];
+        let transparent = rules.material(object).is_transparent();
+        Self {
+            number,
+            mesh: object.mesh,
+            material: object.material,
+            transform: object.transform * DAffine3::from_translation(mesh.origin),
+            bounds: object.bounds(&scene.meshes),
+            // Light goes through what the eye looks through.
+            casts: if transparent { CastsShadow::No } else { object.casts_shadow },
+            transparent,
+            revision: 0,
+            mesh_place: (mesh.origin, mesh.bounds),
+            key: GeometryKey::of(object, rules),
+            stretch_limit: plan.stretch_limit(object.material, &object.transform),
+            triangles: mesh.indices.len() / 3,
+        }
+    }
+}
+
+fn union(objects: &[WorldObject]) -> Aabb {
+    objects.iter().fold(Aabb::EMPTY, |all, object| all.union(&object.bounds))
+}
+
+/// By the scene's own numbers, of which there are `count`: the place of each among those in use.
+fn places(numbers: impl Iterator<Item = usize>, count: usize) -> Vec<Option<usize>> {
+    let mut places = vec![None; count];
+    numbers.enumerate().for_each(|(place, number)| places[number] = Some(place));
+    places
+}
+
+/// What of a light a plan depends on.
+fn structure(light: &Light, shadows: &ShadowSettings) -> impl PartialEq {
+    let (range, falloff) = match light.kind {
+        LightKind::Directional { .. } => (false, (0, false)),
+        LightKind::Point { range, falloff, .. } | LightKind::Spot { range, falloff, .. } => {
+            (range.is_some(), (falloff_index(falloff), weakens(falloff)))
+        }
+    };
+    let projection = MapProjection::of(light, shadows.cascades);
+    let kind = std::mem::discriminant(&light.kind);
+    (kind, projection, range, falloff, light.casts_shadow, light.shines())
+}
+
+impl SortableTriangle {
+    fn all(mesh: &Mesh) -> Vec<Self> {
+        let corner = |index: u32| Vec3::from(mesh.positions[index as usize]);
+        let triangle = |indices: [u32; 3]| Self { indices, centroid: indices.map(corner).iter().sum::<Vec3>() / 3.0 };
+        mesh.indices.chunks_exact(3).map(|indices| triangle([indices[0], indices[1], indices[2]])).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::samples;
+    use crate::scene::{AlphaMode, Brdf, Falloff, Keep, OptionalPart, Texture, Tonemap};
+
+    #[test]
+    fn what_its_alpha_cuts_away_and_what_has_no_triangles_is_not_drawn() {
+        let cut = Material { alpha: 0.4, alpha_mode: AlphaMode::Mask { cutoff: 0.5 }, ..Material::default() };
+        let kept = Material { alpha: 0.5, ..cut.clone() };
+        let mut scene = samples::scene(vec![cut, kept, Material::default()], vec![]);
+        scene.meshes.push(Mesh::default());
+        scene.objects[2].mesh = 1;
+        let settings = Settings::default();
+        let plan = samples::plan(&scene, &settings);
+        let world = World::of(&scene, &settings, &plan, 1.0);
+        assert_eq!(world.objects.iter().map(|object| object.material).collect::<Vec<_>>(), [1]);
+    }
+
+    #[test]
+    fn lights_are_directional_then_the_unlimited_then_the_limited_and_only_those_that_shine() {
+        let named = |name: &str, light: Light| Light { name: name.into(), ..light };
+        let dark = Light { intensity: 0.0, ..samples::sun() };
+        let lights = vec![
+            named("lamp", samples::point(Falloff::Quadratic)),
+            named("sky", samples::sky()),
+            named("dark", dark),
+            named("sun", samples::sun()),
+            named("spot", samples::spot(Falloff::InverseSquare)),
+            named("second sun", samples::sun()),
+        ];
+        let scene = samples::scene(vec![Material::default()], lights);
+        let settings = Settings::default();
+        let plan = samples::plan(&scene, &settings);
+        let world = World::of(&scene, &settings, &plan, 1.0);
+        let names: Vec<_> = world.lights.iter().map(|light| light.name.as_str()).collect();
+        assert_eq!(names, ["sky", "sun", "second sun", "spot", "lamp"]);
+        assert_eq!(world.directional_count(), 3);
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_are_refused_by_name_in_a_plan_and_in_changes_of_it() {
+        let mut scene = samples::scene(vec![Material::default()], vec![samples::sun()]);
+        let settings = Settings::default();
+        let plan = |scene: &Scene| FramePlan::of(scene, &settings, &samples::device());
+        let mut world = World::of(&scene, &settings, &plan(&scene).expect("a plan"), 1.0);
+        let bad = Light { color: Vec3::new(f32::NAN, 1.0, 1.0), ..samples::sun() };
+        let refused = |error: Result<(), Error>| error.expect_err("refused").to_string();
+        assert_eq!(refused(world.set_light(0, &bad)), "light 0: color is not finite");
+        let moved = DAffine3::from_translation(DVec3::Y * f64::INFINITY);
+        assert_eq!(refused(world.move_object(0, &moved)), "object 0: its transform is not finite");
+        assert_eq!((world.generation(), &world.lights), (0, &scene.lights));
+        (scene.name, scene.meshes[0].normals[2][1]) = ("made".into(), f32::INFINITY);
+        let said = plan(&scene).expect_err("refused").to_string();
+        assert!(said.starts_with("made: mesh 0 (") && said.ends_with("the normal of vertex 2 is not finite"), "{said}");
+        // All parts kept, a plan is made twice, and the words are the same.
+        let full = FramePlan::of(&scene, &Settings { keep: Keep::ALL, ..settings.clone() }, &samples::device());
+        assert_eq!(full.expect_err("refused").to_string(), said);
+    }
+
+    #[test]
+    fn a_world_that_is_exposed_anew_has_the_reaches_of_that_exposure() {
+        let lamp = Light { intensity: 10.0, ..samples::spot(Falloff::InverseSquare) };
+        let scene = samples::scene(vec![samples::material(Brdf::Lambert)], vec![lamp; 4]);
+        let settings = Settings { light_cutoff: true, tonemap: Tonemap::None, ..Settings::default() };
+        let plan = samples::plan(&scene, &settings);
+        let world = |exposure: f32| World::of(&scene, &settings, &plan, exposure);
+        let (mut brighter, darker) = (world(2.0), world(0.25));
+        let cut = Cut::of(&scene, &settings, 2.0);
+        assert_eq!(brighter.reaches, scene.lights.iter().map(|light| cut.reach(light)).collect::<Vec<_>>());
+        assert!(brighter.reaches[0] > 2.0 * darker.reaches[0]);
+        brighter.set_exposure(0.25);
+        assert_eq!((brighter.exposure, brighter.reaches), (0.25, darker.reaches));
+    }
+
+    #[test]
+    fn an_object_cannot_grow_until_dropped_levels_of_its_texture_would_show() {
+        let colored = Material { base_color_texture: Some(0), ..Material::default() };
+        let mut scene = samples::scene(vec![colored], vec![samples::sky()]);
+        let texels = (0..256 * 256).flat_map(|i| [(i % 251) as u8, 0, 0, 255]).collect();
+        scene.textures = vec![Texture { size: [256, 256], texels, ..scene.textures[0].clone() }];
+        scene.camera.near = 10.0;
+        let settings = |keep| Settings { size: [100, 100], anisotropy: 1, keep, ..Settings::default() };
+        let world = |settings: &Settings| {
+            let plan = samples::plan(&scene, settings);
+            World::of(&scene, settings, &plan, 1.0)
+        };
+        let mut lean = world(&settings(Keep::NONE));
+        lean.move_object(0, &DAffine3::from_rotation_y(1.0)).expect("as large as before");
+        let error = lean.move_object(0, &DAffine3::from_scale(DVec3::splat(1.1))).expect_err("larger").to_string();
+        assert!(error.contains("object 0") && error.contains("--plan texture-levels"), "{error}");
+        let mut whole = world(&settings(Keep::NONE.with(OptionalPart::TextureLevels)));
+        whole.move_object(0, &DAffine3::from_scale(DVec3::splat(9.0))).expect("any size");
+    }
+}
