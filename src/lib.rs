@@ -1,23 +1,54 @@
 //! Afterlight: a deferred renderer on raw Vulkan. Geometry first, light after.
 //!
-//! Scene in, plan, frame, image out: [`scene`] says what is drawn, [`plan::FramePlan`] what of it all frames need,
-//! [`visible`] what one camera sees, and [`frame`] draws it. ARCHITECTURE.md has the map.
+//! Scene in, plan, frame, image out: [`scene`] says what is drawn, [`plan::FramePlan`] what of it all frames need, and
+//! [`frame`] draws it. ARCHITECTURE.md has the map.
+
+#![cfg_attr(
+    not(feature = "present"),
+    allow(dead_code, reason = "only frames of a window are resized, encoded, split and covered by panels")
+)]
+
+/// The vectors, matrices and rotations of scenes.
+pub use glam;
 
 pub mod frame;
 pub mod gpu;
-pub mod gpu_scene;
 pub mod measure;
-pub mod passes;
 pub mod plan;
 pub mod reference;
 pub mod report;
 pub mod scene;
-pub mod shaders;
+// The catalogue of extreme cases, for the program.
+#[doc(hidden)]
 pub mod stress;
-pub mod targets;
-pub mod visible;
+mod visible;
 #[cfg(feature = "window")]
 pub mod window;
+
+// What records commands and names handles can be called wrongly: it is no part of the library's interface. Only the project's own tests and
+// benchmarks look inside.
+#[cfg(not(feature = "internals"))]
+mod gpu_scene;
+#[cfg(not(feature = "internals"))]
+mod passes;
+#[cfg(not(feature = "internals"))]
+#[allow(dead_code, reason = "the build writes all that the shaders tell, and passes assert what they rely on")]
+mod shaders;
+#[cfg(not(feature = "internals"))]
+mod targets;
+
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod gpu_scene;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod passes;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod shaders;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod targets;
 
 /// The README's Rust, compiled and run by the tests.
 #[cfg(doctest)]

@@ -27,19 +27,24 @@ mod tests;
 pub use cost::Cost;
 pub use error::Error;
 pub use gbuffer::{Gbuffer, NormalEncoding, format_bytes};
-pub(crate) use lights::{Cut, IdleLights, LightOrder, box_tree, range_of, shows_all, sphere_of, weakens};
-pub use lights::{Grid, PlannedLights, Reach, SLICES, TILE, UNIFORM_LIGHTS, falloff_index, steepest};
-#[cfg(test)]
-pub(crate) use occlusion::MANY_OBJECTS;
+pub use lights::{PlannedLights, UNIFORM_LIGHTS};
 pub use output::{Canvas, Encoding, HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping, Transfer};
 pub use parts::{Part, PartGroup};
-pub use shadows::{MAX_SHADOW_VIEWS, MapProjection, ShadowLight, ShadowPlan, Tile};
+pub use shadows::{MapProjection, ShadowLight, ShadowPlan, Tile};
 pub use surfaces::{
     EffectiveMaterials, ForwardKey, GeometryKey, IndexWidth, MeshPlan, Opacity, PlannedBrdf, PlannedMesh,
-    PlannedTexture, Streams, TextureMask, TexturePlan, TextureSource, Uploads, least_footprint,
+    PlannedTexture, Streams, TextureMask, TexturePlan, TextureSource, Uploads,
 };
-pub(crate) use surfaces::{SurfaceRules, stretch};
 pub use targets::Target;
+
+#[cfg(test)]
+pub(crate) use lights::steepest;
+pub(crate) use lights::{Cut, IdleLights, LightOrder, box_tree, range_of, shows_all, sphere_of, weakens};
+pub(crate) use lights::{Grid, Reach, SLICES, TILE, falloff_index};
+#[cfg(test)]
+pub(crate) use occlusion::MANY_OBJECTS;
+pub(crate) use shadows::MAX_SHADOW_VIEWS;
+pub(crate) use surfaces::{SurfaceRules, stretch};
 
 use std::collections::BTreeSet;
 

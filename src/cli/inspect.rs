@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use afterlight::frame::edges::{self, Edge, Edges};
-use afterlight::frame::render_pass::{LayoutChange, layout_changes};
+use afterlight::frame::{LayoutChange, layout_changes};
 use afterlight::frame::{capabilities, plan_for};
 use afterlight::report::graph;
 use afterlight::scene::{SettingsPatch, View};

@@ -7,14 +7,13 @@ use afterlight::gpu::Device;
 use afterlight::measure::LEAST_FOR_95;
 use afterlight::reference;
 use afterlight::report::sweep::accuracy::Truths;
-use afterlight::report::sweep::families::{Selection, Sweep, name_of};
-use afterlight::report::sweep::journal::{Asked, Header, SceneInfo};
+use afterlight::report::sweep::families::{Selection, Sweep};
+use afterlight::report::sweep::journal::{Asked, Header};
 use afterlight::report::sweep::machine;
-use afterlight::report::sweep::model::{Against, LAYOUT, Metric, Shard};
+use afterlight::report::sweep::model::{LAYOUT, Metric, Shard};
 use afterlight::report::sweep::run::Step;
 use afterlight::report::sweep::timing::Effort;
 use afterlight::scene::{Camera, SettingsPatch, View, unknown};
-use afterlight::shaders;
 
 use super::args::{SettingsArgs, samples};
 use super::failure::Failure;
@@ -65,8 +64,8 @@ impl MeasuringArgs {
     }
 
     pub fn effort(&self) -> Effort {
-        let longest = Duration::from_secs(if self.quick { 5 } else { 120 });
-        Effort { rounds: self.rounds(), longest, steady_frames: if self.quick { 1 } else { 3 } }
+        let usual = Effort { rounds: 15, longest: Duration::from_secs(120), steady_frames: 3 };
+        Effort { rounds: self.rounds(), ..if self.quick { Effort::QUICK } else { usual } }
     }
 
     /// The options of drawing, with the size of `--quick`.
@@ -88,19 +87,13 @@ impl MeasuringArgs {
         Header {
             layout: LAYOUT,
             version: env!("CARGO_PKG_VERSION").into(),
-            build: build(),
+            build: machine::build(),
             machine: machine::here(&device.physical),
             shard,
             scenes: scenes.to_vec(),
             asked: Asked { families, joint, quick, rounds, truth_samples, seed },
         }
     }
-}
-
-/// The shaders, and whether the program is one for finding mistakes: its frames take longer.
-fn build() -> String {
-    let hash = shaders::hash();
-    format!("{}{}", &hash[..16], if cfg!(debug_assertions) { " with debug assertions" } else { "" })
 }
 
 /// lavapipe takes as many threads as it likes unless it is told; then times of different runs could not be compared.
@@ -164,29 +157,6 @@ pub fn metric(text: &str) -> Result<Metric, String> {
     found.map(|&(_, metric)| metric).ok_or_else(|| unknown("metric", text, &NAMES.map(|(name, _)| name)))
 }
 
-/// The scene as a journal has it.
-pub fn scene_info(
-    workload: &Workload,
-    base: &SettingsPatch,
-    sweep: &Sweep,
-    truths: &Truths,
-    fronts: Vec<(Metric, Against)>,
-) -> SceneInfo {
-    SceneInfo {
-        name: workload.scene.name.clone(),
-        hash: truths.hash.clone(),
-        settings: base.to_string(),
-        size: base.decide().size,
-        triangles: workload.scene.triangle_count(),
-        lights: workload.scene.lights.len(),
-        truth: truths.info.clone(),
-        points: sweep.points.iter().map(name_of).collect(),
-        families: sweep.families.clone(),
-        left_out: sweep.left_out.clone(),
-        fronts,
-    }
-}
-
 /// Bars of progress, one at a time, that are named after what is measured.
 pub struct Bars {
     what: String,
@@ -197,6 +167,11 @@ pub struct Bars {
 impl Bars {
     pub fn of(what: impl Into<String>, quiet: bool) -> Self {
         Self { what: what.into(), quiet, shown: None }
+    }
+
+    /// Takes the last one away.
+    pub fn clear(&mut self) {
+        self.shown = None;
     }
 
     /// How far a run has come.

@@ -1,26 +1,22 @@
 //! `afterlight tune`: settings that keep a bound on error or time, found on the device at hand and verified from other cameras.
 
-use std::collections::BTreeMap;
+use std::cell::RefCell;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
 use afterlight::gpu::Device;
 use afterlight::reference::{Reference, View};
-use afterlight::report::sweep::assemble;
-use afterlight::report::sweep::families::{Sweep, name_of};
-use afterlight::report::sweep::journal::{Header, Journal, Record};
-use afterlight::report::sweep::meter::DeviceMeter;
-use afterlight::report::sweep::model::{Against, Metric, SceneReport, TruthInfo};
-use afterlight::report::sweep::run::{Run, Step};
+use afterlight::report::sweep::journal::Header;
+use afterlight::report::sweep::model::{Metric, TruthInfo};
 use afterlight::report::tune::cameras::{Elsewhere, held_out};
-use afterlight::report::tune::choice::{Attempt, Bound, Goal, Measurement, Outcome};
+use afterlight::report::tune::choice::{Attempt, Bound, Goal, Measurement};
 use afterlight::report::tune::evidence::{self, Evidence, Search};
-use afterlight::report::tune::verify::OnDevice;
+use afterlight::report::tune::{Tuned, Tuning};
 use afterlight::scene::SettingsPatch;
 
 use super::args::{DeviceArgs, SettingsArgs};
 use super::failure::{Exit, Failure};
-use super::measuring::{Bars, MeasuringArgs, base_of, fix_driver_threads, metric, scene_info, sweep_of, truths};
+use super::measuring::{Bars, MeasuringArgs, base_of, fix_driver_threads, metric, sweep_of, truths};
 use super::output::Sink;
 use super::table::{Table, milliseconds};
 use super::workload::Workload;
@@ -79,11 +75,8 @@ fn positive(text: &str) -> Result<f64, String> {
 /// What was measured on the device.
 struct Measured {
     header: Header,
-    scene: SceneReport,
-    /// By point of the scene.
-    patches: Vec<SettingsPatch>,
+    tuned: Tuned,
     cameras: Vec<Elsewhere>,
-    outcome: Outcome,
 }
 
 /// Measures, chooses, verifies, and writes the settings.
@@ -98,16 +91,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let search = Search {
             program: concat!("afterlight ", env!("CARGO_PKG_VERSION")),
             machine: &measured.header.machine,
-            scene: &measured.scene,
+            scene: &measured.tuned.scene,
             goal: &goal,
             cameras: &texts,
         };
-        let Some(chosen) = &measured.outcome.chosen else {
+        let Tuned { patches, outcome, .. } = &measured.tuned;
+        let Some(chosen) = &outcome.chosen else {
             let hint = "a wider bound or more --joint may do; `afterlight report` shows all of the front";
-            return Err(Failure::new(Exit::FailedCheck, search.failure(&measured.outcome)).with_hint(hint));
+            return Err(Failure::new(Exit::FailedCheck, search.failure(outcome)).with_hint(hint));
         };
-        let evidence = Evidence::of(&search, chosen, &measured.outcome.passed_over);
-        let settings = tuned(args, &workload, &measured.patches[chosen.point]);
+        let evidence = Evidence::of(&search, chosen, &outcome.passed_over);
+        let settings = tuned(args, &workload, &patches[chosen.point]);
         let failed = |error| Failure::new(Exit::BadInput, format!("cannot write the evidence: {error}"));
         args.output.write(evidence::file(&settings, &evidence).map_err(failed)?.as_bytes())?;
         let text = report(args, &measured, &search, chosen);
@@ -143,59 +137,23 @@ fn measure(args: &Args, workload: &Workload, device: &Arc<Device>, goal: &Goal) 
     let truths = |camera, what: String| {
         truths(workload, camera, &base, args.measuring.truth_samples(), &Bars::of(what, args.quiet))
     };
-    let meter = |camera, truths| DeviceMeter {
-        device,
-        scene: &workload.scene,
-        camera,
-        base: &base,
-        truths,
-        effort: args.measuring.effort(),
-        kept: BTreeMap::new(),
-    };
     let header = args.measuring.header(device, std::slice::from_ref(&args.scene), None, None);
     let own = truths(workload.scene.camera, workload.scene.name.clone())?;
     warn_of_noise(args, goal, &own.info)?;
-    let scene = sweep_scene(args, workload, &header, &sweep, meter(workload.scene.camera, own))?;
-    let patches = patches_of(&scene, &sweep);
-    // Nothing is drawn from them where nothing is to be verified.
-    let count = if goal.candidates(&scene).is_empty() { 0 } else { cameras.len() };
-    let elsewhere = cameras.iter().take(count).enumerate();
-    let meters = elsewhere.map(|(index, other)| {
-        let truths = truths(other.camera, format!("camera {} of {count}", index + 1))?;
-        Ok(meter(other.camera, truths))
-    });
-    let meters = meters.collect::<Result<Vec<_>, Failure>>()?;
-    let mut witness = OnDevice::new(meters, patches.clone(), *goal, seed);
-    let outcome = goal.choose(&scene, &mut witness)?;
-    Ok(Measured { header, scene, patches, cameras, outcome })
-}
-
-/// The scene's front, from its own camera.
-fn sweep_scene(
-    args: &Args,
-    workload: &Workload,
-    header: &Header,
-    sweep: &Sweep,
-    mut meter: DeviceMeter,
-) -> Result<SceneReport, Failure> {
-    let cannot = |error| Failure::write("to a temporary folder", &error);
-    let folder = tempfile::tempdir().map_err(cannot)?;
-    let mut journal = Journal::open(folder.path(), header, true)?;
-    let info = scene_info(workload, meter.base, sweep, &meter.truths, vec![(args.metric, Against::Converged)]);
-    journal.add(0, Record::Scene { scene: 0, info })?;
-    let mut bars = Bars::of(workload.scene.name.clone(), args.quiet);
-    let mut watch = |step: Step| bars.step(step);
-    let own = sweep.own(None);
-    let seed = args.measuring.seed;
-    Run { scene: 0, sweep, own: &own, seed, journal: &mut journal, watch: &mut watch }.measure(&mut meter)?;
-    let report = assemble::scene_report(&journal.scenes[0]);
-    report.ok_or_else(|| Failure::new(Exit::BadInput, format!("nothing of {} was measured", args.scene)))
-}
-
-/// The settings of each point of a scene's report.
-fn patches_of(scene: &SceneReport, sweep: &Sweep) -> Vec<SettingsPatch> {
-    let patch = |name: &str| sweep.points.iter().find(|patch| name_of(patch) == name).cloned().unwrap_or_default();
-    scene.points.iter().map(|point| patch(&point.name)).collect()
+    let (scene, goal, effort) = (&workload.scene, *goal, args.measuring.effort());
+    let tuning = Tuning { device, scene, base: &base, sweep: &sweep, goal, effort, seed };
+    let bars = RefCell::new(Bars::of(workload.scene.name.clone(), args.quiet));
+    let elsewhere = || {
+        bars.borrow_mut().clear();
+        let numbered = cameras.iter().enumerate();
+        let truths = |(index, other): (usize, &Elsewhere)| {
+            let truths = truths(other.camera, format!("camera {} of {}", index + 1, cameras.len()))?;
+            Ok((other.camera, truths))
+        };
+        numbered.map(truths).collect::<Result<Vec<_>, Failure>>()
+    };
+    let tuned = tuning.run(&header, own, &mut |step| bars.borrow_mut().step(step), elsewhere)?;
+    Ok(Measured { header, tuned, cameras })
 }
 
 fn cameras_of(args: &Args, workload: &Workload, base: &SettingsPatch) -> Result<Vec<Elsewhere>, Failure> {
@@ -229,7 +187,7 @@ fn warn_of_noise(args: &Args, goal: &Goal, truth: &TruthInfo) -> Result<(), Fail
 
 /// The choice with its figures from every camera, those of the settings as given beside it, and what was passed over.
 fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -> String {
-    let Measured { header, scene, outcome, .. } = measured;
+    let Measured { header, tuned: Tuned { scene, outcome, .. }, .. } = measured;
     let [width, height] = scene.size;
     let mut text = format!("{} ({}), {}\n", header.machine.device, header.machine.driver, header.machine.cpu);
     let _ = writeln!(

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process;
 
+use afterlight::frame::WHITE_NITS;
 use afterlight::frame::{Picture, Pixels};
 use afterlight::gpu::Vsync;
-use afterlight::passes::encode::WHITE_NITS;
 use afterlight::scene::{CameraPath, SettingsPatch};
 use afterlight::window::{Error, Options, ReadAgain, ShaderFolder, Summary, WindowSystem};
 

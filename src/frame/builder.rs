@@ -48,7 +48,7 @@ impl RendererBuilder {
     }
 
     /// As [`Renderer::uploaded_for`].
-    #[cfg(feature = "window")]
+    #[cfg(feature = "present")]
     pub(super) fn uploaded_for(&self, plan: &FramePlan) -> Option<Arc<GpuScene>> {
         self.plan.uploads_as(plan).then(|| Arc::clone(&self.scene))
     }

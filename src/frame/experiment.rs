@@ -4,22 +4,26 @@ use std::sync::Arc;
 
 use super::edges::Edges;
 use super::{Error, Renderer};
-#[cfg(feature = "window")]
+#[cfg(feature = "present")]
 use super::{Outcome, Presenter};
 use crate::gpu::Device;
-#[cfg(feature = "window")]
+#[cfg(feature = "present")]
 use crate::gpu::{Error as GpuError, Surface, Vsync, vk};
-#[cfg(feature = "window")]
+#[cfg(feature = "present")]
 use crate::passes::overlay::{Draw, Panels, Texture, Vertex};
 use crate::scene::{Scene, Settings};
 
 /// Draws so much that each dependency has something to order: frames in flight, in each of whose places another one follows, and copies of
 /// pictures under way while the next is drawn. Waits until all of it is done and destroyed, so that the layer has said all it has to say.
 ///
+/// # Safety
+/// As of [`Renderer::with_edges`].
+///
 /// # Errors
 /// As [`Renderer::with_edges`] and [`Renderer::render`].
-pub fn draw(device: &Arc<Device>, scene: &Scene, settings: &Settings, edges: Edges) -> Result<(), Error> {
-    let mut renderer = Renderer::with_edges(device, scene, settings, edges)?;
+pub unsafe fn draw(device: &Arc<Device>, scene: &Scene, settings: &Settings, edges: Edges) -> Result<(), Error> {
+    // SAFETY: the caller's promise.
+    let mut renderer = unsafe { Renderer::with_edges(device, scene, settings, edges) }?;
     for frame in 0..4 {
         renderer.render(&scene.camera)?;
         if frame == 1 || frame == 2 {
@@ -33,10 +37,13 @@ pub fn draw(device: &Arc<Device>, scene: &Scene, settings: &Settings, edges: Edg
 /// The same of frames that are presented, on a surface without a display, with and without whatever may lie over the picture: another one beside it,
 /// panels, and a copy of it all; `encoded` as [`Presenter::with_encoding`] says.
 ///
+/// # Safety
+/// As of [`Renderer::with_edges`].
+///
 /// # Errors
 /// As [`Presenter::fit`] and [`Presenter::draw`]; an instance without [`crate::gpu::HEADLESS`].
-#[cfg(feature = "window")]
-pub fn present(
+#[cfg(feature = "present")]
+pub unsafe fn present(
     device: &Arc<Device>,
     scene: &Scene,
     settings: &Settings,
@@ -45,7 +52,8 @@ pub fn present(
 ) -> Result<(), Error> {
     let surface = Surface::headless(device)?;
     let mut presenter = Presenter::new(device, surface, scene, settings, Vsync::Off)?;
-    presenter = presenter.with_edges(move |_| edges.clone());
+    // SAFETY: the caller's promise.
+    presenter = unsafe { presenter.with_edges(move |_| edges.clone()) };
     if encoded {
         presenter = presenter.with_encoding();
     }
@@ -73,7 +81,7 @@ pub fn present(
 }
 
 /// A triangle over a part of the picture, with its texture where that is not on the device yet.
-#[cfg(feature = "window")]
+#[cfg(feature = "present")]
 fn panels([width, height]: [u32; 2], with_texture: bool) -> Panels {
     let corner = |x: u32, y: u32| Vertex { position: [x as f32, y as f32], uv: [0.5; 2], color: [90, 60, 30, 128] };
     let white = Texture { id: 0, size: [1; 2], rgba: vec![255; 4] };

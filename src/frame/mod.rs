@@ -8,32 +8,35 @@ mod deferred;
 pub mod edges;
 pub mod experiment;
 pub mod list;
-#[cfg(feature = "window")]
+#[cfg(feature = "present")]
 mod present;
 pub mod proof;
 mod read_back;
-#[cfg(feature = "window")]
+#[cfg(feature = "present")]
 mod rebuild;
-pub mod render_pass;
+pub(crate) mod render_pass;
 mod render_passes;
-#[cfg(feature = "window")]
+#[cfg(feature = "present")]
 mod split;
 mod tiled;
 mod triangles;
 
+#[cfg(feature = "present")]
+pub use crate::passes::encode::WHITE_NITS;
 pub use accumulate::{Accumulator, sample_offset};
 pub use capabilities::capabilities;
 pub use complexity::Complexity;
-pub use deferred::Deferred;
-#[cfg(feature = "window")]
+#[cfg(feature = "present")]
 pub use present::{Fitted, Outcome, Presenter};
-#[cfg(feature = "window")]
+#[cfg(feature = "present")]
 pub use rebuild::Wake;
-pub use tiled::TiledFrame;
+pub use render_pass::{LayoutChange, layout_changes};
 pub use triangles::triangles;
 
 use builder::RendererBuilder;
+use deferred::Deferred;
 use edges::Edges;
+use tiled::TiledFrame;
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -55,8 +58,10 @@ const IN_FLIGHT: usize = 2;
 /// A renderer that could not be made, or a frame that could not be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
+    /// The settings cannot be planned for this scene and device.
     #[error(transparent)]
     Plan(#[from] plan::Error),
+    /// The device failed.
     #[error(transparent)]
     Gpu(#[from] gpu::Error),
 }
@@ -70,20 +75,25 @@ impl From<scene::Error> for Error {
 /// What a frame drew.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Drawn {
+    /// Objects that were drawn.
     pub objects: usize,
     /// Beside or behind the view.
     pub culled: usize,
     /// In view, behind others.
     pub occluded: usize,
+    /// Triangles of all draws.
     pub triangles: usize,
     /// Lights that reach what is seen, and those of the plan that do not, or come after those that a frame is halted after.
     pub lights: usize,
+    /// Lights of the plan that reach nothing that is seen.
     pub idle_lights: usize,
     /// Draws into shadow maps, and those left out because nothing is seen in their shadow.
     pub casters: usize,
+    /// Draws into shadow maps that were left out.
     pub idle_casters: usize,
     /// Shadow maps that are looked up, and how many of them were drawn anew.
     pub shadow_maps: usize,
+    /// Shadow maps that were drawn anew.
     pub shadow_maps_drawn: usize,
 }
 
@@ -98,6 +108,7 @@ pub struct FrameTimes {
     pub gpu_ms: Option<f64>,
     /// By pass, by the device's own clock. Empty on CPU devices: they shade when they like, whatever subpass is recorded.
     pub passes: Vec<(String, f64)>,
+    /// What the frame drew.
     pub drawn: Drawn,
 }
 
@@ -106,6 +117,7 @@ pub struct FrameTimes {
 pub struct Picture {
     /// Width and height in pixels.
     pub size: [u32; 2],
+    /// The texels, row by row.
     pub pixels: Pixels,
 }
 
@@ -165,7 +177,7 @@ enum Frame {
 
 /// What frames are made of.
 #[derive(Clone, Copy)]
-pub struct FrameParts<'a> {
+pub(crate) struct FrameParts<'a> {
     pub device: &'a Arc<Device>,
     pub plan: &'a FramePlan,
     /// Every stage, access and layout of its dependencies.
@@ -196,7 +208,7 @@ impl Frame {
     }
 
     /// Makes anew what has the size of the picture.
-    #[cfg(feature = "window")]
+    #[cfg(feature = "present")]
     fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
         match self {
             Self::Deferred(frame) => frame.resize(parts),
@@ -241,7 +253,7 @@ pub struct Renderer {
     copy: Option<(CommandBuffer, Copy)>,
     frames: Vec<InFlight>,
     next: usize,
-    #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "frames of a window are resized, and no others"))]
+    #[cfg_attr(not(feature = "present"), expect(dead_code, reason = "frames of a window are resized, and no others"))]
     frame_layout: Owned<vk::DescriptorSetLayout>,
 }
 
@@ -264,16 +276,26 @@ impl Renderer {
         RendererBuilder::new(device, scene, settings, (plan, edges), None)?.finish(&[])
     }
 
-    /// The same with other dependencies than [`edges::table`] has for the plan, for experiments and proofs: without a row or a bit
-    /// pictures are undefined, and a synchronization validation layer should say why.
+    /// The same with other dependencies than [`edges::table`] has for the plan, for experiments and proofs: a synchronization validation
+    /// layer should say what is missing.
+    ///
+    /// # Safety
+    /// Without a row or a bit that frames need (`proof::Frames` finds a hazard), memory of the device is read and written in any order: what a
+    /// driver does then is undefined.
     ///
     /// # Errors
     /// As [`Renderer::new`].
-    pub fn with_edges(device: &Arc<Device>, scene: &Scene, settings: &Settings, edges: Edges) -> Result<Self, Error> {
+    pub unsafe fn with_edges(
+        device: &Arc<Device>,
+        scene: &Scene,
+        settings: &Settings,
+        edges: Edges,
+    ) -> Result<Self, Error> {
         let plan = plan_for(device, scene, settings)?;
         RendererBuilder::new(device, scene, settings, (plan, edges), None)?.finish(&[])
     }
 
+    /// The plan of all frames.
     pub fn plan(&self) -> &FramePlan {
         &self.plan
     }

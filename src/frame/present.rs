@@ -115,8 +115,11 @@ impl Presenter {
         })
     }
 
-    /// The same with other dependencies than [`edges::table`] has for a plan: see [`Renderer::with_edges`].
-    pub fn with_edges(self, edges: impl Fn(&FramePlan) -> Edges + 'static) -> Self {
+    /// The same with other dependencies than [`edges::table`] has for a plan.
+    ///
+    /// # Safety
+    /// As of [`Renderer::with_edges`].
+    pub unsafe fn with_edges(self, edges: impl Fn(&FramePlan) -> Edges + 'static) -> Self {
         Self { edges: Box::new(edges), ..self }
     }
 

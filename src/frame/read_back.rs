@@ -6,7 +6,7 @@ use super::edges::{Edges, RowName};
 use super::{Error, Picture, Pixels, Renderer};
 use crate::gpu::{self, CommandBuffer, Device, barrier};
 use crate::passes::copy::Copy;
-#[cfg(feature = "window")]
+#[cfg(feature = "present")]
 use crate::passes::tonemap::encode_srgb;
 
 impl Renderer {
@@ -78,7 +78,7 @@ pub(super) fn picture_of(copy: &Copy, size: [u32; 2], format: vk::Format) -> Res
 ///
 /// # Errors
 /// When the device is lost.
-#[cfg(feature = "window")]
+#[cfg(feature = "present")]
 pub(super) fn picture_up_to_white(copy: &Copy, size: [u32; 2]) -> Result<Picture, Error> {
     // There are fewer half floats than channels of a picture.
     let code = |bits: u16| (encode_srgb(half::f16::from_bits(bits).to_f64().clamp(0.0, 1.0)) * 255.0).round() as u8;

@@ -155,7 +155,7 @@ impl Device {
     }
 
     /// Names an object for layers and debuggers, where VK_EXT_debug_utils is there.
-    pub fn name_object<H: Handle>(&self, object: H, name: &str) {
+    pub(crate) fn name_object<H: Handle>(&self, object: H, name: &str) {
         let Some(debug_utils) = &self.debug_utils else { return };
         let name = c_text(name);
         let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&name);
@@ -165,7 +165,7 @@ impl Device {
     }
 
     /// Opens a labelled region in a command buffer, for layers and debuggers.
-    pub fn begin_label(&self, cmd: vk::CommandBuffer, name: &str) {
+    pub(crate) fn begin_label(&self, cmd: vk::CommandBuffer, name: &str) {
         let Some(debug_utils) = &self.debug_utils else { return };
         let text = c_text(name);
         let label = vk::DebugUtilsLabelEXT::default().label_name(&text);
@@ -183,7 +183,7 @@ impl Device {
     }
 
     /// Closes the region that the last [`Device::begin_label`] opened.
-    pub fn end_label(&self, cmd: vk::CommandBuffer) {
+    pub(crate) fn end_label(&self, cmd: vk::CommandBuffer) {
         let Some(debug_utils) = &self.debug_utils else { return };
         // SAFETY: the command buffer is recording, with a label open (the module's contract).
         unsafe { debug_utils.cmd_end_debug_utils_label(cmd) };

@@ -13,6 +13,10 @@
 //!
 //! Vulkan 1.1 is the baseline; newer features and extensions are used where they exist. One queue does everything.
 
+#[cfg(not(feature = "internals"))]
+pub(crate) mod barrier;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
 pub mod barrier;
 mod buffer;
 mod command;
@@ -20,7 +24,7 @@ mod descriptor;
 mod device;
 mod error;
 mod image;
-#[cfg(feature = "window")]
+#[cfg(feature = "present")]
 mod image_formats;
 mod instance;
 mod instrumentation;
@@ -35,38 +39,56 @@ mod render_pass;
 mod reuse;
 mod sampler;
 mod submission;
-#[cfg(feature = "window")]
+#[cfg(feature = "present")]
 mod surface;
-#[cfg(feature = "window")]
+#[cfg(feature = "present")]
 mod swapchain;
 pub mod sync;
 pub mod system;
+#[cfg(not(feature = "internals"))]
+pub(crate) mod upload;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
 pub mod upload;
 
 pub use ash::vk;
 
-pub use buffer::Buffer;
-pub use command::CommandBuffer;
-pub use descriptor::{BufferRange, DescriptorPool, SetLayout, SetWriter};
 pub use device::{Device, EnabledFeatures};
 pub use error::{Error, Result};
-pub use image::{Image, ImageDesc, can_blit, format_bytes, mip_count};
-#[cfg(feature = "window")]
-pub use image_formats::{ImageFormats, ImageWish, image_formats};
 pub use instance::{Instance, InstanceOptions, LayerInfo, Validation};
-pub use memory::{HeapReport, KindReport, Location, MemoryKind, MemoryReport};
+pub use memory::{HeapReport, KindReport, MemoryKind, MemoryReport};
 pub use message::{Message, MessageKind, MessageLog, Severity};
-pub use owned::{Destroy, Owned};
 pub use physical::{DeviceChoice, PhysicalDevice, choose};
-pub use pipeline::{
-    DepthState, GraphicsPipeline, GraphicsPipelineDesc, PipelineLayout, ShaderStage, compute_pipeline, pipeline_layout,
-};
-pub use queries::Timestamps;
-pub use render_pass::{Framebuffer, RenderPass, SubpassDesc, framebuffer};
-pub use sampler::Sampler;
-pub use submission::Ticket;
-#[cfg(feature = "window")]
+#[cfg(feature = "present")]
 pub use surface::{HEADLESS, Surface, surface_extensions};
-#[cfg(feature = "window")]
-pub use swapchain::{Acquired, Fit, PresentableImage, Swapchain, SwapchainDesc, Vsync, semaphore};
-pub use upload::{DEFAULT_STAGING_BYTES, UploadOrder, Uploader};
+#[cfg(feature = "present")]
+pub use swapchain::{Fit, Vsync};
+
+#[cfg(not(feature = "internals"))]
+pub(crate) use internals::*;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub use internals::*;
+
+/// What takes raw handles, and so can be called wrongly.
+mod internals {
+    pub use super::buffer::Buffer;
+    pub use super::command::CommandBuffer;
+    pub use super::descriptor::{BufferRange, DescriptorPool, SetLayout, SetWriter};
+    pub use super::image::{Image, ImageDesc, can_blit, format_bytes, mip_count};
+    #[cfg(feature = "present")]
+    pub use super::image_formats::{ImageFormats, ImageWish, image_formats};
+    pub use super::memory::Location;
+    pub use super::owned::{Destroy, Owned};
+    pub use super::pipeline::{
+        DepthState, GraphicsPipeline, GraphicsPipelineDesc, PipelineLayout, ShaderStage, compute_pipeline,
+        pipeline_layout,
+    };
+    pub use super::queries::Timestamps;
+    pub use super::render_pass::{Framebuffer, RenderPass, SubpassDesc, framebuffer};
+    pub use super::sampler::Sampler;
+    pub use super::submission::Ticket;
+    #[cfg(feature = "present")]
+    pub use super::swapchain::{Acquired, PresentableImage, Swapchain, SwapchainDesc, semaphore};
+    pub use super::upload::{DEFAULT_STAGING_BYTES, UploadOrder, Uploader};
+}

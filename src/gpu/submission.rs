@@ -109,7 +109,7 @@ impl Device {
     ///
     /// # Errors
     /// As [`Device::submit`].
-    pub fn submit_with(
+    pub(crate) fn submit_with(
         &self,
         cmd: &CommandBuffer,
         waits: &[(vk::Semaphore, vk::PipelineStageFlags)],
@@ -123,7 +123,7 @@ impl Device {
     ///
     /// # Errors
     /// A lost device; running out of memory.
-    pub fn consume(&self, signalled: vk::Semaphore) -> Result<Ticket> {
+    pub(crate) fn consume(&self, signalled: vk::Semaphore) -> Result<Ticket> {
         let wait = (signalled, vk::PipelineStageFlags::ALL_COMMANDS);
         self.submit_raw(&[], &[wait], &[], || "waiting for a semaphore".into())
     }
@@ -242,7 +242,7 @@ impl Device {
 
     /// Lets something use the queue that this module does not wrap, such as presenting, while nobody else does. It must not
     /// submit or wait through this device: that needs the queue too, and would wait forever.
-    pub fn with_queue<R>(&self, use_queue: impl FnOnce(vk::Queue) -> R) -> R {
+    pub(crate) fn with_queue<R>(&self, use_queue: impl FnOnce(vk::Queue) -> R) -> R {
         use_queue(self.submissions.lock().queue)
     }
 }

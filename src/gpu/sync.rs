@@ -6,7 +6,9 @@ use ash::vk;
 /// the uses that it orders.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Use {
+    /// One stage, or several.
     pub stage: vk::PipelineStageFlags,
+    /// What that stage does.
     pub access: vk::AccessFlags,
 }
 
@@ -32,6 +34,7 @@ impl Use {
     /// After a dependency that holds nothing back.
     pub const END: Self = Self::new(vk::PipelineStageFlags::BOTTOM_OF_PIPE, vk::AccessFlags::empty());
 
+    /// A stage with its accesses.
     pub const fn new(stage: vk::PipelineStageFlags, access: vk::AccessFlags) -> Self {
         Self { stage, access }
     }

@@ -15,8 +15,11 @@ pub const LEAST_FOR_95: usize = 6;
 /// A median with its 95% interval, in the unit of the samples.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct MedianInterval {
+    /// The median of the samples.
     pub median: f64,
+    /// The interval's lower end.
     pub low: f64,
+    /// The interval's upper end.
     pub high: f64,
     /// Samples that went in.
     pub count: usize,
@@ -80,6 +83,7 @@ impl GroupedMedian {
         Some(Self { median, count: all.len(), draws: draws.collect() })
     }
 
+    /// The median with its interval, if there are samples enough.
     pub fn interval(&self) -> Option<MedianInterval> {
         interval(self.median, self.draws.clone(), self.count)
     }
@@ -92,6 +96,7 @@ impl GroupedMedian {
         interval(self.median * percentile(&resampler.sorted, 50.0)?, products, resampler.sorted.len())
     }
 
+    /// The median of all samples.
     pub fn median(&self) -> f64 {
         self.median
     }

@@ -25,10 +25,13 @@ const F_95: [f64; 10] = [161.4, 18.51, 10.13, 7.709, 6.608, 5.987, 5.591, 5.318,
 /// A fitted law error = scale x^-order + floor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PowerLaw {
+    /// The value at 1.
     pub scale: f64,
+    /// The exponent.
     pub order: f64,
     /// 95% interval of the order.
     pub low: f64,
+    /// The upper end of the exponent's interval.
     pub high: f64,
     /// What the error does not fall below; 0 where the points do not show one.
     pub floor: f64,

@@ -13,6 +13,7 @@ pub const PIXELS_PER_DEGREE: f32 = DEFAULT_PIXELS_PER_DEGREE;
 pub struct FlipMap {
     /// Width and height in pixels.
     pub size: [u32; 2],
+    /// One error a pixel, 0 to 1, rows from the top.
     pub errors: Vec<f32>,
 }
 

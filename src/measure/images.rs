@@ -6,8 +6,11 @@
     "cannot compare a picture of {}x{} pixels with one of {}x{}",
     actual[0], actual[1], expected[0], expected[1]
 )]
+/// Two images of different sizes, in pixels.
 pub struct Mismatch {
+    /// Of the image that is compared.
     pub actual: [u32; 2],
+    /// Of the image that it is compared with.
     pub expected: [u32; 2],
 }
 
@@ -16,6 +19,7 @@ pub struct Mismatch {
 pub struct LinearImage {
     /// Width and height in pixels; their product is the number of `pixels`.
     pub size: [u32; 2],
+    /// RGB, rows from the top.
     pub pixels: Vec<[f64; 3]>,
 }
 
@@ -24,6 +28,7 @@ pub struct LinearImage {
 pub struct Srgb8Image {
     /// Width and height in pixels; their product is the number of `pixels`.
     pub size: [u32; 2],
+    /// RGB, rows from the top.
     pub pixels: Vec<[u8; 3]>,
 }
 

@@ -8,12 +8,15 @@ use serde::Serialize;
 pub struct Distribution {
     /// Samples that went in.
     pub count: usize,
+    /// The least value.
     pub min: f64,
     /// 5th percentile.
     pub p5: f64,
+    /// The middle value.
     pub median: f64,
     /// 95th percentile.
     pub p95: f64,
+    /// The greatest value.
     pub max: f64,
 }
 

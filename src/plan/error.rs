@@ -5,55 +5,73 @@ use crate::scene::{self, HdrFormat, LightPath};
 /// A frame that cannot be planned. One line that names the setting and the limit.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Error {
+    /// `Scene::check` found a fault.
     #[error("{0}")]
     Scene(String),
+    /// Width and height of the picture, and the device's limit.
     #[error("the size {0}x{1} is not possible on this device: each edge must be 1 to {2} pixels")]
     Size(u32, u32, u32),
+    /// The edge of a shadow map, and the device's limit.
     #[error("a shadow map of {0} texels is not possible on this device: the limit is {1}")]
     ShadowSize(u32, u32),
     #[error(
         "this G-buffer needs {0} colour attachments in one subpass and the device has {1}: choose fewer targets, as `--gbuffer lean`"
     )]
+    /// Colour attachments of a subpass, and the device's limit.
     ColorAttachments(u32, u32),
     #[error(
         "this G-buffer is read through {0} input attachments and the device has {1}: choose fewer targets, as `--gbuffer lean`"
     )]
+    /// Input attachments of a subpass, and the device's limit.
     InputAttachments(u32, u32),
     #[error(
         "this device cannot blend into the HDR format {0}: choose `--hdr-format rgba16f`, into which every device can"
     )]
+    /// A format that the device cannot blend into.
     HdrFormat(HdrFormat),
+    /// A view of the G-buffer on a light path without one.
     #[error("the light path {0} has no G-buffer to show: leave --light-path out to see this view")]
     NoGbuffer(LightPath),
+    /// A light path that needs blending into 32-bit floats.
     #[error("the light path {0} adds lights by blending into 32-bit floats, which this device cannot: try clustered")]
     NoFloatBlending(LightPath),
     #[error(
         "compute writes the finished picture by itself, and {0} works on one that is drawn: choose another light path"
     )]
+    /// An effect on the finished picture on the light path `compute`, by its name.
     ComputeWithEffect(&'static str),
     #[error(
         "the light path compute needs work groups of {0} invocations, and this device has at most {1}: try clustered"
     )]
+    /// Invocations of a work group, and the device's limit.
     WorkGroup(u32, u32),
     #[error(
         "the light path {0} adds lights into 32-bit floats, so that the HDR format {1} does not apply: leave it out"
     )]
+    /// An HDR format on a light path that has its own.
     BlendedFormat(LightPath, HdrFormat),
+    /// A light cut-off for a linear picture.
     #[error("a light cut-off is certified against half a step of 8 bits, and a linear picture has none: leave it off")]
     CutoffWithoutSteps,
+    /// The view of triangles on a device that does not number them.
     #[error("this device does not number triangles (it lacks geometryShader): the view triangle cannot be drawn")]
     NoTriangles,
+    /// The view of shadow maps where there are none, and why.
     #[error("there is no shadow map to show: {0}")]
     NoShadowMap(String),
+    /// Anti-aliasing that does not go with other settings.
     #[error("anti-aliasing: {0}")]
     AntiAliasing(String),
+    /// A change of a living scene that its plan does not allow.
     #[error("{0}")]
     Change(String),
+    /// A depth pre-pass on the light path `forward-naive`.
     #[error("forward-naive has no depth pre-pass, which is what it is there to show: choose `--light-path forward`")]
     NaivePrepass,
     #[error(
         "the light path compute writes the finished picture, and transparent surfaces would have to come after it: choose `--light-path clustered`"
     )]
+    /// Transparent surfaces on the light path `compute`.
     ComputeWithTransparency,
 }
 

@@ -8,8 +8,11 @@ use crate::scene::{Brdf, GbufferChoice, GbufferPreset, Keep, OptionalPart, Targe
 /// How a normal fits its target; the numbers are those of `shaders/shared/encodings.wgsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NormalEncoding {
+    /// Octahedral, in two channels.
     Octahedral = 0,
+    /// From -1..1 to 0..1, in three channels.
     HalfEncoded = 1,
+    /// As it is, in signed channels.
     Signed = 2,
 }
 
@@ -20,6 +23,7 @@ pub struct Gbuffer {
     pub albedo: vk::Format,
     /// Shading normal.
     pub normal: vk::Format,
+    /// How the normal target stores directions.
     pub normal_encoding: NormalEncoding,
     /// Perceptual roughness (or shininess), metallic, geometric normal octahedral in the last two; as many channels as are needed.
     pub material: Option<vk::Format>,

@@ -10,9 +10,11 @@ use std::collections::BTreeSet;
 
 pub use froxels::{Grid, SLICES, TILE};
 pub(crate) use order::{IdleLights, LightOrder, shows_all};
+pub use reach::Reach;
 use reach::bounded;
+#[cfg(test)]
+pub use reach::steepest;
 pub(crate) use reach::{Cut, range_of, sphere_of, weakens};
-pub use reach::{Reach, steepest};
 
 use super::shadows::ShadowPlan;
 use super::{Capabilities, Error, Shading};

@@ -43,6 +43,7 @@ pub enum Transfer {
 /// What ENCODE makes of a picture, which until then is linear, with a white of 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Encoding {
+    /// What the stored values mean.
     pub transfer: Transfer,
     /// The brightest that the display shows, in units of white: 1 where white is the brightest.
     pub headroom: f32,

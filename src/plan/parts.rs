@@ -14,11 +14,15 @@ use crate::scene::{HdrFormat, OptionalPart, Scene, Settings, TextureSlot, Transp
 /// Something that a frame can have.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Part {
+    /// What the part is called.
     pub name: String,
+    /// What it is a part of.
     pub group: PartGroup,
     /// Its word for `--plan`, where it can be kept without need.
     pub optional: Option<OptionalPart>,
+    /// Whether frames have it.
     pub included: bool,
+    /// Why it is in or out.
     pub reason: String,
     /// Device memory that it takes; none where it is out. What it would take, [`FramePlan::cost_of`] finds out.
     pub bytes: u64,
@@ -27,11 +31,17 @@ pub struct Part {
 /// What a part belongs to, in the order of reports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum PartGroup {
+    /// Attachments.
     Targets,
+    /// Passes and subpasses.
     Passes,
+    /// Vertex streams and indices.
     Geometry,
+    /// Textures and their levels.
     Textures,
+    /// Lights and their lists.
     Lights,
+    /// Shadow maps.
     Shadows,
     /// What is decided anew for each frame.
     Camera,

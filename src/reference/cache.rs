@@ -49,7 +49,9 @@ pub enum Source {
 /// A truth that may have been read from a cache.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cached {
+    /// The picture.
     pub truth: Truth,
+    /// Whether it was read or rendered.
     pub source: Source,
     /// What was wrong with the cache, a line each. The truth is right all the same.
     pub warnings: Vec<String>,

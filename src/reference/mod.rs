@@ -31,6 +31,7 @@ use crate::scene::Camera;
 /// A picture that is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
+    /// Where it is seen from.
     pub camera: Camera,
     /// Width and height in pixels.
     pub size: [u32; 2],
@@ -59,7 +60,9 @@ pub enum Smith {
 /// How the truth is evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Options {
+    /// What a pixel is worth.
     pub mode: Mode,
+    /// The masking and shadowing function.
     pub smith: Smith,
 }
 

@@ -31,7 +31,9 @@ pub struct Reference<'a> {
 /// Mean and spread of the samples of each pixel so far (Welford 1962).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Accumulation {
+    /// Samples of each pixel so far.
     pub samples: u32,
+    /// Their mean, rows from the top.
     pub mean: Vec<[f64; 3]>,
     /// Sum of the squared distances from the mean.
     pub squares: Vec<[f64; 3]>,
@@ -294,6 +296,7 @@ fn add(radiance: DVec3, count: u32, mean: &mut [f64; 3], squares: &mut [f64; 3])
 }
 
 impl Accumulation {
+    /// No samples yet, for a picture of this size.
     pub fn new(size: [u32; 2]) -> Self {
         let pixels = size[0] as usize * size[1] as usize;
         Self { samples: 0, mean: vec![[0.0; 3]; pixels], squares: vec![[0.0; 3]; pixels] }

@@ -16,6 +16,7 @@ pub struct Surface {
     pub normal: DVec3,
     /// The interpolated normal without the normal map, turned likewise; unit length.
     pub geometric_normal: DVec3,
+    /// The reflection model.
     pub brdf: Brdf,
     /// Linear RGB, 0 to 1.
     pub albedo: DVec3,

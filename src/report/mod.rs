@@ -1,10 +1,14 @@
 //! What people read: the drawing of a frame, made from the values that the frame itself is made from, and how far its pictures are from
 //! the truth for what they cost.
 
+// Hidden is what only the program needs: it changes with its pages and files.
+#[doc(hidden)]
 pub mod graph;
 #[cfg(feature = "report")]
+#[doc(hidden)]
 pub mod page;
 #[cfg(feature = "report")]
+#[doc(hidden)]
 pub mod sweep;
 #[cfg(feature = "report")]
 pub mod tune;

@@ -5,7 +5,9 @@ use glam::{DAffine3, DVec3};
 /// An axis-aligned box. Empty when `min` exceeds `max`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aabb {
+    /// The lowest corner.
     pub min: DVec3,
+    /// The highest corner.
     pub max: DVec3,
 }
 
@@ -19,22 +21,27 @@ impl Aabb {
     /// The box of no points: the neutral element of [`Aabb::union`].
     pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
+    /// The box around points; empty of none.
     pub fn of_points(points: impl IntoIterator<Item = DVec3>) -> Self {
         points.into_iter().fold(Self::EMPTY, |all, p| Self { min: all.min.min(p), max: all.max.max(p) })
     }
 
+    /// Whether it holds no point.
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()
     }
 
+    /// The box around both.
     pub fn union(&self, other: &Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
+    /// The box of what both hold; empty if they do not meet.
     pub fn intersection(&self, other: &Self) -> Self {
         Self { min: self.min.max(other.min), max: self.max.min(other.max) }
     }
 
+    /// The middle; zero when empty.
     pub fn center(&self) -> DVec3 {
         if self.is_empty() { DVec3::ZERO } else { self.min * 0.5 + self.max * 0.5 }
     }
@@ -49,6 +56,7 @@ impl Aabb {
         self.size().length() * 0.5
     }
 
+    /// All corners.
     pub fn corners(&self) -> [DVec3; 8] {
         std::array::from_fn(|i| {
             let pick = |bit: usize, low: f64, high: f64| if i & bit == 0 { low } else { high };

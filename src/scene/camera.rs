@@ -28,10 +28,12 @@ pub enum Projection {
 }
 
 impl Projection {
+    /// All rays go through one point.
     pub const fn perspective(fov_y_degrees: f64) -> Self {
         Self::Perspective { fov_y_degrees }
     }
 
+    /// All rays are parallel.
     pub const fn orthographic(height: f64) -> Self {
         Self::Orthographic { height }
     }
@@ -41,9 +43,11 @@ impl Projection {
 /// what there is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
+    /// Where it stands.
     pub position: DVec3,
     /// From camera space to world space.
     pub rotation: DQuat,
+    /// How it lays the scene out on its picture.
     pub projection: Projection,
     /// Distance of the near plane, above 0.
     pub near: f64,
@@ -74,18 +78,22 @@ impl Camera {
         Self { position, rotation, ..Self::default() }
     }
 
+    /// Where it looks, of length 1.
     pub fn forward(&self) -> DVec3 {
         self.rotation * DVec3::NEG_Z
     }
 
+    /// What is right in its picture, of length 1.
     pub fn right(&self) -> DVec3 {
         self.rotation * DVec3::X
     }
 
+    /// What is up in its picture, of length 1.
     pub fn up(&self) -> DVec3 {
         self.rotation * DVec3::Y
     }
 
+    /// Whether its rays are parallel.
     pub fn is_orthographic(&self) -> bool {
         matches!(self.projection, Projection::Orthographic { .. })
     }

@@ -24,17 +24,24 @@ impl LoadOptions<'_> {
 /// A step of loading: `done` of `total` units of `what`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
+    /// What is counted.
     pub what: &'static str,
+    /// Units that are done.
     pub done: usize,
+    /// Units in all.
     pub total: usize,
 }
 
 /// A model file's content. Indices point into the lists here.
 #[derive(Debug, Clone, Default)]
 pub struct Imported {
+    /// The meshes.
     pub meshes: Vec<Mesh>,
+    /// The objects; each has one of the meshes and one of the materials.
     pub objects: Vec<Object>,
+    /// The materials.
     pub materials: Vec<Material>,
+    /// The textures of the materials.
     pub textures: Vec<Texture>,
     /// What was odd and how it was handled, a line each.
     pub warnings: Vec<String>,

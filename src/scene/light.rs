@@ -5,18 +5,22 @@ use glam::{DVec3, Vec3};
 /// A light. Its radiometric strength is `color * intensity`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Light {
+    /// For messages and reports.
     pub name: String,
+    /// Where the light comes from.
     pub kind: LightKind,
     /// Linear RGB, not negative.
     pub color: Vec3,
     /// Lux for a directional light, candela for point and spot. Not negative.
     pub intensity: f32,
+    /// Whether objects stand in its way.
     pub casts_shadow: bool,
     /// How large the source is, for soft shadows: the angular diameter in degrees of a directional light, the radius in metres of
     /// the others. 0 for a light without a size.
     pub size: f64,
 }
 
+/// The shape and place of a light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LightKind {
     /// `direction` is where the light travels to, of any length but 0.

@@ -12,11 +12,14 @@ pub enum Brdf {
     Phong,
     /// (N.H)^n
     BlinnPhong,
+    /// Diffuse only.
     Lambert,
 }
 
+/// What alpha does.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum AlphaMode {
+    /// Nothing.
     #[default]
     Opaque,
     /// A fragment whose alpha is below the cut-off is not there.
@@ -46,6 +49,7 @@ pub enum TextureSlot {
 }
 
 impl TextureSlot {
+    /// All slots, in order.
     pub const ALL: [Self; 6] =
         [Self::BaseColor, Self::Normal, Self::MetallicRoughness, Self::Occlusion, Self::Emissive, Self::Specular];
 }
@@ -53,7 +57,9 @@ impl TextureSlot {
 /// A material; factors multiply what the textures say. Colours are linear RGB.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
+    /// For messages and reports.
     pub name: String,
+    /// The reflection model.
     pub brdf: Brdf,
     /// Albedo (Kd), 0 to 1.
     pub base_color: Vec3,
@@ -75,12 +81,19 @@ pub struct Material {
     pub emissive: Vec3,
     /// Scale of the normal map's X and Y.
     pub normal_scale: f32,
+    /// Whether back faces are drawn, with their normals turned.
     pub two_sided: bool,
+    /// Multiplies `base_color` and `alpha`; index in `Scene::textures`.
     pub base_color_texture: Option<usize>,
+    /// Bends the normals of meshes that have tangents.
     pub normal_texture: Option<usize>,
+    /// Multiplies `metallic` and `roughness`.
     pub metallic_roughness_texture: Option<usize>,
+    /// Darkens ambient light.
     pub occlusion_texture: Option<usize>,
+    /// Multiplies `emissive`.
     pub emissive_texture: Option<usize>,
+    /// Multiplies `specular`.
     pub specular_texture: Option<usize>,
 }
 
@@ -142,6 +155,7 @@ impl Material {
         ]
     }
 
+    /// Whether texels below a cut-off are left out.
     pub fn is_masked(&self) -> bool {
         matches!(self.alpha_mode, AlphaMode::Mask { .. })
     }
@@ -151,6 +165,7 @@ impl Material {
         matches!(self.alpha_mode, AlphaMode::Blend | AlphaMode::Glass)
     }
 
+    /// Whether it emits light.
     pub fn is_emissive(&self) -> bool {
         self.emissive.max_element() > 0.0
     }

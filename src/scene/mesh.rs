@@ -19,6 +19,7 @@ pub struct TriangleId {
 /// An indexed triangle list with one material's worth of vertices. Counter-clockwise is the front.
 #[derive(Debug, Clone, Default)]
 pub struct Mesh {
+    /// For messages and reports.
     pub name: String,
     /// Where the vertices' zero lies in mesh space. Subtracted in f64 before positions became f32.
     pub origin: DVec3,
@@ -193,11 +194,15 @@ impl Geometry for Corners<'_> {
 /// A mesh placed in the world with a material.
 #[derive(Debug, Clone)]
 pub struct Object {
+    /// For messages and reports.
     pub name: String,
+    /// Index in `Scene::meshes`.
     pub mesh: usize,
+    /// Index in `Scene::materials`.
     pub material: usize,
     /// From mesh space to world space. May mirror.
     pub transform: DAffine3,
+    /// Which of its faces cast shadows.
     pub casts_shadow: CastsShadow,
     /// Whether shadows fall on it.
     pub receives_shadow: bool,
@@ -206,9 +211,11 @@ pub struct Object {
 /// Which faces of an object stand in the light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub enum CastsShadow {
+    /// None.
     No,
     /// Only faces that are turned to the light.
     Front,
+    /// All.
     #[default]
     Yes,
 }

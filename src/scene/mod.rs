@@ -55,14 +55,19 @@ use glam::Vec3;
 pub struct Scene {
     /// What the scene is called in reports: a file's name or `builtin:…`.
     pub name: String,
+    /// `Object::mesh` indexes it.
     pub meshes: Vec<Mesh>,
+    /// What is drawn: each object is a mesh with a material at a place.
     pub objects: Vec<Object>,
     /// At least one when there is an object; `Object::material` indexes it.
     pub materials: Vec<Material>,
     /// `Material`'s texture slots index it.
     pub textures: Vec<Texture>,
+    /// The sources of light besides the environment.
     pub lights: Vec<Light>,
+    /// Light from everywhere.
     pub environment: Environment,
+    /// Where the scene is seen from.
     pub camera: Camera,
     /// What the scene file asks for; the command line overrides it.
     pub settings: SettingsPatch,

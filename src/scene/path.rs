@@ -14,6 +14,7 @@ pub const MAX_SECONDS: f64 = 1e9;
 pub struct CameraKey {
     /// In seconds, from 0 to [`MAX_SECONDS`].
     pub time: f64,
+    /// The camera then.
     pub camera: Camera,
 }
 
@@ -50,6 +51,7 @@ impl CameraPath {
         Ok(Self { keys })
     }
 
+    /// The cameras that the path goes through.
     pub fn keys(&self) -> &[CameraKey] {
         &self.keys
     }

@@ -13,19 +13,23 @@ pub const MAX_TEXTURE_EDGE: u32 = 16384;
 /// The most that decoding one image may allocate: the largest texture of 8-bit RGBA.
 const MAX_DECODED_BYTES: u64 = 4 * (MAX_TEXTURE_EDGE as u64) * (MAX_TEXTURE_EDGE as u64);
 
+/// What the values of texels mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ColorSpace {
     /// RGB is sRGB-encoded, alpha linear.
     Srgb,
+    /// The values are proportional to what they stand for.
     Linear,
 }
 
 /// A decoded image of 8-bit RGBA texels, rows from the top, repeated outside 0..1.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Texture {
+    /// For messages and reports.
     pub name: String,
     /// Width and height in texels, both at least 1.
     pub size: [u32; 2],
+    /// How RGB is encoded.
     pub color_space: ColorSpace,
     /// 4 bytes a texel.
     pub texels: Vec<u8>,

@@ -13,6 +13,7 @@ pub struct Summary {
     pub interval_ms: Option<f64>,
     /// Changes of the window's size, and their median time in milliseconds.
     pub resizes: usize,
+    /// The longest that a resize took, in milliseconds.
     pub resize_ms: Option<f64>,
 }
 
@@ -23,6 +24,7 @@ pub struct Interval {
     pub interval_ms: f64,
     /// What of the time the CPU recorded, and the device drew, the last frame that is known to be done.
     pub record_ms: f64,
+    /// By the device's own clock, in milliseconds.
     pub gpu_ms: Option<f64>,
 }
 

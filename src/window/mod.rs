@@ -46,6 +46,7 @@ pub enum Error {
     /// The window system went away, or failed.
     #[error("the window system failed: {0}")]
     System(String),
+    /// Frames could not be made or drawn.
     #[error(transparent)]
     Frame(#[from] frame::Error),
 }

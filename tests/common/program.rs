@@ -1,10 +1,23 @@
-//! The program itself, as tests start it.
+//! The program itself and the examples, as tests start them.
 
+use std::path::Path;
 use std::process::Command;
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_afterlight");
 
 /// Returns a command that starts the program on the Vulkan stack that the tests run on: `AFTERLIGHT_RUNNER`, where set, names what starts programs there.
 pub fn program() -> Command {
-    let binary = env!("CARGO_BIN_EXE_afterlight");
+    start(Path::new(PROGRAM))
+}
+
+/// The same for an example. `cargo test` builds examples only if it builds everything.
+pub fn example(name: &str) -> Command {
+    let path = Path::new(PROGRAM).with_file_name("examples").join(name).with_extension(std::env::consts::EXE_EXTENSION);
+    assert!(path.exists(), "{} is not there: type `cargo build --examples`", path.display());
+    start(&path)
+}
+
+fn start(binary: &Path) -> Command {
     let Some(runner) = std::env::var_os("AFTERLIGHT_RUNNER") else { return Command::new(binary) };
     let mut command = Command::new(runner);
     command.arg(binary);

@@ -6,7 +6,9 @@ mod common;
 mod cheapest;
 mod cli;
 mod docs;
+mod examples;
 mod layering;
+mod library;
 mod settings;
 #[cfg(feature = "hot-reload")]
 mod shader_exchange;

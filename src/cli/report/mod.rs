@@ -14,7 +14,7 @@ use afterlight::report::sweep::accuracy::other_triangle;
 use afterlight::report::sweep::assemble::{self, fronts_of};
 use afterlight::report::sweep::attribution::Limits;
 use afterlight::report::sweep::families::{Sweep, family_keys};
-use afterlight::report::sweep::journal::{self, Contents, Journal, Record};
+use afterlight::report::sweep::journal::{self, Contents, Journal, Record, SceneInfo};
 use afterlight::report::sweep::merge::{self, Part};
 use afterlight::report::sweep::meter::DeviceMeter;
 use afterlight::report::sweep::model::{Metric, Report, SceneReport, Shard};
@@ -23,7 +23,7 @@ use afterlight::scene::{SettingsPatch, unknown};
 
 use super::args::{DeviceArgs, SettingsArgs};
 use super::failure::{Exit, Failure};
-use super::measuring::{Bars, MeasuringArgs, base_of, fix_driver_threads, metric, scene_info, sweep_of, truths};
+use super::measuring::{Bars, MeasuringArgs, base_of, fix_driver_threads, metric, sweep_of, truths};
 use super::output::Sink;
 use super::workload::Workload;
 use super::{output, progress, session};
@@ -161,7 +161,8 @@ fn measure_scene(
     let mut truths = truths(&workload, workload.scene.camera, &base, args.measuring.truth_samples(), &bars)?;
     let raw = &truths.raw.point;
     truths.info.other_triangle = other_triangle(device, &workload.scene, &workload.scene.camera, &base.decide(), raw)?;
-    let info = scene_info(&workload, &base, &sweep, &truths, fronts_of(args.measuring.quick, args.metric));
+    let fronts = fronts_of(args.measuring.quick, args.metric);
+    let info = SceneInfo::of(&workload.scene, &base, &sweep, &truths, fronts);
     match &journal.scenes[index].info {
         None => journal.add(index, Record::Scene { scene: index, info })?,
         Some(there) => {

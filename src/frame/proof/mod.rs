@@ -24,8 +24,11 @@ mod render_pass;
 /// What may go wrong between two touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum HazardKind {
+    /// A read may come before the write that it needs.
     ReadAfterWrite,
+    /// Two writes may come in either order.
     WriteAfterWrite,
+    /// A write may come before the read of what it replaces.
     WriteAfterRead,
     /// A layout change, and what it does not wait for.
     ChangeAfterUse,
@@ -51,11 +54,13 @@ impl fmt::Display for HazardKind {
 /// Two touches of the same memory that nothing orders.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Hazard {
+    /// Which order is missing.
     pub kind: HazardKind,
     /// As `the target Depth`.
     pub memory: String,
     /// As `GEOMETRY in frame 1 (LATE_FRAGMENT_TESTS, DEPTH_STENCIL_ATTACHMENT_WRITE)`; of a wrong layout, the one that it is in.
     pub first: String,
+    /// The later use.
     pub second: String,
 }
 
@@ -74,6 +79,7 @@ impl fmt::Display for Hazard {
 pub struct Frames(Program);
 
 impl Frames {
+    /// What frames of a plan do, with these dependencies.
     pub fn of(plan: &FramePlan, edges: &Edges) -> Self {
         Self(frames::program(plan, edges))
     }

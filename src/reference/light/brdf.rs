@@ -21,7 +21,9 @@ pub const DIELECTRIC: f64 = 0.04;
 /// In inverse steradians: times the arriving light and the cosine at the surface it is radiance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reflectance<R: Real> {
+    /// What the body reflects.
     pub base: Vector3<R>,
+    /// What the specular lobe reflects.
     pub lobe: Vector3<R>,
 }
 

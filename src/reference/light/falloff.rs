@@ -37,6 +37,7 @@ pub fn arriving(light: &Light, point: DVec3) -> (DVec3, f64) {
 pub(super) struct Arriving<R: Real> {
     /// Unit vector towards the light; zero at the light itself.
     pub direction: Vector3<R>,
+    /// What is left of the light's intensity.
     pub strength: R,
 }
 

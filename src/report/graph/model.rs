@@ -12,8 +12,11 @@ use crate::plan::{FramePlan, format_bytes};
 /// Something that happens, or stands for what happens before or after the frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stop {
+    /// The pass.
     pub place: Place,
+    /// When the dependency meets it.
     pub when: When,
+    /// What it is called.
     pub name: String,
     pub what: &'static str,
     /// The render pass that it is a subpass of.
@@ -43,6 +46,7 @@ pub struct Touch {
 #[derive(Debug, Clone)]
 pub struct Image {
     pub resource: Resource,
+    /// What it is called.
     pub name: String,
     pub format: vk::Format,
     pub samples: u32,

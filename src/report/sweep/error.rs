@@ -16,7 +16,7 @@ pub enum Error {
 }
 
 impl Error {
-    pub(super) fn file(doing: impl Into<String>, error: std::io::Error) -> Self {
+    pub(crate) fn file(doing: impl Into<String>, error: std::io::Error) -> Self {
         Self::File { doing: doing.into(), error }
     }
 

@@ -10,10 +10,12 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::accuracy::Truths;
 use super::error::Error;
-use super::families::PlannedFamily;
+use super::families::{PlannedFamily, Sweep, name_of};
 use super::model::{Against, Attribution, ErrorsByTruth, LeftOut, Machine, Metric, Shard, TruthInfo};
 use super::timing::{Rounds, Sample};
+use crate::scene::{Scene, SettingsPatch};
 
 /// The name of the file in a report's folder.
 pub const FILE: &str = "journal";
@@ -63,6 +65,31 @@ pub struct SceneInfo {
     pub left_out: Vec<LeftOut>,
     /// Those that are sought, and confirmed.
     pub fronts: Vec<(Metric, Against)>,
+}
+
+impl SceneInfo {
+    /// A scene, and what its sweep has.
+    pub fn of(
+        scene: &Scene,
+        base: &SettingsPatch,
+        sweep: &Sweep,
+        truths: &Truths,
+        fronts: Vec<(Metric, Against)>,
+    ) -> Self {
+        Self {
+            name: scene.name.clone(),
+            hash: truths.hash.clone(),
+            settings: base.to_string(),
+            size: base.decide().size,
+            triangles: scene.triangle_count(),
+            lights: scene.lights.len(),
+            truth: truths.info.clone(),
+            points: sweep.points.iter().map(name_of).collect(),
+            families: sweep.families.clone(),
+            left_out: sweep.left_out.clone(),
+            fronts,
+        }
+    }
 }
 
 /// What was found of a point's pictures.

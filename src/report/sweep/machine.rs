@@ -2,6 +2,7 @@
 
 use super::model::Machine;
 use crate::gpu::PhysicalDevice;
+use crate::shaders;
 use ash::vk;
 
 /// The variable that says how many threads lavapipe draws with.
@@ -20,6 +21,12 @@ pub fn here(device: &PhysicalDevice) -> Machine {
         threads: threads(),
         driver_threads: driver_threads.filter(|_| software),
     }
+}
+
+/// The shaders, and whether this is a build for finding mistakes: its frames take longer.
+pub fn build() -> String {
+    let hash = shaders::hash();
+    format!("{}{}", &hash[..16], if cfg!(debug_assertions) { " with debug assertions" } else { "" })
 }
 
 /// Threads that this process may use.

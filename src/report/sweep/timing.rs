@@ -61,6 +61,11 @@ pub struct Effort {
     pub steady_frames: usize,
 }
 
+impl Effort {
+    /// Enough for a first answer.
+    pub const QUICK: Self = Self { rounds: LEAST_FOR_95, longest: Duration::from_secs(5), steady_frames: 1 };
+}
+
 /// A renderer that takes its turns.
 pub struct Contender<'a> {
     camera: &'a Camera,

@@ -65,6 +65,7 @@ impl Sight {
 /// A camera that the settings were not chosen with.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Elsewhere {
+    /// The camera itself.
     pub camera: Camera,
     /// The same, as `--camera` takes it.
     pub text: String,

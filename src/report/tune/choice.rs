@@ -10,11 +10,13 @@ const NEAR_NOISE: f64 = 2.0;
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Goal {
+    /// What must hold.
     pub bound: Bound,
     /// How error is measured, against the converged truth.
     pub metric: Metric,
 }
 
+/// A bound on error or time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Bound {
     /// The fastest settings whose error is at most this.
@@ -26,7 +28,9 @@ pub enum Bound {
 /// What was found of settings from one camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measurement {
+    /// By the goal's metric, against the converged truth.
     pub error: f64,
+    /// Of one picture, in milliseconds.
     pub time: Interval,
 }
 
@@ -44,7 +48,9 @@ pub trait Witness {
 /// Settings, and those as given, that took turns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pair {
+    /// Of the candidate.
     pub own: Measurement,
+    /// Of the settings as given.
     pub default: Measurement,
 }
 
@@ -67,6 +73,7 @@ pub struct Outcome {
 }
 
 impl Goal {
+    /// What counts of a point's figures.
     pub fn of(&self, point: &Point) -> Measurement {
         let error = point.errors.against(Against::Converged).comparable(self.metric);
         Measurement { error, time: *self.clock(&point.time).1 }

@@ -11,26 +11,36 @@ use crate::scene::SettingsPatch;
 pub struct Evidence {
     /// The program and its version.
     pub program: String,
+    /// The device's name.
     pub device: String,
+    /// The driver and its version.
     pub driver: String,
+    /// The processor's name.
     pub cpu: String,
+    /// Threads that the process may use.
     pub threads: usize,
+    /// Threads that a software driver draws with.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub driver_threads: Option<usize>,
+    /// The scene's name.
     pub scene: String,
+    /// Width and height in pixels.
     pub size: [u32; 2],
     /// What was asked for, as the command line has it.
     pub bound: String,
     /// How error was measured, against a truth of so many samples a pixel.
     pub metric: Metric,
+    /// Samples a pixel of the truth.
     pub truth_samples: u32,
     /// The truth's own standard error, by RMSE and relMSE: errors near it are not told apart from noise.
     pub noise_rmse: f64,
+    /// The truth's own noise.
     pub noise_rel_mse: f64,
     /// The clock that counts: "device" or "wall".
     pub clock: &'static str,
     /// From the camera that the settings were chosen with.
     pub choice: Found,
+    /// The settings as given.
     pub default: Found,
     /// From cameras that they were not chosen with.
     pub held_out: Vec<HeldOut>,
@@ -40,7 +50,9 @@ pub struct Evidence {
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Found {
+    /// The settings, as a command line has them.
     pub settings: String,
+    /// What was measured.
     #[serde(flatten)]
     pub figures: Figures,
 }
@@ -48,25 +60,36 @@ pub struct Found {
 /// A median with its 95% interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Figures {
+    /// By the goal's metric.
     pub error: f64,
+    /// The median time of a picture, in milliseconds.
     pub ms: f64,
+    /// The lower end of its interval.
     pub ms_low: f64,
+    /// The upper end of its interval.
     pub ms_high: f64,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HeldOut {
+    /// The camera, as `--camera` takes it.
     pub camera: String,
+    /// Of the choice.
     #[serde(flatten)]
     pub choice: Figures,
+    /// The error of the settings as given.
     pub default_error: f64,
+    /// The time of the settings as given, in milliseconds.
     pub default_ms: f64,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PassedOver {
+    /// The settings, as a command line has them.
     pub settings: String,
+    /// The camera, as `--camera` takes it.
     pub camera: String,
+    /// What was measured.
     #[serde(flatten)]
     pub figures: Figures,
 }
@@ -79,6 +102,7 @@ impl Figures {
 }
 
 impl Found {
+    /// A point's figures, as far as the goal asks for them.
     pub fn of(scene: &SceneReport, goal: &Goal, point: usize) -> Self {
         let point = &scene.points[point];
         Self { settings: point.name.clone(), figures: Figures::of(&goal.of(point)) }
@@ -88,9 +112,13 @@ impl Found {
 /// A search with what it searched.
 #[derive(Debug, Clone, Copy)]
 pub struct Search<'a> {
+    /// The program and its version.
     pub program: &'a str,
+    /// Where it was measured.
     pub machine: &'a Machine,
+    /// The front that the choice is from.
     pub scene: &'a SceneReport,
+    /// What was asked for.
     pub goal: &'a Goal,
     /// By their index, as `--camera` takes them.
     pub cameras: &'a [String],

@@ -10,8 +10,11 @@ use crate::scene::{Aabb, Mesh};
 /// A point of a surface: position, unit normal, texture coordinates ((0, 0) is the image's upper left corner).
 #[derive(Debug, Clone, Copy)]
 pub struct Vertex {
+    /// In mesh space, metres.
     pub position: DVec3,
+    /// Of length 1.
     pub normal: DVec3,
+    /// (0, 0) is the image's upper left corner.
     pub uv: DVec2,
 }
 
@@ -23,10 +26,12 @@ pub struct MeshBuilder {
 }
 
 impl MeshBuilder {
+    /// No vertices and no triangles.
     pub fn new() -> Self {
         Self::default()
     }
 
+    /// Adds a vertex and returns its index.
     pub fn vertex(&mut self, position: DVec3, normal: DVec3, uv: DVec2) -> u32 {
         self.vertices.push(Vertex { position, normal, uv });
         (self.vertices.len() - 1) as u32
@@ -142,6 +147,7 @@ impl MeshBuilder {
         }
     }
 
+    /// Adds all of another mesh, moved.
     pub fn at(&mut self, other: &Self, x: f64, y: f64, z: f64) {
         self.append(other, &DAffine3::from_translation(DVec3::new(x, y, z)));
     }

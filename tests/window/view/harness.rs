@@ -9,7 +9,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use crate::common::program::program;
+use crate::common::program::{example, program};
 use tempfile::TempDir;
 use x11rb::connection::Connection;
 use x11rb::protocol::res::ConnectionExt as _;
@@ -104,6 +104,12 @@ impl Server {
         self
     }
 
+    /// Has a program open its windows here.
+    pub fn serves(&self, command: &mut Command) {
+        command.env("DISPLAY", &self.display).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+        command.envs(self.environment.iter().cloned());
+    }
+
     pub fn kill(&self) {
         let mut process = self.process.borrow_mut();
         let _ = process.kill();
@@ -168,11 +174,22 @@ impl<'a> View<'a> {
 
     /// Opens a window and waits for it.
     pub fn start(server: &'a Server, arguments: &[&str]) -> Self {
-        let folder = tempfile::tempdir().expect("a temporary folder");
         let mut command = program();
-        command.env("DISPLAY", &server.display).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-        command.envs(server.environment.iter().cloned());
-        command.current_dir(folder.path()).arg("view").args(arguments);
+        command.arg("view").args(arguments);
+        Self::of(server, command)
+    }
+
+    /// The same of an example.
+    pub fn example(server: &'a Server, name: &str, arguments: &[&str]) -> Self {
+        let mut command = example(name);
+        command.args(arguments);
+        Self::of(server, command)
+    }
+
+    fn of(server: &'a Server, mut command: Command) -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        server.serves(&mut command);
+        command.current_dir(folder.path());
         command.stdout(Stdio::piped()).stderr(fs::File::create(folder.path().join("errors")).expect("a file"));
         let process = command.spawn().expect("the program starts");
         let mut view = Self { server, process: Some(process), window: 0, folder };

@@ -3,6 +3,7 @@
 
 mod changes;
 mod deep;
+mod examples;
 mod harness;
 mod hdr;
 mod hdr_display;

@@ -1,0 +1,52 @@
+//! The examples do what they say. The one with a window is among the tests of windows.
+
+use std::path::Path;
+
+use crate::common::program::example;
+
+fn run(name: &str, folder: &Path, arguments: &[&str]) -> String {
+    let output = example(name)
+        .env("AFTERLIGHT_CACHE", folder.join("cache"))
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .expect("the example starts");
+    assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn picture(path: &Path) -> image::RgbaImage {
+    image::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display())).into_rgba8()
+}
+
+#[test]
+fn the_triangle_is_lit_before_a_dark_background() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    run("triangle", folder.path(), &["here.png"]);
+    let picture = picture(&folder.path().join("here.png"));
+    let [red, green, blue, _] = picture.get_pixel(160, 90).0;
+    assert!(red > green && green > blue && red > 100, "{red} {green} {blue}");
+    assert_eq!(picture.get_pixel(5, 5).0, [0, 0, 0, 255]);
+}
+
+#[test]
+fn the_object_that_moves_is_elsewhere_in_each_frame() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    run("moving_object", folder.path(), &["."]);
+    let frames: Vec<_> = (0..6).map(|frame| picture(&folder.path().join(format!("frame-{frame}.png")))).collect();
+    for pair in frames.windows(2) {
+        // The left half has the sphere that moves. Right of both spheres nothing does.
+        let changed = |x: u32| (0..180).filter(|&y| pair[0].get_pixel(x, y) != pair[1].get_pixel(x, y)).count();
+        assert!((60..160).map(changed).sum::<usize>() > 100);
+        assert_eq!((300..320).map(changed).sum::<usize>(), 0);
+    }
+}
+
+#[cfg(feature = "report")]
+#[test]
+fn settings_are_chosen_of_several() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let told = run("tuned_settings", folder.path(), &[]);
+    let count = told.strip_prefix("chosen of ").and_then(|rest| rest.split(':').next()?.parse::<usize>().ok());
+    assert!(count.is_some_and(|count| count > 2), "{told}");
+}
