@@ -5,7 +5,7 @@
 #import afterlight::brdf::{ambient_lobe, cook_torrance_surface, ggx_lobe, half_vector, phong_surface, reflect_ambient, reflect_light, schlick, smith_root, squared_alpha, COOK_TORRANCE, PHONG, BLINN_PHONG}
 #import afterlight::encodings::{decode_normal, decode_shininess, encode_normal, encode_shininess, octahedral, octahedral_decode, OCTAHEDRAL}
 #import afterlight::frame::{position_at}
-#import afterlight::lights::{falloff_of, reach_of, spot_attenuation, Light}
+#import afterlight::lights::{reach_of, Light, ALL_TRAITS, MIXED_FALLOFF}
 #import afterlight::tonemapping::{encode_srgb, tone_map}
 #ifdef PLANTED
 #import afterlight::textbook::{textbook_light}
@@ -90,8 +90,7 @@ fn light_of(in: Input) -> Light {
 }
 
 fn strength_of(light: Light) -> f32 {
-    let reach = reach_of(light, vec3(0.0), falloff_of(light), true);
-    return reach.strength * spot_attenuation(light, reach.to_light);
+    return reach_of(light, vec3(0.0), MIXED_FALLOFF, ALL_TRAITS).strength;
 }
 
 fn evaluate(in: Input) -> vec4<f32> {
@@ -110,7 +109,7 @@ fn evaluate(in: Input) -> vec4<f32> {
         case 11u: { return vec4(encode_srgb(in.a.xyz), 0.0); }
         case 12u: { return vec4(position_of(in), 0.0); }
         case 13u: { return vec4(decode_shininess(encode_shininess(in.a.x)), 0.0, 0.0, 0.0); }
-        default: { return vec4(reach_of(light_of(in), vec3(0.0), 0u, false).to_light, 0.0); }
+        default: { return vec4(reach_of(light_of(in), vec3(0.0), MIXED_FALLOFF, ALL_TRAITS).to_light, 0.0); }
     }
 }
 

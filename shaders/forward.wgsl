@@ -45,11 +45,10 @@ override DIRECTIONAL: bool = true;
 // One of them is all there is.
 override ONE_DIRECTIONAL: bool = false;
 override PUNCTUAL: bool = true;
-override SPOT: bool = true;
 // All lights' fall-off; 3 where they differ.
 override FALLOFF: u32 = 3u;
-// Some light has a range.
-override RANGED: bool = true;
+// What some light needs code for (lights.wgsl).
+override TRAITS: u32 = 0xffffffffu;
 // How shadow maps are looked up.
 override SHADOW_FILTER: u32 = 2u;
 // Which lights have some.
@@ -189,7 +188,7 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
     texel.specular = point.specular;
     texel.brdf = BRDF;
     texel.receives = RECEIVES;
-    let model = Model(BRDF, FALLOFF, RANGED, SPOT, DIRECTIONAL_SHADOWS, PUNCTUAL_SHADOWS, SHADOW_FILTER, TEXTBOOK);
+    let model = Model(BRDF, FALLOFF, TRAITS, DIRECTIONAL_SHADOWS, PUNCTUAL_SHADOWS, SHADOW_FILTER, TEXTBOOK);
     var surface = surface_of(texel, model);
     let alpha = select(saturate(point.base.a), 1.0, OPACITY == HIDES);
     if OPACITY == GLASS {

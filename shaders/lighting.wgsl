@@ -38,11 +38,10 @@ override GEOMETRIC_STEPS: f32 = 255.0;
 override AMBIENT: bool = true;
 override DIRECTIONAL: bool = true;
 override PUNCTUAL: bool = true;
-override SPOT: bool = true;
 // All lights' fall-off; 3 where they differ.
 override FALLOFF: u32 = 3u;
-// Some light has a range.
-override RANGED: bool = true;
+// What some light needs code for (lights.wgsl).
+override TRAITS: u32 = 0xffffffffu;
 // How shadow maps are looked up.
 override SHADOW_FILTER: u32 = 2u;
 // Which lights have some.
@@ -66,7 +65,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
 
 // The light of a pixel, or of one of its samples.
 fn shade(pixel: vec2<f32>) -> vec4<f32> {
-    let model = Model(BRDF, FALLOFF, RANGED, SPOT, DIRECTIONAL_SHADOWS, PUNCTUAL_SHADOWS, SHADOW_FILTER, TEXTBOOK);
+    let model = Model(BRDF, FALLOFF, TRAITS, DIRECTIONAL_SHADOWS, PUNCTUAL_SHADOWS, SHADOW_FILTER, TEXTBOOK);
     var texel = load_texel(pixel.xy, NORMAL_ENCODING, GEOMETRIC_STEPS);
     texel.albedo = select(texel.albedo, vec3(1.0), LIGHT_ONLY);
     texel.metallic = select(0.0, texel.metallic, METAL && !LIGHT_ONLY);

@@ -16,9 +16,9 @@ override TEXTBOOK: bool = false;
 override METAL: bool = true;
 override NORMAL_ENCODING: u32 = 0u;
 override GEOMETRIC_STEPS: f32 = 255.0;
-override SPOT: bool = true;
 override FALLOFF: u32 = 3u;
-override RANGED: bool = true;
+// What some light needs code for (lights.wgsl).
+override TRAITS: u32 = 0xffffffffu;
 override SHADOW_FILTER: u32 = 2u;
 override PUNCTUAL_SHADOWS: bool = true;
 override LARGEST: f32 = 65000.0;
@@ -71,7 +71,7 @@ fn fragment(in: Varying) -> @location(0) vec4<f32> {
 #else
     let light = push.light;
 #endif
-    let model = Model(BRDF, FALLOFF, RANGED, SPOT, false, PUNCTUAL_SHADOWS, SHADOW_FILTER, TEXTBOOK);
+    let model = Model(BRDF, FALLOFF, TRAITS, false, PUNCTUAL_SHADOWS, SHADOW_FILTER, TEXTBOOK);
     // Most pixels of a rectangle lie out of reach: they need no more than their place.
     if !reaches(light, load_position(in.position.xy), model) {
         discard;

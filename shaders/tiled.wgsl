@@ -23,9 +23,9 @@ override DIRECTIONAL: bool = true;
 override UNBOUNDED: bool = true;
 // Some lights reach only so far.
 override BOUNDED: bool = true;
-override SPOT: bool = true;
 override FALLOFF: u32 = 3u;
-override RANGED: bool = true;
+// What some light needs code for (lights.wgsl).
+override TRAITS: u32 = 0xffffffffu;
 override SHADOW_FILTER: u32 = 2u;
 // Which lights have some.
 override DIRECTIONAL_SHADOWS: bool = true;
@@ -140,7 +140,7 @@ fn main(
         depth = load_depth(pixel);
     }
     let seen = depth > 0.0;
-    let model = Model(BRDF, FALLOFF, RANGED, SPOT, DIRECTIONAL_SHADOWS, PUNCTUAL_SHADOWS, SHADOW_FILTER, TEXTBOOK);
+    let model = Model(BRDF, FALLOFF, TRAITS, DIRECTIONAL_SHADOWS, PUNCTUAL_SHADOWS, SHADOW_FILTER, TEXTBOOK);
 
     if thread == 0u {
         atomicStore(&farthest, 0x7f800000u);

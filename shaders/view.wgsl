@@ -27,7 +27,7 @@
 #import afterlight::gbuffer::{covered_samples, samples_agree}
 #endif
 #ifdef LIGHTS
-#import afterlight::lights::{falloff_of, lights, reach_of, spot_attenuation}
+#import afterlight::lights::{lights, reach_of, ALL_TRAITS, MIXED_FALLOFF}
 #endif
 
 // What is shown; src/passes/view.rs has the same list.
@@ -92,8 +92,7 @@ fn heat(t: f32) -> vec3<f32> {
 fn lights_in_reach(position: vec3<f32>) -> u32 {
     var count = frame.directional_count;
     for (var i = frame.directional_count; i < frame.light_count; i++) {
-        let reach = reach_of(lights[i], position, falloff_of(lights[i]), true);
-        if reach.strength * spot_attenuation(lights[i], reach.to_light) > 0.0 {
+        if reach_of(lights[i], position, MIXED_FALLOFF, ALL_TRAITS).strength > 0.0 {
             count += 1u;
         }
     }

@@ -40,7 +40,7 @@ pub use targets::Target;
 #[cfg(test)]
 pub(crate) use lights::steepest;
 pub(crate) use lights::{Cut, IdleLights, LightOrder, box_tree, range_of, shows_all, sphere_of, weakens};
-pub(crate) use lights::{Grid, Reach, SLICES, TILE, falloff_index};
+pub(crate) use lights::{Grid, Reach, SLICES, TILE};
 #[cfg(test)]
 pub(crate) use occlusion::MANY_OBJECTS;
 pub(crate) use shadows::MAX_SHADOW_VIEWS;

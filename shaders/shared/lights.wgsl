@@ -4,6 +4,13 @@
 const INVERSE_SQUARE: u32 = 0u;
 const QUADRATIC: u32 = 1u;
 const POLYNOMIAL: u32 = 2u;
+// In place of one that all lights have: each has its own.
+const MIXED_FALLOFF: u32 = 3u;
+
+// Bits of TRAITS in the passes, what some light needs code for; src/scene/light.rs has the same.
+const RANGES: u32 = 1u;
+const CONES: u32 = 2u;
+const ALL_TRAITS: u32 = 0xffffffffu;
 
 // Least distance, part of the model: 1 cm. Nearer than that a point light grows no brighter.
 const MIN_DISTANCE_SQUARED: f32 = 1e-4;
@@ -19,26 +26,23 @@ struct Light {
     falloff: u32,
     // Where a spot's light travels to.
     direction: vec3<f32>,
-    // Cone as in KHR_lights_punctual: saturate(cos(angle) * spot_scale + spot_offset)^2; 0 and 1 for a point light.
-    spot_scale: f32,
+    // Cone as in KHR_lights_punctual: saturate(cos(angle) * edge_scale + edge_offset)^2; 0 and 1 for a point light.
+    edge_scale: f32,
     // Coefficients of the polynomial: constant, linear, quadratic.
     polynomial: vec3<f32>,
-    spot_offset: f32,
+    edge_offset: f32,
 }
 
-fn falloff_of(light: Light) -> u32 {
-    return light.falloff & 3u;
-}
-
-// Where a light is seen from: its direction and how strong it is there, without the spot's cone.
+// Where a light is seen from, and how strong it is there.
 struct Reach {
     // Unit vector.
     to_light: vec3<f32>,
     strength: f32,
 }
 
-// `falloff` and `ranged` are constants where all lights agree. Zero from the range on.
-fn reach_of(light: Light, position: vec3<f32>, falloff: u32, ranged: bool) -> Reach {
+// Zero from the range on, and out of a cone. `all_falloff` and `traits` are constants.
+fn reach_of(light: Light, position: vec3<f32>, all_falloff: u32, traits: u32) -> Reach {
+    let falloff = select(all_falloff, light.falloff & 3u, all_falloff == MIXED_FALLOFF);
     let offset = light.position - position;
     let distance_squared = dot(offset, offset);
     let inverse_distance = inverseSqrt(max(distance_squared, 1e-20));
@@ -46,7 +50,7 @@ fn reach_of(light: Light, position: vec3<f32>, falloff: u32, ranged: bool) -> Re
     if falloff == INVERSE_SQUARE {
         // 1 / max(d^2, least^2), from the reciprocal that is there already.
         strength = min(inverse_distance * inverse_distance, 1.0 / MIN_DISTANCE_SQUARED);
-        if ranged {
+        if (traits & RANGES) != 0u {
             let x2 = distance_squared * light.inverse_range_squared;
             let window = saturate(1.0 - x2 * x2);
             strength *= window * window;
@@ -59,13 +63,12 @@ fn reach_of(light: Light, position: vec3<f32>, falloff: u32, ranged: bool) -> Re
         let inside = distance_squared * light.inverse_range_squared < 1.0;
         strength = select(0.0, 1.0 / max(polynomial, 1e-4), inside);
     }
-    return Reach(offset * inverse_distance, strength);
-}
-
-// `to_light` is a unit vector.
-fn spot_attenuation(light: Light, to_light: vec3<f32>) -> f32 {
-    let t = saturate(-dot(light.direction, to_light) * light.spot_scale + light.spot_offset);
-    return t * t;
+    let to_light = offset * inverse_distance;
+    if (traits & CONES) != 0u {
+        let t = saturate(-dot(light.direction, to_light) * light.edge_scale + light.edge_offset);
+        strength *= t * t;
+    }
+    return Reach(to_light, strength);
 }
 
 // Lights that fit into the least uniform buffer that a device must have, 16 KiB.

@@ -6,7 +6,7 @@
 #import afterlight::brdf::{Surface, cook_torrance_surface, ambient_lobe, phong_surface, reflect_ambient, reflect_light, COOK_TORRANCE, LAMBERT}
 #import afterlight::textbook::{textbook_light}
 #ifdef LIGHTS
-#import afterlight::lights::{falloff_of, lights, reach_of, spot_attenuation}
+#import afterlight::lights::{lights, reach_of}
 #endif
 #ifdef SHADOW
 #import afterlight::shadows::{visibility}
@@ -18,10 +18,8 @@ struct Model {
     brdf: u32,
     // All lights' fall-off; MIXED_FALLOFF where they differ.
     falloff: u32,
-    // Some light has a range.
-    ranged: bool,
-    // Some light has a cone.
-    spot: bool,
+    // What some light needs code for (lights.wgsl).
+    traits: u32,
     // Some directional light, some point or spot light has shadow maps.
     directional_shadows: bool,
     punctual_shadows: bool,
@@ -32,7 +30,6 @@ struct Model {
 }
 
 const MIXED_BRDF: u32 = 4u;
-const MIXED_FALLOFF: u32 = 3u;
 
 // A surface that is ready to be lit, seen from the camera.
 fn surface_of(texel: Texel, model: Model) -> Surface {
@@ -90,24 +87,15 @@ fn directional_light(i: u32, surface: Surface, texel: Texel, model: Model) -> ve
 
 // Whether point or spot light number `i` brings anything to a place.
 fn reaches(i: u32, position: vec3<f32>, model: Model) -> bool {
-    let light = lights[i];
-    let reach = reach_of(light, position, select(model.falloff, falloff_of(light), model.falloff == MIXED_FALLOFF), model.ranged);
-    var strength = reach.strength;
-    if model.spot {
-        strength *= spot_attenuation(light, reach.to_light);
-    }
-    return strength > 0.0;
+    return reach_of(lights[i], position, model.falloff, model.traits).strength > 0.0;
 }
 
 // What point or spot light number `i` adds; exactly zero out of its range, its cone, and behind the surface.
 fn punctual_light(i: u32, surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
     let light = lights[i];
-    let reach = reach_of(light, texel.position, select(model.falloff, falloff_of(light), model.falloff == MIXED_FALLOFF), model.ranged);
+    let reach = reach_of(light, texel.position, model.falloff, model.traits);
     let n_dot_l = dot(surface.normal, reach.to_light);
     var strength = reach.strength;
-    if model.spot {
-        strength *= spot_attenuation(light, reach.to_light);
-    }
     if n_dot_l <= 0.0 || strength <= 0.0 {
         return vec3(0.0);
     }

@@ -41,7 +41,7 @@ const PCSS: u32 = 5u;
 // How a light looks at the scene: bits 2 and 3 of its record's `falloff`, 0 for a light without a map. Bits 4 to 11 are its first
 // map, the others how many it has. `ShadowPlan::code` in src/plan/shadows.rs packs them.
 const CASCADES: u32 = 1u;
-const PERSPECTIVE: u32 = 2u;
+const SINGLE: u32 = 2u;
 const CUBE: u32 = 3u;
 
 // A disc of sixteen points that keep their distance, in a unit circle.

@@ -7,8 +7,8 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, DVec4, Mat4, Vec3, Vec4};
 
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter};
-use crate::plan::{FramePlan, Grid, Reach, ShadowPlan, falloff_index};
-use crate::scene::{Camera, Falloff, Light, LightKind, LightPath};
+use crate::plan::{FramePlan, Grid, Reach, ShadowPlan};
+use crate::scene::{Camera, Light, LightPath};
 use crate::visible::{Depth, Eye, LightWork, Visible, VolumeRecord, World};
 
 /// `Frame` of `shaders/shared/frame.wgsl`.
@@ -52,9 +52,9 @@ pub struct LightRecord {
     pub color: Vec3,
     pub falloff: u32,
     pub direction: Vec3,
-    pub spot_scale: f32,
+    pub edge_scale: f32,
     pub polynomial: Vec3,
-    pub spot_offset: f32,
+    pub edge_offset: f32,
 }
 
 impl FrameUniform {
@@ -123,44 +123,21 @@ fn clip_from_world(camera: &Camera, depth: &Depth, [half_x, half_y]: [f64; 2], [
 impl LightRecord {
     /// `shadow_code` is what the plan says of the light's maps.
     pub fn of(light: &Light, shadow_code: u32, camera: &Camera) -> Self {
-        let relative = |position: DVec3| (position - camera.position).as_vec3();
-        let mut record = Self {
-            position: Vec3::ZERO,
-            inverse_range_squared: 0.0,
+        let form = light.kind.form();
+        let direction = form.direction.unwrap_or(DVec3::ZERO);
+        let [edge_scale, edge_offset] = form.edge().map(|value| value as f32);
+        let inverse_square = |range: f64| (1.0 / (range * range)).min(f64::from(f32::MAX)) as f32;
+        Self {
+            position: form.place.map_or(-direction, |place| place - camera.position).as_vec3(),
+            inverse_range_squared: form.range.map_or(0.0, inverse_square),
             // Infinity times a surface that reflects nothing would be no number.
             color: (light.color * light.intensity).min(Vec3::splat(f32::MAX)),
-            falloff: shadow_code,
-            direction: Vec3::ZERO,
-            spot_scale: 0.0,
-            polynomial: Vec3::ZERO,
-            spot_offset: 1.0,
-        };
-        let mut fade = |range: Option<f64>, falloff: Falloff| {
-            record.inverse_range_squared =
-                range.map_or(0.0, |range| (1.0 / (range * range)).min(f64::from(f32::MAX)) as f32);
-            record.falloff |= falloff_index(falloff);
-            if let Falloff::Polynomial { constant, linear, quadratic } = falloff {
-                record.polynomial = Vec3::new(constant, linear, quadratic);
-            }
-        };
-        match light.kind {
-            LightKind::Directional { direction } => record.position = (-direction).as_vec3(),
-            LightKind::Point { position, range, falloff } => {
-                fade(range, falloff);
-                record.position = relative(position);
-            }
-            LightKind::Spot { position, direction, inner_angle_degrees, outer_angle_degrees, range, falloff } => {
-                fade(range, falloff);
-                record.position = relative(position);
-                record.direction = direction.as_vec3();
-                // KHR_lights_punctual, "Inner and Outer Cone Angles".
-                let (inner, outer) = (inner_angle_degrees.to_radians().cos(), outer_angle_degrees.to_radians().cos());
-                let scale = 1.0 / (inner - outer).max(0.001);
-                record.spot_scale = scale as f32;
-                record.spot_offset = (-outer * scale) as f32;
-            }
+            falloff: shadow_code | form.formula(),
+            direction: direction.as_vec3(),
+            edge_scale,
+            polynomial: form.falloff.map_or([0.0; 3], |falloff| falloff.terms()).into(),
+            edge_offset,
         }
-        record
     }
 }
 
@@ -379,9 +356,9 @@ const _: () = {
     assert!(offset_of!(LightRecord, color) == light::COLOR);
     assert!(offset_of!(LightRecord, falloff) == light::FALLOFF);
     assert!(offset_of!(LightRecord, direction) == light::DIRECTION);
-    assert!(offset_of!(LightRecord, spot_scale) == light::SPOT_SCALE);
+    assert!(offset_of!(LightRecord, edge_scale) == light::EDGE_SCALE);
     assert!(offset_of!(LightRecord, polynomial) == light::POLYNOMIAL);
-    assert!(offset_of!(LightRecord, spot_offset) == light::SPOT_OFFSET);
+    assert!(offset_of!(LightRecord, edge_offset) == light::EDGE_OFFSET);
 };
 
 #[cfg(test)]
@@ -390,7 +367,7 @@ mod tests {
 
     use super::*;
     use crate::plan::samples::{self, vector};
-    use crate::scene::{Material, Projection, Settings};
+    use crate::scene::{Falloff, LightKind, Material, Projection, Settings};
 
     /// With something at `place`, relative to the camera.
     fn uniform_of(camera: &Camera, size: [u32; 2], jitter: [f64; 2], place: DVec3) -> FrameUniform {
@@ -468,10 +445,10 @@ mod tests {
         fn a_spot_is_whole_at_its_inner_angle_and_gone_at_its_outer_one(inner in 0.0..170.0f64, wider in 3.0..60.0f64) {
             let outer = (inner + wider).min(180.0);
             let record = LightRecord::of(&spot(inner, outer), 0, &Camera::default());
-            let cone = |degrees: f64| f64::from(record.spot_scale) * degrees.to_radians().cos() + f64::from(record.spot_offset);
+            let cone = |degrees: f64| f64::from(record.edge_scale) * degrees.to_radians().cos() + f64::from(record.edge_offset);
             // The guard of KHR_lights_punctual takes over where the cosines lie within 0.001 of each other.
             prop_assume!(inner.to_radians().cos() - outer.to_radians().cos() > 0.001);
-            let rounding = 1e-6 * f64::from(record.spot_scale);
+            let rounding = 1e-6 * f64::from(record.edge_scale);
             prop_assert!((cone(inner) - 1.0).abs() < rounding && cone(outer).abs() < rounding);
             prop_assert!(cone((inner + outer) * 0.5) > 0.0 && cone((inner + outer) * 0.5) < 1.0);
         }
@@ -493,8 +470,8 @@ mod tests {
     fn a_cone_without_a_soft_edge_is_finite() {
         for angle in [0.0, 30.0, 180.0] {
             let record = LightRecord::of(&spot(angle, angle), 0, &Camera::default());
-            assert!(record.spot_scale.is_finite() && record.spot_offset.is_finite());
-            let at = |degrees: f32| degrees.to_radians().cos() * record.spot_scale + record.spot_offset;
+            assert!(record.edge_scale.is_finite() && record.edge_offset.is_finite());
+            let at = |degrees: f32| degrees.to_radians().cos() * record.edge_scale + record.edge_offset;
             assert!(at(angle as f32).abs() < 1e-3 && (angle < 10.0 || at(angle as f32 - 5.0) >= 1.0), "{angle}");
         }
     }
@@ -513,7 +490,7 @@ mod tests {
         let lamp = LightRecord::of(&Light { kind, ..spot(0.0, 1.0) }, 0, &Camera { position: far, ..camera });
         assert_eq!((lamp.position, lamp.inverse_range_squared), (Vec3::X * 0.25, 0.0));
         // No cone: saturate(0 x + 1) is 1 everywhere.
-        assert_eq!((lamp.spot_scale, lamp.spot_offset), (0.0, 1.0));
+        assert_eq!((lamp.edge_scale, lamp.edge_offset), (0.0, 1.0));
         let sun = LightRecord::of(&samples::sun(), 0, &camera);
         assert!((sun.position + Vec3::new(0.3, -1.0, -0.5).normalize()).length() < 1e-6, "towards the light");
     }

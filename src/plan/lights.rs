@@ -18,7 +18,7 @@ pub(crate) use reach::{Cut, range_of, sphere_of, weakens};
 
 use super::shadows::ShadowPlan;
 use super::{Capabilities, Error, Shading};
-use crate::scene::{Falloff, Keep, LightKind, LightPath, OptionalPart, Scene, Settings, View};
+use crate::scene::{Keep, LightPath, OptionalPart, Scene, Settings, TRAITS, View};
 
 /// Lights that fit into the least uniform buffer that a device must have; `shaders/shared/lights.wgsl` has the same number.
 pub const UNIFORM_LIGHTS: usize = 256;
@@ -72,11 +72,10 @@ impl Lighting {
 pub struct PlannedLights {
     pub directional: bool,
     pub punctual: bool,
-    pub spot: bool,
+    /// What some light needs code for: bits of [`TRAITS`].
+    pub traits: u32,
     /// The index of the one fall-off that all have (`shaders/shared/lights.wgsl`), 3 where they differ.
     pub falloff: u32,
-    /// Some light has a range.
-    pub ranged: bool,
     /// Some light reaches only so far, by its range or the certified cut-off.
     pub bounded: bool,
     /// Some point or spot light reaches everywhere.
@@ -103,20 +102,10 @@ impl PlannedLights {
             directional: self.directional || keep.has(OptionalPart::DirectionalLights),
             punctual: self.punctual || punctual,
             unbounded: self.unbounded || punctual,
-            spot: self.spot || keep.has(OptionalPart::SpotCones),
-            ranged: self.ranged || keep.has(OptionalPart::LightRanges),
+            traits: TRAITS.iter().filter(|own| keep.has(own.part)).fold(self.traits, |all, own| all | own.bit),
             falloff: if keep.has(OptionalPart::Falloffs) { MIXED_FALLOFF } else { self.falloff },
             ..self
         }
-    }
-}
-
-/// The number of a fall-off in `shaders/shared/lights.wgsl`.
-pub fn falloff_index(falloff: Falloff) -> u32 {
-    match falloff {
-        Falloff::InverseSquare => 0,
-        Falloff::Quadratic => 1,
-        Falloff::Polynomial { .. } => 2,
     }
 }
 
@@ -141,25 +130,16 @@ fn planned_lights(scene: &Scene, settings: &Settings, shading: Shading, planned:
     let mut lights = PlannedLights { ambient: scene.environment.is_lit(), ..Default::default() };
     let mut falloffs = BTreeSet::new();
     lights.uniform = planned.len() <= UNIFORM_LIGHTS;
-    lights.one_directional =
-        matches!(planned[..], [one] if matches!(scene.lights[one].kind, LightKind::Directional { .. }));
+    lights.one_directional = matches!(planned[..], [one] if scene.lights[one].kind.is_directional());
     for light in planned.iter().map(|&index| &scene.lights[index]) {
-        let bounded = bounded(light, settings);
+        let (form, bounded) = (light.kind.form(), bounded(light, settings));
+        let directional = form.place.is_none();
+        lights.directional |= directional;
+        lights.punctual |= !directional;
         lights.bounded |= bounded;
-        lights.unbounded |= !bounded && !matches!(light.kind, LightKind::Directional { .. });
-        match light.kind {
-            LightKind::Directional { .. } => lights.directional = true,
-            LightKind::Point { falloff, range, .. } => {
-                lights.punctual = true;
-                lights.ranged |= range.is_some();
-                falloffs.insert(falloff_index(falloff));
-            }
-            LightKind::Spot { falloff, range, .. } => {
-                (lights.punctual, lights.spot) = (true, true);
-                lights.ranged |= range.is_some();
-                falloffs.insert(falloff_index(falloff));
-            }
-        }
+        lights.unbounded |= !bounded && !directional;
+        lights.traits |= form.traits();
+        falloffs.extend(form.falloff.map(|falloff| falloff.index()));
     }
     lights.falloff = if falloffs.len() == 1 { *falloffs.first().expect("there is one") } else { MIXED_FALLOFF };
     lights

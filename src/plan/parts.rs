@@ -9,7 +9,7 @@ use super::{
     FramePlan, Gbuffer, Grid, MapProjection, PlannedBrdf, PlannedLights, SLICES, Shading, ShadowLight, ShadowPlan,
     Sums, Target, TextureSource, ToneMapping, anisotropy, shadow_reason,
 };
-use crate::scene::{HdrFormat, OptionalPart, Scene, Settings, TextureSlot, Transparency};
+use crate::scene::{HdrFormat, OptionalPart, Scene, Settings, TRAITS, TextureSlot, Transparency};
 
 /// Something that a frame can have.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -133,7 +133,7 @@ fn shadow_maps(shadow: &ShadowPlan) -> String {
     let one = |light: &ShadowLight| match light.projection {
         MapProjection::Cascades(1) => format!("{} (1 map)", light.name),
         MapProjection::Cascades(count) => format!("{} ({count} cascades)", light.name),
-        MapProjection::Perspective => format!("{} (1 map)", light.name),
+        MapProjection::Single => format!("{} (1 map)", light.name),
         MapProjection::Cube => format!("{} (6 faces)", light.name),
     };
     let mut names = shadow.lights.iter().take(MOST).map(one).collect::<Vec<_>>().join(", ");
@@ -335,8 +335,9 @@ fn shading(plan: &FramePlan) -> Vec<Part> {
         false => "no pass goes over lists of lights".into(),
     };
     let path = format!("light path {}", plan.light_path);
+    let traits = TRAITS.iter().map(|own| kind(own.name, lights.traits & own.bit != 0, own.part));
     let emissive = plan.emissive || plan.keys().any(|key| key.forward.is_some_and(|key| key.emissive));
-    vec![
+    let mut parts = vec![
         part(&path, matches!(plan.shading, Shading::Light { .. }), plan.light_path_reason.clone(), 0),
         part("BRDF by pixel", plan.brdf == PlannedBrdf::PerPixel && !plan.is_forward(), brdf, 0)
             .is(OptionalPart::BrdfByPixel),
@@ -346,12 +347,12 @@ fn shading(plan: &FramePlan) -> Vec<Part> {
         idle_lights(plan),
         kind("directional lights", lights.directional, OptionalPart::DirectionalLights),
         kind("point and spot lights", lights.punctual, OptionalPart::PunctualLights),
-        kind("spot cones", lights.spot, OptionalPart::SpotCones),
-        kind("ranges of lights", lights.ranged, OptionalPart::LightRanges),
-        falloffs(lights),
-        kind("ambient light", lights.ambient, OptionalPart::AmbientLight),
-        kind("emissive surfaces", emissive, OptionalPart::Emissive),
-    ]
+    ];
+    parts.extend(traits);
+    parts.push(falloffs(lights));
+    parts.push(kind("ambient light", lights.ambient, OptionalPart::AmbientLight));
+    parts.push(kind("emissive surfaces", emissive, OptionalPart::Emissive));
+    parts
 }
 
 /// Chosen for each light, or a constant.

@@ -3,14 +3,10 @@
 
 use super::lights::LightOrder;
 use super::{Capabilities, Error, Shading};
-use crate::scene::{CastsShadow, Light, LightKind, Scene, Settings, ShadowFilter, ShadowSettings, luminance};
+use crate::scene::{CastsShadow, Light, Scene, Settings, ShadowFilter, ShadowSettings, Sight, luminance};
 
 /// Maps that all lights may have together; `shaders/shared/shadows.wgsl` has the same number.
 pub const MAX_SHADOW_VIEWS: usize = 128;
-
-/// A cone that is wider than this, measured from its axis in degrees, gets the six faces of a point light: one perspective map
-/// would spend most of its texels on its rim.
-const WIDEST_SPOT: f64 = 60.0;
 
 /// A square of the atlas, in texels of its layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,17 +22,18 @@ pub struct Tile {
 pub enum MapProjection {
     /// Orthographic maps, one behind the other along the camera's view.
     Cascades(u32),
-    Perspective,
+    /// One map from the light's place along its direction.
+    Single,
     /// Six perspective maps.
     Cube,
 }
 
 impl MapProjection {
     pub(crate) fn of(light: &Light, cascades: u32) -> Self {
-        match light.kind {
-            LightKind::Directional { .. } => Self::Cascades(cascades),
-            LightKind::Spot { outer_angle_degrees, .. } if outer_angle_degrees <= WIDEST_SPOT => Self::Perspective,
-            LightKind::Spot { .. } | LightKind::Point { .. } => Self::Cube,
+        match light.kind.form().sight() {
+            Sight::Far => Self::Cascades(cascades),
+            Sight::Ahead(_) => Self::Single,
+            Sight::Around => Self::Cube,
         }
     }
 
@@ -44,7 +41,7 @@ impl MapProjection {
     pub fn views(self) -> usize {
         match self {
             Self::Cascades(count) => count as usize,
-            Self::Perspective => 1,
+            Self::Single => 1,
             Self::Cube => 6,
         }
     }
@@ -127,7 +124,7 @@ impl ShadowPlan {
             let wanted = MapProjection::of(source, shadows.cascades);
             let tries: Vec<MapProjection> = match wanted {
                 MapProjection::Cascades(count) => (1..=count).rev().map(MapProjection::Cascades).collect(),
-                MapProjection::Perspective | MapProjection::Cube => vec![wanted],
+                MapProjection::Single | MapProjection::Cube => vec![wanted],
             };
             // The reason for the first try that fails: what keeps it from being whole.
             let (mut short, mut found) = (None, None);
@@ -199,7 +196,7 @@ impl ShadowPlan {
         self.lights.iter().find(|own| own.light == light).map_or(0, |own| {
             let (kind, count) = match own.projection {
                 MapProjection::Cascades(count) => (1, count),
-                MapProjection::Perspective => (2, 1),
+                MapProjection::Single => (2, 1),
                 MapProjection::Cube => (3, 6),
             };
             (kind << 2) | ((own.first_view as u32) << 4) | (count << 12)
@@ -303,12 +300,14 @@ fn by_importance<'a>(scene: &'a Scene, lights: &LightOrder) -> Vec<(usize, &'a L
     let radius = scene.bounds().radius();
     let importance = |light: &Light| {
         let strength = f64::from(luminance(light.color)) * f64::from(light.intensity);
-        match light.kind {
-            LightKind::Directional { .. } => (0, strength),
-            LightKind::Point { position, .. } | LightKind::Spot { position, .. } => {
-                let distance_squared = position.distance_squared(scene.camera.position);
+        let form = light.kind.form();
+        match form.place {
+            None => (0, strength),
+            Some(place) if form.falloff.is_some() => {
+                let distance_squared = place.distance_squared(scene.camera.position);
                 (1, strength / (distance_squared + 0.01 * radius * radius).max(f64::MIN_POSITIVE))
             }
+            Some(_) => (1, strength),
         }
     };
     let sorted = lights.order.iter().map(|&index| &scene.lights[index]);

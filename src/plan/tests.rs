@@ -4,7 +4,7 @@ use super::samples::{self, device, emissive, masked, material, point, scene, sky
 use super::*;
 use crate::scene::{
     AlphaMode, Camera, CastsShadow, Falloff, GbufferChoice, GbufferPreset, HdrFormat, Light, Material, Output,
-    Projection, ShadowSettings, TargetChoice, TextureSlot, Tonemap,
+    Projection, ShadowSettings, TRAITS, TargetChoice, TextureSlot, Tonemap,
 };
 
 const CT: Brdf = Brdf::CookTorrance;
@@ -392,9 +392,9 @@ fn what_is_kept_is_there_without_need() {
         (P::BrdfByPixel, |plan| plan.brdf == PlannedBrdf::PerPixel),
         (P::AmbientLight, |plan| plan.lights.ambient),
         (P::PunctualLights, |plan| plan.lights.punctual && plan.lights.unbounded),
-        (P::SpotCones, |plan| plan.lights.spot),
+        (P::SpotCones, |plan| has_trait(plan, P::SpotCones)),
         (P::Falloffs, |plan| plan.lights.falloff == 3),
-        (P::LightRanges, |plan| plan.lights.ranged),
+        (P::LightRanges, |plan| has_trait(plan, P::LightRanges)),
         (P::LightLists, FramePlan::has_clusters),
         (P::ShadowMaps, |plan| plan.shadow.is_some() && plan.has_directional_shadows()),
         (P::DirectionalLights, |plan| plan.lights.directional),
@@ -411,6 +411,15 @@ fn what_is_kept_is_there_without_need() {
     }
 }
 
+/// Of what shaders have code for.
+fn bit(part: OptionalPart) -> u32 {
+    TRAITS.iter().find(|own| own.part == part).expect("it is one of lights").bit
+}
+
+fn has_trait(plan: &FramePlan, part: OptionalPart) -> bool {
+    plan.lights.traits & bit(part) != 0
+}
+
 #[test]
 fn lighting_has_code_for_the_lights_that_shine_and_no_others() {
     let lights = |lights: Vec<Light>| plan(&scene(vec![material(CT)], lights)).lights;
@@ -421,11 +430,11 @@ fn lighting_has_code_for_the_lights_that_shine_and_no_others() {
     let dark = Light { intensity: 0.0, ..spot(Falloff::Quadratic) };
     assert!(!lights(vec![dark.clone()]).any());
     let directional = lights(vec![sky(), dark]);
-    assert!(directional.directional && !directional.punctual && !directional.spot);
+    assert!(directional.directional && !directional.punctual && directional.traits == 0);
     let lamp = lights(vec![point(Falloff::InverseSquare)]);
-    assert!(lamp.any() && !lamp.directional && lamp.punctual && !lamp.spot);
+    assert!(lamp.any() && !lamp.directional && lamp.punctual && lamp.traits == bit(OptionalPart::LightRanges));
     let spotted = lights(vec![spot(Falloff::InverseSquare)]);
-    assert!(spotted.punctual && spotted.spot);
+    assert!(spotted.punctual && spotted.traits == bit(OptionalPart::SpotCones));
 }
 
 #[test]

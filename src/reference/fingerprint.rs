@@ -8,8 +8,8 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::render::Reference;
 use super::{Options, Smith, View};
 use crate::scene::{
-    AlphaMode, Brdf, Camera, CastsShadow, ColorSpace, Environment, Falloff, Light, LightKind, Material, Mesh, Object,
-    Projection, Scene, Texture,
+    AlphaMode, Brdf, Camera, CastsShadow, ColorSpace, Environment, Light, Material, Mesh, Object, Projection, Scene,
+    Texture,
 };
 
 #[cfg(test)]
@@ -48,10 +48,6 @@ impl Fingerprint {
 
     fn slot(&mut self, slot: Option<usize>) {
         self.number(slot.map_or(0, |index| index as u64 + 1));
-    }
-
-    fn range(&mut self, range: Option<f64>) {
-        self.real(range.unwrap_or(-1.0));
     }
 
     fn transform(&mut self, transform: &DAffine3) {
@@ -141,39 +137,17 @@ impl Fingerprint {
 
     fn light(&mut self, light: &Light) {
         let Light { name: _, kind, color, intensity, casts_shadow, size } = light;
-        match *kind {
-            LightKind::Directional { direction } => {
-                self.number(0);
-                self.vector(direction);
-            }
-            LightKind::Point { position, range, falloff } => {
-                self.number(1);
-                self.vector(position);
-                self.range(range);
-                self.falloff(falloff);
-            }
-            LightKind::Spot { position, direction, inner_angle_degrees, outer_angle_degrees, range, falloff } => {
-                self.number(2);
-                [position, direction].into_iter().for_each(|vector| self.vector(vector));
-                [inner_angle_degrees, outer_angle_degrees].into_iter().for_each(|angle| self.real(angle));
-                self.range(range);
-                self.falloff(falloff);
-            }
+        let form = kind.form();
+        self.number(form.number);
+        form.numbers().into_iter().flat_map(|(_, numbers)| numbers).for_each(|number| self.real(number));
+        if let Some(falloff) = form.falloff {
+            self.number(u64::from(falloff.index()));
+            falloff.terms().into_iter().for_each(|term| self.single(term));
         }
         self.color(*color);
         self.single(*intensity);
         self.number(u64::from(*casts_shadow));
         self.real(*size);
-    }
-
-    fn falloff(&mut self, falloff: Falloff) {
-        let (kind, terms) = match falloff {
-            Falloff::InverseSquare => (0, [0.0; 3]),
-            Falloff::Quadratic => (1, [0.0; 3]),
-            Falloff::Polynomial { constant, linear, quadratic } => (2, [constant, linear, quadratic]),
-        };
-        self.number(kind);
-        terms.into_iter().for_each(|term| self.single(term));
     }
 
     fn scene(&mut self, scene: &Scene) {

@@ -12,7 +12,8 @@ use glam::{DVec2, DVec3};
 
 use super::geometry::{Geometry, Hit};
 use super::intersect::Ray;
-use crate::scene::{Light, LightKind};
+use super::light::to_light;
+use crate::scene::Light;
 
 /// How far above its triangle a ray begins, in units of the last place of the coordinates' size: places are sums and products of
 /// a few of them.
@@ -40,21 +41,17 @@ impl Receiver {
 
     /// Whether light from a point of the disc arrives; `on_disc` is in the unit circle.
     pub fn sees(&self, geometry: &Geometry, light: &Light, on_disc: DVec2) -> bool {
-        let (direction, limit) = match light.kind {
-            LightKind::Directional { direction } => {
-                let radius = (light.size.to_radians() * 0.5).tan();
-                (moved(-direction, on_disc * radius), f64::INFINITY)
-            }
-            LightKind::Point { position, .. } | LightKind::Spot { position, .. } => {
-                let towards = position - self.place;
-                let distance = towards.length();
-                if distance == 0.0 {
-                    return true;
-                }
-                let target = moved(towards / distance, on_disc * (light.size / distance)) * distance;
-                // To the light and no further; from the start, which is a hair nearer.
-                (self.place + target - self.start, 1.0)
-            }
+        let (towards, distance) = to_light(light, self.place);
+        if distance == 0.0 {
+            return true;
+        }
+        let is_parallel = light.kind.form().is_parallel();
+        let radius = if is_parallel { (light.size.to_radians() * 0.5).tan() } else { light.size / distance };
+        let direction = moved(towards, on_disc * radius);
+        let (direction, limit) = match distance.is_infinite() {
+            true => (direction, f64::INFINITY),
+            // To the light and no further; from the start, which is a hair nearer.
+            false => (self.place + direction * distance - self.start, 1.0),
         };
         !geometry.is_blocked(&Ray::new(self.start, direction), limit)
     }

@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::camera::{FOV_Y_DEGREES, HEIGHT};
 use super::texture::MAX_TEXTURE_EDGE;
-use super::{AlphaMode, Camera, Environment, Error, Falloff, Light, LightKind, Material, Mesh, Object, Projection};
+use super::{AlphaMode, Camera, Environment, Error, Falloff, Light, Material, Mesh, Object, Projection};
 use super::{Scene, Texture};
 
 /// Vertices of all meshes together: a draw adds a signed offset of 32 bits to its indices.
@@ -198,21 +198,13 @@ impl Light {
             ("color times intensity", self.color * self.intensity, POSITIVE),
         ];
         let fault = out_of_range(&values).or_else(|| length("size", self.size));
-        fault.or_else(|| match self.kind {
-            LightKind::Directional { direction } => aimless(direction),
-            LightKind::Point { position, range, falloff } => place(position).or_else(|| weakening(range, falloff)),
-            LightKind::Spot { position, direction, inner_angle_degrees, outer_angle_degrees, range, falloff } => {
-                let (inner, outer) = (inner_angle_degrees, outer_angle_degrees);
-                let cone = || match inner.is_finite() && outer.is_finite() {
-                    true if 0.0 <= inner && inner <= outer && outer <= 180.0 => None,
-                    true => {
-                        Some(format!("its cone is {inner} to {outer} degrees: expected 0 <= inner <= outer <= 180"))
-                    }
-                    false => Some(infinite("cone")),
-                };
-                place(position).or_else(|| aimless(direction)).or_else(cone).or_else(|| weakening(range, falloff))
-            }
-        })
+        let form = self.kind.form();
+        fault
+            .or_else(|| form.place.and_then(place))
+            .or_else(|| form.direction.and_then(aimless))
+            .or_else(|| form.outline.fault())
+            .or_else(|| form.range.and_then(|range| length("range", range)))
+            .or_else(|| form.falloff.and_then(|falloff| weakening(form.range, falloff)))
     }
 }
 
@@ -233,13 +225,12 @@ fn aimless(direction: DVec3) -> Option<String> {
 }
 
 fn weakening(range: Option<f64>, falloff: Falloff) -> Option<String> {
-    range.and_then(|range| length("range", range)).or_else(|| match falloff {
-        Falloff::InverseSquare => None,
+    match falloff {
         Falloff::Quadratic => range.is_none().then(|| "a quadratic fall-off needs a range".into()),
-        Falloff::Polynomial { constant, linear, quadratic } => {
-            out_of_range(&[("falloff", Vec3::new(constant, linear, quadratic), POSITIVE)])
+        Falloff::InverseSquare | Falloff::Polynomial { .. } => {
+            out_of_range(&[("falloff", falloff.terms().into(), POSITIVE)])
         }
-    })
+    }
 }
 
 impl Environment {
@@ -278,7 +269,7 @@ impl Camera {
 mod tests {
     use glam::{DQuat, Vec3};
 
-    use super::super::{ColorSpace, builtin};
+    use super::super::{ColorSpace, LightKind, builtin};
     use super::*;
 
     fn checks() -> Scene {

@@ -1,9 +1,9 @@
 //! Exposure by incident-light metering, as a photographer's dome meter has it, with the calibration of Lagarde and de Rousiers,
 //! "Moving Frostbite to Physically Based Rendering" (2014), section 4.5.
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
-use super::{Falloff, Light, LightKind, Scene};
+use super::Scene;
 
 /// Incident-light meter constant C, in lux seconds, for a flat-receptor meter.
 const CALIBRATION: f64 = 250.0;
@@ -31,45 +31,16 @@ pub fn metered_ev100(scene: &Scene) -> f32 {
     // Averaged over all ways that the receptor may be turned.
     let (ambient, _) = scene.environment.hemispheres();
     let ambient = std::f64::consts::PI * f64::from(luminance(ambient));
-    let lights: f64 = scene.lights.iter().map(|light| illuminance(light, point, bounds.radius())).sum();
+    let lights: f64 = scene.lights.iter().map(|light| light.illuminance(point, bounds.radius())).sum();
     let ev100 = ((ambient + lights) * 100.0 / CALIBRATION).log2();
     if ev100.is_finite() { ev100.clamp(-100.0, 100.0) as f32 } else { 0.0 }
 }
 
-/// Lux that `light` brings to a receptor at `point` that faces it, in a scene of `radius` metres.
-///
-/// A light with a range counts as what it brings at half its range, times the share of the scene that it reaches: a scene of many
-/// short-ranged lamps is lit although none of them reaches the centre.
-fn illuminance(light: &Light, point: DVec3, radius: f64) -> f64 {
-    let intensity = f64::from(luminance(light.color)) * f64::from(light.intensity);
-    let weakened = match light.kind {
-        LightKind::Directional { .. } => 1.0,
-        LightKind::Point { position, range, falloff } | LightKind::Spot { position, range, falloff, .. } => {
-            let distance = position.distance(point).max(if radius > 0.0 { radius * 0.25 } else { 1.0 });
-            let reached =
-                range.filter(|range| *range < distance * 2.0).map_or(1.0, |range| (range / radius).powi(3).min(1.0));
-            weakening(falloff, range, distance) * reached
-        }
-    };
-    intensity * weakened
-}
-
-/// The fall-off at `distance` metres, or at half the range where that is nearer.
-fn weakening(falloff: Falloff, range: Option<f64>, distance: f64) -> f64 {
-    let distance = range.map_or(distance, |range| distance.min(range * 0.5));
-    let ratio = range.map_or(0.0, |range| distance / range);
-    match falloff {
-        Falloff::InverseSquare => (1.0 - ratio.powi(4)).clamp(0.0, 1.0).powi(2) / (distance * distance).max(1e-12),
-        Falloff::Quadratic => (1.0 - ratio * ratio).clamp(0.0, 1.0),
-        Falloff::Polynomial { constant, linear, quadratic } => {
-            let [c, l, q] = [constant, linear, quadratic].map(f64::from);
-            1.0 / (c + l * distance + q * distance * distance).max(1e-12)
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
+    use super::super::{Light, LightKind};
     use super::*;
 
     fn sun(lux: f32) -> Light {

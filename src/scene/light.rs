@@ -1,6 +1,9 @@
-//! Light sources, in the units of KHR_lights_punctual.
+//! Light sources, in the units of KHR_lights_punctual: the one place that knows what kinds there are. The rest of the program asks a light
+//! for its [`LightForm`].
 
-use glam::{DVec3, Vec3};
+use glam::{DMat3, DVec3, Vec3};
+
+use super::{OptionalPart, luminance};
 
 /// A light. Its radiometric strength is `color * intensity`.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,8 +18,8 @@ pub struct Light {
     pub intensity: f32,
     /// Whether objects stand in its way.
     pub casts_shadow: bool,
-    /// How large the source is, for soft shadows: the angular diameter in degrees of a directional light, the radius in metres of
-    /// the others. 0 for a light without a size.
+    /// How large the source is, for soft shadows: the angular diameter in degrees where rays are parallel, else the radius in metres. 0 for a
+    /// light without a size.
     pub size: f64,
 }
 
@@ -38,6 +41,82 @@ pub enum LightKind {
     },
 }
 
+/// What the program asks of a light, whatever its kind.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LightForm {
+    /// The kind's number in fingerprints of truths.
+    pub number: u64,
+    /// As scene files and reports call the kind.
+    pub name: &'static str,
+    /// That of its intensity.
+    pub unit: &'static str,
+    /// Where it stands; `None` for a light that is infinitely far away.
+    pub place: Option<DVec3>,
+    /// Where its light travels to, of any length but 0; `None` for one that shines all around.
+    pub direction: Option<DVec3>,
+    pub outline: Outline,
+    /// Metres beyond which it is exactly zero.
+    pub range: Option<f64>,
+    /// `None` for light that no distance weakens.
+    pub falloff: Option<Falloff>,
+}
+
+/// What a light's rays fill.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Outline {
+    Space,
+    /// Half angles in degrees: full up to the inner one, none from the outer one on.
+    Cone {
+        inner: f64,
+        outer: f64,
+    },
+}
+
+/// How shadow maps look at the scene for a light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Sight {
+    /// Along parallel rays from infinitely far away, wherever the camera looks.
+    Far,
+    /// From the light's place along its direction; half of how wide that is a metre away.
+    Ahead(f64),
+    Around,
+}
+
+/// What a light's volume is the image of: a unit sphere, or a cone with its apex at zero, its axis +Z and its base of radius 1 at 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Solid {
+    Sphere,
+    Cone,
+}
+
+/// A part of the shaders' code that only some lights need. It is compiled where a light of the plan does.
+#[derive(Debug, Clone, Copy)]
+pub struct LightTrait {
+    /// Of `TRAITS` in `shaders/shared/lights.wgsl`.
+    pub bit: u32,
+    /// Its word for `--plan`.
+    pub part: OptionalPart,
+    /// As reports call it.
+    pub name: &'static str,
+}
+
+pub const TRAITS: &[LightTrait] = &[
+    LightTrait { bit: CONES, part: OptionalPart::SpotCones, name: "spot cones" },
+    LightTrait { bit: RANGES, part: OptionalPart::LightRanges, name: "ranges of lights" },
+];
+const RANGES: u32 = 1;
+const CONES: u32 = 2;
+
+/// A cone that is wider than this, measured from its axis in degrees, gets the six shadow maps of a point light, and the volume of one: one
+/// perspective map would spend most of its texels on its rim, and a cone's mesh would be mostly base.
+const WIDEST_CONE: f64 = 60.0;
+
+/// By how much a cone's volume is wider than the cone, for the rounding of f32, as a share of its length.
+const SLACK: f64 = 1e-3;
+
+/// Least difference of a cone's cosines, part of the model (KHR_lights_punctual's own).
+const LEAST_CONE: f64 = 0.001;
+
 /// The direction with a length of 1; `None` where it has none. Squares of its parts may be more or less than f64 holds. One that has that
 /// length, but for rounding, stays as it is.
 pub fn unit(direction: DVec3) -> Option<DVec3> {
@@ -47,11 +126,166 @@ pub fn unit(direction: DVec3) -> Option<DVec3> {
     }
 }
 
+impl LightKind {
+    /// What there is to know about it. The patterns name every field, so that a new one does not compile until it has its place here, and with
+    /// it in the checks of scenes and in the fingerprints of truths.
+    pub fn form(&self) -> LightForm {
+        let (place, direction, outline, range, falloff) = (None, None, Outline::Space, None, None);
+        let form = |number, name, unit| LightForm { number, name, unit, place, direction, outline, range, falloff };
+        match *self {
+            Self::Directional { direction } => LightForm { direction: Some(direction), ..form(0, "directional", "lx") },
+            Self::Point { position, range, falloff } => {
+                LightForm { place: Some(position), range, falloff: Some(falloff), ..form(1, "point", "cd") }
+            }
+            Self::Spot { position, direction, inner_angle_degrees, outer_angle_degrees, range, falloff } => LightForm {
+                place: Some(position),
+                direction: Some(direction),
+                outline: Outline::Cone { inner: inner_angle_degrees, outer: outer_angle_degrees },
+                range,
+                falloff: Some(falloff),
+                ..form(2, "spot", "cd")
+            },
+        }
+    }
+
+    /// Whether the light is infinitely far away.
+    pub fn is_directional(&self) -> bool {
+        self.form().place.is_none()
+    }
+
+    /// Its place, to be moved.
+    pub fn place_mut(&mut self) -> Option<&mut DVec3> {
+        match self {
+            Self::Directional { .. } => None,
+            Self::Point { position, .. } | Self::Spot { position, .. } => Some(position),
+        }
+    }
+
+    /// Its direction, to be turned.
+    pub fn direction_mut(&mut self) -> Option<&mut DVec3> {
+        match self {
+            Self::Point { .. } => None,
+            Self::Directional { direction } | Self::Spot { direction, .. } => Some(direction),
+        }
+    }
+}
+
+impl Outline {
+    /// What is wrong with its numbers, in words.
+    pub(super) fn fault(&self) -> Option<String> {
+        match *self {
+            Self::Space => None,
+            Self::Cone { inner, outer } if !(inner.is_finite() && outer.is_finite()) => {
+                Some("cone is not finite".into())
+            }
+            Self::Cone { inner, outer } if 0.0 <= inner && inner <= outer && outer <= 180.0 => None,
+            Self::Cone { inner, outer } => {
+                Some(format!("its cone is {inner} to {outer} degrees: expected 0 <= inner <= outer <= 180"))
+            }
+        }
+    }
+}
+
+impl LightForm {
+    /// All its numbers by name, but those of the fall-off.
+    pub fn numbers(&self) -> Vec<(&'static str, Vec<f64>)> {
+        let vector = |vector: DVec3| vector.to_array().to_vec();
+        let outline = match self.outline {
+            Outline::Space => None,
+            Outline::Cone { inner, outer } => Some(("cone", vec![inner, outer])),
+        };
+        let range = self.place.map(|_| ("range", vec![self.range.unwrap_or(-1.0)]));
+        let place = self.place.map(|place| ("position", vector(place)));
+        let direction = self.direction.map(|direction| ("direction", vector(direction)));
+        [place, direction, outline, range].into_iter().flatten().collect()
+    }
+
+    /// The bits of [`TRAITS`] that it needs.
+    pub fn traits(&self) -> u32 {
+        let outline = match self.outline {
+            Outline::Space => 0,
+            Outline::Cone { .. } => CONES,
+        };
+        outline | if self.range.is_some() { RANGES } else { 0 }
+    }
+
+    /// Scale and offset of what `shaders/shared/lights.wgsl` cuts the outline with: of a cone `saturate(scale cos(angle) + offset)^2`
+    /// (KHR_lights_punctual, "Inner and Outer Cone Angles").
+    pub fn edge(&self) -> [f64; 2] {
+        match self.outline {
+            Outline::Space => [0.0, 1.0],
+            Outline::Cone { inner, outer } => {
+                let (inner, outer) = (inner.to_radians().cos(), outer.to_radians().cos());
+                let scale = 1.0 / (inner - outer).max(LEAST_CONE);
+                [scale, -outer * scale]
+            }
+        }
+    }
+
+    /// A sphere around what the light lights within `reach` metres: its centre and radius. A narrow cone's is smaller than the light's own: that
+    /// through its apex and the rim of its base, or that around the rim alone where the cone is wider than 45 degrees.
+    pub fn sphere(&self, reach: f64) -> (DVec3, f64) {
+        let Some(place) = self.place else { return (DVec3::ZERO, f64::INFINITY) };
+        match (self.outline, self.unit_direction()) {
+            (Outline::Cone { outer, .. }, Some(direction)) if reach.is_finite() && outer < 90.0 => {
+                let angle = outer.to_radians();
+                if angle <= std::f64::consts::FRAC_PI_4 {
+                    let radius = reach / (2.0 * angle.cos());
+                    (place + direction * radius, radius)
+                } else {
+                    (place + direction * (reach * angle.cos()), reach * angle.sin())
+                }
+            }
+            _ => (place, reach),
+        }
+    }
+
+    /// The farthest from its place, in metres, that it lights anything within `reach` metres.
+    pub fn extent(&self, reach: f64) -> f64 {
+        reach
+    }
+
+    /// A volume around what the light lights within `reach` metres, which is finite: the image of a solid by these columns, and how far from the
+    /// light's place that has its zero.
+    pub fn volume(&self, reach: f64) -> (Solid, DMat3, DVec3) {
+        match (self.outline, self.unit_direction()) {
+            (Outline::Cone { outer, .. }, Some(direction)) if outer <= WIDEST_CONE => {
+                let base = reach * (outer.to_radians().tan() + SLACK);
+                let (side, up) = direction.any_orthonormal_pair();
+                (Solid::Cone, DMat3::from_cols(side * base, up * base, direction * reach), DVec3::ZERO)
+            }
+            _ => (Solid::Sphere, DMat3::from_diagonal(DVec3::splat(reach)), DVec3::ZERO),
+        }
+    }
+
+    /// Whether its rays are parallel; [`Light::size`] is then an angle.
+    pub fn is_parallel(&self) -> bool {
+        self.place.is_none()
+    }
+
+    /// The number of what weakens it with the distance in `shaders/shared/lights.wgsl`.
+    pub(crate) fn formula(&self) -> u32 {
+        self.falloff.map_or(0, |falloff| falloff.index())
+    }
+
+    pub fn sight(&self) -> Sight {
+        match self.outline {
+            _ if self.place.is_none() => Sight::Far,
+            Outline::Cone { outer, .. } if outer <= WIDEST_CONE => Sight::Ahead(outer.to_radians().tan()),
+            Outline::Cone { .. } | Outline::Space => Sight::Around,
+        }
+    }
+
+    fn unit_direction(&self) -> Option<DVec3> {
+        self.direction.map(|direction| unit(direction).unwrap_or(direction))
+    }
+}
+
 impl Light {
     /// With a direction of length 1, where it has one: what formulas take.
     pub(crate) fn aimed(&self) -> Self {
         let mut light = self.clone();
-        if let LightKind::Directional { direction } | LightKind::Spot { direction, .. } = &mut light.kind {
+        if let Some(direction) = light.kind.direction_mut() {
             *direction = unit(*direction).unwrap_or(*direction);
         }
         light
@@ -60,6 +294,25 @@ impl Light {
     /// Whether it can add anything.
     pub(crate) fn shines(&self) -> bool {
         self.intensity > 0.0 && self.color.max_element() > 0.0
+    }
+
+    /// Half of how wide the source is: the radius in metres, or where rays are parallel the tangent of half the angle.
+    pub(crate) fn half_size(&self) -> f64 {
+        if self.kind.form().is_parallel() { (0.5 * self.size).to_radians().tan() } else { self.size }
+    }
+
+    /// Lux that it brings to a receptor at `point` that faces it, in a scene of `radius` metres, for metering.
+    ///
+    /// A light with a range counts as what it brings at half its range, times the share of the scene that it reaches: a scene of many
+    /// short-ranged lamps is lit although none of them reaches the centre. Cones of spots count as open.
+    pub(super) fn illuminance(&self, point: DVec3, radius: f64) -> f64 {
+        let intensity = f64::from(luminance(self.color)) * f64::from(self.intensity);
+        let form = self.kind.form();
+        let Some(place) = form.place else { return intensity };
+        let distance = place.distance(point).max(if radius > 0.0 { radius * 0.25 } else { 1.0 });
+        let is_short = |range: &f64| *range < distance * 2.0;
+        let reached = form.range.filter(is_short).map_or(1.0, |range| (range / radius).powi(3).min(1.0));
+        intensity * (form.falloff.map_or(1.0, |falloff| falloff.metered(form.range, distance)) * reached)
     }
 }
 
@@ -78,6 +331,37 @@ pub enum Falloff {
 }
 
 impl Falloff {
+    /// Its number in `shaders/shared/lights.wgsl`.
+    pub(crate) fn index(&self) -> u32 {
+        match self {
+            Self::InverseSquare => 0,
+            Self::Quadratic => 1,
+            Self::Polynomial { .. } => 2,
+        }
+    }
+
+    /// Constant, linear and quadratic coefficient of a polynomial; zeros of the others.
+    pub(crate) fn terms(&self) -> [f32; 3] {
+        match *self {
+            Self::InverseSquare | Self::Quadratic => [0.0; 3],
+            Self::Polynomial { constant, linear, quadratic } => [constant, linear, quadratic],
+        }
+    }
+
+    /// The fall-off at `distance` metres, or at half the range where that is nearer.
+    fn metered(&self, range: Option<f64>, distance: f64) -> f64 {
+        let distance = range.map_or(distance, |range| distance.min(range * 0.5));
+        let ratio = range.map_or(0.0, |range| distance / range);
+        match self {
+            Self::InverseSquare => (1.0 - ratio.powi(4)).clamp(0.0, 1.0).powi(2) / (distance * distance).max(1e-12),
+            Self::Quadratic => (1.0 - ratio * ratio).clamp(0.0, 1.0),
+            Self::Polynomial { .. } => {
+                let [c, l, q] = self.terms().map(f64::from);
+                1.0 / (c + l * distance + q * distance * distance).max(1e-12)
+            }
+        }
+    }
+
     /// Distance in metres beyond which a polynomial light of `intensity` candela brings less than `cutoff` lux: the greatest root
     /// of intensity / (c + l d + q d^2) = cutoff. This is the radius of the volume that such a light is drawn with.
     ///

@@ -32,7 +32,7 @@ pub use error::Error;
 pub use exposure::{exposure_scale, luminance, metered_ev100};
 pub use fit::{add_daylight, fit_camera};
 pub use import::{Imported, LoadOptions, Progress};
-pub use light::{Falloff, Light, LightKind, unit};
+pub use light::{Falloff, Light, LightForm, LightKind, LightTrait, Outline, Sight, Solid, TRAITS, unit};
 pub use load::{OpenOptions, open};
 pub use material::{AlphaMode, Brdf, Material, TextureSlot};
 pub use mesh::{CastsShadow, Mesh, Object, TriangleId};

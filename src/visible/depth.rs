@@ -2,7 +2,7 @@
 
 use super::World;
 use crate::plan::FramePlan;
-use crate::scene::{Aabb, Camera, LightKind, LightPath};
+use crate::scene::{Aabb, Camera, LightPath};
 
 /// The camera of a frame, and how far it stands before the one that was asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,11 +62,9 @@ impl Depth {
         // The backs of volumes are drawn, too.
         if plan.light_path == LightPath::Volumes {
             let bounded = world.lights.iter().zip(&world.reaches).filter(|(_, reach)| reach.is_finite());
-            let backs = bounded.filter_map(|(light, reach)| match light.kind {
-                LightKind::Directional { .. } => None,
-                LightKind::Point { position, .. } | LightKind::Spot { position, .. } => {
-                    Some((position - camera.position).dot(camera.forward()) + VOLUME * reach)
-                }
+            let backs = bounded.filter_map(|(light, &reach)| {
+                let form = light.kind.form();
+                Some((form.place? - camera.position).dot(camera.forward()) + VOLUME * form.extent(reach))
             });
             last = backs.fold(last, f64::max);
         }

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3, Vec4};
 use super::clusters::screen_span;
 use super::{ActiveLights, World};
 use crate::plan::Reach;
-use crate::scene::{Camera, LightKind};
+use crate::scene::{Camera, Solid};
 
 /// A light and the pixels that it can reach.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,8 +33,6 @@ pub struct Volumes {
 
 /// Share by which a volume is larger than its light, for the rounding of f32.
 const SLACK: f64 = 1e-3;
-/// Cones wider than this half angle are drawn as spheres: their mesh would be mostly base.
-const WIDEST_CONE_DEGREES: f64 = 60.0;
 
 /// The pixels that each light can reach; lights that reach none are left out.
 pub(super) fn rectangles(reaches: &[Reach], first: u32, camera: &Camera, size: [u32; 2]) -> Vec<LightRect> {
@@ -69,26 +67,16 @@ impl Volumes {
         let mut cones = Vec::new();
         for (index, &own) in active.lights.iter().enumerate().skip(active.looped) {
             let (light, reach) = (&world.lights[own], world.reaches[own] * (1.0 + SLACK));
-            let (light_index, place) = (index as u32, |center: DVec3| center - camera.position);
-            let behind = |center: DVec3| place(center).dot(camera.forward()) + reach < camera.near;
-            match light.kind {
-                LightKind::Directional { .. } => {}
-                LightKind::Spot { position, direction, outer_angle_degrees, .. }
-                    if outer_angle_degrees <= WIDEST_CONE_DEGREES =>
-                {
-                    if !behind(position) {
-                        let base = reach * (outer_angle_degrees.to_radians().tan() + SLACK);
-                        let (side, up) = direction.any_orthonormal_pair();
-                        let columns = DMat3::from_cols(side * base, up * base, direction * reach);
-                        cones.push(VolumeRecord { rows: rows(columns, place(position)), light: light_index });
-                    }
-                }
-                LightKind::Point { position, .. } | LightKind::Spot { position, .. } => {
-                    if !behind(position) {
-                        let columns = DMat3::from_diagonal(DVec3::splat(reach));
-                        volumes.records.push(VolumeRecord { rows: rows(columns, place(position)), light: light_index });
-                    }
-                }
+            let form = light.kind.form();
+            let Some(place) = form.place.map(|place| place - camera.position) else { continue };
+            if place.dot(camera.forward()) + form.extent(reach) < camera.near {
+                continue;
+            }
+            let (solid, columns, zero) = form.volume(reach);
+            let record = VolumeRecord { rows: rows(columns, place + zero), light: index as u32 };
+            match solid {
+                Solid::Sphere => volumes.records.push(record),
+                Solid::Cone => cones.push(record),
             }
         }
         volumes.spheres = volumes.records.len();

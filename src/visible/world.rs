@@ -8,12 +8,11 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::occlusion::Occluders;
 use super::shadows::{Changes, ShadowView, lamp_views, widened};
 use crate::plan::{
-    Cut, Error, FramePlan, GeometryKey, IdleLights, LightOrder, MapProjection, SurfaceRules, falloff_index, stretch,
-    weakens,
+    Cut, Error, FramePlan, GeometryKey, IdleLights, LightOrder, MapProjection, SurfaceRules, stretch, weakens,
 };
 use crate::scene::check::fits;
 use crate::scene::{
-    Aabb, CastsShadow, Environment, Light, LightKind, Material, Mesh, Scene, Settings, ShadowSettings, Transparency,
+    Aabb, CastsShadow, Environment, Light, Material, Mesh, Scene, Settings, ShadowSettings, Transparency,
 };
 
 /// What of a scene a frame looks at again each time. No texels, and no vertices but where triangles are sorted.
@@ -225,7 +224,7 @@ impl World {
 
     /// How many of the first lights are directional.
     pub fn directional_count(&self) -> usize {
-        self.lights.iter().take_while(|light| matches!(light.kind, LightKind::Directional { .. })).count()
+        self.lights.iter().take_while(|light| light.kind.is_directional()).count()
     }
 
     /// How many of the first lights reach everywhere.
@@ -289,15 +288,10 @@ fn places(numbers: impl Iterator<Item = usize>, count: usize) -> Vec<Option<usiz
 
 /// What of a light a plan depends on.
 fn structure(light: &Light, shadows: &ShadowSettings) -> impl PartialEq {
-    let (range, falloff) = match light.kind {
-        LightKind::Directional { .. } => (false, (0, false)),
-        LightKind::Point { range, falloff, .. } | LightKind::Spot { range, falloff, .. } => {
-            (range.is_some(), (falloff_index(falloff), weakens(falloff)))
-        }
-    };
+    let form = light.kind.form();
+    let falloff = form.falloff.map(|falloff| (falloff.index(), weakens(falloff)));
     let projection = MapProjection::of(light, shadows.cascades);
-    let kind = std::mem::discriminant(&light.kind);
-    (kind, projection, range, falloff, light.casts_shadow, light.shines())
+    (form.number, projection, form.traits(), falloff, light.casts_shadow, light.shines())
 }
 
 impl SortableTriangle {

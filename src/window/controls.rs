@@ -11,7 +11,7 @@ use super::oracle::ErrorMap;
 use crate::frame::FrameTimes;
 use crate::gpu::MemoryReport;
 use crate::plan::{FramePlan, Part};
-use crate::scene::{GbufferChoice, GbufferPreset, Light, LightKind, SETTINGS, Setting, Settings, ValueKind, View};
+use crate::scene::{GbufferChoice, GbufferPreset, Light, SETTINGS, Setting, Settings, ValueKind, View};
 
 /// What is known of the frames so far.
 pub struct Facts<'a> {
@@ -318,7 +318,7 @@ fn lights(ui: &mut Ui, lights: &[Light], changed: &mut Vec<(usize, Light)>) {
 
 /// Up to where a light can be set that was dark at first: to the strongest of the others in its unit.
 fn most_of_dark(lights: &[Light], index: usize) -> f32 {
-    let unit = |light: &Light| matches!(light.kind, LightKind::Directional { .. });
+    let unit = |light: &Light| light.kind.form().unit;
     let others =
         lights.iter().enumerate().filter(|&(other, light)| other != index && unit(light) == unit(&lights[index]));
     let most = others.map(|(_, light)| light.intensity).fold(0.0, f32::max);
@@ -397,7 +397,7 @@ mod tests {
     use glam::{DVec3, Vec3};
 
     use super::*;
-    use crate::scene::{Falloff, SettingsPatch};
+    use crate::scene::{Falloff, LightKind, SettingsPatch};
     use crate::window::overlay::fonts;
 
     #[test]

@@ -7,7 +7,9 @@ use crate::common::stage::{add, directional, exact, lambert, point, stage};
 use afterlight::frame::Picture;
 use afterlight::plan::MapProjection;
 use afterlight::scene::builtin::shapes;
-use afterlight::scene::{Camera, Falloff, Light, LightKind, Projection, Scene, Settings, ShadowFilter, ShadowSettings};
+use afterlight::scene::{
+    Camera, Falloff, Light, LightKind, Projection, Scene, Settings, ShadowFilter, ShadowSettings, Sight,
+};
 use glam::{DAffine3, DVec2, DVec3};
 
 const SIZE: [u32; 2] = [192, 144];
@@ -74,11 +76,10 @@ fn hit(origin: DVec3, ray: DVec3) -> Option<(f64, usize)> {
 
 /// Towards the light from a place, and how far it is.
 fn towards(light: &Light, place: DVec3) -> (DVec3, f64) {
-    match light.kind {
-        LightKind::Directional { direction } => (-direction, f64::INFINITY),
-        LightKind::Point { position, .. } | LightKind::Spot { position, .. } => {
-            ((position - place).normalize(), position.distance(place))
-        }
+    let form = light.kind.form();
+    match (form.place, form.direction) {
+        (None, direction) => (-direction.expect("it comes from somewhere"), f64::INFINITY),
+        (Some(position), _) => ((position - place).normalize(), position.distance(place)),
     }
 }
 
@@ -176,15 +177,13 @@ fn the_share_of_wrong_pixels_falls_with_the_size_of_the_map() {
 /// Texels' edge in metres at a place, at most, for a layer of `size` texels.
 fn texel(light: &Light, projection: MapProjection, place: DVec3, size: u32) -> f64 {
     let usable = |edge: f64| edge - 12.0;
-    match (light.kind, projection) {
+    match (light.kind, light.kind.form().place) {
         // A map is never larger than the sphere around the scene, whose box is 12 m x 3.4 m x 12 m.
-        (LightKind::Directional { .. }, _) => 17.4 / usable(f64::from(size)),
-        (LightKind::Spot { position, outer_angle_degrees, .. }, MapProjection::Perspective) => {
+        (_, None) => 17.4 / usable(f64::from(size)),
+        (LightKind::Spot { outer_angle_degrees, .. }, Some(position)) if projection == MapProjection::Single => {
             2.0 * outer_angle_degrees.to_radians().tan() * position.distance(place) / usable(0.5 * f64::from(size))
         }
-        (LightKind::Spot { position, .. } | LightKind::Point { position, .. }, _) => {
-            2.0 * position.distance(place) / usable(0.5 * f64::from(size))
-        }
+        (_, Some(position)) => 2.0 * position.distance(place) / usable(0.5 * f64::from(size)),
     }
 }
 
@@ -219,10 +218,10 @@ impl Margin {
 /// biases, there is none: so the shadow of a box begins at the box.
 fn assert_right_but_near_edges(name: &str, scene: &Scene, samples: &[Sample], size: u32, margin: Margin) {
     let light = &scene.lights[0];
-    let projection = match light.kind {
-        LightKind::Directional { .. } => MapProjection::Cascades(3),
-        LightKind::Spot { outer_angle_degrees, .. } if outer_angle_degrees <= 60.0 => MapProjection::Perspective,
-        _ => MapProjection::Cube,
+    let projection = match light.kind.form().sight() {
+        Sight::Far => MapProjection::Cascades(3),
+        Sight::Ahead(_) => MapProjection::Single,
+        Sight::Around => MapProjection::Cube,
     };
     let (mut lit, mut dark) = (0, 0);
     for sample in samples {
@@ -275,7 +274,7 @@ fn every_filter_is_free_of_acne_and_gaps() {
                 let light = light.clone();
                 let size = if filter == ShadowFilter::Pcss { 0.005 } else { 0.0 };
                 // Half a degree, or a centimetre.
-                let size = if matches!(light.kind, LightKind::Directional { .. }) { size * 100.0 } else { size };
+                let size = if light.kind.form().is_parallel() { size * 100.0 } else { size };
                 let scene = scene(Light { size, ..light });
                 let shadows = ShadowSettings { size: 2048, filter, ..ShadowSettings::default() };
                 let what = format!("{filter_name}, {name}");
@@ -353,10 +352,8 @@ fn scaled(scene: &Scene, scale: f64) -> Scene {
     scene.camera.position *= scale;
     scene.camera.near *= scale;
     for light in &mut scene.lights {
-        match &mut light.kind {
-            LightKind::Directional { .. } => continue,
-            LightKind::Point { position, .. } | LightKind::Spot { position, .. } => *position *= scale,
-        }
+        let Some(place) = light.kind.place_mut() else { continue };
+        *place *= scale;
         light.intensity *= (scale * scale) as f32;
         light.size *= scale;
     }

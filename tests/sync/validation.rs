@@ -291,9 +291,10 @@ fn draw_while_things_move(gpu: &Gpu, scene: &Scene, settings: &Settings) {
 
 fn moved(mut kind: LightKind) -> LightKind {
     let by = DVec3::new(0.1, 0.05, 0.0);
-    match &mut kind {
-        LightKind::Directional { direction } => *direction = (*direction + by).normalize(),
-        LightKind::Point { position, .. } | LightKind::Spot { position, .. } => *position += by,
+    if let Some(place) = kind.place_mut() {
+        *place += by;
+    } else if let Some(direction) = kind.direction_mut() {
+        *direction = (*direction + by).normalize();
     }
     kind
 }

@@ -8,7 +8,7 @@
 use std::fmt::Write as _;
 
 use afterlight::scene::{
-    AlphaMode, Brdf, Camera, CastsShadow, Falloff, Light, LightKind, Material, Object, Projection, Scene,
+    AlphaMode, Brdf, Camera, CastsShadow, Falloff, Light, Material, Object, Outline, Projection, Scene,
 };
 use glam::{DMat3, DVec3, Vec3};
 
@@ -168,39 +168,39 @@ fn emitter(light: &Light) -> Result<String, String> {
     if !light.casts_shadow {
         return refused("light that casts no shadow");
     }
-    if let LightKind::Point { range, falloff, .. } | LightKind::Spot { range, falloff, .. } = light.kind {
-        if range.is_some() {
-            return refused("a range");
-        }
-        if falloff != Falloff::InverseSquare {
-            return refused("a fall-off other than \"inverse-square\"");
-        }
+    let form = light.kind.form();
+    if form.range.is_some() {
+        return refused("a range");
+    }
+    if form.falloff.is_some_and(|falloff| falloff != Falloff::InverseSquare) {
+        return refused("a fall-off other than \"inverse-square\"");
     }
     let strength = triple(light.color.as_dvec3() * f64::from(light.intensity));
-    Ok(match light.kind {
-        LightKind::Directional { direction } => format!(
+    Ok(match (form.place, form.direction, form.outline) {
+        (None, Some(direction), _) => format!(
             "  <emitter type=\"directional\">\n    <rgb name=\"irradiance\" value=\"{strength}\"/>\n    \
              <vector name=\"direction\" value=\"{}\"/>\n  </emitter>\n",
             triple(direction)
         ),
-        LightKind::Point { position, .. } => format!(
+        (Some(position), None, _) => format!(
             "  <emitter type=\"point\">\n    <rgb name=\"intensity\" value=\"{strength}\"/>\n    \
              <point name=\"position\" value=\"{}\"/>\n  </emitter>\n",
             triple(position)
         ),
-        LightKind::Spot { position, direction, inner_angle_degrees, outer_angle_degrees, .. } => format!(
+        (Some(position), Some(direction), Outline::Cone { inner, outer }) => format!(
             "  <emitter type=\"spot\">\n    <rgb name=\"intensity\" value=\"{strength}\"/>\n    \
-             <float name=\"beam_width\" value=\"{inner_angle_degrees}\"/>\n    \
-             <float name=\"cutoff_angle\" value=\"{outer_angle_degrees}\"/>\n{}  </emitter>\n",
+             <float name=\"beam_width\" value=\"{inner}\"/>\n    \
+             <float name=\"cutoff_angle\" value=\"{outer}\"/>\n{}  </emitter>\n",
             look_at(position, direction, direction.any_orthonormal_vector())
         ),
+        _ => return refused(&format!("a {} light", form.name)),
     })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use afterlight::scene::Mesh;
+    use afterlight::scene::{LightKind, Mesh};
     use glam::DAffine3;
 
     fn scene() -> Scene {

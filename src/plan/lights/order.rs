@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::box_tree::BoxTree;
 use super::reach::{Reach, bounded, range_of, sphere_of};
-use crate::scene::{Aabb, GbufferPreset, Light, LightKind, OptionalPart, Scene, Settings, TargetChoice, View};
+use crate::scene::{Aabb, GbufferPreset, Light, OptionalPart, Scene, Settings, TargetChoice, View};
 
 /// How far beside where it is a surface may be lit, for a plan, which knows no camera, as a share of the scene's radius: right for cameras
 /// within 100 radii.
@@ -51,9 +51,9 @@ impl LightOrder {
             order.retain(|&index| !idle.has(index));
         }
         // Stable: lights of a kind keep the scene's order, and with it their sum its rounding. What reaches nothing adds zero, and comes last.
-        order.sort_by_key(|&index| match lights[index].kind {
-            LightKind::Directional { .. } => 0,
-            _ if !bounded(&lights[index], settings) => 1,
+        order.sort_by_key(|&index| match &lights[index] {
+            light if light.kind.is_directional() => 0,
+            light if !bounded(light, settings) => 1,
             _ if !idle.has(index) => 2,
             _ => 3,
         });

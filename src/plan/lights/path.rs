@@ -3,7 +3,7 @@
 use super::{PlannedLights, bounded};
 use crate::plan::shadows::shadow_reason;
 use crate::plan::{Capabilities, Error};
-use crate::scene::{GbufferChoice, HdrFormat, LightKind, LightPath, Object, Output, Scene, Settings, View};
+use crate::scene::{GbufferChoice, HdrFormat, LightPath, Object, Output, Scene, Settings, View};
 
 /// `auto` takes `loop` up to this many local lights: neither lists nor compute save what they cost.
 const FEW_LIGHTS: usize = 4;
@@ -37,8 +37,7 @@ pub(in crate::plan) fn choose(
         let path = if settings.depth_prepass == Some(true) { LightPath::Forward } else { LightPath::ForwardNaive };
         return Ok((path, why));
     }
-    let directional = |index: &&usize| matches!(scene.lights[**index].kind, LightKind::Directional { .. });
-    let local = planned.len() - planned.iter().filter(directional).count();
+    let local = planned.iter().filter(|&&index| !scene.lights[index].kind.is_directional()).count();
     let out = compute_is_out(scene, settings, device);
     if local > FEW_LIGHTS && out.is_none() {
         // Even if all of them reach everywhere.
@@ -93,7 +92,7 @@ fn is_lit(view: View) -> bool {
 fn is_plain(scene: &Scene, settings: &Settings, planned: &[usize]) -> bool {
     let lit = match planned {
         [] => true,
-        &[one] => matches!(scene.lights[one].kind, LightKind::Directional { .. }),
+        &[one] => scene.lights[one].kind.is_directional(),
         _ => false,
     };
     let plain = |object: &Object| {

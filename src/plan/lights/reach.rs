@@ -2,21 +2,15 @@
 
 use glam::DVec3;
 
-use crate::scene::{
-    Aabb, AlphaMode, Brdf, Falloff, Light, LightKind, Material, Object, Scene, Settings, TextureSlot, Tonemap, unit,
-};
+use crate::scene::{Aabb, AlphaMode, Brdf, Falloff, Light, Material, Object, Scene, Settings, TextureSlot, Tonemap};
 
 /// Metres beyond which no scene of f32 positions extends.
 const FARTHEST: f64 = 1e30;
 
 /// Whether light paths can leave this light out somewhere.
 pub(in crate::plan) fn bounded(light: &Light, settings: &Settings) -> bool {
-    match light.kind {
-        LightKind::Directional { .. } => false,
-        LightKind::Point { range, falloff, .. } | LightKind::Spot { range, falloff, .. } => {
-            range.is_some() || (settings.light_cutoff && weakens(falloff))
-        }
-    }
+    let form = light.kind.form();
+    form.range.is_some() || (settings.light_cutoff && form.falloff.is_some_and(weakens))
 }
 
 /// Whether light grows weaker with distance at all: a polynomial of nothing but a constant does not.
@@ -38,26 +32,10 @@ impl Reach {
     }
 }
 
-/// The sphere around what a light brings light to within `reach` metres. A narrow cone's is smaller than the light's own: that
-/// through its apex and the rim of its base, or that around the rim alone where the cone is wider than 45 degrees.
+/// The sphere around what a light brings light to within `reach` metres.
 pub(crate) fn sphere_of(light: &Light, reach: f64) -> Reach {
-    match light.kind {
-        LightKind::Directional { .. } => Reach { center: DVec3::ZERO, radius: f64::INFINITY },
-        LightKind::Point { position, .. } => Reach { center: position, radius: reach },
-        LightKind::Spot { position, direction, outer_angle_degrees, .. } => {
-            // Of a scene's own lights it may have any length.
-            let direction = unit(direction).unwrap_or(direction);
-            let angle = outer_angle_degrees.to_radians();
-            if !reach.is_finite() || angle >= std::f64::consts::FRAC_PI_2 {
-                Reach { center: position, radius: reach }
-            } else if angle <= std::f64::consts::FRAC_PI_4 {
-                let radius = reach / (2.0 * angle.cos());
-                Reach { center: position + direction * radius, radius }
-            } else {
-                Reach { center: position + direction * (reach * angle.cos()), radius: reach * angle.sin() }
-            }
-        }
-    }
+    let (center, radius) = light.kind.form().sphere(reach);
+    Reach { center, radius }
 }
 
 /// How far each light reaches in metres: its range, or with the certified cut-off the distance beyond which the sum of all
@@ -96,30 +74,23 @@ impl Cut {
     }
 
     pub(crate) fn reach(&self, light: &Light) -> f64 {
-        match light.kind {
-            LightKind::Directional { .. } => f64::INFINITY,
-            LightKind::Point { range, falloff, .. } | LightKind::Spot { range, falloff, .. } => {
-                let candela = f64::from(light.intensity) * f64::from(light.color.max_element());
-                match (range, self.enabled) {
-                    (Some(range), _) => range,
-                    // Finite, as `bounded` says: what reaches everywhere is sorted before what does not.
-                    (None, true) if weakens(falloff) => {
-                        let brightest = f64::from(self.exposure) * self.reflection;
-                        distance_of(falloff, candela * brightest, self.share).min(FARTHEST)
-                    }
-                    (None, _) => f64::INFINITY,
-                }
+        let form = light.kind.form();
+        let candela = f64::from(light.intensity) * f64::from(light.color.max_element());
+        match (form.range, form.falloff) {
+            (Some(range), _) => range,
+            // Finite, as `bounded` says: what reaches everywhere is sorted before what does not.
+            (None, Some(falloff)) if self.enabled && weakens(falloff) => {
+                let brightest = f64::from(self.exposure) * self.reflection;
+                distance_of(falloff, candela * brightest, self.share).min(FARTHEST)
             }
+            (None, _) => f64::INFINITY,
         }
     }
 }
 
 /// Metres beyond which the light is exactly zero, if there is such a distance.
 pub(crate) fn range_of(light: &Light) -> Option<f64> {
-    match light.kind {
-        LightKind::Directional { .. } => None,
-        LightKind::Point { range, .. } | LightKind::Spot { range, .. } => range,
-    }
+    light.kind.form().range
 }
 
 /// Where a light that is `brightest` at one metre's fall-off of 1 falls below `share`.
@@ -175,6 +146,7 @@ mod tests {
 
     use super::*;
     use crate::plan::samples;
+    use crate::scene::LightKind;
 
     proptest! {
         #[test]

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::*;
 use crate::plan::samples;
-use crate::scene::{Falloff, Keep, Material, OptionalPart};
+use crate::scene::{Falloff, Keep, LightKind, Material, OptionalPart};
 
 fn three() -> ShadowSettings {
     ShadowSettings { cascades: 3, ..ShadowSettings::default() }

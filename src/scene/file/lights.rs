@@ -2,36 +2,102 @@
 
 use glam::{DVec3, Vec3};
 
-use super::node::{CONE_ANGLE, COORDINATE, KELVIN, LENGTH, Node, RADIUS, STRENGTH, SUN_ANGLE, Table};
-use super::schema;
+use super::node::{CONE_ANGLE, COORDINATE, KELVIN, LENGTH, Limit, Node, RADIUS, STRENGTH, SUN_ANGLE, Table};
+use super::schema::{self, Schema};
 use crate::scene::{Error, Falloff, Light, LightKind, black_body_color, luminance, unit};
 
+pub(super) const LIGHT: Schema = Schema {
+    table: "lights",
+    keys: &[
+        "name",
+        "kind",
+        "color",
+        "temperature",
+        "intensity",
+        "casts_shadow",
+        "radius",
+        "angular_diameter_degrees",
+        "direction",
+        "position",
+        "target",
+        "range",
+        "falloff",
+        "inner_angle_degrees",
+        "outer_angle_degrees",
+    ],
+};
+
+/// Keys that every light takes.
+const COMMON: [&str; 6] = ["name", "kind", "color", "temperature", "intensity", "casts_shadow"];
+
+/// How a kind of light is read.
+struct Kind {
+    word: &'static str,
+    /// Its keys beside the common ones.
+    keys: &'static [&'static str],
+    /// The key of [`Light::size`].
+    size: (&'static str, Limit),
+    casts_shadow: bool,
+    /// With the light's luminous intensity in candela, colour and all.
+    read: fn(&Table, f64) -> Result<LightKind, Error>,
+}
+
+static KINDS: [Kind; 3] = [
+    Kind {
+        word: "directional",
+        keys: &["direction", "angular_diameter_degrees"],
+        size: ("angular_diameter_degrees", SUN_ANGLE),
+        casts_shadow: true,
+        read: directional,
+    },
+    Kind {
+        word: "point",
+        keys: &["position", "range", "falloff", "radius"],
+        size: ("radius", RADIUS),
+        casts_shadow: false,
+        read: point,
+    },
+    Kind {
+        word: "spot",
+        keys: &[
+            "position",
+            "direction",
+            "target",
+            "inner_angle_degrees",
+            "outer_angle_degrees",
+            "range",
+            "falloff",
+            "radius",
+        ],
+        size: ("radius", RADIUS),
+        casts_shadow: false,
+        read: spot,
+    },
+];
+
 pub(super) fn light(node: &Node, index: usize) -> Result<Light, Error> {
-    let table = node.table(schema::LIGHT)?;
-    let kind = table.get("kind").ok_or_else(|| table.wrong("needs kind: directional, point or spot"))?;
-    let kind = kind.word(&["directional", "point", "spot"])?;
-    refuse_foreign(&table, kind)?;
+    let table = node.table(LIGHT)?;
+    let words = KINDS.each_ref().map(|kind| kind.word);
+    let [others @ .., last] = &words;
+    let needs_kind = || table.wrong(&format!("needs kind: {} or {last}", others.join(", ")));
+    let word = table.get("kind").ok_or_else(needs_kind)?.word(&words)?;
+    let kind = KINDS.iter().find(|kind| kind.word == word).ok_or_else(needs_kind)?;
+    // A key that this kind of light does not look at is a slip.
+    let foreign = LIGHT.keys.iter().filter(|key| !COMMON.contains(key) && !kind.keys.contains(key));
+    if let Some(node) = foreign.filter_map(|key| table.get(key)).next() {
+        return Err(node.wrong(format!("a {word} light has no such key")));
+    }
     let intensity = table.get("intensity").ok_or_else(|| table.wrong("needs intensity, in lux or candela"))?;
     let intensity = intensity.number_f32(STRENGTH)?;
     let color = color(&table)?;
-    let candela = f64::from(luminance(color)) * f64::from(intensity);
+    let (size, limit) = kind.size;
     Ok(Light {
         name: table.read("name", Node::string)?.map_or_else(|| format!("light {index}"), str::to_owned),
         color,
         intensity,
-        size: match kind {
-            "directional" => table.read("angular_diameter_degrees", |node| node.number(SUN_ANGLE))?,
-            _ => table.read("radius", |node| node.number(RADIUS))?,
-        }
-        .unwrap_or(0.0),
-        casts_shadow: table.read("casts_shadow", Node::boolean)?.unwrap_or(kind == "directional"),
-        kind: match kind {
-            "directional" => LightKind::Directional {
-                direction: table.read("direction", Node::direction)?.ok_or_else(|| table.wrong("needs direction"))?,
-            },
-            "point" => point(&table, candela)?,
-            _ => spot(&table, candela)?,
-        },
+        size: table.read(size, |node| node.number(limit))?.unwrap_or(0.0),
+        casts_shadow: table.read("casts_shadow", Node::boolean)?.unwrap_or(kind.casts_shadow),
+        kind: (kind.read)(&table, f64::from(luminance(color)) * f64::from(intensity))?,
     })
 }
 
@@ -45,33 +111,12 @@ fn color(table: &Table) -> Result<Vec3, Error> {
     }
 }
 
-/// A key that this kind of light does not look at is a slip.
-fn refuse_foreign(table: &Table, kind: &str) -> Result<(), Error> {
-    const SPOT: [&str; 5] =
-        ["direction", "target", "inner_angle_degrees", "outer_angle_degrees", "angular_diameter_degrees"];
-    let foreign: &[&str] = match kind {
-        "directional" => {
-            &["position", "target", "range", "falloff", "inner_angle_degrees", "outer_angle_degrees", "radius"]
-        }
-        "point" => &SPOT,
-        _ => &["angular_diameter_degrees"],
-    };
-    match foreign.iter().find_map(|key| table.get(key)) {
-        Some(node) => Err(node.wrong(format!("a {kind} light has no such key"))),
-        None => Ok(()),
-    }
-}
-
 fn position(table: &Table) -> Result<DVec3, Error> {
     table.read("position", Node::point)?.ok_or_else(|| table.wrong("needs position"))
 }
 
-fn point(table: &Table, candela: f64) -> Result<LightKind, Error> {
-    let (range, falloff) = reach(table, candela)?;
-    Ok(LightKind::Point { position: position(table)?, range, falloff })
-}
-
-fn spot(table: &Table, candela: f64) -> Result<LightKind, Error> {
+/// Where a light stands, and where it points to.
+fn aim(table: &Table) -> Result<(DVec3, DVec3), Error> {
     let position = position(table)?;
     let direction = match (table.get("direction"), table.get("target")) {
         (Some(direction), None) => direction.direction()?,
@@ -80,6 +125,21 @@ fn spot(table: &Table, candela: f64) -> Result<LightKind, Error> {
         }
         _ => return Err(table.wrong("needs either direction or target")),
     };
+    Ok((position, direction))
+}
+
+fn directional(table: &Table, _: f64) -> Result<LightKind, Error> {
+    let direction = table.read("direction", Node::direction)?.ok_or_else(|| table.wrong("needs direction"))?;
+    Ok(LightKind::Directional { direction })
+}
+
+fn point(table: &Table, candela: f64) -> Result<LightKind, Error> {
+    let (range, falloff) = reach(table, candela)?;
+    Ok(LightKind::Point { position: position(table)?, range, falloff })
+}
+
+fn spot(table: &Table, candela: f64) -> Result<LightKind, Error> {
+    let (position, direction) = aim(table)?;
     let outer = table.read("outer_angle_degrees", |node| node.number(CONE_ANGLE))?.unwrap_or(45.0);
     let inner = table.get("inner_angle_degrees");
     let inner_angle_degrees = match &inner {

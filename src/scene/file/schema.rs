@@ -3,6 +3,8 @@
 
 use crate::scene::settings;
 
+use super::lights::LIGHT;
+
 /// A table of the scene file and the keys that it takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Schema {
@@ -78,26 +80,6 @@ pub(super) const MATERIAL: Schema = Schema {
 pub(super) const CAMERA: Schema = Schema {
     table: "camera",
     keys: &["position", "target", "up", "rotation", "fov_y_degrees", "orthographic_height", "near", "exposure"],
-};
-pub(super) const LIGHT: Schema = Schema {
-    table: "lights",
-    keys: &[
-        "name",
-        "kind",
-        "color",
-        "temperature",
-        "intensity",
-        "casts_shadow",
-        "radius",
-        "angular_diameter_degrees",
-        "direction",
-        "position",
-        "target",
-        "range",
-        "falloff",
-        "inner_angle_degrees",
-        "outer_angle_degrees",
-    ],
 };
 pub(super) const FALLOFF: Schema =
     Schema { table: "lights.falloff", keys: &["constant", "linear", "quadratic", "cutoff"] };

@@ -6,7 +6,7 @@ use super::super::{Bound, Case, Check, Subject, Values};
 use super::stage::{float32, lamp, sphere_on_floor};
 use crate::scene::builtin::shapes;
 use crate::scene::builtin::stage::Stage;
-use crate::scene::{Camera, LightKind, Material, Projection, Scene, SettingsPatch};
+use crate::scene::{Camera, Material, Projection, Scene, SettingsPatch};
 
 pub const CASES: &[Case] = &[
     Case::new(
@@ -126,7 +126,7 @@ fn subject(scene: Scene) -> Subject {
 fn moved(scene: &mut Scene, by: DVec3) {
     scene.objects.iter_mut().for_each(|object| object.transform.translation += by);
     for light in &mut scene.lights {
-        if let LightKind::Point { position, .. } | LightKind::Spot { position, .. } = &mut light.kind {
+        if let Some(position) = light.kind.place_mut() {
             *position += by;
         }
     }
@@ -177,7 +177,7 @@ fn size(factor: f64) -> Subject {
         object.transform = DAffine3::from_scale(DVec3::splat(factor)) * object.transform;
     }
     for light in &mut scene.lights {
-        let LightKind::Point { position, .. } = &mut light.kind else { continue };
+        let Some(position) = light.kind.place_mut() else { continue };
         *position *= factor;
         light.intensity *= (factor * factor).max(1e-5) as f32;
     }

@@ -204,12 +204,7 @@ fn light(input: &Input) -> Light {
 /// Relative to what the light would be here without cone and range, for these draw it to zero.
 pub fn strength(input: &Input) -> Truth {
     let light = light(input);
-    let bare = match light.kind {
-        LightKind::Point { falloff, .. } | LightKind::Spot { falloff, .. } => {
-            weakened(falloff, None, three(input, 0).length())
-        }
-        LightKind::Directional { .. } => 1.0,
-    };
+    let bare = light.kind.form().falloff.map_or(1.0, |falloff| weakened(falloff, None, three(input, 0).length()));
     scalar(arriving(&light, DVec3::ZERO).1, bare)
 }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec3, DVec4, Vec4};
 
 use crate::plan::{MapProjection, ShadowPlan, Tile};
-use crate::scene::{Aabb, Camera, CastsShadow, LightKind, Projection};
+use crate::scene::{Aabb, Camera, CastsShadow, Projection, Sight};
 use crate::visible::{Draw, World};
 
 /// The part of a cascade's range over which the next one takes over.
@@ -185,13 +185,8 @@ pub(in crate::visible) fn lamp_views(
     let mut views = vec![None; plan.tiles.len()];
     for own in &plan.lights {
         let light = &world.lights[own.light];
-        let (place, direction, tangent, range) = match light.kind {
-            LightKind::Directional { .. } => continue,
-            LightKind::Point { position, range, .. } => (position, DVec3::Z, 1.0, range),
-            LightKind::Spot { position, direction, outer_angle_degrees, range, .. } => {
-                (position, direction, outer_angle_degrees.to_radians().tan(), range)
-            }
-        };
+        let form = light.kind.form();
+        let (Some(place), range) = (form.place, form.range) else { continue };
         let near = NEAR * range.unwrap_or(f64::INFINITY).min(world.radius).max(f64::MIN_POSITIVE);
         for index in own.first_view..own.first_view + own.projection.views() {
             if let Some(Some(before)) = before.get(index)
@@ -201,16 +196,16 @@ pub(in crate::visible) fn lamp_views(
                 views[index] = Some(before.clone());
                 continue;
             }
-            let (direction, tangent) = match own.projection {
-                MapProjection::Cube => (FACES[index - own.first_view], 1.0),
+            let (direction, tangent) = match (form.sight(), form.direction) {
                 // A cone of no angle still has a map.
-                _ => (direction, tangent.max(1e-3)),
+                (Sight::Ahead(half_width), Some(direction)) => (direction, half_width.max(1e-3)),
+                _ => (FACES[index - own.first_view], 1.0),
             };
             let tile = plan.tiles[index];
             let margin = plan.margin(tile.edge, &world.shadows);
             let view = ShadowView {
-                light_size: light.size,
-                reach: range.map(|range| (place, range)),
+                light_size: light.half_size(),
+                reach: range.map(|range| (place, form.extent(range))),
                 ..ShadowView::perspective(place, direction, tangent, near, tile, margin)
             };
             views[index] = Some(view.with_casters(world));
@@ -238,8 +233,8 @@ pub(in crate::visible) fn add_cascades(
     // What all is seen at the same scale asks for the same texels everywhere.
     let lambda = if camera.is_orthographic() { 0.0 } else { world.shadows.lambda };
     for own in &plan.lights {
-        let (MapProjection::Cascades(count), LightKind::Directional { direction }) =
-            (own.projection, world.lights[own.light].kind)
+        let (MapProjection::Cascades(count), Some(direction)) =
+            (own.projection, world.lights[own.light].kind.form().direction)
         else {
             continue;
         };
@@ -257,9 +252,9 @@ pub(in crate::visible) fn add_cascades(
             let volume = view_corners(camera, aspect, begin, last_seen.min(far));
             let in_slice = seen.iter().filter(|bounds| along(bounds).0 <= last_seen && along(bounds).1 >= begin);
             if is_seen(&axes, &volume, in_slice) {
-                let half_angle = (0.5 * world.lights[own.light].size).to_radians();
                 let view = fit.view(world, plan, tile, &axes);
-                let view = ShadowView { light_size: half_angle.tan(), end: last_seen, blend, begin, ..view };
+                let light_size = world.lights[own.light].half_size();
+                let view = ShadowView { light_size, end: last_seen, blend, begin, ..view };
                 views[own.first_view + cascade as usize] = Some(view.with_casters(world));
             }
             if is_last {

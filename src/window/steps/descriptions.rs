@@ -1,12 +1,14 @@
 //! What is said of a step: its name, and a sentence of what the pass or the lights did.
 
+use std::collections::BTreeMap;
+
 use super::Step;
 use crate::frame::Drawn;
 use crate::frame::list::List;
 use crate::gpu::vk;
 use crate::passes::Place;
 use crate::plan::{DEPTH, FramePlan, Gbuffer, ToneMapping};
-use crate::scene::{Light, LightKind, LightPath, Resolve, Scene, View};
+use crate::scene::{Light, LightForm, LightPath, Resolve, Scene, View};
 
 /// So many lights of a group are named.
 const MOST_NAMES: usize = 6;
@@ -159,11 +161,7 @@ fn maps_of(plan: &FramePlan, place: usize) -> usize {
 
 fn one_light(plan: &FramePlan, scene: &Scene, place: usize) -> String {
     let Some((_, light)) = light_of(plan, scene, place) else { return String::new() };
-    let (kind, unit, range) = match light.kind {
-        LightKind::Directional { .. } => ("directional light", "lx", None),
-        LightKind::Point { range, .. } => ("point light", "cd", range),
-        LightKind::Spot { range, .. } => ("spot light", "cd", range),
-    };
+    let LightForm { name, unit, range, .. } = light.kind.form();
     let range = range.map_or_else(String::new, |range| format!(" that reaches {} m", short(range)));
     let maps = match maps_of(plan, place) {
         0 if light.casts_shadow => "without the shadow map that it asks for".into(),
@@ -172,27 +170,19 @@ fn one_light(plan: &FramePlan, scene: &Scene, place: usize) -> String {
     };
     let intensity = short(f64::from(light.intensity));
     format!(
-        "Adds light {} of {}: a {kind} of {intensity} {unit}{range}, {maps}.",
+        "Adds light {} of {}: a {name} light of {intensity} {unit}{range}, {maps}.",
         place + 1,
         plan.light_numbers().len()
     )
 }
 
 fn lights(plan: &FramePlan, scene: &Scene, places: std::ops::Range<usize>) -> String {
-    let mut kinds = [0; 3];
+    let mut kinds = BTreeMap::new();
     for (_, light) in places.clone().filter_map(|place| light_of(plan, scene, place)) {
-        kinds[match light.kind {
-            LightKind::Directional { .. } => 0,
-            LightKind::Point { .. } => 1,
-            LightKind::Spot { .. } => 2,
-        }] += 1;
+        let form = light.kind.form();
+        *kinds.entry((form.number, form.name)).or_insert(0) += 1;
     }
-    let kinds: Vec<String> = kinds
-        .into_iter()
-        .zip(["directional", "point", "spot"])
-        .filter(|&(number, _)| number > 0)
-        .map(|(number, kind)| format!("{number} {kind}"))
-        .collect();
+    let kinds: Vec<String> = kinds.into_iter().map(|((_, kind), number)| format!("{number} {kind}")).collect();
     let maps = match places.clone().map(|place| maps_of(plan, place)).sum() {
         0 => "without shadow maps".into(),
         maps => format!("with {}", count(maps, "shadow map")),

@@ -66,12 +66,12 @@ fn check_mesh(mesh: &Mesh, scene: &str) {
 fn check_light(scene: &Scene) {
     for light in &scene.lights {
         assert!(light.color.min_element() >= 0.0 && light.color.is_finite() && light.intensity >= 0.0, "{light:?}");
-        match light.kind {
-            LightKind::Directional { direction } => assert!(direction.is_normalized(), "{light:?}"),
-            LightKind::Point { position, range, .. } | LightKind::Spot { position, range, .. } => {
-                assert!(position.is_finite() && range.is_none_or(|range| range > 0.0), "{light:?}");
-            }
-        }
+        let form = light.kind.form();
+        assert!(form.direction.is_none_or(|direction| direction.is_normalized()), "{light:?}");
+        assert!(
+            form.place.is_none_or(|place| place.is_finite()) && form.range.is_none_or(|range| range > 0.0),
+            "{light:?}"
+        );
     }
     let camera = &scene.camera;
     assert!(camera.position.is_finite() && camera.rotation.is_normalized() && camera.near > 0.0, "{camera:?}");

@@ -311,10 +311,7 @@ fn a_cutoff_is_the_range_at_which_a_polynomial_light_is_that_bright() {
     let folder = folder();
     let range = |lines: &str| {
         let scene = read(&folder, &format!("[[lights]]\nposition=[0,0,0]\n{lines}")).unwrap();
-        match scene.lights[0].kind {
-            LightKind::Point { range, .. } | LightKind::Spot { range, .. } => range,
-            LightKind::Directional { .. } => panic!("{scene:?}"),
-        }
+        scene.lights[0].kind.form().range
     };
     // 10 / (d^2) = 0.1 at 10 m, whatever kind of light; half as far for a colour of a quarter of the luminance.
     let point = "kind='point'\nintensity=10\n";

@@ -157,11 +157,8 @@ fn without(base: &Base, key: &str) -> Option<&'static str> {
 }
 
 fn unbounded(light: &crate::scene::Light) -> bool {
-    use crate::scene::{Falloff, LightKind};
-    match light.kind {
-        LightKind::Directional { .. } => false,
-        LightKind::Point { range, falloff, .. } | LightKind::Spot { range, falloff, .. } => {
-            range.is_none() && !matches!(falloff, Falloff::Polynomial { linear: 0.0, quadratic: 0.0, .. })
-        }
-    }
+    use crate::scene::Falloff;
+    let form = light.kind.form();
+    let constant = |falloff| matches!(falloff, Falloff::Polynomial { linear: 0.0, quadratic: 0.0, .. });
+    form.range.is_none() && form.falloff.is_some_and(|falloff| !constant(falloff))
 }

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::model::{LeftOut, Member, Shard};
 use crate::plan::{Capabilities, FramePlan};
-use crate::scene::{LightKind, SETTINGS, Scene, Settings, SettingsPatch, exposure_scale, metered_ev100};
+use crate::scene::{SETTINGS, Scene, Settings, SettingsPatch, exposure_scale, metered_ev100};
 use crate::visible::World;
 use axes::Axis;
 
@@ -135,8 +135,8 @@ impl<'a> Base<'a> {
 
     /// Whether a directional light has maps.
     pub fn has_sun_shadow(&self) -> bool {
-        let directional = |light: &&crate::scene::Light| matches!(light.kind, LightKind::Directional { .. });
-        self.plan.shadow.is_some() && self.scene.lights.iter().filter(directional).any(|light| light.casts_shadow)
+        let casts = |light: &crate::scene::Light| light.kind.is_directional() && light.casts_shadow;
+        self.plan.shadow.is_some() && self.scene.lights.iter().any(casts)
     }
 
     /// Whether lights reach as far as with the settings as given.
