@@ -1,4 +1,4 @@
-// Light sources and their fall-offs, in lux (directional) and candela (point, spot), as KHR_lights_punctual has them.
+// Light sources and their fall-offs, in lux (directional, beam) and candela (point, spot), as KHR_lights_punctual has them.
 #define_import_path afterlight::lights
 
 const INVERSE_SQUARE: u32 = 0u;
@@ -6,10 +6,13 @@ const QUADRATIC: u32 = 1u;
 const POLYNOMIAL: u32 = 2u;
 // In place of one that all lights have: each has its own.
 const MIXED_FALLOFF: u32 = 3u;
+// A beam has none.
+const NO_FALLOFF: u32 = 3u;
 
 // Bits of TRAITS in the passes, what some light needs code for; src/scene/light.rs has the same.
 const RANGES: u32 = 1u;
 const CONES: u32 = 2u;
+const BEAMS: u32 = 4u;
 const ALL_TRAITS: u32 = 0xffffffffu;
 
 // Least distance, part of the model: 1 cm. Nearer than that a point light grows no brighter.
@@ -24,9 +27,10 @@ struct Light {
     color: vec3<f32>,
     // Bits 0 and 1: the fall-off. The others are those of its shadow maps, see shadows.wgsl.
     falloff: u32,
-    // Where a spot's light travels to.
+    // Where the light of a spot or a beam travels to.
     direction: vec3<f32>,
-    // Cone as in KHR_lights_punctual: saturate(cos(angle) * edge_scale + edge_offset)^2; 0 and 1 for a point light.
+    // Cone as in KHR_lights_punctual: saturate(cos(angle) * edge_scale + edge_offset)^2; 0 and 1 for a point light. Of a beam the same of the
+    // distance from its axis.
     edge_scale: f32,
     // Coefficients of the polynomial: constant, linear, quadratic.
     polynomial: vec3<f32>,
@@ -40,8 +44,31 @@ struct Reach {
     strength: f32,
 }
 
+// sat(1 - (d/r)^4)^2, of d^2: draws to zero at the range.
+fn window_of(light: Light, distance_squared: f32) -> f32 {
+    let x2 = distance_squared * light.inverse_range_squared;
+    let window = saturate(1.0 - x2 * x2);
+    return window * window;
+}
+
+// Parallel light from a disc: nothing behind it and beside its cylinder.
+fn reach_of_beam(light: Light, position: vec3<f32>, traits: u32) -> Reach {
+    let offset = position - light.position;
+    let along = dot(offset, light.direction);
+    let beside = length(offset - light.direction * along);
+    let t = saturate(beside * light.edge_scale + light.edge_offset);
+    var strength = select(0.0, t * t, along > 0.0);
+    if (traits & RANGES) != 0u {
+        strength *= window_of(light, along * along);
+    }
+    return Reach(-light.direction, strength);
+}
+
 // Zero from the range on, and out of a cone. `all_falloff` and `traits` are constants.
 fn reach_of(light: Light, position: vec3<f32>, all_falloff: u32, traits: u32) -> Reach {
+    if (traits & BEAMS) != 0u && (light.falloff & 3u) == NO_FALLOFF {
+        return reach_of_beam(light, position, traits);
+    }
     let falloff = select(all_falloff, light.falloff & 3u, all_falloff == MIXED_FALLOFF);
     let offset = light.position - position;
     let distance_squared = dot(offset, offset);
@@ -51,9 +78,7 @@ fn reach_of(light: Light, position: vec3<f32>, all_falloff: u32, traits: u32) ->
         // 1 / max(d^2, least^2), from the reciprocal that is there already.
         strength = min(inverse_distance * inverse_distance, 1.0 / MIN_DISTANCE_SQUARED);
         if (traits & RANGES) != 0u {
-            let x2 = distance_squared * light.inverse_range_squared;
-            let window = saturate(1.0 - x2 * x2);
-            strength *= window * window;
+            strength *= window_of(light, distance_squared);
         }
     } else if falloff == QUADRATIC {
         strength = max(1.0 - distance_squared * light.inverse_range_squared, 0.0);

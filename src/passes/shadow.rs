@@ -1,6 +1,6 @@
 //! SHADOW: depth maps of lights, a render pass of its own for each that is to be drawn.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use ash::vk;
@@ -71,10 +71,12 @@ struct CasterKey {
     front: bool,
     /// The transform swaps front and back.
     mirrored: bool,
+    /// What stands before the near plane still casts.
+    clamps: bool,
 }
 
 impl CasterKey {
-    fn of(world: &World, object: &WorldObject) -> Self {
+    fn of(world: &World, object: &WorldObject, clamps: bool) -> Self {
         let material = &world.materials[object.material];
         let front = object.casts == CastsShadow::Front;
         Self {
@@ -82,6 +84,7 @@ impl CasterKey {
             front,
             // Where both sides cast, it does not matter which is which.
             mirrored: front && object.key.mirrored,
+            clamps,
         }
     }
 }
@@ -95,6 +98,7 @@ pub struct Shadow {
     masked_layout: Option<Owned<vk::PipelineLayout>>,
     pipelines: BTreeMap<CasterKey, Owned<vk::Pipeline>>,
     slope_bias: f32,
+    clamp: bool,
 }
 
 /// The one attachment of the pass: the drawn square is cleared, the rest of the layer stays. Between passes it is readable.
@@ -130,7 +134,8 @@ impl Shadow {
         let plain_layout = pipeline_layout(device, "shadow layout", &[], &[range])?;
         let holes = scene.materials.as_ref().and_then(|materials| materials.layout(HOLES));
         // Without holes there is no set to bind, though a material that samples its base colour has one of the same layout.
-        let holes = holes.filter(|_| world.objects.iter().any(|object| CasterKey::of(world, object).masked));
+        let holes =
+            holes.filter(|_| world.objects.iter().any(|object| CasterKey::of(world, object, plan.clamp).masked));
         let layout = |holes| pipeline_layout(device, "masked shadow layout", &[holes], &[range]);
         let mut shadow = Self {
             render_pass: slot.render_pass,
@@ -140,12 +145,20 @@ impl Shadow {
             pipelines: BTreeMap::new(),
             // Reversed depth: farther from the light is less.
             slope_bias: -world.shadows.slope_bias * plan.bias_scale(),
+            clamp: plan.clamp,
         };
+        let forms = plan.lights.iter().map(|own| world.lights[own.light].kind.form());
+        let mut clamps: BTreeSet<bool> = forms.map(|form| plan.clamp && !form.starts_at_plane()).collect();
+        if clamps.is_empty() {
+            clamps.insert(plan.clamp);
+        }
         for object in world.objects.iter().filter(|object| object.casts != CastsShadow::No) {
-            let key = CasterKey::of(world, object);
-            if !shadow.pipelines.contains_key(&key) {
-                let pipeline = pipeline(device, slot, key, shadow.layout(key), plan.clamp)?;
-                shadow.pipelines.insert(key, pipeline);
+            for &clamps in &clamps {
+                let key = CasterKey::of(world, object, clamps);
+                if !shadow.pipelines.contains_key(&key) {
+                    let pipeline = pipeline(device, slot, key, shadow.layout(key))?;
+                    shadow.pipelines.insert(key, pipeline);
+                }
             }
         }
         Ok(shadow)
@@ -199,7 +212,7 @@ impl Shadow {
         let mut bound: (Option<CasterKey>, Option<usize>) = (None, None);
         for caster in casters {
             let object = &recording.world.objects[caster.draw.object];
-            let key = CasterKey::of(recording.world, object);
+            let key = CasterKey::of(recording.world, object, self.clamp && view.clamps);
             let layout = self.layout(key);
             if bound.0 != Some(key) {
                 // There is one for each object that casts.
@@ -238,7 +251,6 @@ fn pipeline(
     slot: Slot,
     key: CasterKey,
     layout: vk::PipelineLayout,
-    clamp: bool,
 ) -> gpu::Result<Owned<vk::Pipeline>> {
     let flags = if key.masked { Flags::MASKED } else { Flags::NONE };
     let Some(variant) = shader::variant(flags) else {
@@ -257,8 +269,7 @@ fn pipeline(
             front_face: if key.mirrored { vk::FrontFace::CLOCKWISE } else { vk::FrontFace::COUNTER_CLOCKWISE },
             depth: Some(DepthState { test: vk::CompareOp::GREATER_OR_EQUAL, write: true }),
             depth_bias: true,
-            // What stands before the near plane still casts.
-            depth_clamp: clamp,
+            depth_clamp: key.clamps,
             blend: &[],
             samples: vk::SampleCountFlags::TYPE_1,
             layout,

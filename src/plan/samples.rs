@@ -176,9 +176,14 @@ pub fn spot(falloff: Falloff) -> Light {
     light("spot", kind, false)
 }
 
+pub fn beam(range: Option<f64>) -> Light {
+    let (position, direction) = (DVec3::Z, DVec3::NEG_Z);
+    light("beam", LightKind::Beam { position, direction, radius: 0.5, edge: 0.2, range }, false)
+}
+
 /// Every kind of light, each with a shadow.
 pub fn shadowed_lamps() -> Vec<Light> {
-    let lights = [sun(), point(Falloff::Quadratic), spot(Falloff::InverseSquare)];
+    let lights = [sun(), point(Falloff::Quadratic), spot(Falloff::InverseSquare), beam(None)];
     lights.into_iter().map(|light| Light { casts_shadow: true, ..light }).collect()
 }
 

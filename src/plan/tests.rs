@@ -48,6 +48,7 @@ fn only_shining_lights_that_cast_have_shadow_maps() {
     assert_eq!(lit(point(Falloff::InverseSquare)), 0);
     assert_eq!(lit(Light { casts_shadow: true, ..point(Falloff::InverseSquare) }), 6);
     assert_eq!(lit(Light { casts_shadow: true, ..samples::spot(Falloff::InverseSquare) }), 1);
+    assert_eq!(lit(Light { casts_shadow: true, ..samples::beam(None) }), 1);
     assert_eq!(maps(&Scene { lights: vec![sun()], ..Scene::default() }), 0);
     // Nor where no object casts.
     let mut bare = scene(vec![material(CT)], vec![sun()]);
@@ -381,7 +382,7 @@ fn what_is_kept_is_there_without_need() {
     let lean = with(&[]);
     type Has = fn(&FramePlan) -> bool;
     let gbuffer = |plan: &FramePlan| plan.gbuffer.expect("one");
-    let kept: [(P, Has); 16] = [
+    let kept: [(P, Has); 17] = [
         (P::HdrTarget, |plan| plan.hdr.is_some() && plan.has_tonemap_subpass()),
         (P::Transparent, |plan| plan.transparency.is_some()),
         (P::Emissive, |plan| plan.emissive),
@@ -393,6 +394,7 @@ fn what_is_kept_is_there_without_need() {
         (P::AmbientLight, |plan| plan.lights.ambient),
         (P::PunctualLights, |plan| plan.lights.punctual && plan.lights.unbounded),
         (P::SpotCones, |plan| has_trait(plan, P::SpotCones)),
+        (P::Beams, |plan| has_trait(plan, P::Beams)),
         (P::Falloffs, |plan| plan.lights.falloff == 3),
         (P::LightRanges, |plan| has_trait(plan, P::LightRanges)),
         (P::LightLists, FramePlan::has_clusters),
@@ -435,6 +437,9 @@ fn lighting_has_code_for_the_lights_that_shine_and_no_others() {
     assert!(lamp.any() && !lamp.directional && lamp.punctual && lamp.traits == bit(OptionalPart::LightRanges));
     let spotted = lights(vec![spot(Falloff::InverseSquare)]);
     assert!(spotted.punctual && spotted.traits == bit(OptionalPart::SpotCones));
+    let beams = lights(vec![samples::beam(None), point(Falloff::InverseSquare)]);
+    assert_eq!(beams.traits, bit(OptionalPart::Beams) | bit(OptionalPart::LightRanges));
+    assert!(beams.punctual && beams.falloff == 0, "a beam has no fall-off");
 }
 
 #[test]

@@ -331,6 +331,8 @@ mod tests {
             range: None,
             falloff,
         };
+        let (position, direction) = (DVec3::ZERO, DVec3::X);
+        let beam = |radius, edge, range| LightKind::Beam { position, direction, radius, edge, range };
         type Change<'a> = &'a dyn Fn(&mut Scene);
         let changes: &[(Change, &str)] = &[
             (&|scene| scene.meshes[0].indices[4] = 60_000, "mesh 0 (`sphere`): index 4 is 60000, but there are only"),
@@ -370,6 +372,16 @@ mod tests {
                 "0 to 181 degrees: expected 0 <=",
             ),
             (&|scene| scene.lights[0].kind = spot(0.0, 20.0, Falloff::Quadratic), "a quadratic fall-off needs a range"),
+            (
+                &|scene| scene.lights[0].kind = beam(0.0, 0.5, None),
+                "its disc has a radius of 0 m: expected more than 0",
+            ),
+            (&|scene| scene.lights[0].kind = beam(f64::NAN, 0.5, None), "disc is not finite"),
+            (
+                &|scene| scene.lights[0].kind = beam(1.0, 1.5, None),
+                "its soft edge is 1.5 of its radius: expected 0 to 1",
+            ),
+            (&|scene| scene.lights[0].kind = beam(1.0, 1.0, Some(-1.0)), "range is negative"),
             (&|scene| scene.environment.ground = Some(Vec3::NEG_ONE), "the environment: ground is negative"),
             (&|scene| scene.camera.rotation = DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0), "its rotation is not a quaternion"),
             (&|scene| scene.camera.projection = Projection::perspective(180.0), "degrees is 180, not from 0.001 to"),

@@ -14,7 +14,7 @@ pub struct Light {
     pub kind: LightKind,
     /// Linear RGB, not negative.
     pub color: Vec3,
-    /// Lux for a directional light, candela for point and spot. Not negative.
+    /// Lux for a directional light and a beam, candela for point and spot. Not negative.
     pub intensity: f32,
     /// Whether objects stand in its way.
     pub casts_shadow: bool,
@@ -39,6 +39,8 @@ pub enum LightKind {
         range: Option<f64>,
         falloff: Falloff,
     },
+    /// Parallel light from a disc of `radius` metres around `position`, full up to its soft edge, which is a share of the radius, 0 to 1.
+    Beam { position: DVec3, direction: DVec3, radius: f64, edge: f64, range: Option<f64> },
 }
 
 /// What the program asks of a light, whatever its kind.
@@ -70,6 +72,11 @@ pub enum Outline {
         inner: f64,
         outer: f64,
     },
+    /// Its radius in metres, and how much of that is soft.
+    Cylinder {
+        radius: f64,
+        edge: f64,
+    },
 }
 
 /// How shadow maps look at the scene for a light.
@@ -77,7 +84,7 @@ pub enum Outline {
 pub enum Sight {
     /// Along parallel rays from infinitely far away, wherever the camera looks.
     Far,
-    /// From the light's place along its direction; half of how wide that is a metre away.
+    /// From the light's place along its direction; half of how wide that is a metre away, or everywhere if rays are parallel.
     Ahead(f64),
     Around,
 }
@@ -102,10 +109,15 @@ pub struct LightTrait {
 
 pub const TRAITS: &[LightTrait] = &[
     LightTrait { bit: CONES, part: OptionalPart::SpotCones, name: "spot cones" },
+    LightTrait { bit: BEAMS, part: OptionalPart::Beams, name: "beams" },
     LightTrait { bit: RANGES, part: OptionalPart::LightRanges, name: "ranges of lights" },
 ];
 const RANGES: u32 = 1;
 const CONES: u32 = 2;
+const BEAMS: u32 = 4;
+
+/// What stands in a record in a fall-off's place (`shaders/shared/lights.wgsl`).
+const NO_FALLOFF: u32 = 3;
 
 /// A cone that is wider than this, measured from its axis in degrees, gets the six shadow maps of a point light, and the volume of one: one
 /// perspective map would spend most of its texels on its rim, and a cone's mesh would be mostly base.
@@ -116,6 +128,8 @@ const SLACK: f64 = 1e-3;
 
 /// Least difference of a cone's cosines, part of the model (KHR_lights_punctual's own).
 const LEAST_CONE: f64 = 0.001;
+/// Least soft edge of a beam as a share of its radius, part of the model.
+const LEAST_EDGE: f64 = 0.001;
 
 /// The direction with a length of 1; `None` where it has none. Squares of its parts may be more or less than f64 holds. One that has that
 /// length, but for rounding, stays as it is.
@@ -145,6 +159,13 @@ impl LightKind {
                 falloff: Some(falloff),
                 ..form(2, "spot", "cd")
             },
+            Self::Beam { position, direction, radius, edge, range } => LightForm {
+                place: Some(position),
+                direction: Some(direction),
+                outline: Outline::Cylinder { radius, edge },
+                range,
+                ..form(3, "beam", "lx")
+            },
         }
     }
 
@@ -157,7 +178,7 @@ impl LightKind {
     pub fn place_mut(&mut self) -> Option<&mut DVec3> {
         match self {
             Self::Directional { .. } => None,
-            Self::Point { position, .. } | Self::Spot { position, .. } => Some(position),
+            Self::Point { position, .. } | Self::Spot { position, .. } | Self::Beam { position, .. } => Some(position),
         }
     }
 
@@ -165,7 +186,9 @@ impl LightKind {
     pub fn direction_mut(&mut self) -> Option<&mut DVec3> {
         match self {
             Self::Point { .. } => None,
-            Self::Directional { direction } | Self::Spot { direction, .. } => Some(direction),
+            Self::Directional { direction } | Self::Spot { direction, .. } | Self::Beam { direction, .. } => {
+                Some(direction)
+            }
         }
     }
 }
@@ -182,6 +205,14 @@ impl Outline {
             Self::Cone { inner, outer } => {
                 Some(format!("its cone is {inner} to {outer} degrees: expected 0 <= inner <= outer <= 180"))
             }
+            Self::Cylinder { radius, edge } if !(radius.is_finite() && edge.is_finite()) => {
+                Some("disc is not finite".into())
+            }
+            Self::Cylinder { radius, .. } if radius <= 0.0 => {
+                Some(format!("its disc has a radius of {radius} m: expected more than 0"))
+            }
+            Self::Cylinder { edge, .. } if (0.0..=1.0).contains(&edge) => None,
+            Self::Cylinder { edge, .. } => Some(format!("its soft edge is {edge} of its radius: expected 0 to 1")),
         }
     }
 }
@@ -193,6 +224,7 @@ impl LightForm {
         let outline = match self.outline {
             Outline::Space => None,
             Outline::Cone { inner, outer } => Some(("cone", vec![inner, outer])),
+            Outline::Cylinder { radius, edge } => Some(("disc", vec![radius, edge])),
         };
         let range = self.place.map(|_| ("range", vec![self.range.unwrap_or(-1.0)]));
         let place = self.place.map(|place| ("position", vector(place)));
@@ -205,12 +237,13 @@ impl LightForm {
         let outline = match self.outline {
             Outline::Space => 0,
             Outline::Cone { .. } => CONES,
+            Outline::Cylinder { .. } => BEAMS,
         };
         outline | if self.range.is_some() { RANGES } else { 0 }
     }
 
     /// Scale and offset of what `shaders/shared/lights.wgsl` cuts the outline with: of a cone `saturate(scale cos(angle) + offset)^2`
-    /// (KHR_lights_punctual, "Inner and Outer Cone Angles").
+    /// (KHR_lights_punctual, "Inner and Outer Cone Angles"), of a cylinder the same of the metres beside the axis.
     pub fn edge(&self) -> [f64; 2] {
         match self.outline {
             Outline::Space => [0.0, 1.0],
@@ -218,6 +251,10 @@ impl LightForm {
                 let (inner, outer) = (inner.to_radians().cos(), outer.to_radians().cos());
                 let scale = 1.0 / (inner - outer).max(LEAST_CONE);
                 [scale, -outer * scale]
+            }
+            Outline::Cylinder { radius, edge } => {
+                let share = 1.0 / edge.max(LEAST_EDGE);
+                [-share / radius, share]
             }
         }
     }
@@ -236,13 +273,19 @@ impl LightForm {
                     (place + direction * (reach * angle.cos()), reach * angle.sin())
                 }
             }
+            (Outline::Cylinder { radius, .. }, Some(direction)) if reach.is_finite() => {
+                (place + direction * (0.5 * reach), radius.hypot(0.5 * reach))
+            }
             _ => (place, reach),
         }
     }
 
     /// The farthest from its place, in metres, that it lights anything within `reach` metres.
     pub fn extent(&self, reach: f64) -> f64 {
-        reach
+        match self.outline {
+            Outline::Space | Outline::Cone { .. } => reach,
+            Outline::Cylinder { radius, .. } => reach.hypot(radius),
+        }
     }
 
     /// A volume around what the light lights within `reach` metres, which is finite: the image of a solid by these columns, and how far from the
@@ -254,24 +297,38 @@ impl LightForm {
                 let (side, up) = direction.any_orthonormal_pair();
                 (Solid::Cone, DMat3::from_cols(side * base, up * base, direction * reach), DVec3::ZERO)
             }
+            (Outline::Cylinder { radius, .. }, Some(direction)) => {
+                // The smallest ellipsoid around the cylinder, and as much as a beam's range is longer for its rounding, it is wider.
+                let (along, across) = (0.75f64.sqrt() * reach, 1.5f64.sqrt() * radius * (1.0 + SLACK));
+                let (side, up) = direction.any_orthonormal_pair();
+                let columns = DMat3::from_cols(side * across, up * across, direction * along);
+                (Solid::Sphere, columns, direction * (0.5 * reach))
+            }
             _ => (Solid::Sphere, DMat3::from_diagonal(DVec3::splat(reach)), DVec3::ZERO),
         }
     }
 
     /// Whether its rays are parallel; [`Light::size`] is then an angle.
     pub fn is_parallel(&self) -> bool {
-        self.place.is_none()
+        self.place.is_none() || matches!(self.outline, Outline::Cylinder { .. })
+    }
+
+    /// Whether its rays begin at a plane: that of a beam's disc.
+    pub fn starts_at_plane(&self) -> bool {
+        self.place.is_some() && self.is_parallel()
     }
 
     /// The number of what weakens it with the distance in `shaders/shared/lights.wgsl`.
     pub(crate) fn formula(&self) -> u32 {
-        self.falloff.map_or(0, |falloff| falloff.index())
+        let without = if self.place.is_some() { NO_FALLOFF } else { 0 };
+        self.falloff.map_or(without, |falloff| falloff.index())
     }
 
     pub fn sight(&self) -> Sight {
         match self.outline {
             _ if self.place.is_none() => Sight::Far,
             Outline::Cone { outer, .. } if outer <= WIDEST_CONE => Sight::Ahead(outer.to_radians().tan()),
+            Outline::Cylinder { radius, .. } => Sight::Ahead(radius),
             Outline::Cone { .. } | Outline::Space => Sight::Around,
         }
     }
@@ -304,7 +361,8 @@ impl Light {
     /// Lux that it brings to a receptor at `point` that faces it, in a scene of `radius` metres, for metering.
     ///
     /// A light with a range counts as what it brings at half its range, times the share of the scene that it reaches: a scene of many
-    /// short-ranged lamps is lit although none of them reaches the centre. Cones of spots count as open.
+    /// short-ranged lamps is lit although none of them reaches the centre. Cones of spots count as open; a beam counts by its share of the
+    /// scene's cross-section.
     pub(super) fn illuminance(&self, point: DVec3, radius: f64) -> f64 {
         let intensity = f64::from(luminance(self.color)) * f64::from(self.intensity);
         let form = self.kind.form();
@@ -312,6 +370,10 @@ impl Light {
         let distance = place.distance(point).max(if radius > 0.0 { radius * 0.25 } else { 1.0 });
         let is_short = |range: &f64| *range < distance * 2.0;
         let reached = form.range.filter(is_short).map_or(1.0, |range| (range / radius).powi(3).min(1.0));
+        let reached = match form.outline {
+            Outline::Space | Outline::Cone { .. } => reached,
+            Outline::Cylinder { radius: own, .. } => reached * (own / radius).powi(2).min(1.0),
+        };
         intensity * (form.falloff.map_or(1.0, |falloff| falloff.metered(form.range, distance)) * reached)
     }
 }
@@ -388,6 +450,8 @@ impl Falloff {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
     fn radius(constant: f32, linear: f32, quadratic: f32, intensity: f64, cutoff: f64) -> f64 {
@@ -401,6 +465,27 @@ mod tests {
             let d = radius(c, l, q, intensity, cutoff);
             let there = intensity / (f64::from(c) + f64::from(l) * d + f64::from(q) * d * d);
             assert!((there / cutoff - 1.0).abs() < 1e-9, "{c} {l} {q}: {d} {there}");
+        }
+    }
+
+    proptest! {
+        /// At the rim of each end, where it is farthest.
+        #[test]
+        fn all_that_a_beam_lights_lies_in_its_sphere_and_in_its_volume(
+            place in [-9.0..9.0f64, -9.0..9.0, -9.0..9.0], to in [-1.0..1.0f64, -1.0..1.0, -1.0..1.0], radius in 1e-3..9.0f64,
+            reach in 1e-3..9.0f64, turn in 0.0..6.2f64, far: bool,
+        ) {
+            let (position, direction) = (DVec3::from(place), DVec3::from(to));
+            prop_assume!(direction.length() > 0.1);
+            let form = LightKind::Beam { position, direction, radius, edge: 0.5, range: Some(reach) }.form();
+            let (side, up) = direction.normalize().any_orthonormal_pair();
+            let rim = (side * turn.cos() + up * turn.sin()) * radius + direction.normalize() * if far { reach } else { 0.0 };
+            let (center, around) = form.sphere(reach);
+            prop_assert!((position + rim).distance(center) <= around * (1.0 + 1e-12));
+            prop_assert!(rim.length() <= form.extent(reach) * (1.0 + 1e-12));
+            let (solid, columns, zero) = form.volume(reach);
+            let within = columns.inverse() * (rim - zero);
+            prop_assert!(solid == Solid::Sphere && within.length() <= 1.0, "{within}");
         }
     }
 

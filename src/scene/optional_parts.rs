@@ -79,6 +79,8 @@ optional_parts! {
     /// Point and spot lights.
     PunctualLights = "punctual-lights",
     SpotCones = "spot-cones",
+    /// Beams of parallel light.
+    Beams = "beams",
     /// A fall-off that is chosen for each light.
     Falloffs = "falloffs",
     /// Ranges of lights.

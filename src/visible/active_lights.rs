@@ -135,7 +135,12 @@ mod tests {
                 falloff: Falloff::Quadratic,
             };
             let spots = lamps.iter().map(|&at| Light { kind: spot(at), ..samples::spot(Falloff::Quadratic) });
-            let lights: Vec<Light> = lamps.iter().map(|&(at, range)| lamp(at, Some(range))).chain(spots).collect();
+            let beam = |(position, range): (DVec3, f64)| LightKind::Beam {
+                position, direction: to.normalize(), radius: 0.01 * angle, edge: 0.0, range: Some(range),
+            };
+            let beams = lamps.iter().map(|&at| Light { kind: beam(at), ..samples::beam(None) });
+            let points_around = lamps.iter().map(|&(at, range)| lamp(at, Some(range)));
+            let lights: Vec<Light> = points_around.chain(spots).chain(beams).collect();
             let scene = row(5, lights.clone());
             let (world, plan) = planned(&scene, &Settings::default());
             let camera = Camera::looking_at(position, target, DVec3::Y);
@@ -155,6 +160,10 @@ mod tests {
                         LightKind::Spot { position, direction, range, .. } => {
                             let ray = point - position;
                             ray.length() < range.unwrap_or(0.0) && ray.angle_between(direction).to_degrees() < angle
+                        }
+                        LightKind::Beam { position, direction, radius, range, .. } => {
+                            let (ray, along) = (point - position, (point - position).dot(direction));
+                            (0.0..range.unwrap_or(0.0)).contains(&along) && ray.cross(direction).length() < radius
                         }
                         LightKind::Directional { .. } => false,
                     };

@@ -131,6 +131,11 @@ pub fn spot(position: DVec3, candela: f32, inner: f64, outer: f64) -> Light {
     light(kind, Vec3::ONE, candela)
 }
 
+/// A beam that goes along a direction from a disc of a radius in metres, of which a share is soft.
+pub fn beam(position: DVec3, direction: DVec3, lux: f32, [radius, edge]: [f64; 2], range: Option<f64>) -> Light {
+    light(LightKind::Beam { position, direction: direction.normalize(), radius, edge, range }, Vec3::ONE, lux)
+}
+
 /// IEC 61966-2-1: the code of 8 bits for a linear value.
 pub fn srgb_code(linear: f64) -> u8 {
     srgb_code_unrounded(linear).round() as u8

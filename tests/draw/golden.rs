@@ -99,6 +99,7 @@ fn every_picture_of_the_gallery_looks_as_it_did() {
             "several-directional",
             "point",
             "spot",
+            "beam",
             "temperature",
             "fall-offs",
             "cascades",

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::common::gpu::{code, nits, on_gpu, places};
 use crate::common::stage::{
-    EDGE, EYE, add, directional, display, exact, gbuffer, lambert, open, plane, point, rectangle, seen, spot,
+    EDGE, EYE, add, beam, directional, display, exact, gbuffer, lambert, open, plane, point, rectangle, seen, spot,
     srgb_code, stage, white_radiance,
 };
 use crate::common::truth::radiance;
@@ -286,6 +286,44 @@ fn a_spot_without_a_soft_edge_is_full_or_dark() {
             }
         }
         assert!(counts.iter().all(|count| *count > 100), "{counts:?}");
+    });
+}
+
+#[test]
+fn a_beam_is_as_bright_from_near_and_far_and_ends_at_its_edge_its_disc_and_its_range() {
+    let (at, to) = (DVec3::new(0.9, 0.2, 1.2), DVec3::new(-0.6, 0.0, -0.8));
+    for range in [None, Some(1.6)] {
+        let slanting = beam(at, to, 40.0, [0.5, 0.5], range);
+        assert_plane_is_the_formula(lambert(0.8), vec![slanting.clone()], SINGLE_LOBE * 10.0);
+        // Beside a lamp: the shader then looks at each light's own.
+        let lamp = point(at, 2.0, Some(3.0), Falloff::Quadratic);
+        assert_plane_is_the_formula(lambert(0.8), vec![lamp, slanting], SINGLE_LOBE * 10.0);
+    }
+    on_gpu(|gpu| {
+        let drawn = |height: f64, to: DVec3, range| {
+            let light = beam(DVec3::Z * height, to, 8.0, [0.5, 0.5], range);
+            gpu.draw(&plane(lambert(1.0), vec![light]), &exact(EDGE, EDGE))
+        };
+        // By hand: 8 lux in the middle, whatever the distance; of the outer 0.25 m the square of the share that is left; nothing at 0.5 m.
+        for height in [0.01, 1.0, 30.0] {
+            let picture = drawn(height, DVec3::NEG_Z, None);
+            for (x, y) in places(&picture) {
+                let (found, radius) = (nits(&picture, x, y).x, seen(picture.size, x, y).length());
+                let expected = 8.0 / PI * ((0.5 - radius) / 0.25).clamp(0.0, 1.0).powi(2);
+                assert!(
+                    (found - expected).abs() <= 1e-5 * 8.0 / PI,
+                    "({x}, {y}) from {height}: {found} for {expected}"
+                );
+                assert!(radius < 0.5 || found == 0.0, "({x}, {y}) from {height}: {found}");
+            }
+        }
+        // Half of the range away: (1 - 1/16)^2 of it.
+        let found = nits(&drawn(1.0, DVec3::NEG_Z, Some(2.0)), EDGE / 2, EDGE / 2).x;
+        assert!((found / (8.0 / PI * (15.0 / 16.0f64).powi(2)) - 1.0).abs() < SINGLE, "{found}");
+        // Beyond it, and behind the disc, nothing.
+        for dark in [drawn(2.5, DVec3::NEG_Z, Some(2.0)), drawn(-0.5, DVec3::NEG_Z, None)] {
+            assert!(places(&dark).all(|(x, y)| nits(&dark, x, y) == DVec3::ZERO));
+        }
     });
 }
 

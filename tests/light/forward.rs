@@ -16,11 +16,12 @@ const SIZE: [u32; 2] = [96, 54];
 const SINGLE: f64 = 1e-4;
 
 fn scenes() -> impl Iterator<Item = Scene> {
-    CATALOGUE.iter().map(|builtin| {
+    let built_in = CATALOGUE.iter().map(|builtin| {
         // Fewer by default: what is drawn more often is drawn the same way.
         let query = if builtin.name == "field" { "?objects=60&lights=30" } else { "" };
         open(&format!("builtin:{}{query}", builtin.name))
-    })
+    });
+    built_in.chain([open("assets/gallery/beam.toml")])
 }
 
 fn linear(scene: &Scene) -> Settings {

@@ -1,7 +1,7 @@
 //! Every light path draws the same picture.
 
 use crate::common::gpu::{Gpu, bytes, floats, on_gpu};
-use crate::common::stage::{add, exact, gbuffer, lambert, open, own, plane, point, rectangle, spot, sun};
+use crate::common::stage::{add, beam, exact, gbuffer, lambert, open, own, plane, point, rectangle, spot, sun};
 use crate::common::{one_of, some_in_turn};
 use afterlight::frame::Picture;
 use afterlight::scene::builtin::shapes;
@@ -82,6 +82,21 @@ fn ranged(light: Light, range: f64) -> Light {
     }
 }
 
+/// Beams with and without a range among other lights, or with nothing but a sun; some cast shadows.
+fn beams(others: u32) -> Scene {
+    let mut scene = crowd(others);
+    scene.name = format!("beams among {others}");
+    for index in 0..10 {
+        let place = scattered(500 + index) * DVec3::new(1.4, 0.9, 0.8) + DVec3::Z * 1.2;
+        let to = scattered(700 + index) * DVec3::new(0.8, 0.8, 0.3) - place;
+        let range = (index % 3 > 0).then_some(0.8 + 0.3 * f64::from(index));
+        let own = beam(place, to, 0.5, [0.08 + 0.04 * f64::from(index % 4), 0.25 * f64::from(index % 5)], range);
+        let color = Vec3::new(0.3 + 0.1 * (index % 6) as f32, 0.6, 1.0 - 0.1 * (index % 8) as f32);
+        scene.lights.push(Light { color, casts_shadow: index % 4 == 1, ..own });
+    }
+    scene
+}
+
 fn draw(gpu: &Gpu, scene: &Scene, settings: &Settings, light_path: LightPath) -> Picture {
     gpu.draw(scene, &Settings { light_path, ..settings.clone() })
 }
@@ -108,6 +123,8 @@ fn scenes() -> Vec<Scene> {
         crowd(40),
         parallel,
         crowd(150),
+        beams(0),
+        beams(12),
         glowing,
         open("builtin:field?objects=60&lights=24&range=12"),
         open("builtin:hall"),

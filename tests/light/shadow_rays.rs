@@ -3,7 +3,7 @@
 
 use crate::common::gpu::{Gpu, nits, on_gpu};
 use crate::common::some_in_turn;
-use crate::common::stage::{add, directional, exact, lambert, point, stage};
+use crate::common::stage::{add, beam, directional, exact, lambert, point, stage};
 use afterlight::frame::Picture;
 use afterlight::plan::MapProjection;
 use afterlight::scene::builtin::shapes;
@@ -61,6 +61,8 @@ fn lights() -> Vec<(&'static str, Light)> {
         ("spot", spot(DVec3::new(2.5, 4.5, 2.5), DVec3::ZERO, 40.0)),
         ("wide spot", spot(DVec3::new(0.5, 3.0, 0.5), DVec3::new(0.0, 0.0, -0.5), 75.0)),
         ("point", point(DVec3::new(0.4, 2.6, -0.3), 20.0, None, Falloff::InverseSquare)),
+        // Wide enough for all that is seen, and with a box behind its disc.
+        ("beam", beam(DVec3::new(2.0, 3.0, 1.6), DVec3::new(-2.0, -2.7, -1.6), 3.0, [12.0, 0.0], None)),
     ]
 }
 
@@ -79,6 +81,7 @@ fn towards(light: &Light, place: DVec3) -> (DVec3, f64) {
     let form = light.kind.form();
     match (form.place, form.direction) {
         (None, direction) => (-direction.expect("it comes from somewhere"), f64::INFINITY),
+        (Some(position), Some(direction)) if form.is_parallel() => (-direction, (place - position).dot(direction)),
         (Some(position), _) => ((position - place).normalize(), position.distance(place)),
     }
 }
@@ -183,6 +186,7 @@ fn texel(light: &Light, projection: MapProjection, place: DVec3, size: u32) -> f
         (LightKind::Spot { outer_angle_degrees, .. }, Some(position)) if projection == MapProjection::Single => {
             2.0 * outer_angle_degrees.to_radians().tan() * position.distance(place) / usable(0.5 * f64::from(size))
         }
+        (LightKind::Beam { radius, .. }, _) => 2.0 * radius / usable(0.5 * f64::from(size)),
         (_, Some(position)) => 2.0 * position.distance(place) / usable(0.5 * f64::from(size)),
     }
 }

@@ -156,7 +156,7 @@ fn cases() -> Vec<Case> {
         ),
         case(
             Clustered,
-            &[P::SpotCones, P::Falloffs, P::DirectionalLights],
+            &[P::SpotCones, P::Beams, P::Falloffs, P::DirectionalLights],
             boxed("lamps", metal.clone(), vec![lamp(-0.5, Some(4.0)), lamp(0.5, Some(3.0))]),
         ),
         case(PerLight, &[P::LightRanges, P::MetallicChannel], boxed("a cone", Material::default(), vec![cone()])),

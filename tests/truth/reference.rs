@@ -457,7 +457,8 @@ fn differences(scene: &Scene, picture: &Picture) -> Vec<f64> {
 #[test]
 fn the_renderer_in_32_bits_is_near_the_truth_where_both_see_the_same_triangle() {
     on_gpu(|gpu| {
-        for spec in ["builtin:cornell", "builtin:spheres", "builtin:layers", "builtin:field?objects=200&lights=16"] {
+        let built_in = ["builtin:cornell", "builtin:spheres", "builtin:layers", "builtin:field?objects=200&lights=16"];
+        for spec in built_in.into_iter().chain(["assets/gallery/beam.toml"]) {
             let mut scene = open(spec);
             scene.textures.clear();
             for material in &mut scene.materials {

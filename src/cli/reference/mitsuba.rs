@@ -284,5 +284,8 @@ mod tests {
         refused(&|scene| scene.lights[0].kind = kind(Some(3.0), Falloff::InverseSquare), "range");
         let polynomial = Falloff::Polynomial { constant: 1.0, linear: 0.0, quadratic: 0.0 };
         refused(&|scene| scene.lights[0].kind = kind(None, polynomial), "fall-off");
+        let (position, direction) = (DVec3::Z, DVec3::NEG_Z);
+        let beam = LightKind::Beam { position, direction, radius: 1.0, edge: 0.1, range: None };
+        refused(&|scene| scene.lights[0].kind = beam, "a beam light");
     }
 }

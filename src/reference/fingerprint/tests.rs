@@ -20,6 +20,7 @@ const GOLDEN: &[f64] = &[
     1.282043307745757, 1.9824768648114681, 2.0615525066136304, 1.6675363827632965,
     0.5274207620814128, 0.7693875716622612, 0.7972830171825548, 0.661082525426938,
     0.19771715695155187, 0.24238257628807047, 0.25440581016325553, 0.23969887446172977,
+    0.22003745098921162, 0.28371350057041794, 0.2886845790923805, 0.28371338759220327,
     0.4050096623274436, 0.4048894802765538, 0.41338727467335135, 0.4141771680988945,
 ];
 
@@ -68,7 +69,7 @@ fn scene(kind: LightKind) -> Scene {
 }
 
 /// One of each kind and each fall-off.
-fn lights() -> [LightKind; 5] {
+fn lights() -> [LightKind; 6] {
     let position = DVec3::new(0.8, 2.0, 0.6);
     let point = |range, falloff| LightKind::Point { position, range, falloff };
     let direction = DVec3::new(-0.3, -1.0, -0.2).normalize();
@@ -85,6 +86,7 @@ fn lights() -> [LightKind; 5] {
             range: Some(8.0),
             falloff: Falloff::InverseSquare,
         },
+        LightKind::Beam { position, direction, radius: 0.9, edge: 0.5, range: Some(8.0) },
     ]
 }
 

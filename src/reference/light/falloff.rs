@@ -12,9 +12,11 @@ pub const MIN_DISTANCE: f64 = 0.01;
 pub const MIN_POLYNOMIAL: f64 = 1e-4;
 /// Least difference of the cosines of a cone's inner and outer angle, part of the model (KHR_lights_punctual's own).
 pub const MIN_CONE: f64 = 0.001;
+/// Least soft edge of a beam, part of the model, as a share of its radius.
+pub const MIN_EDGE: f64 = 0.001;
 
-/// Unit direction from a point of the world to a light, and how far away it is in metres: infinity for a directional one.
-/// Direction and distance are zero at the light itself.
+/// Unit direction from a point of the world to a light, and how far away it is in metres: infinity for a directional one, for a beam how far
+/// before its disc the point lies. Direction and distance are zero at a lamp itself.
 pub fn to_light(light: &Light, point: DVec3) -> (DVec3, f64) {
     match light.kind {
         LightKind::Directional { direction } => (-direction, f64::INFINITY),
@@ -23,6 +25,7 @@ pub fn to_light(light: &Light, point: DVec3) -> (DVec3, f64) {
             let distance = length(&vector::<f64>(offset));
             (if distance > 0.0 { offset / distance } else { DVec3::ZERO }, distance)
         }
+        LightKind::Beam { position, direction, .. } => (-direction, (point - position).dot(direction).max(0.0)),
     }
 }
 
@@ -51,6 +54,15 @@ pub(super) fn arriving_at<R: Real>(light: &Light, eye: DVec3, point: &Vector3<R>
             let cosine = -vector::<R>(direction).dot(&arriving.direction);
             arriving.strength *= cone(cosine, [inner_angle_degrees, outer_angle_degrees]);
             arriving
+        }
+        LightKind::Beam { position, direction, radius, edge, range } => {
+            let (axis, from_disc) = (vector::<R>(direction), point - vector::<R>(position - eye));
+            let along = axis.dot(&from_disc);
+            // Of the cross product: nothing cancels far along the axis.
+            let beside = length(&axis.cross(&from_disc)) / R::of(radius);
+            let before = if along > R::zero() { R::one() } else { R::zero() };
+            let end = range.map_or(R::one(), |range| window(along / R::of(range)));
+            Arriving { direction: -axis, strength: before * disc(beside, edge) * end }
         }
     }
 }
@@ -92,6 +104,12 @@ fn cone<R: Real>(cosine: R, angles_degrees: [f64; 2]) -> R {
     let [inner, outer] = angles_degrees.map(|degrees| degrees.to_radians().cos());
     let share = (cosine - R::of(outer)) / R::of((inner - outer).max(MIN_CONE));
     share.max(R::zero()).min(R::one()).powi(2)
+}
+
+/// Share of a beam's light at a distance from its axis, as a share of its radius: full up to the soft edge, the square of what is left of that
+/// within it, as in a spot's cone.
+fn disc<R: Real>(beside: R, edge: f64) -> R {
+    ((R::one() - beside) / R::of(edge.max(MIN_EDGE))).max(R::zero()).min(R::one()).powi(2)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::node::{CONE_ANGLE, COORDINATE, KELVIN, LENGTH, Limit, Node, RADIUS, STRENGTH, SUN_ANGLE, Table};
+use super::node::{CONE_ANGLE, COORDINATE, KELVIN, LENGTH, Limit, Node, RADIUS, SHARE, STRENGTH, SUN_ANGLE, Table};
 use super::schema::{self, Schema};
 use crate::scene::{Error, Falloff, Light, LightKind, black_body_color, luminance, unit};
 
@@ -24,6 +24,7 @@ pub(super) const LIGHT: Schema = Schema {
         "falloff",
         "inner_angle_degrees",
         "outer_angle_degrees",
+        "edge",
     ],
 };
 
@@ -42,7 +43,7 @@ struct Kind {
     read: fn(&Table, f64) -> Result<LightKind, Error>,
 }
 
-static KINDS: [Kind; 3] = [
+static KINDS: [Kind; 4] = [
     Kind {
         word: "directional",
         keys: &["direction", "angular_diameter_degrees"],
@@ -72,6 +73,13 @@ static KINDS: [Kind; 3] = [
         size: ("radius", RADIUS),
         casts_shadow: false,
         read: spot,
+    },
+    Kind {
+        word: "beam",
+        keys: &["position", "direction", "target", "radius", "edge", "range", "angular_diameter_degrees"],
+        size: ("angular_diameter_degrees", SUN_ANGLE),
+        casts_shadow: false,
+        read: beam,
     },
 ];
 
@@ -151,6 +159,15 @@ fn spot(table: &Table, candela: f64) -> Result<LightKind, Error> {
     }
     let (range, falloff) = reach(table, candela)?;
     Ok(LightKind::Spot { position, direction, inner_angle_degrees, outer_angle_degrees: outer, range, falloff })
+}
+
+fn beam(table: &Table, _: f64) -> Result<LightKind, Error> {
+    let (position, direction) = aim(table)?;
+    let radius =
+        table.get("radius").ok_or_else(|| table.wrong("needs radius, of the disc in metres"))?.number(LENGTH)?;
+    let edge = table.read("edge", |node| node.number(SHARE))?.unwrap_or(0.1);
+    let range = table.read("range", |node| node.number(LENGTH))?;
+    Ok(LightKind::Beam { position, direction, radius, edge, range })
 }
 
 /// Range and fall-off, which must fit each other. `candela` is the light's luminous intensity, colour and all.

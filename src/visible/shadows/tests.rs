@@ -58,6 +58,11 @@ fn lamp(position: DVec3, range: Option<f64>) -> Light {
     Light { kind, casts_shadow: true, ..samples::sun() }
 }
 
+fn beam(position: DVec3, direction: DVec3, radius: f64) -> Light {
+    let kind = LightKind::Beam { position, direction, radius, edge: 0.0, range: Some(30.0) };
+    Light { kind, casts_shadow: true, ..samples::sun() }
+}
+
 fn spot(position: DVec3, direction: DVec3, outer_angle_degrees: f64) -> Light {
     let falloff = Falloff::InverseSquare;
     let kind =
@@ -169,7 +174,7 @@ proptest! {
         inside in [0.0..1.0, 0.0..1.0, 0.0..1.0f64], clamp: bool,
     ) {
         let device = Capabilities { depth_clamp: clamp, ..samples::device() };
-        let lights = vec![sun(to), lamp(lamp_at, Some(30.0)), spot(lamp_at, to, angle)];
+        let lights = vec![sun(to), lamp(lamp_at, Some(30.0)), spot(lamp_at, to, angle), beam(lamp_at, to, angle)];
         let (world, plan) = planned(&scene(&boxes, lights), three(), &device);
         for view in Visible::of(&world, &camera, &plan).shadows.iter().flatten() {
             for (index, object) in world.objects.iter().enumerate() {
@@ -179,6 +184,31 @@ proptest! {
                 let reaches = w > 0.0 && room(view, at) > 0.0 && at.z > 0.0 && in_range;
                 let is_caster = view.casters.iter().any(|caster| caster.draw.object == index);
                 prop_assert!(is_caster || !reaches, "{at}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_beam_sees_all_that_it_lights_in_one_map_with_room_for_the_filter(
+        boxes in boxes(), at in vector(20.0), to in direction(), radius in 0.01..9.0f64, range in proptest::option::of(0.1..50.0f64),
+        beside in 0.0..1.0f64, turn in 0.0..6.2f64, inside in [0.0..1.0, 0.0..1.0, 0.0..1.0f64],
+    ) {
+        let kind = LightKind::Beam { position: at, direction: to, radius, edge: 0.0, range };
+        let light = Light { kind, casts_shadow: true, ..samples::sun() };
+        let (world, plan) = planned(&scene(&boxes, vec![light]), three(), &samples::device());
+        let shadow = plan.shadow.as_ref().expect("a map");
+        let view = lamp_views(&world, shadow, &[], &Changes::default()).pop().flatten().expect("a beam has a map");
+        prop_assert!(!view.clamps && !view.is_perspective());
+        // As far along it as points of what there is.
+        for object in &world.objects {
+            let point = object.bounds.min + DVec3::from(inside) * object.bounds.size();
+            let along = (point - at).dot(to);
+            let (side, up) = to.any_orthonormal_pair();
+            let lit = at + to * along + (side * turn.cos() + up * turn.sin()) * (radius * beside);
+            if along > 1e-6 && along < range.unwrap_or(f64::INFINITY) {
+                let (found, w) = map(&view, lit);
+                prop_assert!(w == 1.0 && found.z > 0.0 && found.z < 1.0, "{found}");
+                prop_assert!(room(&view, found) >= 2.0, "{found} of {:?}", view.tile);
             }
         }
     }

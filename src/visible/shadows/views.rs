@@ -23,6 +23,9 @@ const NEAREST_LOGARITHMIC_SPLIT: f64 = 1e-5;
 /// keeps its precision however near the plane is, so it is nearer than anything that could stand between it and the lamp.
 const NEAR: f64 = 1e-7;
 
+/// By how much the map of a beam goes beyond the scene's end, so that what lies there is still before its end, as a share.
+const BEHIND: f64 = 1e-3;
+
 /// Directions of the six maps of a point light, in the order of `shaders/shared/shadows.wgsl`.
 pub(super) const FACES: [DVec3; 6] = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
 
@@ -58,10 +61,18 @@ pub struct ShadowView {
     pub(super) begin: f64,
     /// Nothing farther from this place is lit at all.
     pub(super) reach: Option<(DVec3, f64)>,
+    /// Casters before its near plane are pressed onto it, where the device can; not behind the disc of a beam, which stops nothing there.
+    pub clamps: bool,
     pub casters: Vec<Caster>,
 }
 
 impl ShadowView {
+    fn of(rows: [DVec4; 4], tile: Tile, texel: f64) -> Self {
+        let ([end, blend], begin) = ([f64::MAX; 2], f64::MIN);
+        let (light_size, reach, clamps, casters) = (0.0, None, true, Vec::new());
+        Self { rows, tile, texel, light_size, end, blend, begin, reach, clamps, casters }
+    }
+
     fn orthographic(axes: &DMat3, tile: Tile, corner: DVec3, texel: f64, depth: f64) -> Self {
         let axes = axes.transpose();
         let row = |axis: DVec3, corner: f64, unit: f64| (axis / unit).extend(-corner / unit);
@@ -71,8 +82,25 @@ impl ShadowView {
             DVec4::W - row(axes.z_axis, corner.z, depth),
             DVec4::W,
         ];
-        let [end, blend] = [f64::MAX; 2];
-        Self { rows, tile, texel, light_size: 0.0, end, blend, begin: f64::MIN, reach: None, casters: Vec::new() }
+        Self::of(rows, tile, texel)
+    }
+
+    /// The cylinder of a beam: to its range, or to the end of the scene.
+    fn beam(
+        world: &World,
+        (place, direction, radius): (DVec3, DVec3, f64),
+        range: Option<f64>,
+        tile: Tile,
+        margin: f64,
+    ) -> Self {
+        let axes = light_axes(direction);
+        let at = axes * place;
+        let end = world.extent.transformed(&DAffine3::from_mat3(axes)).max.z - at.z;
+        let depth = range.unwrap_or(f64::INFINITY).min(end * (1.0 + BEHIND)).max(1e-6 * radius);
+        let edge = f64::from(tile.edge);
+        let texel = 2.0 * radius / (edge - 2.0 * margin).max(0.25 * edge);
+        let corner = (at.truncate() - 0.5 * edge * texel).extend(at.z);
+        Self { clamps: false, ..Self::orthographic(&axes, tile, corner, texel, depth) }
     }
 
     /// `tangent` is that of half the angle that the map without its margin sees.
@@ -85,8 +113,7 @@ impl ShadowView {
         let centre = |corner: u32| w * (f64::from(corner) + 0.5 * edge);
         let rows =
             [row(axes.x_axis) / texel + centre(tile.x), row(axes.y_axis) / texel + centre(tile.y), DVec4::W * near, w];
-        let [end, blend] = [f64::MAX; 2];
-        Self { rows, tile, texel, light_size: 0.0, end, blend, begin: f64::MIN, reach: None, casters: Vec::new() }
+        Self::of(rows, tile, texel)
     }
 
     /// Whether the box can stand between the light and anything in the map.
@@ -192,21 +219,26 @@ pub(in crate::visible) fn lamp_views(
             if let Some(Some(before)) = before.get(index)
                 && !changes.lights.contains(&own.light)
                 && !changes.boxes.iter().any(|bounds| before.may_shadow(bounds))
+                && (range.is_some() || !form.is_parallel())
             {
                 views[index] = Some(before.clone());
                 continue;
             }
-            let (direction, tangent) = match (form.sight(), form.direction) {
-                // A cone of no angle still has a map.
-                (Sight::Ahead(half_width), Some(direction)) => (direction, half_width.max(1e-3)),
+            let (direction, half_width) = match (form.sight(), form.direction) {
+                (Sight::Ahead(half_width), Some(direction)) => (direction, half_width),
                 _ => (FACES[index - own.first_view], 1.0),
             };
             let tile = plan.tiles[index];
             let margin = plan.margin(tile.edge, &world.shadows);
+            let view = match form.is_parallel() {
+                true => ShadowView::beam(world, (place, direction, half_width), range, tile, margin),
+                // A cone of no angle still has a map.
+                false => ShadowView::perspective(place, direction, half_width.max(1e-3), near, tile, margin),
+            };
             let view = ShadowView {
                 light_size: light.half_size(),
                 reach: range.map(|range| (place, form.extent(range))),
-                ..ShadowView::perspective(place, direction, tangent, near, tile, margin)
+                ..view
             };
             views[index] = Some(view.with_casters(world));
         }

@@ -107,13 +107,16 @@ fn every_key_does_what_it_says() {
     assert_eq!(scene.textures.len(), 2);
     let crates = &scene.meshes[scene.objects.iter().find(|object| object.name == "crates").unwrap().mesh];
     assert_eq!(crates.tangents.len(), crates.positions.len());
-    let [.., sun, point, spot, first, second, _] = scene.lights.as_slice() else { panic!("{:?}", scene.lights) };
+    let [.., sun, point, spot, beam, first, second, _] = scene.lights.as_slice() else { panic!("{:?}", scene.lights) };
     assert!(first.name == "garland 0" && matches!(first.kind, LightKind::Point { range: Some(2.0), .. }), "{first:?}");
     assert!(second.color.min_element() == 0.0 && second.intensity == 5.0, "{second:?}");
     assert_eq!(sun.color, afterlight::scene::black_body_color(4000.0));
     assert!(matches!(point.kind, LightKind::Point { falloff: Falloff::Polynomial { quadratic: 3.0, .. }, .. }));
     let LightKind::Spot { direction, .. } = spot.kind else { panic!("{spot:?}") };
     assert!((direction - DVec3::NEG_Y).length() < 1e-12);
+    let (position, direction) = (DVec3::Y * 3.0, DVec3::X);
+    assert_eq!(beam.kind, LightKind::Beam { position, direction, radius: 0.5, edge: 0.25, range: Some(6.0) });
+    assert_eq!((beam.intensity, beam.casts_shadow, beam.size), (500.0, false, 1.0));
     let ball = scene.objects.iter().find(|object| object.name == "ball").unwrap();
     assert_eq!((ball.casts_shadow, ball.receives_shadow), (CastsShadow::Front, false));
     let other = scene.objects.iter().find(|object| object.name == "crates").unwrap();

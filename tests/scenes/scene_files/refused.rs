@@ -106,6 +106,37 @@ fn a_value_of_the_wrong_type_is_refused() {
 }
 
 #[test]
+fn each_value_of_a_beam_is_refused_that_is_none() {
+    let whole = [("position", "[0, 3, 0]"), ("direction", "[0, -1, 0]"), ("intensity", "1"), ("radius", "0.5")];
+    let beam = |key: &str, value: &str| {
+        let line = |(key, value): &(&str, &str)| format!("\n{key} = {value}");
+        let others: String = whole.iter().filter(|(own, _)| *own != key).map(line).collect();
+        let own = if value.is_empty() { String::new() } else { line(&(key, value)) };
+        format!("[[lights]]\nkind='beam'{others}{own}")
+    };
+    for (key, value, says) in [
+        ("position", "", "scene.toml:1: lights[0]: needs position"),
+        ("position", "[0, inf, 0]", "scene.toml:6: lights[0].position[1] = inf: must be a number from -1e15 to 1e15"),
+        ("direction", "", "scene.toml:1: lights[0]: needs either direction or target"),
+        ("direction", "[0, 0, 0]", "must not be zero: it is a direction"),
+        ("target", "[0, 1, 0]", "scene.toml:1: lights[0]: needs either direction or target"),
+        ("intensity", "", "scene.toml:1: lights[0]: needs intensity, in lux or candela"),
+        ("intensity", "-1", "scene.toml:6: lights[0].intensity = -1: must be from 0 to 1e18"),
+        ("radius", "", "scene.toml:1: lights[0]: needs radius, of the disc in metres"),
+        ("radius", "0", "scene.toml:6: lights[0].radius = 0: must be from 1e-12 to 1e15"),
+        ("edge", "1.5", "scene.toml:7: lights[0].edge = 1.5: must be from 0 to 1"),
+        ("edge", "-0.1", "scene.toml:7: lights[0].edge = -0.1: must be from 0 to 1"),
+        ("range", "0", "scene.toml:7: lights[0].range = 0: must be from 1e-12 to 1e15"),
+        ("angular_diameter_degrees", "91", "angular_diameter_degrees = 91: must be from 0 to 90 degrees"),
+        ("falloff", "'quadratic'", "scene.toml:7: lights[0].falloff = 'quadratic': a beam light has no such key"),
+        ("inner_angle_degrees", "1", "lights[0].inner_angle_degrees = 1: a beam light has no such key"),
+        ("casts_shadow", "1", "lights[0].casts_shadow = 1: must be true or false"),
+    ] {
+        all_refused(&[(&beam(key, value), says)]);
+    }
+}
+
+#[test]
 fn a_number_out_of_range_is_refused_with_the_range() {
     let light = |line: &str| format!("[[lights]]\nkind='point'\nposition=[0,0,0]\nintensity=1\n{line}");
     let refused = |line: &str, words: &str| all_refused(&[(&light(line), &format!("scene.toml:5: {words}"))]);
@@ -139,6 +170,8 @@ fn a_number_out_of_range_is_refused_with_the_range() {
             "[[lights]]\nkind='spot'\nposition=[0,1,0]\ntarget=[0,0,0]\nintensity=1\ninner_angle_degrees=50",
             "scene.toml:6: lights[0].inner_angle_degrees = 50: must not be above outer_angle_degrees, which is 45",
         ),
+        ("[[lights]]\nkind='bean'", "did you mean"),
+        ("[[lights]]\nintensity=1", "lights[0]: needs kind: directional, point, spot or beam"),
         ("[[scattered_lights]]\ncount=0", "scattered_lights[0].count = 0: must be a whole number from 1 to 1000000"),
         ("[camera]\nfov_y_degrees = 0", "must be from 0.001 to 179.999 degrees"),
         ("[camera]\nfov_y_degrees = 180", "must be from 0.001 to 179.999 degrees"),
@@ -198,7 +231,7 @@ fn a_number_out_of_range_is_refused_with_the_range() {
 #[test]
 fn what_is_missing_or_does_not_go_together_is_told_where_its_table_starts() {
     all_refused(&[
-        ("\n\n[[lights]]", "scene.toml:3: lights[0]: needs kind: directional, point or spot"),
+        ("\n\n[[lights]]", "scene.toml:3: lights[0]: needs kind: directional, point, spot or beam"),
         (
             "\n[[lights]]\nintensity=1\nkind='spot'\nposition=[0,0,0]",
             "scene.toml:2: lights[0]: needs either direction or target",

@@ -27,7 +27,7 @@ proptest! {
         inside in proptest::collection::vec([0.0..=1.0, 0.0..=1.0, 0.0..=1.0f64], 24),
     ) {
         let all: Vec<_> = boxes.into_iter().chain(small.into_iter().map(|(at, edge)| (at, DVec3::splat(edge)))).collect();
-        let lights = vec![sun(to), lamp(lamp_at, Some(20.0)), spot(lamp_at, to, angle), lamp(-lamp_at, None)];
+        let lights = vec![sun(to), lamp(lamp_at, Some(20.0)), spot(lamp_at, to, angle), beam(lamp_at, to, 0.1 * angle), lamp(-lamp_at, None)];
         let device = Capabilities { depth_clamp: clamp, ..samples::software() };
         let shadows = ShadowSettings { filter: ShadowFilter::NAMES[filter].1, cascades, ..ShadowSettings::default() };
         let settings = Settings { keep: Keep::NONE, ..settings(shadows) };
@@ -64,6 +64,11 @@ proptest! {
                                 _ => maps[0],
                             };
                             (position, if reached { vec![face] } else { vec![] })
+                        }
+                        LightKind::Beam { position, direction, radius, .. } => {
+                            let (ray, along) = (point - position, (point - position).dot(direction));
+                            let reached = along > 1e-3 && ray.cross(direction).length() < radius;
+                            (point - direction * along, if reached { vec![maps[0]] } else { vec![] })
                         }
                     };
                     for map in looked_up {
