@@ -10,7 +10,7 @@
 #import afterlight::brdf::{Surface}
 #import afterlight::material::{plain_point, push, unit_or, world_normal, world_position, world_tangent}
 #ifdef TEXTURED
-#import afterlight::material::{emissive_at, mapped_normal, point_at, Slots}
+#import afterlight::material::{emissive_at, mapped_normal, point_at}
 #endif
 #import afterlight::shading::{light_everywhere, surface_of, Everywhere, Model}
 #ifdef LIGHTS
@@ -23,12 +23,8 @@
 #import afterlight::texel::{Texel}
 #import afterlight::tonemapping::{tone_map}
 
-// Which of a material's textures exist.
-override BASE_COLOR_TEXTURE: bool = false;
-override METALLIC_ROUGHNESS_TEXTURE: bool = false;
-override OCCLUSION_TEXTURE: bool = false;
-override EMISSIVE_TEXTURE: bool = false;
-override SPECULAR_TEXTURE: bool = false;
+// Which of a material's textures exist (material.wgsl).
+override TEXTURES: u32 = 0u;
 override MASKED: bool = false;
 override TWO_SIDED: bool = false;
 // Shadows fall on it.
@@ -151,7 +147,7 @@ fn all_light(pixel: vec4<f32>, surface: Surface, texel: Texel, model: Model) -> 
 // Colour and alpha, with the colour times its share of the picture.
 fn shade(in: Varying, front: bool) -> vec4<f32> {
 #ifdef TEXTURED
-    let point = point_at(in.uv, Slots(BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE && !PHONG, OCCLUSION_TEXTURE, SPECULAR_TEXTURE));
+    let point = point_at(in.uv, TEXTURES);
 #else
     let point = plain_point();
 #endif
@@ -164,7 +160,7 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
     var emissive = vec3(0.0);
     if EMISSIVE {
 #ifdef TEXTURED
-        emissive = emissive_at(in.uv, EMISSIVE_TEXTURE);
+        emissive = emissive_at(in.uv, TEXTURES);
 #else
         emissive = push.emissive;
 #endif

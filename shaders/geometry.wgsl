@@ -15,15 +15,11 @@ enable primitive_index;
 #import afterlight::encodings::{encode_normal, encode_normal_uint, encode_shininess, octahedral, to_unorm}
 #import afterlight::material::{plain_point, push, unit_or, world_normal, world_position, world_tangent}
 #ifdef TEXTURED
-#import afterlight::material::{alpha_at, emissive_at, mapped_normal, point_at, Slots}
+#import afterlight::material::{alpha_at, emissive_at, mapped_normal, point_at, BASE_COLOR}
 #endif
 
-// Which of a material's textures exist.
-override BASE_COLOR_TEXTURE: bool = false;
-override METALLIC_ROUGHNESS_TEXTURE: bool = false;
-override OCCLUSION_TEXTURE: bool = false;
-override EMISSIVE_TEXTURE: bool = false;
-override SPECULAR_TEXTURE: bool = false;
+// Which of a material's textures exist (material.wgsl).
+override TEXTURES: u32 = 0u;
 override MASKED: bool = false;
 override TWO_SIDED: bool = false;
 // Shadows fall on it.
@@ -93,7 +89,7 @@ fn vertex(in: Vertex) -> Varying {
 
 #ifdef TEXTURED
 fn cut_away(uv: vec2<f32>) -> bool {
-    if MASKED && BASE_COLOR_TEXTURE {
+    if MASKED && (TEXTURES & BASE_COLOR) != 0u {
         return alpha_at(uv) < push.alpha_cutoff;
     }
     return false;
@@ -152,7 +148,7 @@ struct Gbuffer {
 fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
     var out: Gbuffer;
 #ifdef TEXTURED
-    let point = point_at(in.uv, Slots(BASE_COLOR_TEXTURE, METALLIC_ROUGHNESS_TEXTURE && !PHONG, OCCLUSION_TEXTURE, SPECULAR_TEXTURE));
+    let point = point_at(in.uv, TEXTURES);
 #else
     let point = plain_point();
 #endif
@@ -184,7 +180,7 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
 #endif
 #ifdef EMISSIVE
 #ifdef TEXTURED
-    let emissive = emissive_at(in.uv, EMISSIVE_TEXTURE);
+    let emissive = emissive_at(in.uv, TEXTURES);
 #else
     let emissive = push.emissive;
 #endif

@@ -41,7 +41,7 @@ fn vertex(in: Vertex) -> Varying {
 
 #ifdef MASKED
 @group(0) @binding(0) var base_color_texture: texture_2d<f32>;
-@group(0) @binding(6) var texture_sampler: sampler;
+@group(0) @binding(15) var texture_sampler: sampler;
 
 @fragment
 fn fragment(in: Varying) {

@@ -30,17 +30,16 @@ var<immediate> push: Push;
 @group(1) @binding(3) var occlusion_texture: texture_2d<f32>;
 @group(1) @binding(4) var emissive_texture: texture_2d<f32>;
 @group(1) @binding(5) var specular_texture: texture_2d<f32>;
-@group(1) @binding(6) var texture_sampler: sampler;
+@group(1) @binding(15) var texture_sampler: sampler;
 #endif
 
-// Which of a material's textures exist. The variables of others are names of one that does, and are never sampled. Passes fill it from
-// specialization constants.
-struct Slots {
-    base_color: bool,
-    metallic_roughness: bool,
-    occlusion: bool,
-    specular: bool,
-}
+// Bits of TEXTURES in the passes: which of a material's textures exist. The variables of others are names of one that does, and are never
+// sampled. The bit of a slot is that of its binding.
+const BASE_COLOR: u32 = 1u;
+const METALLIC_ROUGHNESS: u32 = 4u;
+const OCCLUSION: u32 = 8u;
+const EMISSIVE: u32 = 16u;
+const SPECULAR: u32 = 32u;
 
 // What a material says of a point, in its own terms.
 struct Point {
@@ -128,28 +127,28 @@ fn alpha_at(uv: vec2<f32>) -> f32 {
     return textureSample(base_color_texture, texture_sampler, uv).a * push.alpha;
 }
 
-fn emissive_at(uv: vec2<f32>, textured: bool) -> vec3<f32> {
+fn emissive_at(uv: vec2<f32>, textures: u32) -> vec3<f32> {
     var emissive = push.emissive;
-    if textured {
+    if (textures & EMISSIVE) != 0u {
         emissive *= textureSample(emissive_texture, texture_sampler, uv).rgb;
     }
     return emissive;
 }
 
-fn point_at(uv: vec2<f32>, slots: Slots) -> Point {
+fn point_at(uv: vec2<f32>, textures: u32) -> Point {
     var point = plain_point();
-    if slots.base_color {
+    if (textures & BASE_COLOR) != 0u {
         point.base *= textureSample(base_color_texture, texture_sampler, uv);
     }
-    if slots.occlusion {
+    if (textures & OCCLUSION) != 0u {
         point.ambient *= textureSample(occlusion_texture, texture_sampler, uv).r;
     }
-    if slots.metallic_roughness {
+    if (textures & METALLIC_ROUGHNESS) != 0u {
         let texel = textureSample(metallic_roughness_texture, texture_sampler, uv);
         point.roughness *= texel.g;
         point.metallic *= texel.b;
     }
-    if slots.specular {
+    if (textures & SPECULAR) != 0u {
         point.specular *= textureSample(specular_texture, texture_sampler, uv).rgb;
     }
     return point;

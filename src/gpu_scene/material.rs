@@ -12,8 +12,8 @@ use crate::gpu::{
 use crate::plan::{FramePlan, PlannedTexture, TextureMask, TextureSource};
 use crate::scene::{ColorSpace, Scene, TextureSlot};
 
-/// The binding of the sampler in a material's set, after those of the textures, which are numbered as [`TextureSlot`] is.
-const SAMPLER: u32 = TextureSlot::ALL.len() as u32;
+/// The binding of the sampler in a material's set; textures are numbered as [`TextureSlot`] is.
+const SAMPLER: u32 = 15;
 
 /// The textures that the plan has on the device.
 pub struct Materials {

@@ -155,16 +155,11 @@ pub(crate) fn flags(plan: &FramePlan, key: GeometryKey) -> Flags {
 }
 
 fn constants_of(plan: &FramePlan, key: GeometryKey) -> Vec<(u32, u32)> {
-    let has = |slot| u32::from(key.textures.contains(slot));
     let gbuffer = plan.gbuffer.as_ref();
     let half_position = gbuffer.is_some_and(|gbuffer| gbuffer.position == Some(vk::Format::R16G16B16A16_SFLOAT));
     let farthest: f32 = if half_position { 65000.0 } else { f32::MAX };
     vec![
-        (constants::BASE_COLOR_TEXTURE, has(TextureSlot::BaseColor)),
-        (constants::METALLIC_ROUGHNESS_TEXTURE, has(TextureSlot::MetallicRoughness)),
-        (constants::OCCLUSION_TEXTURE, has(TextureSlot::Occlusion)),
-        (constants::EMISSIVE_TEXTURE, has(TextureSlot::Emissive)),
-        (constants::SPECULAR_TEXTURE, has(TextureSlot::Specular)),
+        (constants::TEXTURES, key.textures.bits()),
         (constants::MASKED, u32::from(key.discards)),
         (constants::TWO_SIDED, u32::from(key.two_sided)),
         (constants::RECEIVES, u32::from(key.receives)),

@@ -9,7 +9,7 @@ use super::{
     FramePlan, Gbuffer, Grid, MapProjection, PlannedBrdf, PlannedLights, SLICES, Shading, ShadowLight, ShadowPlan,
     Sums, Target, TextureSource, ToneMapping, anisotropy, shadow_reason,
 };
-use crate::scene::{HdrFormat, OptionalPart, Scene, Settings, TRAITS, TextureSlot, Transparency};
+use crate::scene::{HdrFormat, OptionalPart, Scene, Settings, SlotForm, TRAITS, TextureSlot, Transparency};
 
 /// Something that a frame can have.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -436,14 +436,8 @@ fn textures(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
     let mut parts = Vec::new();
     // A texture counts in the first slot that it is in.
     let mut counted = BTreeSet::new();
-    for (slot, name, optional) in [
-        (TextureSlot::BaseColor, "base colour textures", OptionalPart::BaseColorTextures),
-        (TextureSlot::Normal, "normal maps", OptionalPart::NormalMaps),
-        (TextureSlot::MetallicRoughness, "metallic-roughness textures", OptionalPart::MetallicRoughnessTextures),
-        (TextureSlot::Occlusion, "ambient occlusion textures", OptionalPart::OcclusionTextures),
-        (TextureSlot::Emissive, "emissive textures", OptionalPart::EmissiveTextures),
-        (TextureSlot::Specular, "specular textures", OptionalPart::SpecularTextures),
-    ] {
+    for slot in TextureSlot::ALL {
+        let SlotForm { name, part: optional, .. } = *slot.form();
         let holes = planned.holes.values().filter(|_| slot == TextureSlot::BaseColor);
         let images = planned.sets.values().filter_map(|slots| slots.get(&slot)).chain(holes);
         let images: BTreeSet<usize> = images.copied().collect();

@@ -5,8 +5,8 @@ use proptest::prelude::*;
 
 use super::{Capabilities, Error, FramePlan};
 use crate::scene::{
-    AlphaMode, Brdf, ColorSpace, Falloff, GbufferChoice, GbufferPreset, Light, LightKind, LightPath, Material, Mesh,
-    Object, OptionalPart, Output, Resolve, Scene, Settings, TargetChoice, Texture, Transparency, View,
+    AlphaMode, Brdf, Falloff, GbufferChoice, GbufferPreset, Light, LightKind, LightPath, Material, Mesh, Object,
+    OptionalPart, Output, Resolve, Scene, Settings, TargetChoice, Texture, TextureSlot, Transparency, View,
 };
 
 pub const VIEWS: [View; 13] = [
@@ -101,14 +101,14 @@ pub fn emissive() -> Material {
     Material { emissive: Vec3::new(0.0, 10.0, 0.0), ..Material::default() }
 }
 
-/// Six textures that differ from texel to texel, for [`textured`] and [`masked`].
+/// A texture for each slot that differs from texel to texel, for [`textured`] and [`masked`].
 pub fn add_textures(scene: &mut Scene) {
-    let color_space = |slot| if [0, 4, 5].contains(&slot) { ColorSpace::Srgb } else { ColorSpace::Linear };
-    scene.textures = (0..6)
+    scene.textures = TextureSlot::ALL
+        .into_iter()
         .map(|slot| Texture {
-            name: format!("texture {slot}"),
+            name: slot.form().key.into(),
             size: [2, 2],
-            color_space: color_space(slot),
+            color_space: slot.form().color_space,
             texels: [[255, 90, 200, 0], [10, 128, 250, 255], [0, 20, 128, 60], [99, 30, 180, 255]].concat(),
         })
         .collect();
@@ -117,7 +117,7 @@ pub fn add_textures(scene: &mut Scene) {
 /// With a texture in every slot.
 pub fn textured(brdf: Brdf) -> Material {
     let mut material = Material { brdf, ..Material::default() };
-    material.texture_slots_mut().into_iter().enumerate().for_each(|(index, slot)| *slot = Some(index));
+    TextureSlot::ALL.into_iter().for_each(|slot| *material.texture_mut(slot) = Some(slot as usize));
     material
 }
 

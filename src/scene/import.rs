@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use glam::DAffine3;
 
-use super::{Material, Mesh, Object, Scene, Texture};
+use super::{Material, Mesh, Object, Scene, Texture, TextureSlot};
 
 /// How to load a model.
 #[derive(Default, Clone, Copy)]
@@ -57,7 +57,11 @@ impl Imported {
         scene.meshes.extend(self.meshes);
         scene.textures.extend(self.textures);
         scene.materials.extend(self.materials.into_iter().map(|mut material| {
-            material.texture_slots_mut().into_iter().flatten().for_each(|texture| *texture += first_texture);
+            for slot in TextureSlot::ALL {
+                if let Some(texture) = material.texture_mut(slot) {
+                    *texture += first_texture;
+                }
+            }
             material
         }));
         scene.objects.extend(self.objects.into_iter().map(|object| Object {

@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use super::{ColorSpace, OptionalPart};
+
 /// A reflection model (docs/FORMULAS.md has the formulas; `shaders/shared/brdf.wgsl` is the code).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, PartialOrd, Ord)]
 pub enum Brdf {
@@ -31,7 +33,7 @@ pub enum AlphaMode {
     Glass,
 }
 
-/// The texture slots of a material, in the order of their descriptor bindings.
+/// The texture slots of a material, in the order of their descriptor bindings. [`TextureSlot::form`] is what there is to know of each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum TextureSlot {
     /// sRGB colour; linear alpha.
@@ -52,6 +54,116 @@ impl TextureSlot {
     /// All slots, in order.
     pub const ALL: [Self; 6] =
         [Self::BaseColor, Self::Normal, Self::MetallicRoughness, Self::Occlusion, Self::Emissive, Self::Specular];
+
+    pub fn form(self) -> &'static SlotForm {
+        &FORMS[self as usize]
+    }
+}
+
+/// What the program asks of a texture slot.
+#[derive(Debug, Clone, Copy)]
+pub struct SlotForm {
+    /// Its key in scene files.
+    pub key: &'static str,
+    /// As reports call the textures in it.
+    pub name: &'static str,
+    /// Its word for `--plan`.
+    pub part: OptionalPart,
+    pub color_space: ColorSpace,
+    /// Red, green, blue and alpha: which of them count.
+    pub channels: [bool; 4],
+    /// Whether the Phong models alone look at it, or the others alone.
+    pub phong: Option<bool>,
+    /// Puts into the factors what a texture says all over, in linear values.
+    pub(crate) fold: fn(&mut Material, [f64; 4]),
+    get: fn(&Material) -> Option<usize>,
+    get_mut: fn(&mut Material) -> &mut Option<usize>,
+}
+
+const RED: [bool; 4] = [true, false, false, false];
+const RGB: [bool; 4] = [true, true, true, false];
+
+/// In the order of [`TextureSlot`]. White is neutral to all but normal maps.
+pub(crate) const FORMS: [SlotForm; 6] = [
+    SlotForm {
+        key: "base_color_texture",
+        name: "base colour textures",
+        part: OptionalPart::BaseColorTextures,
+        color_space: ColorSpace::Srgb,
+        // Alpha counts where the material looks at it.
+        channels: RGB,
+        phong: None,
+        fold: |material, color| material.base_color = times(material.base_color, color),
+        get: |material| material.base_color_texture,
+        get_mut: |material| &mut material.base_color_texture,
+    },
+    SlotForm {
+        key: "normal_texture",
+        name: "normal maps",
+        part: OptionalPart::NormalMaps,
+        color_space: ColorSpace::Linear,
+        channels: RGB,
+        phong: None,
+        // Only a flat one can be left out.
+        fold: |_, _| {},
+        get: |material| material.normal_texture,
+        get_mut: |material| &mut material.normal_texture,
+    },
+    SlotForm {
+        key: "metallic_roughness_texture",
+        name: "metallic-roughness textures",
+        part: OptionalPart::MetallicRoughnessTextures,
+        color_space: ColorSpace::Linear,
+        channels: [false, true, true, false],
+        phong: Some(false),
+        fold: |material, color| {
+            material.roughness = scaled(material.roughness, color[1]);
+            material.metallic = scaled(material.metallic, color[2]);
+        },
+        get: |material| material.metallic_roughness_texture,
+        get_mut: |material| &mut material.metallic_roughness_texture,
+    },
+    SlotForm {
+        key: "occlusion_texture",
+        name: "ambient occlusion textures",
+        part: OptionalPart::OcclusionTextures,
+        color_space: ColorSpace::Linear,
+        channels: RED,
+        phong: None,
+        fold: |material, color| material.ambient = scaled(material.ambient, color[0]),
+        get: |material| material.occlusion_texture,
+        get_mut: |material| &mut material.occlusion_texture,
+    },
+    SlotForm {
+        key: "emissive_texture",
+        name: "emissive textures",
+        part: OptionalPart::EmissiveTextures,
+        color_space: ColorSpace::Srgb,
+        channels: RGB,
+        phong: None,
+        fold: |material, color| material.emissive = times(material.emissive, color),
+        get: |material| material.emissive_texture,
+        get_mut: |material| &mut material.emissive_texture,
+    },
+    SlotForm {
+        key: "specular_texture",
+        name: "specular textures",
+        part: OptionalPart::SpecularTextures,
+        color_space: ColorSpace::Srgb,
+        channels: RGB,
+        phong: Some(true),
+        fold: |material, color| material.specular = times(material.specular, color),
+        get: |material| material.specular_texture,
+        get_mut: |material| &mut material.specular_texture,
+    },
+];
+
+pub(crate) fn scaled(factor: f32, by: f64) -> f32 {
+    (f64::from(factor) * by) as f32
+}
+
+fn times(factor: Vec3, color: [f64; 4]) -> Vec3 {
+    Vec3::new(scaled(factor.x, color[0]), scaled(factor.y, color[1]), scaled(factor.z, color[2]))
 }
 
 /// A material; factors multiply what the textures say. Colours are linear RGB.
@@ -126,33 +238,17 @@ impl Default for Material {
 impl Material {
     /// The textures in use, by slot.
     pub fn textures(&self) -> impl Iterator<Item = (TextureSlot, usize)> {
-        [
-            (TextureSlot::BaseColor, self.base_color_texture),
-            (TextureSlot::Normal, self.normal_texture),
-            (TextureSlot::MetallicRoughness, self.metallic_roughness_texture),
-            (TextureSlot::Occlusion, self.occlusion_texture),
-            (TextureSlot::Emissive, self.emissive_texture),
-            (TextureSlot::Specular, self.specular_texture),
-        ]
-        .into_iter()
-        .filter_map(|(slot, texture)| texture.map(|texture| (slot, texture)))
+        TextureSlot::ALL.into_iter().filter_map(|slot| self.texture(slot).map(|texture| (slot, texture)))
     }
 
     /// The texture in a slot.
     pub fn texture(&self, slot: TextureSlot) -> Option<usize> {
-        self.textures().find(|&(own, _)| own == slot).map(|(_, texture)| texture)
+        (slot.form().get)(self)
     }
 
-    /// The texture slots, in the order of [`Material::textures`].
-    pub fn texture_slots_mut(&mut self) -> [&mut Option<usize>; 6] {
-        [
-            &mut self.base_color_texture,
-            &mut self.normal_texture,
-            &mut self.metallic_roughness_texture,
-            &mut self.occlusion_texture,
-            &mut self.emissive_texture,
-            &mut self.specular_texture,
-        ]
+    /// The texture in a slot, to be changed.
+    pub fn texture_mut(&mut self, slot: TextureSlot) -> &mut Option<usize> {
+        (slot.form().get_mut)(self)
     }
 
     /// Whether texels below a cut-off are left out.

@@ -39,7 +39,7 @@ fn corrupt(scene: &mut Scene, kind: u8, at: usize, value: f64, number: usize) {
         11 => scene.objects[object].material = number,
         12 => scene.objects[object].transform.matrix3 *= value,
         13 => scene.objects[object].transform.translation[at % 3] = value,
-        14 => *scene.materials[material].texture_slots_mut()[at % 6] = Some(number),
+        14 => *scene.materials[material].texture_mut(TextureSlot::ALL[at % TextureSlot::ALL.len()]) = Some(number),
         15 => scene.materials[material].roughness = single,
         16 => scene.materials[material].emissive = Vec3::splat(single),
         17 => scene.materials[material].alpha_mode = AlphaMode::Mask { cutoff: single },

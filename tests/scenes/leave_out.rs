@@ -17,7 +17,7 @@ use afterlight::plan::{FramePlan, PartGroup};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
     AlphaMode, Brdf, ColorSpace, Environment, Falloff, HdrFormat, Keep, LightPath, Material, OptionalPart as P, Scene,
-    Settings, Texture,
+    Settings, Texture, TextureSlot,
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -195,7 +195,9 @@ fn cases() -> Vec<Case> {
         // With a texture in every slot of one or the other, and lamps of every fall-off.
         case(Clustered, &[P::Transparent, P::UnusedTextures], {
             let slots = |m: &mut Material| {
-                m.texture_slots_mut().into_iter().zip([0, 1, 2, 2, 0, 0]).for_each(|(slot, own)| *slot = Some(own));
+                for (slot, own) in TextureSlot::ALL.into_iter().zip([0, 1, 2, 2, 0, 0]) {
+                    *m.texture_mut(slot) = Some(own);
+                }
             };
             let (mut first, mut second) = (Material { emissive: Vec3::ONE, ..Material::default() }, phong_again);
             slots(&mut first);

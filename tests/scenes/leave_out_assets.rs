@@ -3,7 +3,7 @@
 use afterlight::gpu::MemoryKind;
 use afterlight::scene::{
     AlphaMode, Brdf, Camera, ColorSpace, Environment, Keep, Light, LightKind, LightPath, Material, Mesh, Object,
-    OptionalPart, Scene, Settings, Texture, Transparency, View,
+    OptionalPart, Scene, Settings, Texture, TextureSlot, Transparency, View,
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -183,7 +183,7 @@ fn with_all_textures(brdf: Brdf) -> Material {
         emissive: Vec3::splat(20.0),
         ..plain()
     };
-    material.texture_slots_mut().into_iter().enumerate().for_each(|(index, slot)| *slot = Some(index));
+    TextureSlot::ALL.into_iter().for_each(|slot| *material.texture_mut(slot) = Some(slot as usize));
     material
 }
 

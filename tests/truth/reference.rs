@@ -11,7 +11,7 @@ use afterlight::reference::{Mode, Options, Reference, Smith, TriangleId, Truth, 
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
     AlphaMode, Camera, CastsShadow, ColorSpace, Environment, Falloff, Light, LightKind, Material, Scene, Settings,
-    ShadowSettings, Texture,
+    ShadowSettings, Texture, TextureSlot,
 };
 use glam::{DAffine3, DQuat, DVec2, DVec3, Vec3};
 
@@ -462,7 +462,7 @@ fn the_renderer_in_32_bits_is_near_the_truth_where_both_see_the_same_triangle() 
             let mut scene = open(spec);
             scene.textures.clear();
             for material in &mut scene.materials {
-                material.texture_slots_mut().into_iter().for_each(|slot| *slot = None);
+                TextureSlot::ALL.into_iter().for_each(|slot| *material.texture_mut(slot) = None);
             }
             let shadows = ShadowSettings { enabled: false, ..ShadowSettings::default() };
             let settings = Settings { shadows, ..exact(160, 90) };

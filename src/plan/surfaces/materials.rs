@@ -7,9 +7,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use glam::Vec3;
-
-use crate::scene::{AlphaMode, Brdf, ColorSpace, Material, OptionalPart, Scene, Settings, Texture, TextureSlot};
+use crate::scene::{
+    AlphaMode, Brdf, ColorSpace, Material, OptionalPart, Scene, Settings, Texture, TextureSlot, scaled,
+};
 
 /// Materials as they are drawn, and what became of them.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -76,47 +76,27 @@ impl EffectiveMaterials {
 
     /// The material with what textures say all over in its factors.
     fn fold(&mut self, mut material: Material, texels: &mut Texels) -> Material {
-        // What a mask decides must not be a matter of rounding.
-        if !material.is_masked()
-            && let Some(color) =
-                texels.color(material.base_color_texture, [true, true, true, material.is_transparent()])
-        {
-            material.base_color = times(material.base_color, color);
-            if material.is_transparent() {
-                material.alpha = scaled(material.alpha, color[3]);
+        for slot in TextureSlot::ALL {
+            let form = slot.form();
+            let [red, green, blue, _] = form.channels;
+            let is_covering = slot == TextureSlot::BaseColor;
+            let alpha = is_covering && material.is_transparent();
+            // What a mask decides must not be a matter of rounding.
+            let texture = material.texture(slot).filter(|_| !(is_covering && material.is_masked()));
+            let color = match slot {
+                TextureSlot::Normal => texture.filter(|&texture| texels.is_flat(texture)).map(|_| [1.0; 4]),
+                _ => texels.color(texture, [red, green, blue, alpha]),
+            };
+            if let Some(color) = color {
+                (form.fold)(&mut material, color);
+                if alpha {
+                    material.alpha = scaled(material.alpha, color[3]);
+                }
+                self.constant.extend(material.texture_mut(slot).take());
             }
-            self.constant.extend(material.base_color_texture.take());
-        }
-        if material.normal_texture.is_some_and(|texture| texels.is_flat(texture)) {
-            self.constant.extend(material.normal_texture.take());
-        }
-        if let Some(color) = texels.color(material.metallic_roughness_texture, [false, true, true, false]) {
-            material.roughness = scaled(material.roughness, color[1]);
-            material.metallic = scaled(material.metallic, color[2]);
-            self.constant.extend(material.metallic_roughness_texture.take());
-        }
-        if let Some(color) = texels.color(material.occlusion_texture, [true, false, false, false]) {
-            material.ambient = scaled(material.ambient, color[0]);
-            self.constant.extend(material.occlusion_texture.take());
-        }
-        if let Some(color) = texels.color(material.emissive_texture, [true, true, true, false]) {
-            material.emissive = times(material.emissive, color);
-            self.constant.extend(material.emissive_texture.take());
-        }
-        if let Some(color) = texels.color(material.specular_texture, [true, true, true, false]) {
-            material.specular = times(material.specular, color);
-            self.constant.extend(material.specular_texture.take());
         }
         material
     }
-}
-
-fn scaled(factor: f32, by: f64) -> f32 {
-    (f64::from(factor) * by) as f32
-}
-
-fn times(factor: Vec3, color: [f64; 4]) -> Vec3 {
-    Vec3::new(scaled(factor.x, color[0]), scaled(factor.y, color[1]), scaled(factor.z, color[2]))
 }
 
 /// Red, green, blue and alpha: which of them count.
@@ -185,20 +165,10 @@ fn decoded([red, green, blue, alpha]: [u8; 4], color_space: ColorSpace) -> [f64;
     [decode(red), decode(green), decode(blue), f64::from(alpha) / 255.0]
 }
 
-/// The part that keeps a slot in every material.
-pub(super) fn part_of(slot: TextureSlot) -> OptionalPart {
-    match slot {
-        TextureSlot::BaseColor => OptionalPart::BaseColorTextures,
-        TextureSlot::Normal => OptionalPart::NormalMaps,
-        TextureSlot::MetallicRoughness => OptionalPart::MetallicRoughnessTextures,
-        TextureSlot::Occlusion => OptionalPart::OcclusionTextures,
-        TextureSlot::Emissive => OptionalPart::EmissiveTextures,
-        TextureSlot::Specular => OptionalPart::SpecularTextures,
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
     use crate::plan::samples;
     use crate::scene::Keep;

@@ -3,7 +3,6 @@
 use std::fmt;
 
 use super::SurfaceRules;
-use super::materials::part_of;
 use crate::plan::Shading;
 use crate::scene::{AlphaMode, Brdf, Material, Object, OptionalPart, TextureSlot, View};
 
@@ -20,6 +19,11 @@ impl TextureMask {
 
     pub fn with(self, slot: TextureSlot) -> Self {
         Self(self.0 | 1 << slot as u8)
+    }
+
+    /// As shaders have it (`shaders/shared/material.wgsl`).
+    pub fn bits(self) -> u32 {
+        u32::from(self.0)
     }
 
     pub fn is_empty(self) -> bool {
@@ -119,16 +123,14 @@ impl GeometryKey {
         let counting = rules.shading.only_covers();
         let brdf = rules.brdf(material);
         let phong = is_phong(brdf);
+        let shown = matches!(rules.shading, Shading::ShowGbuffer(View::Metallic | View::Roughness));
+        let of_model = |slot: TextureSlot| !counting && slot.form().phong.is_none_or(|own| own == phong);
         let wanted = |slot| match slot {
             TextureSlot::BaseColor => !counting || material.is_masked(),
-            TextureSlot::Normal => !counting,
-            TextureSlot::MetallicRoughness => {
-                let shown = matches!(rules.shading, Shading::ShowGbuffer(View::Metallic | View::Roughness));
-                !counting && !phong && (brdf != Brdf::Lambert || shown)
-            }
-            TextureSlot::Occlusion => !counting && rules.ambient,
+            TextureSlot::MetallicRoughness => of_model(slot) && (brdf != Brdf::Lambert || shown),
+            TextureSlot::Occlusion => of_model(slot) && rules.ambient,
             TextureSlot::Emissive => shows_emission(material, rules),
-            TextureSlot::Specular => !counting && phong,
+            _ => of_model(slot),
         };
         material.textures().map(|(slot, _)| slot).filter(|&slot| wanted(slot)).collect()
     }
@@ -146,7 +148,7 @@ impl GeometryKey {
             TextureSlot::Emissive => rules.emissive,
             _ => true,
         };
-        TextureSlot::ALL.into_iter().filter(|&slot| has_code(slot) && rules.keep.has(part_of(slot))).collect()
+        TextureSlot::ALL.into_iter().filter(|&slot| has_code(slot) && rules.keep.has(slot.form().part)).collect()
     }
 }
 

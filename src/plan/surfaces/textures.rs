@@ -152,15 +152,6 @@ mod tests {
     use crate::plan::samples::{self, keeping, plan};
     use crate::scene::{Brdf, CastsShadow, Keep, Material, Settings, View};
 
-    const SLOT_PARTS: [OptionalPart; 6] = [
-        OptionalPart::BaseColorTextures,
-        OptionalPart::NormalMaps,
-        OptionalPart::MetallicRoughnessTextures,
-        OptionalPart::OcclusionTextures,
-        OptionalPart::EmissiveTextures,
-        OptionalPart::SpecularTextures,
-    ];
-
     #[test]
     fn only_what_is_sampled_lies_on_the_device() {
         let mut scene = samples::scene(
@@ -198,7 +189,7 @@ mod tests {
         let scene = samples::scene(vec![glow, samples::textured(Brdf::CookTorrance)], vec![samples::sky()]);
         let lean = plan(&scene, &Settings::default());
         assert!(lean.textures.mask(0).is_empty());
-        for (slot, part) in TextureSlot::ALL.into_iter().zip(SLOT_PARTS) {
+        for (slot, part) in TextureSlot::ALL.map(|slot| (slot, slot.form().part)) {
             let kept = plan(&scene, &keeping(&[part]));
             let image = &kept.textures.images[kept.textures.sets[&0][&slot]];
             let neutral = if slot == TextureSlot::Normal { [128, 128, 255, 255] } else { [255; 4] };
@@ -209,8 +200,14 @@ mod tests {
             assert!(kept.keys().all(|key| key.textures.contains(slot)) && kept.streams.uvs, "{part}");
             assert_eq!(kept.streams.tangents, lean.streams.tangents || slot == TextureSlot::Normal);
         }
-        let all = plan(&scene, &Settings { keep: SLOT_PARTS.into_iter().collect(), ..Settings::default() });
-        assert_eq!(all.textures.mask(0).slots().count(), 6);
+        let all = plan(
+            &scene,
+            &Settings {
+                keep: TextureSlot::ALL.map(|slot| slot.form().part).into_iter().collect(),
+                ..Settings::default()
+            },
+        );
+        assert_eq!(all.textures.mask(0).slots().count(), TextureSlot::ALL.len());
     }
 
     #[test]

@@ -8,7 +8,7 @@ use glam::Vec3;
 use super::node::{FACTOR, Node, SHARE, STRENGTH, Table};
 use super::schema;
 use crate::scene::texture::read_image;
-use crate::scene::{AlphaMode, ColorSpace, Error, Material, Scene, Texture};
+use crate::scene::{AlphaMode, ColorSpace, Error, Material, Scene, SlotForm, Texture, TextureSlot};
 
 /// Textures that have been read, so that two materials share one image.
 pub(super) struct Textures<'a> {
@@ -46,26 +46,23 @@ pub(super) fn material(node: &Node, scene: &mut Scene, textures: &mut Textures) 
     let slots = read_textures(&table, scene, textures)?;
     for material in scene.materials.iter_mut().filter(|material| material.name == name) {
         change(&table, material)?;
-        for (slot, texture) in material.texture_slots_mut().into_iter().zip(slots) {
-            *slot = texture.or(*slot);
+        for &(slot, texture) in &slots {
+            *material.texture_mut(slot) = Some(texture);
         }
     }
     Ok(())
 }
 
-/// In the order of [`Material::texture_slots_mut`].
-fn read_textures(table: &Table, scene: &mut Scene, textures: &mut Textures) -> Result<[Option<usize>; 6], Error> {
-    let mut slots = [None; 6];
-    let keys = [
-        ("base_color_texture", ColorSpace::Srgb),
-        ("normal_texture", ColorSpace::Linear),
-        ("metallic_roughness_texture", ColorSpace::Linear),
-        ("occlusion_texture", ColorSpace::Linear),
-        ("emissive_texture", ColorSpace::Srgb),
-        ("specular_texture", ColorSpace::Srgb),
-    ];
-    for (slot, (key, color_space)) in slots.iter_mut().zip(keys) {
-        *slot = table.read(key, |node| textures.load(node, color_space, scene))?;
+fn read_textures(
+    table: &Table,
+    scene: &mut Scene,
+    textures: &mut Textures,
+) -> Result<Vec<(TextureSlot, usize)>, Error> {
+    let mut slots = Vec::new();
+    for slot in TextureSlot::ALL {
+        let SlotForm { key, color_space, .. } = *slot.form();
+        let texture = table.read(key, |node| textures.load(node, color_space, scene))?;
+        slots.extend(texture.map(|texture| (slot, texture)));
     }
     Ok(slots)
 }

@@ -4,6 +4,7 @@
 use crate::scene::settings;
 
 use super::lights::LIGHT;
+use crate::scene::FORMS;
 
 /// A table of the scene file and the keys that it takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,32 +52,34 @@ pub(super) const SHAPE: Schema =
 pub(super) const INSTANCE: Schema = Schema { table: "models.instances", keys: &["translation", "rotation", "scale"] };
 pub(super) const ROTATION: Schema = Schema { table: "rotation", keys: &["quaternion", "axis", "degrees"] };
 pub(super) const GRID: Schema = Schema { table: "models.grid", keys: &["count", "spacing"] };
-pub(super) const MATERIAL: Schema = Schema {
-    table: "materials",
-    keys: &[
-        "name",
-        "brdf",
-        "base_color",
-        "alpha",
-        "alpha_mode",
-        "alpha_cutoff",
-        "metallic",
-        "roughness",
-        "specular",
-        "shininess",
-        "ambient",
-        "emissive",
-        "emissive_strength",
-        "normal_scale",
-        "two_sided",
-        "base_color_texture",
-        "normal_texture",
-        "metallic_roughness_texture",
-        "occlusion_texture",
-        "emissive_texture",
-        "specular_texture",
-    ],
+/// Keys of materials besides those of the texture slots.
+const FACTORS: &[&str] = &[
+    "name",
+    "brdf",
+    "base_color",
+    "alpha",
+    "alpha_mode",
+    "alpha_cutoff",
+    "metallic",
+    "roughness",
+    "specular",
+    "shininess",
+    "ambient",
+    "emissive",
+    "emissive_strength",
+    "normal_scale",
+    "two_sided",
+];
+const MATERIAL_KEYS: [&str; FACTORS.len() + FORMS.len()] = {
+    let mut keys = [""; FACTORS.len() + FORMS.len()];
+    let mut index = 0;
+    while index < keys.len() {
+        keys[index] = if index < FACTORS.len() { FACTORS[index] } else { FORMS[index - FACTORS.len()].key };
+        index += 1;
+    }
+    keys
 };
+pub(super) const MATERIAL: Schema = Schema { table: "materials", keys: &MATERIAL_KEYS };
 pub(super) const CAMERA: Schema = Schema {
     table: "camera",
     keys: &["position", "target", "up", "rotation", "fov_y_degrees", "orthographic_height", "near", "exposure"],

@@ -239,7 +239,7 @@ pub(super) fn finish(
     let materials = pending.into_iter().map(|PendingMaterial { mut material, requests, .. }| {
         for (slot, request) in requests {
             let (texture, has_holes, downwardness) = outcomes[numbers[&request]];
-            put(&mut material, slot, texture);
+            *material.texture_mut(slot) = texture;
             if slot == TextureSlot::BaseColor && has_holes && !material.is_transparent() {
                 material.alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
             }
@@ -265,17 +265,6 @@ fn turn_normal_maps(textures: &mut [Texture], maps: &[(usize, f32)], warnings: &
     }
     let (first, count) = (&textures[maps[0].0].name, maps.len());
     warnings.push(format!("normal maps ({count}, as `{first}`) have green pointing down, as in DirectX; turned over"));
-}
-
-fn put(material: &mut Material, slot: TextureSlot, texture: Option<usize>) {
-    *match slot {
-        TextureSlot::BaseColor => &mut material.base_color_texture,
-        TextureSlot::Normal => &mut material.normal_texture,
-        TextureSlot::MetallicRoughness => &mut material.metallic_roughness_texture,
-        TextureSlot::Occlusion => &mut material.occlusion_texture,
-        TextureSlot::Emissive => &mut material.emissive_texture,
-        TextureSlot::Specular => &mut material.specular_texture,
-    } = texture;
 }
 
 /// The definitions of the libraries that an OBJ names, by name; a later one of the same name wins, as in tobj.
