@@ -30,6 +30,7 @@ var<immediate> push: Push;
 @group(1) @binding(3) var occlusion_texture: texture_2d<f32>;
 @group(1) @binding(4) var emissive_texture: texture_2d<f32>;
 @group(1) @binding(5) var specular_texture: texture_2d<f32>;
+@group(1) @binding(6) var shininess_texture: texture_2d<f32>;
 @group(1) @binding(15) var texture_sampler: sampler;
 #endif
 
@@ -40,6 +41,7 @@ const METALLIC_ROUGHNESS: u32 = 4u;
 const OCCLUSION: u32 = 8u;
 const EMISSIVE: u32 = 16u;
 const SPECULAR: u32 = 32u;
+const SHININESS: u32 = 64u;
 
 // What a material says of a point, in its own terms.
 struct Point {
@@ -147,6 +149,9 @@ fn point_at(uv: vec2<f32>, textures: u32) -> Point {
         let texel = textureSample(metallic_roughness_texture, texture_sampler, uv);
         point.roughness *= texel.g;
         point.metallic *= texel.b;
+    }
+    if (textures & SHININESS) != 0u {
+        point.roughness *= textureSample(shininess_texture, texture_sampler, uv).g;
     }
     if (textures & SPECULAR) != 0u {
         point.specular *= textureSample(specular_texture, texture_sampler, uv).rgb;

@@ -487,18 +487,17 @@ fn a_geometry_pipeline_samples_what_its_brdf_and_view_look_at() {
     let slots = |scene: &Scene, seen| {
         let plan = view(scene, seen);
         assert_eq!(plan.geometry.len(), 1);
-        [S::BaseColor, S::Normal, S::MetallicRoughness, S::Occlusion, S::Emissive, S::Specular]
-            .map(|s| sampled(&plan, s))
+        S::ALL.map(|s| sampled(&plan, s))
     };
-    assert_eq!(slots(&lit, View::Final), [true, true, true, true, false, false]);
-    assert_eq!(slots(&lit, View::Overdraw), [false; 6]);
+    assert_eq!(slots(&lit, View::Final), [true, true, true, true, false, false, false]);
+    assert_eq!(slots(&lit, View::Overdraw), [false; 7]);
     lit.materials[0].emissive = Vec3::ONE;
-    assert_eq!(slots(&lit, View::Final), [true, true, true, true, true, false]);
+    assert_eq!(slots(&lit, View::Final), [true, true, true, true, true, false, false]);
     lit.materials[0].brdf = Brdf::Phong;
-    assert_eq!(slots(&lit, View::Final), [true, true, false, true, true, true]);
+    assert_eq!(slots(&lit, View::Final), [true, true, false, true, true, true, true]);
     lit.materials[0].brdf = Brdf::Lambert;
-    assert_eq!(slots(&lit, View::Final), [true, true, false, true, true, false]);
-    assert_eq!(slots(&lit, View::Roughness), [true, true, true, false, false, false]);
+    assert_eq!(slots(&lit, View::Final), [true, true, false, true, true, false, false]);
+    assert_eq!(slots(&lit, View::Roughness), [true, true, true, false, false, false, false]);
 }
 
 #[test]

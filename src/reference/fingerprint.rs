@@ -99,6 +99,7 @@ impl Fingerprint {
             occlusion_texture,
             emissive_texture,
             specular_texture,
+            shininess_texture,
         } = material;
         self.brdf(Some(*brdf));
         [base_color, specular, emissive].into_iter().for_each(|color| self.color(*color));
@@ -115,7 +116,10 @@ impl Fingerprint {
         self.single(cutoff);
         self.number(u64::from(*two_sided));
         let slots = [base_color_texture, normal_texture, metallic_roughness_texture, occlusion_texture];
-        slots.into_iter().chain([emissive_texture, specular_texture]).for_each(|slot| self.slot(*slot));
+        slots
+            .into_iter()
+            .chain([emissive_texture, specular_texture, shininess_texture])
+            .for_each(|slot| self.slot(*slot));
     }
 
     fn brdf(&mut self, brdf: Option<Brdf>) {

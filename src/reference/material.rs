@@ -95,7 +95,7 @@ pub fn surface(
         metallic: f64::from(material.metallic) * shape.z,
         roughness: f64::from(material.roughness) * shape.y,
         specular: material.specular.as_dvec3() * place.texel(material.specular_texture).truncate(),
-        shininess: f64::from(material.shininess),
+        shininess: f64::from(material.shininess) * place.texel(material.shininess_texture).y,
         occlusion: ambient * place.texel(material.occlusion_texture).x,
         emissive: material.emissive.as_dvec3() * place.texel(material.emissive_texture).truncate(),
         alpha: if material.is_transparent() { base.w.clamp(0.0, 1.0) } else { 1.0 },

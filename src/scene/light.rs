@@ -56,6 +56,7 @@ pub struct LightForm {
     pub place: Option<DVec3>,
     /// Where its light travels to, of any length but 0; `None` for one that shines all around.
     pub direction: Option<DVec3>,
+    /// What its rays fill.
     pub outline: Outline,
     /// Metres beyond which it is exactly zero.
     pub range: Option<f64>,
@@ -66,17 +67,12 @@ pub struct LightForm {
 /// What a light's rays fill.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Outline {
+    /// All of it.
     Space,
     /// Half angles in degrees: full up to the inner one, none from the outer one on.
-    Cone {
-        inner: f64,
-        outer: f64,
-    },
+    Cone { inner: f64, outer: f64 },
     /// Its radius in metres, and how much of that is soft.
-    Cylinder {
-        radius: f64,
-        edge: f64,
-    },
+    Cylinder { radius: f64, edge: f64 },
 }
 
 /// How shadow maps look at the scene for a light.
@@ -86,13 +82,16 @@ pub enum Sight {
     Far,
     /// From the light's place along its direction; half of how wide that is a metre away, or everywhere if rays are parallel.
     Ahead(f64),
+    /// To all sides.
     Around,
 }
 
 /// What a light's volume is the image of: a unit sphere, or a cone with its apex at zero, its axis +Z and its base of radius 1 at 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Solid {
+    /// Around zero.
     Sphere,
+    /// Along +Z.
     Cone,
 }
 
@@ -107,6 +106,7 @@ pub struct LightTrait {
     pub name: &'static str,
 }
 
+/// All of them, in the order of reports.
 pub const TRAITS: &[LightTrait] = &[
     LightTrait { bit: CONES, part: OptionalPart::SpotCones, name: "spot cones" },
     LightTrait { bit: BEAMS, part: OptionalPart::Beams, name: "beams" },
@@ -324,6 +324,7 @@ impl LightForm {
         self.falloff.map_or(without, |falloff| falloff.index())
     }
 
+    /// How its shadow maps look at the scene.
     pub fn sight(&self) -> Sight {
         match self.outline {
             _ if self.place.is_none() => Sight::Far,

@@ -48,15 +48,26 @@ pub enum TextureSlot {
     Emissive,
     /// Ks of the Phong models, sRGB colour.
     Specular,
+    /// A share of the Phong models' Ns in green, where others have their roughness. Linear.
+    Shininess,
 }
 
 impl TextureSlot {
     /// All slots, in order.
-    pub const ALL: [Self; 6] =
-        [Self::BaseColor, Self::Normal, Self::MetallicRoughness, Self::Occlusion, Self::Emissive, Self::Specular];
+    pub const ALL: [Self; 7] = [
+        Self::BaseColor,
+        Self::Normal,
+        Self::MetallicRoughness,
+        Self::Occlusion,
+        Self::Emissive,
+        Self::Specular,
+        Self::Shininess,
+    ];
 
+    /// What there is to know of the slot.
     pub fn form(self) -> &'static SlotForm {
-        &FORMS[self as usize]
+        let forms: &'static [SlotForm] = &FORMS;
+        &forms[self as usize]
     }
 }
 
@@ -69,6 +80,7 @@ pub struct SlotForm {
     pub name: &'static str,
     /// Its word for `--plan`.
     pub part: OptionalPart,
+    /// Of textures in it.
     pub color_space: ColorSpace,
     /// Red, green, blue and alpha: which of them count.
     pub channels: [bool; 4],
@@ -84,7 +96,7 @@ const RED: [bool; 4] = [true, false, false, false];
 const RGB: [bool; 4] = [true, true, true, false];
 
 /// In the order of [`TextureSlot`]. White is neutral to all but normal maps.
-pub(crate) const FORMS: [SlotForm; 6] = [
+pub(crate) const FORMS: [SlotForm; 7] = [
     SlotForm {
         key: "base_color_texture",
         name: "base colour textures",
@@ -156,6 +168,17 @@ pub(crate) const FORMS: [SlotForm; 6] = [
         get: |material| material.specular_texture,
         get_mut: |material| &mut material.specular_texture,
     },
+    SlotForm {
+        key: "shininess_texture",
+        name: "shininess textures",
+        part: OptionalPart::ShininessTextures,
+        color_space: ColorSpace::Linear,
+        channels: [false, true, false, false],
+        phong: Some(true),
+        fold: |material, color| material.shininess = scaled(material.shininess, color[1]),
+        get: |material| material.shininess_texture,
+        get_mut: |material| &mut material.shininess_texture,
+    },
 ];
 
 pub(crate) fn scaled(factor: f32, by: f64) -> f32 {
@@ -207,6 +230,8 @@ pub struct Material {
     pub emissive_texture: Option<usize>,
     /// Multiplies `specular`.
     pub specular_texture: Option<usize>,
+    /// Multiplies `shininess`.
+    pub shininess_texture: Option<usize>,
 }
 
 impl Default for Material {
@@ -231,6 +256,7 @@ impl Default for Material {
             occlusion_texture: None,
             emissive_texture: None,
             specular_texture: None,
+            shininess_texture: None,
         }
     }
 }

@@ -64,6 +64,8 @@ optional_parts! {
     OcclusionTextures = "occlusion-textures",
     EmissiveTextures = "emissive-textures",
     SpecularTextures = "specular-textures",
+    /// Textures of the power of the Phong models.
+    ShininessTextures = "shininess-textures",
     /// Textures of materials that no drawn object has, and those that no pipeline samples.
     UnusedTextures = "unused-textures",
     /// Textures of one colour, which the material's factor can hold.

@@ -10,7 +10,8 @@ use crate::common::stage::{
 use crate::common::truth::radiance;
 use afterlight::frame::Picture;
 use afterlight::scene::{
-    Brdf, Camera, ColorSpace, Environment, Falloff, Light, Material, Projection, Scene, Settings, Texture, View,
+    Brdf, Camera, ColorSpace, Environment, Falloff, Light, LightPath, Material, Projection, Scene, Settings, Texture,
+    View,
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
@@ -354,6 +355,42 @@ fn phong_and_blinn_phong_follow_their_formulas() {
             let material = Material { brdf, base_color, specular, shininess, ..Material::default() };
             assert_plane_is_the_formula(material, lobes(), SINGLE_LOBE);
         }
+    }
+}
+
+#[test]
+fn a_shininess_texture_scales_the_power_of_the_phong_models_and_of_no_other() {
+    // Right and left of the seam 51 and 204 of 255 in green; the other channels do not count.
+    let texels = (0..64u8).flat_map(|x| [x, if x < 32 { 204 } else { 51 }, 255 - x, x]).collect();
+    let texture = Texture { name: "halves".into(), size: [64, 1], color_space: ColorSpace::Linear, texels };
+    for brdf in [Brdf::Phong, Brdf::BlinnPhong, Brdf::CookTorrance] {
+        let shiny = Material { brdf, specular: Vec3::splat(0.5), shininess: 100.0, ..lambert(0.3) };
+        let mut scene = plane(Material { shininess_texture: Some(0), ..shiny.clone() }, lobes());
+        scene.textures = vec![texture.clone()];
+        on_gpu(|gpu| {
+            for light_path in [LightPath::Loop, LightPath::Forward] {
+                let picture = gpu.draw(&scene, &Settings { light_path, ..exact(EDGE, EDGE) });
+                let mut differing = 0;
+                for (x, y) in places(&picture) {
+                    let place = seen(picture.size, x, y);
+                    // A texel is 0.125 m wide.
+                    if place.x.abs() < 0.07 {
+                        continue;
+                    }
+                    // By hand: 0.8 and 0.2 of 100.
+                    let shininess = if place.x < 0.0 { 80.0 } else { 20.0 };
+                    let truth = |shininess| {
+                        radiance(&Material { shininess, ..shiny.clone() }, &scene.lights, place, DVec3::Z, EYE)
+                    };
+                    let (found, expected) = (nits(&picture, x, y), truth(shininess));
+                    let off = (found - expected).abs().max_element() / expected.max_element();
+                    assert!(off < SINGLE_LOBE, "{brdf} {light_path} ({x}, {y}): {found} for {expected}");
+                    differing +=
+                        usize::from((truth(100.0) - expected).abs().max_element() > 0.01 * expected.max_element());
+                }
+                assert_eq!(differing > 100, brdf != Brdf::CookTorrance, "{brdf} {light_path}: {differing}");
+            }
+        });
     }
 }
 

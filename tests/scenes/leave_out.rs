@@ -195,7 +195,7 @@ fn cases() -> Vec<Case> {
         // With a texture in every slot of one or the other, and lamps of every fall-off.
         case(Clustered, &[P::Transparent, P::UnusedTextures], {
             let slots = |m: &mut Material| {
-                for (slot, own) in TextureSlot::ALL.into_iter().zip([0, 1, 2, 2, 0, 0]) {
+                for (slot, own) in TextureSlot::ALL.into_iter().zip([0, 1, 2, 2, 0, 0, 2]) {
                     *m.texture_mut(slot) = Some(own);
                 }
             };

@@ -276,6 +276,10 @@ fn roughness_metalness_shininess_emission_and_specular_maps_are_packed() {
     let imported = with_material(&folder, "Ns 150\nmap_Ns grey.png");
     // (2 / (0.2 * 150 + 2))^(1/4) = 0.5
     assert_eq!((imported.textures[0].texels[1], imported.materials[0].roughness), (128, 1.0));
+    // The Phong models take it as it is: a fifth of their power.
+    let material = &imported.materials[0];
+    let share = &imported.textures[material.shininess_texture.expect("its own")];
+    assert_eq!((share.texels[1], share.color_space, material.shininess), (51, ColorSpace::Linear, 150.0));
 }
 
 #[test]

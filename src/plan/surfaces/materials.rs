@@ -210,22 +210,23 @@ mod tests {
         let grey = |space| texture(space, &[[128, 51, 255, 7]; 3]);
         let mut material = samples::textured(Brdf::Phong);
         (material.metallic, material.specular, material.emissive) = (0.5, Vec3::ONE, Vec3::splat(2.0));
-        (material.ambient, material.roughness) = (0.5, 0.5);
-        let spaces = [0, 1, 1, 1, 0, 0].map(|linear| if linear == 1 { ColorSpace::Linear } else { ColorSpace::Srgb });
+        (material.ambient, material.roughness, material.shininess) = (0.5, 0.5, 50.0);
+        let spaces =
+            [0, 1, 1, 1, 0, 0, 1].map(|linear| if linear == 1 { ColorSpace::Linear } else { ColorSpace::Srgb });
         let (own, effective) = drawn_with(material.clone(), spaces.map(grey).to_vec(), &Settings::default());
         let linear = 0.215_860_5;
         assert!((own.base_color.x - 0.8 * linear).abs() < 1e-6 && own.base_color.z == 0.8, "{}", own.base_color);
         assert!((own.emissive.x - 2.0 * linear).abs() < 1e-6 && own.emissive.z == 2.0);
         assert!((own.specular.x - linear).abs() < 1e-6 && own.specular.z == 1.0);
-        assert_eq!((own.roughness, own.metallic), (0.1, 0.5));
+        assert_eq!((own.roughness, own.metallic, own.shininess), (0.1, 0.5, 10.0));
         assert_eq!(own.ambient, (0.5f64 * 128.0 / 255.0) as f32);
         assert_eq!(own.alpha, 1.0, "an opaque material does not look at alpha");
         let left: Vec<_> = own.textures().collect();
         assert_eq!(left, [(TextureSlot::Normal, 1)], "a normal that leans all over is no neutral one");
-        assert_eq!(effective.constant, BTreeSet::from([0, 2, 3, 4, 5]));
+        assert_eq!(effective.constant, BTreeSet::from([0, 2, 3, 4, 5, 6]));
         let (kept, effective) =
             drawn_with(material.clone(), spaces.map(grey).to_vec(), &keeping(OptionalPart::ConstantTextures));
-        assert_eq!((kept, effective.constant.len()), (material, 5));
+        assert_eq!((kept, effective.constant.len()), (material, 6));
     }
 
     #[test]
@@ -233,13 +234,16 @@ mod tests {
         let material = samples::textured(Brdf::CookTorrance);
         let varying = |texels: [[u8; 4]; 2]| {
             let linear = |_| texture(ColorSpace::Linear, &texels);
-            let own = drawn(material.clone(), (0..6).map(linear).collect());
+            let own = drawn(material.clone(), (0..7).map(linear).collect());
             own.textures().map(|(slot, _)| slot).collect::<Vec<_>>()
         };
         use TextureSlot::*;
         assert_eq!(varying([[9, 9, 9, 0], [9, 9, 9, 255]]), [Normal]);
         assert_eq!(varying([[9, 9, 9, 9], [0, 9, 9, 9]]), [BaseColor, Normal, Occlusion, Emissive, Specular]);
-        assert_eq!(varying([[9, 9, 9, 9], [9, 0, 9, 9]]), [BaseColor, Normal, MetallicRoughness, Emissive, Specular]);
+        assert_eq!(
+            varying([[9, 9, 9, 9], [9, 0, 9, 9]]),
+            [BaseColor, Normal, MetallicRoughness, Emissive, Specular, Shininess]
+        );
         assert_eq!(
             varying([[128, 128, 255, 9], [128, 128, 250, 9]]),
             [BaseColor, MetallicRoughness, Emissive, Specular]

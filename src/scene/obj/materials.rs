@@ -171,9 +171,16 @@ impl MaterialReader<'_> {
         if metallic.is_some() && pending.material.metallic == 0.0 {
             pending.material.metallic = 1.0;
         }
+        // As it is, in green.
+        let share = shininess.clone().map(|source| Request::MetallicRoughness {
+            roughness: Some(source),
+            shininess: None,
+            metallic: None,
+        });
         let exponent = shininess.is_some().then(|| pending.material.shininess.to_bits());
         let request = Request::MetallicRoughness { roughness: roughness.or(shininess), shininess: exponent, metallic };
         pending.requests.push((TextureSlot::MetallicRoughness, request));
+        pending.requests.extend(share.map(|request| (TextureSlot::Shininess, request)));
     }
 
     fn emission(&mut self, pending: &mut PendingMaterial) {

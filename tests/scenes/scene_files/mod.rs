@@ -102,8 +102,8 @@ fn every_key_does_what_it_says() {
         (paint.brdf, paint.emissive, paint.two_sided),
         (Brdf::BlinnPhong, Vec3::new(1.0, 2.0, 3.0) * 10.0, true)
     );
-    assert_eq!(paint.textures().count(), 6);
-    // The same file as colour and as numbers is two textures, not six.
+    assert_eq!(paint.textures().count(), 7);
+    // The same file as colour and as numbers is two textures, not seven.
     assert_eq!(scene.textures.len(), 2);
     let crates = &scene.meshes[scene.objects.iter().find(|object| object.name == "crates").unwrap().mesh];
     assert_eq!(crates.tangents.len(), crates.positions.len());

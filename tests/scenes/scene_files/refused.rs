@@ -209,6 +209,14 @@ fn a_number_out_of_range_is_refused_with_the_range() {
             "scene.toml:3: materials[0].roughness = 1.01: must be from 0 to 1",
         ),
         ("[[materials]]\nname='a'\nbase_color = [0, 0, 2]", "materials[0].base_color[2] = 2: must be from 0 to 1"),
+        (
+            "[[materials]]\nname='a'\nshininess_texture = 'no.png'",
+            "scene.toml:3: materials[0].shininess_texture = 'no.png': ",
+        ),
+        (
+            "[[materials]]\nname='a'\nshininess_texture = 3",
+            "scene.toml:3: materials[0].shininess_texture = 3: must be a string",
+        ),
         ("[[materials]]\nname='a'\nalpha_cutoff = 0.3", "alpha_cutoff goes with alpha_mode = \"mask\""),
         ("[[models]]\nshape={kind='box'}\nscale = 0", "must not be 0"),
         ("[[models]]\nshape={kind='sphere', radius=-1}", "models[0].shape.radius = -1: must be from 1e-12"),
