@@ -9,7 +9,7 @@ use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 use super::{Carrier, Edge, RowName, Side};
 use crate::frame::list::GBUFFER_PASS;
 use crate::gpu::sync::Use;
-use crate::passes::forward;
+use crate::passes::{forward, lighting};
 
 /// The first layer that sees wrong masks of subpass dependencies.
 pub const LAYER: u32 = vk::make_api_version(0, 1, 4, 309);
@@ -75,6 +75,9 @@ const fn stages(first: S, second: S) -> S {
 
 const ALWAYS: fn(&Edge) -> bool = |_| true;
 const BETWEEN_SUBPASSES: fn(&Edge) -> bool = |edge| edge.by_region;
+/// TRANSPARENT reads depth that is visible already, and waits only for readers of what it drops.
+const WAITS_TO_DROP: fn(&Edge) -> bool =
+    |edge| !edge.after.access.intersects(accesses(A::DEPTH_STENCIL_ATTACHMENT_READ, A::DEPTH_STENCIL_ATTACHMENT_WRITE));
 const OVER_PRESENTED: Carrier =
     Carrier::ImageBarrier(vk::ImageLayout::PRESENT_SRC_KHR, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
 
@@ -113,7 +116,9 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             edge.before.stage.contains(S::TRANSFER)
                 && match edge.name {
                     RowName::GBUFFER_REUSE => edge.before.stage.contains(S::COLOR_ATTACHMENT_OUTPUT),
-                    RowName::TARGETS_REUSE => edge.to == forward::PASS.place,
+                    RowName::TARGETS_REUSE => {
+                        edge.to == forward::PASS.place || edge.before.stage.contains(S::COLOR_ATTACHMENT_OUTPUT)
+                    }
                     _ => true,
                 }
         },
@@ -133,7 +138,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               submitted in TRANSPARENT, so that COMPOSITE would blend over light that may not be there yet",
     },
     UnreportedMutants {
-        rows: &[RowName::LIGHTING_TO_TRANSPARENT, RowName::FORWARD_TO_TRANSPARENT],
+        rows: &[RowName::LIGHTING_TO_TRANSPARENT, RowName::FORWARD_TO_TRANSPARENT, RowName::PICTURE_TO_TONE],
         parts: Parts::Any(
             Side::After,
             S::COLOR_ATTACHMENT_OUTPUT,
@@ -144,6 +149,39 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         says: IN_ORDER,
         why: "the layer takes all that a render pass does to a colour attachment to be in rasterization order. That order holds within a \
               subpass; blending in a later one reads and writes what the earlier one wrote",
+    },
+    UnreportedMutants {
+        rows: &[RowName::PICTURE_TO_TONE],
+        parts: Parts::Any(Side::Before, S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE),
+        only: ALWAYS,
+        section: "Rasterization Order",
+        says: IN_ORDER,
+        why: "the same, seen from the other side",
+    },
+    UnreportedMutants {
+        rows: &[RowName::LIGHTING_TO_TRANSPARENT],
+        parts: Parts::Any(Side::Before, stages(S::COLOR_ATTACHMENT_OUTPUT, S::LATE_FRAGMENT_TESTS), A::empty()),
+        only: WAITS_TO_DROP,
+        section: "Rasterization Order",
+        says: IN_ORDER,
+        why: "the layer takes all that a render pass does to depth to be in rasterization order. TRANSPARENT drops depth that LIGHTING reads, in \
+              another subpass",
+    },
+    UnreportedMutants {
+        rows: &[RowName::LIGHTING_TO_TRANSPARENT],
+        parts: Parts::Any(Side::After, S::LATE_FRAGMENT_TESTS, A::empty()),
+        only: WAITS_TO_DROP,
+        section: "Rasterization Order",
+        says: IN_ORDER,
+        why: "the same, seen from the other side",
+    },
+    UnreportedMutants {
+        rows: &[RowName::TARGETS_REUSE],
+        parts: Parts::Any(Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE),
+        only: |edge| edge.to == lighting::PASS.place && edge.before.stage.contains(S::TRANSFER),
+        section: "VkDependencyFlagBits",
+        says: "VK_DEPENDENCY_BY_REGION_BIT specifies that dependencies will be framebuffer-local",
+        why: "the row to TONE makes the samples' store available, but by region. The next frame's samples wait for all of it",
     },
     UnreportedMutants {
         rows: &[RowName::GBUFFER_TO_LIGHTING],
