@@ -96,7 +96,7 @@ fn exposure_changes_from_frame_to_frame_and_what_has_none_refuses_it() {
             assert_identical(&drawn_after(&mut renderer, &looks), &bright, &what);
             for wrong in [101.0, f32::NAN] {
                 let error = renderer.set_exposure(wrong).expect_err("no exposure").to_string();
-                assert!(error.contains("EV100 from -100 to 100"), "{error}");
+                assert!(error.contains("a number from -100 to 100 (EV100)"), "{error}");
             }
         }
         let error = shown(4.0, LightPath::Auto, Output::Nits).set_exposure(4.0).expect_err("nits").to_string();
