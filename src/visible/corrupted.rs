@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use super::{Eye, Visible, World};
 use crate::plan::samples::{self, device, emissive, masked, point, scene, sky, spot, sun, textured};
 use crate::plan::{Error, FramePlan};
-use crate::scene::{AlphaMode, Brdf, Falloff, Light, LightKind, LightPath, Projection, Scene, Settings};
+use crate::scene::{AlphaMode, Brdf, Falloff, Light, LightKind, LightPath, Projection, Scene, Settings, TextureSlot};
 
 /// Values that arithmetic on a scene may trip over.
 const VALUES: [f64; 12] = [f64::NAN, f64::INFINITY, 0.0, -0.0, -1.0, 0.5, 1.0, 1e-320, 1e30, 1e39, -1e200, f64::MAX];
