@@ -358,8 +358,17 @@ fn scaled(scene: &Scene, scale: f64) -> Scene {
     for light in &mut scene.lights {
         let Some(place) = light.kind.place_mut() else { continue };
         *place *= scale;
-        light.intensity *= (scale * scale) as f32;
-        light.size *= scale;
+        match &mut light.kind {
+            // The same lux in a wider cylinder, and the same angle: its rays are parallel.
+            LightKind::Beam { radius, range, .. } => {
+                *radius *= scale;
+                range.iter_mut().for_each(|range| *range *= scale);
+            }
+            _ => {
+                light.intensity *= (scale * scale) as f32;
+                light.size *= scale;
+            }
+        }
     }
     scene
 }

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::common::compare::{assert_identical, largest_code_difference};
 use crate::common::gpu::{Gpu, bytes, on_gpu};
-use crate::common::stage::{add, directional, lambert, open, own, plane, point, rectangle, spot, stage, sun};
+use crate::common::stage::{add, beam, directional, lambert, open, own, plane, point, rectangle, spot, stage, sun};
 use crate::common::{some_of, tries_all};
 use afterlight::frame::Picture;
 use afterlight::gpu::MemoryKind;
@@ -160,6 +160,11 @@ fn cases() -> Vec<Case> {
             boxed("lamps", metal.clone(), vec![lamp(-0.5, Some(4.0)), lamp(0.5, Some(3.0))]),
         ),
         case(PerLight, &[P::LightRanges, P::MetallicChannel], boxed("a cone", Material::default(), vec![cone()])),
+        case(
+            Clustered,
+            &[P::SpotCones, P::LightRanges],
+            boxed("a beam", Material::default(), vec![beam(1.6 * slanted, -slanted, 3.0, [0.6, 0.3], None)]),
+        ),
         case(Loop, &[P::LightRanges, P::Uvs], boxed("metal", metal.clone(), vec![lamp(0.3, None)])),
         case(Clustered, &[P::MetallicChannel, P::Emissive], boxed("phong", phong, vec![cone(), lamp(0.4, Some(2.0))])),
         case(
