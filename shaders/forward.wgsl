@@ -23,7 +23,7 @@
 #import afterlight::texel::{Texel}
 #import afterlight::tonemapping::{tone_map}
 
-// Which of a material's textures exist (material.wgsl).
+// Bits of the textures that a material has (material.wgsl).
 override TEXTURES: u32 = 0u;
 override MASKED: bool = false;
 override TWO_SIDED: bool = false;
@@ -43,7 +43,7 @@ override ONE_DIRECTIONAL: bool = false;
 override PUNCTUAL: bool = true;
 // All lights' fall-off; 3 where they differ.
 override FALLOFF: u32 = 3u;
-// What some light needs code for (lights.wgsl).
+// Bits of the traits that some light of the plan has: ranges, cones, beams (lights.wgsl).
 override TRAITS: u32 = 0xffffffffu;
 // How shadow maps are looked up.
 override SHADOW_FILTER: u32 = 2u;

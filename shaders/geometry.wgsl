@@ -18,7 +18,7 @@ enable primitive_index;
 #import afterlight::material::{alpha_at, emissive_at, mapped_normal, point_at, BASE_COLOR}
 #endif
 
-// Which of a material's textures exist (material.wgsl).
+// Bits of the textures that a material has (material.wgsl).
 override TEXTURES: u32 = 0u;
 override MASKED: bool = false;
 override TWO_SIDED: bool = false;

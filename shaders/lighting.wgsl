@@ -40,7 +40,7 @@ override DIRECTIONAL: bool = true;
 override PUNCTUAL: bool = true;
 // All lights' fall-off; 3 where they differ.
 override FALLOFF: u32 = 3u;
-// What some light needs code for (lights.wgsl).
+// Bits of the traits that some light of the plan has: ranges, cones, beams (lights.wgsl).
 override TRAITS: u32 = 0xffffffffu;
 // How shadow maps are looked up.
 override SHADOW_FILTER: u32 = 2u;

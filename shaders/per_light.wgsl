@@ -17,7 +17,7 @@ override METAL: bool = true;
 override NORMAL_ENCODING: u32 = 0u;
 override GEOMETRIC_STEPS: f32 = 255.0;
 override FALLOFF: u32 = 3u;
-// What some light needs code for (lights.wgsl).
+// Bits of the traits that some light of the plan has: ranges, cones, beams (lights.wgsl).
 override TRAITS: u32 = 0xffffffffu;
 override SHADOW_FILTER: u32 = 2u;
 override PUNCTUAL_SHADOWS: bool = true;

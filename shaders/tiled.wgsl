@@ -24,7 +24,7 @@ override UNBOUNDED: bool = true;
 // Some lights reach only so far.
 override BOUNDED: bool = true;
 override FALLOFF: u32 = 3u;
-// What some light needs code for (lights.wgsl).
+// Bits of the traits that some light of the plan has: ranges, cones, beams (lights.wgsl).
 override TRAITS: u32 = 0xffffffffu;
 override SHADOW_FILTER: u32 = 2u;
 // Which lights have some.

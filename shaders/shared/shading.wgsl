@@ -18,7 +18,7 @@ struct Model {
     brdf: u32,
     // All lights' fall-off; MIXED_FALLOFF where they differ.
     falloff: u32,
-    // What some light needs code for (lights.wgsl).
+    // Bits of the traits that some light of the plan has: ranges, cones, beams (lights.wgsl).
     traits: u32,
     // Some directional light, some point or spot light has shadow maps.
     directional_shadows: bool,

@@ -41,7 +41,7 @@ fn checks(text: &str) -> Result<Validation, String> {
     found.map(|&(_, checks)| checks).ok_or_else(|| unknown("checks", text, &CHECKS.map(|(name, _)| name)))
 }
 
-/// What the command line says about how to draw: an option for each row of [`SETTINGS`]. It wins over the scene file.
+/// The settings of the command line: an option for each row of [`SETTINGS`]. They win over the scene file.
 #[derive(Debug, Clone, Default)]
 pub struct SettingsArgs {
     /// A settings file, over which the other options win.
