@@ -65,9 +65,9 @@ proptest! {
                             };
                             (position, if reached { vec![face] } else { vec![] })
                         }
-                        LightKind::Beam { position, direction, radius, .. } => {
+                        LightKind::Beam { position, direction, radius, range, .. } => {
                             let (ray, along) = (point - position, (point - position).dot(direction));
-                            let reached = along > 1e-3 && ray.cross(direction).length() < radius;
+                            let reached = along > 1e-3 && along < range.unwrap_or(f64::INFINITY) && ray.cross(direction).length() < radius;
                             (point - direction * along, if reached { vec![maps[0]] } else { vec![] })
                         }
                     };
