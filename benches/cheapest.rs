@@ -15,8 +15,8 @@ use afterlight::frame::{Pixels, Renderer};
 use afterlight::gpu::sync::Use;
 use afterlight::gpu::{
     Buffer, CommandBuffer, DepthState, Device, DeviceChoice, Framebuffer, GraphicsPipeline, GraphicsPipelineDesc,
-    Image, ImageDesc, Instance, InstanceOptions, Location, MemoryKind, MessageKind, PipelineLayout, RenderPass,
-    ShaderStage, SubpassDesc, UploadOrder, Uploader, Validation, framebuffer, pipeline_layout, vk,
+    Image, ImageDesc, Instance, InstanceOptions, Location, MemoryKind, MessageKind, Owned, RenderPass, ShaderStage,
+    SubpassDesc, UploadOrder, Uploader, Validation, framebuffer, pipeline_layout, vk,
 };
 use afterlight::measure::Distribution;
 use afterlight::passes::copy;
@@ -179,7 +179,7 @@ struct Least {
     _depth: Image,
     pass: RenderPass,
     framebuffer: Framebuffer,
-    layout: PipelineLayout,
+    layout: Owned<vk::PipelineLayout>,
     pipeline: GraphicsPipeline,
     vertices: Buffer,
     indices: Buffer,

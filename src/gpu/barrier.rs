@@ -35,13 +35,6 @@ impl ImageRange {
         self.range.level_count = count;
         self
     }
-
-    /// The same, but only `count` layers from `first`.
-    pub fn layers(mut self, first: u32, count: u32) -> ImageRange {
-        self.range.base_array_layer = first;
-        self.range.layer_count = count;
-        self
-    }
 }
 
 impl From<&Image> for ImageRange {

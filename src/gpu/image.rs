@@ -72,8 +72,6 @@ pub struct Image {
     pub usage: vk::ImageUsageFlags,
     /// Its name.
     pub name: String,
-    /// Its memory in bytes, as the driver sizes it. Lazily allocated memory may in truth take none.
-    pub bytes: u64,
     owner: Owned<vk::Image>,
     view_owner: Option<Owned<vk::ImageView>>,
     memory: Option<Allocation>,
@@ -124,7 +122,6 @@ impl Image {
             samples: desc.samples,
             usage: desc.usage,
             name: name.to_owned(),
-            bytes: requirements.size,
             owner,
             view_owner: None,
             memory: Some(memory),
@@ -196,11 +193,6 @@ impl Image {
     pub fn level_extent(&self, level: u32) -> vk::Extent2D {
         let shrunk = |size: u32| size.checked_shr(level).unwrap_or(0).max(1);
         vk::Extent2D { width: shrunk(self.extent.width), height: shrunk(self.extent.height) }
-    }
-
-    /// The device that it was made by.
-    pub fn device(&self) -> &Arc<Device> {
-        self.owner.device()
     }
 }
 

@@ -74,21 +74,20 @@ pub use internals::*;
 mod internals {
     pub use super::buffer::Buffer;
     pub use super::command::CommandBuffer;
-    pub use super::descriptor::{BufferRange, DescriptorPool, SetLayout, SetWriter};
-    pub use super::image::{Image, ImageDesc, can_blit, format_bytes, mip_count};
+    pub use super::descriptor::{DescriptorPool, SetLayout, SetWriter};
+    pub use super::image::{Image, ImageDesc, format_bytes};
     #[cfg(feature = "present")]
     pub use super::image_formats::{ImageFormats, ImageWish, image_formats};
     pub use super::memory::Location;
-    pub use super::owned::{Destroy, Owned};
+    pub use super::owned::Owned;
     pub use super::pipeline::{
-        DepthState, GraphicsPipeline, GraphicsPipelineDesc, PipelineLayout, ShaderStage, compute_pipeline,
-        pipeline_layout,
+        DepthState, GraphicsPipeline, GraphicsPipelineDesc, ShaderStage, compute_pipeline, pipeline_layout,
     };
     pub use super::queries::Timestamps;
     pub use super::render_pass::{Framebuffer, RenderPass, SubpassDesc, framebuffer};
     pub use super::sampler::Sampler;
     pub use super::submission::Ticket;
     #[cfg(feature = "present")]
-    pub use super::swapchain::{Acquired, PresentableImage, Swapchain, SwapchainDesc, semaphore};
-    pub use super::upload::{DEFAULT_STAGING_BYTES, UploadOrder, Uploader};
+    pub use super::swapchain::{Acquired, Swapchain, SwapchainDesc, semaphore};
+    pub use super::upload::{UploadOrder, Uploader};
 }

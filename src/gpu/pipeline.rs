@@ -68,9 +68,6 @@ pub struct GraphicsPipelineDesc<'a> {
 /// A pipeline, graphics or compute.
 pub type GraphicsPipeline = Owned<vk::Pipeline>;
 
-/// The descriptor sets and push constants of pipelines.
-pub type PipelineLayout = Owned<vk::PipelineLayout>;
-
 impl GraphicsPipeline {
     /// Compiles a graphics pipeline, through the device's pipeline cache.
     ///
@@ -163,7 +160,7 @@ pub fn pipeline_layout(
     name: &str,
     sets: &[vk::DescriptorSetLayout],
     push: &[vk::PushConstantRange],
-) -> Result<PipelineLayout> {
+) -> Result<Owned<vk::PipelineLayout>> {
     let limits = &device.physical.limits;
     let within = |what: &str, asked: u32, limit: u32| {
         if asked <= limit {

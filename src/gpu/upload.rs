@@ -39,6 +39,7 @@ pub struct UploadOrder {
 
 impl UploadOrder {
     /// That of uploads which are read as `buffers` and `textures` say, and by nothing else.
+    #[cfg(feature = "internals")]
     pub fn before(buffers: Use, textures: Use) -> UploadOrder {
         let order = |before: Use, after| Some(Dependency { before: before.writes(), after });
         UploadOrder {
@@ -50,9 +51,6 @@ impl UploadOrder {
         }
     }
 }
-
-/// How much staging memory is enough to keep the GPU busy: 32 MiB.
-pub const DEFAULT_STAGING_BYTES: u64 = 32 << 20;
 
 /// Less than this could not hold one row of the widest texture (16384 texels of 16 bytes).
 const LEAST_SLOT_BYTES: u64 = 1 << 20;
@@ -150,14 +148,14 @@ impl Uploader {
             )));
         }
         let source = if blits { vk::ImageUsageFlags::TRANSFER_SRC } else { vk::ImageUsageFlags::empty() };
-        check_texture(image, vk::ImageUsageFlags::TRANSFER_DST | source, &[level0])?;
+        check_texture(image, vk::ImageUsageFlags::TRANSFER_DST | source, Some(level0))?;
         let written = planned(self.order.written, image)?;
         let levels = match blits {
             true => Some((planned(self.order.blit, image)?, planned(self.order.blitted, image)?)),
             false => None,
         };
         self.make_writable(image)?;
-        self.copy_level(image, 0, level0)?;
+        self.copy_level_0(image, level0)?;
         let cmd = self.recording()?;
         if let Some((blit, _)) = levels {
             self.blit_levels(cmd, image, blit);
@@ -200,13 +198,13 @@ impl Uploader {
             let name = &self.device.physical.name;
             return Err(Error::Unsupported(format!("'{name}' cannot make mip levels of {:?}", image.format)));
         }
-        check_texture(&fine, fine.usage, &[level0])?;
-        check_texture(image, fine.usage, &[])?;
+        check_texture(&fine, fine.usage, Some(level0))?;
+        check_texture(image, fine.usage, None)?;
         let blits = image.mip_levels > 1;
         let (written, blit) = (planned(self.order.written, image)?, planned(self.order.blit, image)?);
         let blitted = blits.then(|| planned(self.order.blitted, image)).transpose()?;
         self.make_writable(&fine)?;
-        self.copy_level(&fine, 0, level0)?;
+        self.copy_level_0(&fine, level0)?;
         self.make_writable(image)?;
         let cmd = self.recording()?;
         self.blit_levels(cmd, &fine, blit);
@@ -218,26 +216,6 @@ impl Uploader {
         }
         // All that uses it is recorded.
         self.spent.push(fine);
-        Ok(())
-    }
-
-    /// Copies all levels as given, from the largest on, each as [`Uploader::texture`] takes level 0.
-    ///
-    /// # Errors
-    /// [`Error::Misuse`] for another number of levels or another size; a lost device.
-    pub fn texture_levels(&mut self, image: &Image, levels: &[&[u8]]) -> Result<()> {
-        if levels.len() != image.mip_levels as usize {
-            let (given, name, has) = (levels.len(), &image.name, image.mip_levels);
-            return Err(Error::Misuse(format!("{given} levels are given for '{name}', which has {has}")));
-        }
-        check_texture(image, vk::ImageUsageFlags::TRANSFER_DST, levels)?;
-        let written = planned(self.order.written, image)?;
-        self.make_writable(image)?;
-        for (level, data) in (0..).zip(levels) {
-            self.copy_level(image, level, data)?;
-        }
-        let cmd = self.recording()?;
-        self.make_readable(cmd, image, (0, image.mip_levels), (written, WRITTEN));
         Ok(())
     }
 
@@ -314,9 +292,9 @@ impl Uploader {
         unsafe { self.device.raw.cmd_blit_image(cmd, from.raw, src, to.raw, dst, &[blit], vk::Filter::LINEAR) };
     }
 
-    /// Copies one level of every layer, as many rows at a time as the staging buffer has room for.
-    fn copy_level(&mut self, image: &Image, level: u32, data: &[u8]) -> Result<()> {
-        let extent = image.level_extent(level);
+    /// Copies level 0 of every layer, as many rows at a time as the staging buffer has room for.
+    fn copy_level_0(&mut self, image: &Image, data: &[u8]) -> Result<()> {
+        let extent = image.extent;
         let texel = u64::from(format_bytes(image.format));
         let row = u64::from(extent.width) * texel;
         let row = usize::try_from(row).unwrap_or(usize::MAX);
@@ -328,7 +306,7 @@ impl Uploader {
             while done < layer_data.len() {
                 let (staged, taken) = self.stage(&layer_data[done..], row, alignment)?;
                 let subresource =
-                    vk::ImageSubresourceLayers { base_array_layer: layer, layer_count: 1, ..layers_of(image, level) };
+                    vk::ImageSubresourceLayers { base_array_layer: layer, layer_count: 1, ..layers_of(image, 0) };
                 let region = vk::BufferImageCopy::default()
                     .buffer_offset(staged.offset)
                     .image_subresource(subresource)
@@ -411,23 +389,21 @@ const WRITTEN: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
 /// Layout of a level that a blit reads.
 const BLITTED: vk::ImageLayout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
 
-/// Whether the image can be uploaded to, and the levels have their right sizes. Before anything is recorded, so that an
+/// Whether the image can be uploaded to, and level 0, where given, has its right size. Before anything is recorded, so that an
 /// image is left as it was when this fails.
-fn check_texture(image: &Image, needed: vk::ImageUsageFlags, levels: &[&[u8]]) -> Result<()> {
+fn check_texture(image: &Image, needed: vk::ImageUsageFlags, level0: Option<&[u8]>) -> Result<()> {
     let texel = u64::from(format_bytes(image.format));
     let can_copy = texel > 0 && image.aspect() == vk::ImageAspectFlags::COLOR;
     if !can_copy || image.samples != vk::SampleCountFlags::TYPE_1 || !image.usage.contains(needed) {
         return Err(Error::Misuse(format!("{image:?} of usage {:?} cannot be uploaded to", image.usage)));
     }
-    for (level, data) in (0..).zip(levels) {
-        let extent = image.level_extent(level);
-        let texels = u64::from(extent.width) * u64::from(extent.height) * u64::from(image.layers);
-        if data.len() as u64 != texels * texel {
-            let (given, needed) = (data.len(), texels * texel);
-            return Err(Error::Misuse(format!("level {level} of {image:?} is given {given} bytes, not {needed}")));
+    let needed = texel * u64::from(image.extent.width) * u64::from(image.extent.height) * u64::from(image.layers);
+    match level0.map(<[u8]>::len) {
+        Some(given) if given as u64 != needed => {
+            Err(Error::Misuse(format!("level 0 of {image:?} is given {given} bytes, not {needed}")))
         }
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 fn layers_of(image: &Image, mip_level: u32) -> vk::ImageSubresourceLayers {

@@ -5,8 +5,6 @@ use ash::vk;
 use super::{How, Pass, Place, Presence, Touch, shown};
 use crate::gpu::{Device, Image, sync::Use};
 
-/// Reads the other picture.
-pub const READ: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ);
 /// Writes a part of the window's picture, and keeps the rest.
 pub const WRITE: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE);
 
