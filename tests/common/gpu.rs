@@ -40,7 +40,7 @@ impl Turns {
 /// Runs `test` on a device of its own, so that messages belong to it, however many tests run beside it. Fails on every message that
 /// is about this program, those of tearing down included.
 pub fn on_gpu(test: impl FnOnce(&Gpu)) {
-    on_instance(instance(false), &[], Turns::all(), test);
+    on_instance(instance(false), &[], Turns::all(), |_| (), test);
 }
 
 /// The same in both modes of the layer: neither notices all that the other does. Older layers have one. In `make test`, cases that ask
@@ -51,16 +51,22 @@ pub fn on_gpu_in_both_modes(test: impl Fn(&Gpu)) {
         modes.into_iter().zip([false, true]).filter(|(own, mode)| own.sync_shader_heuristic() == *mode).collect();
     let every = if tries_all() { 1 } else { modes.len() };
     for (first, (instance, _)) in modes.into_iter().enumerate() {
-        on_instance(instance, &[], Turns::of(every, first % every), &test);
+        on_instance(instance, &[], Turns::of(every, first % every), |_| (), &test);
     }
 }
 
 /// The same on a device that can present frames, on surfaces without a display. A system without those is named.
 #[cfg(feature = "window")]
 pub fn on_presenting_gpu(test: impl FnOnce(&Gpu)) {
+    on_prepared_presenting_gpu(|_| (), test);
+}
+
+/// The same on a device that is changed before anybody else has it.
+#[cfg(feature = "window")]
+pub fn on_prepared_presenting_gpu(prepare: impl FnOnce(&mut Device), test: impl FnOnce(&Gpu)) {
     let options = InstanceOptions { validation: Validation::Synchronization, ..InstanceOptions::default() };
     match Instance::with_extensions(&options, &gpu::HEADLESS) {
-        Ok(instance) => on_instance(instance, &[c"VK_KHR_swapchain"], Turns::all(), test),
+        Ok(instance) => on_instance(instance, &[c"VK_KHR_swapchain"], Turns::all(), prepare, test),
         Err(error @ gpu::Error::Unsupported(_)) => not_run(&error.to_string()),
         Err(error) => panic!("{error}"),
     }
@@ -71,10 +77,17 @@ fn instance(sync_shader_heuristic: bool) -> Arc<Instance> {
     Instance::new(&options).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn on_instance(instance: Arc<Instance>, extensions: &[&'static CStr], turns: Turns, test: impl FnOnce(&Gpu)) {
+fn on_instance(
+    instance: Arc<Instance>,
+    extensions: &[&'static CStr],
+    turns: Turns,
+    prepare: impl FnOnce(&mut Device),
+    test: impl FnOnce(&Gpu),
+) {
     let log = instance.message_log();
     let device = Device::with_extensions(&instance, &DeviceChoice::Auto, extensions);
-    let device = device.unwrap_or_else(|error| panic!("{error}"));
+    let mut device = device.unwrap_or_else(|error| panic!("{error}"));
+    prepare(Arc::get_mut(&mut device).expect("nobody else has it yet"));
     assert_watched(&instance, &device);
     let gpu = Gpu { device, turns };
     test(&gpu);

@@ -1,14 +1,15 @@
 //! Frames that are presented, on a surface without a display: bit by bit those of a renderer without any, through changes of size and the loss of
 //! the surface, and while others are made in another thread. Mesa offers plain images there, which are drawn through sRGB views.
 
-use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use crate::common::compare::assert_identical;
-use crate::common::gpu::{Gpu, on_presenting_gpu};
+use crate::common::gpu::{Gpu, on_prepared_presenting_gpu, on_presenting_gpu};
 use afterlight::frame::{Fitted, Outcome, Picture, Pixels, Presenter, Renderer, Wake};
-use afterlight::gpu::{Surface, Vsync};
+use afterlight::gpu::{Device, Surface, Vsync, vk};
 use afterlight::scene::{Light, LightPath, OpenOptions, Scene, Settings, Tonemap, View, open};
 
 const SIZES: [[u32; 2]; 4] = [[160, 90], [1, 1], [33, 71], [160, 90]];
@@ -159,6 +160,67 @@ fn a_lost_surface_is_replaced_and_the_frames_go_on() {
                 presenter.replace_surface(new).unwrap_or_else(|error| panic!("{error}"));
                 fit(&mut presenter, &scene, &settings, size);
                 assert_identical(&shown(&mut presenter, &scene, name), &expected, name);
+            }
+        }
+    });
+}
+
+/// The next call of each, where set, fails as if there were no memory.
+static NEXT_BEGIN_FAILS: AtomicBool = AtomicBool::new(false);
+static NEXT_SUBMISSION_FAILS: AtomicBool = AtomicBool::new(false);
+static REAL_BEGIN: OnceLock<vk::PFN_vkBeginCommandBuffer> = OnceLock::new();
+static REAL_SUBMISSION: OnceLock<vk::PFN_vkQueueSubmit> = OnceLock::new();
+
+unsafe extern "system" fn begin(cmd: vk::CommandBuffer, info: *const vk::CommandBufferBeginInfo<'_>) -> vk::Result {
+    match NEXT_BEGIN_FAILS.swap(false, Ordering::Relaxed) {
+        true => vk::Result::ERROR_OUT_OF_HOST_MEMORY,
+        // SAFETY: what is given is given on.
+        false => unsafe { REAL_BEGIN.get().expect("set")(cmd, info) },
+    }
+}
+
+unsafe extern "system" fn submit(
+    queue: vk::Queue,
+    count: u32,
+    infos: *const vk::SubmitInfo<'_>,
+    fence: vk::Fence,
+) -> vk::Result {
+    match NEXT_SUBMISSION_FAILS.swap(false, Ordering::Relaxed) {
+        true => vk::Result::ERROR_OUT_OF_DEVICE_MEMORY,
+        // SAFETY: what is given is given on.
+        false => unsafe { REAL_SUBMISSION.get().expect("set")(queue, count, infos, fence) },
+    }
+}
+
+/// Puts the two above before the device's own.
+fn make_fallible(device: &mut Device) {
+    let raw = &device.raw;
+    let mut functions = raw.fp_v1_0().clone();
+    REAL_BEGIN.get_or_init(|| functions.begin_command_buffer);
+    REAL_SUBMISSION.get_or_init(|| functions.queue_submit);
+    (functions.begin_command_buffer, functions.queue_submit) = (begin, submit);
+    let (second, third, fourth) = (raw.fp_v1_1().clone(), raw.fp_v1_2().clone(), raw.fp_v1_3().clone());
+    device.raw = ash::Device::from_parts_1_3(raw.handle(), functions, second, third, fourth);
+}
+
+/// Image and semaphore are acquired by then. What the layer says of either, of the swapchain that goes or of the next frame, is a failure here.
+#[test]
+fn a_frame_that_fails_after_its_image_is_acquired_leaves_nothing_acquired() {
+    on_prepared_presenting_gpu(make_fallible, |gpu| {
+        let size = SIZES[0];
+        let (scene, settings) = (scene("builtin:spheres"), Settings { samples: 1, size, ..Settings::default() });
+        for way in [Way::Straight, Way::Encoded] {
+            let expected = first(gpu, &scene, &settings, way);
+            let mut presenter = presenter(gpu, &scene, &settings, way);
+            fit(&mut presenter, &scene, &settings, size);
+            for fault in [&NEXT_BEGIN_FAILS, &NEXT_SUBMISSION_FAILS, &NEXT_SUBMISSION_FAILS, &NEXT_BEGIN_FAILS] {
+                fault.store(true, Ordering::Relaxed);
+                let failed = presenter.draw(&scene.camera, false, None).expect_err("there is no memory").to_string();
+                assert!(failed.contains("memory") && !fault.load(Ordering::Relaxed), "{failed}");
+                let nothing = presenter.draw(&scene.camera, false, None).expect("nothing is wrong with the device");
+                assert!(matches!(nothing, Outcome::Nothing(_)), "{nothing:?}");
+                fit(&mut presenter, &scene, &settings, size);
+                assert_identical(&shown(&mut presenter, &scene, "after"), &expected, "the frames after");
             }
         }
     });
