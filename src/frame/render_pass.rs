@@ -14,7 +14,7 @@ use crate::plan::{FramePlan, Target};
 /// A render pass as a value. The device's is made from it, and `report::graph` draws it.
 #[derive(Debug, Clone)]
 pub struct PassDescription {
-    pub name: &'static str,
+    pub name: RenderPassName,
     pub attachments: Vec<(Resource, vk::AttachmentDescription)>,
     pub subpasses: Vec<Subpass>,
     /// Rows of the table, each with the subpasses that it is between.
@@ -46,8 +46,7 @@ pub fn layout_changes(plan: &FramePlan, edges: &Edges, edge: &Edge) -> Vec<Layou
         Carrier::ImageBarrier(old, new) => return vec![LayoutChange { image: None, old, new }],
         _ => return Vec::new(),
     };
-    let list = List::of(plan);
-    let Some(pass) = PassDescription::named(plan, edges, &list, name) else { return Vec::new() };
+    let Some(pass) = PassDescription::named(plan, edges, name) else { return Vec::new() };
     let ends = pass.dependencies.iter().find(|(own, _)| own.name == edge.name).map(|&(_, ends)| ends);
     let changes = pass.layout_changes().into_iter().filter(|(between, _)| Some(*between) == ends);
     changes.map(|(_, change)| change).collect()
@@ -112,9 +111,8 @@ impl PassDescription {
     }
 
     /// The one with this name, if the plan has it.
-    pub fn named(plan: &FramePlan, edges: &Edges, list: &List, name: RenderPassName) -> Option<Self> {
-        let found = list.render_passes().find(|(own, _)| *own == name)?;
-        Some(Self::of(plan, edges, list, found))
+    pub fn named(plan: &FramePlan, edges: &Edges, name: RenderPassName) -> Option<Self> {
+        Self::all(plan, edges).into_iter().find(|pass| pass.name == name)
     }
 
     fn of(plan: &FramePlan, edges: &Edges, list: &List, (name, listed): (RenderPassName, &[Listed])) -> Self {
@@ -146,7 +144,7 @@ impl PassDescription {
         };
         let rows = edges.of(Carrier::Subpass(name));
         let dependencies = rows.map(|edge| (edge.clone(), [index(edge.from), index(edge.to)])).collect();
-        Self { name: name.0, attachments, subpasses, dependencies }
+        Self { name, attachments, subpasses, dependencies }
     }
 
     /// The targets that it draws into, in its order.
@@ -212,7 +210,7 @@ impl PassDescription {
                 },
             })
             .collect();
-        RenderPass::new(device, self.name, &attachments, &subpasses, &dependencies)
+        RenderPass::new(device, self.name.0, &attachments, &subpasses, &dependencies)
     }
 }
 

@@ -55,8 +55,11 @@ impl RenderPasses {
         list.check(plan, edges)?;
         let targets = Targets::new(device, plan, |target| list.usage(plan, target))?;
         let mut passes = Vec::new();
-        for (name, _) in list.render_passes().filter(|(name, _)| *name != SHADOW_PASS) {
-            let Some(description) = PassDescription::named(plan, edges, &list, name) else { continue };
+        for description in PassDescription::all(plan, edges) {
+            let name = description.name;
+            if name == SHADOW_PASS {
+                continue;
+            }
             let pass = description.make(device)?;
             let own = description.targets();
             let framebuffers = targets.framebuffers(plan, (device, &pass), &own, swapchain)?;
@@ -64,7 +67,7 @@ impl RenderPasses {
             let clears_some = description.attachments.iter().any(|(_, own)| cleared(own));
             passes.push(Made { name, pass, framebuffers, clears_some, clears: Vec::new(), targets: own });
         }
-        let shadow = match (&plan.shadow, atlas, PassDescription::named(plan, edges, &list, SHADOW_PASS)) {
+        let shadow = match (&plan.shadow, atlas, PassDescription::named(plan, edges, SHADOW_PASS)) {
             (Some(shadow_plan), Some(atlas), Some(description)) => {
                 let pass = description.make(device)?;
                 let slot = Slot { render_pass: pass.raw, subpass: 0 };

@@ -62,34 +62,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         table.push(samples_reuse(plan));
     }
     if !output_is_ordered {
-        let (read, why) = match (plan.fxaa, plan.draws_into_swapchain()) {
-            (true, _) => {
-                (fxaa::OUTPUT_READ, "FXAA of the last frame may still sample the output when this one clears it")
-            }
-            (false, true) => (present::ATTACH, ACQUIRED),
-            (false, false) => (
-                copy::READ,
-                "the last picture may still be copied when this one is cleared; its layout changes before the write",
-            ),
-        };
-        let (name, before, why) = match plan.resolves_output() {
-            // LIGHTING is the first to touch both, and the last: whoever reads the picture has waited for what it dropped.
-            true if first == lighting::PASS.place && !plan.emissive => (
-                RowName::TARGETS_REUSE,
-                if read == present::ATTACH { RESOLVE } else { read },
-                "frames in flight share the samples and the output: the last frame must have resolved the ones and let go of the other",
-            ),
-            true if !plan.draws_into_swapchain() || plan.fxaa => (
-                RowName::OUTPUT_REUSE,
-                read,
-                "the last picture may still be copied when samples are resolved into this one; its layout changes before the write",
-            ),
-            _ => (RowName::OUTPUT_REUSE, read, why),
-        };
-        // TONE comes after the resolve: whoever reads its picture has not waited for the samples.
-        let resolved = (name == RowName::TARGETS_REUSE && is_toned(plan)).then_some(RESOLVE);
-        let before: Vec<_> = [before].into_iter().chain(resolved).collect();
-        table.push(subpass(name, (Place::OUTSIDE, first), &before, &[first_use], why));
+        table.push(output_reuse(plan, (first, first_use)));
     }
     if let Some(transparency) = plan.transparency {
         table.extend(transparent_edges(plan, transparency));
@@ -106,7 +79,8 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     };
     if plan.has_geometry() && !plan.is_forward() {
         let row = gbuffer_to_lighting(plan, &table);
-        table.insert(1, row);
+        let before = table.iter().position(|row| row.name == RowName::GBUFFER_REUSE);
+        table.insert(before.map_or(0, |before| before + 1), row);
     }
     // What finishes the picture, and in which render pass.
     let (mut finish, mut pass) = ((last, last_use), MAIN_PASS);
@@ -177,6 +151,36 @@ fn gbuffer_reuse(plan: &FramePlan) -> Edge {
         "frames in flight share the targets: the last frame must have read and dropped them, and a DONT_CARE store is a write",
     );
     of_gbuffer_pass(plan, row)
+}
+
+/// The output, and with it the samples where LIGHTING is the first to touch both.
+fn output_reuse(plan: &FramePlan, (first, first_use): (Place, Use)) -> Edge {
+    let (read, why) = match (plan.fxaa, plan.draws_into_swapchain()) {
+        (true, _) => (fxaa::OUTPUT_READ, "FXAA of the last frame may still sample the output when this one clears it"),
+        (false, true) => (present::ATTACH, ACQUIRED),
+        (false, false) => (
+            copy::READ,
+            "the last picture may still be copied when this one is cleared; its layout changes before the write",
+        ),
+    };
+    let (name, before, why) = match plan.resolves_output() {
+        // LIGHTING is the first to touch both, and the last: whoever reads the picture has waited for what it dropped.
+        true if first == lighting::PASS.place && !plan.emissive => (
+            RowName::TARGETS_REUSE,
+            if read == present::ATTACH { RESOLVE } else { read },
+            "frames in flight share the samples and the output: the last frame must have resolved the ones and let go of the other",
+        ),
+        true if !plan.draws_into_swapchain() || plan.fxaa => (
+            RowName::OUTPUT_REUSE,
+            read,
+            "the last picture may still be copied when samples are resolved into this one; its layout changes before the write",
+        ),
+        _ => (RowName::OUTPUT_REUSE, read, why),
+    };
+    // TONE comes after the resolve: whoever reads its picture has not waited for the samples.
+    let resolved = (name == RowName::TARGETS_REUSE && is_toned(plan)).then_some(RESOLVE);
+    let before: Vec<_> = [before].into_iter().chain(resolved).collect();
+    subpass(name, (Place::OUTSIDE, first), &before, &[first_use], why)
 }
 
 /// Where GEOMETRY has a render pass of its own, that carries its rows; what is between two render passes is not by region.

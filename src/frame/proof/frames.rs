@@ -46,12 +46,14 @@ impl Turn {
 
 /// The frames of a plan with these rows.
 pub(super) fn program(plan: &FramePlan, edges: &Edges) -> Program {
+    let list = List::of(plan);
+    let passes = PassDescription::all(plan, edges);
     let mut frames = Frames { plan, edges, program: Program::default(), ends: Vec::new(), copied: None };
     let uploaded = frames.upload();
     frames.clear_maps();
     let turns = turns(plan);
     for (index, turn) in turns.iter().enumerate() {
-        frames.frame(index, *turn);
+        frames.frame(index, *turn, &list, &passes);
     }
     frames.look();
     frames.wait(RowName::LAST_USE_TO_DESTROY, uploaded);
@@ -197,7 +199,7 @@ impl Frames<'_> {
         }
     }
 
-    fn frame(&mut self, index: usize, turn: Turn) {
+    fn frame(&mut self, index: usize, turn: Turn, list: &List, passes: &[PassDescription]) {
         self.program.frame = index + 1;
         let place = Memory::Written(index % IN_FLIGHT);
         if turn.copied {
@@ -214,10 +216,9 @@ impl Frames<'_> {
         if self.plan.presented.is_some() {
             self.acquire();
         }
-        let list = List::of(self.plan);
         for step in &list.0 {
             match step {
-                Step::RenderPass(name, _) => self.render_pass(&list, *name, turn, place),
+                Step::RenderPass(name, _) => self.render_pass(passes, *name, turn, place),
                 // Without a window the copy is a submission of its own.
                 Step::Commands(own) if self.plan.presented.is_some() || own.when == Occasion::Always => {
                     if turn.has(own.when) {
@@ -245,9 +246,9 @@ impl Frames<'_> {
         }
     }
 
-    fn render_pass(&mut self, list: &List, name: RenderPassName, turn: Turn, place: Memory) {
+    fn render_pass(&mut self, passes: &[PassDescription], name: RenderPassName, turn: Turn, place: Memory) {
         let plan = self.plan;
-        let Some(pass) = PassDescription::named(plan, self.edges, list, name) else { return };
+        let Some(pass) = passes.iter().find(|pass| pass.name == name) else { return };
         let besides = |touches: &[Touch]| -> Vec<Besides> {
             let all = touches.iter().filter(|touch| !touch.is_attachment());
             all.flat_map(|touch| besides(plan, touch, place)).collect()
@@ -255,14 +256,14 @@ impl Frames<'_> {
         if name == SHADOW_PASS {
             for (map, times) in MAPS.into_iter().zip(turn.maps) {
                 for _ in 0..times {
-                    self.program.render_pass(&pass, &[map], besides);
+                    self.program.render_pass(pass, &[map], besides);
                 }
             }
             return;
         }
         let memory: Vec<_> =
             pass.attachments.iter().flat_map(|&(resource, _)| memory_of(plan, resource, place)).collect();
-        self.program.render_pass(&pass, &memory, besides);
+        self.program.render_pass(pass, &memory, besides);
     }
 
     /// A pass outside of the frame's render passes, between its barriers.

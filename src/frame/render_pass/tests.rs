@@ -40,7 +40,7 @@ struct References {
 }
 
 fn main_pass(plan: &FramePlan) -> PassDescription {
-    let found = PassDescription::named(plan, &edges::table(plan), &List::of(plan), MAIN_PASS);
+    let found = PassDescription::named(plan, &edges::table(plan), MAIN_PASS);
     found.expect("a main pass")
 }
 
@@ -57,7 +57,7 @@ fn samples_of(plan: &FramePlan, target: Target) -> vk::SampleCountFlags {
 }
 
 fn dependencies(plan: &FramePlan, name: RenderPassName) -> Vec<(Edge, [u32; 2])> {
-    let found = PassDescription::named(plan, &edges::table(plan), &List::of(plan), name);
+    let found = PassDescription::named(plan, &edges::table(plan), name);
     found.map_or_else(Vec::new, |pass| pass.dependencies)
 }
 
@@ -588,7 +588,7 @@ fn every_change_of_layout_is_ordered_by_a_row_between_the_uses_that_it_is_betwee
         for pass in &passes {
             for (ends, change) in pass.layout_changes() {
                 let ordered = pass.dependencies.iter().any(|(_, own)| *own == ends);
-                assert!(ordered, "{name}: no row of the {} orders {change} between {ends:?}", pass.name);
+                assert!(ordered, "{name}: no row of the {} orders {change} between {ends:?}", pass.name.0);
                 changed += 1;
             }
         }

@@ -92,7 +92,7 @@ impl Graph {
         for pass in &passes {
             for subpass in &pass.subpasses {
                 let touches = graph.touches(pass, subpass);
-                graph.stops.push(Stop { pass: Some(pass.name), touches, ..stop(&list, subpass.place, When::During) });
+                graph.stops.push(Stop { pass: Some(pass.name.0), touches, ..stop(&list, subpass.place, When::During) });
             }
         }
         for edge in edges.iter() {
