@@ -9,6 +9,7 @@ mod docs;
 mod examples;
 mod layering;
 mod library;
+mod prints;
 mod settings;
 #[cfg(feature = "hot-reload")]
 mod shader_exchange;

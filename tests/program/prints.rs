@@ -1,0 +1,60 @@
+//! What commands print, word for word, as snapshots in `tests/program/snapshots` that are reviewed as text. What differs between machines and
+//! runs is replaced: times, memory, names of devices and drivers, versions. After a change that is meant:
+//! `INSTA_UPDATE=always scripts/test machine program prints::`, and read the diff before it is committed.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use crate::common::program::program;
+
+/// Pattern and replacement, in this order.
+const DIFFERS: &[(&str, &str)] = &[
+    (r"llvmpipe \(LLVM [^)]*\)", "[device]"),
+    (r"\b[0-9]+(\.[0-9]+)? ?(ms|s|min)\b", "[time]"),
+    (r"\b[0-9]+(\.[0-9]+)? (B|KiB|MiB|GiB)\b", "[memory]"),
+    (r"\b1\.[34]\.[0-9]+\b", "[version]"),
+    // Columns are as wide as what they hold.
+    (r"(\S) {2,}", "$1  "),
+];
+
+/// Exit code, standard output and standard error of a command.
+fn printed(folder: &Path, arguments: &[&str]) -> String {
+    let output = program().current_dir(folder).args(arguments).output().expect("the program starts");
+    let mut text = format!("$ afterlight {}\n", arguments.join(" "));
+    for (stream, bytes) in [("", &output.stdout), ("[standard error]\n", &output.stderr)] {
+        if !bytes.is_empty() {
+            let _ = write!(text, "{stream}{}", String::from_utf8_lossy(bytes));
+        }
+    }
+    let _ = writeln!(text, "[exit code {}]", output.status.code().map_or("none".into(), |code| code.to_string()));
+    text.replace(&folder.display().to_string(), "[folder]")
+}
+
+/// Holds what some commands print, one after another in one folder, against the snapshot of this name.
+fn assert_prints(name: &str, folder: &Path, commands: &[&[&str]]) {
+    let all: Vec<String> = commands.iter().map(|arguments| printed(folder, arguments)).collect();
+    insta::with_settings!({ filters => DIFFERS.to_vec(), prepend_module_to_snapshot => false, omit_expression => true }, {
+        insta::assert_snapshot!(name, all.join("\n"));
+    });
+}
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+#[test]
+fn errors_are_one_line_and_hints_say_more_than_they() {
+    let folder = folder();
+    assert_prints(
+        "errors",
+        folder.path(),
+        &[
+            &["render", "missing.obj"],
+            &["render", "builtin:hal"],
+            &["render", "builtin:spheres", "--gbuffer", "lean,normal=rgba8"],
+            &["render", "builtin:spheres", "--camera", "1,2,3/1,2,3"],
+            &["inspect", "builtin:spheres", "--drop", "nothing"],
+            &["stress", "foo"],
+        ],
+    );
+}
