@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use afterlight::gpu::{DeviceChoice, Validation};
-use afterlight::scene::{Camera, SETTINGS, Setting, SettingsPatch, ValueKind, View, unknown};
+use afterlight::scene::{Camera, SETTINGS, Setting, SettingsPatch, Up, ValueKind, View, unknown};
 use clap::{Arg, ArgGroup, ArgMatches, Args, Command, FromArgMatches, value_parser};
 
 /// Which device draws, and whether its use is checked.
@@ -47,6 +47,9 @@ pub struct SettingsArgs {
     /// A settings file, over which the other options win.
     pub file: Option<PathBuf>,
     pub camera: Option<Camera>,
+    /// Of a bare model.
+    pub scale: Option<f64>,
+    pub up: Option<Up>,
     pub said: SettingsPatch,
 }
 
@@ -54,6 +57,23 @@ const FILE_HELP: &str = "Take settings from a TOML file with a table [settings] 
                          they win over the scene file, other options over them";
 const CAMERA_HELP: &str = "Where the camera stands and looks to, in metres, and its vertical field of view in degrees, or what an orthographic \
                            one shows from top to bottom in metres: `x,y,z/tx,ty,tz[/fov]` or `x,y,z/tx,ty,tz/<height>m`";
+
+const SCALE_HELP: &str =
+    "Metres that a unit of a bare model (.obj) is: its file has no units [a number above 0; default: 1]";
+const UP_HELP: &str = "Which axis of a bare model's file points up [y or z; default: y]";
+
+fn scale(text: &str) -> Result<f64, String> {
+    let parsed = text.parse().ok().filter(|scale| (1e-9..=1e9).contains(scale));
+    parsed.ok_or_else(|| "expected a number from 1e-9 to 1e9".to_owned())
+}
+
+fn up(text: &str) -> Result<Up, String> {
+    match text {
+        "y" => Ok(Up::Y),
+        "z" => Ok(Up::Z),
+        _ => Err("expected y or z".into()),
+    }
+}
 
 /// The settings that all commands which draw have as options.
 fn options() -> impl Iterator<Item = &'static Setting> {
@@ -68,7 +88,14 @@ impl Args for SettingsArgs {
     fn augment_args(command: Command) -> Command {
         let file = Arg::new("settings").value_name("FILE").value_parser(value_parser!(PathBuf)).help(FILE_HELP);
         let camera = Arg::new("camera").value_name("CAMERA").value_parser(value::<Camera>).help(CAMERA_HELP);
-        let own = [file.long("settings"), camera.long("camera").allow_hyphen_values(true)];
+        let scale = Arg::new("scale").value_name("NUMBER").value_parser(scale).help(SCALE_HELP);
+        let up = Arg::new("up").value_name("y|z").value_parser(up).help(UP_HELP);
+        let own = [
+            file.long("settings"),
+            camera.long("camera").allow_hyphen_values(true),
+            scale.long("scale").allow_hyphen_values(true),
+            up.long("up"),
+        ];
         let args: Vec<_> = own.into_iter().chain(options().map(option)).collect();
         let group = ArgGroup::new("SettingsArgs").multiple(true).args(args.iter().map(|arg| arg.get_id().clone()));
         command.next_help_heading("Drawing (each overrides the scene file)").args(args).group(group)
@@ -102,6 +129,7 @@ impl FromArgMatches for SettingsArgs {
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
         self.file = matches.get_one("settings").cloned();
         self.camera = matches.get_one("camera").copied();
+        (self.scale, self.up) = (matches.get_one("scale").copied(), matches.get_one("up").copied());
         let said = options().filter_map(|setting| matches.get_one::<SettingsPatch>(setting.key));
         self.said = said.fold(SettingsPatch::default(), |all, one| all.or(one));
         Ok(())

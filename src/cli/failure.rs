@@ -8,6 +8,7 @@ use std::process::ExitCode;
 #[cfg(feature = "window")]
 use afterlight::window;
 use afterlight::{frame, gpu, plan, scene, stress};
+use clap::error::ErrorKind;
 
 /// The classes of failure, by exit code. `EXIT_CODES` says the same in the help.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,7 +81,7 @@ impl Failure {
         self.exit.is_none()
     }
 
-    /// What clap has against the command line: its first paragraph as one line, its tips as the hint.
+    /// What clap has against the command line: its first paragraph as one line, its tip as the hint.
     pub fn from_clap(error: &clap::Error) -> Self {
         let text = error.render().to_string();
         let mut paragraphs = text.split("\n\n").map(|paragraph| {
@@ -90,7 +91,14 @@ impl Failure {
         let message = paragraphs.next().unwrap_or_default();
         let tip = paragraphs.find_map(|paragraph| paragraph.strip_prefix("tip: ").map(str::to_owned));
         let failure = Self::usage(message.strip_prefix("error: ").unwrap_or(&message));
-        failure.with_hint(tip.unwrap_or_else(|| "--help lists the options and their values".into()))
+        // That of passing an option as a value helps nobody here.
+        let tip = tip.filter(|tip| !tip.starts_with("to pass "));
+        let lacks_name = matches!(error.kind(), ErrorKind::UnknownArgument | ErrorKind::MissingRequiredArgument);
+        match tip.or_else(|| lacks_name.then(|| "--help lists the options and their values".to_owned())) {
+            Some(hint) => failure.with_hint(hint),
+            // The message has said what is wrong with the value.
+            None => failure,
+        }
     }
 
     /// Prints the failure on standard error and gives the exit code.

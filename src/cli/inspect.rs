@@ -54,6 +54,10 @@ struct Report {
     scene: String,
     device: String,
     size: [u32; 2],
+    /// As `--camera` takes it.
+    camera: String,
+    /// Of the box around all objects, in metres; `null` without any.
+    bounds: Option<[[f64; 3]; 2]>,
     gbuffer_bytes_per_pixel: u32,
     #[serde(flatten)]
     plan: PlanReport,
@@ -131,10 +135,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             sink.write(graph::draw(&workload.scene.name, &plan, &dependencies).as_bytes())?;
         }
         if args.json {
+            let bounds = workload.scene.bounds();
             let report = Report {
                 scene: workload.scene.name.clone(),
                 device: device.physical.name.clone(),
                 size: settings.size,
+                camera: workload.scene.camera.to_string(),
+                bounds: (!bounds.is_empty()).then(|| [bounds.min, bounds.max].map(Into::into)),
                 gbuffer_bytes_per_pixel: plan.gbuffer_bytes_per_pixel(),
                 plan: parts,
                 dependencies: dependencies.iter().map(|edge| EdgeReport::of(edge, &layouts(edge))).collect(),
@@ -143,7 +150,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         let [width, height] = settings.size;
         let name = &workload.scene.name;
-        let mut text = format!("{name}: {width}x{height} on {}\n\n", device.physical.name);
+        let (content, place) = (workload.content(), workload.place(&settings));
+        let mut text = format!("{name}: {width}x{height} on {}\n{content}\n{place}\n\n", device.physical.name);
         text.push_str(&parts.text());
         let _ = writeln!(text, "The G-buffer takes {} bytes a pixel.", plan.gbuffer_bytes_per_pixel());
         let _ = write!(text, "\nDependencies\n{}", edge_list(&dependencies, layouts));

@@ -97,7 +97,7 @@ pub fn run() -> Result<(), Failure> {
     };
     logs::start(cli.verbose)?;
     match cli.command {
-        Command::Render(args) => render::run(&args),
+        Command::Render(args) => render::run(&args, cli.verbose > 0),
         Command::Bench(args) => bench::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Compare(args) => compare::run(&args),

@@ -7,8 +7,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use afterlight::frame::{self, Complexity, Picture, Pixels, Renderer};
+use afterlight::frame::{self, Complexity, Picture, Pixels, Renderer, list};
 use afterlight::gpu::Device;
+use afterlight::measure::peak_memory_bytes;
 use afterlight::plan::{self, FramePlan};
 use afterlight::scene::{Output, Settings, SettingsPatch, View};
 
@@ -16,7 +17,7 @@ use super::args::{DeviceArgs, SettingsArgs, ViewChoice, fps, samples, view};
 use super::contact_sheet::{self, Tile};
 use super::failure::Failure;
 use super::image_output::{Format, Target};
-use super::table::{Table, milliseconds};
+use super::table::{Table, bytes, milliseconds};
 use super::workload::{Workload, memory_table, milliseconds_since, plan_table};
 use super::{output, progress, session};
 
@@ -51,7 +52,8 @@ pub struct Args {
     /// Pictures for each second of the path
     #[arg(long, value_name = "N", default_value_t = 30.0, value_parser = fps, requires = "path", allow_hyphen_values = true)]
     fps: f64,
-    /// Jittered frames that are averaged into the picture, 1 to 4096 [default: 8, or 1 with --fxaa, --msaa or --view]
+    /// Jittered frames that are averaged into the picture, 1 to 4096 [default: 8, or 1 with --view, --msaa and what works on the
+    /// finished picture: --fxaa, --vignette, --grain]
     #[arg(long, value_name = "N", value_parser = samples, allow_hyphen_values = true)]
     samples: Option<u32>,
     #[arg(long, value_name = "NAME|all", value_parser = view, help = view_help())]
@@ -71,7 +73,7 @@ fn view_help() -> String {
 }
 
 /// Draws and writes the picture.
-pub fn run(args: &Args) -> Result<(), Failure> {
+pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
     if args.view == Some(ViewChoice::All) && args.output.format == Format::Exr {
         return Err(Failure::usage("--view all makes a PNG picture: the views have no common unit for an .exr file"));
     }
@@ -91,17 +93,23 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     session::with_device(&args.device, |device| {
         let workload = Workload::open(&args.scene, &args.settings, args.quiet)?;
         let report = match (&args.path, args.view) {
-            (Some(file), _) => path::draw(args, workload, &device, file)?,
+            (Some(file), _) => path::draw(args, workload, &device, file, is_verbose)?,
             (None, Some(ViewChoice::All)) => draw_sheet(args, &workload, &device)?,
-            (None, Some(ViewChoice::One(view))) => draw(args, &workload, &device, Some(view))?,
-            (None, None) => draw(args, &workload, &device, None)?,
+            (None, Some(ViewChoice::One(view))) => draw(args, &workload, &device, Some(view), is_verbose)?,
+            (None, None) => draw(args, &workload, &device, None, is_verbose)?,
         };
         if args.quiet { Ok(()) } else { output::print(&report, args.output.sink.is_stdout()) }
     })
 }
 
 /// Draws the picture as often as asked for, writes the last one and returns what there is to tell.
-fn draw(args: &Args, workload: &Workload, device: &Arc<Device>, view: Option<View>) -> Result<String, Failure> {
+fn draw(
+    args: &Args,
+    workload: &Workload,
+    device: &Arc<Device>,
+    view: Option<View>,
+    is_verbose: bool,
+) -> Result<String, Failure> {
     let settings = settings(args, workload, device, view)?;
     let start = Instant::now();
     let mut renderer = Renderer::new(device, &workload.scene, &settings)?;
@@ -144,7 +152,7 @@ fn draw(args: &Args, workload: &Workload, device: &Arc<Device>, view: Option<Vie
         let share = 100.0 * Complexity { covered, complex }.share();
         let _ = writeln!(text, "{complex} of {covered} pixels with a surface, {share:.1}%, are shaded once a sample");
     }
-    text.push_str(&plan_and_memory(renderer.plan(), &times, device));
+    text.push_str(&costs(workload, renderer.plan(), &times, device, is_verbose));
     Ok(text)
 }
 
@@ -155,20 +163,34 @@ fn settings(args: &Args, workload: &Workload, device: &Device, view: Option<View
     Ok(Settings { output, ..workload.settings(&variation, &device.physical)? })
 }
 
-/// The tables below the heading: plan, times and memory.
-fn plan_and_memory(plan: &FramePlan, times: &Table, device: &Device) -> String {
-    let mut memory = memory_table(&device.memory_report());
-    memory.row(["G-buffer, a pixel".to_owned(), format!("{} B", plan.gbuffer_bytes_per_pixel())]);
-    let (plan, times, memory) = (plan_table(plan).render(), times.render(), memory.render());
-    format!("\nPlan\n{plan}\nTimes\n{times}\nMemory\n{memory}")
+/// What the frames took, in three lines: plan, times and memory; or in a table each.
+fn costs(workload: &Workload, plan: &FramePlan, times: &Table, device: &Device, is_verbose: bool) -> String {
+    let report = device.memory_report();
+    if is_verbose {
+        let mut memory = memory_table(&report);
+        memory.row(["G-buffer, a pixel".to_owned(), format!("{} B", plan.gbuffer_bytes_per_pixel())]);
+        let (plan, times, memory) = (plan_table(plan).render(), times.render(), memory.render());
+        return format!("\nPlan\n{plan}\nTimes\n{times}\nMemory\n{memory}");
+    }
+    let parts = [list::parts(plan), plan.parts().to_vec()].concat();
+    let included = parts.iter().filter(|part| part.included).count();
+    let process = peak_memory_bytes().map_or_else(String::new, |peak| format!("; {} of the process", bytes(peak)));
+    format!(
+        "times: {}\nmemory, at its peak: {} on the device{process}\nplan: {included} parts of the frame are in, {} are left out: `afterlight inspect {}` says why\n",
+        times.line(),
+        bytes(report.peak_bytes),
+        parts.len() - included,
+        workload.scene.name,
+    )
 }
 
 /// The samples asked for: whoever says something of anti-aliasing first of the command line, `--settings` and the scene file. A view, or
-/// another kind of anti-aliasing, takes the place of the samples that those behind it say.
+/// another kind of anti-aliasing or an effect on the finished picture, takes the place of the samples that those behind it say.
 fn chosen_samples(args: &Args, workload: &Workload) -> u32 {
     let command_line = SettingsPatch { samples: args.samples, ..args.settings.said.clone() };
     let chosen = |patch: &SettingsPatch, view: bool| {
-        let other = view || patch.fxaa == Some(true) || patch.msaa.is_some_and(|msaa| msaa > 1);
+        let settings = patch.decide();
+        let other = view || patch.msaa.is_some_and(|msaa| msaa > 1) || settings.without_effects() != settings;
         patch.samples.or(other.then_some(1))
     };
     let of_file = |patch: &SettingsPatch| chosen(patch, patch.view.is_some());
@@ -264,18 +286,14 @@ fn tile_size(size: [u32; 2]) -> [u32; 2] {
 }
 
 fn heading(workload: &Workload, settings: &Settings, device: &Device, output: &str) -> String {
-    let scene = &workload.scene;
     let [width, height] = settings.size;
-    format!(
-        "{} -> {output}: {width}x{height} on {}\n{} objects, {} triangles, {} materials, {} textures, {} lights\n",
-        scene.name,
-        device.physical.name,
-        scene.objects.len(),
-        scene.triangle_count(),
-        scene.materials.len(),
-        scene.textures.len(),
-        scene.lights.len(),
-    )
+    let samples = match settings.samples {
+        1 => String::new(),
+        samples => format!(", {samples} samples a pixel"),
+    };
+    let (name, gpu) = (&workload.scene.name, &device.physical.name);
+    let (content, place) = (workload.content(), workload.place(settings));
+    format!("{name} -> {output}: {width}x{height}{samples}, on {gpu}\n{content}\n{place}\n")
 }
 
 #[cfg(test)]

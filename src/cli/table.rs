@@ -26,6 +26,11 @@ impl Table {
         self
     }
 
+    /// Its rows in one line.
+    pub fn line(&self) -> String {
+        self.rows.iter().map(|row| row.join(" ")).collect::<Vec<_>>().join("; ")
+    }
+
     /// The table's lines, each indented by two spaces and without trailing blanks.
     pub fn render(&self) -> String {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);

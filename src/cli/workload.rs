@@ -10,7 +10,9 @@ use afterlight::frame::{capabilities, list};
 use afterlight::gpu::{MemoryReport, PhysicalDevice};
 use afterlight::plan::FramePlan;
 use afterlight::scene::file::{load_path, load_settings};
-use afterlight::scene::{self, Camera, CameraPath, OpenOptions, Scene, Settings, SettingsPatch};
+use afterlight::scene::{self, Camera, CameraPath, OpenOptions, Scene, Settings, SettingsPatch, decimal};
+
+use glam::DVec3;
 
 use super::args::SettingsArgs;
 use super::failure::{Exit, Failure};
@@ -44,6 +46,8 @@ pub struct Workload {
     command_line: SettingsPatch,
     /// Of `--settings`.
     pub settings_file: SettingsPatch,
+    /// The command line has a camera.
+    has_camera: bool,
     quiet: bool,
     /// Warnings of plans that were printed: another plan of the scene may have the same.
     told: RefCell<BTreeSet<String>>,
@@ -57,7 +61,8 @@ impl Workload {
         let progress = progress::loading(spec, quiet);
         let start = Instant::now();
         let tell = |step| progress.tell(step);
-        let mut options = OpenOptions { progress: Some(&tell), ..OpenOptions::default() };
+        let (scale, up) = (args.scale.unwrap_or(1.0), args.up.unwrap_or_default());
+        let mut options = OpenOptions { progress: Some(&tell), scale, up, ..OpenOptions::default() };
         if let Some([width, height]) = command_line.or(&settings_file).size {
             options.aspect = f64::from(width) / f64::from(height);
         }
@@ -70,8 +75,10 @@ impl Workload {
         if let Some(camera) = &args.camera {
             // The near plane suits the scene's extent, of which the command line says nothing.
             scene.camera = Camera { near: scene.camera.near, ..*camera };
+            scene.fitted.camera = false;
         }
-        Ok(Self { scene, load_ms, command_line, settings_file, quiet, told: RefCell::default() })
+        let has_camera = args.camera.is_some();
+        Ok(Self { scene, load_ms, command_line, settings_file, has_camera, quiet, told: RefCell::default() })
     }
 
     /// Opens a camera path for the scene. From here on the scene's camera is that at its start, with the narrowest lens of all, so that plans are
@@ -87,6 +94,47 @@ impl Workload {
         let new = |warning: &&String| self.told.borrow_mut().insert((*warning).clone());
         let new: Vec<String> = plan.warnings().iter().filter(new).cloned().collect();
         if self.quiet { Ok(()) } else { output::print(&warnings(&new), true) }
+    }
+
+    /// Where one is and in how much light, each with who says so.
+    pub fn place(&self, settings: &Settings) -> String {
+        let (camera, fitted) = (&self.scene.camera, self.scene.fitted);
+        let of_camera = match (self.has_camera, fitted.camera) {
+            (true, _) => "as given",
+            (false, true) => "fitted to the model",
+            (false, false) => "the scene's",
+        };
+        let roll = if camera.is_level() { "" } else { ", and it leans sideways, which --camera cannot say" };
+        let of_exposure = match (settings.exposure, self.said().exposure, fitted.exposure) {
+            (None, ..) => "metered from the lights",
+            (_, Some(_), _) => "as given",
+            (_, None, true) => "fitted to the model",
+            (_, None, false) => "the scene's",
+        };
+        let exposure = settings.exposure.unwrap_or_else(|| scene::metered_ev100(&self.scene));
+        format!("camera {camera} ({of_camera}{roll}); exposure {exposure:.2} EV100 ({of_exposure})")
+    }
+
+    /// What the scene holds, and how large it is.
+    pub fn content(&self) -> String {
+        let (scene, bounds) = (&self.scene, self.scene.bounds());
+        let mut text = format!(
+            "{} objects, {} triangles, {} materials, {} textures, {} lights",
+            scene.objects.len(),
+            scene.triangle_count(),
+            scene.materials.len(),
+            scene.textures.len(),
+            scene.lights.len(),
+        );
+        if !bounds.is_empty() {
+            let (min, max, size) = (bounds.min, bounds.max, bounds.size());
+            // With four digits of the longest side.
+            let decimals = (3.0 - size.max_element().log10().floor()).clamp(0.0, 12.0) as usize;
+            let numbers = |point: DVec3, between| point.to_array().map(|own| decimal(own, decimals)).join(between);
+            let (size, min, max) = (numbers(size, " x "), numbers(min, ","), numbers(max, ","));
+            let _ = write!(text, "; {size} m, from {min} to {max}");
+        }
+        text
     }
 
     /// What this command was told of the settings: the command line over `--settings`.

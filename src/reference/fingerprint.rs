@@ -165,6 +165,7 @@ impl Fingerprint {
             lights,
             environment,
             camera: _,
+            fitted: _,
             settings: _,
             warnings: _,
             files: _,

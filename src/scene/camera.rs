@@ -1,5 +1,6 @@
 //! A camera in f64, perspective or orthographic.
 
+use std::fmt::{self, Display};
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
@@ -150,7 +151,7 @@ impl FromStr for Camera {
         };
         let (position, target) = (point(parts[0])?, point(parts[1])?);
         if position == target {
-            return Err(wrong("position and target are the same point".into()));
+            return Err(Error::Setting(format!("camera \"{text}\": it looks at the point where it stands")));
         }
         let mut camera = Self::looking_at(position, target, DVec3::Y);
         match parts.get(2).map(|lens| (lens, lens.trim().strip_suffix('m'))) {
@@ -174,7 +175,35 @@ impl FromStr for Camera {
     }
 }
 
+/// As [`Camera::from_str`] reads it: seven digits of the place, and a target far enough away for as many of the direction. A roll is left out,
+/// see [`Camera::is_level`].
+impl Display for Camera {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let reach = self.position.length().max(10.0 * self.near).log10().ceil();
+        let decimals = (6.0 - reach).max(0.0) as usize;
+        let point = |point: DVec3| point.to_array().map(|own| decimal(own, decimals)).join(",");
+        write!(f, "{}/{}", point(self.position), point(self.position + self.forward() * 10f64.powf(reach)))?;
+        match self.projection {
+            Projection::Perspective { fov_y_degrees } => write!(f, "/{fov_y_degrees}"),
+            Projection::Orthographic { height } => write!(f, "/{height}m"),
+        }
+    }
+}
+
+/// A number with so many decimals at most, without zeros at its end.
+pub fn decimal(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    let short = if decimals > 0 { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    if short == "-0" { "0".to_owned() } else { short.to_owned() }
+}
+
 impl Camera {
+    /// Whether its up is +Y as far as its direction allows: only then its text describes it whole.
+    pub fn is_level(&self) -> bool {
+        let level = Self::looking_at(self.position, self.position + self.forward(), DVec3::Y);
+        level.right().dot(self.right()) > 1.0 - 1e-9
+    }
+
     /// The camera that a command line describes: see its `FromStr`.
     pub fn parse(text: &str) -> Result<Self, Error> {
         text.parse()
@@ -184,6 +213,36 @@ impl Camera {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_level_camera_is_the_one_that_its_text_describes() {
+        for (position, target, unit) in [
+            ([1.0, 2.0, 3.0], [-4.0, 0.5, 2.25], 1.0),
+            ([0.0; 3], [0.0, -0.3, 1.0], 1e-4),
+            ([5e6, 1.0, -2e6], [5e6, 0.0, 7.0], 1e6),
+        ] {
+            for projection in [Projection::perspective(47.3), Projection::orthographic(0.125)] {
+                let (position, target) = (DVec3::from(position), DVec3::from(target));
+                let camera = Camera { projection, near: 0.01 * unit, ..Camera::looking_at(position, target, DVec3::Y) };
+                let read = Camera::parse(&camera.to_string()).unwrap_or_else(|error| panic!("{error}"));
+                assert_eq!(read.projection, camera.projection, "{camera}");
+                assert!(
+                    camera.is_level() && read.position.distance(camera.position) <= 1e-6 * position.length().max(unit),
+                    "{camera}"
+                );
+                assert!(
+                    read.forward().distance(camera.forward()) < 1e-5,
+                    "{camera}: {} {}",
+                    read.forward(),
+                    camera.forward()
+                );
+            }
+        }
+        let camera = Camera::looking_at(DVec3::new(8.0, 1.7, 0.0), DVec3::new(-92.0, 1.7, 0.0), DVec3::Y);
+        assert_eq!(camera.to_string(), "8,1.7,0/-2,1.7,0/60");
+        let rolled = Camera { rotation: camera.rotation * DQuat::from_rotation_z(0.1), ..camera };
+        assert!(!rolled.is_level());
+    }
 
     #[test]
     fn a_camera_parses_with_a_field_of_view_a_height_and_neither() {

@@ -44,6 +44,7 @@ pub fn fit_camera(scene: &mut Scene, aspect: f64) -> Stand {
     let inside = hall_camera(scene, &bounds);
     let stand = if inside.is_some() { Stand::Inside } else { Stand::Outside };
     scene.camera = inside.unwrap_or_else(|| object_camera(&bounds, aspect));
+    scene.fitted.camera = true;
     stand
 }
 
@@ -52,6 +53,7 @@ pub fn fit_camera(scene: &mut Scene, aspect: f64) -> Stand {
 pub fn fit_exposure(scene: &mut Scene, stand: Stand) {
     if stand == Stand::Inside {
         scene.settings.exposure = Some(metered_ev100(scene) - SHADE_STOPS);
+        scene.fitted.exposure = true;
     }
 }
 

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use glam::DAffine3;
+use glam::{DAffine3, DMat3, DVec3};
 
-use super::{Error, LoadOptions, Progress, Scene, builtin, file, fit, obj};
+use super::{Aabb, Error, LoadOptions, Progress, Scene, builtin, file, fit, obj};
 
 /// How to open a scene.
 #[derive(Clone, Copy)]
@@ -13,19 +13,45 @@ pub struct OpenOptions<'a> {
     pub progress: Option<&'a (dyn Fn(Progress) + Sync)>,
     /// Width over height of the picture that a fitted camera must hold the model in; above 0.
     pub aspect: f64,
+    /// Metres that a unit of a bare model's file is, above 0.
+    pub scale: f64,
+    /// Which way is up in a bare model's file.
+    pub up: Up,
+}
+
+/// An axis of a file that points up. The other two stay right-handed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Up {
+    /// As in this program's world.
+    #[default]
+    Y,
+    /// As of many modelling and CAD programs: their Y leads away from who looks along it, to where -Z is here.
+    Z,
 }
 
 impl Default for OpenOptions<'_> {
     fn default() -> Self {
-        Self { progress: None, aspect: 16.0 / 9.0 }
+        Self { progress: None, aspect: 16.0 / 9.0, scale: 1.0, up: Up::Y }
     }
 }
 
 impl<'a> OpenOptions<'a> {
+    /// From a bare model's file to metres with +Y up.
+    fn placed(&self) -> DAffine3 {
+        let turned = match self.up {
+            Up::Y => DMat3::IDENTITY,
+            Up::Z => DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y),
+        };
+        DAffine3::from_mat3(turned * self.scale)
+    }
+
     pub(super) fn load_options(&self) -> LoadOptions<'a> {
         LoadOptions { progress: self.progress }
     }
 }
+
+/// Metres from which on a bare model is thought to have another unit.
+const LONG: f64 = 500.0;
 
 /// What can be opened, and what a scene file may take its models from, for messages.
 const READS: &str = "scene files (.toml), Wavefront models (.obj) and builtin:NAME";
@@ -34,8 +60,14 @@ const READS_MODELS: &str = "models from .obj files (a scene file goes under base
 /// Opens `builtin:NAME?key=value&…`, a scene file (`.toml`) or a bare model (`.obj`), which gets a camera and a sun that fit it.
 ///
 /// # Errors
-/// [`Error`], one line that names what is wrong with what; see its variants.
+/// [`Error`], one line that names what is wrong with what; see its variants. [`Error::Setting`] for a scale or an upward axis of anything but
+/// a bare model.
 pub fn open(spec: &str, options: &OpenOptions) -> Result<Scene, Error> {
+    if options.placed() != DAffine3::IDENTITY && extension(Path::new(spec)) != "obj" {
+        let why =
+            "--scale and --up are for a bare model (.obj): a scene file has scale and rotation for each of its models";
+        return Err(Error::Setting(why.into()));
+    }
     if spec.starts_with(builtin::PREFIX) {
         return builtin::open(spec);
     }
@@ -60,11 +92,21 @@ fn open_file(path: &Path, options: &OpenOptions) -> Result<Scene, Error> {
 /// A bare model: nothing in it says how it is seen or lit.
 fn open_model(path: &Path, options: &OpenOptions) -> Result<Scene, Error> {
     let mut scene = Scene { name: path.display().to_string(), ..Scene::default() };
-    load_model(path, options, DAffine3::IDENTITY, &mut scene)?;
+    load_model(path, options, options.placed(), &mut scene)?;
+    scene.warnings.extend(doubt(&scene.bounds(), options));
     let stand = fit::fit_camera(&mut scene, options.aspect);
     fit::add_daylight(&mut scene);
     fit::fit_exposure(&mut scene, stand);
     Ok(scene)
+}
+
+/// What hardly anybody models in metres.
+fn doubt(bounds: &Aabb, options: &OpenOptions) -> Option<String> {
+    let longest = bounds.size().max_element();
+    let is_odd = options.scale == 1.0 && !bounds.is_empty() && longest > LONG;
+    is_odd.then(|| {
+        format!("the model is {longest:.0} m long, and an .obj file has no units: were they centimetres, --scale 0.01 makes metres of them")
+    })
 }
 
 /// Adds a model file's content to a scene.
@@ -103,6 +145,28 @@ fn unreadable(path: &Path, reads: &str) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_bare_model_is_scaled_and_put_upright_and_one_too_long_is_told() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("tower.obj");
+        std::fs::write(&path, "v 0 0 0\nv 100 200 3000\nv 0 200 0\nf 1 2 3\n").unwrap();
+        let open = |options| open(path.to_str().unwrap(), &options).unwrap();
+        let plain = open(OpenOptions::default());
+        assert!(
+            plain.warnings.iter().any(|warning| warning.contains("3000 m long") && warning.contains("--scale 0.01"))
+        );
+        assert!(plain.fitted.camera);
+        let up = open(OpenOptions { scale: 0.01, up: Up::Z, ..OpenOptions::default() });
+        assert!(up.warnings.iter().all(|warning| !warning.contains("long")), "{:?}", up.warnings);
+        let bounds = up.bounds();
+        assert!(
+            bounds.min.distance(DVec3::new(0.0, 0.0, -2.0)) < 1e-9
+                && bounds.max.distance(DVec3::new(1.0, 30.0, 0.0)) < 1e-9
+        );
+        let scaled = OpenOptions { scale: 2.0, ..OpenOptions::default() };
+        assert!(super::open("builtin:hall", &scaled).unwrap_err().to_string().contains("bare model"));
+    }
 
     #[test]
     fn what_cannot_be_opened_says_what_can() {

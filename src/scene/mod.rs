@@ -27,13 +27,13 @@ mod texture;
 mod uvs;
 
 pub use bounds::Aabb;
-pub use camera::{Camera, HEIGHT as ORTHOGRAPHIC_HEIGHT, Projection};
+pub use camera::{Camera, HEIGHT as ORTHOGRAPHIC_HEIGHT, Projection, decimal};
 pub use error::Error;
 pub use exposure::{exposure_scale, luminance, metered_ev100};
 pub use fit::{add_daylight, fit_camera};
 pub use import::{Imported, LoadOptions, Progress};
 pub use light::{Falloff, Light, LightForm, LightKind, LightTrait, Outline, Sight, Solid, TRAITS, unit};
-pub use load::{OpenOptions, open};
+pub use load::{OpenOptions, Up, open};
 pub use material::{AlphaMode, Brdf, Material, SlotForm, TextureSlot};
 pub(crate) use material::{FORMS, scaled};
 pub use mesh::{CastsShadow, Mesh, Object, TriangleId};
@@ -70,12 +70,23 @@ pub struct Scene {
     pub environment: Environment,
     /// Where the scene is seen from.
     pub camera: Camera,
+    /// What of it no file and no caller chose.
+    pub fitted: Fitted,
     /// What the scene file asks for; the command line overrides it.
     pub settings: SettingsPatch,
     /// What was odd about the input and how it was handled, a line each, naming file and line where there is one.
     pub warnings: Vec<String>,
     /// The files that it was read from; none for a scene that is built in.
     pub files: Vec<PathBuf>,
+}
+
+/// What was fitted to the objects of a scene, as nobody said it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Fitted {
+    /// Where it is seen from.
+    pub camera: bool,
+    /// [`SettingsPatch::exposure`], opened for the shade of a hall.
+    pub exposure: bool,
 }
 
 /// Light from everywhere, and what is seen where nothing is.

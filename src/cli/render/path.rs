@@ -1,6 +1,5 @@
 //! `afterlight render --path`: a picture for each moment of a camera path.
 
-use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
@@ -9,7 +8,7 @@ use afterlight::frame::Renderer;
 use afterlight::gpu::Device;
 use afterlight::measure::Distribution;
 
-use super::{Args, heading, plan_and_memory, settings};
+use super::{Args, costs, heading, settings};
 use crate::cli::args::ViewChoice;
 use crate::cli::failure::Failure;
 use crate::cli::progress;
@@ -20,7 +19,13 @@ use crate::cli::workload::{Workload, milliseconds_since};
 const MAX_PICTURES: f64 = 1e6;
 
 /// Draws and writes the pictures from the path's start to its end, `--fps` to a second, and returns what there is to tell.
-pub fn draw(args: &Args, mut workload: Workload, device: &Arc<Device>, file: &Path) -> Result<String, Failure> {
+pub fn draw(
+    args: &Args,
+    mut workload: Workload,
+    device: &Arc<Device>,
+    file: &Path,
+    is_verbose: bool,
+) -> Result<String, Failure> {
     let path = workload.follow(file)?;
     let moments = (path.seconds() * args.fps + 1e-9).floor() + 1.0;
     if moments > MAX_PICTURES {
@@ -67,6 +72,6 @@ pub fn draw(args: &Args, mut workload: Workload, device: &Arc<Device>, file: &Pa
         false => format!("{} to {}", target(0).sink, target(count - 1).sink),
     };
     let mut text = heading(&workload, &settings, device, &output);
-    let _ = write!(text, "{}", plan_and_memory(renderer.plan(), &times, device));
+    text.push_str(&costs(&workload, renderer.plan(), &times, device, is_verbose));
     Ok(text)
 }

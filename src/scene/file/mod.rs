@@ -165,7 +165,9 @@ fn light_and_view(root: &Table, scene: &mut Scene, folder: &Path, options: &Open
     let of_camera = root.read("camera", settings::camera_exposure)?.unwrap_or_default();
     let from =
         root.read("settings", |node| settings::from(node, folder, &mut scene.files))?.flatten().unwrap_or_default();
-    scene.settings = own.or(&of_camera).or(&from).or(&scene.settings);
+    let said = own.or(&of_camera).or(&from);
+    scene.fitted.exposure &= said.exposure.is_none();
+    scene.settings = said.or(&scene.settings);
     for (index, node) in root.list("lights")?.iter().enumerate() {
         scene.lights.push(lights::light(node, index)?);
     }
@@ -187,6 +189,7 @@ fn light_and_view(root: &Table, scene: &mut Scene, folder: &Path, options: &Open
     }
     if let Some(node) = root.get("camera") {
         scene.camera = settings::camera(&node, scene.camera)?;
+        scene.fitted.camera = false;
     }
     Ok(())
 }
