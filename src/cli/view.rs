@@ -1,13 +1,15 @@
 //! `afterlight view`: a window onto a scene.
 
 use std::fmt::Write as _;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process;
 
 use afterlight::frame::WHITE_NITS;
 use afterlight::frame::{Picture, Pixels};
 use afterlight::gpu::Vsync;
-use afterlight::scene::{CameraPath, SettingsPatch};
+use afterlight::scene::file::{Origin, to_toml};
+use afterlight::scene::{Camera, CameraPath, Scene, SettingsPatch};
 use afterlight::window::{Error, Options, ReadAgain, ShaderFolder, Summary, WindowSystem};
 
 use super::args::{DeviceArgs, SettingsArgs};
@@ -42,7 +44,7 @@ pub struct Args {
     /// Draw so many frames without a pause, then close the window and tell how long they took
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     frames: Option<u32>,
-    /// The folder that screenshots and recorded camera paths are written to
+    /// The folder that screenshots, camera paths and scene files are written to
     #[arg(long, value_name = "FOLDER", default_value = ".")]
     screenshots: PathBuf,
     /// Compile the shaders of this folder, and again when they change. Without it, those that the program was built from, when they change
@@ -91,6 +93,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             },
             keep: &|picture| keep(&args.screenshots, picture),
             keep_path: &|path| keep_path(&args.screenshots, path),
+            keep_scene: &|scene, camera, settings| keep_scene(args, scene, camera, settings),
             read_again: Some(read_again(args, LargestPicture::of(&device.physical))),
             shaders: args.shaders(),
         };
@@ -158,6 +161,23 @@ fn keep_path(folder: &Path, path: &CameraPath) -> Result<String, String> {
     let sink = Sink::File(free(folder, "toml")?);
     sink.write(path.to_toml().as_bytes()).map_err(|failure| failure.message().to_owned())?;
     Ok(format!("path: {sink}, {:.1} s", path.seconds()))
+}
+
+/// The same of a scene. Its models are named by their whole paths: the file may lie elsewhere.
+fn keep_scene(args: &Args, scene: &Scene, camera: &Camera, settings: &SettingsPatch) -> Result<String, String> {
+    let sink = Sink::File(free(&args.screenshots, "toml")?);
+    let path = fs::canonicalize(&args.scene).unwrap_or_else(|_| PathBuf::from(&args.scene));
+    let is_model = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj"));
+    let origin = match args.scene.starts_with("builtin:") {
+        true => Origin::Builtin(&args.scene),
+        false if is_model => {
+            Origin::Model(&path, args.settings.scale.unwrap_or(1.0), args.settings.up.unwrap_or_default())
+        }
+        false => Origin::File(&path),
+    };
+    let text = to_toml(origin, scene, camera, settings);
+    sink.write(text.as_bytes()).map_err(|failure| failure.message().to_owned())?;
+    Ok(format!("scene: {sink}; afterlight render {sink}"))
 }
 
 fn free(folder: &Path, extension: &str) -> Result<PathBuf, String> {

@@ -96,15 +96,19 @@ impl CameraPath {
     pub fn to_toml(&self) -> String {
         let mut text = String::from("# A camera path: `afterlight render SCENE --path FILE` draws it.\n");
         for CameraKey { time, camera } in &self.keys {
-            let ([x, y, z], [i, j, k, w]) = (camera.position.to_array(), camera.rotation.to_array());
-            let _ = writeln!(text, "\n[[keys]]\ntime = {time:?}\nposition = [{x:?}, {y:?}, {z:?}]");
-            let _ = writeln!(text, "rotation = {{ quaternion = [{i:?}, {j:?}, {k:?}, {w:?}] }}");
-            let _ = match camera.projection {
-                Projection::Perspective { fov_y_degrees } => writeln!(text, "fov_y_degrees = {fov_y_degrees:?}"),
-                Projection::Orthographic { height } => writeln!(text, "orthographic_height = {height:?}"),
-            };
+            let (place, turn) = (camera.position.to_array(), camera.rotation.to_array());
+            let _ = writeln!(text, "\n# --camera \"{camera}\"\n[[keys]]\ntime = {time:?}\nposition = {place:?}");
+            let _ = write!(text, "rotation = {{ quaternion = {turn:?} }}\n{}", lens(&camera.projection));
         }
         text
+    }
+}
+
+/// The line of a scene file or a path that tells a camera's lens.
+pub(super) fn lens(projection: &Projection) -> String {
+    match projection {
+        Projection::Perspective { fov_y_degrees } => format!("fov_y_degrees = {fov_y_degrees:?}\n"),
+        Projection::Orthographic { height } => format!("orthographic_height = {height:?}\n"),
     }
 }
 

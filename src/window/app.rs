@@ -26,7 +26,7 @@ use crate::frame::{self, Fitted, Outcome, Presenter};
 use crate::gpu::{self, Device, Fit, vk};
 use crate::passes::overlay::Panels;
 use crate::reference::View;
-use crate::scene::{Scene, Settings};
+use crate::scene::{Scene, Settings, SettingsPatch};
 
 /// Pixels that a wheel which tells its way in pixels goes for a notch.
 const PIXELS_A_NOTCH: f64 = 40.0;
@@ -456,6 +456,7 @@ impl<'a> App<'a> {
                 }
             }
             Some(Action::Record) => self.record(),
+            Some(Action::Scene) => self.keep_scene(),
             Some(Action::Compare) => self.open_panels(|controls| controls.asks_truth = true),
             Some(Action::Reset) => self.control.reset(),
             Some(Action::Orbit) => {
@@ -471,7 +472,7 @@ impl<'a> App<'a> {
             Some(Action::Split { next }) => self.split(next),
             Some(Action::Bookmark(number)) => {
                 self.control.bookmark(number);
-                (self.options.tell)(&format!("camera {} is kept", number + 1));
+                (self.options.tell)(&format!("camera {} is kept: --camera \"{}\"", number + 1, self.control.camera()));
             }
             Some(Action::Recall(number)) => {
                 if !self.control.recall(number) {
@@ -509,6 +510,18 @@ impl<'a> App<'a> {
         let path = recorder.end(Instant::now(), *self.control.camera());
         let told = path.map_err(|error| error.to_string()).and_then(|path| (self.options.keep_path)(&path));
         (self.options.tell)(&told.unwrap_or_else(|error| format!("warning: no path: {error}")));
+    }
+
+    /// Writes what is seen as a scene file, of the window's size.
+    fn keep_scene(&mut self) {
+        let Some(Opened { window, .. }) = &self.opened else { return };
+        let PhysicalSize { width, height } = window.inner_size();
+        let settings = SettingsPatch { size: Some([width, height]), ..self.subject.settings.patch() };
+        let told = (self.options.keep_scene)(&self.subject.scene, self.control.camera(), &settings);
+        (self.options.tell)(&told.unwrap_or_else(|error| format!("warning: no scene file: {error}")));
+        if self.subject.has_other_roughness() {
+            (self.options.tell)("warning: a scene file cannot say that all materials are as rough");
+        }
     }
 
     /// Asks what is under the mouse.

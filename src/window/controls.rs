@@ -5,13 +5,15 @@ use egui::{
     Stroke, Ui, Vec2, pos2,
 };
 
+use glam::DVec3;
+
 use super::clock::Interval;
 use super::keys::HELP;
 use super::oracle::ErrorMap;
 use crate::frame::FrameTimes;
 use crate::gpu::MemoryReport;
 use crate::plan::{FramePlan, Part};
-use crate::scene::{GbufferChoice, GbufferPreset, Light, SETTINGS, Setting, Settings, ValueKind, View};
+use crate::scene::{Aabb, GbufferChoice, GbufferPreset, Light, SETTINGS, Setting, Settings, ValueKind, View, decimal};
 
 /// What is known of the frames so far.
 pub struct Facts<'a> {
@@ -34,6 +36,10 @@ pub struct Facts<'a> {
     pub error: Option<&'a ErrorMap>,
     pub is_comparing: bool,
     pub selected: Option<Selected>,
+    /// As `--camera` takes it.
+    pub camera: String,
+    /// Around all that is drawn.
+    pub bounds: Aabb,
 }
 
 /// The object that was clicked at.
@@ -44,6 +50,8 @@ pub struct Selected {
     pub triangles: usize,
     /// Along the view, in metres.
     pub distance: f64,
+    /// Its box in the world.
+    pub bounds: Aabb,
 }
 
 /// What can be changed, as it is before and after the panels were shown.
@@ -125,13 +133,15 @@ impl Controls {
 }
 
 fn show_selected(ui: &mut Ui, selected: &Selected) {
-    let Selected { object, material, triangles, distance } = selected;
+    let Selected { object, material, triangles, distance, bounds } = selected;
     Grid::new("selected").num_columns(2).show(ui, |ui| {
         let rows = [
             ("object", object.clone()),
             ("material", material.clone()),
             ("triangles", triangles.to_string()),
             ("distance", format!("{distance:.3} m")),
+            ("middle", place(bounds.center())),
+            ("size", place(bounds.size())),
         ];
         for (what, value) in rows {
             ui.label(what);
@@ -139,6 +149,11 @@ fn show_selected(ui: &mut Ui, selected: &Selected) {
             ui.end_row();
         }
     });
+}
+
+/// Metres, as lights are placed by them.
+fn place(at: DVec3) -> String {
+    at.to_array().map(|own| decimal(own, 3)).join(", ")
 }
 
 /// Against the light through the middle of each pixel, in 64 bits.
@@ -173,6 +188,12 @@ fn panels(ui: &mut Ui, facts: &Facts, values: &mut Values) {
     CollapsingHeader::new(format!("Lights ({})", own.len())).show(ui, |ui| lights(ui, own, &mut values.lights));
     CollapsingHeader::new("Frame").default_open(true).show(ui, |ui| frame(ui, &facts.times));
     CollapsingHeader::new("Memory").show(ui, |ui| memory(ui, &facts.memory));
+    CollapsingHeader::new("Camera and scene").show(ui, |ui| {
+        ui.label(format!("--camera {}", facts.camera));
+        ui.label(format!("--exposure {:.2}", values.exposure));
+        let Aabb { min, max } = facts.bounds;
+        ui.label(format!("the scene, in metres: from {} to {}", place(min), place(max)));
+    });
     if facts.plan.is_some() {
         let parts = &facts.parts;
         let out = parts.iter().filter(|part| !part.included).count();

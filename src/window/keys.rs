@@ -32,6 +32,8 @@ pub enum Action {
     Compare,
     /// Begin to record the camera's path, or end it.
     Record,
+    /// Write the scene and the settings as they are.
+    Scene,
     /// Keep this place.
     Bookmark(usize),
     /// Go to the place that was kept.
@@ -59,6 +61,7 @@ pub const HELP: &[(&str, &str)] = &[
     ("click", "select an object: its name, its material, its box"),
     ("T", "compare the picture with the truth: where it is wrong, and by how much"),
     ("K", "record the camera's path, and write it"),
+    ("F", "write scene, camera and settings as a scene file, and print the command that draws them"),
     ("H or F1", "these keys"),
     ("Esc", "back to the whole frame, clear what is told of files, end the comparison, clear the selection; then quit"),
 ];
@@ -89,6 +92,7 @@ pub fn action(key: KeyCode, control: bool, shift: bool) -> Option<Action> {
         KeyCode::Comma => Some(Action::Step { back: true }),
         KeyCode::KeyT => Some(Action::Compare),
         KeyCode::KeyK => Some(Action::Record),
+        KeyCode::KeyF => Some(Action::Scene),
         KeyCode::KeyX => Some(Action::Split { next: shift }),
         KeyCode::KeyP | KeyCode::F12 if shift => Some(Action::Light),
         KeyCode::KeyP | KeyCode::F12 => Some(Action::Screenshot),
@@ -139,6 +143,7 @@ mod tests {
             KeyCode::KeyO,
             KeyCode::KeyP,
             KeyCode::KeyX,
+            KeyCode::KeyF,
         ]) {
             assert!(action(key, false, false).is_some() && !hold(&mut Held::default(), key, true), "{key:?}");
         }

@@ -29,7 +29,7 @@ use winit::window::Window;
 
 use crate::frame;
 use crate::gpu::{self, Device, Surface, Vsync, surface_extensions};
-use crate::scene::{CameraPath, Scene, Settings};
+use crate::scene::{Camera, CameraPath, Scene, Settings, SettingsPatch};
 
 pub use clock::Summary;
 pub use watch::ShaderFolder;
@@ -71,6 +71,8 @@ pub struct Options<'a> {
     pub keep: &'a dyn Fn(&frame::Picture) -> Result<String, String>,
     /// Keeps a path that was recorded; what to tell of it.
     pub keep_path: &'a dyn Fn(&CameraPath) -> Result<String, String>,
+    /// Keeps the scene with its lights, seen from a camera with settings; what to tell of it.
+    pub keep_scene: &'a dyn Fn(&Scene, &Camera, &SettingsPatch) -> Result<String, String>,
     /// Called, from another thread, when a file of the scene has changed.
     pub read_again: Option<ReadAgain>,
     /// Shaders that are compiled anew when they change; ignored without the feature `hot-reload`.

@@ -1,7 +1,7 @@
 //! What a window shows, with what was changed of it.
 
 use super::controls::Values;
-use crate::scene::{Camera, Light, Output, Projection, Scene, Settings, View, metered_ev100};
+use crate::scene::{Aabb, Camera, Light, Output, Projection, Scene, Settings, View, metered_ev100};
 
 /// What is drawn, of which a user may change more than the camera.
 pub struct Subject {
@@ -9,6 +9,8 @@ pub struct Subject {
     pub settings: Settings,
     /// Of each material, as it came.
     own_roughness: Vec<f32>,
+    /// Nothing in a window moves objects.
+    bounds: Aabb,
     /// EV100.
     pub(super) exposure: f32,
     roughness: Option<f32>,
@@ -32,6 +34,7 @@ impl Subject {
         let exposure = settings.exposure.unwrap_or_else(|| metered_ev100(&scene));
         let own = Own { settings: settings.clone(), exposure, lights: scene.lights.clone(), camera: scene.camera };
         Self {
+            bounds: scene.bounds(),
             scene,
             settings: Settings { exposure: Some(exposure), ..settings },
             own_roughness,
@@ -89,6 +92,16 @@ impl Subject {
     pub(super) fn set(&mut self, values: Values, lights: Vec<Light>) {
         (self.settings, self.exposure, self.scene.lights) = (values.settings, values.exposure, lights);
         self.set_roughness(values.roughness);
+    }
+
+    /// The box around all objects.
+    pub(super) fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// Whether materials are not as rough as they came.
+    pub(super) fn has_other_roughness(&self) -> bool {
+        self.roughness.is_some()
     }
 
     pub(super) fn set_roughness(&mut self, roughness: Option<f32>) {

@@ -28,7 +28,8 @@ fn selected_of(scene: &Scene, (object, distance): (usize, f64)) -> Option<Select
     let object = scene.objects.get(object)?;
     let material = scene.materials.get(object.material).map_or_else(String::new, |material| material.name.clone());
     let triangles = scene.meshes.get(object.mesh)?.indices.len() / 3;
-    Some(Selected { object: object.name.clone(), material, triangles, distance })
+    let bounds = object.bounds(&scene.meshes);
+    Some(Selected { object: object.name.clone(), material, triangles, distance, bounds })
 }
 
 /// The panels of a window.
@@ -121,6 +122,8 @@ impl UserInterface {
             error: self.error.as_ref(),
             is_comparing: self.compared.is_some(),
             selected: self.selected.and_then(|selected| selected_of(&subject.scene, selected)),
+            camera: camera.to_string(),
+            bounds: subject.bounds(),
         };
         let (selected, error, heat) = (self.selected, self.error.as_ref(), &self.heat);
         let scene = &subject.scene;

@@ -1,6 +1,9 @@
 //! `[[lights]]`.
 
+use std::fmt::Write as _;
+
 use glam::{DVec3, Vec3};
+use toml::Value;
 
 use super::node::{CONE_ANGLE, COORDINATE, KELVIN, LENGTH, Limit, Node, RADIUS, SHARE, STRENGTH, SUN_ANGLE, Table};
 use super::schema::{self, Schema};
@@ -107,6 +110,55 @@ pub(super) fn light(node: &Node, index: usize) -> Result<Light, Error> {
         casts_shadow: table.read("casts_shadow", Node::boolean)?.unwrap_or(kind.casts_shadow),
         kind: (kind.read)(&table, f64::from(luminance(color)) * f64::from(intensity))?,
     })
+}
+
+/// A light as [`light`] reads it.
+pub(super) fn to_toml(light: &Light) -> String {
+    let Light { name, kind, color, intensity, casts_shadow, size } = light;
+    let form = match kind {
+        LightKind::Directional { .. } => &KINDS[0],
+        LightKind::Point { .. } => &KINDS[1],
+        LightKind::Spot { .. } => &KINDS[2],
+        LightKind::Beam { .. } => &KINDS[3],
+    };
+    let name = Value::String(name.clone());
+    let mut text = format!("name = {name}\nkind = \"{}\"\ncolor = {:?}\n", form.word, color.to_array());
+    let _ = writeln!(text, "intensity = {intensity:?}\ncasts_shadow = {casts_shadow}\n{} = {size:?}", form.size.0);
+    let mut point = |key: &str, point: &DVec3| _ = writeln!(text, "{key} = {:?}", point.to_array());
+    let falloff = match kind {
+        LightKind::Directional { direction } => {
+            point("direction", direction);
+            None
+        }
+        LightKind::Point { position, range, falloff } => {
+            point("position", position);
+            Some((range, *falloff))
+        }
+        LightKind::Spot { position, direction, inner_angle_degrees, outer_angle_degrees, range, falloff } => {
+            point("position", position);
+            point("direction", direction);
+            let _ = writeln!(text, "inner_angle_degrees = {inner_angle_degrees:?}");
+            let _ = writeln!(text, "outer_angle_degrees = {outer_angle_degrees:?}");
+            Some((range, *falloff))
+        }
+        LightKind::Beam { position, direction, radius, edge, range } => {
+            point("position", position);
+            point("direction", direction);
+            let _ = writeln!(text, "radius = {radius:?}\nedge = {edge:?}");
+            Some((range, Falloff::InverseSquare))
+        }
+    };
+    if let Some((Some(range), _)) = falloff {
+        let _ = writeln!(text, "range = {range:?}");
+    }
+    let _ = match falloff {
+        None | Some((_, Falloff::InverseSquare)) => Ok(()),
+        Some((_, Falloff::Quadratic)) => writeln!(text, "falloff = \"quadratic\""),
+        Some((_, Falloff::Polynomial { constant, linear, quadratic })) => {
+            writeln!(text, "falloff = {{ constant = {constant:?}, linear = {linear:?}, quadratic = {quadratic:?} }}")
+        }
+    };
+    text
 }
 
 /// Linear RGB as it is written, or the colour of heat; white without either.

@@ -13,8 +13,10 @@ mod place;
 mod scatter;
 pub mod schema;
 mod settings;
+mod write;
 
 pub use path::{load_path, parse_path};
+pub use write::{Origin, to_toml};
 
 use std::cell::Cell;
 use std::path::Path;
