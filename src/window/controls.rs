@@ -36,6 +36,8 @@ pub struct Facts<'a> {
     pub error: Option<&'a ErrorMap>,
     pub is_comparing: bool,
     pub selected: Option<Selected>,
+    /// The panel of the frame's steps is open.
+    pub is_stepping: bool,
     /// As `--camera` takes it.
     pub camera: String,
     /// Around all that is drawn.
@@ -86,6 +88,12 @@ const DARK_MOST: f32 = 1e3;
 /// Milliseconds that the graph of times shows at least.
 const LEAST_MS: f32 = 4.0;
 
+/// Whether panels have no room beside each other: then the keys are shown alone, and what is selected gives way to the steps of the frame.
+pub fn is_small(context: &Context) -> bool {
+    let size = context.content_rect().size();
+    size.x < 960.0 || size.y < 600.0
+}
+
 impl Controls {
     pub fn is_any_shown(self) -> bool {
         self.shown || self.keys || self.beside.is_some()
@@ -93,6 +101,10 @@ impl Controls {
 
     /// Builds the panels that are open.
     pub fn show(&mut self, context: &Context, facts: &Facts, values: &mut Values) {
+        let is_small = is_small(context);
+        if self.keys && is_small {
+            return self.show_keys(context);
+        }
         if self.shown {
             let window = egui::Window::new("Afterlight").default_pos(pos2(12.0, 12.0)).default_size([330.0, 560.0]);
             let mut shown = true;
@@ -105,7 +117,7 @@ impl Controls {
             });
             self.shown = shown;
         }
-        if let Some(selected) = &facts.selected {
+        if let Some(selected) = facts.selected.as_ref().filter(|_| !(is_small && facts.is_stepping)) {
             let place = (egui::Align2::RIGHT_TOP, [-12.0, 12.0]);
             egui::Window::new("Selected").anchor(place.0, place.1).resizable(false).show(context, |ui| {
                 show_selected(ui, selected);
@@ -118,8 +130,17 @@ impl Controls {
             });
         }
         if self.keys {
-            let window = egui::Window::new("Keys").default_pos(pos2(420.0, 12.0)).resizable(false);
-            window.open(&mut self.keys).show(context, |ui| {
+            self.show_keys(context);
+        }
+    }
+
+    fn show_keys(&mut self, context: &Context) {
+        // In a large window what is selected stands right of it.
+        let (left, right) = if is_small(context) { (12.0, 40.0) } else { (420.0, 300.0) };
+        let room = context.content_rect().size() - Vec2::new(left + right, 80.0);
+        let window = egui::Window::new("Keys").default_pos(pos2(left, 12.0)).resizable(false);
+        window.open(&mut self.keys).show(context, |ui| {
+            ScrollArea::both().min_scrolled_width(room.x).max_width(room.x).max_height(room.y).show(ui, |ui| {
                 Grid::new("keys").num_columns(2).show(ui, |ui| {
                     for (keys, what) in HELP {
                         ui.strong(*keys);
@@ -128,7 +149,7 @@ impl Controls {
                     }
                 });
             });
-        }
+        });
     }
 }
 
@@ -158,6 +179,8 @@ fn place(at: DVec3) -> String {
 
 /// Against the light through the middle of each pixel, in 64 bits.
 fn show_error(ui: &mut Ui, map: Option<&ErrorMap>) {
+    // Of what it will hold, so that it stays where it is.
+    ui.set_min_size(Vec2::new(250.0, 60.0));
     let Some(map) = map else {
         ui.label("the truth is computed...");
         return;
@@ -451,6 +474,76 @@ mod tests {
             assert!(shown.iter().any(|text| text.starts_with(setting.title)), "{} is not in {shown:?}", setting.title);
         }
         assert!(["fat", "5", "4", "3.0"].iter().all(|value| shown.contains(value)), "{shown:?}");
+    }
+
+    /// The rectangles of the panels that are open in a window of this size, with their names.
+    fn open_panels(size: Vec2, keys: bool, is_stepping: bool) -> Vec<(&'static str, egui::Rect)> {
+        let context = Context::default();
+        context.set_fonts(fonts());
+        let mut values = Values { settings: Settings::default(), exposure: 9.0, lights: Vec::new(), roughness: None };
+        let mut controls = Controls { shown: true, keys, ..Controls::default() };
+        let bounds = Aabb { min: DVec3::splat(-1234.5), max: DVec3::splat(987.654) };
+        // Their sizes are known when they have been shown once.
+        for _ in 0..3 {
+            let facts = Facts {
+                device: "llvmpipe (LLVM 15.0.6, 256 bits)",
+                intervals: &[],
+                times: FrameTimes::default(),
+                plan: None,
+                parts: Vec::new(),
+                lights: &[],
+                memory: MemoryReport::default(),
+                refused: None,
+                is_pending: false,
+                error: None,
+                is_comparing: !is_stepping,
+                selected: Some(Selected {
+                    object: "a column with a long name".into(),
+                    material: "a material with a name as long".into(),
+                    triangles: 123_456,
+                    distance: 1234.5,
+                    bounds,
+                }),
+                is_stepping,
+                camera: "-1325.61,122.5,-38.69/8634.14,1018.87,-38.69/60".into(),
+                bounds,
+            };
+            let input = egui::RawInput {
+                screen_rect: Some(egui::Rect::from_min_size(egui::Pos2::ZERO, size)),
+                ..Default::default()
+            };
+            let _ = context.run(input, |context| controls.show(context, &facts, &mut values));
+        }
+        let found = |name: &'static str| {
+            let visible = context
+                .memory(|memory| memory.areas().is_visible(&egui::LayerId::new(egui::Order::Middle, Id::new(name))));
+            Some((name, context.memory(|memory| memory.area_rect(Id::new(name))).filter(|_| visible)?))
+        };
+        ["Afterlight", "Selected", "Error", "Keys"].into_iter().filter_map(found).collect()
+    }
+
+    #[test]
+    fn panels_do_not_overlap_in_a_small_window_nor_leave_it() {
+        for size in [Vec2::new(640.0, 360.0), Vec2::new(1280.0, 720.0)] {
+            for (keys, is_stepping) in [(false, false), (false, true), (true, false)] {
+                let panels = open_panels(size, keys, is_stepping);
+                let names: Vec<&str> = panels.iter().map(|&(name, _)| name).collect();
+                match (keys, is_stepping) {
+                    (false, false) => assert_eq!(names, ["Afterlight", "Selected", "Error"]),
+                    (true, false) if size.x < 960.0 => assert_eq!(names, ["Keys"]),
+                    (true, _) => assert_eq!(names, ["Afterlight", "Selected", "Error", "Keys"]),
+                    (false, true) => assert_eq!(names.contains(&"Selected"), size.x > 960.0, "{names:?}"),
+                }
+                let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, size);
+                for (index, (name, own)) in panels.iter().enumerate() {
+                    assert!(screen.contains_rect(*own), "{name} is at {own:?} of {size:?}");
+                    for (other, next) in &panels[index + 1..] {
+                        let overlap = own.intersect(*next);
+                        assert!(!overlap.is_positive(), "{name} {own:?} and {other} {next:?} in {size:?}");
+                    }
+                }
+            }
+        }
     }
 
     #[test]

@@ -8,7 +8,7 @@ use winit::event::WindowEvent;
 use winit::window::Window;
 
 use super::clock::Clock;
-use super::controls::{Controls, Facts, Selected, Values};
+use super::controls::{Controls, Facts, Selected, Values, is_small};
 use super::faults::Faults;
 use super::marks::{HeatMap, draw_box};
 use super::oracle::{Answer, Drawn, ErrorMap, Oracle, Question};
@@ -122,6 +122,7 @@ impl UserInterface {
             error: self.error.as_ref(),
             is_comparing: self.compared.is_some(),
             selected: self.selected.and_then(|selected| selected_of(&subject.scene, selected)),
+            is_stepping: self.stepper.is_open(),
             camera: camera.to_string(),
             bounds: subject.bounds(),
         };
@@ -142,7 +143,9 @@ impl UserInterface {
             }
             controls.show(context, &facts, &mut after);
             faults.show(context);
-            stepper.panel(context, scene, &drawn);
+            if !(controls.keys && is_small(context)) {
+                stepper.panel(context, scene, &drawn);
+            }
         });
         drop(facts);
         if self.stepper.take_new() {

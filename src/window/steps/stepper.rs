@@ -3,6 +3,7 @@
 use egui::style::ScrollAnimation;
 use egui::{Align2, Context, RichText, ScrollArea, Ui, pos2};
 
+use super::super::controls::is_small;
 use super::{Step, turned};
 use crate::frame::{Drawn, Presenter};
 use crate::plan::{self, FramePlan};
@@ -154,10 +155,13 @@ impl Stepper {
     /// Builds the panel; `drawn` is what the last frame drew.
     pub fn panel(&mut self, context: &Context, scene: &Scene, drawn: &Drawn) {
         let Some(shown) = &self.shown else { return };
-        let right_top = pos2(context.content_rect().right() - 12.0, 120.0);
+        let screen = context.content_rect();
+        // Below what is selected, where there is room for both, and beside the main panel.
+        let right_top = pos2(screen.right() - 12.0, if is_small(context) { 12.0 } else { 190.0 });
+        let width = (screen.width() - 400.0).clamp(120.0, 300.0);
         let window = egui::Window::new("Frame steps").pivot(Align2::RIGHT_TOP).default_pos(right_top);
         let (mut open, mut wish) = (true, self.wish);
-        window.default_width(300.0).open(&mut open).show(context, |ui| {
+        window.default_width(width).open(&mut open).show(context, |ui| {
             present(ui, shown, scene, drawn);
             ui.horizontal(|ui| {
                 for (text, own) in [

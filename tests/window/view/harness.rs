@@ -31,6 +31,7 @@ pub mod key {
     pub const W: u8 = 25;
     pub const G: u8 = 42;
     pub const K: u8 = 45;
+    pub const F: u8 = 41;
     pub const V: u8 = 55;
     pub const T: u8 = 28;
     pub const R: u8 = 27;

@@ -130,3 +130,21 @@ fn what_is_changed_on_a_panel_is_in_the_light() {
 }
 
 const ROUGHNESS: [i16; 2] = [44, 201];
+
+#[test]
+fn a_scene_file_that_is_written_draws_what_is_seen() {
+    let server = Server::start();
+    let (scene, size) = ("builtin:spheres", size_text(SIZE));
+    let mut view = View::open(&server, &[scene, "--size", &size, "--fxaa", "on"]);
+    let first = rendered(SIZE, &[scene, "--fxaa", "on"]);
+    view.shows(&first, "as it was opened");
+    server.press(key::W);
+    sleep(Duration::from_millis(300));
+    server.release(key::W);
+    let moved = view.settles_elsewhere(&first);
+    server.tap(key::F);
+    view.waits_to_tell("scene: ./afterlight-0001.toml; afterlight render ./afterlight-0001.toml");
+    let file = view.folder.path().join("afterlight-0001.toml");
+    assert!(rendered(SIZE, &[file.to_str().expect("a name")]) == moved, "{:?}", fs::read_to_string(&file));
+    view.closes_well();
+}
