@@ -5,6 +5,7 @@
 const OCTAHEDRAL: u32 = 0u;
 const HALF_ENCODED: u32 = 1u;
 const SIGNED: u32 = 2u;
+const OCTAHEDRAL_8: u32 = 3u;
 
 fn sign_not_zero(v: vec2<f32>) -> vec2<f32> {
     return select(vec2(-1.0), vec2(1.0), v >= vec2(0.0));
@@ -37,6 +38,7 @@ fn from_unorm(v: vec2<f32>, steps: f32) -> vec2<f32> {
 fn encode_normal(n: vec3<f32>, encoding: u32) -> vec4<f32> {
     switch encoding {
         case OCTAHEDRAL: { return vec4(to_unorm(octahedral(n), 65535.0), 0.0, 0.0); }
+        case OCTAHEDRAL_8: { return vec4(to_unorm(octahedral(n), 255.0), 0.0, 0.0); }
         case HALF_ENCODED: { return vec4(n * 0.5 + 0.5, 0.0); }
         default: { return vec4(n, 0.0); }
     }
@@ -45,6 +47,7 @@ fn encode_normal(n: vec3<f32>, encoding: u32) -> vec4<f32> {
 fn decode_normal(t: vec4<f32>, encoding: u32) -> vec3<f32> {
     switch encoding {
         case OCTAHEDRAL: { return octahedral_decode(from_unorm(t.xy, 65535.0)); }
+        case OCTAHEDRAL_8: { return octahedral_decode(from_unorm(t.xy, 255.0)); }
         case HALF_ENCODED: { return normalize(t.xyz * 2.0 - 1.0); }
         default: { return normalize(t.xyz); }
     }

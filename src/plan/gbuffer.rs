@@ -8,12 +8,14 @@ use crate::scene::{Brdf, GbufferChoice, GbufferPreset, Keep, OptionalPart, Targe
 /// How a normal fits its target; the numbers are those of `shaders/shared/encodings.wgsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NormalEncoding {
-    /// Octahedral, in two channels.
+    /// Octahedral, in two channels of 16 bits.
     Octahedral = 0,
     /// From -1..1 to 0..1, in three channels.
     HalfEncoded = 1,
     /// As it is, in signed channels.
     Signed = 2,
+    /// Octahedral, in two channels of 8 bits.
+    Octahedral8 = 3,
 }
 
 /// Formats of the targets that GEOMETRY writes besides depth.
@@ -62,6 +64,8 @@ impl Gbuffer {
         let (normal, normal_encoding) = match choice.normal.unwrap_or(normal) {
             T::Oct16 if device.unorm_2x16_attachment => (vk::Format::R16G16_UNORM, NormalEncoding::Octahedral),
             T::Oct16 | T::Oct16Uint => (vk::Format::R16G16_UINT, NormalEncoding::Octahedral),
+            T::Oct8 => (vk::Format::R8G8_UNORM, NormalEncoding::Octahedral8),
+            T::Rgb8 => (vk::Format::R8G8B8A8_UNORM, NormalEncoding::HalfEncoded),
             T::Rgb10a2 => (vk::Format::A2B10G10R10_UNORM_PACK32, NormalEncoding::HalfEncoded),
             T::Rgba16f => (vk::Format::R16G16B16A16_SFLOAT, NormalEncoding::Signed),
             T::Rgba32f | T::Depth | T::Rgba8 => (vk::Format::R32G32B32A32_SFLOAT, NormalEncoding::Signed),

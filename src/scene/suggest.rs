@@ -1,15 +1,21 @@
 //! "Did you mean": the nearest known name to a mistyped one.
 
-/// The candidate that is most like `name`, if any is like it enough to be what was meant (Jaro-Winkler 0.7 and up).
+/// The candidate that is most like `name`, if any is like it enough to be what was meant (Jaro-Winkler 0.7 and up) and has the same numbers in
+/// it: 8 bits are not 32, however alike their names.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let name = name.to_lowercase().replace('_', "-");
     let likeness = |candidate: &str| strsim::jaro_winkler(&name, &candidate.to_lowercase().replace('_', "-"));
     candidates
         .into_iter()
+        .filter(|candidate| digits(candidate) == digits(&name))
         .map(|candidate| (likeness(candidate), candidate))
         .filter(|(score, _)| *score >= 0.7)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, candidate)| candidate)
+}
+
+fn digits(name: &str) -> String {
+    name.chars().filter(char::is_ascii_digit).collect()
 }
 
 /// One line: `unknown tonemap "nuetral": did you mean "neutral"? (neutral, agx, aces, none)`.
@@ -28,6 +34,8 @@ mod tests {
     fn a_typo_finds_its_name_and_nonsense_finds_none() {
         assert_eq!(nearest("fov_y_degree", ["near", "fov_y_degrees"]), Some("fov_y_degrees"));
         assert_eq!(nearest("zzz", ["near", "target"]), None);
+        assert_eq!(nearest("rgba8", ["rgb10a2", "rgba32f"]), None);
+        assert_eq!(nearest("rgba8", ["rgb10a2", "rgb8"]), Some("rgb8"));
         assert_eq!(
             unknown("tonemap", "nuetral", &["neutral", "agx"]),
             "unknown tonemap \"nuetral\": did you mean \"neutral\"? (possible: neutral, agx)"

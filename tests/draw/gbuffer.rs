@@ -53,6 +53,10 @@ impl Rounding {
             // Half a step of 1/32767 in each of two coordinates: FRAC_1_SQRT_2 / 32767. The map back to the octahedron stretches that by
             // sqrt(3) at most ((1, 1) becomes (1, 1, -2)), and projecting to the sphere by sqrt(3) in the middle of a face: 0.0037 degrees.
             (NormalEncoding::Octahedral, _) => 3.0 * FRAC_1_SQRT_2 / 32767.0,
+            // The same of 1/127: 0.96 degrees.
+            (NormalEncoding::Octahedral8, _) => 3.0 * FRAC_1_SQRT_2 / 127.0,
+            // Half a step of 2/255 in each of three coordinates: 0.39 degrees.
+            (NormalEncoding::HalfEncoded, vk::Format::R8G8B8A8_UNORM) => 3f64.sqrt() / 255.0,
             // Half a step of 2/1023 in each of three coordinates, all across the normal: 0.097 degrees (0.096 where
             // the worst direction lies on codes).
             (NormalEncoding::HalfEncoded, _) => 3f64.sqrt() / 1023.0,

@@ -170,6 +170,10 @@ pub enum TargetChoice {
     Oct16,
     /// Normal only: octahedral in R16G16_UINT, what devices without R16G16_UNORM targets get.
     Oct16Uint,
+    /// Normal only: octahedral, two 8-bit normalized channels.
+    Oct8,
+    /// Normal only: half-encoded xyz, 8 bits each.
+    Rgb8,
     /// Normal only: half-encoded xyz, 10 bits each.
     Rgb10a2,
     /// Albedo (sRGB-encoded) and material.

@@ -64,7 +64,7 @@ named!(ShadowFilter, "shadow filter",
 named!(Transparency, "transparency", "sorted" => Sorted, "oit" => Oit);
 named!(GbufferPreset, "G-buffer preset", "lean" => Lean, "fat" => Fat, "float32" => Float32);
 named!(TargetChoice, "target format",
-    "depth" => Depth, "oct16" => Oct16, "oct16-uint" => Oct16Uint, "rgb10a2" => Rgb10a2,
+    "depth" => Depth, "oct16" => Oct16, "oct16-uint" => Oct16Uint, "oct8" => Oct8, "rgb8" => Rgb8, "rgb10a2" => Rgb10a2,
     "rgba8" => Rgba8, "rgba16f" => Rgba16f, "rgba32f" => Rgba32f);
 
 /// Which formats a target of the G-buffer takes.
@@ -75,6 +75,8 @@ pub const TARGETS: &[(&str, &[TargetChoice])] = &[
         &[
             TargetChoice::Oct16,
             TargetChoice::Oct16Uint,
+            TargetChoice::Oct8,
+            TargetChoice::Rgb8,
             TargetChoice::Rgb10a2,
             TargetChoice::Rgba16f,
             TargetChoice::Rgba32f,
@@ -177,7 +179,10 @@ mod tests {
     #[test]
     fn a_wrong_gbuffer_says_what_is_possible() {
         let says = |text: &str| text.parse::<GbufferChoice>().unwrap_err().to_string();
-        assert!(says("lean,normal=rgba8").contains("possible: oct16, oct16-uint, rgb10a2, rgba16f, rgba32f"));
+        assert!(
+            says("lean,normal=rgba8")
+                .contains("did you mean \"rgb8\"? (possible: oct16, oct16-uint, oct8, rgb8, rgb10a2")
+        );
         assert!(says("lean,norml=oct16").contains("did you mean \"normal\""));
         assert!(says("laen").contains("did you mean \"lean\""));
         assert!(says("lean,fat").contains("stands first"));
