@@ -101,6 +101,7 @@ pub struct Sums {
 }
 
 impl Sums {
+    /// For devices that blend 32-bit floats: 20 bytes a pixel.
     pub const SINGLE: Self = Self { accumulation: vk::Format::R32G32B32A32_SFLOAT, weights: vk::Format::R32_SFLOAT };
     /// Mandatory to blend. The share that is left is exact to 1/2048, which is 1% of what a pane of alpha 0.04 hides.
     pub const HALF: Self = Self { accumulation: vk::Format::R16G16B16A16_SFLOAT, weights: vk::Format::R16_SFLOAT };
@@ -120,8 +121,11 @@ pub enum Shading {
     },
     /// Shows a G-buffer value.
     ShowGbuffer(View),
+    /// Shows as a heat map how many fragments were shaded for each pixel.
     ShowOverdraw,
+    /// Shows the nearest opaque triangle, in a colour of its own.
     ShowTriangle,
+    /// Shows the maps of the shadow atlas; nothing else is drawn.
     ShowShadowMap,
 }
 
@@ -156,7 +160,9 @@ impl Shading {
 /// The structure of all frames of a scene with some settings on some device.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FramePlan {
+    /// Width and height of the picture in pixels.
     pub size: [u32; 2],
+    /// Whether frames light their pixels or show a value, from [`Settings::view`].
     pub shading: Shading,
     /// Absent for the views that read none.
     pub gbuffer: Option<Gbuffer>,
@@ -174,6 +180,7 @@ pub struct FramePlan {
     pub transparent_triangles: u32,
     /// An attachment of its own between LIGHTING and the output.
     pub hdr: Option<vk::Format>,
+    /// The format of [`Target::Output`] and of the finished picture.
     pub output: vk::Format,
     /// What pictures are drawn into, where they are presented.
     pub presented: Option<Canvas>,
@@ -181,11 +188,13 @@ pub struct FramePlan {
     pub encoding: Option<Encoding>,
     /// A compute pass stores red and blue in each other's place, for a swapchain whose images have them so.
     pub swaps_red_and_blue: bool,
+    /// Which step applies the tone curve, and which curve.
     pub tone_mapping: ToneMapping,
     /// Light is exposed before it is stored; that of a picture in nits is not.
     pub exposes: bool,
     /// Jittered frames that make one picture.
     pub samples: u32,
+    /// Whether `samples` and `msaa` are averaged before the tone curve or after it.
     pub resolve: Resolve,
     /// Settings of what works on the finished picture; all others are as by default.
     pub effects: Settings,
@@ -193,6 +202,7 @@ pub struct FramePlan {
     pub fxaa: bool,
     /// Samples of each attachment but the output.
     pub msaa: u32,
+    /// Which reflection models lighting evaluates, from the materials that can be drawn.
     pub brdf: PlannedBrdf,
     /// Some surface is a metal.
     pub metal: bool,
@@ -202,6 +212,7 @@ pub struct FramePlan {
     pub orthographic: bool,
     /// Every material's, whatever it says itself.
     pub brdf_override: Option<Brdf>,
+    /// Which kinds of light shaders have code for.
     pub lights: PlannedLights,
     pub(crate) light_order: LightOrder,
     /// Depth of opaque surfaces is drawn first, so that each pixel is shaded once.
@@ -226,7 +237,9 @@ pub struct FramePlan {
     pub anisotropy: u32,
     /// How little of a surface a pixel may cover, in metres, where textures lack levels that would show below it.
     pub footprint: Option<f64>,
+    /// What the first frame waits to be copied to the device.
     pub uploads: Uploads,
+    /// The device can keep transient attachments in tile memory alone.
     pub lazily_allocated: bool,
     /// The device is a CPU. Then frames leave out what costs the CPU time to find out: see `seeks`.
     pub software: bool,
@@ -288,11 +301,11 @@ impl Choices {
     }
 }
 
-pub const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
+pub(crate) const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
 /// Counts fragments in steps of 1/255; mandatory to blend.
-pub const COUNT: vk::Format = vk::Format::R8_UNORM;
+pub(crate) const COUNT: vk::Format = vk::Format::R8_UNORM;
 /// Numbers of an object and of a triangle; mandatory to draw into.
-pub const TRIANGLE: vk::Format = vk::Format::R32G32_UINT;
+pub(crate) const TRIANGLE: vk::Format = vk::Format::R32G32_UINT;
 
 impl FramePlan {
     /// Decides what exists.
@@ -510,6 +523,7 @@ impl FramePlan {
         self.shading != Shading::ShowShadowMap
     }
 
+    /// Whether the main pass ends with TONEMAP, which reads the HDR target.
     pub fn has_tonemap_subpass(&self) -> bool {
         matches!(self.tone_mapping, ToneMapping::Subpass(_) | ToneMapping::Kept)
     }

@@ -93,6 +93,7 @@ impl fmt::Display for Carrier {
 pub struct RowName(&'static str);
 
 impl RowName {
+    /// As `afterlight inspect` prints it and [`Edges::named`] takes it: `gbuffer-reuse`.
     pub const fn name(self) -> &'static str {
         self.0
     }
@@ -107,15 +108,21 @@ impl fmt::Display for RowName {
 /// A row of the table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Edge {
+    /// Unique within a table.
     pub name: RowName,
+    /// The Vulkan construct that the row becomes.
     pub carrier: Carrier,
+    /// The subpass or step that must be over.
     pub from: Place,
+    /// The subpass or step that must wait.
     pub to: Place,
     /// All uses that must be over, in one: their stages, and of their accesses the writes.
     pub before: Use,
     /// All uses that must wait, in one.
     pub after: Use,
+    /// `VK_DEPENDENCY_BY_REGION_BIT`: each pixel waits only for itself. False outside of subpass dependencies.
     pub by_region: bool,
+    /// The reason in a sentence, for `afterlight inspect` and its documentation.
     pub why: &'static str,
 }
 
@@ -155,6 +162,7 @@ impl Edge {
         parts
     }
 
+    /// The stages and accesses of one side.
     pub fn side(&self, side: Side) -> Use {
         match side {
             Side::Before => self.before,
@@ -173,6 +181,7 @@ pub struct Refused(String);
 pub struct Edges(Vec<Edge>);
 
 impl Edges {
+    /// All rows in the order of a frame; those between the CPU and the device come last.
     pub fn iter(&self) -> impl Iterator<Item = &Edge> {
         self.0.iter()
     }

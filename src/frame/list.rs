@@ -30,6 +30,7 @@ pub const SHADOW_PASS: RenderPassName = RenderPassName("shadow pass");
 pub const MAIN_PASS: RenderPassName = RenderPassName("main pass");
 /// GEOMETRY's, where the G-buffer is stored before the main pass reads it.
 pub const GBUFFER_PASS: RenderPassName = RenderPassName("G-buffer pass");
+/// FXAA's, and TONE's behind it, which draw the picture from the output of the main pass.
 pub const FXAA_PASS: RenderPassName = RenderPassName("FXAA pass");
 
 /// A part of the frame.
@@ -46,6 +47,7 @@ pub enum Step {
 pub struct Subpass {
     /// The name by which rows know it.
     pub place: Place,
+    /// In the order in which they draw.
     pub passes: Vec<&'static Pass>,
     /// Of all of them.
     pub touches: Vec<Touch>,
@@ -53,15 +55,20 @@ pub struct Subpass {
 
 /// A pass with the barriers before and after it, by their rows.
 pub struct Commands {
+    /// Compute, a copy, or a pass that begins a render pass of its own.
     pub pass: &'static Pass,
+    /// Frames in which the step is recorded; the others skip the pass and its barriers.
     pub when: Occasion,
+    /// Barriers before the pass, each with the image or buffer that it is about.
     pub before: Vec<(RowName, Resource)>,
+    /// Barriers after the pass, likewise.
     pub after: Vec<(RowName, Resource)>,
 }
 
 /// In which of a plan's frames something happens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Occasion {
+    /// Every frame.
     Always,
     /// The window is split.
     Split,
@@ -195,6 +202,7 @@ impl Step {
 }
 
 impl List {
+    /// The steps in the order in which a frame records them; `proof` and the renderer both follow this list.
     pub fn of(plan: &FramePlan) -> Self {
         let frame = if plan.is_tiled() { tiled::list(plan) } else { deferred::list(plan) };
         let mut list = Self(frame.into_iter().chain(after_the_picture(plan)).flatten().collect());

@@ -26,7 +26,9 @@ pub struct PassDescription {
 pub struct LayoutChange {
     /// None for the image of a barrier.
     pub image: Option<Resource>,
+    /// Before the row.
     pub old: vk::ImageLayout,
+    /// After the row.
     pub new: vk::ImageLayout,
 }
 

@@ -70,7 +70,9 @@ impl Lighting {
 /// Kinds of light that LIGHTING has code for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct PlannedLights {
+    /// Some light is directional, or code for such lights is kept.
     pub directional: bool,
+    /// Some light is a point light, a spot light or a beam, or code for such lights is kept.
     pub punctual: bool,
     /// What some light needs code for: bits of [`TRAITS`].
     pub traits: u32,
@@ -80,6 +82,7 @@ pub struct PlannedLights {
     pub bounded: bool,
     /// Some point or spot light reaches everywhere.
     pub unbounded: bool,
+    /// The environment has ambient light, or code for it is kept.
     pub ambient: bool,
     /// One directional light is all there is, so that no loop goes over lights.
     pub one_directional: bool,

@@ -11,9 +11,13 @@ pub const MAX_SHADOW_VIEWS: usize = 128;
 /// A square of the atlas, in texels of its layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Tile {
+    /// The layer of the atlas, from 0.
     pub layer: u32,
+    /// Of the left edge.
     pub x: u32,
+    /// Of the upper edge.
     pub y: u32,
+    /// A whole layer for a cascade, half of its width for other maps.
     pub edge: u32,
 }
 
@@ -52,8 +56,11 @@ impl MapProjection {
 pub struct ShadowLight {
     /// The light's place among those of the plan.
     pub light: usize,
+    /// As [`Light::name`] has it.
     pub name: String,
+    /// The light's first map: an index into [`ShadowPlan::tiles`].
     pub first_view: usize,
+    /// Says how many maps follow the first, and what each looks at.
     pub projection: MapProjection,
 }
 
@@ -62,7 +69,9 @@ pub struct ShadowLight {
 pub struct ShadowPlan {
     /// Edge of a layer in texels.
     pub size: u32,
+    /// Layers of the image, 4 bytes a texel.
     pub layers: u32,
+    /// How lookups compare texels; it decides how far biases reach.
     pub filter: ShadowFilter,
     /// Casters before a map's near plane are pressed onto it: where the device can.
     pub clamp: bool,

@@ -9,10 +9,15 @@ use super::{COUNT, DEPTH, FramePlan, Shading, TRIANGLE, format_bytes};
 pub enum Target {
     /// Reversed Z: cleared to 0, which is infinitely far.
     Depth,
+    /// RGB albedo; alpha is ambient occlusion.
     Albedo,
+    /// The shading normal, encoded as [`super::Gbuffer::normal_encoding`] says.
     Normal,
+    /// Roughness or shininess, metallic, and the geometric normal.
     Material,
+    /// Specular colour of the Phong models; alpha is the index of the BRDF.
     Specular,
+    /// Relative to the camera, in metres.
     Position,
     /// Fragments for each pixel.
     Count,
@@ -33,6 +38,7 @@ pub enum Target {
 }
 
 impl Target {
+    /// In the order of framebuffers.
     pub const ALL: [Self; 14] = [
         Self::Depth,
         Self::Albedo,

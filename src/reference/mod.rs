@@ -44,7 +44,10 @@ pub enum Mode {
     /// numeric error, and how textures are filtered.
     Point,
     /// The mean over the pixel's square, by so many samples: aliasing counts as error, too.
-    Converged { samples: u32 },
+    Converged {
+        /// Rays through each pixel.
+        samples: u32,
+    },
 }
 
 /// Which masking and shadowing function the specular lobe has.

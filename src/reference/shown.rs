@@ -5,10 +5,12 @@ use glam::{DVec2, DVec3};
 use super::tonemap::{encode_srgb, tone_map};
 use crate::scene::Settings;
 
-/// Where a pixel is in a picture: its column and row from the top left, and the picture's width and height.
+/// Where a pixel is in a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pixel {
+    /// Column and row, from the top left.
     pub place: [u32; 2],
+    /// Width and height of the picture in pixels.
     pub size: [u32; 2],
 }
 

@@ -7,10 +7,22 @@ use std::path::PathBuf;
 pub enum Error {
     /// The file could not be read at all.
     #[error("cannot read {path}: {cause}", path = .path.display())]
-    Read { path: PathBuf, cause: String },
+    Read {
+        /// As the user or the scene file named it.
+        path: PathBuf,
+        /// What the system said, or what is wrong with the name.
+        cause: String,
+    },
     /// The file's content is wrong.
     #[error("{path}{at}: {what}", path = .path.display(), at = .line.map(|n| format!(":{n}")).unwrap_or_default())]
-    Content { path: PathBuf, line: Option<usize>, what: String },
+    Content {
+        /// As the user or the scene file named it.
+        path: PathBuf,
+        /// From 1; none for binary files and for faults of the whole file.
+        line: Option<usize>,
+        /// What is wrong and what was expected; displayed behind the path.
+        what: String,
+    },
     /// A `builtin:` name or a parameter of it is wrong.
     #[error("{0}")]
     Builtin(String),

@@ -26,21 +26,48 @@ pub struct Light {
 /// The shape and place of a light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LightKind {
-    /// `direction` is where the light travels to, of any length but 0.
-    Directional { direction: DVec3 },
-    /// Beyond `range`, in metres, the light is zero; `None` reaches everywhere.
-    Point { position: DVec3, range: Option<f64>, falloff: Falloff },
-    /// `direction` as above. Angles are measured from the axis, 0 <= inner <= outer <= 180 degrees.
-    Spot {
-        position: DVec3,
+    /// Parallel light from infinitely far away.
+    Directional {
+        /// Where the light travels to, of any length but 0.
         direction: DVec3,
-        inner_angle_degrees: f64,
-        outer_angle_degrees: f64,
+    },
+    /// Light to all sides.
+    Point {
+        /// In world space, metres.
+        position: DVec3,
+        /// Metres beyond which the light is zero; `None` reaches everywhere.
         range: Option<f64>,
+        /// How distance weakens the light.
         falloff: Falloff,
     },
-    /// Parallel light from a disc of `radius` metres around `position`, full up to its soft edge, which is a share of the radius, 0 to 1.
-    Beam { position: DVec3, direction: DVec3, radius: f64, edge: f64, range: Option<f64> },
+    /// Light within a cone, which fades out between its two angles.
+    Spot {
+        /// The apex of the cone, in world space, metres.
+        position: DVec3,
+        /// Where the light travels to, of any length but 0.
+        direction: DVec3,
+        /// From the axis: up to here the light is full. 0 to `outer_angle_degrees`.
+        inner_angle_degrees: f64,
+        /// From the axis: from here on there is no light. At most 180.
+        outer_angle_degrees: f64,
+        /// Metres beyond which the light is zero; `None` reaches everywhere.
+        range: Option<f64>,
+        /// How distance weakens the light.
+        falloff: Falloff,
+    },
+    /// Parallel light from a disc; distance does not weaken it.
+    Beam {
+        /// The middle of the disc, in world space, metres.
+        position: DVec3,
+        /// Where the light travels to, of any length but 0.
+        direction: DVec3,
+        /// Of the disc, in metres.
+        radius: f64,
+        /// The share of the radius, 0 to 1, over which the light fades out towards the rim.
+        edge: f64,
+        /// Metres beyond which the light is zero; `None` reaches everywhere.
+        range: Option<f64>,
+    },
 }
 
 /// What the program asks of a light, whatever its kind.
@@ -69,10 +96,20 @@ pub struct LightForm {
 pub enum Outline {
     /// All of it.
     Space,
-    /// Half angles in degrees: full up to the inner one, none from the outer one on.
-    Cone { inner: f64, outer: f64 },
-    /// Its radius in metres, and how much of that is soft.
-    Cylinder { radius: f64, edge: f64 },
+    /// Its half angles.
+    Cone {
+        /// In degrees; the light is full up to here.
+        inner: f64,
+        /// In degrees; no light from here on.
+        outer: f64,
+    },
+    /// Around the axis, from the light's place on.
+    Cylinder {
+        /// In metres.
+        radius: f64,
+        /// The soft share of the radius, 0 to 1.
+        edge: f64,
+    },
 }
 
 /// How shadow maps look at the scene for a light.
@@ -388,9 +425,15 @@ pub enum Falloff {
     InverseSquare,
     /// max(1 - (d/r)^2, 0); needs a range.
     Quadratic,
-    /// 1 / (constant + linear d + quadratic d^2), cut at the range when there is one. Coefficients are not
-    /// negative.
-    Polynomial { constant: f32, linear: f32, quadratic: f32 },
+    /// 1 / (constant + linear d + quadratic d^2), cut at the range when there is one.
+    Polynomial {
+        /// Not negative, as the others.
+        constant: f32,
+        /// Per metre.
+        linear: f32,
+        /// Per square metre.
+        quadratic: f32,
+    },
 }
 
 impl Falloff {

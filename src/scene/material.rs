@@ -25,7 +25,10 @@ pub enum AlphaMode {
     #[default]
     Opaque,
     /// A fragment whose alpha is below the cut-off is not there.
-    Mask { cutoff: f32 },
+    Mask {
+        /// 0 to 1.
+        cutoff: f32,
+    },
     /// What the surface reflects and emits, times alpha, over what lies behind it: a thin cover, as gauze or smoke.
     Blend,
     /// Alpha is that of the body only: its diffuse light is times alpha, its highlights and what it emits are whole, and what lies
@@ -200,6 +203,7 @@ pub struct Material {
     pub base_color: Vec3,
     /// Opacity, 0 to 1; all modes but `AlphaMode::Opaque` look at it.
     pub alpha: f32,
+    /// Opaque by default: `alpha` is not looked at.
     pub alpha_mode: AlphaMode,
     /// 0 to 1.
     pub metallic: f32,

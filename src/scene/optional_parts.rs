@@ -58,11 +58,17 @@ optional_parts! {
     WideIndices = "wide-indices",
     /// Meshes that no drawn object has.
     UnusedMeshes = "unused-meshes",
+    /// The sampling of base-colour textures by materials that have none.
     BaseColorTextures = "base-color-textures",
+    /// The sampling of normal maps by materials that have none.
     NormalMaps = "normal-maps",
+    /// The sampling of textures of metallic and roughness by materials that have none.
     MetallicRoughnessTextures = "metallic-roughness-textures",
+    /// The sampling of ambient occlusion by materials that have none.
     OcclusionTextures = "occlusion-textures",
+    /// The sampling of emitted colours by materials that have none.
     EmissiveTextures = "emissive-textures",
+    /// The sampling of specular colours of the Phong models by materials that have none.
     SpecularTextures = "specular-textures",
     /// Textures of the power of the Phong models.
     ShininessTextures = "shininess-textures",
@@ -76,10 +82,13 @@ optional_parts! {
     AlphaMasks = "alpha-masks",
     /// Masks that cut nothing, and what masks leave nothing of.
     OpaqueMasks = "opaque-masks",
+    /// Code for the ambient light of the environment.
     AmbientLight = "ambient-light",
+    /// Code for directional lights.
     DirectionalLights = "directional-lights",
     /// Point and spot lights.
     PunctualLights = "punctual-lights",
+    /// The cutting of lights to cones, in shaders.
     SpotCones = "spot-cones",
     /// Beams of parallel light.
     Beams = "beams",
@@ -102,6 +111,7 @@ optional_parts! {
 }
 
 impl OptionalPart {
+    /// In the order of reports.
     pub fn all() -> impl Iterator<Item = Self> {
         Self::NAMES.iter().map(|&(_, part)| part)
     }
@@ -123,20 +133,24 @@ impl Keep {
     /// Every part, to compare with.
     pub const ALL: Self = Self((1 << OptionalPart::NAMES.len()) - 1);
 
+    /// Whether the part stays.
     pub const fn has(self, part: OptionalPart) -> bool {
         self.0 & (1 << part as u64) != 0
     }
 
+    /// The same and this part.
     #[must_use]
     pub const fn with(self, part: OptionalPart) -> Self {
         Self(self.0 | 1 << part as u64)
     }
 
+    /// The same but for this part.
     #[must_use]
     pub const fn without(self, part: OptionalPart) -> Self {
         Self(self.0 & !(1 << part as u64))
     }
 
+    /// Those that stay, in the order of reports.
     pub fn parts(self) -> impl Iterator<Item = OptionalPart> {
         OptionalPart::all().filter(move |&part| self.has(part))
     }

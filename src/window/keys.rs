@@ -6,7 +6,7 @@ use super::camera::Held;
 
 /// What a key does when it is pressed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Action {
+pub(super) enum Action {
     Quit,
     Help,
     Reset,
@@ -79,7 +79,7 @@ const DIGITS: [KeyCode; 9] = [
 ];
 
 /// What a key does when it is pressed, alone, with Ctrl or with Shift.
-pub fn action(key: KeyCode, control: bool, shift: bool) -> Option<Action> {
+pub(super) fn action(key: KeyCode, control: bool, shift: bool) -> Option<Action> {
     let number = DIGITS.iter().position(|&digit| digit == key);
     match key {
         KeyCode::Escape => Some(Action::Quit),
@@ -102,7 +102,7 @@ pub fn action(key: KeyCode, control: bool, shift: bool) -> Option<Action> {
 }
 
 /// Takes note of a key that moves the camera while it is held down. False for other keys.
-pub fn hold(held: &mut Held, key: KeyCode, pressed: bool) -> bool {
+pub(super) fn hold(held: &mut Held, key: KeyCode, pressed: bool) -> bool {
     let state = match key {
         KeyCode::KeyW | KeyCode::ArrowUp => &mut held.forward,
         KeyCode::KeyS | KeyCode::ArrowDown => &mut held.back,

@@ -1,10 +1,10 @@
 //! A window onto a scene: events in, a camera that moves, frames out. What is drawn and shown is [`crate::frame::Presenter`]'s; what the hands of
-//! a user do to the camera is [`camera`]'s, which needs no window.
+//! a user do to the camera is `camera.rs`'s, which needs no window.
 
-pub mod camera;
 pub mod keys;
 
 mod app;
+mod camera;
 mod clock;
 mod controls;
 mod faults;

@@ -8,8 +8,8 @@ use crate::plan::{FramePlan, Target};
 use crate::scene::Transparency;
 
 impl RowName {
-    pub const FORWARD_TO_TRANSPARENT: Self = Self("forward-to-transparent");
-    pub const FORWARD_TO_COMPOSITE: Self = Self("forward-to-composite");
+    pub(crate) const FORWARD_TO_TRANSPARENT: Self = Self("forward-to-transparent");
+    pub(crate) const FORWARD_TO_COMPOSITE: Self = Self("forward-to-composite");
 }
 
 /// FORWARD is the first to touch all that it draws into.

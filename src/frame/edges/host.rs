@@ -7,12 +7,13 @@ use crate::gpu::sync::{DEVICE_ACCESS, HOST_WRITE, Use};
 use crate::passes::copy;
 
 impl RowName {
-    pub const HOST_TO_FRAME: Self = Self("host-to-frame");
-    pub const FRAME_TO_HOST: Self = Self("frame-to-host");
-    pub const LAST_USE_TO_DESTROY: Self = Self("last-use-to-destroy");
+    pub(crate) const HOST_TO_FRAME: Self = Self("host-to-frame");
+    pub(crate) const FRAME_TO_HOST: Self = Self("frame-to-host");
+    pub(crate) const LAST_USE_TO_DESTROY: Self = Self("last-use-to-destroy");
+    /// Makes the copy of a picture visible to the CPU.
     pub const PICTURE_TO_HOST: Self = Self("picture-to-host");
-    pub const COPY_TO_HOST: Self = Self("copy-to-host");
-    pub const RESULTS_TO_HOST: Self = Self("results-to-host");
+    pub(crate) const COPY_TO_HOST: Self = Self("copy-to-host");
+    pub(crate) const RESULTS_TO_HOST: Self = Self("results-to-host");
 }
 
 /// Writes every result.

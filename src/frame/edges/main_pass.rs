@@ -14,21 +14,21 @@ use crate::plan::{FramePlan, Shading, Target};
 use crate::scene::Transparency;
 
 impl RowName {
-    pub const GBUFFER_REUSE: Self = Self("gbuffer-reuse");
-    pub const GBUFFER_TO_LIGHTING: Self = Self("gbuffer-to-lighting");
-    pub const HDR_REUSE: Self = Self("hdr-reuse");
-    pub const SAMPLES_REUSE: Self = Self("samples-reuse");
-    pub const OUTPUT_REUSE: Self = Self("output-reuse");
-    pub const TARGETS_REUSE: Self = Self("targets-reuse");
-    pub const LIGHTING_TO_TRANSPARENT: Self = Self("lighting-to-transparent");
-    pub const LIGHTING_TO_COMPOSITE: Self = Self("lighting-to-composite");
-    pub const SUMS_REUSE: Self = Self("sums-reuse");
-    pub const SUMS_TO_COMPOSITE: Self = Self("sums-to-composite");
-    pub const HDR_TO_TONEMAP: Self = Self("hdr-to-tonemap");
-    pub const OUTPUT_TO_FXAA: Self = Self("output-to-fxaa");
-    pub const PICTURE_REUSE: Self = Self("picture-reuse");
-    pub const PICTURE_TO_TONE: Self = Self("picture-to-tone");
-    pub const READ_BACK: Self = Self("read-back");
+    pub(crate) const GBUFFER_REUSE: Self = Self("gbuffer-reuse");
+    pub(crate) const GBUFFER_TO_LIGHTING: Self = Self("gbuffer-to-lighting");
+    pub(crate) const HDR_REUSE: Self = Self("hdr-reuse");
+    pub(crate) const SAMPLES_REUSE: Self = Self("samples-reuse");
+    pub(crate) const OUTPUT_REUSE: Self = Self("output-reuse");
+    pub(crate) const TARGETS_REUSE: Self = Self("targets-reuse");
+    pub(crate) const LIGHTING_TO_TRANSPARENT: Self = Self("lighting-to-transparent");
+    pub(crate) const LIGHTING_TO_COMPOSITE: Self = Self("lighting-to-composite");
+    pub(crate) const SUMS_REUSE: Self = Self("sums-reuse");
+    pub(crate) const SUMS_TO_COMPOSITE: Self = Self("sums-to-composite");
+    pub(crate) const HDR_TO_TONEMAP: Self = Self("hdr-to-tonemap");
+    pub(crate) const OUTPUT_TO_FXAA: Self = Self("output-to-fxaa");
+    pub(crate) const PICTURE_REUSE: Self = Self("picture-reuse");
+    pub(crate) const PICTURE_TO_TONE: Self = Self("picture-to-tone");
+    pub(crate) const READ_BACK: Self = Self("read-back");
 }
 
 /// All of them, in the order of a frame.

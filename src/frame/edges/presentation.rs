@@ -19,22 +19,22 @@ use crate::passes::{copy, encode, overlay, present, split};
 use crate::plan::{Canvas, FramePlan};
 
 impl RowName {
-    pub const ACQUIRE: Self = Self("acquire");
-    pub const PRESENT: Self = Self("present");
-    pub const SWAPCHAIN_TO_PRESENT: Self = Self("swapchain-to-present");
-    pub const PRESENT_TO_SWAPCHAIN: Self = Self("present-to-swapchain");
-    pub const PICTURE_TO_SPLIT: Self = Self("picture-to-split");
-    pub const SPLIT_TO_PICTURE: Self = Self("split-to-picture");
-    pub const PICTURE_TO_COPY: Self = Self("picture-to-copy");
-    pub const COPY_TO_PICTURE: Self = Self("copy-to-picture");
-    pub const PICTURE_TO_OVERLAY: Self = Self("picture-to-overlay");
-    pub const OVERLAY_TO_PICTURE: Self = Self("overlay-to-picture");
-    pub const PICTURE_TO_ENCODE: Self = Self("picture-to-encode");
-    pub const SWAPCHAIN_TO_ENCODE: Self = Self("swapchain-to-encode");
-    pub const ENCODE_TO_PICTURE: Self = Self("encode-to-picture");
-    pub const ENCODE_TO_SWAPCHAIN: Self = Self("encode-to-swapchain");
-    pub const PANEL_TO_COPY: Self = Self("panel-to-copy");
-    pub const UPLOAD_TO_PANELS: Self = Self("upload-to-panels");
+    pub(crate) const ACQUIRE: Self = Self("acquire");
+    pub(crate) const PRESENT: Self = Self("present");
+    pub(crate) const SWAPCHAIN_TO_PRESENT: Self = Self("swapchain-to-present");
+    pub(crate) const PRESENT_TO_SWAPCHAIN: Self = Self("present-to-swapchain");
+    pub(crate) const PICTURE_TO_SPLIT: Self = Self("picture-to-split");
+    pub(crate) const SPLIT_TO_PICTURE: Self = Self("split-to-picture");
+    pub(crate) const PICTURE_TO_COPY: Self = Self("picture-to-copy");
+    pub(crate) const COPY_TO_PICTURE: Self = Self("copy-to-picture");
+    pub(crate) const PICTURE_TO_OVERLAY: Self = Self("picture-to-overlay");
+    pub(crate) const OVERLAY_TO_PICTURE: Self = Self("overlay-to-picture");
+    pub(crate) const PICTURE_TO_ENCODE: Self = Self("picture-to-encode");
+    pub(crate) const SWAPCHAIN_TO_ENCODE: Self = Self("swapchain-to-encode");
+    pub(crate) const ENCODE_TO_PICTURE: Self = Self("encode-to-picture");
+    pub(crate) const ENCODE_TO_SWAPCHAIN: Self = Self("encode-to-swapchain");
+    pub(crate) const PANEL_TO_COPY: Self = Self("panel-to-copy");
+    pub(crate) const UPLOAD_TO_PANELS: Self = Self("upload-to-panels");
 }
 
 const READ_BY_PRESENTATION: vk::ImageLayout = vk::ImageLayout::PRESENT_SRC_KHR;

@@ -11,10 +11,11 @@ use crate::plan::FramePlan;
 use crate::scene::LightPath;
 
 impl RowName {
-    pub const SHADOW_ATLAS_TO_CLEAR: Self = Self("shadow-atlas-to-clear");
-    pub const CLEAR_TO_SHADOW_MAPS: Self = Self("clear-to-shadow-maps");
+    pub(crate) const SHADOW_ATLAS_TO_CLEAR: Self = Self("shadow-atlas-to-clear");
+    pub(crate) const CLEAR_TO_SHADOW_MAPS: Self = Self("clear-to-shadow-maps");
+    /// Lets the last reader of a shadow map finish before SHADOW clears the map.
     pub const SHADOW_MAP_REUSE: Self = Self("shadow-map-reuse");
-    pub const SHADOW_MAP_TO_LIGHTING: Self = Self("shadow-map-to-lighting");
+    pub(crate) const SHADOW_MAP_TO_LIGHTING: Self = Self("shadow-map-to-lighting");
 }
 
 const CLEARED: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;

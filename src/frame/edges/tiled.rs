@@ -7,7 +7,7 @@ use crate::frame::list::MAIN_PASS;
 use crate::passes::{copy, geometry, tiled};
 
 impl RowName {
-    pub const GBUFFER_TO_TILED: Self = Self("gbuffer-to-tiled");
+    pub(crate) const GBUFFER_TO_TILED: Self = Self("gbuffer-to-tiled");
 }
 
 /// The main pass ends with GEOMETRY; a compute pass reads what it stored and writes the output.

@@ -35,6 +35,7 @@ pub struct UnreportedMutants {
     pub section: &'static str,
     /// A sentence that it says there.
     pub says: &'static str,
+    /// Why the layer stays silent, in a sentence.
     pub why: &'static str,
 }
 

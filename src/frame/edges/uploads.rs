@@ -10,11 +10,11 @@ use crate::gpu_scene::{INDEX_READ, TEXTURE_READ, VERTEX_READ};
 use crate::plan::FramePlan;
 
 impl RowName {
-    pub const UPLOAD_TO_VERTICES: Self = Self("upload-to-vertices");
-    pub const TEXTURE_TO_COPY: Self = Self("texture-to-copy");
-    pub const LEVEL_TO_BLIT: Self = Self("level-to-blit");
-    pub const BLIT_TO_TEXTURES: Self = Self("blit-to-textures");
-    pub const UPLOAD_TO_TEXTURES: Self = Self("upload-to-textures");
+    pub(crate) const UPLOAD_TO_VERTICES: Self = Self("upload-to-vertices");
+    pub(crate) const TEXTURE_TO_COPY: Self = Self("texture-to-copy");
+    pub(crate) const LEVEL_TO_BLIT: Self = Self("level-to-blit");
+    pub(crate) const BLIT_TO_TEXTURES: Self = Self("blit-to-textures");
+    pub(crate) const UPLOAD_TO_TEXTURES: Self = Self("upload-to-textures");
 }
 
 const WRITTEN: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;

@@ -6,7 +6,9 @@ use crate::scene::{Keep, Mesh, Object, OptionalPart, Scene, TextureSlot};
 /// Bits of an index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum IndexWidth {
+    /// For meshes of at most 65536 vertices.
     Bits16,
+    /// For larger meshes, and for all where [`OptionalPart::WideIndices`] is kept.
     Bits32,
 }
 
@@ -22,6 +24,7 @@ impl IndexWidth {
         }
     }
 
+    /// Of one index: 2 or 4.
     pub fn bytes(self) -> u64 {
         match self {
             Self::Bits16 => 2,
@@ -39,7 +42,9 @@ pub struct PlannedMesh {
     pub first_vertex: u32,
     /// Its first index, in the buffer of its width.
     pub first_index: u32,
+    /// Three for each triangle.
     pub index_count: u32,
+    /// Says which of the two index buffers the mesh lies in.
     pub width: IndexWidth,
     /// Streams that a pipeline reads of it, or that are kept.
     pub streams: Streams,
@@ -50,12 +55,17 @@ pub struct PlannedMesh {
 pub struct MeshPlan {
     /// In the order in which they lie in the buffers.
     pub meshes: Vec<PlannedMesh>,
+    /// Vertices of all meshes; each has a position.
     pub vertices: u64,
-    /// Vertices of each other stream: up to the last mesh that needs it.
+    /// Vertices of the stream of normals: up to the last mesh that needs it.
     pub normals: u64,
+    /// Vertices of the stream of texture coordinates, likewise.
     pub uvs: u64,
+    /// Vertices of the stream of tangents, likewise.
     pub tangents: u64,
+    /// Indices in the buffer of 16-bit ones.
     pub indices_16: u64,
+    /// Indices in the buffer of 32-bit ones.
     pub indices_32: u64,
     /// Of triangles that are sorted for each frame.
     pub sorted_width: Option<IndexWidth>,
@@ -116,6 +126,7 @@ impl MeshPlan {
         Streams { normals: self.normals > 0, uvs: self.uvs > 0, tangents: self.tangents > 0 }
     }
 
+    /// Bytes of both index buffers.
     pub fn index_bytes(&self) -> u64 {
         2 * self.indices_16 + 4 * self.indices_32
     }

@@ -11,13 +11,14 @@ use crate::scene::{AlphaMode, Brdf, Material, Object, OptionalPart, TextureSlot,
 pub struct TextureMask(u8);
 
 impl TextureMask {
-    pub const BASE_COLOR: Self = Self(1 << TextureSlot::BaseColor as u8);
+    pub(crate) const BASE_COLOR: Self = Self(1 << TextureSlot::BaseColor as u8);
 
+    /// Whether the bit of a slot is set.
     pub fn contains(self, slot: TextureSlot) -> bool {
         self.0 & (1 << slot as u8) != 0
     }
 
-    pub fn with(self, slot: TextureSlot) -> Self {
+    pub(crate) fn with(self, slot: TextureSlot) -> Self {
         Self(self.0 | 1 << slot as u8)
     }
 
@@ -26,15 +27,17 @@ impl TextureMask {
         u32::from(self.0)
     }
 
+    /// Whether the material samples nothing.
     pub fn is_empty(self) -> bool {
         self.0 == 0
     }
 
     #[must_use]
-    pub fn union(self, other: Self) -> Self {
+    pub(crate) fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
+    /// The slots whose bits are set, in the order of [`TextureSlot`].
     pub fn slots(self) -> impl Iterator<Item = TextureSlot> {
         TextureSlot::ALL.into_iter().filter(move |&slot| self.contains(slot))
     }
@@ -43,16 +46,22 @@ impl TextureMask {
 /// How a surface goes with what lies behind it; the numbers are those of `shaders/forward.wgsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Opacity {
+    /// Replaces it: opaque and masked materials.
     Hides = 0,
+    /// [`AlphaMode::Blend`].
     Blend = 1,
+    /// [`AlphaMode::Glass`].
     Glass = 2,
 }
 
 /// What sets pipelines apart that light surfaces while they draw them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ForwardKey {
+    /// [`Material::brdf`], or the override of the settings.
     pub brdf: Brdf,
+    /// From [`Material::alpha_mode`].
     pub opacity: Opacity,
+    /// What the material emits is added; in views that show no emission it is not.
     pub emissive: bool,
 }
 
@@ -61,9 +70,11 @@ pub struct ForwardKey {
 pub struct GeometryKey {
     /// Only slots that this plan samples.
     pub textures: TextureMask,
+    /// Discards fragments by the alpha of the base-colour texture.
     pub masked: bool,
     /// Compares alpha with the cut-off: what is masked, and, where such code is kept, all that is opaque, with a cut-off of 0.
     pub discards: bool,
+    /// Draws back faces as well, with their normals turned.
     pub two_sided: bool,
     /// The transform swaps left and right, and with them front and back.
     pub mirrored: bool,
@@ -166,14 +177,17 @@ fn shows_emission(material: &Material, rules: &SurfaceRules) -> bool {
 /// Vertex attributes besides positions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Streams {
+    /// Three floats a vertex.
     pub normals: bool,
+    /// Two floats a vertex.
     pub uvs: bool,
+    /// Four floats a vertex; the last one is the sign of the bitangent.
     pub tangents: bool,
 }
 
 impl Streams {
     #[must_use]
-    pub fn union(self, other: Self) -> Self {
+    pub(crate) fn union(self, other: Self) -> Self {
         Self {
             normals: self.normals || other.normals,
             uvs: self.uvs || other.uvs,

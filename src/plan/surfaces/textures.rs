@@ -35,6 +35,7 @@ impl TextureSource {
 /// A texture on the device.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PlannedTexture {
+    /// A texture of the scene, or a neutral texel.
     pub source: TextureSource,
     /// The scene's level that is its largest one.
     pub first_level: u32,

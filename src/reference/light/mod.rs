@@ -24,10 +24,13 @@ use crate::scene::{Environment, Light};
 /// Where light comes from.
 #[derive(Debug, Clone, Copy)]
 pub struct Illumination<'a> {
+    /// Numbered in this order for `visibility`.
     pub lights: &'a [Light],
+    /// Ambient light, of which a surface's own occlusion takes its share; the background does not count.
     pub environment: &'a Environment,
     /// The camera's place in the world: surfaces' positions are relative to it.
     pub eye: DVec3,
+    /// For the lobe of Cook-Torrance alone.
     pub smith: Smith,
 }
 

@@ -36,6 +36,7 @@ pub struct Measurement {
 
 /// Measures from cameras that the front was not made with.
 pub trait Witness {
+    /// How many cameras there are; `measure` takes them from 0 on.
     fn cameras(&self) -> usize;
 
     /// A point of the scene from one of these cameras, and the settings as given beside it.

@@ -48,6 +48,7 @@ pub struct Evidence {
     pub passed_over: Vec<PassedOver>,
 }
 
+/// Settings with their figures, as measured from the camera of the scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Found {
     /// The settings, as a command line has them.
@@ -70,6 +71,7 @@ pub struct Figures {
     pub ms_high: f64,
 }
 
+/// The choice and the settings as given, as measured in turns from another camera.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HeldOut {
     /// The camera, as `--camera` takes it.
@@ -83,6 +85,7 @@ pub struct HeldOut {
     pub default_ms: f64,
 }
 
+/// Settings that were tried before the choice, and the camera from which the bound did not hold.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PassedOver {
     /// The settings, as a command line has them.

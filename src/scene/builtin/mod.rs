@@ -11,7 +11,7 @@ mod paint;
 mod params;
 pub mod shapes;
 mod spheres;
-pub mod stage;
+pub(crate) mod stage;
 
 pub use params::{Kind, Parameter};
 

@@ -4,6 +4,7 @@ use crate::scene::suggest::unknown;
 use crate::scene::{Brdf, Error};
 
 /// What a parameter may be.
+#[expect(missing_docs, reason = "the variants tell of their fields")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
     /// A whole number in a range, both ends included.

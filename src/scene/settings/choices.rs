@@ -71,12 +71,14 @@ pub enum LightPath {
     ForwardNaive,
 }
 
+/// The curve from exposed light, of which 1 saturates the sensor, to what a display shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Tonemap {
     /// Khronos PBR Neutral.
     #[default]
     Neutral,
+    /// Troy Sobotka's AgX, in the polynomial fit of Benjamin Wrensch.
     Agx,
     /// Stephen Hill's fit of the ACES reference and output transforms.
     Aces,
@@ -117,6 +119,7 @@ pub enum ShadowFilter {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum View {
+    /// The lit picture.
     #[default]
     Final,
     /// Sign-log map of the world position, scaled by the scene's extent.
@@ -125,10 +128,15 @@ pub enum View {
     Normal,
     /// Shading normal, absolute value.
     NormalAbsolute,
+    /// Base colour with its textures, linear.
     Albedo,
+    /// 0 black, 1 white.
     Metallic,
+    /// Perceptual roughness, or what stands for it in the Phong models: 0 black, 1 white.
     Roughness,
+    /// Near is white, infinitely far black, at half the radius of the scene grey; in metres along the view axis where the output is linear.
     Depth,
+    /// The maps of the shadow atlas.
     ShadowMap,
     /// Lit with albedo 1.
     Lighting,
@@ -145,19 +153,27 @@ pub enum View {
 /// Which format each target of the G-buffer has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct GbufferChoice {
+    /// Where no override below says otherwise.
     pub preset: GbufferPreset,
-    /// Overrides of the preset by target.
+    /// `Depth`, `Rgba16f` or `Rgba32f`.
     pub position: Option<TargetChoice>,
+    /// Any but `Depth` and `Rgba8`.
     pub normal: Option<TargetChoice>,
+    /// `Rgba8`, `Rgba16f` or `Rgba32f`.
     pub albedo: Option<TargetChoice>,
+    /// As `albedo`.
     pub material: Option<TargetChoice>,
 }
 
+/// A format for each target of the G-buffer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum GbufferPreset {
+    /// Position from depth, `Oct16` normals, `Rgba8` for the rest.
     #[default]
     Lean,
+    /// `Rgba16f` for all, with a target for the position.
     Fat,
+    /// `Rgba32f` for all, with a target for the position.
     Float32,
 }
 
@@ -178,7 +194,9 @@ pub enum TargetChoice {
     Rgb10a2,
     /// Albedo (sRGB-encoded) and material.
     Rgba8,
+    /// Every target: half floats, 8 bytes a pixel.
     Rgba16f,
+    /// Every target: single floats, 16 bytes a pixel.
     Rgba32f,
 }
 

@@ -15,6 +15,7 @@ pub struct Setting {
     pub help: &'static str,
     /// A few words: its label in the window's panel, and the heading of its family in a report.
     pub title: &'static str,
+    /// Type and range.
     pub values: ValueKind,
     /// Of a number; empty where it has none.
     pub unit: &'static str,
@@ -30,6 +31,7 @@ pub struct Setting {
     pub only: &'static str,
     /// It has a row in the window's panel.
     pub in_panel: bool,
+    /// Whether `afterlight report` tries other values of it.
     pub sweep: Sweep,
     /// The numbers that a sweep tries, and that the panel's menu offers; none for all values that there are.
     pub tried: &'static [&'static str],
@@ -42,6 +44,7 @@ pub struct Setting {
 /// How a report sweeps a setting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sweep {
+    /// Never: all that a report draws has the value that was given.
     No,
     /// By itself, and not with `--quick`.
     Alone,
@@ -52,10 +55,13 @@ pub enum Sweep {
 /// What a value may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ValueKind {
+    /// A boolean; in text also `true`, `yes`, `false` and `no`.
     OnOff,
+    /// One of these words.
     Names(&'static [&'static str]),
     /// Whole numbers from one to another.
     Whole(u32, u32),
+    /// One of these whole numbers.
     Among(&'static [u32]),
     /// Numbers from one to another.
     Number(f32, f32),
