@@ -3,7 +3,7 @@
 //! Scene in, plan, frame, image out: [`scene`] says what is drawn, [`plan::FramePlan`] what of it all frames need, and
 //! [`frame`] draws it. ARCHITECTURE.md has the map.
 
-#![warn(missing_docs)]
+#![deny(missing_docs)]
 #![cfg_attr(
     not(feature = "present"),
     allow(dead_code, reason = "only frames of a window are resized, encoded, split and covered by panels")

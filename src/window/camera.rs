@@ -110,11 +110,6 @@ impl CameraControl {
         self.mode
     }
 
-    /// Metres a second.
-    pub fn speed(&self) -> f64 {
-        self.speed
-    }
-
     /// Whether the next frame would be another one.
     pub fn is_moving(&self, held: Held) -> bool {
         held.direction() != DVec3::ZERO || self.velocity != DVec3::ZERO || self.turn != [0.0; 2] || self.zoom != 0.0
@@ -383,11 +378,11 @@ mod tests {
     #[test]
     fn the_wheel_changes_the_speed_of_flight_within_reason() {
         let mut control = control();
-        let speed = control.speed();
+        let speed = control.speed;
         control.wheel(2.0);
-        assert!((control.speed() / speed - NOTCH * NOTCH).abs() < 1e-12);
+        assert!((control.speed / speed - NOTCH * NOTCH).abs() < 1e-12);
         control.wheel(-1e9);
         control.wheel(1e9);
-        assert!(control.speed().is_finite() && control.speed() > 0.0);
+        assert!(control.speed.is_finite() && control.speed > 0.0);
     }
 }
