@@ -200,7 +200,7 @@ pub struct VertexInput {
 }
 
 /// The type of a vertex attribute in the shader.
-#[expect(missing_docs, reason = "the names say all")]
+#[allow(missing_docs, reason = "the names say all")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum VertexFormat {
     Float32,

@@ -68,6 +68,7 @@ impl Place {
         Self(name)
     }
 
+    /// In capitals, as rows and reports print it: `LIGHTING`.
     pub const fn name(self) -> &'static str {
         self.0
     }
