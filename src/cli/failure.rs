@@ -56,6 +56,11 @@ impl Failure {
         Self::new(Exit::Usage, message)
     }
 
+    /// The same with what of the input is to blame.
+    pub fn with_place(self, place: &str) -> Self {
+        Self { message: format!("{} ({place})", self.message), ..self }
+    }
+
     pub fn with_hint(self, hint: impl Into<String>) -> Self {
         Self { hint: Some(hint.into()), ..self }
     }

@@ -127,7 +127,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         // The plan is that of a frame, however many of them a picture is made of.
         let variation = SettingsPatch { view: args.view, samples: Some(1), ..SettingsPatch::default() };
         let settings = workload.settings(&variation, &device.physical)?;
-        let plan = plan_for(&device, &workload.scene, &settings)?;
+        let plan = plan_for(&device, &workload.scene, &settings);
+        let plan = plan.map_err(|error| workload.blame(error, &device.physical, &settings))?;
         let parts = PlanReport::of(&plan, &workload.scene, &settings, &capabilities(&device.physical));
         let dependencies = edges::table(&plan);
         let layouts = |edge: &Edge| layout_changes(&plan, &dependencies, edge);

@@ -98,6 +98,14 @@ pub fn json(value: &impl Serialize) -> Result<String, Failure> {
     text.map(|text| text + "\n").map_err(failed)
 }
 
+/// Makes a folder and what lies above it.
+pub fn make_folder(path: &Path) -> Result<(), Failure> {
+    match path.is_file() {
+        true => Err(cannot_be(path, "it is a file, and a folder is needed")),
+        false => fs::create_dir_all(path).map_err(|error| Failure::write(&path.display().to_string(), &error)),
+    }
+}
+
 /// A file under a temporary name beside its target, so that the rename that publishes it stays on one file system.
 struct PendingFile<'a> {
     /// As the user wrote it, for messages.

@@ -198,7 +198,7 @@ fn export(args: &Args, folder: &Path) -> Result<(), Failure> {
     let (scene, camera) = (&workload.scene, workload.scene.camera);
     let shot = mitsuba::Shot { scene, camera, size: settings.size, brdf: settings.brdf };
     let export = mitsuba::export(&shot).map_err(refused)?;
-    std::fs::create_dir_all(folder).map_err(|error| Failure::write(&folder.display().to_string(), &error))?;
+    output::make_folder(folder)?;
     for (name, text) in
         export.meshes.iter().map(|(name, text)| (name.as_str(), text)).chain([("scene.xml", &export.scene)])
     {

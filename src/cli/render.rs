@@ -112,7 +112,8 @@ fn draw(
 ) -> Result<String, Failure> {
     let settings = settings(args, workload, device, view)?;
     let start = Instant::now();
-    let mut renderer = Renderer::new(device, &workload.scene, &settings)?;
+    let renderer = Renderer::new(device, &workload.scene, &settings);
+    let mut renderer = renderer.map_err(|error| workload.blame(error, &device.physical, &settings))?;
     workload.warn(renderer.plan())?;
     let bar = progress::bar("drawing".into(), u64::from(args.frames) * u64::from(settings.samples), args.quiet);
     let mut times = Table::with_figures_from(1);
@@ -180,8 +181,14 @@ fn costs(workload: &Workload, plan: &FramePlan, times: &Table, device: &Device, 
         times.line(),
         bytes(report.peak_bytes),
         parts.len() - included,
-        workload.scene.name,
+        quoted(&workload.scene.name),
     )
+}
+
+/// As a shell takes it.
+fn quoted(name: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || ":/._-".contains(c);
+    if name.chars().all(is_plain) { name.to_owned() } else { format!("\"{name}\"") }
 }
 
 /// The samples asked for: whoever says something of anti-aliasing first of the command line, `--settings` and the scene file. A view, or

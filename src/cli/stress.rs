@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::time::Instant;
 
-use afterlight::scene::unknown;
+use afterlight::scene::nearest;
 #[cfg(feature = "report")]
 use afterlight::stress::page;
 use afterlight::stress::{self, Case, Finding, Outcome, RunInfo, Verdict, catalogue, range};
@@ -61,9 +61,11 @@ fn name(text: &str) -> Result<String, String> {
         return Ok(text.into());
     }
     let all = catalogue::all();
-    let mut known: Vec<&str> = all.iter().flat_map(|case| [case.group(), case.name]).collect();
-    known.dedup();
-    Err(unknown("case", text, &known))
+    let known = all.iter().flat_map(|case| [case.group(), case.name]);
+    let guess = nearest(text, known).map_or_else(String::new, |guess| format!(": did you mean \"{guess}\"?"));
+    let mut groups: Vec<&str> = all.iter().map(|case| case.group()).collect();
+    groups.dedup();
+    Err(format!("unknown case {text:?}{guess} (groups: {}; --list has all cases)", groups.join(", ")))
 }
 
 fn seeds(text: &str) -> Result<[u32; 2], String> {

@@ -6,11 +6,11 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
 
-use afterlight::frame::{capabilities, list};
+use afterlight::frame::{self, capabilities, list};
 use afterlight::gpu::{MemoryReport, PhysicalDevice};
 use afterlight::plan::FramePlan;
-use afterlight::scene::file::{load_path, load_settings};
-use afterlight::scene::{self, Camera, CameraPath, OpenOptions, Scene, Settings, SettingsPatch, decimal};
+use afterlight::scene::file::{load_path, load_settings, said_where};
+use afterlight::scene::{self, Camera, CameraPath, OpenOptions, SETTINGS, Scene, Settings, SettingsPatch, decimal};
 
 use glam::DVec3;
 
@@ -150,6 +150,27 @@ impl Workload {
     /// `variation` over all that was said over the defaults, whatever a device can draw.
     pub fn decided(&self, variation: &SettingsPatch) -> Settings {
         variation.or(&self.patch()).decide()
+    }
+
+    /// Why no frame can be drawn with these settings; where that is for their sake, with the lines of scene files that say each of them without
+    /// which it could be.
+    pub fn blame(&self, error: impl Into<frame::Error>, device: &PhysicalDevice, settings: &Settings) -> Failure {
+        let error = error.into();
+        if !matches!(error, frame::Error::Plan(_)) {
+            return error.into();
+        }
+        let (device, said) = (capabilities(device), self.said());
+        let is_to_blame = |key: &str| {
+            let Some(setting) = SETTINGS.iter().find(|setting| setting.key == key) else { return false };
+            let mut without = settings.patch();
+            let is_left_out = setting.text(&said).is_none() && setting.set(&mut without, None).is_ok();
+            let without = Settings { output: settings.output, ..without.decide() };
+            is_left_out && FramePlan::of(&self.scene, &without, &device).is_ok()
+        };
+        let all = said_where(&self.scene.files).into_iter().filter(|(key, _)| is_to_blame(key));
+        let lines: Vec<_> = all.map(|(key, place)| format!("{key} at {place}")).collect();
+        let failure = Failure::from(error);
+        if lines.is_empty() { failure } else { failure.with_place(&lines.join(", ")) }
     }
 
     /// The settings of one picture, as [`Workload::decided`].

@@ -128,7 +128,7 @@ impl ShadowPlan {
             tiles: Vec::new(),
         };
         let mut free = Vec::new();
-        let mut unserved = Vec::new();
+        let (mut unserved, mut remedy) = (Vec::new(), None);
         for (light, source) in by_importance(scene, order) {
             let wanted = MapProjection::of(source, shadows.cascades);
             let tries: Vec<MapProjection> = match wanted {
@@ -147,11 +147,12 @@ impl ShadowPlan {
                 }
             }
             if let Some(short) = short {
-                unserved.push((
-                    source.name.as_str(),
-                    short.reason(shadows, within_budget > most, most),
-                    found.is_some(),
-                ));
+                let by_device = within_budget > most;
+                let mut why = short.reason(shadows, by_device, most);
+                if short == Short::Layers && !by_device {
+                    why += remedy.get_or_insert_with(|| Self::remedy(scene, settings, order, device));
+                }
+                unserved.push((source.name.as_str(), why, found.is_some()));
             }
             if let Some((projection, tiles)) = found {
                 let first_view = plan.tiles.len();
@@ -161,6 +162,22 @@ impl ShadowPlan {
         }
         let warnings = warnings(&unserved);
         ((!plan.lights.is_empty()).then_some(plan), warnings)
+    }
+
+    /// What would give all lights their maps: the budget that they need at this size, or the size at which they are within the budget.
+    fn remedy(scene: &Scene, settings: &Settings, order: &LightOrder, device: &Capabilities) -> String {
+        let shadows = ShadowSettings { budget: u32::MAX, ..settings.shadows.clone() };
+        let whole = Self::of(scene, &Settings { shadows, ..settings.clone() }, order, device).0;
+        let ShadowSettings { budget, size, .. } = settings.shadows;
+        let Some(needed) = whole.map(|plan| plan.bytes().div_ceil(1 << 20)) else { return String::new() };
+        let smaller = (1..).map(|halved| size >> halved).find(|&smaller| {
+            let share = f64::from(smaller) / f64::from(size);
+            smaller < 32 || needed as f64 * share * share <= f64::from(budget)
+        });
+        match smaller.filter(|&smaller| smaller >= 32) {
+            Some(smaller) => format!("; --shadow-budget {needed} or --shadow-size {smaller} has room for all"),
+            None => format!("; --shadow-budget {needed} has room for all"),
+        }
     }
 
     /// An atlas in which nobody looks anything up.

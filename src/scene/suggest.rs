@@ -1,6 +1,6 @@
 //! "Did you mean": the nearest known name to a mistyped one.
 
-/// The candidate that is most like `name`, if any is like it enough to be what was meant (Jaro-Winkler 0.7 and up) and has the same numbers in
+/// The candidate that is most like `name`, if any is like it enough to be what was meant (Jaro-Winkler 0.8 and up) and has the same numbers in
 /// it: 8 bits are not 32, however alike their names.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let name = name.to_lowercase().replace('_', "-");
@@ -9,7 +9,7 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         .into_iter()
         .filter(|candidate| digits(candidate) == digits(&name))
         .map(|candidate| (likeness(candidate), candidate))
-        .filter(|(score, _)| *score >= 0.7)
+        .filter(|(score, _)| *score >= 0.8)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, candidate)| candidate)
 }

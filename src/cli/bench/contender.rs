@@ -29,7 +29,8 @@ impl Contender {
     pub fn new(name: &str, device: &Arc<Device>, workload: &Workload, settings: Settings) -> Result<Self, Failure> {
         let before = memory_by_kind(device);
         let start = Instant::now();
-        let mut renderer = Renderer::new(device, &workload.scene, &settings)?;
+        let renderer = Renderer::new(device, &workload.scene, &settings);
+        let mut renderer = renderer.map_err(|error| workload.blame(error, &device.physical, &settings))?;
         workload.warn(renderer.plan())?;
         renderer.render(&workload.scene.camera)?;
         renderer.wait()?;

@@ -43,7 +43,8 @@ pub fn draw(
     target(0).sink.check()?;
 
     let start = Instant::now();
-    let mut renderer = Renderer::new(device, &workload.scene, &settings)?;
+    let renderer = Renderer::new(device, &workload.scene, &settings);
+    let mut renderer = renderer.map_err(|error| workload.blame(error, &device.physical, &settings))?;
     workload.warn(renderer.plan())?;
     let set_up_ms = milliseconds_since(start);
     let bar = progress::bar("drawing".into(), u64::from(count), args.quiet);

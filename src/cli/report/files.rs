@@ -14,8 +14,8 @@ use afterlight::report::sweep::table;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder, RgbImage};
 
-use super::make_folder;
 use crate::cli::failure::{Exit, Failure};
+use crate::cli::output::make_folder;
 use crate::cli::output::{self, Sink};
 
 /// A report as JSON, CSV and a page.

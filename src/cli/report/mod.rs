@@ -247,11 +247,6 @@ impl From<Error> for Failure {
     }
 }
 
-/// Makes a folder and what lies above it.
-fn make_folder(path: &Path) -> Result<(), Failure> {
-    fs::create_dir_all(path).map_err(|error| Failure::write(&path.display().to_string(), &error))
-}
-
 #[cfg(test)]
 mod tests {
     use clap::Parser;

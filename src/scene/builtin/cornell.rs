@@ -73,7 +73,7 @@ fn build(_: &Params) -> Scene {
         },
         color: Vec3::new(1.0, 0.85, 0.6),
         intensity: LAMP_INTENSITY,
-        casts_shadow: false,
+        casts_shadow: true,
         size: 0.0,
     });
     stage.scene.environment = Environment { ambient: Vec3::new(4.0, 3.6, 3.0), background: Vec3::ZERO, ground: None };

@@ -19,7 +19,7 @@ pub use path::{load_path, parse_path};
 pub use write::{Origin, to_toml};
 
 use std::cell::Cell;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use toml::Spanned;
 use toml::de::DeTable;
@@ -81,7 +81,25 @@ pub fn parse(text: &str, path: &Path, options: &OpenOptions) -> Result<Scene, Er
     }
     add_tangents(&mut scene);
     light_and_view(&root, &mut scene, folder, options)?;
+    if scene.objects.is_empty() {
+        let warning =
+            format!("{}: nothing is drawn, as the file has neither models nor a base with some", path.display());
+        scene.warnings.push(warning);
+    }
     Ok(scene)
+}
+
+/// The settings that scene files say themselves, by their keys, each with `FILE:LINE`. Files that cannot be read say none.
+pub fn said_where(files: &[PathBuf]) -> Vec<(&'static str, String)> {
+    let of = |path: &PathBuf| {
+        let text = read_text(path).ok()?;
+        let source = Source { path, text: &text };
+        let root = parse_root(source).ok()?;
+        let root = Table::open(source, 0, String::new(), root.get_ref(), schema::ROOT).ok()?;
+        Some(settings::lines(&root.get("settings")?))
+    };
+    let scene_files = files.iter().filter(|path| path.extension().is_some_and(|extension| extension == "toml"));
+    scene_files.filter_map(of).flatten().collect()
 }
 
 /// Opens a settings file: `[settings]` as in a scene file, and beside it at most `[evidence]`, which is not read.

@@ -23,12 +23,16 @@ pub(super) struct Source<'a> {
 
 impl Source<'_> {
     pub fn error(&self, at: usize, what: String) -> Error {
-        let before = self.text.as_bytes().iter().take(at);
-        let line = before.filter(|byte| **byte == b'\n').count() + 1;
+        let line = line_of(self.text, at);
         // Names and paths may hold line breaks, and escapes that a terminal would obey.
         let what = what.chars().flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] });
         Error::Content { path: self.path.to_owned(), line: Some(line), what: what.collect() }
     }
+}
+
+/// Counted from 1.
+fn line_of(text: &str, at: usize) -> usize {
+    text.as_bytes().iter().take(at).filter(|byte| **byte == b'\n').count() + 1
 }
 
 /// What a number must be.
@@ -75,6 +79,12 @@ impl<'a> Node<'a> {
     }
 
     /// An error about this value: `camera.near = -1: must be above 0`.
+    /// The file and the line where it begins.
+    pub fn place(&self) -> String {
+        let Source { path, text } = self.source;
+        format!("{}:{}", path.display(), line_of(text, self.span.start))
+    }
+
     pub fn wrong(&self, what: impl std::fmt::Display) -> Error {
         let written = self.source.text.get(self.span.clone()).unwrap_or_default();
         let is_short = written.len() <= 60 && !written.contains('\n');

@@ -78,23 +78,35 @@ pub(super) fn environment(node: &Node, environment: Environment) -> Result<Envir
 }
 
 pub(super) fn settings(node: &Node) -> Result<SettingsPatch, Error> {
-    let table = node.table(schema::SETTINGS)?;
     let mut patch = SettingsPatch::default();
+    rows(node)?.into_iter().try_for_each(|(setting, node)| said(setting, &node, &mut patch))?;
+    Ok(patch)
+}
+
+/// The settings that a table says, each with its key.
+fn rows<'a>(node: &Node<'a>) -> Result<Vec<(&'static Setting, Node<'a>)>, Error> {
+    let table = node.table(schema::SETTINGS)?;
     // `true`, `false`, or a table.
     let (on, shadows) = match table.get("shadows") {
         Some(node) if node.is_boolean() => (Some(node), None),
         Some(node) => (None, Some(node.table(schema::SHADOWS)?)),
         None => (None, None),
     };
-    for setting in SETTINGS {
+    let row = |setting: &'static Setting| {
         let node = match setting.toml.split_once('.') {
             None => table.get(setting.toml),
             Some((_, "enabled")) if on.is_some() => on.clone(),
             Some((_, key)) => shadows.as_ref().and_then(|shadows| shadows.get(key)),
         };
-        node.map_or(Ok(()), |node| said(setting, &node, &mut patch))?;
-    }
-    Ok(patch)
+        Some((setting, node?))
+    };
+    Ok(SETTINGS.iter().filter_map(row).collect())
+}
+
+/// Where each of them stands, by the settings' keys.
+pub(super) fn lines(node: &Node) -> Vec<(&'static str, String)> {
+    let rows = rows(node).unwrap_or_default();
+    rows.into_iter().map(|(setting, node)| (setting.key, node.place())).collect()
 }
 
 /// Says of a setting what the file has for it.

@@ -149,9 +149,16 @@ fn light_of<'a>(plan: &FramePlan, scene: &'a Scene, place: usize) -> Option<(usi
 fn light_name(plan: &FramePlan, scene: &Scene, place: usize) -> String {
     match light_of(plan, scene, place) {
         Some((number, light)) if light.name.is_empty() => format!("light {number}"),
+        Some((number, light)) if has_namesake(scene, number) => format!("{}, light {number}", light.name),
         Some((_, light)) => light.name.clone(),
         None => String::new(),
     }
+}
+
+/// Whether another light has the same name.
+fn has_namesake(scene: &Scene, number: usize) -> bool {
+    let mut others = scene.lights.iter().enumerate().filter(|&(other, _)| other != number);
+    others.any(|(_, other)| other.name == scene.lights[number].name)
 }
 
 fn maps_of(plan: &FramePlan, place: usize) -> usize {
