@@ -14,7 +14,7 @@ demo: ## Set up, build, render DEMO_SCENE into DEMO_IMAGE and print its table
 	@scripts/setup demo
 	@cargo fetch --locked || { echo "demo: crates could not be fetched: the first build needs the network" >&2; exit 1; }
 	cargo build --release --locked
-	cargo run --release --quiet -- render $(DEMO_SCENE) -o $(DEMO_IMAGE)
+	cargo run --release --quiet -- render $(DEMO_SCENE) -o $(DEMO_IMAGE) --verbose
 
 test: ## Set up, lint, and run the tests: on the machine's own Vulkan stack, and on Debian 13's what only that one sees
 	@scripts/setup test
