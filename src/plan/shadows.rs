@@ -166,7 +166,7 @@ impl ShadowPlan {
 
     /// What would give all lights their maps: the budget that they need at this size, or the size at which they are within the budget.
     fn remedy(scene: &Scene, settings: &Settings, order: &LightOrder, device: &Capabilities) -> String {
-        let shadows = ShadowSettings { budget: u32::MAX, ..settings.shadows.clone() };
+        let shadows = ShadowSettings { budget: u32::MAX, ..settings.shadows };
         let whole = Self::of(scene, &Settings { shadows, ..settings.clone() }, order, device).0;
         let ShadowSettings { budget, size, .. } = settings.shadows;
         let Some(needed) = whole.map(|plan| plan.bytes().div_ceil(1 << 20)) else { return String::new() };
