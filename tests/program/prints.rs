@@ -58,3 +58,36 @@ fn errors_are_one_line_and_hints_say_more_than_they() {
         ],
     );
 }
+
+#[test]
+fn render_and_inspect_tell_where_one_is_in_few_lines_and_the_rest_when_asked() {
+    let folder = folder();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
+    write("upright.obj", "v 0 0 0\nv 600 0 0\nv 0 0 100\nf 1 2 3\n");
+    let small = ["--size", "64x36"];
+    let with_size = |arguments: &[&'static str]| [arguments, &small[..]].concat();
+    let commands = [
+        with_size(&["render", "upright.obj"]),
+        with_size(&["render", "upright.obj", "--scale", "0.01", "--up", "z", "--exposure", "12"]),
+        with_size(&["render", "builtin:quad?edge=2", "--camera", "1,2,3/0,0,0/40", "--frames", "3", "--samples", "1"]),
+        with_size(&["render", "builtin:quad", "--verbose"]),
+        with_size(&["inspect", "builtin:quad"]),
+    ];
+    assert_prints("place", folder.path(), &commands.each_ref().map(|own| own.as_slice()));
+}
+
+#[test]
+fn odd_scene_files_are_told_with_file_line_and_keys() {
+    let folder = folder();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
+    write("empty.toml", "");
+    write("msaa.toml", "base = \"builtin:spheres\"\n[settings]\nmsaa = 4\n");
+    write("both.toml", "base = \"msaa.toml\"\n\n[settings]\nlight_path = \"compute\"\n");
+    let commands: [&[&str]; 4] = [
+        &["render", "empty.toml", "--size", "64x36"],
+        &["render", "both.toml", "--size", "64x36"],
+        &["render", "both.toml", "--size", "64x36", "--light-path", "loop", "-q"],
+        &["render", "builtin:hall", "--size", "64x36", "--shadow-budget", "17"],
+    ];
+    assert_prints("scene-files", folder.path(), &commands);
+}

@@ -128,12 +128,14 @@ mod tests {
                 let file = directory.path().join("written.toml");
                 let read =
                     parse(&text, &file, &OpenOptions::default()).unwrap_or_else(|error| panic!("{error}\n{text}"));
-                assert_eq!((read.camera, read.environment), (camera, scene.environment), "{text}");
+                assert_eq!(read.environment, scene.environment, "{text}");
+                // A rotation is made of length 1 once more, as directions are.
+                assert!(read.camera.rotation.angle_between(camera.rotation) < 1e-7, "{text}");
+                assert_eq!(Camera { rotation: camera.rotation, ..read.camera }, camera, "{text}");
                 assert_eq!(read.settings.decide(), settings, "{text}");
                 assert_eq!(read.bounds(), scene.bounds());
                 assert_eq!(read.lights.len(), scene.lights.len());
                 for (read, own) in read.lights.iter().zip(&scene.lights) {
-                    // Directions are made of length 1 once more.
                     assert_eq!(format!("{read:.12?}"), format!("{own:.12?}"), "{text}");
                 }
             }
