@@ -118,14 +118,15 @@ impl Workload {
     /// What the scene holds, and how large it is.
     pub fn content(&self) -> String {
         let (scene, bounds) = (&self.scene, self.scene.bounds());
-        let mut text = format!(
-            "{} objects, {} triangles, {} materials, {} textures, {} lights",
-            scene.objects.len(),
-            scene.triangle_count(),
-            scene.materials.len(),
-            scene.textures.len(),
-            scene.lights.len(),
-        );
+        let counts = [
+            (scene.objects.len(), "object"),
+            (scene.triangle_count(), "triangle"),
+            (scene.materials.len(), "material"),
+            (scene.textures.len(), "texture"),
+            (scene.lights.len(), "light"),
+        ];
+        let counted = counts.map(|(count, what)| format!("{count} {what}{}", if count == 1 { "" } else { "s" }));
+        let mut text = counted.join(", ");
         if !bounds.is_empty() {
             let (min, max, size) = (bounds.min, bounds.max, bounds.size());
             // With four digits of the longest side.

@@ -184,7 +184,7 @@ impl Display for Camera {
         let point = |point: DVec3| point.to_array().map(|own| decimal(own, decimals)).join(",");
         write!(f, "{}/{}", point(self.position), point(self.position + self.forward() * 10f64.powf(reach)))?;
         match self.projection {
-            Projection::Perspective { fov_y_degrees } => write!(f, "/{fov_y_degrees}"),
+            Projection::Perspective { fov_y_degrees } => write!(f, "/{}", decimal(fov_y_degrees, 6)),
             Projection::Orthographic { height } => write!(f, "/{height}m"),
         }
     }

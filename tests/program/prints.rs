@@ -69,7 +69,16 @@ fn render_and_inspect_tell_where_one_is_in_few_lines_and_the_rest_when_asked() {
     let commands = [
         with_size(&["render", "upright.obj"]),
         with_size(&["render", "upright.obj", "--scale", "0.01", "--up", "z", "--exposure", "12"]),
-        with_size(&["render", "builtin:quad?edge=2", "--camera", "1,2,3/0,0,0/40", "--frames", "3", "--samples", "1"]),
+        with_size(&[
+            "render",
+            "builtin:quad?angle=30",
+            "--camera",
+            "1,2,3/0,0,0/40",
+            "--frames",
+            "3",
+            "--samples",
+            "1",
+        ]),
         with_size(&["render", "builtin:quad", "--verbose"]),
         with_size(&["inspect", "builtin:quad"]),
     ];
