@@ -324,10 +324,10 @@ macro_rules! flags {
                 self.0 & other.0 == other.0
             }
 
-            /// The set with `other`, if `on`.
+            /// The set if `on`, else the empty one.
             #[must_use]
-            pub const fn with_if(self, other: Self, on: bool) -> Self {
-                if on { Self(self.0 | other.0) } else { self }
+            pub const fn when(self, on: bool) -> Self {
+                if on { self } else { Self::NONE }
             }
         }
 

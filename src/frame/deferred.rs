@@ -264,10 +264,10 @@ impl Deferred {
             shade.read_from(parts, passes)?;
         }
         if let Some(composite) = &mut self.composite {
-            composite.read_from(device, &passes.inputs(&composite::PASS, plan))?;
+            composite.inputs.read_from(device, &passes.inputs(&composite::PASS, plan))?;
         }
         if let Some(tonemap) = &mut self.tonemap {
-            tonemap.read_from(device, &passes.inputs(&tonemap::PASS, plan))?;
+            tonemap.inputs.read_from(device, &passes.inputs(&tonemap::PASS, plan))?;
         }
         match &mut self.fxaa {
             Some((_, fxaa)) => fxaa.read_from(device, passes.targets.image(Target::Output).view),
@@ -306,10 +306,13 @@ impl Shade {
         match self {
             Self::Light(lighting, added) => {
                 let inputs = passes.inputs(&lighting::PASS, plan);
-                lighting.read_from(device, &inputs)?;
-                added.as_mut().map_or(Ok(()), |added| added.read_from(device, &inputs))
+                lighting.inputs.read_from(device, &inputs)?;
+                added.as_mut().map_or(Ok(()), |added| added.inputs.read_from(device, &inputs))
             }
-            Self::View(view) => view.read_from(device, &passes.inputs(&view::PASS, plan)),
+            Self::View(view) => {
+                let inputs = passes.inputs(&view::PASS, plan);
+                view.inputs.as_mut().map_or(Ok(()), |own| own.read_from(device, &inputs))
+            }
         }
     }
 }

@@ -10,6 +10,9 @@ use super::device::Device;
 use super::error::{Doing, Error, Result};
 use super::owned::Owned;
 
+/// A binding without immutable samplers.
+pub type SetLayoutBinding = vk::DescriptorSetLayoutBinding<'static>;
+
 /// The bindings of a descriptor set.
 pub type SetLayout = Owned<vk::DescriptorSetLayout>;
 
@@ -32,6 +35,12 @@ impl SetLayout {
         }
         Ok(Owned::new_from(device, name, raw))
     }
+}
+
+/// One descriptor of a kind, which these stages see.
+pub fn binding(index: u32, kind: vk::DescriptorType, stages: vk::ShaderStageFlags) -> SetLayoutBinding {
+    let binding = vk::DescriptorSetLayoutBinding::default().binding(index).descriptor_type(kind);
+    binding.descriptor_count(1).stage_flags(stages)
 }
 
 /// A pool of descriptor sets, which all go with it.

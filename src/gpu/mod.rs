@@ -74,7 +74,7 @@ pub use internals::*;
 mod internals {
     pub use super::buffer::Buffer;
     pub use super::command::CommandBuffer;
-    pub use super::descriptor::{DescriptorPool, SetLayout, SetWriter};
+    pub use super::descriptor::{DescriptorPool, SetLayout, SetLayoutBinding, SetWriter, binding};
     pub use super::image::{Image, ImageDesc, format_bytes};
     #[cfg(feature = "present")]
     pub use super::image_formats::{ImageFormats, ImageWish, image_formats};

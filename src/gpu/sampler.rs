@@ -34,4 +34,14 @@ impl Sampler {
             unsafe { device.raw.create_sampler(info, None) }.doing(|| format!("creating the sampler '{name}'"))?;
         Ok(Owned::new_from(device, name, raw))
     }
+
+    /// Filters an image without mip levels linearly. Beyond the border lies the border.
+    ///
+    /// # Errors
+    /// Too many samplers.
+    pub fn bilinear(device: &Arc<Device>, name: &str) -> Result<Sampler> {
+        let edge = vk::SamplerAddressMode::CLAMP_TO_EDGE;
+        let filtered = vk::SamplerCreateInfo::default().mag_filter(vk::Filter::LINEAR).min_filter(vk::Filter::LINEAR);
+        Self::new(device, name, &filtered.address_mode_u(edge).address_mode_v(edge).address_mode_w(edge))
+    }
 }

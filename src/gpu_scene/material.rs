@@ -6,8 +6,8 @@ use std::sync::Arc;
 use ash::vk;
 
 use crate::gpu::{
-    self, DescriptorPool, Device, Image, ImageDesc, Location, MemoryKind, Owned, Sampler, SetLayout, SetWriter,
-    Uploader,
+    self, DescriptorPool, Device, Image, ImageDesc, Location, MemoryKind, Owned, Sampler, SetLayout, SetLayoutBinding,
+    SetWriter, Uploader, binding,
 };
 use crate::plan::{FramePlan, PlannedTexture, TextureMask, TextureSource};
 use crate::scene::{ColorSpace, Scene, TextureSlot};
@@ -131,14 +131,8 @@ impl Materials {
 /// The slot of a set that cuts holes into shadows.
 pub const HOLES: TextureMask = TextureMask::BASE_COLOR;
 
-fn bindings(slots: TextureMask) -> Vec<vk::DescriptorSetLayoutBinding<'static>> {
-    let binding = |index, kind| {
-        vk::DescriptorSetLayoutBinding::default()
-            .binding(index)
-            .descriptor_type(kind)
-            .descriptor_count(1)
-            .stage_flags(vk::ShaderStageFlags::FRAGMENT)
-    };
+fn bindings(slots: TextureMask) -> Vec<SetLayoutBinding> {
+    let binding = |index, kind| binding(index, kind, vk::ShaderStageFlags::FRAGMENT);
     let textures = slots.slots().map(|slot| binding(slot as u32, vk::DescriptorType::SAMPLED_IMAGE));
     textures.chain([binding(SAMPLER, vk::DescriptorType::SAMPLER)]).collect()
 }

@@ -8,7 +8,7 @@ use glam::{Vec2, Vec4};
 
 use crate::gpu::sync::Dependency;
 use crate::gpu::{
-    self, Buffer, DescriptorPool, Device, Image, ImageDesc, Location, MemoryKind, Owned, SetLayout, SetWriter,
+    self, Buffer, DescriptorPool, Device, Image, ImageDesc, Location, MemoryKind, Owned, SetLayout, SetWriter, binding,
 };
 use crate::plan::{DEPTH, MAX_SHADOW_VIEWS, ShadowPlan};
 use crate::scene::Camera;
@@ -101,15 +101,10 @@ impl ShadowAtlas {
         // An array for the shader, also with one layer.
         let array = image.view_of("shadow atlas, all layers", vk::ImageViewType::TYPE_2D_ARRAY, range)?;
         let layers = (0..plan.layers).map(|layer| image.layer_view(layer)).collect::<gpu::Result<_>>()?;
-        let binding = |index, kind| {
-            vk::DescriptorSetLayoutBinding::default()
-                .binding(index)
-                .descriptor_type(kind)
-                .descriptor_count(1)
-                .stage_flags(vk::ShaderStageFlags::FRAGMENT | vk::ShaderStageFlags::COMPUTE)
-        };
+        let stages = vk::ShaderStageFlags::FRAGMENT | vk::ShaderStageFlags::COMPUTE;
         let (texture, uniform) = (vk::DescriptorType::SAMPLED_IMAGE, vk::DescriptorType::UNIFORM_BUFFER);
-        let set_layout = SetLayout::new(device, "shadow set layout", &[binding(0, texture), binding(1, uniform)])?;
+        let set_layout =
+            SetLayout::new(device, "shadow set layout", &[binding(0, texture, stages), binding(1, uniform, stages)])?;
         let count = frames_in_flight as u32;
         let pool = DescriptorPool::new(device, "shadow pool", count, &[(texture, count), (uniform, count)])?;
         let frame = |index| {

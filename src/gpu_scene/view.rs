@@ -6,7 +6,7 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, DVec4, Mat4, Vec3, Vec4};
 
-use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter};
+use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, binding};
 use crate::plan::{FramePlan, Grid, Reach, ShadowPlan};
 use crate::scene::{Camera, Light, LightPath};
 use crate::visible::{Depth, Eye, LightWork, Visible, VolumeRecord, World};
@@ -155,13 +155,6 @@ pub struct VolumeData {
 /// # Errors
 /// When the device has no memory for it.
 pub fn set_layout(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Owned<vk::DescriptorSetLayout>> {
-    let binding = |index, kind, stages| {
-        vk::DescriptorSetLayoutBinding::default()
-            .binding(index)
-            .descriptor_type(kind)
-            .descriptor_count(1)
-            .stage_flags(stages)
-    };
     let everywhere = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT | vk::ShaderStageFlags::COMPUTE;
     let mut bindings = vec![binding(0, vk::DescriptorType::UNIFORM_BUFFER, everywhere)];
     if plan.lights.any() {

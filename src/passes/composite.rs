@@ -2,26 +2,18 @@
 
 use std::sync::Arc;
 
-use ash::vk;
-
 use super::screen::{Input, Inputs, Screen, ScreenDesc, over};
-use super::{First, Pass, Place, Presence, Recording, Slot, Touch};
+use super::{COLOR_BLEND, COLOR_WRITE, First, INPUT_READ, Pass, Place, Presence, Recording, Slot, Touch, needed};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Sums, Target};
 use crate::shaders::composite::{self as shader, Flags, constants};
 
 /// Reads its own pixel of the sums.
-pub const SUM_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::INPUT_ATTACHMENT_READ);
+pub const SUM_READ: Use = INPUT_READ;
 /// As the last user of the sums it performs their store, and DONT_CARE counts as a write.
-pub const SUM_DROP: Use =
-    Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
+pub const SUM_DROP: Use = COLOR_WRITE;
 /// Blends over the light.
-pub const LIGHT_BLEND: Use = Use::new(
-    vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT,
-    vk::AccessFlags::from_raw(
-        vk::AccessFlags::COLOR_ATTACHMENT_WRITE.as_raw() | vk::AccessFlags::COLOR_ATTACHMENT_READ.as_raw(),
-    ),
-);
+pub const LIGHT_BLEND: Use = COLOR_BLEND;
 
 pub const PASS: Pass = Pass {
     place: Place::pass("COMPOSITE"),
@@ -44,19 +36,14 @@ pub const PASS: Pass = Pass {
 /// The pass.
 pub struct Composite {
     screen: Screen,
-    inputs: Inputs,
+    pub inputs: Inputs,
 }
 
 impl Composite {
     /// `inputs` are the sums.
-    ///
-    /// # Errors
-    /// When the pipeline cannot be made.
     pub fn new(device: &Arc<Device>, plan: &FramePlan, slot: Slot, inputs: &[Input]) -> gpu::Result<Self> {
         let inputs = Inputs::new(device, "sums of transparent surfaces", inputs)?;
-        let Some(shader) = shader::variant(flags(plan)) else {
-            return Err(gpu::Error::Unsupported("composite.wgsl has no variant".into()));
-        };
+        let shader = needed("composite", shader::variant, flags(plan))?;
         let screen = Screen::multisampled(
             device,
             &ScreenDesc {
@@ -75,14 +62,6 @@ impl Composite {
             plan.sample_count(),
         )?;
         Ok(Self { screen, inputs })
-    }
-
-    /// Reads other images of what it reads, as of another size.
-    ///
-    /// # Errors
-    /// When there is no memory for their descriptors.
-    pub fn read_from(&mut self, device: &Arc<Device>, inputs: &[Input]) -> gpu::Result<()> {
-        self.inputs.read_from(device, inputs)
     }
 
     /// Lays the layer over the picture. Runs inside its subpass.

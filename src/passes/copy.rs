@@ -36,8 +36,6 @@ pub struct Copy {
 }
 
 impl Copy {
-    /// # Errors
-    /// When there is no memory for it.
     pub fn new(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Self> {
         let bytes = u64::from(gpu::format_bytes(plan.output)) * u64::from(plan.size[0]) * u64::from(plan.size[1]);
         let usage = vk::BufferUsageFlags::TRANSFER_DST;

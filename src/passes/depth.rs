@@ -9,7 +9,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
 
 use super::screen::stages;
-use super::{MeshDraws, Pass, Place, Presence, Recording, Slot, camera_relative, frame_data, meshes};
+use super::{MeshDraws, Pass, Place, Presence, Recording, Slot, camera_relative, frame_data, meshes, needed};
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
 use crate::gpu_scene::{POSITION, vertex_input};
 use crate::plan::{FramePlan, GeometryKey};
@@ -54,9 +54,6 @@ pub struct Depth {
 
 impl Depth {
     /// `colors`: the colour locations of the subpass, none of which is written.
-    ///
-    /// # Errors
-    /// When a pipeline cannot be made.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
@@ -66,9 +63,7 @@ impl Depth {
     ) -> gpu::Result<Self> {
         let range = vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<Push>() as u32 };
         let layout = pipeline_layout(device, "depth layout", &[frame_layout], &[range])?;
-        let Some(variant) = shader::variant(Flags::NONE) else {
-            return Err(gpu::Error::Unsupported("depth.wgsl has no variant".into()));
-        };
+        let variant = needed("depth", shader::variant, Flags::NONE)?;
         let (vertex_bindings, vertex_attributes) = vertex_input(&[POSITION]);
         let blend = vec![vk::PipelineColorBlendAttachmentState::default(); colors as usize];
         let mut pipelines = BTreeMap::new();

@@ -6,17 +6,18 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::screen::{Screen, ScreenDesc, replace};
-use super::{First, How, Pass, Place, Presence, Resource, Slot, Touch, shown};
-use crate::gpu::{self, DescriptorPool, Device, RenderPass, SetLayout, SetWriter, SubpassDesc, framebuffer, sync::Use};
+use super::{COLOR_WRITE, First, How, Pass, Place, Presence, Resource, SAMPLED, Slot, Touch, needed, shown};
+use crate::gpu::{
+    self, DescriptorPool, Device, RenderPass, SetLayout, SetWriter, SubpassDesc, binding, framebuffer, sync::Use,
+};
 use crate::plan::{Canvas, Transfer};
 use crate::shaders::encode::{self as shader, Flags, constants};
 use crate::targets::Framebuffers;
 
 /// Reads each pixel of the picture.
-pub const READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
+pub const READ: Use = SAMPLED;
 /// Writes every pixel of the swapchain's image; its undefined load is a write too.
-pub const WRITE: Use =
-    Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
+pub const WRITE: Use = COLOR_WRITE;
 
 pub const PASS: Pass = Pass {
     place: Place::pass("ENCODE"),
@@ -64,9 +65,6 @@ pub struct Encode {
 
 impl Encode {
     /// For images of this format.
-    ///
-    /// # Errors
-    /// When the pipeline cannot be made.
     pub fn new(device: &Arc<Device>, format: vk::Format, transfer: Transfer) -> gpu::Result<Self> {
         let attachment = vk::AttachmentDescription::default()
             .format(format)
@@ -81,15 +79,9 @@ impl Encode {
         let color = [vk::AttachmentReference { attachment: 0, layout: LAYOUT }];
         let subpass = SubpassDesc { color: &color, ..SubpassDesc::default() };
         let render_pass = RenderPass::new(device, "encode pass", &[attachment], &[subpass], &[])?;
-        let binding = vk::DescriptorSetLayoutBinding::default()
-            .binding(0)
-            .descriptor_type(KIND)
-            .descriptor_count(1)
-            .stage_flags(vk::ShaderStageFlags::FRAGMENT);
-        let set_layout = SetLayout::new(device, "encode set layout", &[binding])?;
-        let Some(shader) = shader::variant(Flags::NONE) else {
-            return Err(gpu::Error::Unsupported("encode.wgsl has no variant".into()));
-        };
+        let set_layout =
+            SetLayout::new(device, "encode set layout", &[binding(0, KIND, vk::ShaderStageFlags::FRAGMENT)])?;
+        let shader = needed("encode", shader::variant, Flags::NONE)?;
         let screen = Screen::new(
             device,
             &ScreenDesc {
@@ -121,9 +113,6 @@ impl Encode {
     }
 
     /// Reads this picture and draws into these images from now on, all of one size.
-    ///
-    /// # Errors
-    /// When the device lacks the memory.
     pub fn resize(
         &mut self,
         picture: vk::ImageView,

@@ -5,30 +5,27 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::screen::{add, replace};
-use super::surface::{Surfaces, bound_fragment, faces, textured_stages};
-use super::{First, Pass, Place, Presence, Recording, SetLayouts, Slot, Touch, frame_data, meshes};
-use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, sync::Use};
-use crate::gpu_scene::{GpuScene, vertex_input};
+use super::surface::{SurfaceDesc, Surfaces, opaque_depth, surface_pipeline};
+use super::{
+    COLOR_BLEND, EARLY_DEPTH_READ, EARLY_DEPTH_WRITE, First, LATE_DEPTH_WRITE, Pass, Place, Presence, Recording,
+    SetLayouts, Slot, Touch, frame_data, meshes, needed,
+};
+use crate::gpu::{self, Device, Owned, sync::Use};
+use crate::gpu_scene::GpuScene;
 use crate::plan::{FramePlan, GeometryKey, Shading, Target};
 use crate::scene::TextureSlot;
 use crate::shaders::geometry::{self as shader, Flags, constants};
 
 /// Writes its colour targets; their clears and the undefined loads are writes too.
-pub const COLOR_WRITE: Use =
-    Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
+pub const COLOR_WRITE: Use = super::COLOR_WRITE;
 /// Adds to the fragment count.
-pub const COUNT_BLEND: Use =
-    COLOR_WRITE.or(Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_READ));
+pub const COUNT_BLEND: Use = COLOR_BLEND;
 /// Clears depth, before it is used.
-pub const DEPTH_CLEAR: Use =
-    Use::new(vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE);
+pub const DEPTH_CLEAR: Use = EARLY_DEPTH_WRITE;
 /// Stores depth for a later pass, when it was used.
-pub const DEPTH_STORE: Use =
-    Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE);
+pub const DEPTH_STORE: Use = LATE_DEPTH_WRITE;
 /// Clears, tests and writes depth: early, and late where a mask may discard.
-pub const DEPTH_TEST: Use =
-    Use::new(vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ)
-        .or(Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE));
+pub const DEPTH_TEST: Use = EARLY_DEPTH_READ.or(LATE_DEPTH_WRITE);
 
 pub const PASS: Pass = Pass {
     place: Place::pass("GEOMETRY"),
@@ -68,12 +65,9 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
 /// The pass: a pipeline for each [`GeometryKey`] of the plan.
 pub struct Geometry {
     surfaces: Surfaces,
-    after_prepass: bool,
 }
 
 impl Geometry {
-    /// # Errors
-    /// When a pipeline cannot be made.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
@@ -92,18 +86,12 @@ impl Geometry {
             let pipeline = pipeline(device, plan, slot, key, surfaces.layout(key))?;
             surfaces.insert(key, pipeline);
         }
-        Ok(Self { surfaces, after_prepass: plan.depth_prepass })
+        Ok(Self { surfaces })
     }
 
     /// Draws what is visible. Runs inside its subpass.
     pub fn record(&self, recording: &Recording) {
-        let draws = recording.visible.draws.iter().map(|draw| (draw.object, None));
-        // Of surfaces that lie in each other the first drawn is seen. After a pre-pass all of them are equal, so that it is the last:
-        // then the order is turned around.
-        match self.after_prepass {
-            true => self.surfaces.record(recording, draws.rev()),
-            false => self.surfaces.record(recording, draws),
-        }
+        self.surfaces.record_opaque(recording);
     }
 }
 
@@ -115,43 +103,25 @@ fn pipeline(
     layout: vk::PipelineLayout,
 ) -> gpu::Result<Owned<vk::Pipeline>> {
     let flags = flags(plan, key);
-    let Some(variant) = shader::variant(flags) else {
-        return Err(gpu::Error::Unsupported(format!("geometry.wgsl has no variant {flags:?}")));
+    let variant = needed("geometry", shader::variant, flags)?;
+    let surface = SurfaceDesc {
+        name: "geometry",
+        variant,
+        constants: &constants_of(plan, key),
+        depth: opaque_depth(plan, key),
+        blend: &blend(plan),
     };
-    let inputs = variant.vertex().map_or(&[][..], |entry| entry.vertex_inputs);
-    let streams: Vec<u32> = inputs.iter().map(|input| input.location).collect();
-    let (vertex_bindings, vertex_attributes) = vertex_input(&streams);
-    let (cull_mode, front_face) = faces(key);
-    GraphicsPipeline::new(
-        device,
-        &GraphicsPipelineDesc {
-            name: &format!("geometry {key:?}"),
-            stages: &textured_stages(variant, &bound_fragment(variant, key.textures), &constants_of(plan, key)),
-            vertex_bindings: &vertex_bindings,
-            vertex_attributes: &vertex_attributes,
-            cull_mode,
-            front_face,
-            depth: Some(depth_state(plan, key)),
-            depth_bias: false,
-            depth_clamp: false,
-            blend: &blend(plan),
-            samples: plan.sample_count(),
-            layout,
-            render_pass: slot.render_pass,
-            subpass: slot.subpass,
-        },
-    )
+    surface_pipeline(device, plan, slot, (key, layout), &surface)
 }
 
 /// Which variant of the shader a pipeline of the plan takes.
 pub(crate) fn flags(plan: &FramePlan, key: GeometryKey) -> Flags {
-    let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
-    when(!key.textures.is_empty(), Flags::TEXTURED)
-        | when(key.textures.contains(TextureSlot::Normal), Flags::NORMAL_MAP)
+    Flags::TEXTURED.when(!key.textures.is_empty())
+        | Flags::NORMAL_MAP.when(key.textures.contains(TextureSlot::Normal))
         | gbuffer_flags!(plan)
-        | when(plan.emissive, Flags::EMISSIVE)
-        | when(plan.shading.only_covers(), Flags::OVERDRAW)
-        | when(plan.shading == Shading::ShowTriangle, Flags::TRIANGLE)
+        | Flags::EMISSIVE.when(plan.emissive)
+        | Flags::OVERDRAW.when(plan.shading.only_covers())
+        | Flags::TRIANGLE.when(plan.shading == Shading::ShowTriangle)
 }
 
 fn constants_of(plan: &FramePlan, key: GeometryKey) -> Vec<(u32, u32)> {
@@ -169,14 +139,6 @@ fn constants_of(plan: &FramePlan, key: GeometryKey) -> Vec<(u32, u32)> {
         (constants::NORMAL_ENCODING, gbuffer.map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
         (constants::GEOMETRIC_STEPS, gbuffer.map_or(0.0, |gbuffer| gbuffer.geometric_steps()).to_bits()),
     ]
-}
-
-/// Reversed Z. After a depth pre-pass only what it left visible is equal to its depth; masked surfaces were not in it.
-fn depth_state(plan: &FramePlan, key: GeometryKey) -> DepthState {
-    match plan.depth_prepass && !key.masked {
-        true => DepthState { test: vk::CompareOp::EQUAL, write: false },
-        false => DepthState { test: vk::CompareOp::GREATER, write: true },
-    }
 }
 
 /// One state for each colour location of the subpass.

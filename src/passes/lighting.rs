@@ -5,40 +5,32 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, add, replace};
-use super::{First, Pass, Place, Presence, Recording, SetLayouts, Slot, Touch, frame_data, gbuffer_inputs, maps};
+use super::{
+    COLOR_BLEND, COLOR_READ, COLOR_WRITE, DEPTH_COMPARE, EARLY_DEPTH_READ, First, INPUT_READ, LATE_DEPTH_WRITE, Pass,
+    Place, Presence, Recording, SAMPLED, SetLayouts, Slot, Touch, frame_data, gbuffer_inputs, maps, needed,
+};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Shading, ToneMapping};
 use crate::shaders::lighting::{self as shader, Flags, constants};
 
 /// Reads its own pixel of the G-buffer.
-pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::INPUT_ATTACHMENT_READ);
+pub const GBUFFER_READ: Use = INPUT_READ;
 /// Compares with the depth of the sky. Both stages read: which one does it is the implementation's choice.
-pub const DEPTH_READ: Use = Use::new(
-    vk::PipelineStageFlags::from_raw(
-        vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS.as_raw() | vk::PipelineStageFlags::LATE_FRAGMENT_TESTS.as_raw(),
-    ),
-    vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ,
-);
+pub const DEPTH_READ: Use = DEPTH_COMPARE;
 /// Loads depth that another render pass stored, before it is used.
-pub const DEPTH_LOAD: Use =
-    Use::new(vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ);
+pub const DEPTH_LOAD: Use = EARLY_DEPTH_READ;
 /// The same for the G-buffer's colours.
-pub const COLOR_LOAD: Use =
-    Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_READ);
+pub const COLOR_LOAD: Use = COLOR_READ;
 /// As the last user of the G-buffer it performs the store, and DONT_CARE counts as a write.
-pub const COLOR_DROP: Use =
-    Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
+pub const COLOR_DROP: Use = COLOR_WRITE;
 /// The same for depth.
-pub const DEPTH_DROP: Use =
-    Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE);
+pub const DEPTH_DROP: Use = LATE_DEPTH_WRITE;
 /// Looks shadow maps up.
-pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
+pub const MAP_READ: Use = SAMPLED;
 /// Writes the light target; its clear is a write too.
-pub const LIGHT_WRITE: Use =
-    Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
+pub const LIGHT_WRITE: Use = COLOR_WRITE;
 /// Adds to the emissive light that is there.
-pub const LIGHT_BLEND: Use =
-    LIGHT_WRITE.or(Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_READ));
+pub const LIGHT_BLEND: Use = COLOR_BLEND;
 
 pub const PASS: Pass = Pass {
     place: Place::pass("LIGHTING"),
@@ -71,14 +63,11 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
 pub struct Lighting {
     /// One pipeline; with several samples a pixel one for pixels whose samples agree, and one that shades the others' samples.
     screens: Vec<Screen>,
-    inputs: Inputs,
+    pub inputs: Inputs,
 }
 
 impl Lighting {
     /// `layouts` are those of set 0 and, where the plan has shadow maps, of set 2; `inputs` are the G-buffer's views.
-    ///
-    /// # Errors
-    /// When the pipeline cannot be made.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
@@ -90,9 +79,7 @@ impl Lighting {
         let mut set_layouts = vec![layouts.frame, inputs.set_layout.raw];
         set_layouts.extend(layouts.shadows);
         let screen = |name, flags| {
-            let Some(shader) = shader::variant(flags) else {
-                return Err(gpu::Error::Unsupported(format!("lighting.wgsl has no variant {flags:?}")));
-            };
+            let shader = needed("lighting", shader::variant, flags)?;
             let desc = ScreenDesc {
                 name,
                 slot,
@@ -111,14 +98,6 @@ impl Lighting {
         Ok(Self { screens, inputs })
     }
 
-    /// Reads other images of what it reads, as of another size.
-    ///
-    /// # Errors
-    /// When there is no memory for their descriptors.
-    pub fn read_from(&mut self, device: &Arc<Device>, inputs: &[Input]) -> gpu::Result<()> {
-        self.inputs.read_from(device, inputs)
-    }
-
     /// Lights the picture. Runs inside its subpass.
     pub fn record(&self, recording: &Recording) {
         let mut sets = vec![(0, recording.frame_set), (1, self.inputs.set)];
@@ -131,13 +110,12 @@ impl Lighting {
 
 /// Which variant of the shader a plan takes. The G-buffer's flags are the same in every shader that reads it.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
-    let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
-    when(plan.lights.any(), Flags::LIGHTS)
-        | when(plan.lights.any() && plan.lights.uniform, Flags::UNIFORM_BUFFER)
-        | when(plan.lights_by_clusters(), Flags::CLUSTERED)
-        | when(plan.shadow.is_some(), Flags::SHADOW)
+    Flags::LIGHTS.when(plan.lights.any())
+        | Flags::UNIFORM_BUFFER.when(plan.lights.any() && plan.lights.uniform)
+        | Flags::CLUSTERED.when(plan.lights_by_clusters())
+        | Flags::SHADOW.when(plan.shadow.is_some())
         | gbuffer_flags!(plan)
-        | when(plan.msaa > 1, Flags::MSAA)
+        | Flags::MSAA.when(plan.msaa > 1)
 }
 
 fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {

@@ -4,12 +4,11 @@
 /// `Flags` is the shader's own type.
 macro_rules! gbuffer_flags {
     ($plan:expr) => {{
-        let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
         $plan.gbuffer.as_ref().map_or(Flags::NONE, |gbuffer| {
-            when(gbuffer.material.is_some(), Flags::MATERIAL)
-                | when(gbuffer.specular.is_some(), Flags::SPECULAR)
-                | when(gbuffer.position.is_some(), Flags::POSITION)
-                | when(gbuffer.normal == vk::Format::R16G16_UINT, Flags::NORMAL_UINT)
+            Flags::MATERIAL.when(gbuffer.material.is_some())
+                | Flags::SPECULAR.when(gbuffer.specular.is_some())
+                | Flags::POSITION.when(gbuffer.position.is_some())
+                | Flags::NORMAL_UINT.when(gbuffer.normal == vk::Format::R16G16_UINT)
         })
     }};
 }
@@ -64,10 +63,11 @@ pub use screen::Input;
 use ash::vk;
 use glam::{DAffine3, DVec3, Vec4};
 
-use crate::gpu::{Device, Timestamps, sync::Use};
+use crate::gpu::{self, Device, Timestamps, sync::Use};
 use crate::gpu_scene::{GpuScene, INDEX_READ, TEXTURE_READ, VERTEX_READ};
 use crate::plan::{Canvas, FramePlan, IndexWidth, Shading, Target};
 use crate::scene::Camera;
+use crate::shaders::Variant;
 use crate::visible::{MapDraw, Visible, World};
 
 /// All passes, as reports list them.
@@ -101,6 +101,33 @@ pub const FRAME_READ: Use = Use::new(
     ),
     vk::AccessFlags::SHADER_READ,
 );
+
+// What passes do most, by the stage that does it. Each pass names its own uses by these.
+
+/// Writes colour attachments.
+const COLOR_WRITE: Use =
+    Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
+/// Loads colour attachments, or reads them to blend.
+const COLOR_READ: Use =
+    Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_READ);
+/// Blends into colour attachments.
+const COLOR_BLEND: Use = COLOR_WRITE.or(COLOR_READ);
+/// Reads depth before the fragment shader.
+const EARLY_DEPTH_READ: Use =
+    Use::new(vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ);
+/// Writes depth before the fragment shader.
+const EARLY_DEPTH_WRITE: Use =
+    Use::new(vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE);
+/// Writes depth after the fragment shader.
+const LATE_DEPTH_WRITE: Use =
+    Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE);
+/// Tests against depth and leaves it: both stages read, since which one does is the implementation's choice.
+const DEPTH_COMPARE: Use = EARLY_DEPTH_READ
+    .or(Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ));
+/// Reads the pixel's own place of input attachments.
+const INPUT_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::INPUT_ATTACHMENT_READ);
+/// Samples images while shading fragments.
+const SAMPLED: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
 
 /// Reads the frame's camera and lights.
 fn frame_data() -> Touch {
@@ -145,6 +172,15 @@ pub fn gbuffer_inputs(plan: &FramePlan) -> Vec<(u32, Target)> {
             (0..).zip(all).filter(has).collect()
         }
     }
+}
+
+/// The variant of a shader that `flags` name. Tests hold that each plan's flags have one.
+pub fn needed<F: Copy + std::fmt::Debug>(
+    shader: &str,
+    variant: fn(F) -> Option<&'static Variant>,
+    flags: F,
+) -> gpu::Result<&'static Variant> {
+    variant(flags).ok_or_else(|| gpu::Error::Unsupported(format!("{shader}.wgsl has no variant {flags:?}")))
 }
 
 /// Where in a render pass a pipeline runs.

@@ -9,25 +9,20 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::screen::{over, stages};
-use super::{First, How, Pass, Place, Presence, Resource, Touch, shown};
+use super::screen::{over, sampled_bindings, sampled_set, stages};
+use super::{COLOR_BLEND, First, How, Pass, Place, Presence, Resource, SAMPLED, Touch, needed, shown};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Image, ImageDesc, Location,
-    MemoryKind, Owned, RenderPass, Sampler, SetLayout, SetWriter, SubpassDesc, UploadOrder, Uploader, framebuffer,
+    MemoryKind, Owned, RenderPass, Sampler, SetLayout, SubpassDesc, UploadOrder, Uploader, framebuffer,
     pipeline_layout, sync::Use,
 };
 use crate::shaders::overlay::{self as shader, Flags, constants};
 use crate::targets::Framebuffers;
 
 /// Blends over the picture, which it reads and writes as an attachment.
-pub const BLEND: Use = Use::new(
-    vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT,
-    vk::AccessFlags::from_raw(
-        vk::AccessFlags::COLOR_ATTACHMENT_READ.as_raw() | vk::AccessFlags::COLOR_ATTACHMENT_WRITE.as_raw(),
-    ),
-);
+pub const BLEND: Use = COLOR_BLEND;
 /// Samples its textures.
-pub const TEXTURE_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
+pub const TEXTURE_READ: Use = SAMPLED;
 
 pub const PASS: Pass = Pass {
     place: Place::pass("OVERLAY"),
@@ -100,7 +95,6 @@ const _: () = assert!(size_of::<Push>() == shader::push::SIZE);
 const _: () = assert!(size_of::<Vertex>() == 20);
 
 const PUSH_STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::VERTEX;
-const KINDS: [vk::DescriptorType; 2] = [vk::DescriptorType::SAMPLED_IMAGE, vk::DescriptorType::SAMPLER];
 
 /// The pass, its pipeline, and what it draws with.
 pub struct Overlay {
@@ -134,9 +128,6 @@ struct Buffers {
 
 impl Overlay {
     /// For images of this format; `encodes` says whether that encodes sRGB by itself.
-    ///
-    /// # Errors
-    /// When the pipeline cannot be made.
     pub fn new(
         device: &Arc<Device>,
         format: vk::Format,
@@ -158,25 +149,10 @@ impl Overlay {
         let color = [vk::AttachmentReference { attachment: 0, layout: layout_of }];
         let subpass = SubpassDesc { color: &color, ..SubpassDesc::default() };
         let render_pass = RenderPass::new(device, "overlay pass", &[attachment], &[subpass], &[])?;
-        let binding = |index, kind| {
-            vk::DescriptorSetLayoutBinding::default()
-                .binding(index)
-                .descriptor_type(kind)
-                .descriptor_count(1)
-                .stage_flags(vk::ShaderStageFlags::FRAGMENT)
-        };
-        let bindings = [binding(0, KINDS[0]), binding(1, KINDS[1])];
-        let set_layout = SetLayout::new(device, "overlay set layout", &bindings)?;
+        let set_layout = SetLayout::new(device, "overlay set layout", &sampled_bindings())?;
         let range = vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<Push>() as u32 };
         let layout = pipeline_layout(device, "overlay layout", &[set_layout.raw], &[range])?;
         let pipeline = pipeline(device, layout.raw, render_pass.raw, encodes)?;
-        let edge = vk::SamplerAddressMode::CLAMP_TO_EDGE;
-        let info = vk::SamplerCreateInfo::default()
-            .mag_filter(vk::Filter::LINEAR)
-            .min_filter(vk::Filter::LINEAR)
-            .address_mode_u(edge)
-            .address_mode_v(edge)
-            .address_mode_w(edge);
         Ok(Self {
             device: Arc::clone(device),
             format,
@@ -186,7 +162,7 @@ impl Overlay {
             pipeline,
             layout,
             set_layout,
-            sampler: Sampler::new(device, "overlay sampler", &info)?,
+            sampler: Sampler::bilinear(device, "overlay sampler")?,
             uploads,
             textures: HashMap::new(),
             buffers: (0..in_flight).map(|_| None).collect(),
@@ -199,9 +175,6 @@ impl Overlay {
     }
 
     /// Draws into these images from now on.
-    ///
-    /// # Errors
-    /// When the device lacks the memory.
     pub fn resize(&mut self, images: &[vk::ImageView], extent: vk::Extent2D) -> gpu::Result<()> {
         let one = |view: &vk::ImageView| {
             framebuffer(&self.device, "overlay framebuffer", self.render_pass.raw, &[*view], extent)
@@ -211,9 +184,6 @@ impl Overlay {
     }
 
     /// Takes over what a frame in flight shows. The frame that used its buffers before must be done.
-    ///
-    /// # Errors
-    /// When the device lacks the memory.
     pub fn write(&mut self, frame: usize, panels: &Panels) -> gpu::Result<()> {
         self.upload(&panels.textures)?;
         let vertices: &[u8] = bytemuck::cast_slice(&panels.vertices);
@@ -273,12 +243,7 @@ impl Overlay {
     }
 
     fn bind(&self, image: Image) -> gpu::Result<Bound> {
-        let pool = DescriptorPool::new(&self.device, "overlay pool", 1, &KINDS.map(|kind| (kind, 1)))?;
-        let set = pool.allocate("overlay set", self.set_layout.raw)?;
-        SetWriter::new()
-            .sampled_image(0, image.view, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL)
-            .sampler(1, self.sampler.raw)
-            .update(&self.device, set);
+        let (pool, set) = sampled_set(&self.device, "overlay", &self.set_layout, image.view, &self.sampler)?;
         Ok(Bound { set, _pool: pool, _image: image })
     }
 
@@ -339,9 +304,7 @@ fn pipeline(
     render_pass: vk::RenderPass,
     encodes: bool,
 ) -> gpu::Result<Owned<vk::Pipeline>> {
-    let Some(variant) = shader::variant(Flags::NONE) else {
-        return Err(gpu::Error::Unsupported("overlay.wgsl has no variant".into()));
-    };
+    let variant = needed("overlay", shader::variant, Flags::NONE)?;
     let vertices = vk::VertexInputBindingDescription::default().stride(size_of::<Vertex>() as u32);
     let attribute =
         |location, offset, format| vk::VertexInputAttributeDescription { location, binding: 0, format, offset };

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::screen::{Input, Inputs, add, stages};
-use super::{Pass, Place, Presence, Recording, Resource, SetLayouts, Slot, Touch};
+use super::{Pass, Place, Presence, Recording, Resource, SetLayouts, Slot, Touch, needed};
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
 use crate::gpu_scene::{POSITION, VERTEX_READ, vertex_input};
 use crate::plan::{FramePlan, Shading};
@@ -35,14 +35,11 @@ pub const PASS: Pass = Pass {
 pub struct PerLight {
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,
-    inputs: Inputs,
+    pub inputs: Inputs,
 }
 
 impl PerLight {
     /// `layouts` are those of set 0 and, where the plan has shadow maps, of set 2; `inputs` are the G-buffer's views.
-    ///
-    /// # Errors
-    /// When the pipeline cannot be made.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
@@ -53,9 +50,7 @@ impl PerLight {
         let inputs = Inputs::new(device, "G-buffer inputs light by light", inputs)?;
         let flags = flags(plan);
         let volume = plan.light_path == LightPath::Volumes;
-        let Some(shader) = shader::variant(flags) else {
-            return Err(gpu::Error::Unsupported(format!("per_light.wgsl has no variant {flags:?}")));
-        };
+        let shader = needed("per_light", shader::variant, flags)?;
         let mut sets = vec![layouts.frame, inputs.set_layout.raw];
         sets.extend(layouts.shadows);
         let range = vk::PushConstantRange { stage_flags: vk::ShaderStageFlags::FRAGMENT, offset: 0, size: PUSH_BYTES };
@@ -84,14 +79,6 @@ impl PerLight {
             },
         )?;
         Ok(Self { layout, pipeline, inputs })
-    }
-
-    /// Reads other images of what it reads, as of another size.
-    ///
-    /// # Errors
-    /// When there is no memory for their descriptors.
-    pub fn read_from(&mut self, device: &Arc<Device>, inputs: &[Input]) -> gpu::Result<()> {
-        self.inputs.read_from(device, inputs)
     }
 
     /// Adds the lights. Runs inside LIGHTING's subpass, after its triangle.
@@ -145,10 +132,9 @@ impl PerLight {
 
 /// Which variant of the shader a plan takes.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
-    let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
-    when(plan.light_path == LightPath::Volumes, Flags::VOLUME)
-        | when(plan.lights.uniform, Flags::UNIFORM_BUFFER)
-        | when(plan.shadow.is_some(), Flags::SHADOW)
+    Flags::VOLUME.when(plan.light_path == LightPath::Volumes)
+        | Flags::UNIFORM_BUFFER.when(plan.lights.uniform)
+        | Flags::SHADOW.when(plan.shadow.is_some())
         | gbuffer_flags!(plan)
 }
 

@@ -6,8 +6,8 @@ use ash::vk;
 
 use super::{Recording, Slot};
 use crate::gpu::{
-    self, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout, SetWriter,
-    ShaderStage, pipeline_layout,
+    self, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, Sampler, SetLayout,
+    SetLayoutBinding, SetWriter, ShaderStage, binding, pipeline_layout,
 };
 use crate::shaders::Variant;
 
@@ -109,7 +109,9 @@ pub type Input = (u32, vk::ImageView, vk::ImageLayout);
 
 impl Inputs {
     pub fn new(device: &Arc<Device>, name: &str, inputs: &[Input]) -> gpu::Result<Self> {
-        let bindings: Vec<_> = inputs.iter().map(|&(binding, ..)| input_binding(binding)).collect();
+        let input =
+            |&(index, ..): &Input| binding(index, vk::DescriptorType::INPUT_ATTACHMENT, vk::ShaderStageFlags::FRAGMENT);
+        let bindings: Vec<_> = inputs.iter().map(input).collect();
         let set_layout = SetLayout::new(device, name, &bindings)?;
         let count = inputs.len().max(1) as u32;
         let pool = input_pool(device, name, count)?;
@@ -145,12 +147,27 @@ fn input_set(
     Ok(set)
 }
 
-fn input_binding(binding: u32) -> vk::DescriptorSetLayoutBinding<'static> {
-    vk::DescriptorSetLayoutBinding::default()
-        .binding(binding)
-        .descriptor_type(vk::DescriptorType::INPUT_ATTACHMENT)
-        .descriptor_count(1)
-        .stage_flags(vk::ShaderStageFlags::FRAGMENT)
+/// The kinds of descriptors of a set that is sampled from: the image, and how.
+const SAMPLED: [vk::DescriptorType; 2] = [vk::DescriptorType::SAMPLED_IMAGE, vk::DescriptorType::SAMPLER];
+
+/// The bindings of a set that [`sampled_set`] makes.
+pub fn sampled_bindings() -> [SetLayoutBinding; 2] {
+    [0, 1].map(|index| binding(index, SAMPLED[index as usize], vk::ShaderStageFlags::FRAGMENT))
+}
+
+/// A set of one readable image and its sampler.
+pub fn sampled_set(
+    device: &Arc<Device>,
+    name: &str,
+    layout: &SetLayout,
+    image: vk::ImageView,
+    sampler: &Sampler,
+) -> gpu::Result<(DescriptorPool, vk::DescriptorSet)> {
+    let pool = DescriptorPool::new(device, &format!("{name} pool"), 1, &SAMPLED.map(|kind| (kind, 1)))?;
+    let set = pool.allocate(&format!("{name} set"), layout.raw)?;
+    let readable = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
+    SetWriter::new().sampled_image(0, image, readable).sampler(1, sampler.raw).update(device, set);
+    Ok((pool, set))
 }
 
 /// Writes all channels as they are.

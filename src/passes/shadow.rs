@@ -8,7 +8,10 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
 
 use super::screen::stages;
-use super::{First, How, MeshDraws, Pass, Place, Presence, Recording, Resource, Slot, Touch, frame_data, meshes};
+use super::{
+    EARLY_DEPTH_WRITE, First, How, LATE_DEPTH_WRITE, MeshDraws, Pass, Place, Presence, Recording, Resource, Slot,
+    Touch, frame_data, meshes, needed,
+};
 use crate::gpu::{
     self, DepthState, Device, Framebuffer, GraphicsPipeline, GraphicsPipelineDesc, Owned, framebuffer, pipeline_layout,
     sync::Use,
@@ -20,11 +23,9 @@ use crate::shaders::shadow::{self as shader, Flags};
 use crate::visible::{Caster, ShadowView, World, WorldObject};
 
 /// Clears a map's square, before it is tested and drawn into.
-pub const MAP_CLEAR: Use =
-    Use::new(vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE);
+pub const MAP_CLEAR: Use = EARLY_DEPTH_WRITE;
 /// Stores it, when it is drawn.
-pub const MAP_STORE: Use =
-    Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE);
+pub const MAP_STORE: Use = LATE_DEPTH_WRITE;
 
 pub const PASS: Pass = Pass {
     place: Place::pass("SHADOW"),
@@ -115,8 +116,6 @@ pub fn attachment() -> vk::AttachmentDescription {
 }
 
 impl Shadow {
-    /// # Errors
-    /// When a pipeline cannot be made.
     pub fn new(
         device: &Arc<Device>,
         plan: &ShadowPlan,
@@ -253,9 +252,7 @@ fn pipeline(
     layout: vk::PipelineLayout,
 ) -> gpu::Result<Owned<vk::Pipeline>> {
     let flags = if key.masked { Flags::MASKED } else { Flags::NONE };
-    let Some(variant) = shader::variant(flags) else {
-        return Err(gpu::Error::Unsupported(format!("shadow.wgsl has no variant {flags:?}")));
-    };
+    let variant = needed("shadow", shader::variant, flags)?;
     let (vertex_bindings, vertex_attributes) = vertex_input(if key.masked { &[POSITION, UV] } else { &[POSITION] });
     GraphicsPipeline::new(
         device,

@@ -8,7 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 
 use super::screen::stages;
-use super::{MeshDraws, Recording, SetLayouts, Slot, camera_relative};
+use super::{MeshDraws, Recording, SetLayouts, Slot, camera_relative, needed};
 use crate::gpu::{
     self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout, ShaderStage, pipeline_layout,
 };
@@ -69,6 +69,7 @@ pub struct Surfaces {
     streams: Vec<u32>,
     brdf_override: Option<Brdf>,
     largest_light: f32,
+    after_prepass: bool,
     /// The view of triangles is drawn: the place of the BRDF has the object's number.
     numbered: bool,
 }
@@ -76,9 +77,6 @@ pub struct Surfaces {
 impl Surfaces {
     /// No pipelines yet, but the layouts of those that the pass of this `name` has for `keys`. `layouts` are those of set 0 and, for passes
     /// that light what they draw, of set 2.
-    ///
-    /// # Errors
-    /// When a layout or set cannot be made.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
@@ -120,6 +118,7 @@ impl Surfaces {
             .collect(),
             brdf_override: plan.brdf_override,
             largest_light: plan.largest_light(),
+            after_prepass: plan.depth_prepass,
             numbered: plan.shading == Shading::ShowTriangle,
         })
     }
@@ -164,6 +163,16 @@ impl Surfaces {
             }
             recording.push(layout, PUSH_STAGES, &self.push(recording, object));
             meshes.draw(object.mesh, first_index);
+        }
+    }
+
+    /// Draws the opaque surfaces that are visible.
+    pub fn record_opaque(&self, recording: &Recording) {
+        let draws = recording.visible.draws.iter().map(|draw| (draw.object, None));
+        // Of coplanar surfaces the first drawn wins; after a pre-pass the last would, so the order is reversed.
+        match self.after_prepass {
+            true => self.record(recording, draws.rev()),
+            false => self.record(recording, draws),
         }
     }
 
@@ -229,6 +238,14 @@ pub fn faces(key: GeometryKey) -> (vk::CullModeFlags, vk::FrontFace) {
     )
 }
 
+/// Reversed Z. After a depth pre-pass only what it left visible is equal to its depth; masked surfaces were not in it.
+pub fn opaque_depth(plan: &FramePlan, key: GeometryKey) -> DepthState {
+    match plan.depth_prepass && !key.masked {
+        true => DepthState { test: vk::CompareOp::EQUAL, write: false },
+        false => DepthState { test: vk::CompareOp::GREATER, write: true },
+    }
+}
+
 /// What FORWARD and TRANSPARENT do differently with `shaders/forward.wgsl`.
 pub struct LitDesc<'a> {
     pub name: &'a str,
@@ -258,9 +275,6 @@ impl Limits {
 }
 
 /// A pipeline that lights what it draws.
-///
-/// # Errors
-/// When it cannot be made.
 pub fn lit_pipeline(
     device: &Arc<Device>,
     plan: &FramePlan,
@@ -270,10 +284,30 @@ pub fn lit_pipeline(
     desc: &LitDesc,
 ) -> gpu::Result<Owned<vk::Pipeline>> {
     let flags = lit_flags(plan, key) | desc.weighted;
-    let Some(variant) = shader::variant(flags) else {
-        return Err(gpu::Error::Unsupported(format!("forward.wgsl has no variant {flags:?}")));
-    };
-    let inputs = variant.vertex().map_or(&[][..], |entry| entry.vertex_inputs);
+    let variant = needed("forward", shader::variant, flags)?;
+    let constants = lit_constants(plan, key, desc);
+    let surface = SurfaceDesc { name: desc.name, variant, constants: &constants, depth: desc.depth, blend: desc.blend };
+    surface_pipeline(device, plan, slot, (key, layout), &surface)
+}
+
+/// What passes do differently with the surfaces of a key.
+pub struct SurfaceDesc<'a> {
+    pub name: &'a str,
+    pub variant: &'a Variant,
+    pub constants: &'a [(u32, u32)],
+    pub depth: DepthState,
+    pub blend: &'a [vk::PipelineColorBlendAttachmentState],
+}
+
+/// A pipeline for the surfaces of a key, which reads the vertex streams of its shader.
+pub fn surface_pipeline(
+    device: &Arc<Device>,
+    plan: &FramePlan,
+    slot: Slot,
+    (key, layout): (GeometryKey, vk::PipelineLayout),
+    desc: &SurfaceDesc,
+) -> gpu::Result<Owned<vk::Pipeline>> {
+    let inputs = desc.variant.vertex().map_or(&[][..], |entry| entry.vertex_inputs);
     let streams: Vec<u32> = inputs.iter().map(|input| input.location).collect();
     let (vertex_bindings, vertex_attributes) = vertex_input(&streams);
     let (cull_mode, front_face) = faces(key);
@@ -281,7 +315,7 @@ pub fn lit_pipeline(
         device,
         &GraphicsPipelineDesc {
             name: &format!("{} {key:?}", desc.name),
-            stages: &textured_stages(variant, &bound_fragment(variant, key.textures), &lit_constants(plan, key, desc)),
+            stages: &textured_stages(desc.variant, &bound_fragment(desc.variant, key.textures), desc.constants),
             vertex_bindings: &vertex_bindings,
             vertex_attributes: &vertex_attributes,
             cull_mode,
@@ -300,13 +334,12 @@ pub fn lit_pipeline(
 
 /// Which variant of `shaders/forward.wgsl` a pipeline of the plan takes, but for the outputs.
 pub(crate) fn lit_flags(plan: &FramePlan, key: GeometryKey) -> Flags {
-    let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
-    when(!key.textures.is_empty(), Flags::TEXTURED)
-        | when(key.textures.contains(TextureSlot::Normal), Flags::NORMAL_MAP)
-        | when(plan.lights.any(), Flags::LIGHTS)
-        | when(plan.lights.any() && plan.lights.uniform, Flags::UNIFORM_BUFFER)
-        | when(plan.has_clusters(), Flags::CLUSTERED)
-        | when(plan.shadow.is_some(), Flags::SHADOW)
+    Flags::TEXTURED.when(!key.textures.is_empty())
+        | Flags::NORMAL_MAP.when(key.textures.contains(TextureSlot::Normal))
+        | Flags::LIGHTS.when(plan.lights.any())
+        | Flags::UNIFORM_BUFFER.when(plan.lights.any() && plan.lights.uniform)
+        | Flags::CLUSTERED.when(plan.has_clusters())
+        | Flags::SHADOW.when(plan.shadow.is_some())
 }
 
 fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32, u32)> {

@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use super::{Pass, Place, Presence, Recording, SetLayouts, Touch, frame_data, gbuffer_inputs, maps};
 use crate::gpu::{
-    self, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, compute_pipeline, pipeline_layout,
+    self, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline, pipeline_layout,
     sync::Use,
 };
 use crate::plan::{FramePlan, HDR, Shading, Target, ToneMapping};
@@ -52,6 +52,8 @@ pub fn stored_inputs(plan: &FramePlan) -> Vec<(u32, Target)> {
     [(0, Target::Depth)].into_iter().chain(others).chain(emitted).collect()
 }
 
+const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
+
 /// Edge of a tile in pixels, as the shader has it.
 const TILE: u32 = 16;
 
@@ -82,9 +84,6 @@ pub type Stored = (u32, vk::ImageView, vk::ImageLayout);
 
 impl Tiled {
     /// `stored` are the views of the G-buffer, `output` that of the picture.
-    ///
-    /// # Errors
-    /// When the pipeline cannot be made.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
@@ -92,16 +91,9 @@ impl Tiled {
         (stored, output): (&[Stored], vk::ImageView),
         background: Vec3,
     ) -> gpu::Result<Self> {
-        let binding = |index, kind| {
-            vk::DescriptorSetLayoutBinding::default()
-                .binding(index)
-                .descriptor_type(kind)
-                .descriptor_count(1)
-                .stage_flags(vk::ShaderStageFlags::COMPUTE)
-        };
         let mut bindings: Vec<_> =
-            stored.iter().map(|&(index, ..)| binding(index, vk::DescriptorType::SAMPLED_IMAGE)).collect();
-        bindings.push(binding(OUTPUT, vk::DescriptorType::STORAGE_IMAGE));
+            stored.iter().map(|&(index, ..)| binding(index, vk::DescriptorType::SAMPLED_IMAGE, COMPUTE)).collect();
+        bindings.push(binding(OUTPUT, vk::DescriptorType::STORAGE_IMAGE, COMPUTE));
         let set_layout = SetLayout::new(device, "tiled inputs", &bindings)?;
         let (pool, set) = bound(device, &set_layout, stored, output)?;
 
@@ -112,27 +104,16 @@ impl Tiled {
         };
         let mut sets = vec![layouts.frame, set_layout.raw];
         sets.extend(layouts.shadows);
-        let range = vk::PushConstantRange {
-            stage_flags: vk::ShaderStageFlags::COMPUTE,
-            offset: 0,
-            size: shader::push::SIZE as u32,
-        };
+        let range = vk::PushConstantRange { stage_flags: COMPUTE, offset: 0, size: shader::push::SIZE as u32 };
         let layout = pipeline_layout(device, "tiled", &sets, &[range])?;
         let constants = constants_of(plan);
-        let stage = ShaderStage {
-            spirv: entry.spirv.words(),
-            entry: entry.name,
-            stage: vk::ShaderStageFlags::COMPUTE,
-            constants: &constants,
-        };
+        let stage =
+            ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &constants };
         let pipeline = compute_pipeline(device, "tiled", &stage, layout.raw)?;
         Ok(Self { layout, pipeline, set_layout, pool, set, background })
     }
 
     /// Reads and writes other images, as of another size.
-    ///
-    /// # Errors
-    /// When there is no memory for their descriptors.
     pub fn rebind(&mut self, device: &Arc<Device>, stored: &[Stored], output: vk::ImageView) -> gpu::Result<()> {
         (self.pool, self.set) = bound(device, &self.set_layout, stored, output)?;
         Ok(())
@@ -153,7 +134,7 @@ impl Tiled {
         unsafe {
             raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
             raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &sets, &[]);
-            raw.cmd_push_constants(cmd, self.layout.raw, vk::ShaderStageFlags::COMPUTE, 0, &push);
+            raw.cmd_push_constants(cmd, self.layout.raw, COMPUTE, 0, &push);
             raw.cmd_dispatch(cmd, groups[0], groups[1], 1);
         }
     }
@@ -178,13 +159,12 @@ fn bound(
 
 /// Which variant of the shader a plan takes.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
-    let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
-    when(plan.lights.uniform, Flags::UNIFORM_BUFFER)
-        | when(plan.shadow.is_some(), Flags::SHADOW)
+    Flags::UNIFORM_BUFFER.when(plan.lights.uniform)
+        | Flags::SHADOW.when(plan.shadow.is_some())
         | gbuffer_flags!(plan)
-        | when(plan.emissive, Flags::EMISSIVE)
-        | when(plan.output == vk::Format::R32G32B32A32_SFLOAT, Flags::LINEAR_OUTPUT)
-        | when(plan.output == HDR, Flags::HALF_OUTPUT)
+        | Flags::EMISSIVE.when(plan.emissive)
+        | Flags::LINEAR_OUTPUT.when(plan.output == vk::Format::R32G32B32A32_SFLOAT)
+        | Flags::HALF_OUTPUT.when(plan.output == HDR)
 }
 
 fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {

@@ -5,18 +5,13 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::screen::{Screen, ScreenDesc, replace};
-use super::{First, Pass, Place, Presence, Recording, SetLayouts, Slot, Touch, frame_data};
+use super::{COLOR_BLEND, First, Pass, Place, Presence, Recording, SetLayouts, Slot, Touch, frame_data, needed};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::FramePlan;
 use crate::shaders::tone::{self as shader, Flags, constants};
 
 /// Multiplies what is in the picture.
-pub const PICTURE_BLEND: Use = Use::new(
-    vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT,
-    vk::AccessFlags::from_raw(
-        vk::AccessFlags::COLOR_ATTACHMENT_READ.as_raw() | vk::AccessFlags::COLOR_ATTACHMENT_WRITE.as_raw(),
-    ),
-);
+pub const PICTURE_BLEND: Use = COLOR_BLEND;
 
 pub const PASS: Pass = Pass {
     place: Place::pass("TONE"),
@@ -39,12 +34,8 @@ pub struct Tone {
 }
 
 impl Tone {
-    /// # Errors
-    /// When the pipeline cannot be made.
     pub fn new(device: &Arc<Device>, plan: &FramePlan, slot: Slot, layouts: SetLayouts) -> gpu::Result<Self> {
-        let Some(shader) = shader::variant(Flags::NONE) else {
-            return Err(gpu::Error::Unsupported("tone.wgsl has no variant".into()));
-        };
+        let shader = needed("tone", shader::variant, Flags::NONE)?;
         let screen = Screen::new(
             device,
             &ScreenDesc {

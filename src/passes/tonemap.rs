@@ -2,24 +2,21 @@
 
 use std::sync::Arc;
 
-use ash::vk;
 use glam::{Mat3, Vec3};
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, replace};
-use super::{First, Pass, Place, Presence, Recording, Slot, Touch};
+use super::{COLOR_WRITE, First, INPUT_READ, Pass, Place, Presence, Recording, Slot, Touch, needed};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Target, ToneMapping};
 use crate::scene::{Resolve, Tonemap};
 use crate::shaders::tonemap::{self as shader, Flags, constants};
 
 /// Reads its own pixel of the HDR target.
-pub const HDR_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::INPUT_ATTACHMENT_READ);
+pub const HDR_READ: Use = INPUT_READ;
 /// As the last user of the HDR target it performs the store, and DONT_CARE counts as a write.
-pub const HDR_DROP: Use =
-    Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
+pub const HDR_DROP: Use = COLOR_WRITE;
 /// Writes the output; its undefined load is a write too.
-pub const OUTPUT_WRITE: Use =
-    Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
+pub const OUTPUT_WRITE: Use = COLOR_WRITE;
 
 pub const PASS: Pass = Pass {
     place: Place::pass("TONEMAP"),
@@ -38,14 +35,11 @@ pub const PASS: Pass = Pass {
 /// The pass.
 pub struct TonemapPass {
     screen: Screen,
-    inputs: Inputs,
+    pub inputs: Inputs,
 }
 
 impl TonemapPass {
     /// `inputs` are the HDR target.
-    ///
-    /// # Errors
-    /// When the pipeline cannot be made.
     pub fn new(device: &Arc<Device>, plan: &FramePlan, slot: Slot, inputs: &[Input]) -> gpu::Result<Self> {
         let (curve, kept) = match plan.tone_mapping {
             ToneMapping::Subpass(curve) => (curve as u32, 0),
@@ -53,9 +47,7 @@ impl TonemapPass {
             _ => return Err(gpu::Error::Unsupported("a TONEMAP subpass that the plan does not have".into())),
         };
         let inputs = Inputs::new(device, "HDR input", inputs)?;
-        let Some(shader) = shader::variant(flags(plan)) else {
-            return Err(gpu::Error::Unsupported("tonemap.wgsl has no variant".into()));
-        };
+        let shader = needed("tonemap", shader::variant, flags(plan))?;
         let screen = Screen::new(
             device,
             &ScreenDesc {
@@ -76,14 +68,6 @@ impl TonemapPass {
             },
         )?;
         Ok(Self { screen, inputs })
-    }
-
-    /// Reads other images of what it reads, as of another size.
-    ///
-    /// # Errors
-    /// When there is no memory for their descriptors.
-    pub fn read_from(&mut self, device: &Arc<Device>, inputs: &[Input]) -> gpu::Result<()> {
-        self.inputs.read_from(device, inputs)
     }
 
     /// Tone-maps the picture. Runs inside its subpass.

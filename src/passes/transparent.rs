@@ -6,7 +6,10 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::surface::{Limits, LitDesc, Surfaces, lit_pipeline};
-use super::{First, Pass, Place, Presence, Recording, SetLayouts, Slot, Touch, frame_data, maps, meshes};
+use super::{
+    COLOR_BLEND, COLOR_WRITE, DEPTH_COMPARE, First, LATE_DEPTH_WRITE, Pass, Place, Presence, Recording, SAMPLED,
+    SetLayouts, Slot, Touch, frame_data, maps, meshes,
+};
 use crate::gpu::{self, DepthState, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
 use crate::plan::{FramePlan, Sums, Target};
@@ -14,30 +17,18 @@ use crate::scene::Transparency;
 use crate::shaders::forward::Flags;
 
 /// Compares with the depth of what is opaque; nothing is written. Both stages read: which one does it is the implementation's choice.
-pub const DEPTH_READ: Use = Use::new(
-    vk::PipelineStageFlags::from_raw(
-        vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS.as_raw() | vk::PipelineStageFlags::LATE_FRAGMENT_TESTS.as_raw(),
-    ),
-    vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ,
-);
+pub const DEPTH_READ: Use = DEPTH_COMPARE;
 /// As the last user of depth it performs the store, and DONT_CARE counts as a write.
-pub const DEPTH_DROP: Use =
-    Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE);
+pub const DEPTH_DROP: Use = LATE_DEPTH_WRITE;
 /// Drops depth when nobody reads it any more: a write after reads, for which an access would do nothing.
 pub const DEPTH_WAIT: Use = Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::empty());
 /// Clears the sums, before anything is added to them.
-pub const SUM_CLEAR: Use =
-    Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
+pub const SUM_CLEAR: Use = COLOR_WRITE;
 /// Blends over the light, or adds to the sums.
-pub const BLEND: Use = Use::new(
-    vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT,
-    vk::AccessFlags::from_raw(
-        vk::AccessFlags::COLOR_ATTACHMENT_WRITE.as_raw() | vk::AccessFlags::COLOR_ATTACHMENT_READ.as_raw(),
-    ),
-);
+pub const BLEND: Use = COLOR_BLEND;
 
 /// Looks shadow maps up.
-pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
+pub const MAP_READ: Use = SAMPLED;
 
 pub const PASS: Pass = Pass {
     place: Place::pass("TRANSPARENT"),
@@ -73,9 +64,6 @@ pub struct Transparent {
 
 impl Transparent {
     /// `layouts` are those of set 0 and, where the plan has shadow maps, of set 2.
-    ///
-    /// # Errors
-    /// When a pipeline cannot be made.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,

@@ -5,26 +5,21 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, replace};
-use super::{First, Pass, Place, Presence, Recording, SetLayouts, Slot, Touch, frame_data, gbuffer_inputs, maps};
+use super::{
+    COLOR_WRITE, DEPTH_COMPARE, First, INPUT_READ, Pass, Place, Presence, Recording, SAMPLED, SetLayouts, Slot, Touch,
+    frame_data, gbuffer_inputs, maps, needed,
+};
 use crate::gpu::{self, Device, SetLayout, sync::Use};
 use crate::plan::{FramePlan, Gbuffer, Shading, Target};
 use crate::scene::View;
 use crate::shaders::view::{self as shader, Flags, constants};
 
-/// Reads its own pixel of what is shown.
-const INPUT_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::INPUT_ATTACHMENT_READ);
 /// Compares with the depth of the sky.
-const DEPTH_READ: Use = Use::new(
-    vk::PipelineStageFlags::from_raw(
-        vk::PipelineStageFlags::EARLY_FRAGMENT_TESTS.as_raw() | vk::PipelineStageFlags::LATE_FRAGMENT_TESTS.as_raw(),
-    ),
-    vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ,
-);
+const DEPTH_READ: Use = DEPTH_COMPARE;
 /// Writes the output; its clear is a write too.
-const OUTPUT_WRITE: Use =
-    Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::COLOR_ATTACHMENT_WRITE);
+const OUTPUT_WRITE: Use = COLOR_WRITE;
 /// Shows shadow maps.
-const MAP_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
+const MAP_READ: Use = SAMPLED;
 
 pub const PASS: Pass = Pass {
     place: Place::pass("VIEW"),
@@ -53,15 +48,12 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
 /// The pass.
 pub struct ViewPass {
     screen: Screen,
-    inputs: Option<Inputs>,
+    pub inputs: Option<Inputs>,
     _empty: Option<SetLayout>,
 }
 
 impl ViewPass {
     /// `layouts` are those of set 0 and, where the shadow maps are shown, of set 2; `inputs` are the views of what is shown.
-    ///
-    /// # Errors
-    /// When the pipeline cannot be made.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
@@ -78,9 +70,7 @@ impl ViewPass {
         let input_layout =
             inputs.as_ref().map(|inputs| inputs.set_layout.raw).or(empty.as_ref().map(|empty| empty.raw));
         let flags = flags(plan);
-        let Some(shader) = shader::variant(flags) else {
-            return Err(gpu::Error::Unsupported(format!("view.wgsl has no variant {flags:?}")));
-        };
+        let shader = needed("view", shader::variant, flags)?;
         let mut set_layouts = vec![layouts.frame];
         set_layouts.extend(input_layout);
         set_layouts.extend(layouts.shadows);
@@ -99,17 +89,6 @@ impl ViewPass {
         Ok(Self { screen, inputs, _empty: empty })
     }
 
-    /// Reads other images of what it reads, as of another size.
-    ///
-    /// # Errors
-    /// When there is no memory for their descriptors.
-    pub fn read_from(&mut self, device: &Arc<Device>, inputs: &[Input]) -> gpu::Result<()> {
-        match &mut self.inputs {
-            Some(own) => own.read_from(device, inputs),
-            None => Ok(()),
-        }
-    }
-
     /// Draws the view. Runs inside its subpass.
     pub fn record(&self, recording: &Recording) {
         recording.set_area();
@@ -122,7 +101,6 @@ impl ViewPass {
 
 /// Which variant of the shader a plan takes.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
-    let when = |condition: bool, flag: Flags| if condition { flag } else { Flags::NONE };
     match (plan.shading, &plan.gbuffer) {
         (Shading::ShowOverdraw, _) => Flags::OVERDRAW,
         (Shading::ShowTriangle, _) => Flags::TRIANGLE,
@@ -130,10 +108,10 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
         (_, None) => Flags::NONE,
         (_, Some(_)) => {
             Flags::GBUFFER
-                | when(plan.lights.any(), Flags::LIGHTS)
-                | when(plan.lights.any() && plan.lights.uniform, Flags::UNIFORM_BUFFER)
+                | Flags::LIGHTS.when(plan.lights.any())
+                | Flags::UNIFORM_BUFFER.when(plan.lights.any() && plan.lights.uniform)
                 | gbuffer_flags!(plan)
-                | when(plan.msaa > 1, Flags::MSAA)
+                | Flags::MSAA.when(plan.msaa > 1)
         }
     }
 }

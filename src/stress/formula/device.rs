@@ -9,7 +9,7 @@ use super::{Input, Output, Trial};
 use crate::frame::edges::{self, RowName};
 use crate::gpu::{
     self, Buffer, CommandBuffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter,
-    ShaderStage, barrier, compute_pipeline, pipeline_layout,
+    ShaderStage, barrier, binding, compute_pipeline, pipeline_layout,
 };
 use crate::gpu_scene::FrameUniform;
 use crate::shaders::formulas::{self as shader, Flags, constants};
@@ -52,13 +52,7 @@ struct Program {
 
 impl Program {
     fn new(device: &Arc<Device>, trial: &Trial, buffers: &Buffers) -> gpu::Result<Self> {
-        let binding = |index, kind| {
-            vk::DescriptorSetLayoutBinding::default()
-                .binding(index)
-                .descriptor_type(kind)
-                .descriptor_count(1)
-                .stage_flags(vk::ShaderStageFlags::COMPUTE)
-        };
+        let binding = |index, kind| binding(index, kind, vk::ShaderStageFlags::COMPUTE);
         let (uniform, storage) = (vk::DescriptorType::UNIFORM_BUFFER, vk::DescriptorType::STORAGE_BUFFER);
         let frame_layout = SetLayout::new(device, "formula frame", &[binding(0, uniform)])?;
         let data_layout = SetLayout::new(device, "formula data", &[binding(0, storage), binding(1, storage)])?;
@@ -67,7 +61,7 @@ impl Program {
         SetWriter::new().uniform_buffer(0, &buffers.frame, ..).update(device, sets[0]);
         let data = SetWriter::new().storage_buffer(0, &buffers.inputs, ..);
         data.storage_buffer(1, &buffers.outputs, ..).update(device, sets[1]);
-        let flags = Flags::NONE.with_if(Flags::PLANTED, trial.planted);
+        let flags = Flags::PLANTED.when(trial.planted);
         let Some(entry) = shader::variant(flags).and_then(|variant| variant.compute()) else {
             return Err(gpu::Error::Unsupported(format!("formulas.wgsl has no variant {flags:?}")));
         };
