@@ -91,18 +91,32 @@ impl Values {
     }
 }
 
-impl Case {
-    /// With the unit of the `values`, and the bound of those that are claimed.
-    pub const fn new(
-        name: &'static str,
-        extreme: &'static str,
-        (values, unit): (Values, &'static str),
-        (claim, bound): ([f64; 2], Bound),
-        check: Check,
-    ) -> Self {
-        Self { name, extreme, unit, values, claim, bound, check }
+/// A case that nothing tries yet.
+pub struct Untried(Case);
+
+/// A case of this name, with what is extreme in words. All that follows in a chain must be said.
+pub const fn case(name: &'static str, extreme: &'static str) -> Untried {
+    let (values, bound) = (Values::List(&[]), Bound { worst: 0.0, mean: 0.0 });
+    Untried(Case { name, extreme, unit: "", values, claim: [0.0; 2], bound, check: Check::Whole(|_| unreachable!()) })
+}
+
+impl Untried {
+    /// Sweeps these values, which have this unit.
+    pub const fn over(self, values: Values, unit: &'static str) -> Self {
+        Self(Case { values, unit, ..self.0 })
     }
 
+    /// From the first of these values to the second the bound is to hold.
+    pub const fn claim(self, claim: [f64; 2], bound: Bound) -> Self {
+        Self(Case { claim, bound, ..self.0 })
+    }
+
+    pub const fn check(self, check: Check) -> Case {
+        Case { check, ..self.0 }
+    }
+}
+
+impl Case {
     /// The values that are tried: all, or with `quick` the ends, those of the claim, and every third.
     pub fn tried(&self, quick: bool) -> Vec<f64> {
         let all = self.values.all();

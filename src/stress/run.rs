@@ -191,17 +191,14 @@ impl Verdict {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Bound, Values};
+    use super::super::{Bound, Values, case};
     use super::*;
 
     fn verdict(worst: [f64; 6]) -> Verdict {
-        let case = Case::new(
-            "group/quantity",
-            "nothing",
-            (Values::Decades(-3, 2), "m"),
-            ([0.1, 1.0], Bound { worst: 0.5, mean: 0.5 }),
-            Check::Picture(|_| Subject::new(Scene::default())),
-        );
+        let case = case("group/quantity", "nothing")
+            .over(Values::Decades(-3, 2), "m")
+            .claim([0.1, 1.0], Bound { worst: 0.5, mean: 0.5 })
+            .check(Check::Picture(|_| Subject::new(Scene::default())));
         let finding = |(value, worst)| Finding {
             value,
             outcome: Outcome::Measured(Errors { worst, compared: 1, ..Errors::default() }),

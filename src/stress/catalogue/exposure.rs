@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::super::{Bound, Case, Check, Subject, Values};
+use super::super::{Bound, Case, Check, Subject, Values, case};
 use super::stage::{float32, lamp, sphere_on_floor};
 use crate::scene::builtin::shapes;
 use crate::scene::builtin::stage::Stage;
@@ -11,74 +11,51 @@ use crate::scene::{
 };
 
 pub const CASES: &[Case] = &[
-    Case::new(
-        "exposure/stops",
-        "exposures so many stops over what the meter says, without a target for light",
-        (STOPS, "stops"),
-        ([-40.0, 60.0], Bound { worst: 1e-4, mean: 1e-6 }),
-        Check::Picture(|over| stops(over, false, SettingsPatch::default())),
-    ),
-    Case::new(
-        "exposure/stops-rgba16f",
-        "the same by way of half floats",
-        (STOPS, "stops"),
+    case("exposure/stops", "exposures so many stops over what the meter says, without a target for light")
+        .over(STOPS, "stops")
+        .claim([-40.0, 60.0], Bound { worst: 1e-4, mean: 1e-6 })
+        .check(Check::Picture(|over| stops(over, false, SettingsPatch::default()))),
+    case("exposure/stops-rgba16f", "the same by way of half floats")
+        .over(STOPS, "stops")
         // Half floats have fewer bits below 6e-5, and end at 65,504; half of that where a pane may add to it.
-        ([-8.0, 16.0], Bound { worst: 5e-3, mean: 5e-4 }),
-        Check::Picture(|over| stops(over, true, kept_in(HdrFormat::Rgba16f))),
-    ),
-    Case::new(
-        "exposure/stops-b10g11r11",
-        "the same by way of packed floats of 5 and 6 bits",
-        (STOPS, "stops"),
-        ([-8.0, 16.0], Bound { worst: 0.1, mean: 0.02 }),
-        Check::Picture(|over| stops(over, true, kept_in(HdrFormat::B10g11r11))),
-    ),
-    Case::new(
-        "exposure/stops-per-light",
-        "the same, each lamp added by blending",
-        (STOPS, "stops"),
-        ([-40.0, 20.0], Bound { worst: 1e-3, mean: 1e-6 }),
-        Check::Picture(|over| {
+        .claim([-8.0, 16.0], Bound { worst: 5e-3, mean: 5e-4 })
+        .check(Check::Picture(|over| stops(over, true, kept_in(HdrFormat::Rgba16f)))),
+    case("exposure/stops-b10g11r11", "the same by way of packed floats of 5 and 6 bits")
+        .over(STOPS, "stops")
+        .claim([-8.0, 16.0], Bound { worst: 0.1, mean: 0.02 })
+        .check(Check::Picture(|over| stops(over, true, kept_in(HdrFormat::B10g11r11)))),
+    case("exposure/stops-per-light", "the same, each lamp added by blending")
+        .over(STOPS, "stops")
+        .claim([-40.0, 20.0], Bound { worst: 1e-3, mean: 1e-6 })
+        .check(Check::Picture(|over| {
             let path = SettingsPatch { light_path: Some(LightPath::PerLight), ..SettingsPatch::default() };
             stops(over, false, path)
-        }),
-    ),
-    Case::new(
-        "exposure/decades",
-        "decades of light in one picture, by way of half floats",
-        (DECADES, "decades"),
+        })),
+    case("exposure/decades", "decades of light in one picture, by way of half floats")
+        .over(DECADES, "decades")
         // From white times 65,000 down to where half floats have fewer bits.
-        ([0.0, 9.0], Bound { worst: 5e-3, mean: 5e-4 }),
-        Check::Picture(|decades| decades_of(decades, HdrFormat::Rgba16f)),
-    ),
-    Case::new(
-        "exposure/decades-b10g11r11",
-        "the same by way of packed floats",
-        (DECADES, "decades"),
-        ([0.0, 9.0], Bound { worst: 0.06, mean: 0.01 }),
-        Check::Picture(|decades| decades_of(decades, HdrFormat::B10g11r11)),
-    ),
-    Case::new(
-        "exposure/decades-rgba32f",
-        "the same by way of single floats",
-        (DECADES, "decades"),
-        ([0.0, 12.0], Bound { worst: 1e-6, mean: 1e-7 }),
-        Check::Picture(|decades| decades_of(decades, HdrFormat::Rgba32f)),
-    ),
-    Case::new(
-        "exposure/intensity",
-        "a lamp so strong, metered, by way of half floats",
-        (Values::List(&[1e-20, 1e-12, 1e-8, 1e-4, 1.0, 1e4, 1e8, 1e12, 1e20, 1e30, 1e38]), "cd"),
-        ([1e-20, 1e30], Bound { worst: 5e-3, mean: 5e-4 }),
-        Check::Picture(intensity),
-    ),
-    Case::new(
+        .claim([0.0, 9.0], Bound { worst: 5e-3, mean: 5e-4 })
+        .check(Check::Picture(|decades| decades_of(decades, HdrFormat::Rgba16f))),
+    case("exposure/decades-b10g11r11", "the same by way of packed floats")
+        .over(DECADES, "decades")
+        .claim([0.0, 9.0], Bound { worst: 0.06, mean: 0.01 })
+        .check(Check::Picture(|decades| decades_of(decades, HdrFormat::B10g11r11))),
+    case("exposure/decades-rgba32f", "the same by way of single floats")
+        .over(DECADES, "decades")
+        .claim([0.0, 12.0], Bound { worst: 1e-6, mean: 1e-7 })
+        .check(Check::Picture(|decades| decades_of(decades, HdrFormat::Rgba32f))),
+    case("exposure/intensity", "a lamp so strong, metered, by way of half floats")
+        .over(Values::List(&[1e-20, 1e-12, 1e-8, 1e-4, 1.0, 1e4, 1e8, 1e12, 1e20, 1e30, 1e38]), "cd")
+        .claim([1e-20, 1e30], Bound { worst: 5e-3, mean: 5e-4 })
+        .check(Check::Picture(intensity)),
+    case(
         "exposure/frames",
-        "so many frames of one renderer at exposures from 1e-6 to 1e6 times the first, and the first again, to the last bit",
-        (Values::List(&[1.0, 10.0, 100.0, 1000.0, 4096.0]), "frames"),
-        ([1.0, 4096.0], Bound { worst: 0.0, mean: 0.0 }),
-        Check::Exposures(|_| frames()),
-    ),
+        "so many frames of one renderer at exposures from 1e-6 to 1e6 times the first, and the \
+         first again, to the last bit",
+    )
+    .over(Values::List(&[1.0, 10.0, 100.0, 1000.0, 4096.0]), "frames")
+    .claim([1.0, 4096.0], Bound { worst: 0.0, mean: 0.0 })
+    .check(Check::Exposures(|_| frames())),
 ];
 
 const STOPS: Values = Values::List(&[

@@ -9,195 +9,138 @@ use glam::DVec3;
 
 use super::super::formula::inputs::{self, COUNT, REFLECTION, filled, rng, share};
 use super::super::formula::{Formula, Input, Judge, Trial, Truth, truth};
-use super::super::{Bound, Case, Check, Values};
+use super::super::{Bound, Case, Check, Values, case};
 use crate::gpu_scene::FrameUniform;
 use crate::scene::Falloff;
 
 const ROUGHNESS: Values = Values::List(&[0.0, 1e-4, 1e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0]);
 const POWERS: Values = Values::List(&[0.0, 0.1, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6]);
 
-const fn case(
-    name: &'static str,
-    extreme: &'static str,
-    (values, unit): (Values, &'static str),
-    (claim, worst, mean): ([f64; 2], f64, f64),
-    trial: fn(f64) -> Trial,
-) -> Case {
-    Case { name, extreme, unit, values, claim, bound: Bound { worst, mean }, check: Check::Formula(trial) }
-}
-
 pub const CASES: &[Case] = &[
     case(
         "formulas/cook-torrance",
-        "the whole reflection model, from a matt wall to a highlight narrower than directions can tell; light along and against the view",
-        (ROUGHNESS, ""),
-        ([0.0, 1.0], 2e-2, 4e-4),
-        |roughness| reflection(Formula::CookTorrance, truth::cook_torrance, roughness, roughness.max(0.01).powi(2)),
-    ),
+        "the whole reflection model, from a matt wall to a highlight narrower than directions can tell; \
+         light along and against the view",
+    )
+    .over(ROUGHNESS, "")
+    .claim([0.0, 1.0], Bound { worst: 2e-2, mean: 4e-4 })
+    .check(Check::Formula(|roughness| {
+        reflection(Formula::CookTorrance, truth::cook_torrance, roughness, roughness.max(0.01).powi(2))
+    })),
     case(
         "formulas/cook-torrance-grazing",
         "light and eye both at this cosine to the surface, half of the time opposite",
-        (Values::Decades(-7, 0), ""),
-        ([1e-3, 1.0], 1e-4, 2e-5),
-        |cosine| each(Formula::CookTorrance, REFLECTION, truth::anywhere, inputs::grazing(cosine, 0.5)),
-    ),
+    )
+    .over(Values::Decades(-7, 0), "")
+    .claim([1e-3, 1.0], Bound { worst: 1e-4, mean: 2e-5 })
+    .check(Check::Formula(|cosine| {
+        each(Formula::CookTorrance, REFLECTION, truth::anywhere, inputs::grazing(cosine, 0.5))
+    })),
     case(
         "formulas/cook-torrance-opposite",
         "the eye where light goes to, but for this much, behind a surface that the light falls on",
-        (Values::Decades(-9, 0), ""),
-        ([1e-4, 1.0], 3e-6, 6e-7),
-        |apart| each(Formula::CookTorrance, REFLECTION, truth::anywhere, inputs::opposite(apart, 1.0)),
-    ),
-    case("formulas/phong", "the whole model, by its specular power", (POWERS, ""), ([0.0, 1e6], 3e-3, 1e-4), |power| {
-        reflection(Formula::Phong, truth::phong, power, lobe_width(power))
-    }),
-    case(
-        "formulas/blinn-phong",
-        "the whole model, by its specular power",
-        (POWERS, ""),
-        ([0.0, 1e6], 3e-3, 1e-4),
-        |power| reflection(Formula::BlinnPhong, truth::blinn_phong, power, lobe_width(power)),
-    ),
-    case(
-        "formulas/ggx-distribution",
-        "D alone, by roughness, in and around its peak",
-        (ROUGHNESS, ""),
-        ([0.0, 1.0], 3e-3, 1e-4),
-        distribution,
-    ),
-    case(
-        "formulas/smith-masking",
-        "V alone, by one cosine, for any other and any roughness",
-        (Values::List(&[0.0, 1e-40, 1e-20, 1e-7, 1e-4, 1e-2, 0.1, 0.5, 1.0]), ""),
-        ([0.0, 1.0], 1e-6, 2e-7),
-        masking,
-    ),
-    case(
-        "formulas/fresnel",
-        "Schlick's, by the cosine between view and half vector",
-        (Values::List(&[0.0, 6e-8, 1e-4, 1e-2, 0.1, 0.5, 0.9, 0.99, 1.0 - f32::EPSILON as f64 / 2.0, 1.0]), ""),
-        ([0.0, 1.0], 1e-6, 2e-7),
-        fresnel,
-    ),
-    case(
-        "formulas/ambient",
-        "share of light from everywhere, by roughness",
-        (ROUGHNESS, ""),
-        ([0.0, 1.0], 5e-6, 5e-7),
-        |roughness| each(Formula::Ambient, REFLECTION, truth::ambient, inputs::reflection(roughness, 1.0)),
-    ),
+    )
+    .over(Values::Decades(-9, 0), "")
+    .claim([1e-4, 1.0], Bound { worst: 3e-6, mean: 6e-7 })
+    .check(Check::Formula(|apart| {
+        each(Formula::CookTorrance, REFLECTION, truth::anywhere, inputs::opposite(apart, 1.0))
+    })),
+    case("formulas/phong", "the whole model, by its specular power")
+        .over(POWERS, "")
+        .claim([0.0, 1e6], Bound { worst: 3e-3, mean: 1e-4 })
+        .check(Check::Formula(|power| reflection(Formula::Phong, truth::phong, power, lobe_width(power)))),
+    case("formulas/blinn-phong", "the whole model, by its specular power")
+        .over(POWERS, "")
+        .claim([0.0, 1e6], Bound { worst: 3e-3, mean: 1e-4 })
+        .check(Check::Formula(|power| reflection(Formula::BlinnPhong, truth::blinn_phong, power, lobe_width(power)))),
+    case("formulas/ggx-distribution", "D alone, by roughness, in and around its peak")
+        .over(ROUGHNESS, "")
+        .claim([0.0, 1.0], Bound { worst: 3e-3, mean: 1e-4 })
+        .check(Check::Formula(distribution)),
+    case("formulas/smith-masking", "V alone, by one cosine, for any other and any roughness")
+        .over(Values::List(&[0.0, 1e-40, 1e-20, 1e-7, 1e-4, 1e-2, 0.1, 0.5, 1.0]), "")
+        .claim([0.0, 1.0], Bound { worst: 1e-6, mean: 2e-7 })
+        .check(Check::Formula(masking)),
+    case("formulas/fresnel", "Schlick's, by the cosine between view and half vector")
+        .over(Values::List(&[0.0, 6e-8, 1e-4, 1e-2, 0.1, 0.5, 0.9, 0.99, 1.0 - f32::EPSILON as f64 / 2.0, 1.0]), "")
+        .claim([0.0, 1.0], Bound { worst: 1e-6, mean: 2e-7 })
+        .check(Check::Formula(fresnel)),
+    case("formulas/ambient", "share of light from everywhere, by roughness")
+        .over(ROUGHNESS, "")
+        .claim([0.0, 1.0], Bound { worst: 5e-6, mean: 5e-7 })
+        .check(Check::Formula(|roughness| {
+            each(Formula::Ambient, REFLECTION, truth::ambient, inputs::reflection(roughness, 1.0))
+        })),
     case(
         "formulas/furnace-in",
         "all that a white mirror of this roughness gets from a white furnace: as the truth has it, and no more than 1",
-        (ROUGHNESS, ""),
-        ([0.0, 1.0], 5e-5, 1e-5),
-        |roughness| furnace(roughness, truth::furnace_in, false),
-    ),
-    case(
-        "formulas/furnace-out",
-        "all that it sends out of what one light brings",
-        (ROUGHNESS, ""),
-        ([0.0, 1.0], 5e-5, 1.5e-5),
-        |roughness| furnace(roughness, truth::furnace_out, true),
-    ),
-    case(
-        "formulas/reciprocity",
-        "light and eye change places, by roughness",
-        (ROUGHNESS, ""),
-        ([0.0, 1.0], 5e-6, 2e-7),
-        |roughness| exchanged(Formula::CookTorrance, roughness, roughness.max(0.01).powi(2)),
-    ),
-    case(
-        "formulas/reciprocity-phong",
-        "light and eye change places, by specular power",
-        (POWERS, ""),
-        ([0.0, 1e6], 3e-3, 1e-4),
-        |power| exchanged(Formula::Phong, power, lobe_width(power)),
-    ),
-    case(
-        "formulas/fall-off",
-        "inverse square, quadratic and polynomial, by distance",
-        (Values::Decades(-6, 6), "m"),
-        ([1e-6, 1e6], 1e-6, 2e-7),
-        fall_off,
-    ),
-    case(
-        "formulas/to-light",
-        "direction to a light, by distance",
-        (Values::Decades(-12, 18), "m"),
-        ([1e-6, 1e6], 5e-7, 2e-7),
-        |metres| each(Formula::ToLight, inputs::LAMP, truth::to_light, fall_off(metres).inputs),
-    ),
-    case(
-        "formulas/range",
-        "window and fall-off, by range, from inside of it to a thousand times as far",
-        (Values::Decades(-18, 18), "m"),
-        ([1e-6, 1e6], 1e-6, 2e-7),
-        range,
-    ),
-    case(
-        "formulas/spot-cone",
-        "by the outer angle, half of the time the same as the inner one",
-        (Values::List(&[0.0, 1e-6, 1e-3, 0.1, 1.0, 10.0, 45.0, 89.999, 90.0, 135.0, 179.9, 180.0]), "degrees"),
-        ([0.0, 180.0], 1e-3, 2e-5),
-        cone,
-    ),
-    case(
-        "formulas/octahedral",
-        "normals to the octahedral map and back, by how far they are from an axis or a fold",
-        (Values::Decades(-8, 0), ""),
-        ([1e-8, 1.0], 6e-7, 2e-7),
-        |off| each(Formula::Octahedral, NORMAL, truth::normal, normals(off)),
-    ),
-    case(
-        "formulas/octahedral-16",
-        "the same through two codes of 16 bits",
-        (Values::Decades(-8, 0), ""),
-        ([1e-8, 1.0], 6.5e-5, 4e-5),
-        |off| each(Formula::Octahedral16, NORMAL, truth::normal, normals(off)),
-    ),
-    case(
-        "formulas/tone-neutral",
-        "by the light of the brightest channel",
-        (LIGHT, ""),
-        ([1e-8, 65000.0], 2e-6, 3e-7),
-        |light| tone(light, 0),
-    ),
-    case(
-        "formulas/tone-agx",
-        "by the light of the brightest channel",
-        (LIGHT, ""),
-        ([1e-8, 65000.0], 6e-5, 2e-5),
-        |light| tone(light, 1),
-    ),
-    case(
-        "formulas/tone-aces",
-        "by the light of the brightest channel",
-        (LIGHT, ""),
-        ([1e-8, 65000.0], 2e-6, 5e-7),
-        |light| tone(light, 2),
-    ),
-    case(
-        "formulas/srgb",
-        "encoding, by the brightest channel",
-        (Values::Decades(-10, 0), ""),
-        ([1e-10, 1.0], 3e-6, 1e-6),
-        |light| each(Formula::EncodeSrgb, COLOR, truth::encoded, colors(light, 0)),
-    ),
+    )
+    .over(ROUGHNESS, "")
+    .claim([0.0, 1.0], Bound { worst: 5e-5, mean: 1e-5 })
+    .check(Check::Formula(|roughness| furnace(roughness, truth::furnace_in, false))),
+    case("formulas/furnace-out", "all that it sends out of what one light brings")
+        .over(ROUGHNESS, "")
+        .claim([0.0, 1.0], Bound { worst: 5e-5, mean: 1.5e-5 })
+        .check(Check::Formula(|roughness| furnace(roughness, truth::furnace_out, true))),
+    case("formulas/reciprocity", "light and eye change places, by roughness")
+        .over(ROUGHNESS, "")
+        .claim([0.0, 1.0], Bound { worst: 5e-6, mean: 2e-7 })
+        .check(Check::Formula(|roughness| exchanged(Formula::CookTorrance, roughness, roughness.max(0.01).powi(2)))),
+    case("formulas/reciprocity-phong", "light and eye change places, by specular power")
+        .over(POWERS, "")
+        .claim([0.0, 1e6], Bound { worst: 3e-3, mean: 1e-4 })
+        .check(Check::Formula(|power| exchanged(Formula::Phong, power, lobe_width(power)))),
+    case("formulas/fall-off", "inverse square, quadratic and polynomial, by distance")
+        .over(Values::Decades(-6, 6), "m")
+        .claim([1e-6, 1e6], Bound { worst: 1e-6, mean: 2e-7 })
+        .check(Check::Formula(fall_off)),
+    case("formulas/to-light", "direction to a light, by distance")
+        .over(Values::Decades(-12, 18), "m")
+        .claim([1e-6, 1e6], Bound { worst: 5e-7, mean: 2e-7 })
+        .check(Check::Formula(|metres| each(Formula::ToLight, inputs::LAMP, truth::to_light, fall_off(metres).inputs))),
+    case("formulas/range", "window and fall-off, by range, from inside of it to a thousand times as far")
+        .over(Values::Decades(-18, 18), "m")
+        .claim([1e-6, 1e6], Bound { worst: 1e-6, mean: 2e-7 })
+        .check(Check::Formula(range)),
+    case("formulas/spot-cone", "by the outer angle, half of the time the same as the inner one")
+        .over(Values::List(&[0.0, 1e-6, 1e-3, 0.1, 1.0, 10.0, 45.0, 89.999, 90.0, 135.0, 179.9, 180.0]), "degrees")
+        .claim([0.0, 180.0], Bound { worst: 1e-3, mean: 2e-5 })
+        .check(Check::Formula(cone)),
+    case("formulas/octahedral", "normals to the octahedral map and back, by how far they are from an axis or a fold")
+        .over(Values::Decades(-8, 0), "")
+        .claim([1e-8, 1.0], Bound { worst: 6e-7, mean: 2e-7 })
+        .check(Check::Formula(|off| each(Formula::Octahedral, NORMAL, truth::normal, normals(off)))),
+    case("formulas/octahedral-16", "the same through two codes of 16 bits")
+        .over(Values::Decades(-8, 0), "")
+        .claim([1e-8, 1.0], Bound { worst: 6.5e-5, mean: 4e-5 })
+        .check(Check::Formula(|off| each(Formula::Octahedral16, NORMAL, truth::normal, normals(off)))),
+    case("formulas/tone-neutral", "by the light of the brightest channel")
+        .over(LIGHT, "")
+        .claim([1e-8, 65000.0], Bound { worst: 2e-6, mean: 3e-7 })
+        .check(Check::Formula(|light| tone(light, 0))),
+    case("formulas/tone-agx", "by the light of the brightest channel")
+        .over(LIGHT, "")
+        .claim([1e-8, 65000.0], Bound { worst: 6e-5, mean: 2e-5 })
+        .check(Check::Formula(|light| tone(light, 1))),
+    case("formulas/tone-aces", "by the light of the brightest channel")
+        .over(LIGHT, "")
+        .claim([1e-8, 65000.0], Bound { worst: 2e-6, mean: 5e-7 })
+        .check(Check::Formula(|light| tone(light, 2))),
+    case("formulas/srgb", "encoding, by the brightest channel")
+        .over(Values::Decades(-10, 0), "")
+        .claim([1e-10, 1.0], Bound { worst: 3e-6, mean: 1e-6 })
+        .check(Check::Formula(|light| each(Formula::EncodeSrgb, COLOR, truth::encoded, colors(light, 0)))),
     case(
         "formulas/position",
         "rebuilt from depth over a picture of 1920 x 1080, by distance; the near plane is at 1 cm",
-        (Values::Decades(-2, 12), "m"),
-        ([1e-2, 1e12], 6e-7, 2e-7),
-        position,
-    ),
-    case(
-        "formulas/shininess",
-        "a specular power through its encoding and back",
-        (Values::List(&[0.0, 1e-4, 1e-2, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6]), ""),
-        ([0.0, 1e6], 1e-5, 2e-6),
-        shininess,
-    ),
+    )
+    .over(Values::Decades(-2, 12), "m")
+    .claim([1e-2, 1e12], Bound { worst: 6e-7, mean: 2e-7 })
+    .check(Check::Formula(position)),
+    case("formulas/shininess", "a specular power through its encoding and back")
+        .over(Values::List(&[0.0, 1e-4, 1e-2, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6]), "")
+        .claim([0.0, 1e6], Bound { worst: 1e-5, mean: 2e-6 })
+        .check(Check::Formula(shininess)),
 ];
 
 const LIGHT: Values =

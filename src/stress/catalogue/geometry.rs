@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec2, DVec3, Vec3, Vec4};
 
-use super::super::{Bound, Case, Check, Subject, Values};
+use super::super::{Bound, Case, Check, Subject, Values, case};
 use super::stage::{even_texture, float32, lamp, sphere_on_floor, waves};
 use crate::scene::builtin::shapes::{self, MeshBuilder, Vertex};
 use crate::scene::builtin::stage::Stage;
@@ -12,97 +12,64 @@ use crate::scene::{Camera, Material, Mesh};
 const TIGHT: Bound = Bound { worst: 1e-3, mean: 1e-6 };
 
 pub const CASES: &[Case] = &[
-    Case::new(
-        "geometry/sliver",
-        "a floor with a strip so wide across it, made of two triangles",
-        (Values::Decades(-15, 0), "m"),
-        ([1e-15, 1.0], TIGHT),
-        Check::Placed(sliver, 0.01),
-    ),
-    Case::new(
-        "geometry/gigantic",
-        "a floor of two triangles so large",
-        (Values::Decades(1, 15), "m"),
-        ([10.0, 1e4], Bound { worst: 1e-3, mean: 3e-4 }),
-        Check::Placed(gigantic, 0.01),
-    ),
-    Case::new(
-        "geometry/no-area",
-        "so many triangles without area in the middle of the floor",
-        (Values::List(&[0.0, 1.0, 2.0, 3.0, 100.0, 10_000.0]), ""),
-        ([0.0, 10_000.0], TIGHT),
-        Check::Placed(no_area, 0.005),
-    ),
-    Case::new(
-        "geometry/normal-length",
-        "normals so long, down to none",
-        (Values::List(&[0.0, 1e-40, 1e-30, 1e-20, 1e-10, 1.0, 1e10, 1e20, 1e30, 1e38]), ""),
-        ([1e-30, 1e30], TIGHT),
-        Check::Placed(normal_length, 0.01),
-    ),
-    Case::new(
+    case("geometry/sliver", "a floor with a strip so wide across it, made of two triangles")
+        .over(Values::Decades(-15, 0), "m")
+        .claim([1e-15, 1.0], TIGHT)
+        .check(Check::Placed(sliver, 0.01)),
+    case("geometry/gigantic", "a floor of two triangles so large")
+        .over(Values::Decades(1, 15), "m")
+        .claim([10.0, 1e4], Bound { worst: 1e-3, mean: 3e-4 })
+        .check(Check::Placed(gigantic, 0.01)),
+    case("geometry/no-area", "so many triangles without area in the middle of the floor")
+        .over(Values::List(&[0.0, 1.0, 2.0, 3.0, 100.0, 10_000.0]), "")
+        .claim([0.0, 10_000.0], TIGHT)
+        .check(Check::Placed(no_area, 0.005)),
+    case("geometry/normal-length", "normals so long, down to none")
+        .over(Values::List(&[0.0, 1e-40, 1e-30, 1e-20, 1e-10, 1.0, 1e10, 1e20, 1e30, 1e38]), "")
+        .claim([1e-30, 1e30], TIGHT)
+        .check(Check::Placed(normal_length, 0.01)),
+    case(
         "geometry/opposed-normals",
         "normals of two ends of a triangle so far apart; half-way between opposed ones there is none",
-        (Values::List(&[0.0, 90.0, 150.0, 170.0, 179.0, 179.9, 179.99, 180.0]), "degrees"),
-        ([0.0, 179.0], TIGHT),
-        Check::Placed(opposed_normals, 0.01),
-    ),
-    Case::new(
-        "geometry/tangent",
-        "tangents at such an angle to their normals, under a normal map",
-        (Values::List(&[0.0, 1e-6, 1e-3, 0.1, 1.0, 10.0, 45.0, 90.0]), "degrees"),
-        ([0.0, 90.0], TIGHT),
-        Check::Placed(tangent, 0.01),
-    ),
-    Case::new(
-        "geometry/no-tangent",
-        "tangents so long, down to none, under a normal map",
-        (Values::List(&[0.0, 1e-40, 1e-20, 1e-6, 1.0, 1e6]), ""),
-        ([0.0, 1e6], TIGHT),
-        Check::Placed(tangent_length, 0.01),
-    ),
-    Case::new(
-        "geometry/flat-map",
-        "a normal map that has this code everywhere",
-        (Values::List(&[0.0, 1.0, 64.0, 126.0, 127.0, 128.0, 129.0, 254.0, 255.0]), ""),
-        ([0.0, 255.0], TIGHT),
-        Check::Placed(flat_map, 0.01),
-    ),
-    Case::new(
-        "geometry/uv-offset",
-        "texture coordinates so far from zero, with a texture that repeats each two metres",
-        (Values::Decades(0, 12), ""),
-        ([1.0, 1e9], Bound { worst: 2e-2, mean: 5e-3 }),
-        Check::Placed(uv_offset, 0.01),
-    ),
-    Case::new(
-        "geometry/uv-span",
-        "a triangle over which a texture repeats so often, seen where a repeat fills the picture",
-        (Values::Decades(0, 9), ""),
-        ([1.0, 1e4], Bound { worst: 2e-2, mean: 5e-3 }),
-        Check::Placed(uv_span, 0.01),
-    ),
-    Case::new(
+    )
+    .over(Values::List(&[0.0, 90.0, 150.0, 170.0, 179.0, 179.9, 179.99, 180.0]), "degrees")
+    .claim([0.0, 179.0], TIGHT)
+    .check(Check::Placed(opposed_normals, 0.01)),
+    case("geometry/tangent", "tangents at such an angle to their normals, under a normal map")
+        .over(Values::List(&[0.0, 1e-6, 1e-3, 0.1, 1.0, 10.0, 45.0, 90.0]), "degrees")
+        .claim([0.0, 90.0], TIGHT)
+        .check(Check::Placed(tangent, 0.01)),
+    case("geometry/no-tangent", "tangents so long, down to none, under a normal map")
+        .over(Values::List(&[0.0, 1e-40, 1e-20, 1e-6, 1.0, 1e6]), "")
+        .claim([0.0, 1e6], TIGHT)
+        .check(Check::Placed(tangent_length, 0.01)),
+    case("geometry/flat-map", "a normal map that has this code everywhere")
+        .over(Values::List(&[0.0, 1.0, 64.0, 126.0, 127.0, 128.0, 129.0, 254.0, 255.0]), "")
+        .claim([0.0, 255.0], TIGHT)
+        .check(Check::Placed(flat_map, 0.01)),
+    case("geometry/uv-offset", "texture coordinates so far from zero, with a texture that repeats each two metres")
+        .over(Values::Decades(0, 12), "")
+        .claim([1.0, 1e9], Bound { worst: 2e-2, mean: 5e-3 })
+        .check(Check::Placed(uv_offset, 0.01)),
+    case("geometry/uv-span", "a triangle over which a texture repeats so often, seen where a repeat fills the picture")
+        .over(Values::Decades(0, 9), "")
+        .claim([1.0, 1e4], Bound { worst: 2e-2, mean: 5e-3 })
+        .check(Check::Placed(uv_span, 0.01)),
+    case(
         "geometry/vertex-at-camera",
         "the corner that all triangles share lies so far before the camera, or behind it",
-        (Values::List(&[-1.0, -1e-3, -1e-6, -1e-9, 0.0, 1e-9, 1e-6, 1e-3, 1.0]), "m"),
-        ([-1.0, 1.0], TIGHT),
-        Check::Placed(vertex_at_camera, 0.02),
-    ),
-    Case::new(
-        "geometry/near-crossing",
-        "a camera so high above a floor that crosses its near plane",
-        (Values::Decades(-9, 0), "m"),
-        ([1e-9, 1.0], TIGHT),
-        Check::Placed(near_crossing, 0.02),
-    ),
-    Case::new(
-        "geometry/indices",
-        "so many vertices before those of the floor in its mesh",
-        (Values::List(&[0.0, 65_531.0, 65_532.0, 65_533.0, 65_535.0, 65_536.0, 65_537.0, 1e6]), ""),
-        ([0.0, 1e6], TIGHT),
-        Check::Placed(indices, 0.005),
-    ),
+    )
+    .over(Values::List(&[-1.0, -1e-3, -1e-6, -1e-9, 0.0, 1e-9, 1e-6, 1e-3, 1.0]), "m")
+    .claim([-1.0, 1.0], TIGHT)
+    .check(Check::Placed(vertex_at_camera, 0.02)),
+    case("geometry/near-crossing", "a camera so high above a floor that crosses its near plane")
+        .over(Values::Decades(-9, 0), "m")
+        .claim([1e-9, 1.0], TIGHT)
+        .check(Check::Placed(near_crossing, 0.02)),
+    case("geometry/indices", "so many vertices before those of the floor in its mesh")
+        .over(Values::List(&[0.0, 65_531.0, 65_532.0, 65_533.0, 65_535.0, 65_536.0, 65_537.0, 1e6]), "")
+        .claim([0.0, 1e6], TIGHT)
+        .check(Check::Placed(indices, 0.005)),
 ];
 
 fn subject(mut stage: Stage) -> Subject {

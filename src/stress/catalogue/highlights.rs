@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::super::{Bound, Case, Check, Subject, Values};
+use super::super::{Bound, Case, Check, Subject, Values, case};
 use super::stage::{kept_in, lamp};
 use crate::scene::builtin::shapes;
 use crate::scene::builtin::stage::Stage;
@@ -23,49 +23,33 @@ pub const CASES: &[Case] = &[
     phong("highlights/phong-lean", EIGHT_BITS, |power| phong_of(power, Brdf::Phong, LEAN)),
     phong("highlights/blinn-phong-float32", ROUNDED, |power| phong_of(power, Brdf::BlinnPhong, FLOAT32)),
     phong("highlights/blinn-phong-lean", EIGHT_BITS, |power| phong_of(power, Brdf::BlinnPhong, LEAN)),
-    Case::new(
-        "highlights/metallic",
-        "from no metal to all metal",
-        (SHARES, ""),
-        ([0.0, 1.0], Bound { worst: 1e-4, mean: 1e-6 }),
-        Check::Picture(|metallic| ball(Material { metallic: metallic as f32, ..colored() })),
-    ),
-    Case::new(
-        "highlights/albedo",
-        "from black to white metal",
-        (SHARES, ""),
-        ([0.0, 1.0], Bound { worst: 1e-4, mean: 1e-6 }),
-        Check::Picture(|albedo| ball(Material { metallic: 1.0, base_color: Vec3::splat(albedo as f32), ..colored() })),
-    ),
-    Case::new(
-        "highlights/lamp-at-eye",
-        "a lamp so far beside the eye, on a smooth ball",
-        (Values::List(&[0.0, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0]), "m"),
-        ([0.0, 1.0], Bound { worst: 1e-4, mean: 1e-6 }),
-        Check::Picture(lamp_at_eye),
-    ),
-    Case::new(
-        "highlights/grazing",
-        "eye and lamp so high over a smooth floor, face to face",
-        (Values::Decades(-7, 1), "m"),
-        ([1e-7, 10.0], GRAZED),
-        Check::Picture(|height| grazing([height, height])),
-    ),
-    Case::new(
-        "highlights/grazing-eye",
-        "the eye so high over a smooth floor, the lamp well above",
-        (Values::Decades(-7, 1), "m"),
-        ([1e-7, 10.0], GRAZED),
-        Check::Picture(|height| grazing([height, 1.0])),
-    ),
-    Case::new(
-        "highlights/grazing-lamp",
-        "a lamp so high over a smooth floor, the eye well above",
-        (Values::Decades(-7, 1), "m"),
+    case("highlights/metallic", "from no metal to all metal")
+        .over(SHARES, "")
+        .claim([0.0, 1.0], Bound { worst: 1e-4, mean: 1e-6 })
+        .check(Check::Picture(|metallic| ball(Material { metallic: metallic as f32, ..colored() }))),
+    case("highlights/albedo", "from black to white metal")
+        .over(SHARES, "")
+        .claim([0.0, 1.0], Bound { worst: 1e-4, mean: 1e-6 })
+        .check(Check::Picture(|albedo| {
+            ball(Material { metallic: 1.0, base_color: Vec3::splat(albedo as f32), ..colored() })
+        })),
+    case("highlights/lamp-at-eye", "a lamp so far beside the eye, on a smooth ball")
+        .over(Values::List(&[0.0, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0]), "m")
+        .claim([0.0, 1.0], Bound { worst: 1e-4, mean: 1e-6 })
+        .check(Check::Picture(lamp_at_eye)),
+    case("highlights/grazing", "eye and lamp so high over a smooth floor, face to face")
+        .over(Values::Decades(-7, 1), "m")
+        .claim([1e-7, 10.0], GRAZED)
+        .check(Check::Picture(|height| grazing([height, height]))),
+    case("highlights/grazing-eye", "the eye so high over a smooth floor, the lamp well above")
+        .over(Values::Decades(-7, 1), "m")
+        .claim([1e-7, 10.0], GRAZED)
+        .check(Check::Picture(|height| grazing([height, 1.0]))),
+    case("highlights/grazing-lamp", "a lamp so high over a smooth floor, the eye well above")
+        .over(Values::Decades(-7, 1), "m")
         // Nearer to the floor, the lamp's height is no more than what f32 rounds a place by.
-        ([1e-4, 10.0], GRAZED),
-        Check::Picture(|height| grazing([1.0, height])),
-    ),
+        .claim([1e-4, 10.0], GRAZED)
+        .check(Check::Picture(|height| grazing([1.0, height]))),
 ];
 
 const FLOAT32: GbufferChoice = preset(GbufferPreset::Float32);
@@ -100,13 +84,10 @@ const fn wide(name: &'static str, claim: [f64; 2], worst: f64, subject: fn(f64) 
 }
 
 const fn phong(name: &'static str, bound: Bound, subject: fn(f64) -> Subject) -> Case {
-    Case::new(
-        name,
-        "powers of the Phong models, seen so closely that the highlight fills the picture; errors of its peak",
-        (Values::List(&[0.0, 1e-3, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6]), ""),
-        ([0.0, 1e6], bound),
-        Check::Picture(subject),
-    )
+    case(name, "powers of the Phong models, seen so closely that the highlight fills the picture; errors of its peak")
+        .over(Values::List(&[0.0, 1e-3, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6]), "")
+        .claim([0.0, 1e6], bound)
+        .check(Check::Picture(subject))
 }
 
 fn colored() -> Material {

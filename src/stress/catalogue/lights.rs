@@ -2,77 +2,50 @@
 
 use glam::{DVec3, Vec3};
 
-use super::super::{Bound, Case, Check, Subject, Values};
+use super::super::{Bound, Case, Check, Subject, Values, case};
 use super::stage::{float32, lamp, sphere_on_floor};
 use crate::scene::builtin::stage::Stage;
 use crate::scene::{Brdf, Falloff, Light, LightKind, LightPath, black_body_color};
 
 pub const CASES: &[Case] = &[
-    Case::new(
-        "lights/distance",
-        "a lamp above the floor, from inside of it to farther than any planet",
-        (Values::Decades(-9, 15), "m"),
+    case("lights/distance", "a lamp above the floor, from inside of it to farther than any planet")
+        .over(Values::Decades(-9, 15), "m")
         // Nearer to the floor, a lamp's height is no more than what f32 rounds a place four metres away by.
-        ([1e-4, 1e15], Bound { worst: 1e-3, mean: 1e-5 }),
-        Check::Picture(distance),
-    ),
-    Case::new(
-        "lights/inside",
-        "a lamp in the middle of a sphere, on its surface and above it",
-        (Values::List(&[0.0, 1e-9, 1e-6, 1e-3, 0.5, 0.9, 0.99, 0.999, 1.0, 1.001, 1.01, 1.1, 1.5, 3.0]), "radii"),
-        ([0.0, 3.0], BOUND),
-        Check::Picture(inside),
-    ),
-    Case::new(
-        "lights/intensity",
-        "from starlight to a supernova in the room, metered",
-        (INTENSITIES, "cd"),
+        .claim([1e-4, 1e15], Bound { worst: 1e-3, mean: 1e-5 })
+        .check(Check::Picture(distance)),
+    case("lights/inside", "a lamp in the middle of a sphere, on its surface and above it")
+        .over(Values::List(&[0.0, 1e-9, 1e-6, 1e-3, 0.5, 0.9, 0.99, 0.999, 1.0, 1.001, 1.01, 1.1, 1.5, 3.0]), "radii")
+        .claim([0.0, 3.0], BOUND)
+        .check(Check::Picture(inside)),
+    case("lights/intensity", "from starlight to a supernova in the room, metered")
+        .over(INTENSITIES, "cd")
         // One more decade, and the light's red is more than f32 holds.
-        ([1e-12, 1e36], BOUND),
-        Check::Picture(intensity),
-    ),
-    Case::new(
-        "lights/range",
-        "a lamp whose light ends at a tiny or huge range, beside another",
-        (FACTORS, "m"),
-        ([0.0, 1e30], BOUND),
-        Check::Picture(|range| ranged(range, Falloff::InverseSquare)),
-    ),
-    Case::new(
-        "lights/range-quadratic",
-        "the same, with the quadratic fall-off",
-        (FACTORS, "m"),
-        ([0.0, 1e30], BOUND),
-        Check::Picture(|range| ranged(range, Falloff::Quadratic)),
-    ),
-    Case::new(
-        "lights/polynomial",
-        "a polynomial fall-off with tiny or huge factors",
-        (FACTORS, ""),
-        ([0.0, 1e30], BOUND),
-        Check::Picture(polynomial),
-    ),
-    Case::new(
-        "lights/cone",
-        "a spot from no angle to all around, soft from the axis on",
-        (ANGLES, "degrees"),
-        ([0.0, 180.0], BOUND),
-        Check::Picture(|outer| spot([0.0, outer])),
-    ),
-    Case::new(
-        "lights/cone-sharp",
-        "the same without a soft edge",
-        (ANGLES, "degrees"),
-        ([0.0, 180.0], BOUND),
-        Check::Picture(|outer| spot([outer, outer])),
-    ),
-    Case::new(
-        "lights/direction",
-        "a sun and a spot whose directions are so long; one without a length is refused",
-        (Values::List(&[0.0, 1e-300, 1e-160, 1e-30, 1e-3, 1.0, 1e3, 1e30, 1e160, 1e300]), ""),
-        ([1e-300, 1e300], BOUND),
-        Check::Picture(direction),
-    ),
+        .claim([1e-12, 1e36], BOUND)
+        .check(Check::Picture(intensity)),
+    case("lights/range", "a lamp whose light ends at a tiny or huge range, beside another")
+        .over(FACTORS, "m")
+        .claim([0.0, 1e30], BOUND)
+        .check(Check::Picture(|range| ranged(range, Falloff::InverseSquare))),
+    case("lights/range-quadratic", "the same, with the quadratic fall-off")
+        .over(FACTORS, "m")
+        .claim([0.0, 1e30], BOUND)
+        .check(Check::Picture(|range| ranged(range, Falloff::Quadratic))),
+    case("lights/polynomial", "a polynomial fall-off with tiny or huge factors")
+        .over(FACTORS, "")
+        .claim([0.0, 1e30], BOUND)
+        .check(Check::Picture(polynomial)),
+    case("lights/cone", "a spot from no angle to all around, soft from the axis on")
+        .over(ANGLES, "degrees")
+        .claim([0.0, 180.0], BOUND)
+        .check(Check::Picture(|outer| spot([0.0, outer]))),
+    case("lights/cone-sharp", "the same without a soft edge")
+        .over(ANGLES, "degrees")
+        .claim([0.0, 180.0], BOUND)
+        .check(Check::Picture(|outer| spot([outer, outer]))),
+    case("lights/direction", "a sun and a spot whose directions are so long; one without a length is refused")
+        .over(Values::List(&[0.0, 1e-300, 1e-160, 1e-30, 1e-3, 1.0, 1e3, 1e30, 1e160, 1e300]), "")
+        .claim([1e-300, 1e300], BOUND)
+        .check(Check::Picture(direction)),
     many("lights/count-loop", |count| count_of(count, LightPath::Loop)),
     many("lights/count-per-light", |count| count_of(count, LightPath::PerLight)),
     many("lights/count-volumes", |count| count_of(count, LightPath::Volumes)),
@@ -80,20 +53,14 @@ pub const CASES: &[Case] = &[
     many("lights/count-compute", |count| count_of(count, LightPath::Compute)),
     many("lights/count-forward", |count| count_of(count, LightPath::Forward)),
     many("lights/count-forward-naive", |count| count_of(count, LightPath::ForwardNaive)),
-    Case::new(
-        "lights/sum",
-        "a thousand equal lamps after one that is so many times as bright",
-        (Values::Decades(0, 12), "times"),
-        ([1.0, 1e12], BOUND),
-        Check::Picture(sum),
-    ),
-    Case::new(
-        "lights/temperature",
-        "a black body, also where no colour is defined",
-        (Values::List(&[0.0, 1.0, 800.0, 1000.0, 1900.0, 6500.0, 40_000.0, 1e9, 1e300]), "K"),
-        ([0.0, 1e300], BOUND),
-        Check::Picture(temperature),
-    ),
+    case("lights/sum", "a thousand equal lamps after one that is so many times as bright")
+        .over(Values::Decades(0, 12), "times")
+        .claim([1.0, 1e12], BOUND)
+        .check(Check::Picture(sum)),
+    case("lights/temperature", "a black body, also where no colour is defined")
+        .over(Values::List(&[0.0, 1.0, 800.0, 1000.0, 1900.0, 6500.0, 40_000.0, 1e9, 1e300]), "K")
+        .claim([0.0, 1e300], BOUND)
+        .check(Check::Picture(temperature)),
 ];
 
 /// The worst pixels lie where the light just grazes the ball, and hardly anything is left of it.
@@ -110,13 +77,10 @@ const ANGLES: Values = Values::List(&[
 ]);
 
 const fn many(name: &'static str, subject: fn(f64) -> Subject) -> Case {
-    Case::new(
-        name,
-        "lamps that reach every pixel",
-        (Values::List(&[1.0, 100.0, 1e4]), ""),
-        ([1.0, 1e4], Bound { worst: 1e-4, mean: 1e-5 }),
-        Check::Picture(subject),
-    )
+    case(name, "lamps that reach every pixel")
+        .over(Values::List(&[1.0, 100.0, 1e4]), "")
+        .claim([1.0, 1e4], Bound { worst: 1e-4, mean: 1e-5 })
+        .check(Check::Picture(subject))
 }
 
 /// With a G-buffer in single floats: what is tried is the light.

@@ -3,73 +3,56 @@
 
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 
-use super::super::{Bound, Case, Check, Subject, Values};
+use super::super::{Bound, Case, Check, Subject, Values, case};
 use super::stage::{float32, lamp, sphere_on_floor, waves};
 use crate::scene::builtin::shapes::{self, MeshBuilder};
 use crate::scene::builtin::stage::Stage;
 use crate::scene::{AlphaMode, Brdf, Camera, ColorSpace, Environment, Material, SettingsPatch, Texture};
 
 pub const CASES: &[Case] = &[
-    Case::new(
-        "sampling/color",
-        "a floor whose texture repeats so often in a metre: its light in the mean",
-        (Values::Decades(-1, 4), ""),
+    case("sampling/color", "a floor whose texture repeats so often in a metre: its light in the mean")
+        .over(Values::Decades(-1, 4), "")
         // On lavapipe 1% where no level but the first is looked at, which is a code of 8 bits, and 3% where the smallest are.
-        ([0.1, 1e4], Bound { worst: 0.06, mean: 0.06 }),
-        Check::Whole(color),
-    ),
-    Case::new(
+        .claim([0.1, 1e4], Bound { worst: 0.06, mean: 0.06 })
+        .check(Check::Whole(color)),
+    case(
         "sampling/mask",
         "a grille whose holes repeat so often in a metre: the light of it and of what is seen through it in the mean",
-        (Values::Decades(-1, 4), ""),
-        // What is left of a hole in a level is not there where the mean of its alpha is above the cut-off: all of it, or nothing.
-        ([0.1, 1.0], Bound { worst: 0.25, mean: 0.25 }),
-        Check::Whole(mask),
-    ),
-    Case::new(
-        "sampling/bumps",
-        "a shiny floor whose normal map repeats so often in a metre: its light in the mean",
-        (Values::Decades(-1, 4), ""),
+    )
+    .over(Values::Decades(-1, 4), "")
+    // What is left of a hole in a level is not there where the mean of its alpha is above the cut-off: all of it, or nothing.
+    .claim([0.1, 1.0], Bound { worst: 0.25, mean: 0.25 })
+    .check(Check::Whole(mask)),
+    case("sampling/bumps", "a shiny floor whose normal map repeats so often in a metre: its light in the mean")
+        .over(Values::Decades(-1, 4), "")
         // Levels of a normal map are flat, and the highlight of what is flat is elsewhere: 0.6 of the light from ten repeats on.
-        ([0.1, 1.0], Bound { worst: 0.3, mean: 0.3 }),
-        Check::Whole(bumps),
-    ),
-    Case::new(
-        "sampling/highlights",
-        "shiny balls in a picture of so many rows: their light in the mean",
-        (Values::List(&[2.0, 4.0, 8.0, 16.0, 32.0, 64.0]), "px"),
-        ([32.0, 64.0], Bound { worst: 0.1, mean: 0.1 }),
-        Check::Whole(highlights),
-    ),
-    Case::new(
-        "sampling/t-junction",
-        "the floor's near half in so many pieces, its far half in one",
-        (Values::List(&[1.0, 3.0, 7.0, 31.0, 127.0, 1021.0]), ""),
-        ([1.0, 1021.0], Bound { worst: 1e-3, mean: 2e-6 }),
-        Check::Placed(t_junction, 0.03),
-    ),
-    Case::new(
-        "sampling/triangles",
-        "a sphere of so many meridians: triangles of a pixel and less",
-        (Values::List(&[4.0, 16.0, 64.0, 256.0, 512.0]), ""),
-        ([4.0, 512.0], Bound { worst: 1e-3, mean: 1e-6 }),
-        Check::Placed(triangles, 0.2),
-    ),
-    Case::new(
-        "sampling/shading-normal",
-        "normals so far from those of their triangles",
-        (Values::List(&[0.0, 30.0, 60.0, 80.0, 89.0, 90.0, 91.0, 120.0, 150.0, 180.0]), "degrees"),
-        ([0.0, 180.0], Bound { worst: 1e-3, mean: 1e-5 }),
-        Check::Placed(shading_normal, 0.005),
-    ),
-    Case::new(
+        .claim([0.1, 1.0], Bound { worst: 0.3, mean: 0.3 })
+        .check(Check::Whole(bumps)),
+    case("sampling/highlights", "shiny balls in a picture of so many rows: their light in the mean")
+        .over(Values::List(&[2.0, 4.0, 8.0, 16.0, 32.0, 64.0]), "px")
+        .claim([32.0, 64.0], Bound { worst: 0.1, mean: 0.1 })
+        .check(Check::Whole(highlights)),
+    case("sampling/t-junction", "the floor's near half in so many pieces, its far half in one")
+        .over(Values::List(&[1.0, 3.0, 7.0, 31.0, 127.0, 1021.0]), "")
+        .claim([1.0, 1021.0], Bound { worst: 1e-3, mean: 2e-6 })
+        .check(Check::Placed(t_junction, 0.03)),
+    case("sampling/triangles", "a sphere of so many meridians: triangles of a pixel and less")
+        .over(Values::List(&[4.0, 16.0, 64.0, 256.0, 512.0]), "")
+        .claim([4.0, 512.0], Bound { worst: 1e-3, mean: 1e-6 })
+        .check(Check::Placed(triangles, 0.2)),
+    case("sampling/shading-normal", "normals so far from those of their triangles")
+        .over(Values::List(&[0.0, 30.0, 60.0, 80.0, 89.0, 90.0, 91.0, 120.0, 150.0, 180.0]), "degrees")
+        .claim([0.0, 180.0], Bound { worst: 1e-3, mean: 1e-5 })
+        .check(Check::Placed(shading_normal, 0.005)),
+    case(
         "sampling/denormal",
-        "albedo and places along an axis so small that drivers may take them for 0, under as much light as there may be",
-        (Values::List(&[1e-45, 1e-42, 1e-40, 1e-38, 1e-37, 1e-30, 1e-20, 1e-10, 1.0]), ""),
-        // Products with cosines and 1 / pi must be normal numbers, too.
-        ([1e-30, 1.0], Bound { worst: 1e-3, mean: 1e-6 }),
-        Check::Placed(denormal, 0.005),
-    ),
+        "albedo and places along an axis so small that drivers may take them for 0, under as much \
+         light as there may be",
+    )
+    .over(Values::List(&[1e-45, 1e-42, 1e-40, 1e-38, 1e-37, 1e-30, 1e-20, 1e-10, 1.0]), "")
+    // Products with cosines and 1 / pi must be normal numbers, too.
+    .claim([1e-30, 1.0], Bound { worst: 1e-3, mean: 1e-6 })
+    .check(Check::Placed(denormal, 0.005)),
 ];
 
 /// A floor under a sun whose texture coordinates are metres times `repeats`, seen from a man's height.

@@ -3,7 +3,7 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::super::{Bound, Case, Check, Subject, Values};
+use super::super::{Bound, Case, Check, Subject, Values, case};
 use super::stage::{kept_in, lamp, sphere_on_floor};
 use crate::scene::builtin::shapes;
 use crate::scene::builtin::stage::Stage;
@@ -13,101 +13,62 @@ use crate::scene::{
 };
 
 pub const CASES: &[Case] = &[
-    Case::new(
-        "shadows/elevation",
-        "a sun so high above the horizon",
-        (ELEVATIONS, "degrees"),
-        ([0.0, 90.0], wrong(5e-4)),
-        Check::Picture(elevation),
-    ),
-    Case::new(
-        "shadows/wall",
-        "a sun so far from parallel to a wall",
-        (SLANTS, "degrees"),
-        ([-90.0, 90.0], wrong(6e-4)),
-        Check::Picture(wall),
-    ),
-    Case::new(
-        "shadows/contact",
-        "a box so high above the floor",
-        (Values::Decades(-7, 0), "m"),
-        ([1e-7, 1.0], wrong(3e-4)),
-        Check::Picture(contact),
-    ),
-    Case::new(
-        "shadows/thin",
-        "a wall so thick",
-        (Values::Decades(-7, 0), "m"),
+    case("shadows/elevation", "a sun so high above the horizon")
+        .over(ELEVATIONS, "degrees")
+        .claim([0.0, 90.0], wrong(5e-4))
+        .check(Check::Picture(elevation)),
+    case("shadows/wall", "a sun so far from parallel to a wall")
+        .over(SLANTS, "degrees")
+        .claim([-90.0, 90.0], wrong(6e-4))
+        .check(Check::Picture(wall)),
+    case("shadows/contact", "a box so high above the floor")
+        .over(Values::Decades(-7, 0), "m")
+        .claim([1e-7, 1.0], wrong(3e-4))
+        .check(Check::Picture(contact)),
+    case("shadows/thin", "a wall so thick")
+        .over(Values::Decades(-7, 0), "m")
         // At 0.1 m a whole row of pixels sees the wall's upper edge, within half a texel of where it ends.
-        ([1e-7, 1.0], wrong(6e-3)),
-        Check::Picture(thin),
-    ),
-    Case::new(
-        "shadows/thin-lamp",
-        "the same before a lamp",
-        (Values::Decades(-7, 0), "m"),
-        ([1e-7, 1.0], wrong(2e-4)),
-        Check::Picture(thin_lamp),
-    ),
-    Case::new(
-        "shadows/receiver",
-        "a floor so wide under a ball of a metre",
-        (Values::Decades(1, 7), "m"),
+        .claim([1e-7, 1.0], wrong(6e-3))
+        .check(Check::Picture(thin)),
+    case("shadows/thin-lamp", "the same before a lamp")
+        .over(Values::Decades(-7, 0), "m")
+        .claim([1e-7, 1.0], wrong(2e-4))
+        .check(Check::Picture(thin_lamp)),
+    case("shadows/receiver", "a floor so wide under a ball of a metre")
+        .over(Values::Decades(1, 7), "m")
         // From 10 km on the near cascade's texels are larger than the ball.
-        ([10.0, 1e3], wrong(2e-3)),
-        Check::Picture(receiver),
-    ),
-    Case::new(
-        "shadows/cascades",
-        "a ball so far off, and as large, on a floor of 200 km",
-        (Values::Decades(0, 5), "m"),
+        .claim([10.0, 1e3], wrong(2e-3))
+        .check(Check::Picture(receiver)),
+    case("shadows/cascades", "a ball so far off, and as large, on a floor of 200 km")
+        .over(Values::Decades(0, 5), "m")
         // By default cascades part the view more evenly than these balls lie, and begin at a thousandth of how far it goes.
-        ([1e3, 1e5], wrong(5e-3)),
-        Check::Picture(|metres| cascades(metres, None)),
-    ),
-    Case::new(
-        "shadows/cascades-log",
-        "the same with cascades that part the view by its logarithm",
-        (Values::Decades(0, 5), "m"),
-        ([1.0, 1e5], wrong(3e-3)),
-        Check::Picture(|metres| cascades(metres, Some(1.0))),
-    ),
-    Case::new(
-        "shadows/inside",
-        "a lamp so far from the middle of a ball",
-        (RADII, "radii"),
-        ([0.0, 2.0], wrong(3e-4)),
-        Check::Picture(inside),
-    ),
-    Case::new(
-        "shadows/casters",
-        "so many casters, smaller the more there are",
-        (Values::List(&[0.0, 1.0, 2.0, 10.0, 100.0, 1000.0]), ""),
-        ([0.0, 1000.0], wrong(3e-3)),
-        Check::Picture(casters),
-    ),
-    Case::new(
-        "shadows/camera-inside",
-        "the eye inside of a caster so large",
-        (Values::Decades(-3, 2), "m"),
-        ([1e-3, 100.0], wrong(2e-4)),
-        Check::Picture(camera_inside),
-    ),
-    Case::new(
-        "shadows/high",
-        "a caster so high above all that is seen",
-        (Values::Decades(0, 7), "m"),
+        .claim([1e3, 1e5], wrong(5e-3))
+        .check(Check::Picture(|metres| cascades(metres, None))),
+    case("shadows/cascades-log", "the same with cascades that part the view by its logarithm")
+        .over(Values::Decades(0, 5), "m")
+        .claim([1.0, 1e5], wrong(3e-3))
+        .check(Check::Picture(|metres| cascades(metres, Some(1.0)))),
+    case("shadows/inside", "a lamp so far from the middle of a ball")
+        .over(RADII, "radii")
+        .claim([0.0, 2.0], wrong(3e-4))
+        .check(Check::Picture(inside)),
+    case("shadows/casters", "so many casters, smaller the more there are")
+        .over(Values::List(&[0.0, 1.0, 2.0, 10.0, 100.0, 1000.0]), "")
+        .claim([0.0, 1000.0], wrong(3e-3))
+        .check(Check::Picture(casters)),
+    case("shadows/camera-inside", "the eye inside of a caster so large")
+        .over(Values::Decades(-3, 2), "m")
+        .claim([1e-3, 100.0], wrong(2e-4))
+        .check(Check::Picture(camera_inside)),
+    case("shadows/high", "a caster so high above all that is seen")
+        .over(Values::Decades(0, 7), "m")
         // Cascades part the view as far as the scene goes, upwards too.
-        ([1.0, 100.0], wrong(5e-4)),
-        Check::Picture(high),
-    ),
-    Case::new(
-        "shadows/near-lamp",
-        "a caster so near to the lamp, and as small",
-        (Values::Decades(-9, 0), "m"),
-        ([1e-9, 1.0], wrong(2e-4)),
-        Check::Picture(near_lamp),
-    ),
+        .claim([1.0, 100.0], wrong(5e-4))
+        .check(Check::Picture(high)),
+    case("shadows/near-lamp", "a caster so near to the lamp, and as small")
+        .over(Values::Decades(-9, 0), "m")
+        .claim([1e-9, 1.0], wrong(2e-4))
+        .check(Check::Picture(near_lamp)),
 ];
 
 const ELEVATIONS: Values =

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::super::{Bound, Case, Check, Subject, Values};
+use super::super::{Bound, Case, Check, Subject, Values, case};
 use super::stage::{float32, lamp, sphere_on_floor};
 use crate::scene::builtin::shapes;
 use crate::scene::builtin::stage::Stage;
@@ -19,21 +19,15 @@ const fn path(name: &'static str, extreme: &'static str, subject: fn(f64) -> Sub
 }
 
 pub const CASES: &[Case] = &[
-    Case::new(
-        "targets/width",
-        "pictures of nine rows, from a single pixel wide to as wide as any device draws",
-        (Values::List(&[1.0, 2.0, 3.0, 7.0, 31.0, 33.0, 127.0, 1021.0, 4096.0, 16384.0, 32768.0]), "px"),
-        ([1.0, 4096.0], Bound { worst: 0.05, mean: 5e-3 }),
-        Check::Picture(width),
-    ),
-    Case::new(
-        "targets/height",
-        "pictures of a single column, so high",
-        (Values::List(&[1.0, 2.0, 3.0, 7.0, 31.0, 33.0, 127.0, 1021.0, 4096.0, 8192.0, 16384.0, 32768.0]), "px"),
+    case("targets/width", "pictures of nine rows, from a single pixel wide to as wide as any device draws")
+        .over(Values::List(&[1.0, 2.0, 3.0, 7.0, 31.0, 33.0, 127.0, 1021.0, 4096.0, 16384.0, 32768.0]), "px")
+        .claim([1.0, 4096.0], Bound { worst: 0.05, mean: 5e-3 })
+        .check(Check::Picture(width)),
+    case("targets/height", "pictures of a single column, so high")
+        .over(Values::List(&[1.0, 2.0, 3.0, 7.0, 31.0, 33.0, 127.0, 1021.0, 4096.0, 8192.0, 16384.0, 32768.0]), "px")
         // Normals in 16 bits tell most where light grazes.
-        ([1.0, 4096.0], Bound { worst: 0.2, mean: 0.01 }),
-        Check::Picture(height),
-    ),
+        .claim([1.0, 4096.0], Bound { worst: 0.2, mean: 0.01 })
+        .check(Check::Picture(height)),
     path("targets/loop", "squares of so many pixels under forty lamps, lit by loop", |edge| {
         lit_by(LightPath::Loop, edge)
     }),
@@ -43,28 +37,19 @@ pub const CASES: &[Case] = &[
     path("targets/compute", "the same by compute", |edge| lit_by(LightPath::Compute, edge)),
     path("targets/forward", "the same by forward", |edge| lit_by(LightPath::Forward, edge)),
     path("targets/forward-naive", "the same by forward-naive", |edge| lit_by(LightPath::ForwardNaive, edge)),
-    Case::new(
-        "targets/msaa",
-        "a wall of even light in so many samples a pixel",
+    case("targets/msaa", "a wall of even light in so many samples a pixel")
         // What every device has.
-        (Values::List(&[1.0, 4.0]), ""),
-        ([1.0, 4.0], Bound { worst: 1e-5, mean: 1e-6 }),
-        Check::Picture(msaa),
-    ),
-    Case::new(
-        "targets/msaa-forward",
-        "the same by forward",
-        (Values::List(&[1.0, 4.0]), ""),
-        ([1.0, 4.0], Bound { worst: 1e-5, mean: 1e-6 }),
-        Check::Picture(msaa_forward),
-    ),
-    Case::new(
-        "targets/frames",
-        "a wall of even light in the mean of so many frames",
-        (Values::List(&[1.0, 2.0, 16.0, 256.0, 4096.0]), ""),
-        ([1.0, 4096.0], Bound { worst: 1e-6, mean: 1e-6 }),
-        Check::Picture(frames),
-    ),
+        .over(Values::List(&[1.0, 4.0]), "")
+        .claim([1.0, 4.0], Bound { worst: 1e-5, mean: 1e-6 })
+        .check(Check::Picture(msaa)),
+    case("targets/msaa-forward", "the same by forward")
+        .over(Values::List(&[1.0, 4.0]), "")
+        .claim([1.0, 4.0], Bound { worst: 1e-5, mean: 1e-6 })
+        .check(Check::Picture(msaa_forward)),
+    case("targets/frames", "a wall of even light in the mean of so many frames")
+        .over(Values::List(&[1.0, 2.0, 16.0, 256.0, 4096.0]), "")
+        .claim([1.0, 4096.0], Bound { worst: 1e-6, mean: 1e-6 })
+        .check(Check::Picture(frames)),
 ];
 
 fn long(size: [u32; 2]) -> Subject {

@@ -130,19 +130,16 @@ fn uid(verdict: &Verdict) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::formula::{WorstInput, inputs};
-    use super::super::{Bound, Case, Check, Subject, Values};
+    use super::super::{Bound, Check, Subject, Values, case};
     use super::*;
     use crate::scene::Scene;
 
     #[test]
     fn a_page_has_each_case_and_pictures_of_what_is_not_as_claimed() {
-        let case = Case::new(
-            "group/quantity",
-            "what <b>is</b> extreme",
-            (Values::Decades(0, 1), "m"),
-            ([1.0, 10.0], Bound { worst: 0.5, mean: 0.5 }),
-            Check::Picture(|_| Subject::new(Scene::default())),
-        );
+        let case = case("group/quantity", "what <b>is</b> extreme")
+            .over(Values::Decades(0, 1), "m")
+            .claim([1.0, 10.0], Bound { worst: 0.5, mean: 0.5 })
+            .check(Check::Picture(|_| Subject::new(Scene::default())));
         let evidence = Evidence { size: [1, 1], drawn: vec![[2.0; 3]], expected: vec![[1.0; 3]] };
         let finding = |value: f64, worst: f64, evidence| Finding {
             value,
