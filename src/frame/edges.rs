@@ -136,18 +136,6 @@ pub enum Side {
 }
 
 impl Edge {
-    fn new(
-        name: RowName,
-        carrier: Carrier,
-        (from, to): (Place, Place),
-        (before, after): (Use, Use),
-        why: &'static str,
-    ) -> Self {
-        // A reader is waited for by its stage alone: only what was written has to be made available (specification, "Execution and
-        // Memory Dependencies"), so that a read access before a dependency does nothing. Nor does its stage, beside a later one.
-        Self { name, carrier, from, to, before: masks::latest(before.writes()), after, by_region: false, why }
-    }
-
     /// Both sides' masks, as a barrier takes them.
     pub fn order(&self) -> Dependency {
         Dependency { before: self.before, after: self.after }
@@ -282,12 +270,42 @@ pub fn table(plan: &FramePlan) -> Edges {
     Edges(rows)
 }
 
-/// A row of the main pass.
-fn subpass(name: RowName, (from, to): (Place, Place), before: &[Use], after: &[Use], why: &'static str) -> Edge {
-    Edge {
-        // Between two subpasses each pixel reads only itself, so a tiler never leaves the tile.
-        by_region: [from, to].iter().all(|&place| place != Place::OUTSIDE && place != fxaa::PASS.place),
-        ..Edge::new(name, Carrier::Subpass(MAIN_PASS), (from, to), (Use::all(before), Use::all(after)), why)
+/// A row that is being written: who must be over, who must wait, and why.
+struct Row(Edge);
+
+fn row(name: RowName, carrier: Carrier) -> Row {
+    let (from, to, before, after) = (Place::OUTSIDE, Place::OUTSIDE, Use::START, Use::END);
+    Row(Edge { name, carrier, from, to, before, after, by_region: false, why: "" })
+}
+
+/// A row that changes an image's layout.
+fn barrier(name: RowName, old: vk::ImageLayout, new: vk::ImageLayout) -> Row {
+    row(name, Carrier::ImageBarrier(old, new))
+}
+
+/// A row of the main pass. Between two subpasses each pixel reads only itself, so a tiler never leaves the tile.
+fn subpass(name: RowName) -> Row {
+    let Row(edge) = row(name, Carrier::Subpass(MAIN_PASS));
+    Row(Edge { by_region: true, ..edge })
+}
+
+impl Row {
+    /// What must be over.
+    fn from(self, from: Place, uses: &[Use]) -> Self {
+        // A reader is waited for by its stage alone: only what was written has to be made available (specification, "Execution and
+        // Memory Dependencies"), so that a read access before a dependency does nothing. Nor does its stage, beside a later one.
+        Self(Edge { from, before: masks::latest(Use::all(uses).writes()), ..self.0 })
+    }
+
+    /// What must wait.
+    fn to(self, to: Place, uses: &[Use]) -> Self {
+        Self(Edge { to, after: Use::all(uses), ..self.0 })
+    }
+
+    fn because(self, why: &'static str) -> Edge {
+        let between_subpasses =
+            [self.0.from, self.0.to].iter().all(|&own| own != Place::OUTSIDE && own != fxaa::PASS.place);
+        Edge { why, by_region: self.0.by_region && between_subpasses, ..self.0 }
     }
 }
 

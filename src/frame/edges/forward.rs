@@ -32,42 +32,37 @@ pub(super) fn forward_edge(plan: &FramePlan) -> Edge {
         Target::Samples if is_toned(plan) => output.or(RESOLVE),
         _ => output,
     };
-    subpass(
-        RowName::TARGETS_REUSE,
-        (Place::OUTSIDE, forward::PASS.place),
-        &[depth, before],
-        &[forward::DEPTH_CLEAR, forward::LIGHT_WRITE],
-        "frames in flight share the targets: the last frame must have read or copied what this one clears, and dropped the rest",
-    )
+    subpass(RowName::TARGETS_REUSE)
+        .from(Place::OUTSIDE, &[depth, before])
+        .to(forward::PASS.place, &[forward::DEPTH_CLEAR, forward::LIGHT_WRITE])
+        .because(
+            "frames in flight share the targets: the last frame must have read or copied what this one clears, \
+             and dropped the rest",
+        )
 }
 
 pub(super) fn transparent_after_forward(transparency: Transparency) -> Vec<Edge> {
     let depth = [transparent::DEPTH_READ, transparent::DEPTH_DROP];
     let (from, light) = (forward::PASS.place, forward::LIGHT_WRITE);
     match transparency {
-        Transparency::Sorted => vec![subpass(
-            RowName::FORWARD_TO_TRANSPARENT,
-            (from, transparent::PASS.place),
-            &[forward::DEPTH_TEST, light],
-            &[depth[0], depth[1], transparent::BLEND],
-            "TRANSPARENT blends over what FORWARD wrote, tests against depth, and as the last user drops that",
-        )],
+        Transparency::Sorted => {
+            vec![
+                subpass(RowName::FORWARD_TO_TRANSPARENT)
+                    .from(from, &[forward::DEPTH_TEST, light])
+                    .to(transparent::PASS.place, &[depth[0], depth[1], transparent::BLEND])
+                    .because("TRANSPARENT blends over what FORWARD wrote, tests against depth, and as the last user drops that"),
+            ]
+        }
         Transparency::Oit => vec![
             sums_reuse(),
-            subpass(
-                RowName::FORWARD_TO_TRANSPARENT,
-                (from, transparent::PASS.place),
-                &[forward::DEPTH_TEST],
-                &depth,
-                "TRANSPARENT tests against depth, and as the last user drops it",
-            ),
-            subpass(
-                RowName::FORWARD_TO_COMPOSITE,
-                (from, composite::PASS.place),
-                &[light],
-                &[composite::LIGHT_BLEND],
-                "COMPOSITE blends over what FORWARD wrote",
-            ),
+            subpass(RowName::FORWARD_TO_TRANSPARENT)
+                .from(from, &[forward::DEPTH_TEST])
+                .to(transparent::PASS.place, &depth)
+                .because("TRANSPARENT tests against depth, and as the last user drops it"),
+            subpass(RowName::FORWARD_TO_COMPOSITE)
+                .from(from, &[light])
+                .to(composite::PASS.place, &[composite::LIGHT_BLEND])
+                .because("COMPOSITE blends over what FORWARD wrote"),
             sums_to_composite(),
         ],
     }

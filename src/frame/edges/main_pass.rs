@@ -6,7 +6,7 @@
 //! COLOR_ATTACHMENT_OUTPUT; those of depth in EARLY_FRAGMENT_TESTS and in LATE_FRAGMENT_TESTS. CLEAR and DONT_CARE write.
 
 use super::forward::{forward_edge, transparent_after_forward};
-use super::{Carrier, Edge, Place, RowName, presentation, subpass};
+use super::{Carrier, Edge, Place, RowName, presentation, row, subpass};
 use crate::frame::list::{FXAA_PASS, GBUFFER_PASS, MAIN_PASS, RESOLVE};
 use crate::gpu::sync::Use;
 use crate::passes::{composite, copy, forward, fxaa, geometry, lighting, present, tone, tonemap, transparent};
@@ -90,13 +90,12 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     }
     if (tone::PASS.presence)(plan).is_in() {
         let why = "TONE multiplies what is finished of its pixel";
-        let (places, uses) = ((finish.0, tone::PASS.place), (finish.1, tone::PICTURE_BLEND));
-        let row = Edge::new(RowName::PICTURE_TO_TONE, Carrier::Subpass(pass), places, uses, why);
-        table.push(Edge { by_region: true, ..row });
+        let row = row(RowName::PICTURE_TO_TONE, Carrier::Subpass(pass)).from(finish.0, &[finish.1]);
+        table.push(Edge { by_region: true, ..row.to(tone::PASS.place, &[tone::PICTURE_BLEND]).because(why) });
         finish = (tone::PASS.place, tone::PICTURE_BLEND);
     }
-    let (places, uses) = ((finish.0, Place::OUTSIDE), (finish.1, read));
-    table.push(Edge::new(RowName::READ_BACK, Carrier::Subpass(pass), places, uses, read_back));
+    let row = row(RowName::READ_BACK, Carrier::Subpass(pass)).from(finish.0, &[finish.1]);
+    table.push(row.to(Place::OUTSIDE, &[read]).because(read_back));
     table
 }
 
@@ -143,12 +142,9 @@ fn gbuffer_reuse(plan: &FramePlan) -> Edge {
             _ => copy::READ,
         });
     }
-    let row = subpass(
-        RowName::GBUFFER_REUSE,
-        (Place::OUTSIDE, geometry::PASS.place),
-        &before,
-        &after,
-        "frames in flight share the targets: the last frame must have read and dropped them, and a DONT_CARE store is a write",
+    let row = subpass(RowName::GBUFFER_REUSE).from(Place::OUTSIDE, &before).to(geometry::PASS.place, &after).because(
+        "frames in flight share the targets: the last frame must have read and dropped them, and a DONT_CARE \
+         store is a write",
     );
     of_gbuffer_pass(plan, row)
 }
@@ -180,7 +176,7 @@ fn output_reuse(plan: &FramePlan, (first, first_use): (Place, Use)) -> Edge {
     // TONE comes after the resolve: whoever reads its picture has not waited for the samples.
     let resolved = (name == RowName::TARGETS_REUSE && is_toned(plan)).then_some(RESOLVE);
     let before: Vec<_> = [before].into_iter().chain(resolved).collect();
-    subpass(name, (Place::OUTSIDE, first), &before, &[first_use], why)
+    subpass(name).from(Place::OUTSIDE, &before).to(first, &[first_use]).because(why)
 }
 
 /// Where GEOMETRY has a render pass of its own, that carries its rows; what is between two render passes is not by region.
@@ -241,19 +237,19 @@ fn gbuffer_to_lighting(plan: &FramePlan, others: &[Edge]) -> Edge {
         }
         None => "LIGHTING reads what GEOMETRY wrote, tests against its depth, and as the last user drops it all",
     };
-    let places = (geometry::PASS.place, lighting::PASS.place);
-    of_gbuffer_pass(plan, subpass(RowName::GBUFFER_TO_LIGHTING, places, &before, &after, why))
+    let row = subpass(RowName::GBUFFER_TO_LIGHTING).from(geometry::PASS.place, &before);
+    of_gbuffer_pass(plan, row.to(lighting::PASS.place, &after).because(why))
 }
 
 /// Samples that LIGHTING is the first to touch, and a later subpass resolves.
 fn samples_reuse(plan: &FramePlan) -> Edge {
-    subpass(
-        RowName::SAMPLES_REUSE,
-        (Place::OUTSIDE, lighting::PASS.place),
-        &[dropped_last(plan, RESOLVE)],
-        &[lighting::LIGHT_WRITE],
-        "frames in flight share the samples: the last frame must have resolved and dropped what this one clears",
-    )
+    subpass(RowName::SAMPLES_REUSE)
+        .from(Place::OUTSIDE, &[dropped_last(plan, RESOLVE)])
+        .to(lighting::PASS.place, &[lighting::LIGHT_WRITE])
+        .because(
+            "frames in flight share the samples: the last frame must have resolved and dropped what this one \
+             clears",
+        )
 }
 
 /// How LIGHTING writes the light's target.
@@ -284,100 +280,83 @@ fn transparent_edges(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> 
     // LIGHTING tests depth, and reads it as an input where no target has the position.
     let lit = [lighting::DEPTH_READ, lighting::GBUFFER_READ];
     match transparency {
-        Transparency::Sorted => vec![subpass(
-            RowName::LIGHTING_TO_TRANSPARENT,
-            (lighting::PASS.place, transparent::PASS.place),
-            &[lit[0], lit[1], light],
-            &[depth[0], depth[1], transparent::BLEND],
-            "TRANSPARENT blends over what LIGHTING wrote, tests against the depth that LIGHTING read, and as the last user drops that",
-        )],
+        Transparency::Sorted => vec![
+            subpass(RowName::LIGHTING_TO_TRANSPARENT)
+                .from(lighting::PASS.place, &[lit[0], lit[1], light])
+                .to(transparent::PASS.place, &[depth[0], depth[1], transparent::BLEND])
+                .because(
+                    "TRANSPARENT blends over what LIGHTING wrote, tests against the depth that LIGHTING read, and as the \
+                     last user drops that",
+                ),
+        ],
         Transparency::Oit => vec![
             sums_reuse(),
-            subpass(
-                RowName::LIGHTING_TO_TRANSPARENT,
-                (lighting::PASS.place, transparent::PASS.place),
-                &lit,
-                &depth,
-                "TRANSPARENT tests against the depth that LIGHTING read, and as the last user drops it",
-            ),
-            subpass(
-                RowName::LIGHTING_TO_COMPOSITE,
-                (lighting::PASS.place, composite::PASS.place),
-                &[light],
-                &[composite::LIGHT_BLEND],
-                "COMPOSITE blends over what LIGHTING wrote",
-            ),
+            subpass(RowName::LIGHTING_TO_TRANSPARENT)
+                .from(lighting::PASS.place, &lit)
+                .to(transparent::PASS.place, &depth)
+                .because("TRANSPARENT tests against the depth that LIGHTING read, and as the last user drops it"),
+            subpass(RowName::LIGHTING_TO_COMPOSITE)
+                .from(lighting::PASS.place, &[light])
+                .to(composite::PASS.place, &[composite::LIGHT_BLEND])
+                .because("COMPOSITE blends over what LIGHTING wrote"),
             sums_to_composite(),
         ],
     }
 }
 
 pub(super) fn sums_reuse() -> Edge {
-    subpass(
-        RowName::SUMS_REUSE,
-        (Place::OUTSIDE, transparent::PASS.place),
-        &[composite::SUM_DROP],
-        &[transparent::SUM_CLEAR],
-        "frames in flight share the sums: COMPOSITE of the last frame must have read and dropped what this one clears",
-    )
+    subpass(RowName::SUMS_REUSE)
+        .from(Place::OUTSIDE, &[composite::SUM_DROP])
+        .to(transparent::PASS.place, &[transparent::SUM_CLEAR])
+        .because(
+            "frames in flight share the sums: COMPOSITE of the last frame must have read and dropped what this \
+             one clears",
+        )
 }
 
 pub(super) fn sums_to_composite() -> Edge {
-    subpass(
-        RowName::SUMS_TO_COMPOSITE,
-        (transparent::PASS.place, composite::PASS.place),
-        &[transparent::BLEND],
-        &[composite::SUM_READ, composite::SUM_DROP],
-        "COMPOSITE reads the sums of its pixel, and as the last user drops them",
-    )
+    subpass(RowName::SUMS_TO_COMPOSITE)
+        .from(transparent::PASS.place, &[transparent::BLEND])
+        .to(composite::PASS.place, &[composite::SUM_READ, composite::SUM_DROP])
+        .because("COMPOSITE reads the sums of its pixel, and as the last user drops them")
 }
 
 fn hdr_to_tonemap(from: Place, light: Use) -> Edge {
-    subpass(
-        RowName::HDR_TO_TONEMAP,
-        (from, tonemap::PASS.place),
-        &[light],
-        &[tonemap::HDR_READ, tonemap::HDR_DROP],
-        "TONEMAP reads the light of its pixel, and as the last user drops the HDR target",
-    )
+    subpass(RowName::HDR_TO_TONEMAP)
+        .from(from, &[light])
+        .to(tonemap::PASS.place, &[tonemap::HDR_READ, tonemap::HDR_DROP])
+        .because("TONEMAP reads the light of its pixel, and as the last user drops the HDR target")
 }
 
 /// Where no surface emits, LIGHTING is the first to touch the HDR target.
 fn hdr_reuse(plan: &FramePlan) -> Edge {
-    subpass(
-        RowName::HDR_REUSE,
-        (Place::OUTSIDE, lighting::PASS.place),
-        &[dropped_last(plan, tonemap::HDR_DROP)],
-        &[lighting::LIGHT_WRITE],
-        "frames in flight share the HDR target: TONEMAP of the last frame must have read and dropped what this one clears",
-    )
+    subpass(RowName::HDR_REUSE)
+        .from(Place::OUTSIDE, &[dropped_last(plan, tonemap::HDR_DROP)])
+        .to(lighting::PASS.place, &[lighting::LIGHT_WRITE])
+        .because(
+            "frames in flight share the HDR target: TONEMAP of the last frame must have read and dropped what \
+             this one clears",
+        )
 }
 
 /// What FXAA waits for. The main pass hands it the output.
 fn fxaa_edges(plan: &FramePlan, last: Place, output_write: Use) -> [Edge; 2] {
     [
-        subpass(
-            RowName::OUTPUT_TO_FXAA,
-            (last, fxaa::PASS.place),
-            &[output_write],
-            &[fxaa::OUTPUT_READ],
-            "FXAA samples a pixel's neighbours, so that the whole output must be there, in the layout that the pass leaves it in",
-        ),
-        fxaa_pass(
-            RowName::PICTURE_REUSE,
-            (Place::OUTSIDE, fxaa::PASS.place),
-            if plan.draws_into_swapchain() { present::ATTACH } else { copy::READ },
-            fxaa::PICTURE_WRITE,
-            match plan.draws_into_swapchain() {
+        subpass(RowName::OUTPUT_TO_FXAA)
+            .from(last, &[output_write])
+            .to(fxaa::PASS.place, &[fxaa::OUTPUT_READ])
+            .because(
+                "FXAA samples a pixel's neighbours, so that the whole output must be there, in the layout that the \
+                 pass leaves it in",
+            ),
+        row(RowName::PICTURE_REUSE, Carrier::Subpass(FXAA_PASS))
+            .from(Place::OUTSIDE, &[if plan.draws_into_swapchain() { present::ATTACH } else { copy::READ }])
+            .to(fxaa::PASS.place, &[fxaa::PICTURE_WRITE])
+            .because(match plan.draws_into_swapchain() {
                 true => ACQUIRED,
                 false => {
                     "the last picture may still be copied when this one is drawn; its layout changes before the write"
                 }
-            },
-        ),
+            }),
     ]
-}
-
-fn fxaa_pass(name: RowName, (from, to): (Place, Place), before: Use, after: Use, why: &'static str) -> Edge {
-    Edge::new(name, Carrier::Subpass(FXAA_PASS), (from, to), (before, after), why)
 }

@@ -10,7 +10,7 @@
 use ash::vk;
 
 use super::main_pass::first_of_picture;
-use super::{Carrier, Edge, Edges, Place, RowName};
+use super::{Carrier, Edge, Edges, Place, RowName, barrier, row};
 use crate::gpu::UploadOrder;
 use crate::gpu::sync::{DEVICE_ACCESS, Use};
 use crate::gpu::upload::COPY_WRITE;
@@ -54,43 +54,35 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         Some(Canvas::Encode(_)) => encoded(),
     };
     rows.extend([
-        barrier(
-            RowName::PANEL_TO_COPY,
-            (vk::ImageLayout::UNDEFINED, WRITTEN),
-            (Place::OUTSIDE, Place::UPLOAD),
-            (Use::START, COPY_WRITE),
-            "only while panels are shown: each change of a texture is a new image, whose layout changes before the write",
-        ),
-        barrier(
-            RowName::UPLOAD_TO_PANELS,
-            (WRITTEN, SAMPLED),
-            (Place::UPLOAD, overlay::PASS.place),
-            (COPY_WRITE, overlay::TEXTURE_READ),
-            "only while panels are shown: OVERLAY samples what was copied",
-        ),
+        barrier(RowName::PANEL_TO_COPY, vk::ImageLayout::UNDEFINED, WRITTEN)
+            .from(Place::OUTSIDE, &[Use::START])
+            .to(Place::UPLOAD, &[COPY_WRITE])
+            .because(
+                "only while panels are shown: each change of a texture is a new image, whose layout changes before \
+                 the write",
+            ),
+        barrier(RowName::UPLOAD_TO_PANELS, WRITTEN, SAMPLED)
+            .from(Place::UPLOAD, &[COPY_WRITE])
+            .to(overlay::PASS.place, &[overlay::TEXTURE_READ])
+            .because("only while panels are shown: OVERLAY samples what was copied"),
     ]);
-    rows.push(Edge::new(
-        RowName::PRESENT,
-        Carrier::Semaphore,
-        (Place::DEVICE, Place::PRESENTATION),
-        (DEVICE_ACCESS, Use::END),
-        "presentation reads the image when the frame is done; a semaphore makes all that was written available, and presentation sees it by itself",
-    ));
+    rows.push(
+        row(RowName::PRESENT, Carrier::Semaphore)
+            .from(Place::DEVICE, &[DEVICE_ACCESS])
+            .to(Place::PRESENTATION, &[Use::END])
+            .because(
+                "presentation reads the image when the frame is done; a semaphore makes all that was written \
+                 available, and presentation sees it by itself",
+            ),
+    );
     rows
 }
 
-fn barrier(
-    name: RowName,
-    (old, new): (vk::ImageLayout, vk::ImageLayout),
-    places: (Place, Place),
-    uses: (Use, Use),
-    why: &'static str,
-) -> Edge {
-    Edge::new(name, Carrier::ImageBarrier(old, new), places, uses, why)
-}
-
 fn acquire((first, first_use): (Place, Use), why: &'static str) -> Edge {
-    Edge::new(RowName::ACQUIRE, Carrier::Semaphore, (Place::PRESENTATION, first), (Use::START, first_use), why)
+    row(RowName::ACQUIRE, Carrier::Semaphore)
+        .from(Place::PRESENTATION, &[Use::START])
+        .to(first, &[first_use])
+        .because(why)
 }
 
 /// The picture is the swapchain's image.
@@ -104,67 +96,59 @@ fn straight(plan: &FramePlan) -> Vec<Edge> {
     let mut rows = vec![acquire(first, why)];
     if plan.is_tiled() {
         rows.extend([
-            barrier(
-                RowName::SWAPCHAIN_TO_PRESENT,
-                (vk::ImageLayout::UNDEFINED, WRITTEN),
-                (Place::OUTSIDE, present::PASS.place),
-                (BEGIN, WRITE),
-                "the image's layout changes when it is acquired, before PRESENT writes all of it",
-            ),
-            barrier(
-                RowName::PRESENT_TO_SWAPCHAIN,
-                (WRITTEN, READ_BY_PRESENTATION),
-                (present::PASS.place, Place::PRESENTATION),
-                (WRITE, IN_TURN),
-                "presentation reads the image in its own layout, and sees it by the semaphore; OVERLAY before it waits for TRANSFER",
-            ),
+            barrier(RowName::SWAPCHAIN_TO_PRESENT, vk::ImageLayout::UNDEFINED, WRITTEN)
+                .from(Place::OUTSIDE, &[BEGIN])
+                .to(present::PASS.place, &[WRITE])
+                .because("the image's layout changes when it is acquired, before PRESENT writes all of it"),
+            barrier(RowName::PRESENT_TO_SWAPCHAIN, WRITTEN, READ_BY_PRESENTATION)
+                .from(present::PASS.place, &[WRITE])
+                .to(Place::PRESENTATION, &[IN_TURN])
+                .because(
+                    "presentation reads the image in its own layout, and sees it by the semaphore; OVERLAY before it \
+                     waits for TRANSFER",
+                ),
         ]);
     }
     // Each of these may be there or not, and leaves the image to the next one by TRANSFER.
     rows.extend([
-        barrier(
-            RowName::PICTURE_TO_SPLIT,
-            (READ_BY_PRESENTATION, WRITTEN),
-            (Place::OUTSIDE, split::PASS.place),
-            (IN_TURN, split::WRITE),
-            "only while the window is split: the layout changes when the picture is there, which a row before this orders before TRANSFER, and \
-             SPLIT writes a part of it",
-        ),
-        barrier(
-            RowName::SPLIT_TO_PICTURE,
-            (WRITTEN, READ_BY_PRESENTATION),
-            (split::PASS.place, Place::PRESENTATION),
-            (split::WRITE, IN_TURN),
-            "only while the window is split: the layout changes back when SPLIT has written, before COPY and OVERLAY, which wait for TRANSFER",
-        ),
-        barrier(
-            RowName::PICTURE_TO_COPY,
-            (READ_BY_PRESENTATION, COPIED),
-            (Place::OUTSIDE, copy::PASS.place),
-            (IN_TURN, copy::READ),
-            "only for a screenshot: the layout changes when the picture is there, which a row before this orders before TRANSFER",
-        ),
-        barrier(
-            RowName::COPY_TO_PICTURE,
-            (COPIED, READ_BY_PRESENTATION),
-            (copy::PASS.place, Place::PRESENTATION),
-            (copy::READ, IN_TURN),
-            "only for a screenshot: the layout changes back when the image is copied, before OVERLAY, which waits for TRANSFER",
-        ),
-        barrier(
-            RowName::PICTURE_TO_OVERLAY,
-            (READ_BY_PRESENTATION, DRAWN_INTO),
-            (Place::OUTSIDE, overlay::PASS.place),
-            (IN_TURN, overlay::BLEND),
-            "only while panels are shown: the picture is whole, for a copy or not, when OVERLAY blends over it",
-        ),
-        barrier(
-            RowName::OVERLAY_TO_PICTURE,
-            (DRAWN_INTO, READ_BY_PRESENTATION),
-            (overlay::PASS.place, Place::PRESENTATION),
-            (overlay::BLEND.writes(), Use::END),
-            "only while panels are shown: the layout changes back when OVERLAY has drawn",
-        ),
+        barrier(RowName::PICTURE_TO_SPLIT, READ_BY_PRESENTATION, WRITTEN)
+            .from(Place::OUTSIDE, &[IN_TURN])
+            .to(split::PASS.place, &[split::WRITE])
+            .because(
+                "only while the window is split: the layout changes when the picture is there, which a row before \
+                 this orders before TRANSFER, and SPLIT writes a part of it",
+            ),
+        barrier(RowName::SPLIT_TO_PICTURE, WRITTEN, READ_BY_PRESENTATION)
+            .from(split::PASS.place, &[split::WRITE])
+            .to(Place::PRESENTATION, &[IN_TURN])
+            .because(
+                "only while the window is split: the layout changes back when SPLIT has written, before COPY and \
+                 OVERLAY, which wait for TRANSFER",
+            ),
+        barrier(RowName::PICTURE_TO_COPY, READ_BY_PRESENTATION, COPIED)
+            .from(Place::OUTSIDE, &[IN_TURN])
+            .to(copy::PASS.place, &[copy::READ])
+            .because(
+                "only for a screenshot: the layout changes when the picture is there, which a row before this orders \
+                 before TRANSFER",
+            ),
+        barrier(RowName::COPY_TO_PICTURE, COPIED, READ_BY_PRESENTATION)
+            .from(copy::PASS.place, &[copy::READ])
+            .to(Place::PRESENTATION, &[IN_TURN])
+            .because(
+                "only for a screenshot: the layout changes back when the image is copied, before OVERLAY, which \
+                 waits for TRANSFER",
+            ),
+        barrier(RowName::PICTURE_TO_OVERLAY, READ_BY_PRESENTATION, DRAWN_INTO)
+            .from(Place::OUTSIDE, &[IN_TURN])
+            .to(overlay::PASS.place, &[overlay::BLEND])
+            .because(
+                "only while panels are shown: the picture is whole, for a copy or not, when OVERLAY blends over it",
+            ),
+        barrier(RowName::OVERLAY_TO_PICTURE, DRAWN_INTO, READ_BY_PRESENTATION)
+            .from(overlay::PASS.place, &[overlay::BLEND.writes()])
+            .to(Place::PRESENTATION, &[Use::END])
+            .because("only while panels are shown: the layout changes back when OVERLAY has drawn"),
     ]);
     rows
 }
@@ -177,63 +161,55 @@ fn encoded() -> Vec<Edge> {
             "presentation may still read the image when the frame is recorded; all that writes colours waits, though ENCODE alone needs the image",
         ),
         // As above, but that COPY takes the picture as it lies.
-        barrier(
-            RowName::PICTURE_TO_SPLIT,
-            (COPIED, WRITTEN),
-            (Place::OUTSIDE, split::PASS.place),
-            (IN_TURN, split::WRITE),
-            "only while the window is split: the layout changes when the picture is there, which a row before this orders before TRANSFER, and \
-             SPLIT writes a part of it",
-        ),
-        barrier(
-            RowName::SPLIT_TO_PICTURE,
-            (WRITTEN, COPIED),
-            (split::PASS.place, Place::OUTSIDE),
-            (split::WRITE, copy::READ),
-            "only while the window is split: COPY reads what SPLIT has written; OVERLAY and ENCODE wait for TRANSFER",
-        ),
-        barrier(
-            RowName::PICTURE_TO_OVERLAY,
-            (COPIED, DRAWN_INTO),
-            (Place::OUTSIDE, overlay::PASS.place),
-            (IN_TURN, overlay::BLEND),
-            "only while panels are shown: the picture is whole, and copied where that was asked for, when OVERLAY blends over it",
-        ),
-        barrier(
-            RowName::OVERLAY_TO_PICTURE,
-            (DRAWN_INTO, COPIED),
-            (overlay::PASS.place, Place::OUTSIDE),
-            (overlay::BLEND.writes(), IN_TURN),
-            "only while panels are shown: the layout changes back when OVERLAY has drawn, before ENCODE, which waits for TRANSFER",
-        ),
-        barrier(
-            RowName::PICTURE_TO_ENCODE,
-            (COPIED, SAMPLED),
-            (Place::OUTSIDE, encode::PASS.place),
-            (IN_TURN, encode::READ),
-            "ENCODE reads the picture with all that lies over it, and when it is copied where that was asked for",
-        ),
-        barrier(
-            RowName::SWAPCHAIN_TO_ENCODE,
-            (vk::ImageLayout::UNDEFINED, DRAWN_INTO),
-            (Place::PRESENTATION, encode::PASS.place),
-            (ATTACH, encode::WRITE),
-            "the image's layout changes when it is acquired, before ENCODE writes all of it",
-        ),
-        barrier(
-            RowName::ENCODE_TO_PICTURE,
-            (SAMPLED, COPIED),
-            (encode::PASS.place, Place::OUTSIDE),
-            (encode::READ, IN_TURN),
-            "the next frame draws its picture over this one when ENCODE has read it: that waits for TRANSFER, as for a copy",
-        ),
-        barrier(
-            RowName::ENCODE_TO_SWAPCHAIN,
-            (DRAWN_INTO, READ_BY_PRESENTATION),
-            (encode::PASS.place, Place::PRESENTATION),
-            (encode::WRITE, Use::END),
-            "presentation reads the image in its own layout, and sees it by the semaphore",
-        ),
+        barrier(RowName::PICTURE_TO_SPLIT, COPIED, WRITTEN)
+            .from(Place::OUTSIDE, &[IN_TURN])
+            .to(split::PASS.place, &[split::WRITE])
+            .because(
+                "only while the window is split: the layout changes when the picture is there, which a row before \
+                 this orders before TRANSFER, and SPLIT writes a part of it",
+            ),
+        barrier(RowName::SPLIT_TO_PICTURE, WRITTEN, COPIED)
+            .from(split::PASS.place, &[split::WRITE])
+            .to(Place::OUTSIDE, &[copy::READ])
+            .because(
+                "only while the window is split: COPY reads what SPLIT has written; OVERLAY and ENCODE wait for \
+                 TRANSFER",
+            ),
+        barrier(RowName::PICTURE_TO_OVERLAY, COPIED, DRAWN_INTO)
+            .from(Place::OUTSIDE, &[IN_TURN])
+            .to(overlay::PASS.place, &[overlay::BLEND])
+            .because(
+                "only while panels are shown: the picture is whole, and copied where that was asked for, when \
+                 OVERLAY blends over it",
+            ),
+        barrier(RowName::OVERLAY_TO_PICTURE, DRAWN_INTO, COPIED)
+            .from(overlay::PASS.place, &[overlay::BLEND.writes()])
+            .to(Place::OUTSIDE, &[IN_TURN])
+            .because(
+                "only while panels are shown: the layout changes back when OVERLAY has drawn, before ENCODE, which \
+                 waits for TRANSFER",
+            ),
+        barrier(RowName::PICTURE_TO_ENCODE, COPIED, SAMPLED)
+            .from(Place::OUTSIDE, &[IN_TURN])
+            .to(encode::PASS.place, &[encode::READ])
+            .because(
+                "ENCODE reads the picture with all that lies over it, and when it is copied where that was asked for",
+            ),
+        barrier(RowName::SWAPCHAIN_TO_ENCODE, vk::ImageLayout::UNDEFINED, DRAWN_INTO)
+            .from(Place::PRESENTATION, &[ATTACH])
+            .to(encode::PASS.place, &[encode::WRITE])
+            .because("the image's layout changes when it is acquired, before ENCODE writes all of it"),
+        barrier(RowName::ENCODE_TO_PICTURE, SAMPLED, COPIED)
+            .from(encode::PASS.place, &[encode::READ])
+            .to(Place::OUTSIDE, &[IN_TURN])
+            .because(
+                "the next frame draws its picture over this one when ENCODE has read it: that waits for TRANSFER, as \
+                 for a copy",
+            ),
+        barrier(RowName::ENCODE_TO_SWAPCHAIN, DRAWN_INTO, READ_BY_PRESENTATION)
+            .from(encode::PASS.place, &[encode::WRITE])
+            .to(Place::PRESENTATION, &[Use::END])
+            .because("presentation reads the image in its own layout, and sees it by the semaphore"),
     ]
 }
 

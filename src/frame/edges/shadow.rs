@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Carrier, Edge, Edges, Place, RowName};
+use super::{Carrier, Edge, Edges, Place, RowName, barrier, row};
 use crate::frame::list::SHADOW_PASS;
 use crate::gpu::sync::Use;
 use crate::gpu_scene::{ATLAS_LAYOUT, ClearOrder, shadow_clear};
@@ -23,36 +23,29 @@ const CLEARED: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
 pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
     let (reader, map_read) = reader(plan);
     [
-        Edge::new(
-            RowName::SHADOW_ATLAS_TO_CLEAR,
-            Carrier::ImageBarrier(vk::ImageLayout::UNDEFINED, CLEARED),
-            (Place::OUTSIDE, Place::CLEAR),
-            (Use::START, shadow_clear::WRITE),
-            "the image is new: there is nothing to wait for, but its layout changes before the write",
-        ),
-        Edge::new(
-            RowName::CLEAR_TO_SHADOW_MAPS,
-            Carrier::ImageBarrier(CLEARED, ATLAS_LAYOUT),
-            (Place::CLEAR, reader),
+        barrier(RowName::SHADOW_ATLAS_TO_CLEAR, vk::ImageLayout::UNDEFINED, CLEARED)
+            .from(Place::OUTSIDE, &[Use::START])
+            .to(Place::CLEAR, &[shadow_clear::WRITE])
+            .because("the image is new: there is nothing to wait for, but its layout changes before the write"),
+        barrier(RowName::CLEAR_TO_SHADOW_MAPS, CLEARED, ATLAS_LAYOUT)
             // SHADOW waits for these readers and so for the clear as well.
-            (shadow_clear::WRITE, map_read),
-            "a map that is not drawn yet is looked up, or drawn into by a pass that waits for those who look up",
-        ),
-        Edge::new(
-            RowName::SHADOW_MAP_REUSE,
-            Carrier::Subpass(SHADOW_PASS),
-            (Place::OUTSIDE, shadow::PASS.place),
+            .from(Place::CLEAR, &[shadow_clear::WRITE])
+            .to(reader, &[map_read])
+            .because(
+                "a map that is not drawn yet is looked up, or drawn into by a pass that waits for those who look up",
+            ),
+        row(RowName::SHADOW_MAP_REUSE, Carrier::Subpass(SHADOW_PASS))
             // Who looks up waits for the store, so that waiting for those is waiting for it as well.
-            (map_read, shadow::MAP_CLEAR),
-            "frames share the maps: whatever looks maps up in the last one may still read what this one clears; and maps of one layer follow each other",
-        ),
-        Edge::new(
-            RowName::SHADOW_MAP_TO_LIGHTING,
-            Carrier::Subpass(SHADOW_PASS),
-            (shadow::PASS.place, reader),
-            (shadow::MAP_STORE, map_read),
-            "whatever looks maps up loads any texel of a map that SHADOW wrote and stored",
-        ),
+            .from(Place::OUTSIDE, &[map_read])
+            .to(shadow::PASS.place, &[shadow::MAP_CLEAR])
+            .because(
+                "frames share the maps: whatever looks maps up in the last one may still read what this one clears; \
+                 and maps of one layer follow each other",
+            ),
+        row(RowName::SHADOW_MAP_TO_LIGHTING, Carrier::Subpass(SHADOW_PASS))
+            .from(shadow::PASS.place, &[shadow::MAP_STORE])
+            .to(reader, &[map_read])
+            .because("whatever looks maps up loads any texel of a map that SHADOW wrote and stored"),
     ]
 }
 

@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Carrier, Edge, Edges, Place, RowName};
+use super::{Carrier, Edge, Edges, Place, RowName, barrier, row};
 use crate::gpu::UploadOrder;
 use crate::gpu::sync::Use;
 use crate::gpu::upload::{BLIT_READ, COPY_WRITE};
@@ -23,51 +23,45 @@ const READABLE: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
 
 /// Those that the plan uploads anything for.
 pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
-    let row = |name, (old, new), places, uses, why| Edge::new(name, Carrier::ImageBarrier(old, new), places, uses, why);
     let mut rows = Vec::new();
     let uploads = plan.uploads;
     if uploads.vertices || uploads.volumes {
-        rows.push(Edge::new(
-            RowName::UPLOAD_TO_VERTICES,
-            Carrier::MemoryBarrier,
-            (Place::UPLOAD, Place::DRAWS),
-            (COPY_WRITE, if uploads.vertices { VERTEX_READ.or(INDEX_READ) } else { VERTEX_READ }),
-            "draws fetch vertices and indices that were copied; the same barrier serves all buffers",
-        ));
+        rows.push(
+            row(RowName::UPLOAD_TO_VERTICES, Carrier::MemoryBarrier)
+                .from(Place::UPLOAD, &[COPY_WRITE])
+                .to(Place::DRAWS, &[if uploads.vertices { VERTEX_READ.or(INDEX_READ) } else { VERTEX_READ }])
+                .because("draws fetch vertices and indices that were copied; the same barrier serves all buffers"),
+        );
     }
     if uploads.textures {
-        rows.push(row(
-            RowName::TEXTURE_TO_COPY,
-            (vk::ImageLayout::UNDEFINED, WRITTEN),
-            (Place::OUTSIDE, Place::UPLOAD),
-            (Use::START, COPY_WRITE),
-            "the image is new: there is nothing to wait for, but its layout changes before the write",
-        ));
+        rows.push(
+            barrier(RowName::TEXTURE_TO_COPY, vk::ImageLayout::UNDEFINED, WRITTEN)
+                .from(Place::OUTSIDE, &[Use::START])
+                .to(Place::UPLOAD, &[COPY_WRITE])
+                .because("the image is new: there is nothing to wait for, but its layout changes before the write"),
+        );
     }
     if uploads.mip_levels {
-        rows.push(row(
-            RowName::LEVEL_TO_BLIT,
-            (WRITTEN, BLITTED),
-            (Place::UPLOAD, Place::UPLOAD),
-            (COPY_WRITE, BLIT_READ),
-            "each level of a texture is made from the one above it, which a copy or the last blit wrote",
-        ));
-        rows.push(row(
-            RowName::BLIT_TO_TEXTURES,
-            (BLITTED, READABLE),
-            (Place::UPLOAD, Place::DRAWS),
-            (BLIT_READ, TEXTURE_READ),
-            "shaders sample a level when the blit that reads it is over; its layout changes in between",
-        ));
+        rows.push(
+            barrier(RowName::LEVEL_TO_BLIT, WRITTEN, BLITTED)
+                .from(Place::UPLOAD, &[COPY_WRITE])
+                .to(Place::UPLOAD, &[BLIT_READ])
+                .because("each level of a texture is made from the one above it, which a copy or the last blit wrote"),
+        );
+        rows.push(
+            barrier(RowName::BLIT_TO_TEXTURES, BLITTED, READABLE)
+                .from(Place::UPLOAD, &[BLIT_READ])
+                .to(Place::DRAWS, &[TEXTURE_READ])
+                .because("shaders sample a level when the blit that reads it is over; its layout changes in between"),
+        );
     }
     if uploads.textures {
-        rows.push(row(
-            RowName::UPLOAD_TO_TEXTURES,
-            (WRITTEN, READABLE),
-            (Place::UPLOAD, Place::DRAWS),
-            (COPY_WRITE, TEXTURE_READ),
-            "shaders sample the last level, or the only one, that a blit or a copy wrote",
-        ));
+        rows.push(
+            barrier(RowName::UPLOAD_TO_TEXTURES, WRITTEN, READABLE)
+                .from(Place::UPLOAD, &[COPY_WRITE])
+                .to(Place::DRAWS, &[TEXTURE_READ])
+                .because("shaders sample the last level, or the only one, that a blit or a copy wrote"),
+        );
     }
     rows
 }
