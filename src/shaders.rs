@@ -31,12 +31,6 @@ pub struct Variant {
 }
 
 impl Variant {
-    /// The entry point of this name.
-    #[must_use]
-    pub fn entry(&self, name: &CStr) -> Option<&'static EntryPoint> {
-        self.entry_points.iter().copied().find(|entry| entry.name == name)
-    }
-
     /// The first entry point of a stage.
     #[must_use]
     pub fn stage(&self, stage: Stage) -> Option<&'static EntryPoint> {

@@ -146,11 +146,6 @@ impl Instance {
         raw.into_iter().map(|raw| PhysicalDevice::query(&self.handles, raw)).collect()
     }
 
-    /// A copy of all messages so far, oldest first.
-    pub fn messages(&self) -> Vec<Message> {
-        self.handles.log.messages()
-    }
-
     /// All messages so far, oldest first, which are then forgotten.
     pub fn take_messages(&self) -> Vec<Message> {
         self.handles.log.take()

@@ -33,17 +33,6 @@ pub enum MemoryKind {
 }
 
 impl MemoryKind {
-    /// All kinds, in the order of reports.
-    pub const ALL: [MemoryKind; 7] = [
-        MemoryKind::Attachment,
-        MemoryKind::ShadowMap,
-        MemoryKind::Texture,
-        MemoryKind::Geometry,
-        MemoryKind::Uniform,
-        MemoryKind::Staging,
-        MemoryKind::ReadBack,
-    ];
-
     /// The kind in words, in lower case.
     pub fn text(self) -> &'static str {
         match self {

@@ -68,11 +68,6 @@ struct State {
 }
 
 impl MessageLog {
-    /// A copy of the messages so far, oldest first.
-    pub fn messages(&self) -> Vec<Message> {
-        self.lock().kept.clone()
-    }
-
     /// The messages so far, oldest first, which are then forgotten.
     pub fn take(&self) -> Vec<Message> {
         let mut state = self.lock();
@@ -172,6 +167,6 @@ mod tests {
         }
         assert_eq!(log.dropped(), 3);
         assert_eq!(log.take().len(), KEPT_MESSAGES);
-        assert!(log.messages().is_empty() && log.dropped() == 0);
+        assert!(log.take().is_empty() && log.dropped() == 0);
     }
 }

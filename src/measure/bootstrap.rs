@@ -95,11 +95,6 @@ impl GroupedMedian {
         let products = self.draws.iter().map(|draw| draw * resampler.median(&mut random)).collect();
         interval(self.median * percentile(&resampler.sorted, 50.0)?, products, resampler.sorted.len())
     }
-
-    /// The median of all samples.
-    pub fn median(&self) -> f64 {
-        self.median
-    }
 }
 
 fn interval(median: f64, mut draws: Vec<f64>, count: usize) -> Option<MedianInterval> {
@@ -115,13 +110,6 @@ fn middle(samples: &mut [f64]) -> f64 {
         Some(lower) if count.is_multiple_of(2) => 0.5 * (lower + upper),
         _ => upper,
     }
-}
-
-/// The median of the ratios of pairs, numerator first: of times that were taken in turn, so that what slowed the machine slowed both. Pairs
-/// whose ratio is not finite are left out; `None` when none is left.
-pub fn ratio_interval(pairs: &[(f64, f64)]) -> Option<MedianInterval> {
-    let ratios: Vec<f64> = pairs.iter().map(|(numerator, denominator)| numerator / denominator).collect();
-    median_interval(&ratios)
 }
 
 /// Any will do; it is fixed so that a report is the same when it is made again of the same measurements.
@@ -232,19 +220,5 @@ mod tests {
         let apart = apart.and_then(|apart| apart.interval()).expect("finite");
         assert!(apart.low < 9.6 && apart.high > 10.4, "{apart:?}");
         assert_eq!(GroupedMedian::of(&[vec![], vec![f64::NAN]]), None);
-    }
-
-    #[test]
-    fn paired_ratios_cancel_what_slows_both() {
-        let mut random = fastrand::Rng::with_seed(3);
-        let pairs: Vec<(f64, f64)> = (0..20)
-            .map(|_| {
-                let load = (2.0 * normal(&mut random)).exp();
-                (3.0 * load * (1.0 + 0.01 * normal(&mut random)), 2.0 * load)
-            })
-            .collect();
-        let ratio = ratio_interval(&pairs).expect("finite ratios");
-        assert!(1.47 < ratio.low && ratio.low < 1.5 && 1.5 < ratio.high && ratio.high < 1.53, "{ratio:?}");
-        assert_eq!(ratio_interval(&[(1.0, 0.0), (0.0, 0.0)]), None);
     }
 }

@@ -11,7 +11,7 @@ mod images;
 mod process;
 mod statistics;
 
-pub use bootstrap::{GroupedMedian, LEAST_FOR_95, MedianInterval, median_interval, ratio_interval};
+pub use bootstrap::{GroupedMedian, LEAST_FOR_95, MedianInterval, median_interval};
 pub use difference::{Difference, RELATIVE_EPSILON, errors, shown_errors};
 pub use fit::{PowerLaw, fit_power_law};
 #[cfg(feature = "report")]

@@ -552,8 +552,6 @@ fn vertices_have_the_streams_that_something_reads() {
     assert_eq!(streams(&scene(vec![bumpy], vec![]), View::Final), (true, true, true));
     // SHADOW reads the UVs of what has holes.
     assert_eq!(streams(&scene(vec![masked()], vec![sun()]), View::ShadowMap), (false, true, false));
-    let plan = view(&scene(vec![textured(CT)], vec![]), View::Final);
-    assert_eq!(plan.streams.bytes(), 12 + 12 + 8 + 16);
 }
 
 #[test]

@@ -194,9 +194,4 @@ impl Streams {
             tangents: self.tangents || other.tangents,
         }
     }
-
-    /// Bytes of a vertex.
-    pub fn bytes(&self) -> u64 {
-        12 + 12 * u64::from(self.normals) + 8 * u64::from(self.uvs) + 16 * u64::from(self.tangents)
-    }
 }
