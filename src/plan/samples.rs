@@ -142,7 +142,7 @@ pub fn gauze() -> Material {
 }
 
 fn light(name: &str, kind: LightKind, casts_shadow: bool) -> Light {
-    Light { name: name.into(), kind, color: Vec3::ONE, intensity: 100.0, casts_shadow, size: 0.0 }
+    Light { name: name.into(), intensity: 100.0, casts_shadow, ..Light::of(kind) }
 }
 
 pub fn sun() -> Light {

@@ -46,11 +46,9 @@ mod tests {
     fn sun(lux: f32) -> Light {
         Light {
             name: "sun".into(),
-            kind: LightKind::Directional { direction: DVec3::NEG_Y },
-            color: Vec3::ONE,
             intensity: lux,
             casts_shadow: true,
-            size: 0.0,
+            ..Light::of(LightKind::Directional { direction: DVec3::NEG_Y })
         }
     }
 

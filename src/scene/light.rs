@@ -377,6 +377,11 @@ impl LightForm {
 }
 
 impl Light {
+    /// White, of intensity 1, without a size or shadows.
+    pub fn of(kind: LightKind) -> Self {
+        Self { name: String::new(), kind, color: Vec3::ONE, intensity: 1.0, casts_shadow: false, size: 0.0 }
+    }
+
     /// With a direction of length 1, where it has one: what formulas take.
     pub(crate) fn aimed(&self) -> Self {
         let mut light = self.clone();

@@ -438,7 +438,7 @@ fn choose<N: AsRef<str>, T: Clone + PartialEq>(ui: &mut Ui, label: &str, value: 
 #[cfg(test)]
 mod tests {
     use egui::Shape;
-    use glam::{DVec3, Vec3};
+    use glam::DVec3;
 
     use super::*;
     use crate::scene::{Falloff, LightKind, SettingsPatch};
@@ -548,14 +548,7 @@ mod tests {
 
     #[test]
     fn a_dark_light_can_be_set_to_what_others_in_its_unit_have() {
-        let light = |kind: LightKind, intensity: f32| Light {
-            name: String::new(),
-            kind,
-            color: Vec3::ONE,
-            intensity,
-            casts_shadow: false,
-            size: 0.0,
-        };
+        let light = |kind: LightKind, intensity: f32| Light { intensity, ..Light::of(kind) };
         let sun = |lux| light(LightKind::Directional { direction: DVec3::NEG_Y }, lux);
         let point = LightKind::Point { position: DVec3::ZERO, range: None, falloff: Falloff::InverseSquare };
         let lights = [sun(9e4), light(point, 0.0), light(point, 30.0), light(point, 70.0), sun(0.0)];

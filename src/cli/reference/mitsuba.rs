@@ -209,11 +209,10 @@ mod tests {
         mesh.compute_normals();
         let light = Light {
             name: "lamp".into(),
-            kind: LightKind::Point { position: DVec3::Z, range: None, falloff: Falloff::InverseSquare },
             color: Vec3::new(1.0, 0.5, 0.25),
             intensity: 8.0,
             casts_shadow: true,
-            size: 0.0,
+            ..Light::of(LightKind::Point { position: DVec3::Z, range: None, falloff: Falloff::InverseSquare })
         };
         Scene {
             objects: vec![Object::new("one", 0, 0, DAffine3::from_translation(DVec3::new(0.0, 0.0, -2.0)))],

@@ -55,7 +55,7 @@ fn scene(kind: LightKind) -> Scene {
         receives_shadow: true,
     };
     let color = Vec3::new(1.0, 0.9, 0.8);
-    let light = Light { name: String::new(), kind, color, intensity: 20.0, casts_shadow: true, size: 0.0 };
+    let light = Light { color, intensity: 20.0, casts_shadow: true, ..Light::of(kind) };
     let (ambient, ground) = (Vec3::new(0.1, 0.2, 0.3), Some(Vec3::splat(0.05)));
     Scene {
         meshes: vec![floor, shade],

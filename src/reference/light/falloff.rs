@@ -114,8 +114,6 @@ fn disc<R: Real>(beside: R, edge: f64) -> R {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
     use super::*;
 
     const POLYNOMIAL: Falloff = Falloff::Polynomial { constant: 1.0, linear: 0.5, quadratic: 2.0 };
@@ -160,18 +158,14 @@ mod tests {
     fn spot(inner: f64, outer: f64) -> Light {
         Light {
             name: "spot".into(),
-            kind: LightKind::Spot {
+            ..Light::of(LightKind::Spot {
                 position: DVec3::Y,
                 direction: DVec3::NEG_Y,
                 inner_angle_degrees: inner,
                 outer_angle_degrees: outer,
                 range: None,
                 falloff: Falloff::Quadratic,
-            },
-            color: Vec3::ONE,
-            intensity: 1.0,
-            casts_shadow: false,
-            size: 0.0,
+            })
         }
     }
 

@@ -120,11 +120,9 @@ fn any_surface() -> impl Strategy<Value = Surface> {
 fn lamp(position: DVec3, falloff: Falloff, range: Option<f64>) -> Light {
     Light {
         name: "lamp".into(),
-        kind: LightKind::Point { position, range, falloff },
-        color: Vec3::ONE,
         intensity: 100.0,
         casts_shadow: true,
-        size: 0.0,
+        ..Light::of(LightKind::Point { position, range, falloff })
     }
 }
 

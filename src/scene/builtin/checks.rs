@@ -105,18 +105,16 @@ fn overlap(_: &Params) -> Scene {
     for (name, x, color) in [("red", -0.3, Vec3::X), ("green", 0.3, Vec3::Y)] {
         stage.light(Light {
             name: name.into(),
-            kind: LightKind::Spot {
+            color,
+            intensity: 4.0 * std::f32::consts::PI,
+            ..Light::of(LightKind::Spot {
                 position: DVec3::new(x, 0.0, 2.0),
                 direction: DVec3::NEG_Z,
                 inner_angle_degrees: 15.0,
                 outer_angle_degrees: 15.7,
                 range: None,
                 falloff: Falloff::InverseSquare,
-            },
-            color,
-            intensity: 4.0 * std::f32::consts::PI,
-            casts_shadow: false,
-            size: 0.0,
+            })
         });
     }
     stage.scene

@@ -63,18 +63,17 @@ fn build(_: &Params) -> Scene {
     stage.add("tall block", block(TALL), white);
     stage.light(Light {
         name: "lamp".into(),
-        kind: LightKind::Spot {
+        color: Vec3::new(1.0, 0.85, 0.6),
+        intensity: LAMP_INTENSITY,
+        casts_shadow: true,
+        ..Light::of(LightKind::Spot {
             position: DVec3::new(0.278, 0.548, 0.2795),
             direction: DVec3::NEG_Y,
             inner_angle_degrees: 0.0,
             outer_angle_degrees: 90.0,
             range: None,
             falloff: Falloff::InverseSquare,
-        },
-        color: Vec3::new(1.0, 0.85, 0.6),
-        intensity: LAMP_INTENSITY,
-        casts_shadow: true,
-        size: 0.0,
+        })
     });
     stage.scene.environment = Environment { ambient: Vec3::new(4.0, 3.6, 3.0), background: Vec3::ZERO, ground: None };
     let eye = DVec3::new(0.278, 0.273, -0.8);

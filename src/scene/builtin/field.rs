@@ -147,13 +147,12 @@ fn lights(stage: &mut Stage, random: &mut Random, count: usize, range: f64) {
     // Without a limit every light reaches everything: share out one sum, so that the picture does not depend on the count.
     let intensity = if range.is_some() { 400.0 } else { 100_000.0 / count.max(1) as f32 };
     for index in 0..count {
+        let kind = LightKind::Point { position: place(random), range, falloff: Falloff::InverseSquare };
         stage.light(Light {
             name: format!("light {index}"),
-            kind: LightKind::Point { position: place(random), range, falloff: Falloff::InverseSquare },
             color: Vec3::ONE.lerp(hue(random.unit()), 0.7),
             intensity,
-            casts_shadow: false,
-            size: 0.0,
+            ..Light::of(kind)
         });
     }
 }

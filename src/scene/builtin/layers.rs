@@ -58,11 +58,9 @@ fn build(params: &Params) -> Scene {
         let position = DVec3::new(x, y, -NEAREST + random.between(0.3, 1.2));
         stage.light(Light {
             name: format!("light {index}"),
-            kind: LightKind::Point { position, range, falloff: Falloff::InverseSquare },
             color: Vec3::ONE.lerp(hue(random.unit()), 0.7),
             intensity,
-            casts_shadow: false,
-            size: 0.0,
+            ..Light::of(LightKind::Point { position, range, falloff: Falloff::InverseSquare })
         });
     }
     stage.scene.environment = Environment { ambient: Vec3::splat(2.0), background: Vec3::splat(1.0), ground: None };

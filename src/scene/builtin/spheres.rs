@@ -58,11 +58,9 @@ fn build(params: &Params) -> Scene {
     ] {
         stage.light(Light {
             name: name.into(),
-            kind: LightKind::Point { position: place * reach, range: None, falloff: Falloff::InverseSquare },
             color,
             intensity: strength * (reach * reach) as f32,
-            casts_shadow: false,
-            size: 0.0,
+            ..Light::of(LightKind::Point { position: place * reach, range: None, falloff: Falloff::InverseSquare })
         });
     }
     stage.scene.environment =

@@ -31,11 +31,9 @@ pub(super) fn lights(node: &Node, lights: &mut Vec<Light>) -> Result<(), Error> 
         let position = low + size * DVec3::new(place[0], place[1], place[2]);
         lights.push(Light {
             name: format!("{name} {index}"),
-            kind: LightKind::Point { position, range, falloff },
             color,
             intensity,
-            casts_shadow: false,
-            size: 0.0,
+            ..Light::of(LightKind::Point { position, range, falloff })
         });
     }
     Ok(())

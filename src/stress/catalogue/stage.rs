@@ -27,11 +27,8 @@ pub fn sphere_on_floor() -> Stage {
 pub fn lamp(position: DVec3, candela: f32) -> Light {
     Light {
         name: "lamp".into(),
-        kind: LightKind::Point { position, range: None, falloff: Falloff::InverseSquare },
-        color: Vec3::ONE,
         intensity: candela,
-        casts_shadow: false,
-        size: 0.0,
+        ..Light::of(LightKind::Point { position, range: None, falloff: Falloff::InverseSquare })
     }
 }
 

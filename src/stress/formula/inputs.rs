@@ -224,7 +224,7 @@ pub fn lamp(place: DVec3, cone: Option<Cone>, range: Option<f32>, falloff: Fallo
             LightKind::Spot { position, direction, inner_angle_degrees, outer_angle_degrees, range: limit, falloff }
         }
     };
-    let light = Light { name: String::new(), kind, color: Vec3::ONE, intensity: 1.0, casts_shadow: false, size: 0.0 };
+    let light = Light::of(kind);
     let here = Camera::looking_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y);
     let color = Vec3::new(angles[0], angles[1], range.unwrap_or(0.0));
     bytemuck::cast(LightRecord { color, ..LightRecord::of(&light, 0, &here) })

@@ -198,7 +198,7 @@ fn light(input: &Input) -> Light {
     } else {
         LightKind::Spot { position, direction, inner_angle_degrees, outer_angle_degrees, range, falloff }
     };
-    Light { name: String::new(), kind, color: Vec3::ONE, intensity: 1.0, casts_shadow: false, size: 0.0 }
+    Light::of(kind)
 }
 
 /// Relative to what the light would be here without cone and range, for these draw it to zero.

@@ -153,8 +153,6 @@ fn moved(surface: &Surface, from: &Stored, to: &Stored) -> Stored {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
     use super::*;
     use crate::reference::Smith;
     use crate::scene::{Brdf, Environment, HdrFormat, Light, LightKind, Tonemap};
@@ -201,11 +199,9 @@ mod tests {
     fn shades(truth: &Surface, own: &Stored, unquantized: &Stored) -> Shades {
         let light = Light {
             name: "sun".into(),
-            kind: LightKind::Directional { direction: DVec3::new(0.0, -1.0, 0.0) },
-            color: Vec3::ONE,
             intensity: std::f32::consts::PI,
             casts_shadow: true,
-            size: 0.0,
+            ..Light::of(LightKind::Directional { direction: DVec3::new(0.0, -1.0, 0.0) })
         };
         let environment = Environment::default();
         let illumination =

@@ -31,50 +31,25 @@ pub(super) struct Taken<'a> {
     pub exposure: f64,
 }
 
-/// The signed parts of a pixel, exposed.
-#[derive(Debug, Clone, Copy, Default)]
-struct Parts {
-    switched: [DVec3; SWITCHES.len()],
-    cut_off: DVec3,
-    other_triangle: DVec3,
-    transparent: DVec3,
-    sampling: DVec3,
-    not_explained: DVec3,
-}
+/// The parts behind those of the switches, in the order of [`notes`].
+const CUT_OFF_PART: usize = SWITCHES.len();
+const OTHER_TRIANGLE_PART: usize = CUT_OFF_PART + 1;
+const TRANSPARENT_PART: usize = CUT_OFF_PART + 2;
+const SAMPLING_PART: usize = CUT_OFF_PART + 3;
+const NOT_EXPLAINED_PART: usize = CUT_OFF_PART + 4;
+pub(super) const COUNT: usize = CUT_OFF_PART + 5;
 
-pub(super) const COUNT: usize = SWITCHES.len() + 5;
+/// The signed parts of a pixel, exposed, in the order of [`notes`].
+type Parts = [DVec3; COUNT];
 
 /// A pixel's error, exposed, and what it is made of.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pixel {
-    /// In the order of [`notes`].
-    pub parts: [DVec3; COUNT],
+    pub parts: Parts,
     /// The device's light minus the converged truth.
     pub light: DVec3,
     /// What the picture makes of the light, referred back. With `light` it is the whole, found without the parts.
     pub output: DVec3,
-}
-
-impl Parts {
-    /// In the order of [`notes`].
-    fn row(self) -> [DVec3; COUNT] {
-        let [textures, gbuffer, position, shadows, arithmetic, hdr, output] = self.switched;
-        let Self { cut_off, other_triangle, transparent, sampling, not_explained, .. } = self;
-        [
-            textures,
-            gbuffer,
-            position,
-            shadows,
-            arithmetic,
-            hdr,
-            output,
-            cut_off,
-            other_triangle,
-            transparent,
-            sampling,
-            not_explained,
-        ]
-    }
 }
 
 /// Name of each part, and what it is.
@@ -122,22 +97,26 @@ impl Taken<'_> {
         let (point, converged) = (truth(self.truths.point), truth(self.truths.converged));
         let exposed = self.captured.exposed[at];
         let output = input_referred(exposed, self.captured.shown[at], self.settings.tonemap);
-        let of_surface = Parts { sampling: point - converged, ..self.apart(at, pixel, surface, point) };
-        Pixel { parts: of_surface.row(), light: exposed - converged, output }
+        let mut parts = self.apart(at, pixel, surface, point);
+        parts[SAMPLING_PART] = point - converged;
+        Pixel { parts, light: exposed - converged, output }
     }
 
     /// What is between the point truth and what is shown.
     fn apart(&self, at: usize, pixel: usize, surface: Option<&(Surface, TriangleId)>, point: DVec3) -> Parts {
+        let mut parts = [DVec3::ZERO; COUNT];
         let exposed = self.captured.exposed[at];
         let output = input_referred(exposed, self.captured.shown[at], self.settings.tonemap);
         if !self.sees_the_same(at, surface) {
-            return Parts { other_triangle: exposed + output - point, ..Parts::default() };
+            parts[OTHER_TRIANGLE_PART] = exposed + output - point;
+            return parts;
         }
         let shades = self.shades(at, pixel, surface.map(|(surface, _)| surface));
         // What is before the surface is in the truth's picture and not in the surface's light.
         let apart = (shades.truth() - point).abs().max_element();
         if apart > SAME * point.abs().max_element() {
-            return Parts { transparent: exposed + output - point, ..Parts::default() };
+            parts[TRANSPARENT_PART] = exposed + output - point;
+            return parts;
         }
         let unrounded = self.captured.unrounded.as_ref().map_or(exposed, |unrounded| unrounded[at]);
         let uncut = self.captured.uncut.as_ref().map_or(unrounded, |uncut| uncut[at]);
@@ -146,12 +125,10 @@ impl Taken<'_> {
             output: Some(self.settings.tonemap),
         };
         let measured = Measured { unrounded, hdr: exposed - unrounded, output };
-        Parts {
-            switched: shades.apart(&formats, &measured),
-            cut_off: unrounded - uncut,
-            not_explained: uncut - shades.all(),
-            ..Parts::default()
-        }
+        parts[..CUT_OFF_PART].copy_from_slice(&shades.apart(&formats, &measured));
+        parts[CUT_OFF_PART] = unrounded - uncut;
+        parts[NOT_EXPLAINED_PART] = uncut - shades.all();
+        parts
     }
 
     /// The surface's light by what is at work, exposed.

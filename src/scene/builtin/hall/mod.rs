@@ -127,11 +127,9 @@ fn lamps(hall: &mut Hall, count: usize, range: Option<f64>) {
         });
         hall.stage.light(Light {
             name: if is_lantern { format!("lantern {index}") } else { format!("light {index}") },
-            kind: LightKind::Point { position, range, falloff: Falloff::InverseSquare },
             color: if is_lantern { Vec3::new(1.0, 0.62, 0.28) } else { Vec3::ONE.lerp(hue(random.unit()), 0.75) },
             intensity: if is_lantern { 5_000.0 } else { 1_500.0 },
-            casts_shadow: false,
-            size: 0.0,
+            ..Light::of(LightKind::Point { position, range, falloff: Falloff::InverseSquare })
         });
     }
 }
