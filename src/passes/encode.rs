@@ -5,14 +5,11 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::screen::{Screen, ScreenDesc, replace};
+use super::screen::{Screen, ScreenDesc, WindowPass, replace};
 use super::{COLOR_WRITE, First, How, Pass, Place, Presence, Resource, SAMPLED, Slot, Touch, needed, shown};
-use crate::gpu::{
-    self, DescriptorPool, Device, RenderPass, SetLayout, SetWriter, SubpassDesc, binding, framebuffer, sync::Use,
-};
+use crate::gpu::{self, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::Use};
 use crate::plan::{Canvas, Transfer};
 use crate::shaders::encode::{self as shader, Flags, constants};
-use crate::targets::Framebuffers;
 
 /// Reads each pixel of the picture.
 pub const READ: Use = SAMPLED;
@@ -46,39 +43,21 @@ pub const PASS: Pass = Pass {
 pub const WHITE_NITS: f32 = 203.0;
 
 const KIND: vk::DescriptorType = vk::DescriptorType::SAMPLED_IMAGE;
-/// As the swapchain's image lies before and after the pass.
-const LAYOUT: vk::ImageLayout = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
 
 /// The pass, and what it reads and draws into.
 pub struct Encode {
-    device: Arc<Device>,
-    format: vk::Format,
+    pass: WindowPass,
     transfer: Transfer,
-    render_pass: RenderPass,
     screen: Screen,
     set_layout: SetLayout,
     /// None before there is a picture.
     picture: Option<(DescriptorPool, vk::DescriptorSet)>,
-    framebuffers: Framebuffers,
-    extent: vk::Extent2D,
 }
 
 impl Encode {
     /// For images of this format.
     pub fn new(device: &Arc<Device>, format: vk::Format, transfer: Transfer) -> gpu::Result<Self> {
-        let attachment = vk::AttachmentDescription::default()
-            .format(format)
-            .samples(vk::SampleCountFlags::TYPE_1)
-            .load_op(vk::AttachmentLoadOp::DONT_CARE)
-            .store_op(vk::AttachmentStoreOp::STORE)
-            .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
-            .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
-            // Barriers around the pass change the layout: rows of the table.
-            .initial_layout(LAYOUT)
-            .final_layout(LAYOUT);
-        let color = [vk::AttachmentReference { attachment: 0, layout: LAYOUT }];
-        let subpass = SubpassDesc { color: &color, ..SubpassDesc::default() };
-        let render_pass = RenderPass::new(device, "encode pass", &[attachment], &[subpass], &[])?;
+        let pass = WindowPass::new(device, "encode", format, vk::AttachmentLoadOp::DONT_CARE)?;
         let set_layout =
             SetLayout::new(device, "encode set layout", &[binding(0, KIND, vk::ShaderStageFlags::FRAGMENT)])?;
         let shader = needed("encode", shader::variant, Flags::NONE)?;
@@ -86,7 +65,7 @@ impl Encode {
             device,
             &ScreenDesc {
                 name: "encode",
-                slot: Slot { render_pass: render_pass.raw, subpass: 0 },
+                slot: Slot { render_pass: pass.render_pass.raw, subpass: 0 },
                 shader,
                 constants: &[(constants::TRANSFER, constant(transfer)), (constants::WHITE, WHITE_NITS.to_bits())],
                 set_layouts: &[set_layout.raw],
@@ -94,22 +73,12 @@ impl Encode {
                 blend: replace(),
             },
         )?;
-        Ok(Self {
-            device: Arc::clone(device),
-            format,
-            transfer,
-            render_pass,
-            screen,
-            set_layout,
-            picture: None,
-            framebuffers: Framebuffers(Vec::new()),
-            extent: vk::Extent2D::default(),
-        })
+        Ok(Self { pass, transfer, screen, set_layout, picture: None })
     }
 
     /// Whether it was made for such images.
     pub fn is_for(&self, format: vk::Format, transfer: Transfer) -> bool {
-        (self.format, self.transfer) == (format, transfer)
+        (self.pass.format, self.transfer) == (format, transfer)
     }
 
     /// Reads this picture and draws into these images from now on, all of one size.
@@ -119,30 +88,19 @@ impl Encode {
         images: &[vk::ImageView],
         extent: vk::Extent2D,
     ) -> gpu::Result<()> {
-        let pool = DescriptorPool::new(&self.device, "encode pool", 1, &[(KIND, 1)])?;
+        let device = &self.pass.device;
+        let pool = DescriptorPool::new(device, "encode pool", 1, &[(KIND, 1)])?;
         let set = pool.allocate("encode set", self.set_layout.raw)?;
-        SetWriter::new().sampled_image(0, picture, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL).update(&self.device, set);
-        let one = |view: &vk::ImageView| {
-            framebuffer(&self.device, "encode framebuffer", self.render_pass.raw, &[*view], extent)
-        };
-        self.framebuffers = Framebuffers(images.iter().map(one).collect::<gpu::Result<_>>()?);
-        (self.picture, self.extent) = (Some((pool, set)), extent);
+        SetWriter::new().sampled_image(0, picture, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL).update(device, set);
+        self.pass.resize(images, extent)?;
+        self.picture = Some((pool, set));
         Ok(())
     }
 
     /// Begins the render pass over an image of the swapchain, draws the picture, and ends it.
     pub fn record(&self, cmd: vk::CommandBuffer, image: usize) {
         let Some((_, set)) = &self.picture else { return };
-        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: self.extent };
-        let begin = vk::RenderPassBeginInfo::default()
-            .render_pass(self.render_pass.raw)
-            .framebuffer(self.framebuffers.of(image))
-            .render_area(area);
-        // SAFETY: `cmd` is being recorded outside a render pass; pass and framebuffer belong together.
-        unsafe { self.device.raw.cmd_begin_render_pass(cmd, &begin, vk::SubpassContents::INLINE) };
-        self.screen.record_over(&self.device, cmd, area, *set);
-        // SAFETY: begun above.
-        unsafe { self.device.raw.cmd_end_render_pass(cmd) };
+        self.pass.record(cmd, image, |area| self.screen.record_over(&self.pass.device, cmd, area, *set));
     }
 }
 

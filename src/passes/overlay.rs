@@ -9,15 +9,13 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::screen::{over, sampled_bindings, sampled_set, stages};
+use super::screen::{WindowPass, over, sampled_bindings, sampled_set, stages};
 use super::{COLOR_BLEND, First, How, Pass, Place, Presence, Resource, SAMPLED, Touch, needed, shown};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Image, ImageDesc, Location,
-    MemoryKind, Owned, RenderPass, Sampler, SetLayout, SubpassDesc, UploadOrder, Uploader, framebuffer,
-    pipeline_layout, sync::Use,
+    MemoryKind, Owned, Sampler, SetLayout, UploadOrder, Uploader, pipeline_layout, sync::Use,
 };
 use crate::shaders::overlay::{self as shader, Flags, constants};
-use crate::targets::Framebuffers;
 
 /// Blends over the picture, which it reads and writes as an attachment.
 pub const BLEND: Use = COLOR_BLEND;
@@ -98,11 +96,7 @@ const PUSH_STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::VERTEX;
 
 /// The pass, its pipeline, and what it draws with.
 pub struct Overlay {
-    device: Arc<Device>,
-    format: vk::Format,
-    render_pass: RenderPass,
-    framebuffers: Framebuffers,
-    extent: vk::Extent2D,
+    pass: WindowPass,
     pipeline: Owned<vk::Pipeline>,
     layout: Owned<vk::PipelineLayout>,
     set_layout: SetLayout,
@@ -135,30 +129,13 @@ impl Overlay {
         uploads: UploadOrder,
         in_flight: usize,
     ) -> gpu::Result<Self> {
-        let layout_of = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
-        let attachment = vk::AttachmentDescription::default()
-            .format(format)
-            .samples(vk::SampleCountFlags::TYPE_1)
-            .load_op(vk::AttachmentLoadOp::LOAD)
-            .store_op(vk::AttachmentStoreOp::STORE)
-            .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
-            .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
-            // Barriers around the pass change the layout: rows of the table.
-            .initial_layout(layout_of)
-            .final_layout(layout_of);
-        let color = [vk::AttachmentReference { attachment: 0, layout: layout_of }];
-        let subpass = SubpassDesc { color: &color, ..SubpassDesc::default() };
-        let render_pass = RenderPass::new(device, "overlay pass", &[attachment], &[subpass], &[])?;
+        let pass = WindowPass::new(device, "overlay", format, vk::AttachmentLoadOp::LOAD)?;
         let set_layout = SetLayout::new(device, "overlay set layout", &sampled_bindings())?;
         let range = vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<Push>() as u32 };
         let layout = pipeline_layout(device, "overlay layout", &[set_layout.raw], &[range])?;
-        let pipeline = pipeline(device, layout.raw, render_pass.raw, encodes)?;
+        let pipeline = pipeline(device, layout.raw, pass.render_pass.raw, encodes)?;
         Ok(Self {
-            device: Arc::clone(device),
-            format,
-            render_pass,
-            framebuffers: Framebuffers(Vec::new()),
-            extent: vk::Extent2D::default(),
+            pass,
             pipeline,
             layout,
             set_layout,
@@ -171,16 +148,12 @@ impl Overlay {
 
     /// That of the images that it draws into.
     pub fn format(&self) -> vk::Format {
-        self.format
+        self.pass.format
     }
 
     /// Draws into these images from now on.
     pub fn resize(&mut self, images: &[vk::ImageView], extent: vk::Extent2D) -> gpu::Result<()> {
-        let one = |view: &vk::ImageView| {
-            framebuffer(&self.device, "overlay framebuffer", self.render_pass.raw, &[*view], extent)
-        };
-        (self.framebuffers, self.extent) = (Framebuffers(images.iter().map(one).collect::<gpu::Result<_>>()?), extent);
-        Ok(())
+        self.pass.resize(images, extent)
     }
 
     /// Takes over what a frame in flight shows. The frame that used its buffers before must be done.
@@ -198,7 +171,7 @@ impl Overlay {
             let buffer = |what: &str, bytes: &[u8], usage| {
                 let name = format!("overlay {what} of frame {frame}");
                 let size = (bytes.len() as u64).next_power_of_two().max(1 << 16);
-                Buffer::new(&self.device, &name, size, usage, Location::Upload, MemoryKind::Geometry)
+                Buffer::new(&self.pass.device, &name, size, usage, Location::Upload, MemoryKind::Geometry)
             };
             self.buffers[frame] = Some(Buffers {
                 vertices: buffer("vertices", vertices, vk::BufferUsageFlags::VERTEX_BUFFER)?,
@@ -219,7 +192,7 @@ impl Overlay {
             return Ok(());
         }
         let bytes: usize = textures.iter().map(|texture| texture.rgba.len()).sum();
-        let mut uploader = Uploader::new(&self.device, 2 * bytes as u64, self.uploads)?;
+        let mut uploader = Uploader::new(&self.pass.device, 2 * bytes as u64, self.uploads)?;
         let mut bound = Vec::new();
         for texture in textures {
             let [width, height] = texture.size;
@@ -233,7 +206,7 @@ impl Overlay {
                 kind: MemoryKind::Texture,
                 ..ImageDesc::default()
             };
-            let image = Image::new(&self.device, &desc)?;
+            let image = Image::new(&self.pass.device, &desc)?;
             uploader.texture(&image, &texture.rgba)?;
             bound.push((texture.id, self.bind(image)?));
         }
@@ -243,32 +216,24 @@ impl Overlay {
     }
 
     fn bind(&self, image: Image) -> gpu::Result<Bound> {
-        let (pool, set) = sampled_set(&self.device, "overlay", &self.set_layout, image.view, &self.sampler)?;
+        let (pool, set) = sampled_set(&self.pass.device, "overlay", &self.set_layout, image.view, &self.sampler)?;
         Ok(Bound { set, _pool: pool, _image: image })
     }
 
     /// Begins the render pass over one of its images, draws what [`Overlay::write`] took over for this frame, and ends it.
     pub fn record(&self, cmd: vk::CommandBuffer, image: usize, frame: usize, panels: &Panels) {
-        let gpu = &self.device.raw;
-        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: self.extent };
-        let begin = vk::RenderPassBeginInfo::default()
-            .render_pass(self.render_pass.raw)
-            .framebuffer(self.framebuffers.of(image))
-            .render_area(area);
-        self.device.begin_label(cmd, "OVERLAY");
-        // SAFETY: `cmd` is being recorded outside a render pass; pass and framebuffer belong together.
-        unsafe { gpu.cmd_begin_render_pass(cmd, &begin, vk::SubpassContents::INLINE) };
-        if let Some(buffers) = &self.buffers[frame] {
-            self.draw(cmd, buffers, panels);
-        }
-        // SAFETY: begun above.
-        unsafe { gpu.cmd_end_render_pass(cmd) };
-        self.device.end_label(cmd);
+        self.pass.device.begin_label(cmd, "OVERLAY");
+        self.pass.record(cmd, image, |_| {
+            if let Some(buffers) = &self.buffers[frame] {
+                self.draw(cmd, buffers, panels);
+            }
+        });
+        self.pass.device.end_label(cmd);
     }
 
     fn draw(&self, cmd: vk::CommandBuffer, buffers: &Buffers, panels: &Panels) {
-        let (gpu, layout) = (&self.device.raw, self.layout.raw);
-        let [width, height] = [self.extent.width, self.extent.height].map(|edge| edge as f32);
+        let (gpu, layout) = (&self.pass.device.raw, self.layout.raw);
+        let [width, height] = [self.pass.extent.width, self.pass.extent.height].map(|edge| edge as f32);
         let viewport = vk::Viewport { width, height, max_depth: 1.0, ..vk::Viewport::default() };
         let push = Push { scale: [width, height].map(|edge| 2.0 * panels.pixels_per_point / edge) };
         let graphics = vk::PipelineBindPoint::GRAPHICS;

@@ -6,10 +6,11 @@ use ash::vk;
 
 use super::{Recording, Slot};
 use crate::gpu::{
-    self, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, Sampler, SetLayout,
-    SetLayoutBinding, SetWriter, ShaderStage, binding, pipeline_layout,
+    self, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, RenderPass, Sampler,
+    SetLayout, SetLayoutBinding, SetWriter, ShaderStage, SubpassDesc, binding, framebuffer, pipeline_layout,
 };
 use crate::shaders::Variant;
+use crate::targets::Framebuffers;
 
 /// A full-screen pass, before it exists.
 pub struct ScreenDesc<'a> {
@@ -145,6 +146,65 @@ fn input_set(
     }
     writer.update(device, set);
     Ok(set)
+}
+
+/// A render pass of its own over images of the swapchain, for what a frame of a window has after its picture. Images are drawn into in the layout
+/// in which they lie before and after it: barriers around the pass change that, rows of the table.
+pub struct WindowPass {
+    pub device: Arc<Device>,
+    pub format: vk::Format,
+    pub render_pass: RenderPass,
+    pub extent: vk::Extent2D,
+    name: &'static str,
+    framebuffers: Framebuffers,
+}
+
+impl WindowPass {
+    /// For images of this format, of whose content `load` says what becomes.
+    pub fn new(
+        device: &Arc<Device>,
+        name: &'static str,
+        format: vk::Format,
+        load: vk::AttachmentLoadOp,
+    ) -> gpu::Result<Self> {
+        let layout = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
+        let attachment = vk::AttachmentDescription::default()
+            .format(format)
+            .samples(vk::SampleCountFlags::TYPE_1)
+            .load_op(load)
+            .store_op(vk::AttachmentStoreOp::STORE)
+            .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
+            .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
+            .initial_layout(layout)
+            .final_layout(layout);
+        let color = [vk::AttachmentReference { attachment: 0, layout }];
+        let subpass = SubpassDesc { color: &color, ..SubpassDesc::default() };
+        let render_pass = RenderPass::new(device, &format!("{name} pass"), &[attachment], &[subpass], &[])?;
+        let (framebuffers, extent) = (Framebuffers(Vec::new()), vk::Extent2D::default());
+        Ok(Self { device: Arc::clone(device), format, render_pass, extent, name, framebuffers })
+    }
+
+    /// Draws into these images from now on, all of one size.
+    pub fn resize(&mut self, images: &[vk::ImageView], extent: vk::Extent2D) -> gpu::Result<()> {
+        let name = format!("{} framebuffer", self.name);
+        let one = |view: &vk::ImageView| framebuffer(&self.device, &name, self.render_pass.raw, &[*view], extent);
+        (self.framebuffers, self.extent) = (Framebuffers(images.iter().map(one).collect::<gpu::Result<_>>()?), extent);
+        Ok(())
+    }
+
+    /// Begins the render pass over an image, draws into this area, and ends it.
+    pub fn record(&self, cmd: vk::CommandBuffer, image: usize, draw: impl FnOnce(vk::Rect2D)) {
+        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: self.extent };
+        let begin = vk::RenderPassBeginInfo::default()
+            .render_pass(self.render_pass.raw)
+            .framebuffer(self.framebuffers.of(image))
+            .render_area(area);
+        // SAFETY: `cmd` is being recorded outside a render pass; pass and framebuffer belong together.
+        unsafe { self.device.raw.cmd_begin_render_pass(cmd, &begin, vk::SubpassContents::INLINE) };
+        draw(area);
+        // SAFETY: begun above.
+        unsafe { self.device.raw.cmd_end_render_pass(cmd) };
+    }
 }
 
 /// The kinds of descriptors of a set that is sampled from: the image, and how.
