@@ -24,9 +24,6 @@ pub struct Targets {
 
 impl Targets {
     /// `usage` says how the frame's passes use a target.
-    ///
-    /// # Errors
-    /// When there is no memory for them.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,

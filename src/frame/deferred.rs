@@ -214,9 +214,6 @@ impl Deferred {
     }
 
     /// Makes everything that the plan has, once.
-    ///
-    /// # Errors
-    /// When the device lacks the memory or cannot compile a pipeline.
     pub fn new(parts: &FrameParts) -> gpu::Result<Self> {
         let &FrameParts { device, plan, frame_layout, scene, .. } = parts;
         let passes = RenderPasses::new(parts)?;
@@ -253,9 +250,6 @@ impl Deferred {
     }
 
     /// Makes anew what has the size of the picture: attachments, framebuffers, and the sets that name them.
-    ///
-    /// # Errors
-    /// When the device lacks the memory.
     pub fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
         let &FrameParts { device, plan, .. } = parts;
         self.passes.resize(parts)?;

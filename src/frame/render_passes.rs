@@ -82,9 +82,6 @@ impl RenderPasses {
     }
 
     /// Makes the images and framebuffers anew, which have the size of the picture.
-    ///
-    /// # Errors
-    /// When the device lacks the memory.
     pub fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
         let &FrameParts { device, plan, swapchain, .. } = parts;
         self.targets = Targets::new(device, plan, |target| self.list.usage(plan, target))?;

@@ -93,9 +93,6 @@ impl TiledFrame {
     }
 
     /// Makes everything that the plan has, once.
-    ///
-    /// # Errors
-    /// When the device lacks the memory or cannot compile a pipeline.
     pub fn new(parts: &FrameParts) -> gpu::Result<Self> {
         let &FrameParts { device, plan, edges, frame_layout, scene, world, .. } = parts;
         let passes = RenderPasses::new(parts)?;
@@ -108,9 +105,6 @@ impl TiledFrame {
     }
 
     /// Makes anew what has the size of the picture: attachments, framebuffers, and the set that names them.
-    ///
-    /// # Errors
-    /// When the device lacks the memory.
     pub fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
         self.passes.resize(parts)?;
         let stored = self.passes.inputs(&tiled::PASS, parts.plan);

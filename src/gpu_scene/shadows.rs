@@ -67,9 +67,6 @@ pub struct ShadowAtlas {
 
 impl ShadowAtlas {
     /// An empty atlas, which any stage that shades can read.
-    ///
-    /// # Errors
-    /// When the device has no memory for it.
     pub fn new(
         device: &Arc<Device>,
         plan: &ShadowPlan,
@@ -129,9 +126,6 @@ impl ShadowAtlas {
     }
 
     /// Writes what lies where, relative to the camera. The frame that used the buffer before must be done.
-    ///
-    /// # Errors
-    /// When mapped memory cannot be flushed.
     pub fn write(&self, frame: usize, visible: &Visible, camera: &Camera) -> gpu::Result<()> {
         let records: Vec<ShadowRecord> = visible
             .shadows

@@ -17,9 +17,6 @@ pub struct SortedIndices {
 
 impl SortedIndices {
     /// With room for all that may be seen; `None` where nothing is sorted.
-    ///
-    /// # Errors
-    /// When the device has no memory for it.
     pub fn new(device: &Arc<Device>, index: usize, plan: &FramePlan) -> gpu::Result<Option<Self>> {
         let Some(width) = plan.meshes.sorted_width else { return Ok(None) };
         let name = format!("sorted indices of frame {index}");
@@ -34,9 +31,6 @@ impl SortedIndices {
     }
 
     /// Writes this frame's order. The frame that used the buffer before must be done.
-    ///
-    /// # Errors
-    /// When mapped memory cannot be flushed.
     pub fn write(&self, indices: &[u32]) -> gpu::Result<()> {
         match self.width {
             // No transparent mesh has a vertex of a higher number.

@@ -151,9 +151,6 @@ pub struct VolumeData {
 }
 
 /// Set 0 of every pass: the frame, the lights where the plan has any, and what its light path reads besides.
-///
-/// # Errors
-/// When the device has no memory for it.
 pub fn set_layout(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Owned<vk::DescriptorSetLayout>> {
     let everywhere = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT | vk::ShaderStageFlags::COMPUTE;
     let mut bindings = vec![binding(0, vk::DescriptorType::UNIFORM_BUFFER, everywhere)];
@@ -202,8 +199,6 @@ pub struct ViewBuffers {
 }
 
 impl ViewBuffers {
-    /// # Errors
-    /// When the device has no memory for it.
     pub fn new(
         device: &Arc<Device>,
         index: usize,

@@ -9,21 +9,10 @@ use crate::scene::{
     OptionalPart, Output, Resolve, Scene, Settings, TargetChoice, Texture, TextureSlot, Transparency, View,
 };
 
-pub const VIEWS: [View; 13] = [
-    View::Final,
-    View::Position,
-    View::Normal,
-    View::NormalAbsolute,
-    View::Albedo,
-    View::Metallic,
-    View::Roughness,
-    View::Depth,
-    View::ShadowMap,
-    View::Lighting,
-    View::Overdraw,
-    View::LightsPerPixel,
-    View::Triangle,
-];
+/// All but that of what several samples differ in.
+pub fn views() -> impl Iterator<Item = View> {
+    View::NAMES.iter().map(|&(_, view)| view).filter(|&view| view != View::Complexity)
+}
 
 /// The default settings, but with a G-buffer for plain scenes as well, which `auto` would light as they are drawn.
 pub fn deferred() -> Settings {
@@ -246,8 +235,7 @@ pub fn plans() -> Vec<(String, FramePlan)> {
     let mut plans = Vec::new();
     for (scene_name, scene) in scenes() {
         for (layout, gbuffer) in gbuffers() {
-            for (view, output) in
-                VIEWS.into_iter().flat_map(|view| Output::NAMES.iter().map(move |&(_, output)| (view, output)))
+            for (view, output) in views().flat_map(|view| Output::NAMES.iter().map(move |&(_, output)| (view, output)))
             {
                 for (device_name, device) in [("able", device()), ("plain", plain)] {
                     let transparency = if device.lazily_allocated { Transparency::Oit } else { Transparency::Sorted };
@@ -274,35 +262,30 @@ pub fn tiled_plans() -> Vec<(String, FramePlan)> {
 
 /// Plans without a G-buffer: both paths, with and without what is drawn before and after FORWARD.
 pub fn forward_plans() -> Vec<(String, FramePlan)> {
-    let mut plans = light_paths(FramePlan::is_forward);
-    for (scene_name, scene) in scenes() {
-        for (name, settings) in [
-            ("without pre-pass", Settings { depth_prepass: Some(false), ..Settings::default() }),
-            ("oit", Settings { transparency: Transparency::Oit, ..Settings::default() }),
-            ("oit in nits", Settings { transparency: Transparency::Oit, output: Output::Nits, ..Settings::default() }),
-            ("fxaa", Settings { fxaa: true, ..Settings::default() }),
-            ("fxaa without pre-pass", Settings { fxaa: true, depth_prepass: Some(false), ..Settings::default() }),
-            ("light", Settings { view: View::Lighting, ..Settings::default() }),
-            ("4 samples", Settings { samples: 4, ..Settings::default() }),
-            ("msaa", Settings { msaa: 4, ..Settings::default() }),
-            ("msaa, averaged light", Settings { msaa: 4, resolve: Resolve::Linear, ..Settings::default() }),
-            ("msaa in nits", Settings { msaa: 4, output: Output::Nits, ..Settings::default() }),
-            ("msaa exposed", Settings { msaa: 4, output: Output::Exposed, ..Settings::default() }),
-            ("exposed", Settings { output: Output::Exposed, ..Settings::default() }),
-            ("msaa and fxaa", Settings { msaa: 4, fxaa: true, ..Settings::default() }),
-            ("msaa without pre-pass", Settings { msaa: 4, depth_prepass: Some(false), ..Settings::default() }),
-            ("msaa and oit", Settings { msaa: 4, transparency: Transparency::Oit, ..Settings::default() }),
-            (
-                "msaa and oit in nits",
-                Settings { msaa: 4, transparency: Transparency::Oit, output: Output::Nits, ..Settings::default() },
-            ),
-        ] {
-            let settings = Settings { light_path: LightPath::Forward, ..settings };
-            let plan = FramePlan::of(&scene, &settings, &device());
-            let name = format!("{scene_name} forward {name}");
-            plans.push((name.clone(), plan.unwrap_or_else(|error| panic!("{name}: {error}"))));
-        }
-    }
+    let cases = [
+        ("without pre-pass", Settings { depth_prepass: Some(false), ..Settings::default() }),
+        ("oit", Settings { transparency: Transparency::Oit, ..Settings::default() }),
+        ("oit in nits", Settings { transparency: Transparency::Oit, output: Output::Nits, ..Settings::default() }),
+        ("fxaa", Settings { fxaa: true, ..Settings::default() }),
+        ("fxaa without pre-pass", Settings { fxaa: true, depth_prepass: Some(false), ..Settings::default() }),
+        ("light", Settings { view: View::Lighting, ..Settings::default() }),
+        ("4 samples", Settings { samples: 4, ..Settings::default() }),
+        ("msaa", Settings { msaa: 4, ..Settings::default() }),
+        ("msaa, averaged light", Settings { msaa: 4, resolve: Resolve::Linear, ..Settings::default() }),
+        ("msaa in nits", Settings { msaa: 4, output: Output::Nits, ..Settings::default() }),
+        ("msaa exposed", Settings { msaa: 4, output: Output::Exposed, ..Settings::default() }),
+        ("exposed", Settings { output: Output::Exposed, ..Settings::default() }),
+        ("msaa and fxaa", Settings { msaa: 4, fxaa: true, ..Settings::default() }),
+        ("msaa without pre-pass", Settings { msaa: 4, depth_prepass: Some(false), ..Settings::default() }),
+        ("msaa and oit", Settings { msaa: 4, transparency: Transparency::Oit, ..Settings::default() }),
+        (
+            "msaa and oit in nits",
+            Settings { msaa: 4, transparency: Transparency::Oit, output: Output::Nits, ..Settings::default() },
+        ),
+    ];
+    let forward =
+        |(name, settings)| (format!("forward {name}"), Settings { light_path: LightPath::Forward, ..settings });
+    let plans = [light_paths(FramePlan::is_forward), of_scenes(&cases.map(forward))].concat();
     assert!(plans.iter().all(|(_, plan)| plan.is_forward()));
     plans
 }
@@ -332,18 +315,23 @@ fn light_paths(wanted: impl Fn(&FramePlan) -> bool) -> Vec<(String, FramePlan)> 
 
 /// Plans of several frames a picture, and of FXAA.
 fn antialiased() -> Vec<(String, FramePlan)> {
+    of_scenes(&[
+        ("4 samples", Settings { samples: 4, ..deferred() }),
+        ("4 samples of light", Settings { samples: 4, view: View::Lighting, ..deferred() }),
+        ("4 linear samples", Settings { samples: 4, output: Output::Nits, ..deferred() }),
+        ("4 exposed samples", Settings { samples: 4, output: Output::Exposed, ..deferred() }),
+        ("fxaa", Settings { fxaa: true, ..deferred() }),
+        ("fxaa of light", Settings { fxaa: true, view: View::Lighting, ..deferred() }),
+    ])
+}
+
+/// A plan of each scene with each of these settings.
+fn of_scenes(all: &[(impl std::fmt::Display, Settings)]) -> Vec<(String, FramePlan)> {
     let mut plans = Vec::new();
     for (scene_name, scene) in scenes() {
-        for (name, settings) in [
-            ("4 samples", Settings { samples: 4, ..deferred() }),
-            ("4 samples of light", Settings { samples: 4, view: View::Lighting, ..deferred() }),
-            ("4 linear samples", Settings { samples: 4, output: Output::Nits, ..deferred() }),
-            ("4 exposed samples", Settings { samples: 4, output: Output::Exposed, ..deferred() }),
-            ("fxaa", Settings { fxaa: true, ..deferred() }),
-            ("fxaa of light", Settings { fxaa: true, view: View::Lighting, ..deferred() }),
-        ] {
+        for (name, settings) in all {
             let name = format!("{scene_name} {name}");
-            let plan = FramePlan::of(&scene, &settings, &device());
+            let plan = FramePlan::of(&scene, settings, &device());
             plans.push((name.clone(), plan.unwrap_or_else(|error| panic!("{name}: {error}"))));
         }
     }
@@ -352,42 +340,37 @@ fn antialiased() -> Vec<(String, FramePlan)> {
 
 /// Plans of several samples a pixel: all scenes, layouts of floats, outputs, ways to resolve, and the view that goes with it.
 fn multisampled() -> Vec<(String, FramePlan)> {
-    let mut plans = Vec::new();
-    for (scene_name, scene) in scenes() {
-        for (layout, gbuffer) in gbuffers().into_iter().filter(|(layout, _)| !layout.contains("uint")) {
-            for (view, light_path) in [
-                (View::Final, LightPath::Loop),
-                (View::Final, LightPath::Clustered),
-                (View::Lighting, LightPath::Auto),
-                (View::Complexity, LightPath::Auto),
+    let mut cases = Vec::new();
+    for (layout, gbuffer) in gbuffers().into_iter().filter(|(layout, _)| !layout.contains("uint")) {
+        for (view, light_path) in [
+            (View::Final, LightPath::Loop),
+            (View::Final, LightPath::Clustered),
+            (View::Lighting, LightPath::Auto),
+            (View::Complexity, LightPath::Auto),
+        ] {
+            for (output, resolve) in [
+                (Output::Srgb8, Resolve::ToneMapped),
+                (Output::Srgb8, Resolve::Linear),
+                (Output::Nits, Resolve::Linear),
+                (Output::Exposed, Resolve::ToneMapped),
+                (Output::Exposed, Resolve::Linear),
             ] {
-                for (output, resolve) in [
-                    (Output::Srgb8, Resolve::ToneMapped),
-                    (Output::Srgb8, Resolve::Linear),
-                    (Output::Nits, Resolve::Linear),
-                    (Output::Exposed, Resolve::ToneMapped),
-                    (Output::Exposed, Resolve::Linear),
-                ] {
-                    let settings = Settings {
-                        msaa: 4,
-                        fxaa: !output.is_linear() && view == View::Lighting,
-                        gbuffer,
-                        view,
-                        light_path,
-                        output,
-                        resolve,
-                        ..Settings::default()
-                    };
-                    let name = format!("{scene_name} {layout} msaa {view:?} {light_path} {resolve} {output}");
-                    for transparency in [Transparency::Sorted, Transparency::Oit] {
-                        let settings = Settings { transparency, ..settings.clone() };
-                        let name = format!("{name} {transparency}");
-                        let plan = FramePlan::of(&scene, &settings, &device());
-                        plans.push((name.clone(), plan.unwrap_or_else(|error| panic!("{name}: {error}"))));
-                    }
+                let settings = Settings {
+                    msaa: 4,
+                    fxaa: !output.is_linear() && view == View::Lighting,
+                    gbuffer,
+                    view,
+                    light_path,
+                    output,
+                    resolve,
+                    ..Settings::default()
+                };
+                let name = format!("{layout} msaa {view:?} {light_path} {resolve} {output}");
+                for transparency in [Transparency::Sorted, Transparency::Oit] {
+                    cases.push((format!("{name} {transparency}"), Settings { transparency, ..settings.clone() }));
                 }
             }
         }
     }
-    plans
+    of_scenes(&cases)
 }

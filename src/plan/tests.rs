@@ -72,7 +72,7 @@ fn shadows_follow_the_settings_and_the_view() {
     assert_eq!(plan_with(&sunlit, &shadows(false, 512)).shadow, None);
     // A size that nothing uses cannot be wrong.
     assert_eq!(plan_with(&sunlit, &shadows(false, 0)).shadow, None);
-    for seen in samples::VIEWS {
+    for seen in samples::views() {
         let shows = matches!(seen, View::Final | View::Lighting | View::ShadowMap);
         assert_eq!(view(&sunlit, seen).shadow.is_some(), shows, "{seen:?}");
     }
@@ -156,7 +156,7 @@ fn emissive_light_that_is_not_drawn_or_not_shown_is_left_out() {
     let black = Material { emissive_texture: Some(0), ..material(CT) };
     assert!(!plan(&scene(vec![black], vec![sky()])).emissive);
     let glowing = scene(vec![emissive()], vec![sun()]);
-    for seen in samples::VIEWS {
+    for seen in samples::views() {
         let plan = view(&glowing, seen);
         assert_eq!(plan.emissive, seen == View::Final, "{seen:?}");
         assert_eq!(plan.hdr.is_some(), seen == View::Final, "{seen:?}");
@@ -473,7 +473,7 @@ fn sampled(plan: &FramePlan, slot: TextureSlot) -> bool {
 #[test]
 fn views_have_lights_only_where_they_show_them() {
     let lit = scene(vec![material(CT)], vec![sun(), point(Falloff::Quadratic)]);
-    for seen in samples::VIEWS {
+    for seen in samples::views() {
         let shows = matches!(seen, View::Final | View::Lighting | View::LightsPerPixel);
         assert_eq!(view(&lit, seen).lights.any(), shows, "{seen:?}");
     }
