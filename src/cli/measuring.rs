@@ -138,7 +138,7 @@ pub fn truths(
     let settings = base.decide();
     let view = reference::View { camera, size: settings.size };
     let pixels = u64::from(settings.size[0]) * u64::from(settings.size[1]);
-    let bar = |what: &str, count| progress::bar(format!("{}: {what}", bars.what), count, bars.quiet);
+    let bar = |what: &str, count| progress::shares(format!("{}: {what}", bars.what), count, bars.quiet);
     let shown = [bar("truth", pixels), bar("converged truth", pixels * u64::from(samples))];
     let tell = |what: &str, done, _| shown[usize::from(what == Truths::CONVERGED)].at(done);
     let truths = Truths::of(&workload.scene, &view, &settings, samples, &tell)?;
@@ -174,9 +174,11 @@ impl Bars {
         self.shown = None;
     }
 
-    /// How far a run has come.
+    /// How far a run has come. Off a terminal that is a line for each step, which names its points.
     pub fn step(&mut self, step: Step) {
         let what = format!("{}: {}", self.what, step.what);
+        let now = if step.now.is_empty() { "default" } else { step.now };
+        progress::line(&format!("{what} {}/{}: {now}", step.done + 1, step.total.max(1)), self.quiet);
         if self.shown.as_ref().is_none_or(|(shown, _)| *shown != what) {
             // The old one goes before the new one comes.
             self.shown = None;

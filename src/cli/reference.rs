@@ -148,7 +148,7 @@ fn compute(args: &Args, reference: &Reference, view: &View, options: &Options) -
         Mode::Point => 1,
         Mode::Converged { samples } => u64::from(samples),
     };
-    let bar = progress::bar("samples".into(), pixels * samples, args.quiet);
+    let bar = progress::shares(format!("{}: samples", args.scene), pixels * samples, args.quiet);
     let tell = |done: u64, _: u64| bar.at(done);
     match Cache::of_user().filter(|_| !args.no_cache) {
         Some(cache) => cache.render(reference, view, options, &tell),

@@ -24,6 +24,8 @@ const BATCH_BYTES: u64 = 768 << 20;
 pub struct Step<'a> {
     /// As "pictures" or "times".
     pub what: &'a str,
+    /// The points that it is about, by their names.
+    pub now: &'a str,
     pub done: usize,
     pub total: usize,
 }
@@ -95,7 +97,7 @@ impl Run<'_> {
             if measured.drawn.contains_key(&point) || measured.failed.contains_key(&point) {
                 continue;
             }
-            (self.watch)(Step { what: "pictures", done, total: self.own.len() });
+            (self.watch)(Step { what: "pictures", now: &point, done, total: self.own.len() });
             let record = match meter.draw(&self.sweep.points[index]) {
                 Ok(drawn) => Record::Drawn { scene, point, drawn },
                 Err(error) if index != 0 && error.is_of_point() => {
@@ -127,7 +129,8 @@ impl Run<'_> {
             batches.push(Vec::new());
         }
         for batch in batches {
-            (self.watch)(Step { what, done, total });
+            let names: Vec<String> = batch.iter().map(|&index| self.name(index)).collect();
+            (self.watch)(Step { what, now: &names.join(", "), done, total });
             done += batch.len();
             match self.time_batch(meter, &batch, confirms, &mut random) {
                 // Together they are too much; what is too much alone as well is left out.
