@@ -2,6 +2,9 @@
 //! the truth for what they cost.
 
 // Hidden is what only the program needs: it changes with its pages and files.
+#[cfg(feature = "report")]
+#[doc(hidden)]
+pub mod advice;
 #[doc(hidden)]
 pub mod graph;
 #[cfg(feature = "report")]

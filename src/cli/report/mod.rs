@@ -35,14 +35,15 @@ use files::Folder;
 Examples:
   afterlight report builtin:hall -o report --quick
   afterlight report sponza.obj builtin:spheres -o report --size 640x360
-  afterlight report builtin:hall -o report --families shadow-size,samples
+  afterlight report builtin:hall -o report --families shadow-size,samples --all
   afterlight report builtin:hall -o part2 --shard 2/4
   afterlight report --merge part1 part2 part3 part4 -o report
   afterlight report builtin:spheres -o report --quick --json - | jq .machine
 
 The folder gets report.html, report.json, report.csv and pictures. A run that was
 broken off goes on when the same command is given again.
-docs/REPORT.md says what is measured, and how.")]
+docs/REPORT.md says what is measured, and how; docs/FLIP.md shows what an error
+looks like.")]
 pub struct Args {
     /// The scenes, each an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
     #[arg(required_unless_present = "merge", value_name = "SCENE")]
@@ -67,6 +68,9 @@ pub struct Args {
         conflicts_with_all = ["scenes", "families", "shard", "restart", "MeasuringArgs", "SettingsArgs", "DeviceArgs"]
     )]
     merge: Vec<PathBuf>,
+    /// Print every point that was measured, and not only the front
+    #[arg(long)]
+    all: bool,
     /// Forget what the folder holds of another or an older report
     #[arg(long)]
     restart: bool,
@@ -194,7 +198,9 @@ fn attribute(args: &Args, index: usize, meter: &DeviceMeter, journal: &mut Journ
     if journal.scenes[index].attribution.is_some() || args.shard.is_some_and(|shard| shard.index > 1) {
         return Ok(());
     }
-    let _spinner = progress::loading("the parts of the error", args.quiet);
+    let what = "the parts of the error";
+    let _spinner = progress::loading(what, args.quiet);
+    progress::line(&format!("{}: {what}", args.scenes[index]), args.quiet);
     let all = Limits::default();
     let limits = if args.measuring.quick { Limits { pixels: all.pixels * 3 / 10, shadowed_lights: 4 } } else { all };
     let attribution = meter.attribution(&limits)?;
@@ -229,7 +235,7 @@ fn finish(args: &Args, folder: &Folder, report: Report) -> Result<(), Failure> {
     folder.write(&report)?;
     let on_stdout = args.json.as_ref().is_some_and(Sink::is_stdout);
     if !args.quiet {
-        output::print(&text::of(&report, args.metric, folder.path()), on_stdout)?;
+        output::print(&text::of(&report, args.metric, args.all, folder.path()), on_stdout)?;
     }
     match &args.json {
         Some(sink) => sink.write(output::json(&report)?.as_bytes()),

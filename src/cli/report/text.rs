@@ -3,23 +3,25 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use afterlight::report::advice::{self, Advice, Reason};
 use afterlight::report::sweep::assemble::default_on_front;
-use afterlight::report::sweep::model::{Against, Metric, Report, SceneReport};
+use afterlight::report::sweep::model::{Against, Front, Metric, Report, SceneReport};
 
 use crate::cli::table::{Table, bytes, milliseconds};
 
 /// Each scene's front by this metric against the converged truth, and where the settings as given lie.
-pub fn of(report: &Report, metric: Metric, folder: &Path) -> String {
+/// `all`: the table has every point, and not only the front.
+pub fn of(report: &Report, metric: Metric, all: bool, folder: &Path) -> String {
     let machine = &report.machine;
     let mut text = format!("{} ({}), {}\n", machine.device, machine.driver, machine.cpu);
     for scene in &report.scenes {
-        let _ = write!(text, "\n{}", scene_text(scene, metric));
+        let _ = write!(text, "\n{}", scene_text(scene, metric, all));
     }
     let _ = writeln!(text, "\nAll of it: {}", folder.join("report.html").display());
     text
 }
 
-fn scene_text(scene: &SceneReport, metric: Metric) -> String {
+fn scene_text(scene: &SceneReport, metric: Metric, all: bool) -> String {
     let [width, height] = scene.size;
     let truth = &scene.truth;
     let mut text = format!(
@@ -35,11 +37,15 @@ fn scene_text(scene: &SceneReport, metric: Metric) -> String {
         text += "No front by this metric was sought: measure with this --metric, or without --quick.\n";
         return text;
     };
+    text += &advice_text(scene, front);
     let mut table = Table::with_figures_from(1);
     table.row(["settings", "a picture", "95%", "FLIP", "relMSE", "RMSE", "on the front", "memory"]);
     let is_on_it = |index: usize| front.points.contains(&index);
-    let given = (!is_on_it(scene.default)).then_some(scene.default);
-    for index in front.points.iter().copied().chain(given) {
+    let mut listed: Vec<usize> =
+        (0..scene.points.len()).filter(|&index| all || is_on_it(index) || index == scene.default).collect();
+    let time = |index: usize| scene.points[index].time.decisive().median;
+    listed.sort_by(|&a, &b| time(a).total_cmp(&time(b)));
+    for &index in &listed {
         let (point, errors) = (&scene.points[index], &scene.points[index].errors.converged);
         let time = point.time.decisive();
         let mark = if index == scene.default { " (as given)" } else { "" };
@@ -57,6 +63,21 @@ fn scene_text(scene: &SceneReport, metric: Metric) -> String {
         ]);
     }
     text += &table.render();
+    if let Some(more) = scene.points.len().checked_sub(listed.len()).filter(|&more| more > 0) {
+        let _ = writeln!(text, "{more} more points are off the front: --all lists them.");
+    }
     let _ = writeln!(text, "{}", default_on_front(scene, metric, Against::Converged));
+    text
+}
+
+/// The first paragraph: what to change, a line each.
+fn advice_text(scene: &SceneReport, front: &Front) -> String {
+    let advice = advice::of(scene, front);
+    let is_free = advice.iter().any(|one| one.reason == Reason::Free);
+    let mut text = if is_free { String::new() } else { format!("{}\n", advice::KEEP) };
+    for Advice { reason, point } in advice {
+        let gain = advice::gain(scene, front.metric, front.truth, point);
+        let _ = writeln!(text, "{}: `{}`: {gain}.", reason.text(), scene.points[point].name);
+    }
     text
 }

@@ -14,6 +14,12 @@ pub fn section() -> Markup {
                 strong { "Converged" } " truth averages many samples over each pixel, so that jagged edges count too, and mipmaps are                  compared with the mean that they stand for."
             }
             (metrics())
+            h3 id="flip" { "What an error looks like" }
+            p {
+                "A mean FLIP of 0.01 nobody sees. At 0.05 pictures look the same side by side; flipped between, textures far away and edges are a \
+                 little softer or rougher. At 0.1 materials or some shadows look different, if one knows where to look. At 0.3 it is another picture: a light or all \
+                 shadows are missing. " code { "docs/FLIP.md" } " of the program shows pictures, with the commands that draw and compare them."
+            }
             h3 { "How time was measured" }
             p {
                 "All settings take turns: blocks of pictures are drawn in a random order, over and over, so that a machine that gets warm or \

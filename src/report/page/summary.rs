@@ -3,7 +3,8 @@
 use maud::{Markup, html};
 
 use super::words::{self, less, number};
-use crate::report::sweep::model::{Against, Front, Metric, Point, SceneReport, TruthInfo};
+use crate::report::advice::{self, Advice, Reason};
+use crate::report::sweep::model::{Against, Front, Metric, Point, SceneReport, Standing, TruthInfo};
 
 /// An error below this multiple of the truth's noise cannot be told well.
 const NEAR_NOISE: f64 = 2.0;
@@ -23,7 +24,8 @@ pub fn paragraphs(scene: &SceneReport) -> Markup {
     };
     let (all, centres) = (&point.errors.converged, &point.errors.point);
     html! {
-        p.lead {
+        (advice(scene))
+        p {
             "With the default settings a picture takes " strong { (number(point.time.decisive().median)) " ms" }
             " (" (words::clock(scene)) "; 95%: " (number(point.time.decisive().low)) " to " (number(point.time.decisive().high))
             "). Against the converged truth it errs by " strong { (number(all.rmse)) " RMSE" } ", "
@@ -37,6 +39,24 @@ pub fn paragraphs(scene: &SceneReport) -> Markup {
     }
 }
 
+/// The first paragraph: what to change, by FLIP where that front was sought.
+fn advice(scene: &SceneReport) -> Markup {
+    let by_flip = super::front::in_order(scene).find(|front| front.metric == Metric::Flip);
+    let Some(front) = by_flip.or_else(|| super::front::in_order(scene).next()) else { return html! {} };
+    let advice = advice::of(scene, front);
+    html! {
+        p.lead {
+            @if !advice.iter().any(|one| one.reason == Reason::Free) { (advice::KEEP) " " }
+            @for Advice { reason, point } in &advice {
+                (reason.text()) ": " code { (scene.points[*point].name) } ": "
+                (advice::gain(scene, front.metric, front.truth, *point)) ". "
+            }
+            "Error here is " (front.metric.title()) ": "
+            a href="#flip" { "what it looks like" } "."
+        }
+    }
+}
+
 fn verdict(scene: &SceneReport, front: &Front, default: &Point) -> Markup {
     let error = |point: &Point| point.errors.against(front.truth).by(front.metric);
     let scope = html! { "By " (front.metric.title()) ", " (front.truth.title()) ": " };
@@ -44,8 +64,11 @@ fn verdict(scene: &SceneReport, front: &Front, default: &Point) -> Markup {
     let near_noise = noise(&scene.truth, front.metric, front.truth).filter(|noise| mine < NEAR_NOISE * noise);
     html! {
         li {
-            @if front.points.contains(&scene.default) {
-                span.pill.good { "on the front" }
+            @if front.standing(scene.default) != Standing::Off {
+                @match front.standing(scene.default) {
+                    Standing::On => span.pill.good { "on the front" },
+                    _ => span.pill { "not told" },
+                }
                 span {
                     (scope) "nothing measured is both faster and closer to the truth"
                     @if let Some(probability) = front.probability.get(scene.default) {

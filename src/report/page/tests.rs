@@ -2,7 +2,7 @@ use roxmltree::Document;
 
 use super::samples::{self, picture};
 use super::*;
-use crate::report::sweep::model::{Interval, Point};
+use crate::report::sweep::model::{Interval, Metric, Point};
 
 fn page(report: &Report) -> String {
     html(report, &picture)
@@ -173,6 +173,41 @@ fn a_default_off_the_front_is_told_with_what_beats_it() {
     let page = page_of(scene);
     assert!(page.contains("not on the front") && page.contains("less time and has"));
     assert!(!page.contains(">on the front<"));
+}
+
+#[test]
+fn the_first_paragraph_says_what_to_change() {
+    let mut scene = samples::scene("hall", 3);
+    let first = |scene: &SceneReport| {
+        let page = page_of(scene.clone());
+        let (_, section) = page.split_once("<section class=\"scene\"").expect("a scene");
+        let (_, lead) = section.split_once("<p class=\"lead\">").expect("a first paragraph");
+        lead.split_once("</p>").expect("its end").0.to_owned()
+    };
+    // No ratio of the sample is told apart from 1, and so nothing is faster; some are nearer to the truth.
+    let best = scene.fronts.iter().find(|front| front.metric == Metric::Flip).and_then(|front| front.points.last());
+    let best = *best.expect("a front");
+    assert!(first(&scene).starts_with("What to change: <code>"), "{}", first(&scene));
+    for front in &mut scene.fronts {
+        front.points = vec![scene.default, best];
+    }
+    let told = first(&scene);
+    assert!(told.contains(&format!("<code>{}</code>: the same time within noise", scene.points[best].name)), "{told}");
+    assert!(told.contains("<a href=\"#flip\">") && page_of(scene.clone()).contains("id=\"flip\""));
+    for front in &mut scene.fronts {
+        front.points = vec![scene.default];
+    }
+    assert!(first(&scene).starts_with("What to change: nothing."), "{}", first(&scene));
+}
+
+#[test]
+fn no_badge_says_on_the_front_below_an_even_probability() {
+    let mut scene = only_the_default();
+    for (front, probability) in scene.fronts.iter_mut().zip([0.49, 0.5, 0.2, 1.0]) {
+        front.probability = vec![probability];
+    }
+    let page = page_of(scene);
+    assert_eq!((page.matches(">on the front<").count(), page.matches(">not told<").count()), (2, 2));
 }
 
 fn only_the_default() -> SceneReport {

@@ -5,7 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::convergence;
 use super::families::{PlannedFamily, ordered};
 use super::journal::{Header, Measured, SceneInfo};
-use super::model::{Against, Family, Front, LAYOUT, LeftOut, Member, Metric, Point, Report, SceneReport, Shard};
+use super::model::{
+    Against, Family, Front, LAYOUT, LeftOut, Member, Metric, Point, Report, SceneReport, Shard, Standing,
+};
 use super::timing::{Anchor, PointTimes, Sample};
 use crate::measure::{front, front_probability};
 
@@ -147,11 +149,15 @@ pub fn default_on_front(scene: &SceneReport, metric: Metric, truth: Against) -> 
     };
     let coordinates = coordinates(&scene.points, metric, truth);
     let (time, error) = coordinates[scene.default];
-    if front.points.contains(&scene.default) {
-        return format!(
-            "The settings as given are on the front (with probability {:.2}).",
-            front.probability[scene.default]
-        );
+    let probability = front.probability[scene.default];
+    match front.standing(scene.default) {
+        Standing::On => return format!("The settings as given are on the front (with probability {probability:.2})."),
+        Standing::Perhaps => {
+            return format!(
+                "Whether the settings as given are on the front is not told: the probability is {probability:.2}."
+            );
+        }
+        Standing::Off => {}
     }
     if !error.is_finite() {
         return "The settings as given have pixels that are not finite: they are on no front.".into();
@@ -207,6 +213,21 @@ mod tests {
         assert!(!default_on_front(&report, Metric::RelMse, Against::Point).contains("scatter"));
         let slower = scene_report(&measured(1.01)).expect("measured");
         assert_eq!(slower.fronts[0].probability, [1.0, 1.0]);
+    }
+
+    #[test]
+    fn below_an_even_probability_nothing_is_said_to_be_on_the_front() {
+        let mut report = scene_report(&measured(1.5)).expect("measured");
+        let told = |report: &SceneReport| default_on_front(report, Metric::RelMse, Against::Point);
+        assert_eq!(told(&report), "The settings as given are on the front (with probability 1.00).");
+        let front = &mut report.fronts[0];
+        front.probability[0] = 0.49;
+        assert_eq!((front.standing(0), front.standing(1)), (Standing::Perhaps, Standing::On));
+        assert!(told(&report).contains("is not told: the probability is 0.49"), "{}", told(&report));
+        report.fronts[0].probability[0] = 0.5;
+        assert_eq!(report.fronts[0].standing(0), Standing::On);
+        report.fronts[0].points.retain(|&point| point != 0);
+        assert_eq!(report.fronts[0].standing(0), Standing::Off);
     }
 
     #[test]

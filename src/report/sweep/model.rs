@@ -255,6 +255,26 @@ pub struct Front {
     pub probability: Vec<f64>,
 }
 
+/// Where a point lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Standing {
+    /// On the front, more probably than not.
+    On,
+    /// On the front by the figures at hand, and more probably not.
+    Perhaps,
+    Off,
+}
+
+impl Front {
+    pub fn standing(&self, point: usize) -> Standing {
+        match self.probability.get(point) {
+            _ if !self.points.contains(&point) => Standing::Off,
+            Some(probability) if *probability < 0.5 => Standing::Perhaps,
+            _ => Standing::On,
+        }
+    }
+}
+
 /// Which part of the error comes from what, in exposed linear light.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Attribution {
