@@ -21,9 +21,6 @@ use super::table::{Table, bytes, milliseconds};
 use super::workload::{Workload, memory_table, milliseconds_since, plan_table};
 use super::{output, progress, session};
 
-/// Frames that make a picture where nothing else is said: edges look smooth from here on.
-const DEFAULT_SAMPLES: u32 = 8;
-
 /// Draw a scene into a picture
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
@@ -159,7 +156,8 @@ fn draw(
 
 /// The settings of the pictures.
 fn settings(args: &Args, workload: &Workload, device: &Device, view: Option<View>) -> Result<Settings, Failure> {
-    let variation = SettingsPatch { view, samples: Some(chosen_samples(args, workload)), ..SettingsPatch::default() };
+    let samples = workload.samples(args.samples, args.view.is_some());
+    let variation = SettingsPatch { view, samples: Some(samples), ..SettingsPatch::default() };
     let output = if args.output.format == Format::Exr { Output::Nits } else { Output::Srgb8 };
     Ok(Settings { output, ..workload.settings(&variation, &device.physical)? })
 }
@@ -189,22 +187,6 @@ fn costs(workload: &Workload, plan: &FramePlan, times: &Table, device: &Device, 
 fn quoted(name: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || ":/._-".contains(c);
     if name.chars().all(is_plain) { name.to_owned() } else { format!("\"{name}\"") }
-}
-
-/// The samples asked for: whoever says something of anti-aliasing first of the command line, `--settings` and the scene file. A view, or
-/// another kind of anti-aliasing or an effect on the finished picture, takes the place of the samples that those behind it say.
-fn chosen_samples(args: &Args, workload: &Workload) -> u32 {
-    let command_line = SettingsPatch { samples: args.samples, ..args.settings.said.clone() };
-    let chosen = |patch: &SettingsPatch, view: bool| {
-        let settings = patch.decide();
-        let other = view || patch.msaa.is_some_and(|msaa| msaa > 1) || settings.without_effects() != settings;
-        patch.samples.or(other.then_some(1))
-    };
-    let of_file = |patch: &SettingsPatch| chosen(patch, patch.view.is_some());
-    chosen(&command_line, args.view.is_some())
-        .or_else(|| of_file(&workload.settings_file))
-        .or_else(|| of_file(&workload.scene.settings))
-        .unwrap_or(DEFAULT_SAMPLES)
 }
 
 /// Draws the frames after the first without waiting for each, as an interactive program would, and returns how long one took

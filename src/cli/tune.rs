@@ -2,19 +2,22 @@
 
 use std::cell::RefCell;
 use std::fmt::Write as _;
+use std::fs;
 use std::sync::Arc;
 
 use afterlight::gpu::Device;
-use afterlight::reference::{Reference, View};
-use afterlight::report::sweep::journal::Header;
-use afterlight::report::sweep::model::{Metric, TruthInfo};
+use afterlight::reference::{Cache, Reference, View};
+use afterlight::report::advice;
+use afterlight::report::sweep::journal::{Header, Journal, SceneInfo};
+use afterlight::report::sweep::model::{Against, Metric, SceneReport, TruthInfo};
 use afterlight::report::tune::cameras::{Elsewhere, held_out};
 use afterlight::report::tune::choice::{Attempt, Bound, Goal, Measurement};
-use afterlight::report::tune::evidence::{self, Evidence, Search};
+use afterlight::report::tune::evidence::{self, Evidence, Search, error_text};
 use afterlight::report::tune::{Tuned, Tuning};
 use afterlight::scene::SettingsPatch;
+use tempfile::TempDir;
 
-use super::args::{DeviceArgs, SettingsArgs};
+use super::args::{DeviceArgs, SettingsArgs, samples};
 use super::failure::{Exit, Failure};
 use super::measuring::{Bars, MeasuringArgs, base_of, fix_driver_threads, metric, sweep_of, truths};
 use super::output::Sink;
@@ -28,13 +31,16 @@ use super::{output, session};
     group(clap::ArgGroup::new("bound").required(true)),
     after_help = "\
 Examples:
-  afterlight tune builtin:hall --max-error 0.05 --quick
+  afterlight tune builtin:hall --max-loss 2% --quick
+  afterlight tune builtin:hall --max-error 0.05 --samples 1 --quick
   afterlight tune scene.toml --max-error 0.001 --metric relmse -o tuned.toml
   afterlight tune sponza.obj --max-ms 16.6 --size 1920x1080 --cameras 5
   afterlight render builtin:hall --settings tuned.toml -o tuned.png
 
 The file has the settings as a scene file has them, and what they were chosen by:
-`render --settings FILE` takes it, and `from` in a scene file's [settings]."
+`render --settings FILE` takes it, and `from` in a scene file's [settings].
+A run that was broken off goes on when the same command is given again; another
+bound needs no new measurements. docs/FLIP.md shows what an error looks like."
 )]
 pub struct Args {
     /// The scene: an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
@@ -42,6 +48,9 @@ pub struct Args {
     /// The fastest settings whose error is at most this, against a truth of many samples a pixel
     #[arg(long, value_name = "ERROR", group = "bound", value_parser = positive, allow_hyphen_values = true)]
     max_error: Option<f64>,
+    /// The fastest settings whose error is at most this much more than that of the settings as given, as 2%
+    #[arg(long, value_name = "PERCENT%", group = "bound", value_parser = percent, allow_hyphen_values = true)]
+    max_loss: Option<f64>,
     /// The settings with the least error whose pictures take at most so many milliseconds, by the wall's clock or the device's: the slower
     #[arg(long, value_name = "MS", group = "bound", value_parser = positive, allow_hyphen_values = true)]
     max_ms: Option<f64>,
@@ -51,9 +60,16 @@ pub struct Args {
     /// The settings that were chosen, as TOML with the evidence; - is standard output
     #[arg(short, long, value_name = "FILE", default_value = "tuned.toml", value_parser = Sink::parse)]
     output: Sink,
+    /// Jittered frames that are averaged into a picture, 1 to 4096, as `render` takes it; 1 tunes single frames, as `view` and `bench` draw
+    /// them [default: as for render: 8, or 1 with --fxaa or --msaa]
+    #[arg(long, value_name = "N", value_parser = samples, allow_hyphen_values = true)]
+    samples: Option<u32>,
     /// Other cameras that the choice must hold from, 0 to 64
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=64))]
     cameras: u32,
+    /// Measure anew what an earlier run of this command has measured
+    #[arg(long)]
+    restart: bool,
     /// Print nothing but errors
     #[arg(short, long)]
     quiet: bool,
@@ -70,6 +86,12 @@ fn positive(text: &str) -> Result<f64, String> {
         Ok(number) if number > 0.0 && number.is_finite() => Ok(number),
         _ => Err("expected a number above 0".into()),
     }
+}
+
+/// A share from a percentage.
+fn percent(text: &str) -> Result<f64, String> {
+    let number = text.strip_suffix('%').and_then(|number| positive(number).ok());
+    number.map(|percent| percent / 100.0).ok_or_else(|| "expected a percentage above 0, as 2%".into())
 }
 
 /// What was measured on the device.
@@ -97,7 +119,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         };
         let Tuned { patches, outcome, .. } = &measured.tuned;
         let Some(chosen) = &outcome.chosen else {
-            let hint = "a wider bound or more --joint may do; `afterlight report` shows all of the front";
+            let wider = "a wider bound or more --joint may do; `afterlight report` shows all of the front";
+            let hint = search.fitting(outcome).unwrap_or_else(|| wider.to_owned());
             return Err(Failure::new(Exit::FailedCheck, search.failure(outcome)).with_hint(hint));
         };
         let evidence = Evidence::of(&search, chosen, &outcome.passed_over);
@@ -111,26 +134,32 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 impl Args {
     fn goal(&self) -> Goal {
-        let bound = match (self.max_error, self.max_ms) {
-            (Some(error), _) => Bound::Error(error),
-            // clap sees to it that one of both is given.
-            (None, ms) => Bound::Milliseconds(ms.unwrap_or(f64::INFINITY)),
+        let bound = match (self.max_error, self.max_loss, self.max_ms) {
+            (Some(error), ..) => Bound::Error(error),
+            (_, Some(loss), _) => Bound::Loss(loss),
+            // clap sees to it that one of them is given.
+            (.., ms) => Bound::Milliseconds(ms.unwrap_or(f64::INFINITY)),
         };
         Goal { bound, metric: self.metric }
     }
+
+    /// The settings as given: pictures of as many samples as `render` would draw.
+    fn base(&self, workload: &Workload) -> SettingsPatch {
+        SettingsPatch { samples: Some(workload.samples(self.samples, false)), ..base_of(workload) }
+    }
 }
 
-/// What the file says: the choice over what the command line and `--settings` said, but for the size of `--quick`; always the samples, which
-/// `render` would choose by itself.
+/// What the file says: the choice over what the command line and `--settings` said, but for the size of `--quick`; always the samples that were
+/// measured, for `render` would choose others where the choice has `msaa` or `fxaa`.
 fn tuned(args: &Args, workload: &Workload, choice: &SettingsPatch) -> SettingsPatch {
-    let samples = Some(workload.decided(choice).samples);
+    let samples = choice.or(&args.base(workload)).samples;
     let size = args.settings.said.size.or(workload.settings_file.size);
     SettingsPatch { size, samples, ..choice.or(&workload.said()) }
 }
 
 fn measure(args: &Args, workload: &Workload, device: &Arc<Device>, goal: &Goal) -> Result<Measured, Failure> {
     let MeasuringArgs { seed, .. } = args.measuring;
-    let base = base_of(workload);
+    let base = args.base(workload);
     let sweep = sweep_of(workload, &base, device, &args.measuring.selection(None))?;
     // Before the sweep, which takes long: without them nothing can be verified.
     let cameras = cameras_of(args, workload, &base)?;
@@ -152,8 +181,28 @@ fn measure(args: &Args, workload: &Workload, device: &Arc<Device>, goal: &Goal) 
         };
         numbered.map(truths).collect::<Result<Vec<_>, Failure>>()
     };
-    let tuned = tuning.run(&header, own, &mut |step| bars.borrow_mut().step(step), elsewhere)?;
+    let (mut journal, _folder) = journal_of(args, &header, &tuning.info(&own))?;
+    let tuned = tuning.run(&mut journal, own, &mut |step| bars.borrow_mut().step(step), elsewhere)?;
     Ok(Measured { header, tuned, cameras })
+}
+
+/// The folder of measurements so far: in that of the truths, by all that was asked but the bound. Where none is kept it is a temporary one.
+fn journal_of(args: &Args, header: &Header, info: &SceneInfo) -> Result<(Journal, Option<TempDir>), Failure> {
+    let failed = |error| Failure::new(Exit::BadInput, format!("cannot make a folder for measurements: {error}"));
+    let key = blake3::hash(output::json(&(header, info))?.as_bytes()).to_hex();
+    let kept = Cache::of_user().map(|cache| cache.folder().join(format!("tune-{}", &key[..16])));
+    // One that cannot be written keeps nobody from measuring.
+    if let Some(folder) = kept.filter(|folder| fs::create_dir_all(folder).is_ok()) {
+        let journal = Journal::open(&folder, header, args.restart)?;
+        if !journal.is_new && !args.quiet {
+            let measured = journal.scenes.first().map_or(0, |scene| scene.drawn.len());
+            let text = format!("goes on from an earlier run that drew {measured} points; --restart measures anew\n");
+            output::print(&text, true)?;
+        }
+        return Ok((journal, None));
+    }
+    let folder = tempfile::tempdir().map_err(failed)?;
+    Ok((Journal::open(folder.path(), header, true)?, Some(folder)))
 }
 
 fn cameras_of(args: &Args, workload: &Workload, base: &SettingsPatch) -> Result<Vec<Elsewhere>, Failure> {
@@ -185,6 +234,15 @@ fn warn_of_noise(args: &Args, goal: &Goal, truth: &TruthInfo) -> Result<(), Fail
     output::print(&text, true)
 }
 
+/// The choice in a sentence.
+fn recommendation(scene: &SceneReport, metric: Metric, point: usize) -> String {
+    if point == scene.default {
+        return "Chosen: the settings as given: nothing better keeps the bound.".into();
+    }
+    let gain = advice::gain(scene, metric, Against::Converged, point);
+    format!("Chosen: `{}`: {gain}.", scene.points[point].name)
+}
+
 /// The choice with its figures from every camera, those of the settings as given beside it, and what was passed over.
 fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -> String {
     let Measured { header, tuned: Tuned { scene, outcome, .. }, .. } = measured;
@@ -208,18 +266,17 @@ fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -
             passed_over.camera
         );
     }
-    let name = &scene.points[chosen.point].name;
-    let _ = writeln!(text, "\nChosen: {name}");
+    let _ = writeln!(text, "\n{}", recommendation(scene, args.metric, chosen.point));
     let mut table = Table::with_figures_from(1);
     let metric = evidence::metric_key(args.metric);
     table.row(["camera", metric, "a picture", "95%", "as given", "a picture"]);
     let mut row = |camera: &str, own: &Measurement, default: &Measurement| {
         table.row([
             camera.to_owned(),
-            figure(own.error),
+            error_text(own.error),
             milliseconds(own.time.median),
             format!("+-{:.1}%", 100.0 * own.time.relative_half_width()),
-            figure(default.error),
+            error_text(default.error),
             milliseconds(default.time.median),
         ]);
     };
@@ -235,11 +292,6 @@ fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -
     text
 }
 
-/// An error: FLIP is never small, and the others span decades.
-fn figure(error: f64) -> String {
-    if error >= 1e-3 { format!("{error:.5}") } else { format!("{error:.3e}") }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -249,6 +301,10 @@ mod tests {
         assert_eq!(positive("16.6"), Ok(16.6));
         for text in ["0", "-1", "nan", "inf", "fast"] {
             assert!(positive(text).is_err(), "{text}");
+        }
+        assert_eq!((percent("2%"), percent("0.5%")), (Ok(0.02), Ok(0.005)));
+        for text in ["0", "0%", "-3%", "abc", "%", "2", "nan%", "2 %"] {
+            assert_eq!(percent(text), Err("expected a percentage above 0, as 2%".into()), "{text}");
         }
         assert_eq!(metric("relmse"), Ok(Metric::RelMse));
         assert!(metric("flop").is_err_and(|error| error.contains("flip")));

@@ -20,6 +20,8 @@ use super::output;
 use super::progress;
 use super::table::{Table, bytes};
 
+/// Frames that make a picture where nothing else is said: edges look smooth from here on.
+const DEFAULT_SAMPLES: u32 = 8;
 /// Warnings of a scene that are printed; the others are counted.
 const PRINTED_WARNINGS: usize = 20;
 
@@ -172,6 +174,23 @@ impl Workload {
         let lines: Vec<_> = all.map(|(key, place)| format!("{key} at {place}")).collect();
         let failure = Failure::from(error);
         if lines.is_empty() { failure } else { failure.with_place(&lines.join(", ")) }
+    }
+
+    /// The samples of a picture, of which the command line says `asked`: whoever says something of anti-aliasing first of the command line,
+    /// `--settings` and the scene file. A view, or another kind of anti-aliasing or an effect on the finished picture, takes the place of the
+    /// samples that those behind it say.
+    pub fn samples(&self, asked: Option<u32>, is_view: bool) -> u32 {
+        let command_line = SettingsPatch { samples: asked, ..self.command_line.clone() };
+        let chosen = |patch: &SettingsPatch, is_view: bool| {
+            let settings = patch.decide();
+            let other = is_view || patch.msaa.is_some_and(|msaa| msaa > 1) || settings.without_effects() != settings;
+            patch.samples.or(other.then_some(1))
+        };
+        let of_file = |patch: &SettingsPatch| chosen(patch, patch.view.is_some());
+        chosen(&command_line, is_view)
+            .or_else(|| of_file(&self.settings_file))
+            .or_else(|| of_file(&self.scene.settings))
+            .unwrap_or(DEFAULT_SAMPLES)
     }
 
     /// The settings of one picture, as [`Workload::decided`].

@@ -76,6 +76,11 @@ impl Cache {
         base.map(|base| Self::at(base.join("afterlight").join("truth")))
     }
 
+    /// Where it is.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// The same as [`Reference::render`], to the last bit, from what is there already.
     pub fn render(&self, reference: &Reference, view: &View, options: &Options, progress: Progress) -> Cached {
         let mut work = Work { cache: self, key: fingerprint::of(reference, view, options), warnings: Vec::new() };

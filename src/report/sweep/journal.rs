@@ -279,7 +279,7 @@ impl Journal {
         let file = OpenOptions::new().read(true).append(true).create(true).open(&path).map_err(failed)?;
         // Where a file system has no locks, there is nothing to keep others away with.
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
-            let why = "is being measured by another process: wait for its end, or choose another folder with -o";
+            let why = "is being measured by another process: wait for its end";
             return Err(Error::Refused(format!("{} {why}", folder.display())));
         }
         let before = if restart { None } else { Contents::read(&path)? };

@@ -6,6 +6,8 @@ use crate::report::sweep::model::{Against, Interval, Metric, Point, SceneReport,
 
 /// An error below this multiple of the truth's noise cannot be told well.
 const NEAR_NOISE: f64 = 2.0;
+/// What misses the bound by no more than this factor is worth measuring from all cameras, to name a bound that would fit.
+const NEAR_MISS: f64 = 2.0;
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,6 +23,8 @@ pub struct Goal {
 pub enum Bound {
     /// The fastest settings whose error is at most this.
     Error(f64),
+    /// The fastest settings whose error is at most this share more than that of the settings as given: 0.02 for 2%.
+    Loss(f64),
     /// The settings with the least error whose pictures take at most so many milliseconds.
     Milliseconds(f64),
 }
@@ -71,6 +75,8 @@ pub struct Outcome {
     pub chosen: Option<Attempt>,
     /// Tried before it, in this order; the bound failed on the last of each one's cameras.
     pub passed_over: Vec<Attempt>,
+    /// Where nothing was chosen: what came near the bound, if anything did, measured from every camera.
+    pub near_miss: Option<Attempt>,
 }
 
 impl Goal {
@@ -97,39 +103,77 @@ impl Goal {
     }
 
     /// A time holds where its whole 95% interval does.
-    pub fn holds(&self, measured: &Measurement) -> bool {
-        self.bounded(measured) <= self.limit()
+    pub fn holds(&self, pair: &Pair) -> bool {
+        self.bounded(pair) <= self.limit()
     }
 
     /// What the bound is about.
-    pub fn bounded(&self, measured: &Measurement) -> f64 {
+    pub fn bounded(&self, pair: &Pair) -> f64 {
+        let Pair { own, default } = pair;
         match self.bound {
-            Bound::Error(_) => measured.error,
-            Bound::Milliseconds(_) => measured.time.high,
+            Bound::Error(_) => own.error,
+            // Of two errors of 0 as well.
+            Bound::Loss(_) if own.error == default.error => 0.0,
+            Bound::Loss(_) => own.error / default.error - 1.0,
+            Bound::Milliseconds(_) => own.time.high,
         }
     }
 
     fn limit(&self) -> f64 {
         match self.bound {
-            Bound::Error(most) | Bound::Milliseconds(most) => most,
+            Bound::Error(most) | Bound::Loss(most) | Bound::Milliseconds(most) => most,
         }
     }
 
-    /// Points of the front on which the bound holds, as was measured twice, the best first. Each further one has more of a margin: it is slower and nearer to the
-    /// truth where error is bounded, faster and further from it where time is.
+    /// A point and the settings as given, from the scene's own camera.
+    pub fn pair(&self, scene: &SceneReport, point: usize) -> Pair {
+        Pair { own: self.of(&scene.points[point]), default: self.of(&scene.points[scene.default]) }
+    }
+
+    /// Points of the front on which the bound holds, as was measured twice, the best first. Each further one has more of a margin: it is slower
+    /// and nearer to the truth where error is bounded, faster and further from it where time is. The settings as given lose nothing against
+    /// themselves: they are the last that a bound on the loss has.
     pub fn candidates(&self, scene: &SceneReport) -> Vec<usize> {
         let mut points = self.front(scene);
-        if matches!(self.bound, Bound::Milliseconds(_)) {
-            points.reverse();
+        match self.bound {
+            Bound::Error(_) => {}
+            Bound::Loss(_) => {
+                let time = |index: usize| self.of(&scene.points[index]).time.median;
+                points.retain(|&index| index != scene.default && time(index) < time(scene.default));
+                points.push(scene.default);
+            }
+            Bound::Milliseconds(_) => points.reverse(),
         }
-        points.retain(|&index| scene.points[index].time.confirmed && self.holds(&self.of(&scene.points[index])));
+        points.retain(|&index| scene.points[index].time.confirmed && self.holds(&self.pair(scene, index)));
         points
     }
 
     /// What comes nearest to the bound, of the front.
     pub fn nearest(&self, scene: &SceneReport) -> Option<usize> {
-        let bounded = |index: &usize| self.bounded(&self.of(&scene.points[*index]));
+        let bounded = |index: &usize| self.bounded(&self.pair(scene, *index));
         self.front(scene).into_iter().min_by(|a, b| bounded(a).total_cmp(&bounded(b)))
+    }
+
+    /// Whether anything keeps the bound from the scene's own camera, or misses it by little: then other cameras have something to tell.
+    pub fn is_near(&self, scene: &SceneReport) -> bool {
+        let near = |index| self.bounded(&self.pair(scene, index)) <= NEAR_MISS * self.limit();
+        !self.candidates(scene).is_empty() || self.nearest(scene).is_some_and(near)
+    }
+
+    /// The bound that an attempt would keep from all cameras that it was measured from, in two digits. A time has 5% more, as times scatter.
+    pub fn fitting(&self, scene: &SceneReport, attempt: &Attempt) -> Bound {
+        let worst = self.worst(scene, attempt);
+        match self.bound {
+            Bound::Error(_) => Bound::Error(round_up(worst)),
+            Bound::Loss(_) => Bound::Loss(round_up(worst)),
+            Bound::Milliseconds(_) => Bound::Milliseconds(round_up(1.05 * worst)),
+        }
+    }
+
+    /// What the bound is about, from the camera on which it is worst.
+    pub fn worst(&self, scene: &SceneReport, attempt: &Attempt) -> f64 {
+        let own = self.bounded(&self.pair(scene, attempt.point));
+        attempt.held_out.iter().map(|pair| self.bounded(pair)).fold(own, f64::max)
     }
 
     /// The fastest first.
@@ -149,26 +193,58 @@ impl Goal {
     pub fn choose(&self, scene: &SceneReport, witness: &mut dyn Witness) -> Result<Outcome, Error> {
         let mut passed_over = Vec::new();
         for point in self.candidates(scene) {
-            let attempt = self.attempt(point, witness)?;
-            if attempt.held_out.iter().all(|pair| self.holds(&pair.own)) {
-                return Ok(Outcome { chosen: Some(attempt), passed_over });
+            let mut attempt = Attempt { point, held_out: Vec::new() };
+            self.go_on(&mut attempt, witness, |pair| self.holds(pair))?;
+            if attempt.held_out.iter().all(|pair| self.holds(pair)) {
+                return Ok(Outcome { chosen: Some(attempt), passed_over, near_miss: None });
             }
             passed_over.push(attempt);
         }
-        Ok(Outcome { chosen: None, passed_over })
+        let near_miss = self.near_miss(scene, &passed_over, witness)?;
+        Ok(Outcome { chosen: None, passed_over, near_miss })
     }
 
-    fn attempt(&self, point: usize, witness: &mut dyn Witness) -> Result<Attempt, Error> {
-        let mut held_out = Vec::new();
-        for camera in 0..witness.cameras() {
-            let pair = witness.measure(camera, point)?;
-            held_out.push(pair);
-            if !self.holds(&pair.own) {
+    fn near_miss(
+        &self,
+        scene: &SceneReport,
+        passed_over: &[Attempt],
+        witness: &mut dyn Witness,
+    ) -> Result<Option<Attempt>, Error> {
+        let best = passed_over.iter().min_by(|a, b| self.worst(scene, a).total_cmp(&self.worst(scene, b))).cloned();
+        let nearest = || self.nearest(scene).map(|point| Attempt { point, held_out: Vec::new() });
+        let near = best.or_else(nearest).filter(|attempt| self.worst(scene, attempt) <= NEAR_MISS * self.limit());
+        let Some(mut attempt) = near else { return Ok(None) };
+        self.go_on(&mut attempt, witness, |_| true)?;
+        Ok(Some(attempt))
+    }
+
+    /// Measures an attempt from the cameras that it was not measured from, until one does not `suit`.
+    fn go_on(
+        &self,
+        attempt: &mut Attempt,
+        witness: &mut dyn Witness,
+        suits: impl Fn(&Pair) -> bool,
+    ) -> Result<(), Error> {
+        for camera in attempt.held_out.len()..witness.cameras() {
+            let pair = witness.measure(camera, attempt.point)?;
+            attempt.held_out.push(pair);
+            if !suits(&pair) {
                 break;
             }
         }
-        Ok(Attempt { point, held_out })
+        Ok(())
     }
+}
+
+/// The least number of two significant digits that is no less.
+fn round_up(number: f64) -> f64 {
+    if !(number.is_finite() && number > 0.0) {
+        return number;
+    }
+    let digits = 1 - number.log10().floor() as i32;
+    // Through text, for 0.059 and not 0.059000000000000004. A hair less than the number: one of two digits stays what it is.
+    let scaled = (number * 10f64.powi(digits) * (1.0 - 1e-12)).ceil();
+    format!("{scaled}e{}", -digits).parse().unwrap_or(number)
 }
 
 #[cfg(test)]
@@ -279,7 +355,7 @@ mod tests {
         for (goal, is_nearest) in [(error_below(1e-9), 1), (time_below(0.01), 0)] {
             assert_eq!(goal.candidates(&scene), Vec::<usize>::new());
             let outcome = goal.choose(&scene, &mut factors(&scene, goal, &[1.0], &[1.0])).expect("measured");
-            assert_eq!(outcome, Outcome { chosen: None, passed_over: Vec::new() });
+            assert_eq!(outcome, Outcome { chosen: None, passed_over: Vec::new(), near_miss: None });
             let front = &scene.fronts[2].points;
             let expected = if is_nearest == 1 { front.last() } else { front.first() };
             assert_eq!(goal.nearest(&scene).as_ref(), expected);
@@ -288,6 +364,79 @@ mod tests {
         let outcome = goal.choose(&scene, &mut factors(&scene, goal, &[100.0], &[1.0])).expect("measured");
         assert_eq!(outcome.passed_over.len(), goal.candidates(&scene).len());
         assert_eq!(outcome.chosen, None);
+    }
+
+    fn loss_below(share: f64) -> Goal {
+        Goal { bound: Bound::Loss(share), metric: Metric::Flip }
+    }
+
+    #[test]
+    fn a_loss_is_relative_to_the_settings_as_given_of_each_camera() {
+        let scene = scene();
+        let goal = loss_below(0.1);
+        // Elsewhere everything errs three times as much, the settings as given too.
+        let outcome = goal.choose(&scene, &mut factors(&scene, goal, &[3.0; 2], &[1.0; 2])).expect("measured");
+        let chosen = outcome.chosen.expect("a choice");
+        let of = |point: usize| goal.of(&scene.points[point]);
+        assert!(of(chosen.point).error <= 1.1 * of(scene.default).error && outcome.passed_over.is_empty());
+        for &other in &scene.fronts[2].points {
+            let is_faster = of(other).time.median < of(chosen.point).time.median;
+            assert!(!is_faster || of(other).error > 1.1 * of(scene.default).error, "{}", scene.points[other].name);
+        }
+    }
+
+    #[test]
+    fn the_settings_as_given_lose_nothing_and_nothing_slower_is_tried() {
+        let mut scene = scene();
+        let default = scene.default;
+        for front in &mut scene.fronts {
+            front.points.retain(|&point| point != default);
+        }
+        let goal = loss_below(1e-9);
+        let candidates = goal.candidates(&scene);
+        assert_eq!(candidates.last(), Some(&default));
+        let time = |point: usize| goal.of(&scene.points[point]).time.median;
+        assert!(candidates.iter().all(|&point| time(point) <= time(default)));
+        scene.points[default].errors.converged.flip = 0.0;
+        assert_eq!(goal.bounded(&goal.pair(&scene, default)), 0.0);
+        assert_eq!(goal.candidates(&scene), [default]);
+    }
+
+    #[test]
+    fn a_near_miss_names_a_bound_that_fits_from_all_cameras() {
+        let scene = scene();
+        let least = goal_error(&scene, error_below(1.0).nearest(&scene).expect("a front"));
+        // From the scene's own camera nothing keeps it, by little.
+        let goal = error_below(0.8 * least);
+        assert!(goal.candidates(&scene).is_empty() && goal.is_near(&scene));
+        let outcome = goal.choose(&scene, &mut factors(&scene, goal, &[1.0, 1.3, 1.2], &[1.0; 3])).expect("measured");
+        let near_miss = outcome.near_miss.expect("near");
+        assert_eq!(near_miss.held_out.len(), 3, "it is measured from all cameras");
+        let Bound::Error(fitting) = goal.fitting(&scene, &near_miss) else { panic!("another kind of bound") };
+        assert!(fitting >= 1.3 * least && fitting < 1.43 * least, "{fitting} {least}");
+        // Asked for, it fits.
+        let goal = error_below(fitting);
+        let again = goal.choose(&scene, &mut factors(&scene, goal, &[1.0, 1.3, 1.2], &[1.0; 3])).expect("measured");
+        assert!(again.chosen.is_some());
+        // What fails from another camera alone is a near miss as well; what fails by far is none.
+        let goal = error_below(1.01 * least);
+        let outcome = goal.choose(&scene, &mut factors(&scene, goal, &[1.2, 1.3], &[1.0; 2])).expect("measured");
+        assert_eq!(outcome.near_miss.map(|near| near.held_out.len()), Some(2));
+        assert!(!error_below(0.4 * least).is_near(&scene));
+    }
+
+    fn goal_error(scene: &SceneReport, point: usize) -> f64 {
+        error_below(1.0).of(&scene.points[point]).error
+    }
+
+    #[test]
+    fn bounds_are_rounded_up_to_two_digits() {
+        assert_eq!([0.0581, 0.059, 1.234e-6, 16.61, 99.1, 0.0].map(round_up), [0.059, 0.059, 1.3e-6, 17.0, 100.0, 0.0]);
+        let scene = scene();
+        let goal = time_below(10.0);
+        let attempt = Attempt { point: scene.default, held_out: Vec::new() };
+        let high = goal.of(&scene.points[scene.default]).time.high;
+        assert_eq!(goal.fitting(&scene, &attempt), Bound::Milliseconds(round_up(1.05 * high)));
     }
 
     #[test]

@@ -174,12 +174,9 @@ impl Search<'_> {
     /// In a sentence, why nothing was chosen, naming what came nearest.
     pub fn failure(&self, outcome: &Outcome) -> String {
         let limit = bound_text(self.goal);
-        let worst = |attempt: &&Attempt| {
-            let bounded = attempt.held_out.iter().map(|pair| self.goal.bounded(&pair.own));
-            bounded.fold(f64::NEG_INFINITY, f64::max)
-        };
+        let worst = |attempt: &&Attempt| self.goal.worst(self.scene, attempt);
         let told = |figures: &Figures| match self.goal.bound {
-            Bound::Error(_) => format!("errs by {:.3e}", figures.error),
+            Bound::Error(_) | Bound::Loss(_) => format!("errs by {}", error_text(figures.error)),
             Bound::Milliseconds(_) => {
                 format!("takes {:.3} ms ({:.3} to {:.3})", figures.ms, figures.ms_low, figures.ms_high)
             }
@@ -200,17 +197,36 @@ impl Search<'_> {
             None => format!("nothing was measured that could keep {limit}"),
         }
     }
+
+    /// In a sentence, the bound that a near miss keeps from all cameras; `None` where nothing came near.
+    pub fn fitting(&self, outcome: &Outcome) -> Option<String> {
+        let near_miss = outcome.near_miss.as_ref()?;
+        let bound = self.goal.fitting(self.scene, near_miss);
+        let (name, cameras) = (&self.scene.points[near_miss.point].name, 1 + near_miss.held_out.len());
+        let where_it_holds = match cameras {
+            1 => "from the scene's camera".to_owned(),
+            count => format!("from all {count} cameras"),
+        };
+        Some(format!("{} would fit: {name} keeps it {where_it_holds}", bound_text(&Goal { bound, ..*self.goal })))
+    }
 }
 
 /// As the command line has it.
 fn bound_text(goal: &Goal) -> String {
-    let (option, most) = match goal.bound {
-        Bound::Error(most) => ("--max-error", most),
-        Bound::Milliseconds(most) => ("--max-ms", most),
-    };
     // Small figures with an exponent, and whole ones without a point.
-    let most = format!("{most:?}");
-    format!("{option} {} --metric {}", most.trim_end_matches(".0"), metric_key(goal.metric))
+    let short = |most: f64| format!("{most:?}").trim_end_matches(".0").to_owned();
+    let bound = match goal.bound {
+        Bound::Error(most) => format!("--max-error {}", short(most)),
+        // Two digits, or what was typed: 7% and not 7.000000000000001%.
+        Bound::Loss(most) => format!("--max-loss {}%", short((most * 1e8).round() / 1e6)),
+        Bound::Milliseconds(most) => format!("--max-ms {}", short(most)),
+    };
+    format!("{bound} --metric {}", metric_key(goal.metric))
+}
+
+/// An error: FLIP is never small, and the others span decades.
+pub fn error_text(error: f64) -> String {
+    if error >= 1e-3 { format!("{error:.5}") } else { format!("{error:.3e}") }
 }
 
 /// A metric's name on the command line.
@@ -243,7 +259,7 @@ mod tests {
     use crate::scene::file::parse_settings;
 
     fn pair(goal: &Goal, scene: &SceneReport, point: usize) -> Pair {
-        Pair { own: goal.of(&scene.points[point]), default: goal.of(&scene.points[scene.default]) }
+        goal.pair(scene, point)
     }
 
     #[test]
@@ -277,11 +293,11 @@ mod tests {
         let cameras = ["0,1,2/3,4,5/60".to_owned()];
         let goal = Goal { bound: Bound::Error(1e-9), metric: Metric::Flip };
         let search = Search { program: "", machine: &report.machine, scene, goal: &goal, cameras: &cameras };
-        let nothing = Outcome { chosen: None, passed_over: Vec::new() };
+        let nothing = Outcome { chosen: None, passed_over: Vec::new(), near_miss: None };
         let nearest = &scene.points[goal.nearest(scene).expect("a front")].name;
         assert!(search.failure(&nothing).contains(&format!("the nearest, {nearest}, errs by")));
         let attempts = [1, 2].map(|point| Attempt { point, held_out: vec![pair(&goal, scene, point)] });
-        let failed = Outcome { chosen: None, passed_over: attempts.into() };
+        let failed = Outcome { chosen: None, passed_over: attempts.into(), near_miss: None };
         let better = [1, 2].into_iter().min_by(|a, b| {
             let error = |index: &usize| goal.of(&scene.points[*index]).error;
             error(a).total_cmp(&error(b))
@@ -289,5 +305,32 @@ mod tests {
         let better = &scene.points[better.expect("one of two")].name;
         let told = search.failure(&failed);
         assert!(told.contains(&format!("the nearest, {better}, ")) && told.contains(&cameras[0]), "{told}");
+    }
+
+    #[test]
+    fn a_near_miss_is_told_with_the_bound_that_would_fit() {
+        let report = samples::report();
+        let scene = &report.scenes[0];
+        let cameras = ["0,1,2/3,4,5/60".to_owned()];
+        let told = |bound: Bound, near_miss: Option<Attempt>| {
+            let goal = Goal { bound, metric: Metric::Flip };
+            let search = Search { program: "", machine: &report.machine, scene, goal: &goal, cameras: &cameras };
+            search.fitting(&Outcome { chosen: None, passed_over: Vec::new(), near_miss })
+        };
+        let attempt = |held_out| Attempt { point: 0, held_out };
+        let goal = Goal { bound: Bound::Error(0.02), metric: Metric::Flip };
+        let fits = told(goal.bound, Some(attempt(vec![pair(&goal, scene, 0)]))).expect("near");
+        assert_eq!(fits, "--max-error 0.038 --metric flip would fit: default keeps it from all 2 cameras");
+        let fits = told(Bound::Milliseconds(10.0), Some(attempt(Vec::new()))).expect("near");
+        assert!(fits.starts_with("--max-ms 1") && fits.ends_with("default keeps it from the scene's camera"), "{fits}");
+        assert_eq!(told(goal.bound, None), None);
+    }
+
+    #[test]
+    fn bounds_read_as_they_were_typed() {
+        let told = |bound| bound_text(&Goal { bound, metric: Metric::Flip });
+        assert_eq!(told(Bound::Loss(0.07)), "--max-loss 7% --metric flip");
+        assert_eq!(told(Bound::Loss(0.025)), "--max-loss 2.5% --metric flip");
+        assert_eq!(told(Bound::Milliseconds(16.0)), "--max-ms 16 --metric flip");
     }
 }

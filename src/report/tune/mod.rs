@@ -17,14 +17,14 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use self::cameras::held_out;
-use self::choice::Outcome;
+use self::choice::{Outcome, Pair, Witness};
 use self::verify::OnDevice;
 use super::sweep::accuracy::Truths;
 use super::sweep::families::{Sweep, name_of};
 use super::sweep::journal::{Asked, Header, Journal, Record, SceneInfo};
 use super::sweep::meter::DeviceMeter;
-use super::sweep::model::{Against, LAYOUT, SceneReport};
-use super::sweep::run::{Run, Watch};
+use super::sweep::model::{Against, LAYOUT, Point, SceneReport};
+use super::sweep::run::{Run, Step, Watch};
 use super::sweep::timing::Effort;
 use super::sweep::{assemble, machine};
 use crate::frame::{self, capabilities};
@@ -69,24 +69,25 @@ impl Tuned {
 }
 
 impl<'a> Tuning<'a> {
-    /// Measures all settings from the scene's own camera against `own` truth, then verifies candidates from the cameras that `elsewhere`
-    /// brings with their truths. It is asked only if some settings keep the bound so far.
+    /// Measures all settings from the scene's own camera against `own` truth, as far as the journal does not have them, then verifies candidates
+    /// from the cameras that `elsewhere` brings with their truths. It is asked only if some settings keep the bound so far, or nearly do.
     ///
     /// # Errors
     /// When the device is lost or lacks the memory; what `elsewhere` fails with.
     pub fn run<E: From<Error>>(
         &self,
-        header: &Header,
+        journal: &mut Journal,
         own: Truths,
         watch: Watch,
         elsewhere: impl FnOnce() -> Result<Vec<(Camera, Truths)>, E>,
     ) -> Result<Tuned, E> {
-        let scene = self.front(header, own, watch)?;
+        let scene = self.front(journal, own, watch)?;
         let known = |name: &str| self.sweep.points.iter().find(|patch| name_of(patch) == name).cloned();
         let patches: Vec<_> = scene.points.iter().map(|point| known(&point.name).unwrap_or_default()).collect();
-        let cameras = if self.goal.candidates(&scene).is_empty() { Vec::new() } else { elsewhere()? };
+        let cameras = if self.goal.is_near(&scene) { elsewhere()? } else { Vec::new() };
         let meters = cameras.into_iter().map(|(camera, truths)| self.meter(camera, truths)).collect();
-        let outcome = self.goal.choose(&scene, &mut OnDevice::new(meters, patches.clone(), self.goal, self.seed))?;
+        let mut witness = OnDevice::new(meters, patches.clone(), self.goal, self.seed);
+        let outcome = self.goal.choose(&scene, &mut Watched { witness: &mut witness, points: &scene.points, watch })?;
         Ok(Tuned { scene, patches, outcome })
     }
 
@@ -95,17 +96,41 @@ impl<'a> Tuning<'a> {
         DeviceMeter { device, scene, camera, base, truths, effort, kept: BTreeMap::new() }
     }
 
-    fn front(&self, header: &Header, own: Truths, watch: Watch) -> Result<SceneReport, Error> {
-        let folder = tempfile::tempdir().map_err(|error| Error::file("make a temporary folder", error))?;
-        let mut journal = Journal::open(folder.path(), header, true)?;
+    /// What the journal must be of.
+    pub fn info(&self, own: &Truths) -> SceneInfo {
         let fronts = vec![(self.goal.metric, Against::Converged)];
-        let info = SceneInfo::of(self.scene, self.base, self.sweep, &own, fronts);
-        journal.add(0, Record::Scene { scene: 0, info })?;
+        SceneInfo::of(self.scene, self.base, self.sweep, own, fronts)
+    }
+
+    fn front(&self, journal: &mut Journal, own: Truths, watch: Watch) -> Result<SceneReport, Error> {
+        if journal.scenes[0].info.is_none() {
+            journal.add(0, Record::Scene { scene: 0, info: self.info(&own) })?;
+        }
         let points = self.sweep.own(None);
-        let mut run = Run { scene: 0, sweep: self.sweep, own: &points, seed: self.seed, journal: &mut journal, watch };
+        let mut run = Run { scene: 0, sweep: self.sweep, own: &points, seed: self.seed, journal, watch };
         run.measure(&mut self.meter(self.scene.camera, own))?;
-        assemble::scene_report(&journal.scenes[0])
+        assemble::scene_report(&run.journal.scenes[0])
             .ok_or_else(|| Error::Refused(format!("nothing of {} was measured", self.scene.name)))
+    }
+}
+
+/// Tells of each measurement before it is made.
+struct Watched<'a, 'b> {
+    witness: &'a mut OnDevice<'b>,
+    points: &'a [Point],
+    watch: Watch<'a>,
+}
+
+impl Witness for Watched<'_, '_> {
+    fn cameras(&self) -> usize {
+        self.witness.cameras()
+    }
+
+    fn measure(&mut self, camera: usize, point: usize) -> Result<Pair, Error> {
+        let now = &self.points[point].name;
+        let total = self.cameras();
+        (self.watch)(Step { what: "other cameras", now, done: camera, total });
+        self.witness.measure(camera, point)
     }
 }
 
@@ -143,5 +168,7 @@ pub fn tune(
     let others = held_out(&reference, &View { camera: scene.camera, size: settings.size }, cameras);
     let tuning = Tuning { device, scene, base, sweep: &sweep, goal, effort, seed };
     let (_, own) = truths(scene.camera)?;
-    tuning.run(&header, own, &mut |_| {}, || others.iter().map(|other| truths(other.camera)).collect())
+    let folder = tempfile::tempdir().map_err(|error| Error::file("make a temporary folder", error))?;
+    let mut journal = Journal::open(folder.path(), &header, true)?;
+    tuning.run(&mut journal, own, &mut |_| {}, || others.iter().map(|other| truths(other.camera)).collect())
 }

@@ -104,6 +104,11 @@ fn suit(base: &Base, key: &str, quick: bool, candidates: &mut Vec<Candidate>) {
         }
         _ => {}
     }
+    // As `render` has it: another kind of anti-aliasing takes the place of the samples.
+    if matches!(key, "msaa" | "fxaa") && base.settings.samples > 1 {
+        let smooth = candidates.iter_mut().filter(|one| !matches!(one.label.as_str(), "1" | "off"));
+        smooth.for_each(|one| one.patch.samples = Some(1));
+    }
 }
 
 /// Each format of each target, the others as `lean` has them.
