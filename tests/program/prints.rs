@@ -2,6 +2,8 @@
 //! runs is replaced: times, memory, names of devices and drivers, versions. After a change that is meant:
 //! `INSTA_UPDATE=always scripts/test machine program prints::`, and read the diff before it is committed.
 
+mod advice;
+
 use std::fmt::Write as _;
 use std::path::Path;
 

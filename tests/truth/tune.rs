@@ -54,7 +54,7 @@ fn a_choice_keeps_its_bound_from_every_camera_and_render_takes_it() {
     }
 
     let settings = load_settings(&file).expect("a settings file");
-    assert!(settings.samples.is_some() && settings.size == Some([64, 36]), "{settings}");
+    assert!(settings.size == Some([64, 36]), "{settings}");
     let camera = format!("--camera={}", held_out[0]["camera"].as_str().expect("a camera"));
     let drawn = run(folder.path(), &["render", SCENE, "--settings", "tuned.toml", &camera, "-o", "tuned.png"]);
     assert!(drawn.status.success(), "{}", text(&drawn.stderr));
@@ -104,9 +104,63 @@ fn what_no_other_camera_can_verify_is_not_chosen() {
 }
 
 #[test]
+fn render_draws_what_was_measured() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let here = folder.path();
+    // Eight samples, as render draws them; nothing is as good with fewer, so that the choice keeps them.
+    let output = tune(here, ["--max-loss", "0.01%"], &["--cameras", "0", "--joint", "0", "-o", "tuned.toml"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let settings = load_settings(&here.join("tuned.toml")).expect("a settings file");
+    assert_eq!(settings.samples, Some(8), "{settings}");
+    let [plain, tuned] =
+        [&["-o", "plain.png", "--size", "64x36"][..], &["-o", "tuned.png", "--settings", "tuned.toml"]];
+    for more in [plain, tuned] {
+        assert!(run(here, &[&["render", SCENE][..], more].concat()).status.success());
+    }
+    let table: toml::Table = std::fs::read_to_string(here.join("tuned.toml")).expect("written").parse().expect("TOML");
+    let truth = ["reference", SCENE, "--samples", "4", "--size", "64x36", "-o", "truth.png"];
+    assert!(run(here, &truth).status.success());
+    let compared = run(here, &["compare", "tuned.png", "truth.png", "--json"]);
+    let flip: serde_json::Value = serde_json::from_slice(&compared.stdout).expect("JSON");
+    let (flip, told) = (flip["flip"].as_f64().expect("FLIP"), number(&table["evidence"]["choice"], "error"));
+    assert!((flip / told - 1.0).abs() < 0.02, "{flip} {told}");
+    // What the command line says of anti-aliasing counts as it does for render.
+    let output = tune(here, ["--max-loss", "0.01%"], &["--cameras", "0", "--joint", "0", "--samples", "1", "-o", "-"]);
+    let table: toml::Table = text(&output.stdout).parse().expect("TOML");
+    assert_eq!(table["evidence"]["default"]["settings"].as_str(), Some("default"));
+    assert!(table["settings"]["samples"].as_integer().is_some_and(|samples| samples < 8), "{table}");
+}
+
+#[test]
+fn another_bound_measures_nothing_again_and_a_near_miss_names_one_that_fits() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let here = folder.path();
+    let output = tune(here, ["--max-error", "1e-9"], &["--cameras", "1", "--samples", "1", "-q"]);
+    assert_eq!((output.status.code(), text(&output.stdout)), (Some(1), String::new()));
+    let errors = text(&output.stderr);
+    let least: f64 =
+        errors.split("errs by ").nth(1).and_then(|rest| rest.split('\n').next()?.parse().ok()).expect("a figure");
+    let near = format!("{:.5}", 0.8 * least);
+    let output = tune(here, ["--max-error", &near], &["--cameras", "1", "--samples", "1"]);
+    let errors = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    assert!(errors.contains("goes on from an earlier run") && !errors.contains("pictures "), "{errors}");
+    let (_, hint) = errors.split_once("hint: --max-error ").unwrap_or_else(|| panic!("no bound in {errors}"));
+    let fitting = hint.split(' ').next().expect("a bound");
+    let output = tune(here, ["--max-error", fitting], &["--cameras", "1", "--samples", "1", "-o", "tuned.toml"]);
+    assert!(output.status.success(), "--max-error {fitting}: {}", text(&output.stderr));
+    let output = tune(here, ["--max-error", fitting], &["--cameras", "0", "--samples", "1", "--restart", "-o", "-"]);
+    assert!(text(&output.stderr).contains("pictures 1/"), "{}", text(&output.stderr));
+}
+
+#[test]
 fn exactly_one_bound_is_needed() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    for arguments in [&["tune", SCENE][..], &["tune", SCENE, "--max-error", "0.1", "--max-ms", "5"][..]] {
+    for arguments in [
+        &["tune", SCENE][..],
+        &["tune", SCENE, "--max-error", "0.1", "--max-ms", "5"],
+        &["tune", SCENE, "--max-loss", "2%", "--max-ms", "5"],
+    ] {
         let output = run(folder.path(), arguments);
         assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
     }
