@@ -28,8 +28,8 @@ Examples:
   afterlight compare a.png b.png --max flip=0.01 --max psnr=40
   afterlight compare a.exr b.exr -o signed.png --difference signed
 
-A mean FLIP of .01 nobody sees; at .05 pictures look the same side by side, at .1
-materials or shadows differ, and at .3 a light is missing. docs/FLIP.md has
+A mean FLIP of .01 nobody sees; at .05 pictures look the same side by side, at
+.1 materials or shadows differ, at .3 a light is missing. docs/FLIP.md has
 pictures.")]
 pub struct Args {
     /// The picture that is judged: 8-bit sRGB (as .png or .jpg), or linear light (.exr, 16 or 32-bit floats)

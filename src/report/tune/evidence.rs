@@ -205,7 +205,7 @@ impl Search<'_> {
         let (name, cameras) = (&self.scene.points[near_miss.point].name, 1 + near_miss.held_out.len());
         let where_it_holds = match cameras {
             1 => "from the scene's camera".to_owned(),
-            count => format!("from all {count} cameras"),
+            count => format!("from each of {count} cameras"),
         };
         Some(format!("{} would fit: {name} keeps it {where_it_holds}", bound_text(&Goal { bound, ..*self.goal })))
     }
@@ -320,7 +320,7 @@ mod tests {
         let attempt = |held_out| Attempt { point: 0, held_out };
         let goal = Goal { bound: Bound::Error(0.02), metric: Metric::Flip };
         let fits = told(goal.bound, Some(attempt(vec![pair(&goal, scene, 0)]))).expect("near");
-        assert_eq!(fits, "--max-error 0.038 --metric flip would fit: default keeps it from all 2 cameras");
+        assert_eq!(fits, "--max-error 0.038 --metric flip would fit: default keeps it from each of 2 cameras");
         let fits = told(Bound::Milliseconds(10.0), Some(attempt(Vec::new()))).expect("near");
         assert!(fits.starts_with("--max-ms 1") && fits.ends_with("default keeps it from the scene's camera"), "{fits}");
         assert_eq!(told(goal.bound, None), None);
