@@ -19,6 +19,7 @@ use crate::passes::fxaa;
 use crate::plan::FramePlan;
 use crate::scene;
 
+mod absent;
 mod forward;
 mod host;
 mod main_pass;
@@ -29,6 +30,7 @@ mod tiled;
 pub mod unreported_mutants;
 mod uploads;
 
+pub use absent::{Absent, absent};
 pub(super) use host::FORMULA_WRITE;
 pub(super) use masks::SUPPORTED;
 use unreported_mutants::Part;

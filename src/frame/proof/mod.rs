@@ -20,6 +20,9 @@ mod frames;
 mod order;
 mod program;
 mod render_pass;
+mod words;
+
+pub use words::{Consequence, in_words};
 
 /// What may go wrong between two touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -62,11 +65,13 @@ pub struct Hazard {
     pub first: String,
     /// The later use.
     pub second: String,
+    /// The same without Vulkan's terms.
+    pub consequence: Consequence,
 }
 
 impl fmt::Display for Hazard {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { kind, memory, first, second } = self;
+        let Self { kind, memory, first, second, .. } = self;
         match kind {
             HazardKind::Layout => write!(f, "{kind} of {memory}: {second} finds it in {first}"),
             _ => write!(f, "{kind} of {memory}: nothing orders {first} before {second}"),
@@ -133,6 +138,8 @@ struct Past<'a> {
     /// Since then.
     reads: Vec<&'a Touch>,
     layout: vk::ImageLayout,
+    /// A use that the layout change since then does not wait for.
+    overtaken: Option<&'a Touch>,
 }
 
 /// The hazards of a program, as they are found.
@@ -158,12 +165,13 @@ impl<'a> Past<'a> {
     /// Adds what a group does, and gives what it waits for too little.
     fn take(&mut self, order: &Order, group: &[&'a Touch]) -> Vec<Hazard> {
         let mut found = Vec::new();
-        let mut report = |kind, first: String, second: &Touch| {
-            found.push(Hazard { kind, memory: second.memory.to_string(), first, second: told(second) });
+        let mut report = |kind, first: String, second: &Touch, consequence| {
+            found.push(Hazard { kind, memory: second.memory.to_string(), first, second: told(second), consequence });
         };
         for &touch in group {
             if touch.layout != vk::ImageLayout::UNDEFINED && touch.layout != self.layout {
-                report(HazardKind::Layout, format!("{:?}", self.layout), touch);
+                let layout = format!("{:?}", self.layout);
+                report(HazardKind::Layout, layout.clone(), touch, Consequence::of_layout(&layout, touch));
             }
             if let Kind::Transition { to, .. } = touch.kind {
                 self.layout = to;
@@ -172,12 +180,15 @@ impl<'a> Past<'a> {
         let of_kind = |kind: &Kind| group.iter().copied().filter(|touch| touch.kind == *kind).collect::<Vec<_>>();
         // Whatever else the group does comes after its load operation. One that only reads holds no earlier reader back.
         let loads: Vec<_> = of_kind(&Kind::Load).into_iter().filter(|touch| touch.is_write()).collect();
+        let mut overtaken = None;
         for second in if loads.is_empty() { group.to_vec() } else { loads } {
             let reads = self.reads.iter().filter(|_| second.is_write());
             for first in self.writes.iter().chain(reads).filter(|first| !order.has(first, second)) {
-                report(kind_of(first, second), told(first), second);
+                report(kind_of(first, second), told(first), second, Consequence::of(first, self.overtaken, second));
+                overtaken.get_or_insert(*first);
             }
         }
+        self.overtaken = overtaken.filter(|_| group.iter().any(|touch| touch.is_change()));
         // And before its store operation.
         let stores = of_kind(&Kind::Store);
         let (writes, reads): (Vec<_>, Vec<_>) = group.iter().copied().partition(|touch| touch.is_write());
@@ -191,10 +202,9 @@ impl<'a> Past<'a> {
 }
 
 fn kind_of(first: &Touch, second: &Touch) -> HazardKind {
-    let changes = |touch: &Touch| matches!(touch.kind, Kind::Transition { .. });
     match (first.is_write(), second.is_write()) {
-        _ if changes(second) => HazardKind::ChangeAfterUse,
-        _ if changes(first) => HazardKind::UseAfterChange,
+        _ if second.is_change() => HazardKind::ChangeAfterUse,
+        _ if first.is_change() => HazardKind::UseAfterChange,
         (true, true) => HazardKind::WriteAfterWrite,
         (true, false) => HazardKind::ReadAfterWrite,
         _ => HazardKind::WriteAfterRead,

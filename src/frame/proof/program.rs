@@ -194,8 +194,13 @@ pub(super) struct Touch {
 }
 
 impl Touch {
+    /// Whether it changes a layout.
+    pub(super) fn is_change(&self) -> bool {
+        matches!(self.kind, Kind::Transition { .. })
+    }
+
     pub(super) fn is_write(&self) -> bool {
-        matches!(self.kind, Kind::Transition { .. }) || !Use::new(self.stage, self.access).writes().access.is_empty()
+        self.is_change() || !Use::new(self.stage, self.access).writes().access.is_empty()
     }
 }
 

@@ -1,0 +1,136 @@
+//! What a hazard may do to a frame, without Vulkan's terms: who may do what to which memory too soon.
+
+use super::program::{Memory, Touch, Who};
+use crate::frame::edges::Place;
+use crate::plan::Target;
+
+/// What the later use may do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Action {
+    Read,
+    Overwrite,
+    ChangeLayout,
+    Find,
+}
+
+/// A sentence of which the memory is kept apart, so that hazards of several images become one sentence.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Consequence {
+    action: Action,
+    who: String,
+    memory: &'static str,
+    /// What is wrong with that.
+    clause: String,
+}
+
+/// Each different sentence once; what reads wrong values before what writes or changes a layout too soon.
+pub fn in_words<'a>(consequences: impl IntoIterator<Item = &'a Consequence>) -> Vec<String> {
+    let mut sentences: Vec<(&Consequence, Vec<&str>)> = Vec::new();
+    for one in consequences {
+        let same = |(own, _): &&mut (&Consequence, Vec<&str>)| {
+            (own.action, &own.who, &own.clause) == (one.action, &one.who, &one.clause)
+        };
+        match sentences.iter_mut().find(same) {
+            Some((_, memories)) if memories.contains(&one.memory) => {}
+            Some((_, memories)) => memories.push(one.memory),
+            None => sentences.push((one, vec![one.memory])),
+        }
+    }
+    sentences.sort_by_key(|(one, _)| one.action);
+    sentences.into_iter().map(|(one, memories)| one.sentence(&memories)).collect()
+}
+
+impl Consequence {
+    /// Of two touches that nothing orders; `overtaken` is a touch that the first, a layout change, does not wait for.
+    pub(super) fn of(first: &Touch, overtaken: Option<&Touch>, second: &Touch) -> Self {
+        let action = match second {
+            touch if touch.is_change() => Action::ChangeLayout,
+            touch if touch.is_write() => Action::Overwrite,
+            _ => Action::Read,
+        };
+        // A change that waits for nothing is no news to whoever comes after it: what it overtook is.
+        let before = overtaken.filter(|_| first.is_change() && !second.is_change()).unwrap_or(first);
+        let unfinished = |does: &str| format!("that {}{} has not finished {does}", who(before), when(before, second));
+        let clause = match before {
+            touch if touch.is_change() && second.is_change() => unfinished("changing"),
+            touch if touch.is_change() => "before the layout is the right one".to_owned(),
+            touch if touch.is_write() => unfinished("writing"),
+            _ => unfinished("reading"),
+        };
+        Self { action, who: who(second), memory: noun(second.memory), clause }
+    }
+
+    /// Of an image in another layout than a touch needs.
+    pub(super) fn of_layout(found: &str, touch: &Touch) -> Self {
+        let clause = format!("in the layout {found} instead of {:?}", touch.layout);
+        Self { action: Action::Find, who: who(touch), memory: noun(touch.memory), clause }
+    }
+
+    fn sentence(&self, memories: &[&str]) -> String {
+        let what = match memories {
+            [] => String::new(),
+            [one] => (*one).to_owned(),
+            [most @ .., last] => format!("{} and {last}", most.join(", ")),
+        };
+        let verb = match self.action {
+            Action::Read => "read",
+            Action::Overwrite => "overwrite",
+            Action::ChangeLayout => "change the layout of",
+            Action::Find => "find",
+        };
+        format!("{} may {verb} {what} {}", self.who, self.clause)
+    }
+}
+
+fn who(touch: &Touch) -> String {
+    match touch.who {
+        Who::At(Place::HOST) => "the CPU".into(),
+        Who::At(Place::PRESENTATION) => "presentation".into(),
+        Who::At(Place::UPLOAD) => "the upload".into(),
+        Who::At(Place::CLEAR) => "the first clear".into(),
+        Who::At(Place::DEVICE) => "the dispatch".into(),
+        Who::At(place) => place.to_string(),
+        Who::Row(name) => format!("the barrier {name}"),
+        Who::End(pass) => format!("the end of the {pass}"),
+    }
+}
+
+/// When the first of two touches is, where that is another frame than the second's.
+fn when(first: &Touch, second: &Touch) -> &'static str {
+    match second.frame.saturating_sub(first.frame) {
+        _ if first.frame == 0 => "",
+        0 => "",
+        1 => " of the last frame",
+        _ => " of an earlier frame",
+    }
+}
+
+fn noun(memory: Memory) -> &'static str {
+    match memory {
+        Memory::Target(target) => match target {
+            Target::Depth => "depth",
+            Target::Albedo => "albedo",
+            Target::Normal => "normals",
+            Target::Material => "materials",
+            Target::Specular => "specular colours",
+            Target::Position => "positions",
+            Target::Count => "counts of fragments",
+            Target::Triangle => "numbers of triangles",
+            Target::Accumulation => "sums of transparent light",
+            Target::Weights => "sums of weights",
+            Target::Hdr => "light",
+            Target::Samples => "samples of light",
+            Target::Output | Target::Smoothed => "the picture",
+        },
+        Memory::Picture => "the picture",
+        Memory::SwapchainImage => "the window's image",
+        Memory::ShadowMap(_) => "a shadow map",
+        Memory::Level(_) | Memory::Texture => "a texture",
+        Memory::Vertices => "vertices",
+        Memory::Indices => "indices",
+        Memory::Staging => "a staging buffer",
+        Memory::Written(_) => "cameras and lights",
+        Memory::ReadBack => "the copy of the picture",
+        Memory::Panel => "a panel's texture",
+    }
+}
