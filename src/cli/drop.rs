@@ -1,42 +1,105 @@
-//! `afterlight inspect --drop`: frames with a dependency missing, and what the specification's rules and the validation layer have to say of them.
+//! Frames with a dependency missing: what may go wrong by the specification's rules, what the validation layer says, and whether this device's
+//! picture changes. `afterlight inspect --drop` prints it, and `afterlight render --drop` fails for it.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
-use afterlight::frame::edges::unreported_mutants::{Part, reason};
-use afterlight::frame::edges::{self, Edge, Edges};
-use afterlight::frame::proof::{Frames, Hazard};
-use afterlight::frame::{experiment, plan_for};
+use afterlight::frame::edges::unreported_mutants::{LAYER, Part, reason};
+use afterlight::frame::edges::{self, Absent, Edge, Edges};
+use afterlight::frame::proof::{self, Frames, Hazard};
+use afterlight::frame::{Picture, Pixels, experiment, plan_for};
 use afterlight::gpu::{Device, Instance, InstanceOptions, Message, MessageKind, Validation, vk};
-use afterlight::scene::SettingsPatch;
+use afterlight::plan::FramePlan;
+use afterlight::scene::{Settings, SettingsPatch};
 
 use super::args::{DeviceArgs, SettingsArgs};
 use super::failure::{Exit, Failure};
-use super::output;
+use super::table::{Table, version};
 use super::workload::Workload;
+use super::{output, progress};
 
 /// From this version on the layer has its shader heuristic.
 const HEURISTIC: u32 = vk::make_api_version(0, 1, 4, 304);
 
-/// Draws the scene without the dependency of this name, in each mode that the layer has, and prints what it says.
+/// The table without the row of this name.
+///
+/// # Errors
+/// When this plan has no such row, with the reason for that, or the row cannot be dropped.
+pub fn without(plan: &FramePlan, table: &Edges, name: &str) -> Result<Edges, Failure> {
+    let row = row(plan, table, name)?;
+    table.without(row.name).map_err(|error| Failure::usage(error.to_string()))
+}
+
+/// What may go wrong in frames with these dependencies, the worst first.
+pub fn in_words(plan: &FramePlan, edges: &Edges) -> Vec<String> {
+    told(&Frames::of(plan, edges).hazards())
+}
+
+fn told(hazards: &[Hazard]) -> Vec<String> {
+    proof::in_words(hazards.iter().map(|hazard| &hazard.consequence))
+}
+
+fn row<'a>(plan: &FramePlan, table: &'a Edges, name: &str) -> Result<&'a Edge, Failure> {
+    let absent = edges::absent(plan, table).into_iter().find(|absent| absent.name.name() == name);
+    if let Some(Absent { name, why }) = absent {
+        return Err(Failure::usage(format!("these frames have no dependency {name}: {why}")));
+    }
+    table.named(name).map_err(|error| Failure::usage(error.to_string()))
+}
+
+/// Draws the scene without the dependency of this name, in each mode that the layer has, or without each dependency in turn if it is `all`, and
+/// prints what was found.
 pub fn run(
     name: &str,
     scene: &str,
     settings: &SettingsArgs,
     variation: &SettingsPatch,
     args: &DeviceArgs,
+    is_verbose: bool,
 ) -> Result<(), Failure> {
     let workload = Workload::open(scene, settings, false)?;
-    let mut text = String::new();
-    let mut silent = true;
-    let mut dropped: Option<(Edge, u32)> = None;
-    for sync_shader_heuristic in [false, true] {
+    let text = match name {
+        "all" => all(&workload, variation, args)?,
+        name => one(name, &workload, variation, args, is_verbose)?,
+    };
+    output::print(&text, false)
+}
+
+/// A device under the synchronization layer, and what is drawn on it with all dependencies.
+struct Laboratory<'a> {
+    workload: &'a Workload,
+    instance: Arc<Instance>,
+    device: Arc<Device>,
+    /// The layer's version.
+    layer: u32,
+    settings: Settings,
+    plan: FramePlan,
+    table: Edges,
+    picture: Picture,
+}
+
+/// What was found of some frames.
+struct Found {
+    picture: Picture,
+    messages: Vec<Message>,
+    /// How many messages were not kept.
+    more: u64,
+}
+
+impl<'a> Laboratory<'a> {
+    /// `None` where the layer does not have the heuristic.
+    fn open(
+        workload: &'a Workload,
+        variation: &SettingsPatch,
+        args: &DeviceArgs,
+        sync_shader_heuristic: bool,
+    ) -> Result<Option<Self>, Failure> {
         let options = InstanceOptions { validation: Validation::Synchronization, sync_shader_heuristic };
         let instance = Instance::new(&options)?;
-        let layer = layer_version(&instance);
+        let layer = instance.validation_layer().unwrap_or_default();
         if sync_shader_heuristic && layer < HEURISTIC {
-            break;
+            return Ok(None);
         }
         let device = Device::new(&instance, &args.device.clone().unwrap_or_default())?;
         let mut settings = workload.settings(variation, &device.physical)?;
@@ -44,49 +107,177 @@ pub fn run(
         settings.shadows.cache = false;
         let plan = plan_for(&device, &workload.scene, &settings)?;
         let table = edges::table(&plan);
-        let without = table
-            .named(name)
-            .and_then(|row| table.without(row.name))
-            .map_err(|error| Failure::usage(error.to_string()))?;
-        let draw = |edges: Edges| {
-            // SAFETY: nobody looks at what these frames draw, and nothing else is on the device: all that is wanted is what the layer says
-            // of them before the driver runs them.
-            said(&instance, &device, |device| unsafe { experiment::draw(device, &workload.scene, &settings, edges) })
-        };
+        let picture = Picture { size: settings.size, pixels: Pixels::Srgb8(Vec::new()) };
+        let mut own = Self { workload, instance, device, layer, settings, plan, table, picture };
         // What it says of the whole table is not about what is dropped.
-        let (before, _) = draw(table.clone())?;
-        if !before.is_empty() {
-            let message = format!("with all its dependencies the layer already says {}", before[0].id_name);
+        let Found { picture, messages, .. } = own.draw(own.table.clone())?;
+        if let Some(first) = messages.first() {
+            let message = format!("with all its dependencies the layer already says {}", first.id_name);
             return Err(Failure::new(Exit::FailedCheck, message).with_hint("--validate lists all of it"));
         }
-        if dropped.is_none() {
-            let edge = table.named(name).map_err(|error| Failure::usage(error.to_string()))?;
-            let [width, height] = settings.size;
-            let (scene, gpu) = (&workload.scene.name, &device.physical.name);
-            let _ = writeln!(text, "{scene}: {width}x{height} on {gpu}, frames without {name}");
-            text.push_str(&described(edge, &Frames::of(&plan, &without).hazards()));
-            dropped = Some((edge.clone(), layer));
-        }
-        let mode = if sync_shader_heuristic { "with its shader heuristic" } else { "as it is by default" };
-        let (messages, more) = draw(without)?;
-        silent &= messages.is_empty();
-        let _ = writeln!(text, "Layer {}, {mode}:", version(layer));
-        match messages.is_empty() {
-            true => text.push_str("  nothing\n"),
-            false => text.push_str(&listing(&messages, more)),
-        }
-        text.push('\n');
+        own.picture = picture;
+        Ok(Some(own))
     }
-    if let Some((edge, layer)) = dropped.filter(|_| silent) {
-        let _ = writeln!(text, "{}", silence(&edge, layer));
+
+    fn draw(&self, edges: Edges) -> Result<Found, Failure> {
+        self.instance.take_messages();
+        // SAFETY: only whether their picture is another one is asked of these frames, and nothing else is on the device; the layer speaks of
+        // them before the driver runs them.
+        let picture = unsafe { experiment::draw(&self.device, &self.workload.scene, &self.settings, edges) }?;
+        let more = self.instance.message_log().dropped();
+        let ours = self.instance.take_messages().into_iter().filter(|message| message.kind != MessageKind::General);
+        Ok(Found { picture, messages: ours.collect(), more })
     }
-    output::print(text.trim_end(), false)
+
+    fn heading(&self, without: &str) -> String {
+        let [width, height] = self.settings.size;
+        let (scene, gpu) = (&self.workload.scene.name, &self.device.physical.name);
+        format!("{scene}: {width}x{height} on {gpu}, frames without {without}\n")
+    }
 }
 
-fn described(edge: &Edge, hazards: &[Hazard]) -> String {
+fn one(
+    name: &str,
+    workload: &Workload,
+    variation: &SettingsPatch,
+    args: &DeviceArgs,
+    is_verbose: bool,
+) -> Result<String, Failure> {
+    let mut text = String::new();
+    let mut silent = None;
+    for sync_shader_heuristic in [false, true] {
+        let Some(own) = Laboratory::open(workload, variation, args, sync_shader_heuristic)? else { break };
+        let without = without(&own.plan, &own.table, name)?;
+        let edge = row(&own.plan, &own.table, name)?;
+        let hazards = Frames::of(&own.plan, &without).hazards();
+        let found = own.draw(without)?;
+        if !sync_shader_heuristic {
+            text.push_str(&own.heading(name));
+            text.push_str(&described(edge, &hazards, is_verbose));
+            let _ = writeln!(text, "The picture on this device: {}\n", difference(&own.picture, &found.picture));
+        }
+        let mode = if sync_shader_heuristic { "with its shader heuristic" } else { "as it is by default" };
+        let _ = write!(text, "Layer {}, {mode}:\n{}", version(own.layer), listing(&found, is_verbose));
+        silent = match found.messages.is_empty() {
+            true if !sync_shader_heuristic || silent.is_some() => Some((edge.clone(), own.layer)),
+            _ => None,
+        };
+    }
+    if let Some((edge, layer)) = silent {
+        let _ = writeln!(text, "\n{}", silence(&edge, layer));
+    }
+    Ok(text)
+}
+
+fn described(edge: &Edge, hazards: &[Hazard], is_verbose: bool) -> String {
     let Edge { from, to, carrier, why, .. } = edge;
-    let rules = proved(hazards);
-    format!("  {from} -> {to}, {carrier}\n  why it is there: {why}\n\nThe specification's rules:\n{rules}\n")
+    let words = told(hazards).into_iter().fold(String::new(), |text, sentence| format!("{text}  {sentence}\n"));
+    let words = if words.is_empty() { "  nothing: other dependencies order the same\n" } else { &words };
+    let rules = match is_verbose {
+        true => format!("\nThe specification's rules:\n{}", proved(hazards)),
+        false => String::new(),
+    };
+    format!("  {from} -> {to}, {carrier}\n  why it is there: {why}\n\nWhat may go wrong:\n{words}{rules}\n")
+}
+
+/// A row for each dependency.
+fn all(workload: &Workload, variation: &SettingsPatch, args: &DeviceArgs) -> Result<String, Failure> {
+    // With its heuristic the layer hears what it hears without, and what shaders access besides.
+    let own = match Laboratory::open(workload, variation, args, true)? {
+        Some(own) => own,
+        None => Laboratory::open(workload, variation, args, false)?
+            .ok_or_else(|| Failure::new(Exit::NoVulkan, "there is no validation layer"))?,
+    };
+    let mut table = Table::new();
+    let layer = format!("layer {}", version(own.layer));
+    table.row(["dependency", "by the rules", &layer, "picture", "what may go wrong"]);
+    let bar = progress::bar("drawing without each".into(), own.table.iter().count() as u64, false);
+    let (mut dropped, mut by_rules, mut by_layer, mut changed) = (0, 0, 0, 0);
+    for edge in own.table.iter() {
+        bar.step();
+        if let Some(why) = edge.carrier.stays() {
+            table.row([edge.name.name().to_owned(), format!("cannot be dropped: {why}")]);
+            continue;
+        }
+        let without = own.table.without(edge.name).map_err(|error| Failure::usage(error.to_string()))?;
+        let words = in_words(&own.plan, &without);
+        let found = own.draw(without)?;
+        let is_other = !same(&own.picture, &found.picture);
+        dropped += 1;
+        by_rules += u32::from(!words.is_empty());
+        by_layer += u32::from(!found.messages.is_empty());
+        changed += u32::from(is_other);
+        // Without what all such rules begin with.
+        let short = |rule: &str| {
+            ["SYNC-HAZARD-", "DrawState-"].iter().find_map(|start| Some(rule.split_once(start)?.1.to_owned()))
+        };
+        let rules: Vec<_> =
+            found.rules().into_iter().map(|(rule, _)| short(rule).unwrap_or_else(|| rule.to_owned())).collect();
+        table.row([
+            edge.name.name().to_owned(),
+            if words.is_empty() { "nothing" } else { "hazard" }.to_owned(),
+            if rules.is_empty() { "nothing".to_owned() } else { rules.join(", ") },
+            if is_other { "changed" } else { "the same" }.to_owned(),
+            match words.as_slice() {
+                [] => "nothing: other dependencies order the same".to_owned(),
+                [only] => only.clone(),
+                [first, others @ ..] => format!("{first} (and {} more)", others.len()),
+            },
+        ]);
+    }
+    let heading = own.heading("each dependency in turn");
+    Ok(format!(
+        "{heading}\n{}\nOf {dropped} that can be dropped, the specification's rules need {by_rules}, and the layer notices {by_layer}; \
+         {changed} changed the picture on this device.\n",
+        table.render()
+    ))
+}
+
+impl Found {
+    /// The layer's rules, in the order in which it found them broken, with how often.
+    fn rules(&self) -> Vec<(&str, usize)> {
+        let mut rules: Vec<(&str, usize)> = Vec::new();
+        for message in &self.messages {
+            match rules.iter_mut().find(|(rule, _)| *rule == message.id_name) {
+                Some((_, count)) => *count += 1,
+                None => rules.push((&message.id_name, 1)),
+            }
+        }
+        rules
+    }
+}
+
+/// What the layer says: its rules, or its own words.
+fn listing(found: &Found, is_verbose: bool) -> String {
+    let mut text = match found.messages.is_empty() {
+        true => "  nothing\n".to_owned(),
+        false if is_verbose => texts(&found.messages),
+        false => {
+            found.rules().iter().fold(String::new(), |text, (rule, count)| format!("{text}  {rule}, {count} times\n"))
+        }
+    };
+    if found.more > 0 {
+        let _ = writeln!(text, "  and {} more messages that were not kept", found.more);
+    }
+    text
+}
+
+/// Bit for bit.
+fn same(one: &Picture, other: &Picture) -> bool {
+    match (&one.pixels, &other.pixels) {
+        (Pixels::Srgb8(one), Pixels::Srgb8(other)) => one == other,
+        (Pixels::LinearF32(one), Pixels::LinearF32(other)) => {
+            bytemuck::cast_slice::<f32, u32>(one) == bytemuck::cast_slice::<f32, u32>(other)
+        }
+        _ => false,
+    }
+}
+
+fn difference(with: &Picture, without: &Picture) -> &'static str {
+    match same(with, without) {
+        true => "the same as with all dependencies; another device, or another run, may show a difference",
+        false => "not the same as with all dependencies",
+    }
 }
 
 /// Each kind of hazard of each memory once, with how many pairs of touches have it.
@@ -110,13 +301,13 @@ fn proved(hazards: &[Hazard]) -> String {
 
 /// What it means that the layer says nothing.
 fn silence(edge: &Edge, layer: u32) -> String {
-    let (own, known) = (version(layer), version(edges::unreported_mutants::LAYER));
+    let (own, known) = (version(layer), version(LAYER));
     match reason(edge, Part::Row) {
         Some(reason) => format!(
             "No layer is known to notice: {}. The specification says ({}): \"{}.\"",
             reason.why, reason.section, reason.says
         ),
-        None if layer >= edges::unreported_mutants::LAYER => {
+        None if layer >= LAYER => {
             let name = edge.name;
             format!("These frames gave {name} nothing to order: where it orders something, layer {known} notices.")
         }
@@ -126,21 +317,8 @@ fn silence(edge: &Edge, layer: u32) -> String {
     }
 }
 
-/// What the layer has to say of some work, and how many messages it had no room for.
-fn said(
-    instance: &Instance,
-    device: &Arc<Device>,
-    work: impl FnOnce(&Arc<Device>) -> Result<(), afterlight::frame::Error>,
-) -> Result<(Vec<Message>, u64), Failure> {
-    instance.take_messages();
-    work(device)?;
-    let more = instance.message_log().dropped();
-    let ours = instance.take_messages().into_iter().filter(|message| message.kind != MessageKind::General);
-    Ok((ours.collect(), more))
-}
-
 /// Each hazard once, with how often it came: messages that differ in handles, frames and counters alone are one.
-fn listing(messages: &[Message], more: u64) -> String {
+fn texts(messages: &[Message]) -> String {
     let alike = |text: &str| -> String {
         let handle = |word: &str| {
             if word.starts_with("0x") { String::new() } else { word.replace(|c: char| c.is_ascii_digit(), "") }
@@ -164,25 +342,11 @@ fn listing(messages: &[Message], more: u64) -> String {
     for (rule, text, key) in first {
         let _ = writeln!(list, "  {rule}, {} times, as:\n    {}", counts[&key], text.trim_end());
     }
-    if more > 0 {
-        let _ = writeln!(list, "  and {more} more messages that were not kept");
-    }
     list
-}
-
-fn layer_version(instance: &Instance) -> u32 {
-    let layers = instance.layers().iter().filter(|layer| layer.name == "VK_LAYER_KHRONOS_validation");
-    layers.map(|layer| layer.spec_version).max().unwrap_or_default()
-}
-
-fn version(packed: u32) -> String {
-    let [major, minor] = [vk::api_version_major(packed), vk::api_version_minor(packed)];
-    format!("{major}.{minor}.{}", vk::api_version_patch(packed))
 }
 
 #[cfg(test)]
 mod tests {
-    use afterlight::frame::edges::unreported_mutants::LAYER;
     use afterlight::frame::edges::{Carrier, Place, RowName};
     use afterlight::frame::list::SHADOW_PASS;
     use afterlight::gpu::sync::Use;

@@ -10,8 +10,8 @@ use afterlight::window;
 use afterlight::{frame, gpu, plan, scene, stress};
 use clap::error::ErrorKind;
 
-/// The classes of failure, by exit code. `EXIT_CODES` says the same in the help.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// The classes of failure, by exit code; a later one is graver. `EXIT_CODES` says the same in the help.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Exit {
     /// The work was done, and a check on it failed.
     FailedCheck = 1,
@@ -31,8 +31,8 @@ pub const EXIT_CODES: &str = "\
 Exit codes:
   0  success
   1  a check failed: with --validate, the validation layer had something to say that is not advice,
-     pictures differ by more than --max, nothing keeps the bound of tune or nothing can verify it,
-     or a claim of stress does not hold
+     or frames need what --drop leaves out; pictures differ by more than --max, nothing keeps the bound of
+     tune or nothing can verify it, or a claim of stress does not hold
   2  usage: an option or its value is wrong, or no device has the number or name given
   3  bad input: a scene cannot be read or is too large for the device, or the output cannot be written
   4  no usable Vulkan: no loader, driver or validation layer, or the driver failed
@@ -76,9 +76,18 @@ impl Failure {
         if error.kind() == io::ErrorKind::BrokenPipe { Self { exit: None, ..failure } } else { failure }
     }
 
-    /// The one line.
+    /// The message as one line, as [`Failure::report`] prints it.
+    pub fn one_line(&self) -> String {
+        one_line(&self.message)
+    }
+
+    /// The message.
     pub fn message(&self) -> &str {
         &self.message
+    }
+
+    pub fn exit(&self) -> Option<Exit> {
+        self.exit
     }
 
     /// Whether it ends the program without a word and with success.

@@ -43,6 +43,12 @@ impl Target {
         Ok(Self { sink, format })
     }
 
+    /// Of one scene of several: `{name}` becomes the scene's.
+    pub fn named(&self, name: &str) -> Self {
+        let Sink::File(path) = &self.sink else { return self.clone() };
+        Self { sink: Sink::File(path.to_string_lossy().replace("{name}", name).into()), format: self.format }
+    }
+
     /// Of a picture of several: `walk.png` becomes `walk-0007.png`. Standard output takes them one after another.
     pub fn numbered(&self, index: u32, count: u32) -> Self {
         let Sink::File(path) = &self.sink else { return self.clone() };

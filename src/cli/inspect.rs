@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use afterlight::frame::edges::{self, Edge, Edges};
+use afterlight::frame::edges::{self, Absent, Edge, Edges};
 use afterlight::frame::{LayoutChange, layout_changes};
 use afterlight::frame::{capabilities, plan_for};
 use afterlight::report::graph;
@@ -26,7 +26,8 @@ Examples:
   afterlight inspect sponza.obj --shadows off --gbuffer fat
   afterlight inspect scene.toml --settings tuned.toml
   afterlight inspect scene.toml --json | jq '.parts[] | select(.included)'
-  afterlight inspect builtin:hall --size 320x180 --drop gbuffer-to-lighting")]
+  afterlight inspect builtin:hall --size 320x180 --drop gbuffer-to-lighting
+  afterlight inspect builtin:hall --size 320x180 --drop all")]
 pub struct Args {
     /// The scene: an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
     scene: String,
@@ -36,8 +37,9 @@ pub struct Args {
     /// Draw the frame into an .svg file as well: passes, what they draw into, and every dependency; - is standard output
     #[arg(long, value_name = "FILE", value_parser = drawing)]
     graph: Option<Sink>,
-    /// Draw a few frames without this dependency, under the validation layer, and print what it says
-    #[arg(long, value_name = "DEPENDENCY", conflicts_with_all = ["json", "validate", "graph"])]
+    /// Draw a few frames without this dependency, or without each in turn (all), and print what may go wrong, what the validation
+    /// layer says of it (its own text with -v), and whether the picture changed
+    #[arg(long, value_name = "DEPENDENCY|all", conflicts_with_all = ["json", "validate", "graph"])]
     drop: Option<String>,
     /// What the picture would show, as for `render`
     #[arg(long, value_name = "NAME", value_parser = value::<View>)]
@@ -62,6 +64,14 @@ struct Report {
     #[serde(flatten)]
     plan: PlanReport,
     dependencies: Vec<EdgeReport>,
+    absent_dependencies: Vec<AbsentReport>,
+}
+
+/// A dependency that these frames do not have.
+#[derive(Serialize)]
+struct AbsentReport {
+    name: &'static str,
+    why: String,
 }
 
 #[derive(Serialize)]
@@ -110,10 +120,10 @@ impl EdgeReport {
 }
 
 /// Prints the plan.
-pub fn run(args: &Args) -> Result<(), Failure> {
+pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
     if let Some(name) = &args.drop {
         let variation = SettingsPatch { view: args.view, samples: Some(1), ..SettingsPatch::default() };
-        return drop::run(name, &args.scene, &args.settings, &variation, &args.device);
+        return drop::run(name, &args.scene, &args.settings, &variation, &args.device, is_verbose);
     }
     let drawn_to_stdout = args.graph.as_ref().is_some_and(Sink::is_stdout);
     if drawn_to_stdout && args.json {
@@ -131,6 +141,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let plan = plan.map_err(|error| workload.blame(error, &device.physical, &settings))?;
         let parts = PlanReport::of(&plan, &workload.scene, &settings, &capabilities(&device.physical));
         let dependencies = edges::table(&plan);
+        let absent = edges::absent(&plan, &dependencies);
         let layouts = |edge: &Edge| layout_changes(&plan, &dependencies, edge);
         if let Some(sink) = &args.graph {
             sink.write(graph::draw(&workload.scene.name, &plan, &dependencies).as_bytes())?;
@@ -146,6 +157,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 gbuffer_bytes_per_pixel: plan.gbuffer_bytes_per_pixel(),
                 plan: parts,
                 dependencies: dependencies.iter().map(|edge| EdgeReport::of(edge, &layouts(edge))).collect(),
+                absent_dependencies: absent
+                    .into_iter()
+                    .map(|Absent { name, why }| AbsentReport { name: name.name(), why })
+                    .collect(),
             };
             return output::print(&output::json(&report)?, false);
         }
@@ -156,6 +171,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         text.push_str(&parts.text());
         let _ = writeln!(text, "The G-buffer takes {} bytes a pixel.", plan.gbuffer_bytes_per_pixel());
         let _ = write!(text, "\nDependencies\n{}", edge_list(&dependencies, layouts));
+        let mut table = Table::new();
+        for Absent { name, why } in &absent {
+            table.row([name.name(), why]);
+        }
+        let _ = write!(text, "\nDependencies that these frames do without\n{}", table.render());
         output::print(&text, drawn_to_stdout)
     })
 }

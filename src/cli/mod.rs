@@ -99,7 +99,7 @@ pub fn run() -> Result<(), Failure> {
     match cli.command {
         Command::Render(args) => render::run(&args, cli.verbose > 0),
         Command::Bench(args) => bench::run(&args),
-        Command::Inspect(args) => inspect::run(&args),
+        Command::Inspect(args) => inspect::run(&args, cli.verbose > 0),
         Command::Compare(args) => compare::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Reference(args) => reference::run(&args),

@@ -1,13 +1,15 @@
-//! `afterlight render`: a scene into a picture, or into many along a camera path.
+//! `afterlight render`: scenes into a picture each, or a scene into many along a camera path.
 
 mod path;
+mod scenes;
+mod verdict;
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use afterlight::frame::{self, Complexity, Picture, Pixels, Renderer, list};
+use afterlight::frame::{self, Complexity, Picture, Pixels, Renderer, edges, list, plan_for};
 use afterlight::gpu::Device;
 use afterlight::measure::peak_memory_bytes;
 use afterlight::plan::{self, FramePlan};
@@ -17,12 +19,13 @@ use super::args::{DeviceArgs, SettingsArgs, ViewChoice, fps, samples, view};
 use super::contact_sheet::{self, Tile};
 use super::failure::Failure;
 use super::image_output::{Format, Target};
+use super::output::Sink;
 use super::table::{Table, bytes, milliseconds};
 use super::workload::{Workload, memory_table, milliseconds_since, plan_table};
-use super::{output, progress, session};
+use super::{drop, progress};
 
-/// Draw a scene into a picture
-#[derive(Debug, clap::Args)]
+/// Draw scenes into a picture each
+#[derive(Debug, Clone, clap::Args)]
 #[command(after_help = "\
 Examples:
   afterlight render builtin:hall -o hall.png
@@ -30,13 +33,17 @@ Examples:
   afterlight render scene.toml -o - | display
   afterlight render builtin:hall --samples 64 -o smooth.png
   afterlight render builtin:spheres --gbuffer lean,normal=rgb10a2 --validate
+  afterlight render a.obj b.obj -o {name}.png --validate --junit passed.xml
+  afterlight render builtin:hall --validate --drop gbuffer-to-lighting
   afterlight render scene.toml --settings tuned.toml -o tuned.png
   afterlight render builtin:hall --view all -o sheet.png
   afterlight render builtin:hall --path walk.toml --fps 10 -o walk.png")]
 pub struct Args {
-    /// The scene: an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
-    scene: String,
-    /// The picture: .png, or .exr for linear light in nits; - is standard output (PNG)
+    /// The scenes: .obj files, .toml scene files, or `builtin:NAME?key=value&...`
+    #[arg(required = true, value_name = "SCENE")]
+    scenes: Vec<String>,
+    /// The picture: .png, or .exr for linear light in nits; - is standard output (PNG). {name} in it becomes the scene's name, which
+    /// several scenes need
     #[arg(short, long, value_name = "FILE", default_value = "afterlight.png", value_parser = Target::parse)]
     output: Target,
     /// How many times to draw the picture; the last one is written
@@ -55,6 +62,16 @@ pub struct Args {
     samples: Option<u32>,
     #[arg(long, value_name = "NAME|all", value_parser = view, help = view_help())]
     view: Option<ViewChoice>,
+    /// Leave this dependency out (`afterlight inspect` lists them), to see a check fail: exit code 1 if the layer or the
+    /// specification's rules notice
+    #[arg(long, value_name = "DEPENDENCY", requires = "validate")]
+    drop: Option<String>,
+    /// Write the verdict on each scene, with the layer's messages, as JSON; - is standard output
+    #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
+    json: Option<Sink>,
+    /// Write the same as JUnit XML, which build servers read; - is standard output
+    #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
+    junit: Option<Sink>,
     /// Print nothing but errors
     #[arg(short, long)]
     quiet: bool,
@@ -62,6 +79,14 @@ pub struct Args {
     settings: SettingsArgs,
     #[command(flatten)]
     device: DeviceArgs,
+}
+
+/// What a scene was drawn into.
+struct Drawn {
+    /// What there is to tell.
+    text: String,
+    /// What may go wrong without the dependency of `--drop`, a sentence each.
+    hazards: Vec<String>,
 }
 
 fn view_help() -> String {
@@ -86,17 +111,41 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
     if args.view == Some(ViewChoice::All) && args.path.is_some() {
         return Err(Failure::usage("--view all draws each view once: --path does not apply to it"));
     }
-    args.output.sink.check()?;
-    session::with_device(&args.device, |device| {
-        let workload = Workload::open(&args.scene, &args.settings, args.quiet)?;
-        let report = match (&args.path, args.view) {
-            (Some(file), _) => path::draw(args, workload, &device, file, is_verbose)?,
-            (None, Some(ViewChoice::All)) => draw_sheet(args, &workload, &device)?,
-            (None, Some(ViewChoice::One(view))) => draw(args, &workload, &device, Some(view), is_verbose)?,
-            (None, None) => draw(args, &workload, &device, None, is_verbose)?,
-        };
-        if args.quiet { Ok(()) } else { output::print(&report, args.output.sink.is_stdout()) }
-    })
+    if args.view == Some(ViewChoice::All) && args.drop.is_some() {
+        return Err(Failure::usage("--drop leaves a dependency out of one view: it does not go with --view all"));
+    }
+    scenes::run(args, is_verbose)
+}
+
+/// Draws and writes the picture of one scene.
+fn draw_scene(args: &Args, scene: &str, device: &Arc<Device>, is_verbose: bool) -> Result<Drawn, Failure> {
+    let workload = Workload::open(scene, &args.settings, args.quiet)?;
+    match (&args.path, args.view) {
+        (Some(file), _) => path::draw(args, workload, device, file, is_verbose),
+        (None, Some(ViewChoice::All)) => draw_sheet(args, &workload, device),
+        (None, Some(ViewChoice::One(view))) => draw(args, &workload, device, Some(view), is_verbose),
+        (None, None) => draw(args, &workload, device, None, is_verbose),
+    }
+}
+
+/// The renderer, and what may go wrong without the dependency of `--drop`.
+fn renderer(
+    args: &Args,
+    device: &Arc<Device>,
+    workload: &Workload,
+    settings: &Settings,
+) -> Result<(Renderer, Vec<String>), Failure> {
+    let blame = |error| workload.blame(error, &device.physical, settings);
+    let Some(name) = &args.drop else {
+        return Ok((Renderer::new(device, &workload.scene, settings).map_err(blame)?, Vec::new()));
+    };
+    let plan = plan_for(device, &workload.scene, settings).map_err(|error| blame(error.into()))?;
+    let without = drop::without(&plan, &edges::table(&plan), name)?;
+    let hazards = drop::in_words(&plan, &without);
+    // SAFETY: whoever leaves a dependency out asks for frames whose memory is used in any order: that is what `--drop` is for, and its help
+    // says so. The rows without which a driver need not survive cannot be dropped.
+    let renderer = unsafe { Renderer::with_edges(device, &workload.scene, settings, without) };
+    Ok((renderer.map_err(blame)?, hazards))
 }
 
 /// Draws the picture as often as asked for, writes the last one and returns what there is to tell.
@@ -106,11 +155,10 @@ fn draw(
     device: &Arc<Device>,
     view: Option<View>,
     is_verbose: bool,
-) -> Result<String, Failure> {
+) -> Result<Drawn, Failure> {
     let settings = settings(args, workload, device, view)?;
     let start = Instant::now();
-    let renderer = Renderer::new(device, &workload.scene, &settings);
-    let mut renderer = renderer.map_err(|error| workload.blame(error, &device.physical, &settings))?;
+    let (mut renderer, hazards) = renderer(args, device, workload, &settings)?;
     workload.warn(renderer.plan())?;
     let bar = progress::bar("drawing".into(), u64::from(args.frames) * u64::from(settings.samples), args.quiet);
     let mut times = Table::with_figures_from(1);
@@ -151,7 +199,7 @@ fn draw(
         let _ = writeln!(text, "{complex} of {covered} pixels with a surface, {share:.1}%, are shaded once a sample");
     }
     text.push_str(&costs(workload, renderer.plan(), &times, device, is_verbose));
-    Ok(text)
+    Ok(Drawn { text, hazards })
 }
 
 /// The settings of the pictures.
@@ -207,7 +255,7 @@ fn draw_more(
 }
 
 /// Draws every view at half the size and writes them as one picture. A view of what this scene lacks has an empty tile.
-fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<String, Failure> {
+fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<Drawn, Failure> {
     let start = Instant::now();
     let once = SettingsPatch { samples: Some(1), ..SettingsPatch::default() };
     let mut settings = workload.settings(&once, &device.physical)?;
@@ -227,7 +275,7 @@ fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<
     times.row(["load".to_owned(), milliseconds(workload.load_ms)]);
     times.row([format!("{} views", tiles.len()), milliseconds(milliseconds_since(start))]);
     let _ = write!(text, "\nTimes\n{}", times.render());
-    Ok(text)
+    Ok(Drawn { text, hazards: Vec::new() })
 }
 
 /// The settings with another view. What smooths edges goes where a view shows values.

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use afterlight::gpu::vk;
+
 /// Rows of cells, printed with aligned columns.
 #[derive(Debug, Default)]
 pub struct Table {
@@ -86,6 +88,12 @@ pub fn bytes(bytes: u64) -> String {
 pub fn bytes_more(change: i64) -> String {
     let sign = if change < 0 { "-" } else { "+" };
     format!("{sign}{}", bytes(change.unsigned_abs()))
+}
+
+/// A packed Vulkan version as people write it.
+pub fn version(packed: u32) -> String {
+    let (major, minor) = (vk::api_version_major(packed), vk::api_version_minor(packed));
+    format!("{major}.{minor}.{}", vk::api_version_patch(packed))
 }
 
 #[cfg(test)]

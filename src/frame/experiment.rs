@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::edges::Edges;
-use super::{Error, Renderer};
+use super::{Error, Picture, Renderer};
 #[cfg(feature = "present")]
 use super::{Outcome, Presenter};
 use crate::gpu::Device;
@@ -14,14 +14,15 @@ use crate::passes::overlay::{Draw, Panels, Texture, Vertex};
 use crate::scene::{Scene, Settings};
 
 /// Draws so much that each dependency has something to order: frames in flight, in each of whose places another one follows, and copies of
-/// pictures under way while the next is drawn. Waits until all of it is done and destroyed, so that the layer has said all it has to say.
+/// pictures under way while the next is drawn. Waits until all of it is done and destroyed, so that the layer has said all it has to say. The
+/// picture that was copied last.
 ///
 /// # Safety
 /// As of [`Renderer::with_edges`].
 ///
 /// # Errors
-/// As [`Renderer::with_edges`] and [`Renderer::render`].
-pub unsafe fn draw(device: &Arc<Device>, scene: &Scene, settings: &Settings, edges: Edges) -> Result<(), Error> {
+/// As [`Renderer::with_edges`], [`Renderer::render`] and [`Renderer::read_back`].
+pub unsafe fn draw(device: &Arc<Device>, scene: &Scene, settings: &Settings, edges: Edges) -> Result<Picture, Error> {
     // SAFETY: the caller's promise.
     let mut renderer = unsafe { Renderer::with_edges(device, scene, settings, edges) }?;
     for frame in 0..4 {
@@ -30,8 +31,10 @@ pub unsafe fn draw(device: &Arc<Device>, scene: &Scene, settings: &Settings, edg
             renderer.start_read_back()?;
         }
     }
+    let picture = renderer.finish_read_back()?;
     drop(renderer);
-    Ok(device.wait_idle()?)
+    device.wait_idle()?;
+    Ok(picture)
 }
 
 /// The same of frames that are presented, on a surface without a display, with and without whatever may lie over the picture: another one beside it,

@@ -171,6 +171,12 @@ impl Instance {
         &self.layers
     }
 
+    /// The version of the validation layer that the loader found, packed as Vulkan packs it.
+    pub fn validation_layer(&self) -> Option<u32> {
+        let name = KHRONOS_VALIDATION.to_string_lossy();
+        self.layers.iter().filter(|layer| layer.name == name).map(|layer| layer.spec_version).max()
+    }
+
     /// Whether it was made with an extension.
     pub fn has_extension(&self, name: &CStr) -> bool {
         self.extensions.contains(&name)

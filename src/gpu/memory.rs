@@ -202,7 +202,8 @@ impl Memory {
 
 /// An error message about something that outlived its device.
 pub(super) fn leak(text: String) -> Message {
-    Message { severity: Severity::Error, kind: MessageKind::Leak, id_name: "leak".to_owned(), text }
+    let (severity, kind) = (Severity::Error, MessageKind::Leak);
+    Message { severity, kind, id_name: "leak".to_owned(), objects: Vec::new(), text }
 }
 
 /// The objects of one [`MemoryKind`].

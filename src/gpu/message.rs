@@ -37,6 +37,8 @@ pub struct Message {
     pub kind: MessageKind,
     /// The rule's name, as `VUID-vkCmdDraw-None-02697`; may be empty.
     pub id_name: String,
+    /// The names of the objects that it is about, of those that have one.
+    pub objects: Vec<String>,
     /// The whole text, possibly of several lines.
     pub text: String,
 }
@@ -135,11 +137,22 @@ unsafe extern "system" fn collect(
             severity: if is_error { Severity::Error } else { Severity::Warning },
             kind,
             id_name: id_name.into_owned(),
+            objects: names_of(data),
             text: text_of(data.p_message).into_owned(),
         });
     }
     // TRUE would make the offending call fail, and the program behave differently under validation.
     vk::FALSE
+}
+
+fn names_of(data: &vk::DebugUtilsMessengerCallbackDataEXT<'_>) -> Vec<String> {
+    if data.p_objects.is_null() {
+        return Vec::new();
+    }
+    // SAFETY: not null, and Vulkan's array has as many elements as it says and lives as long as the callback's data.
+    let objects = unsafe { std::slice::from_raw_parts(data.p_objects, data.object_count as usize) };
+    let names = objects.iter().map(|object| text_of(object.p_object_name).into_owned());
+    names.filter(|name| !name.is_empty()).collect()
 }
 
 fn text_of<'a>(text: *const c_char) -> Cow<'a, str> {
@@ -162,6 +175,7 @@ mod tests {
                 severity: Severity::Error,
                 kind: MessageKind::Validation,
                 id_name: String::new(),
+                objects: Vec::new(),
                 text: number.to_string(),
             });
         }

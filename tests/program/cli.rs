@@ -489,14 +489,15 @@ fn a_dropped_dependency_is_complained_of_and_one_that_is_not_there_is_told() {
         let scene = ["inspect", "builtin:quad", "--light-path", "loop"];
         [&scene[..], &SMALL, &["--drop", name]].concat()
     };
-    let told = succeed(folder.path(), &inspect("gbuffer-to-lighting"));
+    let verbose = |name| succeed(folder.path(), &[&inspect(name)[..], &["-v"]].concat());
+    let told = verbose("gbuffer-to-lighting");
     assert!(told.contains("GEOMETRY -> LIGHTING") && told.contains("why it is there"), "{told}");
     assert!(told.contains("SYNC-HAZARD-") && told.contains(" times, as:"), "{told}");
     assert!(
         told.contains("The specification's rules:") && told.contains("of the target Depth: nothing orders"),
         "{told}"
     );
-    let unheard = succeed(folder.path(), &inspect("picture-to-host"));
+    let unheard = verbose("picture-to-host");
     assert!(unheard.contains("read after write of the read-back buffer: nothing orders COPY"), "{unheard}");
     assert!(unheard.contains("nothing") && unheard.contains("The specification says (Fences)"), "{unheard}");
     // Its maps are cached by default.

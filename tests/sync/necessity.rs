@@ -340,7 +340,7 @@ impl Watched {
         unsafe {
             match case.presented {
                 Some(way) => experiment::present(&self.device, &case.scene, &case.settings, edges, way == Way::Encoded),
-                None => experiment::draw(&self.device, &case.scene, &case.settings, edges),
+                None => experiment::draw(&self.device, &case.scene, &case.settings, edges).map(drop),
             }
         }
     }
@@ -348,7 +348,7 @@ impl Watched {
     #[cfg(not(feature = "window"))]
     fn draw(&self, case: &Case, edges: Edges) -> Result<(), afterlight::frame::Error> {
         // SAFETY: as above.
-        unsafe { experiment::draw(&self.device, &case.scene, &case.settings, edges) }
+        unsafe { experiment::draw(&self.device, &case.scene, &case.settings, edges).map(drop) }
     }
 
     /// The rules that the layer finds broken.

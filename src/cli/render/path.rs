@@ -4,11 +4,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use afterlight::frame::Renderer;
 use afterlight::gpu::Device;
 use afterlight::measure::Distribution;
 
-use super::{Args, costs, heading, settings};
+use super::{Args, Drawn, costs, heading, renderer, settings};
 use crate::cli::args::ViewChoice;
 use crate::cli::failure::Failure;
 use crate::cli::progress;
@@ -25,7 +24,7 @@ pub fn draw(
     device: &Arc<Device>,
     file: &Path,
     is_verbose: bool,
-) -> Result<String, Failure> {
+) -> Result<Drawn, Failure> {
     let path = workload.follow(file)?;
     let moments = (path.seconds() * args.fps + 1e-9).floor() + 1.0;
     if moments > MAX_PICTURES {
@@ -43,8 +42,7 @@ pub fn draw(
     target(0).sink.check()?;
 
     let start = Instant::now();
-    let renderer = Renderer::new(device, &workload.scene, &settings);
-    let mut renderer = renderer.map_err(|error| workload.blame(error, &device.physical, &settings))?;
+    let (mut renderer, hazards) = renderer(args, device, &workload, &settings)?;
     workload.warn(renderer.plan())?;
     let set_up_ms = milliseconds_since(start);
     let bar = progress::bar("drawing".into(), u64::from(count), args.quiet);
@@ -74,5 +72,5 @@ pub fn draw(
     };
     let mut text = heading(&workload, &settings, device, &output);
     text.push_str(&costs(&workload, renderer.plan(), &times, device, is_verbose));
-    Ok(text)
+    Ok(Drawn { text, hazards })
 }
