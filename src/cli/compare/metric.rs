@@ -27,7 +27,7 @@ const NAMES: [(&str, Metric); 7] = [
 ];
 
 impl Metric {
-    fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         NAMES.iter().find(|(_, metric)| *metric == self).map_or("", |(name, _)| name)
     }
 

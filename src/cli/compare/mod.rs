@@ -53,7 +53,7 @@ pub struct Args {
     /// smaller). Can be given several times; any fails where a pixel is not finite
     #[arg(long = "max", value_name = "METRIC=VALUE", value_parser = Limit::parse)]
     limits: Vec<Limit>,
-    /// Print the metrics as JSON
+    /// Print the metrics, the limits and the verdict as JSON
     #[arg(long)]
     json: bool,
 }
@@ -95,7 +95,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     judge(&args.limits, &comparison)
 }
 
-/// The first limits that do not hold, in a sentence.
+/// Whether all limits hold; `None` without any.
+fn verdict(limits: &[Limit], comparison: &Comparison) -> Option<&'static str> {
+    let passed = || if judge(limits, comparison).is_ok() { "passed" } else { "failed" };
+    (!limits.is_empty()).then(passed)
+}
+
+/// The limits that do not hold, in a sentence.
 fn judge(limits: &[Limit], comparison: &Comparison) -> Result<(), Failure> {
     if limits.is_empty() {
         return Ok(());
@@ -138,6 +144,17 @@ struct Report {
     differing_pixels: usize,
     not_finite: usize,
     expected_not_finite: usize,
+    limits: Vec<LimitReport>,
+    verdict: Option<&'static str>,
+}
+
+/// A `--max`, and what was found.
+#[derive(Debug, Serialize)]
+struct LimitReport {
+    metric: &'static str,
+    limit: f64,
+    value: Option<f64>,
+    holds: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -173,6 +190,17 @@ impl Report {
             differing_pixels: counted.differing_pixels,
             not_finite: comparison.actual_not_finite,
             expected_not_finite: comparison.expected_not_finite,
+            limits: args
+                .limits
+                .iter()
+                .map(|limit| LimitReport {
+                    metric: limit.metric.name(),
+                    limit: limit.value,
+                    value: limit.metric.of(comparison).filter(|value| value.is_finite()),
+                    holds: limit.broken_by(comparison).is_none(),
+                })
+                .collect(),
+            verdict: verdict(&args.limits, comparison),
         }
     }
 }

@@ -3,8 +3,9 @@
 use std::fmt::Write as _;
 
 use afterlight::gpu::{PhysicalDevice, vk};
+use serde::Serialize;
 
-use crate::cli::table::{Table, bytes};
+use crate::cli::table::{Table, bytes, version};
 
 /// A format that frames use.
 struct FormatUse {
@@ -56,22 +57,83 @@ const FORMATS: [FormatUse; 11] = [
 const PUSH_CONSTANT_BYTES: u32 = 128;
 
 /// Everything worth knowing about one device.
-pub fn describe(index: usize, device: &PhysicalDevice, chosen: bool) -> String {
-    let mark = if chosen { " (used by default)" } else { "" };
-    let mut text = format!("Device {index}: {}{mark}\n", device.name);
-    let mut table = Table::new();
-    table.row(["type".to_owned(), format!("{:?}", device.kind)]);
-    table.row(["driver".to_owned(), format!("{} {}", device.driver_name, device.driver_info)]);
-    table.row(["Vulkan".to_owned(), version(device.api_version)]);
-    for (name, value) in limits(device) {
-        table.row([name.to_owned(), value]);
+#[derive(Debug, Serialize)]
+pub struct DeviceReport {
+    number: usize,
+    name: String,
+    kind: String,
+    driver: String,
+    vulkan: String,
+    limits: Vec<Limit>,
+    formats: Vec<Format>,
+    /// Why nothing can be drawn on it.
+    unusable: Option<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Limit {
+    name: &'static str,
+    value: String,
+}
+
+/// A format, and whether the device can use it so.
+#[derive(Debug, Serialize)]
+struct Format {
+    format: String,
+    used_for: &'static str,
+    usable: bool,
+    /// What happens without it; `None`: nothing can be drawn.
+    without: Option<&'static str>,
+}
+
+impl DeviceReport {
+    pub fn of(number: usize, device: &PhysicalDevice) -> Self {
+        let format = |used: &FormatUse| Format {
+            format: format!("{:?}", used.format),
+            used_for: used.what_for,
+            usable: has(device, used),
+            without: used.without,
+        };
+        Self {
+            number,
+            name: device.name.clone(),
+            kind: format!("{:?}", device.kind),
+            driver: format!("{} {}", device.driver_name, device.driver_info),
+            vulkan: version(device.api_version),
+            limits: limits(device).into_iter().map(|(name, value)| Limit { name, value }).collect(),
+            formats: FORMATS.iter().map(format).collect(),
+            unusable: unusable(device),
+        }
     }
-    text.push_str(&table.render());
-    let _ = write!(text, "{}", formats(device).render());
-    if let Some(reason) = unusable(device) {
-        let _ = writeln!(text, "  NOT USABLE: {reason}");
+
+    pub fn is(&self, number: usize) -> bool {
+        self.number == number
     }
-    text
+
+    pub fn text(&self, is_default: bool) -> String {
+        let mark = if is_default { " (used by default)" } else { "" };
+        let mut text = format!("Device {}: {}{mark}\n", self.number, self.name);
+        let mut table = Table::new();
+        table.row(["type", &self.kind]).row(["driver", &self.driver]).row(["Vulkan", &self.vulkan]);
+        for Limit { name, value } in &self.limits {
+            table.row([name, value.as_str()]);
+        }
+        text.push_str(&table.render());
+        let mut table = Table::new();
+        for own in &self.formats {
+            let state = match (own.usable, own.without) {
+                (true, _) => "yes".to_owned(),
+                (false, Some(without)) => format!("no: {without}"),
+                (false, None) => "NO: nothing can be drawn".to_owned(),
+            };
+            table.row([own.format.clone(), own.used_for.to_owned(), state]);
+        }
+        text.push_str(&table.render());
+        if let Some(reason) = &self.unusable {
+            let _ = writeln!(text, "  NOT USABLE: {reason}");
+        }
+        text
+    }
 }
 
 /// Why nothing can be drawn on the device, if so.
@@ -83,19 +145,6 @@ pub fn unusable(device: &PhysicalDevice) -> Option<String> {
 
 fn has(device: &PhysicalDevice, used: &FormatUse) -> bool {
     device.format_features(used.format).contains(used.needed)
-}
-
-fn formats(device: &PhysicalDevice) -> Table {
-    let mut table = Table::new();
-    for used in &FORMATS {
-        let state = match (has(device, used), used.without) {
-            (true, _) => "yes".to_owned(),
-            (false, Some(without)) => format!("no: {without}"),
-            (false, None) => "NO: nothing can be drawn".to_owned(),
-        };
-        table.row([format!("{:?}", used.format), used.what_for.to_owned(), state]);
-    }
-    table
 }
 
 fn limits(device: &PhysicalDevice) -> Vec<(&'static str, String)> {
@@ -123,10 +172,4 @@ fn limits(device: &PhysicalDevice) -> Vec<(&'static str, String)> {
 fn largest_picture(device: &PhysicalDevice) -> u32 {
     let limits = &device.limits;
     limits.max_image_dimension2_d.min(limits.max_framebuffer_width).min(limits.max_framebuffer_height)
-}
-
-/// A packed Vulkan version as people write it.
-pub fn version(packed: u32) -> String {
-    let (major, minor) = (vk::api_version_major(packed), vk::api_version_minor(packed));
-    format!("{major}.{minor}.{}", vk::api_version_patch(packed))
 }

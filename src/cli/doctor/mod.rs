@@ -9,13 +9,12 @@ use std::fmt::Write as _;
 
 use afterlight::gpu::system::{Missing, install_hint};
 use afterlight::gpu::{self, DeviceChoice, Instance, InstanceOptions, PhysicalDevice};
+use serde::Serialize;
 
 use super::failure::{Exit, Failure, with_causes};
 use super::output;
-use super::table::Table;
-use device::version;
-
-const VALIDATION_LAYER: &str = "VK_LAYER_KHRONOS_validation";
+use super::table::{Table, version};
+use device::DeviceReport;
 
 /// Tell what of Vulkan is here, what works, and what to install
 #[derive(Debug, clap::Args)]
@@ -23,72 +22,138 @@ const VALIDATION_LAYER: &str = "VK_LAYER_KHRONOS_validation";
 Examples:
   afterlight doctor
   afterlight doctor >/dev/null && make test
+  afterlight doctor --json | jq -r '.devices[].name'
 
 Ends with exit code 4 when no device can draw.")]
-pub struct Args {}
+pub struct Args {
+    /// Print the findings as JSON
+    #[arg(long)]
+    json: bool,
+}
 
 /// Prints the findings.
-pub fn run(_: &Args) -> Result<(), Failure> {
-    let mut text = format!("Afterlight {} on {OS}, {ARCH}\n\n", env!("CARGO_PKG_VERSION"));
-    text.push_str(&drivers());
-    let verdict = match Instance::new(&InstanceOptions::default()) {
-        Ok(instance) => {
-            text.push_str(&loader(&instance));
-            devices(&instance, &mut text)
-        }
-        Err(error) => {
-            let _ = writeln!(text, "Loader\n  {}\n", with_causes(&error));
-            Err(error)
-        }
-    };
-    let _ = match &verdict {
-        Ok(index) => writeln!(text, "Drawing works, on device {index}."),
-        Err(error) => writeln!(text, "Drawing does not work: {}.", with_causes(error)),
-    };
-    output::print(&text, false)?;
-    verdict.map(drop).map_err(|error| Failure::new(Exit::NoVulkan, with_causes(&error)))
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let found = Findings::gather();
+    output::print(&if args.json { output::json(&found)? } else { found.text() }, false)?;
+    found.error.map_or(Ok(()), |error| Err(Failure::new(Exit::NoVulkan, error)))
 }
 
-fn drivers() -> String {
-    let (found, note) = manifests::find();
-    let mut table = Table::new();
-    for manifest in &found {
-        table.row([manifest.path.display().to_string(), manifest.fault().unwrap_or_else(|| "found".to_owned())]);
-    }
-    for line in note.into_iter().chain(found.is_empty().then(|| "none".to_owned())) {
-        table.row([line]);
-    }
-    format!("Driver manifests\n{}\n", table.render())
+/// What of Vulkan is here; docs/COMMANDS.md has the keys.
+#[derive(Debug, Serialize)]
+struct Findings {
+    afterlight: &'static str,
+    os: &'static str,
+    arch: &'static str,
+    manifests: Vec<ManifestReport>,
+    manifests_note: Option<String>,
+    /// The loader's Vulkan version; `None` without one.
+    loader: Option<String>,
+    layers: Vec<LayerReport>,
+    /// The validation layer's version; `None`: `--validate` does not work.
+    validation_layer: Option<String>,
+    devices: Vec<DeviceReport>,
+    /// The number of the device that is used where none is asked for.
+    device: Option<usize>,
+    /// Why nothing can be drawn.
+    error: Option<String>,
 }
 
-fn loader(instance: &Instance) -> String {
-    let mut text = format!("Loader\n  Vulkan {}\n\nLayers\n", version(instance.loader_version()));
-    let mut table = Table::new();
-    for layer in instance.layers() {
-        let written_for = format!("for Vulkan {}", version(layer.spec_version));
-        table.row([layer.name.clone(), written_for, layer.description.clone()]);
-    }
-    text.push_str(&table.render());
-    let _ = match instance.layers().iter().any(|layer| layer.name == VALIDATION_LAYER) {
-        true => writeln!(text, "  --validate works\n"),
-        false => {
-            let hint = install_hint(Missing::ValidationLayer);
-            writeln!(text, "  --validate does not work, {VALIDATION_LAYER} is missing: {hint}\n")
+#[derive(Debug, Serialize)]
+struct ManifestReport {
+    path: String,
+    fault: Option<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct LayerReport {
+    name: String,
+    vulkan: String,
+    description: String,
+}
+
+impl Findings {
+    fn gather() -> Self {
+        let (manifests, manifests_note) = manifests::find();
+        let manifests = manifests
+            .into_iter()
+            .map(|manifest| ManifestReport { path: manifest.path.display().to_string(), fault: manifest.fault() });
+        let mut found = Self {
+            afterlight: env!("CARGO_PKG_VERSION"),
+            os: OS,
+            arch: ARCH,
+            manifests: manifests.collect(),
+            manifests_note,
+            loader: None,
+            layers: Vec::new(),
+            validation_layer: None,
+            devices: Vec::new(),
+            device: None,
+            error: None,
+        };
+        match Instance::new(&InstanceOptions::default()).and_then(|instance| found.look(&instance)) {
+            Ok(number) => found.device = Some(number),
+            Err(error) => found.error = Some(with_causes(&error)),
         }
-    };
-    text
-}
-
-/// Appends every device, and returns the number of the one that is used when none is asked for.
-fn devices(instance: &Instance, text: &mut String) -> gpu::Result<usize> {
-    let devices = instance.physical_devices().inspect_err(|error| {
-        let _ = writeln!(text, "Devices\n  {}\n", with_causes(error));
-    })?;
-    let chosen = usable(&devices);
-    for (index, device) in devices.iter().enumerate() {
-        let _ = writeln!(text, "{}", device::describe(index, device, chosen.as_ref().ok() == Some(&index)));
+        found
     }
-    chosen
+
+    /// Adds loader, layers and devices, and returns the number of the device that is used when none is asked for.
+    fn look(&mut self, instance: &Instance) -> gpu::Result<usize> {
+        self.loader = Some(version(instance.loader_version()));
+        let layers = instance.layers().iter().map(|layer| LayerReport {
+            name: layer.name.clone(),
+            vulkan: version(layer.spec_version),
+            description: layer.description.clone(),
+        });
+        self.layers = layers.collect();
+        self.validation_layer = instance.validation_layer().map(version);
+        let devices = instance.physical_devices()?;
+        self.devices = devices.iter().enumerate().map(|(number, device)| DeviceReport::of(number, device)).collect();
+        usable(&devices)
+    }
+
+    fn text(&self) -> String {
+        let mut text = format!("Afterlight {} on {OS}, {ARCH}\n\n", self.afterlight);
+        let mut table = Table::new();
+        for ManifestReport { path, fault } in &self.manifests {
+            table.row([path.as_str(), fault.as_deref().unwrap_or("found")]);
+        }
+        for line in self.manifests_note.as_deref().into_iter().chain(self.manifests.is_empty().then_some("none")) {
+            table.row([line]);
+        }
+        let error = self.error.as_deref().unwrap_or_default();
+        let loader = self.loader.as_ref().map_or_else(|| error.to_owned(), |version| format!("Vulkan {version}"));
+        let _ = writeln!(text, "Driver manifests\n{}\nLoader\n  {loader}\n", table.render());
+        if self.loader.is_some() {
+            text.push_str(&self.layer_table());
+            for device in &self.devices {
+                let _ = writeln!(text, "{}", device.text(self.device.is_some_and(|number| device.is(number))));
+            }
+            if self.devices.is_empty() {
+                let _ = writeln!(text, "Devices\n  {error}\n");
+            }
+        }
+        let _ = match self.device {
+            Some(number) => writeln!(text, "Drawing works, on device {number}."),
+            None => writeln!(text, "Drawing does not work: {error}."),
+        };
+        text
+    }
+
+    fn layer_table(&self) -> String {
+        let mut table = Table::new();
+        for LayerReport { name, vulkan, description } in &self.layers {
+            table.row([name.clone(), format!("for Vulkan {vulkan}"), description.clone()]);
+        }
+        let works = match self.validation_layer {
+            Some(_) => "--validate works".to_owned(),
+            None => {
+                let hint = install_hint(Missing::ValidationLayer);
+                format!("--validate does not work, VK_LAYER_KHRONOS_validation is missing: {hint}")
+            }
+        };
+        format!("Layers\n{}  {works}\n\n", table.render())
+    }
 }
 
 fn usable(devices: &[PhysicalDevice]) -> gpu::Result<usize> {
