@@ -9,6 +9,8 @@ use std::path::Path;
 
 use crate::common::program::program;
 
+mod passed;
+
 /// Pattern and replacement, in this order.
 const DIFFERS: &[(&str, &str)] = &[
     (r"llvmpipe \(LLVM [^)]*\)", "[device]"),
