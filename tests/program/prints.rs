@@ -37,8 +37,12 @@ fn printed(folder: &Path, arguments: &[&str]) -> String {
 /// Holds what some commands print, one after another in one folder, against the snapshot of this name.
 fn assert_prints(name: &str, folder: &Path, commands: &[&[&str]]) {
     let all: Vec<String> = commands.iter().map(|arguments| printed(folder, arguments)).collect();
+    assert_text(name, &all.join("\n"));
+}
+
+fn assert_text(name: &str, text: &str) {
     insta::with_settings!({ filters => DIFFERS.to_vec(), prepend_module_to_snapshot => false, omit_expression => true }, {
-        insta::assert_snapshot!(name, all.join("\n"));
+        insta::assert_snapshot!(name, text);
     });
 }
 
