@@ -75,6 +75,25 @@ fn up(text: &str) -> Result<Up, String> {
     }
 }
 
+/// What moves while frames are timed: the same choice, and the same default, wherever a command measures times.
+#[derive(Debug, Clone, Args)]
+pub struct MotionArgs {
+    /// Time frames in which nothing moves: shadow maps are drawn once and kept
+    #[arg(long, conflicts_with_all = ["_moving", "shadow-cache"])]
+    still: bool,
+    /// Time frames in which everything moves: shadow maps are drawn in each of them [default]
+    #[arg(long = "moving", conflicts_with = "shadow-cache")]
+    _moving: bool,
+}
+
+impl MotionArgs {
+    /// The options of drawing, with what moves; `--shadow-cache` says the same.
+    pub fn over(&self, settings: &SettingsArgs) -> SettingsArgs {
+        let motion = SettingsPatch { shadow_cache: Some(self.still), ..SettingsPatch::default() };
+        SettingsArgs { said: settings.said.or(&motion), ..settings.clone() }
+    }
+}
+
 /// The settings that all commands which draw have as options.
 fn options() -> impl Iterator<Item = &'static Setting> {
     SETTINGS.iter().filter(|setting| setting.only.is_empty())

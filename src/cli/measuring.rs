@@ -15,7 +15,7 @@ use afterlight::report::sweep::run::Step;
 use afterlight::report::sweep::timing::Effort;
 use afterlight::scene::{Camera, SettingsPatch, View, unknown};
 
-use super::args::{SettingsArgs, samples};
+use super::args::{MotionArgs, SettingsArgs, samples};
 use super::failure::Failure;
 use super::workload::Workload;
 use super::{output, progress};
@@ -68,10 +68,10 @@ impl MeasuringArgs {
         Effort { rounds: self.rounds(), ..if self.quick { Effort::QUICK } else { usual } }
     }
 
-    /// The options of drawing, with the size of `--quick`.
-    pub fn settings(&self, settings: &SettingsArgs) -> SettingsArgs {
+    /// The options of drawing, with the size of `--quick` and with what moves.
+    pub fn settings(&self, motion: &MotionArgs, settings: &SettingsArgs) -> SettingsArgs {
         let quick = SettingsPatch { size: self.quick.then_some(QUICK_SIZE), ..SettingsPatch::default() };
-        SettingsArgs { said: settings.said.or(&quick), ..settings.clone() }
+        motion.over(&SettingsArgs { said: settings.said.or(&quick), ..settings.clone() })
     }
 
     /// The first line of a journal.
@@ -105,12 +105,9 @@ pub fn fix_driver_threads() {
     }
 }
 
-/// The settings as given, of which every shadow map is drawn for each frame unless somebody asks for a cache: the time of a frame in which
-/// everything moves.
+/// The settings as given.
 pub fn base_of(workload: &Workload) -> SettingsPatch {
-    let moving = SettingsPatch { shadow_cache: Some(false), ..SettingsPatch::default() };
-    let said = workload.patch();
-    SettingsPatch { view: Some(View::Final), ..said.or(&moving) }
+    SettingsPatch { view: Some(View::Final), ..workload.patch() }
 }
 
 /// The sweep of a scene.

@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use afterlight::frame::{self, Complexity, Picture, Pixels, Renderer, edges, list, plan_for};
 use afterlight::gpu::Device;
-use afterlight::measure::peak_memory_bytes;
+use afterlight::measure::{peak_memory_bytes, what_moves};
 use afterlight::plan::{self, FramePlan};
 use afterlight::scene::{Output, Settings, SettingsPatch, View};
 
@@ -171,7 +171,8 @@ fn draw(
         times.row(["first frame, with set-up".to_owned(), milliseconds(milliseconds_since(start))]);
         times.row(["first frame alone".to_owned(), milliseconds(first.wall_ms)]);
         if let Some(mean) = draw_more(args, workload, &mut renderer, &|| bar.step())? {
-            times.row([format!("mean of {} more frames", args.frames - 1), milliseconds(mean)]);
+            let what = what_moves(!settings.shadows.cache);
+            times.row([format!("mean of {} more frames; {what}", args.frames - 1), milliseconds(mean)]);
         }
         picture = renderer.read_back()?;
     } else {

@@ -6,6 +6,7 @@ use std::fs;
 use std::sync::Arc;
 
 use afterlight::gpu::Device;
+use afterlight::measure::what_moves;
 use afterlight::reference::{Cache, Reference, View};
 use afterlight::report::advice;
 use afterlight::report::sweep::journal::{Header, Journal, SceneInfo};
@@ -17,7 +18,7 @@ use afterlight::report::tune::{Tuned, Tuning};
 use afterlight::scene::SettingsPatch;
 use tempfile::TempDir;
 
-use super::args::{DeviceArgs, SettingsArgs, samples};
+use super::args::{DeviceArgs, MotionArgs, SettingsArgs, samples};
 use super::failure::{Exit, Failure};
 use super::measuring::{Bars, MeasuringArgs, base_of, fix_driver_threads, metric, sweep_of, truths};
 use super::output::Sink;
@@ -76,6 +77,8 @@ pub struct Args {
     #[command(flatten)]
     measuring: MeasuringArgs,
     #[command(flatten)]
+    motion: MotionArgs,
+    #[command(flatten)]
     settings: SettingsArgs,
     #[command(flatten)]
     device: DeviceArgs,
@@ -106,7 +109,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.output.check()?;
     fix_driver_threads();
     session::with_device(&args.device, |device| {
-        let workload = Workload::open(&args.scene, &args.measuring.settings(&args.settings), args.quiet)?;
+        let workload = Workload::open(&args.scene, &args.measuring.settings(&args.motion, &args.settings), args.quiet)?;
         let goal = args.goal();
         let measured = measure(args, &workload, &device, &goal)?;
         let texts: Vec<String> = measured.cameras.iter().map(|camera| camera.text.clone()).collect();
@@ -149,12 +152,12 @@ impl Args {
     }
 }
 
-/// What the file says: the choice over what the command line and `--settings` said, but for the size of `--quick`; always the samples that were
-/// measured, for `render` would choose others where the choice has `msaa` or `fxaa`.
+/// What the file says: the choice over what the command line and `--settings` said, but for the size of `--quick` and for what moves while
+/// frames are timed; always the samples that were measured, for `render` would choose others where the choice has `msaa` or `fxaa`.
 fn tuned(args: &Args, workload: &Workload, choice: &SettingsPatch) -> SettingsPatch {
     let samples = choice.or(&args.base(workload)).samples;
-    let size = args.settings.said.size.or(workload.settings_file.size);
-    SettingsPatch { size, samples, ..choice.or(&workload.said()) }
+    let SettingsPatch { size, shadow_cache, .. } = args.settings.said.or(&workload.settings_file);
+    SettingsPatch { size, shadow_cache, samples, ..choice.or(&workload.said()) }
 }
 
 fn measure(args: &Args, workload: &Workload, device: &Arc<Device>, goal: &Goal) -> Result<Measured, Failure> {
@@ -250,10 +253,11 @@ fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -
     let mut text = format!("{} ({}), {}\n", header.machine.device, header.machine.driver, header.machine.cpu);
     let _ = writeln!(
         text,
-        "{}: {width}x{height}, {} points, truth of {} samples",
+        "{}: {width}x{height}, {} points, truth of {} samples\ntimes: {}",
         scene.name,
         scene.points.len(),
-        scene.truth.samples
+        scene.truth.samples,
+        what_moves(scene.moving)
     );
     for passed_over in outcome.passed_over.iter().filter_map(|attempt| search.passed_over(attempt)) {
         let figures = &passed_over.figures;

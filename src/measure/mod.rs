@@ -20,3 +20,11 @@ pub use front::{front, front_probability};
 pub use images::{LinearImage, Mismatch, Srgb8Image};
 pub use process::{cpu_seconds, peak_memory_bytes};
 pub use statistics::{Distribution, percentile};
+
+/// What moves in the frames that a time is of, in words for people.
+pub fn what_moves(moving: bool) -> &'static str {
+    match moving {
+        true => "everything moves: shadow maps are drawn in each frame",
+        false => "nothing moves: shadow maps are kept",
+    }
+}

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use afterlight::gpu::Device;
 use afterlight::scene::{SETTINGS, Settings, SettingsPatch};
 
-use super::args::{DeviceArgs, SettingsArgs, value};
+use super::args::{DeviceArgs, MotionArgs, SettingsArgs, value};
 use super::failure::Failure;
 use super::output::Sink;
 use super::workload::Workload;
@@ -61,6 +61,8 @@ pub struct Args {
     /// Print nothing but errors
     #[arg(short, long)]
     quiet: bool,
+    #[command(flatten)]
+    motion: MotionArgs,
     #[command(flatten)]
     settings: SettingsArgs,
     #[command(flatten)]
@@ -129,7 +131,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Measures all variants of one scene. All of them are held at once, or they could not take turns.
 fn measure(args: &Args, spec: &str, device: &Arc<Device>) -> Result<SceneReport, Failure> {
-    let mut workload = Workload::open(spec, &args.settings, args.quiet)?;
+    let mut workload = Workload::open(spec, &args.motion.over(&args.settings), args.quiet)?;
     let walk = args.path.as_deref().map(|file| Walk::of(file, &mut workload, args.frames)).transpose()?;
     if args.plan_cost {
         return plan_cost::measure(args, &workload, device);

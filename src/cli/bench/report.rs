@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use afterlight::frame::FrameTimes;
 use afterlight::gpu::PhysicalDevice;
-use afterlight::measure::Distribution;
+use afterlight::measure::{Distribution, what_moves};
 use serde::Serialize;
 
 use super::contender::Contender;
@@ -42,6 +42,8 @@ pub struct SceneReport {
     objects: usize,
     lights: usize,
     load_ms: f64,
+    /// Whether times are of frames in which everything moves, or of those that keep their shadow maps.
+    moving: bool,
     /// With `--path`.
     path: Option<PathReport>,
     /// The settings as given first, then the variants in their order; with `--plan-cost` the lean plan and the full one.
@@ -136,6 +138,7 @@ impl SceneReport {
             objects: scene.objects.len(),
             lights: scene.lights.len(),
             load_ms: workload.load_ms,
+            moving: contenders.first().is_some_and(|first| !first.settings.shadows.cache),
             path: walk.map(|walk| PathReport { file: walk.file.clone(), seconds: walk.seconds() }),
             runs: contenders.iter().enumerate().map(run).collect(),
             plan_cost: None,
@@ -145,12 +148,13 @@ impl SceneReport {
     /// The tables of one scene.
     pub fn text(&self, device: &str) -> String {
         let mut text = format!(
-            "{} on {device}: {} triangles in {} objects, {} lights; loaded in {}\n",
+            "{} on {device}: {} triangles in {} objects, {} lights; loaded in {}\ntimes: {}\n",
             self.scene,
             self.triangles,
             self.objects,
             self.lights,
-            milliseconds(self.load_ms)
+            milliseconds(self.load_ms),
+            if self.path.is_some() && !self.moving { "only the camera moves" } else { what_moves(self.moving) }
         );
         if let Some(costs) = &self.plan_cost {
             let _ = writeln!(text, "{}", costs.text());

@@ -21,7 +21,7 @@ use afterlight::report::sweep::model::{Metric, Report, SceneReport, Shard};
 use afterlight::report::sweep::run::{Run, Step};
 use afterlight::scene::{SettingsPatch, unknown};
 
-use super::args::{DeviceArgs, SettingsArgs};
+use super::args::{DeviceArgs, MotionArgs, SettingsArgs};
 use super::failure::{Exit, Failure};
 use super::measuring::{Bars, MeasuringArgs, base_of, fix_driver_threads, metric, sweep_of, truths};
 use super::output::Sink;
@@ -65,7 +65,7 @@ pub struct Args {
         long,
         value_name = "DIR",
         num_args = 1..,
-        conflicts_with_all = ["scenes", "families", "shard", "restart", "MeasuringArgs", "SettingsArgs", "DeviceArgs"]
+        conflicts_with_all = ["scenes", "families", "shard", "restart", "MeasuringArgs", "MotionArgs", "SettingsArgs", "DeviceArgs"]
     )]
     merge: Vec<PathBuf>,
     /// Print every point that was measured, and not only the front
@@ -82,6 +82,8 @@ pub struct Args {
     quiet: bool,
     #[command(flatten)]
     measuring: MeasuringArgs,
+    #[command(flatten)]
+    motion: MotionArgs,
     #[command(flatten)]
     settings: SettingsArgs,
     #[command(flatten)]
@@ -145,7 +147,7 @@ struct Subject {
 
 impl Subject {
     fn open(args: &Args, spec: &str, device: &Device) -> Result<Self, Failure> {
-        let workload = Workload::open(spec, &args.measuring.settings(&args.settings), args.quiet)?;
+        let workload = Workload::open(spec, &args.measuring.settings(&args.motion, &args.settings), args.quiet)?;
         let base = base_of(&workload);
         let sweep = sweep_of(&workload, &base, device, &args.measuring.selection(args.families.clone()))?;
         Ok(Self { workload, base, sweep })
@@ -274,7 +276,7 @@ mod tests {
         let merge = parse("--merge a b -o whole --metric rmse --json - -q").expect("joining has these");
         assert_eq!(merge.merge.len(), 2);
         let measuring =
-            "--quick|--joint 3|--rounds 9|--truth-samples 4|--seed 7|--families joint|--shard 1/2|--restart";
+            "--quick|--joint 3|--rounds 9|--truth-samples 4|--seed 7|--families joint|--shard 1/2|--restart|--still";
         let drawing =
             "--size 64x36|--camera 0,0,0/1,1,1|--brdf lambert|--shadow-size 512|--settings a.toml|--plan full";
         for option in measuring.split('|').chain(drawing.split('|')).chain(["--device 0", "--validate"]) {

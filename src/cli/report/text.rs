@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use afterlight::measure::what_moves;
 use afterlight::report::advice::{self, Advice, Reason};
 use afterlight::report::sweep::assemble::default_on_front;
 use afterlight::report::sweep::model::{Against, Front, Metric, Report, SceneReport};
@@ -25,12 +26,13 @@ fn scene_text(scene: &SceneReport, metric: Metric, all: bool) -> String {
     let [width, height] = scene.size;
     let truth = &scene.truth;
     let mut text = format!(
-        "{}: {width}x{height}, {} triangles, {} lights; {} points, truth of {} samples\n",
+        "{}: {width}x{height}, {} triangles, {} lights; {} points, truth of {} samples\ntimes: {}\n",
         scene.name,
         scene.triangles,
         scene.lights,
         scene.points.len(),
-        truth.samples
+        truth.samples,
+        what_moves(scene.moving)
     );
     let Some(front) = scene.fronts.iter().find(|front| front.metric == metric && front.truth == Against::Converged)
     else {

@@ -23,6 +23,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use self::pictures::Pictures;
 use super::sweep::model::{Machine, Report, SceneReport};
+use crate::measure::what_moves;
 
 /// As one line in the page's head.
 const STYLE: &str = include_str!("style.css");
@@ -94,7 +95,7 @@ fn scene_section(scene: &SceneReport, index: usize, pictures: Pictures) -> Marku
             p.meta {
                 (scene.size[0]) " × " (scene.size[1]) " pixels, " (words::counted(scene.triangles, "triangle")) ", "
                 (words::counted(scene.lights, "light")) ", " (words::percent(scene.truth.sky)) " of the pixels sky; truth of "
-                (words::counted(scene.truth.samples as usize, "sample")) " a pixel"
+                (words::counted(scene.truth.samples as usize, "sample")) " a pixel; times: " (what_moves(scene.moving))
             }
             (summary::paragraphs(scene))
             @if !scene.fronts.is_empty() { h3 { "The front" } (front::tabs(scene, index)) }

@@ -119,6 +119,7 @@ pub fn scene(name: &str, seed: u64) -> SceneReport {
     SceneReport {
         name: name.to_owned(),
         size: [640, 360],
+        moving: true,
         triangles: 12_480,
         lights: 9,
         truth: TruthInfo {

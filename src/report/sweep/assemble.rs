@@ -114,6 +114,7 @@ pub fn scene_report(measured: &Measured) -> Option<SceneReport> {
     Some(SceneReport {
         name: info.name.clone(),
         size: info.size,
+        moving: info.moving,
         triangles: info.triangles,
         lights: info.lights,
         truth: info.truth.clone(),

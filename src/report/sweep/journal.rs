@@ -15,7 +15,8 @@ use super::error::Error;
 use super::families::{PlannedFamily, Sweep, name_of};
 use super::model::{Against, Attribution, ErrorsByTruth, LeftOut, Machine, Metric, Shard, TruthInfo};
 use super::timing::{Rounds, Sample};
-use crate::scene::{Scene, SettingsPatch};
+use crate::measure::what_moves;
+use crate::scene::{Scene, Settings, SettingsPatch};
 
 /// The name of the file in a report's folder.
 pub const FILE: &str = "journal";
@@ -56,6 +57,8 @@ pub struct SceneInfo {
     /// The settings as given, as far as they were.
     pub settings: String,
     pub size: [u32; 2],
+    /// As [`SceneReport::moving`](super::model::SceneReport::moving).
+    pub moving: bool,
     pub triangles: usize,
     pub lights: usize,
     pub truth: TruthInfo,
@@ -76,11 +79,13 @@ impl SceneInfo {
         truths: &Truths,
         fronts: Vec<(Metric, Against)>,
     ) -> Self {
+        let Settings { size, shadows, .. } = base.decide();
         Self {
             name: scene.name.clone(),
             hash: truths.hash.clone(),
             settings: base.to_string(),
-            size: base.decide().size,
+            size,
+            moving: !shadows.cache,
             triangles: scene.triangle_count(),
             lights: scene.lights.len(),
             truth: truths.info.clone(),
@@ -361,6 +366,10 @@ pub fn scene_difference(there: &SceneInfo, here: &SceneInfo) -> Option<String> {
         let size = |[width, height]: [u32; 2]| format!("{width}x{height}");
         return Some(format!("its size of {name} is {}, and that of this one {}", size(there.size), size(here.size)));
     }
+    if there.moving != here.moving {
+        let [there, here] = [there, here].map(|info| what_moves(info.moving));
+        return Some(format!("in its times of {name} {there}, and in those of this one {here}"));
+    }
     if there.settings != here.settings {
         let text = |info: &SceneInfo| format!("\"{}\"", info.settings);
         return Some(format!("its settings of {name} are {}, and those of this one {}", text(there), text(here)));
@@ -421,6 +430,14 @@ mod tests {
         assert!(refusal.contains("rounds") && refusal.contains("--restart"), "{refusal}");
         Journal::open(folder.path(), &other, true).expect("begins anew").add(0, scene()).expect("written");
         Journal::open(folder.path(), &other, false).expect("is its own now");
+    }
+
+    #[test]
+    fn times_of_still_and_of_moving_frames_are_not_mixed() {
+        let (moving, still) = (info(&sweep()), SceneInfo { moving: false, ..info(&sweep()) });
+        let refusal = scene_difference(&moving, &still).expect("other times");
+        assert!(refusal.contains("everything moves") && refusal.contains("nothing moves"), "{refusal}");
+        assert_eq!(scene_difference(&still, &still), None);
     }
 
     fn scene() -> Record {

@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 pub use crate::measure::MedianInterval as Interval;
 
 /// Of the JSON's layout: a merge refuses parts of another one.
-pub const LAYOUT: u32 = 3;
+pub const LAYOUT: u32 = 4;
 
 /// One or several scenes on one device.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -55,6 +55,8 @@ impl Shard {
 pub struct SceneReport {
     pub name: String,
     pub size: [u32; 2],
+    /// Whether times are of frames in which everything moves, so that each draws all shadow maps, or of frames that keep them.
+    pub moving: bool,
     pub triangles: usize,
     pub lights: usize,
     pub truth: TruthInfo,

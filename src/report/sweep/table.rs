@@ -13,7 +13,7 @@ pub fn csv(report: &Report) -> Result<Vec<u8>, csv::Error> {
     for scene in &report.scenes {
         for (index, point) in scene.points.iter().enumerate() {
             let mut row = vec![scene.name.clone(), scene.size[0].to_string(), scene.size[1].to_string()];
-            row.push(point.name.clone());
+            row.extend([scene.moving.to_string(), point.name.clone()]);
             row.extend(interval(Some(&point.time.wall)));
             row.extend(interval(point.time.gpu.as_ref()));
             row.extend(interval(point.time.cpu.as_ref()));
@@ -38,7 +38,7 @@ pub fn csv(report: &Report) -> Result<Vec<u8>, csv::Error> {
 }
 
 fn header() -> Vec<String> {
-    let mut names: Vec<String> = ["scene", "width", "height", "point"].map(str::to_owned).to_vec();
+    let mut names: Vec<String> = ["scene", "width", "height", "moving", "point"].map(str::to_owned).to_vec();
     for clock in ["wall", "gpu", "cpu"] {
         names.extend(["ms", "ms_low", "ms_high", "rounds"].map(|part| format!("{clock}_{part}")));
     }
@@ -80,7 +80,7 @@ mod tests {
         let mut reader = csv::Reader::from_reader(text.as_slice());
         let rows: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>().expect("all of one length");
         assert_eq!(rows.len(), report.scenes.iter().map(|scene| scene.points.len()).sum::<usize>());
-        assert_eq!(&rows[0][3], "default");
+        assert_eq!((&rows[0][3], &rows[0][4]), ("true", "default"));
     }
 
     #[test]

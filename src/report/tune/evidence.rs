@@ -38,6 +38,8 @@ pub struct Evidence {
     pub noise_rel_mse: f64,
     /// The clock that counts: "device" or "wall".
     pub clock: &'static str,
+    /// Times are of frames in which everything moves, and not of those that keep their shadow maps.
+    pub moving: bool,
     /// From the camera that the settings were chosen with.
     pub choice: Found,
     /// The settings as given.
@@ -152,6 +154,7 @@ impl Evidence {
             noise_rmse: scene.truth.noise_rmse,
             noise_rel_mse: scene.truth.noise_rel_mse,
             clock: goal.clock(&scene.points[chosen.point].time).0,
+            moving: scene.moving,
             choice: Found::of(scene, goal, chosen.point),
             default: Found::of(scene, goal, scene.default),
             held_out: chosen.held_out.iter().zip(*cameras).map(held_out).collect(),
@@ -278,6 +281,7 @@ mod tests {
         assert_eq!(parse_settings(&text, Path::new("tuned.toml")).expect("a settings file"), settings);
         let table: toml::Table = text.parse().expect("TOML");
         let evidence = &table["evidence"];
+        assert_eq!(evidence["moving"].as_bool(), Some(scene.moving));
         assert_eq!(evidence["bound"].as_str(), Some("--max-error 0.05 --metric flip"));
         assert_eq!(evidence["choice"]["settings"].as_str(), Some(scene.points[2].name.as_str()));
         assert_eq!(evidence["noise_rmse"].as_float(), Some(scene.truth.noise_rmse));

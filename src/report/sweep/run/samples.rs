@@ -91,6 +91,7 @@ pub fn info(sweep: &Sweep) -> SceneInfo {
         hash: "0123".into(),
         settings: String::new(),
         size: [64, 36],
+        moving: true,
         triangles: 12,
         lights: 1,
         truth: TruthInfo { samples: 8, noise_rmse: 1e-6, noise_rel_mse: 1e-9, sky: 0.25, other_triangle: None },
