@@ -3,6 +3,7 @@
 //! `INSTA_UPDATE=always scripts/test machine program prints::`, and read the diff before it is committed.
 
 mod advice;
+mod bench;
 
 use std::fmt::Write as _;
 use std::path::Path;

@@ -5,6 +5,7 @@ mod contender;
 mod plan_cost;
 mod report;
 mod walk;
+mod why;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -30,6 +31,8 @@ Examples:
   afterlight bench builtin:hall --vary shadows=off --vary gbuffer=fat
   afterlight bench builtin:hall --settings tuned.toml --vary shadow-size=4096
   afterlight bench \"builtin:field?lights=64\" \"builtin:hall?lights=8\"
+  afterlight bench builtin:hall --why
+  afterlight bench sponza.obj --still --vary shadow-cache=off
   afterlight bench builtin:hall --plan-cost
   afterlight bench builtin:hall --path walk.toml --frames 200
   afterlight bench builtin:hall --json - | jq '.scenes[].runs[].wall_ms.median'
@@ -55,6 +58,10 @@ pub struct Args {
     /// Measure what each part would cost that the plan leaves out: drawn with it and without it in turn, two at a time
     #[arg(long, conflicts_with_all = ["vary", "plan"])]
     plan_cost: bool,
+    /// Say why frames are slow: each cost in them is switched to its cheapest, drawn in turn with the settings as given, and told with what it saves,
+    /// what it does to the picture, and the option to type
+    #[arg(long, conflicts_with_all = ["vary", "plan_cost", "path"])]
+    why: bool,
     /// Write the figures as JSON to a file, or to standard output for -
     #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
     json: Option<Sink>,
@@ -135,6 +142,9 @@ fn measure(args: &Args, spec: &str, device: &Arc<Device>) -> Result<SceneReport,
     let walk = args.path.as_deref().map(|file| Walk::of(file, &mut workload, args.frames)).transpose()?;
     if args.plan_cost {
         return plan_cost::measure(args, &workload, device);
+    }
+    if args.why {
+        return why::measure(args, &workload, device);
     }
     let mut contenders = Vec::new();
     for variant in std::iter::once(&Variant::base()).chain(&args.vary) {

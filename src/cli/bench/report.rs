@@ -11,6 +11,7 @@ use serde::Serialize;
 use super::contender::Contender;
 use super::plan_cost::PlanCost;
 use super::walk::{Moment, Walk};
+use super::why::Why;
 use crate::cli::table::{Table, bytes, milliseconds};
 use crate::cli::workload::Workload;
 
@@ -50,6 +51,8 @@ pub struct SceneReport {
     runs: Vec<RunReport>,
     /// With `--plan-cost`.
     pub plan_cost: Option<PlanCost>,
+    /// With `--why`.
+    pub why: Option<Why>,
 }
 
 #[derive(Serialize)]
@@ -142,6 +145,7 @@ impl SceneReport {
             path: walk.map(|walk| PathReport { file: walk.file.clone(), seconds: walk.seconds() }),
             runs: contenders.iter().enumerate().map(run).collect(),
             plan_cost: None,
+            why: None,
         }
     }
 
@@ -158,6 +162,9 @@ impl SceneReport {
         );
         if let Some(costs) = &self.plan_cost {
             let _ = writeln!(text, "{}", costs.text());
+        }
+        if let Some(why) = &self.why {
+            let _ = writeln!(text, "{}", why.text());
         }
         let _ = writeln!(text, "{}", self.times().render());
         for run in &self.runs {

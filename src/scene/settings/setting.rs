@@ -37,6 +37,8 @@ pub struct Setting {
     pub tried: &'static [&'static str],
     /// What `--quick` tries; nothing for the same.
     pub quick: &'static [&'static str],
+    /// Values that may make a frame cheaper than the default does: `bench --why` tries them, and the default.
+    pub cheaper: &'static [&'static str],
     pub(super) get: fn(&SettingsPatch) -> Option<String>,
     pub(super) set: fn(&Setting, &mut SettingsPatch, Option<&str>) -> Result<(), String>,
 }

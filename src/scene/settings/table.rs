@@ -173,6 +173,7 @@ const fn plain<T: Value>() -> Setting {
         sweep: Sweep::No,
         tried: &[],
         quick: &[],
+        cheaper: &[],
         get: |_| None,
         set: |_, _, _| Ok(()),
     }
@@ -191,15 +192,15 @@ settings! {
         }
         /// Tone mapper: Khronos PBR Neutral, AgX, ACES, or none, which clamps
         "tonemap", "tonemap" => tonemap: Tonemap = Tonemap::Neutral, {
-            title: "tone mapper", of_truth: true,
+            title: "tone mapper", of_truth: true, cheaper: &["none"],
         }
         /// Reflection model of all materials
         "brdf", "brdf" => brdf: Brdf, where unset "each material's own", {
-            title: "reflection model", of_truth: true,
+            title: "reflection model", of_truth: true, cheaper: &["lambert"],
         }
         /// Layout of the G-buffer
         "gbuffer", "gbuffer" => gbuffer: GbufferChoice = GbufferChoice::default(), {
-            title: "G-buffer", sweep: Sweep::Joint,
+            title: "G-buffer", sweep: Sweep::Joint, cheaper: &["lean,normal=oct8"],
         }
         /// What the picture shows
         "view", "view" => view: View = View::Final, {
@@ -208,15 +209,16 @@ settings! {
         /// How pixels meet their lights; the picture is the same
         "light-path", "light_path" => light_path: LightPath = LightPath::Auto, {
             title: "light path", sweep: Sweep::Joint, quick: &["loop", "clustered", "compute", "forward"],
+            cheaper: &["loop", "clustered", "compute", "forward"],
         }
         /// Give lights without a range one, beyond which all that is dropped stays below half a step of the output; the path `loop`
         /// drops nothing
         "light-cutoff", "light_cutoff" => light_cutoff: bool = false, {
-            title: "light cut-off", sweep: Sweep::Alone,
+            title: "light cut-off", sweep: Sweep::Alone, cheaper: &["on"],
         }
         /// Draw the depth of opaque surfaces first, so that each pixel is shaded once
         "depth-prepass", "depth_prepass" => depth_prepass: bool, where unset "on for forward, else off", {
-            title: "depth pre-pass", sweep: Sweep::Alone,
+            title: "depth pre-pass", sweep: Sweep::Alone, cheaper: &["off"],
         }
         /// Use reflection models as textbooks have them, wrong where single floats are at their end: to see what is gained
         "textbook", "textbook" => textbook: bool = false, {
@@ -224,11 +226,11 @@ settings! {
         }
         /// What light is kept in until it is tone-mapped, where something blends
         "hdr-format", "hdr_format" => hdr_format: HdrFormat = HdrFormat::Rgba16f, {
-            title: "HDR target", sweep: Sweep::Joint,
+            title: "HDR target", sweep: Sweep::Joint, cheaper: &["b10g11r11"],
         }
         /// How transparent surfaces are laid over one another: sorted from back to front, or weighted blended in any order (oit)
         "transparency", "transparency" => transparency: Transparency = Transparency::Sorted, {
-            title: "transparency", sweep: Sweep::Joint,
+            title: "transparency", sweep: Sweep::Joint, cheaper: &["oit"],
         }
         /// Jittered frames that are averaged into one picture
         "samples", "samples" => samples: u32 = 1, {
@@ -259,7 +261,7 @@ settings! {
         /// the long side
         "anisotropy", "anisotropy" => anisotropy: u32 = 8, {
             title: "anisotropy", values: ValueKind::Whole(1, 16),
-            sweep: Sweep::Joint, tried: &["1", "2", "4", "8", "16"], quick: &["1"],
+            sweep: Sweep::Joint, tried: &["1", "2", "4", "8", "16"], quick: &["1"], cheaper: &["1", "2"],
         }
         /// What stays in the frame although the scene does not need it, to compare with
         "plan", "plan" => keep: Keep = Keep::NONE, {
@@ -269,21 +271,23 @@ settings! {
     shadows {
         /// Draw shadows
         "shadows", "enabled" => shadows, enabled: bool = true, {
-            title: "shadow maps", of_truth: true,
+            title: "shadow maps", of_truth: true, cheaper: &["off"],
         }
         /// Edge of a layer of shadow maps: a cascade has a whole layer, a spot light and each of a point light's six faces a quarter
         "shadow-size", "size" => shadow_size, size: u32 = 2048, {
             // A quarter of the smallest still has room for a filter.
             title: "edge of a layer of maps", values: ValueKind::Whole(32, 16384), unit: "texels",
             sweep: Sweep::Joint, tried: &["256", "512", "1024", "2048", "4096", "8192"], quick: &["512", "2048", "4096"],
+            cheaper: &["512"],
         }
         /// Filter of shadows; that of pcss is as wide as the light is large
         "shadow-filter", "filter" => shadow_filter, filter: ShadowFilter = ShadowFilter::Box2, {
-            title: "filter of shadows", sweep: Sweep::Joint, quick: &["none", "5x5", "pcss"],
+            title: "filter of shadows", sweep: Sweep::Joint, quick: &["none", "5x5", "pcss"], cheaper: &["none"],
         }
         /// Shadow maps of each directional light, one behind the other along the view
         "cascades", "cascades" => cascades, cascades: u32 = 2, {
             title: "cascades", values: ValueKind::Whole(1, 4), sweep: Sweep::Joint, tried: &["1", "2", "3", "4"], quick: &["1"],
+            cheaper: &["1"],
         }
         /// How the cascades part the view: 0 evenly, 1 logarithmically (Zhang et al. 2006)
         "shadow-lambda", "lambda" => shadow_lambda, lambda: f32 = 0.7, {
