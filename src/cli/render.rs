@@ -19,7 +19,7 @@ use super::args::{DeviceArgs, SettingsArgs, ViewChoice, fps, samples, view};
 use super::contact_sheet::{self, Tile};
 use super::failure::Failure;
 use super::image_output::{Format, Target};
-use super::output::Sink;
+use super::output::{Sink, quoted};
 use super::table::{Table, bytes, milliseconds};
 use super::workload::{Workload, memory_table, milliseconds_since, plan_table};
 use super::{drop, progress};
@@ -230,12 +230,6 @@ fn costs(workload: &Workload, plan: &FramePlan, times: &Table, device: &Device, 
         parts.len() - included,
         quoted(&workload.scene.name),
     )
-}
-
-/// As a shell takes it.
-fn quoted(name: &str) -> String {
-    let is_plain = |c: char| c.is_alphanumeric() || ":/._-".contains(c);
-    if name.chars().all(is_plain) { name.to_owned() } else { format!("\"{name}\"") }
 }
 
 /// Draws the frames after the first without waiting for each, as an interactive program would, and returns how long one took

@@ -21,7 +21,7 @@ use tempfile::TempDir;
 use super::args::{DeviceArgs, MotionArgs, SettingsArgs, samples};
 use super::failure::{Exit, Failure};
 use super::measuring::{Bars, MeasuringArgs, base_of, fix_driver_threads, metric, sweep_of, truths};
-use super::output::Sink;
+use super::output::{Sink, quoted};
 use super::table::{Table, milliseconds};
 use super::workload::Workload;
 use super::{output, session};
@@ -291,7 +291,12 @@ fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -
     }
     text += &table.render();
     if let Sink::File(path) = &args.output {
-        let _ = writeln!(text, "\nWritten to {0}: afterlight render {1} --settings {0}", path.display(), args.scene);
+        let _ = writeln!(
+            text,
+            "\nWritten to {0}: afterlight render {1} --settings {0}",
+            path.display(),
+            quoted(&args.scene)
+        );
     }
     text
 }

@@ -4,13 +4,12 @@
 
 mod advice;
 mod bench;
+mod passed;
 
 use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::common::program::program;
-
-mod passed;
 
 /// Pattern and replacement, in this order.
 const DIFFERS: &[(&str, &str)] = &[

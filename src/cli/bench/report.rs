@@ -167,9 +167,7 @@ impl SceneReport {
             let _ = writeln!(text, "{}", why.text());
         }
         let _ = writeln!(text, "{}", self.times().render());
-        for run in &self.runs {
-            text.push_str(&run.details());
-        }
+        let _ = writeln!(text, "{}", details(&self.runs).render());
         text
     }
 
@@ -228,33 +226,61 @@ impl RunReport {
         }
     }
 
-    /// Passes and memory.
-    fn details(&self) -> String {
-        let [width, height] = self.size;
-        let (drawn, maps) = (self.drawn.shadow_maps_drawn, self.drawn.shadow_maps);
-        let mut text = format!("{}: {width}x{height}, ", self.variant);
-        let casters = format!("{} casters ({} idle)", self.drawn.casters, self.drawn.idle_casters);
-        let _ = write!(text, "{drawn} of {maps} shadow maps drawn with {casters}, ");
-        let _ = write!(text, "{} triangles, {} objects", self.drawn.triangles, self.drawn.objects);
-        let _ = write!(text, " ({} culled, {} occluded), ", self.drawn.culled_objects, self.drawn.occluded_objects);
-        let _ = writeln!(text, "{} lights ({} idle)", self.drawn.lights, self.drawn.idle_lights);
+    /// What it drew, its passes and its memory, each by its name.
+    fn facts(&self) -> Vec<(String, String)> {
+        let ([width, height], drawn) = (self.size, &self.drawn);
+        let fact = |name: &str, value: String| (name.to_owned(), value);
+        let mut facts = vec![
+            fact("size", format!("{width}x{height}")),
+            fact("shadow maps drawn", format!("{} of {}", drawn.shadow_maps_drawn, drawn.shadow_maps)),
+            fact("casters", format!("{} ({} idle)", drawn.casters, drawn.idle_casters)),
+            fact("triangles", drawn.triangles.to_string()),
+            fact(
+                "objects",
+                format!("{} ({} culled, {} occluded)", drawn.objects, drawn.culled_objects, drawn.occluded_objects),
+            ),
+            fact("lights", format!("{} ({} idle)", drawn.lights, drawn.idle_lights)),
+        ];
         let slowest = self.moments.iter().flatten().max_by(|a, b| a.wall_ms.total_cmp(&b.wall_ms));
         if let Some(Moment { at_s, wall_ms, triangles, .. }) = slowest {
-            let wall = milliseconds(*wall_ms);
-            let _ = writeln!(text, "slowest along the path: {wall} at {at_s:.2} s, with {triangles} triangles");
+            let text = format!("{} at {at_s:.2} s, with {triangles} triangles", milliseconds(*wall_ms));
+            facts.push(fact("slowest along the path", text));
         }
-        let mut table = Table::with_figures_from(1);
-        for pass in &self.passes {
+        facts.extend(self.passes.iter().map(|pass| {
             let median = pass.gpu_ms.map_or_else(|| "-".to_owned(), |times| milliseconds(times.median));
-            table.row([format!("{} on the GPU", pass.name), median]);
-        }
-        for (kind, size) in &self.memory_bytes {
-            table.row([(*kind).to_owned(), bytes(*size)]);
-        }
-        table.row(["G-buffer, a pixel".to_owned(), format!("{} B", self.gbuffer_bytes_per_pixel)]);
-        let _ = writeln!(text, "{}", table.render());
-        text
+            (format!("{} on the GPU", pass.name), median)
+        }));
+        facts.extend(self.memory_bytes.iter().map(|(kind, size)| fact(kind, bytes(*size))));
+        facts.push(fact("G-buffer, a pixel", format!("{} B", self.gbuffer_bytes_per_pixel)));
+        facts
     }
+}
+
+/// A column for each run. What is as in the first one is said there alone; a dash is what a run does not have.
+fn details(runs: &[RunReport]) -> Table {
+    let all: Vec<_> = runs.iter().map(RunReport::facts).collect();
+    let mut names: Vec<&String> = Vec::new();
+    for (name, _) in all.iter().flatten() {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let mut table = Table::with_figures_from(1);
+    if runs.len() > 1 {
+        table.row(std::iter::once(String::new()).chain(runs.iter().map(|run| run.variant.clone())));
+    }
+    for name in names {
+        let of = |facts: &[(String, String)]| {
+            facts.iter().find(|(own, _)| own == name).map_or_else(|| "-".to_owned(), |(_, value)| value.clone())
+        };
+        let values: Vec<String> = all.iter().map(|facts| of(facts)).collect();
+        let differs = |(index, value): (usize, &String)| match index > 0 && *value == values[0] {
+            true => String::new(),
+            false => value.clone(),
+        };
+        table.row(std::iter::once(name.clone()).chain(values.iter().enumerate().map(differs)));
+    }
+    table
 }
 
 /// The distribution of each pass's time over the frames, in the order in which the first frame names them.
