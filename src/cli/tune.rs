@@ -9,6 +9,7 @@ use afterlight::gpu::Device;
 use afterlight::measure::what_moves;
 use afterlight::reference::{Cache, Reference, View};
 use afterlight::report::advice;
+use afterlight::report::sweep::families::Sweep;
 use afterlight::report::sweep::journal::{Header, Journal, SceneInfo};
 use afterlight::report::sweep::model::{Against, Metric, SceneReport, TruthInfo};
 use afterlight::report::tune::cameras::{Elsewhere, held_out};
@@ -290,6 +291,7 @@ fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -
         row(camera, &pair.own, &pair.default);
     }
     text += &table.render();
+    text.extend(Sweep::quick_words(&scene.left_out).map(|words| words + "\n"));
     if let Sink::File(path) = &args.output {
         let _ = writeln!(
             text,

@@ -6,6 +6,7 @@ use std::path::Path;
 use afterlight::measure::what_moves;
 use afterlight::report::advice::{self, Advice, Reason};
 use afterlight::report::sweep::assemble::default_on_front;
+use afterlight::report::sweep::families::Sweep;
 use afterlight::report::sweep::model::{Against, Front, Metric, Report, SceneReport};
 
 use crate::cli::table::{Table, bytes, milliseconds};
@@ -68,6 +69,7 @@ fn scene_text(scene: &SceneReport, metric: Metric, all: bool) -> String {
     if let Some(more) = scene.points.len().checked_sub(listed.len()).filter(|&more| more > 0) {
         let _ = writeln!(text, "{more} more points are off the front: --all lists them.");
     }
+    text.extend(Sweep::quick_words(&scene.left_out).map(|words| words + "\n"));
     let _ = writeln!(text, "{}", default_on_front(scene, metric, Against::Converged));
     text
 }

@@ -189,8 +189,10 @@ mod tests {
         let mut constants = BTreeSet::new();
         for entry in fs::read_dir(folder).expect("the sources") {
             let text = fs::read_to_string(entry.expect("a file").path()).expect("a source");
-            let names =
-                text.lines().filter_map(|line| line.trim().strip_prefix("pub const ")?.split_once(": Self = Self(\""));
+            let names = text.lines().filter_map(|line| {
+                let is_public = ["pub const ", "pub(crate) const "].iter().any(|start| line.trim().starts_with(start));
+                line.split_once(": Self = Self(\"").filter(|_| is_public)
+            });
             constants.extend(names.filter_map(|(_, rest)| Some(rest.split_once('"')?.0.to_owned())));
         }
         let listed: BTreeSet<String> = ROWS.iter().map(|needs| needs.row.to_string()).collect();

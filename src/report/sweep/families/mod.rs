@@ -21,6 +21,9 @@ use axes::Axis;
 /// The key of the family in which several settings change at once.
 pub const JOINT: &str = "joint";
 
+/// Why a value is left out that only a whole sweep tries.
+const QUICK: &str = "--quick tries fewer values";
+
 /// How much is swept.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Selection {
@@ -162,8 +165,18 @@ impl Sweep {
         let mut builder = Builder::default();
         builder.point(SettingsPatch::default());
         let mut kept = Vec::new();
-        for axis in axes::all(&base, selection.quick) {
-            let wanted = selection.families.as_ref().is_none_or(|keys| keys.iter().any(|key| axis.is_of(key)));
+        let is_wanted =
+            |axis: &Axis| selection.families.as_ref().is_none_or(|keys| keys.iter().any(|key| axis.is_of(key)));
+        let tried = axes::all(&base, selection.quick);
+        if selection.quick {
+            let names = |axis: &Axis| axis.candidates.iter().map(|one| name_of(&one.patch)).collect::<Vec<_>>();
+            let quick: Vec<_> = tried.iter().flat_map(names).collect();
+            let whole = axes::all(&base, false).into_iter().filter(|axis| axis.without.is_none() && is_wanted(axis));
+            let others = whole.flat_map(|axis| names(&axis)).filter(|name| !quick.contains(name));
+            others.for_each(|name| builder.leave_out(name, QUICK));
+        }
+        for axis in tried {
+            let wanted = is_wanted(&axis);
             if let Some(valid) = builder.family(&base, axis, wanted) {
                 kept.push(valid);
             }
@@ -173,6 +186,12 @@ impl Sweep {
             builder.joint(&base, &kept, selection);
         }
         Ok(Self { points: builder.points, families: builder.families, left_out: builder.left_out })
+    }
+
+    /// What `--quick` did not try, in a line.
+    pub fn quick_words(left_out: &[LeftOut]) -> Option<String> {
+        let names: Vec<_> = left_out.iter().filter(|own| own.reason == QUICK).map(|own| own.name.as_str()).collect();
+        (!names.is_empty()).then(|| format!("--quick left out {} values: {}", names.len(), names.join(", ")))
     }
 
     /// The points that are measured: those of the shard, or all.
