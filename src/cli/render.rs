@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use afterlight::frame::{self, Complexity, Picture, Pixels, Renderer, edges, list, plan_for};
 use afterlight::gpu::Device;
-use afterlight::measure::{peak_memory_bytes, what_moves};
+use afterlight::measure::peak_memory_bytes;
 use afterlight::plan::{self, FramePlan};
 use afterlight::scene::{Output, Settings, SettingsPatch, View};
 
@@ -163,6 +163,8 @@ fn draw(
     let bar = progress::bar("drawing".into(), u64::from(args.frames) * u64::from(settings.samples), args.quiet);
     let mut times = Table::with_figures_from(1);
     times.row(["load".to_owned(), milliseconds(workload.load_ms)]);
+    // The camera rests; without the cache maps are drawn as if all did not.
+    let moving = if settings.shadows.cache { "nothing moving" } else { "everything moving" };
     let mut picture;
     if settings.samples == 1 {
         renderer.render(&workload.scene.camera)?;
@@ -171,8 +173,7 @@ fn draw(
         times.row(["first frame, with set-up".to_owned(), milliseconds(milliseconds_since(start))]);
         times.row(["first frame alone".to_owned(), milliseconds(first.wall_ms)]);
         if let Some(mean) = draw_more(args, workload, &mut renderer, &|| bar.step())? {
-            let what = what_moves(!settings.shadows.cache);
-            times.row([format!("mean of {} more frames; {what}", args.frames - 1), milliseconds(mean)]);
+            times.row([format!("mean of {} more frames, {moving}", args.frames - 1), milliseconds(mean)]);
         }
         picture = renderer.read_back()?;
     } else {
@@ -185,7 +186,7 @@ fn draw(
         }
         if args.frames > 1 {
             let mean = milliseconds_since(start) / f64::from(args.frames - 1);
-            times.row([format!("mean of {} more pictures of {what}", args.frames - 1), milliseconds(mean)]);
+            times.row([format!("mean of {} more pictures of {what}, {moving}", args.frames - 1), milliseconds(mean)]);
         }
     }
     args.output.write(&picture)?;

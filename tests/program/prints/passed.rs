@@ -119,7 +119,7 @@ fn a_missing_dependency_is_told_in_plain_words() {
     let (code, told, errors) =
         run(folder.path(), &[&["inspect"], &QUAD[..], &["--drop", "gbuffer-to-lighting"]].concat());
     assert_eq!(code, 0, "{errors}");
-    assert!(told.contains("LIGHTING may read depth, albedo, normals"), "{told}");
+    assert!(told.contains("LIGHTING may read depth, albedo and normals"), "{told}");
     assert!(told.contains("that GEOMETRY has not finished writing"), "{told}");
     assert!(told.contains("The picture on this device: "), "{told}");
     assert!(told.contains("SYNC-HAZARD-") && !told.contains("nothing orders"), "{told}");
