@@ -47,6 +47,8 @@ pub struct SettingsArgs {
     /// A settings file, over which the other options win.
     pub file: Option<PathBuf>,
     pub camera: Option<Camera>,
+    /// As it was written.
+    pub camera_text: Option<String>,
     /// Of a bare model.
     pub scale: Option<f64>,
     pub up: Option<Up>,
@@ -148,6 +150,8 @@ impl FromArgMatches for SettingsArgs {
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
         self.file = matches.get_one("settings").cloned();
         self.camera = matches.get_one("camera").copied();
+        let written = matches.get_raw("camera").and_then(|mut texts| texts.next());
+        self.camera_text = written.map(|text| text.to_string_lossy().into_owned());
         (self.scale, self.up) = (matches.get_one("scale").copied(), matches.get_one("up").copied());
         let said = options().filter_map(|setting| matches.get_one::<SettingsPatch>(setting.key));
         self.said = said.fold(SettingsPatch::default(), |all, one| all.or(one));

@@ -134,6 +134,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
     }
     session::with_device(&args.device, |device| {
         let workload = Workload::open(&args.scene, &args.settings, false)?;
+        workload.spare(&args.graph)?;
         // The plan is that of a frame, however many of them a picture is made of.
         let variation = SettingsPatch { view: args.view, samples: Some(1), ..SettingsPatch::default() };
         let settings = workload.settings(&variation, &device.physical)?;

@@ -104,6 +104,18 @@ pub fn quoted(name: &str) -> String {
     if name.chars().all(is_plain) { name.to_owned() } else { format!("\"{name}\"") }
 }
 
+/// Keeps a command from writing over what it reads.
+pub fn spare<'a>(
+    sinks: impl IntoIterator<Item = &'a Sink>,
+    read: impl IntoIterator<Item = &'a PathBuf> + Clone,
+) -> Result<(), Failure> {
+    let overwrites = |sink: &Sink| read.clone().into_iter().any(|path| sink.is_same(&Sink::File(path.clone())));
+    match sinks.into_iter().find(|sink| overwrites(sink)) {
+        Some(sink) => Err(Failure::usage(format!("{sink} is read by this command, which would write over it"))),
+        None => Ok(()),
+    }
+}
+
 /// Makes a folder and what lies above it.
 pub fn make_folder(path: &Path) -> Result<(), Failure> {
     match path.is_file() {
@@ -131,6 +143,9 @@ impl<'a> PendingFile<'a> {
             Err(error) if error.kind() == io::ErrorKind::NotFound => name.to_owned(),
             Err(error) => return Err(failed(&error)),
         };
+        if let Some(folder) = name.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.exists()) {
+            return Err(cannot_be(name, &format!("there is no folder {}", folder.display())));
+        }
         let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let mut builder = tempfile::Builder::new();
         builder.prefix(".afterlight-").suffix(".part");

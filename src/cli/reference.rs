@@ -183,6 +183,8 @@ fn linear(light: &[[f64; 3]]) -> Pixels {
 /// The scene, checked: no plan and no renderer does it where it is exported.
 fn open(args: &Args) -> Result<Workload, Failure> {
     let workload = Workload::open(&args.scene, &args.settings, args.quiet)?;
+    workload
+        .spare([Some(&args.output), args.standard_error.as_ref()].into_iter().flatten().map(|target| &target.sink))?;
     workload.scene.check()?;
     Ok(workload)
 }

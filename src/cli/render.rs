@@ -22,7 +22,7 @@ use super::image_output::{Format, Target};
 use super::output::{Sink, quoted};
 use super::table::{Table, bytes, milliseconds};
 use super::workload::{Workload, memory_table, milliseconds_since, plan_table};
-use super::{drop, progress};
+use super::{drop, output, progress};
 
 /// Draw scenes into a picture each
 #[derive(Debug, Clone, clap::Args)]
@@ -120,6 +120,9 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
 /// Draws and writes the picture of one scene.
 fn draw_scene(args: &Args, scene: &str, device: &Arc<Device>, is_verbose: bool) -> Result<Drawn, Failure> {
     let workload = Workload::open(scene, &args.settings, args.quiet)?;
+    let sinks = || [&args.output.sink].into_iter().chain(&args.json).chain(&args.junit);
+    workload.spare(sinks())?;
+    output::spare(sinks(), &args.path)?;
     match (&args.path, args.view) {
         (Some(file), _) => path::draw(args, workload, device, file, is_verbose),
         (None, Some(ViewChoice::All)) => draw_sheet(args, &workload, device),
@@ -206,7 +209,7 @@ fn draw(
 
 /// The settings of the pictures.
 fn settings(args: &Args, workload: &Workload, device: &Device, view: Option<View>) -> Result<Settings, Failure> {
-    let samples = workload.samples(args.samples, args.view.is_some());
+    let samples = workload.samples(args.samples.or(args.drop.is_some().then_some(1)), args.view.is_some());
     let variation = SettingsPatch { view, samples: Some(samples), ..SettingsPatch::default() };
     let output = if args.output.format == Format::Exr { Output::Nits } else { Output::Srgb8 };
     Ok(Settings { output, ..workload.settings(&variation, &device.physical)? })

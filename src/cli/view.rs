@@ -10,7 +10,7 @@ use afterlight::frame::{Picture, Pixels};
 use afterlight::gpu::Vsync;
 use afterlight::scene::file::{Origin, to_toml};
 use afterlight::scene::{Camera, CameraPath, Scene, SettingsPatch};
-use afterlight::window::{Error, Options, ReadAgain, ShaderFolder, Summary, WindowSystem};
+use afterlight::window::{Error, Options, ReadAgain, ShaderFolder, Summary, WindowSystem, help};
 
 use super::args::{DeviceArgs, SettingsArgs};
 use super::failure::{Exit, Failure};
@@ -22,7 +22,7 @@ use super::workload::{LargestPicture, Workload};
 
 /// Open a window onto a scene
 #[derive(Debug, clap::Args)]
-#[command(after_help = "\
+#[command(after_help = format!("\
 Examples:
   afterlight view
   afterlight view sponza.obj --camera \"-9,2,0/0,3,0/70\"
@@ -30,7 +30,7 @@ Examples:
   afterlight view builtin:hall --frames 300 --vsync off
   afterlight view builtin:hall --hdr=600
 
-Keys: H prints them")]
+{}", help()))]
 pub struct Args {
     /// The scene: an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
     #[arg(default_value = "builtin:hall")]

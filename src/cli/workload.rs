@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use afterlight::frame::{self, capabilities, list};
@@ -16,7 +16,7 @@ use glam::DVec3;
 
 use super::args::SettingsArgs;
 use super::failure::{Exit, Failure};
-use super::output;
+use super::output::{self, Sink};
 use super::progress;
 use super::table::{Table, bytes};
 
@@ -48,8 +48,9 @@ pub struct Workload {
     command_line: SettingsPatch,
     /// Of `--settings`.
     pub settings_file: SettingsPatch,
-    /// The command line has a camera.
-    has_camera: bool,
+    settings_path: Option<PathBuf>,
+    /// As the command line has it.
+    camera: Option<String>,
     quiet: bool,
     /// Warnings of plans that were printed: another plan of the scene may have the same.
     told: RefCell<BTreeSet<String>>,
@@ -79,8 +80,9 @@ impl Workload {
             scene.camera = Camera { near: scene.camera.near, ..*camera };
             scene.fitted.camera = false;
         }
-        let has_camera = args.camera.is_some();
-        Ok(Self { scene, load_ms, command_line, settings_file, has_camera, quiet, told: RefCell::default() })
+        let (settings_path, camera) = (args.file.clone(), args.camera_text.clone());
+        let told = RefCell::default();
+        Ok(Self { scene, load_ms, command_line, settings_file, settings_path, camera, quiet, told })
     }
 
     /// Opens a camera path for the scene. From here on the scene's camera is that at its start, with the narrowest lens of all, so that plans are
@@ -98,14 +100,20 @@ impl Workload {
         if self.quiet { Ok(()) } else { output::print(&warnings(&new), true) }
     }
 
+    /// Keeps what is written from taking the place of the scene's files and of `--settings`.
+    pub fn spare<'a>(&'a self, sinks: impl IntoIterator<Item = &'a Sink>) -> Result<(), Failure> {
+        output::spare(sinks, self.scene.files.iter().chain(&self.settings_path))
+    }
+
     /// Where one is and in how much light, each with who says so.
     pub fn place(&self, settings: &Settings) -> String {
         let (camera, fitted) = (&self.scene.camera, self.scene.fitted);
-        let of_camera = match (self.has_camera, fitted.camera) {
-            (true, _) => "as given",
-            (false, true) => "fitted to the model",
-            (false, false) => "the scene's",
+        let of_camera = match (&self.camera, fitted.camera) {
+            (Some(_), _) => "as given",
+            (None, true) => "fitted to the model",
+            (None, false) => "the scene's",
         };
+        let camera_text = self.camera.clone().unwrap_or_else(|| camera.to_string());
         let roll = if camera.is_level() { "" } else { ", and it leans sideways, which --camera cannot say" };
         let of_exposure = match (settings.exposure, self.said().exposure, fitted.exposure) {
             (None, ..) => "metered from the lights",
@@ -114,7 +122,7 @@ impl Workload {
             (_, None, false) => "the scene's",
         };
         let exposure = settings.exposure.unwrap_or_else(|| scene::metered_ev100(&self.scene));
-        format!("camera {camera} ({of_camera}{roll}); exposure {exposure:.2} EV100 ({of_exposure})")
+        format!("camera {camera_text} ({of_camera}{roll}); exposure {exposure:.2} EV100 ({of_exposure})")
     }
 
     /// What the scene holds, and how large it is.

@@ -20,7 +20,7 @@ impl FramePlan {
                 Err("a GPU draws objects faster than a CPU finds out which of them are hidden".into())
             }
             _ if drawn < MANY_OBJECTS => Err(format!(
-                "{drawn} objects are drawn faster than it is found which of them are hidden: {MANY_OBJECTS} are many"
+                "below {MANY_OBJECTS} objects, here {drawn}, drawing all is faster than finding out which of them are hidden"
             )),
             _ => Ok(format!("{drawn} objects, each drawn unless larger ones hide its box")),
         }

@@ -343,7 +343,12 @@ fn shading(plan: &FramePlan) -> Vec<Part> {
             .is(OptionalPart::BrdfByPixel),
         part("lists of lights by froxel", plan.has_clusters(), lists, 2 * 8 * froxels.clusters() as u64)
             .is(OptionalPart::LightLists),
-        part("light buffers", lights.any(), format!("{count} lights shine on the scene"), 2 * 64 * slots as u64),
+        part(
+            "light buffers",
+            lights.any(),
+            format!("{count} {} on the scene", if count == 1 { "light shines" } else { "lights shine" }),
+            2 * 64 * slots as u64,
+        ),
         idle_lights(plan),
         kind("directional lights", lights.directional, OptionalPart::DirectionalLights),
         kind("point and spot lights", lights.punctual, OptionalPart::PunctualLights),
@@ -371,7 +376,7 @@ fn idle_lights(plan: &FramePlan) -> Part {
     let kept = plan.light_order.needless() > 0;
     let reason = match plan.light_order.idle.count() {
         _ if kept => "asked to stay, whether or not they reach anything".into(),
-        0 => "each light can reach an object".into(),
+        0 => "every light reaches some object".into(),
         1 => "1 light reaches no object".into(),
         count => format!("{count} lights reach no object"),
     };

@@ -131,7 +131,10 @@ fn extension(path: &Path) -> String {
 fn unreadable(path: &Path, reads: &str) -> Error {
     // A missing file is the likelier slip than a wrong format.
     if let Err(error) = std::fs::metadata(path) {
-        return Error::Read { path: path.to_owned(), cause: error.to_string() };
+        let name = path.to_string_lossy();
+        let meant = builtin::CATALOGUE.iter().find(|own| own.name == name);
+        let meant = meant.map_or_else(String::new, |own| format!("; did you mean builtin:{}?", own.name));
+        return Error::Read { path: path.to_owned(), cause: format!("{error}{meant}") };
     }
     let what = match extension(path).as_str() {
         extension @ ("gltf" | "glb") => format!(".{extension} (glTF) is not read yet"),

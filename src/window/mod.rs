@@ -31,6 +31,7 @@ use crate::frame;
 use crate::gpu::{self, Device, Surface, Vsync, surface_extensions};
 use crate::scene::{Camera, CameraPath, Scene, Settings, SettingsPatch};
 
+pub use app::help;
 pub use clock::Summary;
 pub use watch::ShaderFolder;
 

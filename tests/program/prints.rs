@@ -108,3 +108,31 @@ fn odd_scene_files_are_told_with_file_line_and_keys() {
     ];
     assert_prints("scene-files", folder.path(), &commands);
 }
+
+#[test]
+fn nothing_that_is_read_is_written_over() {
+    let folder = folder();
+    let scene = "base = \"builtin:quad\"\n";
+    std::fs::write(folder.path().join("s.toml"), scene).expect("written");
+    std::fs::write(folder.path().join("m.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").expect("written");
+    for (arguments, file) in [
+        (vec!["render", "s.toml", "-o", "x.png", "--json", "./s.toml"], "s.toml"),
+        (vec!["render", "m.obj", "-o", "x.png", "--junit", "m.obj"], "m.obj"),
+        (vec!["bench", "m.obj", "--json", "m.obj", "--frames", "1"], "m.obj"),
+        (vec!["inspect", "builtin:quad", "--settings", "s.svg", "--graph", "s.svg"], "s.svg"),
+        (vec!["compare", "x.png", "x.png", "-o", "x.png"], "x.png"),
+    ] {
+        let before = match file {
+            "s.svg" => "[settings]\nmsaa = 1\n".as_bytes().to_vec(),
+            "x.png" => {
+                printed(folder.path(), &["render", "builtin:quad", "--size", "8x8", "-q", "-o", "x.png"]);
+                std::fs::read(folder.path().join(file)).expect("a picture")
+            }
+            file => std::fs::read(folder.path().join(file)).expect("a file"),
+        };
+        std::fs::write(folder.path().join(file), &before).expect("written");
+        let told = printed(folder.path(), &arguments);
+        assert!(told.contains("is read by this command") && told.contains("[exit code 2]"), "{arguments:?}: {told}");
+        assert!(std::fs::read(folder.path().join(file)).expect("still there") == before, "{arguments:?}");
+    }
+}

@@ -139,6 +139,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// Measures all variants of one scene. All of them are held at once, or they could not take turns.
 fn measure(args: &Args, spec: &str, device: &Arc<Device>) -> Result<SceneReport, Failure> {
     let mut workload = Workload::open(spec, &args.motion.over(&args.settings), args.quiet)?;
+    workload.spare(&args.json)?;
+    output::spare(&args.json, &args.path)?;
     let walk = args.path.as_deref().map(|file| Walk::of(file, &mut workload, args.frames)).transpose()?;
     if args.plan_cost {
         return plan_cost::measure(args, &workload, device);

@@ -75,6 +75,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             return Err(Failure::usage("--json and -o - cannot both have standard output"));
         }
         target.sink.check()?;
+        output::spare([&target.sink], [&args.actual, &args.expected])?;
     }
     let pair = Pair::open(args)?;
     // Before the work, so that a metric that the pictures do not have is told at once.

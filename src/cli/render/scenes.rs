@@ -51,12 +51,14 @@ fn one(args: &Args, scene: &str, is_verbose: bool) -> Result<(Case, Result<(), F
     heard.print()?;
     let is_taken = [Some(&args.output.sink), args.json.as_ref(), args.junit.as_ref()];
     let is_taken = is_taken.into_iter().flatten().any(Sink::is_stdout);
-    let line = heard.line();
     let mut told = String::new();
+    let mut hazards = Vec::new();
+    // Of a scene that could not be drawn nothing was checked.
     if let Ok(drawn) = &outcome {
         told.push_str(&drawn.text);
+        told.extend(heard.line().map(|line| line + "\n"));
+        hazards.clone_from(&drawn.hazards);
     }
-    told.extend(line.map(|line| line + "\n"));
     if !args.quiet {
         output::print(&told, is_taken)?;
     }
@@ -70,7 +72,8 @@ fn one(args: &Args, scene: &str, is_verbose: bool) -> Result<(Case, Result<(), F
         }
     }));
     let seconds = start.elapsed().as_secs_f64();
-    Ok((Case::of(scene, &args.output.sink.to_string(), seconds, &heard, &outcome), outcome))
+    let case = Case::of(scene, &args.output.sink.to_string(), seconds, &heard, &outcome);
+    Ok((case.without(args.drop.clone(), hazards), outcome))
 }
 
 fn verdict(mut failures: Vec<(&str, Failure)>, scenes: usize) -> Result<(), Failure> {

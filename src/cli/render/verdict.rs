@@ -27,6 +27,10 @@ pub struct Case {
     verdict: Verdict,
     exit_code: u8,
     error: Option<String>,
+    /// With `--drop`.
+    dropped: Option<String>,
+    /// What may go wrong without it, a sentence each.
+    hazards: Vec<String>,
     messages: Vec<MessageReport>,
     messages_not_kept: u64,
     /// The messages as people read them.
@@ -65,10 +69,18 @@ impl Case {
             verdict: Verdict::when(failure.is_none()),
             exit_code: failure.and_then(Failure::exit).map_or(0, |exit| exit as u8),
             error: failure.map(Failure::one_line),
+            dropped: None,
+            hazards: Vec::new(),
             messages: heard.reports(),
             messages_not_kept: heard.dropped,
             listing: heard.listing(),
         }
+    }
+
+    /// The same of frames without a dependency.
+    pub fn without(mut self, dropped: Option<String>, hazards: Vec<String>) -> Self {
+        self.listing.extend(hazards.iter().map(|hazard| format!("{hazard}\n")));
+        Self { dropped, hazards, ..self }
     }
 
     /// Whether a check failed; any other failure is an error of JUnit's.

@@ -181,7 +181,7 @@ impl Search<'_> {
         let told = |figures: &Figures| match self.goal.bound {
             Bound::Error(_) | Bound::Loss(_) => format!("errs by {}", error_text(figures.error)),
             Bound::Milliseconds(_) => {
-                format!("takes {:.3} ms ({:.3} to {:.3})", figures.ms, figures.ms_low, figures.ms_high)
+                format!("takes {:.3} ms, and {:.3} at the upper end of its 95% interval", figures.ms, figures.ms_high)
             }
         };
         let best = outcome.passed_over.iter().min_by(|a, b| worst(a).total_cmp(&worst(b)));
