@@ -22,7 +22,7 @@ use super::image_output::{Format, Target};
 use super::output::{Sink, quoted};
 use super::table::{Table, bytes, milliseconds};
 use super::workload::{Workload, memory_table, milliseconds_since, plan_table};
-use super::{drop, output, progress};
+use super::{drop, progress};
 
 /// Draw scenes into a picture each
 #[derive(Debug, Clone, clap::Args)]
@@ -87,6 +87,8 @@ struct Drawn {
     text: String,
     /// What may go wrong without the dependency of `--drop`, a sentence each.
     hazards: Vec<String>,
+    /// What the scene was read from.
+    files: Vec<PathBuf>,
 }
 
 fn view_help() -> String {
@@ -120,15 +122,15 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
 /// Draws and writes the picture of one scene.
 fn draw_scene(args: &Args, scene: &str, device: &Arc<Device>, is_verbose: bool) -> Result<Drawn, Failure> {
     let workload = Workload::open(scene, &args.settings, args.quiet)?;
-    let sinks = || [&args.output.sink].into_iter().chain(&args.json).chain(&args.junit);
-    workload.spare(sinks())?;
-    output::spare(sinks(), &args.path)?;
-    match (&args.path, args.view) {
+    workload.spare([&args.output.sink])?;
+    let files = workload.scene.files.clone();
+    let drawn = match (&args.path, args.view) {
         (Some(file), _) => path::draw(args, workload, device, file, is_verbose),
         (None, Some(ViewChoice::All)) => draw_sheet(args, &workload, device),
         (None, Some(ViewChoice::One(view))) => draw(args, &workload, device, Some(view), is_verbose),
         (None, None) => draw(args, &workload, device, None, is_verbose),
-    }
+    };
+    Ok(Drawn { files, ..drawn? })
 }
 
 /// The renderer, and what may go wrong without the dependency of `--drop`.
@@ -204,7 +206,7 @@ fn draw(
         let _ = writeln!(text, "{complex} of {covered} pixels with a surface, {share:.1}%, are shaded once a sample");
     }
     text.push_str(&costs(workload, renderer.plan(), &times, device, is_verbose));
-    Ok(Drawn { text, hazards })
+    Ok(Drawn { text, hazards, files: Vec::new() })
 }
 
 /// The settings of the pictures.
@@ -274,7 +276,7 @@ fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<
     times.row(["load".to_owned(), milliseconds(workload.load_ms)]);
     times.row([format!("{} views", tiles.len()), milliseconds(milliseconds_since(start))]);
     let _ = write!(text, "\nTimes\n{}", times.render());
-    Ok(Drawn { text, hazards: Vec::new() })
+    Ok(Drawn { text, hazards: Vec::new(), files: Vec::new() })
 }
 
 /// The settings with another view. What smooths edges goes where a view shows values.

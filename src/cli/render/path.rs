@@ -72,5 +72,5 @@ pub fn draw(
     };
     let mut text = heading(&workload, &settings, device, &output);
     text.push_str(&costs(&workload, renderer.plan(), &times, device, is_verbose));
-    Ok(Drawn { text, hazards })
+    Ok(Drawn { text, hazards, files: Vec::new() })
 }

@@ -1,6 +1,6 @@
 //! Several scenes, one after the other: each has a picture and a verdict of its own, and one that fails does not keep the others from being drawn.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::verdict::{Case, Report};
@@ -19,9 +19,11 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
     check_sinks(args, &targets)?;
     let mut cases = Vec::new();
     let mut failures: Vec<(&str, Failure)> = Vec::new();
+    let mut read = Vec::new();
     for (scene, output) in args.scenes.iter().zip(targets) {
         let args = Args { output, ..args.clone() };
-        let (case, outcome) = one(&args, scene, is_verbose)?;
+        let (case, files, outcome) = one(&args, scene, is_verbose)?;
+        read.extend(files);
         cases.push(case);
         match outcome {
             Err(failure) if failure.is_quiet() => return Err(failure),
@@ -34,6 +36,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
             Ok(()) => {}
         }
     }
+    output::spare(args.json.iter().chain(&args.junit), &read)?;
     let report = Report::of(cases);
     if let Some(sink) = &args.json {
         sink.write(output::json(&report)?.as_bytes())?;
@@ -44,20 +47,24 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
     verdict(failures, args.scenes.len())
 }
 
+/// The verdict on a scene, the files that it was read from, and what went wrong.
+type One = (Case, Vec<PathBuf>, Result<(), Failure>);
+
 /// Draws one scene on a device of its own, so that whatever the layer says is about it.
-fn one(args: &Args, scene: &str, is_verbose: bool) -> Result<(Case, Result<(), Failure>), Failure> {
+fn one(args: &Args, scene: &str, is_verbose: bool) -> Result<One, Failure> {
     let start = Instant::now();
     let (outcome, heard) = session::observe(&args.device, |device| draw_scene(args, scene, &device, is_verbose));
     heard.print()?;
     let is_taken = [Some(&args.output.sink), args.json.as_ref(), args.junit.as_ref()];
     let is_taken = is_taken.into_iter().flatten().any(Sink::is_stdout);
     let mut told = String::new();
-    let mut hazards = Vec::new();
+    let (mut hazards, mut files) = (Vec::new(), Vec::new());
     // Of a scene that could not be drawn nothing was checked.
     if let Ok(drawn) = &outcome {
         told.push_str(&drawn.text);
         told.extend(heard.line().map(|line| line + "\n"));
         hazards.clone_from(&drawn.hazards);
+        files.clone_from(&drawn.files);
     }
     if !args.quiet {
         output::print(&told, is_taken)?;
@@ -73,7 +80,7 @@ fn one(args: &Args, scene: &str, is_verbose: bool) -> Result<(Case, Result<(), F
     }));
     let seconds = start.elapsed().as_secs_f64();
     let case = Case::of(scene, &args.output.sink.to_string(), seconds, &heard, &outcome);
-    Ok((case.without(args.drop.clone(), hazards), outcome))
+    Ok((case.without(args.drop.clone(), hazards), files, outcome))
 }
 
 fn verdict(mut failures: Vec<(&str, Failure)>, scenes: usize) -> Result<(), Failure> {
@@ -104,7 +111,9 @@ fn check_sinks(args: &Args, targets: &[Target]) -> Result<(), Failure> {
     let json = args.json.iter().map(|sink| ("--json".to_owned(), sink));
     let junit = args.junit.iter().map(|sink| ("--junit".to_owned(), sink));
     let mut taken: Vec<(String, &Sink)> = Vec::new();
+    let named: Vec<PathBuf> = args.scenes.iter().map(PathBuf::from).collect();
     for (what, sink) in pictures.chain(json).chain(junit) {
+        output::spare([sink], named.iter().chain(&args.path).chain(&args.settings.file))?;
         let same = |own: &Sink| own.is_same(sink) || own.is_stdout() && sink.is_stdout();
         if let Some((other, _)) = taken.iter().find(|(_, own)| same(own)) {
             let failure = Failure::usage(format!("{other} and {what} would both be written to {sink}"));
