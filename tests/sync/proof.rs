@@ -3,6 +3,7 @@
 
 use std::collections::{BTreeMap, HashSet};
 
+use afterlight::frame::edges::unreported_mutants::Part;
 use afterlight::frame::edges::{self, Edge, Edges};
 use afterlight::frame::proof::{Frames, is_superfluous};
 use afterlight::gpu::vk;
@@ -11,6 +12,8 @@ use afterlight::scene::builtin::CATALOGUE;
 use afterlight::scene::{
     HdrFormat, Keep, LightPath, OptionalPart, Output, Resolve, Scene, Settings, Transparency, View,
 };
+
+use rayon::prelude::*;
 
 use super::combinations;
 use super::necessity::samples::{self, gbuffers};
@@ -53,23 +56,28 @@ impl Different {
     /// There is no hazard, and no part of a row without which there is none. `make test` asks the latter of each row once, `make test-all`
     /// in all frames that have it.
     fn are_proved(&self) {
-        let (mut hazards, mut idle) = (Vec::new(), BTreeMap::new());
-        let (mut asked, mut parts) = (HashSet::new(), 0);
-        for (name, plan, rows) in &self.plans {
-            hazards.extend(Frames::of(plan, rows).hazards().iter().map(|hazard| format!("{name}: {hazard}")));
-            for row in rows.iter().filter(|row| row.carrier.stays().is_none()) {
-                if !asked.insert(masks(row)) && !tries_all() {
-                    continue;
-                }
-                for part in row.parts() {
-                    parts += 1;
-                    if is_superfluous(plan, rows, row.name, part).unwrap_or_else(|error| panic!("{error}")) {
-                        idle.entry(format!("{} {part:?}", row.name)).or_insert_with(Vec::new).push(name.as_str());
-                    }
-                }
-            }
+        let told = |(name, plan, rows): &(String, FramePlan, Edges)| -> Vec<String> {
+            Frames::of(plan, rows).hazards().iter().map(|hazard| format!("{name}: {hazard}")).collect()
+        };
+        let hazards: Vec<_> = self.plans.par_iter().flat_map_iter(told).collect();
+        let mut asked = HashSet::new();
+        let mut parts = Vec::new();
+        for own @ (_, _, rows) in &self.plans {
+            let mut droppable: Vec<_> = rows.iter().filter(|row| row.carrier.stays().is_none()).collect();
+            droppable.retain(|row| asked.insert(masks(row)) || tries_all());
+            parts.extend(
+                droppable.into_iter().flat_map(|row| row.parts().into_iter().map(move |part| (own, row, part))),
+            );
         }
-        println!("{} plans, {} different frames, {parts} parts of rows", self.tried, self.plans.len());
+        let orders_nothing = |((name, plan, rows), row, part): &(&(String, FramePlan, Edges), &Edge, Part)| {
+            let is_idle = is_superfluous(plan, rows, row.name, *part).unwrap_or_else(|error| panic!("{error}"));
+            is_idle.then(|| (format!("{} {part:?}", row.name), name.clone()))
+        };
+        let mut idle: BTreeMap<String, Vec<String>> = BTreeMap::new();
+        for (part, name) in parts.par_iter().filter_map(orders_nothing).collect::<Vec<_>>() {
+            idle.entry(part).or_default().push(name);
+        }
+        println!("{} plans, {} different frames, {} parts of rows", self.tried, self.plans.len(), parts.len());
         let idle: Vec<_> =
             idle.iter().map(|(part, names)| format!("{part}: {}, as {}", names.len(), names[0])).collect();
         assert!(hazards.is_empty(), "{} hazards:\n{}", hazards.len(), hazards[..hazards.len().min(30)].join("\n"));
