@@ -49,7 +49,7 @@ pub struct SettingsArgs {
     pub camera: Option<Camera>,
     /// As it was written.
     pub camera_text: Option<String>,
-    /// Of a bare model.
+    /// Metres that a unit of a bare model is; `up` is its axis that points up.
     pub scale: Option<f64>,
     pub up: Option<Up>,
     pub said: SettingsPatch,
@@ -77,7 +77,7 @@ fn up(text: &str) -> Result<Up, String> {
     }
 }
 
-/// What moves while frames are timed: the same choice, and the same default, wherever a command measures times.
+/// `--still` or `--moving`: every command that measures times has this choice with the same default.
 #[derive(Debug, Clone, Args)]
 pub struct MotionArgs {
     /// Time frames in which nothing moves: shadow maps are drawn once and kept

@@ -43,7 +43,7 @@ pub struct SceneReport {
     objects: usize,
     lights: usize,
     load_ms: f64,
-    /// Whether times are of frames in which everything moves, or of those that keep their shadow maps.
+    /// With `true` every frame draws all shadow maps; with `false` frames keep them.
     moving: bool,
     /// With `--path`.
     path: Option<PathReport>,
@@ -226,7 +226,7 @@ impl RunReport {
         }
     }
 
-    /// What it drew, its passes and its memory, each by its name.
+    /// The rows of the table: what the run drew, its passes and its memory, each by its name.
     fn facts(&self) -> Vec<(String, String)> {
         let ([width, height], drawn) = (self.size, &self.drawn);
         let fact = |name: &str, value: String| (name.to_owned(), value);

@@ -54,7 +54,7 @@ impl Switch {
             values = vec![format!("{width}x{height}")];
         } else {
             let default = row.text(&Settings::default().patch());
-            // What is on by default costs something.
+            // A setting that is on by default costs something: its default is not the cheaper value.
             values.extend(default.filter(|value| value != "on" && !row.cheaper.contains(&value.as_str())));
         }
         let number = |text: &str| text.parse::<f64>().ok();
@@ -103,14 +103,14 @@ impl Choice {
     }
 }
 
-/// What the costs of a frame are.
+/// The costs of a frame, each measured by switching it to a cheaper value.
 #[derive(Debug, Serialize)]
 pub struct Why {
     /// The median time with the settings as given, in milliseconds.
     given_ms: Option<f64>,
-    /// Those that are faster come first, the fastest at the head.
+    /// Costs whose cheaper value is faster come first, the fastest at the head.
     costs: Vec<Cost>,
-    /// What the device or the scene cannot have.
+    /// Values that the device or the scene cannot have.
     refused: Vec<Refused>,
 }
 

@@ -55,7 +55,7 @@ impl Shard {
 pub struct SceneReport {
     pub name: String,
     pub size: [u32; 2],
-    /// Whether times are of frames in which everything moves, so that each draws all shadow maps, or of frames that keep them.
+    /// With `true` every timed frame draws all shadow maps; with `false` frames keep them.
     pub moving: bool,
     pub triangles: usize,
     pub lights: usize,
