@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use afterlight::report::graph::escape;
 use serde::Serialize;
 
 use crate::cli::failure::{Exit, Failure};
@@ -106,11 +107,12 @@ impl Report {
             "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites {counts}>\n<testsuite name=\"afterlight render\" {counts}>\n"
         );
         for case in &self.scenes {
-            let (name, seconds) = (escaped(&case.scene), case.seconds);
+            // A line break in an attribute would be read as a blank.
+            let (name, seconds) = (escape(&case.scene).replace('\n', "&#10;"), case.seconds);
             let _ = write!(xml, "<testcase classname=\"afterlight.render\" name=\"{name}\" time=\"{seconds:.3}\">");
             if let Some(error) = &case.error {
                 let kind = if case.is_failed_check() { "failure" } else { "error" };
-                let (error, text) = (escaped(error), escaped(&case.listing));
+                let (error, text) = (escape(error), escape(&case.listing));
                 let _ =
                     write!(xml, "<{kind} type=\"exit code {}\" message=\"{error}\">{text}</{kind}>", case.exit_code);
             }
@@ -118,24 +120,6 @@ impl Report {
         }
         xml + "</testsuite>\n</testsuites>\n"
     }
-}
-
-/// Text in an element or an attribute. What XML cannot hold becomes U+FFFD.
-fn escaped(text: &str) -> String {
-    let mut escaped = String::new();
-    for character in text.chars() {
-        match character {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            '\n' => escaped.push_str("&#10;"),
-            '\t' => escaped.push_str("&#9;"),
-            '\0'..'\u{20}' | '\u{fffe}' | '\u{ffff}' => escaped.push('\u{fffd}'),
-            other => escaped.push(other),
-        }
-    }
-    escaped
 }
 
 #[cfg(test)]

@@ -9,6 +9,8 @@ mod svg;
 #[cfg(test)]
 mod tests;
 
+pub use svg::escape;
+
 use crate::frame::edges::Edges;
 use crate::plan::FramePlan;
 

@@ -192,7 +192,7 @@ impl Svg {
 }
 
 /// Text as XML has it. Characters that XML cannot hold are replaced.
-fn escape(text: &str) -> String {
+pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
         match character {
