@@ -235,7 +235,7 @@ impl Shadow {
                 alpha: material.alpha,
                 alpha_cutoff: match material.alpha_mode {
                     AlphaMode::Mask { cutoff } => cutoff,
-                    AlphaMode::Opaque | AlphaMode::Blend | AlphaMode::Glass => 0.0,
+                    AlphaMode::Opaque | AlphaMode::Blend | AlphaMode::Glass | AlphaMode::Coat => 0.0,
                 },
                 _padding: [0.0; 2],
             };

@@ -187,7 +187,7 @@ impl Surfaces {
             emissive: (material.emissive * recording.world.exposure).min(Vec3::splat(self.largest_light)),
             alpha_cutoff: match material.alpha_mode {
                 AlphaMode::Mask { cutoff } => cutoff,
-                AlphaMode::Opaque | AlphaMode::Blend | AlphaMode::Glass => 0.0,
+                AlphaMode::Opaque | AlphaMode::Blend | AlphaMode::Glass | AlphaMode::Coat => 0.0,
             },
             specular: material.specular,
             // A scene has at most 4,000,000 objects, and a single float holds any whole number up to four times that.

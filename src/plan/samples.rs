@@ -98,6 +98,7 @@ pub fn add_textures(scene: &mut Scene) {
             name: slot.form().key.into(),
             size: [2, 2],
             color_space: slot.form().color_space,
+            sampler: Default::default(),
             texels: [[255, 90, 200, 0], [10, 128, 250, 255], [0, 20, 128, 60], [99, 30, 180, 255]].concat(),
         })
         .collect();

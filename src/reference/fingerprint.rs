@@ -8,8 +8,8 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::render::Reference;
 use super::{Options, Smith, View};
 use crate::scene::{
-    AlphaMode, Brdf, Camera, CastsShadow, ColorSpace, Environment, Light, Material, Mesh, Object, Projection, Scene,
-    Texture,
+    AlphaMode, Brdf, Camera, CastsShadow, ColorSpace, Environment, Light, Material, Mesh, Object, Projection, Sampler,
+    Scene, Texture, UvMap,
 };
 
 #[cfg(test)]
@@ -55,18 +55,20 @@ impl Fingerprint {
     }
 
     fn mesh(&mut self, mesh: &Mesh) {
-        // The bounds follow from the positions.
-        let Mesh { name: _, origin, positions, normals, uvs, tangents, indices, bounds: _ } = mesh;
+        // The bounds follow from the positions. A scene at a time has its deformed meshes as plain ones.
+        let Mesh { name: _, origin, positions, normals, uvs, tangents, uvs_1, colors, indices, .. } = mesh;
         self.vector(*origin);
         self.bytes(bytemuck::cast_slice(positions));
         self.bytes(bytemuck::cast_slice(normals));
         self.bytes(bytemuck::cast_slice(uvs));
         self.bytes(bytemuck::cast_slice(tangents));
+        self.bytes(bytemuck::cast_slice(uvs_1));
+        self.bytes(bytemuck::cast_slice(colors));
         self.bytes(bytemuck::cast_slice(indices));
     }
 
     fn object(&mut self, object: &Object) {
-        let Object { name: _, mesh, material, transform, casts_shadow, receives_shadow } = object;
+        let Object { name: _, mesh, material, transform, casts_shadow, receives_shadow, node: _, skin: _ } = object;
         self.number(*mesh as u64);
         self.number(*material as u64);
         self.transform(transform);
@@ -88,11 +90,15 @@ impl Fingerprint {
             metallic,
             roughness,
             specular,
+            reflectance,
+            grazing,
             shininess,
             ambient,
             emissive,
             normal_scale,
             two_sided,
+            unlit,
+            uv_maps,
             base_color_texture,
             normal_texture,
             metallic_roughness_texture,
@@ -102,8 +108,8 @@ impl Fingerprint {
             shininess_texture,
         } = material;
         self.brdf(Some(*brdf));
-        [base_color, specular, emissive].into_iter().for_each(|color| self.color(*color));
-        [alpha, metallic, roughness, shininess, ambient, normal_scale]
+        [base_color, specular, reflectance, emissive].into_iter().for_each(|color| self.color(*color));
+        [alpha, metallic, roughness, grazing, shininess, ambient, normal_scale]
             .into_iter()
             .for_each(|factor| self.single(*factor));
         let (mode, cutoff) = match alpha_mode {
@@ -111,10 +117,16 @@ impl Fingerprint {
             AlphaMode::Mask { cutoff } => (1, *cutoff),
             AlphaMode::Blend => (2, 0.0),
             AlphaMode::Glass => (3, 0.0),
+            AlphaMode::Coat => (4, 0.0),
         };
         self.number(mode);
         self.single(cutoff);
         self.number(u64::from(*two_sided));
+        self.number(u64::from(*unlit));
+        for UvMap { set, offset, rotation, scale } in uv_maps {
+            self.number(u64::from(*set));
+            [offset.x, offset.y, *rotation, scale.x, scale.y].into_iter().for_each(|value| self.real(value));
+        }
         let slots = [base_color_texture, normal_texture, metallic_roughness_texture, occlusion_texture];
         slots
             .into_iter()
@@ -133,7 +145,12 @@ impl Fingerprint {
     }
 
     fn texture(&mut self, texture: &Texture) {
-        let Texture { name: _, size, color_space, texels } = texture;
+        let Texture { name: _, size, color_space, sampler, texels } = texture;
+        let Sampler { wrap, magnify, minify, levels } = sampler;
+        wrap.iter().for_each(|&wrap| self.number(wrap as u64));
+        [Some(*magnify), Some(*minify), *levels]
+            .iter()
+            .for_each(|filter| self.number(filter.map_or(0, |own| own as u64 + 1)));
         size.iter().for_each(|&edge| self.number(u64::from(edge)));
         self.number(u64::from(*color_space == ColorSpace::Srgb));
         self.bytes(texels);
@@ -165,6 +182,8 @@ impl Fingerprint {
             lights,
             environment,
             camera: _,
+            cameras: _,
+            motion: _,
             fitted: _,
             settings: _,
             warnings: _,

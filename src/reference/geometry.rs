@@ -74,7 +74,7 @@ impl<'a> Part<'a> {
             mirrored: handedness < 0.0,
             cutoff: match material.alpha_mode {
                 AlphaMode::Mask { cutoff } => Some(f64::from(cutoff)),
-                AlphaMode::Opaque | AlphaMode::Blend | AlphaMode::Glass => None,
+                AlphaMode::Opaque | AlphaMode::Blend | AlphaMode::Glass | AlphaMode::Coat => None,
             },
             along,
             normals,

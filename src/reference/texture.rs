@@ -57,7 +57,7 @@ mod tests {
 
     fn two(color_space: ColorSpace) -> Texture {
         let texels = vec![0, 0, 0, 0, 255, 128, 64, 255, 10, 20, 30, 40, 50, 60, 70, 80];
-        Texture { name: "two".into(), size: [2, 2], color_space, texels }
+        Texture { name: "two".into(), size: [2, 2], color_space, sampler: Default::default(), texels }
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::fmt::{self, Display};
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::Error;
 
@@ -77,6 +77,16 @@ impl Camera {
             .unwrap_or_else(|| back.any_orthonormal_vector());
         let rotation = DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back)).normalize();
         Self { position, rotation, ..Self::default() }
+    }
+
+    /// The camera moved and turned; a transform's scale moves it and changes nothing else.
+    #[must_use]
+    pub fn transformed(self, transform: &DAffine3) -> Self {
+        let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| transform.transform_vector3(self.rotation * axis));
+        let position = transform.transform_point3(self.position);
+        let turned =
+            Self::looking_at(position, position - z, if z.cross(y).length_squared() > 0.0 { y } else { z.cross(x) });
+        Self { position, rotation: turned.rotation, ..self }
     }
 
     /// Where it looks, of length 1.

@@ -278,6 +278,7 @@ mod tests {
             name: "grey".into(),
             size: [2, 2],
             color_space: ColorSpace::Srgb,
+            sampler: Default::default(),
             texels: vec![128; 16],
         });
         scene.materials[1].normal_texture = Some(0);

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use glam::DAffine3;
 
-use super::{Material, Mesh, Object, Scene, Texture, TextureSlot};
+use super::motion::First;
+use super::{Light, Material, Mesh, Motion, NamedCamera, Object, Scene, Texture, TextureSlot};
 
 /// How to load a model.
 #[derive(Default, Clone, Copy)]
@@ -43,6 +44,12 @@ pub struct Imported {
     pub materials: Vec<Material>,
     /// The textures of the materials.
     pub textures: Vec<Texture>,
+    /// The sources of light.
+    pub lights: Vec<Light>,
+    /// Where it can be seen from.
+    pub cameras: Vec<NamedCamera>,
+    /// What moves in it.
+    pub motion: Motion,
     /// What was odd and how it was handled, a line each.
     pub warnings: Vec<String>,
     /// The files that it was read from.
@@ -50,10 +57,14 @@ pub struct Imported {
 }
 
 impl Imported {
-    /// Adds everything to a scene, its objects moved by `transform`.
+    /// Adds everything to a scene, its objects, lights and cameras moved by `transform`.
     pub fn append_to(self, scene: &mut Scene, transform: DAffine3) {
         let (first_mesh, first_material) = (scene.meshes.len(), scene.materials.len());
-        let first_texture = scene.textures.len();
+        let (first_texture, first_camera) = (scene.textures.len(), scene.cameras.len());
+        let first_skin = scene.motion.skins.len();
+        // Nodes hang on one of their own that stands where the model does, and so do joints that a skinned mesh is seen from.
+        let root = (!self.motion.nodes.is_empty()).then_some(scene.motion.nodes.len());
+        let node = |node: Option<usize>| node.zip(root).map(|(node, root)| root + 1 + node);
         scene.meshes.extend(self.meshes);
         scene.textures.extend(self.textures);
         scene.materials.extend(self.materials.into_iter().map(|mut material| {
@@ -68,7 +79,20 @@ impl Imported {
             mesh: object.mesh + first_mesh,
             material: object.material + first_material,
             transform: transform * object.transform,
+            node: node(object.node).or(root.filter(|_| object.skin.is_some())),
+            skin: object.skin.map(|skin| skin + first_skin),
             ..object
+        }));
+        scene.motion.append(
+            self.motion,
+            transform,
+            First { light: scene.lights.len(), camera: first_camera, material: first_material },
+        );
+        scene.lights.extend(self.lights.into_iter().map(|light| light.transformed(&transform)));
+        scene.cameras.extend(self.cameras.into_iter().map(|own| NamedCamera {
+            camera: own.camera.transformed(&transform),
+            node: node(own.node),
+            ..own
         }));
         scene.warnings.extend(self.warnings);
         scene.files.extend(self.files);
@@ -91,10 +115,12 @@ mod tests {
                 name: "n".into(),
                 size: [1, 1],
                 color_space: crate::scene::ColorSpace::Linear,
+                sampler: Default::default(),
                 texels: vec![0; 4],
             }],
             warnings: vec!["odd".into()],
             files: vec!["a.obj".into()],
+            ..Imported::default()
         };
         let mut scene = Scene::default();
         imported.clone().append_to(&mut scene, DAffine3::IDENTITY);

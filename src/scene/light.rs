@@ -1,7 +1,7 @@
 //! Light sources, in the units of KHR_lights_punctual: the one place that knows what kinds there are. The rest of the program asks a light
 //! for its [`LightForm`].
 
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use super::{OptionalPart, luminance};
 
@@ -389,6 +389,17 @@ impl Light {
             *direction = unit(*direction).unwrap_or(*direction);
         }
         light
+    }
+
+    /// The light moved and turned; a transform's scale moves it and changes nothing else (KHR_lights_punctual, "Light Shared Properties").
+    pub fn transformed(mut self, transform: &DAffine3) -> Self {
+        if let Some(place) = self.kind.place_mut() {
+            *place = transform.transform_point3(*place);
+        }
+        if let Some(direction) = self.kind.direction_mut() {
+            *direction = unit(transform.transform_vector3(*direction)).unwrap_or(*direction);
+        }
+        self
     }
 
     /// Whether it can add anything.

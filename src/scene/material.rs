@@ -1,6 +1,6 @@
 //! Surface descriptions.
 
-use glam::Vec3;
+use glam::{DVec2, DVec3, Vec3};
 
 use super::{ColorSpace, OptionalPart};
 
@@ -34,6 +34,9 @@ pub enum AlphaMode {
     /// Alpha is that of the body only: its diffuse light is times alpha, its highlights and what it emits are whole, and what lies
     /// behind is times 1 - alpha. So that a clear pane still shines.
     Glass,
+    /// A clear lacquer on the surface that it lies in (KHR_materials_clearcoat): what lies under it is times 1 - alpha F, and its highlights
+    /// are times alpha F, where F = 0.04 + 0.96 (1 - N.E)^5. It has no body.
+    Coat,
 }
 
 /// The texture slots of a material, in the order of their descriptor bindings. [`TextureSlot::form`] is what there is to know of each.
@@ -192,6 +195,40 @@ fn times(factor: Vec3, color: [f64; 4]) -> Vec3 {
     Vec3::new(scaled(factor.x, color[0]), scaled(factor.y, color[1]), scaled(factor.z, color[2]))
 }
 
+/// How a slot's texture lies on a mesh (KHR_texture_transform): its coordinates are those of a set, scaled, then turned, then moved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UvMap {
+    /// Which coordinates of the mesh: 0 for `Mesh::uvs`, 1 for `Mesh::uvs_1`.
+    pub set: u8,
+    /// In images.
+    pub offset: DVec2,
+    /// Counter-clockwise about the image's upper left corner, in radians.
+    pub rotation: f64,
+    /// Images a unit.
+    pub scale: DVec2,
+}
+
+impl UvMap {
+    /// The first set as it is.
+    pub const IDENTITY: Self = Self { set: 0, offset: DVec2::ZERO, rotation: 0.0, scale: DVec2::ONE };
+
+    /// The rows of the map from the set's coordinates and 1 to the image's (KHR_texture_transform, "Overview": translation * rotation * scale).
+    pub fn rows(&self) -> [DVec3; 2] {
+        let (sin, cos) = self.rotation.sin_cos();
+        let DVec2 { x, y } = self.scale;
+        [DVec3::new(cos * x, sin * y, self.offset.x), DVec3::new(-sin * x, cos * y, self.offset.y)]
+    }
+}
+
+impl Default for UvMap {
+    fn default() -> Self {
+        Self::IDENTITY
+    }
+}
+
+/// What a dielectric of index of refraction 1.5 reflects at normal incidence.
+pub const DIELECTRIC: f32 = 0.04;
+
 /// A material; factors multiply what the textures say. Colours are linear RGB.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
@@ -211,6 +248,11 @@ pub struct Material {
     pub roughness: f32,
     /// Ks of the Phong models, 0 to 1.
     pub specular: Vec3,
+    /// What the dielectric share of a Cook-Torrance surface reflects at normal incidence, 0 to 1: [`DIELECTRIC`], or
+    /// min(((ior - 1) / (ior + 1))^2 specularColor, 1) specular (KHR_materials_ior, KHR_materials_specular).
+    pub reflectance: Vec3,
+    /// What it reflects at grazing incidence, 0 to 1: 1, or specular (KHR_materials_specular).
+    pub grazing: f32,
     /// Ns of the Phong models, 0 and up.
     pub shininess: f32,
     /// Share of the ambient light that is reflected besides the albedo, 0 to 1: luminance of Ka over that of Kd. Only the
@@ -222,6 +264,10 @@ pub struct Material {
     pub normal_scale: f32,
     /// Whether back faces are drawn, with their normals turned.
     pub two_sided: bool,
+    /// Sends its base colour, in nits, whatever lights it, and reflects nothing (KHR_materials_unlit).
+    pub unlit: bool,
+    /// By slot, how its texture lies on the mesh.
+    pub uv_maps: [UvMap; TextureSlot::ALL.len()],
     /// Multiplies `base_color` and `alpha`; index in `Scene::textures`.
     pub base_color_texture: Option<usize>,
     /// Bends the normals of meshes that have tangents.
@@ -249,11 +295,15 @@ impl Default for Material {
             metallic: 0.0,
             roughness: 0.5,
             specular: Vec3::ZERO,
+            reflectance: Vec3::splat(DIELECTRIC),
+            grazing: 1.0,
             shininess: 0.0,
             ambient: 1.0,
             emissive: Vec3::ZERO,
             normal_scale: 1.0,
             two_sided: false,
+            unlit: false,
+            uv_maps: [UvMap::IDENTITY; TextureSlot::ALL.len()],
             base_color_texture: None,
             normal_texture: None,
             metallic_roughness_texture: None,
@@ -288,7 +338,7 @@ impl Material {
 
     /// Whether what lies behind shows through.
     pub fn is_transparent(&self) -> bool {
-        matches!(self.alpha_mode, AlphaMode::Blend | AlphaMode::Glass)
+        matches!(self.alpha_mode, AlphaMode::Blend | AlphaMode::Glass | AlphaMode::Coat)
     }
 
     /// Whether it emits light.

@@ -6,6 +6,7 @@ use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::Aabb;
+use super::motion::{Influences, Morph};
 
 /// A triangle of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -31,6 +32,14 @@ pub struct Mesh {
     pub uvs: Vec<[f32; 2]>,
     /// Empty, or as many as positions: MikkTSpace tangents; bitangent = w * cross(normal, tangent), towards the image's top.
     pub tangents: Vec<[f32; 4]>,
+    /// Empty, or as many as positions: the second set of texture coordinates.
+    pub uvs_1: Vec<[f32; 2]>,
+    /// Empty, or as many as positions: linear RGB and alpha, which multiply the material's base colour and alpha.
+    pub colors: Vec<[f32; 4]>,
+    /// How joints of a skin move the vertices, where the mesh was made for one.
+    pub influences: Option<Influences>,
+    /// Shapes that it blends to.
+    pub morphs: Vec<Morph>,
     /// Three a triangle, each below `positions.len()`.
     pub indices: Vec<u32>,
     /// Holds all of `origin + positions`.
@@ -91,10 +100,27 @@ impl Mesh {
     }
 
     fn split_vertex(&mut self, vertex: usize, tangent: [f32; 4]) -> u32 {
-        self.positions.push(self.positions[vertex]);
-        self.normals.push(self.normals[vertex]);
-        self.uvs.push(self.uvs[vertex]);
+        fn again<T: Copy>(values: &mut Vec<T>, vertex: usize) {
+            values.extend(values.get(vertex).copied());
+        }
+        again(&mut self.positions, vertex);
+        again(&mut self.normals, vertex);
+        again(&mut self.uvs, vertex);
+        again(&mut self.uvs_1, vertex);
+        again(&mut self.colors, vertex);
         self.tangents.push(tangent);
+        if let Some(Influences { per_vertex, joints, weights }) = &mut self.influences {
+            let own = vertex * *per_vertex..(vertex + 1) * *per_vertex;
+            joints.extend_from_within(own.clone());
+            weights.extend_from_within(own);
+        }
+        for Morph { name: _, positions, normals, tangents, uvs, colors } in &mut self.morphs {
+            again(positions, vertex);
+            again(normals, vertex);
+            again(tangents, vertex);
+            again(uvs, vertex);
+            again(colors, vertex);
+        }
         (self.positions.len() - 1) as u32
     }
 
@@ -206,6 +232,11 @@ pub struct Object {
     pub casts_shadow: CastsShadow,
     /// Whether shadows fall on it.
     pub receives_shadow: bool,
+    /// The node of [`Motion::nodes`](super::Motion::nodes) that it hangs on, by which it moves; `None` where nothing moves it. Of an object with
+    /// a skin it is the node that the joints are seen from.
+    pub node: Option<usize>,
+    /// Index in [`Motion::skins`](super::Motion::skins) of what deforms its mesh.
+    pub skin: Option<usize>,
 }
 
 /// Which faces of an object stand in the light.
@@ -224,7 +255,16 @@ impl Object {
     /// A mesh with a material at a place, which casts and receives shadows.
     pub fn new(name: impl Into<String>, mesh: usize, material: usize, transform: DAffine3) -> Self {
         let casts_shadow = CastsShadow::Yes;
-        Self { name: name.into(), mesh, material, transform, casts_shadow, receives_shadow: true }
+        Self {
+            name: name.into(),
+            mesh,
+            material,
+            transform,
+            casts_shadow,
+            receives_shadow: true,
+            node: None,
+            skin: None,
+        }
     }
 
     /// World-space box; empty if it has none of these meshes.

@@ -17,6 +17,7 @@ mod light;
 mod load;
 mod material;
 pub(crate) mod mesh;
+mod motion;
 pub mod obj;
 mod optional_parts;
 mod path;
@@ -34,9 +35,13 @@ pub use fit::{add_daylight, fit_camera};
 pub use import::{Imported, LoadOptions, Progress};
 pub use light::{Falloff, Light, LightForm, LightKind, LightTrait, Outline, Sight, Solid, TRAITS, unit};
 pub use load::{OpenOptions, Up, open};
-pub use material::{AlphaMode, Brdf, Material, SlotForm, TextureSlot};
+pub use material::{AlphaMode, Brdf, DIELECTRIC, Material, SlotForm, TextureSlot, UvMap};
 pub(crate) use material::{FORMS, scaled};
 pub use mesh::{CastsShadow, Mesh, Object, TriangleId};
+pub use motion::{
+    CameraValue, Channel, Clip, Influences, Interpolation, LightValue, Local, MaterialValue, Morph, Motion, Node,
+    Placement, Skin, Target,
+};
 pub use optional_parts::{Keep, OptionalPart};
 pub use path::{CameraKey, CameraPath};
 pub use settings::{
@@ -45,7 +50,7 @@ pub use settings::{
 };
 pub use suggest::{nearest, unknown};
 pub use temperature::{KELVIN, black_body_color};
-pub use texture::{ColorSpace, Texture};
+pub use texture::{ColorSpace, Filter, Sampler, Texture, Wrap};
 
 use std::path::PathBuf;
 
@@ -70,6 +75,10 @@ pub struct Scene {
     pub environment: Environment,
     /// Where the scene is seen from.
     pub camera: Camera,
+    /// The cameras that its files have, for who wants to look through another.
+    pub cameras: Vec<NamedCamera>,
+    /// What moves in it.
+    pub motion: Motion,
     /// What of it no file and no caller chose.
     pub fitted: Fitted,
     /// What the scene file asks for; the command line overrides it.
@@ -78,6 +87,17 @@ pub struct Scene {
     pub warnings: Vec<String>,
     /// The files that it was read from; none for a scene that is built in.
     pub files: Vec<PathBuf>,
+}
+
+/// A camera of a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedCamera {
+    /// As `--camera` takes it.
+    pub name: String,
+    /// Where it is when no clip plays.
+    pub camera: Camera,
+    /// The node of [`Motion::nodes`] that it hangs on.
+    pub node: Option<usize>,
 }
 
 /// What was fitted to the objects of a scene, as nobody said it.

@@ -22,7 +22,54 @@ pub enum ColorSpace {
     Linear,
 }
 
-/// A decoded image of 8-bit RGBA texels, rows from the top, repeated outside 0..1.
+/// What lies outside 0..1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
+pub enum Wrap {
+    /// The image again.
+    #[default]
+    Repeat,
+    /// The image mirrored, and again.
+    Mirror,
+    /// The texels of the edge.
+    Clamp,
+}
+
+/// How a value comes from the texels, or the levels, around a place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
+pub enum Filter {
+    /// That of the nearest.
+    Nearest,
+    /// Their mean by distance.
+    #[default]
+    Linear,
+}
+
+/// How a texture is sampled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Sampler {
+    /// Along U and V.
+    pub wrap: [Wrap; 2],
+    /// Where a texel is larger than a pixel.
+    pub magnify: Filter,
+    /// Where a texel is smaller than a pixel.
+    pub minify: Filter,
+    /// Between levels; `None`: only the largest level is looked at.
+    pub levels: Option<Filter>,
+}
+
+impl Sampler {
+    /// Repeated, linear between texels and levels.
+    pub const DEFAULT: Self =
+        Self { wrap: [Wrap::Repeat; 2], magnify: Filter::Linear, minify: Filter::Linear, levels: Some(Filter::Linear) };
+}
+
+impl Default for Sampler {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// A decoded image of 8-bit RGBA texels, rows from the top.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Texture {
     /// For messages and reports.
@@ -31,6 +78,8 @@ pub struct Texture {
     pub size: [u32; 2],
     /// How RGB is encoded.
     pub color_space: ColorSpace,
+    /// How it is sampled.
+    pub sampler: Sampler,
     /// 4 bytes a texel.
     pub texels: Vec<u8>,
 }
@@ -38,7 +87,7 @@ pub struct Texture {
 impl Texture {
     pub(crate) fn from_image(name: impl Into<String>, image: RgbaImage, color_space: ColorSpace) -> Self {
         let size = [image.width(), image.height()];
-        Self { name: name.into(), size, color_space, texels: image.into_raw() }
+        Self { name: name.into(), size, color_space, sampler: Sampler::DEFAULT, texels: image.into_raw() }
     }
 }
 

@@ -47,7 +47,13 @@ pub fn exercise(gpu: &Gpu, scene: &Scene, settings: &Settings) {
 pub fn perforated() -> Texture {
     let texel = |index: u32| [255, 128, 64, if (index + index / 4).is_multiple_of(2) { 255 } else { 0 }];
     let texels = (0..16).flat_map(texel).collect();
-    Texture { name: "perforated".into(), size: [4, 4], color_space: ColorSpace::Srgb, texels }
+    Texture {
+        name: "perforated".into(),
+        size: [4, 4],
+        color_space: ColorSpace::Srgb,
+        sampler: Default::default(),
+        texels,
+    }
 }
 
 /// One of each thing that a frame has code for: every BRDF, emissive light, a masked two-sided sheet that casts a shadow, a

@@ -499,7 +499,13 @@ fn what_lies_inside_a_surface_is_the_same_with_one_sample_as_with_four() {
         noisy.lights = vec![directional(DVec3::Z, 3.0)];
         let texels = (0..64 * 64u32).flat_map(|i| [i * 37 % 251, i * 91 % 241, i * 13 % 239, 255].map(|v| v as u8));
         let (name, size) = ("noise".into(), [64, 64]);
-        noisy.textures.push(Texture { name, size, color_space: ColorSpace::Srgb, texels: texels.collect() });
+        noisy.textures.push(Texture {
+            name,
+            size,
+            color_space: ColorSpace::Srgb,
+            sampler: Default::default(),
+            texels: texels.collect(),
+        });
         noisy.materials[0].base_color_texture = Some(0);
         // Away from its border, and from where its two triangles meet.
         let inside_noisy = |x: u32, y: u32| {

@@ -362,7 +362,13 @@ fn phong_and_blinn_phong_follow_their_formulas() {
 fn a_shininess_texture_scales_the_power_of_the_phong_models_and_of_no_other() {
     // Right and left of the seam 51 and 204 of 255 in green; the other channels do not count.
     let texels = (0..64u8).flat_map(|x| [x, if x < 32 { 204 } else { 51 }, 255 - x, x]).collect();
-    let texture = Texture { name: "halves".into(), size: [64, 1], color_space: ColorSpace::Linear, texels };
+    let texture = Texture {
+        name: "halves".into(),
+        size: [64, 1],
+        color_space: ColorSpace::Linear,
+        sampler: Default::default(),
+        texels,
+    };
     for brdf in [Brdf::Phong, Brdf::BlinnPhong, Brdf::CookTorrance] {
         let shiny = Material { brdf, specular: Vec3::splat(0.5), shininess: 100.0, ..lambert(0.3) };
         let mut scene = plane(Material { shininess_texture: Some(0), ..shiny.clone() }, lobes());
@@ -468,7 +474,13 @@ fn stripes_that_are_seen_along_stay_apart_as_far_as_anisotropy_goes() {
         scene.meshes[0].uvs.iter_mut().flatten().for_each(|uv| *uv *= 20.0);
         let texels = (0..64 * 64u32).flat_map(|i| if i % 64 < 32 { [255; 4] } else { [0, 0, 0, 255] });
         let (name, size) = ("stripes".into(), [64, 64]);
-        scene.textures.push(Texture { name, size, color_space: ColorSpace::Linear, texels: texels.collect() });
+        scene.textures.push(Texture {
+            name,
+            size,
+            color_space: ColorSpace::Linear,
+            sampler: Default::default(),
+            texels: texels.collect(),
+        });
         scene.materials[0].base_color_texture = Some(0);
         let eye = DVec3::new(0.0, -9.0, 0.6);
         scene.camera =

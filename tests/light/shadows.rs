@@ -251,7 +251,13 @@ fn lights_without_a_shadow_shine_as_if_there_were_none() {
 /// A texture whose left half is a hole.
 fn half_a_hole() -> Texture {
     let texels = (0..64 * 64).flat_map(|index| [255, 255, 255, if index % 64 < 32 { 0 } else { 255 }]).collect();
-    Texture { name: "half a hole".into(), size: [64, 64], color_space: ColorSpace::Srgb, texels }
+    Texture {
+        name: "half a hole".into(),
+        size: [64, 64],
+        color_space: ColorSpace::Srgb,
+        sampler: Default::default(),
+        texels,
+    }
 }
 
 #[test]

@@ -61,7 +61,7 @@ struct Case {
 
 fn texture(name: &str, color_space: ColorSpace, texel: impl Fn(u32, u32) -> [u8; 4]) -> Texture {
     let texels = (0..64).flat_map(|index| texel(index % 8, index / 8)).collect();
-    Texture { name: name.into(), size: [8, 8], color_space, texels }
+    Texture { name: name.into(), size: [8, 8], color_space, sampler: Default::default(), texels }
 }
 
 fn checks() -> Texture {

@@ -149,7 +149,7 @@ const TEXTURE_PARTS: [OptionalPart; 9] = [
 
 fn texture(name: &str, color_space: ColorSpace, edge: u32, texel: impl Fn(u32, u32) -> [u8; 4]) -> Texture {
     let texels = (0..edge * edge).flat_map(|i| texel(i % edge, i / edge)).collect();
-    Texture { name: name.into(), size: [edge, edge], color_space, texels }
+    Texture { name: name.into(), size: [edge, edge], color_space, sampler: Default::default(), texels }
 }
 
 /// One in each slot that differs from texel to texel, and behind them a spare one.

@@ -175,7 +175,7 @@ mod tests {
 
     fn texture(color_space: ColorSpace, texels: &[[u8; 4]]) -> Texture {
         let size = [texels.len() as u32, 1];
-        Texture { name: "texture".into(), size, color_space, texels: texels.concat() }
+        Texture { name: "texture".into(), size, color_space, sampler: Default::default(), texels: texels.concat() }
     }
 
     /// The only material of a scene, as it is drawn with these textures.

@@ -109,7 +109,7 @@ impl GeometryKey {
             opacity: match material.alpha_mode {
                 AlphaMode::Opaque | AlphaMode::Mask { .. } => Opacity::Hides,
                 AlphaMode::Blend => Opacity::Blend,
-                AlphaMode::Glass => Opacity::Glass,
+                AlphaMode::Glass | AlphaMode::Coat => Opacity::Glass,
             },
             emissive: shows_emission(material, rules),
         });

@@ -117,7 +117,7 @@ fn is_cut_away(material: &Material) -> bool {
     match material.alpha_mode {
         AlphaMode::Mask { cutoff } => material.base_color_texture.is_none() && material.alpha < cutoff,
         // Without a highlight nothing is left of it.
-        AlphaMode::Blend => material.alpha <= 0.0,
+        AlphaMode::Blend | AlphaMode::Coat => material.alpha <= 0.0,
         AlphaMode::Opaque | AlphaMode::Glass => false,
     }
 }

@@ -167,7 +167,13 @@ fn test_card() -> Texture {
             texels.extend([r, g, b, 255]);
         }
     }
-    Texture { name: "test card".into(), size: [CARD; 2], color_space: ColorSpace::Srgb, texels }
+    Texture {
+        name: "test card".into(),
+        size: [CARD; 2],
+        color_space: ColorSpace::Srgb,
+        sampler: Default::default(),
+        texels,
+    }
 }
 
 fn card_color(x: u32, y: u32) -> [u8; 3] {

@@ -54,6 +54,7 @@ pub(super) fn paint(name: &str, edge: usize, at: impl Fn(f32, f32) -> Texel + Sy
         name: format!("{name} {suffix}"),
         size: [edge as u32; 2],
         color_space,
+        sampler: Default::default(),
         texels,
     };
     Painted {

@@ -99,6 +99,9 @@ fn from_builtin(node: &Node, scene: &mut Scene) -> Result<Vec<Object>, Error> {
         objects: built.objects,
         materials: built.materials,
         textures: built.textures,
+        lights: Vec::new(),
+        cameras: Vec::new(),
+        motion: built.motion,
         warnings: built.warnings,
         files: built.files,
     };

@@ -85,7 +85,13 @@ fn mask(repeats: f64) -> Subject {
             [255, 200, 100, if at.length() < 25.5 { 0 } else { 255 }]
         };
         let texels = (0..EDGE * EDGE).flat_map(texel).collect();
-        let grille = Texture { name: "grille".into(), size: [EDGE; 2], color_space: ColorSpace::Linear, texels };
+        let grille = Texture {
+            name: "grille".into(),
+            size: [EDGE; 2],
+            color_space: ColorSpace::Linear,
+            sampler: Default::default(),
+            texels,
+        };
         let alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
         Material { base_color_texture: stage.texture(grille), alpha_mode, ..Material::default() }
     });
@@ -102,7 +108,13 @@ fn bumps(repeats: f64) -> Subject {
             [normal.x.round() as u8, normal.y.round() as u8, normal.z.round() as u8, 255]
         };
         let texels = (0..EDGE * EDGE).flat_map(texel).collect();
-        let map = Texture { name: "bumps".into(), size: [EDGE; 2], color_space: ColorSpace::Linear, texels };
+        let map = Texture {
+            name: "bumps".into(),
+            size: [EDGE; 2],
+            color_space: ColorSpace::Linear,
+            sampler: Default::default(),
+            texels,
+        };
         Material { normal_texture: stage.texture(map), roughness: 0.3, metallic: 1.0, ..Material::default() }
     })
 }

@@ -47,7 +47,7 @@ pub fn kept_in(gbuffer: GbufferChoice) -> SettingsPatch {
 pub fn even_texture(texel: [u8; 4]) -> Texture {
     let mut texels = texel.repeat(16);
     texels[63] = texel[3] ^ 1;
-    Texture { name: "even".into(), size: [4, 4], color_space: ColorSpace::Linear, texels }
+    Texture { name: "even".into(), size: [4, 4], color_space: ColorSpace::Linear, sampler: Default::default(), texels }
 }
 
 /// A texture of smooth waves that goes on without a seam where it repeats.
@@ -59,5 +59,11 @@ pub fn waves() -> Texture {
     let texel =
         |index: u32| [wave(index % EDGE, 1.0), wave(index / EDGE, 2.0), wave(index % EDGE + index / EDGE, 1.0), 255];
     let texels = (0..EDGE * EDGE).flat_map(texel).collect();
-    Texture { name: "waves".into(), size: [EDGE; 2], color_space: ColorSpace::Linear, texels }
+    Texture {
+        name: "waves".into(),
+        size: [EDGE; 2],
+        color_space: ColorSpace::Linear,
+        sampler: Default::default(),
+        texels,
+    }
 }
