@@ -127,7 +127,7 @@ fn textured(edge: u32) -> Scene {
     let mut scene = plain();
     let texels = (0..edge * edge).flat_map(|index| [255, (index * 37) as u8, 64, 255]).collect();
     let (name, size) = ("checks".into(), [edge; 2]);
-    scene.textures = vec![Texture { name, size, color_space: ColorSpace::Srgb, texels }];
+    scene.textures = vec![Texture { name, size, color_space: ColorSpace::Srgb, sampler: Default::default(), texels }];
     scene.materials[0].base_color_texture = Some(0);
     scene
 }

@@ -111,7 +111,13 @@ fn back_faces_of_one_sided_materials_are_not_seen_and_mirrors_turn_them_over() {
 /// A material with a hole on the left half of its image.
 fn sieve(scene: &mut Scene) -> Material {
     let texels = [[255, 255, 255, 0], [255, 255, 255, 255]].concat();
-    let texture = Texture { name: "half".into(), size: [2, 1], color_space: ColorSpace::Srgb, texels };
+    let texture = Texture {
+        name: "half".into(),
+        size: [2, 1],
+        color_space: ColorSpace::Srgb,
+        sampler: Default::default(),
+        texels,
+    };
     scene.textures.push(texture);
     let base_color_texture = Some(scene.textures.len() - 1);
     Material { base_color_texture, alpha_mode: AlphaMode::Mask { cutoff: 0.5 }, ..lambert(0.5) }

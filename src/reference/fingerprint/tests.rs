@@ -6,9 +6,7 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::MODEL;
 use crate::reference::{Mode, Options, Reference, Smith, View};
-use crate::scene::{
-    AlphaMode, Brdf, Camera, CastsShadow, Environment, Falloff, Light, LightKind, Material, Mesh, Object, Scene,
-};
+use crate::scene::{AlphaMode, Brdf, Camera, Environment, Falloff, Light, LightKind, Material, Mesh, Object, Scene};
 
 /// The model whose figures [`GOLDEN`] are.
 const OF_MODEL: u64 = 2;
@@ -46,14 +44,7 @@ fn scene(kind: LightKind) -> Scene {
         two_sided: true,
         ..Material::default()
     };
-    let object = |mesh| Object {
-        name: String::new(),
-        mesh,
-        material: mesh,
-        transform: DAffine3::IDENTITY,
-        casts_shadow: CastsShadow::Yes,
-        receives_shadow: true,
-    };
+    let object = |mesh| Object::new("", mesh, mesh, DAffine3::IDENTITY);
     let color = Vec3::new(1.0, 0.9, 0.8);
     let light = Light { color, intensity: 20.0, casts_shadow: true, ..Light::of(kind) };
     let (ambient, ground) = (Vec3::new(0.1, 0.2, 0.3), Some(Vec3::splat(0.05)));
