@@ -183,6 +183,7 @@ impl Fingerprint {
             environment,
             camera: _,
             cameras: _,
+            looks_through: _,
             motion: _,
             fitted: _,
             settings: _,

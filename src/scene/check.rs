@@ -36,11 +36,12 @@ impl Scene {
             .or_else(|| first_of("light", &self.lights, |light| (&light.name, light.fault())))
             .or_else(|| self.environment.fault())
             .or_else(|| self.camera.fault().map(|fault| format!("the camera: {fault}")))
+            .or_else(|| self.motion_fault())
     }
 }
 
 /// The first of several things that has a fault, with its number and name.
-fn first_of<T>(what: &str, all: &[T], fault: impl Fn(&T) -> (&String, Option<String>)) -> Option<String> {
+pub(super) fn first_of<T>(what: &str, all: &[T], fault: impl Fn(&T) -> (&String, Option<String>)) -> Option<String> {
     all.iter().enumerate().find_map(|(index, one)| {
         let (name, fault) = fault(one);
         fault.map(|fault| format!("{what} {index} (`{name}`): {fault}"))
@@ -53,11 +54,11 @@ fn too_many(what: &str, most: usize, counts: impl Iterator<Item = usize>) -> Opt
 }
 
 /// A fault of a number that `names` what exists.
-fn dangling(what: &str, number: usize, count: usize) -> Option<String> {
+pub(super) fn dangling(what: &str, number: usize, count: usize) -> Option<String> {
     (number >= count).then(|| format!("its {what} is number {number}, but the scene has {count}, counted from 0"))
 }
 
-fn infinite(value: &str) -> String {
+pub(super) fn infinite(value: &str) -> String {
     format!("{value} is not finite")
 }
 
@@ -90,7 +91,10 @@ impl Mesh {
             return Some(infinite("its origin"));
         }
         let fault = self.places_fault().or_else(|| not_finite("normal", &self.normals));
-        fault.or_else(|| not_finite("texture coordinate", &self.uvs)).or_else(|| not_finite("tangent", &self.tangents))
+        fault
+            .or_else(|| not_finite("texture coordinate", &self.uvs))
+            .or_else(|| not_finite("tangent", &self.tangents))
+            .or_else(|| self.motion_fault())
     }
 
     /// A fault of the positions or of the box around them. Larger boxes only cull less.
@@ -117,7 +121,7 @@ impl Mesh {
     }
 }
 
-fn not_finite<const N: usize>(what: &str, values: &[[f32; N]]) -> Option<String> {
+pub(super) fn not_finite<const N: usize>(what: &str, values: &[[f32; N]]) -> Option<String> {
     if !values.as_flattened().iter().fold(false, |found, number| found | !number.is_finite()) {
         return None;
     }

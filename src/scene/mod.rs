@@ -39,8 +39,8 @@ pub use material::{AlphaMode, Brdf, DIELECTRIC, Material, SlotForm, TextureSlot,
 pub(crate) use material::{FORMS, scaled};
 pub use mesh::{CastsShadow, Mesh, Object, TriangleId};
 pub use motion::{
-    CameraValue, Channel, Clip, Influences, Interpolation, LightValue, Local, MaterialValue, Morph, Motion, Node,
-    Placement, Skin, Target,
+    CameraValue, Channel, Clip, ClipChoice, DeformBounds, Influences, Interpolation, LightValue, Local, MaterialValue,
+    Morph, Motion, Node, Placement, Playing, Pose, Skin, Target, deform,
 };
 pub use optional_parts::{Keep, OptionalPart};
 pub use path::{CameraKey, CameraPath};
@@ -77,6 +77,8 @@ pub struct Scene {
     pub camera: Camera,
     /// The cameras that its files have, for who wants to look through another.
     pub cameras: Vec<NamedCamera>,
+    /// The one of `cameras` that `camera` is, so that it moves as that one does; `None` where it stands still.
+    pub looks_through: Option<usize>,
     /// What moves in it.
     pub motion: Motion,
     /// What of it no file and no caller chose.

@@ -3,7 +3,23 @@
 //! Everything is f64 and a pure function of time. [`Scene::at`](super::Scene::at) gives the scene as it is at a time, its deformed meshes as
 //! plain ones: rays, exports and tests take that. Frames on a device deform on the device, from [`Pose`].
 
+mod at;
+mod bounds;
+mod check;
+mod deform;
+mod playing;
+mod pose;
+mod sample;
+mod values;
+
+pub use bounds::DeformBounds;
+pub use deform::deform;
+pub use playing::{ClipChoice, Playing};
+pub use pose::Pose;
+
 use glam::{DAffine3, DQuat, DVec3};
+
+use sample::unit_rotation;
 
 /// A place by its parts, as clips move it: scaled, then turned, then moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,7 +41,7 @@ impl Default for Placement {
 impl Placement {
     /// From the node's space to its parent's.
     pub fn to_affine(&self) -> DAffine3 {
-        DAffine3::from_scale_rotation_translation(self.scale, self.rotation.normalize(), self.translation)
+        DAffine3::from_scale_rotation_translation(self.scale, unit_rotation(self.rotation), self.translation)
     }
 }
 
@@ -141,7 +157,8 @@ pub enum MaterialValue {
     Roughness,
     /// Linear RGB, without its strength.
     Emissive,
-    /// Multiplies the emitted colour.
+    /// Multiplies the emitted colour: that of [`MaterialValue::Emissive`] where a clip moves it, else the material's own. So it is a multiple of
+    /// whatever strength these two hold already.
     EmissiveStrength,
     /// Of the normal map.
     NormalScale,

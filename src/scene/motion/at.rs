@@ -1,0 +1,114 @@
+//! A scene as it is at a moment, in which nothing moves any more.
+
+use std::borrow::Cow;
+
+use glam::DAffine3;
+
+use super::{Motion, Playing, Pose, deform};
+use crate::scene::{Mesh, NamedCamera, Object, Scene};
+
+impl Scene {
+    /// The scene as it is at a moment: objects, lights, cameras and materials are where and what clips make them, deformed objects have plain
+    /// meshes of their own, and nothing moves in the result. A scene without motion is borrowed as it is.
+    pub fn at(&self, playing: &Playing) -> Cow<'_, Self> {
+        if self.motion.is_empty() && self.meshes.iter().all(Mesh::is_plain) {
+            return Cow::Borrowed(self);
+        }
+        Cow::Owned(self.posed(&self.motion.pose(playing)))
+    }
+
+    /// The same at a pose of its motion.
+    pub fn posed(&self, pose: &Pose) -> Self {
+        let cameras = self.cameras.iter().enumerate();
+        let cameras: Vec<_> = cameras
+            .map(|(index, own)| NamedCamera { name: own.name.clone(), camera: pose.camera(self, index), node: None })
+            .collect();
+        let mut materials = self.materials.clone();
+        pose.materials(self).for_each(|(index, material)| materials[index] = material);
+        let looks_through = self.looks_through.and_then(|index| cameras.get(index));
+        let (meshes, objects) = objects(self, pose);
+        Self {
+            name: self.name.clone(),
+            meshes,
+            objects,
+            materials,
+            textures: self.textures.clone(),
+            lights: pose.lights(self),
+            environment: self.environment,
+            camera: looks_through.map_or(self.camera, |own| own.camera),
+            cameras,
+            looks_through: None,
+            motion: Motion::default(),
+            fitted: self.fitted,
+            settings: self.settings.clone(),
+            warnings: self.warnings.clone(),
+            files: self.files.clone(),
+        }
+    }
+}
+
+impl Mesh {
+    /// Whether nothing can deform it.
+    pub(crate) fn is_plain(&self) -> bool {
+        self.influences.is_none() && self.morphs.is_empty()
+    }
+
+    /// Without what deforms it.
+    fn plain(&self) -> Self {
+        Self {
+            name: self.name.clone(),
+            origin: self.origin,
+            positions: self.positions.clone(),
+            normals: self.normals.clone(),
+            uvs: self.uvs.clone(),
+            tangents: self.tangents.clone(),
+            uvs_1: self.uvs_1.clone(),
+            colors: self.colors.clone(),
+            influences: None,
+            morphs: Vec::new(),
+            indices: self.indices.clone(),
+            bounds: self.bounds,
+        }
+    }
+}
+
+/// The meshes and objects of a moment. A deformed mesh takes the place of the one that it was made from, where no other object has that one.
+fn objects(scene: &Scene, pose: &Pose) -> (Vec<Mesh>, Vec<Object>) {
+    let mut users = vec![0usize; scene.meshes.len()];
+    for object in &scene.objects {
+        if let Some(users) = users.get_mut(object.mesh) {
+            *users += 1;
+        }
+    }
+    let mut own = Vec::new();
+    let mut places: Vec<Option<Mesh>> = vec![None; scene.meshes.len()];
+    let mut joints = Vec::new();
+    let objects = scene.objects.iter().map(|object| {
+        let transform = pose.object_transform(object);
+        let mut moved = Object { transform, node: None, skin: None, ..object.clone() };
+        if let Some(deformed) = deformed(scene, pose, object, &mut joints) {
+            if users[object.mesh] == 1 {
+                places[object.mesh] = Some(deformed);
+            } else {
+                moved.mesh = scene.meshes.len() + own.len();
+                own.push(deformed);
+            }
+        }
+        moved
+    });
+    let objects = objects.collect();
+    let of_scene = scene.meshes.iter().zip(places).map(|(mesh, place)| place.unwrap_or_else(|| mesh.plain()));
+    (of_scene.chain(own).collect(), objects)
+}
+
+/// The object's mesh as it is now; `None` where nothing deforms it.
+fn deformed(scene: &Scene, pose: &Pose, object: &Object, joints: &mut Vec<DAffine3>) -> Option<Mesh> {
+    let mesh = scene.meshes.get(object.mesh)?;
+    let weights = object.node.map(|node| pose.weights(node)).unwrap_or_default();
+    let shaped = weights.iter().zip(&mesh.morphs).any(|(weight, _)| *weight != 0.0);
+    let skin = object.skin.filter(|_| mesh.influences.is_some());
+    if let Some(skin) = skin {
+        pose.joint_matrices(&scene.motion, skin, &pose.object_transform(object), joints);
+    }
+    (shaped || skin.is_some()).then(|| deform(mesh, weights, skin.map(|_| joints.as_slice())))
+}

@@ -1,0 +1,217 @@
+//! Where everything is at a moment.
+
+use glam::{DAffine3, DQuat, DVec3};
+
+use super::{Channel, Local, Motion, Placement, Playing, Target, values};
+use crate::scene::{Camera, Light, Material, Object, Scene, unit};
+
+/// The most values that a light, a camera or a material has of one kind.
+const MOST: usize = 4;
+
+/// A moment of a scene: where its nodes are, how much of each shape they have, and what of lights, cameras and materials clips have changed.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Pose {
+    worlds: Vec<DAffine3>,
+    /// Of all nodes, one after another; `first_weights[node]..first_weights[node + 1]` are those of one.
+    weights: Vec<f64>,
+    first_weights: Vec<usize>,
+    /// In the order of the clips: the last of a target counts.
+    values: Vec<(Target, [f64; MOST])>,
+    /// Kept for the next moment.
+    placements: Vec<Placement>,
+}
+
+impl Motion {
+    /// Where everything is at a moment. Channels of later clips win over those of earlier ones that move the same.
+    pub fn pose(&self, playing: &Playing) -> Pose {
+        let mut pose = Pose::default();
+        self.pose_into(playing, &mut pose);
+        pose
+    }
+
+    /// The same into a pose whose memory is used again: nothing is allocated when it has held one of this motion before.
+    pub fn pose_into(&self, playing: &Playing, pose: &mut Pose) {
+        pose.rest(self);
+        for clip in self.playing(&playing.clips) {
+            let time = playing.time_in(clip);
+            clip.channels.iter().for_each(|channel| pose.apply(channel, time));
+        }
+        pose.place(self);
+    }
+}
+
+impl Pose {
+    fn rest(&mut self, motion: &Motion) {
+        self.placements.clear();
+        self.placements.extend(motion.nodes.iter().map(|node| match node.local {
+            Local::Parts(placement) => placement,
+            Local::Fixed(_) => Placement::default(),
+        }));
+        self.weights.clear();
+        self.first_weights.clear();
+        for node in &motion.nodes {
+            self.first_weights.push(self.weights.len());
+            self.weights.extend_from_slice(&node.weights);
+        }
+        self.first_weights.push(self.weights.len());
+        self.values.clear();
+    }
+
+    fn apply(&mut self, channel: &Channel, time: f64) {
+        match channel.target {
+            Target::Translation(node) => {
+                if let (Some(place), Some(value)) = (self.placements.get_mut(node), vector(channel, time)) {
+                    place.translation = value;
+                }
+            }
+            Target::Rotation(node) => {
+                let mut value = [0.0; 4];
+                if let (Some(place), true) = (self.placements.get_mut(node), channel.sample(time, &mut value)) {
+                    place.rotation = DQuat::from_array(value);
+                }
+            }
+            Target::Scale(node) => {
+                if let (Some(place), Some(value)) = (self.placements.get_mut(node), vector(channel, time)) {
+                    place.scale = value;
+                }
+            }
+            Target::Weights(node) => {
+                let ends = self.first_weights.get(node).zip(self.first_weights.get(node + 1));
+                if let Some((&from, &to)) = ends {
+                    // Keys may have fewer or more than the node, where nobody has checked the scene.
+                    let count = (to - from).min(channel.width());
+                    channel.sample(time, &mut self.weights[from..from + count]);
+                }
+            }
+            target @ (Target::Light(..) | Target::Camera(..) | Target::Material(..)) => {
+                let mut value = [0.0; MOST];
+                let count = values::count(target).min(MOST);
+                if channel.sample(time, &mut value[..count]) {
+                    self.values.push((target, value));
+                }
+            }
+        }
+    }
+
+    fn place(&mut self, motion: &Motion) {
+        self.worlds.clear();
+        for (index, node) in motion.nodes.iter().enumerate() {
+            let local = match node.local {
+                Local::Parts(_) => self.placements[index].to_affine(),
+                Local::Fixed(transform) => transform,
+            };
+            // A parent that comes later, where nobody has checked the scene, counts as none.
+            let parent = node.parent.and_then(|parent| self.worlds.get(parent));
+            let world = parent.map_or(local, |parent| *parent * local);
+            self.worlds.push(world);
+        }
+    }
+
+    /// From a node's space to the world's; the identity of a node that is not there.
+    pub fn world(&self, node: usize) -> DAffine3 {
+        self.worlds.get(node).copied().unwrap_or(DAffine3::IDENTITY)
+    }
+
+    /// How much of each shape the meshes of a node have; empty where they have none.
+    pub fn weights(&self, node: usize) -> &[f64] {
+        let ends = self.first_weights.get(node).zip(self.first_weights.get(node + 1));
+        ends.and_then(|(&from, &to)| self.weights.get(from..to)).unwrap_or_default()
+    }
+
+    /// Replaces `out` by a matrix for each joint of a skin, from mesh space where the mesh was bound to `frame`, the space that
+    /// [`Pose::object_transform`] takes to the world: frame^-1 * world(joint) * inverse bind (glTF 2.0, "Skins").
+    pub fn joint_matrices(&self, motion: &Motion, skin: usize, frame: &DAffine3, out: &mut Vec<DAffine3>) {
+        out.clear();
+        let Some(skin) = motion.skins.get(skin) else { return };
+        let back = frame.inverse();
+        let joints = skin.joints.iter().zip(&skin.inverse_bind);
+        out.extend(joints.map(|(&joint, bind)| back * (self.world(joint) * *bind)));
+    }
+
+    /// From an object's mesh to the world: the world of its node, or its own transform where it has none.
+    ///
+    /// An object with a skin is where its joints are, whatever its node does, so that a node which is scaled to nothing gives a frame that can
+    /// be inverted.
+    pub fn object_transform(&self, object: &Object) -> DAffine3 {
+        let transform = object.node.and_then(|node| self.worlds.get(node)).copied().unwrap_or(object.transform);
+        if object.skin.is_some() && !is_invertible(&transform) {
+            let place = transform.translation;
+            return DAffine3::from_translation(if place.is_finite() { place } else { DVec3::ZERO });
+        }
+        transform
+    }
+
+    /// The scene's lights as they are now, within the ranges that lights have.
+    pub fn lights(&self, scene: &Scene) -> Vec<Light> {
+        let mut lights = scene.lights.clone();
+        for (light, node) in lights.iter_mut().zip(&scene.motion.light_nodes) {
+            if let Some(world) = node.and_then(|node| self.worlds.get(node)) {
+                hang(light, world);
+            }
+        }
+        for (target, value) in &self.values {
+            if let &Target::Light(index, kind) = target
+                && let Some(light) = lights.get_mut(index)
+            {
+                values::set_light(light, kind, value);
+            }
+        }
+        lights.iter_mut().for_each(values::settle);
+        lights
+    }
+
+    /// The materials that clips have changed, each with its index, within the ranges that materials have.
+    pub fn materials(&self, scene: &Scene) -> impl Iterator<Item = (usize, Material)> {
+        let changes = self.values.iter().filter_map(|(target, value)| match *target {
+            Target::Material(index, kind) => Some((index, kind, value)),
+            _ => None,
+        });
+        let mut changes: Vec<_> = changes.collect();
+        // Stable: the order of the clips stays.
+        changes.sort_by_key(|&(index, ..)| index);
+        let of_one = changes.chunk_by(|a, b| a.0 == b.0).filter_map(|changes| {
+            let index = changes.first()?.0;
+            let material = scene.materials.get(index)?;
+            let values = changes.iter().map(|&(_, kind, value)| (kind, value));
+            Some((index, values::changed_material(material, values)))
+        });
+        of_one.collect::<Vec<_>>().into_iter()
+    }
+
+    /// A camera of [`Scene::cameras`] as it is now; the scene's own where there is none of this index.
+    pub fn camera(&self, scene: &Scene, index: usize) -> Camera {
+        let Some(named) = scene.cameras.get(index) else { return scene.camera };
+        let mut camera = named.camera;
+        if let Some(world) = named.node.and_then(|node| self.worlds.get(node)) {
+            let at_zero = Camera { position: DVec3::ZERO, rotation: DQuat::IDENTITY, ..camera };
+            camera = at_zero.transformed(world);
+        }
+        for (target, value) in &self.values {
+            if let &Target::Camera(own, kind) = target
+                && own == index
+            {
+                values::set_camera(&mut camera, kind, value);
+            }
+        }
+        camera
+    }
+}
+
+fn vector(channel: &Channel, time: f64) -> Option<DVec3> {
+    let mut value = [0.0; 3];
+    channel.sample(time, &mut value).then(|| DVec3::from(value))
+}
+
+fn is_invertible(transform: &DAffine3) -> bool {
+    transform.is_finite() && transform.matrix3.inverse().is_finite() && transform.matrix3.determinant() != 0.0
+}
+
+/// Puts a light where its node is. One whose node is scaled to nothing keeps its direction.
+fn hang(light: &mut Light, world: &DAffine3) {
+    if let Some(place) = light.kind.place_mut() {
+        *place = world.translation;
+    }
+    if let Some(direction) = light.kind.direction_mut() {
+        *direction = unit(world.transform_vector3(DVec3::NEG_Z)).unwrap_or(*direction);
+    }
+}
