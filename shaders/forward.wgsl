@@ -8,7 +8,8 @@
 #import afterlight::frame::{frame, view_ray, ORTHOGRAPHIC}
 #import afterlight::encodings::{encode_shininess}
 #import afterlight::brdf::{Surface}
-#import afterlight::material::{plain_point, push, unit_or, world_normal, world_position, world_tangent}
+#import afterlight::material::{plain_point, push, world_normal, world_position, world_tangent}
+#import afterlight::vectors::{unit_or}
 #ifdef TEXTURED
 #import afterlight::material::{emissive_at, mapped_normal, point_at}
 #endif

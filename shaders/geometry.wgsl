@@ -13,7 +13,8 @@
 enable primitive_index;
 #import afterlight::frame::{frame}
 #import afterlight::encodings::{encode_normal, encode_normal_uint, encode_shininess, octahedral, to_unorm}
-#import afterlight::material::{plain_point, push, unit_or, world_normal, world_position, world_tangent}
+#import afterlight::material::{plain_point, push, world_normal, world_position, world_tangent}
+#import afterlight::vectors::{unit_or}
 #ifdef TEXTURED
 #import afterlight::material::{alpha_at, emissive_at, mapped_normal, point_at, BASE_COLOR}
 #endif

@@ -32,8 +32,8 @@ pub use output::{Canvas, Encoding, HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping, 
 pub use parts::{Part, PartGroup};
 pub use shadows::{MapProjection, ShadowLight, ShadowPlan, Tile};
 pub use surfaces::{
-    EffectiveMaterials, ForwardKey, GeometryKey, IndexWidth, MeshPlan, Opacity, PlannedBrdf, PlannedMesh,
-    PlannedTexture, Streams, TextureMask, TexturePlan, TextureSource, Uploads,
+    DeformPlan, EffectiveMaterials, ForwardKey, GeometryKey, IndexWidth, MeshPlan, Opacity, PlannedBrdf, PlannedDeform,
+    PlannedMesh, PlannedTexture, Streams, TextureMask, TexturePlan, TextureSource, Uploads,
 };
 pub use targets::Target;
 
@@ -420,6 +420,11 @@ impl FramePlan {
     /// Whether lights are added one by one, by blending in LIGHTING.
     pub fn adds_lights(&self) -> bool {
         adds_lights(self.light_path, &self.lights)
+    }
+
+    /// Whether some object's mesh is deformed on the device.
+    pub fn deforms(&self) -> bool {
+        !self.meshes.deforms.objects.is_empty()
     }
 
     /// Whether a compute pass lights a stored G-buffer, so that the main pass ends with GEOMETRY.

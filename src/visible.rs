@@ -8,6 +8,7 @@ mod corrupted;
 pub(crate) mod depth;
 mod frustum;
 mod occlusion;
+mod pose;
 mod shadows;
 mod volumes;
 mod world;

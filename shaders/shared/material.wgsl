@@ -1,5 +1,6 @@
 // A drawn object and its material: what changes from draw to draw, and what its textures say of a point.
 #define_import_path afterlight::material
+#import afterlight::vectors::{handedness, scaled_rows, turned_normal, unit_or}
 
 struct Push {
     // Rows of the map from mesh space to camera-relative world space.
@@ -61,53 +62,20 @@ fn world_position(position: vec3<f32>) -> vec3<f32> {
     return vec3(dot(push.row_x, p), dot(push.row_y, p), dot(push.row_z, p));
 }
 
-// The rows of the transform's linear part, as columns, by a power of two that brings the largest element to 1..2: exact, and then products of
-// three of them neither overflow nor vanish.
-fn scaled_rows() -> mat3x3<f32> {
-    let x = abs(push.row_x.xyz);
-    let y = abs(push.row_y.xyz);
-    let z = abs(push.row_z.xyz);
-    let largest = max(max(max(x.x, x.y), max(x.z, y.x)), max(max(y.y, y.z), max(z.x, max(z.y, z.z))));
-    // The exponent e, which is biased by 127, becomes 254 - e.
-    let scale = bitcast<f32>(0x7f000000u - (bitcast<u32>(largest) & 0x7f800000u));
-    return mat3x3(push.row_x.xyz * scale, push.row_y.xyz * scale, push.row_z.xyz * scale);
+// From the rows of the transform's linear part.
+fn rows() -> mat3x3<f32> {
+    return scaled_rows(push.row_x.xyz, push.row_y.xyz, push.row_z.xyz);
 }
 
-// -1 where the transform swaps left and right.
-fn handedness(rows: mat3x3<f32>) -> f32 {
-    return select(-1.0, 1.0, dot(rows[0], cross(rows[1], rows[2])) >= 0.0);
-}
-
-// Normals go by the cofactor matrix, which is right for any scale and mirror. Not of unit length.
+// Not of unit length.
 fn world_normal(normal: vec3<f32>) -> vec3<f32> {
-    let rows = scaled_rows();
-    let x = rows[0];
-    let y = rows[1];
-    let z = rows[2];
-    return handedness(rows) * vec3(dot(cross(y, z), normal), dot(cross(z, x), normal), dot(cross(x, y), normal));
+    return turned_normal(rows(), normal);
 }
 
 fn world_tangent(tangent: vec4<f32>) -> vec4<f32> {
     let t = tangent.xyz;
-    let sign = handedness(scaled_rows());
+    let sign = handedness(rows());
     return vec4(dot(push.row_x.xyz, t), dot(push.row_y.xyz, t), dot(push.row_z.xyz, t), tangent.w * sign);
-}
-
-// The bits of the least number that no driver takes for 0, and those of infinity: in between are the lengths of which a vector can be made a
-// unit one. Bits of absolute values have their order, and what is no number comes last; a comparison of floats with it may be compiled to
-// either answer.
-const LEAST_NORMAL: u32 = 0x00800000u;
-const INFINITY: u32 = 0x7f800000u;
-
-// A vector of any length to a unit one; one of no length, or of none that is finite, gives the fallback.
-fn unit_or(v: vec3<f32>, fallback: vec3<f32>) -> vec3<f32> {
-    let size = bitcast<vec3<u32>>(v) & vec3(0x7fffffffu);
-    let largest = max(size.x, max(size.y, size.z));
-    if largest < LEAST_NORMAL || largest >= INFINITY {
-        return fallback;
-    }
-    // Scaled first, so that squares neither overflow nor vanish.
-    return normalize(v / bitcast<f32>(largest));
 }
 
 #ifdef TEXTURED

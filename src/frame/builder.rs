@@ -9,7 +9,7 @@ use super::edges::Edges;
 use super::list::List;
 use super::{Drawn, Error, Frame, FrameParts, IN_FLIGHT, InFlight, Renderer};
 use crate::gpu::{self, CommandBuffer, Device, Timestamps};
-use crate::gpu_scene::{GpuScene, ShadowAtlas, SortedIndices, ViewBuffers, view_set_layout};
+use crate::gpu_scene::{GpuScene, PoseBuffer, ShadowAtlas, SortedIndices, ViewBuffers, view_set_layout};
 use crate::plan::FramePlan;
 use crate::scene::{Scene, Settings, exposure_scale, metered_ev100};
 use crate::visible::{ShadowCache, World};
@@ -64,6 +64,9 @@ impl RendererBuilder {
             (Some(shadow), Some(order)) => Some(ShadowAtlas::new(&device, shadow, IN_FLIGHT, order)?),
             _ => None,
         };
+        let deforms = &plan.meshes.deforms;
+        let poses = (0..IN_FLIGHT).map(|index| PoseBuffer::new(&device, index, deforms));
+        let poses: Vec<_> = poses.filter_map(Result::transpose).collect::<gpu::Result<_>>()?;
         let frame = Frame::new(&FrameParts {
             device: &device,
             plan: &plan,
@@ -72,6 +75,7 @@ impl RendererBuilder {
             atlas: atlas.as_ref(),
             scene: &scene,
             world: &world,
+            poses: &poses,
             swapchain,
         })?;
         // The begin of a frame, the end of each of its passes, and of what lies over the picture.
@@ -100,6 +104,8 @@ impl RendererBuilder {
             shadow_cache: ShadowCache::default(),
             copy: None,
             frames,
+            poses,
+            posed: 0,
             next: 0,
             frame_layout,
         })

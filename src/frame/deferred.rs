@@ -2,6 +2,7 @@
 //! outline, and [`list`] says which passes share a render pass.
 //!
 //! ```text
+//! compute        SKIN       vertices of meshes that skins and shapes deform, when their pose is another
 //! shadow passes  SHADOW     depth maps of lights, those in which something has moved
 //! main pass      GEOMETRY   surfaces into the G-buffer, in tile memory where there is any
 //!                LIGHTING   every light on every pixel; or VIEW, which shows a buffer instead
@@ -87,7 +88,7 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
         alone(&tonemap::PASS),
         tone,
     ];
-    let mut steps = vec![list::render_pass(SHADOW_PASS, [alone(&shadow::PASS)])];
+    let mut steps = vec![super::render_passes::skin_step(plan), list::render_pass(SHADOW_PASS, [alone(&shadow::PASS)])];
     // Each of these reads only its own pixel, so that a tiler never leaves the tile. A pass between GEOMETRY and LIGHTING that reads
     // neighbours would have to part them.
     match plan.stores_gbuffer {
@@ -103,6 +104,9 @@ impl Deferred {
     /// subpass dependency, so that `cmd_next_subpass` waits as they say.
     pub fn record(&self, frame: &Recording, times: &mut Option<Timestamps>) {
         let (gpu, cmd, passes) = (&frame.device.raw, frame.cmd, &self.passes);
+
+        // SKIN writes deformed vertices for all that draws below: rows `deformed-reuse` and `skin-to-draws`.
+        passes.record_skin(frame, times);
 
         // A render pass for each stale map. Row `shadow-map-to-lighting`: the passes below look up what it wrote.
         passes.record_shadow(frame, times);

@@ -26,6 +26,7 @@ mod main_pass;
 mod masks;
 mod presentation;
 mod shadow;
+mod skin;
 mod tiled;
 pub mod unreported_mutants;
 mod uploads;
@@ -260,6 +261,9 @@ pub fn formulas() -> Edges {
 /// The dependencies of a plan's frames.
 pub fn table(plan: &FramePlan) -> Edges {
     let mut rows = uploads::rows(plan);
+    if plan.deforms() {
+        rows.extend(skin::rows());
+    }
     if plan.shadow.is_some() {
         rows.extend(shadow::rows(plan));
     }

@@ -11,7 +11,7 @@ use crate::gpu::Device;
 use crate::gpu::{Error as GpuError, Surface, Vsync, vk};
 #[cfg(feature = "present")]
 use crate::passes::overlay::{Draw, Panels, Texture, Vertex};
-use crate::scene::{Scene, Settings};
+use crate::scene::{Playing, Scene, Settings};
 
 /// Draws so much that each dependency has something to order: frames in flight, in each of whose places another one follows, and copies of
 /// pictures under way while the next is drawn. Waits until all of it is done and destroyed, so that the layer has said all it has to say. The
@@ -26,6 +26,7 @@ pub unsafe fn draw(device: &Arc<Device>, scene: &Scene, settings: &Settings, edg
     // SAFETY: the caller's promise.
     let mut renderer = unsafe { Renderer::with_edges(device, scene, settings, edges) }?;
     for frame in 0..4 {
+        pose(&mut renderer, scene, frame)?;
         renderer.render(&scene.camera)?;
         if frame == 1 || frame == 2 {
             renderer.start_read_back()?;
@@ -35,6 +36,14 @@ pub unsafe fn draw(device: &Arc<Device>, scene: &Scene, settings: &Settings, edg
     drop(renderer);
     device.wait_idle()?;
     Ok(picture)
+}
+
+/// Another moment of the scene's motion in each frame but one, so that a pose is also drawn twice.
+fn pose(renderer: &mut Renderer, scene: &Scene, frame: u32) -> Result<(), Error> {
+    if scene.motion.is_empty() || frame == 2 {
+        return Ok(());
+    }
+    renderer.pose(scene, &scene.motion.pose(&Playing::at(0.1 * f64::from(frame))))
 }
 
 /// The same of frames that are presented, on a surface without a display, with and without whatever may lie over the picture: another one beside it,

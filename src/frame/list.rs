@@ -70,6 +70,8 @@ pub struct Commands {
 pub enum Occasion {
     /// Every frame.
     Always,
+    /// Deformed objects have another pose than in the frame before.
+    Posed,
     /// The window is split.
     Split,
     /// The picture is copied for the CPU.

@@ -45,11 +45,11 @@ use ash::vk;
 use glam::DAffine3;
 
 use crate::gpu::{self, CommandBuffer, Device, Image, Owned, Ticket, Timestamps};
-use crate::gpu_scene::{FrameUniform, GpuScene, ShadowAtlas, SortedIndices, ViewBuffers};
+use crate::gpu_scene::{FrameUniform, GpuScene, PoseBuffer, ShadowAtlas, SortedIndices, ViewBuffers};
 use crate::passes::copy::Copy;
 use crate::passes::{Recording, SetLayouts};
 use crate::plan::{self, FramePlan};
-use crate::scene::{self, Camera, Light, LightPath, Scene, Settings, SettingsPatch, exposure_scale};
+use crate::scene::{self, Camera, Light, LightPath, Pose, Scene, Settings, SettingsPatch, exposure_scale};
 use crate::visible::{Eye, MapDraw, ShadowCache, Visible, World};
 
 /// While the device draws one frame, the CPU records the next.
@@ -167,6 +167,8 @@ struct Recorded {
     camera: Camera,
     visible: Visible,
     stale_maps: Vec<MapDraw>,
+    /// The revision of the world's pose that it draws.
+    pose: u64,
 }
 
 /// What a frame of the plan is.
@@ -188,6 +190,8 @@ pub(crate) struct FrameParts<'a> {
     pub atlas: Option<&'a ShadowAtlas>,
     pub scene: &'a GpuScene,
     pub world: &'a World,
+    /// Of the frames in flight, in their order, where the plan deforms objects.
+    pub poses: &'a [PoseBuffer],
     /// Views of the swapchain's images; none where pictures are not presented.
     pub swapchain: &'a [vk::ImageView],
 }
@@ -252,6 +256,10 @@ pub struct Renderer {
     shadow_cache: ShadowCache,
     copy: Option<(CommandBuffer, Copy)>,
     frames: Vec<InFlight>,
+    /// Of the frames in flight, in their order, where the plan deforms objects.
+    poses: Vec<PoseBuffer>,
+    /// The world's pose that the deformed vertices have; 0: none yet.
+    posed: u64,
     next: usize,
     #[cfg_attr(not(feature = "present"), expect(dead_code, reason = "frames of a window are resized, and no others"))]
     frame_layout: Owned<vk::DescriptorSetLayout>,
@@ -306,6 +314,19 @@ impl Renderer {
     /// When there is no such object, or it would need another pipeline.
     pub fn move_object(&mut self, index: usize, transform: &DAffine3) -> Result<(), Error> {
         Ok(self.world.move_object(index, transform)?)
+    }
+
+    /// Moves everything that nodes of the scene's motion carry to where a pose has it, from the next frame on: objects, the joints and shapes
+    /// of deformed ones, and lights.
+    ///
+    /// # Errors
+    /// When a light of the pose would need other pipelines or maps.
+    pub fn pose(&mut self, scene: &Scene, pose: &Pose) -> Result<(), Error> {
+        self.world.pose(pose);
+        for (index, light) in pose.moved_lights(scene) {
+            self.world.set_light(index, &light)?;
+        }
+        Ok(())
     }
 
     /// Changes a light, by its index in the scene, from the next frame on.
@@ -396,6 +417,10 @@ impl Renderer {
         if let Some(sorted) = &frame.sorted {
             sorted.write(&visible.sorted_indices)?;
         }
+        let posed = !self.poses.is_empty() && self.posed != self.world.pose.revision;
+        if posed {
+            self.poses[self.next].write(&self.world.pose.joints, &self.world.pose.weights)?;
+        }
         frame.cmd.begin()?;
         let cmd = frame.cmd.raw;
         if let Some(times) = &mut frame.times {
@@ -407,6 +432,8 @@ impl Renderer {
                 device: &self.device,
                 cmd,
                 size: self.plan.size,
+                place: self.next,
+                posed,
                 image: swapchain_image.map_or(0, |(index, _)| index),
                 swapchain_image: swapchain_image.map(|(_, image)| image),
                 scene: &self.scene,
@@ -432,7 +459,7 @@ impl Renderer {
             shadow_maps: visible.shadows.iter().flatten().count(),
             shadow_maps_drawn: stale_maps.len(),
         };
-        Ok(Recorded { camera: *camera, visible, stale_maps })
+        Ok(Recorded { camera: *camera, visible, stale_maps, pose: self.world.pose.revision })
     }
 
     /// Submits what was recorded, with semaphores to wait for at a stage, and to signal.
@@ -442,11 +469,12 @@ impl Renderer {
         waits: &[(vk::Semaphore, vk::PipelineStageFlags)],
         signals: &[vk::Semaphore],
     ) -> Result<(), Error> {
-        let Recorded { camera, visible, stale_maps } = recorded;
+        let Recorded { camera, visible, stale_maps, pose } = recorded;
         let frame = &mut self.frames[self.next];
         frame.cmd.end()?;
         frame.record_ms = milliseconds(frame.begun);
         frame.ticket = Some(self.device.submit_with(&frame.cmd, waits, signals)?);
+        self.posed = pose;
         self.shadow_cache.keep(&self.world, &camera, &visible, &stale_maps);
         self.device.collect();
         self.next = (self.next + 1) % IN_FLIGHT;

@@ -443,6 +443,7 @@ impl Renderer {
             atlas: self.atlas.as_ref(),
             scene: &self.scene,
             world: &self.world,
+            poses: &self.poses,
             swapchain,
         })?;
         Ok(self)

@@ -4,13 +4,14 @@ use ash::vk;
 use glam::Vec3;
 
 use super::FrameParts;
-use super::edges::{Carrier, Edge};
-use super::list::{List, RenderPassName, SHADOW_PASS};
+use super::edges::{Carrier, Edge, RowName};
+use super::list::{self, List, Occasion, RenderPassName, SHADOW_PASS, Step};
 use super::render_pass::PassDescription;
 use crate::gpu::barrier::{self, ImageRange};
 use crate::gpu::{self, Device, RenderPass, Timestamps};
 use crate::passes::depth::{self, Depth};
 use crate::passes::shadow::{self, Shadow};
+use crate::passes::skin::{self, Skin};
 use crate::passes::tonemap::tone_map_up_to;
 use crate::passes::{How, Input, Pass, Recording, Resource, Slot};
 use crate::plan::{FramePlan, Shading, Target, ToneMapping};
@@ -23,6 +24,7 @@ pub struct RenderPasses {
     list: List,
     passes: Vec<Made>,
     shadow: Option<ShadowStage>,
+    skin: Option<SkinStage>,
 }
 
 /// One of a frame's render passes.
@@ -38,6 +40,13 @@ struct Made {
     pass: RenderPass,
     framebuffers: Framebuffers,
     clears: Vec<vk::ClearValue>,
+}
+
+/// SKIN with the rows of the barriers around it.
+struct SkinStage {
+    skin: Skin,
+    before: Option<Edge>,
+    after: Option<Edge>,
 }
 
 /// SHADOW with its render pass.
@@ -76,7 +85,15 @@ impl RenderPasses {
             }
             _ => None,
         };
-        let mut made = Self { targets, list, passes, shadow };
+        let skin = match &scene.deformed {
+            Some(deformed) => Some(SkinStage {
+                skin: Skin::new(device, deformed, parts.poses.iter())?,
+                before: edges.find(RowName::DEFORMED_REUSE).cloned(),
+                after: edges.find(RowName::SKIN_TO_DRAWS).cloned(),
+            }),
+            None => None,
+        };
+        let mut made = Self { targets, list, passes, shadow, skin };
         made.expose(plan, world);
         Ok(made)
     }
@@ -142,6 +159,24 @@ impl RenderPasses {
             .clear_values(&made.clears)
     }
 
+    /// Records the deformed vertices of a new pose, outside a render pass, where the plan has some.
+    pub fn record_skin(&self, frame: &Recording, times: &mut Option<Timestamps>) {
+        let Some(SkinStage { skin, before, after }) = self.skin.as_ref().filter(|_| frame.posed) else { return };
+        let Some(deformed) = &frame.scene.deformed else { return };
+        let barrier = |row: &Option<Edge>| {
+            if let Some(row) = row {
+                barrier::buffer_barrier(frame.device, frame.cmd, &deformed.vertices, row.order());
+            }
+        };
+        frame.begin(&skin::PASS);
+        // The last frame's draws may still fetch what it overwrites.
+        barrier(before);
+        skin.record(frame);
+        // Every pass that draws deformed objects fetches what it wrote.
+        barrier(after);
+        frame.end(times, &skin::PASS);
+    }
+
     /// Records the stale shadow maps, outside a render pass, where the plan has maps.
     pub fn record_shadow(&self, frame: &Recording, times: &mut Option<Timestamps>) {
         if let Some(ShadowStage { shadow, .. }) = &self.shadow {
@@ -150,6 +185,18 @@ impl RenderPasses {
             frame.end(times, &shadow::PASS);
         }
     }
+}
+
+/// SKIN between its barriers, before all that draws.
+pub(super) fn skin_step(plan: &FramePlan) -> Option<Step> {
+    let vertices = Resource::DeformedVertices;
+    list::commands(
+        plan,
+        Occasion::Posed,
+        &skin::PASS,
+        &[(RowName::DEFORMED_REUSE, vertices)],
+        &[(RowName::SKIN_TO_DRAWS, vertices)],
+    )
 }
 
 /// The depth pre-pass, where the plan has one, in the subpass that shades or stores surfaces.

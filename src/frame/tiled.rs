@@ -1,6 +1,7 @@
 //! One frame with lighting by compute, from top to bottom. On GPUs whose fragment rate is low this is the fast way.
 //!
 //! ```text
+//! compute        SKIN       as in the deferred frame
 //! shadow passes  SHADOW     as in the deferred frame
 //! main pass      GEOMETRY   surfaces into the G-buffer, which is stored
 //! compute        TILED      every light on every pixel, tile by tile, into the output
@@ -40,6 +41,7 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
     let shadow = list::subpass(plan, shadow::PASS.place, &[&shadow::PASS]);
     let surfaces = list::subpass(plan, geometry::PASS.place, &[&depth::PASS, &geometry::PASS]);
     vec![
+        super::render_passes::skin_step(plan),
         list::render_pass(SHADOW_PASS, [shadow]),
         list::render_pass(MAIN_PASS, [surfaces]),
         list::commands(
@@ -58,6 +60,8 @@ impl TiledFrame {
     pub fn record(&self, frame: &Recording, times: &mut Option<Timestamps>) {
         let (gpu, cmd, passes) = (&frame.device.raw, frame.cmd, &self.passes);
 
+        // SKIN writes deformed vertices for all that draws below: rows `deformed-reuse` and `skin-to-draws`.
+        passes.record_skin(frame, times);
         // A render pass for each stale map. Row `shadow-map-to-lighting`: TILED looks up what it wrote.
         passes.record_shadow(frame, times);
 

@@ -1,10 +1,12 @@
 //! A scene's buffers, textures and descriptor sets on the device: what the plan needs of it and no more.
 
+mod deformed;
 mod material;
 mod shadows;
 mod sorted;
 mod view;
 
+pub use deformed::{Deformed, PoseBuffer, SkinPush};
 pub use material::{HOLES, Materials};
 pub use shadows::{ATLAS_LAYOUT, ClearOrder, ShadowAtlas, clear as shadow_clear};
 pub use sorted::SortedIndices;
@@ -18,7 +20,7 @@ use bytemuck::Pod;
 
 use crate::gpu::sync::Use;
 use crate::gpu::{self, Buffer, Device, Location, MemoryKind, UploadOrder, Uploader};
-use crate::plan::{FramePlan, IndexWidth, MeshPlan, PlannedMesh};
+use crate::plan::{FramePlan, IndexWidth, MeshPlan, PlannedDeform, PlannedMesh};
 use crate::scene::{Mesh, Scene};
 use crate::visible::{cone_mesh, sphere_mesh};
 
@@ -36,6 +38,8 @@ pub struct MeshRange {
     pub index_count: u32,
     pub vertex_offset: i32,
     pub width: IndexWidth,
+    /// Its vertices are SKIN's.
+    pub deformed: bool,
 }
 
 /// Vertex streams lie in buffers of their own, so that a pass binds only what it reads.
@@ -48,6 +52,10 @@ pub struct GpuScene {
     indices_32: Option<Buffer>,
     /// By mesh of the scene; none where it is not on the device.
     meshes: Vec<Option<MeshRange>>,
+    /// By deformed object of the plan.
+    deforms: Vec<MeshRange>,
+    /// Where the plan deforms objects.
+    pub deformed: Option<Deformed>,
     pub materials: Option<Materials>,
     /// Where the light path draws lights' volumes.
     pub volumes: Option<VolumeMeshes>,
@@ -132,6 +140,12 @@ impl GpuScene {
         }
         let mut uploader = Uploader::new(device, 32 << 20, order)?;
         let mut meshes = MeshUpload { device, uploader: &mut uploader, scene, plan: &plan.meshes };
+        let ranges = meshes.ranges();
+        let deform_range = |deform: &PlannedDeform| {
+            let vertex_offset = deform.first_vertex as i32;
+            ranges[deform.mesh].map(|range| MeshRange { vertex_offset, deformed: true, ..range })
+        };
+        let deforms = plan.meshes.deforms.objects.iter().filter_map(deform_range).collect();
         let gpu_scene = Self {
             positions: meshes.stream("positions", plan.meshes.vertices, |mesh| mesh.positions.as_slice().into())?,
             normals: meshes.stream("normals", plan.meshes.normals, |mesh| bounded(&mesh.normals))?,
@@ -139,7 +153,12 @@ impl GpuScene {
             tangents: meshes.stream("tangents", plan.meshes.tangents, |mesh| mesh.tangents.as_slice().into())?,
             indices_16: meshes.indices(IndexWidth::Bits16, plan.meshes.indices_16)?,
             indices_32: meshes.indices(IndexWidth::Bits32, plan.meshes.indices_32)?,
-            meshes: meshes.ranges(),
+            meshes: ranges,
+            deforms,
+            deformed: match plan.deforms() {
+                true => Some(Deformed::new(device, &mut uploader, scene, &plan.meshes.deforms)?),
+                false => None,
+            },
             materials: Materials::new(device, &mut uploader, scene, plan)?,
             volumes: match plan.uploads.volumes {
                 true => Some(volumes(device, &mut uploader)?),
@@ -150,14 +169,24 @@ impl GpuScene {
         Ok(gpu_scene)
     }
 
-    /// A mesh of the scene that the plan has on the device.
-    pub fn mesh(&self, mesh: usize) -> Option<MeshRange> {
-        self.meshes.get(mesh).copied().flatten()
+    /// A mesh of the scene that the plan has on the device, or the vertices of a deformed object with its indices.
+    pub fn mesh(&self, mesh: usize, deform: Option<usize>) -> Option<MeshRange> {
+        match deform {
+            Some(deform) => self.deforms.get(deform).copied(),
+            None => self.meshes.get(mesh).copied().flatten(),
+        }
     }
 
-    /// Binds the vertex buffers of some streams.
-    pub fn bind(&self, device: &Device, cmd: vk::CommandBuffer, streams: &[u32]) {
+    /// Binds the vertex buffers of some streams, or those of deformed objects.
+    pub fn bind(&self, device: &Device, cmd: vk::CommandBuffer, streams: &[u32], deformed: bool) {
         for &stream in streams {
+            if let Some(own) = self.deformed.as_ref().filter(|_| deformed) {
+                if let Some(start) = own.start(stream) {
+                    // SAFETY: as below; the stream begins within the buffer.
+                    unsafe { device.raw.cmd_bind_vertex_buffers(cmd, stream, &[own.vertices.raw], &[start]) };
+                }
+                continue;
+            }
             let buffer = match stream {
                 POSITION => &self.positions,
                 NORMAL => &self.normals,
@@ -205,9 +234,9 @@ impl<'a> MeshUpload<'a> {
     fn ranges(&self) -> Vec<Option<MeshRange>> {
         let mut ranges = vec![None; self.scene.meshes.len()];
         for mesh in &self.plan.meshes {
-            let &PlannedMesh { first_index, index_count, width, .. } = mesh;
-            let vertex_offset = mesh.first_vertex as i32;
-            ranges[mesh.mesh] = Some(MeshRange { first_index, index_count, vertex_offset, width });
+            let &PlannedMesh { first_index, index_count, width, first_vertex, .. } = mesh;
+            let vertex_offset = first_vertex.unwrap_or(0) as i32;
+            ranges[mesh.mesh] = Some(MeshRange { first_index, index_count, vertex_offset, width, deformed: false });
         }
         ranges
     }
@@ -223,10 +252,10 @@ impl<'a> MeshUpload<'a> {
         let stride = size_of::<T>() as u64;
         let usage = vk::BufferUsageFlags::VERTEX_BUFFER;
         let Some(buffer) = self.buffer(&format!("vertex {name}"), vertices * stride, usage)? else { return Ok(None) };
-        let first = |mesh: &PlannedMesh| u64::from(mesh.first_vertex);
-        for planned in self.plan.meshes.iter().filter(|mesh| first(mesh) < vertices) {
+        let placed = self.plan.meshes.iter().filter_map(|planned| Some((planned, u64::from(planned.first_vertex?))));
+        for (planned, first) in placed.filter(|&(_, first)| first < vertices) {
             let mesh = &self.scene.meshes[planned.mesh];
-            let offset = first(planned) * stride;
+            let offset = first * stride;
             match &*data(mesh) {
                 [] => self.uploader.buffer(&buffer, offset, &vec![0; mesh.positions.len() * stride as usize])?,
                 some => self.uploader.buffer(&buffer, offset, bytemuck::cast_slice(some))?,

@@ -92,6 +92,10 @@ pub enum Resource {
     Textures,
     /// Vertices of the scene's meshes, and of light volumes.
     Vertices,
+    /// What deformed meshes are at rest.
+    RestMeshes,
+    /// Vertices that SKIN writes.
+    DeformedVertices,
     Indices,
     /// What the CPU writes for each frame: camera, lights, lists, sorted indices.
     FrameData,
@@ -110,6 +114,8 @@ impl fmt::Display for Resource {
             Self::ShadowMaps => "shadow maps",
             Self::Textures => "textures",
             Self::Vertices => "vertices",
+            Self::RestMeshes => "meshes at rest",
+            Self::DeformedVertices => "deformed vertices",
             Self::Indices => "indices",
             Self::FrameData => "frame data",
             Self::ReadBack => "read-back buffer",

@@ -115,7 +115,7 @@ impl Depth {
             }
             let push = Push { rows: camera_relative(&object.transform, recording.camera.position) };
             recording.push(self.layout.raw, PUSH_STAGES, &push);
-            meshes.draw(object.mesh, None);
+            meshes.draw(object, None);
         }
     }
 }

@@ -46,6 +46,7 @@ pub mod overlay;
 pub mod per_light;
 pub mod present;
 pub mod shadow;
+pub mod skin;
 pub mod split;
 pub mod tiled;
 pub mod tone;
@@ -68,10 +69,11 @@ use crate::gpu_scene::{GpuScene, INDEX_READ, TEXTURE_READ, VERTEX_READ};
 use crate::plan::{Canvas, FramePlan, IndexWidth, Shading, Target};
 use crate::scene::Camera;
 use crate::shaders::Variant;
-use crate::visible::{MapDraw, Visible, World};
+use crate::visible::{MapDraw, Visible, World, WorldObject};
 
 /// All passes, as reports list them.
-pub const ALL: [&Pass; 18] = [
+pub const ALL: [&Pass; 19] = [
+    &skin::PASS,
     &shadow::PASS,
     &depth::PASS,
     &geometry::PASS,
@@ -136,10 +138,11 @@ fn frame_data() -> Touch {
 
 /// Draws the scene's meshes with its textures.
 fn meshes(plan: &FramePlan) -> impl Iterator<Item = Touch> {
-    let (vertices, textures) = (plan.uploads.vertices, plan.uploads.textures);
+    let (vertices, textures, deforms) = (plan.uploads.vertices, plan.uploads.textures, plan.deforms());
+    let deformed = deforms.then_some(Touch::read(Resource::DeformedVertices, VERTEX_READ));
     let of_meshes = [Touch::read(Resource::Vertices, VERTEX_READ), Touch::read(Resource::Indices, INDEX_READ)];
     let sampled = [Touch::read(Resource::Textures, TEXTURE_READ)];
-    of_meshes.into_iter().filter(move |_| vertices).chain(sampled.into_iter().filter(move |_| textures))
+    of_meshes.into_iter().filter(move |_| vertices).chain(deformed).chain(sampled.into_iter().filter(move |_| textures))
 }
 
 /// Looks shadow maps up, where there are some.
@@ -206,6 +209,10 @@ pub struct Recording<'a> {
     pub cmd: vk::CommandBuffer,
     /// Width and height of the picture in pixels.
     pub size: [u32; 2],
+    /// Which of the frames in flight it is.
+    pub place: usize,
+    /// Deformed objects have another pose than in the frame before.
+    pub posed: bool,
     /// The index of the swapchain's image that the picture goes to; 0 where nothing is presented.
     pub image: usize,
     /// That image.
@@ -298,21 +305,24 @@ struct MeshDraws<'a> {
     recording: &'a Recording<'a>,
     streams: &'a [u32],
     bound: Option<Indices>,
+    /// The vertex buffers that are bound are those of deformed objects.
+    deformed: Option<bool>,
 }
 
 impl<'a> MeshDraws<'a> {
     /// With these vertex streams, which the first draw binds: where nothing is drawn, nothing is bound.
     fn new(recording: &'a Recording<'a>, streams: &'a [u32]) -> Self {
-        Self { recording, streams, bound: None }
+        Self { recording, streams, bound: None, deformed: None }
     }
 
-    /// Draws a mesh, in the order that the frame has sorted its triangles into if they are `sorted`: then this is their first index.
-    fn draw(&mut self, mesh: usize, sorted: Option<u32>) {
+    /// Draws an object's mesh, in the order that the frame has sorted its triangles into if they are `sorted`: then this is their first index.
+    fn draw(&mut self, object: &WorldObject, sorted: Option<u32>) {
         // The plan has the mesh of each object that a pass draws.
-        let Some(range) = self.recording.scene.mesh(mesh) else { return };
+        let Some(range) = self.recording.scene.mesh(object.mesh, object.deform) else { return };
         let indices = if sorted.is_some() { Indices::Sorted } else { Indices::OfScene(range.width) };
-        if self.bound.is_none() {
-            self.recording.scene.bind(self.recording.device, self.recording.cmd, self.streams);
+        if self.deformed != Some(range.deformed) {
+            self.recording.scene.bind(self.recording.device, self.recording.cmd, self.streams, range.deformed);
+            self.deformed = Some(range.deformed);
         }
         if self.bound != Some(indices) {
             self.bind(indices);

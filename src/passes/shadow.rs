@@ -154,9 +154,12 @@ impl Shadow {
         for object in world.objects.iter().filter(|object| object.casts != CastsShadow::No) {
             for &clamps in &clamps {
                 let key = CasterKey::of(world, object, clamps);
-                if !shadow.pipelines.contains_key(&key) {
-                    let pipeline = pipeline(device, slot, key, shadow.layout(key))?;
-                    shadow.pipelines.insert(key, pipeline);
+                let other = CasterKey { mirrored: key.front && !key.mirrored, ..key };
+                for key in [Some(key), object.may_mirror.then_some(other)].into_iter().flatten() {
+                    if !shadow.pipelines.contains_key(&key) {
+                        let pipeline = pipeline(device, slot, key, shadow.layout(key))?;
+                        shadow.pipelines.insert(key, pipeline);
+                    }
                 }
             }
         }
@@ -206,8 +209,12 @@ impl Shadow {
     }
 
     fn draw(&self, recording: &Recording, view: &ShadowView, casters: &[Caster]) {
-        let mut meshes = MeshDraws::new(recording, &[POSITION]);
-        let mut has_uvs = false;
+        // Texture coordinates are bound where a map needs them at all: a draw without holes fetches none.
+        let masks = casters.iter().any(|caster| {
+            let object = &recording.world.objects[caster.draw.object];
+            CasterKey::of(recording.world, object, false).masked
+        });
+        let mut meshes = MeshDraws::new(recording, if masks { &[POSITION, UV] } else { &[POSITION] });
         let mut bound: (Option<CasterKey>, Option<usize>) = (None, None);
         for caster in casters {
             let object = &recording.world.objects[caster.draw.object];
@@ -217,10 +224,6 @@ impl Shadow {
                 // There is one for each object that casts.
                 recording.bind_pipeline(self.pipelines[&key].raw);
                 bound = (Some(key), None);
-            }
-            if key.masked && !has_uvs {
-                recording.scene.bind(recording.device, recording.cmd, &[UV]);
-                has_uvs = true;
             }
             if key.masked && bound.1 != Some(object.material) {
                 let set = recording.scene.materials.as_ref().and_then(|materials| materials.holes(object.material));
@@ -240,7 +243,7 @@ impl Shadow {
                 _padding: [0.0; 2],
             };
             recording.push(layout, PUSH_STAGES, &push);
-            meshes.draw(object.mesh, None);
+            meshes.draw(object, None);
         }
     }
 }

@@ -162,7 +162,7 @@ impl Surfaces {
                 bound.1 = Some(object.material);
             }
             recording.push(layout, PUSH_STAGES, &self.push(recording, object));
-            meshes.draw(object.mesh, first_index);
+            meshes.draw(object, first_index);
         }
     }
 

@@ -5,8 +5,9 @@ use proptest::prelude::*;
 
 use super::{Capabilities, Error, FramePlan};
 use crate::scene::{
-    AlphaMode, Brdf, Falloff, GbufferChoice, GbufferPreset, Light, LightKind, LightPath, Material, Mesh, Object,
-    OptionalPart, Output, Resolve, Scene, Settings, TargetChoice, Texture, TextureSlot, Transparency, View,
+    AlphaMode, Brdf, Channel, Clip, Falloff, GbufferChoice, GbufferPreset, Influences, Interpolation, Light, LightKind,
+    LightPath, Local, Material, Mesh, Morph, Motion, Node, Object, OptionalPart, Output, Placement, Resolve, Scene,
+    Settings, Skin, Target, TargetChoice, Texture, TextureSlot, Transparency, View,
 };
 
 /// All but that of what several samples differ in.
@@ -177,6 +178,37 @@ pub fn shadowed_lamps() -> Vec<Light> {
     lights.into_iter().map(|light| Light { casts_shadow: true, ..light }).collect()
 }
 
+/// The first square hangs on a joint and blends to a shape, the second casts a shadow on it.
+pub fn deformed() -> Scene {
+    let mut scene = scene(vec![textured(Brdf::CookTorrance), masked()], vec![sun()]);
+    let mut mesh = scene.meshes[0].clone();
+    mesh.influences = Some(Influences { per_vertex: 4, joints: vec![0; 16], weights: [1.0, 0.0, 0.0, 0.0].repeat(4) });
+    mesh.morphs = vec![Morph { positions: vec![[0.0, 0.0, 0.1]; 4], ..Morph::default() }];
+    scene.meshes.push(mesh);
+    let at = |name: &str, weights| Node {
+        name: name.into(),
+        parent: None,
+        local: Local::Parts(Placement::default()),
+        weights,
+    };
+    let skin = Skin { name: "skin".into(), joints: vec![0], inverse_bind: vec![DAffine3::IDENTITY] };
+    let turn = Channel {
+        target: Target::Rotation(0),
+        times: vec![0.0, 1.0],
+        values: vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.6, 0.8],
+        interpolation: Interpolation::Linear,
+    };
+    scene.motion = Motion {
+        nodes: vec![at("joint", vec![]), at("square", vec![0.5])],
+        skins: vec![skin],
+        clips: vec![Clip { name: "turn".into(), channels: vec![turn] }],
+        light_nodes: Vec::new(),
+    };
+    let object = &mut scene.objects[0];
+    (object.mesh, object.node, object.skin) = (1, Some(1), Some(0));
+    scene
+}
+
 /// Scenes that differ in what a frame of them needs.
 pub fn scenes() -> Vec<(&'static str, Scene)> {
     let mut mirrored = scene(vec![masked()], vec![sun(), sky()]);
@@ -199,6 +231,7 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
         ("glass", scene(vec![material(Brdf::CookTorrance), glass()], vec![sun(), point(Falloff::Quadratic)])),
         ("glowing gauze", scene(vec![emissive(), gauze(), masked()], vec![sky()])),
         ("nothing but glass", scene(vec![glass()], vec![])),
+        ("deformed", deformed()),
     ]
 }
 

@@ -1,6 +1,7 @@
 //! What the surfaces of a scene ask of its frames, and what of them lies on the device: materials, pipelines, meshes, textures.
 
 pub(super) mod anisotropy;
+mod deforms;
 mod materials;
 mod meshes;
 mod pipelines;
@@ -11,6 +12,7 @@ mod uploads;
 
 use std::collections::BTreeSet;
 
+pub use deforms::{DeformPlan, PlannedDeform};
 pub use materials::EffectiveMaterials;
 pub use meshes::{IndexWidth, MeshPlan, PlannedMesh};
 pub use pipelines::{ForwardKey, GeometryKey, Opacity, Streams, TextureMask};

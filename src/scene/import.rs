@@ -62,7 +62,7 @@ impl Imported {
         let (first_mesh, first_material) = (scene.meshes.len(), scene.materials.len());
         let (first_texture, first_camera) = (scene.textures.len(), scene.cameras.len());
         let first_skin = scene.motion.skins.len();
-        // Nodes hang on one of their own that stands where the model does, and so do joints that a skinned mesh is seen from.
+        // Nodes hang on one of their own that stands where the model does.
         let root = (!self.motion.nodes.is_empty()).then_some(scene.motion.nodes.len());
         let node = |node: Option<usize>| node.zip(root).map(|(node, root)| root + 1 + node);
         scene.meshes.extend(self.meshes);
@@ -79,7 +79,7 @@ impl Imported {
             mesh: object.mesh + first_mesh,
             material: object.material + first_material,
             transform: transform * object.transform,
-            node: node(object.node).or(root.filter(|_| object.skin.is_some())),
+            node: node(object.node),
             skin: object.skin.map(|skin| skin + first_skin),
             ..object
         }));

@@ -232,8 +232,8 @@ pub struct Object {
     pub casts_shadow: CastsShadow,
     /// Whether shadows fall on it.
     pub receives_shadow: bool,
-    /// The node of [`Motion::nodes`](super::Motion::nodes) that it hangs on, by which it moves; `None` where nothing moves it. Of an object with
-    /// a skin it is the node that the joints are seen from.
+    /// The node of [`Motion::nodes`](super::Motion::nodes) that it hangs on; `None` where nothing moves it. Its shapes are weighted by the
+    /// node's weights. An object with a skin stands where its joints are, not where its node is.
     pub node: Option<usize>,
     /// Index in [`Motion::skins`](super::Motion::skins) of what deforms its mesh.
     pub skin: Option<usize>,
@@ -265,6 +265,11 @@ impl Object {
             node: None,
             skin: None,
         }
+    }
+
+    /// Whether a node or a skin moves it.
+    pub fn moves(&self) -> bool {
+        self.node.is_some() || self.skin.is_some()
     }
 
     /// World-space box; empty if it has none of these meshes.

@@ -150,6 +150,15 @@ impl Scene {
         self.objects.iter().fold(Aabb::EMPTY, |all, object| all.union(&object.bounds(&self.meshes)))
     }
 
+    /// Whether a skin or shapes deform an object's mesh, so that it has vertices of its own.
+    pub fn deforms(&self, object: &Object) -> bool {
+        let Some(mesh) = self.meshes.get(object.mesh) else { return false };
+        let skinned = object.skin.is_some() && mesh.influences.is_some();
+        let blended =
+            object.node.and_then(|node| self.motion.nodes.get(node)).is_some_and(|node| !node.weights.is_empty());
+        skinned || (blended && !mesh.morphs.is_empty())
+    }
+
     /// Triangles after instancing.
     pub fn triangle_count(&self) -> usize {
         self.objects.iter().filter_map(|object| self.meshes.get(object.mesh)).map(|mesh| mesh.indices.len() / 3).sum()

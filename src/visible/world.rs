@@ -6,13 +6,15 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::occlusion::Occluders;
+use super::pose::WorldPose;
 use super::shadows::{Changes, ShadowView, lamp_views, widened};
 use crate::plan::{
     Cut, Error, FramePlan, GeometryKey, IdleLights, LightOrder, MapProjection, SurfaceRules, stretch, weakens,
 };
 use crate::scene::check::fits;
 use crate::scene::{
-    Aabb, CastsShadow, Environment, Light, Material, Mesh, Scene, Settings, ShadowSettings, Transparency,
+    Aabb, CastsShadow, ClipChoice, Environment, Light, Material, Mesh, Playing, Scene, Settings, ShadowSettings,
+    Transparency,
 };
 
 /// What of a scene a frame looks at again each time. No texels, and no vertices but where triangles are sorted.
@@ -52,9 +54,11 @@ pub struct World {
     /// After how many of [`World::lights`] frames are halted.
     halted: Option<usize>,
     /// Counts the changes of objects and lights, and of which lights are lit.
-    generation: u64,
+    pub(super) generation: u64,
+    /// What is deformed, as SKIN takes it.
+    pub pose: WorldPose,
     /// What has moved since `lamps` and `bounds` were worked out, if anything has.
-    changes: Option<Changes>,
+    pub(super) changes: Option<Changes>,
 }
 
 /// A triangle of a mesh, as far as it is sorted.
@@ -71,6 +75,8 @@ pub struct WorldObject {
     /// Its index in the scene.
     pub number: usize,
     pub mesh: usize,
+    /// Its place among the deformed objects of the plan.
+    pub deform: Option<usize>,
     pub material: usize,
     /// From the mesh's f32 vertices to the world.
     pub transform: DAffine3,
@@ -79,7 +85,11 @@ pub struct WorldObject {
     /// Counts how often it has moved.
     pub revision: u32,
     /// The mesh's own place and box.
-    mesh_place: (DVec3, Aabb),
+    pub(super) mesh_place: (DVec3, Aabb),
+    /// The node that carries it.
+    pub(super) node: Option<usize>,
+    /// What moves it can swap its left and right.
+    pub may_mirror: bool,
     pub key: GeometryKey,
     /// The most that its transform may stretch a length.
     stretch_limit: f64,
@@ -91,16 +101,20 @@ impl World {
     /// `exposure` is the factor from nits to what is tone-mapped.
     pub fn of(scene: &Scene, settings: &Settings, plan: &FramePlan, exposure: f32) -> Self {
         let rules = plan.surface_rules();
+        let mirrors = scene.motion.mirrors();
         let drawn = (0..scene.objects.len()).filter(|&index| rules.draws(scene, &scene.objects[index]));
-        let objects: Vec<WorldObject> = drawn.map(|index| WorldObject::of(scene, plan, &rules, index)).collect();
+        let objects: Vec<WorldObject> =
+            drawn.map(|index| WorldObject::of(scene, (plan, &rules), mirrors, index)).collect();
         let LightOrder { order, idle, .. } = &plan.light_order;
         let cut = Cut::of(scene, settings, exposure);
         let sorts = plan.transparency == Some(Transparency::Sorted);
         let sorted: BTreeSet<usize> =
             objects.iter().filter(|object| sorts && object.transparent).map(|object| object.mesh).collect();
         let bounds = union(&objects);
+        let object_of = places(objects.iter().map(|object| object.number), scene.objects.len());
         let mut world = Self {
-            object_of: places(objects.iter().map(|object| object.number), scene.objects.len()),
+            pose: WorldPose::of(scene, plan, &object_of),
+            object_of,
             light_of: places(order.iter().copied(), scene.lights.len()),
             occluders: plan.finds_hidden(scene).is_ok().then(|| Occluders::of(scene, &objects)),
             objects,
@@ -125,6 +139,9 @@ impl World {
             generation: 0,
             changes: Some(Changes::default()),
         };
+        if plan.deforms() {
+            world.pose(&scene.motion.pose(&Playing { clips: ClipChoice::None, ..Playing::default() }));
+        }
         world.refresh(plan);
         world
     }
@@ -253,13 +270,14 @@ impl World {
 }
 
 impl WorldObject {
-    fn of(scene: &Scene, plan: &FramePlan, rules: &SurfaceRules, number: usize) -> Self {
+    fn of(scene: &Scene, (plan, rules): (&FramePlan, &SurfaceRules), mirrors: bool, number: usize) -> Self {
         let object = &scene.objects[number];
         let mesh = &scene.meshes[object.mesh];
         let transparent = rules.material(object).is_transparent();
         Self {
             number,
             mesh: object.mesh,
+            deform: plan.meshes.deforms.find(number),
             material: object.material,
             transform: object.transform * DAffine3::from_translation(mesh.origin),
             bounds: object.bounds(&scene.meshes),
@@ -268,6 +286,8 @@ impl WorldObject {
             transparent,
             revision: 0,
             mesh_place: (mesh.origin, mesh.bounds),
+            node: object.node,
+            may_mirror: mirrors && object.moves(),
             key: GeometryKey::of(object, rules),
             stretch_limit: plan.stretch_limit(object.material, &object.transform),
             triangles: mesh.indices.len() / 3,

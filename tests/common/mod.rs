@@ -8,6 +8,7 @@ pub mod compare;
 pub mod golden;
 pub mod gpu;
 pub mod hdr;
+pub mod moving;
 pub mod program;
 pub mod scenes;
 pub mod stage;

@@ -4,12 +4,13 @@
 use afterlight::frame::{Error, Renderer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, Brdf, Camera, ColorSpace, Environment, Falloff, LightPath, Material, Output, Scene, Settings,
+    AlphaMode, Brdf, Camera, ColorSpace, Environment, Falloff, LightPath, Material, Output, Playing, Scene, Settings,
     ShadowFilter, ShadowSettings, Texture, Transparency, View,
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 use super::gpu::Gpu;
+use super::moving::moving;
 use super::stage::{add, gbuffer, lambert, open, own, plane, point, rectangle, spot, sun};
 
 /// Pictures are small: layers look at commands and not at pixels.
@@ -22,9 +23,13 @@ pub fn small(scene: &Scene) -> Settings {
 
 /// Frames enough that each of the two in flight is recorded anew while the other is drawn, a picture read between them, and the
 /// renderer dropped with frames under way.
-pub fn draw_frames(renderer: &mut Renderer, camera: &Camera) -> Result<(), Error> {
+pub fn draw_frames(renderer: &mut Renderer, scene: &Scene) -> Result<(), Error> {
     for turn in 0..6 {
+        if !scene.motion.is_empty() && turn != 2 {
+            renderer.pose(scene, &scene.motion.pose(&Playing::at(0.3 * f64::from(turn))))?;
+        }
         // Out of sight as well: a frame that draws nothing has barriers all the same.
+        let camera = &scene.camera;
         let rotation = camera.rotation * DQuat::from_rotation_y(0.7 * f64::from(turn));
         renderer.render(&Camera { rotation, ..*camera })?;
         if turn == 3 {
@@ -40,7 +45,7 @@ pub fn exercise(gpu: &Gpu, scene: &Scene, settings: &Settings) {
         return;
     }
     let mut renderer = gpu.renderer(scene, settings);
-    draw_frames(&mut renderer, &scene.camera).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
+    draw_frames(&mut renderer, scene).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
 }
 
 /// Every other texel is a hole.
@@ -168,6 +173,10 @@ pub fn draw_everything(gpu: &Gpu) {
         let mut renderer = gpu.renderer(&glass, &Settings { samples, ..small(&glass) });
         let picture = renderer.picture(&glass.camera, || ());
         picture.unwrap_or_else(|error| panic!("{samples} samples: {error}"));
+    }
+    let dance = moving(DVec3::ZERO);
+    for light_path in [LightPath::Loop, LightPath::Forward, LightPath::Clustered] {
+        exercise(gpu, &dance, &Settings { light_path, ..small(&dance) });
     }
     for scene in [Scene::default(), plane(lambert(0.5), Vec::new()), open("builtin:hall?detail=6")] {
         exercise(gpu, &scene, &small(&scene));

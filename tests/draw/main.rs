@@ -15,5 +15,6 @@ mod golden;
 mod orthographic;
 mod outputs;
 mod pixels;
+mod skin;
 mod tone;
 mod transparency;

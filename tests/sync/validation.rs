@@ -80,7 +80,7 @@ fn every_view_is_silent_or_says_why_there_is_none() {
                 let settings = Settings { view: *view, msaa, ..small(&scene) };
                 match Renderer::new(&gpu.device, &scene, &settings) {
                     Ok(mut renderer) => {
-                        let drawn = draw_frames(&mut renderer, &scene.camera);
+                        let drawn = draw_frames(&mut renderer, &scene);
                         drawn.unwrap_or_else(|error| panic!("{} {name}: {error}", scene.name));
                     }
                     Err(Error::Plan(plan::Error::NoTriangles)) if !gpu.shows(*view) => {}
@@ -145,7 +145,7 @@ fn every_hdr_format_is_silent_or_refused() {
         for (name, hdr_format) in HdrFormat::NAMES {
             let settings = Settings { hdr_format: *hdr_format, ..small(&scene) };
             match Renderer::new(&gpu.device, &scene, &settings) {
-                Ok(mut renderer) => draw_frames(&mut renderer, &scene.camera).unwrap_or_else(|error| panic!("{error}")),
+                Ok(mut renderer) => draw_frames(&mut renderer, &scene).unwrap_or_else(|error| panic!("{error}")),
                 Err(Error::Plan(plan::Error::HdrFormat(refused))) => assert_eq!(refused, *hdr_format),
                 Err(error) => panic!("{name}: {error}"),
             }
@@ -246,7 +246,7 @@ fn renderers_that_share_a_device_are_silent() {
             }
         }
         drop(first);
-        draw_frames(&mut second, &scene.camera).unwrap_or_else(|error| panic!("{error}"));
+        draw_frames(&mut second, &scene).unwrap_or_else(|error| panic!("{error}"));
     });
 }
 

@@ -2,8 +2,8 @@
 
 use super::{Edges, RowName};
 use crate::passes::{
-    Pass, Presence, composite, encode, forward, fxaa, geometry, lighting, overlay, present, shadow, split, tiled, tone,
-    tonemap, transparent,
+    Pass, Presence, composite, encode, forward, fxaa, geometry, lighting, overlay, present, shadow, skin, split, tiled,
+    tone, tonemap, transparent,
 };
 use crate::plan::{Canvas, FramePlan, Target};
 
@@ -51,6 +51,8 @@ static ROWS: &[Needs] = &[
     lacks(RowName::LEVEL_TO_BLIT, LEVELS),
     lacks(RowName::BLIT_TO_TEXTURES, LEVELS),
     lacks(RowName::UPLOAD_TO_TEXTURES, TEXTURES),
+    needs(RowName::DEFORMED_REUSE, &[&skin::PASS]),
+    needs(RowName::SKIN_TO_DRAWS, &[&skin::PASS]),
     needs(RowName::SHADOW_ATLAS_TO_CLEAR, &[&shadow::PASS]),
     needs(RowName::CLEAR_TO_SHADOW_MAPS, &[&shadow::PASS]),
     needs(RowName::SHADOW_MAP_REUSE, &[&shadow::PASS]),

@@ -7,6 +7,7 @@ use crate::gpu::UploadOrder;
 use crate::gpu::sync::Use;
 use crate::gpu::upload::{BLIT_READ, COPY_WRITE};
 use crate::gpu_scene::{INDEX_READ, TEXTURE_READ, VERTEX_READ};
+use crate::passes::skin;
 use crate::plan::FramePlan;
 
 impl RowName {
@@ -26,11 +27,15 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     let mut rows = Vec::new();
     let uploads = plan.uploads;
     if uploads.vertices || uploads.volumes {
+        let indices = if uploads.vertices { INDEX_READ } else { VERTEX_READ };
+        let rest = if plan.deforms() { skin::SOURCE_READ } else { VERTEX_READ };
         rows.push(
             row(RowName::UPLOAD_TO_VERTICES, Carrier::MemoryBarrier)
                 .from(Place::UPLOAD, &[COPY_WRITE])
-                .to(Place::DRAWS, &[if uploads.vertices { VERTEX_READ.or(INDEX_READ) } else { VERTEX_READ }])
-                .because("draws fetch vertices and indices that were copied; the same barrier serves all buffers"),
+                .to(Place::DRAWS, &[VERTEX_READ, indices, rest])
+                .because(
+                    "draws fetch vertices and indices that were copied, and SKIN reads meshes at rest; the same barrier serves all buffers",
+                ),
         );
     }
     if uploads.textures {

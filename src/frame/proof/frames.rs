@@ -26,6 +26,8 @@ const PRESENTED: Use = Use::new(PRESENTATION, A::MEMORY_READ);
 struct Turn {
     /// How often each shadow map is drawn.
     maps: [usize; 2],
+    /// Deformed objects have another pose than in the frame before.
+    posed: bool,
     split: bool,
     copied: bool,
     covered: bool,
@@ -37,6 +39,7 @@ impl Turn {
     fn has(self, occasion: Occasion) -> bool {
         match occasion {
             Occasion::Always => true,
+            Occasion::Posed => self.posed,
             Occasion::Split => self.split,
             Occasion::Copied => self.copied,
             Occasion::Covered => self.covered,
@@ -65,11 +68,16 @@ pub(super) fn program(plan: &FramePlan, edges: &Edges) -> Program {
 fn turns(plan: &FramePlan) -> Vec<Turn> {
     // Looked up before they are drawn, drawn twice one after the other, kept, and drawn anew.
     let maps = |index: usize| [[0, 0], [2, 0], [0, 0], [1, 1]][index % 4];
+    // At first, then in every frame, and once not.
+    let posed = |index: usize| index != 2;
     match plan.presented {
-        None => (0..4).map(|index| Turn { maps: maps(index), copied: index == 1, ..Turn::default() }).collect(),
+        None => (0..4)
+            .map(|index| Turn { maps: maps(index), posed: posed(index), copied: index == 1, ..Turn::default() })
+            .collect(),
         Some(_) => (0..9)
             .map(|index| Turn {
                 maps: maps(index),
+                posed: posed(index),
                 copied: index & 1 != 0,
                 split: index & 2 != 0,
                 covered: index & 4 != 0,
@@ -176,6 +184,9 @@ impl Frames<'_> {
             if uploads.vertices {
                 self.program.command(Place::UPLOAD, &[from, (Memory::Indices, BUFFER, COPY_WRITE)]);
             }
+            if self.plan.deforms() {
+                self.program.command(Place::UPLOAD, &[from, (Memory::RestMeshes, BUFFER, COPY_WRITE)]);
+            }
             self.barrier(RowName::UPLOAD_TO_VERTICES, None);
         }
         self.program.step()
@@ -220,7 +231,7 @@ impl Frames<'_> {
             match step {
                 Step::RenderPass(name, _) => self.render_pass(passes, *name, turn, place),
                 // Without a window the copy is a submission of its own.
-                Step::Commands(own) if self.plan.presented.is_some() || own.when == Occasion::Always => {
+                Step::Commands(own) if self.plan.presented.is_some() || own.when != Occasion::Copied => {
                     if turn.has(own.when) {
                         self.commands(own, place);
                     }
@@ -331,6 +342,8 @@ fn memory_of(plan: &FramePlan, resource: Resource, place: Memory) -> Vec<Memory>
             levels.chain([Memory::Texture]).collect()
         }
         Resource::Vertices => vec![Memory::Vertices],
+        Resource::RestMeshes => vec![Memory::RestMeshes],
+        Resource::DeformedVertices => vec![Memory::DeformedVertices],
         Resource::Indices => vec![Memory::Indices],
         Resource::FrameData => vec![place],
         Resource::ReadBack => vec![Memory::ReadBack],

@@ -93,6 +93,8 @@ pub(super) enum Memory {
     /// A texture without levels.
     Texture,
     Vertices,
+    RestMeshes,
+    DeformedVertices,
     Indices,
     Staging,
     /// What the CPU writes for a frame in flight.
@@ -125,6 +127,8 @@ impl MemorySet {
             Memory::ShadowMap(index) => 8 + index,
             Memory::Level(level) => 16 + level,
             Memory::Written(place) => 24 + place,
+            Memory::RestMeshes => 26,
+            Memory::DeformedVertices => 27,
             Memory::Target(target) => 32 + target as usize,
         }
     }
@@ -146,6 +150,8 @@ impl fmt::Display for Memory {
             Self::Level(level) => write!(f, "level {level} of a texture"),
             Self::Texture => f.write_str("a texture without levels"),
             Self::Vertices => f.write_str("the vertices"),
+            Self::RestMeshes => f.write_str("the meshes at rest"),
+            Self::DeformedVertices => f.write_str("the deformed vertices"),
             Self::Indices => f.write_str("the indices"),
             Self::Staging => f.write_str("a staging buffer"),
             Self::Written(place) => write!(f, "what the CPU writes for frames in flight at place {place}"),

@@ -127,6 +127,8 @@ fn noun(memory: Memory) -> &'static str {
         Memory::ShadowMap(_) => "a shadow map",
         Memory::Level(_) | Memory::Texture => "a texture",
         Memory::Vertices => "vertices",
+        Memory::RestMeshes => "meshes at rest",
+        Memory::DeformedVertices => "deformed vertices",
         Memory::Indices => "indices",
         Memory::Staging => "a staging buffer",
         Memory::Written(_) => "cameras and lights",

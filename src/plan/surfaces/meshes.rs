@@ -1,6 +1,6 @@
 //! Which meshes lie on the device, which vertex streams each of them has there, and how wide its indices are.
 
-use super::{GeometryKey, Streams, SurfaceRules};
+use super::{DeformPlan, GeometryKey, Streams, SurfaceRules};
 use crate::scene::{Keep, Mesh, Object, OptionalPart, Scene, TextureSlot};
 
 /// Bits of an index.
@@ -38,8 +38,8 @@ impl IndexWidth {
 pub struct PlannedMesh {
     /// Index into the scene's meshes.
     pub mesh: usize,
-    /// Its first vertex, in all streams that it has.
-    pub first_vertex: u32,
+    /// Its first vertex, in all streams that it has; `None` where every object that has it is deformed, so that only its indices are there.
+    pub first_vertex: Option<u32>,
     /// Its first index, in the buffer of its width.
     pub first_index: u32,
     /// Three for each triangle.
@@ -69,48 +69,55 @@ pub struct MeshPlan {
     pub indices_32: u64,
     /// Of triangles that are sorted for each frame.
     pub sorted_width: Option<IndexWidth>,
+    /// Objects that are deformed, and have vertices of their own.
+    pub deforms: DeformPlan,
 }
 
 impl MeshPlan {
     pub(in crate::plan) fn of(scene: &Scene, rules: &SurfaceRules) -> Self {
         let (mut streams, keep) = (vec![None::<Streams>; scene.meshes.len()], rules.keep);
-        let mut sorted_width = None;
-        for object in scene.objects.iter().filter(|object| rules.needs_mesh(scene, object)) {
-            let own = streams[object.mesh].get_or_insert_default();
-            *own = own.union(streams_of(rules, object));
-            if rules.sorts(scene, object) {
-                sorted_width = sorted_width.max(Some(IndexWidth::of(&scene.meshes[object.mesh], keep)));
-            }
-        }
-        if keep.has(OptionalPart::UnusedMeshes) {
-            streams.iter_mut().for_each(|own| *own = Some(own.unwrap_or_default()));
-        }
         let kept = Streams {
             normals: keep.has(OptionalPart::Normals),
             uvs: keep.has(OptionalPart::Uvs),
             tangents: keep.has(OptionalPart::Tangents),
         };
+        let mut sorted_width = None;
+        let mut deforms = DeformPlan::default();
+        let mut deformed = vec![false; scene.meshes.len()];
+        let needed = scene.objects.iter().enumerate().filter(|(_, object)| rules.needs_mesh(scene, object));
+        for (index, object) in needed {
+            if scene.deforms(object) {
+                deforms.push(scene, index, streams_of(rules, object).union(kept));
+                deformed[object.mesh] = true;
+            } else {
+                let own = streams[object.mesh].get_or_insert_default();
+                *own = own.union(streams_of(rules, object));
+            }
+            if rules.sorts(scene, object) {
+                sorted_width = sorted_width.max(Some(IndexWidth::of(&scene.meshes[object.mesh], keep)));
+            }
+        }
+        if keep.has(OptionalPart::UnusedMeshes) {
+            let unused = streams.iter_mut().zip(&deformed).filter(|(own, deformed)| own.is_none() && !**deformed);
+            unused.for_each(|(own, _)| *own = Some(Streams::default()));
+        }
         let mut order: Vec<(usize, Streams)> =
-            streams.into_iter().enumerate().filter_map(|(mesh, own)| own.map(|own| (mesh, own.union(kept)))).collect();
+            streams.iter().enumerate().filter_map(|(mesh, own)| own.map(|own| (mesh, own.union(kept)))).collect();
         // Stable: alike ones keep the scene's order.
         order.sort_by_key(|(_, own)| std::cmp::Reverse((own.tangents, own.uvs, own.normals)));
-        let mut planned = Self { sorted_width, ..Self::default() };
-        for (mesh, own) in order {
+        let mut planned = Self { sorted_width, deforms, ..Self::default() };
+        for &(mesh, own) in &order {
             planned.push(mesh, &scene.meshes[mesh], own, keep);
+        }
+        // Deformed objects share their mesh's indices, and have vertices of their own.
+        for mesh in (0..scene.meshes.len()).filter(|&mesh| deformed[mesh] && streams[mesh].is_none()) {
+            planned.push_indices(mesh, &scene.meshes[mesh], None, Streams::default(), keep);
         }
         planned
     }
 
     fn push(&mut self, mesh: usize, data: &Mesh, streams: Streams, keep: Keep) {
-        let width = IndexWidth::of(data, keep);
-        let indices = match width {
-            IndexWidth::Bits16 => &mut self.indices_16,
-            IndexWidth::Bits32 => &mut self.indices_32,
-        };
-        let index_count = data.indices.len() as u32;
-        let (first_vertex, first_index) = (self.vertices as u32, *indices as u32);
-        *indices += u64::from(index_count);
-        self.meshes.push(PlannedMesh { mesh, first_vertex, first_index, index_count, width, streams });
+        self.push_indices(mesh, data, Some(self.vertices as u32), streams, keep);
         self.vertices += data.positions.len() as u64;
         for (needed, end) in
             [(streams.normals, &mut self.normals), (streams.uvs, &mut self.uvs), (streams.tangents, &mut self.tangents)]
@@ -121,9 +128,27 @@ impl MeshPlan {
         }
     }
 
+    fn push_indices(&mut self, mesh: usize, data: &Mesh, first_vertex: Option<u32>, streams: Streams, keep: Keep) {
+        let width = IndexWidth::of(data, keep);
+        let indices = match width {
+            IndexWidth::Bits16 => &mut self.indices_16,
+            IndexWidth::Bits32 => &mut self.indices_32,
+        };
+        let index_count = data.indices.len() as u32;
+        let first_index = *indices as u32;
+        *indices += u64::from(index_count);
+        self.meshes.push(PlannedMesh { mesh, first_vertex, first_index, index_count, width, streams });
+    }
+
     /// The streams that some mesh has.
     pub fn streams(&self) -> Streams {
-        Streams { normals: self.normals > 0, uvs: self.uvs > 0, tangents: self.tangents > 0 }
+        let own = Streams { normals: self.normals > 0, uvs: self.uvs > 0, tangents: self.tangents > 0 };
+        own.union(self.deforms.streams)
+    }
+
+    /// Bytes of a vertex with a position and these streams.
+    pub(super) fn stride(streams: Streams) -> u64 {
+        12 + 12 * u64::from(streams.normals) + 8 * u64::from(streams.uvs) + 16 * u64::from(streams.tangents)
     }
 
     /// Bytes of both index buffers.
@@ -133,7 +158,8 @@ impl MeshPlan {
 
     /// Bytes of all vertex and index buffers.
     pub fn bytes(&self) -> u64 {
-        12 * (self.vertices + self.normals) + 8 * self.uvs + 16 * self.tangents + self.index_bytes()
+        let own = 12 * (self.vertices + self.normals) + 8 * self.uvs + 16 * self.tangents;
+        own + self.deforms.vertex_bytes() + self.index_bytes()
     }
 }
 
@@ -203,8 +229,11 @@ mod tests {
         scene.meshes[1] = mesh_of(70_000);
         scene.meshes[3] = mesh_of(70_001);
         let meshes = plan(&scene, &Settings::default()).meshes;
-        let places: Vec<_> =
-            meshes.meshes.iter().map(|mesh| (mesh.mesh, mesh.first_vertex, mesh.first_index)).collect();
+        let places: Vec<_> = meshes
+            .meshes
+            .iter()
+            .map(|mesh| (mesh.mesh, mesh.first_vertex.expect("drawn as it is"), mesh.first_index))
+            .collect();
         assert_eq!(places, [(0, 0, 0), (1, 3, 0), (2, 70_003, 3), (3, 70_008, 3)]);
         assert_eq!((meshes.indices_16, meshes.indices_32), (6, 6));
     }

@@ -102,7 +102,15 @@ impl<'a> SurfaceRules<'a> {
     pub(in crate::plan) fn pipelines(&self, scene: &Scene) -> Pipelines {
         let drawn = self.drawn(scene).filter(|_| self.has_geometry());
         let (transparent, opaque): (Vec<_>, Vec<_>) = drawn.partition(|object| self.material(object).is_transparent());
-        let keys = |objects: &[&Object]| objects.iter().map(|object| GeometryKey::of(object, self)).collect();
+        let mirrors = scene.motion.mirrors();
+        let keys = |objects: &[&Object]| {
+            let both = |object: &&Object| {
+                let key = GeometryKey::of(object, self);
+                let other = mirrors && object.moves();
+                [Some(key), other.then_some(GeometryKey { mirrored: !key.mirrored, ..key })]
+            };
+            objects.iter().flat_map(both).flatten().collect()
+        };
         let triangles: usize = transparent.iter().map(|object| scene.meshes[object.mesh].indices.len() / 3).sum();
         Pipelines {
             geometry: keys(&opaque),

@@ -18,7 +18,7 @@ pub struct Uploads {
 impl Uploads {
     pub(in crate::plan) fn of(meshes: &MeshPlan, textures: &TexturePlan, volumes: bool) -> Self {
         Self {
-            vertices: meshes.vertices > 0,
+            vertices: meshes.vertices > 0 || meshes.deforms.vertices > 0,
             volumes,
             textures: !textures.images.is_empty(),
             mip_levels: textures.images.iter().any(|image| image.levels > 1),

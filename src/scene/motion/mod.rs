@@ -264,6 +264,18 @@ impl Motion {
         self.nodes.is_empty() && self.clips.is_empty()
     }
 
+    /// Whether some node, key or joint mirrors.
+    pub(crate) fn mirrors(&self) -> bool {
+        let negative = |node: &Node| node.local.to_affine().matrix3.determinant() < 0.0;
+        let keyed = |channel: &Channel| {
+            matches!(channel.target, Target::Scale(_)) && channel.values.iter().any(|&value| value < 0.0)
+        };
+        let bound = |skin: &Skin| skin.inverse_bind.iter().any(|bind| bind.matrix3.determinant() < 0.0);
+        self.nodes.iter().any(negative)
+            || self.clips.iter().flat_map(|clip| &clip.channels).any(keyed)
+            || self.skins.iter().any(bound)
+    }
+
     /// Adds what moves in a model that stands at `transform`: its nodes hang on a new one there.
     pub(super) fn append(&mut self, other: Self, transform: DAffine3, first: First) {
         let root = self.nodes.len();

@@ -160,6 +160,20 @@ impl Pose {
         lights
     }
 
+    /// The lights that nodes or clips move, each with its index.
+    pub fn moved_lights(&self, scene: &Scene) -> Vec<(usize, Light)> {
+        let hangs = |index: usize| scene.motion.light_nodes.get(index).is_some_and(Option::is_some);
+        let changed = |index: usize| {
+            self.values.iter().any(|(target, _)| matches!(target, Target::Light(own, _) if *own == index))
+        };
+        if scene.motion.light_nodes.is_empty()
+            && !self.values.iter().any(|(target, _)| matches!(target, Target::Light(..)))
+        {
+            return Vec::new();
+        }
+        self.lights(scene).into_iter().enumerate().filter(|&(index, _)| hangs(index) || changed(index)).collect()
+    }
+
     /// The materials that clips have changed, each with its index, within the ranges that materials have.
     pub fn materials(&self, scene: &Scene) -> impl Iterator<Item = (usize, Material)> {
         let changes = self.values.iter().filter_map(|(target, value)| match *target {

@@ -1,0 +1,288 @@
+//! Deformed meshes on the device: what they are at rest, which SKIN reads, and the vertices that it writes for passes to draw.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::{NORMAL, POSITION, TANGENT, UV, bounded};
+use crate::gpu::{self, Buffer, Device, Location, MemoryKind, Uploader};
+use crate::plan::{DeformPlan, PlannedDeform};
+use crate::scene::{Mesh, Scene};
+
+/// Invocations of a work group of `shaders/skin.wgsl`.
+const GROUP: usize = 64;
+/// Work groups of a row of the dispatch: every device takes as many.
+const COLUMNS: u32 = 65535;
+/// What is not there, in a record and in the push constants.
+const NONE: u32 = u32::MAX;
+
+/// The buffers of all deformed objects.
+pub struct Deformed {
+    /// What SKIN writes and passes draw. Streams lie one after the other.
+    pub vertices: Buffer,
+    /// What SKIN reads.
+    pub sources: Buffer,
+    /// What it is told.
+    pub push: SkinPush,
+    /// Where streams begin, in bytes.
+    starts: [Option<u64>; 4],
+}
+
+/// `Push` of `shaders/skin.wgsl`.
+#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct SkinPush {
+    columns: u32,
+    groups: u32,
+    records_at: u32,
+    normals_at: u32,
+    tangents_at: u32,
+    uvs_at: u32,
+    weights_row: u32,
+}
+
+const _: () = {
+    use crate::shaders::skin::push as wgsl;
+    use std::mem::offset_of;
+    assert!(size_of::<SkinPush>() == wgsl::SIZE);
+    assert!(offset_of!(SkinPush, columns) == wgsl::COLUMNS);
+    assert!(offset_of!(SkinPush, groups) == wgsl::GROUPS);
+    assert!(offset_of!(SkinPush, records_at) == wgsl::RECORDS_AT);
+    assert!(offset_of!(SkinPush, normals_at) == wgsl::NORMALS_AT);
+    assert!(offset_of!(SkinPush, tangents_at) == wgsl::TANGENTS_AT);
+    assert!(offset_of!(SkinPush, uvs_at) == wgsl::UVS_AT);
+    assert!(offset_of!(SkinPush, weights_row) == wgsl::WEIGHTS_ROW);
+};
+
+impl SkinPush {
+    /// Work groups across and down.
+    pub fn groups(&self) -> [u32; 2] {
+        [self.groups.min(COLUMNS), self.groups.div_ceil(COLUMNS)]
+    }
+}
+
+impl Deformed {
+    /// Uploads what SKIN reads, and the streams that no pose changes.
+    ///
+    /// # Errors
+    /// When there is no memory for it, or a shader cannot see all of it at once.
+    pub fn new(device: &Arc<Device>, uploader: &mut Uploader, scene: &Scene, plan: &DeformPlan) -> gpu::Result<Self> {
+        let starts = starts(plan);
+        let words = |stream: u32| starts[stream as usize].map_or(NONE, |bytes| (bytes / 4) as u32);
+        let sources = Sources::of(scene, plan);
+        let limit = u64::from(device.physical.limits.max_storage_buffer_range);
+        let source_bytes = size_of_val(&sources.words[..]) as u64;
+        for (what, asked) in [("deformed vertices", plan.vertex_bytes()), ("deformed meshes at rest", source_bytes)] {
+            if asked > limit {
+                return Err(gpu::Error::TooLarge { what: what.into(), asked, limit });
+            }
+        }
+        let buffer = |name: &str, bytes: u64, usage: vk::BufferUsageFlags| {
+            let usage = usage | vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
+            Buffer::new(device, name, bytes, usage, Location::Device, MemoryKind::Geometry)
+        };
+        let own = Self {
+            vertices: buffer("deformed vertices", plan.vertex_bytes(), vk::BufferUsageFlags::VERTEX_BUFFER)?,
+            sources: buffer("deformed meshes at rest", source_bytes, vk::BufferUsageFlags::empty())?,
+            push: SkinPush {
+                columns: COLUMNS,
+                groups: sources.groups,
+                records_at: sources.groups * 2,
+                normals_at: words(NORMAL),
+                tangents_at: words(TANGENT),
+                uvs_at: words(UV),
+                weights_row: plan.joints as u32 * 3,
+            },
+            starts,
+        };
+        uploader.buffer(&own.sources, 0, bytemuck::cast_slice(&sources.words))?;
+        if let Some(start) = own.starts[UV as usize] {
+            for deform in &plan.objects {
+                let uvs = &scene.meshes[deform.mesh].uvs;
+                let offset = start + u64::from(deform.first_vertex) * 8;
+                match uvs.is_empty() {
+                    true => uploader.buffer(&own.vertices, offset, &vec![0; vertices(scene, deform) * 8])?,
+                    false => uploader.buffer(&own.vertices, offset, bytemuck::cast_slice(uvs))?,
+                }
+            }
+        }
+        Ok(own)
+    }
+
+    /// Where a stream begins, in bytes; `None` where no pipeline reads it.
+    pub fn start(&self, stream: u32) -> Option<u64> {
+        self.starts[stream as usize]
+    }
+}
+
+fn vertices(scene: &Scene, deform: &PlannedDeform) -> usize {
+    scene.meshes[deform.mesh].positions.len()
+}
+
+/// By stream.
+fn starts(plan: &DeformPlan) -> [Option<u64>; 4] {
+    let mut end = 0;
+    let present = [
+        (POSITION, true, 12),
+        (NORMAL, plan.streams.normals, 12),
+        (UV, plan.streams.uvs, 8),
+        (TANGENT, plan.streams.tangents, 16),
+    ];
+    present.map(|(_, is_there, stride)| {
+        let start = end;
+        end += if is_there { plan.vertices * stride } else { 0 };
+        is_there.then_some(start)
+    })
+}
+
+/// Everything that SKIN reads of meshes, in words.
+struct Sources {
+    words: Vec<u32>,
+    groups: u32,
+}
+
+/// Where a mesh lies among the words.
+#[derive(Clone, Copy)]
+struct Rest {
+    positions: u32,
+    normals: u32,
+    tangents: u32,
+    uvs: u32,
+    influences: u32,
+    per_vertex: u32,
+    shapes: u32,
+    shape_words: u32,
+    changes: u32,
+}
+
+impl Sources {
+    fn of(scene: &Scene, plan: &DeformPlan) -> Self {
+        let mut words = Vec::new();
+        for (record, deform) in plan.objects.iter().enumerate() {
+            let firsts = (0..vertices(scene, deform)).step_by(GROUP);
+            words.extend(firsts.flat_map(|first| [record as u32, first as u32]));
+        }
+        let groups = words.len() as u32 / 2;
+        let records = words.len();
+        words.resize(records + plan.objects.len() * RECORD, 0);
+        let mut meshes: BTreeMap<usize, Rest> = BTreeMap::new();
+        for (index, deform) in plan.objects.iter().enumerate() {
+            let mesh = &scene.meshes[deform.mesh];
+            let rest = *meshes.entry(deform.mesh).or_insert_with(|| Rest::of(&mut words, mesh));
+            let skinned = deform.first_joint.is_some();
+            let record: [u32; RECORD] = [
+                mesh.positions.len() as u32,
+                deform.first_vertex,
+                rest.positions,
+                rest.normals,
+                rest.tangents,
+                rest.uvs,
+                if skinned { rest.influences } else { NONE },
+                rest.per_vertex,
+                deform.first_joint.unwrap_or(0),
+                rest.shapes,
+                if deform.first_weight.is_some() { mesh.morphs.len() as u32 } else { 0 },
+                rest.shape_words,
+                deform.first_weight.unwrap_or(0),
+                rest.changes,
+            ];
+            words[records + index * RECORD..][..RECORD].copy_from_slice(&record);
+        }
+        Self { words, groups }
+    }
+}
+
+/// Words of a record of `shaders/skin.wgsl`.
+const RECORD: usize = 14;
+
+impl Rest {
+    /// Appends a mesh.
+    fn of(words: &mut Vec<u32>, mesh: &Mesh) -> Self {
+        let mut append = |floats: &[f32]| {
+            let at = words.len() as u32;
+            words.extend(floats.iter().map(|value| value.to_bits()));
+            if floats.is_empty() { NONE } else { at }
+        };
+        let positions = append(mesh.positions.as_flattened());
+        let normals = append(bounded(&mesh.normals).as_flattened());
+        let tangents = append(mesh.tangents.as_flattened());
+        let uvs = append(mesh.uvs.as_flattened());
+        let mut influences = NONE;
+        if let Some(own) = &mesh.influences {
+            influences = words.len() as u32;
+            words.extend(own.joints.iter().map(|&joint| u32::from(joint)));
+            words.extend(own.weights.iter().map(|weight| weight.to_bits()));
+        }
+        let shapes = words.len() as u32;
+        let (shape_words, changes) = append_shapes(words, mesh);
+        let per_vertex = mesh.influences.as_ref().map_or(0, |own| own.per_vertex as u32);
+        Self { positions, normals, tangents, uvs, influences, per_vertex, shapes, shape_words, changes }
+    }
+}
+
+/// Appends the shapes of a mesh: of each, what any of them changes. The words of one, and the bits of what they change.
+fn append_shapes(words: &mut Vec<u32>, mesh: &Mesh) -> (u32, u32) {
+    let any = |is_empty: fn(&crate::scene::Morph) -> bool| !mesh.morphs.iter().all(is_empty);
+    let changes = [
+        any(|shape| shape.positions.is_empty()),
+        any(|shape| shape.normals.is_empty()),
+        any(|shape| shape.tangents.is_empty()),
+        any(|shape| shape.uvs.is_empty()),
+    ];
+    let count = mesh.positions.len();
+    let before = words.len();
+    for shape in &mesh.morphs {
+        let own = [
+            (changes[0], shape.positions.as_flattened(), 3),
+            (changes[1], shape.normals.as_flattened(), 3),
+            (changes[2], shape.tangents.as_flattened(), 3),
+            (changes[3], shape.uvs.as_flattened(), 2),
+        ];
+        for (_, values, width) in own.into_iter().filter(|(changes, ..)| *changes) {
+            words.extend(values.iter().map(|value| value.to_bits()));
+            // What this shape leaves as it is.
+            words.resize(words.len() + count * width - values.len(), 0);
+        }
+    }
+    let bits = changes.iter().enumerate().map(|(bit, &is_set)| u32::from(is_set) << bit).sum();
+    ((words.len() - before).checked_div(mesh.morphs.len()).unwrap_or(0) as u32, bits)
+}
+
+/// What the CPU writes of a pose for one frame in flight.
+pub struct PoseBuffer {
+    buffer: Buffer,
+    joints: usize,
+}
+
+impl PoseBuffer {
+    /// With room for all joints and weights of a plan; `None` where nothing is deformed.
+    ///
+    /// # Errors
+    /// When there is no memory for it.
+    pub fn new(device: &Arc<Device>, index: usize, plan: &DeformPlan) -> gpu::Result<Option<Self>> {
+        if plan.objects.is_empty() {
+            return Ok(None);
+        }
+        let (name, size) = (format!("pose of frame {index}"), plan.pose_bytes().max(16));
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        let buffer = Buffer::new(device, &name, size, usage, Location::Upload, MemoryKind::Uniform)?;
+        Ok(Some(Self { buffer, joints: plan.joints as usize }))
+    }
+
+    /// The buffer that SKIN reads.
+    pub fn buffer(&self) -> &Buffer {
+        &self.buffer
+    }
+
+    /// Writes joints, as rows, and weights. The frame that used the buffer before must be done.
+    ///
+    /// # Errors
+    /// When mapped memory cannot be flushed.
+    pub fn write(&self, joints: &[[[f32; 4]; 3]], weights: &[f32]) -> gpu::Result<()> {
+        if !joints.is_empty() {
+            self.buffer.write(0, joints)?;
+        }
+        if weights.is_empty() { Ok(()) } else { self.buffer.write(self.joints as u64 * 48, weights) }
+    }
+}

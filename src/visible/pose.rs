@@ -1,0 +1,160 @@
+//! What a moment of the scene's motion does to the world: where objects that nodes carry stand, and what SKIN is told of deformed ones.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat4, DVec3};
+
+use super::World;
+use crate::plan::FramePlan;
+use crate::scene::{Aabb, DeformBounds, Motion, Pose, Scene};
+
+/// What SKIN is told: the joints and weights of all deformed objects, in the order of the plan.
+#[derive(Debug, Clone, Default)]
+pub struct WorldPose {
+    /// Another number for each pose; 0 is none.
+    pub revision: u64,
+    /// Rows of each joint's map, from the mesh's f32 vertices to the object's own space.
+    pub joints: Vec<[[f32; 4]; 3]>,
+    /// Of the shapes.
+    pub weights: Vec<f32>,
+    deforms: Vec<Deform>,
+    motion: Arc<Motion>,
+}
+
+/// A deformed object.
+#[derive(Debug, Clone)]
+struct Deform {
+    /// Its index in `World::objects`, if it is drawn.
+    object: Option<usize>,
+    node: Option<usize>,
+    skin: Option<usize>,
+    /// Of the mesh: where its vertices' zero lies.
+    origin: DVec3,
+    bounds: Arc<DeformBounds>,
+    /// Its first joint and weight among those of all, and how many weights there are.
+    first_joint: usize,
+    first_weight: usize,
+    shapes: usize,
+}
+
+impl WorldPose {
+    pub(super) fn of(scene: &Scene, plan: &FramePlan, object_of: &[Option<usize>]) -> Self {
+        let planned = &plan.meshes.deforms;
+        let mut bounds: Vec<Option<Arc<DeformBounds>>> = vec![None; scene.meshes.len()];
+        let deforms = planned.objects.iter().map(|own| {
+            let (object, mesh) = (&scene.objects[own.object], &scene.meshes[own.mesh]);
+            let bounds =
+                bounds[own.mesh].get_or_insert_with(|| Arc::new(DeformBounds::of(mesh, own.first_joint.is_some())));
+            Deform {
+                object: object_of[own.object],
+                node: object.node,
+                skin: own.first_joint.and(object.skin),
+                origin: mesh.origin,
+                bounds: Arc::clone(bounds),
+                first_joint: own.first_joint.unwrap_or(0) as usize,
+                first_weight: own.first_weight.unwrap_or(0) as usize,
+                shapes: own.first_weight.map_or(0, |_| mesh.morphs.len()),
+            }
+        });
+        let deforms = deforms.collect();
+        Self {
+            revision: 0,
+            joints: vec![[[0.0; 4]; 3]; planned.joints as usize],
+            weights: vec![0.0; planned.weights as usize],
+            deforms,
+            motion: Arc::new(scene.motion.clone()),
+        }
+    }
+}
+
+/// Where a deformed object is in a pose.
+struct Stand {
+    /// From what SKIN writes to the world.
+    transform: DAffine3,
+    bounds: Aabb,
+    /// What SKIN writes changes.
+    is_new: bool,
+}
+
+impl World {
+    /// Moves everything that nodes carry to where a pose has it.
+    pub fn pose(&mut self, pose: &Pose) {
+        for index in 0..self.objects.len() {
+            let object = &self.objects[index];
+            let Some(node) = object.node.filter(|_| object.deform.is_none()) else { continue };
+            let (origin, bounds) = object.mesh_place;
+            let transform = pose.world(node);
+            let place = bounds.transformed(&transform);
+            self.stand(index, transform * DAffine3::from_translation(origin), place, false);
+        }
+        let mut deforms = std::mem::take(&mut self.pose.deforms);
+        let mut joints = Vec::new();
+        let mut is_new = self.pose.revision == 0;
+        for deform in &mut deforms {
+            let stand = deform.stand(&mut self.pose, pose, &mut joints);
+            is_new |= stand.is_new;
+            if let Some(object) = deform.object {
+                self.stand(object, stand.transform, stand.bounds, stand.is_new);
+            }
+        }
+        self.pose.deforms = deforms;
+        self.pose.revision += u64::from(is_new);
+    }
+
+    /// Puts an object somewhere else, or leaves it if nothing of it is new.
+    fn stand(&mut self, index: usize, transform: DAffine3, bounds: Aabb, deforms: bool) {
+        let object = &mut self.objects[index];
+        if !deforms && object.transform == transform {
+            return;
+        }
+        object.transform = transform;
+        object.key.mirrored = transform.matrix3.determinant() < 0.0;
+        let before = std::mem::replace(&mut object.bounds, bounds);
+        object.revision += 1;
+        self.generation += 1;
+        let casts = object.casts != crate::scene::CastsShadow::No;
+        let changes = self.changes.get_or_insert_default();
+        if casts {
+            changes.boxes.extend([before, bounds]);
+        }
+    }
+}
+
+impl Deform {
+    fn stand(&self, own: &mut WorldPose, pose: &Pose, joints: &mut Vec<DAffine3>) -> Stand {
+        let mut is_new = false;
+        let weights = self.node.map_or(&[][..], |node| pose.weights(node));
+        let told = &mut own.weights[self.first_weight..][..self.shapes];
+        for (told, weight) in
+            told.iter_mut().zip(weights.iter().map(|&weight| weight as f32).chain(std::iter::repeat(0.0)))
+        {
+            is_new |= *told != weight;
+            *told = weight;
+        }
+        let Some(skin) = self.skin else {
+            let transform = self.node.map_or(DAffine3::IDENTITY, |node| pose.world(node));
+            let bounds = self.bounds.bounds(&[], weights).transformed(&transform);
+            return Stand { transform: transform * DAffine3::from_translation(self.origin), bounds, is_new };
+        };
+        joints.clear();
+        pose.joint_matrices(&own.motion, skin, &DAffine3::IDENTITY, joints);
+        let bounds = self.bounds.bounds(joints, weights);
+        // Vertices lie about a place near them, so that f32 is enough wherever the skeleton is; and are mirrored where the joints are, so that
+        // fronts stay fronts.
+        let mirrored = joints.first().is_some_and(|joint| joint.matrix3.determinant() < 0.0);
+        let mirror = DVec3::new(if mirrored { -1.0 } else { 1.0 }, 1.0, 1.0);
+        let transform = DAffine3::from_translation(bounds.center().round()) * DAffine3::from_scale(mirror);
+        let from_world = DAffine3::from_scale(mirror) * DAffine3::from_translation(-bounds.center().round());
+        for (told, joint) in own.joints[self.first_joint..].iter_mut().zip(joints.iter()) {
+            let rows = rows(&(from_world * *joint * DAffine3::from_translation(self.origin)));
+            is_new |= *told != rows;
+            *told = rows;
+        }
+        Stand { transform, bounds, is_new }
+    }
+}
+
+fn rows(map: &DAffine3) -> [[f32; 4]; 3] {
+    let rows = DMat4::from(*map).transpose().as_mat4();
+    [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| row.to_array())
+}
