@@ -201,7 +201,11 @@ fn back_to_front(world: &World, camera: &Camera, objects: impl Iterator<Item = u
     let mut indices = Vec::new();
     let draws = objects.map(|index| {
         let object = &world.objects[index];
-        let Some(triangles) = world.sortable.get(&object.mesh) else {
+        let triangles = match object.deform {
+            Some(_) => world.deformed_triangles.get(&index),
+            None => world.sortable.get(&object.mesh),
+        };
+        let Some(triangles) = triangles else {
             return SortedDraw { object: index, first_index: None };
         };
         // In f64: what is near must not take its order from how far the origin is.

@@ -87,7 +87,8 @@ impl Occluders {
 }
 
 fn is_opaque(object: &WorldObject) -> bool {
-    !object.transparent && !object.key.masked
+    // What deforms is not where its mesh is.
+    !object.transparent && !object.key.masked && object.deform.is_none()
 }
 
 /// How far from the camera something is certain to hide whatever is behind, for each cell of the picture.

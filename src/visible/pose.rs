@@ -5,8 +5,9 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat4, DVec3};
 
 use super::World;
+use super::world::SortableTriangle;
 use crate::plan::FramePlan;
-use crate::scene::{Aabb, DeformBounds, Motion, Pose, Scene};
+use crate::scene::{Aabb, CastsShadow, DeformBounds, Mesh, Motion, Pose, Scene, deform};
 
 /// What SKIN is told: the joints and weights of all deformed objects, in the order of the plan.
 #[derive(Debug, Clone, Default)]
@@ -35,10 +36,18 @@ struct Deform {
     first_joint: usize,
     first_weight: usize,
     shapes: usize,
+    /// Its mesh, where triangles are sorted for each frame.
+    sorted: Option<Arc<Mesh>>,
 }
 
 impl WorldPose {
-    pub(super) fn of(scene: &Scene, plan: &FramePlan, object_of: &[Option<usize>]) -> Self {
+    /// `sorts` says of which objects of the scene triangles are sorted.
+    pub(super) fn of(
+        scene: &Scene,
+        plan: &FramePlan,
+        object_of: &[Option<usize>],
+        sorts: impl Fn(usize) -> bool,
+    ) -> Self {
         let planned = &plan.meshes.deforms;
         let mut bounds: Vec<Option<Arc<DeformBounds>>> = vec![None; scene.meshes.len()];
         let deforms = planned.objects.iter().map(|own| {
@@ -54,6 +63,7 @@ impl WorldPose {
                 first_joint: own.first_joint.unwrap_or(0) as usize,
                 first_weight: own.first_weight.unwrap_or(0) as usize,
                 shapes: own.first_weight.map_or(0, |_| mesh.morphs.len()),
+                sorted: sorts(own.object).then(|| Arc::new(mesh.clone())),
             }
         });
         let deforms = deforms.collect();
@@ -74,6 +84,8 @@ struct Stand {
     bounds: Aabb,
     /// What SKIN writes changes.
     is_new: bool,
+    /// Where triangles are, before `transform`.
+    triangles: Option<Vec<SortableTriangle>>,
 }
 
 impl World {
@@ -95,6 +107,9 @@ impl World {
             is_new |= stand.is_new;
             if let Some(object) = deform.object {
                 self.stand(object, stand.transform, stand.bounds, stand.is_new);
+                if let Some(triangles) = stand.triangles {
+                    self.deformed_triangles.insert(object, triangles);
+                }
             }
         }
         self.pose.deforms = deforms;
@@ -112,7 +127,7 @@ impl World {
         let before = std::mem::replace(&mut object.bounds, bounds);
         object.revision += 1;
         self.generation += 1;
-        let casts = object.casts != crate::scene::CastsShadow::No;
+        let casts = object.casts != CastsShadow::No;
         let changes = self.changes.get_or_insert_default();
         if casts {
             changes.boxes.extend([before, bounds]);
@@ -134,7 +149,9 @@ impl Deform {
         let Some(skin) = self.skin else {
             let transform = self.node.map_or(DAffine3::IDENTITY, |node| pose.world(node));
             let bounds = self.bounds.bounds(&[], weights).transformed(&transform);
-            return Stand { transform: transform * DAffine3::from_translation(self.origin), bounds, is_new };
+            let triangles = self.triangles(weights, None, &DAffine3::from_translation(-self.origin));
+            let transform = transform * DAffine3::from_translation(self.origin);
+            return Stand { transform, bounds, is_new, triangles };
         };
         joints.clear();
         pose.joint_matrices(&own.motion, skin, &DAffine3::IDENTITY, joints);
@@ -150,7 +167,19 @@ impl Deform {
             is_new |= *told != rows;
             *told = rows;
         }
-        Stand { transform, bounds, is_new }
+        let triangles = self.triangles(weights, Some(joints), &from_world);
+        Stand { transform, bounds, is_new, triangles }
+    }
+
+    /// The triangles of a mesh that is sorted, deformed on the CPU as well: SKIN's vertices come back to nobody.
+    fn triangles(
+        &self,
+        weights: &[f64],
+        joints: Option<&[DAffine3]>,
+        from: &DAffine3,
+    ) -> Option<Vec<SortableTriangle>> {
+        let mesh = deform(self.sorted.as_deref()?, weights, joints);
+        Some(SortableTriangle::all(&mesh, &(*from * DAffine3::from_translation(mesh.origin))))
     }
 }
 

@@ -44,6 +44,8 @@ pub struct World {
     pub exposure: f32,
     /// By mesh: triangles that are sorted for each frame, as they are transparent.
     pub sortable: BTreeMap<usize, Vec<SortableTriangle>>,
+    /// By object: the same of deformed ones.
+    pub deformed_triangles: BTreeMap<usize, Vec<SortableTriangle>>,
     /// By the scene's own numbers: which of [`World::objects`] and [`World::lights`] it is, if it is among them.
     object_of: Vec<Option<usize>>,
     light_of: Vec<Option<usize>>,
@@ -109,16 +111,20 @@ impl World {
         let cut = Cut::of(scene, settings, exposure);
         let sorts = plan.transparency == Some(Transparency::Sorted);
         let sorted: BTreeSet<usize> =
-            objects.iter().filter(|object| sorts && object.transparent).map(|object| object.mesh).collect();
+            objects.iter().filter(|own| sorts && own.transparent && own.deform.is_none()).map(|own| own.mesh).collect();
         let bounds = union(&objects);
         let object_of = places(objects.iter().map(|object| object.number), scene.objects.len());
         let mut world = Self {
-            pose: WorldPose::of(scene, plan, &object_of),
+            pose: WorldPose::of(scene, plan, &object_of, |index| sorts && rules.sorts(scene, &scene.objects[index])),
+            deformed_triangles: BTreeMap::new(),
             object_of,
             light_of: places(order.iter().copied(), scene.lights.len()),
             occluders: plan.finds_hidden(scene).is_ok().then(|| Occluders::of(scene, &objects)),
             objects,
-            sortable: sorted.into_iter().map(|mesh| (mesh, SortableTriangle::all(&scene.meshes[mesh]))).collect(),
+            sortable: sorted
+                .into_iter()
+                .map(|mesh| (mesh, SortableTriangle::all(&scene.meshes[mesh], &DAffine3::IDENTITY)))
+                .collect(),
             materials: plan.materials.all.clone(),
             shadow_codes: (0..order.len())
                 .map(|light| plan.shadow.as_ref().map_or(0, |shadow| shadow.code(light)))
@@ -315,9 +321,12 @@ fn structure(light: &Light, shadows: &ShadowSettings) -> impl PartialEq {
 }
 
 impl SortableTriangle {
-    fn all(mesh: &Mesh) -> Vec<Self> {
+    /// With their centroids where `transform` has them.
+    pub(super) fn all(mesh: &Mesh, transform: &DAffine3) -> Vec<Self> {
         let corner = |index: u32| Vec3::from(mesh.positions[index as usize]);
-        let triangle = |indices: [u32; 3]| Self { indices, centroid: indices.map(corner).iter().sum::<Vec3>() / 3.0 };
+        let place = |centroid: Vec3| transform.transform_point3(centroid.as_dvec3()).as_vec3();
+        let triangle =
+            |indices: [u32; 3]| Self { indices, centroid: place(indices.map(corner).iter().sum::<Vec3>() / 3.0) };
         mesh.indices.chunks_exact(3).map(|indices| triangle([indices[0], indices[1], indices[2]])).collect()
     }
 }
