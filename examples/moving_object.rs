@@ -14,7 +14,7 @@ const FRAMES: u32 = 6;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| ".".into()));
-    let scene = open("builtin:spheres?columns=2&rows=1", &OpenOptions::default())?;
+    let mut scene = open("builtin:spheres?columns=2&rows=1", &OpenOptions::default())?;
     let settings = Settings { size: [320, 180], ..scene.settings.decide() };
 
     let instance = Instance::new(&InstanceOptions::default())?;
@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         // A quarter of a circle, up and to the back.
         let angle = f64::from(frame) / f64::from(FRAMES - 1) * std::f64::consts::FRAC_PI_2;
         let way = DVec3::new(0.0, angle.sin(), angle.cos() - 1.0);
-        renderer.move_object(0, &(DAffine3::from_translation(way) * first))?;
+        renderer.move_object(&mut scene, 0, &(DAffine3::from_translation(way) * first))?;
         renderer.render(&scene.camera)?;
 
         let picture = renderer.read_back()?;

@@ -44,7 +44,7 @@ pub(crate) use lights::{Grid, Reach, SLICES, TILE};
 #[cfg(test)]
 pub(crate) use occlusion::MANY_OBJECTS;
 pub(crate) use shadows::MAX_SHADOW_VIEWS;
-pub(crate) use surfaces::{SurfaceRules, stretch};
+pub(crate) use surfaces::SurfaceRules;
 
 use std::collections::BTreeSet;
 
@@ -235,8 +235,6 @@ pub struct FramePlan {
     pub textures: TexturePlan,
     /// How textures are filtered where they are seen at a low angle; 1 where there is none of more than one texel.
     pub anisotropy: u32,
-    /// How little of a surface a pixel may cover, in metres, where textures lack levels that would show below it.
-    pub footprint: Option<f64>,
     /// What the first frame waits to be copied to the device.
     pub uploads: Uploads,
     /// The device can keep transient attachments in tile memory alone.
@@ -331,8 +329,7 @@ impl FramePlan {
         let rules = SurfaceRules::of(settings, shading, &lighting, &surfaces);
         let pipelines = rules.pipelines(scene);
         let meshes = MeshPlan::of(scene, &rules);
-        let FilteredTextures { textures, anisotropy, footprint, warning } =
-            FilteredTextures::of(scene, settings, device, &rules);
+        let FilteredTextures { textures, anisotropy, warning } = FilteredTextures::of(scene, settings, device, &rules);
         let depth_prepass = lighting.has_prepass(settings, shading);
         let volumes = lighting.path == LightPath::Volumes && adds_lights(lighting.path, &lighting.lights);
         Ok(Self {
@@ -375,7 +372,6 @@ impl FramePlan {
             textures,
             materials: surfaces.materials,
             anisotropy,
-            footprint,
             lazily_allocated: device.lazily_allocated,
             software: device.software,
             keep: settings.keep,

@@ -85,11 +85,10 @@ impl Workload {
         Ok(Self { scene, load_ms, command_line, settings_file, settings_path, camera, quiet, told })
     }
 
-    /// Opens a camera path for the scene. From here on the scene's camera is that at its start, with the narrowest lens of all, so that plans are
-    /// made for every moment of it.
+    /// Opens a camera path for the scene. From here on the scene's camera is that at its start.
     pub fn follow(&mut self, file: &Path) -> Result<CameraPath, Failure> {
         let path = load_path(file, &self.scene.camera)?;
-        self.scene.camera = Camera { projection: path.narrowest().projection, ..path.at(0.0) };
+        self.scene.camera = path.at(0.0);
         Ok(path)
     }
 

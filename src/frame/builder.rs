@@ -18,6 +18,7 @@ use crate::visible::{ShadowCache, World};
 pub(super) struct RendererBuilder {
     device: Arc<Device>,
     plan: FramePlan,
+    settings: Settings,
     edges: Edges,
     world: World,
     scene: Arc<GpuScene>,
@@ -44,7 +45,7 @@ impl RendererBuilder {
             Some(uploaded) => uploaded,
             None => Arc::new(GpuScene::new(device, scene, &plan, edges.upload_order())?),
         };
-        Ok(Self { device: Arc::clone(device), plan, edges, world, scene })
+        Ok(Self { device: Arc::clone(device), plan, settings: settings.clone(), edges, world, scene })
     }
 
     /// As [`Renderer::uploaded_for`].
@@ -53,12 +54,17 @@ impl RendererBuilder {
         self.plan.uploads_as(plan).then(|| Arc::clone(&self.scene))
     }
 
+    /// What alone is another where frames of the same structure go on.
+    pub(super) fn into_world(self) -> (World, FramePlan) {
+        (self.world, self.plan)
+    }
+
     /// Makes every pass, in any thread. `swapchain` has the views of the images that frames are presented in.
     ///
     /// # Errors
     /// When the device lacks the memory, or cannot compile a pipeline.
     pub(super) fn finish(self, swapchain: &[vk::ImageView]) -> Result<Renderer, Error> {
-        let Self { device, plan, edges, world, scene } = self;
+        let Self { device, plan, settings, edges, world, scene } = self;
         let frame_layout = view_set_layout(&device, &plan)?;
         let atlas = match (&plan.shadow, edges.clear_order()) {
             (Some(shadow), Some(order)) => Some(ShadowAtlas::new(&device, shadow, IN_FLIGHT, order)?),
@@ -96,6 +102,7 @@ impl RendererBuilder {
         Ok(Renderer {
             device,
             plan,
+            settings,
             edges,
             world,
             scene,

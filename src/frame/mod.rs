@@ -177,6 +177,15 @@ enum Frame {
     Tiled(Box<TiledFrame>),
 }
 
+/// What of a scene is another than before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Changed {
+    /// Which objects, lights and materials there are, and everything about them.
+    Arrangement,
+    /// Meshes or textures as well: what they hold is uploaded anew.
+    Content,
+}
+
 /// What frames are made of.
 #[derive(Clone, Copy)]
 pub(crate) struct FrameParts<'a> {
@@ -248,6 +257,7 @@ impl Frame {
 pub struct Renderer {
     device: Arc<Device>,
     plan: FramePlan,
+    settings: Settings,
     edges: Edges,
     world: World,
     scene: Arc<GpuScene>,
@@ -308,33 +318,69 @@ impl Renderer {
         &self.plan
     }
 
-    /// Moves an object, by its index in the scene, to where `transform` places it from the next frame on.
+    /// Moves an object of the scene, by its index, to where `transform` places it from the next frame on.
     ///
     /// # Errors
-    /// When there is no such object, or it would need another pipeline.
-    pub fn move_object(&mut self, index: usize, transform: &DAffine3) -> Result<(), Error> {
-        Ok(self.world.move_object(index, transform)?)
+    /// When there is no such object, a number is not finite, or, where the moved one needs another plan, as [`Renderer::update`].
+    pub fn move_object(&mut self, scene: &mut Scene, index: usize, transform: &DAffine3) -> Result<(), Error> {
+        let moved = self.world.move_object(index, transform)?;
+        if let Some(object) = scene.objects.get_mut(index) {
+            object.transform = *transform;
+        }
+        if moved { Ok(()) } else { self.update(scene, Changed::Arrangement) }
+    }
+
+    /// Changes a light of the scene, by its index, from the next frame on.
+    ///
+    /// # Errors
+    /// When there is no such light, a number is not finite, or, where the changed one needs another plan, as [`Renderer::update`].
+    pub fn set_light(&mut self, scene: &mut Scene, index: usize, light: &Light) -> Result<(), Error> {
+        let changed = self.world.set_light(index, light)?;
+        if let Some(own) = scene.lights.get_mut(index) {
+            own.clone_from(light);
+        }
+        if changed { Ok(()) } else { self.update(scene, Changed::Arrangement) }
     }
 
     /// Moves everything that nodes of the scene's motion carry to where a pose has it, from the next frame on: objects, the joints and shapes
-    /// of deformed ones, and lights.
+    /// of deformed ones, and lights. The scene stays as it is.
     ///
     /// # Errors
-    /// When a light of the pose would need other pipelines or maps.
+    /// When a light of the pose needs other pipelines or maps than the light has at rest.
     pub fn pose(&mut self, scene: &Scene, pose: &Pose) -> Result<(), Error> {
         self.world.pose(pose);
         for (index, light) in pose.moved_lights(scene) {
-            self.world.set_light(index, &light)?;
+            if !self.world.set_light(index, &light)? {
+                let what = "its kind, whether it shines, casts a shadow or has a range, and how wide a spot opens";
+                let name = &scene.lights[index].name;
+                return Err(plan::Error::Change(format!("light {index} (`{name}`): {what} must stay in a clip")).into());
+            }
         }
         Ok(())
     }
 
-    /// Changes a light, by its index in the scene, from the next frame on.
+    /// Draws the scene as it is now from the next frame on, whatever has changed: objects, lights, materials, textures, meshes. What is on the
+    /// device and in the plan stays where it still serves; where another plan is needed, frames are made anew. What a pose moved stands as at
+    /// rest until the next one.
     ///
     /// # Errors
-    /// When there is no such light, or the changed one would need other pipelines or maps.
-    pub fn set_light(&mut self, index: usize, light: &Light) -> Result<(), Error> {
-        Ok(self.world.set_light(index, light)?)
+    /// As [`Renderer::new`]; then frames stay as they were.
+    pub fn update(&mut self, scene: &Scene, changed: Changed) -> Result<(), Error> {
+        let plan = plan_for(&self.device, scene, &self.settings)?;
+        let keeps = changed == Changed::Arrangement;
+        let uploaded = (keeps && plan.uploads_as(&self.plan)).then(|| Arc::clone(&self.scene));
+        let serves = uploaded.is_some() && plan.has_structure_of(&self.plan);
+        let edges = edges::table(&plan);
+        let builder = RendererBuilder::new(&self.device, scene, &self.settings, (plan, edges), uploaded)?;
+        if serves {
+            (self.world, self.plan) = builder.into_world();
+            self.shadow_cache = ShadowCache::default();
+            self.posed = 0;
+            self.frame.expose(&self.plan, &self.world);
+        } else {
+            *self = builder.finish(&[])?;
+        }
+        Ok(())
     }
 
     /// Halts frames, from the next one on, after the first so many lights of [`FramePlan::light_numbers`], or as many as there are, and before

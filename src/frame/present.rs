@@ -169,13 +169,19 @@ impl Presenter {
         self.changes += 1;
     }
 
-    /// Changes a light from the next frame on: see [`Renderer::set_light`].
+    /// Changes a light, by its index in the scene, from the next frame on. Returns false where the changed one needs other pipelines or maps:
+    /// the frames stay as they are until [`Presenter::fit`] has others, made in the background where it is told so.
     ///
     /// # Errors
-    /// When the changed one needs other pipelines or maps: then [`Presenter::change`] is the way.
-    pub fn set_light(&mut self, index: usize, light: &Light) -> Result<(), Error> {
-        self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.set_light(index, light))?;
-        self.split.as_mut().map_or(Ok(()), |split| split.set_light(index, light))
+    /// When there is no such light, or a number is not finite.
+    pub fn set_light(&mut self, index: usize, light: &Light) -> Result<bool, Error> {
+        let own = self.renderer.as_mut().map_or(Ok(true), |renderer| renderer.world.set_light(index, light))?;
+        let beside = self.split.as_mut().map_or(Ok(true), |split| split.set_light(index, light))?;
+        // Frames that are being made may have what it needs.
+        if !(own && beside) && (self.changed.is_none() || self.rebuild.is_none()) {
+            self.change(false);
+        }
+        Ok(own && beside)
     }
 
     /// Changes the exposure from the next frame on: see [`Renderer::set_exposure`].
@@ -185,13 +191,6 @@ impl Presenter {
     pub fn set_exposure(&mut self, ev100: f32) -> Result<(), Error> {
         self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.set_exposure(ev100))?;
         self.split.as_mut().map_or(Ok(()), |split| split.set_exposure(ev100))
-    }
-
-    /// As [`Presenter::change`], because of a light that [`Presenter::set_light`] has refused. Frames that are being made may have what it needs.
-    pub fn change_for_light(&mut self) {
-        if self.changed.is_none() || self.rebuild.is_none() {
-            self.change(false);
-        }
     }
 
     /// Halts frames after so many lights, or, after [`Presenter::change`], only those that are to come: see [`Renderer::halt_after`].

@@ -7,6 +7,7 @@ use std::thread::{Builder, JoinHandle};
 use super::builder::RendererBuilder;
 use super::{Error, Renderer};
 use crate::gpu;
+use crate::plan;
 use crate::scene::{Light, Scene, Settings};
 
 /// Called, from any thread, when there is something new to show.
@@ -33,7 +34,9 @@ impl Begun {
     fn catch_up(&self, renderer: &mut Renderer, scene: &Scene, settings: &Settings) -> Result<(), Error> {
         for (index, (_, new)) in self.lights.iter().zip(&scene.lights).enumerate().filter(|(_, (old, new))| old != new)
         {
-            renderer.set_light(index, new)?;
+            if !renderer.world.set_light(index, new)? {
+                return Err(plan::Error::Change(format!("light {index} needs other frames")).into());
+            }
         }
         match settings.exposure.filter(|_| settings.exposure != self.exposure && renderer.plan.exposes) {
             Some(ev100) => renderer.set_exposure(ev100),

@@ -125,9 +125,9 @@ impl Split {
         device.end_label(cmd);
     }
 
-    /// As [`Renderer::set_light`].
-    pub(super) fn set_light(&mut self, index: usize, light: &Light) -> Result<(), Error> {
-        self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.set_light(index, light))
+    /// As [`Presenter::set_light`](super::Presenter::set_light).
+    pub(super) fn set_light(&mut self, index: usize, light: &Light) -> Result<bool, Error> {
+        self.renderer.as_mut().map_or(Ok(true), |renderer| Ok(renderer.world.set_light(index, light)?))
     }
 
     /// As [`Renderer::set_exposure`].

@@ -13,7 +13,7 @@ use super::buffer::Buffer;
 use super::command::CommandBuffer;
 use super::device::Device;
 use super::error::{Error, Result};
-use super::image::{Image, ImageDesc, can_blit, format_bytes};
+use super::image::{Image, can_blit, format_bytes};
 use super::memory::{Location, MemoryKind};
 use super::sync::{Dependency, Use};
 
@@ -64,8 +64,6 @@ pub struct Uploader {
     order: UploadOrder,
     /// Some buffer was written.
     wrote_buffers: bool,
-    /// Images that the current command buffer is the last to use.
-    spent: Vec<Image>,
 }
 
 struct Slot {
@@ -101,7 +99,6 @@ impl Uploader {
             current: 0,
             order,
             wrote_buffers: false,
-            spent: Vec::new(),
         })
     }
 
@@ -170,55 +167,6 @@ impl Uploader {
         Ok(())
     }
 
-    /// As [`Uploader::texture`], but the image begins with the level `first` of the chain whose level 0, of `extent`, is given: to
-    /// the bit what that chain has there. The levels before are made in an image that goes when they are done.
-    ///
-    /// # Errors
-    /// As [`Uploader::texture`]; [`Error::Misuse`] for an image of another size than that level.
-    pub fn coarse_texture(&mut self, image: &Image, extent: vk::Extent2D, level0: &[u8], first: u32) -> Result<()> {
-        let level = |edge: u32| (edge >> first).max(1);
-        let fits = (level(extent.width), level(extent.height)) == (image.extent.width, image.extent.height);
-        if first == 0 || !fits || image.layers != 1 {
-            return Err(Error::Misuse(format!("{image:?} is not level {first} of {extent:?}")));
-        }
-        let fine = Image::new(
-            &self.device,
-            &ImageDesc {
-                name: &format!("finer levels of {}", image.name),
-                format: image.format,
-                extent,
-                mip_levels: first,
-                usage: vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::TRANSFER_SRC,
-                location: Location::Device,
-                kind: MemoryKind::Staging,
-                ..ImageDesc::default()
-            },
-        )?;
-        if !can_blit(&self.device.physical, image.format) {
-            let name = &self.device.physical.name;
-            return Err(Error::Unsupported(format!("'{name}' cannot make mip levels of {:?}", image.format)));
-        }
-        check_texture(&fine, fine.usage, Some(level0))?;
-        check_texture(image, fine.usage, None)?;
-        let blits = image.mip_levels > 1;
-        let (written, blit) = (planned(self.order.written, image)?, planned(self.order.blit, image)?);
-        let blitted = blits.then(|| planned(self.order.blitted, image)).transpose()?;
-        self.make_writable(&fine)?;
-        self.copy_level_0(&fine, level0)?;
-        self.make_writable(image)?;
-        let cmd = self.recording()?;
-        self.blit_levels(cmd, &fine, blit);
-        self.blit_level(cmd, (&fine, first - 1), (image, 0), blit);
-        self.blit_levels(cmd, image, blit);
-        self.make_readable(cmd, image, (image.mip_levels - 1, 1), (written, WRITTEN));
-        if let Some(blitted) = blitted {
-            self.make_readable(cmd, image, (0, image.mip_levels - 1), (blitted, BLITTED));
-        }
-        // All that uses it is recorded.
-        self.spent.push(fine);
-        Ok(())
-    }
-
     /// Submits what is left. What is submitted later finds it all in its place; nothing is waited for.
     ///
     /// # Errors
@@ -266,30 +214,24 @@ impl Uploader {
     /// Makes each level from the one above it. Levels above the last end as blit sources.
     fn blit_levels(&self, cmd: vk::CommandBuffer, image: &Image, order: Dependency) {
         for level in 1..image.mip_levels {
-            self.blit_level(cmd, (image, level - 1), (image, level), order);
+            self.blit_level(cmd, image, level, order);
         }
     }
 
-    /// Makes a level, ready to be written, from the one above it, of the same image or another one.
-    fn blit_level(
-        &self,
-        cmd: vk::CommandBuffer,
-        (from, above): (&Image, u32),
-        (to, level): (&Image, u32),
-        order: Dependency,
-    ) {
+    /// Makes a level, ready to be written, from the one above it.
+    fn blit_level(&self, cmd: vk::CommandBuffer, image: &Image, level: u32, order: Dependency) {
         // The level above was just written, by the copy or by the last blit, and is now read.
-        self.change(cmd, ImageRange::from(from).levels(above, 1), order, (WRITTEN, BLITTED));
+        self.change(cmd, ImageRange::from(image).levels(level - 1, 1), order, (WRITTEN, BLITTED));
         let blit = vk::ImageBlit {
-            src_subresource: layers_of(from, above),
-            src_offsets: corners(from.level_extent(above)),
-            dst_subresource: layers_of(to, level),
-            dst_offsets: corners(to.level_extent(level)),
+            src_subresource: layers_of(image, level - 1),
+            src_offsets: corners(image.level_extent(level - 1)),
+            dst_subresource: layers_of(image, level),
+            dst_offsets: corners(image.level_extent(level)),
         };
         let (src, dst) = (BLITTED, WRITTEN);
         // SAFETY: the command buffer is recording, the images live until it is submitted and beyond, and their levels are in these
         // layouts.
-        unsafe { self.device.raw.cmd_blit_image(cmd, from.raw, src, to.raw, dst, &[blit], vk::Filter::LINEAR) };
+        unsafe { self.device.raw.cmd_blit_image(cmd, image.raw, src, image.raw, dst, &[blit], vk::Filter::LINEAR) };
     }
 
     /// Copies level 0 of every layer, as many rows at a time as the staging buffer has room for.
@@ -371,8 +313,6 @@ impl Uploader {
             slot.recording = false;
             slot.cmd.end()?;
             self.device.submit(&slot.cmd)?;
-            // They are destroyed when that submission is done.
-            self.spent.clear();
         }
         Ok(())
     }

@@ -183,12 +183,6 @@ fn upload(
             ..ImageDesc::default()
         },
     )?;
-    match (planned.source, planned.first_level) {
-        (TextureSource::Scene(index), first @ 1..) => {
-            let [width, height] = scene.textures[index].size;
-            uploader.coarse_texture(&image, vk::Extent2D { width, height }, texels, first)?;
-        }
-        _ => uploader.texture(&image, texels)?,
-    }
+    uploader.texture(&image, texels)?;
     Ok(image)
 }

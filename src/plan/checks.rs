@@ -2,8 +2,8 @@
 
 use ash::vk;
 
-use super::{Capabilities, Error, Gbuffer};
-use crate::scene::{LightPath, MSAA, Settings, View};
+use super::{Capabilities, Error, FramePlan, Gbuffer};
+use crate::scene::{Camera, LightPath, MSAA, Settings, View};
 
 pub(super) fn check_size([width, height]: [u32; 2], device: &Capabilities) -> Result<(), Error> {
     match width == 0 || height == 0 || width.max(height) > device.max_extent {
@@ -96,4 +96,24 @@ pub(super) fn check_msaa(
         ));
     }
     Ok(())
+}
+
+impl FramePlan {
+    /// Refuses a camera of another kind than the one that the plan was made for.
+    ///
+    /// # Errors
+    /// When its projection is of the other kind, or one of its numbers is out of range.
+    pub fn check_camera(&self, camera: &Camera) -> Result<(), Error> {
+        if let Some(fault) = camera.fault() {
+            return Err(Error::Change(format!("the camera: {fault}")));
+        }
+        if camera.is_orthographic() == self.orthographic {
+            return Ok(());
+        }
+        let [own, planned] = [camera.is_orthographic(), self.orthographic].map(|parallel| match parallel {
+            true => "orthographic",
+            false => "perspective",
+        });
+        Err(Error::Change(format!("this camera is {own}, and the frames are planned for a {planned} one")))
+    }
 }

@@ -132,13 +132,8 @@ impl FramePlan {
 
     /// Whether frames of the other plan need nothing else than those of this one, but for the size of their attachments.
     pub fn differs_in_size_only(&self, other: &Self) -> bool {
-        let resized = Self {
-            size: other.size,
-            footprint: other.footprint,
-            parts: other.parts.clone(),
-            warnings: other.warnings.clone(),
-            ..self.clone()
-        };
+        let resized =
+            Self { size: other.size, parts: other.parts.clone(), warnings: other.warnings.clone(), ..self.clone() };
         resized == *other
     }
 }

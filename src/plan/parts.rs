@@ -471,7 +471,7 @@ fn textures(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
 }
 
 /// What textures are for, where factors of materials do as well.
-fn masks(plan: &FramePlan) -> [Part; 4] {
+fn masks(plan: &FramePlan) -> [Part; 3] {
     let materials = &plan.materials;
     let constant = materials.constant.len();
     let keeps = |part, count: usize| plan.keep.has(part) && count > 0;
@@ -491,19 +491,8 @@ fn masks(plan: &FramePlan) -> [Part; 4] {
         0 => "every mask cuts something and leaves something".into(),
         _ => format!("{} masks cut nothing, {} leave nothing", materials.opened, materials.emptied),
     };
-    let coarse = plan.textures.images.iter().filter(|image| image.first_level > 0).count();
-    let why_coarse = match (coarse, plan.footprint) {
-        (1.., Some(footprint)) => {
-            format!(
-                "{coarse} textures begin with a coarser level: no pixel covers less than {footprint:.1e} m of a surface"
-            )
-        }
-        _ => "a pixel can sample every level of each texture".into(),
-    };
-    let keeps_levels = plan.keep.has(OptionalPart::TextureLevels) && !plan.textures.images.is_empty();
     // Their bytes count with the textures of their slots.
     [
-        part("levels that no pixel can sample", keeps_levels, why_coarse, 0).is(OptionalPart::TextureLevels),
         part("constant textures", keeps(OptionalPart::ConstantTextures, constant), why_constant, 0)
             .is(OptionalPart::ConstantTextures),
         part("alpha masks", masked, why_masked, 0).is(OptionalPart::AlphaMasks),

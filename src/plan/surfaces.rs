@@ -6,7 +6,6 @@ mod materials;
 mod meshes;
 mod pipelines;
 mod rules;
-mod texture_levels;
 mod textures;
 mod uploads;
 
@@ -17,8 +16,6 @@ pub use materials::EffectiveMaterials;
 pub use meshes::{IndexWidth, MeshPlan, PlannedMesh};
 pub use pipelines::{ForwardKey, GeometryKey, Opacity, Streams, TextureMask};
 pub(crate) use rules::SurfaceRules;
-pub use texture_levels::least_footprint;
-pub(crate) use texture_levels::stretch;
 pub use textures::{PlannedTexture, TexturePlan, TextureSource};
 pub use uploads::Uploads;
 
@@ -96,23 +93,16 @@ impl Surfaces {
 pub(super) struct FilteredTextures {
     pub textures: TexturePlan,
     pub anisotropy: u32,
-    /// How little of a surface a pixel may cover, in metres, where levels were left out.
-    pub footprint: Option<f64>,
     pub warning: Option<String>,
 }
 
 impl FilteredTextures {
     pub(super) fn of(scene: &Scene, settings: &Settings, device: &Capabilities, rules: &SurfaceRules) -> Self {
         let degree = anisotropy::degree(settings, device);
-        // Where a triangle covers a part of a pixel's samples, its UVs are those of some place in that part, and two such places may be as
-        // near to each other as they like.
-        let keeps = rules.keep.has(OptionalPart::TextureLevels) || settings.msaa > 1 || !rules.has_geometry();
-        let footprint = (!keeps).then(|| least_footprint(&scene.camera, settings.size, degree));
-        let textures = TexturePlan::of(scene, rules, footprint);
+        let textures = TexturePlan::of(scene, rules);
         let have_levels = textures.have_levels();
         Self {
             anisotropy: if have_levels { degree } else { 1 },
-            footprint: footprint.filter(|_| textures.drops_levels()),
             warning: anisotropy::warning(settings, device, degree).filter(|_| have_levels),
             textures,
         }

@@ -76,8 +76,6 @@ optional_parts! {
     UnusedTextures = "unused-textures",
     /// Textures of one colour, which the material's factor can hold.
     ConstantTextures = "constant-textures",
-    /// Levels of textures that no pixel can sample, however near the camera comes.
-    TextureLevels = "texture-levels",
     /// The discarding of fragments by alpha where nothing is masked.
     AlphaMasks = "alpha-masks",
     /// Masks that cut nothing, and what masks leave nothing of.

@@ -80,12 +80,6 @@ impl CameraPath {
         }
     }
 
-    /// The key's camera that shows the least: whatever a plan leaves out as too fine for it is too fine for the others.
-    pub fn narrowest(&self) -> Camera {
-        let narrower = |a: &&CameraKey, b: &&CameraKey| a.camera.half_height().total_cmp(&b.camera.half_height());
-        self.keys.iter().min_by(narrower).map_or_else(Camera::default, |key| key.camera)
-    }
-
     /// In metres a second; at an end that of the one stretch beside it.
     fn velocity(&self, index: usize) -> DVec3 {
         let (before, after) = (&self.keys[index.saturating_sub(1)], &self.keys[(index + 1).min(self.keys.len() - 1)]);
@@ -196,7 +190,6 @@ mod tests {
         let path = CameraPath::new(vec![lens(0.0, far), lens(1.0, near)]).unwrap();
         let Projection::Orthographic { height } = path.at(0.5).projection else { panic!("{:?}", path.at(0.5)) };
         assert!((height - 8.0).abs() < 1e-12);
-        assert_eq!(path.narrowest().projection, near);
     }
 
     proptest! {
@@ -213,7 +206,6 @@ mod tests {
                 CameraKey { time, camera }
             }).collect();
             let path = CameraPath::new(keys.clone()).unwrap();
-            let narrowest = path.narrowest().half_height();
             for key in &keys {
                 let seconds = key.time - keys[0].time;
                 let (at, before) = (path.at(seconds), path.at(seconds - 1e-9));
@@ -221,7 +213,6 @@ mod tests {
                 prop_assert!((at.position - before.position).length() < 1e-4);
                 prop_assert!((at.forward() - before.forward()).length() < 1e-4);
                 prop_assert!((at.half_height() / before.half_height() - 1.0).abs() < 1e-4);
-                prop_assert!(before.half_height() >= narrowest * (1.0 - 1e-12));
             }
         }
     }

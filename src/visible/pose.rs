@@ -117,7 +117,7 @@ impl World {
     }
 
     /// Puts an object somewhere else, or leaves it if nothing of it is new.
-    fn stand(&mut self, index: usize, transform: DAffine3, bounds: Aabb, deforms: bool) {
+    pub(super) fn stand(&mut self, index: usize, transform: DAffine3, bounds: Aabb, deforms: bool) {
         let object = &mut self.objects[index];
         if !deforms && object.transform == transform {
             return;

@@ -8,9 +8,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::occlusion::Occluders;
 use super::pose::WorldPose;
 use super::shadows::{Changes, ShadowView, lamp_views, widened};
-use crate::plan::{
-    Cut, Error, FramePlan, GeometryKey, IdleLights, LightOrder, MapProjection, SurfaceRules, stretch, weakens,
-};
+use crate::plan::{Cut, Error, FramePlan, GeometryKey, IdleLights, LightOrder, MapProjection, SurfaceRules, weakens};
 use crate::scene::check::fits;
 use crate::scene::{
     Aabb, CastsShadow, ClipChoice, Environment, Light, Material, Mesh, Playing, Scene, Settings, ShadowSettings,
@@ -93,8 +91,6 @@ pub struct WorldObject {
     /// What moves it can swap its left and right.
     pub may_mirror: bool,
     pub key: GeometryKey,
-    /// The most that its transform may stretch a length.
-    stretch_limit: f64,
     pub triangles: usize,
     pub transparent: bool,
 }
@@ -162,48 +158,37 @@ impl World {
         }
     }
 
-    /// Moves an object, by its index in the scene, to where `transform` places it.
+    /// Moves an object, by its index in the scene, to where `transform` places it. Returns false where that needs another plan: it would be
+    /// mirrored, or come into reach of a light that the plan has left out.
     ///
     /// # Errors
-    /// When there is no such object, it would need another pipeline, or a number is not finite.
-    pub fn move_object(&mut self, index: usize, transform: &DAffine3) -> Result<(), Error> {
+    /// When there is no such object, or a number is not finite.
+    pub fn move_object(&mut self, index: usize, transform: &DAffine3) -> Result<bool, Error> {
         if !fits(transform) {
             return Err(Error::Change(format!("object {index}: its transform is not finite")));
         }
         let Some(own) = self.object_of.get(index) else {
             return Err(Error::Change(format!("there is no object {index}: the scene has {}", self.object_of.len())));
         };
-        let Some(object) = own.map(|own| &mut self.objects[own]) else { return Ok(()) };
-        if (transform.matrix3.determinant() < 0.0) != object.key.mirrored {
-            return Err(Error::Change(format!("object {index} cannot be mirrored while it is drawn")));
-        }
-        if stretch(transform) > object.stretch_limit {
-            let why = "levels of its textures were left out that would show on a larger one";
-            let keep = "keep its size, or all levels with `--plan texture-levels`";
-            return Err(Error::Change(format!("object {index} cannot grow: {why}: {keep}")));
-        }
+        let &Some(own) = own else { return Ok(true) };
+        let object = &self.objects[own];
         let (origin, bounds) = object.mesh_place;
         let place = bounds.transformed(transform);
-        if let Some(light) = self.idle_lights.reaching(&place) {
-            let what = "which reached nothing when its scene was planned; `--plan idle-lights` keeps such lights";
-            return Err(Error::Change(format!("object {index} cannot come into reach of light {light}, {what}")));
+        let mirrors = (transform.matrix3.determinant() < 0.0) != object.key.mirrored && !object.may_mirror;
+        // What is deformed stands where its pose has it.
+        if mirrors || object.deform.is_some() || self.idle_lights.reaching(&place).is_some() {
+            return Ok(false);
         }
-        let before = std::mem::replace(&mut object.bounds, place);
-        object.transform = *transform * DAffine3::from_translation(origin);
-        object.revision += 1;
-        self.generation += 1;
-        let changes = self.changes.get_or_insert_default();
-        if object.casts != CastsShadow::No {
-            changes.boxes.extend([before, object.bounds]);
-        }
-        Ok(())
+        self.stand(own, *transform * DAffine3::from_translation(origin), place, false);
+        Ok(true)
     }
 
-    /// Changes a light, by its index in the scene.
+    /// Changes a light, by its index in the scene. Returns false where that needs another plan: the light was left out as it was dark or reached
+    /// nothing, or the changed one needs other pipelines or maps.
     ///
     /// # Errors
-    /// When there is no such light, frames of the changed one would need other pipelines or maps, or a number is not finite.
-    pub fn set_light(&mut self, index: usize, light: &Light) -> Result<(), Error> {
+    /// When there is no such light, or a number is not finite.
+    pub fn set_light(&mut self, index: usize, light: &Light) -> Result<bool, Error> {
         if let Some(fault) = light.fault() {
             return Err(Error::Change(format!("light {index}: {fault}")));
         }
@@ -212,25 +197,17 @@ impl World {
             return Err(Error::Change(format!("there is no light {index}: the scene has {}", self.light_of.len())));
         };
         if self.idle_lights.has(index) {
-            if self.idle_lights.set(index, light, self.objects.iter().map(|object| object.bounds)) {
-                return Ok(());
-            }
-            let why = "it reached nothing when its scene was planned; `--plan idle-lights` keeps such lights";
-            return Err(Error::Change(format!("light {index} cannot come to reach an object: {why}")));
+            return Ok(self.idle_lights.set(index, light, self.objects.iter().map(|object| object.bounds)));
         }
-        let Some(own_index) = *own else {
-            return Err(Error::Change(format!("light {index} was dark when its scene was planned")));
-        };
-        let own = &mut self.lights[own_index];
-        if structure(own, &self.shadows) != structure(light, &self.shadows) {
-            let what = "its kind, whether it shines, casts a shadow or has a range, its fall-off's kind and how wide a spot opens";
-            return Err(Error::Change(format!("light {index} is drawn as it was planned: {what} must stay")));
+        let &Some(own) = own else { return Ok(!light.shines()) };
+        if structure(&self.lights[own], &self.shadows) != structure(light, &self.shadows) {
+            return Ok(false);
         }
-        own.clone_from(light);
-        self.reaches[own_index] = self.cut.reach(light);
-        self.changes.get_or_insert_default().lights.insert(own_index);
+        self.lights[own].clone_from(light);
+        self.reaches[own] = self.cut.reach(light);
+        self.changes.get_or_insert_default().lights.insert(own);
         self.generation += 1;
-        Ok(())
+        Ok(true)
     }
 
     /// Changes the factor from nits to what is tone-mapped, and with it how far the certified cut-off lets lights reach.
@@ -295,7 +272,6 @@ impl WorldObject {
             node: object.node,
             may_mirror: mirrors && object.moves(),
             key: GeometryKey::of(object, rules),
-            stretch_limit: plan.stretch_limit(object.material, &object.transform),
             triangles: mesh.indices.len() / 3,
         }
     }
@@ -335,7 +311,7 @@ impl SortableTriangle {
 mod tests {
     use super::*;
     use crate::plan::samples;
-    use crate::scene::{AlphaMode, Brdf, Falloff, Keep, OptionalPart, Texture, Tonemap};
+    use crate::scene::{AlphaMode, Brdf, Falloff, Keep, Tonemap};
 
     #[test]
     fn what_its_alpha_cuts_away_and_what_has_no_triangles_is_not_drawn() {
@@ -378,7 +354,7 @@ mod tests {
         let plan = |scene: &Scene| FramePlan::of(scene, &settings, &samples::device());
         let mut world = World::of(&scene, &settings, &plan(&scene).expect("a plan"), 1.0);
         let bad = Light { color: Vec3::new(f32::NAN, 1.0, 1.0), ..samples::sun() };
-        let refused = |error: Result<(), Error>| error.expect_err("refused").to_string();
+        let refused = |error: Result<bool, Error>| error.expect_err("refused").to_string();
         assert_eq!(refused(world.set_light(0, &bad)), "light 0: color is not finite");
         let moved = DAffine3::from_translation(DVec3::Y * f64::INFINITY);
         assert_eq!(refused(world.move_object(0, &moved)), "object 0: its transform is not finite");
@@ -404,25 +380,5 @@ mod tests {
         assert!(brighter.reaches[0] > 2.0 * darker.reaches[0]);
         brighter.set_exposure(0.25);
         assert_eq!((brighter.exposure, brighter.reaches), (0.25, darker.reaches));
-    }
-
-    #[test]
-    fn an_object_cannot_grow_until_dropped_levels_of_its_texture_would_show() {
-        let colored = Material { base_color_texture: Some(0), ..Material::default() };
-        let mut scene = samples::scene(vec![colored], vec![samples::sky()]);
-        let texels = (0..256 * 256).flat_map(|i| [(i % 251) as u8, 0, 0, 255]).collect();
-        scene.textures = vec![Texture { size: [256, 256], texels, ..scene.textures[0].clone() }];
-        scene.camera.near = 10.0;
-        let settings = |keep| Settings { size: [100, 100], anisotropy: 1, keep, ..Settings::default() };
-        let world = |settings: &Settings| {
-            let plan = samples::plan(&scene, settings);
-            World::of(&scene, settings, &plan, 1.0)
-        };
-        let mut lean = world(&settings(Keep::NONE));
-        lean.move_object(0, &DAffine3::from_rotation_y(1.0)).expect("as large as before");
-        let error = lean.move_object(0, &DAffine3::from_scale(DVec3::splat(1.1))).expect_err("larger").to_string();
-        assert!(error.contains("object 0") && error.contains("--plan texture-levels"), "{error}");
-        let mut whole = world(&settings(Keep::NONE.with(OptionalPart::TextureLevels)));
-        whole.move_object(0, &DAffine3::from_scale(DVec3::splat(9.0))).expect("any size");
     }
 }

@@ -420,12 +420,11 @@ impl UserInterface {
         let mut taken = Vec::new();
         for (index, light) in after.lights {
             match presenter.set_light(index, &light) {
-                Ok(()) => taken.push(index),
-                // One that needs other pipelines or maps than before.
-                Err(_) => {
-                    presenter.change_for_light();
-                    unfit = true;
-                }
+                Ok(true) => taken.push(index),
+                // It needs other pipelines or maps than before.
+                Ok(false) => unfit = true,
+                // Panels offer no value that a light cannot have.
+                Err(_) => continue,
             }
             subject.scene.lights[index] = light;
         }

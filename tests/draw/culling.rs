@@ -209,7 +209,7 @@ fn maps_that_are_kept_from_frame_to_frame_lack_nothing_as_the_camera_turns_and_t
                 let moved = DAffine3::from_translation(DVec3::X * 0.1 * f64::from(step));
                 for renderer in [&mut lean, &mut full] {
                     let place = moved * scene.objects[20].transform;
-                    renderer.move_object(20, &place).unwrap_or_else(|error| panic!("{error}"));
+                    renderer.move_object(&mut scene.clone(), 20, &place).unwrap_or_else(|error| panic!("{error}"));
                 }
             }
             let ((picture, drawn), (expected, _)) = (frame(&mut lean, &camera), frame(&mut full, &camera));

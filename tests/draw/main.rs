@@ -5,6 +5,7 @@ mod common;
 
 mod antialiasing;
 mod camera_paths;
+mod changes;
 mod culling;
 #[cfg(feature = "window")]
 mod encode;

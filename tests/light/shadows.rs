@@ -524,7 +524,7 @@ fn a_map_is_drawn_again_only_when_something_in_it_moved_and_the_picture_is_the_s
         // The small block stands in the sun's maps and the spot's, and beyond the lamp's range.
         let aside = DAffine3::from_translation(DVec3::new(2.5, 0.5, 1.6));
         let (drawn, maps) = both("the small block moves", &camera, &|renderer| {
-            renderer.move_object(2, &aside).unwrap_or_else(|error| panic!("{error}"));
+            renderer.move_object(&mut scene.clone(), 2, &aside).unwrap_or_else(|error| panic!("{error}"));
         });
         assert!((1..=maps - 6).contains(&drawn), "{drawn} of {maps}");
         // The sun and the spot do not depend on the lamp.
@@ -532,13 +532,13 @@ fn a_map_is_drawn_again_only_when_something_in_it_moved_and_the_picture_is_the_s
         let (drawn, _) = both("the lamp moves", &camera, &|renderer| {
             let mut lamp = lamp.clone();
             lamp.kind = point(DVec3::new(-0.4, 2.6, 0.2), 8.0, Some(3.0), Falloff::InverseSquare).kind;
-            renderer.set_light(2, &lamp).unwrap_or_else(|error| panic!("{error}"));
+            renderer.set_light(&mut scene.clone(), 2, &lamp).unwrap_or_else(|error| panic!("{error}"));
         });
         assert_eq!(drawn, 6);
         lamp.kind = point(DVec3::new(-0.4, 2.6, 0.2), 8.0, Some(3.0), Falloff::InverseSquare).kind;
         lamp.intensity = 3.0;
         let (drawn, _) = both("the lamp weakens", &camera, &|renderer| {
-            renderer.set_light(2, &lamp).unwrap_or_else(|error| panic!("{error}"));
+            renderer.set_light(&mut scene.clone(), 2, &lamp).unwrap_or_else(|error| panic!("{error}"));
         });
         assert_eq!(drawn, 0);
         for step in 0..4 {

@@ -92,7 +92,7 @@ fn dim(renderer: &mut Renderer, scene: &Scene, lit: usize) {
         if place >= lit {
             light.intensity = NOTHING;
         }
-        renderer.set_light(number, &light).unwrap_or_else(|error| panic!("{error}"));
+        renderer.set_light(&mut scene.clone(), number, &light).unwrap_or_else(|error| panic!("{error}"));
     }
 }
 

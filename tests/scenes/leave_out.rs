@@ -281,8 +281,8 @@ fn every_part_is_left_out_somewhere_and_needed_somewhere() {
             left_out.extend(out);
         }
         let parts: BTreeSet<P> = P::all().collect();
-        // Normals are read by whatever is lit; the last two need large scenes, which have tests of their own.
-        let always = BTreeSet::from([P::Normals, P::TextureLevels, P::OccludedObjects]);
+        // Normals are read by whatever is lit; the last needs a large scene, which has a test of its own.
+        let always = BTreeSet::from([P::Normals, P::OccludedObjects]);
         let missing: Vec<_> = parts.difference(&left_out).filter(|part| !always.contains(part)).collect();
         assert!(missing.is_empty(), "no scene lacks {missing:?}");
         // What a plan never has by itself: waste, and a G-buffer in memory, which no pass needs.
@@ -291,7 +291,6 @@ fn every_part_is_left_out_somewhere_and_needed_somewhere() {
             P::UnusedMeshes,
             P::UnusedTextures,
             P::ConstantTextures,
-            P::TextureLevels,
             P::OpaqueMasks,
             P::IdleLights,
             P::IdleCasters,

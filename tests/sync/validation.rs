@@ -275,11 +275,11 @@ fn draw_while_things_move(gpu: &Gpu, scene: &Scene, settings: &Settings) {
         draw(renderer, &scene.camera)?;
         for caster in [1, scene.objects.len() - 1] {
             let aside = DAffine3::from_translation(DVec3::new(0.1, 0.0, 0.0)) * scene.objects[caster].transform;
-            renderer.move_object(caster, &aside)?;
+            renderer.move_object(&mut scene.clone(), caster, &aside)?;
             draw(renderer, &scene.camera)?;
         }
         for (index, light) in scene.lights.iter().enumerate() {
-            renderer.set_light(index, &Light { kind: moved(light.kind), ..light.clone() })?;
+            renderer.set_light(&mut scene.clone(), index, &Light { kind: moved(light.kind), ..light.clone() })?;
             draw(renderer, &scene.camera)?;
         }
         renderer.read_back()?;

@@ -283,7 +283,7 @@ fn what_changes_while_frames_are_made_is_in_them() {
         presenter.change(false);
         assert_eq!(presenter.fit_later(&scene, &second, &wake).expect("can be made"), Fitted::Pending);
         scene.lights[0].intensity *= 0.25;
-        presenter.set_light(0, &scene.lights[0]).expect("needs nothing else");
+        assert!(presenter.set_light(0, &scene.lights[0]).expect("a light"), "needs nothing else");
         presenter.set_exposure(8.0).expect("is an exposure");
         let (first, second) = (with(LightPath::Loop, 8.0), with(LightPath::Forward, 8.0));
         let expected = |settings: &Settings, size| rendered(gpu, &scene, &Settings { size, ..settings.clone() });
@@ -299,8 +299,8 @@ fn what_changes_while_frames_are_made_is_in_them() {
         fit(&mut presenter, &lit, &second, size);
         for intensity in [10.0, 20.0, 40.0] {
             lit.lights[last].intensity = intensity;
-            assert!(presenter.set_light(last, &lit.lights[last]).is_err(), "it was dark when its scene was planned");
-            presenter.change_for_light();
+            let taken = presenter.set_light(last, &lit.lights[last]).expect("a light");
+            assert!(!taken, "it was dark when its scene was planned");
             if intensity == 10.0 {
                 assert_eq!(presenter.fit_later(&lit, &second, &wake).expect("can be made"), Fitted::Pending);
             }

@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::texture_levels::first_levels;
 use super::{GeometryKey, SurfaceRules, TextureMask};
 use crate::scene::{ColorSpace, OptionalPart, Scene, TextureSlot};
 
@@ -37,9 +36,7 @@ impl TextureSource {
 pub struct PlannedTexture {
     /// A texture of the scene, or a neutral texel.
     pub source: TextureSource,
-    /// The scene's level that is its largest one.
-    pub first_level: u32,
-    /// Width and height of its largest level in texels.
+    /// Width and height in texels.
     pub size: [u32; 2],
     /// White is linear: codes of 255 are exactly 1 without a curve.
     pub color_space: ColorSpace,
@@ -48,15 +45,14 @@ pub struct PlannedTexture {
 }
 
 impl PlannedTexture {
-    fn of(scene: &Scene, source: TextureSource, first_level: u32) -> Self {
+    fn of(scene: &Scene, source: TextureSource) -> Self {
         let texture = match source {
             TextureSource::Scene(index) => scene.textures.get(index),
             TextureSource::White | TextureSource::Flat => None,
         };
         let (size, color_space) =
             texture.map_or(([1, 1], ColorSpace::Linear), |texture| (texture.size, texture.color_space));
-        let size = size.map(|edge| (edge >> first_level).max(1));
-        Self { source, first_level, size, color_space, levels: 1 + size[0].max(size[1]).ilog2() }
+        Self { source, size, color_space, levels: 1 + size[0].max(size[1]).ilog2() }
     }
 
     /// Of all levels, as an image without padding has them.
@@ -79,8 +75,8 @@ pub struct TexturePlan {
 }
 
 impl TexturePlan {
-    /// `footprint` is how little of a surface a pixel covers in metres, where levels that would show only below it are left out.
-    pub(in crate::plan) fn of(scene: &Scene, rules: &SurfaceRules, footprint: Option<f64>) -> Self {
+    /// What the pipelines of these rules sample.
+    pub(in crate::plan) fn of(scene: &Scene, rules: &SurfaceRules) -> Self {
         let mut sets: BTreeMap<usize, BTreeMap<TextureSlot, TextureSource>> = BTreeMap::new();
         let mut holes: BTreeMap<usize, TextureSource> = BTreeMap::new();
         for object in rules.drawn(scene) {
@@ -102,14 +98,10 @@ impl TexturePlan {
         if rules.keep.has(OptionalPart::UnusedTextures) {
             sources.extend((0..scene.textures.len()).map(TextureSource::Scene));
         }
-        let levels = footprint.map_or_else(BTreeMap::new, |footprint| first_levels(scene, rules, footprint));
         let index: BTreeMap<TextureSource, usize> =
             sources.iter().enumerate().map(|(index, &source)| (source, index)).collect();
         Self {
-            images: sources
-                .into_iter()
-                .map(|source| PlannedTexture::of(scene, source, source.first_level(&levels)))
-                .collect(),
+            images: sources.into_iter().map(|source| PlannedTexture::of(scene, source)).collect(),
             sets: sets
                 .into_iter()
                 .map(|(material, slots)| {
@@ -134,11 +126,6 @@ impl TexturePlan {
     /// Whether something is sampled that has smaller levels.
     pub fn have_levels(&self) -> bool {
         self.sampled().into_iter().any(|image| self.images[image].levels > 1)
-    }
-
-    /// Whether some texture begins with a coarser level than the scene's.
-    pub fn drops_levels(&self) -> bool {
-        self.images.iter().any(|image| image.first_level > 0)
     }
 
     /// Of all images.

@@ -46,11 +46,12 @@ pub fn measured(
 
 /// A picture of one light. All others are dimmed.
 fn alone(drawing: &Drawing, renderer: &mut Renderer, chosen: usize) -> Result<Vec<DVec3>, frame::Error> {
+    let mut scene = drawing.scene.clone();
     for (index, light) in drawing.scene.lights.iter().enumerate() {
         if index != chosen && light.intensity > DIMMED {
-            renderer.set_light(index, &Light { intensity: DIMMED, ..light.clone() })?;
+            renderer.set_light(&mut scene, index, &Light { intensity: DIMMED, ..light.clone() })?;
         }
     }
-    renderer.set_light(chosen, &drawing.scene.lights[chosen])?;
+    renderer.set_light(&mut scene, chosen, &drawing.scene.lights[chosen])?;
     drawing.read(renderer)
 }
