@@ -1,5 +1,5 @@
 // FORWARD and TRANSPARENT: surfaces are lit while they are rasterized, by the same code as in LIGHTING.
-// variants: TEXTURED NORMAL_MAP LIGHTS UNIFORM_BUFFER CLUSTERED SHADOW WEIGHTED
+// variants: TEXTURED NORMAL_MAP EXTRAS LIGHTS UNIFORM_BUFFER CLUSTERED SHADOW WEIGHTED
 // requires: NORMAL_MAP -> TEXTURED
 // requires: UNIFORM_BUFFER -> LIGHTS
 // requires: CLUSTERED -> LIGHTS
@@ -11,7 +11,7 @@
 #import afterlight::material::{plain_point, push, world_normal, world_position, world_tangent}
 #import afterlight::vectors::{unit_or}
 #ifdef TEXTURED
-#import afterlight::material::{emissive_at, mapped_normal, point_at}
+#import afterlight::material::{emissive_at, mapped_normal, point_at, Uvs}
 #endif
 #import afterlight::shading::{light_everywhere, surface_of, Everywhere, Model}
 #ifdef LIGHTS
@@ -26,6 +26,8 @@
 
 // Bits of the textures that a material has (material.wgsl).
 override TEXTURES: u32 = 0u;
+// Colours of vertices multiply the base colour and alpha.
+override COLORED: bool = false;
 override MASKED: bool = false;
 override TWO_SIDED: bool = false;
 // Shadows fall on it.
@@ -84,6 +86,12 @@ struct Vertex {
 #ifdef NORMAL_MAP
     @location(3) tangent: vec4<f32>,
 #endif
+#ifdef EXTRAS
+    @location(4) color: vec4<f32>,
+#ifdef TEXTURED
+    @location(5) second_uv: vec2<f32>,
+#endif
+#endif
 }
 
 // Centroid: as in geometry.wgsl. A pixel with several samples is shaded once for each triangle in it, on the triangle.
@@ -97,6 +105,12 @@ struct Varying {
     @location(3) @interpolate(perspective, centroid) tangent: vec4<f32>,
 #endif
     @location(4) @interpolate(perspective, centroid) world: vec3<f32>,
+#ifdef EXTRAS
+    @location(5) @interpolate(perspective, centroid) color: vec4<f32>,
+#ifdef TEXTURED
+    @location(6) @interpolate(perspective, centroid) second_uv: vec2<f32>,
+#endif
+#endif
 }
 
 @vertex
@@ -112,8 +126,24 @@ fn vertex(in: Vertex) -> Varying {
     out.tangent = world_tangent(in.tangent);
 #endif
     out.world = world;
+#ifdef EXTRAS
+    out.color = in.color;
+#ifdef TEXTURED
+    out.second_uv = in.second_uv;
+#endif
+#endif
     return out;
 }
+
+#ifdef TEXTURED
+fn uvs_of(in: Varying) -> Uvs {
+#ifdef EXTRAS
+    return Uvs(in.uv, in.second_uv);
+#else
+    return Uvs(in.uv);
+#endif
+}
+#endif
 
 // Light that a surface sends to the eye, in nits: the lights in LIGHTING's order.
 fn all_light(pixel: vec4<f32>, surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
@@ -148,26 +178,33 @@ fn all_light(pixel: vec4<f32>, surface: Surface, texel: Texel, model: Model) -> 
 // Colour and alpha, with the colour times its share of the picture.
 fn shade(in: Varying, front: bool) -> vec4<f32> {
 #ifdef TEXTURED
-    let point = point_at(in.uv, TEXTURES);
+    var point = point_at(uvs_of(in), TEXTURES);
 #else
-    let point = plain_point();
+    var point = plain_point();
+#endif
+#ifdef EXTRAS
+    point.base *= select(vec4(1.0), in.color, COLORED);
 #endif
     let facing = select(1.0, -1.0, TWO_SIDED && !front);
     let geometric = unit_or(in.normal, vec3(0.0, 1.0, 0.0));
     var normal = geometric;
 #ifdef NORMAL_MAP
-    normal = mapped_normal(geometric, in.tangent, in.uv);
+    normal = mapped_normal(geometric, in.tangent, uvs_of(in));
 #endif
     var emissive = vec3(0.0);
     if EMISSIVE {
 #ifdef TEXTURED
-        emissive = emissive_at(in.uv, TEXTURES);
+        emissive = emissive_at(uvs_of(in), TEXTURES);
 #else
         emissive = push.emissive;
 #endif
     }
 #ifdef TEXTURED
     // After the last texture was sampled: derivatives need all four pixels of a quad.
+    if MASKED && point.base.a < push.alpha_cutoff {
+        discard;
+    }
+#else ifdef EXTRAS
     if MASKED && point.base.a < push.alpha_cutoff {
         discard;
     }

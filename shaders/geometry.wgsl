@@ -1,6 +1,6 @@
 // GEOMETRY: surfaces into the G-buffer. Emissive light goes straight into the HDR target.
 // Views without a G-buffer are drawn by OVERDRAW, which counts fragments, and with TRIANGLE writes which triangle is seen.
-// variants: TEXTURED NORMAL_MAP MATERIAL SPECULAR EMISSIVE POSITION NORMAL_UINT OVERDRAW TRIANGLE
+// variants: TEXTURED NORMAL_MAP EXTRAS MATERIAL SPECULAR EMISSIVE POSITION NORMAL_UINT OVERDRAW TRIANGLE
 // requires: TRIANGLE -> OVERDRAW
 // requires: NORMAL_MAP -> TEXTURED
 // excludes: OVERDRAW NORMAL_MAP
@@ -16,11 +16,13 @@ enable primitive_index;
 #import afterlight::material::{plain_point, push, world_normal, world_position, world_tangent}
 #import afterlight::vectors::{unit_or}
 #ifdef TEXTURED
-#import afterlight::material::{alpha_at, emissive_at, mapped_normal, point_at, BASE_COLOR}
+#import afterlight::material::{alpha_at, emissive_at, mapped_normal, point_at, Uvs, BASE_COLOR}
 #endif
 
 // Bits of the textures that a material has (material.wgsl).
 override TEXTURES: u32 = 0u;
+// Colours of vertices multiply the base colour and alpha.
+override COLORED: bool = false;
 override MASKED: bool = false;
 override TWO_SIDED: bool = false;
 // Shadows fall on it.
@@ -46,6 +48,12 @@ struct Vertex {
 #ifdef NORMAL_MAP
     @location(3) tangent: vec4<f32>,
 #endif
+#ifdef EXTRAS
+    @location(4) color: vec4<f32>,
+#ifdef TEXTURED
+    @location(5) second_uv: vec2<f32>,
+#endif
+#endif
 }
 
 // Centroid: where an edge cuts a pixel with several samples, values are those of a point on the surface and not beside it. With one
@@ -63,6 +71,12 @@ struct Varying {
 #endif
 #ifdef POSITION
     @location(4) @interpolate(perspective, centroid) world: vec3<f32>,
+#endif
+#ifdef EXTRAS
+    @location(5) @interpolate(perspective, centroid) color: vec4<f32>,
+#ifdef TEXTURED
+    @location(6) @interpolate(perspective, centroid) second_uv: vec2<f32>,
+#endif
 #endif
 }
 
@@ -83,17 +97,44 @@ fn vertex(in: Vertex) -> Varying {
 #ifdef POSITION
     out.world = world;
 #endif
+#ifdef EXTRAS
+    out.color = in.color;
+#ifdef TEXTURED
+    out.second_uv = in.second_uv;
+#endif
+#endif
     return out;
 }
+
+#ifdef TEXTURED
+fn uvs_of(in: Varying) -> Uvs {
+#ifdef EXTRAS
+    return Uvs(in.uv, in.second_uv);
+#else
+    return Uvs(in.uv);
+#endif
+}
+#endif
 
 #ifdef OVERDRAW
 
 #ifdef TEXTURED
-fn cut_away(uv: vec2<f32>) -> bool {
-    if MASKED && (TEXTURES & BASE_COLOR) != 0u {
-        return alpha_at(uv) < push.alpha_cutoff;
+fn cut_away(in: Varying) -> bool {
+    if MASKED && ((TEXTURES & BASE_COLOR) != 0u || COLORED) {
+        var alpha = push.alpha;
+        if (TEXTURES & BASE_COLOR) != 0u {
+            alpha = alpha_at(uvs_of(in));
+        }
+#ifdef EXTRAS
+        alpha *= select(1.0, in.color.a, COLORED);
+#endif
+        return alpha < push.alpha_cutoff;
     }
     return false;
+}
+#else ifdef EXTRAS
+fn cut_away(in: Varying) -> bool {
+    return MASKED && push.alpha * in.color.a < push.alpha_cutoff;
 }
 #endif
 
@@ -102,7 +143,11 @@ fn cut_away(uv: vec2<f32>) -> bool {
 @fragment
 fn fragment(in: Varying, @builtin(primitive_index) triangle: u32) -> @location(0) vec2<u32> {
 #ifdef TEXTURED
-    if cut_away(in.uv) {
+    if cut_away(in) {
+        discard;
+    }
+#else ifdef EXTRAS
+    if cut_away(in) {
         discard;
     }
 #endif
@@ -114,7 +159,11 @@ fn fragment(in: Varying, @builtin(primitive_index) triangle: u32) -> @location(0
 @fragment
 fn fragment(in: Varying) -> @location(0) vec4<f32> {
 #ifdef TEXTURED
-    if cut_away(in.uv) {
+    if cut_away(in) {
+        discard;
+    }
+#else ifdef EXTRAS
+    if cut_away(in) {
         discard;
     }
 #endif
@@ -149,15 +198,18 @@ struct Gbuffer {
 fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
     var out: Gbuffer;
 #ifdef TEXTURED
-    let point = point_at(in.uv, TEXTURES);
+    var point = point_at(uvs_of(in), TEXTURES);
 #else
-    let point = plain_point();
+    var point = plain_point();
+#endif
+#ifdef EXTRAS
+    point.base *= select(vec4(1.0), in.color, COLORED);
 #endif
     let facing = select(1.0, -1.0, TWO_SIDED && !front);
     let geometric = unit_or(in.normal, vec3(0.0, 1.0, 0.0));
     var normal = geometric;
 #ifdef NORMAL_MAP
-    normal = mapped_normal(geometric, in.tangent, in.uv);
+    normal = mapped_normal(geometric, in.tangent, uvs_of(in));
 #endif
     out.albedo = vec4(point.base.rgb, point.ambient);
 #ifdef NORMAL_UINT
@@ -181,7 +233,7 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
 #endif
 #ifdef EMISSIVE
 #ifdef TEXTURED
-    let emissive = emissive_at(in.uv, TEXTURES);
+    let emissive = emissive_at(uvs_of(in), TEXTURES);
 #else
     let emissive = push.emissive;
 #endif
@@ -194,6 +246,10 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
 #endif
 #ifdef TEXTURED
     // After the last texture was sampled: derivatives need all four pixels of a quad.
+    if MASKED && point.base.a < push.alpha_cutoff {
+        discard;
+    }
+#else ifdef EXTRAS
     if MASKED && point.base.a < push.alpha_cutoff {
         discard;
     }

@@ -1,5 +1,6 @@
-// SHADOW: a map's depth, nothing else. Only alpha-masked casters have a fragment stage.
-// variants: MASKED
+// SHADOW: a map's depth, nothing else. Only casters with holes have a fragment stage: of a texture (MASKED), of the alpha of vertices or of a
+// texture that lies on the mesh otherwise than its first coordinates say (EXTRAS).
+// variants: MASKED EXTRAS
 // precise
 
 struct Push {
@@ -10,14 +11,23 @@ struct Push {
     row_w: vec4<f32>,
     alpha: f32,
     alpha_cutoff: f32,
+    // Rows of the map from texture coordinates and 1 to the image; in w of the first, 1 where they are those of the second set.
+    uv_x: vec4<f32>,
+    uv_y: vec4<f32>,
 }
 
 var<immediate> push: Push;
+
+// The alpha of vertices counts.
+override COLORED: bool = false;
 
 struct Varying {
     @builtin(position) position: vec4<f32>,
 #ifdef MASKED
     @location(0) uv: vec2<f32>,
+#endif
+#ifdef EXTRAS
+    @location(1) alpha: f32,
 #endif
 }
 
@@ -25,6 +35,12 @@ struct Vertex {
     @location(0) position: vec3<f32>,
 #ifdef MASKED
     @location(2) uv: vec2<f32>,
+#endif
+#ifdef EXTRAS
+    @location(4) color: vec4<f32>,
+#ifdef MASKED
+    @location(5) second_uv: vec2<f32>,
+#endif
 #endif
 }
 
@@ -36,6 +52,14 @@ fn vertex(in: Vertex) -> Varying {
 #ifdef MASKED
     out.uv = in.uv;
 #endif
+#ifdef EXTRAS
+    out.alpha = select(1.0, in.color.a, COLORED);
+#ifdef MASKED
+    // The map is the same all over the triangle: it commutes with interpolation.
+    let uv = vec3(select(in.uv, in.second_uv, push.uv_x.w > 0.0), 1.0);
+    out.uv = vec2(dot(push.uv_x.xyz, uv), dot(push.uv_y.xyz, uv));
+#endif
+#endif
     return out;
 }
 
@@ -45,7 +69,21 @@ fn vertex(in: Vertex) -> Varying {
 
 @fragment
 fn fragment(in: Varying) {
-    if textureSample(base_color_texture, texture_sampler, in.uv).a * push.alpha < push.alpha_cutoff {
+    let alpha = textureSample(base_color_texture, texture_sampler, in.uv).a * push.alpha;
+#ifdef EXTRAS
+    if alpha * in.alpha < push.alpha_cutoff {
+        discard;
+    }
+#else
+    if alpha < push.alpha_cutoff {
+        discard;
+    }
+#endif
+}
+#else ifdef EXTRAS
+@fragment
+fn fragment(in: Varying) {
+    if push.alpha * in.alpha < push.alpha_cutoff {
         discard;
     }
 }

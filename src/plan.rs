@@ -32,8 +32,8 @@ pub use output::{Canvas, Encoding, HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping, 
 pub use parts::{Part, PartGroup};
 pub use shadows::{MapProjection, ShadowLight, ShadowPlan, Tile};
 pub use surfaces::{
-    DeformPlan, EffectiveMaterials, ForwardKey, GeometryKey, IndexWidth, MeshPlan, Opacity, PlannedBrdf, PlannedDeform,
-    PlannedMesh, PlannedTexture, Streams, TextureMask, TexturePlan, TextureSource, Uploads,
+    DeformPlan, EffectiveMaterials, Extras, ForwardKey, GeometryKey, IndexWidth, MeshPlan, Opacity, PlannedBrdf,
+    PlannedDeform, PlannedMesh, PlannedTexture, SetSamplers, Streams, TextureMask, TexturePlan, TextureSource, Uploads,
 };
 pub use targets::Target;
 
@@ -44,7 +44,7 @@ pub(crate) use lights::{Grid, Reach, SLICES, TILE};
 #[cfg(test)]
 pub(crate) use occlusion::MANY_OBJECTS;
 pub(crate) use shadows::MAX_SHADOW_VIEWS;
-pub(crate) use surfaces::SurfaceRules;
+pub(crate) use surfaces::{Cuts, SurfaceRules};
 
 use std::collections::BTreeSet;
 

@@ -12,14 +12,17 @@ struct Push {
     // Pre-exposed.
     emissive: vec3<f32>,
     alpha_cutoff: f32,
+    // Ks of the Phong models; of Cook-Torrance, where it says so itself, what its dielectric share reflects facing the eye.
     specular: vec3<f32>,
-    // BRDF's index / 3.
+    // What the specular target's alpha has: the BRDF's index / 3, or a code (encodings.wgsl).
     brdf: f32,
     metallic: f32,
     // Perceptual roughness, or shininess for the Phong models.
     roughness: f32,
     ambient: f32,
     normal_scale: f32,
+    // Where the material's rows begin in `uv_maps`.
+    first_uv_map: u32,
 }
 
 var<immediate> push: Push;
@@ -32,8 +35,36 @@ var<immediate> push: Push;
 @group(1) @binding(4) var emissive_texture: texture_2d<f32>;
 @group(1) @binding(5) var specular_texture: texture_2d<f32>;
 @group(1) @binding(6) var shininess_texture: texture_2d<f32>;
-@group(1) @binding(15) var texture_sampler: sampler;
+// Each texture's sampler. Where a material's textures are all sampled alike, these are names of one, at binding 15.
+@group(1) @binding(16) var base_color_sampler: sampler;
+@group(1) @binding(17) var normal_sampler: sampler;
+@group(1) @binding(18) var metallic_roughness_sampler: sampler;
+@group(1) @binding(19) var occlusion_sampler: sampler;
+@group(1) @binding(20) var emissive_sampler: sampler;
+@group(1) @binding(21) var specular_sampler: sampler;
+@group(1) @binding(22) var shininess_sampler: sampler;
+
+#ifdef EXTRAS
+// How a texture lies on a mesh: rows of the map from texture coordinates and 1 to the image.
+struct UvMap {
+    // In w, 1 where the coordinates are those of the second set.
+    x: vec4<f32>,
+    y: vec4<f32>,
+}
+
+// One for each slot of each material that has another than the identity somewhere.
+@group(0) @binding(5) var<storage, read> uv_maps: array<UvMap>;
 #endif
+#endif
+
+// The numbers of the slots, which are those of their bindings.
+const BASE_COLOR_SLOT: u32 = 0u;
+const NORMAL_SLOT: u32 = 1u;
+const METALLIC_ROUGHNESS_SLOT: u32 = 2u;
+const OCCLUSION_SLOT: u32 = 3u;
+const EMISSIVE_SLOT: u32 = 4u;
+const SPECULAR_SLOT: u32 = 5u;
+const SHININESS_SLOT: u32 = 6u;
 
 // Bits of TEXTURES in the passes: which of a material's textures exist. The variables of others are names of one that does, and are never
 // sampled. The bit of a slot is that of its binding.
@@ -54,6 +85,16 @@ struct Point {
     // Or shininess for the Phong models.
     roughness: f32,
     specular: vec3<f32>,
+    // How much of the specular there is, which a texture's alpha says.
+    strength: f32,
+}
+
+// The texture coordinates of a place on a mesh.
+struct Uvs {
+    first: vec2<f32>,
+#ifdef EXTRAS
+    second: vec2<f32>,
+#endif
 }
 
 // From mesh space to the world around the camera.
@@ -79,10 +120,21 @@ fn world_tangent(tangent: vec4<f32>) -> vec4<f32> {
 }
 
 #ifdef TEXTURED
-fn mapped_normal(normal: vec3<f32>, tangent: vec4<f32>, uv: vec2<f32>) -> vec3<f32> {
+// Where in the texture of a slot a place lies.
+fn place_in(slot: u32, uvs: Uvs) -> vec2<f32> {
+#ifdef EXTRAS
+    let map = uv_maps[push.first_uv_map + slot];
+    let uv = vec3(select(uvs.first, uvs.second, map.x.w > 0.0), 1.0);
+    return vec2(dot(map.x.xyz, uv), dot(map.y.xyz, uv));
+#else
+    return uvs.first;
+#endif
+}
+
+fn mapped_normal(normal: vec3<f32>, tangent: vec4<f32>, uvs: Uvs) -> vec3<f32> {
     // 128 of 255 is the zero: a neutral map decodes to exactly (0, 0, 1). The dead zone of 1/100 of a step takes up the
     // driver's rounding.
-    let centered = textureSample(normal_texture, texture_sampler, uv).xyz * 255.0 - 128.0;
+    let centered = textureSample(normal_texture, normal_sampler, place_in(NORMAL_SLOT, uvs)).xyz * 255.0 - 128.0;
     let snapped = select(centered, vec3(0.0), abs(centered) < vec3(0.01));
     let n = snapped / 127.0 * vec3(push.normal_scale, push.normal_scale, 1.0);
     let bitangent = cross(normal, tangent.xyz) * tangent.w;
@@ -93,36 +145,38 @@ fn mapped_normal(normal: vec3<f32>, tangent: vec4<f32>, uv: vec2<f32>) -> vec3<f
 }
 
 // For what only needs to know whether there is anything.
-fn alpha_at(uv: vec2<f32>) -> f32 {
-    return textureSample(base_color_texture, texture_sampler, uv).a * push.alpha;
+fn alpha_at(uvs: Uvs) -> f32 {
+    return textureSample(base_color_texture, base_color_sampler, place_in(BASE_COLOR_SLOT, uvs)).a * push.alpha;
 }
 
-fn emissive_at(uv: vec2<f32>, textures: u32) -> vec3<f32> {
+fn emissive_at(uvs: Uvs, textures: u32) -> vec3<f32> {
     var emissive = push.emissive;
     if (textures & EMISSIVE) != 0u {
-        emissive *= textureSample(emissive_texture, texture_sampler, uv).rgb;
+        emissive *= textureSample(emissive_texture, emissive_sampler, place_in(EMISSIVE_SLOT, uvs)).rgb;
     }
     return emissive;
 }
 
-fn point_at(uv: vec2<f32>, textures: u32) -> Point {
+fn point_at(uvs: Uvs, textures: u32) -> Point {
     var point = plain_point();
     if (textures & BASE_COLOR) != 0u {
-        point.base *= textureSample(base_color_texture, texture_sampler, uv);
+        point.base *= textureSample(base_color_texture, base_color_sampler, place_in(BASE_COLOR_SLOT, uvs));
     }
     if (textures & OCCLUSION) != 0u {
-        point.ambient *= textureSample(occlusion_texture, texture_sampler, uv).r;
+        point.ambient *= textureSample(occlusion_texture, occlusion_sampler, place_in(OCCLUSION_SLOT, uvs)).r;
     }
     if (textures & METALLIC_ROUGHNESS) != 0u {
-        let texel = textureSample(metallic_roughness_texture, texture_sampler, uv);
+        let texel = textureSample(metallic_roughness_texture, metallic_roughness_sampler, place_in(METALLIC_ROUGHNESS_SLOT, uvs));
         point.roughness *= texel.g;
         point.metallic *= texel.b;
     }
     if (textures & SHININESS) != 0u {
-        point.roughness *= textureSample(shininess_texture, texture_sampler, uv).g;
+        point.roughness *= textureSample(shininess_texture, shininess_sampler, place_in(SHININESS_SLOT, uvs)).g;
     }
     if (textures & SPECULAR) != 0u {
-        point.specular *= textureSample(specular_texture, texture_sampler, uv).rgb;
+        let texel = textureSample(specular_texture, specular_sampler, place_in(SPECULAR_SLOT, uvs));
+        point.specular *= texel.rgb;
+        point.strength = texel.a;
     }
     return point;
 }
@@ -130,5 +184,5 @@ fn point_at(uv: vec2<f32>, textures: u32) -> Point {
 
 // The material without its textures.
 fn plain_point() -> Point {
-    return Point(vec4(push.base_color, push.alpha), push.ambient, push.metallic, push.roughness, push.specular);
+    return Point(vec4(push.base_color, push.alpha), push.ambient, push.metallic, push.roughness, push.specular, 1.0);
 }

@@ -456,7 +456,7 @@ impl Renderer {
         };
         let uniform = FrameUniform::of(&self.world, &visible, &eye, &self.plan, jitter);
         // The submission makes them visible to the device: the row "host-to-frame".
-        frame.view.write(&uniform, &self.world, &visible, camera)?;
+        frame.view.write(&uniform, (&self.world, &self.plan), &visible, camera)?;
         if let Some(atlas) = &self.atlas {
             atlas.write(self.next, &visible, camera)?;
         }
@@ -475,6 +475,7 @@ impl Renderer {
         }
         self.frame.record(
             &Recording {
+                textures: &self.plan.textures,
                 device: &self.device,
                 cmd,
                 size: self.plan.size,

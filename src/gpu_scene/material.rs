@@ -9,22 +9,38 @@ use crate::gpu::{
     self, DescriptorPool, Device, Image, ImageDesc, Location, MemoryKind, Owned, Sampler, SetLayout, SetLayoutBinding,
     SetWriter, Uploader, binding,
 };
-use crate::plan::{FramePlan, PlannedTexture, TextureMask, TextureSource};
-use crate::scene::{ColorSpace, Scene, TextureSlot};
+use crate::plan::{FramePlan, GeometryKey, PlannedTexture, SetSamplers, TextureMask, TextureSource};
+use crate::scene::{self, ColorSpace, Filter, Scene, TextureSlot, Wrap};
 
-/// The binding of the sampler in a material's set; textures are numbered as [`TextureSlot`] is.
-const SAMPLER: u32 = 15;
+/// The binding of the sampler in a material's set whose textures are sampled alike; textures are numbered as [`TextureSlot`] is.
+pub const SAMPLER: u32 = 15;
+/// The binding of the first texture's sampler where each has its own, as `shaders/shared/material.wgsl` declares them.
+pub const OWN_SAMPLERS: u32 = 16;
+
+/// What a material's set has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct SetForm {
+    pub textures: TextureMask,
+    /// Each texture has a sampler of its own.
+    pub own_samplers: bool,
+}
+
+impl SetForm {
+    pub fn of(key: GeometryKey) -> Self {
+        Self { textures: key.textures, own_samplers: key.own_samplers }
+    }
+}
 
 /// The textures that the plan has on the device.
 pub struct Materials {
     /// By the slots that a set has: no set has a binding that its pipelines do not sample.
-    layouts: BTreeMap<TextureMask, SetLayout>,
+    layouts: BTreeMap<SetForm, SetLayout>,
     /// By material, for what shades.
     sets: BTreeMap<usize, vk::DescriptorSet>,
     /// By material, for SHADOW, which samples the base colour alone.
     holes: BTreeMap<usize, vk::DescriptorSet>,
     _pool: Option<DescriptorPool>,
-    _sampler: Option<Owned<vk::Sampler>>,
+    _samplers: Vec<Owned<vk::Sampler>>,
     _images: Vec<Image>,
 }
 
@@ -47,7 +63,7 @@ impl Materials {
             sets: BTreeMap::new(),
             holes: BTreeMap::new(),
             _pool: None,
-            _sampler: None,
+            _samplers: Vec::new(),
             _images: images,
         };
         if !planned.sampled().is_empty() {
@@ -56,9 +72,9 @@ impl Materials {
         Ok(Some(materials))
     }
 
-    /// The layout of sets with these slots, if some material has them.
-    pub fn layout(&self, slots: TextureMask) -> Option<vk::DescriptorSetLayout> {
-        self.layouts.get(&slots).map(|layout| layout.raw)
+    /// The layout of sets of this form, if some material has one.
+    pub fn layout(&self, form: SetForm) -> Option<vk::DescriptorSetLayout> {
+        self.layouts.get(&form).map(|layout| layout.raw)
     }
 
     /// What a material's pipelines sample.
@@ -74,9 +90,9 @@ impl Materials {
     /// Makes the sets.
     fn describe(&mut self, device: &Arc<Device>, scene: &Scene, plan: &FramePlan) -> gpu::Result<()> {
         let planned = &plan.textures;
-        let sampler = Sampler::new(device, "material sampler", &sampler_info(plan.anisotropy))?;
+        let mut samplers = Samplers { device, anisotropy: plan.anisotropy, all: BTreeMap::new() };
         // What has no other texture than its base colour casts its shadow with the same set.
-        let shared = |material: usize| planned.mask(material) == HOLES;
+        let shared = |material: usize| planned.mask(material) == HOLES.textures;
         let holes: Vec<(usize, BTreeMap<TextureSlot, usize>)> = planned
             .holes
             .iter()
@@ -85,18 +101,30 @@ impl Materials {
             .collect();
         let count = (planned.sets.len() + holes.len()) as u32;
         let textures: usize = planned.sets.values().map(BTreeMap::len).sum();
+        let samplers_of = |(&material, slots): (&usize, &BTreeMap<TextureSlot, usize>)| {
+            if planned.samplers(material) == SetSamplers::Each { slots.len() } else { 1 }
+        };
+        let sampler_count = planned.sets.iter().map(samplers_of).sum::<usize>() + holes.len();
         let kinds = [
             (vk::DescriptorType::SAMPLED_IMAGE, (textures + holes.len()) as u32),
-            (vk::DescriptorType::SAMPLER, count),
+            (vk::DescriptorType::SAMPLER, sampler_count as u32),
         ];
         let pool = DescriptorPool::new(device, "material pool", count, &kinds)?;
-        let mut set = |name: String, slots: &BTreeMap<TextureSlot, usize>| {
-            let layout = self.layout_of(device, slots.keys().copied().collect())?;
+        let mut set = |name: String, slots: &BTreeMap<TextureSlot, usize>, own: SetSamplers| {
+            let form = SetForm { textures: slots.keys().copied().collect(), own_samplers: own == SetSamplers::Each };
+            let layout = self.layout_of(device, form)?;
             let set = pool.allocate(&name, layout)?;
-            let mut writer = SetWriter::new().sampler(SAMPLER, sampler.raw);
+            let mut writer = SetWriter::new();
+            if let SetSamplers::One(sampler) = own {
+                writer = writer.sampler(SAMPLER, samplers.get(sampler)?);
+            }
             for (&slot, &image) in slots {
                 let view = self._images[image].view;
                 writer = writer.sampled_image(slot as u32, view, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+                if own == SetSamplers::Each {
+                    let sampler = samplers.get(planned.images[image].sampler)?;
+                    writer = writer.sampler(OWN_SAMPLERS + slot as u32, sampler);
+                }
             }
             writer.update(device, set);
             Ok(set)
@@ -104,50 +132,97 @@ impl Materials {
         let name = |material: usize| &scene.materials[material].name;
         let (mut sets, mut own_holes) = (BTreeMap::new(), BTreeMap::new());
         for (&material, slots) in &planned.sets {
-            sets.insert(material, set(format!("material {}", name(material)), slots)?);
+            sets.insert(material, set(format!("material {}", name(material)), slots, planned.samplers(material))?);
         }
         for (material, slots) in &holes {
-            own_holes.insert(*material, set(format!("holes of material {}", name(*material)), slots)?);
+            let image = slots.values().next().map(|&image| planned.images[image].sampler);
+            let sampler = SetSamplers::One(image.unwrap_or_default());
+            own_holes.insert(*material, set(format!("holes of material {}", name(*material)), slots, sampler)?);
         }
         for (&material, _) in planned.holes.iter().filter(|&(&material, _)| shared(material)) {
             own_holes.extend(sets.get(&material).map(|&set| (material, set)));
         }
         (self.sets, self.holes) = (sets, own_holes);
-        (self._pool, self._sampler) = (Some(pool), Some(sampler));
+        (self._pool, self._samplers) = (Some(pool), samplers.all.into_values().collect());
         Ok(())
     }
 
-    fn layout_of(&mut self, device: &Arc<Device>, slots: TextureMask) -> gpu::Result<vk::DescriptorSetLayout> {
-        if let Some(layout) = self.layout(slots) {
+    fn layout_of(&mut self, device: &Arc<Device>, form: SetForm) -> gpu::Result<vk::DescriptorSetLayout> {
+        if let Some(layout) = self.layout(form) {
             return Ok(layout);
         }
-        let layout = SetLayout::new(device, &format!("material set layout, {slots}"), &bindings(slots))?;
+        let slots = form.textures;
+        let own = if form.own_samplers { ", each with its sampler" } else { "" };
+        let layout = SetLayout::new(device, &format!("material set layout, {slots}{own}"), &bindings(form))?;
         let raw = layout.raw;
-        self.layouts.insert(slots, layout);
+        self.layouts.insert(form, layout);
         Ok(raw)
     }
 }
 
-/// The slot of a set that cuts holes into shadows.
-pub const HOLES: TextureMask = TextureMask::BASE_COLOR;
+/// The form of a set that cuts holes into shadows.
+pub const HOLES: SetForm = SetForm { textures: TextureMask::BASE_COLOR, own_samplers: false };
 
-fn bindings(slots: TextureMask) -> Vec<SetLayoutBinding> {
+fn bindings(SetForm { textures, own_samplers }: SetForm) -> Vec<SetLayoutBinding> {
     let binding = |index, kind| binding(index, kind, vk::ShaderStageFlags::FRAGMENT);
-    let textures = slots.slots().map(|slot| binding(slot as u32, vk::DescriptorType::SAMPLED_IMAGE));
-    textures.chain([binding(SAMPLER, vk::DescriptorType::SAMPLER)]).collect()
+    let sampled = textures.slots().map(|slot| binding(slot as u32, vk::DescriptorType::SAMPLED_IMAGE));
+    let sampler = |index| binding(index, vk::DescriptorType::SAMPLER);
+    match own_samplers {
+        true => sampled.chain(textures.slots().map(|slot| sampler(OWN_SAMPLERS + slot as u32))).collect(),
+        false => sampled.chain([sampler(SAMPLER)]).collect(),
+    }
 }
 
-fn sampler_info(anisotropy: u32) -> vk::SamplerCreateInfo<'static> {
+/// A sampler of the device for each way in which textures are sampled.
+struct Samplers<'a> {
+    device: &'a Arc<Device>,
+    anisotropy: u32,
+    all: BTreeMap<scene::Sampler, Owned<vk::Sampler>>,
+}
+
+impl Samplers<'_> {
+    fn get(&mut self, how: scene::Sampler) -> gpu::Result<vk::Sampler> {
+        if let Some(sampler) = self.all.get(&how) {
+            return Ok(sampler.raw);
+        }
+        let name = match how {
+            scene::Sampler::DEFAULT => "material sampler".to_owned(),
+            other => format!("material sampler, {other:?}"),
+        };
+        let sampler = Sampler::new(self.device, &name, &sampler_info(how, self.anisotropy))?;
+        let raw = sampler.raw;
+        self.all.insert(how, sampler);
+        Ok(raw)
+    }
+}
+
+fn sampler_info(how: scene::Sampler, anisotropy: u32) -> vk::SamplerCreateInfo<'static> {
+    let filter = |filter| match filter {
+        Filter::Nearest => vk::Filter::NEAREST,
+        Filter::Linear => vk::Filter::LINEAR,
+    };
+    let [u, v] = how.wrap.map(|wrap| match wrap {
+        Wrap::Repeat => vk::SamplerAddressMode::REPEAT,
+        Wrap::Mirror => vk::SamplerAddressMode::MIRRORED_REPEAT,
+        Wrap::Clamp => vk::SamplerAddressMode::CLAMP_TO_EDGE,
+    });
+    // Several places of a texel that is meant to have an edge would soften it.
+    let softens = [Some(how.magnify), Some(how.minify), how.levels] == [Some(Filter::Linear); 3];
+    let anisotropy = if softens { anisotropy } else { 1 };
     vk::SamplerCreateInfo::default()
-        .mag_filter(vk::Filter::LINEAR)
-        .min_filter(vk::Filter::LINEAR)
-        .mipmap_mode(vk::SamplerMipmapMode::LINEAR)
-        .address_mode_u(vk::SamplerAddressMode::REPEAT)
-        .address_mode_v(vk::SamplerAddressMode::REPEAT)
+        .mag_filter(filter(how.magnify))
+        .min_filter(filter(how.minify))
+        .mipmap_mode(match how.levels {
+            Some(Filter::Linear) => vk::SamplerMipmapMode::LINEAR,
+            Some(Filter::Nearest) | None => vk::SamplerMipmapMode::NEAREST,
+        })
+        .address_mode_u(u)
+        .address_mode_v(v)
         .address_mode_w(vk::SamplerAddressMode::REPEAT)
         .anisotropy_enable(anisotropy > 1)
         .max_anisotropy(anisotropy as f32)
-        .max_lod(vk::LOD_CLAMP_NONE)
+        // A level above 0 says that the texture is minified; below a half the largest one is taken nevertheless (Vulkan, "Samplers").
+        .max_lod(if how.levels.is_some() { vk::LOD_CLAMP_NONE } else { 0.25 })
 }
 
 fn upload(

@@ -7,12 +7,13 @@ mod sorted;
 mod view;
 
 pub use deformed::{Deformed, PoseBuffer, SkinPush};
-pub use material::{HOLES, Materials};
+pub use material::{HOLES, Materials, OWN_SAMPLERS, SAMPLER, SetForm};
 pub use shadows::{ATLAS_LAYOUT, ClearOrder, ShadowAtlas, clear as shadow_clear};
 pub use sorted::SortedIndices;
 pub use view::{FrameUniform, LightRecord, ViewBuffers, set_layout as view_set_layout};
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use ash::vk;
@@ -20,7 +21,7 @@ use bytemuck::Pod;
 
 use crate::gpu::sync::Use;
 use crate::gpu::{self, Buffer, Device, Location, MemoryKind, UploadOrder, Uploader};
-use crate::plan::{FramePlan, IndexWidth, MeshPlan, PlannedDeform, PlannedMesh};
+use crate::plan::{Extras, FramePlan, IndexWidth, MeshPlan, PlannedDeform, PlannedMesh};
 use crate::scene::{Mesh, Scene};
 use crate::visible::{cone_mesh, sphere_mesh};
 
@@ -48,6 +49,8 @@ pub struct GpuScene {
     normals: Option<Buffer>,
     uvs: Option<Buffer>,
     tangents: Option<Buffer>,
+    second_uvs: Option<Buffer>,
+    colors: Option<Buffer>,
     indices_16: Option<Buffer>,
     indices_32: Option<Buffer>,
     /// By mesh of the scene; none where it is not on the device.
@@ -73,12 +76,14 @@ pub const POSITION: u32 = 0;
 pub const NORMAL: u32 = 1;
 pub const UV: u32 = 2;
 pub const TANGENT: u32 = 3;
+pub const COLOR: u32 = 4;
+pub const SECOND_UV: u32 = 5;
 
 /// Format of a stream's only attribute.
 pub fn stream_format(stream: u32) -> vk::Format {
     match stream {
         POSITION | NORMAL => vk::Format::R32G32B32_SFLOAT,
-        UV => vk::Format::R32G32_SFLOAT,
+        UV | SECOND_UV => vk::Format::R32G32_SFLOAT,
         _ => vk::Format::R32G32B32A32_SFLOAT,
     }
 }
@@ -96,29 +101,44 @@ fn bounded(normals: &[[f32; 3]]) -> Cow<'_, [[f32; 3]]> {
     normals.iter().map(|normal| normal.map(|axis| axis * scale)).collect()
 }
 
-/// Vertex input state for some streams, each in a buffer of its own.
-pub fn vertex_input(
-    streams: &[u32],
-) -> (Vec<vk::VertexInputBindingDescription>, Vec<vk::VertexInputAttributeDescription>) {
+/// The colours of a mesh: white where it has none.
+fn colors(mesh: &Mesh) -> Cow<'_, [[f32; 4]]> {
+    match mesh.colors.is_empty() {
+        true => vec![[1.0; 4]; mesh.positions.len()].into(),
+        false => mesh.colors.as_slice().into(),
+    }
+}
+
+/// Vertex input state: a binding for each stream, an attribute for each input of the shader.
+pub type VertexInput = (Vec<vk::VertexInputBindingDescription>, Vec<vk::VertexInputAttributeDescription>);
+
+/// Vertex input state for the inputs of a shader, by their locations: each is a stream in a buffer of its own. Vulkan wants an attribute for
+/// each declared input; those that a mesh without such `extras` lacks, and the shader's constants leave unread, are read of a stream that is
+/// there.
+pub fn vertex_input(locations: &[u32], extras: Extras) -> VertexInput {
     let stride = |stream| match stream {
         POSITION | NORMAL => 12,
-        UV => 8,
+        UV | SECOND_UV => 8,
         _ => 16,
     };
-    streams
-        .iter()
-        .map(|&stream| {
-            let binding = vk::VertexInputBindingDescription::default()
-                .binding(stream)
-                .stride(stride(stream))
-                .input_rate(vk::VertexInputRate::VERTEX);
-            let attribute = vk::VertexInputAttributeDescription::default()
-                .binding(stream)
-                .location(stream)
-                .format(stream_format(stream));
-            (binding, attribute)
-        })
-        .unzip()
+    let stream_of = |location| match location {
+        COLOR if !extras.colors => POSITION,
+        SECOND_UV if !extras.second_uvs => UV,
+        own => own,
+    };
+    let streams: BTreeSet<u32> = locations.iter().map(|&location| stream_of(location)).collect();
+    let binding = |stream| {
+        vk::VertexInputBindingDescription::default()
+            .binding(stream)
+            .stride(stride(stream))
+            .input_rate(vk::VertexInputRate::VERTEX)
+    };
+    let attribute = |&location: &u32| {
+        let stream = stream_of(location);
+        let format = stream_format(stream);
+        vk::VertexInputAttributeDescription::default().binding(stream).location(location).format(format)
+    };
+    (streams.into_iter().map(binding).collect(), locations.iter().map(attribute).collect())
 }
 
 impl GpuScene {
@@ -151,6 +171,8 @@ impl GpuScene {
             normals: meshes.stream("normals", plan.meshes.normals, |mesh| bounded(&mesh.normals))?,
             uvs: meshes.stream("uvs", plan.meshes.uvs, |mesh| mesh.uvs.as_slice().into())?,
             tangents: meshes.stream("tangents", plan.meshes.tangents, |mesh| mesh.tangents.as_slice().into())?,
+            second_uvs: meshes.stream("second uvs", plan.meshes.second_uvs, |mesh| mesh.uvs_1.as_slice().into())?,
+            colors: meshes.stream("colours", plan.meshes.colors, colors)?,
             indices_16: meshes.indices(IndexWidth::Bits16, plan.meshes.indices_16)?,
             indices_32: meshes.indices(IndexWidth::Bits32, plan.meshes.indices_32)?,
             meshes: ranges,
@@ -191,6 +213,8 @@ impl GpuScene {
                 POSITION => &self.positions,
                 NORMAL => &self.normals,
                 UV => &self.uvs,
+                SECOND_UV => &self.second_uvs,
+                COLOR => &self.colors,
                 _ => &self.tangents,
             };
             if let Some(buffer) = buffer {

@@ -8,7 +8,7 @@ use glam::{DMat4, DVec3, DVec4, Mat4, Vec3, Vec4};
 
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, binding};
 use crate::plan::{FramePlan, Grid, Reach, ShadowPlan};
-use crate::scene::{Camera, Light, LightPath};
+use crate::scene::{Camera, Light, LightPath, TextureSlot};
 use crate::visible::{Depth, Eye, LightWork, Visible, VolumeRecord, World};
 
 /// `Frame` of `shaders/shared/frame.wgsl`.
@@ -161,8 +161,14 @@ pub fn set_layout(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Owned<v
     bindings.extend(
         list_bindings(plan).into_iter().map(|index| binding(index, vk::DescriptorType::STORAGE_BUFFER, everywhere)),
     );
+    if !plan.textures.mapped.is_empty() {
+        bindings.push(binding(UV_MAPS, vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::FRAGMENT));
+    }
     SetLayout::new(device, "frame set layout", &bindings)
 }
+
+/// Rows of UV maps, as `shaders/shared/material.wgsl` declares them.
+const UV_MAPS: u32 = 5;
 
 /// Storage buffers that light paths read beside the lights (`shaders/shared/clusters.wgsl`, `per_light.wgsl`, `tiled.wgsl`).
 const CLUSTER_HEADS: u32 = 2;
@@ -193,6 +199,7 @@ pub struct ViewBuffers {
     lights: Option<Buffer>,
     /// By binding.
     lists: Vec<(u32, Buffer)>,
+    uv_maps: Option<Buffer>,
     index: usize,
     pub set: vk::DescriptorSet,
     _pool: DescriptorPool,
@@ -226,7 +233,12 @@ impl ViewBuffers {
             .into_iter()
             .map(|binding| Ok((binding, list_buffer(device, index, binding, LEAST_LIST)?)))
             .collect::<gpu::Result<Vec<_>>>()?;
-        let kinds = [(vk::DescriptorType::UNIFORM_BUFFER, 2), (vk::DescriptorType::STORAGE_BUFFER, 4)];
+        let rows = plan.textures.mapped.len() * TextureSlot::ALL.len();
+        let uv_maps = match rows {
+            0 => None,
+            rows => Some(buffer("UV maps", rows * size_of::<[Vec4; 2]>(), vk::BufferUsageFlags::STORAGE_BUFFER)?),
+        };
+        let kinds = [(vk::DescriptorType::UNIFORM_BUFFER, 2), (vk::DescriptorType::STORAGE_BUFFER, 5)];
         let pool = DescriptorPool::new(device, &format!("pool of frame {index}"), 1, &kinds)?;
         let set = pool.allocate(&format!("set of frame {index}"), layout)?;
         let mut writer = SetWriter::new().uniform_buffer(0, &uniform, uniform.size);
@@ -239,8 +251,11 @@ impl ViewBuffers {
         for (binding, list) in &lists {
             writer = writer.storage_buffer(*binding, list, list.size);
         }
+        if let Some(uv_maps) = &uv_maps {
+            writer = writer.storage_buffer(UV_MAPS, uv_maps, uv_maps.size);
+        }
         writer.update(device, set);
-        Ok(Self { uniform, lights, lists, index, set, _pool: pool })
+        Ok(Self { uniform, lights, lists, uv_maps, index, set, _pool: pool })
     }
 
     /// Writes this frame's values. The frame that used the buffers before must be done.
@@ -250,11 +265,14 @@ impl ViewBuffers {
     pub fn write(
         &mut self,
         uniform: &FrameUniform,
-        world: &World,
+        (world, plan): (&World, &FramePlan),
         visible: &Visible,
         camera: &Camera,
     ) -> gpu::Result<()> {
         self.uniform.write(0, std::slice::from_ref(uniform))?;
+        if let Some(uv_maps) = &self.uv_maps {
+            uv_maps.write(0, &uv_rows(world, plan))?;
+        }
         if let Some(lights) = &self.lights {
             let record = |&light: &usize| LightRecord::of(&world.lights[light], world.shadow_codes[light], camera);
             let mut records: Vec<_> = visible.active_lights.lights.iter().map(record).collect();
@@ -296,6 +314,16 @@ impl ViewBuffers {
         }
         if list.is_empty() { Ok(()) } else { buffer.write(0, list) }
     }
+}
+
+/// The records of all materials that have one.
+fn uv_rows(world: &World, plan: &FramePlan) -> Vec<[Vec4; 2]> {
+    let textures = &plan.textures;
+    let record = |&material: &usize| {
+        let maps = &world.materials[material].uv_maps;
+        TextureSlot::ALL.map(|slot| textures.uv_rows(material, slot, &maps[slot as usize]))
+    };
+    textures.mapped.iter().flat_map(record).collect()
 }
 
 /// Bytes of a list's first buffer.

@@ -12,7 +12,7 @@ use super::screen::stages;
 use super::{MeshDraws, Pass, Place, Presence, Recording, Slot, camera_relative, frame_data, meshes, needed};
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
 use crate::gpu_scene::{POSITION, vertex_input};
-use crate::plan::{FramePlan, GeometryKey};
+use crate::plan::{Extras, FramePlan, GeometryKey};
 use crate::shaders::depth::{self as shader, Flags};
 
 const PUSH_STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::VERTEX;
@@ -64,7 +64,7 @@ impl Depth {
         let range = vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<Push>() as u32 };
         let layout = pipeline_layout(device, "depth layout", &[frame_layout], &[range])?;
         let variant = needed("depth", shader::variant, Flags::NONE)?;
-        let (vertex_bindings, vertex_attributes) = vertex_input(&[POSITION]);
+        let (vertex_bindings, vertex_attributes) = vertex_input(&[POSITION], Extras::default());
         let blend = vec![vk::PipelineColorBlendAttachmentState::default(); colors as usize];
         let mut pipelines = BTreeMap::new();
         for key in plan.geometry.iter().filter(|key| !key.masked) {

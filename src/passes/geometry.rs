@@ -118,6 +118,7 @@ fn pipeline(
 pub(crate) fn flags(plan: &FramePlan, key: GeometryKey) -> Flags {
     Flags::TEXTURED.when(!key.textures.is_empty())
         | Flags::NORMAL_MAP.when(key.textures.contains(TextureSlot::Normal))
+        | Flags::EXTRAS.when(key.extras.any())
         | gbuffer_flags!(plan)
         | Flags::EMISSIVE.when(plan.emissive)
         | Flags::OVERDRAW.when(plan.shading.only_covers())
@@ -130,6 +131,7 @@ fn constants_of(plan: &FramePlan, key: GeometryKey) -> Vec<(u32, u32)> {
     let farthest: f32 = if half_position { 65000.0 } else { f32::MAX };
     vec![
         (constants::TEXTURES, key.textures.bits()),
+        (constants::COLORED, u32::from(key.extras.colors)),
         (constants::MASKED, u32::from(key.discards)),
         (constants::TWO_SIDED, u32::from(key.two_sided)),
         (constants::RECEIVES, u32::from(key.receives)),

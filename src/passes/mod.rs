@@ -66,7 +66,7 @@ use glam::{DAffine3, DVec3, Vec4};
 
 use crate::gpu::{self, Device, Timestamps, sync::Use};
 use crate::gpu_scene::{GpuScene, INDEX_READ, TEXTURE_READ, VERTEX_READ};
-use crate::plan::{Canvas, FramePlan, IndexWidth, Shading, Target};
+use crate::plan::{Canvas, FramePlan, IndexWidth, Shading, Target, TexturePlan};
 use crate::scene::Camera;
 use crate::shaders::Variant;
 use crate::visible::{MapDraw, Visible, World, WorldObject};
@@ -219,6 +219,8 @@ pub struct Recording<'a> {
     pub swapchain_image: Option<vk::Image>,
     pub scene: &'a GpuScene,
     pub world: &'a World,
+    /// How textures lie on what is drawn.
+    pub textures: &'a TexturePlan,
     pub visible: &'a Visible,
     pub camera: &'a Camera,
     /// Set 0 of every pass: camera and lights.

@@ -9,7 +9,7 @@ use super::screen::{Input, Inputs, add, stages};
 use super::{Pass, Place, Presence, Recording, Resource, SetLayouts, Slot, Touch, needed};
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
 use crate::gpu_scene::{POSITION, VERTEX_READ, vertex_input};
-use crate::plan::{FramePlan, Shading};
+use crate::plan::{Extras, FramePlan, Shading};
 use crate::scene::LightPath;
 use crate::shaders::per_light::{self as shader, Flags, constants};
 use crate::visible::{LightRect, LightWork};
@@ -56,7 +56,8 @@ impl PerLight {
         let range = vk::PushConstantRange { stage_flags: vk::ShaderStageFlags::FRAGMENT, offset: 0, size: PUSH_BYTES };
         let layout =
             pipeline_layout(device, "per light", &sets, if volume { &[] } else { std::slice::from_ref(&range) })?;
-        let (vertex_bindings, vertex_attributes) = vertex_input(if volume { &[POSITION] } else { &[] });
+        let (vertex_bindings, vertex_attributes) =
+            vertex_input(if volume { &[POSITION] } else { &[] }, Extras::default());
         let pipeline = GraphicsPipeline::new(
             device,
             &GraphicsPipelineDesc {

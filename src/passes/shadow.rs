@@ -16,10 +16,10 @@ use crate::gpu::{
     self, DepthState, Device, Framebuffer, GraphicsPipeline, GraphicsPipelineDesc, Owned, framebuffer, pipeline_layout,
     sync::Use,
 };
-use crate::gpu_scene::{ATLAS_LAYOUT, GpuScene, HOLES, POSITION, ShadowAtlas, UV, vertex_input};
-use crate::plan::{DEPTH, ShadowPlan};
-use crate::scene::{AlphaMode, CastsShadow};
-use crate::shaders::shadow::{self as shader, Flags};
+use crate::gpu_scene::{ATLAS_LAYOUT, COLOR, GpuScene, HOLES, POSITION, SECOND_UV, ShadowAtlas, UV, vertex_input};
+use crate::plan::{DEPTH, Extras, ShadowPlan};
+use crate::scene::{AlphaMode, CastsShadow, TextureSlot};
+use crate::shaders::shadow::{self as shader, Flags, constants};
 use crate::visible::{Caster, ShadowView, World, WorldObject};
 
 /// Clears a map's square, before it is tested and drawn into.
@@ -52,6 +52,7 @@ struct Push {
     alpha: f32,
     alpha_cutoff: f32,
     _padding: [f32; 2],
+    uv_rows: [Vec4; 2],
 }
 
 const _: () = {
@@ -61,6 +62,7 @@ const _: () = {
     assert!(offset_of!(Push, rows) == wgsl::ROW_X);
     assert!(offset_of!(Push, alpha) == wgsl::ALPHA);
     assert!(offset_of!(Push, alpha_cutoff) == wgsl::ALPHA_CUTOFF);
+    assert!(offset_of!(Push, uv_rows) == wgsl::UV_X);
 };
 
 /// All that sets one pipeline of the pass apart from another.
@@ -68,6 +70,8 @@ const _: () = {
 struct CasterKey {
     /// Its texture cuts holes.
     masked: bool,
+    /// So does the alpha of its vertices, or the texture lies on it in another way than as its first coordinates say.
+    extras: Extras,
     /// Only faces that are turned to the light cast.
     front: bool,
     /// The transform swaps front and back.
@@ -77,11 +81,11 @@ struct CasterKey {
 }
 
 impl CasterKey {
-    fn of(world: &World, object: &WorldObject, clamps: bool) -> Self {
-        let material = &world.materials[object.material];
+    fn of(object: &WorldObject, clamps: bool) -> Self {
         let front = object.casts == CastsShadow::Front;
         Self {
-            masked: material.is_masked() && material.base_color_texture.is_some(),
+            masked: object.cuts.texture.is_some(),
+            extras: object.cuts.extras,
             front,
             // Where both sides cast, it does not matter which is which.
             mirrored: front && object.key.mirrored,
@@ -133,8 +137,7 @@ impl Shadow {
         let plain_layout = pipeline_layout(device, "shadow layout", &[], &[range])?;
         let holes = scene.materials.as_ref().and_then(|materials| materials.layout(HOLES));
         // Without holes there is no set to bind, though a material that samples its base colour has one of the same layout.
-        let holes =
-            holes.filter(|_| world.objects.iter().any(|object| CasterKey::of(world, object, plan.clamp).masked));
+        let holes = holes.filter(|_| world.objects.iter().any(|object| CasterKey::of(object, plan.clamp).masked));
         let layout = |holes| pipeline_layout(device, "masked shadow layout", &[holes], &[range]);
         let mut shadow = Self {
             render_pass: slot.render_pass,
@@ -153,7 +156,7 @@ impl Shadow {
         }
         for object in world.objects.iter().filter(|object| object.casts != CastsShadow::No) {
             for &clamps in &clamps {
-                let key = CasterKey::of(world, object, clamps);
+                let key = CasterKey::of(object, clamps);
                 let other = CasterKey { mirrored: key.front && !key.mirrored, ..key };
                 for key in [Some(key), object.may_mirror.then_some(other)].into_iter().flatten() {
                     if !shadow.pipelines.contains_key(&key) {
@@ -209,16 +212,15 @@ impl Shadow {
     }
 
     fn draw(&self, recording: &Recording, view: &ShadowView, casters: &[Caster]) {
-        // Texture coordinates are bound where a map needs them at all: a draw without holes fetches none.
-        let masks = casters.iter().any(|caster| {
-            let object = &recording.world.objects[caster.draw.object];
-            CasterKey::of(recording.world, object, false).masked
-        });
-        let mut meshes = MeshDraws::new(recording, if masks { &[POSITION, UV] } else { &[POSITION] });
+        // The streams that some caster needs are bound at once: a draw without holes fetches positions alone.
+        let keys = casters.iter().map(|own| CasterKey::of(&recording.world.objects[own.draw.object], false));
+        let streams: BTreeSet<u32> = keys.flat_map(|key| inputs(key).iter().copied()).collect();
+        let streams: Vec<u32> = streams.into_iter().collect();
+        let mut meshes = MeshDraws::new(recording, &streams);
         let mut bound: (Option<CasterKey>, Option<usize>) = (None, None);
         for caster in casters {
             let object = &recording.world.objects[caster.draw.object];
-            let key = CasterKey::of(recording.world, object, self.clamp && view.clamps);
+            let key = CasterKey::of(object, self.clamp && view.clamps);
             let layout = self.layout(key);
             if bound.0 != Some(key) {
                 // There is one for each object that casts.
@@ -241,10 +243,25 @@ impl Shadow {
                     AlphaMode::Opaque | AlphaMode::Blend | AlphaMode::Glass | AlphaMode::Coat => 0.0,
                 },
                 _padding: [0.0; 2],
+                uv_rows: recording.textures.uv_rows(
+                    object.material,
+                    TextureSlot::BaseColor,
+                    &material.uv_maps[TextureSlot::BaseColor as usize],
+                ),
             };
             recording.push(layout, PUSH_STAGES, &push);
             meshes.draw(object, None);
         }
+    }
+}
+
+/// The inputs of a caster's vertex shader.
+fn inputs(key: CasterKey) -> &'static [u32] {
+    match (key.masked, key.extras.any()) {
+        (false, false) => &[POSITION],
+        (true, false) => &[POSITION, UV],
+        (false, true) => &[POSITION, COLOR],
+        (true, true) => &[POSITION, UV, COLOR, SECOND_UV],
     }
 }
 
@@ -254,14 +271,16 @@ fn pipeline(
     key: CasterKey,
     layout: vk::PipelineLayout,
 ) -> gpu::Result<Owned<vk::Pipeline>> {
-    let flags = if key.masked { Flags::MASKED } else { Flags::NONE };
+    let flags = Flags::MASKED.when(key.masked) | Flags::EXTRAS.when(key.extras.any());
     let variant = needed("shadow", shader::variant, flags)?;
-    let (vertex_bindings, vertex_attributes) = vertex_input(if key.masked { &[POSITION, UV] } else { &[POSITION] });
+    let (vertex_bindings, vertex_attributes) = vertex_input(inputs(key), key.extras);
+    let constants = [(constants::COLORED, u32::from(key.extras.colors))];
+    let constants = if key.extras.any() { &constants[..] } else { &[] };
     GraphicsPipeline::new(
         device,
         &GraphicsPipelineDesc {
             name: &format!("shadow {key:?}"),
-            stages: &stages(variant, &[]),
+            stages: &stages(variant, constants),
             vertex_bindings: &vertex_bindings,
             vertex_attributes: &vertex_attributes,
             // Both sides cast, unless the object says otherwise: a surface seen from behind still stands in the light.

@@ -12,17 +12,19 @@ use super::{MeshDraws, Recording, SetLayouts, Slot, camera_relative, needed};
 use crate::gpu::{
     self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout, ShaderStage, pipeline_layout,
 };
-use crate::gpu_scene::{GpuScene, NORMAL, POSITION, TANGENT, UV, vertex_input};
-use crate::plan::{FramePlan, GeometryKey, Opacity, Shading, TextureMask, ToneMapping};
+use crate::gpu_scene::{
+    COLOR, GpuScene, NORMAL, OWN_SAMPLERS, POSITION, SAMPLER, SECOND_UV, SetForm, TANGENT, UV, vertex_input,
+};
+use crate::plan::{FramePlan, GeometryKey, Opacity, Shading, ToneMapping};
 use crate::scene::{AlphaMode, Brdf, TextureSlot};
 use crate::shaders::forward::{self as shader, Flags, constants};
-use crate::shaders::{Binding, BindingKind, Variant};
+use crate::shaders::{BindingKind, Variant};
 use crate::visible::WorldObject;
 
 pub const PUSH_STAGES: vk::ShaderStageFlags =
     vk::ShaderStageFlags::from_raw(vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::FRAGMENT.as_raw());
 
-/// What changes from draw to draw: 112 of the 128 bytes that every device has.
+/// What changes from draw to draw: 116 of the 128 bytes that every device has.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct Push {
@@ -37,6 +39,8 @@ pub struct Push {
     roughness: f32,
     ambient: f32,
     normal_scale: f32,
+    first_uv_map: u32,
+    _padding: [u32; 3],
 }
 
 const _: () = {
@@ -56,12 +60,13 @@ const _: () = {
     assert!(offset_of!(Push, roughness) == wgsl::ROUGHNESS);
     assert!(offset_of!(Push, ambient) == wgsl::AMBIENT);
     assert!(offset_of!(Push, normal_scale) == wgsl::NORMAL_SCALE);
+    assert!(offset_of!(Push, first_uv_map) == wgsl::FIRST_UV_MAP);
 };
 
 /// A pipeline for each [`GeometryKey`] of a pass.
 pub struct Surfaces {
-    /// By the textures that a pipeline samples.
-    layouts: BTreeMap<TextureMask, Owned<vk::PipelineLayout>>,
+    /// By what a pipeline samples.
+    layouts: BTreeMap<SetForm, Owned<vk::PipelineLayout>>,
     pipelines: BTreeMap<GeometryKey, Owned<vk::Pipeline>>,
     /// What is drawn is lit, with shadows.
     shadows: bool,
@@ -85,25 +90,25 @@ impl Surfaces {
         scene: &GpuScene,
     ) -> gpu::Result<Self> {
         let range = vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<Push>() as u32 };
-        let masks: BTreeSet<TextureMask> = keys.iter().map(|key| key.textures).collect();
+        let forms: BTreeSet<SetForm> = keys.iter().map(|&key| SetForm::of(key)).collect();
         // Shadow maps are in set 2: where nothing is in set 1, its place in the layout is empty.
-        let skips = layouts.shadows.is_some() && masks.contains(&TextureMask::default());
+        let skips = layouts.shadows.is_some() && forms.iter().any(|form| form.textures.is_empty());
         let empty = skips.then(|| SetLayout::new(device, "no textures", &[])).transpose()?;
-        let layout = |slots: TextureMask| {
-            let (name, textures) = match slots.is_empty() {
+        let layout = |form: SetForm| {
+            let (name, textures) = match form.textures.is_empty() {
                 true => (format!("{name} layout"), empty.as_ref().map(|empty| empty.raw)),
                 // There is one for the material of each key.
                 false => {
-                    let sets = scene.materials.as_ref().and_then(|materials| materials.layout(slots));
-                    (format!("{name} layout, {slots}"), sets)
+                    let sets = scene.materials.as_ref().and_then(|materials| materials.layout(form));
+                    (format!("{name} layout, {}", form.textures), sets)
                 }
             };
             let sets = [Some(layouts.frame), textures, layouts.shadows];
             let sets: Vec<_> = sets.into_iter().flatten().collect();
-            Ok((slots, pipeline_layout(device, &name, &sets, &[range])?))
+            Ok((form, pipeline_layout(device, &name, &sets, &[range])?))
         };
         Ok(Self {
-            layouts: masks.into_iter().map(layout).collect::<gpu::Result<_>>()?,
+            layouts: forms.into_iter().map(layout).collect::<gpu::Result<_>>()?,
             pipelines: BTreeMap::new(),
             shadows: layouts.shadows.is_some(),
             _empty: empty,
@@ -112,6 +117,8 @@ impl Surfaces {
                 (NORMAL, plan.streams.normals),
                 (UV, plan.streams.uvs),
                 (TANGENT, plan.streams.tangents),
+                (COLOR, plan.streams.colors),
+                (SECOND_UV, plan.streams.second_uvs),
             ]
             .into_iter()
             .filter_map(|(stream, present)| present.then_some(stream))
@@ -125,7 +132,7 @@ impl Surfaces {
 
     /// The layout that the pipeline of a key has.
     pub fn layout(&self, key: GeometryKey) -> vk::PipelineLayout {
-        self.layouts[&key.textures].raw
+        self.layouts[&SetForm::of(key)].raw
     }
 
     pub fn insert(&mut self, key: GeometryKey, pipeline: Owned<vk::Pipeline>) {
@@ -196,6 +203,8 @@ impl Surfaces {
             roughness: if object.key.phong { material.shininess } else { material.roughness },
             ambient: material.ambient,
             normal_scale: material.normal_scale,
+            first_uv_map: recording.textures.first_uv_map(object.material).unwrap_or(0),
+            _padding: [0; 3],
         }
     }
 }
@@ -212,17 +221,23 @@ pub fn textured_stages<'a>(
     stages
 }
 
-/// The fragment shader of a variant for sets that have only `textures`. The shader declares a variable for each slot, and the constants say
+/// The fragment shader of a variant for sets of a form. The shader declares a texture and a sampler for each slot, and the constants say
 /// which are sampled. Vulkan wants a binding in the set for each declared variable, sampled or not; but several variables may have the same
-/// one ("DescriptorSet and Binding Assignment" of its specification). So those of absent textures are made names of a present one.
-pub fn bound_fragment(variant: &Variant, textures: TextureMask) -> Vec<u32> {
+/// one ("DescriptorSet and Binding Assignment" of its specification). So those of absent textures are made names of a present one, and the
+/// samplers of textures that are sampled alike names of the only one.
+pub fn bound_fragment(variant: &Variant, form: SetForm) -> Vec<u32> {
     let Some(fragment) = variant.fragment() else { return Vec::new() };
     let mut spirv = fragment.spirv.words().to_vec();
-    let Some(present) = textures.slots().next() else { return spirv };
-    let has = |binding: &Binding| textures.slots().any(|slot| slot as u32 == binding.binding);
-    let material = |binding: &&Binding| binding.set == MATERIAL_SET && binding.kind == BindingKind::SampledImage;
-    for absent in fragment.bindings.iter().filter(material).filter(|binding| !has(binding)) {
-        spirv[absent.word as usize] = present as u32;
+    let Some(present) = form.textures.slots().next() else { return spirv };
+    let has = |slot: u32| form.textures.slots().any(|own| own as u32 == slot);
+    for binding in fragment.bindings.iter().filter(|binding| binding.set == MATERIAL_SET) {
+        let number = match binding.kind {
+            BindingKind::SampledImage if !has(binding.binding) => present as u32,
+            BindingKind::Sampler if !form.own_samplers => SAMPLER,
+            BindingKind::Sampler if !has(binding.binding - OWN_SAMPLERS) => OWN_SAMPLERS + present as u32,
+            _ => continue,
+        };
+        spirv[binding.word as usize] = number;
     }
     spirv
 }
@@ -309,13 +324,13 @@ pub fn surface_pipeline(
 ) -> gpu::Result<Owned<vk::Pipeline>> {
     let inputs = desc.variant.vertex().map_or(&[][..], |entry| entry.vertex_inputs);
     let streams: Vec<u32> = inputs.iter().map(|input| input.location).collect();
-    let (vertex_bindings, vertex_attributes) = vertex_input(&streams);
+    let (vertex_bindings, vertex_attributes) = vertex_input(&streams, key.extras);
     let (cull_mode, front_face) = faces(key);
     GraphicsPipeline::new(
         device,
         &GraphicsPipelineDesc {
             name: &format!("{} {key:?}", desc.name),
-            stages: &textured_stages(desc.variant, &bound_fragment(desc.variant, key.textures), desc.constants),
+            stages: &textured_stages(desc.variant, &bound_fragment(desc.variant, SetForm::of(key)), desc.constants),
             vertex_bindings: &vertex_bindings,
             vertex_attributes: &vertex_attributes,
             cull_mode,
@@ -336,6 +351,7 @@ pub fn surface_pipeline(
 pub(crate) fn lit_flags(plan: &FramePlan, key: GeometryKey) -> Flags {
     Flags::TEXTURED.when(!key.textures.is_empty())
         | Flags::NORMAL_MAP.when(key.textures.contains(TextureSlot::Normal))
+        | Flags::EXTRAS.when(key.extras.any())
         | Flags::LIGHTS.when(plan.lights.any())
         | Flags::UNIFORM_BUFFER.when(plan.lights.any() && plan.lights.uniform)
         | Flags::CLUSTERED.when(plan.has_clusters())
@@ -353,6 +369,7 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
     };
     vec![
         (constants::TEXTURES, key.textures.bits()),
+        (constants::COLORED, u32::from(key.extras.colors)),
         (constants::MASKED, u32::from(desc.masked)),
         (constants::TWO_SIDED, u32::from(key.two_sided)),
         (constants::RECEIVES, u32::from(key.receives)),
@@ -418,7 +435,7 @@ mod tests {
                     };
                     let variant = variant.expect("a variant");
                     let own = variant.fragment().expect("a fragment stage");
-                    let patched = bound_fragment(variant, key.textures);
+                    let patched = bound_fragment(variant, SetForm::of(key));
                     let before = bound(variant, own.spirv.words());
                     for ((name_of, number), (_, original)) in bound(variant, &patched).into_iter().zip(before) {
                         let place = own.bindings.iter().find(|binding| binding.name == name_of).expect("a binding");

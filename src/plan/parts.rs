@@ -429,6 +429,20 @@ fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
             16,
             ("a normal map is sampled", "no normal map is sampled"),
         ),
+        stream(
+            "second vertex UVs",
+            OptionalPart::SecondUvs,
+            planned.second_uvs,
+            8,
+            ("a texture lies on them", "no texture lies on them"),
+        ),
+        stream(
+            "vertex colours",
+            OptionalPart::VertexColors,
+            planned.colors,
+            16,
+            ("they multiply base colours", "no drawn mesh has other colours than white"),
+        ),
     ]
 }
 

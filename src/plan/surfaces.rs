@@ -14,9 +14,9 @@ use std::collections::BTreeSet;
 pub use deforms::{DeformPlan, PlannedDeform};
 pub use materials::EffectiveMaterials;
 pub use meshes::{IndexWidth, MeshPlan, PlannedMesh};
-pub use pipelines::{ForwardKey, GeometryKey, Opacity, Streams, TextureMask};
-pub(crate) use rules::SurfaceRules;
-pub use textures::{PlannedTexture, TexturePlan, TextureSource};
+pub use pipelines::{Extras, ForwardKey, GeometryKey, Opacity, Streams, TextureMask};
+pub(crate) use rules::{Cuts, SurfaceRules};
+pub use textures::{PlannedTexture, SetSamplers, TexturePlan, TextureSource};
 pub use uploads::Uploads;
 
 use super::{Capabilities, Error, is_forward};

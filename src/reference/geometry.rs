@@ -3,12 +3,12 @@
 //! What is seen is what the rasterizer would draw: faces of one-sided materials from the front, which a mirrored transform turns over; no holes
 //! of masks; nothing before the near plane. Where two opaque surfaces are equally far, the first one of the scene is seen.
 
-use glam::{DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4, Vec2, Vec3, Vec4};
 
 use super::bvh::Bvh;
 use super::intersect::{Crossing, Ray};
 use super::texture;
-use crate::scene::{Aabb, AlphaMode, CastsShadow, Material, Mesh, Scene, TriangleId};
+use crate::scene::{Aabb, AlphaMode, CastsShadow, Material, Mesh, Scene, TextureSlot, TriangleId, UvMap};
 
 /// Coordinates beyond this have no squares' squares in f64: what reaches there is not drawn.
 const LARGEST: f64 = 1e75;
@@ -89,11 +89,25 @@ impl<'a> Part<'a> {
         [indices[0] as usize, indices[1] as usize, indices[2] as usize]
     }
 
-    /// Where a triangle's texture is looked up; the corner of the image for a mesh without texture coordinates.
-    pub fn uv(&self, triangle: u32, weights: [f64; 3]) -> DVec2 {
-        let vertices = self.vertices(triangle);
-        let uv = |vertex: usize| self.mesh.uvs.get(vertex).map_or(DVec2::ZERO, |&uv| Vec2::from(uv).as_dvec2());
-        weights.into_iter().zip(vertices).map(|(weight, vertex)| uv(vertex) * weight).sum()
+    /// Where a triangle's texture of a slot is looked up. For a mesh without texture coordinates they are 0.
+    pub fn uv(&self, slot: TextureSlot, triangle: u32, weights: [f64; 3]) -> DVec2 {
+        let map = &self.material.uv_maps[slot as usize];
+        let uvs = if map.set == 1 { &self.mesh.uvs_1 } else { &self.mesh.uvs };
+        let uv = |vertex: usize| uvs.get(vertex).map_or(DVec2::ZERO, |&uv| Vec2::from(uv).as_dvec2());
+        let own: DVec2 = weights.into_iter().zip(self.vertices(triangle)).map(|(weight, at)| uv(at) * weight).sum();
+        match *map {
+            UvMap::IDENTITY => own,
+            _ => DVec2::from(map.rows().map(|row| row.dot(own.extend(1.0)))),
+        }
+    }
+
+    /// The vertices' own colour and alpha.
+    pub fn color(&self, triangle: u32, weights: [f64; 3]) -> DVec4 {
+        if self.mesh.colors.is_empty() {
+            return DVec4::ONE;
+        }
+        let color = |vertex: usize| Vec4::from(self.mesh.colors[vertex]).as_dvec4();
+        weights.into_iter().zip(self.vertices(triangle)).map(|(weight, vertex)| color(vertex) * weight).sum()
     }
 }
 
@@ -132,8 +146,9 @@ impl<'a> Geometry<'a> {
     /// The base colour's alpha at a place.
     pub fn alpha(&self, part: &Part, triangle: u32, weights: [f64; 3]) -> f64 {
         let texture = part.material.base_color_texture.map(|index| &self.scene.textures[index]);
-        let texel = texture.map_or(1.0, |texture| texture::sample(texture, part.uv(triangle, weights)).w);
-        f64::from(part.material.alpha) * texel
+        let uv = || part.uv(TextureSlot::BaseColor, triangle, weights);
+        let texel = texture.map_or(1.0, |texture| texture::sample(texture, uv()).w);
+        f64::from(part.material.alpha) * texel * part.color(triangle, weights).w
     }
 
     fn is_hole(&self, part: &Part, triangle: u32, weights: [f64; 3]) -> bool {

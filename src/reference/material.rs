@@ -1,11 +1,11 @@
 //! A hit as a surface: its material with all textures looked up, its normals turned to the eye.
 
-use glam::{DVec2, DVec3, DVec4, Vec3, Vec4};
+use glam::{DVec3, DVec4, Vec3, Vec4};
 
 use super::geometry::{Geometry, Hit, Part};
 use super::surface::Surface;
 use super::texture;
-use crate::scene::{AlphaMode, Brdf, Scene};
+use crate::scene::{AlphaMode, Brdf, Scene, TextureSlot};
 
 /// The code of a normal map that stands for 0, and how many steps lie between it and 1.
 const NORMAL_ZERO: f64 = 128.0;
@@ -15,19 +15,29 @@ const NORMAL_STEPS: f64 = 127.0;
 struct Place<'a> {
     scene: &'a Scene,
     part: &'a Part<'a>,
-    vertices: [usize; 3],
+    triangle: u32,
     weights: [f64; 3],
-    uv: DVec2,
 }
 
 impl Place<'_> {
-    /// A texture's value, or 1.
-    fn texel(&self, slot: Option<usize>) -> DVec4 {
-        slot.map_or(DVec4::ONE, |index| texture::sample(&self.scene.textures[index], self.uv))
+    /// The value of a slot's texture, if there is one.
+    fn texture(&self, slot: TextureSlot) -> Option<DVec4> {
+        let index = self.part.material.texture(slot)?;
+        Some(texture::sample(&self.scene.textures[index], self.part.uv(slot, self.triangle, self.weights)))
+    }
+
+    /// The same, or 1.
+    fn texel(&self, slot: TextureSlot) -> DVec4 {
+        self.texture(slot).unwrap_or(DVec4::ONE)
     }
 
     fn blend<T: std::iter::Sum>(&self, value: impl Fn(usize, f64) -> T) -> T {
-        self.vertices.into_iter().zip(self.weights).map(|(vertex, weight)| value(vertex, weight)).sum()
+        self.part
+            .vertices(self.triangle)
+            .into_iter()
+            .zip(self.weights)
+            .map(|(vertex, weight)| value(vertex, weight))
+            .sum()
     }
 
     /// The interpolated normal, not yet turned to the eye.
@@ -38,8 +48,8 @@ impl Place<'_> {
 
     /// The normal with its map. MikkTSpace: the interpolated frame is used as it is, neither made orthogonal nor unit (Mikkelsen 2008).
     fn mapped_normal(&self, normal: DVec3) -> DVec3 {
-        let Some(index) = self.part.material.normal_texture else { return normal };
-        let codes = texture::sample(&self.scene.textures[index], self.uv).truncate() * 255.0 - NORMAL_ZERO;
+        let Some(texel) = self.texture(TextureSlot::Normal) else { return normal };
+        let codes = texel.truncate() * 255.0 - NORMAL_ZERO;
         let scale = f64::from(self.part.material.normal_scale);
         let DVec3 { x, y, z } = codes.map(|code| if code.abs() < 0.01 { 0.0 } else { code / NORMAL_STEPS });
         let [x, y] = [x * scale, y * scale];
@@ -73,8 +83,7 @@ pub fn surface(
 ) -> (Surface, AlphaMode) {
     let part = geometry.part(hit);
     let triangle = geometry.triangles[hit.triangle].id.triangle;
-    let weights = hit.crossing.weights;
-    let place = Place { scene, part, vertices: part.vertices(triangle), weights, uv: part.uv(triangle, weights) };
+    let place = Place { scene, part, triangle, weights: hit.crossing.weights };
     let material = part.material;
     let brdf = brdf.unwrap_or(material.brdf);
     let is_phong = matches!(brdf, Brdf::Phong | Brdf::BlinnPhong);
@@ -82,8 +91,10 @@ pub fn surface(
     let facing = if hit.front { 1.0 } else { -1.0 };
     let geometric_normal = place.normal();
     let normal = place.mapped_normal(geometric_normal);
-    let base = material.base_color.extend(material.alpha).as_dvec4() * place.texel(material.base_color_texture);
-    let shape = place.texel(material.metallic_roughness_texture);
+    let base = material.base_color.extend(material.alpha).as_dvec4()
+        * place.texel(TextureSlot::BaseColor)
+        * part.color(triangle, place.weights);
+    let shape = place.texel(TextureSlot::MetallicRoughness);
     let ambient = if is_phong { f64::from(material.ambient) } else { 1.0 };
     let surface = Surface {
         position,
@@ -94,10 +105,10 @@ pub fn surface(
         albedo: base.truncate(),
         metallic: f64::from(material.metallic) * shape.z,
         roughness: f64::from(material.roughness) * shape.y,
-        specular: material.specular.as_dvec3() * place.texel(material.specular_texture).truncate(),
-        shininess: f64::from(material.shininess) * place.texel(material.shininess_texture).y,
-        occlusion: ambient * place.texel(material.occlusion_texture).x,
-        emissive: material.emissive.as_dvec3() * place.texel(material.emissive_texture).truncate(),
+        specular: material.specular.as_dvec3() * place.texel(TextureSlot::Specular).truncate(),
+        shininess: f64::from(material.shininess) * place.texel(TextureSlot::Shininess).y,
+        occlusion: ambient * place.texel(TextureSlot::Occlusion).x,
+        emissive: material.emissive.as_dvec3() * place.texel(TextureSlot::Emissive).truncate(),
         alpha: if material.is_transparent() { base.w.clamp(0.0, 1.0) } else { 1.0 },
         receives_shadow: part.receives_shadow,
     };

@@ -1,4 +1,4 @@
-//! Texels between texels: bilinear at level 0, repeated outside 0..1, sRGB decoded before it is filtered, as samplers do.
+//! Texels between texels: those of level 0, magnified and wrapped as their sampler says, sRGB decoded before it is filtered, as samplers do.
 //!
 //! There are no levels: [`super::Mode::Converged`] converges to the mean of level 0 over a pixel by looking at more places.
 
@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 use glam::{DVec2, DVec4};
 
-use crate::scene::{ColorSpace, Texture};
+use crate::scene::{ColorSpace, Filter, Texture, Wrap};
 
 /// The linear values of the 256 codes (IEC 61966-2-1).
 fn srgb() -> &'static [f64; 256] {
@@ -33,20 +33,36 @@ fn texel(texture: &Texture, x: usize, y: usize) -> DVec4 {
     }
 }
 
-/// The two texels around a coordinate and the second one's share. A coordinate that is no number is 0.
-fn between(coordinate: f64, edge: u32) -> (usize, usize, f64) {
+/// The two texels around a coordinate and the second one's share: none, where the nearest is all there is. A coordinate that is no number is 0.
+fn between(coordinate: f64, edge: u32, wrap: Wrap, filter: Filter) -> (usize, usize, f64) {
     let edge = f64::from(edge);
-    let place = coordinate.rem_euclid(1.0) * edge - 0.5;
+    let within = match wrap {
+        Wrap::Repeat => coordinate.rem_euclid(1.0),
+        Wrap::Mirror => coordinate.rem_euclid(2.0),
+        Wrap::Clamp => coordinate.clamp(-1.0, 2.0),
+    };
+    let place = within * edge - if filter == Filter::Linear { 0.5 } else { 0.0 };
     let place = if place.is_finite() { place } else { -0.5 };
     let first = place.floor();
-    let wrap = |texel: f64| texel.rem_euclid(edge) as usize;
-    (wrap(first), wrap(first + 1.0), place - first)
+    let wrapped = |texel: f64| match wrap {
+        Wrap::Repeat => texel.rem_euclid(edge),
+        // From 0 on to the last one, which is there twice, and back.
+        Wrap::Mirror => {
+            let texel = texel.rem_euclid(2.0 * edge);
+            texel.min(2.0 * edge - 1.0 - texel)
+        }
+        Wrap::Clamp => texel.clamp(0.0, edge - 1.0),
+    } as usize;
+    let share = if filter == Filter::Linear { place - first } else { 0.0 };
+    (wrapped(first), wrapped(first + 1.0), share)
 }
 
 /// Linear RGBA at a place; (0, 0) is the upper left corner of the first texel.
 pub fn sample(texture: &Texture, uv: DVec2) -> DVec4 {
-    let (x0, x1, fx) = between(uv.x, texture.size[0]);
-    let (y0, y1, fy) = between(uv.y, texture.size[1]);
+    let [wrap_u, wrap_v] = texture.sampler.wrap;
+    let filter = texture.sampler.magnify;
+    let (x0, x1, fx) = between(uv.x, texture.size[0], wrap_u, filter);
+    let (y0, y1, fy) = between(uv.y, texture.size[1], wrap_v, filter);
     let row = |y| texel(texture, x0, y).lerp(texel(texture, x1, y), fx);
     row(y0).lerp(row(y1), fy)
 }

@@ -54,6 +54,10 @@ optional_parts! {
     Uvs = "uvs",
     /// Tangents of vertices.
     Tangents = "tangents",
+    /// Second texture coordinates of vertices.
+    SecondUvs = "second-uvs",
+    /// Colours of vertices.
+    VertexColors = "vertex-colors",
     /// 32 bits for each index, where 16 suffice.
     WideIndices = "wide-indices",
     /// Meshes that no drawn object has.

@@ -8,7 +8,9 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::occlusion::Occluders;
 use super::pose::WorldPose;
 use super::shadows::{Changes, ShadowView, lamp_views, widened};
-use crate::plan::{Cut, Error, FramePlan, GeometryKey, IdleLights, LightOrder, MapProjection, SurfaceRules, weakens};
+use crate::plan::{
+    Cut, Cuts, Error, FramePlan, GeometryKey, IdleLights, LightOrder, MapProjection, SurfaceRules, weakens,
+};
 use crate::scene::check::fits;
 use crate::scene::{
     Aabb, CastsShadow, ClipChoice, Environment, Light, Material, Mesh, Playing, Scene, Settings, ShadowSettings,
@@ -91,6 +93,8 @@ pub struct WorldObject {
     /// What moves it can swap its left and right.
     pub may_mirror: bool,
     pub key: GeometryKey,
+    /// What cuts holes into its shadow.
+    pub(crate) cuts: Cuts,
     pub triangles: usize,
     pub transparent: bool,
 }
@@ -272,6 +276,7 @@ impl WorldObject {
             node: object.node,
             may_mirror: mirrors && object.moves(),
             key: GeometryKey::of(object, rules),
+            cuts: rules.cuts(object),
             triangles: mesh.indices.len() / 3,
         }
     }

@@ -7,8 +7,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::TextureMask;
 use crate::scene::{
-    AlphaMode, Brdf, ColorSpace, Material, OptionalPart, Scene, Settings, Texture, TextureSlot, scaled,
+    AlphaMode, Brdf, ColorSpace, Material, MaterialValue, Mesh, OptionalPart, Sampler, Scene, Settings, Target,
+    Texture, TextureSlot, scaled,
 };
 
 /// Materials as they are drawn, and what became of them.
@@ -22,19 +24,36 @@ pub struct EffectiveMaterials {
     pub opened: usize,
     /// And those whose masks leave nothing.
     pub emptied: usize,
+    /// Meshes whose vertices are not all white and whole.
+    pub colored: BTreeSet<usize>,
+    /// Materials whose UV maps a clip moves.
+    pub moving_maps: BTreeSet<usize>,
+    /// How the scene's textures are sampled, in its order.
+    samplers: Vec<Sampler>,
 }
 
 impl EffectiveMaterials {
     pub(in crate::plan) fn of(scene: &Scene, settings: &Settings) -> Self {
         let mut texels = Texels { textures: &scene.textures, colors: BTreeMap::new(), alphas: BTreeMap::new() };
-        let mut effective = Self::default();
-        for material in &scene.materials {
+        let white = |mesh: &Mesh| mesh.colors.iter().all(|color| *color == [1.0; 4]);
+        let colored = (0..scene.meshes.len()).filter(|&mesh| !white(&scene.meshes[mesh]));
+        let mut effective = Self {
+            colored: colored.collect(),
+            moving_maps: moving_maps(scene),
+            samplers: scene.textures.iter().map(|texture| texture.sampler).collect(),
+            ..Self::default()
+        };
+        let veiled = effective.veiled(scene);
+        for (index, material) in scene.materials.iter().enumerate() {
             let mut own = material.clone();
             let brdf = settings.brdf.unwrap_or(own.brdf);
             if !matches!(brdf, Brdf::Phong | Brdf::BlinnPhong) {
                 own.ambient = 1.0;
             }
-            let judged = effective.judge_mask(own.clone(), &mut texels);
+            let judged = match veiled.contains(&index) {
+                true => own.clone(),
+                false => effective.judge_mask(own.clone(), &mut texels),
+            };
             if !settings.keep.has(OptionalPart::OpaqueMasks) {
                 own = judged;
             }
@@ -45,6 +64,19 @@ impl EffectiveMaterials {
             effective.all.push(own);
         }
         effective
+    }
+
+    /// Whether textures of a material in these slots are not sampled alike.
+    pub(crate) fn samplers_differ(&self, material: &Material, slots: TextureMask) -> bool {
+        let mut samplers = slots.slots().filter_map(|slot| self.samplers.get(material.texture(slot)?));
+        let first = samplers.next();
+        samplers.any(|sampler| Some(sampler) != first)
+    }
+
+    /// Materials of coloured meshes: what their masks cut depends on the vertices.
+    fn veiled(&self, scene: &Scene) -> BTreeSet<usize> {
+        let colored = scene.objects.iter().filter(|object| self.colored.contains(&object.mesh));
+        colored.map(|object| object.material).collect()
     }
 
     /// The material without a mask that cuts nothing, or all.
@@ -97,6 +129,18 @@ impl EffectiveMaterials {
         }
         material
     }
+}
+
+fn moving_maps(scene: &Scene) -> BTreeSet<usize> {
+    let targets = scene.motion.clips.iter().flat_map(|clip| &clip.channels).map(|channel| channel.target);
+    let moves =
+        |value| matches!(value, MaterialValue::UvOffset(_) | MaterialValue::UvRotation(_) | MaterialValue::UvScale(_));
+    targets
+        .filter_map(|target| match target {
+            Target::Material(material, value) if moves(value) => Some(material),
+            _ => None,
+        })
+        .collect()
 }
 
 /// Red, green, blue and alpha: which of them count.

@@ -63,6 +63,10 @@ pub struct MeshPlan {
     pub uvs: u64,
     /// Vertices of the stream of tangents, likewise.
     pub tangents: u64,
+    /// Vertices of the second stream of texture coordinates, likewise.
+    pub second_uvs: u64,
+    /// Vertices of the stream of colours, likewise.
+    pub colors: u64,
     /// Indices in the buffer of 16-bit ones.
     pub indices_16: u64,
     /// Indices in the buffer of 32-bit ones.
@@ -80,6 +84,8 @@ impl MeshPlan {
             normals: keep.has(OptionalPart::Normals),
             uvs: keep.has(OptionalPart::Uvs),
             tangents: keep.has(OptionalPart::Tangents),
+            second_uvs: keep.has(OptionalPart::SecondUvs),
+            colors: keep.has(OptionalPart::VertexColors),
         };
         let mut sorted_width = None;
         let mut deforms = DeformPlan::default();
@@ -104,7 +110,9 @@ impl MeshPlan {
         let mut order: Vec<(usize, Streams)> =
             streams.iter().enumerate().filter_map(|(mesh, own)| own.map(|own| (mesh, own.union(kept)))).collect();
         // Stable: alike ones keep the scene's order.
-        order.sort_by_key(|(_, own)| std::cmp::Reverse((own.tangents, own.uvs, own.normals)));
+        order.sort_by_key(|(_, own)| {
+            std::cmp::Reverse((own.colors, own.second_uvs, own.tangents, own.uvs, own.normals))
+        });
         let mut planned = Self { sorted_width, deforms, ..Self::default() };
         for &(mesh, own) in &order {
             planned.push(mesh, &scene.meshes[mesh], own, keep);
@@ -119,9 +127,13 @@ impl MeshPlan {
     fn push(&mut self, mesh: usize, data: &Mesh, streams: Streams, keep: Keep) {
         self.push_indices(mesh, data, Some(self.vertices as u32), streams, keep);
         self.vertices += data.positions.len() as u64;
-        for (needed, end) in
-            [(streams.normals, &mut self.normals), (streams.uvs, &mut self.uvs), (streams.tangents, &mut self.tangents)]
-        {
+        for (needed, end) in [
+            (streams.normals, &mut self.normals),
+            (streams.uvs, &mut self.uvs),
+            (streams.tangents, &mut self.tangents),
+            (streams.second_uvs, &mut self.second_uvs),
+            (streams.colors, &mut self.colors),
+        ] {
             if needed {
                 *end = self.vertices;
             }
@@ -142,13 +154,22 @@ impl MeshPlan {
 
     /// The streams that some mesh has.
     pub fn streams(&self) -> Streams {
-        let own = Streams { normals: self.normals > 0, uvs: self.uvs > 0, tangents: self.tangents > 0 };
+        let own = Streams {
+            normals: self.normals > 0,
+            uvs: self.uvs > 0,
+            tangents: self.tangents > 0,
+            second_uvs: self.second_uvs > 0,
+            colors: self.colors > 0,
+        };
         own.union(self.deforms.streams)
     }
 
     /// Bytes of a vertex with a position and these streams.
     pub(super) fn stride(streams: Streams) -> u64 {
-        12 + 12 * u64::from(streams.normals) + 8 * u64::from(streams.uvs) + 16 * u64::from(streams.tangents)
+        let count = |present: [bool; 2]| present.into_iter().map(u64::from).sum::<u64>();
+        12 * (1 + u64::from(streams.normals))
+            + 8 * count([streams.uvs, streams.second_uvs])
+            + 16 * count([streams.tangents, streams.colors])
     }
 
     /// Bytes of both index buffers.
@@ -158,23 +179,31 @@ impl MeshPlan {
 
     /// Bytes of all vertex and index buffers.
     pub fn bytes(&self) -> u64 {
-        let own = 12 * (self.vertices + self.normals) + 8 * self.uvs + 16 * self.tangents;
-        own + self.deforms.vertex_bytes() + self.index_bytes()
+        let [threes, twos, fours] =
+            [self.vertices + self.normals, self.uvs + self.second_uvs, self.tangents + self.colors];
+        12 * threes + 8 * twos + 16 * fours + self.deforms.vertex_bytes() + self.index_bytes()
     }
 }
 
 /// The streams that pipelines read of an object's mesh.
 fn streams_of(rules: &SurfaceRules, object: &Object) -> Streams {
-    let masks = rules.holes_of(object).is_some();
+    let of_shadow = rules.cuts_of(object).map_or_else(Streams::default, |cuts| Streams {
+        uvs: cuts.texture.is_some(),
+        second_uvs: cuts.extras.second_uvs,
+        colors: cuts.extras.colors,
+        ..Streams::default()
+    });
     if !rules.has_geometry() {
-        return Streams { uvs: masks, ..Streams::default() };
+        return of_shadow;
     }
     let key = GeometryKey::of(object, rules);
-    Streams {
+    of_shadow.union(Streams {
         normals: rules.has_gbuffer() || key.forward.is_some(),
-        uvs: masks || !key.textures.is_empty(),
+        uvs: !key.textures.is_empty(),
         tangents: key.textures.contains(TextureSlot::Normal),
-    }
+        second_uvs: key.extras.second_uvs,
+        colors: key.extras.colors,
+    })
 }
 
 #[cfg(test)]

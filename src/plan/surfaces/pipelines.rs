@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::SurfaceRules;
 use crate::plan::Shading;
-use crate::scene::{AlphaMode, Brdf, Material, Object, OptionalPart, TextureSlot, View};
+use crate::scene::{AlphaMode, Brdf, Material, Object, OptionalPart, TextureSlot, UvMap, View};
 
 /// The texture slots that a material fills, a bit each in the order of [`TextureSlot`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -65,12 +65,34 @@ pub struct ForwardKey {
     pub emissive: bool,
 }
 
+/// What few surfaces have of their vertices: their shaders are variants of their own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct Extras {
+    /// Colours of vertices multiply the base colour and alpha.
+    pub colors: bool,
+    /// Textures lie on the mesh in other ways than as its first coordinates say, or may come to.
+    pub uv_maps: bool,
+    /// Some of them by its second coordinates.
+    pub second_uvs: bool,
+}
+
+impl Extras {
+    /// Whether there is anything.
+    pub fn any(self) -> bool {
+        self.colors || self.uv_maps
+    }
+}
+
 /// All that sets one pipeline for surfaces apart from another within a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct GeometryKey {
     /// Only slots that this plan samples.
     pub textures: TextureMask,
-    /// Discards fragments by the alpha of the base-colour texture.
+    /// Each texture has a sampler of its own, as they are not sampled alike.
+    pub own_samplers: bool,
+    /// Vertex colours and UV maps.
+    pub extras: Extras,
+    /// Discards fragments by the alpha of the base-colour texture, or of vertices.
     pub masked: bool,
     /// Compares alpha with the cut-off: what is masked, and, where such code is kept, all that is opaque, with a cut-off of 0.
     pub discards: bool,
@@ -114,10 +136,13 @@ impl GeometryKey {
             emissive: shows_emission(material, rules),
         });
         let textures = Self::own_textures(object, rules).union(Self::kept_textures(object, rules));
-        let masked = material.is_masked() && textures.contains(TextureSlot::BaseColor);
+        let extras = Self::extras(object, textures, rules);
+        let masked = material.is_masked() && (textures.contains(TextureSlot::BaseColor) || extras.colors);
         let keeps_masks = rules.keep.has(OptionalPart::AlphaMasks) && !material.is_transparent();
         Self {
             textures,
+            own_samplers: rules.materials.samplers_differ(material, Self::own_textures(object, rules)),
+            extras,
             masked,
             discards: masked || (keeps_masks && !textures.is_empty()),
             two_sided: material.two_sided,
@@ -125,6 +150,17 @@ impl GeometryKey {
             phong: is_phong(brdf),
             receives: object.receives_shadow || !rules.shadow,
             forward,
+        }
+    }
+
+    fn extras(object: &Object, textures: TextureMask, rules: &SurfaceRules) -> Extras {
+        let material = rules.material(object);
+        let moving = rules.materials.moving_maps.contains(&object.material);
+        let maps = || textures.slots().map(|slot| material.uv_maps[slot as usize]);
+        Extras {
+            colors: rules.is_colored(object) && (!rules.shading.only_covers() || material.is_masked()),
+            uv_maps: !textures.is_empty() && (moving || maps().any(|map| map != UvMap::IDENTITY)),
+            second_uvs: maps().any(|map| map.set == 1),
         }
     }
 
@@ -183,6 +219,10 @@ pub struct Streams {
     pub uvs: bool,
     /// Four floats a vertex; the last one is the sign of the bitangent.
     pub tangents: bool,
+    /// Two floats a vertex.
+    pub second_uvs: bool,
+    /// Four floats a vertex.
+    pub colors: bool,
 }
 
 impl Streams {
@@ -192,6 +232,8 @@ impl Streams {
             normals: self.normals || other.normals,
             uvs: self.uvs || other.uvs,
             tangents: self.tangents || other.tangents,
+            second_uvs: self.second_uvs || other.second_uvs,
+            colors: self.colors || other.colors,
         }
     }
 }

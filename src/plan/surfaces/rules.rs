@@ -2,10 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use super::{EffectiveMaterials, GeometryKey, Surfaces};
+use super::{EffectiveMaterials, Extras, GeometryKey, Surfaces};
 use crate::plan::lights::Lighting;
 use crate::plan::{FramePlan, Shading, is_forward};
-use crate::scene::{AlphaMode, Brdf, CastsShadow, Keep, Material, Object, Scene, Settings, Transparency};
+use crate::scene::{
+    AlphaMode, Brdf, CastsShadow, Keep, Material, Object, Scene, Settings, TextureSlot, Transparency, UvMap,
+};
 
 /// What is decided of a plan before its pipelines, meshes and textures.
 #[derive(Clone, Copy)]
@@ -20,6 +22,14 @@ pub(crate) struct SurfaceRules<'a> {
     pub transparency: Option<Transparency>,
     pub brdf_override: Option<Brdf>,
     pub keep: Keep,
+}
+
+/// What lets light past a caster that its shape would stop.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cuts {
+    /// Whose alpha counts; none where that of vertices alone does.
+    pub texture: Option<usize>,
+    pub extras: Extras,
 }
 
 /// The pipelines that draw a scene.
@@ -70,7 +80,7 @@ impl<'a> SurfaceRules<'a> {
     pub fn draws(&self, scene: &Scene, object: &Object) -> bool {
         let material = self.material(object);
         let left_out = material.is_transparent() && self.transparency.is_none();
-        !is_cut_away(material) && !left_out && !scene.meshes[object.mesh].indices.is_empty()
+        !self.is_cut_away(object) && !left_out && !scene.meshes[object.mesh].indices.is_empty()
     }
 
     pub fn drawn<'s>(&'s self, scene: &'s Scene) -> impl Iterator<Item = &'s Object> {
@@ -89,8 +99,45 @@ impl<'a> SurfaceRules<'a> {
 
     /// The texture through whose holes light falls past an object, in some shadow map.
     pub fn holes_of(&self, object: &Object) -> Option<usize> {
+        self.cuts_of(object)?.texture
+    }
+
+    /// What cuts holes into an object's shadow, in some shadow map.
+    pub fn cuts_of(&self, object: &Object) -> Option<Cuts> {
+        Some(self.cuts(object)).filter(|cuts| self.casts(object) && cuts.any())
+    }
+
+    /// What would cut holes into it.
+    pub fn cuts(&self, object: &Object) -> Cuts {
         let material = self.material(object);
-        material.base_color_texture.filter(|_| self.casts(object) && material.is_masked())
+        let texture = material.base_color_texture.filter(|_| material.is_masked());
+        let map = material.uv_maps[TextureSlot::BaseColor as usize];
+        let moving = self.materials.moving_maps.contains(&object.material);
+        let extras = Extras {
+            colors: material.is_masked() && self.is_colored(object),
+            uv_maps: texture.is_some() && (moving || map != UvMap::IDENTITY),
+            second_uvs: texture.is_some() && map.set == 1,
+        };
+        Cuts { texture, extras }
+    }
+
+    /// Whether an object's mesh has colours that are not all white.
+    pub fn is_colored(&self, object: &Object) -> bool {
+        self.materials.colored.contains(&object.mesh)
+    }
+
+    /// An alpha below the cut-off that nothing changes: nothing of the object is there.
+    fn is_cut_away(&self, object: &Object) -> bool {
+        let material = self.material(object);
+        match material.alpha_mode {
+            AlphaMode::Mask { cutoff } => {
+                let varies = material.base_color_texture.is_some() || self.is_colored(object);
+                !varies && material.alpha < cutoff
+            }
+            // Without a highlight nothing is left of it.
+            AlphaMode::Blend | AlphaMode::Coat => material.alpha <= 0.0,
+            AlphaMode::Opaque | AlphaMode::Glass => false,
+        }
     }
 
     /// Whether an object's triangles are sorted for each frame.
@@ -120,13 +167,9 @@ impl<'a> SurfaceRules<'a> {
     }
 }
 
-/// An alpha below the cut-off that no texture changes: nothing of the object is there.
-fn is_cut_away(material: &Material) -> bool {
-    match material.alpha_mode {
-        AlphaMode::Mask { cutoff } => material.base_color_texture.is_none() && material.alpha < cutoff,
-        // Without a highlight nothing is left of it.
-        AlphaMode::Blend | AlphaMode::Coat => material.alpha <= 0.0,
-        AlphaMode::Opaque | AlphaMode::Glass => false,
+impl Cuts {
+    pub fn any(self) -> bool {
+        self.texture.is_some() || self.extras.colors
     }
 }
 

@@ -2,8 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use glam::{DVec3, DVec4, Vec4};
+
 use super::{GeometryKey, SurfaceRules, TextureMask};
-use crate::scene::{ColorSpace, OptionalPart, Scene, TextureSlot};
+use crate::scene::{ColorSpace, OptionalPart, Sampler, Scene, TextureSlot, UvMap, Wrap};
 
 /// Where the texels of a texture come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -40,7 +42,9 @@ pub struct PlannedTexture {
     pub size: [u32; 2],
     /// White is linear: codes of 255 are exactly 1 without a curve.
     pub color_space: ColorSpace,
-    /// Down to one texel. Both formats must be blittable with linear filtering on every device, by the table of required formats.
+    /// How it is sampled. Neutral ones say the same however they are.
+    pub sampler: Sampler,
+    /// Down to one texel, or one where only the largest is looked at. Both formats must be blittable with linear filtering on every device, by the table of required formats.
     pub levels: u32,
 }
 
@@ -50,9 +54,10 @@ impl PlannedTexture {
             TextureSource::Scene(index) => scene.textures.get(index),
             TextureSource::White | TextureSource::Flat => None,
         };
-        let (size, color_space) =
-            texture.map_or(([1, 1], ColorSpace::Linear), |texture| (texture.size, texture.color_space));
-        Self { source, size, color_space, levels: 1 + size[0].max(size[1]).ilog2() }
+        let (size, color_space, sampler) = texture
+            .map_or(([1, 1], ColorSpace::Linear, Sampler::DEFAULT), |own| (own.size, own.color_space, own.sampler));
+        let levels = sampler.levels.map_or(1, |_| 1 + size[0].max(size[1]).ilog2());
+        Self { source, size, color_space, sampler, levels }
     }
 
     /// Of all levels, as an image without padding has them.
@@ -61,6 +66,15 @@ impl PlannedTexture {
             .map(|level| self.size.map(|edge| u64::from((edge >> level).max(1))).iter().product::<u64>() * 4)
             .sum()
     }
+}
+
+/// How the textures of a set are sampled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SetSamplers {
+    /// All alike.
+    One(Sampler),
+    /// Each by a sampler of its own.
+    Each,
 }
 
 /// The textures of a plan. Indices are into [`TexturePlan::images`].
@@ -72,6 +86,8 @@ pub struct TexturePlan {
     pub sets: BTreeMap<usize, BTreeMap<TextureSlot, usize>>,
     /// By material, the base colour that cuts holes into its shadow.
     pub holes: BTreeMap<usize, usize>,
+    /// Materials with UV maps in the frame's buffer, in the order of their records there.
+    pub mapped: Vec<usize>,
 }
 
 impl TexturePlan {
@@ -79,11 +95,16 @@ impl TexturePlan {
     pub(in crate::plan) fn of(scene: &Scene, rules: &SurfaceRules) -> Self {
         let mut sets: BTreeMap<usize, BTreeMap<TextureSlot, TextureSource>> = BTreeMap::new();
         let mut holes: BTreeMap<usize, TextureSource> = BTreeMap::new();
+        let mut mapped = BTreeSet::new();
         for object in rules.drawn(scene) {
             let material = rules.material(object);
             if rules.has_geometry() {
                 let own = GeometryKey::own_textures(object, rules);
-                for slot in GeometryKey::of(object, rules).textures.slots() {
+                let key = GeometryKey::of(object, rules);
+                if key.extras.any() && !key.textures.is_empty() {
+                    mapped.insert(object.material);
+                }
+                for slot in key.textures.slots() {
                     let texture = material.texture(slot).filter(|_| own.contains(slot));
                     let source = texture.map_or(TextureSource::neutral(slot), TextureSource::Scene);
                     sets.entry(object.material).or_default().insert(slot, source);
@@ -109,7 +130,42 @@ impl TexturePlan {
                 })
                 .collect(),
             holes: holes.iter().map(|(&material, source)| (material, index[source])).collect(),
+            mapped: mapped.into_iter().collect(),
         }
+    }
+
+    /// How the textures of a material's set are sampled: by the sampler of the first one of the scene's own, or each by its own.
+    pub fn samplers(&self, material: usize) -> SetSamplers {
+        let own = self.sets.get(&material).into_iter().flat_map(BTreeMap::values).map(|&image| &self.images[image]);
+        let own: BTreeSet<Sampler> = own.filter(|own| own.source.texel().is_none()).map(|own| own.sampler).collect();
+        match own.len() {
+            0 | 1 => SetSamplers::One(own.first().copied().unwrap_or_default()),
+            _ => SetSamplers::Each,
+        }
+    }
+
+    /// The first row of a material's record among those of all, if it has one; a record has a row for each slot.
+    pub fn first_uv_map(&self, material: usize) -> Option<u32> {
+        let record = self.mapped.binary_search(&material).ok()?;
+        Some((record * TextureSlot::ALL.len()) as u32)
+    }
+
+    /// How a material's texture lies on a mesh, as shaders have it: the rows of the map, the first one with its set beside. Offsets are
+    /// shorter by as many images as make no difference where the image repeats, before they become f32.
+    pub fn uv_rows(&self, material: usize, slot: TextureSlot, map: &UvMap) -> [Vec4; 2] {
+        let hole = self.holes.get(&material).filter(|_| slot == TextureSlot::BaseColor);
+        let image = self.sets.get(&material).and_then(|set| set.get(&slot)).or(hole);
+        let wrap = image.map_or([Wrap::Clamp; 2], |&image| self.images[image].sampler.wrap);
+        let [mut x, mut y] = map.rows();
+        for (row, wrap) in [(&mut x, wrap[0]), (&mut y, wrap[1])] {
+            row.z = match wrap {
+                Wrap::Repeat => row.z.rem_euclid(1.0),
+                Wrap::Mirror => row.z.rem_euclid(2.0),
+                Wrap::Clamp => row.z,
+            };
+        }
+        let row = |row: DVec3, w: f64| row.extend(w).clamp(DVec4::splat(-1e38), DVec4::splat(1e38)).as_vec4();
+        [row(x, f64::from(map.set)), row(y, 0.0)]
     }
 
     /// The slots that a material's pipelines sample.
