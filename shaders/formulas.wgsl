@@ -2,7 +2,7 @@
 // against 64 bits. No pass of a frame.
 // variants: PLANTED
 // precise
-#import afterlight::brdf::{ambient_lobe, cook_torrance_surface, ggx_lobe, half_vector, phong_surface, reflect_ambient, reflect_light, schlick, smith_root, squared_alpha, COOK_TORRANCE, PHONG, BLINN_PHONG}
+#import afterlight::brdf::{ambient_lobe, cook_torrance_surface, ggx_lobe, half_vector, phong_surface, reflect_ambient, reflect_light, schlick, smith_root, squared_alpha, Dielectric, COOK_TORRANCE, PHONG, BLINN_PHONG}
 #import afterlight::encodings::{decode_normal, decode_shininess, encode_normal, encode_shininess, octahedral, octahedral_decode, OCTAHEDRAL}
 #import afterlight::frame::{position_at}
 #import afterlight::lights::{reach_of, Light, ALL_TRAITS, MIXED_FALLOFF}
@@ -25,14 +25,18 @@ struct Input {
 @group(1) @binding(0) var<storage, read> inputs: array<Input>;
 @group(1) @binding(1) var<storage, read_write> outputs: array<vec4<f32>>;
 
-// normal and roughness, view and metallic, light, albedo
+fn dielectric_of(in: Input) -> Dielectric {
+    return Dielectric(vec3(in.c.w), in.d.w);
+}
+
+// normal and roughness, view and metallic, light and reflectance facing, albedo and reflectance grazing
 fn cook_torrance_of(in: Input) -> vec3<f32> {
     let n_dot_l = dot(in.a.xyz, in.c.xyz);
     // As `punctual_light` has it.
     if n_dot_l <= 0.0 {
         return vec3(0.0);
     }
-    let surface = cook_torrance_surface(in.a.xyz, in.b.xyz, in.d.xyz, in.b.w, in.a.w);
+    let surface = cook_torrance_surface(in.a.xyz, in.b.xyz, in.d.xyz, in.b.w, in.a.w, dielectric_of(in));
 #ifdef PLANTED
     return textbook_light(surface, COOK_TORRANCE, in.c.xyz, n_dot_l);
 #else
@@ -67,9 +71,9 @@ fn masking_of(in: Input) -> f32 {
     return 0.5 / (in.a.x * smith_root(in.a.y, alpha_squared) + in.a.y * smith_root(in.a.x, alpha_squared));
 }
 
-// normal and roughness, view and metallic, -, albedo
+// normal and roughness, view and metallic, - and reflectance facing, albedo and reflectance grazing
 fn ambient_of(in: Input) -> vec3<f32> {
-    let surface = cook_torrance_surface(in.a.xyz, in.b.xyz, in.d.xyz, in.b.w, in.a.w);
+    let surface = cook_torrance_surface(in.a.xyz, in.b.xyz, in.d.xyz, in.b.w, in.a.w, dielectric_of(in));
     return reflect_ambient(surface, ambient_lobe(surface, COOK_TORRANCE, in.a.w));
 }
 
@@ -100,7 +104,7 @@ fn evaluate(in: Input) -> vec4<f32> {
         case 2u: { return vec4(phong_of(in, BLINN_PHONG), 0.0); }
         case 3u: { return vec4(distribution_of(in), 0.0, 0.0, 0.0); }
         case 4u: { return vec4(masking_of(in), 0.0, 0.0, 0.0); }
-        case 5u: { return vec4(schlick(in.a.xyz, in.a.w), 0.0); }
+        case 5u: { return vec4(schlick(in.a.xyz, in.b.x, in.a.w), 0.0); }
         case 6u: { return vec4(ambient_of(in), 0.0); }
         case 7u: { return vec4(strength_of(light_of(in)), 0.0, 0.0, 0.0); }
         case 8u: { return vec4(octahedral_decode(octahedral(in.a.xyz)), 0.0); }

@@ -7,7 +7,7 @@
 // precise
 #import afterlight::frame::{frame, view_ray, ORTHOGRAPHIC}
 #import afterlight::encodings::{encode_shininess}
-#import afterlight::brdf::{Surface}
+#import afterlight::brdf::{coat_share, usual_dielectric, Dielectric, Surface}
 #import afterlight::material::{plain_point, push, world_normal, world_position, world_tangent}
 #import afterlight::vectors::{unit_or}
 #ifdef TEXTURED
@@ -28,6 +28,8 @@
 override TEXTURES: u32 = 0u;
 // Colours of vertices multiply the base colour and alpha.
 override COLORED: bool = false;
+// And what the surface emits.
+override COLORED_LIGHT: bool = false;
 override MASKED: bool = false;
 override TWO_SIDED: bool = false;
 // Shadows fall on it.
@@ -37,6 +39,8 @@ override BRDF: u32 = 0u;
 // Reflection models as textbooks have them.
 override TEXTBOOK: bool = false;
 override PHONG: bool = false;
+// The material says what its dielectric share reflects.
+override REFLECTANCE: bool = false;
 // What surfaces emit is shown.
 override EMISSIVE: bool = true;
 override AMBIENT: bool = true;
@@ -64,7 +68,8 @@ override OPERATOR: u32 = 0u;
 override MULTISAMPLED: bool = false;
 // Largest value that the target takes.
 override LARGEST: f32 = 65000.0;
-// How the surface goes with what lies behind it: 0 hides it, 1 is times alpha as a whole, 2 keeps its highlights whole.
+// How the surface goes with what lies behind it: 0 hides it, 1 is times alpha as a whole, 2 keeps its highlights whole, 3 has nothing but
+// highlights, as much of them as it hides.
 override OPACITY: u32 = 0u;
 // How much a surface may add beyond its share of LARGEST. src/passes/transparent.rs chooses it so that no sum overflows.
 override HIGHLIGHT: f32 = 0.0;
@@ -76,6 +81,7 @@ override PEAK: f32 = 1e28;
 const HIDES: u32 = 0u;
 const BLEND: u32 = 1u;
 const GLASS: u32 = 2u;
+const COAT: u32 = 3u;
 
 struct Vertex {
     @location(0) position: vec3<f32>,
@@ -198,6 +204,9 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
 #else
         emissive = push.emissive;
 #endif
+#ifdef EXTRAS
+        emissive *= select(vec3(1.0), in.color.rgb, COLORED_LIGHT);
+#endif
     }
 #ifdef TEXTURED
     // After the last texture was sampled: derivatives need all four pixels of a quad.
@@ -220,14 +229,25 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
     texel.metallic = select(0.0, point.metallic, METAL && !LIGHT_ONLY);
     texel.roughness = select(point.roughness, encode_shininess(point.roughness), PHONG);
     texel.specular = point.specular;
+    texel.dielectric = usual_dielectric();
+    if REFLECTANCE {
+        texel.dielectric = Dielectric(point.specular * point.strength, push.brdf * point.strength);
+    }
     texel.brdf = BRDF;
     texel.receives = RECEIVES;
     let model = Model(BRDF, FALLOFF, TRAITS, DIRECTIONAL_SHADOWS, PUNCTUAL_SHADOWS, SHADOW_FILTER, TEXTBOOK);
     var surface = surface_of(texel, model);
-    let alpha = select(saturate(point.base.a), 1.0, OPACITY == HIDES);
+    var alpha = select(saturate(point.base.a), 1.0, OPACITY == HIDES);
     if OPACITY == GLASS {
         // The body's share of the light; what the surface mirrors is whole.
         surface.diffuse *= alpha;
+    }
+    if OPACITY == COAT {
+        // Its lobe is times what it hides from all sides, before any light is: no bright one is cut off that would be dim.
+        alpha *= coat_share(surface.n_dot_v);
+        surface.diffuse = vec3(0.0);
+        surface.specular = vec3(alpha);
+        surface.grazing = alpha;
     }
     let light = min(all_light(in.position, surface, texel, model) * frame.exposure, vec3(LARGEST)) + min(emissive, vec3(LARGEST));
     let share = select(1.0, alpha, OPACITY == BLEND);
@@ -267,8 +287,8 @@ fn weight_of(color: vec3<f32>, position: vec3<f32>) -> f32 {
 @fragment
 fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Weighted {
     let color = shade(in, front);
-    // A clear pane's highlight is a colour without cover: it gets the least cover that an 8-bit picture does not show.
-    let cover = select(color.a, max(color.a, 1.0 / 255.0), OPACITY == GLASS);
+    // The highlight of a clear pane or a thin coat is a colour without cover: it gets the least cover that an 8-bit picture does not show.
+    let cover = select(color.a, max(color.a, 1.0 / 255.0), OPACITY >= GLASS);
     let weight = weight_of(color.rgb, in.world);
     return Weighted(vec4(color.rgb * weight, cover), vec4(cover * weight, 0.0, 0.0, cover));
 }

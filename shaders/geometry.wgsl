@@ -13,6 +13,9 @@
 enable primitive_index;
 #import afterlight::frame::{frame}
 #import afterlight::encodings::{encode_normal, encode_normal_uint, encode_shininess, octahedral, to_unorm}
+#ifdef SPECULAR
+#import afterlight::encodings::{encode_dielectric}
+#endif
 #import afterlight::material::{plain_point, push, world_normal, world_position, world_tangent}
 #import afterlight::vectors::{unit_or}
 #ifdef TEXTURED
@@ -23,6 +26,8 @@ enable primitive_index;
 override TEXTURES: u32 = 0u;
 // Colours of vertices multiply the base colour and alpha.
 override COLORED: bool = false;
+// And what the surface emits.
+override COLORED_LIGHT: bool = false;
 override MASKED: bool = false;
 override TWO_SIDED: bool = false;
 // Shadows fall on it.
@@ -32,6 +37,10 @@ override NORMAL_ENCODING: u32 = 0u;
 override GEOMETRIC_STEPS: f32 = 255.0;
 // The material's roughness channel holds a shininess instead.
 override PHONG: bool = false;
+#ifdef SPECULAR
+// The material is of Cook-Torrance's model, and the specular target has what such surfaces reflect.
+override REFLECTANCE: bool = false;
+#endif
 // Largest value that the light target holds.
 override LARGEST: f32 = 65000.0;
 // Largest coordinate that the position target holds.
@@ -230,12 +239,18 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
 #endif
 #ifdef SPECULAR
     out.specular = vec4(point.specular, push.brdf);
+    if REFLECTANCE {
+        out.specular = encode_dielectric(point.specular * point.strength, push.brdf * point.strength);
+    }
 #endif
 #ifdef EMISSIVE
 #ifdef TEXTURED
-    let emissive = emissive_at(uvs_of(in), TEXTURES);
+    var emissive = emissive_at(uvs_of(in), TEXTURES);
 #else
-    let emissive = push.emissive;
+    var emissive = push.emissive;
+#endif
+#ifdef EXTRAS
+    emissive *= select(vec3(1.0), in.color.rgb, COLORED_LIGHT);
 #endif
     out.emissive = vec4(min(emissive, vec3(LARGEST)), 1.0);
 #endif

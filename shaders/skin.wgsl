@@ -12,6 +12,7 @@ struct Push {
     normals_at: u32,
     tangents_at: u32,
     uvs_at: u32,
+    colors_at: u32,
     // The first row of `pose` with weights of shapes, four a row.
     weights_row: u32,
 }
@@ -27,12 +28,13 @@ var<immediate> push: Push;
 const NONE: u32 = 0xffffffffu;
 const GROUP: u32 = 64u;
 // Words of a record.
-const RECORD: u32 = 14u;
+const RECORD: u32 = 15u;
 // Bits of what shapes change.
 const SHAPES_POSITIONS: u32 = 1u;
 const SHAPES_NORMALS: u32 = 2u;
 const SHAPES_TANGENTS: u32 = 4u;
 const SHAPES_UVS: u32 = 8u;
+const SHAPES_COLORS: u32 = 16u;
 
 // An object: `src/gpu_scene/deformed.rs` writes it.
 struct Record {
@@ -42,6 +44,7 @@ struct Record {
     normals_at: u32,
     tangents_at: u32,
     uvs_at: u32,
+    colors_at: u32,
     // `per_vertex` joints of every vertex, then as many weights; NONE without a skin.
     influences_at: u32,
     per_vertex: u32,
@@ -59,6 +62,7 @@ fn record_at(index: u32) -> Record {
     return Record(
         sources[at], sources[at + 1u], sources[at + 2u], sources[at + 3u], sources[at + 4u], sources[at + 5u], sources[at + 6u],
         sources[at + 7u], sources[at + 8u], sources[at + 9u], sources[at + 10u], sources[at + 11u], sources[at + 12u], sources[at + 13u],
+        sources[at + 14u],
     );
 }
 
@@ -68,6 +72,10 @@ fn source(at: u32) -> f32 {
 
 fn source3(at: u32) -> vec3<f32> {
     return vec3(source(at), source(at + 1u), source(at + 2u));
+}
+
+fn source4(at: u32) -> vec4<f32> {
+    return vec4(source3(at), source(at + 3u));
 }
 
 fn weight_of(shape: u32) -> f32 {
@@ -86,11 +94,12 @@ struct Shaped {
     normal: vec3<f32>,
     tangent: vec3<f32>,
     uv: vec2<f32>,
+    color: vec4<f32>,
 }
 
 // Adds the shapes. Their weights are the same for the whole work group, so that those of weight 0 cost nothing.
 fn shaped(record: Record, vertex: u32) -> Shaped {
-    var own = Shaped(source3(record.positions_at + vertex * 3u), vec3(0.0), vec3(0.0), vec2(0.0));
+    var own = Shaped(source3(record.positions_at + vertex * 3u), vec3(0.0), vec3(0.0), vec2(0.0), vec4(0.0));
     if push.normals_at != NONE {
         own.normal = source3(record.normals_at + vertex * 3u);
     }
@@ -100,6 +109,9 @@ fn shaped(record: Record, vertex: u32) -> Shaped {
     if push.uvs_at != NONE && record.uvs_at != NONE {
         let at = record.uvs_at + vertex * 2u;
         own.uv = vec2(source(at), source(at + 1u));
+    }
+    if push.colors_at != NONE && record.colors_at != NONE {
+        own.color = source4(record.colors_at + vertex * 4u);
     }
     for (var shape = 0u; shape < record.shape_count; shape += 1u) {
         let weight = weight_of(record.first_weight + shape);
@@ -121,6 +133,10 @@ fn shaped(record: Record, vertex: u32) -> Shaped {
         }
         if (record.changes & SHAPES_UVS) != 0u {
             own.uv += weight * vec2(source(at + vertex * 2u), source(at + vertex * 2u + 1u));
+            at += record.vertex_count * 2u;
+        }
+        if (record.changes & SHAPES_COLORS) != 0u {
+            own.color += weight * source4(at + vertex * 4u);
         }
     }
     return own;
@@ -179,5 +195,10 @@ fn compute(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
         let at = push.uvs_at + out * 2u;
         vertices[at] = own.uv.x;
         vertices[at + 1u] = own.uv.y;
+    }
+    if push.colors_at != NONE && (record.changes & SHAPES_COLORS) != 0u {
+        let at = push.colors_at + out * 4u;
+        store3(at, own.color.rgb);
+        vertices[at + 3u] = own.color.a;
     }
 }

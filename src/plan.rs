@@ -206,6 +206,8 @@ pub struct FramePlan {
     pub brdf: PlannedBrdf,
     /// Some surface is a metal.
     pub metal: bool,
+    /// Some opaque Cook-Torrance surface reflects otherwise than a usual dielectric: a G-buffer has what each of them reflects.
+    pub reflectance: bool,
     /// As [`Settings::textbook`] says.
     pub textbook: bool,
     /// Whether frames have an orthographic camera. Pipelines know which.
@@ -272,6 +274,7 @@ impl Choices {
             let stored = Stored {
                 brdf: surfaces.brdf,
                 metal: surfaces.opaque_metal,
+                reflectance: surfaces.reflectance,
                 geometric_normal: shadowed && surfaces.two_normals,
                 view: settings.view,
                 keep: settings.keep,
@@ -355,6 +358,7 @@ impl FramePlan {
             fxaa: settings.fxaa,
             msaa: settings.msaa,
             brdf: surfaces.brdf,
+            reflectance: surfaces.reflectance,
             metal: surfaces.metal,
             textbook: settings.textbook,
             orthographic: scene.camera.is_orthographic(),

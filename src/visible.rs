@@ -28,7 +28,7 @@ use shadows::add_cascades;
 use volumes::Volumes;
 use world::SortableTriangle;
 
-use crate::plan::{FramePlan, Reach, Shading, ShadowPlan};
+use crate::plan::{FramePlan, GeometryKey, Opacity, Reach, Shading, ShadowPlan};
 use crate::scene::{Aabb, Camera, LightPath, OptionalPart};
 
 /// A reference to an object to be drawn.
@@ -162,11 +162,15 @@ impl Visible {
     }
 }
 
-/// From near to far, equally near ones by pipeline and material.
+/// From near to far, equally near ones by pipeline and material, coats before what they lie in.
 fn near_to_far(world: &World, camera: &Camera, seen: Vec<usize>) -> Vec<usize> {
     let placed = |index: usize| (camera.order(world.objects[index].bounds.center()), index);
     let mut order: Vec<(f64, usize)> = seen.into_iter().map(placed).collect();
-    let state = |index: usize| (world.objects[index].key, world.objects[index].material, index);
+    let is_coat = |key: GeometryKey| key.forward.is_some_and(|forward| forward.opacity == Opacity::Coat);
+    let state = |index: usize| {
+        let object = &world.objects[index];
+        (!is_coat(object.key), object.key, object.material, index)
+    };
     order.sort_by(|a, b| a.0.total_cmp(&b.0).then_with(|| state(a.1).cmp(&state(b.1))));
     order.into_iter().map(|(_, index)| index).collect()
 }

@@ -24,6 +24,8 @@ struct Surface {
     diffuse: vec3<f32>,
     // F0 of Cook-Torrance, Ks of the Phong models
     specular: vec3<f32>,
+    // F90 of Cook-Torrance.
+    grazing: f32,
     n_dot_v: f32,
     // GGX: alpha squared.
     alpha_squared: f32,
@@ -35,7 +37,25 @@ struct Surface {
     brdf: u32,
 }
 
-fn cook_torrance_surface(normal: vec3<f32>, view: vec3<f32>, albedo: vec3<f32>, metallic: f32, roughness: f32) -> Surface {
+// What a dielectric reflects facing the eye and at a grazing angle.
+struct Dielectric {
+    facing: vec3<f32>,
+    grazing: f32,
+}
+
+// Of an index of refraction of 1.5; the same for all materials that do not say otherwise.
+fn usual_dielectric() -> Dielectric {
+    return Dielectric(vec3(0.04), 1.0);
+}
+
+fn cook_torrance_surface(
+    normal: vec3<f32>,
+    view: vec3<f32>,
+    albedo: vec3<f32>,
+    metallic: f32,
+    roughness: f32,
+    dielectric: Dielectric,
+) -> Surface {
     var s: Surface;
     s.normal = normal;
     s.view = view;
@@ -44,7 +64,9 @@ fn cook_torrance_surface(normal: vec3<f32>, view: vec3<f32>, albedo: vec3<f32>, 
     s.smith_v = smith_root(s.n_dot_v, s.alpha_squared);
     s.diffuse = albedo * ((1.0 - metallic) / PI);
     // Not `mix`: where that is a + (b - a) t, a dark metal keeps what rounding leaves of 0.04.
-    s.specular = vec3(0.04 * (1.0 - metallic)) + albedo * metallic;
+    s.specular = dielectric.facing * (1.0 - metallic) + albedo * metallic;
+    // Exactly 1 where the dielectric has 1.
+    s.grazing = 1.0 - (1.0 - dielectric.grazing) * (1.0 - metallic);
     s.brdf = COOK_TORRANCE;
     return s;
 }
@@ -77,10 +99,15 @@ fn smith_root(cosine: f32, alpha_squared: f32) -> f32 {
 }
 
 // Schlick's Fresnel.
-fn schlick(facing: vec3<f32>, v_dot_h: f32) -> vec3<f32> {
+fn schlick(facing: vec3<f32>, grazing: f32, v_dot_h: f32) -> vec3<f32> {
     let x = 1.0 - v_dot_h;
     let x2 = x * x;
-    return facing + (vec3(1.0) - facing) * (x2 * x2 * x);
+    return facing + (vec3(grazing) - facing) * (x2 * x2 * x);
+}
+
+// The share of light that a clear coat mirrors: of an index of refraction of 1.5, by the angle to its normal.
+fn coat_share(n_dot_v: f32) -> f32 {
+    return schlick(vec3(0.04), 1.0, n_dot_v).x;
 }
 
 struct Half {
@@ -110,7 +137,7 @@ fn ggx_lobe(normal: vec3<f32>, half: vec3<f32>, alpha_squared: f32, smith: f32) 
 fn cook_torrance(s: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
     let half = half_vector(light + s.view);
     // V.H = |l + v| / 2 for unit vectors.
-    let fresnel = schlick(s.specular, min(0.5 * half.length, 1.0));
+    let fresnel = schlick(s.specular, s.grazing, min(0.5 * half.length, 1.0));
     let smith = n_dot_l * s.smith_v + s.n_dot_v * smith_root(n_dot_l, s.alpha_squared);
     // Where light and eye are opposite there is no half vector, and the lobe does not reach there.
     let lobe = select(0.0, ggx_lobe(s.normal, half.direction, s.alpha_squared, smith), half.length > 0.0);
@@ -153,7 +180,7 @@ fn ambient_lobe(s: Surface, brdf: u32, roughness: f32) -> vec3<f32> {
     }
     let r = max(roughness, MIN_ROUGHNESS) * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
     let a = min(r.x * r.x, exp2(-9.28 * s.n_dot_v)) * r.x + r.y;
-    return saturate(s.specular * (-1.04 * a + r.z) + vec3(1.04 * a + r.w));
+    return saturate(s.specular * (-1.04 * a + r.z) + vec3((1.04 * a + r.w) * s.grazing));
 }
 
 // Share of light from everywhere that a surface reflects. The base gets what the lobe leaves, so that the sum never exceeds 1.

@@ -62,6 +62,26 @@ fn decode_normal_uint(t: vec2<u32>) -> vec3<f32> {
     return octahedral_decode(clamp((vec2<f32>(t) - 32767.0) / 32767.0, vec2(-1.0), vec2(1.0)));
 }
 
+// What a Cook-Torrance surface reflects facing the eye and grazing, in a specular target that has such surfaces. The square root gives dark
+// reflectances most codes, and 0.04 is one of 8 bits (51). Two thirds of the last channel are for the grazing share, of which 1 is a code
+// (170); above are those of the other BRDFs: 7/9, 8/9 and 1.
+fn encode_dielectric(facing: vec3<f32>, grazing: f32) -> vec4<f32> {
+    return vec4(sqrt(facing), grazing * (2.0 / 3.0));
+}
+
+fn decode_facing(stored: vec3<f32>) -> vec3<f32> {
+    return stored * stored;
+}
+
+fn decode_grazing(stored: f32) -> f32 {
+    return min(stored * 1.5, 1.0);
+}
+
+// The BRDF of the last channel. It is Cook-Torrance's, number 0, below the codes of the others.
+fn decode_brdf(stored: f32) -> u32 {
+    return select(u32(round(stored * 9.0)) - 6u, 0u, stored < 0.72);
+}
+
 // A specular power, 0 to about a million, in 0..1: about 1.1% a step of 8 bits at Ns = 1000, relative error even over the range.
 fn encode_shininess(shininess: f32) -> f32 {
     return log2(shininess + 1.0) / 20.0;

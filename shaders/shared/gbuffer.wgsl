@@ -1,7 +1,11 @@
 // The G-buffer as the subpasses after GEOMETRY read it: each pixel its own texels, through input attachments.
 #define_import_path afterlight::gbuffer
 #import afterlight::encodings::{decode_normal, decode_normal_uint, octahedral_decode, from_unorm}
+#ifdef SPECULAR
+#import afterlight::encodings::{decode_brdf, decode_facing, decode_grazing}
+#endif
 #import afterlight::frame::{across, depth_at, frame, position_at, view_ray, ORTHOGRAPHIC}
+#import afterlight::brdf::{usual_dielectric}
 #import afterlight::texel::{Texel}
 #ifdef MSAA
 #import afterlight::multisampling::{sample_offset}
@@ -60,6 +64,11 @@
 @group(1) @binding(5) var subpass_position: texture_2d<f32>;
 #endif
 #endif
+#endif
+
+#ifdef SPECULAR
+// The specular target has what Cook-Torrance surfaces reflect (encodings.wgsl).
+override REFLECTANCE: bool = false;
 #endif
 
 // The texels of a pixel as they are stored.
@@ -286,6 +295,7 @@ fn load_texel(pixel: vec2<f32>, normal_encoding: u32, geometric_steps: f32) -> T
     texel.geometric_normal = texel.normal;
     texel.roughness = 1.0;
     texel.receives = true;
+    texel.dielectric = usual_dielectric();
 #ifdef MATERIAL
     texel.roughness = stored.material.r;
     // 0 where the target has one channel.
@@ -299,6 +309,11 @@ fn load_texel(pixel: vec2<f32>, normal_encoding: u32, geometric_steps: f32) -> T
 #ifdef SPECULAR
     texel.specular = stored.specular.rgb;
     texel.brdf = u32(round(stored.specular.a * 3.0));
+    if REFLECTANCE {
+        texel.dielectric.facing = decode_facing(stored.specular.rgb);
+        texel.dielectric.grazing = decode_grazing(stored.specular.a);
+        texel.brdf = decode_brdf(stored.specular.a);
+    }
 #endif
     return texel;
 }

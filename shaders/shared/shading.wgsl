@@ -36,7 +36,7 @@ fn surface_of(texel: Texel, model: Model) -> Surface {
     let view = normalize(-texel.ray);
     let brdf = select(model.brdf, texel.brdf, model.brdf == MIXED_BRDF);
     if brdf == COOK_TORRANCE {
-        return cook_torrance_surface(texel.normal, view, texel.albedo, texel.metallic, texel.roughness);
+        return cook_torrance_surface(texel.normal, view, texel.albedo, texel.metallic, texel.roughness, texel.dielectric);
     }
     var shininess = 0.0;
     if brdf != LAMBERT {

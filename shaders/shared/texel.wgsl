@@ -1,5 +1,6 @@
 // A point of a surface as every kind of shading takes it, from the G-buffer or straight from a material.
 #define_import_path afterlight::texel
+#import afterlight::brdf::{Dielectric}
 
 struct Texel {
     // Relative to the camera, in metres.
@@ -14,7 +15,10 @@ struct Texel {
     metallic: f32,
     // Perceptual roughness, or the encoded shininess of a Phong model.
     roughness: f32,
+    // Ks of the Phong models.
     specular: vec3<f32>,
+    // Of Cook-Torrance's share that is no metal.
+    dielectric: Dielectric,
     // Index of the BRDF, where the scene mixes them.
     brdf: u32,
     // Whether shadows fall on it.

@@ -18,7 +18,7 @@ fn textbook_light(s: Surface, brdf: u32, light: vec3<f32>, n_dot_l: f32) -> vec3
 fn textbook_cook_torrance(s: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
     let half = normalize(light + s.view);
     let n_dot_h = dot(s.normal, half);
-    let fresnel = schlick(s.specular, dot(s.view, half));
+    let fresnel = schlick(s.specular, s.grazing, dot(s.view, half));
     let d = n_dot_h * n_dot_h * (s.alpha_squared - 1.0) + 1.0;
     let distribution = s.alpha_squared / (PI * d * d);
     let visibility = 0.5 / (n_dot_l * s.smith_v + s.n_dot_v * smith_root(n_dot_l, s.alpha_squared));

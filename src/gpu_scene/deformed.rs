@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{NORMAL, POSITION, TANGENT, UV, bounded};
+use super::{COLOR, NORMAL, POSITION, SECOND_UV, TANGENT, UV, bounded, colors, stride};
 use crate::gpu::{self, Buffer, Device, Location, MemoryKind, Uploader};
 use crate::plan::{DeformPlan, PlannedDeform};
 use crate::scene::{Mesh, Scene};
@@ -17,6 +17,9 @@ const COLUMNS: u32 = 65535;
 /// What is not there, in a record and in the push constants.
 const NONE: u32 = u32::MAX;
 
+/// How many vertex streams there may be.
+const STREAMS: usize = 6;
+
 /// The buffers of all deformed objects.
 pub struct Deformed {
     /// What SKIN writes and passes draw. Streams lie one after the other.
@@ -26,7 +29,7 @@ pub struct Deformed {
     /// What it is told.
     pub push: SkinPush,
     /// Where streams begin, in bytes.
-    starts: [Option<u64>; 4],
+    starts: [Option<u64>; STREAMS],
 }
 
 /// `Push` of `shaders/skin.wgsl`.
@@ -39,6 +42,7 @@ pub struct SkinPush {
     normals_at: u32,
     tangents_at: u32,
     uvs_at: u32,
+    colors_at: u32,
     weights_row: u32,
 }
 
@@ -52,6 +56,7 @@ const _: () = {
     assert!(offset_of!(SkinPush, normals_at) == wgsl::NORMALS_AT);
     assert!(offset_of!(SkinPush, tangents_at) == wgsl::TANGENTS_AT);
     assert!(offset_of!(SkinPush, uvs_at) == wgsl::UVS_AT);
+    assert!(offset_of!(SkinPush, colors_at) == wgsl::COLORS_AT);
     assert!(offset_of!(SkinPush, weights_row) == wgsl::WEIGHTS_ROW);
 };
 
@@ -92,22 +97,37 @@ impl Deformed {
                 normals_at: words(NORMAL),
                 tangents_at: words(TANGENT),
                 uvs_at: words(UV),
+                colors_at: words(COLOR),
                 weights_row: plan.joints as u32 * 3,
             },
             starts,
         };
         uploader.buffer(&own.sources, 0, bytemuck::cast_slice(&sources.words))?;
-        if let Some(start) = own.starts[UV as usize] {
-            for deform in &plan.objects {
-                let uvs = &scene.meshes[deform.mesh].uvs;
-                let offset = start + u64::from(deform.first_vertex) * 8;
-                match uvs.is_empty() {
-                    true => uploader.buffer(&own.vertices, offset, &vec![0; vertices(scene, deform) * 8])?,
-                    false => uploader.buffer(&own.vertices, offset, bytemuck::cast_slice(uvs))?,
-                }
-            }
+        for deform in &plan.objects {
+            let mesh = &scene.meshes[deform.mesh];
+            own.upload(uploader, UV, deform, bytemuck::cast_slice(&mesh.uvs), mesh)?;
+            own.upload(uploader, SECOND_UV, deform, bytemuck::cast_slice(&mesh.uvs_1), mesh)?;
+            own.upload(uploader, COLOR, deform, bytemuck::cast_slice(&colors(mesh)), mesh)?;
         }
         Ok(own)
+    }
+
+    /// A stream that shapes may change and joints do not: as at rest, or zeros of a mesh that lacks it.
+    fn upload(
+        &self,
+        uploader: &mut Uploader,
+        stream: u32,
+        deform: &PlannedDeform,
+        bytes: &[u8],
+        mesh: &Mesh,
+    ) -> gpu::Result<()> {
+        let Some(start) = self.starts[stream as usize] else { return Ok(()) };
+        let stride = stride(stream);
+        let offset = start + u64::from(deform.first_vertex) * u64::from(stride);
+        match bytes.is_empty() {
+            true => uploader.buffer(&self.vertices, offset, &vec![0; mesh.positions.len() * stride as usize]),
+            false => uploader.buffer(&self.vertices, offset, bytes),
+        }
     }
 
     /// Where a stream begins, in bytes; `None` where no pipeline reads it.
@@ -121,18 +141,20 @@ fn vertices(scene: &Scene, deform: &PlannedDeform) -> usize {
 }
 
 /// By stream.
-fn starts(plan: &DeformPlan) -> [Option<u64>; 4] {
+fn starts(plan: &DeformPlan) -> [Option<u64>; STREAMS] {
+    let present = |stream: u32| match stream {
+        POSITION => true,
+        NORMAL => plan.streams.normals,
+        UV => plan.streams.uvs,
+        TANGENT => plan.streams.tangents,
+        COLOR => plan.streams.colors,
+        _ => plan.streams.second_uvs,
+    };
     let mut end = 0;
-    let present = [
-        (POSITION, true, 12),
-        (NORMAL, plan.streams.normals, 12),
-        (UV, plan.streams.uvs, 8),
-        (TANGENT, plan.streams.tangents, 16),
-    ];
-    present.map(|(_, is_there, stride)| {
-        let start = end;
-        end += if is_there { plan.vertices * stride } else { 0 };
-        is_there.then_some(start)
+    std::array::from_fn(|stream| {
+        let (stream, start) = (stream as u32, end);
+        end += if present(stream) { plan.vertices * u64::from(stride(stream)) } else { 0 };
+        present(stream).then_some(start)
     })
 }
 
@@ -149,6 +171,7 @@ struct Rest {
     normals: u32,
     tangents: u32,
     uvs: u32,
+    colors: u32,
     influences: u32,
     per_vertex: u32,
     shapes: u32,
@@ -178,6 +201,7 @@ impl Sources {
                 rest.normals,
                 rest.tangents,
                 rest.uvs,
+                rest.colors,
                 if skinned { rest.influences } else { NONE },
                 rest.per_vertex,
                 deform.first_joint.unwrap_or(0),
@@ -194,7 +218,7 @@ impl Sources {
 }
 
 /// Words of a record of `shaders/skin.wgsl`.
-const RECORD: usize = 14;
+const RECORD: usize = 15;
 
 impl Rest {
     /// Appends a mesh.
@@ -208,6 +232,7 @@ impl Rest {
         let normals = append(bounded(&mesh.normals).as_flattened());
         let tangents = append(mesh.tangents.as_flattened());
         let uvs = append(mesh.uvs.as_flattened());
+        let colors = append(colors(mesh).as_flattened());
         let mut influences = NONE;
         if let Some(own) = &mesh.influences {
             influences = words.len() as u32;
@@ -217,7 +242,7 @@ impl Rest {
         let shapes = words.len() as u32;
         let (shape_words, changes) = append_shapes(words, mesh);
         let per_vertex = mesh.influences.as_ref().map_or(0, |own| own.per_vertex as u32);
-        Self { positions, normals, tangents, uvs, influences, per_vertex, shapes, shape_words, changes }
+        Self { positions, normals, tangents, uvs, colors, influences, per_vertex, shapes, shape_words, changes }
     }
 }
 
@@ -229,6 +254,7 @@ fn append_shapes(words: &mut Vec<u32>, mesh: &Mesh) -> (u32, u32) {
         any(|shape| shape.normals.is_empty()),
         any(|shape| shape.tangents.is_empty()),
         any(|shape| shape.uvs.is_empty()),
+        any(|shape| shape.colors.is_empty()),
     ];
     let count = mesh.positions.len();
     let before = words.len();
@@ -238,6 +264,7 @@ fn append_shapes(words: &mut Vec<u32>, mesh: &Mesh) -> (u32, u32) {
             (changes[1], shape.normals.as_flattened(), 3),
             (changes[2], shape.tangents.as_flattened(), 3),
             (changes[3], shape.uvs.as_flattened(), 2),
+            (changes[4], shape.colors.as_flattened(), 4),
         ];
         for (_, values, width) in own.into_iter().filter(|(changes, ..)| *changes) {
             words.extend(values.iter().map(|value| value.to_bits()));

@@ -109,6 +109,15 @@ fn colors(mesh: &Mesh) -> Cow<'_, [[f32; 4]]> {
     }
 }
 
+/// Bytes of a vertex in a stream.
+fn stride(stream: u32) -> u32 {
+    match stream {
+        POSITION | NORMAL => 12,
+        UV | SECOND_UV => 8,
+        _ => 16,
+    }
+}
+
 /// Vertex input state: a binding for each stream, an attribute for each input of the shader.
 pub type VertexInput = (Vec<vk::VertexInputBindingDescription>, Vec<vk::VertexInputAttributeDescription>);
 
@@ -116,11 +125,6 @@ pub type VertexInput = (Vec<vk::VertexInputBindingDescription>, Vec<vk::VertexIn
 /// each declared input; those that a mesh without such `extras` lacks, and the shader's constants leave unread, are read of a stream that is
 /// there.
 pub fn vertex_input(locations: &[u32], extras: Extras) -> VertexInput {
-    let stride = |stream| match stream {
-        POSITION | NORMAL => 12,
-        UV | SECOND_UV => 8,
-        _ => 16,
-    };
     let stream_of = |location| match location {
         COLOR if !extras.colors => POSITION,
         SECOND_UV if !extras.second_uvs => UV,

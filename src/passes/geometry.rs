@@ -132,10 +132,12 @@ fn constants_of(plan: &FramePlan, key: GeometryKey) -> Vec<(u32, u32)> {
     vec![
         (constants::TEXTURES, key.textures.bits()),
         (constants::COLORED, u32::from(key.extras.colors)),
+        (constants::COLORED_LIGHT, u32::from(key.extras.colored_light)),
         (constants::MASKED, u32::from(key.discards)),
         (constants::TWO_SIDED, u32::from(key.two_sided)),
         (constants::RECEIVES, u32::from(key.receives)),
         (constants::PHONG, u32::from(key.phong)),
+        (constants::REFLECTANCE, u32::from(key.reflectance)),
         (constants::LARGEST, plan.largest_light().to_bits()),
         (constants::FARTHEST, farthest.to_bits()),
         (constants::NORMAL_ENCODING, gbuffer.map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),

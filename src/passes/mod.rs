@@ -21,6 +21,7 @@ macro_rules! light_constants {
             (constants::BRDF, $plan.brdf.constant()),
             (constants::TEXTBOOK, u32::from($plan.textbook)),
             (constants::METAL, u32::from($plan.metal)),
+            (constants::REFLECTANCE, u32::from($plan.reflectance)),
             (constants::ORTHOGRAPHIC, u32::from($plan.orthographic)),
             (constants::NORMAL_ENCODING, gbuffer.map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
             (constants::GEOMETRIC_STEPS, gbuffer.map_or(0.0, |gbuffer| gbuffer.geometric_steps()).to_bits()),

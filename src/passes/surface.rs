@@ -16,7 +16,7 @@ use crate::gpu_scene::{
     COLOR, GpuScene, NORMAL, OWN_SAMPLERS, POSITION, SAMPLER, SECOND_UV, SetForm, TANGENT, UV, vertex_input,
 };
 use crate::plan::{FramePlan, GeometryKey, Opacity, Shading, ToneMapping};
-use crate::scene::{AlphaMode, Brdf, TextureSlot};
+use crate::scene::{AlphaMode, Brdf, Material, TextureSlot};
 use crate::shaders::forward::{self as shader, Flags, constants};
 use crate::shaders::{BindingKind, Variant};
 use crate::visible::WorldObject;
@@ -73,6 +73,7 @@ pub struct Surfaces {
     _empty: Option<SetLayout>,
     streams: Vec<u32>,
     brdf_override: Option<Brdf>,
+    stores_reflectance: bool,
     largest_light: f32,
     after_prepass: bool,
     /// The view of triangles is drawn: the place of the BRDF has the object's number.
@@ -124,6 +125,7 @@ impl Surfaces {
             .filter_map(|(stream, present)| present.then_some(stream))
             .collect(),
             brdf_override: plan.brdf_override,
+            stores_reflectance: plan.reflectance,
             largest_light: plan.largest_light(),
             after_prepass: plan.depth_prepass,
             numbered: plan.shading == Shading::ShowTriangle,
@@ -185,7 +187,6 @@ impl Surfaces {
 
     fn push(&self, recording: &Recording, object: &WorldObject) -> Push {
         let material = &recording.world.materials[object.material];
-        let brdf = self.brdf_override.unwrap_or(material.brdf);
         Push {
             rows: camera_relative(&object.transform, recording.camera.position),
             base_color: material.base_color,
@@ -196,15 +197,28 @@ impl Surfaces {
                 AlphaMode::Mask { cutoff } => cutoff,
                 AlphaMode::Opaque | AlphaMode::Blend | AlphaMode::Glass | AlphaMode::Coat => 0.0,
             },
-            specular: material.specular,
-            // A scene has at most 4,000,000 objects, and a single float holds any whole number up to four times that.
-            brdf: if self.numbered { (object.number + 1) as f32 } else { brdf as u32 as f32 / 3.0 },
+            specular: if object.key.reflectance { material.reflectance } else { material.specular },
+            brdf: self.brdf_code(material, object),
             metallic: material.metallic,
             roughness: if object.key.phong { material.shininess } else { material.roughness },
             ambient: material.ambient,
             normal_scale: material.normal_scale,
             first_uv_map: recording.textures.first_uv_map(object.material).unwrap_or(0),
             _padding: [0; 3],
+        }
+    }
+}
+
+impl Surfaces {
+    /// What the specular target's alpha has; in its place the view of triangles has the object's number, of which there are at most 4,000,000,
+    /// and a single float holds any whole number up to four times that.
+    fn brdf_code(&self, material: &Material, object: &WorldObject) -> f32 {
+        let index = material.model(self.brdf_override) as u32 as f32;
+        match self.numbered {
+            true => (object.number + 1) as f32,
+            false if object.key.reflectance => material.grazing,
+            false if self.stores_reflectance && object.key.forward.is_none() => (index + 6.0) / 9.0,
+            false => index / 3.0,
         }
     }
 }
@@ -370,11 +384,13 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
     vec![
         (constants::TEXTURES, key.textures.bits()),
         (constants::COLORED, u32::from(key.extras.colors)),
+        (constants::COLORED_LIGHT, u32::from(key.extras.colored_light)),
         (constants::MASKED, u32::from(desc.masked)),
         (constants::TWO_SIDED, u32::from(key.two_sided)),
         (constants::RECEIVES, u32::from(key.receives)),
         (constants::BRDF, forward.map_or(0, |forward| forward.brdf as u32)),
         (constants::PHONG, u32::from(key.phong)),
+        (constants::REFLECTANCE, u32::from(key.reflectance)),
         (constants::TEXTBOOK, u32::from(plan.textbook)),
         (constants::METAL, u32::from(plan.metal)),
         (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::gpu::{self, DepthState, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
-use crate::plan::{FramePlan, Sums, Target};
+use crate::plan::{FramePlan, GeometryKey, Opacity, Sums, Target};
 use crate::scene::Transparency;
 use crate::shaders::forward::Flags;
 
@@ -78,8 +78,7 @@ impl Transparent {
                 weighted: weighted(plan),
                 limits: limits(plan),
                 masked: key.discards,
-                // Reversed Z. What is opaque hides what is behind it; transparent surfaces hide nothing.
-                depth: DepthState { test: vk::CompareOp::GREATER, write: false },
+                depth: DepthState { test: compare(key), write: false },
                 blend: &blend(plan),
             };
             let pipeline = lit_pipeline(device, plan, slot, key, surfaces.layout(key), &desc)?;
@@ -95,6 +94,15 @@ impl Transparent {
     }
 }
 
+/// Reversed Z. What is opaque hides what is behind it, and what lies in it but a coat; transparent surfaces hide nothing. A coat's depth is that
+/// of the surface that it lies in, to the bit: their shaders have the same arithmetic, which is precise.
+fn compare(key: GeometryKey) -> vk::CompareOp {
+    match key.forward.is_some_and(|forward| forward.opacity == Opacity::Coat) {
+        true => vk::CompareOp::GREATER_OR_EQUAL,
+        false => vk::CompareOp::GREATER,
+    }
+}
+
 /// Sums have outputs of their own.
 fn weighted(plan: &FramePlan) -> Flags {
     if plan.transparency == Some(Transparency::Oit) { Flags::WEIGHTED } else { Flags::NONE }
@@ -102,7 +110,7 @@ fn weighted(plan: &FramePlan) -> Flags {
 
 /// Which variant of the shader a pipeline of the plan takes.
 #[cfg(test)]
-pub(crate) fn flags(plan: &FramePlan, key: crate::plan::GeometryKey) -> Flags {
+pub(crate) fn flags(plan: &FramePlan, key: GeometryKey) -> Flags {
     super::surface::lit_flags(plan, key) | weighted(plan)
 }
 

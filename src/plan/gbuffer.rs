@@ -33,7 +33,9 @@ pub struct Gbuffer {
     pub metallic: bool,
     /// The last two of those channels are in use. Where they are not, the shading normal is the geometric one.
     pub geometric_normal: bool,
-    /// Ks, and the BRDF's index in alpha.
+    /// Ks, and the BRDF's index in alpha. Where a Cook-Torrance surface reflects otherwise than a usual dielectric, such surfaces have the square
+    /// root of what they reflect facing the eye, and alpha has what they reflect grazing, times 2/3, or the index b of another BRDF as
+    /// (b + 6) / 9.
     pub specular: Option<vk::Format>,
     /// Relative to the camera; rebuilt from depth where it is absent.
     pub position: Option<vk::Format>,
@@ -45,6 +47,8 @@ pub(super) struct Stored {
     pub brdf: PlannedBrdf,
     /// Some surface is a metal.
     pub metal: bool,
+    /// Some Cook-Torrance surface reflects otherwise than a usual dielectric.
+    pub reflectance: bool,
     /// Shadows fall on surfaces, and their bias needs a normal that is not that of the shading, or some are free of shadows.
     pub geometric_normal: bool,
     /// Is it looked at?
@@ -78,6 +82,7 @@ impl Gbuffer {
         let metallic = stored.metal || stored.view == View::Metallic || all || keep(OptionalPart::MetallicChannel);
         let roughness = stored.brdf != PlannedBrdf::One(Brdf::Lambert) || stored.view == View::Roughness;
         let needs_specular = !matches!(stored.brdf, PlannedBrdf::One(Brdf::CookTorrance | Brdf::Lambert))
+            || stored.reflectance
             || keep(OptionalPart::SpecularTarget);
         let channels = match (geometric_normal, metallic, roughness || needs_specular) {
             (true, ..) => 4,

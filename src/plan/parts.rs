@@ -187,8 +187,8 @@ fn gbuffer(plan: &FramePlan) -> Vec<Part> {
     parts.extend(channels(gbuffer));
     let specular = why(
         gbuffer.specular.is_some(),
-        "a material has Phong's terms, or materials differ in their BRDF",
-        "no material has Phong's terms and all have the same BRDF",
+        "a material has Phong's terms or a reflectance of its own, or materials differ in their BRDF",
+        "no material has Phong's terms or a reflectance of its own, and all have the same BRDF",
     );
     parts.push(attachment("specular", Target::Specular, specular).is(OptionalPart::SpecularTarget));
     let position = why(gbuffer.position.is_some(), "asked for", "rebuilt from depth");

@@ -46,6 +46,8 @@ pub(super) struct Surfaces {
     pub materials: EffectiveMaterials,
     pub brdf: PlannedBrdf,
     pub emissive: bool,
+    /// Some opaque Cook-Torrance surface reflects otherwise than a usual dielectric.
+    pub reflectance: bool,
     pub transparency: Option<Transparency>,
     pub metal: bool,
     /// Some metal is in the G-buffer.
@@ -64,7 +66,7 @@ impl Surfaces {
         if tiled && is_final && !transparent.is_empty() {
             return Err(Error::ComputeWithTransparency);
         }
-        let brdf = |material: &Material| settings.brdf.unwrap_or(material.brdf);
+        let brdf = |material: &Material| material.model(settings.brdf);
         let metal = |object: &&Object| brdf(material(object)) == Brdf::CookTorrance && material(object).metallic > 0.0;
         let any = |what: &dyn Fn(&Material) -> bool| opaque.iter().any(|object| what(material(object)));
         let blends = is_final && !tiled && (!transparent.is_empty() || keep.has(OptionalPart::Transparent));
@@ -79,6 +81,7 @@ impl Surfaces {
             emissive: !is_forward(path)
                 && is_final
                 && (any(&Material::is_emissive) || keep.has(OptionalPart::Emissive)),
+            reflectance: any(&|own| brdf(own) == Brdf::CookTorrance && own.has_reflectance()),
             transparency: blends.then_some(settings.transparency),
             metal: opaque_metal || blends && transparent.iter().any(metal) || keep.has(OptionalPart::MetallicChannel),
             opaque_metal,

@@ -1,7 +1,8 @@
 //! The scene's triangles in the world, in f64, and what a ray meets of them.
 //!
 //! What is seen is what the rasterizer would draw: faces of one-sided materials from the front, which a mirrored transform turns over; no holes
-//! of masks; nothing before the near plane. Where two opaque surfaces are equally far, the first one of the scene is seen.
+//! of masks; nothing before the near plane. Where two opaque surfaces are equally far, the first one of the scene is seen. A coat lies on what is
+//! equally far.
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4, Vec2, Vec3, Vec4};
 
@@ -185,10 +186,17 @@ impl<'a> Geometry<'a> {
         });
         if self.has_transparent {
             let limit = nearest.map_or(f64::INFINITY, |nearest| nearest.crossing.distance);
-            // As by the depth test, which what is equally far does not pass.
-            transparent.retain(|hit| hit.crossing.distance < limit);
-            let far_first = |a: &Hit, b: &Hit| b.crossing.distance.total_cmp(&a.crossing.distance);
-            transparent.sort_unstable_by(|a, b| far_first(a, b).then(a.triangle.cmp(&b.triangle)));
+            let is_coat = |hit: &Hit| self.part(hit).material.alpha_mode == AlphaMode::Coat;
+            // As by the depth test, which of what is equally far coats alone pass. They lie on what is equally far.
+            transparent.retain(|hit| {
+                let distance = hit.crossing.distance;
+                distance < limit || distance == limit && is_coat(hit)
+            });
+            let order = |a: &Hit, b: &Hit| {
+                let far_first = b.crossing.distance.total_cmp(&a.crossing.distance);
+                far_first.then(is_coat(a).cmp(&is_coat(b))).then(a.triangle.cmp(&b.triangle))
+            };
+            transparent.sort_unstable_by(order);
         }
         nearest
     }

@@ -85,7 +85,7 @@ pub fn surface(
     let triangle = geometry.triangles[hit.triangle].id.triangle;
     let place = Place { scene, part, triangle, weights: hit.crossing.weights };
     let material = part.material;
-    let brdf = brdf.unwrap_or(material.brdf);
+    let brdf = material.model(brdf);
     let is_phong = matches!(brdf, Brdf::Phong | Brdf::BlinnPhong);
 
     let facing = if hit.front { 1.0 } else { -1.0 };
@@ -94,7 +94,21 @@ pub fn surface(
     let base = material.base_color.extend(material.alpha).as_dvec4()
         * place.texel(TextureSlot::BaseColor)
         * part.color(triangle, place.weights);
+    let is_coat = material.alpha_mode == AlphaMode::Coat;
+    // What is unlit sends its colour and reflects nothing. A coat is a lobe that reflects all, of which what it shows is a share.
+    let (albedo, emissive) = match material.unlit {
+        _ if is_coat => (DVec3::ONE, DVec3::ZERO),
+        true => (DVec3::ZERO, base.truncate()),
+        false => {
+            let glow = material.emissive.as_dvec3() * place.texel(TextureSlot::Emissive).truncate();
+            (base.truncate(), glow)
+        }
+    };
     let shape = place.texel(TextureSlot::MetallicRoughness);
+    let strength = match material.reflectance_texture() {
+        Some(_) => place.texel(TextureSlot::Specular),
+        None => DVec4::ONE,
+    };
     let ambient = if is_phong { f64::from(material.ambient) } else { 1.0 };
     let surface = Surface {
         position,
@@ -102,13 +116,15 @@ pub fn surface(
         normal: normal * facing,
         geometric_normal: geometric_normal * facing,
         brdf,
-        albedo: base.truncate(),
-        metallic: f64::from(material.metallic) * shape.z,
+        albedo,
+        metallic: if is_coat { 1.0 } else { f64::from(material.metallic) * shape.z },
         roughness: f64::from(material.roughness) * shape.y,
         specular: material.specular.as_dvec3() * place.texel(TextureSlot::Specular).truncate(),
+        reflectance: material.reflectance.as_dvec3() * strength.truncate() * strength.w,
+        grazing: f64::from(material.grazing) * strength.w,
         shininess: f64::from(material.shininess) * place.texel(TextureSlot::Shininess).y,
         occlusion: ambient * place.texel(TextureSlot::Occlusion).x,
-        emissive: material.emissive.as_dvec3() * place.texel(TextureSlot::Emissive).truncate(),
+        emissive,
         alpha: if material.is_transparent() { base.w.clamp(0.0, 1.0) } else { 1.0 },
         receives_shadow: part.receives_shadow,
     };

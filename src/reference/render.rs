@@ -267,8 +267,10 @@ impl<'a> Reference<'a> {
         match mode {
             AlphaMode::Opaque | AlphaMode::Mask { .. } => light.body + light.shine,
             AlphaMode::Blend => (light.body + light.shine) * surface.alpha + behind * (1.0 - surface.alpha),
-            AlphaMode::Glass | AlphaMode::Coat => {
-                light.body * surface.alpha + light.shine + behind * (1.0 - surface.alpha)
+            AlphaMode::Glass => light.body * surface.alpha + light.shine + behind * (1.0 - surface.alpha),
+            AlphaMode::Coat => {
+                let share = surface.alpha * light::coat_share(&surface);
+                light.shine * share + behind * (1.0 - share)
             }
         }
     }

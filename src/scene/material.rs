@@ -35,7 +35,8 @@ pub enum AlphaMode {
     /// behind is times 1 - alpha. So that a clear pane still shines.
     Glass,
     /// A clear lacquer on the surface that it lies in (KHR_materials_clearcoat): what lies under it is times 1 - alpha F, and its highlights
-    /// are times alpha F, where F = 0.04 + 0.96 (1 - N.E)^5. It has no body.
+    /// are times alpha F, where F = 0.04 + 0.96 (1 - N.E)^5. It has no body and no colour, emits nothing, and casts no shadow. What it lies in
+    /// is an object with the same mesh and transform.
     Coat,
 }
 
@@ -52,7 +53,7 @@ pub enum TextureSlot {
     Occlusion,
     /// sRGB colour.
     Emissive,
-    /// Ks of the Phong models, sRGB colour.
+    /// Ks of the Phong models, or the reflectance of a dielectric: sRGB colour. Linear alpha is the strength of the latter.
     Specular,
     /// A share of the Phong models' Ns in green, where others have their roughness. Linear.
     Shininess,
@@ -170,7 +171,14 @@ pub(crate) const FORMS: [SlotForm; 7] = [
         color_space: ColorSpace::Srgb,
         channels: RGB,
         phong: Some(true),
-        fold: |material, color| material.specular = times(material.specular, color),
+        fold: |material, color| match material.reflectance_texture() {
+            Some(_) => {
+                let [red, green, blue, alpha] = color;
+                material.reflectance = times(material.reflectance, [red * alpha, green * alpha, blue * alpha, 1.0]);
+                material.grazing = scaled(material.grazing, alpha);
+            }
+            None => material.specular = times(material.specular, color),
+        },
         get: |material| material.specular_texture,
         get_mut: |material| &mut material.specular_texture,
     },
@@ -278,7 +286,7 @@ pub struct Material {
     pub occlusion_texture: Option<usize>,
     /// Multiplies `emissive`.
     pub emissive_texture: Option<usize>,
-    /// Multiplies `specular`.
+    /// Multiplies `specular`, or `reflectance` by its colour and alpha and `grazing` by its alpha where a Cook-Torrance material has no `specular`.
     pub specular_texture: Option<usize>,
     /// Multiplies `shininess`.
     pub shininess_texture: Option<usize>,
@@ -329,6 +337,28 @@ impl Material {
     /// The texture in a slot, to be changed.
     pub fn texture_mut(&mut self, slot: TextureSlot) -> &mut Option<usize> {
         (slot.form().get_mut)(self)
+    }
+
+    /// The reflection model that it is drawn with where `overridden` stands in for all materials' own: an unlit surface and a coat have theirs.
+    pub fn model(&self, overridden: Option<Brdf>) -> Brdf {
+        match self.alpha_mode {
+            _ if self.unlit => Brdf::Lambert,
+            AlphaMode::Coat => Brdf::CookTorrance,
+            _ => overridden.unwrap_or(self.brdf),
+        }
+    }
+
+    /// The texture in the specular slot where it says what a dielectric reflects (KHR_materials_specular): that of a Cook-Torrance material
+    /// without Ks, which the Phong models alone have.
+    pub fn reflectance_texture(&self) -> Option<usize> {
+        let is_dielectric = self.brdf == Brdf::CookTorrance && self.specular == Vec3::ZERO;
+        self.specular_texture.filter(|_| is_dielectric && self.alpha_mode != AlphaMode::Coat)
+    }
+
+    /// Whether its dielectric share reflects something else than [`DIELECTRIC`] facing the eye and 1 grazing.
+    pub fn has_reflectance(&self) -> bool {
+        let usual = self.reflectance == Vec3::splat(DIELECTRIC) && self.grazing == 1.0;
+        !usual || self.reflectance_texture().is_some()
     }
 
     /// Whether texels below a cut-off are left out.

@@ -116,7 +116,7 @@ fn largest_reflection(scene: &Scene, settings: &Settings) -> f64 {
     let of = |material: &Material| {
         let shininess = f64::from(material.shininess);
         1.0 / PI
-            + match settings.brdf.unwrap_or(material.brdf) {
+            + match material.model(settings.brdf) {
                 Brdf::Lambert => 0.0,
                 Brdf::Phong => (shininess + 2.0) / (2.0 * PI),
                 Brdf::BlinnPhong => (shininess + 8.0) / (8.0 * PI),

@@ -7,10 +7,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use glam::Vec3;
+
 use super::TextureMask;
 use crate::scene::{
     AlphaMode, Brdf, ColorSpace, Material, MaterialValue, Mesh, OptionalPart, Sampler, Scene, Settings, Target,
-    Texture, TextureSlot, scaled,
+    Texture, TextureSlot, View, scaled,
 };
 
 /// Materials as they are drawn, and what became of them.
@@ -45,8 +47,8 @@ impl EffectiveMaterials {
         };
         let veiled = effective.veiled(scene);
         for (index, material) in scene.materials.iter().enumerate() {
-            let mut own = material.clone();
-            let brdf = settings.brdf.unwrap_or(own.brdf);
+            let mut own = simplified(material.clone(), settings.view);
+            let brdf = own.model(settings.brdf);
             if !matches!(brdf, Brdf::Phong | Brdf::BlinnPhong) {
                 own.ambient = 1.0;
             }
@@ -110,14 +112,19 @@ impl EffectiveMaterials {
     fn fold(&mut self, mut material: Material, texels: &mut Texels) -> Material {
         for slot in TextureSlot::ALL {
             let form = slot.form();
-            let [red, green, blue, _] = form.channels;
             let is_covering = slot == TextureSlot::BaseColor;
+            // A coat has no colour.
+            let [red, green, blue] = match form.channels {
+                _ if is_covering && material.alpha_mode == AlphaMode::Coat => [false; 3],
+                [red, green, blue, _] => [red, green, blue],
+            };
+            let is_strength = slot == TextureSlot::Specular && material.reflectance_texture().is_some();
             let alpha = is_covering && material.is_transparent();
             // What a mask decides must not be a matter of rounding.
             let texture = material.texture(slot).filter(|_| !(is_covering && material.is_masked()));
             let color = match slot {
                 TextureSlot::Normal => texture.filter(|&texture| texels.is_flat(texture)).map(|_| [1.0; 4]),
-                _ => texels.color(texture, [red, green, blue, alpha]),
+                _ => texels.color(texture, [red, green, blue, alpha || is_strength]),
             };
             if let Some(color) = color {
                 (form.fold)(&mut material, color);
@@ -129,6 +136,28 @@ impl EffectiveMaterials {
         }
         material
     }
+}
+
+/// What is unlit emits its colour and reflects nothing; views that show no emission show the colour. A coat is a lobe and no more.
+fn simplified(mut material: Material, view: View) -> Material {
+    if material.unlit {
+        material.brdf = Brdf::Lambert;
+        material.emissive = Vec3::ZERO;
+        let others = TextureSlot::ALL.into_iter().filter(|&slot| slot != TextureSlot::BaseColor);
+        others.for_each(|slot| *material.texture_mut(slot) = None);
+        if view == View::Final {
+            material.emissive = std::mem::take(&mut material.base_color);
+            material.emissive_texture = material.base_color_texture;
+            material.uv_maps[TextureSlot::Emissive as usize] = material.uv_maps[TextureSlot::BaseColor as usize];
+            if material.alpha_mode == AlphaMode::Opaque {
+                material.base_color_texture = None;
+            }
+        }
+    }
+    if material.alpha_mode == AlphaMode::Coat {
+        (material.emissive, material.emissive_texture, material.specular_texture) = (Vec3::ZERO, None, None);
+    }
+    material
 }
 
 fn moving_maps(scene: &Scene) -> BTreeSet<usize> {

@@ -52,6 +52,8 @@ pub enum Opacity {
     Blend = 1,
     /// [`AlphaMode::Glass`].
     Glass = 2,
+    /// [`AlphaMode::Coat`].
+    Coat = 3,
 }
 
 /// What sets pipelines apart that light surfaces while they draw them.
@@ -70,6 +72,8 @@ pub struct ForwardKey {
 pub struct Extras {
     /// Colours of vertices multiply the base colour and alpha.
     pub colors: bool,
+    /// And what the surface emits, as it is unlit.
+    pub colored_light: bool,
     /// Textures lie on the mesh in other ways than as its first coordinates say, or may come to.
     pub uv_maps: bool,
     /// Some of them by its second coordinates.
@@ -102,6 +106,8 @@ pub struct GeometryKey {
     pub mirrored: bool,
     /// Stores a shininess, not a roughness.
     pub phong: bool,
+    /// Says what its dielectric share reflects, as it or the G-buffer that it goes into has no usual one.
+    pub reflectance: bool,
     /// Shadows fall on it; always where there are none.
     pub receives: bool,
     /// What is lit as it is drawn; none for what goes into the G-buffer.
@@ -131,7 +137,8 @@ impl GeometryKey {
             opacity: match material.alpha_mode {
                 AlphaMode::Opaque | AlphaMode::Mask { .. } => Opacity::Hides,
                 AlphaMode::Blend => Opacity::Blend,
-                AlphaMode::Glass | AlphaMode::Coat => Opacity::Glass,
+                AlphaMode::Glass => Opacity::Glass,
+                AlphaMode::Coat => Opacity::Coat,
             },
             emissive: shows_emission(material, rules),
         });
@@ -148,6 +155,8 @@ impl GeometryKey {
             two_sided: material.two_sided,
             mirrored: object.transform.matrix3.determinant() < 0.0,
             phong: is_phong(brdf),
+            reflectance: brdf == Brdf::CookTorrance
+                && if forward.is_some() { material.has_reflectance() } else { rules.reflectance },
             receives: object.receives_shadow || !rules.shadow,
             forward,
         }
@@ -157,8 +166,10 @@ impl GeometryKey {
         let material = rules.material(object);
         let moving = rules.materials.moving_maps.contains(&object.material);
         let maps = || textures.slots().map(|slot| material.uv_maps[slot as usize]);
+        let colors = rules.is_colored(object) && (!rules.shading.only_covers() || material.is_masked());
         Extras {
-            colors: rules.is_colored(object) && (!rules.shading.only_covers() || material.is_masked()),
+            colors,
+            colored_light: colors && material.unlit,
             uv_maps: !textures.is_empty() && (moving || maps().any(|map| map != UvMap::IDENTITY)),
             second_uvs: maps().any(|map| map.set == 1),
         }
@@ -177,6 +188,9 @@ impl GeometryKey {
             TextureSlot::MetallicRoughness => of_model(slot) && (brdf != Brdf::Lambert || shown),
             TextureSlot::Occlusion => of_model(slot) && rules.ambient,
             TextureSlot::Emissive => shows_emission(material, rules),
+            TextureSlot::Specular if brdf == Brdf::CookTorrance => {
+                !counting && material.reflectance_texture().is_some()
+            }
             _ => of_model(slot),
         };
         material.textures().map(|(slot, _)| slot).filter(|&slot| wanted(slot)).collect()

@@ -18,6 +18,8 @@ pub(crate) struct SurfaceRules<'a> {
     pub forward: bool,
     pub shadow: bool,
     pub emissive: bool,
+    /// The G-buffer has what Cook-Torrance surfaces reflect.
+    pub reflectance: bool,
     pub ambient: bool,
     pub transparency: Option<Transparency>,
     pub brdf_override: Option<Brdf>,
@@ -52,6 +54,7 @@ impl<'a> SurfaceRules<'a> {
             forward: is_forward(lighting.path),
             shadow: lighting.shadow.is_some(),
             emissive: surfaces.emissive,
+            reflectance: surfaces.reflectance,
             ambient: lighting.lights.ambient,
             transparency: surfaces.transparency,
             brdf_override: settings.brdf,
@@ -64,7 +67,7 @@ impl<'a> SurfaceRules<'a> {
     }
 
     pub fn brdf(&self, material: &Material) -> Brdf {
-        self.brdf_override.unwrap_or(material.brdf)
+        material.model(self.brdf_override)
     }
 
     /// Whether GEOMETRY exists: all but the view of the shadow map.
@@ -115,6 +118,7 @@ impl<'a> SurfaceRules<'a> {
         let moving = self.materials.moving_maps.contains(&object.material);
         let extras = Extras {
             colors: material.is_masked() && self.is_colored(object),
+            colored_light: false,
             uv_maps: texture.is_some() && (moving || map != UvMap::IDENTITY),
             second_uvs: texture.is_some() && map.set == 1,
         };
@@ -181,6 +185,7 @@ impl FramePlan {
             forward: self.is_forward(),
             shadow: self.shadow.is_some(),
             emissive: self.emissive,
+            reflectance: self.reflectance,
             ambient: self.lights.ambient,
             transparency: self.transparency,
             brdf_override: self.brdf_override,

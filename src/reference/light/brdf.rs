@@ -39,6 +39,8 @@ pub struct Reflector<R: Real> {
     pub(super) diffuse: Vector3<R>,
     /// F0 of Cook-Torrance, Ks of the Phong models.
     pub(super) specular: Vector3<R>,
+    /// F90 of Cook-Torrance.
+    pub(super) grazing: R,
     /// Perceptual, no less than [`MIN_ROUGHNESS`].
     pub(super) roughness: R,
     shininess: R,
@@ -53,7 +55,7 @@ impl<R: Real> Reflector<R> {
         let (albedo, metallic) = (vector::<R>(surface.albedo), R::of(surface.metallic));
         let (diffuse, specular) = match surface.brdf {
             Brdf::CookTorrance => {
-                let dielectric = Vector3::repeat(R::of(DIELECTRIC));
+                let dielectric = vector::<R>(surface.reflectance);
                 (albedo * (R::one() - metallic), dielectric + (albedo - dielectric) * metallic)
             }
             Brdf::Phong | Brdf::BlinnPhong => (albedo, vector(surface.specular)),
@@ -66,6 +68,7 @@ impl<R: Real> Reflector<R> {
             view,
             diffuse,
             specular,
+            grazing: R::one() - (R::one() - R::of(surface.grazing)) * (R::one() - metallic),
             roughness: R::of(surface.roughness).max(R::of(MIN_ROUGHNESS)),
             shininess: R::of(surface.shininess),
             smith,
@@ -87,12 +90,12 @@ impl<R: Real> Reflector<R> {
         }
     }
 
-    /// Schlick's Fresnel, F0 + (1 - F0)(1 - v.h)^5 (Schlick 1994, "An Inexpensive BRDF Model for Physically-based Rendering").
+    /// Schlick's Fresnel, F0 + (F90 - F0)(1 - v.h)^5 (Schlick 1994, "An Inexpensive BRDF Model for Physically-based Rendering").
     fn fresnel(&self, light: &Vector3<R>) -> Vector3<R> {
         // |l + v|^2 = 2 + 2 l.v = 4 (v.h)^2 for unit vectors.
         let v_dot_h = super::real::length(&(light + self.view)) / R::of(2.0);
-        let grazing = (R::one() - v_dot_h).max(R::zero()).powi(5);
-        self.specular.map(|facing| facing + (R::one() - facing) * grazing)
+        let share = (R::one() - v_dot_h).max(R::zero()).powi(5);
+        self.specular.map(|facing| facing + (self.grazing - facing) * share)
     }
 
     /// D V of GGX: distribution of facets by Walter et al. 2007 ("Microfacet Models for Refraction through Rough Surfaces"), their

@@ -79,6 +79,13 @@ pub fn split_radiance<R: Real>(
     Radiance { body: widened(body), shine: widened(shine) }
 }
 
+/// The share of light that a clear coat mirrors, by the angle to its normal: Schlick's Fresnel of a dielectric.
+pub fn coat_share(surface: &Surface) -> f64 {
+    let view = -surface.ray.unwrap_or(surface.position).normalize_or(-surface.normal);
+    let n_dot_v = surface.normal.dot(view).max(MIN_N_DOT_V);
+    DIELECTRIC + (1.0 - DIELECTRIC) * (1.0 - n_dot_v).max(0.0).powi(5)
+}
+
 /// What one light adds if nothing hides it, in nits; `None` where that is nothing: out of its range or cone, or behind the surface.
 fn unshadowed<R: Real>(
     surface: &Surface,

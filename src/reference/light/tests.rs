@@ -20,6 +20,8 @@ fn mirror(alpha: f64) -> Surface {
         metallic: 1.0,
         roughness: alpha.sqrt(),
         specular: DVec3::ZERO,
+        reflectance: DVec3::splat(DIELECTRIC),
+        grazing: 1.0,
         shininess: 0.0,
         occlusion: 1.0,
         emissive: DVec3::ZERO,

@@ -49,7 +49,10 @@ pub(super) fn read(definition: &Definition, folders: &[&Path], warnings: &mut Ve
         if source.specular.is_none() {
             pending.material.specular = Vec3::ONE;
         }
-        pending.requests.push((TextureSlot::Specular, Request::Color { image: Some(image), mask: None }));
+        // Without Ks the slot would be that of a dielectric's reflectance.
+        if pending.material.specular != Vec3::ZERO {
+            pending.requests.push((TextureSlot::Specular, Request::Color { image: Some(image), mask: None }));
+        }
     }
     (pending.needs.uv_scale, pending.needs.uv_offset) = reader.placement();
     pending

@@ -203,9 +203,9 @@ fn fresnel(cosine: f64) -> Trial {
     let mut rng = rng(cosine);
     let inputs = (0..COUNT).map(|_| {
         let [red, green, blue] = [0; 3].map(|_| share(&mut rng));
-        filled([red, green, blue, cosine as f32])
+        filled([red, green, blue, cosine as f32, share(&mut rng)])
     });
-    each(Formula::Fresnel, &[("facing", 3), ("v.h", 1)], truth::fresnel, inputs.collect())
+    each(Formula::Fresnel, &[("facing", 3), ("v.h", 1), ("grazing", 1)], truth::fresnel, inputs.collect())
 }
 
 /// Lights this far away, in any direction, that shine everywhere.

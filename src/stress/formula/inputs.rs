@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 
 use super::Input;
 use crate::gpu_scene::LightRecord;
-use crate::scene::{Camera, Falloff, Light, LightKind};
+use crate::scene::{Camera, DIELECTRIC, Falloff, Light, LightKind};
 
 /// Inputs of a trial.
 pub const COUNT: usize = 1 << 16;
@@ -20,8 +20,9 @@ pub const REFLECTION: &[(&str, usize)] = &[
     ("view", 3),
     ("metallic or Ks", 1),
     ("light", 3),
-    ("", 1),
+    ("reflectance facing", 1),
     ("albedo", 3),
+    ("reflectance grazing", 1),
 ];
 
 /// Numbers from 0 to 1 that break things.
@@ -100,23 +101,35 @@ fn directions(rng: &mut Rng, index: usize, width: f64) -> Directions {
     }
 }
 
+/// What a usual dielectric reflects, facing the eye and grazing.
+const USUAL: [f32; 2] = [DIELECTRIC, 1.0];
+
 fn packed([normal, view, light]: Directions, fourth: [f32; 2], albedo: [f32; 3]) -> Input {
     let [normal, view, light] = [normal, view, light].map(DVec3::as_vec3);
-    let [a, b, c] = [normal.extend(fourth[0]), view.extend(fourth[1]), light.extend(0.0)].map(|v| v.to_array());
-    [a, b, c, [albedo[0], albedo[1], albedo[2], 0.0]].concat().try_into().unwrap_or([0.0; 16])
+    let [facing, grazing] = USUAL;
+    let [a, b, c] = [normal.extend(fourth[0]), view.extend(fourth[1]), light.extend(facing)].map(|v| v.to_array());
+    [a, b, c, [albedo[0], albedo[1], albedo[2], grazing]].concat().try_into().unwrap_or([0.0; 16])
+}
+
+/// Every other input with a reflectance of its own, from nothing to all in either direction.
+fn reflecting(mut inputs: Vec<Input>) -> Vec<Input> {
+    for (index, input) in inputs.iter_mut().enumerate().filter(|(index, _)| index % 2 == 1) {
+        input[11] = (index / 2 % 17) as f32 / 16.0;
+        input[15] = (index / 2 % 13) as f32 / 12.0;
+    }
+    inputs
 }
 
 /// Inputs of a reflection model of this roughness or specular power.
 pub fn reflection(stiffness: f64, width: f64) -> Vec<Input> {
     let mut rng = rng(stiffness);
-    (0..COUNT)
-        .map(|index| {
-            let directions = directions(&mut rng, index, width);
-            let metallic = share(&mut rng);
-            let albedo = [0; 3].map(|_| share(&mut rng));
-            packed(directions, [stiffness as f32, metallic], albedo)
-        })
-        .collect()
+    let inputs = (0..COUNT).map(|index| {
+        let directions = directions(&mut rng, index, width);
+        let metallic = share(&mut rng);
+        let albedo = [0; 3].map(|_| share(&mut rng));
+        packed(directions, [stiffness as f32, metallic], albedo)
+    });
+    reflecting(inputs.collect())
 }
 
 /// Light and eye both at this cosine to the normal, half of the time with the half vector along it.

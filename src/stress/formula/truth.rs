@@ -50,6 +50,8 @@ fn surface(input: &Input, brdf: Brdf) -> Surface {
         metallic: if is_phong { 0.0 } else { one(input, 7) },
         roughness: one(input, 3),
         specular: DVec3::splat(one(input, 7)),
+        reflectance: DVec3::splat(one(input, 11)),
+        grazing: one(input, 15),
         shininess: one(input, 3),
         occlusion: 1.0,
         emissive: DVec3::ZERO,
@@ -131,10 +133,10 @@ pub fn masking(input: &Input) -> Truth {
     scalar(0.5 / (light * root(view) + view * root(light)), DARK)
 }
 
-/// F0 + (1 - F0)(1 - v.h)^5 (Schlick 1994).
+/// F0 + (F90 - F0)(1 - v.h)^5 (Schlick 1994).
 pub fn fresnel(input: &Input) -> Truth {
     let facing = three(input, 0);
-    of(facing + (DVec3::ONE - facing) * (1.0 - one(input, 3)).powi(5), 1e-3, true)
+    of(facing + (DVec3::splat(one(input, 4)) - facing) * (1.0 - one(input, 3)).powi(5), 1e-3, true)
 }
 
 pub fn ambient(input: &Input) -> Truth {

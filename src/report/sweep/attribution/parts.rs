@@ -181,6 +181,8 @@ mod tests {
             metallic: 0.0,
             roughness: 0.5,
             specular: DVec3::ZERO,
+            reflectance: DVec3::splat(0.04),
+            grazing: 1.0,
             shininess: 30.0,
             occlusion: 1.0,
             emissive: DVec3::ZERO,
