@@ -170,7 +170,7 @@ mod tests {
     use half::f16;
 
     use super::*;
-    use crate::gpu_scene::{NORMAL, POSITION, TANGENT, UV};
+    use crate::gpu_scene::{COLOR, NORMAL, POSITION, SECOND_UV, TANGENT, UV};
     use crate::plan::samples;
     use crate::shaders::forward as shader;
 
@@ -188,6 +188,8 @@ mod tests {
                         NORMAL => streams.normals,
                         UV => streams.uvs,
                         TANGENT => streams.tangents,
+                        COLOR => streams.colors || !key.extras.colors,
+                        SECOND_UV => streams.second_uvs || !key.extras.second_uvs,
                         other => panic!("{name}: no stream for location {other}"),
                     };
                     assert!(present, "{name} {key:?}: {} is not in {streams:?}", input.name);

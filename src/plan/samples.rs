@@ -7,7 +7,7 @@ use super::{Capabilities, Error, FramePlan};
 use crate::scene::{
     AlphaMode, Brdf, Channel, Clip, Falloff, GbufferChoice, GbufferPreset, Influences, Interpolation, Light, LightKind,
     LightPath, Local, Material, Mesh, Morph, Motion, Node, Object, OptionalPart, Output, Placement, Resolve, Scene,
-    Settings, Skin, Target, TargetChoice, Texture, TextureSlot, Transparency, View,
+    Settings, Skin, Target, TargetChoice, Texture, TextureSlot, Transparency, UvMap, View, Wrap,
 };
 
 /// All but that of what several samples differ in.
@@ -105,9 +105,9 @@ pub fn add_textures(scene: &mut Scene) {
         .collect();
 }
 
-/// With a texture in every slot.
+/// With a texture in every slot. That of the specular one is for the Phong models.
 pub fn textured(brdf: Brdf) -> Material {
-    let mut material = Material { brdf, ..Material::default() };
+    let mut material = Material { brdf, specular: Vec3::splat(0.5), ..Material::default() };
     TextureSlot::ALL.into_iter().for_each(|slot| *material.texture_mut(slot) = Some(slot as usize));
     material
 }
@@ -120,6 +120,30 @@ pub fn masked() -> Material {
 /// What lies behind shows through it.
 pub fn glass() -> Material {
     Material { alpha_mode: AlphaMode::Glass, alpha: 0.25, ..Material::default() }
+}
+
+/// Vertices with colours and second texture coordinates, by which textures lie that are not sampled alike, one of which cuts holes.
+pub fn painted() -> Scene {
+    let mut worn = textured(Brdf::CookTorrance);
+    worn.uv_maps[TextureSlot::Normal as usize] = UvMap { set: 1, rotation: 0.5, ..UvMap::IDENTITY };
+    let mut cut = masked();
+    cut.uv_maps[TextureSlot::BaseColor as usize].offset.x = 0.25;
+    let mut scene = scene(vec![worn, cut, Material::default()], vec![sun(), sky()]);
+    let mesh = &mut scene.meshes[0];
+    mesh.colors = vec![[1.0, 0.5, 0.25, 0.75]; mesh.positions.len()];
+    mesh.uvs_1 = mesh.uvs.clone();
+    scene.textures[1].sampler.wrap = [Wrap::Clamp; 2];
+    scene
+}
+
+/// A dielectric with a reflectance of its own under a coat, and something unlit.
+pub fn lacquered() -> Scene {
+    let dielectric = Material { reflectance: Vec3::splat(0.1), ..textured(Brdf::CookTorrance) };
+    let coat = Material { alpha_mode: AlphaMode::Coat, roughness: 0.1, ..Material::default() };
+    let sign = Material { unlit: true, base_color_texture: Some(0), ..Material::default() };
+    let mut scene = scene(vec![dielectric, coat, sign], vec![sun(), point(Falloff::Quadratic)]);
+    scene.objects[1].transform = scene.objects[0].transform;
+    scene
 }
 
 /// A textured cover that also glows.
@@ -232,6 +256,8 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
         ("glowing gauze", scene(vec![emissive(), gauze(), masked()], vec![sky()])),
         ("nothing but glass", scene(vec![glass()], vec![])),
         ("deformed", deformed()),
+        ("painted", painted()),
+        ("lacquered", lacquered()),
     ]
 }
 

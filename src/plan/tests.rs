@@ -512,6 +512,9 @@ fn keys_tell_masks_sides_mirrors_and_phong_apart() {
         plain,
         GeometryKey {
             textures: TextureMask::default(),
+            own_samplers: false,
+            extras: Extras::default(),
+            reflectance: false,
             masked: false,
             discards: false,
             two_sided: false,

@@ -7,8 +7,10 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::camera::{FOV_Y_DEGREES, HEIGHT};
 use super::texture::MAX_TEXTURE_EDGE;
-use super::{AlphaMode, Camera, Environment, Error, Falloff, Light, Material, Mesh, Object, Projection};
-use super::{Scene, Texture};
+use super::{
+    AlphaMode, Camera, Environment, Error, Falloff, Light, Material, Mesh, Object, Projection, Scene, Texture,
+    TextureSlot, UvMap,
+};
 
 /// Vertices of all meshes together: a draw adds a signed offset of 32 bits to its indices.
 const MOST_VERTICES: usize = i32::MAX as usize;
@@ -69,6 +71,8 @@ impl Mesh {
             ("normals", self.normals.len(), false),
             ("texture coordinates", self.uvs.len(), true),
             ("tangents", self.tangents.len(), true),
+            ("second texture coordinates", self.uvs_1.len(), true),
+            ("colours", self.colors.len(), true),
         ];
         for (what, length, optional) in lengths {
             if length != vertices && !(optional && length == 0) {
@@ -94,7 +98,16 @@ impl Mesh {
         fault
             .or_else(|| not_finite("texture coordinate", &self.uvs))
             .or_else(|| not_finite("tangent", &self.tangents))
+            .or_else(|| not_finite("second texture coordinate", &self.uvs_1))
+            .or_else(|| not_finite("colour", &self.colors))
+            .or_else(|| self.colors_fault())
             .or_else(|| self.motion_fault())
+    }
+
+    fn colors_fault(&self) -> Option<String> {
+        let is_share = |color: &[f32; 4]| color.iter().all(|channel| (0.0..=1.0).contains(channel));
+        let vertex = self.colors.iter().position(|color| !is_share(color))?;
+        Some(format!("the colour of vertex {vertex} is not from 0 to 1"))
     }
 
     /// A fault of the positions or of the box around them. Larger boxes only cull less.
@@ -165,6 +178,8 @@ impl Material {
         let values = [
             ("base_color", self.base_color, SHARE),
             ("specular", self.specular, SHARE),
+            ("reflectance", self.reflectance, SHARE),
+            number("grazing", self.grazing, SHARE),
             ("emissive", self.emissive, POSITIVE),
             number("alpha", self.alpha, SHARE),
             number("alpha_cutoff", cutoff, SHARE),
@@ -176,7 +191,24 @@ impl Material {
         ];
         let slot =
             || self.textures().find_map(|(slot, texture)| dangling(&format!("{slot:?} texture"), texture, textures));
-        out_of_range(&values).or_else(slot)
+        let map = || TextureSlot::ALL.into_iter().find_map(|slot| self.uv_maps[slot as usize].fault(slot));
+        out_of_range(&values).or_else(slot).or_else(map)
+    }
+}
+
+impl UvMap {
+    fn fault(&self, slot: TextureSlot) -> Option<String> {
+        let Self { set, offset, rotation, scale } = *self;
+        if set > 1 {
+            return Some(format!(
+                "its {slot:?} texture lies on texture coordinates {set}, but meshes have sets 0 and 1"
+            ));
+        }
+        // Their products are uploaded as f32.
+        let fits = |value: f64| value.abs() <= 1e15;
+        let values = [offset.x, offset.y, scale.x, scale.y];
+        let is_fit = values.into_iter().all(fits) && fits(rotation);
+        (!is_fit).then(|| format!("the UV map of its {slot:?} texture has a number that is not from -1e15 to 1e15"))
     }
 }
 
@@ -300,7 +332,26 @@ mod tests {
     fn a_number_that_is_not_finite_is_named_with_its_place() {
         assert!(checks().check().is_ok());
         type Change = fn(&mut Scene, f32);
-        let changes: [(Change, &str); 12] = [
+        let changes: [(Change, &str); 16] = [
+            (
+                |scene, bad| {
+                    let mesh = &mut scene.meshes[0];
+                    mesh.uvs_1 = vec![[0.0, bad]; mesh.positions.len()];
+                },
+                "the second texture coordinate of vertex 0 is not finite",
+            ),
+            (
+                |scene, bad| {
+                    let mesh = &mut scene.meshes[0];
+                    mesh.colors = vec![[1.0, bad, 0.0, 1.0]; mesh.positions.len()];
+                },
+                "the colour of vertex 0 is not finite",
+            ),
+            (|scene, bad| scene.materials[1].reflectance.y = bad, "reflectance is not finite"),
+            (
+                |scene, bad| scene.materials[1].uv_maps[1].rotation = bad.into(),
+                "the UV map of its Normal texture has a number that is not from -1e15 to 1e15",
+            ),
             (|scene, bad| scene.meshes[0].positions[7][1] = bad, "the position of vertex 7 is not finite"),
             (|scene, bad| scene.meshes[0].normals[2][0] = bad, "the normal of vertex 2 is not finite"),
             (|scene, bad| scene.meshes[0].uvs[3][0] = bad, "the texture coordinate of vertex 3 is not finite"),
@@ -347,6 +398,14 @@ mod tests {
                 "index 0 is 0, but there are only 0 positions",
             ),
             (&|scene| shorten(&mut scene.meshes[0].normals), "positions: expected as many"),
+            (&|scene| scene.meshes[0].uvs_1 = vec![[0.0; 2]], "it has 1 second texture coordinates for"),
+            (&|scene| scene.meshes[0].colors = vec![[1.0; 4]; 2], "it has 2 colours for"),
+            (
+                &|scene| scene.meshes[0].colors = vec![[1.0, 0.0, 1.5, 1.0]; scene.meshes[0].positions.len()],
+                "the colour of vertex 0 is not from 0 to 1",
+            ),
+            (&|scene| scene.materials[1].grazing = 1.5, "grazing is not from 0 to 1"),
+            (&|scene| scene.materials[1].uv_maps[4].set = 2, "its Emissive texture lies on texture coordinates 2"),
             (&|scene| scene.meshes[0].normals.clear(), "it has 0 normals for"),
             (&|scene| shorten(&mut scene.meshes[0].uvs), "texture coordinates for"),
             (&|scene| scene.meshes[0].tangents.push([0.0; 4]), "positions: expected as many, or none"),

@@ -17,6 +17,8 @@ pub fn radiance(material: &Material, lights: &[Light], point: DVec3, normal: DVe
         metallic: f64::from(material.metallic),
         roughness: f64::from(material.roughness),
         specular: material.specular.as_dvec3(),
+        reflectance: material.reflectance.as_dvec3(),
+        grazing: f64::from(material.grazing),
         shininess: f64::from(material.shininess),
         occlusion: 1.0,
         emissive: DVec3::ZERO,

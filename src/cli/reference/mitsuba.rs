@@ -101,6 +101,9 @@ fn bsdf(index: usize, material: &Material, brdf: Brdf) -> Result<String, String>
     if material.textures().next().is_some() {
         return refused("a texture");
     }
+    if material.unlit {
+        return refused("an unlit surface");
+    }
     if material.is_emissive() {
         return refused("emitted light");
     }
@@ -138,6 +141,9 @@ fn mesh(scene: &Scene, object: &Object) -> Result<String, String> {
         return Err(format!("object \"{}\": one that casts or receives no shadow cannot be expressed", object.name));
     }
     let mesh = &scene.meshes[object.mesh];
+    if mesh.colors.iter().any(|color| *color != [1.0; 4]) {
+        return Err(format!("mesh \"{}\": colours of vertices cannot be expressed", mesh.name));
+    }
     let along = object.transform.matrix3;
     let mirrored = along.determinant() < 0.0;
     let [x, y, z] = [along.row(0), along.row(1), along.row(2)];
@@ -276,6 +282,9 @@ mod tests {
         refused(&|scene| scene.materials[0].base_color_texture = Some(0), "texture");
         refused(&|scene| scene.materials[0].emissive = Vec3::ONE, "emitted");
         refused(&|scene| scene.materials[0].alpha_mode = AlphaMode::Blend, "alpha_mode");
+        refused(&|scene| scene.materials[0].alpha_mode = AlphaMode::Coat, "alpha_mode");
+        refused(&|scene| scene.materials[0].unlit = true, "unlit");
+        refused(&|scene| scene.meshes[0].colors = vec![[0.5; 4]; 3], "mesh \"m\": colours of vertices");
         refused(&|scene| scene.objects[0].receives_shadow = false, "object \"one\"");
         refused(&|scene| scene.lights[0].size = 0.1, "size");
         refused(&|scene| scene.lights[0].casts_shadow = false, "light \"lamp\"");

@@ -3,17 +3,19 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use glam::Vec3;
+use glam::{DVec2, DVec3, Vec3};
 
-use super::node::{FACTOR, Node, SHARE, STRENGTH, Table};
+use super::node::{FACTOR, Node, REFRACTION, SHARE, STRENGTH, Table};
 use super::schema;
 use crate::scene::texture::read_image;
-use crate::scene::{AlphaMode, ColorSpace, Error, Material, Scene, SlotForm, Texture, TextureSlot};
+use crate::scene::{
+    AlphaMode, ColorSpace, Error, Filter, Material, Sampler, Scene, SlotForm, Texture, TextureSlot, UvMap, Wrap,
+};
 
 /// Textures that have been read, so that two materials share one image.
 pub(super) struct Textures<'a> {
     pub folder: &'a Path,
-    read: HashMap<(PathBuf, ColorSpace), usize>,
+    read: HashMap<(PathBuf, ColorSpace, Sampler), usize>,
 }
 
 impl<'a> Textures<'a> {
@@ -21,19 +23,67 @@ impl<'a> Textures<'a> {
         Self { folder, read: HashMap::new() }
     }
 
-    fn load(&mut self, node: &Node, color_space: ColorSpace, scene: &mut Scene) -> Result<usize, Error> {
+    /// A texture that is a path, or a table of a path and how it is used; its number, and how it lies on meshes.
+    fn load(&mut self, node: &Node, color_space: ColorSpace, scene: &mut Scene) -> Result<(usize, UvMap), Error> {
+        if !node.is_table() {
+            return Ok((self.image(node, (color_space, Sampler::DEFAULT), scene)?, UvMap::IDENTITY));
+        }
+        let table = node.table(schema::TEXTURE)?;
+        let file = table.get("file").ok_or_else(|| table.wrong("needs file"))?;
+        let index = self.image(&file, (color_space, sampler(&table)?), scene)?;
+        Ok((index, uv_map(&table)?))
+    }
+
+    fn image(
+        &mut self,
+        node: &Node,
+        (color_space, sampler): (ColorSpace, Sampler),
+        scene: &mut Scene,
+    ) -> Result<usize, Error> {
         let path = self.folder.join(node.string()?);
-        if let Some(&index) = self.read.get(&(path.clone(), color_space)) {
+        if let Some(&index) = self.read.get(&(path.clone(), color_space, sampler)) {
             return Ok(index);
         }
         let image = read_image(&path, color_space).map_err(|error| node.wrong(error))?;
         let (name, size) = (path.display().to_string(), [image.width(), image.height()]);
-        scene.textures.push(Texture { name, size, color_space, sampler: Default::default(), texels: image.into_raw() });
+        scene.textures.push(Texture { name, size, color_space, sampler, texels: image.into_raw() });
         let index = scene.textures.len() - 1;
         scene.files.push(path.clone());
-        self.read.insert((path, color_space), index);
+        self.read.insert((path, color_space, sampler), index);
         Ok(index)
     }
+}
+
+fn sampler(table: &Table) -> Result<Sampler, Error> {
+    let one = |node: &Node| {
+        Ok(match node.word(&["repeat", "mirror", "clamp"])? {
+            "mirror" => Wrap::Mirror,
+            "clamp" => Wrap::Clamp,
+            _ => Wrap::Repeat,
+        })
+    };
+    let both = |node: &Node| match node.is_string() {
+        true => one(node).map(|wrap| [wrap; 2]),
+        false => {
+            let [u, v] = node.list()?.try_into().map_err(|_| node.wrong("must be a word, or two, [u, v]"))?;
+            Ok([one(&u)?, one(&v)?])
+        }
+    };
+    let filter = table.read("filter", |node| node.word(&["linear", "nearest"]))?;
+    let filter = if filter == Some("nearest") { Filter::Nearest } else { Filter::Linear };
+    let wrap = table.read("wrap", both)?.unwrap_or_default();
+    Ok(Sampler { wrap, magnify: filter, minify: filter, levels: Some(filter) })
+}
+
+fn uv_map(table: &Table) -> Result<UvMap, Error> {
+    let pair = |name: &str, limit| table.read(name, |node| node.numbers::<2>(limit, "[u, v]").map(DVec2::from));
+    let turn = table.read("rotation_degrees", |node| node.number(FACTOR))?.unwrap_or(0.0);
+    Ok(UvMap {
+        set: table.read("uv_set", |node| node.integer(0..=1))?.unwrap_or(0) as u8,
+        offset: pair("offset", FACTOR)?.unwrap_or(DVec2::ZERO),
+        rotation: turn.to_radians(),
+        scale: pair("scale", FACTOR)?.unwrap_or(DVec2::ONE),
+    })
 }
 
 /// Changes every material of that name, or adds one.
@@ -46,8 +96,9 @@ pub(super) fn material(node: &Node, scene: &mut Scene, textures: &mut Textures) 
     let slots = read_textures(&table, scene, textures)?;
     for material in scene.materials.iter_mut().filter(|material| material.name == name) {
         change(&table, material)?;
-        for &(slot, texture) in &slots {
+        for &(slot, (texture, map)) in &slots {
             *material.texture_mut(slot) = Some(texture);
+            material.uv_maps[slot as usize] = map;
         }
     }
     Ok(())
@@ -57,7 +108,7 @@ fn read_textures(
     table: &Table,
     scene: &mut Scene,
     textures: &mut Textures,
-) -> Result<Vec<(TextureSlot, usize)>, Error> {
+) -> Result<Vec<(TextureSlot, (usize, UvMap))>, Error> {
     let mut slots = Vec::new();
     for slot in TextureSlot::ALL {
         let SlotForm { key, color_space, .. } = *slot.form();
@@ -88,16 +139,33 @@ fn change(table: &Table, material: &mut Material) -> Result<(), Error> {
     material.normal_scale =
         table.read("normal_scale", |node| node.number_f32(FACTOR))?.unwrap_or(material.normal_scale);
     material.two_sided = table.read("two_sided", Node::boolean)?.unwrap_or(material.two_sided);
+    material.unlit = table.read("unlit", Node::boolean)?.unwrap_or(material.unlit);
     material.alpha_mode = alpha_mode(table, material.alpha_mode)?;
+    dielectric(table, material)
+}
+
+/// What the dielectric share reflects (KHR_materials_ior, KHR_materials_specular), where one of its keys is there.
+fn dielectric(table: &Table, material: &mut Material) -> Result<(), Error> {
+    let ior = table.read("ior", |node| node.number(REFRACTION))?;
+    let strength = table.read("specular_strength", |node| node.number(SHARE))?;
+    let tint = table.read("specular_tint", |node| node.color(STRENGTH))?;
+    if ior.is_none() && strength.is_none() && tint.is_none() {
+        return Ok(());
+    }
+    let (ior, strength) = (ior.unwrap_or(1.5), strength.unwrap_or(1.0));
+    let facing = tint.unwrap_or(Vec3::ONE).as_dvec3() * ((ior - 1.0) / (ior + 1.0)).powi(2);
+    material.reflectance = (facing.min(DVec3::ONE) * strength).as_vec3();
+    material.grazing = strength as f32;
     Ok(())
 }
 
 fn alpha_mode(table: &Table, before: AlphaMode) -> Result<AlphaMode, Error> {
     let cutoff = table.read("alpha_cutoff", |node| node.number_f32(SHARE))?;
-    let mode = match table.read("alpha_mode", |node| node.word(&["opaque", "mask", "blend", "glass"]))? {
+    let mode = match table.read("alpha_mode", |node| node.word(&["opaque", "mask", "blend", "glass", "coat"]))? {
         Some("opaque") => AlphaMode::Opaque,
         Some("blend") => AlphaMode::Blend,
         Some("glass") => AlphaMode::Glass,
+        Some("coat") => AlphaMode::Coat,
         Some(_) => AlphaMode::Mask { cutoff: 0.5 },
         None => before,
     };

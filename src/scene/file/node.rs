@@ -61,6 +61,8 @@ pub(super) const KELVIN: Limit =
 /// Of a source of light; 0 for none.
 pub(super) const RADIUS: Limit = Limit { text: "from 0 to 1e15", holds: |x| (0.0..=1e15).contains(&x) };
 pub(super) const SUN_ANGLE: Limit = Limit { text: "from 0 to 90 degrees", holds: |x| (0.0..=90.0).contains(&x) };
+/// Indices of refraction: 1 reflects nothing.
+pub(super) const REFRACTION: Limit = Limit { text: "from 1 to 100", holds: |x| (1.0..=100.0).contains(&x) };
 pub(super) const FACTOR: Limit = Limit { text: "a number from -1e6 to 1e6", holds: |x| x.abs() <= 1e6 };
 
 /// A value with the key that leads to it.

@@ -62,6 +62,9 @@ const FACTORS: &[&str] = &[
     "alpha_cutoff",
     "metallic",
     "roughness",
+    "ior",
+    "specular_strength",
+    "specular_tint",
     "specular",
     "shininess",
     "ambient",
@@ -69,6 +72,7 @@ const FACTORS: &[&str] = &[
     "emissive_strength",
     "normal_scale",
     "two_sided",
+    "unlit",
 ];
 const MATERIAL_KEYS: [&str; FACTORS.len() + FORMS.len()] = {
     let mut keys = [""; FACTORS.len() + FORMS.len()];
@@ -80,6 +84,11 @@ const MATERIAL_KEYS: [&str; FACTORS.len() + FORMS.len()] = {
     keys
 };
 pub(super) const MATERIAL: Schema = Schema { table: "materials", keys: &MATERIAL_KEYS };
+/// A texture with how it is sampled and how it lies on meshes.
+pub(super) const TEXTURE: Schema = Schema {
+    table: "materials.texture",
+    keys: &["file", "wrap", "filter", "uv_set", "offset", "rotation_degrees", "scale"],
+};
 pub(super) const CAMERA: Schema = Schema {
     table: "camera",
     keys: &["position", "target", "up", "rotation", "fov_y_degrees", "orthographic_height", "near", "exposure"],
@@ -123,6 +132,7 @@ pub const TABLES: &[Schema] = &[
     ROTATION,
     GRID,
     MATERIAL,
+    TEXTURE,
     CAMERA,
     LIGHT,
     FALLOFF,

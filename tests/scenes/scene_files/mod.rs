@@ -10,7 +10,8 @@ use std::path::Path;
 
 use afterlight::scene::file::{self, schema};
 use afterlight::scene::{
-    Brdf, Camera, CastsShadow, Falloff, LightKind, OpenOptions, Projection, Resolve, Scene, ShadowFilter, open,
+    Brdf, Camera, CastsShadow, Falloff, Filter, LightKind, OpenOptions, Projection, Resolve, Sampler, Scene,
+    ShadowFilter, TextureSlot, UvMap, Wrap, open,
 };
 use glam::{DVec3, Vec3};
 use tempfile::TempDir;
@@ -103,8 +104,19 @@ fn every_key_does_what_it_says() {
         (Brdf::BlinnPhong, Vec3::new(1.0, 2.0, 3.0) * 10.0, true)
     );
     assert_eq!(paint.textures().count(), 7);
-    // The same file as colour and as numbers is two textures, not seven.
-    assert_eq!(scene.textures.len(), 2);
+    // The same file as colour and as numbers is two textures, not seven; sampled otherwise it is another one.
+    assert_eq!(scene.textures.len(), 3);
+    let poster = &scene.materials[material("poster")];
+    let third = 1.0f32 / 9.0;
+    assert!((poster.reflectance - Vec3::new(third * 0.5, third * 0.25, 0.5)).abs().max_element() < 1e-6, "{poster:?}");
+    assert_eq!((poster.unlit, poster.grazing), (true, 0.5));
+    let near = Filter::Nearest;
+    let sampler = Sampler { wrap: [Wrap::Clamp, Wrap::Mirror], magnify: near, minify: near, levels: Some(near) };
+    assert_eq!(scene.textures[poster.base_color_texture.unwrap()].sampler, sampler);
+    let [.., shown] = poster.uv_maps[TextureSlot::Emissive as usize].rows().map(|row| row.as_vec3());
+    // Scaled, then turned a quarter: the image's rows go against the first coordinate.
+    assert!((shown - Vec3::new(-2.0, 0.0, -2.0)).length() < 1e-6, "{shown}");
+    assert_eq!((poster.uv_maps[0], poster.uv_maps[4].set), (UvMap::IDENTITY, 1));
     let crates = &scene.meshes[scene.objects.iter().find(|object| object.name == "crates").unwrap().mesh];
     assert_eq!(crates.tangents.len(), crates.positions.len());
     let [.., sun, point, spot, beam, first, second, _] = scene.lights.as_slice() else { panic!("{:?}", scene.lights) };

@@ -214,6 +214,19 @@ fn a_number_out_of_range_is_refused_with_the_range() {
             "scene.toml:3: materials[0].shininess_texture = 'no.png': ",
         ),
         (
+            "[[materials]]\nname='a'\nshininess_texture = { wrap = 'clamp' }",
+            "scene.toml:3: materials[0].shininess_texture: needs file",
+        ),
+        (
+            "[[materials]]\nname='a'\nnormal_texture = { file = 'no.png', wrap = ['clamp'] }",
+            "scene.toml:3: materials[0].normal_texture.wrap = ['clamp']: must be a word, or two, [u, v]",
+        ),
+        (
+            "[[materials]]\nname='a'\nnormal_texture = { file = 'no.png', uv_set = 2 }",
+            "scene.toml:3: materials[0].normal_texture.uv_set = 2: must be a whole number from 0 to 1",
+        ),
+        ("[[materials]]\nname='a'\nior = 0.5", "scene.toml:3: materials[0].ior = 0.5: must be from 1 to 100"),
+        (
             "[[materials]]\nname='a'\nshininess_texture = 3",
             "scene.toml:3: materials[0].shininess_texture = 3: must be a string",
         ),
