@@ -9,6 +9,7 @@ mod hall;
 mod layers;
 mod paint;
 mod params;
+mod seaweed;
 pub mod shapes;
 mod spheres;
 pub(crate) mod stage;
@@ -38,6 +39,7 @@ pub const CATALOGUE: &[&Builtin] = &[
     &field::FIELD,
     &layers::LAYERS,
     &cornell::CORNELL,
+    &seaweed::SEAWEED,
     &checks::QUAD,
     &checks::TRIANGLE,
     &checks::OVERLAP,

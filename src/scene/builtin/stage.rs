@@ -44,6 +44,13 @@ impl Stage {
         self.place(mesh, material, DAffine3::IDENTITY);
     }
 
+    /// Hangs the object that was placed last on a node, and on a skin if there is one.
+    pub fn hang(&mut self, node: usize, skin: Option<usize>) {
+        if let Some(object) = self.scene.objects.last_mut() {
+            (object.node, object.skin) = (Some(node), skin);
+        }
+    }
+
     /// A directional light of `lux` that travels along `direction`.
     pub fn sun(&mut self, direction: DVec3, lux: f32, color: Vec3, casts_shadow: bool) {
         let kind = LightKind::Directional { direction: direction.normalize_or(DVec3::NEG_Y) };

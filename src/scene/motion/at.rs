@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use glam::DAffine3;
 
-use super::{Motion, Playing, Pose, deform};
+use super::{ClipChoice, Motion, Playing, Pose, deform};
 use crate::scene::{Mesh, NamedCamera, Object, Scene};
 
 impl Scene {
@@ -15,6 +15,22 @@ impl Scene {
             return Cow::Borrowed(self);
         }
         Cow::Owned(self.posed(&self.motion.pose(playing)))
+    }
+
+    /// Puts objects, lights and cameras that hang on nodes to where their nodes are when no clip plays: readers that know nodes alone end with
+    /// this.
+    pub(crate) fn rest(&mut self) {
+        let pose = self.motion.pose(&Playing { clips: ClipChoice::None, ..Playing::default() });
+        for object in &mut self.objects {
+            object.transform = pose.object_transform(object);
+        }
+        self.lights = pose.lights(self);
+        for index in 0..self.cameras.len() {
+            self.cameras[index].camera = pose.camera(self, index);
+        }
+        if let Some(own) = self.looks_through.and_then(|index| self.cameras.get(index)) {
+            self.camera = own.camera;
+        }
     }
 
     /// The same at a pose of its motion.

@@ -10,6 +10,8 @@ mod deform;
 mod playing;
 mod pose;
 mod sample;
+#[cfg(test)]
+mod tests;
 mod values;
 
 pub use bounds::DeformBounds;
