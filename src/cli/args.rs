@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use afterlight::gpu::{DeviceChoice, Validation};
 use afterlight::scene::{Camera, SETTINGS, Setting, SettingsPatch, Up, ValueKind, View, unknown};
-use clap::{Arg, ArgGroup, ArgMatches, Args, Command, FromArgMatches, value_parser};
+use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Args, Command, FromArgMatches, value_parser};
 
 /// Which device draws, and whether its use is checked.
 #[derive(Debug, Clone, Args)]
@@ -52,6 +52,10 @@ pub struct SettingsArgs {
     /// Metres that a unit of a bare model is; `up` is its axis that points up.
     pub scale: Option<f64>,
     pub up: Option<Up>,
+    /// Seconds since clips began.
+    pub time: Option<f64>,
+    /// Names of the clips that play; none for all.
+    pub clips: Vec<String>,
     pub said: SettingsPatch,
 }
 
@@ -64,9 +68,20 @@ const SCALE_HELP: &str =
     "Metres that a unit of a bare model (.obj) is: its file has no units [a number above 0; default: 1]";
 const UP_HELP: &str = "Which axis of a bare model's file points up [y or z; default: y]";
 
+const TIME_HELP: &str =
+    "Seconds since the clips of a moving scene began; each begins again when it is over [0 to 1e9; default: 0]";
+const CLIP_HELP: &str = "Play this clip of the scene alone, by its name or its number in `afterlight inspect`; given several times, these clips; \
+                         none: everything at rest [default: all clips]";
+
 fn scale(text: &str) -> Result<f64, String> {
     let parsed = text.parse().ok().filter(|scale| (1e-9..=1e9).contains(scale));
     parsed.ok_or_else(|| "expected a number from 1e-9 to 1e9".to_owned())
+}
+
+/// Seconds of a clip.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    let parsed = text.parse().ok().filter(|seconds| (0.0..=1e9).contains(seconds));
+    parsed.ok_or_else(|| "expected a number of seconds from 0 to 1e9".to_owned())
 }
 
 fn up(text: &str) -> Result<Up, String> {
@@ -111,11 +126,15 @@ impl Args for SettingsArgs {
         let camera = Arg::new("camera").value_name("CAMERA").value_parser(value::<Camera>).help(CAMERA_HELP);
         let scale = Arg::new("scale").value_name("NUMBER").value_parser(scale).help(SCALE_HELP);
         let up = Arg::new("up").value_name("y|z").value_parser(up).help(UP_HELP);
+        let time = Arg::new("time").value_name("SECONDS").value_parser(seconds).help(TIME_HELP);
+        let clip = Arg::new("clip").value_name("NAME").action(ArgAction::Append).help(CLIP_HELP);
         let own = [
             file.long("settings"),
             camera.long("camera").allow_hyphen_values(true),
             scale.long("scale").allow_hyphen_values(true),
             up.long("up"),
+            time.long("time").allow_hyphen_values(true),
+            clip.long("clip"),
         ];
         let args: Vec<_> = own.into_iter().chain(options().map(option)).collect();
         let group = ArgGroup::new("SettingsArgs").multiple(true).args(args.iter().map(|arg| arg.get_id().clone()));
@@ -153,6 +172,8 @@ impl FromArgMatches for SettingsArgs {
         let written = matches.get_raw("camera").and_then(|mut texts| texts.next());
         self.camera_text = written.map(|text| text.to_string_lossy().into_owned());
         (self.scale, self.up) = (matches.get_one("scale").copied(), matches.get_one("up").copied());
+        self.time = matches.get_one("time").copied();
+        self.clips = matches.get_many("clip").into_iter().flatten().cloned().collect();
         let said = options().filter_map(|setting| matches.get_one::<SettingsPatch>(setting.key));
         self.said = said.fold(SettingsPatch::default(), |all, one| all.or(one));
         Ok(())

@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use super::args::{DeviceArgs, SettingsArgs, value};
 use super::failure::Failure;
+use super::motion_report::MotionReport;
 use super::output::Sink;
 use super::plan_report::PlanReport;
 use super::table::Table;
@@ -60,6 +61,8 @@ struct Report {
     camera: String,
     /// Of the box around all objects, in metres; `null` without any.
     bounds: Option<[[f64; 3]; 2]>,
+    /// What moves in the scene, of which the plan is that of one moment; `null` where nothing does.
+    motion: Option<MotionReport>,
     gbuffer_bytes_per_pixel: u32,
     #[serde(flatten)]
     plan: PlanReport,
@@ -147,6 +150,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
         if let Some(sink) = &args.graph {
             sink.write(graph::draw(&workload.scene.name, &plan, &dependencies).as_bytes())?;
         }
+        let motion = MotionReport::of(&workload.motion);
         if args.json {
             let bounds = workload.scene.bounds();
             let report = Report {
@@ -155,6 +159,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
                 size: settings.size,
                 camera: workload.scene.camera.to_string(),
                 bounds: (!bounds.is_empty()).then(|| [bounds.min, bounds.max].map(Into::into)),
+                motion,
                 gbuffer_bytes_per_pixel: plan.gbuffer_bytes_per_pixel(),
                 plan: parts,
                 dependencies: dependencies.iter().map(|edge| EdgeReport::of(edge, &layouts(edge))).collect(),
@@ -169,6 +174,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
         let name = &workload.scene.name;
         let (content, place) = (workload.content(), workload.place(&settings));
         let mut text = format!("{name}: {width}x{height} on {}\n{content}\n{place}\n\n", device.physical.name);
+        text.push_str(&motion.map_or_else(String::new, |motion| motion.text(is_verbose)));
         text.push_str(&parts.text());
         let _ = writeln!(text, "The G-buffer takes {} bytes a pixel.", plan.gbuffer_bytes_per_pixel());
         let _ = write!(text, "\nDependencies\n{}", edge_list(&dependencies, layouts));

@@ -13,9 +13,9 @@ use afterlight::frame::{self, Complexity, Picture, Pixels, Renderer, edges, list
 use afterlight::gpu::Device;
 use afterlight::measure::peak_memory_bytes;
 use afterlight::plan::{self, FramePlan};
-use afterlight::scene::{Output, Settings, SettingsPatch, View};
+use afterlight::scene::{Output, Scene, Settings, SettingsPatch, View};
 
-use super::args::{DeviceArgs, SettingsArgs, ViewChoice, fps, samples, view};
+use super::args::{DeviceArgs, SettingsArgs, ViewChoice, fps, samples, seconds, view};
 use super::contact_sheet::{self, Tile};
 use super::failure::Failure;
 use super::image_output::{Format, Target};
@@ -37,7 +37,9 @@ Examples:
   afterlight render builtin:hall --validate --drop gbuffer-to-lighting
   afterlight render scene.toml --settings tuned.toml -o tuned.png
   afterlight render builtin:hall --view all -o sheet.png
-  afterlight render builtin:hall --path walk.toml --fps 10 -o walk.png")]
+  afterlight render builtin:hall --path walk.toml --fps 10 -o walk.png
+  afterlight render builtin:seaweed --time 2.5 --clip sway -o sway.png
+  afterlight render builtin:seaweed --duration 12 --fps 25 -o - | ffmpeg -f image2pipe -r 25 -i - sea.mp4")]
 pub struct Args {
     /// The scenes: .obj files, .toml scene files, or `builtin:NAME?key=value&...`
     #[arg(required = true, value_name = "SCENE")]
@@ -53,9 +55,13 @@ pub struct Args {
     /// has one PNG after another
     #[arg(long, value_name = "FILE", conflicts_with = "frames")]
     path: Option<PathBuf>,
-    /// Pictures for each second of the path
-    #[arg(long, value_name = "N", default_value_t = 30.0, value_parser = fps, requires = "path", allow_hyphen_values = true)]
-    fps: f64,
+    /// Pictures for each second of a path or of clips, which go on from --time: along --path, for --duration seconds, or else for as long as the
+    /// longest clip [default: 30]
+    #[arg(long, value_name = "N", value_parser = fps, conflicts_with = "frames", allow_hyphen_values = true)]
+    fps: Option<f64>,
+    /// Draw clips for so many seconds, --fps pictures to a second, numbered as with --path
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with = "frames", allow_hyphen_values = true)]
+    duration: Option<f64>,
     /// Jittered frames that are averaged into the picture, 1 to 4096 [default: 8, or 1 with --view, --msaa and what works on the
     /// finished picture: --fxaa, --vignette, --grain]
     #[arg(long, value_name = "N", value_parser = samples, allow_hyphen_values = true)]
@@ -91,6 +97,13 @@ struct Drawn {
     files: Vec<PathBuf>,
 }
 
+impl Args {
+    /// Whether there are several moments to be drawn.
+    fn is_sequence(&self) -> bool {
+        self.path.is_some() || self.fps.is_some() || self.duration.is_some()
+    }
+}
+
 fn view_help() -> String {
     let names: Vec<_> = View::NAMES.iter().map(|(name, _)| *name).collect();
     format!("What the picture shows: {}, or all of them on one labelled sheet", names.join(", "))
@@ -110,8 +123,8 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
     if args.view == Some(ViewChoice::All) && args.samples.is_some() {
         return Err(Failure::usage("--view all draws each view once: --samples does not apply to it"));
     }
-    if args.view == Some(ViewChoice::All) && args.path.is_some() {
-        return Err(Failure::usage("--view all draws each view once: --path does not apply to it"));
+    if args.view == Some(ViewChoice::All) && args.is_sequence() {
+        return Err(Failure::usage("--view all draws each view once: --path, --fps and --duration do not apply to it"));
     }
     if args.view == Some(ViewChoice::All) && args.drop.is_some() {
         return Err(Failure::usage("--drop leaves a dependency out of one view: it does not go with --view all"));
@@ -121,14 +134,15 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
 
 /// Draws and writes the picture of one scene.
 fn draw_scene(args: &Args, scene: &str, device: &Arc<Device>, is_verbose: bool) -> Result<Drawn, Failure> {
-    let workload = Workload::open(scene, &args.settings, args.quiet)?;
+    let open = if args.is_sequence() { Workload::open_moving } else { Workload::open };
+    let workload = open(scene, &args.settings, args.quiet)?;
     workload.spare([&args.output.sink])?;
     let files = workload.scene.files.clone();
-    let drawn = match (&args.path, args.view) {
-        (Some(file), _) => path::draw(args, workload, device, file, is_verbose),
-        (None, Some(ViewChoice::All)) => draw_sheet(args, &workload, device),
-        (None, Some(ViewChoice::One(view))) => draw(args, &workload, device, Some(view), is_verbose),
-        (None, None) => draw(args, &workload, device, None, is_verbose),
+    let drawn = match args.view {
+        _ if args.is_sequence() => path::draw(args, workload, device, is_verbose),
+        Some(ViewChoice::All) => draw_sheet(args, &workload, device),
+        Some(ViewChoice::One(view)) => draw(args, &workload, device, Some(view), is_verbose),
+        None => draw(args, &workload, device, None, is_verbose),
     };
     Ok(Drawn { files, ..drawn? })
 }
@@ -137,19 +151,19 @@ fn draw_scene(args: &Args, scene: &str, device: &Arc<Device>, is_verbose: bool) 
 fn renderer(
     args: &Args,
     device: &Arc<Device>,
-    workload: &Workload,
+    (workload, scene): (&Workload, &Scene),
     settings: &Settings,
 ) -> Result<(Renderer, Vec<String>), Failure> {
     let blame = |error| workload.blame(error, &device.physical, settings);
     let Some(name) = &args.drop else {
-        return Ok((Renderer::new(device, &workload.scene, settings).map_err(blame)?, Vec::new()));
+        return Ok((Renderer::new(device, scene, settings).map_err(blame)?, Vec::new()));
     };
-    let plan = plan_for(device, &workload.scene, settings).map_err(|error| blame(error.into()))?;
+    let plan = plan_for(device, scene, settings).map_err(|error| blame(error.into()))?;
     let without = drop::without(&plan, &edges::table(&plan), name)?;
     let hazards = drop::in_words(&plan, &without);
     // SAFETY: whoever leaves a dependency out asks for frames whose memory is used in any order: that is what `--drop` is for, and its help
     // says so. The rows without which a driver need not survive cannot be dropped.
-    let renderer = unsafe { Renderer::with_edges(device, &workload.scene, settings, without) };
+    let renderer = unsafe { Renderer::with_edges(device, scene, settings, without) };
     Ok((renderer.map_err(blame)?, hazards))
 }
 
@@ -163,7 +177,7 @@ fn draw(
 ) -> Result<Drawn, Failure> {
     let settings = settings(args, workload, device, view)?;
     let start = Instant::now();
-    let (mut renderer, hazards) = renderer(args, device, workload, &settings)?;
+    let (mut renderer, hazards) = renderer(args, device, (workload, &workload.scene), &settings)?;
     workload.warn(renderer.plan())?;
     let bar = progress::bar("drawing".into(), u64::from(args.frames) * u64::from(settings.samples), args.quiet);
     let mut times = Table::with_figures_from(1);

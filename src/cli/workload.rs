@@ -10,7 +10,9 @@ use afterlight::frame::{self, capabilities, list};
 use afterlight::gpu::{MemoryReport, PhysicalDevice};
 use afterlight::plan::FramePlan;
 use afterlight::scene::file::{load_path, load_settings, said_where};
-use afterlight::scene::{self, Camera, CameraPath, OpenOptions, SETTINGS, Scene, Settings, SettingsPatch, decimal};
+use afterlight::scene::{
+    self, Camera, CameraPath, Motion, OpenOptions, Playing, SETTINGS, Scene, Settings, SettingsPatch, decimal,
+};
 
 use glam::DVec3;
 
@@ -43,6 +45,10 @@ impl LargestPicture {
 /// A loaded scene, with the camera that the command line gave it.
 pub struct Workload {
     pub scene: Scene,
+    /// What moves in it, also where the scene itself is that of one moment.
+    pub motion: Motion,
+    /// The moment and the clips that the command line asks for.
+    pub playing: Playing,
     /// From the first byte read to a scene in memory.
     pub load_ms: f64,
     command_line: SettingsPatch,
@@ -57,8 +63,19 @@ pub struct Workload {
 }
 
 impl Workload {
-    /// Loads the scene and prints its warnings.
+    /// Loads the scene as it is at the moment that the command line asks for, in which nothing moves, and prints its warnings.
     pub fn open(spec: &str, args: &SettingsArgs, quiet: bool) -> Result<Self, Failure> {
+        let mut workload = Self::open_moving(spec, args, quiet)?;
+        if workload.scene.moves() {
+            // No plan and no renderer sees what was wrong with its clips.
+            workload.scene.check()?;
+            workload.scene = workload.scene.into_still(&workload.playing);
+        }
+        Ok(workload)
+    }
+
+    /// Loads the scene with all that moves in it, and prints its warnings.
+    pub fn open_moving(spec: &str, args: &SettingsArgs, quiet: bool) -> Result<Self, Failure> {
         let settings_file = args.file.as_deref().map(load_settings).transpose()?.unwrap_or_default();
         let command_line = args.said.clone();
         let progress = progress::loading(spec, quiet);
@@ -78,17 +95,20 @@ impl Workload {
         if let Some(camera) = &args.camera {
             // The near plane suits the scene's extent, of which the command line says nothing.
             scene.camera = Camera { near: scene.camera.near, ..*camera };
-            scene.fitted.camera = false;
+            (scene.fitted.camera, scene.looks_through) = (false, None);
         }
+        let motion = scene.motion.clone();
+        let playing = Playing { time: args.time.unwrap_or_default(), clips: motion.choose(&args.clips)?, looped: true };
         let (settings_path, camera) = (args.file.clone(), args.camera_text.clone());
         let told = RefCell::default();
-        Ok(Self { scene, load_ms, command_line, settings_file, settings_path, camera, quiet, told })
+        Ok(Self { scene, motion, playing, load_ms, command_line, settings_file, settings_path, camera, quiet, told })
     }
 
     /// Opens a camera path for the scene. From here on the scene's camera is that at its start.
     pub fn follow(&mut self, file: &Path) -> Result<CameraPath, Failure> {
         let path = load_path(file, &self.scene.camera)?;
         self.scene.camera = path.at(0.0);
+        self.scene.looks_through = None;
         Ok(path)
     }
 
@@ -143,6 +163,10 @@ impl Workload {
             let numbers = |point: DVec3, between| point.to_array().map(|own| decimal(own, decimals)).join(between);
             let (size, min, max) = (numbers(size, " x "), numbers(min, ","), numbers(max, ","));
             let _ = write!(text, "; {size} m, from {min} to {max}");
+        }
+        if let count @ 1.. = self.motion.clips.len() {
+            let playing = self.motion.playing(&self.playing.clips).count();
+            let _ = write!(text, "; {playing} of {count} clips at {} s", decimal(self.playing.time, 3));
         }
         text
     }

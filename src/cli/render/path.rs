@@ -1,11 +1,12 @@
-//! `afterlight render --path`: a picture for each moment of a camera path.
+//! `afterlight render` with `--path`, `--fps` or `--duration`: a picture for each moment of a camera path and of clips.
 
-use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
+use afterlight::frame::Renderer;
 use afterlight::gpu::Device;
 use afterlight::measure::Distribution;
+use afterlight::scene::{Camera, CameraPath, Settings};
 
 use super::{Args, Drawn, costs, heading, renderer, settings};
 use crate::cli::args::ViewChoice;
@@ -17,22 +18,84 @@ use crate::cli::workload::{Workload, milliseconds_since};
 /// The most pictures of one path.
 const MAX_PICTURES: f64 = 1e6;
 
-/// Draws and writes the pictures from the path's start to its end, `--fps` to a second, and returns what there is to tell.
-pub fn draw(
-    args: &Args,
-    mut workload: Workload,
-    device: &Arc<Device>,
-    file: &Path,
-    is_verbose: bool,
-) -> Result<Drawn, Failure> {
-    let path = workload.follow(file)?;
-    let moments = (path.seconds() * args.fps + 1e-9).floor() + 1.0;
-    if moments > MAX_PICTURES {
-        let seconds = path.seconds();
-        let why = format!("{seconds} s at {} pictures a second are {moments:.0}, and at most 1e6 are drawn", args.fps);
-        return Err(Failure::usage(why).with_hint("lower --fps"));
+/// Pictures for each second where nothing else is said.
+const DEFAULT_FPS: f64 = 30.0;
+
+/// The moments of a sequence.
+struct Moments {
+    /// Where the camera goes; `None` where it stands, or is one that clips move.
+    path: Option<CameraPath>,
+    fps: f64,
+    count: u32,
+}
+
+impl Moments {
+    /// A path is drawn with both of its ends. Clips loop, so that the moment at the end of a duration would be the first one again.
+    fn of(args: &Args, workload: &mut Workload) -> Result<Self, Failure> {
+        let fps = args.fps.unwrap_or(DEFAULT_FPS);
+        let path = args.path.as_deref().map(|file| workload.follow(file)).transpose()?;
+        let clips = workload.motion.duration(&workload.playing.clips);
+        let (seconds, moments) = match (args.duration, &path) {
+            (Some(seconds), _) => (seconds, (seconds * fps - 1e-9).ceil().max(1.0)),
+            (None, Some(path)) => (path.seconds(), (path.seconds() * fps + 1e-9).floor() + 1.0),
+            (None, None) if clips > 0.0 => (clips, (clips * fps - 1e-9).ceil().max(1.0)),
+            (None, None) => {
+                let why = "--fps is of pictures along a --path, for a --duration, or of a scene in which a clip plays";
+                return Err(Failure::usage(why));
+            }
+        };
+        if moments > MAX_PICTURES {
+            let why = format!("{seconds} s at {fps} pictures a second are {moments:.0}, and at most 1e6 are drawn");
+            return Err(Failure::usage(why).with_hint("lower --fps"));
+        }
+        Ok(Self { path, fps, count: moments as u32 })
     }
-    let count = moments as u32;
+
+    /// Seconds from the first one.
+    fn seconds(&self, index: u32) -> f64 {
+        f64::from(index) / self.fps
+    }
+}
+
+/// What the scene is at each moment, and who draws it.
+struct Player<'a> {
+    args: &'a Args,
+    device: &'a Arc<Device>,
+    workload: &'a Workload,
+    settings: &'a Settings,
+    renderer: Option<Renderer>,
+    /// The moment that it draws.
+    shown: Option<f64>,
+    hazards: Vec<String>,
+}
+
+impl Player<'_> {
+    /// The renderer for a moment, and the scene's camera then. Everything that plays goes through here: a scene that moves gets a renderer of the
+    /// still scene of that moment.
+    fn at(&mut self, seconds: f64) -> Result<(&mut Renderer, Camera), Failure> {
+        let playing = self.workload.playing.with_time(self.workload.playing.time + seconds);
+        let scene = self.workload.scene.at(&playing);
+        let is_shown = !self.workload.scene.moves() || self.shown == Some(seconds);
+        // The one before first gives its memory back.
+        let kept = self.renderer.take().filter(|_| is_shown);
+        let renderer = match kept {
+            Some(renderer) => renderer,
+            None => {
+                let (renderer, hazards) = renderer(self.args, self.device, (self.workload, &scene), self.settings)?;
+                self.workload.warn(renderer.plan())?;
+                self.hazards = hazards;
+                renderer
+            }
+        };
+        self.shown = Some(seconds);
+        Ok((self.renderer.insert(renderer), scene.camera))
+    }
+}
+
+/// Draws and writes the pictures from the first moment to the last, and returns what there is to tell.
+pub fn draw(args: &Args, mut workload: Workload, device: &Arc<Device>, is_verbose: bool) -> Result<Drawn, Failure> {
+    let moments = Moments::of(args, &mut workload)?;
+    let count = moments.count;
     let view = args.view.as_ref().and_then(|view| match view {
         ViewChoice::One(view) => Some(*view),
         ViewChoice::All => None,
@@ -40,16 +103,20 @@ pub fn draw(
     let settings = settings(args, &workload, device, view)?;
     let target = |index| args.output.numbered(index, count);
     target(0).sink.check()?;
+    workload.scene.check()?;
 
     let start = Instant::now();
-    let (mut renderer, hazards) = renderer(args, device, &workload, &settings)?;
-    workload.warn(renderer.plan())?;
+    let (workload, settings) = (&workload, &settings);
+    let mut player = Player { args, device, workload, settings, renderer: None, shown: None, hazards: Vec::new() };
+    player.at(0.0)?;
     let set_up_ms = milliseconds_since(start);
     let bar = progress::bar("drawing".into(), u64::from(count), args.quiet);
     let mut drawing = Vec::new();
     for index in 0..count {
-        let camera = path.at(f64::from(index) / args.fps);
         let start = Instant::now();
+        let seconds = moments.seconds(index);
+        let (renderer, own) = player.at(seconds)?;
+        let camera = moments.path.as_ref().map_or(own, |path| path.at(seconds));
         let picture = renderer.picture(&camera, || {})?;
         drawing.push(milliseconds_since(start));
         target(index).write(&picture)?;
@@ -63,14 +130,15 @@ pub fn draw(
     if let Some(all) = Distribution::of(drawing.iter().copied()) {
         let what = format!("median of {count} pictures of {} samples", settings.samples);
         times.row([what, milliseconds(all.median)]);
-        let slowest = drawing.iter().position(|&ms| ms == all.max).unwrap_or_default() as f64 / args.fps;
+        let slowest = drawing.iter().position(|&ms| ms == all.max).unwrap_or_default() as f64 / moments.fps;
         times.row([format!("slowest, at {slowest:.2} s"), milliseconds(all.max)]);
     }
     let output = match args.output.sink.is_stdout() {
         true => args.output.sink.to_string(),
         false => format!("{} to {}", target(0).sink, target(count - 1).sink),
     };
-    let mut text = heading(&workload, &settings, device, &output);
-    text.push_str(&costs(&workload, renderer.plan(), &times, device, is_verbose));
-    Ok(Drawn { text, hazards, files: Vec::new() })
+    let mut text = heading(workload, settings, device, &output);
+    let (renderer, _) = player.at(moments.seconds(count - 1))?;
+    text.push_str(&costs(workload, renderer.plan(), &times, device, is_verbose));
+    Ok(Drawn { text, hazards: player.hazards, files: Vec::new() })
 }

@@ -11,10 +11,25 @@ impl Scene {
     /// The scene as it is at a moment: objects, lights, cameras and materials are where and what clips make them, deformed objects have plain
     /// meshes of their own, and nothing moves in the result. A scene without motion is borrowed as it is.
     pub fn at(&self, playing: &Playing) -> Cow<'_, Self> {
-        if self.motion.is_empty() && self.meshes.iter().all(Mesh::is_plain) {
+        if !self.moves() {
             return Cow::Borrowed(self);
         }
         Cow::Owned(self.posed(&self.motion.pose(playing)))
+    }
+
+    /// The same of a scene that is not needed any more, without a copy of its textures.
+    #[must_use]
+    pub fn into_still(mut self, playing: &Playing) -> Self {
+        if !self.moves() {
+            return self;
+        }
+        let textures = std::mem::take(&mut self.textures);
+        Self { textures, ..self.posed(&self.motion.pose(playing)) }
+    }
+
+    /// Whether anything of it can move or be deformed.
+    pub fn moves(&self) -> bool {
+        !(self.motion.is_empty() && self.meshes.iter().all(Mesh::is_plain))
     }
 
     /// Puts objects, lights and cameras that hang on nodes to where their nodes are when no clip plays: readers that know nodes alone end with
@@ -33,7 +48,7 @@ impl Scene {
         }
     }
 
-    /// The same at a pose of its motion.
+    /// The scene at a pose of its motion, in which nothing moves.
     pub fn posed(&self, pose: &Pose) -> Self {
         let cameras = self.cameras.iter().enumerate();
         let cameras: Vec<_> = cameras
