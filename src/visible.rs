@@ -206,7 +206,7 @@ fn back_to_front(world: &World, camera: &Camera, objects: impl Iterator<Item = u
     let draws = objects.map(|index| {
         let object = &world.objects[index];
         let triangles = match object.deform {
-            Some(_) => world.deformed_triangles.get(&index),
+            Some(deform) => world.deformed_triangles.get(&deform),
             None => world.sortable.get(&object.mesh),
         };
         let Some(triangles) = triangles else {

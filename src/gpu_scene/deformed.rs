@@ -103,7 +103,7 @@ impl Deformed {
             starts,
         };
         uploader.buffer(&own.sources, 0, bytemuck::cast_slice(&sources.words))?;
-        for deform in &plan.objects {
+        for deform in &plan.meshes {
             let mesh = &scene.meshes[deform.mesh];
             own.upload(uploader, UV, deform, bytemuck::cast_slice(&mesh.uvs), mesh)?;
             own.upload(uploader, SECOND_UV, deform, bytemuck::cast_slice(&mesh.uvs_1), mesh)?;
@@ -182,15 +182,15 @@ struct Rest {
 impl Sources {
     fn of(scene: &Scene, plan: &DeformPlan) -> Self {
         let mut words = Vec::new();
-        for (record, deform) in plan.objects.iter().enumerate() {
+        for (record, deform) in plan.meshes.iter().enumerate() {
             let firsts = (0..vertices(scene, deform)).step_by(GROUP);
             words.extend(firsts.flat_map(|first| [record as u32, first as u32]));
         }
         let groups = words.len() as u32 / 2;
         let records = words.len();
-        words.resize(records + plan.objects.len() * RECORD, 0);
+        words.resize(records + plan.meshes.len() * RECORD, 0);
         let mut meshes: BTreeMap<usize, Rest> = BTreeMap::new();
-        for (index, deform) in plan.objects.iter().enumerate() {
+        for (index, deform) in plan.meshes.iter().enumerate() {
             let mesh = &scene.meshes[deform.mesh];
             let rest = *meshes.entry(deform.mesh).or_insert_with(|| Rest::of(&mut words, mesh));
             let skinned = deform.first_joint.is_some();
@@ -288,7 +288,7 @@ impl PoseBuffer {
     /// # Errors
     /// When there is no memory for it.
     pub fn new(device: &Arc<Device>, index: usize, plan: &DeformPlan) -> gpu::Result<Option<Self>> {
-        if plan.objects.is_empty() {
+        if plan.meshes.is_empty() {
             return Ok(None);
         }
         let (name, size) = (format!("pose of frame {index}"), plan.pose_bytes().max(16));

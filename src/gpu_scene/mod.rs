@@ -169,7 +169,7 @@ impl GpuScene {
             let vertex_offset = deform.first_vertex as i32;
             ranges[deform.mesh].map(|range| MeshRange { vertex_offset, deformed: true, ..range })
         };
-        let deforms = plan.meshes.deforms.objects.iter().filter_map(deform_range).collect();
+        let deforms = plan.meshes.deforms.meshes.iter().filter_map(deform_range).collect();
         let gpu_scene = Self {
             positions: meshes.stream("positions", plan.meshes.vertices, |mesh| mesh.positions.as_slice().into())?,
             normals: meshes.stream("normals", plan.meshes.normals, |mesh| bounded(&mesh.normals))?,

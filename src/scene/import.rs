@@ -58,45 +58,90 @@ pub struct Imported {
 
 impl Imported {
     /// Adds everything to a scene, its objects, lights and cameras moved by `transform`.
-    pub fn append_to(self, scene: &mut Scene, transform: DAffine3) {
+    pub fn append_to(mut self, scene: &mut Scene, transform: DAffine3) {
+        self.give_assets(scene);
+        self.place(scene, &[transform]);
+    }
+
+    /// Gives a scene what all copies of the model share: meshes, materials, textures, warnings and files. What is left points to them there.
+    pub(super) fn give_assets(&mut self, scene: &mut Scene) {
+        let first_texture = scene.textures.len();
         let (first_mesh, first_material) = (scene.meshes.len(), scene.materials.len());
-        let (first_texture, first_camera) = (scene.textures.len(), scene.cameras.len());
-        let first_skin = scene.motion.skins.len();
-        // Nodes hang on one of their own that stands where the model does.
-        let root = (!self.motion.nodes.is_empty()).then_some(scene.motion.nodes.len());
-        let node = |node: Option<usize>| node.zip(root).map(|(node, root)| root + 1 + node);
-        scene.meshes.extend(self.meshes);
-        scene.textures.extend(self.textures);
-        scene.materials.extend(self.materials.into_iter().map(|mut material| {
+        for material in &mut self.materials {
             for slot in TextureSlot::ALL {
                 if let Some(texture) = material.texture_mut(slot) {
                     *texture += first_texture;
                 }
             }
-            material
-        }));
-        scene.objects.extend(self.objects.into_iter().map(|object| Object {
-            mesh: object.mesh + first_mesh,
-            material: object.material + first_material,
-            transform: transform * object.transform,
-            node: node(object.node),
-            skin: object.skin.map(|skin| skin + first_skin),
-            ..object
-        }));
-        scene.motion.append(
-            self.motion,
-            transform,
-            First { light: scene.lights.len(), camera: first_camera, material: first_material },
-        );
-        scene.lights.extend(self.lights.into_iter().map(|light| light.transformed(&transform)));
-        scene.cameras.extend(self.cameras.into_iter().map(|own| NamedCamera {
-            camera: own.camera.transformed(&transform),
-            node: node(own.node),
-            ..own
-        }));
-        scene.warnings.extend(self.warnings);
-        scene.files.extend(self.files);
+        }
+        for object in &mut self.objects {
+            object.mesh += first_mesh;
+            object.material += first_material;
+        }
+        self.motion.move_materials(first_material);
+        scene.meshes.append(&mut self.meshes);
+        scene.textures.append(&mut self.textures);
+        scene.materials.append(&mut self.materials);
+        scene.warnings.append(&mut self.warnings);
+        scene.files.append(&mut self.files);
     }
+
+    /// Adds copies to a scene that has the model's assets. Copies whose only nodes are the joints of skins share them; others move by nodes of
+    /// their own, in the same clips.
+    pub(super) fn place(&self, scene: &mut Scene, places: &[DAffine3]) {
+        let hang_on_joints = self.objects.iter().all(|object| object.node.is_none() || object.skin.is_some());
+        let of_others = self.motion.light_nodes.iter().chain(self.cameras.iter().map(|own| &own.node));
+        let share_joints = places.len() > 1 && hang_on_joints && of_others.flatten().next().is_none();
+        let first_clip = scene.motion.clips.len();
+        let mut joints = None;
+        for (copy, place) in places.iter().enumerate() {
+            let moved = joints.unwrap_or_else(|| {
+                let at = if share_joints { DAffine3::IDENTITY } else { *place };
+                self.add_motion(scene, at, (copy > 0).then_some(first_clip))
+            });
+            joints = share_joints.then_some(moved);
+            self.add_objects(scene, place, moved, share_joints);
+        }
+    }
+
+    /// Adds the nodes of a copy; its channels go into clips from the given one on where another copy's are there.
+    fn add_motion(&self, scene: &mut Scene, place: DAffine3, clips: Option<usize>) -> Moved {
+        let root = (!self.motion.nodes.is_empty()).then_some(scene.motion.nodes.len());
+        let skin = scene.motion.skins.len();
+        let first = First { light: scene.lights.len(), camera: scene.cameras.len() };
+        scene.motion.append(self.motion.clone(), place, first);
+        if let Some(first_clip) = clips {
+            scene.motion.merge_clips(first_clip, self.motion.clips.len());
+        }
+        Moved { root, skin }
+    }
+
+    fn add_objects(&self, scene: &mut Scene, place: &DAffine3, Moved { root, skin }: Moved, share_joints: bool) {
+        // Nodes hang on one of their own that stands where the model does. So joints stand there as well, unless copies share them.
+        let stands = |object: &Object| object.skin.is_some() && !share_joints;
+        let node = |node: Option<usize>| node.zip(root).map(|(node, root)| root + 1 + node);
+        scene.objects.extend(self.objects.iter().map(|object| Object {
+            transform: if stands(object) { object.transform } else { *place * object.transform },
+            node: node(object.node),
+            skin: object.skin.map(|own| own + skin),
+            ..object.clone()
+        }));
+        scene.lights.extend(self.lights.iter().map(|light| light.clone().transformed(place)));
+        scene.cameras.extend(self.cameras.iter().map(|own| NamedCamera {
+            camera: own.camera.transformed(place),
+            node: node(own.node),
+            ..own.clone()
+        }));
+    }
+}
+
+/// What nodes and skins of a copy became.
+#[derive(Debug, Clone, Copy)]
+struct Moved {
+    /// The node that the copy's nodes hang on and follow, if it has some.
+    root: Option<usize>,
+    /// The number of its first skin.
+    skin: usize,
 }
 
 #[cfg(test)]

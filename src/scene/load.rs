@@ -4,7 +4,10 @@ use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::{Aabb, Error, LoadOptions, Progress, Scene, builtin, file, fit, obj};
+use super::gltf::{self, GltfOptions};
+use super::{
+    Aabb, Error, Imported, LoadOptions, Progress, Scene, builtin, exposure_scale, file, fit, metered_ev100, obj,
+};
 
 /// How to open a scene.
 #[derive(Clone, Copy)]
@@ -17,6 +20,12 @@ pub struct OpenOptions<'a> {
     pub scale: f64,
     /// Which way is up in a bare model's file.
     pub up: Up,
+    /// Which scene of a bare glTF file is opened, by its name or its number.
+    pub scene: Option<&'a str>,
+    /// Which look of its materials a bare glTF file has (KHR_materials_variants).
+    pub variant: Option<&'a str>,
+    /// Whether glTF files may read what lies outside their folders.
+    pub allow_outside: bool,
 }
 
 /// An axis of a file that points up. The other two stay right-handed.
@@ -31,7 +40,15 @@ pub enum Up {
 
 impl Default for OpenOptions<'_> {
     fn default() -> Self {
-        Self { progress: None, aspect: 16.0 / 9.0, scale: 1.0, up: Up::Y }
+        Self {
+            progress: None,
+            aspect: 16.0 / 9.0,
+            scale: 1.0,
+            up: Up::Y,
+            scene: None,
+            variant: None,
+            allow_outside: false,
+        }
     }
 }
 
@@ -54,18 +71,40 @@ impl<'a> OpenOptions<'a> {
 const LONG: f64 = 500.0;
 
 /// What can be opened, and what a scene file may take its models from, for messages.
-const READS: &str = "scene files (.toml), Wavefront models (.obj) and builtin:NAME";
-const READS_MODELS: &str = "models from .obj files (a scene file goes under base)";
+const READS: &str = "scene files (.toml), models (.gltf, .glb, .obj) and builtin:NAME";
+const READS_MODELS: &str = "models from .gltf, .glb and .obj files (a scene file goes under base)";
 
-/// Opens `builtin:NAME?key=value&…`, a scene file (`.toml`) or a bare model (`.obj`), which gets a camera and a sun that fit it.
+/// A model file by its extension.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Format {
+    Obj,
+    Gltf,
+}
+
+impl Format {
+    fn of(path: &Path) -> Option<Self> {
+        match extension(path).as_str() {
+            "obj" => Some(Self::Obj),
+            "gltf" | "glb" => Some(Self::Gltf),
+            _ => None,
+        }
+    }
+}
+
+/// Opens `builtin:NAME?key=value&…`, a scene file (`.toml`) or a bare model (`.gltf`, `.glb`, `.obj`). What such a file does not say of cameras
+/// and lights fits it.
 ///
 /// # Errors
 /// [`Error`], one line that names what is wrong with what; see its variants. [`Error::Setting`] for a scale or an upward axis of anything but
-/// a bare model.
+/// a bare model, and for a scene or a variant of anything but a bare glTF file.
 pub fn open(spec: &str, options: &OpenOptions) -> Result<Scene, Error> {
-    if options.placed() != DAffine3::IDENTITY && extension(Path::new(spec)) != "obj" {
-        let why =
-            "--scale and --up are for a bare model (.obj): a scene file has scale and rotation for each of its models";
+    let format = Format::of(Path::new(spec)).filter(|_| !spec.starts_with(builtin::PREFIX));
+    if options.placed() != DAffine3::IDENTITY && format.is_none() {
+        let why = "--scale and --up are for a bare model (.gltf, .glb, .obj): a scene file has scale and rotation for each of its models";
+        return Err(Error::Setting(why.into()));
+    }
+    if (options.scene.is_some() || options.variant.is_some()) && format != Some(Format::Gltf) {
+        let why = "--scene and --variant are for a bare glTF file (.gltf, .glb): a scene file has scene and variant for each of its models";
         return Err(Error::Setting(why.into()));
     }
     if spec.starts_with(builtin::PREFIX) {
@@ -82,22 +121,44 @@ fn open_file(path: &Path, options: &OpenOptions) -> Result<Scene, Error> {
             cause: format!("it is a directory; afterlight reads {READS}"),
         });
     }
-    match extension(path).as_str() {
-        "toml" => file::load(path, options),
-        "obj" => open_model(path, options),
+    match (extension(path).as_str(), Format::of(path)) {
+        ("toml", _) => file::load(path, options),
+        (_, Some(format)) => open_model(path, format, options),
         _ => Err(unreadable(path, READS)),
     }
 }
 
-/// A bare model: nothing in it says how it is seen or lit.
-fn open_model(path: &Path, options: &OpenOptions) -> Result<Scene, Error> {
+/// A bare model: what its file does not say of how it is seen and lit fits it.
+fn open_model(path: &Path, format: Format, options: &OpenOptions) -> Result<Scene, Error> {
     let mut scene = Scene { name: path.display().to_string(), ..Scene::default() };
-    load_model(path, options, options.placed(), &mut scene)?;
-    scene.warnings.extend(doubt(&scene.bounds(), options));
+    let chosen = Chosen { scene: options.scene, variant: options.variant };
+    load_model(path, &chosen, options)?.append_to(&mut scene, options.placed());
+    // Metres by its specification.
+    let doubt = if format == Format::Obj { doubt(&scene.bounds(), options) } else { None };
+    scene.warnings.extend(doubt);
     let stand = fit::fit_camera(&mut scene, options.aspect);
-    fit::add_daylight(&mut scene);
-    fit::fit_exposure(&mut scene, stand);
+    if scene.lights.is_empty() {
+        fit::add_daylight(&mut scene);
+        if format == Format::Gltf {
+            dim(&mut scene);
+        }
+        fit::fit_exposure(&mut scene, stand);
+    }
+    if let Some(own) = scene.cameras.first() {
+        (scene.camera, scene.fitted.camera) = (own.camera, false);
+    }
     Ok(scene)
+}
+
+/// Dims the light of a scene until its metered exposure scales by 1. Models of glTF state what they emit for such an exposure, as a share of what
+/// shows as white: nits that nobody would see in the sun.
+fn dim(scene: &mut Scene) {
+    let share = exposure_scale(metered_ev100(scene));
+    scene.lights.iter_mut().for_each(|light| light.intensity *= share);
+    let environment = &mut scene.environment;
+    environment.ambient *= share;
+    environment.background *= share;
+    environment.ground = environment.ground.map(|ground| ground * share);
 }
 
 /// What hardly anybody models in metres.
@@ -109,18 +170,28 @@ fn doubt(bounds: &Aabb, options: &OpenOptions) -> Option<String> {
     })
 }
 
-/// Adds a model file's content to a scene.
-pub(super) fn load_model(
-    path: &Path,
-    options: &OpenOptions,
-    transform: DAffine3,
-    scene: &mut Scene,
-) -> Result<(), Error> {
-    if extension(path) != "obj" {
-        return Err(unreadable(path, READS_MODELS));
+/// What of a glTF file is shown.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct Chosen<'a> {
+    pub scene: Option<&'a str>,
+    pub variant: Option<&'a str>,
+}
+
+/// Reads a model file.
+pub(super) fn load_model(path: &Path, chosen: &Chosen, options: &OpenOptions) -> Result<Imported, Error> {
+    match Format::of(path) {
+        Some(Format::Obj) if *chosen != Chosen::default() => {
+            let what = "scene and variant are of glTF files, which an .obj file is not".into();
+            Err(Error::Content { path: path.to_owned(), line: None, what })
+        }
+        Some(Format::Obj) => obj::load(path, &options.load_options()),
+        Some(Format::Gltf) => {
+            let Chosen { scene, variant } = *chosen;
+            let (allow_outside, load) = (options.allow_outside, options.load_options());
+            gltf::load(path, &GltfOptions { scene, variant, allow_outside, load })
+        }
+        None => Err(unreadable(path, READS_MODELS)),
     }
-    obj::load(path, &options.load_options())?.append_to(scene, transform);
-    Ok(())
 }
 
 fn extension(path: &Path) -> String {
@@ -137,7 +208,6 @@ fn unreadable(path: &Path, reads: &str) -> Error {
         return Error::Read { path: path.to_owned(), cause: format!("{error}{meant}") };
     }
     let what = match extension(path).as_str() {
-        extension @ ("gltf" | "glb") => format!(".{extension} (glTF) is not read yet"),
         "toml" => "a scene file is not a model".into(),
         "" => "the file has no extension that tells what it is".into(),
         extension => format!(".{extension} is not a format that is read"),
@@ -179,8 +249,8 @@ mod tests {
             std::fs::write(&path, "x").unwrap();
             open(path.to_str().unwrap(), &OpenOptions::default()).unwrap_err().to_string()
         };
-        assert!(file("a.gltf").contains("glTF) is not read yet; afterlight reads scene files (.toml)"));
-        assert!(file("a.fbx").contains(".fbx is not a format"));
+        assert!(file("a.fbx").contains(".fbx is not a format that is read; afterlight reads scene files (.toml)"));
+        assert!(file("a.gltf").contains("a.gltf:1: is no glTF"));
         assert!(file("a").contains("no extension"));
         let says = |spec: &str| open(spec, &OpenOptions::default()).unwrap_err().to_string();
         assert!(says(directory.path().to_str().unwrap()).contains("is a directory"));

@@ -233,7 +233,8 @@ pub struct Object {
     /// Whether shadows fall on it.
     pub receives_shadow: bool,
     /// The node of [`Motion::nodes`](super::Motion::nodes) that it hangs on; `None` where nothing moves it. Its shapes are weighted by the
-    /// node's weights. An object with a skin stands where its joints are, not where its node is.
+    /// node's weights. An object with a skin stands where its joints are, not where its node is, and `transform` moves it from there: so
+    /// several may share the joints of one skeleton.
     pub node: Option<usize>,
     /// Index in [`Motion::skins`](super::Motion::skins) of what deforms its mesh.
     pub skin: Option<usize>,

@@ -12,6 +12,7 @@ mod error;
 mod exposure;
 pub mod file;
 mod fit;
+pub mod gltf;
 mod import;
 mod light;
 mod load;

@@ -22,11 +22,11 @@ pub struct WorldPose {
     motion: Arc<Motion>,
 }
 
-/// A deformed object.
+/// A deformed mesh.
 #[derive(Debug, Clone)]
 struct Deform {
-    /// Its index in `World::objects`, if it is drawn.
-    object: Option<usize>,
+    /// Those of `World::objects` that have it, each with the transform that moves it from where its joints are.
+    objects: Vec<(usize, DAffine3)>,
     node: Option<usize>,
     skin: Option<usize>,
     /// Of the mesh: where its vertices' zero lies.
@@ -50,12 +50,17 @@ impl WorldPose {
     ) -> Self {
         let planned = &plan.meshes.deforms;
         let mut bounds: Vec<Option<Arc<DeformBounds>>> = vec![None; scene.meshes.len()];
-        let deforms = planned.objects.iter().map(|own| {
+        let mut objects = vec![(Vec::new(), false); planned.meshes.len()];
+        for &(object, place) in &planned.objects {
+            objects[place].1 |= sorts(object);
+            objects[place].0.extend(object_of[object].map(|own| (own, scene.objects[object].transform)));
+        }
+        let deforms = planned.meshes.iter().zip(objects).map(|(own, (objects, is_sorted))| {
             let (object, mesh) = (&scene.objects[own.object], &scene.meshes[own.mesh]);
             let bounds =
                 bounds[own.mesh].get_or_insert_with(|| Arc::new(DeformBounds::of(mesh, own.first_joint.is_some())));
             Deform {
-                object: object_of[own.object],
+                objects,
                 node: object.node,
                 skin: own.first_joint.and(object.skin),
                 origin: mesh.origin,
@@ -63,7 +68,7 @@ impl WorldPose {
                 first_joint: own.first_joint.unwrap_or(0) as usize,
                 first_weight: own.first_weight.unwrap_or(0) as usize,
                 shapes: own.first_weight.map_or(0, |_| mesh.morphs.len()),
-                sorted: sorts(own.object).then(|| Arc::new(mesh.clone())),
+                sorted: is_sorted.then(|| Arc::new(mesh.clone())),
             }
         });
         let deforms = deforms.collect();
@@ -77,9 +82,9 @@ impl WorldPose {
     }
 }
 
-/// Where a deformed object is in a pose.
+/// Where a deformed mesh is in a pose.
 struct Stand {
-    /// From what SKIN writes to the world.
+    /// From what SKIN writes to the world, or to where objects move it from.
     transform: DAffine3,
     bounds: Aabb,
     /// What SKIN writes changes.
@@ -99,17 +104,21 @@ impl World {
             let place = bounds.transformed(&transform);
             self.stand(index, transform * DAffine3::from_translation(origin), place, false);
         }
-        let mut deforms = std::mem::take(&mut self.pose.deforms);
+        let deforms = std::mem::take(&mut self.pose.deforms);
         let mut joints = Vec::new();
         let mut is_new = self.pose.revision == 0;
-        for deform in &mut deforms {
+        for (index, deform) in deforms.iter().enumerate() {
             let stand = deform.stand(&mut self.pose, pose, &mut joints);
             is_new |= stand.is_new;
-            if let Some(object) = deform.object {
-                self.stand(object, stand.transform, stand.bounds, stand.is_new);
-                if let Some(triangles) = stand.triangles {
-                    self.deformed_triangles.insert(object, triangles);
-                }
+            for (object, own) in &deform.objects {
+                let (transform, bounds) = match deform.skin {
+                    Some(_) if *own != DAffine3::IDENTITY => (*own * stand.transform, stand.bounds.transformed(own)),
+                    _ => (stand.transform, stand.bounds),
+                };
+                self.stand(*object, transform, bounds, stand.is_new);
+            }
+            if let Some(triangles) = stand.triangles {
+                self.deformed_triangles.insert(index, triangles);
             }
         }
         self.pose.deforms = deforms;

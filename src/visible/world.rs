@@ -44,7 +44,7 @@ pub struct World {
     pub exposure: f32,
     /// By mesh: triangles that are sorted for each frame, as they are transparent.
     pub sortable: BTreeMap<usize, Vec<SortableTriangle>>,
-    /// By object: the same of deformed ones.
+    /// By deformed mesh of the plan: the same of those.
     pub deformed_triangles: BTreeMap<usize, Vec<SortableTriangle>>,
     /// By the scene's own numbers: which of [`World::objects`] and [`World::lights`] it is, if it is among them.
     object_of: Vec<Option<usize>>,
@@ -77,7 +77,7 @@ pub struct WorldObject {
     /// Its index in the scene.
     pub number: usize,
     pub mesh: usize,
-    /// Its place among the deformed objects of the plan.
+    /// The place of its mesh among the deformed ones of the plan.
     pub deform: Option<usize>,
     pub material: usize,
     /// From the mesh's f32 vertices to the world.

@@ -1,12 +1,14 @@
-//! Which objects are deformed on the device, and where their vertices lie.
+//! Which meshes are deformed on the device, for which objects, and where their vertices lie.
+
+use std::collections::BTreeMap;
 
 use super::{MeshPlan, Streams};
 use crate::scene::{Mesh, Object, Scene};
 
-/// An object whose vertices SKIN writes for each pose.
+/// A mesh whose vertices SKIN writes for each pose, for all objects that have it with the same skin and shapes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PlannedDeform {
-    /// Index into the scene's objects.
+    /// Index into the scene's objects, of the first that has it.
     pub object: usize,
     /// Index into the scene's meshes, of the mesh that it deforms.
     pub mesh: usize,
@@ -18,19 +20,30 @@ pub struct PlannedDeform {
     pub first_weight: Option<u32>,
 }
 
-/// All deformed objects of a plan.
+/// All deformed meshes of a plan.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct DeformPlan {
-    /// In the order of the scene.
-    pub objects: Vec<PlannedDeform>,
+    /// In the order of their first objects.
+    pub meshes: Vec<PlannedDeform>,
+    /// Objects of the scene in its order, each with the place of its mesh in [`DeformPlan::meshes`].
+    pub objects: Vec<(usize, usize)>,
     /// Of all of them; each has a position.
     pub vertices: u64,
     /// The streams that some pipeline reads of one of them.
     pub streams: Streams,
     /// Joints of all palettes.
     pub joints: u64,
-    /// Weights of shapes of all objects.
+    /// Weights of shapes of all meshes.
     pub weights: u64,
+    known: BTreeMap<Deformation, usize>,
+}
+
+/// A mesh, its skin, and the node whose weights its shapes have.
+type Deformation = (usize, Option<usize>, Option<usize>);
+
+fn deformation(object: &Object, mesh: &Mesh) -> Deformation {
+    let skin = object.skin.filter(|_| mesh.influences.is_some());
+    (object.mesh, skin, object.node.filter(|_| !mesh.morphs.is_empty()))
 }
 
 impl DeformPlan {
@@ -38,9 +51,16 @@ impl DeformPlan {
     pub(super) fn push(&mut self, scene: &Scene, index: usize, streams: Streams) {
         let object = &scene.objects[index];
         let mesh = &scene.meshes[object.mesh];
+        self.streams = self.streams.union(streams);
+        if let Some(&place) = self.known.get(&deformation(object, mesh)) {
+            self.objects.push((index, place));
+            return;
+        }
+        self.known.insert(deformation(object, mesh), self.meshes.len());
+        self.objects.push((index, self.meshes.len()));
         let joints = joints_of(scene, object, mesh).unwrap_or(0) as u64;
         let shapes = mesh.morphs.len() as u64;
-        self.objects.push(PlannedDeform {
+        self.meshes.push(PlannedDeform {
             object: index,
             mesh: object.mesh,
             first_vertex: self.vertices as u32,
@@ -48,14 +68,14 @@ impl DeformPlan {
             first_weight: (shapes > 0).then_some(self.weights as u32),
         });
         self.vertices += mesh.positions.len() as u64;
-        self.streams = self.streams.union(streams);
         self.joints += joints;
         self.weights += shapes;
     }
 
-    /// The place of an object of the scene among the deformed ones.
+    /// The place of the deformed mesh of an object of the scene.
     pub fn find(&self, object: usize) -> Option<usize> {
-        self.objects.binary_search_by_key(&object, |own| own.object).ok()
+        let found = self.objects.binary_search_by_key(&object, |&(own, _)| own);
+        found.ok().map(|place| self.objects[place].1)
     }
 
     /// Bytes of the vertices that SKIN writes, or that lie beside them.

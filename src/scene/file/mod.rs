@@ -200,7 +200,8 @@ fn light_and_view(root: &Table, scene: &mut Scene, folder: &Path, options: &Open
     if !says("base") {
         let aspect = scene.settings.size.map_or(options.aspect, |[width, height]| f64::from(width) / f64::from(height));
         let stand = fit::fit_camera(scene, aspect);
-        if !says("lights") && !says("scattered_lights") && !says("environment") {
+        // Models of glTF bring their own.
+        if !says("lights") && !says("scattered_lights") && !says("environment") && scene.lights.is_empty() {
             fit::add_daylight(scene);
             if !says("camera") && scene.settings.exposure.is_none() {
                 fit::fit_exposure(scene, stand);

@@ -10,7 +10,7 @@ use super::node::{COORDINATE, LENGTH, Node, Table};
 use super::place::transform;
 use super::schema;
 use crate::scene::builtin::{self, shapes};
-use crate::scene::load::{OpenOptions, load_model};
+use crate::scene::load::{Chosen, OpenOptions, load_model};
 use crate::scene::suggest::unknown;
 use crate::scene::{CastsShadow, Error, Imported, Material, Object, Scene};
 
@@ -19,11 +19,14 @@ const MAX_OBJECTS: usize = 4_000_000;
 /// Metres from zero along an axis, as positions may be.
 const FARTHEST: f64 = 1e15;
 
+/// A model's path, and the scene and the variant of it.
+type TemplateKey = (String, [Option<String>; 2]);
+
 /// Loads models into a scene; the same file named twice is read once.
 pub(super) struct Models<'a> {
     pub folder: &'a Path,
     pub options: &'a OpenOptions<'a>,
-    templates: HashMap<String, Vec<Object>>,
+    templates: HashMap<TemplateKey, Imported>,
 }
 
 /// A model's objects wear materials that are known by name only when all have been read.
@@ -44,26 +47,26 @@ impl<'a> Models<'a> {
             return Err(table.wrong("needs exactly one of path, builtin, shape"));
         }
         let [path, builtin, shape] = sources;
-        let mut objects = match (path, builtin, shape) {
-            (Some(path), ..) => self.read_file(&path, scene)?,
+        if let (None, Some(node)) = (&path, table.get("scene").or(table.get("variant"))) {
+            return Err(node.wrong("goes with the path of a glTF file"));
+        }
+        let mut model = match (path, builtin, shape) {
+            (Some(path), ..) => self.read_file(&table, &path, scene)?,
             (_, Some(builtin), _) => from_builtin(&builtin, scene)?,
-            (_, _, Some(shape)) => from_shape(&shape, scene)?,
-            _ => Vec::new(),
+            (_, _, Some(shape)) => Imported { objects: from_shape(&shape, scene)?, ..Imported::default() },
+            _ => Imported::default(),
         };
         if let Some(name) = table.read("name", Node::string)? {
-            objects.iter_mut().for_each(|object| object.name = name.into());
+            model.objects.iter_mut().for_each(|object| object.name = name.into());
         }
-        shadow(&table, &mut objects)?;
+        shadow(&table, &mut model.objects)?;
         let places = places(&table)?;
-        if objects.len().saturating_mul(places.len()).saturating_add(scene.objects.len()) > MAX_OBJECTS {
+        let parts = model.objects.len().max(model.lights.len()).max(model.cameras.len());
+        if parts.saturating_mul(places.len()).saturating_add(scene.objects.len()) > MAX_OBJECTS {
             return Err(table.wrong(&format!("makes more than {MAX_OBJECTS} objects")));
         }
         let first = scene.objects.len();
-        for place in &places {
-            scene
-                .objects
-                .extend(objects.iter().map(|object| Object { transform: *place * object.transform, ..object.clone() }));
-        }
+        model.place(scene, &places);
         // Each transform is in its range, but not the product of several.
         let is_near = |place: DVec3| place.abs().max_element() <= FARTHEST;
         let bounds = scene.objects[first..].iter().map(|object| object.bounds(&scene.meshes));
@@ -73,28 +76,30 @@ impl<'a> Models<'a> {
         Ok(Dress { objects: first..scene.objects.len(), table })
     }
 
-    fn read_file(&mut self, node: &Node, scene: &mut Scene) -> Result<Vec<Object>, Error> {
+    fn read_file(&mut self, table: &Table, node: &Node, scene: &mut Scene) -> Result<Imported, Error> {
         let name = node.string()?;
-        if let Some(objects) = self.templates.get(name) {
-            return Ok(objects.clone());
+        let chosen =
+            Chosen { scene: table.read("scene", Node::string)?, variant: table.read("variant", Node::string)? };
+        let key = (name.to_owned(), [chosen.scene, chosen.variant].map(|own| own.map(str::to_owned)));
+        if let Some(model) = self.templates.get(&key) {
+            return Ok(model.clone());
         }
-        let first = scene.objects.len();
-        let loaded = load_model(&self.folder.join(name), self.options, DAffine3::IDENTITY, scene);
-        loaded.map_err(|error| match error {
+        let loaded = load_model(&self.folder.join(name), &chosen, self.options);
+        let mut model = loaded.map_err(|error| match error {
             // What is wrong at a line of the model has its place; what has none was asked for here.
             Error::Content { line: Some(_), .. } => error,
             other => node.wrong(other),
         })?;
-        let objects = scene.objects.split_off(first);
-        self.templates.insert(name.into(), objects.clone());
-        Ok(objects)
+        model.give_assets(scene);
+        self.templates.insert(key, model.clone());
+        Ok(model)
     }
 }
 
 /// Of a built-in scene its objects only.
-fn from_builtin(node: &Node, scene: &mut Scene) -> Result<Vec<Object>, Error> {
+fn from_builtin(node: &Node, scene: &mut Scene) -> Result<Imported, Error> {
     let built = builtin::open(node.string()?).map_err(|error| node.wrong(error))?;
-    let imported = Imported {
+    let mut imported = Imported {
         meshes: built.meshes,
         objects: built.objects,
         materials: built.materials,
@@ -105,9 +110,8 @@ fn from_builtin(node: &Node, scene: &mut Scene) -> Result<Vec<Object>, Error> {
         warnings: built.warnings,
         files: built.files,
     };
-    let first = scene.objects.len();
-    imported.append_to(scene, DAffine3::IDENTITY);
-    Ok(scene.objects.split_off(first))
+    imported.give_assets(scene);
+    Ok(imported)
 }
 
 const SHAPES: [&str; 6] = ["plane", "box", "sphere", "cylinder", "cone", "torus"];

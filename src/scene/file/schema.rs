@@ -36,6 +36,8 @@ pub(super) const MODEL: Schema = Schema {
         "path",
         "builtin",
         "shape",
+        "scene",
+        "variant",
         "material",
         "materials",
         "casts_shadow",

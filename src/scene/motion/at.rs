@@ -139,7 +139,7 @@ fn deformed(scene: &Scene, pose: &Pose, object: &Object, joints: &mut Vec<DAffin
     let shaped = weights.iter().zip(&mesh.morphs).any(|(weight, _)| *weight != 0.0);
     let skin = object.skin.filter(|_| mesh.influences.is_some());
     if let Some(skin) = skin {
-        pose.joint_matrices(&scene.motion, skin, &pose.object_transform(object), joints);
+        pose.joint_matrices(&scene.motion, skin, &DAffine3::IDENTITY, joints);
     }
     (shaped || skin.is_some()).then(|| deform(mesh, weights, skin.map(|_| joints.as_slice())))
 }

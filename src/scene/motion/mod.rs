@@ -238,12 +238,11 @@ pub struct Morph {
     pub colors: Vec<[f32; 4]>,
 }
 
-/// The numbers that the first light, camera and material of something that is appended get.
+/// The numbers that the first light and camera of something that is appended get.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct First {
     pub light: usize,
     pub camera: usize,
-    pub material: usize,
 }
 
 impl Target {
@@ -255,7 +254,7 @@ impl Target {
             Self::Weights(node) => Self::Weights(node + first_node),
             Self::Light(light, value) => Self::Light(light + first.light, value),
             Self::Camera(camera, value) => Self::Camera(camera + first.camera, value),
-            Self::Material(material, value) => Self::Material(material + first.material, value),
+            Self::Material(..) => self,
         }
     }
 }
@@ -276,6 +275,24 @@ impl Motion {
         self.nodes.iter().any(negative)
             || self.clips.iter().flat_map(|clip| &clip.channels).any(keyed)
             || self.skins.iter().any(bound)
+    }
+
+    /// Counts materials from `first` on.
+    pub(super) fn move_materials(&mut self, first: usize) {
+        for channel in self.clips.iter_mut().flat_map(|clip| &mut clip.channels) {
+            if let Target::Material(material, _) = &mut channel.target {
+                *material += first;
+            }
+        }
+    }
+
+    /// Puts the channels of the last `count` clips into as many from `first` on; what both move, as materials that copies share, moves once.
+    pub(super) fn merge_clips(&mut self, first: usize, count: usize) {
+        let last = self.clips.split_off(self.clips.len().saturating_sub(count));
+        for (clip, more) in self.clips.iter_mut().skip(first).zip(last) {
+            let is_material = |channel: &Channel| matches!(channel.target, Target::Material(..));
+            clip.channels.extend(more.channels.into_iter().filter(|channel| !is_material(channel)));
+        }
     }
 
     /// Adds what moves in a model that stands at `transform`: its nodes hang on a new one there.

@@ -118,8 +118,8 @@ impl Pose {
         ends.and_then(|(&from, &to)| self.weights.get(from..to)).unwrap_or_default()
     }
 
-    /// Replaces `out` by a matrix for each joint of a skin, from mesh space where the mesh was bound to `frame`, the space that
-    /// [`Pose::object_transform`] takes to the world: frame^-1 * world(joint) * inverse bind (glTF 2.0, "Skins").
+    /// Replaces `out` by a matrix for each joint of a skin, from mesh space where the mesh was bound to `frame`, a space of the world:
+    /// frame^-1 * world(joint) * inverse bind (glTF 2.0, "Skins").
     pub fn joint_matrices(&self, motion: &Motion, skin: usize, frame: &DAffine3, out: &mut Vec<DAffine3>) {
         out.clear();
         let Some(skin) = motion.skins.get(skin) else { return };
@@ -128,17 +128,11 @@ impl Pose {
         out.extend(joints.map(|(&joint, bind)| back * (self.world(joint) * *bind)));
     }
 
-    /// From an object's mesh to the world: the world of its node, or its own transform where it has none.
-    ///
-    /// An object with a skin is where its joints are, whatever its node does, so that a node which is scaled to nothing gives a frame that can
-    /// be inverted.
+    /// What moves an object from its mesh, or from where its joints are: the world of its node, or its own transform if it has a skin or no
+    /// node.
     pub fn object_transform(&self, object: &Object) -> DAffine3 {
-        let transform = object.node.and_then(|node| self.worlds.get(node)).copied().unwrap_or(object.transform);
-        if object.skin.is_some() && !is_invertible(&transform) {
-            let place = transform.translation;
-            return DAffine3::from_translation(if place.is_finite() { place } else { DVec3::ZERO });
-        }
-        transform
+        let node = object.node.filter(|_| object.skin.is_none());
+        node.and_then(|node| self.worlds.get(node)).copied().unwrap_or(object.transform)
     }
 
     /// The scene's lights as they are now, within the ranges that lights have.
@@ -214,10 +208,6 @@ impl Pose {
 fn vector(channel: &Channel, time: f64) -> Option<DVec3> {
     let mut value = [0.0; 3];
     channel.sample(time, &mut value).then(|| DVec3::from(value))
-}
-
-fn is_invertible(transform: &DAffine3) -> bool {
-    transform.is_finite() && transform.matrix3.inverse().is_finite() && transform.matrix3.determinant() != 0.0
 }
 
 /// Puts a light where its node is. One whose node is scaled to nothing keeps its direction.

@@ -1,0 +1,47 @@
+//! KHR_texture_basisu: KTX 2.0 files of ETC1S or UASTC blocks, transcoded to texels.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use basisu::{DecodeFlags, TargetFormat, Transcoder};
+use image::RgbaImage;
+
+use crate::scene::texture::MAX_TEXTURE_EDGE;
+
+const IDENTIFIER: &[u8] = b"\xabKTX 20\xbb\r\n\x1a\n";
+
+/// Whether bytes begin as a KTX 2.0 file does.
+pub(super) fn is_ktx(bytes: &[u8]) -> bool {
+    bytes.starts_with(IDENTIFIER)
+}
+
+/// The largest level.
+pub(super) fn decode(bytes: &[u8]) -> Result<RgbaImage, String> {
+    let [width, height] = size(bytes)?;
+    // The transcoder checks its input; it is young, and a slip of it must not take the program along.
+    let texels = catch_unwind(AssertUnwindSafe(|| {
+        let transcoder = Transcoder::new(bytes)?;
+        transcoder.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE)
+    }));
+    let texels = texels.map_err(|_| "cannot be transcoded: the transcoder failed".to_owned())?;
+    let texels = texels.map_err(|error| format!("cannot be transcoded: {error:?}"))?;
+    let found = texels.len();
+    RgbaImage::from_raw(width, height, texels)
+        .ok_or_else(|| format!("cannot be transcoded: {width}x{height} texels became {found} bytes"))
+}
+
+/// Width and height, if the file is one image of them (KTX 2.0, "File Structure").
+fn size(bytes: &[u8]) -> Result<[u32; 2], String> {
+    let word = |at: usize| {
+        let word = bytes.get(at..at + 4).and_then(|word| word.try_into().ok());
+        word.map(u32::from_le_bytes).ok_or_else(|| "is cut short in its header".to_owned())
+    };
+    let (width, height) = (word(20)?, word(24)?);
+    if ![width, height].iter().all(|edge| (1..=MAX_TEXTURE_EDGE).contains(edge)) {
+        return Err(format!("is {width}x{height} texels, but each edge must have 1 to {MAX_TEXTURE_EDGE}"));
+    }
+    let (depth, layers, faces) = (word(28)?, word(32)?, word(36)?);
+    if depth > 1 || layers > 1 || faces != 1 {
+        return Err("is not one flat image".into());
+    }
+    Ok([width, height])
+}

@@ -1,0 +1,41 @@
+//! KHR_draco_mesh_compression.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
+
+/// The most that one primitive may become. Draco spends next to nothing on equal values, so that the size of its data says nothing.
+const MOST_POINTS: u64 = 1 << 26;
+const MOST_BYTES: u64 = 1 << 30;
+
+/// Decompresses a primitive.
+pub(super) fn decode(bytes: &[u8]) -> Result<Mesh, String> {
+    let limits = DecodeLimits::default();
+    let limits = limits.with_max_points(MOST_POINTS).with_max_faces(MOST_POINTS).with_max_decoded_bytes(MOST_BYTES);
+    // The decoder checks its input; it is young, and a slip of it must not take the program along.
+    let decoded = catch_unwind(AssertUnwindSafe(|| {
+        let mut mesh = Mesh::new();
+        let decoded = MeshDecoder::new().decode(&mut DecoderBuffer::new(bytes).with_limits(limits), &mut mesh);
+        decoded.map(|()| mesh).map_err(|error| error.to_string().replace(['\n', '\r'], " "))
+    }));
+    let mesh = decoded.unwrap_or_else(|_| Err("the decoder failed".into()));
+    mesh.map_err(|why| format!("its Draco data cannot be decompressed: {why}"))
+}
+
+/// Corners of its triangles.
+pub(super) fn indices(mesh: &Mesh) -> Vec<u32> {
+    mesh.faces().iter().flat_map(|face| face.map(|point| point.0)).collect()
+}
+
+/// Numbers of an attribute by its id, `width` for each point, as they are stored.
+pub(super) fn numbers(mesh: &Mesh, id: usize, width: usize) -> Result<Vec<f32>, String> {
+    let attribute = u32::try_from(id).ok().and_then(|id| mesh.attribute_by_unique_id(id));
+    let attribute = attribute.ok_or_else(|| format!("its Draco data has no attribute {id}"))?;
+    let stored = usize::from(attribute.num_components());
+    if stored != width {
+        return Err(format!(
+            "attribute {id} of its Draco data has {stored} numbers an element, but its accessor {width}"
+        ));
+    }
+    Ok(attribute.read_f32s(mesh.num_points(), width))
+}

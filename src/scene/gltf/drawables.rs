@@ -1,0 +1,280 @@
+//! What is drawn at which node: primitives with the meshes that are made for them, as few as can be.
+
+use std::collections::{BTreeMap, HashMap};
+
+use glam::DAffine3;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use super::accessor::Accessors;
+use super::buffers::Buffers;
+use super::instances;
+use super::json::{Attributes, Document, Node, Primitive, Whole, entry, named};
+use super::json_extensions::Draco;
+use super::materials::{self, Dress};
+use super::movement::{self, Joints, Movement};
+use super::nodes::{self, Nodes};
+use super::primitive::{Needs, Order, Shapes};
+use super::source::Source;
+use crate::scene::{LoadOptions, Mesh, unknown};
+
+/// The most objects of a file.
+pub(super) const MOST_OBJECTS: usize = 4_000_000;
+/// The most vertices and indices of all meshes together, before any is made.
+const MOST_NUMBERS: usize = 1 << 28;
+
+/// What a file is read with.
+pub(super) struct Sources<'a> {
+    pub document: &'a Document,
+    pub buffers: &'a Buffers<'a>,
+    pub accessors: &'a Accessors<'a>,
+    pub nodes: &'a Nodes,
+    pub movement: &'a Movement,
+}
+
+/// A primitive at a node.
+pub(super) struct Drawable {
+    pub node: usize,
+    /// Index in [`Drawables::orders`].
+    pub order: usize,
+    /// Of the file.
+    pub material: Option<usize>,
+    /// The skin of the file that moves it.
+    pub skin: Option<usize>,
+    /// Whether the mesh is in the world already, as it hangs on joints that stand still.
+    pub is_posed: bool,
+    /// Whether clips move the weights of its shapes.
+    pub blends: bool,
+    /// Where its copies stand in the node; one in it where it has none.
+    pub instances: usize,
+}
+
+/// A mesh to be made: a primitive, and what is needed of it.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(super) struct MeshOrder {
+    mesh: usize,
+    primitive: usize,
+    needs: Needs,
+}
+
+/// All that is drawn.
+#[derive(Default)]
+pub(super) struct Drawables {
+    pub list: Vec<Drawable>,
+    pub orders: Vec<MeshOrder>,
+    /// By material of the file, those that are used.
+    pub dresses: BTreeMap<Option<usize>, Dress>,
+    /// By skin of the file, those that are used.
+    pub skins: BTreeMap<usize, Joints>,
+    /// Sets of instances, which drawables name by their index; the first is one in the node itself.
+    pub instances: Vec<Vec<DAffine3>>,
+    pub warnings: Vec<String>,
+    objects: usize,
+    numbers: usize,
+    /// Primitives that are no triangles, of points and of lines.
+    left_out: [usize; 2],
+}
+
+/// What two primitives have in common whose meshes are the same.
+type Content<'a> = (&'a Attributes, Option<Whole>, Option<Whole>, &'a Vec<Attributes>, Option<&'a Draco>);
+
+fn content(primitive: &Primitive) -> Content<'_> {
+    let Primitive { attributes, indices, mode, targets, extensions, .. } = primitive;
+    (attributes, *indices, *mode, targets, extensions.draco.as_ref())
+}
+
+/// Collects what the chosen scene draws. `variant` names a look of the file's materials.
+pub(super) fn collect(sources: &Sources, variant: Option<&str>) -> Result<Drawables, String> {
+    let document = sources.document;
+    let variant = variant.map(|name| variant_called(document, name)).transpose()?;
+    let mut drawables = Drawables { instances: vec![vec![DAffine3::IDENTITY]], ..Drawables::default() };
+    let mut first: HashMap<Content, (usize, usize)> = HashMap::new();
+    let mut orders: HashMap<MeshOrder, usize> = HashMap::new();
+    for &index in &sources.nodes.shown {
+        let node = &document.nodes[index];
+        let Some(mesh) = node.mesh else { continue };
+        let within = |what: String| format!("{}: {what}", nodes::name(&document.nodes, index));
+        let json = entry("mesh", &document.meshes, mesh).map_err(within)?;
+        let instances = drawables.instances_of(sources, node).map_err(within)?;
+        drawables.objects = drawables.objects.saturating_add(json.primitives.len().saturating_mul(instances.1));
+        if drawables.objects > MOST_OBJECTS {
+            return Err(format!("makes more than {MOST_OBJECTS} objects"));
+        }
+        let skin = drawables.skin_of(sources, index);
+        for (number, primitive) in json.primitives.iter().enumerate() {
+            if let Some(0..=3) = primitive.mode.map(|mode| mode.0).filter(|_| primitive.extensions.draco.is_none()) {
+                drawables.left_out[usize::from(primitive.mode != Some(Whole(0)))] += 1;
+                continue;
+            }
+            let within =
+                |what: String| format!("{}, primitive {number}: {what}", named("mesh", mesh.0, json.name.as_ref()));
+            let material = material_of(document, primitive, variant).map_err(within)?;
+            let (needs, skin) = drawables.needs(sources, index, (material, primitive, skin))?;
+            let (of_mesh, of_primitive) = *first.entry(content(primitive)).or_insert((mesh.0, number));
+            let order = MeshOrder { mesh: of_mesh, primitive: of_primitive, needs };
+            let (is_posed, blends) = (order.needs.posed.is_some(), order.needs.shapes == Shapes::Kept);
+            let order = *orders.entry(order).or_insert_with_key(|order| {
+                drawables.orders.push(order.clone());
+                drawables.orders.len() - 1
+            });
+            let skin = skin.filter(|_| !is_posed);
+            let drawable = Drawable { node: index, order, material, skin, is_posed, blends, instances: instances.0 };
+            drawables.list.push(drawable);
+        }
+    }
+    drawables.count_numbers(sources)?;
+    drawables.say_left_out();
+    Ok(drawables)
+}
+
+impl Drawables {
+    /// The set of a node's instances, and how many they are.
+    fn instances_of(&mut self, sources: &Sources, node: &Node) -> Result<(usize, usize), String> {
+        let Some(json) = &node.extensions.instances else { return Ok((0, 1)) };
+        let places = instances::read(json, sources.accessors)?;
+        let count = places.len();
+        self.instances.push(places);
+        Ok((self.instances.len() - 1, count))
+    }
+
+    /// The skin of a node, if a mesh can hang on it.
+    fn skin_of(&mut self, sources: &Sources, node: usize) -> Option<usize> {
+        let index = sources.document.nodes[node].skin?.0;
+        if let std::collections::btree_map::Entry::Vacant(vacant) = self.skins.entry(index) {
+            match movement::skin(sources.document, sources.accessors, index, sources.movement) {
+                Ok(joints) => {
+                    vacant.insert(joints);
+                }
+                Err(what) => {
+                    let node = nodes::name(&sources.document.nodes, node);
+                    self.warnings.push(format!("{node}: {what}, drawn without it"));
+                    return None;
+                }
+            }
+        }
+        Some(index)
+    }
+
+    /// What is needed of a primitive's mesh at a node, and the skin that it hangs on.
+    fn needs(
+        &mut self,
+        sources: &Sources,
+        node: usize,
+        (material, primitive, skin): (Option<usize>, &Primitive, Option<usize>),
+    ) -> Result<(Needs, Option<usize>), String> {
+        if !self.dresses.contains_key(&material) {
+            let dress = materials::read(sources.document, material, &mut self.warnings)?;
+            self.dresses.insert(material, dress);
+        }
+        let dress = &self.dresses[&material];
+        let hangs = primitive.attributes.contains_key("JOINTS_0") && primitive.attributes.contains_key("WEIGHTS_0");
+        if skin.is_some() && !hangs {
+            let node = nodes::name(&sources.document.nodes, node);
+            self.warnings.push(format!("{node}: a primitive of its mesh has no joints, drawn without its skin"));
+        }
+        let skin = skin.filter(|_| hangs).and_then(|index| Some((index, self.skins.get(&index)?)));
+        let needs = Needs {
+            uv_sets: dress.uv_sets,
+            repeats: dress.repeats,
+            tangents: dress.tangents,
+            joints: skin.map(|(_, joints)| joints.joints.len()),
+            shapes: shapes(sources, node, primitive),
+            posed: skin.filter(|(_, joints)| !joints.moves).map(|(index, _)| index),
+        };
+        Ok((needs, skin.map(|(index, _)| index)))
+    }
+
+    /// Refuses what would fill a memory: a few bytes of JSON can ask for the same data many times.
+    fn count_numbers(&mut self, sources: &Sources) -> Result<(), String> {
+        for MeshOrder { mesh, primitive, .. } in &self.orders {
+            let primitive = &sources.document.meshes[*mesh].primitives[*primitive];
+            let accessors = primitive.attributes.get("POSITION").into_iter().chain(&primitive.indices);
+            let count = |accessor: &Whole| sources.accessors.count(*accessor).unwrap_or(0);
+            self.numbers = accessors.map(count).fold(self.numbers, usize::saturating_add);
+        }
+        if self.numbers > MOST_NUMBERS {
+            return Err(format!("its meshes have more than {MOST_NUMBERS} vertices and indices together"));
+        }
+        Ok(())
+    }
+
+    fn say_left_out(&mut self) {
+        let [points, lines] = self.left_out;
+        if points + lines > 0 {
+            self.warnings.push(format!("primitives of points ({points}) and of lines ({lines}) are not drawn"));
+        }
+    }
+
+    /// Makes all meshes, in parallel. One without triangles is none.
+    pub fn build(&self, sources: &Sources, options: &LoadOptions) -> Result<(Vec<Option<Mesh>>, Vec<String>), String> {
+        let poses: BTreeMap<usize, Vec<DAffine3>> =
+            self.skins.iter().map(|(&index, joints)| (index, joints.pose(sources.nodes))).collect();
+        let done = AtomicUsize::new(0);
+        let build = |order: &MeshOrder| {
+            let json = &sources.document.meshes[order.mesh];
+            let primitive = &json.primitives[order.primitive];
+            let within = |what: String| {
+                let mesh = named("mesh", order.mesh, json.name.as_ref());
+                format!("{mesh}, primitive {}: {what}", order.primitive)
+            };
+            let source =
+                Source::open(sources.document, sources.buffers, sources.accessors, primitive).map_err(within)?;
+            let name =
+                json.name.clone().filter(|name| !name.is_empty()).unwrap_or_else(|| format!("mesh {}", order.mesh));
+            let pose = order.needs.posed.and_then(|skin| poses.get(&skin)).map_or(&[][..], Vec::as_slice);
+            let built = Order { name: &name, mesh: json, source, needs: &order.needs, pose }.build().map_err(within)?;
+            options.report("meshes", done.fetch_add(1, Ordering::Relaxed) + 1, self.orders.len());
+            Ok((built.mesh, built.warnings.into_iter().map(|what| within(what.into())).collect::<Vec<_>>()))
+        };
+        // Collected before the first error is looked for, so that which one is told does not depend on timing.
+        let built: Vec<Result<_, String>> = self.orders.par_iter().map(build).collect();
+        let built = built.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let (meshes, warnings): (Vec<_>, Vec<_>) = built.into_iter().unzip();
+        Ok((meshes, warnings.into_iter().flatten().collect()))
+    }
+}
+
+/// What becomes of the morph targets of a primitive at a node.
+fn shapes(sources: &Sources, node: usize, primitive: &Primitive) -> Shapes {
+    if primitive.targets.is_empty() {
+        return Shapes::None;
+    }
+    if sources.movement.weights[node] {
+        return Shapes::Kept;
+    }
+    let weights = weights(sources.document, node, primitive.targets.len());
+    if weights.iter().all(|&weight| weight == 0.0) {
+        return Shapes::None;
+    }
+    Shapes::Fixed(weights.into_iter().map(f64::to_bits).collect())
+}
+
+/// How much of each shape a node's mesh has when nothing moves.
+pub(super) fn weights(document: &Document, node: usize, shapes: usize) -> Vec<f64> {
+    let node = &document.nodes[node];
+    let of_mesh = || document.meshes.get(node.mesh?.0)?.weights.as_ref();
+    let mut weights = node.weights.as_ref().or_else(of_mesh).cloned().unwrap_or_default();
+    weights.resize(shapes, 0.0);
+    weights.iter_mut().filter(|weight| !weight.is_finite()).for_each(|weight| *weight = 0.0);
+    weights
+}
+
+fn variant_called(document: &Document, name: &str) -> Result<usize, String> {
+    let variants = document.extensions.variants.as_ref().map_or(&[][..], |own| &own.variants);
+    let names: Vec<&str> = variants.iter().map(|variant| variant.name.as_str()).collect();
+    let found = names.iter().position(|own| *own == name);
+    found.ok_or_else(|| match names.is_empty() {
+        true => format!("has no variants, so that there is no {name:?}"),
+        false => unknown("variant", name, &names),
+    })
+}
+
+fn material_of(document: &Document, primitive: &Primitive, variant: Option<usize>) -> Result<Option<usize>, String> {
+    let mappings = primitive.extensions.variants.as_ref().map_or(&[][..], |own| &own.mappings);
+    let of_variant = |variant: usize| mappings.iter().find(|mapping| mapping.variants.contains(&Whole(variant)));
+    let material = variant.and_then(of_variant).map(|mapping| mapping.material).or(primitive.material);
+    if let Some(material) = material {
+        entry("material", &document.materials, material)?;
+    }
+    Ok(material.map(|material| material.0))
+}

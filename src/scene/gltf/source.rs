@@ -1,0 +1,126 @@
+//! The data of a primitive, whether it lies in accessors or is compressed as a whole.
+
+use super::accessor::Accessors;
+use super::buffers::Buffers;
+use super::draco;
+use super::json::{Attributes, Document, Primitive, Whole, entry};
+
+/// Where attributes and indices of a primitive come from.
+pub(super) struct Source<'a> {
+    document: &'a Document,
+    accessors: &'a Accessors<'a>,
+    primitive: &'a Primitive,
+    packed: Option<(draco_core::Mesh, &'a Attributes)>,
+}
+
+impl<'a> Source<'a> {
+    pub fn open(
+        document: &'a Document,
+        buffers: &'a Buffers<'a>,
+        accessors: &'a Accessors<'a>,
+        primitive: &'a Primitive,
+    ) -> Result<Self, String> {
+        let packed = match &primitive.extensions.draco {
+            Some(packed) => Some((draco::decode(buffers.view(packed.buffer_view)?.bytes)?, &packed.attributes)),
+            None => None,
+        };
+        Ok(Self { document, accessors, primitive, packed })
+    }
+
+    /// Elements of an attribute, if the primitive has it.
+    pub fn floats<const N: usize>(
+        &self,
+        semantic: &str,
+        kinds: &[&str],
+        missing: f32,
+    ) -> Result<Option<Vec<[f32; N]>>, String> {
+        let Some(&accessor) = self.primitive.attributes.get(semantic) else { return Ok(None) };
+        let read = match self.packed(semantic) {
+            Some((mesh, id)) => self.unpacked(mesh, id, accessor, missing),
+            None => self.accessors.floats(accessor, kinds, missing),
+        };
+        read.map(Some).map_err(|what| format!("{semantic}: {what}"))
+    }
+
+    /// How many morph targets it has.
+    pub fn targets(&self) -> usize {
+        self.primitive.targets.len()
+    }
+
+    /// Elements of an attribute of a morph target, if it has it. They are never compressed with the primitive.
+    pub fn of_target<const N: usize>(
+        &self,
+        target: usize,
+        semantic: &str,
+        kinds: &[&str],
+    ) -> Result<Option<Vec<[f32; N]>>, String> {
+        let accessor = self.primitive.targets.get(target).and_then(|target| target.get(semantic));
+        let read = accessor.map(|&accessor| self.accessors.floats(accessor, kinds, 0.0)).transpose();
+        read.map_err(|what| format!("{semantic}: {what}"))
+    }
+
+    /// Elements of four whole numbers.
+    pub fn quadruples(&self, semantic: &str) -> Result<Option<Vec<[u32; 4]>>, String> {
+        let Some(&accessor) = self.primitive.attributes.get(semantic) else { return Ok(None) };
+        let read = match self.packed(semantic) {
+            // Up to 65535, which a float holds.
+            Some((mesh, id)) => {
+                let numbers = draco::numbers(mesh, id, 4);
+                numbers.map(|numbers| numbers.as_chunks::<4>().0.iter().map(|four| four.map(|n| n as u32)).collect())
+            }
+            None => self.accessors.quadruples(accessor),
+        };
+        read.map(Some).map_err(|what| format!("{semantic}: {what}"))
+    }
+
+    /// The numbers of the vertices in their order; `None` where the order is that of the vertices.
+    pub fn indices(&self) -> Result<Option<Vec<u32>>, String> {
+        if let Some((mesh, _)) = &self.packed {
+            return Ok(Some(draco::indices(mesh)));
+        }
+        let read = self.primitive.indices.map(|accessor| self.accessors.indices(accessor)).transpose();
+        read.map_err(|what| format!("indices: {what}"))
+    }
+
+    /// Which mode the indices are for: compressed ones are always of single triangles.
+    pub fn mode(&self) -> usize {
+        if self.packed.is_some() { 4 } else { self.primitive.mode.map_or(4, |mode| mode.0) }
+    }
+
+    fn packed(&self, semantic: &str) -> Option<(&draco_core::Mesh, usize)> {
+        let (mesh, attributes) = self.packed.as_ref()?;
+        attributes.get(semantic).map(|id| (mesh, id.0))
+    }
+
+    fn unpacked<const N: usize>(
+        &self,
+        mesh: &draco_core::Mesh,
+        id: usize,
+        accessor: Whole,
+        missing: f32,
+    ) -> Result<Vec<[f32; N]>, String> {
+        let accessor = entry("accessor", &self.document.accessors, accessor)?;
+        let width = match accessor.kind.as_str() {
+            "VEC2" => 2,
+            "VEC3" => 3,
+            _ => 4,
+        };
+        let most = match (accessor.normalized, accessor.component_type.0) {
+            (true, 5120) => 127.0,
+            (true, 5121) => 255.0,
+            (true, 5122) => 32767.0,
+            (true, 5123) => 65535.0,
+            _ => 1.0,
+        };
+        let numbers = draco::numbers(mesh, id, width)?;
+        let element = |numbers: &[f32]| {
+            std::array::from_fn(|index| numbers.get(index).map_or(missing, |number| (number / most).max(least(most))))
+        };
+        Ok(numbers.chunks_exact(width).map(element).collect())
+    }
+}
+
+/// The least of what is divided by `most`: normalized numbers end at -1.
+fn least(most: f32) -> f32 {
+    if most > 1.0 { -1.0 } else { f32::NEG_INFINITY }
+}

@@ -1,0 +1,298 @@
+//! The textures that materials ask for. Images are decoded once each and in parallel; a texture is an image as one slot takes it.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use image::imageops::{FilterType, resize};
+use image::{Rgba, RgbaImage};
+use rayon::prelude::*;
+
+use super::basis;
+use super::buffers::Buffers;
+use super::json::{Document, Whole, entry, named};
+use super::uri::Resources;
+use crate::scene::texture::decode_image;
+use crate::scene::{ColorSpace, Error, Filter, LoadOptions, Sampler, Texture, Wrap};
+
+/// The most bytes of an image's file.
+const MOST_BYTES: u64 = 1 << 30;
+
+/// An image, and another in its place where a reader has no decoder for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct Picture {
+    pub image: usize,
+    pub otherwise: Option<usize>,
+}
+
+/// What a texture is made of. A number is the bits of an f64.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Recipe {
+    Plain(Picture, ColorSpace),
+    /// Occlusion of some strength: r' = 1 + strength (r - 1).
+    Occlusion(Picture, u64),
+    /// RGB of `color`, alpha of `strength`.
+    Specular {
+        color: Option<Picture>,
+        strength: Option<Picture>,
+    },
+    /// Alpha times 1 - `factor` r, with r of `transmission`.
+    Glass {
+        color: Option<Picture>,
+        transmission: Picture,
+        factor: u64,
+    },
+    /// White, with red as alpha.
+    Coat(Picture),
+}
+
+/// A texture to be made. Equal requests share one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct Request {
+    pub recipe: Recipe,
+    pub sampler: Sampler,
+}
+
+impl Recipe {
+    fn pictures(&self) -> impl Iterator<Item = Picture> {
+        let (first, second) = match *self {
+            Self::Plain(picture, _) | Self::Occlusion(picture, _) | Self::Coat(picture) => (Some(picture), None),
+            Self::Specular { color, strength } => (color, strength.filter(|strength| Some(*strength) != color)),
+            Self::Glass { color, transmission, .. } => (color, Some(transmission).filter(|own| Some(*own) != color)),
+        };
+        first.into_iter().chain(second)
+    }
+
+    fn color_space(&self) -> ColorSpace {
+        match self {
+            Self::Plain(_, color_space) => *color_space,
+            Self::Occlusion(..) => ColorSpace::Linear,
+            Self::Specular { .. } | Self::Glass { .. } | Self::Coat(_) => ColorSpace::Srgb,
+        }
+    }
+}
+
+/// The picture and the sampler of one of a file's textures; none of one that names no image.
+pub(super) fn picture(document: &Document, texture: Whole) -> Result<Option<(Picture, Sampler)>, String> {
+    let json = entry("texture", &document.textures, texture)?;
+    let within = |what: String| format!("{}: {what}", named("texture", texture.0, json.name.as_ref()));
+    let extended = [json.extensions.basisu.as_ref(), json.extensions.webp.as_ref()];
+    let sources = extended.into_iter().flatten().filter_map(|own| own.source).chain(json.source);
+    let sources: Vec<usize> = sources.map(|source| source.0).collect();
+    for &source in &sources {
+        entry("image", &document.images, Whole(source)).map_err(within)?;
+    }
+    let sampler = match json.sampler {
+        Some(sampler) => sampler_of(entry("sampler", &document.samplers, sampler).map_err(within)?),
+        None => Sampler::DEFAULT,
+    };
+    let otherwise = sources.get(1).copied();
+    Ok(sources.first().map(|&image| (Picture { image, otherwise }, sampler)))
+}
+
+/// What of a sampler is unknown is as by default.
+fn sampler_of(json: &super::json::Sampler) -> Sampler {
+    let wrap = |mode: Option<Whole>| match mode.map(|mode| mode.0) {
+        Some(33071) => Wrap::Clamp,
+        Some(33648) => Wrap::Mirror,
+        _ => Wrap::Repeat,
+    };
+    let (minify, levels) = match json.min_filter.map(|filter| filter.0) {
+        Some(9728) => (Filter::Nearest, None),
+        Some(9729) => (Filter::Linear, None),
+        Some(9984) => (Filter::Nearest, Some(Filter::Nearest)),
+        Some(9985) => (Filter::Linear, Some(Filter::Nearest)),
+        Some(9986) => (Filter::Nearest, Some(Filter::Linear)),
+        _ => (Filter::Linear, Some(Filter::Linear)),
+    };
+    let magnify = if json.mag_filter == Some(Whole(9728)) { Filter::Nearest } else { Filter::Linear };
+    Sampler { wrap: [wrap(json.wrap_s), wrap(json.wrap_t)], magnify, minify, levels }
+}
+
+/// Reads and decodes a file's images.
+pub(super) struct Images<'a> {
+    pub path: &'a Path,
+    pub document: &'a Document,
+    pub resources: &'a Resources,
+    pub buffers: &'a Buffers<'a>,
+}
+
+/// Textures by request, what was odd, and the files that images came from.
+#[derive(Default)]
+pub(super) struct Made {
+    pub textures: Vec<Option<Texture>>,
+    pub warnings: Vec<String>,
+    pub files: Vec<PathBuf>,
+}
+
+type Decoded = (RgbaImage, Option<PathBuf>);
+
+impl Images<'_> {
+    /// Makes textures. One whose images cannot be read is none, with a warning.
+    pub fn make(&self, requests: &[Request], options: &LoadOptions) -> Made {
+        let mut left: HashMap<Picture, usize> = HashMap::new();
+        let mut pictures = Vec::new();
+        for picture in requests.iter().flat_map(|request| request.recipe.pictures()) {
+            let count = left.entry(picture).or_insert(0);
+            if *count == 0 {
+                pictures.push(picture);
+            }
+            *count += 1;
+        }
+        let done = AtomicUsize::new(0);
+        let decode = |picture: &Picture| {
+            let decoded = self.decode(picture);
+            options.report("textures", done.fetch_add(1, Ordering::Relaxed) + 1, pictures.len());
+            decoded
+        };
+        let decoded: Vec<_> = pictures.par_iter().map(decode).collect();
+        let mut made = Made::default();
+        let mut images = HashMap::new();
+        for (picture, decoded) in pictures.into_iter().zip(decoded) {
+            let (image, warnings) = decoded;
+            made.warnings.extend(warnings);
+            if let Some((image, file)) = image {
+                made.files.extend(file);
+                images.insert(picture, image);
+            }
+        }
+        for request in requests {
+            let found = request.recipe.pictures().map(|picture| {
+                let count = left.get_mut(&picture).map(|count| {
+                    *count -= 1;
+                    *count
+                });
+                // The last that asks gets the image itself.
+                if count == Some(0) { images.remove(&picture) } else { images.get(&picture).cloned() }
+            });
+            let found: Vec<Option<RgbaImage>> = found.collect();
+            made.textures.push(self.texture(request, found));
+        }
+        made
+    }
+
+    fn texture(&self, request: &Request, found: Vec<Option<RgbaImage>>) -> Option<Texture> {
+        let names = request.recipe.pictures().map(|picture| self.name(picture.image));
+        let name = names.collect::<Vec<_>>().join("+");
+        let mut found = found.into_iter();
+        let image = match request.recipe {
+            Recipe::Plain(..) => found.next()??,
+            Recipe::Occlusion(_, strength) => faded(found.next()??, f64::from_bits(strength)),
+            Recipe::Coat(_) => with_alpha(None, &found.next()??, |red, _| red),
+            Recipe::Specular { color, strength } => {
+                let first = if color.is_some() { found.next()? } else { None };
+                let same = strength.is_some() && strength == color;
+                let second = if same {
+                    first.clone()
+                } else if strength.is_some() {
+                    found.next()?
+                } else {
+                    None
+                };
+                specular(first, second)?
+            }
+            Recipe::Glass { color, transmission, factor } => {
+                let first = if color.is_some() { found.next()? } else { None };
+                let second = if Some(transmission) == color { first.clone() } else { found.next()? };
+                let white = || RgbaImage::from_pixel(1, 1, Rgba([255; 4]));
+                let factor = f64::from_bits(factor);
+                with_alpha(first, &second.unwrap_or_else(white), |red, own| {
+                    let share = 1.0 - factor * f64::from(red) / 255.0;
+                    (f64::from(own) * share).round() as u8
+                })
+            }
+        };
+        let texture = Texture::from_image(name, image, request.recipe.color_space());
+        Some(Texture { sampler: request.sampler, ..texture })
+    }
+
+    fn name(&self, image: usize) -> String {
+        let json = self.document.images.get(image);
+        let is_data = |uri: &&String| uri.get(..5).is_some_and(|start| start.eq_ignore_ascii_case("data:"));
+        let own = json.and_then(|json| json.name.clone().filter(|name| !name.is_empty()));
+        let file = || json.and_then(|json| json.uri.as_ref().filter(|uri| !is_data(uri)).cloned());
+        own.or_else(file).unwrap_or_else(|| format!("image {image}"))
+    }
+
+    /// The image of a picture, and why not, or not the first.
+    fn decode(&self, picture: &Picture) -> (Option<Decoded>, Vec<String>) {
+        let mut warnings = Vec::new();
+        for image in [Some(picture.image), picture.otherwise].into_iter().flatten() {
+            match self.read(image) {
+                Ok(decoded) => return (Some(decoded), warnings),
+                Err(what) => {
+                    let name = self.document.images.get(image).and_then(|json| json.name.as_ref());
+                    let (path, image) = (self.path.display(), named("image", image, name));
+                    warnings.push(format!("{path}: {image}: {what}, drawn without it"));
+                }
+            }
+        }
+        (None, warnings)
+    }
+
+    fn read(&self, index: usize) -> Result<Decoded, String> {
+        let json = entry("image", &self.document.images, Whole(index))?;
+        let (owned, file);
+        let bytes = match (&json.uri, json.buffer_view) {
+            (Some(uri), _) => {
+                (owned, file) = self.resources.read(uri, MOST_BYTES)?;
+                owned.as_slice()
+            }
+            (None, Some(view)) => {
+                file = None;
+                self.buffers.view(view)?.bytes
+            }
+            (None, None) => return Err("has neither a URI nor a buffer view".into()),
+        };
+        if basis::is_ktx(bytes) {
+            return Ok((basis::decode(bytes)?, file));
+        }
+        // No float image is a glTF image, so that the colour space does not matter.
+        let decoded = decode_image(bytes, Path::new(""), ColorSpace::Linear);
+        let decoded = decoded.map_err(|error| match error {
+            Error::Content { what, .. } => what,
+            other => other.to_string(),
+        });
+        Ok((decoded?, file))
+    }
+}
+
+/// Occlusion of less than full strength.
+fn faded(mut image: RgbaImage, strength: f64) -> RgbaImage {
+    let table: Vec<u8> =
+        (0..=255u8).map(|red| (255.0 + strength * (f64::from(red) - 255.0)).round().clamp(0.0, 255.0) as u8).collect();
+    image.pixels_mut().for_each(|texel| texel.0[0] = table[usize::from(texel.0[0])]);
+    image
+}
+
+/// A colour (white without), whose alpha is made of another image's red and its own.
+fn with_alpha(color: Option<RgbaImage>, other: &RgbaImage, alpha: impl Fn(u8, u8) -> u8) -> RgbaImage {
+    let color = color.unwrap_or_else(|| RgbaImage::from_pixel(1, 1, Rgba([255; 4])));
+    let (mut color, other) = alike(color, other.clone());
+    for (texel, other) in color.pixels_mut().zip(other.pixels()) {
+        texel.0[3] = alpha(other.0[0], texel.0[3]);
+    }
+    color
+}
+
+/// RGB of the one and alpha of the other, white where there is none.
+fn specular(color: Option<RgbaImage>, strength: Option<RgbaImage>) -> Option<RgbaImage> {
+    if color.is_none() && strength.is_none() {
+        return None;
+    }
+    let white = || RgbaImage::from_pixel(1, 1, Rgba([255; 4]));
+    let (mut color, strength) = alike(color.unwrap_or_else(white), strength.unwrap_or_else(white));
+    for (texel, strength) in color.pixels_mut().zip(strength.pixels()) {
+        texel.0[3] = strength.0[3];
+    }
+    Some(color)
+}
+
+/// Both as large as the larger of them.
+fn alike(a: RgbaImage, b: RgbaImage) -> (RgbaImage, RgbaImage) {
+    let size = (a.width().max(b.width()), a.height().max(b.height()));
+    let of = |image: RgbaImage| {
+        if image.dimensions() == size { image } else { resize(&image, size.0, size.1, FilterType::Triangle) }
+    };
+    (of(a), of(b))
+}

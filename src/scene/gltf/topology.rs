@@ -1,0 +1,82 @@
+//! Primitive modes as lists of triangles (glTF 2.0, "Meshes").
+
+/// What a primitive of some mode is drawn as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Topology {
+    Points,
+    Lines,
+    Triangles,
+    Strip,
+    Fan,
+}
+
+impl Topology {
+    pub fn of(mode: usize) -> Result<Self, String> {
+        Ok(match mode {
+            0 => Self::Points,
+            1..=3 => Self::Lines,
+            4 => Self::Triangles,
+            5 => Self::Strip,
+            6 => Self::Fan,
+            other => return Err(format!("its mode is {other}, but there are only 0 to 6")),
+        })
+    }
+
+    /// Three vertices a triangle, in the order that makes its front; vertices that are left over make none.
+    pub fn triangles(self, order: Option<Vec<u32>>, vertices: usize) -> Result<Vec<u32>, String> {
+        let Ok(count) = u32::try_from(vertices) else { return Err(format!("it has {vertices} vertices")) };
+        let mut order = order.unwrap_or_else(|| (0..count).collect());
+        let last = order.iter().fold(0, |most, &index| most.max(index));
+        if last >= count
+            && let Some(at) = order.iter().position(|&index| index >= count)
+        {
+            return Err(format!("index {at} is {}, but there are only {count} vertices", order[at]));
+        }
+        Ok(match self {
+            Self::Points | Self::Lines => Vec::new(),
+            Self::Triangles => {
+                order.truncate(order.len() / 3 * 3);
+                order
+            }
+            Self::Strip => order
+                .windows(3)
+                .enumerate()
+                .flat_map(|(at, corners)| {
+                    let [a, b, c] = [corners[0], corners[1], corners[2]];
+                    if at % 2 == 0 { [a, b, c] } else { [a, c, b] }
+                })
+                .collect(),
+            Self::Fan => {
+                let first = order.first().copied().unwrap_or_default();
+                order.windows(2).skip(1).flat_map(|edge| [edge[0], edge[1], first]).collect()
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_mode_gives_the_triangles_of_the_specification() {
+        let of = |mode, count| Topology::of(mode).unwrap().triangles(None, count).unwrap();
+        assert_eq!(of(4, 7), [0, 1, 2, 3, 4, 5]);
+        assert_eq!(of(5, 5), [0, 1, 2, 1, 3, 2, 2, 3, 4]);
+        assert_eq!(of(6, 5), [1, 2, 0, 2, 3, 0, 3, 4, 0]);
+        for mode in 0..7 {
+            for count in 0..3 {
+                assert!(of(mode, count).is_empty(), "{mode} {count}");
+            }
+        }
+        assert!(Topology::of(7).is_err());
+    }
+
+    #[test]
+    fn an_index_out_of_range_is_named_in_each_mode() {
+        for mode in 0..7 {
+            let error = Topology::of(mode).unwrap().triangles(Some(vec![0, 1, 9, 2]), 3).unwrap_err();
+            assert_eq!(error, "index 2 is 9, but there are only 3 vertices");
+        }
+    }
+}
