@@ -46,7 +46,7 @@ fn checks(text: &str) -> Result<Validation, String> {
 pub struct SettingsArgs {
     /// A settings file, over which the other options win.
     pub file: Option<PathBuf>,
-    pub camera: Option<Camera>,
+    pub camera: Option<CameraChoice>,
     /// As it was written.
     pub camera_text: Option<String>,
     /// Metres that a unit of a bare model is; `up` is its axis that points up.
@@ -56,22 +56,55 @@ pub struct SettingsArgs {
     pub time: Option<f64>,
     /// Names of the clips that play; none for all.
     pub clips: Vec<String>,
+    /// The scene and the look of a bare glTF file.
+    pub scene: Option<String>,
+    pub variant: Option<String>,
+    /// Whether glTF files may read what lies outside their folders.
+    pub allow_outside: bool,
     pub said: SettingsPatch,
 }
 
 const FILE_HELP: &str = "Take settings from a TOML file with a table [settings] as in a scene file, as `afterlight tune` writes it; \
                          they win over the scene file, other options over them";
 const CAMERA_HELP: &str = "Where the camera stands and looks to, in metres, and its vertical field of view in degrees, or what an orthographic \
-                           one shows from top to bottom in metres: `x,y,z/tx,ty,tz[/fov]` or `x,y,z/tx,ty,tz/<height>m`";
+                           one shows from top to bottom in metres: `x,y,z/tx,ty,tz[/fov]` or `x,y,z/tx,ty,tz/<height>m`; or the name of a \
+                           camera of the file, or `fitted` for one that has all of the model in view [default: the scene's, of a bare \
+                           model the first of its file, or fitted]";
 
-const SCALE_HELP: &str =
-    "Metres that a unit of a bare model (.obj) is: its file has no units [a number above 0; default: 1]";
+const SCALE_HELP: &str = "Metres that a unit of a bare model is: an .obj file has no units, one of glTF has metres [a number above 0; default: 1]";
 const UP_HELP: &str = "Which axis of a bare model's file points up [y or z; default: y]";
 
 const TIME_HELP: &str =
     "Seconds since the clips of a moving scene began; each begins again when it is over [0 to 1e9; default: 0]";
 const CLIP_HELP: &str = "Play this clip of the scene alone, by its name or its number in `afterlight inspect`; given several times, these clips; \
                          none: everything at rest [default: all clips]";
+const SCENE_HELP: &str =
+    "Which scene of a bare glTF file to open, by its name or its number [default: the one that the file opens with]";
+const VARIANT_HELP: &str =
+    "Which look of its materials to give a bare glTF file, by its name (KHR_materials_variants) [default: none]";
+const OUTSIDE_HELP: &str = "Let glTF files read buffers and images that lie outside their folders";
+
+/// The camera that `--camera` asks for.
+#[derive(Debug, Clone, PartialEq)]
+pub enum CameraChoice {
+    /// Described whole, but for its near plane.
+    Pose(Camera),
+    /// One that has all in view.
+    Fitted,
+    /// One of the scene's, by its name.
+    Named(String),
+}
+
+/// What has a slash, or two commas, is taken for a pose with a slip rather than for a name.
+fn camera(text: &str) -> Result<CameraChoice, String> {
+    let is_pose = text.trim().is_empty() || text.contains('/') || text.split(',').count() == 3;
+    match text.parse() {
+        Ok(camera) => Ok(CameraChoice::Pose(camera)),
+        Err(_) if text == "fitted" => Ok(CameraChoice::Fitted),
+        Err(_) if !is_pose => Ok(CameraChoice::Named(text.to_owned())),
+        Err(error) => Err(error.to_string()),
+    }
+}
 
 fn scale(text: &str) -> Result<f64, String> {
     let parsed = text.parse().ok().filter(|scale| (1e-9..=1e9).contains(scale));
@@ -123,11 +156,14 @@ impl Args for SettingsArgs {
 
     fn augment_args(command: Command) -> Command {
         let file = Arg::new("settings").value_name("FILE").value_parser(value_parser!(PathBuf)).help(FILE_HELP);
-        let camera = Arg::new("camera").value_name("CAMERA").value_parser(value::<Camera>).help(CAMERA_HELP);
+        let camera = Arg::new("camera").value_name("CAMERA").value_parser(camera).help(CAMERA_HELP);
         let scale = Arg::new("scale").value_name("NUMBER").value_parser(scale).help(SCALE_HELP);
         let up = Arg::new("up").value_name("y|z").value_parser(up).help(UP_HELP);
         let time = Arg::new("time").value_name("SECONDS").value_parser(seconds).help(TIME_HELP);
         let clip = Arg::new("clip").value_name("NAME").action(ArgAction::Append).help(CLIP_HELP);
+        let scene = Arg::new("of-scene").value_name("N|NAME").help(SCENE_HELP);
+        let variant = Arg::new("variant").value_name("NAME").help(VARIANT_HELP);
+        let outside = Arg::new("allow-outside").action(ArgAction::SetTrue).help(OUTSIDE_HELP);
         let own = [
             file.long("settings"),
             camera.long("camera").allow_hyphen_values(true),
@@ -135,6 +171,9 @@ impl Args for SettingsArgs {
             up.long("up"),
             time.long("time").allow_hyphen_values(true),
             clip.long("clip"),
+            scene.long("scene"),
+            variant.long("variant"),
+            outside.long("allow-outside"),
         ];
         let args: Vec<_> = own.into_iter().chain(options().map(option)).collect();
         let group = ArgGroup::new("SettingsArgs").multiple(true).args(args.iter().map(|arg| arg.get_id().clone()));
@@ -168,12 +207,14 @@ impl FromArgMatches for SettingsArgs {
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
         self.file = matches.get_one("settings").cloned();
-        self.camera = matches.get_one("camera").copied();
+        self.camera = matches.get_one("camera").cloned();
         let written = matches.get_raw("camera").and_then(|mut texts| texts.next());
         self.camera_text = written.map(|text| text.to_string_lossy().into_owned());
         (self.scale, self.up) = (matches.get_one("scale").copied(), matches.get_one("up").copied());
         self.time = matches.get_one("time").copied();
         self.clips = matches.get_many("clip").into_iter().flatten().cloned().collect();
+        (self.scene, self.variant) = (matches.get_one("of-scene").cloned(), matches.get_one("variant").cloned());
+        self.allow_outside = matches.get_flag("allow-outside");
         let said = options().filter_map(|setting| matches.get_one::<SettingsPatch>(setting.key));
         self.said = said.fold(SettingsPatch::default(), |all, one| all.or(one));
         Ok(())
@@ -225,6 +266,16 @@ pub fn fps(text: &str) -> Result<f64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_camera_is_a_pose_a_name_or_fitted() {
+        assert!(matches!(camera("0,1,8/0,1,0"), Ok(CameraChoice::Pose(_))));
+        assert_eq!(camera("fitted"), Ok(CameraChoice::Fitted));
+        assert_eq!(camera("Camera.001"), Ok(CameraChoice::Named("Camera.001".into())));
+        for text in ["", "1,2,3", "1,2/3,4,5", "0,0,0/0,0,0"] {
+            assert!(camera(text).is_err_and(|why| why.starts_with("camera \"")), "{text}");
+        }
+    }
 
     #[test]
     fn values_out_of_range_are_refused() {

@@ -16,7 +16,7 @@ use afterlight::scene::{
 
 use glam::DVec3;
 
-use super::args::SettingsArgs;
+use super::args::{CameraChoice, SettingsArgs};
 use super::failure::{Exit, Failure};
 use super::output::{self, Sink};
 use super::progress;
@@ -82,20 +82,21 @@ impl Workload {
         let start = Instant::now();
         let tell = |step| progress.tell(step);
         let (scale, up) = (args.scale.unwrap_or(1.0), args.up.unwrap_or_default());
-        let mut options = OpenOptions { progress: Some(&tell), scale, up, ..OpenOptions::default() };
+        let (scene, variant) = (args.scene.as_deref(), args.variant.as_deref());
+        let allow_outside = args.allow_outside;
+        let aspect = OpenOptions::default().aspect;
+        let mut options = OpenOptions { progress: Some(&tell), aspect, scale, up, scene, variant, allow_outside };
         if let Some([width, height]) = command_line.or(&settings_file).size {
             options.aspect = f64::from(width) / f64::from(height);
         }
         let mut scene = scene::open(spec, &options)?;
-        let load_ms = milliseconds_since(start);
+        let (load_ms, aspect) = (milliseconds_since(start), options.aspect);
         drop(progress);
         if !quiet {
             output::print(&warnings(&scene.warnings), true)?;
         }
-        if let Some(camera) = &args.camera {
-            // The near plane suits the scene's extent, of which the command line says nothing.
-            scene.camera = Camera { near: scene.camera.near, ..*camera };
-            (scene.fitted.camera, scene.looks_through) = (false, None);
+        if let Some(choice) = &args.camera {
+            look(&mut scene, choice, aspect)?;
         }
         let motion = scene.motion.clone();
         let playing = Playing { time: args.time.unwrap_or_default(), clips: motion.choose(&args.clips)?, looped: true };
@@ -242,6 +243,32 @@ impl Workload {
         }
         Ok(settings)
     }
+}
+
+/// Looks at a scene as the command line asks.
+fn look(scene: &mut Scene, choice: &CameraChoice, aspect: f64) -> Result<(), Failure> {
+    (scene.fitted.camera, scene.looks_through) = (false, None);
+    match choice {
+        // The near plane suits the scene's extent, of which the command line says nothing.
+        CameraChoice::Pose(camera) => scene.camera = Camera { near: scene.camera.near, ..*camera },
+        CameraChoice::Fitted => {
+            scene::fit_camera(scene, aspect);
+        }
+        CameraChoice::Named(name) => {
+            let names: Vec<&str> = scene.cameras.iter().map(|own| own.name.as_str()).collect();
+            let Some(own) = scene.cameras.iter().position(|own| own.name == *name) else {
+                let why = match names.is_empty() {
+                    true => format!(
+                        "--camera {name:?}: the scene has no cameras with names, and a place is written as in \"0,1.7,8/0,1,0\""
+                    ),
+                    false => format!("--camera: {}", scene::unknown("camera", name, &names)),
+                };
+                return Err(Failure::new(Exit::Usage, why));
+            };
+            (scene.camera, scene.looks_through) = (scene.cameras[own].camera, Some(own));
+        }
+    }
+    Ok(())
 }
 
 pub fn milliseconds_since(start: Instant) -> f64 {

@@ -1,4 +1,4 @@
-//! A camera and daylight for a model that comes without either.
+//! A camera and light for a model that comes without either.
 //!
 //! An object is seen from three quarters with its whole box in view. A model that is a hall is seen from inside: its box is longer than wide,
 //! and from a point near one end, at eye height, most rays in the horizontal and the one straight down meet the fronts of surfaces (an
@@ -25,6 +25,11 @@ const SHADE_STOPS: f32 = 2.0;
 /// Lux of the sun and nits of the sky light that goes with it.
 const SUN_LUX: f32 = 100_000.0;
 const SKY_NITS: f32 = 9_000.0;
+
+/// Lux of the studio's lamp, and nits of its sky from above and below: LAMP_LUX + pi (ABOVE_NITS + BELOW_NITS) / 2 = 2.5 / 1.2.
+const LAMP_LUX: f32 = 1.140_856;
+const ABOVE_NITS: f32 = 0.36;
+const BELOW_NITS: f32 = 0.24;
 
 /// Where a fitted camera stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,6 +80,25 @@ pub fn add_daylight(scene: &mut Scene) {
         ambient: Vec3::new(0.8, 0.92, 1.1) * SKY_NITS,
         background: Vec3::new(0.45, 0.65, 1.0) * SKY_NITS * 2.0,
         ground: None,
+    };
+}
+
+/// Light for a model that states what it emits as a share of white, as glTF does: such shares would be lost in the sun. A lamp from the upper
+/// left of whoever looks at its front, which is +Z, and a neutral sky; together they meter as [`exposure_scale`](super::exposure_scale) 1, so
+/// that 1 nit is white.
+pub fn add_studio(scene: &mut Scene) {
+    scene.lights.push(Light {
+        name: "studio".into(),
+        kind: LightKind::Directional { direction: DVec3::new(0.45, -0.75, -0.5).normalize() },
+        color: Vec3::ONE,
+        intensity: LAMP_LUX,
+        casts_shadow: true,
+        size: 0.53,
+    });
+    scene.environment = Environment {
+        ambient: Vec3::splat(ABOVE_NITS),
+        ground: Some(Vec3::splat(BELOW_NITS)),
+        background: Vec3::new(0.15, 0.18, 0.22),
     };
 }
 
@@ -232,6 +256,14 @@ mod tests {
         let inside = hall.camera.position;
         assert!(inside.x.abs() > 5.0 && inside.x.abs() < 10.0 && inside.y < 0.0, "{inside}");
         assert!(hall.camera.forward().x * inside.x < 0.0);
+    }
+
+    #[test]
+    fn the_studio_is_exposed_so_that_a_nit_is_white() {
+        let mut scene = scene_of(shapes::cuboid([1.0; 3]), DAffine3::IDENTITY);
+        add_studio(&mut scene);
+        let scale = crate::scene::exposure_scale(metered_ev100(&scene));
+        assert!((scale - 1.0).abs() < 1e-5, "{scale}");
     }
 
     #[test]

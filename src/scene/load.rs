@@ -5,9 +5,7 @@ use std::path::Path;
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::gltf::{self, GltfOptions};
-use super::{
-    Aabb, Error, Imported, LoadOptions, Progress, Scene, builtin, exposure_scale, file, fit, metered_ev100, obj,
-};
+use super::{Aabb, Error, Imported, LoadOptions, Progress, Scene, builtin, file, fit, obj};
 
 /// How to open a scene.
 #[derive(Clone, Copy)]
@@ -137,28 +135,18 @@ fn open_model(path: &Path, format: Format, options: &OpenOptions) -> Result<Scen
     let doubt = if format == Format::Obj { doubt(&scene.bounds(), options) } else { None };
     scene.warnings.extend(doubt);
     let stand = fit::fit_camera(&mut scene, options.aspect);
-    if scene.lights.is_empty() {
-        fit::add_daylight(&mut scene);
-        if format == Format::Gltf {
-            dim(&mut scene);
+    match format {
+        _ if !scene.lights.is_empty() => {}
+        Format::Obj => {
+            fit::add_daylight(&mut scene);
+            fit::fit_exposure(&mut scene, stand);
         }
-        fit::fit_exposure(&mut scene, stand);
+        Format::Gltf => fit::add_studio(&mut scene),
     }
     if let Some(own) = scene.cameras.first() {
         (scene.camera, scene.fitted.camera) = (own.camera, false);
     }
     Ok(scene)
-}
-
-/// Dims the light of a scene until its metered exposure scales by 1. Models of glTF state what they emit for such an exposure, as a share of what
-/// shows as white: nits that nobody would see in the sun.
-fn dim(scene: &mut Scene) {
-    let share = exposure_scale(metered_ev100(scene));
-    scene.lights.iter_mut().for_each(|light| light.intensity *= share);
-    let environment = &mut scene.environment;
-    environment.ambient *= share;
-    environment.background *= share;
-    environment.ground = environment.ground.map(|ground| ground * share);
 }
 
 /// What hardly anybody models in metres.

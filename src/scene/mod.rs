@@ -32,7 +32,7 @@ pub use bounds::Aabb;
 pub use camera::{Camera, HEIGHT as ORTHOGRAPHIC_HEIGHT, Projection, decimal};
 pub use error::Error;
 pub use exposure::{exposure_scale, luminance, metered_ev100};
-pub use fit::{add_daylight, fit_camera};
+pub use fit::{add_daylight, add_studio, fit_camera};
 pub use import::{Imported, LoadOptions, Progress};
 pub use light::{Falloff, Light, LightForm, LightKind, LightTrait, Outline, Sight, Solid, TRAITS, unit};
 pub use load::{OpenOptions, Up, open};
