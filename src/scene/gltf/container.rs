@@ -91,7 +91,7 @@ fn check_version(document: &Document) -> Result<(), String> {
     let version = asset.min_version.as_ref().unwrap_or(&asset.version);
     let major = version.split('.').next().unwrap_or_default();
     if major != "2" || (asset.min_version.is_some() && version != "2.0") {
-        return Err(format!("is glTF {}, but only version 2.0 is read", version.escape_debug()));
+        return Err(format!("is glTF of version {version:?}, but only \"2.0\" is read"));
     }
     Ok(())
 }
@@ -137,8 +137,8 @@ mod tests {
         let mut long = whole;
         long[12..16].copy_from_slice(&u32::MAX.to_le_bytes());
         assert!(error(long).contains("reaches past its end"));
-        assert!(error(br#"{"asset":{"version":"1.0"}}"#.to_vec()).contains("is glTF 1.0"));
-        assert!(error(br#"{"asset":{"version":"2.0","minVersion":"2.1"}}"#.to_vec()).contains("is glTF 2.1"));
+        assert!(error(br#"{"asset":{"version":"1.0"}}"#.to_vec()).contains("of version \"1.0\""));
+        assert!(error(br#"{"asset":{"version":"2.0","minVersion":"2.1"}}"#.to_vec()).contains("of version \"2.1\""));
         assert!(error(b"{\n\"asset\": {\n".to_vec()).starts_with("Some("));
         assert!(error(b"{\"scene\":\n \"x\"}".to_vec()).contains("whole number"));
     }

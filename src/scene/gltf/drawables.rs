@@ -72,7 +72,7 @@ pub(super) struct Drawables {
     objects: usize,
     numbers: usize,
     /// Primitives that are no triangles, of points and of lines.
-    left_out: [usize; 2],
+    pub left_out: [usize; 2],
 }
 
 /// What two primitives have in common whose meshes are the same.

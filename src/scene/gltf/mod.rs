@@ -118,7 +118,7 @@ impl Reader<'_> {
         warnings.append(&mut drawables.warnings);
         warnings.extend(odd);
         if meshes.iter().all(Option::is_none) {
-            return Err(nothing(&warnings));
+            return Err(self.nothing(&nodes, &drawables));
         }
         let mut assembly = Assembly::default();
         let numbers = take_textures(&mut assembly.imported, &requests, made);
@@ -136,6 +136,17 @@ impl Reader<'_> {
         Ok(imported)
     }
 
+    /// What is wrong with a file that shows nothing.
+    fn nothing(&self, nodes: &Nodes, drawables: &Drawables) -> String {
+        let with_mesh = nodes.shown.iter().filter(|&&node| self.document.nodes[node].mesh.is_some()).count();
+        let [points, lines] = drawables.left_out;
+        let (meshes, triangles) = (self.document.meshes.len(), drawables.list.len());
+        format!(
+            "has no triangle to draw: of its {meshes} meshes, nodes of its scene show {with_mesh}, with {triangles} primitives of triangles, \
+             {points} of points and {lines} of lines"
+        )
+    }
+
     /// One line for all accessors that do not begin where they should.
     fn misaligned(&self, accessors: &Accessors) -> Option<String> {
         let odd = |&index: &usize| !accessors.is_aligned(json::Whole(index));
@@ -146,12 +157,6 @@ impl Reader<'_> {
             "accessors ({count}, as {first}) do not begin at a multiple of their component's size, read all the same"
         ))
     }
-}
-
-/// What is wrong with a file that shows nothing.
-fn nothing(warnings: &[String]) -> String {
-    let why = warnings.first().map(|why| format!(" ({why})")).unwrap_or_default();
-    format!("has no triangle to draw{why}")
 }
 
 /// The textures that are asked for, each once.

@@ -1,0 +1,169 @@
+//! What clips move, and what keeps no trace of them.
+
+use serde_json::{Value, json};
+
+use super::{Builder, push};
+use crate::scene::{Interpolation, LightValue, Local, MaterialValue, Target};
+
+/// Adds an animation of one channel whose keys are at 0 and 1 s.
+fn animate(file: &mut Builder, target: Value, kind: &str, values: &[f32]) {
+    let (input, output) = (file.floats("SCALAR", &[0.0, 1.0]), file.floats(kind, values));
+    let channel = json!({"sampler": 0, "target": target});
+    let animation = json!({"name": "wave", "channels": [channel], "samplers": [{"input": input, "output": output}]});
+    push(&mut file.json["animations"], animation);
+}
+
+/// A root that moves, a triangle below it, one beside it, a light and a camera below it.
+fn moving() -> Builder {
+    let mut file = Builder::triangle();
+    file.json["scenes"][0]["nodes"] = json!([0, 2]);
+    file.json["nodes"] = json!([
+        {"children": [1, 3], "name": "root"},
+        {"mesh": 0, "translation": [1, 0, 0]},
+        {"mesh": 0},
+        {"camera": 0, "name": "eye", "extensions": {"KHR_lights_punctual": {"light": 0}}},
+    ]);
+    file.json["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}]);
+    file.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [{"type": "point"}]}});
+    animate(&mut file, json!({"node": 0, "path": "translation"}), "VEC3", &[0.0, 0.0, 0.0, 0.0, 2.0, 0.0]);
+    file
+}
+
+#[test]
+fn nodes_of_the_motion_are_those_that_move_with_what_is_below() {
+    let found = moving().read();
+    let motion = &found.motion;
+    assert_eq!(motion.nodes.len(), 3);
+    assert_eq!(motion.nodes.iter().map(|node| node.parent).collect::<Vec<_>>(), [None, Some(0), Some(0)]);
+    assert_eq!(found.objects.iter().map(|object| object.node).collect::<Vec<_>>(), [Some(1), None]);
+    assert_eq!((found.cameras[0].node, &motion.light_nodes), (Some(2), &vec![Some(2)]));
+    let channel = &motion.clips[0].channels[0];
+    assert_eq!((channel.target, channel.interpolation), (Target::Translation(0), Interpolation::Linear));
+    assert_eq!(
+        (channel.times.as_slice(), channel.values.as_slice()),
+        (&[0.0, 1.0][..], &[0.0, 0.0, 0.0, 0.0, 2.0, 0.0][..])
+    );
+    assert_eq!((motion.clips[0].name.as_str(), found.cameras[0].name.as_str()), ("wave", "eye"));
+}
+
+#[test]
+fn what_moves_with_nothing_below_leaves_no_trace() {
+    let mut file = Builder::triangle();
+    push(&mut file.json["nodes"], json!({"name": "empty"}));
+    animate(&mut file, json!({"node": 1, "path": "scale"}), "VEC3", &[1.0; 6]);
+    animate(&mut file, json!({"path": "scale"}), "VEC3", &[1.0; 6]);
+    let found = file.read();
+    assert!(found.motion.is_empty() && found.warnings.is_empty(), "{:?}", found.warnings);
+}
+
+#[test]
+fn bad_channels_are_left_out_by_name() {
+    let keys = |times: &[f32], values: &[f32]| {
+        let mut file = Builder::triangle();
+        animate(&mut file, json!({"node": 0, "path": "rotation"}), "VEC4", values);
+        let input = file.floats("SCALAR", times);
+        file.json["animations"][0]["samplers"][0]["input"] = json!(input);
+        let found = file.read();
+        assert!(found.motion.is_empty() && found.warnings.len() == 1, "{:?}", found.warnings);
+        found.warnings[0].clone()
+    };
+    let turns = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    for (times, values, words) in [
+        (&[0.0, f32::NAN][..], turns, "the time of key 1 is not finite"),
+        (&[0.5, 0.25], turns, "the time of key 1 is not after that of key 0"),
+        (&[0.0, 1.0, 2.0], turns, "has 8 numbers for 3 keys of 4 each"),
+        (&[0.0, 1.0], [0.0; 8], "a rotation is 0"),
+        (&[0.0, 1.0], [f32::INFINITY; 8], "a value of key 0 is not finite"),
+    ] {
+        let warning = keys(times, &values);
+        assert!(warning.contains("animation 0 (`wave`), channel 0: ") && warning.contains(words), "{warning}");
+    }
+}
+
+#[test]
+fn pointers_move_lights_and_materials() {
+    let mut file = moving();
+    file.json["materials"] = json!([{}]);
+    file.primitive("material", json!(0));
+    let pointer = |to: &str| json!({"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": to}}});
+    animate(&mut file, pointer("/extensions/KHR_lights_punctual/lights/0/intensity"), "SCALAR", &[1.0, 2.0]);
+    animate(&mut file, pointer("/materials/0/emissiveFactor"), "VEC3", &[0.0; 6]);
+    animate(&mut file, pointer("/materials/0/occlusionTexture/strength"), "SCALAR", &[0.0; 2]);
+    let found = file.read();
+    let targets: Vec<Target> = found.motion.clips[1..].iter().map(|clip| clip.channels[0].target).collect();
+    assert_eq!(targets, [Target::Light(0, LightValue::Intensity), Target::Material(0, MaterialValue::Emissive)]);
+    assert_eq!(found.motion.clips[1].name, "wave (2)");
+    assert!(
+        found.warnings[0].contains("occlusionTexture/strength` leads to nothing that is drawn"),
+        "{:?}",
+        found.warnings
+    );
+}
+
+#[test]
+fn shapes_whose_weights_move_stay_and_others_do_not() {
+    let mut file = Builder::triangle();
+    let more = file.floats("VEC3", &[0.0, 0.0, 4.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0]);
+    file.primitive("targets", json!([{"POSITION": more}, {"POSITION": more}]));
+    file.json["meshes"][0]["weights"] = json!([0.25, 0]);
+    file.json["meshes"][0]["extras"] = json!({"targetNames": ["smile", "frown"]});
+    animate(&mut file, json!({"node": 0, "path": "weights"}), "SCALAR", &[0.0, 1.0, 0.5, 0.25]);
+    let found = file.read();
+    let (mesh, node) = (&found.meshes[0], &found.motion.nodes[0]);
+    assert_eq!((mesh.positions[0], mesh.morphs.len(), mesh.morphs[1].name.as_str()), ([0.0; 3], 2, "frown"));
+    assert_eq!((node.weights.as_slice(), found.objects[0].node), (&[0.25, 0.0][..], Some(0)));
+    assert_eq!(found.motion.clips[0].channels[0].target, Target::Weights(0));
+    // The triangle tilts, and its own normal with it.
+    assert_eq!((mesh.normals.len(), mesh.morphs[0].normals.len()), (3, 3));
+}
+
+/// A triangle on two joints, one below the other, of which the second turns.
+fn skinned() -> Builder {
+    let mut file = Builder::triangle();
+    let joints = file.shorts("VEC4", 3, &[0, 0, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0]);
+    let weights = file.floats("VEC4", &[1.0, 0.0, 0.0, 0.0, 0.49, 0.49, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0]);
+    file.attribute("JOINTS_0", joints).attribute("WEIGHTS_0", weights);
+    file.json["skins"] = json!([{"joints": [1, 2], "name": "rig"}]);
+    file.json["scenes"][0]["nodes"] = json!([0, 1]);
+    let lower = json!({"children": [2], "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,2,1]});
+    file.json["nodes"] = json!([{"mesh": 0, "skin": 0, "translation": [9, 0, 0]}, lower, {"translation": [0, 1, 0]}]);
+    animate(&mut file, json!({"node": 2, "path": "rotation"}), "VEC4", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0]);
+    file
+}
+
+#[test]
+fn a_skin_whose_joints_move_keeps_them_and_its_weights_sum_to_one() {
+    let found = skinned().read();
+    let (motion, object) = (&found.motion, &found.objects[0]);
+    assert_eq!((motion.nodes.len(), motion.skins[0].joints.as_slice()), (2, &[0, 1][..]));
+    assert!(matches!(motion.nodes[0].local, Local::Fixed(_)) && matches!(motion.nodes[1].local, Local::Parts(_)));
+    assert_eq!((object.skin, object.node, object.transform), (Some(0), None, glam::DAffine3::IDENTITY));
+    let influences = found.meshes[0].influences.as_ref().expect("joints");
+    assert_eq!(influences.weights, [1.0, 0.0, 0.0, 0.0, 0.5, 0.5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]);
+    assert_eq!(influences.joints[8..12], [1, 0, 0, 0]);
+}
+
+#[test]
+fn a_skin_that_cannot_be_is_left_out_and_a_joint_too_many_is_an_error() {
+    let mut file = skinned();
+    file.json["skins"][0]["joints"] = json!([]);
+    let found = file.read();
+    assert!(found.warnings[0].contains("skin 0 (`rig`): has no joints"), "{:?}", found.warnings);
+    assert_eq!((found.objects[0].skin, found.objects[0].transform.translation.x), (None, 9.0));
+    file.json["skins"][0]["joints"] = json!([1]);
+    assert!(file.error().contains("vertex 1 hangs on joint 1, but its skin has 1 joints"), "{}", file.error());
+}
+
+#[test]
+fn shapes_on_moving_joints_have_a_node_of_their_own_in_the_world() {
+    let mut file = skinned();
+    let more = file.floats("VEC3", &[1.0; 9]);
+    file.primitive("targets", json!([{"POSITION": more}]));
+    animate(&mut file, json!({"node": 0, "path": "weights"}), "SCALAR", &[0.0, 1.0]);
+    let found = file.read();
+    let node = found.objects[0].node.expect("a node");
+    let own = &found.motion.nodes[node];
+    assert_eq!((own.parent, own.weights.as_slice()), (None, &[0.0][..]));
+    assert_eq!(own.local, Local::Fixed(glam::DAffine3::IDENTITY));
+    assert_eq!(found.motion.clips[1].channels[0].target, Target::Weights(node));
+}
