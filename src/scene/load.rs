@@ -144,7 +144,7 @@ fn open_model(path: &Path, format: Format, options: &OpenOptions) -> Result<Scen
         Format::Gltf => fit::add_studio(&mut scene),
     }
     if let Some(own) = scene.cameras.first() {
-        (scene.camera, scene.fitted.camera) = (own.camera, false);
+        (scene.camera, scene.fitted.camera, scene.looks_through) = (own.camera, false, Some(0));
     }
     Ok(scene)
 }
