@@ -68,7 +68,8 @@ impl Fingerprint {
     }
 
     fn object(&mut self, object: &Object) {
-        let Object { name: _, mesh, material, transform, casts_shadow, receives_shadow, node: _, skin: _ } = object;
+        let Object { name: _, mesh, material, transform, casts_shadow, receives_shadow, node: _, skin: _, movable: _ } =
+            object;
         self.number(*mesh as u64);
         self.number(*material as u64);
         self.transform(transform);

@@ -1,16 +1,16 @@
 //! A camera and light for a model that comes without either.
 //!
-//! An object is seen from three quarters with its whole box in view. A model that is a hall is seen from inside: its box is longer than wide,
+//! An object is seen from three quarters with all in view that is drawn from there. A model that is a hall is seen from inside: its box is longer than wide,
 //! and from a point near one end, at eye height, most rays in the horizontal and the one straight down meet the fronts of surfaces (an
 //! object seen from within shows backs or nothing). The camera then stands there and looks along the hall.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::{Aabb, Camera, Environment, Light, LightKind, Projection, Scene, metered_ev100};
+use super::{Aabb, Camera, Environment, Light, LightKind, Playing, Projection, Scene, framing, metered_ev100};
 
-/// Room around a fitted object, as a share of the picture.
-const MARGIN: f64 = 1.06;
+/// From where an object is seen: three quarters.
+const TOWARD_CAMERA: DVec3 = DVec3::new(0.65, 0.45, 1.0);
 /// A hall is at least this many times as long as wide.
 const HALL_ELONGATION: f64 = 1.25;
 /// Rays around the horizon, and how many of them must meet fronts.
@@ -40,16 +40,18 @@ pub enum Stand {
     Inside,
 }
 
-/// Points the scene's camera at everything in it; an empty scene keeps its own.
+/// Points the scene's camera at what is drawn of it when its clips begin; an empty scene keeps its own.
 pub fn fit_camera(scene: &mut Scene, aspect: f64) -> Stand {
-    let bounds = scene.bounds();
+    let still = scene.at(&Playing::default());
+    let bounds = still.bounds();
     if bounds.is_empty() || !bounds.radius().is_finite() {
         return Stand::Outside;
     }
-    let inside = hall_camera(scene, &bounds);
+    let inside = hall_camera(&still, &bounds);
     let stand = if inside.is_some() { Stand::Inside } else { Stand::Outside };
-    scene.camera = inside.unwrap_or_else(|| object_camera(&bounds, aspect));
-    scene.fitted.camera = true;
+    let camera = inside.unwrap_or_else(|| framing::frame(&still, &bounds, TOWARD_CAMERA.normalize(), aspect));
+    drop(still);
+    (scene.camera, scene.fitted.camera, scene.looks_through) = (camera, true, None);
     stand
 }
 
@@ -100,30 +102,6 @@ pub fn add_studio(scene: &mut Scene) {
         ground: Some(Vec3::splat(BELOW_NITS)),
         background: Vec3::new(0.15, 0.18, 0.22),
     };
-}
-
-/// From three quarters, at the least distance that has the whole box in view.
-fn object_camera(bounds: &Aabb, aspect: f64) -> Camera {
-    let radius = bounds.radius().max(f64::MIN_POSITIVE);
-    let center = bounds.center();
-    let toward_camera = DVec3::new(0.65, 0.45, 1.0).normalize();
-    let mut camera = Camera {
-        projection: Projection::perspective(45.0),
-        ..Camera::looking_at(toward_camera, DVec3::ZERO, DVec3::Y)
-    };
-    let slope_y = camera.half_height() / MARGIN;
-    let slope_x = slope_y * if aspect.is_finite() && aspect > 0.0 { aspect } else { 1.0 };
-    // A corner at (x, y, z) before a camera d away is in view when |x| <= slope * (d + z).
-    let needed = bounds.corners().map(|corner| {
-        let offset = corner - center;
-        let (x, y, z) = (offset.dot(camera.right()), offset.dot(camera.up()), offset.dot(camera.forward()));
-        (x.abs() / slope_x).max(y.abs() / slope_y) - z
-    });
-    let distance = needed.into_iter().fold(radius * 1.1, f64::max);
-    camera.position = center + toward_camera * distance;
-    // Reversed depth loses nothing by a near plane that is very near.
-    camera.near = (radius * 1e-3).max(f64::from(f32::MIN_POSITIVE));
-    camera
 }
 
 /// The camera inside, if the model is a hall.

@@ -238,6 +238,8 @@ pub struct Object {
     pub node: Option<usize>,
     /// Index in [`Motion::skins`](super::Motion::skins) of what deforms its mesh.
     pub skin: Option<usize>,
+    /// It will be moved by the program, so that plans keep what it may need elsewhere. What clips move need not say so.
+    pub movable: bool,
 }
 
 /// Which faces of an object stand in the light.
@@ -265,6 +267,7 @@ impl Object {
             receives_shadow: true,
             node: None,
             skin: None,
+            movable: false,
         }
     }
 

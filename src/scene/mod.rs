@@ -12,6 +12,7 @@ mod error;
 mod exposure;
 pub mod file;
 mod fit;
+mod framing;
 pub mod gltf;
 mod import;
 mod light;

@@ -147,6 +147,9 @@ impl World {
         };
         if plan.deforms() {
             world.pose(&scene.motion.pose(&Playing { clips: ClipChoice::None, ..Playing::default() }));
+            // What is deformed is not where its mesh is.
+            let bounds = union(&world.objects);
+            (world.bounds, world.extent, world.at_first, world.radius) = (bounds, bounds, bounds, bounds.radius());
         }
         world.refresh(plan);
         world
@@ -298,7 +301,8 @@ fn structure(light: &Light, shadows: &ShadowSettings) -> impl PartialEq {
     let form = light.kind.form();
     let falloff = form.falloff.map(|falloff| (falloff.index(), weakens(falloff)));
     let projection = MapProjection::of(light, shadows.cascades);
-    (form.number, projection, form.traits(), falloff, light.casts_shadow, light.shines())
+    // One that goes dark adds nothing, and may shine again.
+    (form.number, projection, form.traits(), falloff, light.casts_shadow)
 }
 
 impl SortableTriangle {

@@ -43,7 +43,8 @@ impl LightOrder {
     pub(crate) fn of(scene: &Scene, settings: &Settings) -> Self {
         let lights = &scene.lights;
         let mut idle = IdleLights::of(scene, settings);
-        let mut order: Vec<usize> = (0..lights.len()).filter(|&index| lights[index].shines()).collect();
+        let mut order: Vec<usize> =
+            (0..lights.len()).filter(|&index| lights[index].shines() || scene.motion.moves_light(index)).collect();
         let mut needless = 0;
         if settings.keep.has(OptionalPart::IdleLights) {
             needless = idle.count();
@@ -85,7 +86,9 @@ pub(crate) struct IdleLights {
 
 impl IdleLights {
     pub(crate) fn of(scene: &Scene, settings: &Settings) -> Self {
-        if shows_all(settings.view) || is_misplaced(settings) {
+        // What moves may come into reach of any light, and a light that moves into reach of anything.
+        let moves = !scene.motion.is_empty() || scene.objects.iter().any(|object| object.movable);
+        if moves || shows_all(settings.view) || is_misplaced(settings) {
             return Self::default();
         }
         let metres = PLANNED_ROUNDING * scene.bounds().radius();

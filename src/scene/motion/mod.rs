@@ -265,6 +265,13 @@ impl Motion {
         self.nodes.is_empty() && self.clips.is_empty()
     }
 
+    /// Whether a node or a clip moves or changes a light.
+    pub fn moves_light(&self, light: usize) -> bool {
+        let keyed = |channel: &Channel| matches!(channel.target, Target::Light(own, _) if own == light);
+        let hangs = self.light_nodes.get(light).is_some_and(Option::is_some);
+        hangs || self.clips.iter().flat_map(|clip| &clip.channels).any(keyed)
+    }
+
     /// Whether some node, key or joint mirrors.
     pub(crate) fn mirrors(&self) -> bool {
         let negative = |node: &Node| node.local.to_affine().matrix3.determinant() < 0.0;
