@@ -4,6 +4,7 @@
 //! Values are read from TOML's own tree with their places, so that every message names file, line and key; what a table may hold
 //! stands in [`schema`]. Paths are relative to the scene file.
 
+mod clips;
 mod lights;
 mod materials;
 mod models;
@@ -69,7 +70,7 @@ pub fn parse(text: &str, path: &Path, options: &OpenOptions) -> Result<Scene, Er
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut scene = base(&root, folder, options)?;
     scene.name = path.display().to_string();
-    let mut models = Models::new(folder, options);
+    let mut models = Models::new(folder, options, clips::moved_models(&root)?);
     let dresses =
         root.list("models")?.iter().map(|node| models.add(node, &mut scene)).collect::<Result<Vec<_>, _>>()?;
     let mut textures = Textures::in_folder(folder);
@@ -80,7 +81,8 @@ pub fn parse(text: &str, path: &Path, options: &OpenOptions) -> Result<Scene, Er
         dress.put_on(&mut scene)?;
     }
     add_tangents(&mut scene);
-    light_and_view(&root, &mut scene, folder, options)?;
+    let first_light = light_and_view(&root, &mut scene, folder, options)?;
+    clips::add(&root, &mut scene, &dresses, first_light)?;
     if scene.objects.is_empty() {
         let warning =
             format!("{}: nothing is drawn, as the file has neither models nor a base with some", path.display());
@@ -156,6 +158,7 @@ fn base(root: &Table, folder: &Path, options: &OpenOptions) -> Result<Scene, Err
     let mut scene = opened.map_err(|error| from_another(&node, error))?;
     if root.read("base_lights", Node::boolean)? == Some(false) {
         scene.lights.clear();
+        scene.motion.forget_lights();
     }
     Ok(scene)
 }
@@ -179,7 +182,8 @@ fn add_tangents(scene: &mut Scene) {
 }
 
 /// Lights, environment, camera and settings; what a file without a base does not say is fitted to its models.
-fn light_and_view(root: &Table, scene: &mut Scene, folder: &Path, options: &OpenOptions) -> Result<(), Error> {
+/// Returns the number of the file's own first light.
+fn light_and_view(root: &Table, scene: &mut Scene, folder: &Path, options: &OpenOptions) -> Result<usize, Error> {
     let says = |key: &str| root.get(key).is_some();
     let own = root.read("settings", settings::settings)?.unwrap_or_default();
     let of_camera = root.read("camera", settings::camera_exposure)?.unwrap_or_default();
@@ -188,6 +192,7 @@ fn light_and_view(root: &Table, scene: &mut Scene, folder: &Path, options: &Open
     let said = own.or(&of_camera).or(&from);
     scene.fitted.exposure &= said.exposure.is_none();
     scene.settings = said.or(&scene.settings);
+    let first_light = scene.lights.len();
     for (index, node) in root.list("lights")?.iter().enumerate() {
         scene.lights.push(lights::light(node, index)?);
     }
@@ -210,7 +215,7 @@ fn light_and_view(root: &Table, scene: &mut Scene, folder: &Path, options: &Open
     }
     if let Some(node) = root.get("camera") {
         scene.camera = settings::camera(&node, scene.camera)?;
-        scene.fitted.camera = false;
+        (scene.fitted.camera, scene.looks_through) = (false, None);
     }
-    Ok(())
+    Ok(first_light)
 }

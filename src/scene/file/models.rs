@@ -1,18 +1,19 @@
 //! `[[models]]`: model files, built-in scenes and shapes, placed once or many times.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::path::Path;
 
 use glam::{DAffine3, DVec3};
 
 use super::node::{COORDINATE, LENGTH, Node, Table};
-use super::place::transform;
+use super::place::{placement, transform};
 use super::schema;
 use crate::scene::builtin::{self, shapes};
 use crate::scene::load::{Chosen, OpenOptions, load_model};
+use crate::scene::motion;
 use crate::scene::suggest::unknown;
-use crate::scene::{CastsShadow, Error, Imported, Material, Object, Scene};
+use crate::scene::{CastsShadow, Error, Imported, Local, Material, Object, Scene};
 
 /// The most copies that all models of a file may make together.
 const MAX_OBJECTS: usize = 4_000_000;
@@ -27,17 +28,22 @@ pub(super) struct Models<'a> {
     pub folder: &'a Path,
     pub options: &'a OpenOptions<'a>,
     templates: HashMap<TemplateKey, Imported>,
+    /// Names that clips move.
+    moved: HashSet<String>,
 }
 
 /// A model's objects wear materials that are known by name only when all have been read.
 pub(super) struct Dress<'a> {
     objects: Range<usize>,
     table: Table<'a>,
+    /// Its name, and the node that clips move it by, where one does.
+    pub moved: Option<(String, usize)>,
 }
 
 impl<'a> Models<'a> {
-    pub fn new(folder: &'a Path, options: &'a OpenOptions<'a>) -> Self {
-        Self { folder, options, templates: HashMap::new() }
+    /// `moved` are the names of models that clips move.
+    pub fn new(folder: &'a Path, options: &'a OpenOptions<'a>, moved: HashSet<String>) -> Self {
+        Self { folder, options, templates: HashMap::new(), moved }
     }
 
     pub fn add<'n>(&mut self, node: &Node<'n>, scene: &mut Scene) -> Result<Dress<'n>, Error> {
@@ -56,24 +62,36 @@ impl<'a> Models<'a> {
             (_, _, Some(shape)) => Imported { objects: from_shape(&shape, scene)?, ..Imported::default() },
             _ => Imported::default(),
         };
-        if let Some(name) = table.read("name", Node::string)? {
+        let name = table.read("name", Node::string)?;
+        if let Some(name) = name {
             model.objects.iter_mut().for_each(|object| object.name = name.into());
         }
         shadow(&table, &mut model.objects)?;
-        let places = places(&table)?;
+        let (own, offsets) = (transform(&table)?, places(&table)?);
         let parts = model.objects.len().max(model.lights.len()).max(model.cameras.len());
-        if parts.saturating_mul(places.len()).saturating_add(scene.objects.len()) > MAX_OBJECTS {
+        if parts.saturating_mul(offsets.len()).saturating_add(scene.objects.len()) > MAX_OBJECTS {
             return Err(table.wrong(&format!("makes more than {MAX_OBJECTS} objects")));
         }
         let first = scene.objects.len();
-        model.place(scene, &places);
+        let moved = match name.filter(|name| self.moved.contains(*name)) {
+            Some(name) => {
+                let local = Local::Parts(placement(&table)?);
+                scene.motion.nodes.push(motion::Node { name: name.into(), parent: None, local, weights: Vec::new() });
+                Some((name.to_owned(), scene.motion.nodes.len() - 1))
+            }
+            None => None,
+        };
+        match &moved {
+            Some((_, node)) => hang(scene, &model, &own, &offsets, *node),
+            None => model.place(scene, &offsets.iter().map(|offset| own * *offset).collect::<Vec<_>>()),
+        }
         // Each transform is in its range, but not the product of several.
         let is_near = |place: DVec3| place.abs().max_element() <= FARTHEST;
         let bounds = scene.objects[first..].iter().map(|object| object.bounds(&scene.meshes));
         if !bounds.filter(|bounds| !bounds.is_empty()).all(|bounds| is_near(bounds.min) && is_near(bounds.max)) {
             return Err(table.wrong(&format!("reaches farther than {FARTHEST:e} metres from zero")));
         }
-        Ok(Dress { objects: first..scene.objects.len(), table })
+        Ok(Dress { objects: first..scene.objects.len(), table, moved })
     }
 
     fn read_file(&mut self, table: &Table, node: &Node, scene: &mut Scene) -> Result<Imported, Error> {
@@ -96,9 +114,37 @@ impl<'a> Models<'a> {
     }
 }
 
-/// Of a built-in scene its objects only.
+/// Puts a model at its places, which are `own` times an offset each, on a node that clips move and that stands at `own`. Copies share the clips
+/// of the first.
+fn hang(scene: &mut Scene, model: &Imported, own: &DAffine3, offsets: &[DAffine3], parent: usize) {
+    let first_clip = scene.motion.clips.len();
+    for (index, offset) in offsets.iter().enumerate() {
+        let (objects, nodes) = (scene.objects.len(), scene.motion.nodes.len());
+        model.place(scene, &[*own * *offset]);
+        // What has nodes hangs on one that was appended first.
+        if let Some(root) = scene.motion.nodes.get_mut(nodes) {
+            (root.parent, root.local) = (Some(parent), Local::Fixed(*offset));
+        }
+        for (object, before) in scene.objects[objects..].iter_mut().zip(&model.objects) {
+            if object.node.is_none() && object.skin.is_none() {
+                let local = Local::Fixed(*offset * before.transform);
+                let name = object.name.clone();
+                scene.motion.nodes.push(motion::Node { name, parent: Some(parent), local, weights: Vec::new() });
+                object.node = Some(scene.motion.nodes.len() - 1);
+            }
+        }
+        if index > 0 {
+            scene.motion.merge_clips(first_clip, model.motion.clips.len());
+        }
+    }
+}
+
+/// Of a built-in scene its objects only, with what moves them.
 fn from_builtin(node: &Node, scene: &mut Scene) -> Result<Imported, Error> {
     let built = builtin::open(node.string()?).map_err(|error| node.wrong(error))?;
+    let mut motion = built.motion;
+    motion.forget_lights();
+    motion.forget_cameras();
     let mut imported = Imported {
         meshes: built.meshes,
         objects: built.objects,
@@ -106,7 +152,7 @@ fn from_builtin(node: &Node, scene: &mut Scene) -> Result<Imported, Error> {
         textures: built.textures,
         lights: Vec::new(),
         cameras: Vec::new(),
-        motion: built.motion,
+        motion,
         warnings: built.warnings,
         files: built.files,
     };
@@ -167,13 +213,11 @@ fn shadow(table: &Table, objects: &mut [Object]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Where the model's copies stand: its own transform, then the grid's, then the instances'.
+/// Where the model's copies stand before its own transform: the grid's, then the instances'.
 fn places(table: &Table) -> Result<Vec<DAffine3>, Error> {
-    let own = transform(table)?;
-    let mut places = vec![own];
+    let mut places = vec![DAffine3::IDENTITY];
     if let Some(node) = table.get("grid") {
-        let offsets = grid(&node)?;
-        places = offsets.into_iter().map(|offset| own * DAffine3::from_translation(offset)).collect();
+        places = grid(&node)?.into_iter().map(DAffine3::from_translation).collect();
     }
     if let Some(node) = table.get("instances") {
         let instances = node.list()?;

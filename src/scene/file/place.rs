@@ -4,7 +4,7 @@ use glam::{DAffine3, DQuat, DVec3, EulerRot};
 
 use super::node::{COORDINATE, FACTOR, Node, Table};
 use super::schema;
-use crate::scene::Error;
+use crate::scene::{Error, Placement};
 
 /// Scales first, then rotates, then moves.
 pub(super) fn transform(table: &Table) -> Result<DAffine3, Error> {
@@ -14,8 +14,17 @@ pub(super) fn transform(table: &Table) -> Result<DAffine3, Error> {
     Ok(DAffine3::from_scale_rotation_translation(scale, rotation, translation))
 }
 
+/// The same by its parts, for clips to move.
+pub(super) fn placement(table: &Table) -> Result<Placement, Error> {
+    Ok(Placement {
+        translation: table.read("translation", Node::point)?.unwrap_or(DVec3::ZERO),
+        rotation: table.read("rotation", rotation)?.unwrap_or(DQuat::IDENTITY),
+        scale: table.read("scale", scale)?.unwrap_or(DVec3::ONE),
+    })
+}
+
 /// One factor or three; negative ones mirror.
-fn scale(node: &Node) -> Result<DVec3, Error> {
+pub(super) fn scale(node: &Node) -> Result<DVec3, Error> {
     let scale =
         if node.is_number() { DVec3::splat(node.number(FACTOR)?) } else { node.numbers(FACTOR, "[x, y, z]")?.into() };
     if scale.abs().min_element() < 1e-12 {

@@ -21,6 +21,7 @@ pub(super) const ROOT: Schema = Schema {
         "base",
         "base_lights",
         "camera",
+        "clips",
         "environment",
         "lights",
         "materials",
@@ -114,6 +115,11 @@ pub(super) const ENVIRONMENT: Schema = Schema {
         "background_strength",
     ],
 };
+pub(super) const CLIP: Schema = Schema { table: "clips", keys: &["name", "channels"] };
+pub(super) const CHANNEL: Schema = Schema {
+    table: "clips.channels",
+    keys: &["target", "property", "times", "values", "axis", "interpolation", "in_tangents", "out_tangents"],
+};
 pub(super) const SETTINGS: Schema = Schema { table: "settings", keys: settings::KEYS };
 /// A file with a camera's path.
 pub(super) const PATH: Schema = Schema { table: "path", keys: &["keys"] };
@@ -140,6 +146,8 @@ pub const TABLES: &[Schema] = &[
     FALLOFF,
     SCATTER,
     ENVIRONMENT,
+    CLIP,
+    CHANNEL,
     SETTINGS,
     SHADOWS,
     PATH,

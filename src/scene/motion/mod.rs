@@ -302,6 +302,17 @@ impl Motion {
         }
     }
 
+    /// Drops what moves lights, where these do not come along.
+    pub(super) fn forget_lights(&mut self) {
+        self.light_nodes.clear();
+        self.clips.iter_mut().for_each(|own| own.channels.retain(|own| !matches!(own.target, Target::Light(..))));
+    }
+
+    /// Drops what moves cameras.
+    pub(super) fn forget_cameras(&mut self) {
+        self.clips.iter_mut().for_each(|own| own.channels.retain(|own| !matches!(own.target, Target::Camera(..))));
+    }
+
     /// Adds what moves in a model that stands at `transform`: its nodes hang on a new one there.
     pub(super) fn append(&mut self, other: Self, transform: DAffine3, first: First) {
         let root = self.nodes.len();

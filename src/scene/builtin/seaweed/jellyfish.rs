@@ -23,9 +23,9 @@ pub fn add(stage: &mut Stage) {
         name: "jellyfish".into(),
         base_color: Vec3::new(0.9, 0.55, 0.75),
         roughness: 0.25,
-        alpha: 0.55,
+        alpha: 0.4,
         alpha_mode: AlphaMode::Glass,
-        emissive: COLOR * 14.0,
+        emissive: COLOR * 5.0,
         two_sided: true,
         ..Material::default()
     });
@@ -40,7 +40,7 @@ pub fn add(stage: &mut Stage) {
     stage.place(mesh, skin, DAffine3::IDENTITY);
     stage.hang(own, None);
     let kind = LightKind::Point { position: DVec3::ZERO, range: Some(5.0), falloff: Falloff::InverseSquare };
-    stage.light(Light { name: "jellyfish".into(), color: COLOR, intensity: 60.0, ..Light::of(kind) });
+    stage.light(Light { name: "jellyfish".into(), color: COLOR, intensity: 16.0, ..Light::of(kind) });
     stage.scene.motion.light_nodes = vec![Some(lamp)];
     let channels = channels(own, skin);
     stage.scene.motion.clips.push(Clip { name: "swim".into(), channels });
@@ -80,7 +80,7 @@ fn channels(own: usize, skin: usize) -> Vec<Channel> {
     vec![
         swim,
         each(Target::Weights(own), eased(pulse(0.0, 1.0)), Interpolation::CubicSpline),
-        each(light, pulse(45.0, 110.0), Interpolation::Linear),
+        each(light, pulse(16.0, 48.0), Interpolation::Linear),
         each(glow, pulse(0.8, 1.8), Interpolation::Linear),
     ]
 }

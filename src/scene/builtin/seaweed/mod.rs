@@ -38,11 +38,11 @@ fn build(params: &Params) -> Scene {
     garden.plant(&mut stage, &mut random);
     jellyfish::add(&mut stage);
     wheel(&mut stage);
-    stage.sun(DVec3::new(-0.35, -1.0, -0.3), 260.0, Vec3::new(0.62, 0.93, 1.0), true);
+    stage.sun(DVec3::new(-0.35, -1.0, -0.3), 95.0, Vec3::new(0.62, 0.93, 1.0), true);
     stage.scene.environment = Environment {
-        ambient: Vec3::new(3.0, 14.0, 20.0),
-        ground: Some(Vec3::new(1.5, 5.0, 6.0)),
-        background: Vec3::new(1.0, 9.0, 15.0),
+        ambient: Vec3::new(0.8, 3.6, 5.2),
+        ground: Some(Vec3::new(0.7, 1.5, 1.6)),
+        background: Vec3::new(0.12, 1.5, 2.9),
     };
     stage.scene.settings.exposure = Some(4.0);
     stage.scene.camera = Camera {
@@ -63,14 +63,14 @@ fn sand(x: f64, z: f64) -> f64 {
 fn ground(stage: &mut Stage) {
     let material = stage.material(Material {
         name: "sand".into(),
-        base_color: Vec3::new(0.55, 0.46, 0.32),
+        base_color: Vec3::new(0.36, 0.31, 0.23),
         roughness: 0.9,
         ..Material::default()
     });
     let mut mesh = MeshBuilder::new();
     // Finer towards the camera: a grid whose rows grow with their distance.
     mesh.grid_smooth([160, 120], |u, v| {
-        let (x, z) = ((u - 0.5) * 36.0 * (0.25 + 0.75 * (1.0 - v)), 7.0 - 31.0 * (1.0 - v).powi(2));
+        let (x, z) = ((u - 0.5) * 36.0 * (0.25 + 0.75 * v), 7.0 - 31.0 * v * v);
         (DVec3::new(x, sand(x, z), z), DVec2::new(x, z))
     });
     stage.add("sand", mesh, material);
