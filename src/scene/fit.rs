@@ -7,10 +7,14 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::{Aabb, Camera, Environment, Light, LightKind, Playing, Projection, Scene, framing, metered_ev100};
+use super::{
+    Aabb, Camera, ClipChoice, Environment, Light, LightKind, Playing, Projection, Scene, framing, metered_ev100,
+};
 
 /// From where an object is seen: three quarters.
 const TOWARD_CAMERA: DVec3 = DVec3::new(0.65, 0.45, 1.0);
+/// At so many times of its clips a moving model is looked at.
+const MOMENTS: u32 = 6;
 /// A hall is at least this many times as long as wide.
 const HALL_ELONGATION: f64 = 1.25;
 /// Rays around the horizon, and how many of them must meet fronts.
@@ -40,7 +44,7 @@ pub enum Stand {
     Inside,
 }
 
-/// Points the scene's camera at what is drawn of it when its clips begin; an empty scene keeps its own.
+/// Points the scene's camera at what is drawn of it while its clips play; an empty scene keeps its own.
 pub fn fit_camera(scene: &mut Scene, aspect: f64) -> Stand {
     let still = scene.at(&Playing::default());
     let bounds = still.bounds();
@@ -49,7 +53,13 @@ pub fn fit_camera(scene: &mut Scene, aspect: f64) -> Stand {
     }
     let inside = hall_camera(&still, &bounds);
     let stand = if inside.is_some() { Stand::Inside } else { Stand::Outside };
-    let camera = inside.unwrap_or_else(|| framing::frame(&still, &bounds, TOWARD_CAMERA.normalize(), aspect));
+    let camera = inside.unwrap_or_else(|| {
+        let duration = scene.motion.duration(&ClipChoice::All);
+        let times = if duration > 0.0 { MOMENTS } else { 1 };
+        let moment = |index| scene.at(&Playing::at(duration * f64::from(index) / f64::from(times)));
+        let moments: Vec<_> = (0..times).map(moment).collect();
+        framing::frame(&moments, &bounds, TOWARD_CAMERA.normalize(), aspect)
+    });
     drop(still);
     (scene.camera, scene.fitted.camera, scene.looks_through) = (camera, true, None);
     stand

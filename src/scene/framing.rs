@@ -1,5 +1,7 @@
 //! What is drawn of a scene from far away in some direction, weighted by how large it looks, and the camera that holds it.
 
+use std::borrow::Cow;
+
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -7,8 +9,10 @@ use super::{Aabb, AlphaMode, Camera, Projection, Scene};
 
 /// Room around what is framed, as a share of the picture.
 const MARGIN: f64 = 1.06;
-/// The share of what is drawn, by area, that may lie outside: a few far triangles do not make the rest a speck.
+/// The share of what is drawn, by area, that may lie outside where the rest then is [`CLOSER`] times as near: a few far triangles do not make it
+/// a speck.
 const OUTLIERS: f64 = 0.01;
+const CLOSER: f64 = 1.5;
 /// The most triangles that are looked at; of more, every so many.
 const MOST: usize = 300_000;
 
@@ -17,8 +21,8 @@ struct Drawn(Vec<(DVec3, f64)>);
 
 impl Drawn {
     /// From `toward_camera`, of length 1, infinitely far away. Backs of one-sided surfaces and what is wholly clear are not drawn.
-    fn of(scene: &Scene, toward_camera: DVec3) -> Self {
-        let step = scene.triangle_count().div_ceil(MOST).max(1);
+    fn of(scene: &Scene, toward_camera: DVec3, moments: usize) -> Self {
+        let step = scene.triangle_count().div_ceil(MOST / moments).max(1);
         let objects = scene.objects.par_iter().filter(|object| {
             let material = scene.materials.get(object.material);
             material.is_some_and(|material| material.alpha_mode == AlphaMode::Opaque || material.alpha > 0.0)
@@ -39,11 +43,11 @@ impl Drawn {
         Self(corners.collect())
     }
 
-    /// The values between which all but [`OUTLIERS`] of the area lies, half of them beyond either end.
-    fn range(&self, value: impl Fn(DVec3) -> f64 + Sync) -> (f64, f64) {
+    /// The values between which all but so large a share of the area lies, half of it beyond either end.
+    fn range(&self, outliers: f64, value: impl Fn(DVec3) -> f64 + Sync) -> (f64, f64) {
         let mut values: Vec<(f64, f64)> = self.0.par_iter().map(|&(point, weight)| (value(point), weight)).collect();
         values.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-        let outside = 0.5 * OUTLIERS * values.iter().map(|(_, weight)| weight).sum::<f64>();
+        let outside = 0.5 * outliers * values.iter().map(|(_, weight)| weight).sum::<f64>();
         let end = |mut values: Box<dyn Iterator<Item = &(f64, f64)> + '_>| {
             let mut passed = 0.0;
             values
@@ -57,31 +61,49 @@ impl Drawn {
     }
 }
 
-/// A camera of 45 degrees that looks from `toward_camera`, of length 1, at what is drawn of the scene from there, at the least distance at which
-/// it is in view. `bounds` are the scene's, for one of which nothing is drawn from there.
-pub(super) fn frame(scene: &Scene, bounds: &Aabb, toward_camera: DVec3, aspect: f64) -> Camera {
-    let drawn = Drawn::of(scene, toward_camera);
-    let drawn = if drawn.0.is_empty() { Drawn(bounds.corners().map(|corner| (corner, 1.0)).into()) } else { drawn };
-    let mut camera = Camera {
+/// A camera of 45 degrees that looks from `toward_camera`, of length 1, at what is drawn from there of all these moments of a scene, at the least
+/// distance at which it is in view. `bounds` are the scene's, for one of which nothing is drawn from there.
+pub(super) fn frame(moments: &[Cow<Scene>], bounds: &Aabb, toward_camera: DVec3, aspect: f64) -> Camera {
+    let drawn: Vec<_> = moments.iter().flat_map(|scene| Drawn::of(scene, toward_camera, moments.len()).0).collect();
+    let drawn = Drawn(if drawn.is_empty() { bounds.corners().map(|corner| (corner, 1.0)).into() } else { drawn });
+    let [whole, most] = [0.0, OUTLIERS].map(|outliers| held(&drawn, outliers, toward_camera, aspect));
+    let (camera, radius) = if whole.distance > CLOSER * most.distance { most } else { whole }.place(toward_camera);
+    // Reversed depth loses nothing by a near plane that is very near.
+    Camera { near: (bounds.radius() * 1e-3).min(radius * 1e-2).max(f64::from(f32::MIN_POSITIVE)), ..camera }
+}
+
+/// Where a camera must stand.
+struct Held {
+    camera: Camera,
+    center: DVec3,
+    radius: f64,
+    distance: f64,
+}
+
+impl Held {
+    fn place(self, toward_camera: DVec3) -> (Camera, f64) {
+        (Camera { position: self.center + toward_camera * self.distance, ..self.camera }, self.radius)
+    }
+}
+
+fn held(drawn: &Drawn, outliers: f64, toward_camera: DVec3, aspect: f64) -> Held {
+    let camera = Camera {
         projection: Projection::perspective(45.0),
         ..Camera::looking_at(toward_camera, DVec3::ZERO, DVec3::Y)
     };
     let (right, up, forward) = (camera.right(), camera.up(), camera.forward());
-    let axes = [right, up, forward].map(|axis| drawn.range(|point| point.dot(axis)));
+    let axes = [right, up, forward].map(|axis| drawn.range(outliers, |point| point.dot(axis)));
     let middle = axes.map(|(low, high)| low * 0.5 + high * 0.5);
     let half = axes.map(|(low, high)| (high - low) * 0.5);
     let center = right * middle[0] + up * middle[1] + forward * middle[2];
     let slope_y = camera.half_height() / MARGIN;
     let slope_x = slope_y * if aspect.is_finite() && aspect > 0.0 { aspect } else { 1.0 };
     // A point at (x, y, z) before a camera d away is in view when |x| <= slope * (d + z).
-    let (_, needed) = drawn.range(|point| {
+    let (_, needed) = drawn.range(outliers, |point| {
         let offset = point - center;
         let aside = (offset.dot(right).abs() / slope_x).max(offset.dot(up).abs() / slope_y);
         aside - offset.dot(forward)
     });
     let radius = DVec3::from(half).length().max(f64::MIN_POSITIVE);
-    camera.position = center + toward_camera * needed.max(radius * 1.1);
-    // Reversed depth loses nothing by a near plane that is very near.
-    camera.near = (bounds.radius() * 1e-3).min(radius * 1e-2).max(f64::from(f32::MIN_POSITIVE));
-    camera
+    Held { camera, center, radius, distance: needed.max(radius * 1.1) }
 }
