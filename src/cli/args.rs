@@ -137,6 +137,11 @@ pub struct MotionArgs {
 }
 
 impl MotionArgs {
+    /// Whether nothing moves, clips neither.
+    pub fn is_still(&self) -> bool {
+        self.still
+    }
+
     /// The options of drawing, with what moves; `--shadow-cache` says the same.
     pub fn over(&self, settings: &SettingsArgs) -> SettingsArgs {
         let motion = SettingsPatch { shadow_cache: Some(self.still), ..SettingsPatch::default() };

@@ -79,12 +79,14 @@ fn hdr(text: &str) -> Result<f32, String> {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let system = WindowSystem::connect(end_without_display)?;
     session::with_device_for(&args.device, &system.extensions()?, |device| {
-        let workload = Workload::open(&args.scene, &args.settings, args.quiet)?;
+        let workload = Workload::open_moving(&args.scene, &args.settings, args.quiet)?;
         let settings = workload.settings(&once(), &device.physical)?;
         let options = Options {
             vsync: args.vsync,
             hdr: args.hdr,
             frames: args.frames,
+            playing: workload.playing.clone(),
+            rests: args.settings.time.is_some(),
             tell: &|line| {
                 if !args.quiet || line.starts_with("warning: ") {
                     // Standard output is for what was asked for.
@@ -115,7 +117,7 @@ fn read_again(args: &Args, largest: LargestPicture) -> ReadAgain {
     let (scene, settings) = (args.scene.clone(), args.settings.clone());
     Box::new(move || {
         let read = || {
-            let workload = Workload::open(&scene, &settings, true)?;
+            let workload = Workload::open_moving(&scene, &settings, true)?;
             let settings = workload.settings_within(&once(), &largest)?;
             Ok((workload.scene, settings))
         };

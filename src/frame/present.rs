@@ -8,6 +8,7 @@ pub use fit::Fitted;
 use std::sync::Arc;
 
 use ash::vk;
+use glam::DAffine3;
 
 use super::builder::RendererBuilder;
 use super::edges::{self, Edges, RowName};
@@ -182,6 +183,15 @@ impl Presenter {
             self.change(false);
         }
         Ok(own && beside)
+    }
+
+    /// Moves an object from the next frame on: see [`Renderer::move_object`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn move_object(&mut self, index: usize, transform: &DAffine3) -> Result<(), Error> {
+        self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.move_object(index, transform))?;
+        self.split.as_mut().map_or(Ok(()), |split| split.move_object(index, transform))
     }
 
     /// Changes the exposure from the next frame on: see [`Renderer::set_exposure`].

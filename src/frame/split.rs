@@ -7,6 +7,7 @@
 use std::sync::Arc;
 
 use ash::vk;
+use glam::DAffine3;
 
 use super::builder::RendererBuilder;
 use super::edges::{self, Edges, RowName};
@@ -128,6 +129,11 @@ impl Split {
     /// As [`Presenter::set_light`](super::Presenter::set_light).
     pub(super) fn set_light(&mut self, index: usize, light: &Light) -> Result<bool, Error> {
         self.renderer.as_mut().map_or(Ok(true), |renderer| Ok(renderer.world.set_light(index, light)?))
+    }
+
+    /// As [`Renderer::move_object`].
+    pub(super) fn move_object(&mut self, index: usize, transform: &DAffine3) -> Result<(), Error> {
+        self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.move_object(index, transform))
     }
 
     /// As [`Renderer::set_exposure`].

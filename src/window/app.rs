@@ -1,5 +1,6 @@
 //! A window and what it shows. A frame is drawn when something has changed, and otherwise never.
 
+mod clips;
 mod events;
 mod reload;
 mod split;
@@ -17,6 +18,7 @@ use super::camera::{CameraControl, Held, Mode};
 use super::clock::{Clock, Summary};
 use super::controls::Controls;
 use super::keys::{Action, HELP, action};
+use super::player::Player;
 use super::recorder::Recorder;
 use super::subject::Subject;
 use super::user_interface::UserInterface;
@@ -93,6 +95,8 @@ pub struct App<'a> {
     fitted: Option<[u32; 2]>,
     /// Whether they show more than white, as it was last told.
     told_hdr: Option<bool>,
+    /// It was told that something cannot move.
+    told_motion: bool,
     /// The next frame's picture is to be compared with the truth.
     compare: bool,
     wake: Arc<dyn Fn() + Send + Sync>,
@@ -110,9 +114,11 @@ impl<'a> App<'a> {
         wake: Arc<dyn Fn() + Send + Sync>,
     ) -> Self {
         let control = CameraControl::new(scene.camera, &scene.bounds());
+        let mut subject = Subject::new(scene, settings);
+        subject.player = Player::new(&subject.scene.motion, options.playing.clone(), options.rests);
         Self {
             device: device.clone(),
-            subject: Subject::new(scene, settings),
+            subject,
             options,
             control,
             control_before: None,
@@ -136,6 +142,7 @@ impl<'a> App<'a> {
             advanced: None,
             fitted: None,
             told_hdr: None,
+            told_motion: false,
             compare: false,
             wake,
             watch: None,
@@ -185,6 +192,7 @@ impl<'a> App<'a> {
         if self.unfit && !self.fit_frames()? {
             return Ok(());
         }
+        self.play(now);
         let copies = self.wanted_copies(now);
         self.present(now, panels, copies)
     }
@@ -292,7 +300,7 @@ impl<'a> App<'a> {
         let PhysicalSize { width, height } = window.inner_size();
         let size = [width, height];
         match self.fit_or_take_back(size)? {
-            Fitted::Taken | Fitted::AtOnce => {}
+            Fitted::Taken | Fitted::AtOnce => self.subject.player.show_again(),
             Fitted::Pending => {
                 self.unfit = false;
                 if !was_pending {
@@ -424,7 +432,8 @@ impl<'a> App<'a> {
 
     /// Whether frames follow each other without a pause.
     fn goes_on(&self) -> bool {
-        !self.hidden && (self.options.frames.is_some() || self.control.is_moving(self.held))
+        !self.hidden
+            && (self.options.frames.is_some() || self.control.is_moving(self.held) || self.subject.player.runs())
     }
 
     fn press(&mut self, events: &ActiveEventLoop, key: KeyCode) {
@@ -455,6 +464,7 @@ impl<'a> App<'a> {
                     (self.options.tell)(&interface.stepper().line(&self.subject.scene));
                 }
             }
+            Some(action @ (Action::Play | Action::Nudge { .. } | Action::Clip { .. })) => self.change_clips(action),
             Some(Action::Record) => self.record(),
             Some(Action::Scene) => self.keep_scene(),
             Some(Action::Compare) => self.open_panels(|controls| controls.asks_truth = true),

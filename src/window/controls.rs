@@ -10,10 +10,13 @@ use glam::DVec3;
 use super::clock::Interval;
 use super::keys::HELP;
 use super::oracle::ErrorMap;
+use super::player::Player;
 use crate::frame::FrameTimes;
 use crate::gpu::MemoryReport;
 use crate::plan::{FramePlan, Part};
-use crate::scene::{Aabb, GbufferChoice, GbufferPreset, Light, SETTINGS, Setting, Settings, ValueKind, View, decimal};
+use crate::scene::{
+    Aabb, GbufferChoice, GbufferPreset, Light, Motion, SETTINGS, Setting, Settings, ValueKind, View, decimal,
+};
 
 /// What is known of the frames so far.
 pub struct Facts<'a> {
@@ -27,6 +30,8 @@ pub struct Facts<'a> {
     pub parts: Vec<Part>,
     /// The scene's.
     pub lights: &'a [Light],
+    /// The scene's.
+    pub motion: &'a Motion,
     pub memory: MemoryReport,
     /// Why the last change was not made.
     pub refused: Option<&'a str>,
@@ -100,7 +105,7 @@ impl Controls {
     }
 
     /// Builds the panels that are open.
-    pub fn show(&mut self, context: &Context, facts: &Facts, values: &mut Values) {
+    pub fn show(&mut self, context: &Context, facts: &Facts, (values, player): (&mut Values, &mut Player)) {
         let is_small = is_small(context);
         if self.keys && is_small {
             return self.show_keys(context);
@@ -110,7 +115,7 @@ impl Controls {
             let mut shown = true;
             window.open(&mut shown).show(context, |ui| {
                 ScrollArea::vertical().max_height(context.content_rect().height() - 80.0).show(ui, |ui| {
-                    panels(ui, facts, values);
+                    panels(ui, facts, (values, player));
                     choose_beside(ui, &mut self.beside);
                     self.asks_truth |= ui.button("compare with the truth (T)").clicked();
                 });
@@ -194,7 +199,7 @@ fn show_error(ui: &mut Ui, map: Option<&ErrorMap>) {
     });
 }
 
-fn panels(ui: &mut Ui, facts: &Facts, values: &mut Values) {
+fn panels(ui: &mut Ui, facts: &Facts, (values, player): (&mut Values, &mut Player)) {
     ui.horizontal_wrapped(|ui| {
         ui.label(facts.device);
         if facts.is_pending {
@@ -206,6 +211,10 @@ fn panels(ui: &mut Ui, facts: &Facts, values: &mut Values) {
         ui.colored_label(ui.visuals().error_fg_color, refused);
     }
     CollapsingHeader::new("Picture").default_open(true).show(ui, |ui| picture(ui, facts, values));
+    if !facts.motion.clips.is_empty() {
+        let title = format!("Clips ({})", facts.motion.clips.len());
+        CollapsingHeader::new(title).default_open(true).show(ui, |ui| player.panel(ui, facts.motion));
+    }
     CollapsingHeader::new("Shadows").show(ui, |ui| rows(ui, &mut values.settings, true));
     let own = facts.lights;
     CollapsingHeader::new(format!("Lights ({})", own.len())).show(ui, |ui| lights(ui, own, &mut values.lights));
@@ -492,6 +501,7 @@ mod tests {
                 plan: None,
                 parts: Vec::new(),
                 lights: &[],
+                motion: &Motion::default(),
                 memory: MemoryReport::default(),
                 refused: None,
                 is_pending: false,
@@ -512,7 +522,7 @@ mod tests {
                 screen_rect: Some(egui::Rect::from_min_size(egui::Pos2::ZERO, size)),
                 ..Default::default()
             };
-            let _ = context.run(input, |context| controls.show(context, &facts, &mut values));
+            let _ = context.run(input, |context| controls.show(context, &facts, (&mut values, &mut Player::default())));
         }
         let found = |name: &'static str| {
             let visible = context

@@ -30,6 +30,16 @@ pub(super) enum Action {
     },
     /// Compare the picture with the truth, or end that.
     Compare,
+    /// Play clips, or pause.
+    Play,
+    /// Pause, a little later or before.
+    Nudge {
+        back: bool,
+    },
+    /// Play the next clip, or the one before.
+    Clip {
+        back: bool,
+    },
     /// Begin to record the camera's path, or end it.
     Record,
     /// Write the scene and the settings as they are.
@@ -56,6 +66,9 @@ pub const HELP: &[(&str, &str)] = &[
     ("G or F2", "panels: times, memory, plan, and settings to change"),
     ("V, Shift+V", "the next view of the frame's buffers, the one before"),
     (". and ,", "step forward and back through the frame: its picture after each pass and light"),
+    ("Enter", "play clips, or pause"),
+    ("[ and ]", "pause, and go a thirtieth of a second back, or on"),
+    ("N, Shift+N", "the next clip, the one before: all at once, each alone, none"),
     ("X, Shift+X", "split the window: another view beside the picture, or none any more; the next one"),
     ("drag the divider", "move it; a double-click on it ends the split"),
     ("click", "select an object: its name, its material, its box"),
@@ -90,6 +103,10 @@ pub(super) fn action(key: KeyCode, control: bool, shift: bool) -> Option<Action>
         KeyCode::KeyV => Some(Action::View { back: shift }),
         KeyCode::Period => Some(Action::Step { back: false }),
         KeyCode::Comma => Some(Action::Step { back: true }),
+        KeyCode::Enter | KeyCode::NumpadEnter => Some(Action::Play),
+        KeyCode::BracketLeft => Some(Action::Nudge { back: true }),
+        KeyCode::BracketRight => Some(Action::Nudge { back: false }),
+        KeyCode::KeyN => Some(Action::Clip { back: shift }),
         KeyCode::KeyT => Some(Action::Compare),
         KeyCode::KeyK => Some(Action::Record),
         KeyCode::KeyF => Some(Action::Scene),
@@ -126,6 +143,13 @@ mod tests {
         assert_eq!(action(KeyCode::Digit1, true, false), Some(Action::Bookmark(0)));
         assert_eq!(action(KeyCode::Digit9, false, false), Some(Action::Recall(8)));
         assert_eq!(action(KeyCode::Digit0, false, false), None);
+    }
+
+    #[test]
+    fn clips_play_go_on_and_change() {
+        assert_eq!(action(KeyCode::Enter, false, false), Some(Action::Play));
+        assert_eq!(action(KeyCode::BracketLeft, false, false), Some(Action::Nudge { back: true }));
+        assert_eq!(action(KeyCode::KeyN, false, true), Some(Action::Clip { back: true }));
     }
 
     #[test]

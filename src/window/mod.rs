@@ -11,6 +11,7 @@ mod faults;
 mod marks;
 mod oracle;
 mod overlay;
+mod player;
 mod recorder;
 mod split;
 mod steps;
@@ -29,7 +30,7 @@ use winit::window::Window;
 
 use crate::frame;
 use crate::gpu::{self, Device, Surface, Vsync, surface_extensions};
-use crate::scene::{Camera, CameraPath, Scene, Settings, SettingsPatch};
+use crate::scene::{Camera, CameraPath, Playing, Scene, Settings, SettingsPatch};
 
 pub use app::help;
 pub use clock::Summary;
@@ -66,6 +67,10 @@ pub struct Options<'a> {
     pub hdr: Option<f32>,
     /// Draw without a pause, and close after so many frames.
     pub frames: Option<u32>,
+    /// The moment and the clips that it begins with.
+    pub playing: Playing,
+    /// Rest at that moment, in place of playing on from it.
+    pub rests: bool,
     /// Tells the user something, in one line.
     pub tell: &'a dyn Fn(&str),
     /// Keeps a screenshot, of what is shown or of its light; what to tell of it.

@@ -1,15 +1,18 @@
 //! What a window shows, with what was changed of it.
 
 use super::controls::Values;
+use super::player::Player;
 use crate::scene::{Aabb, Camera, Light, Output, Projection, Scene, Settings, View, metered_ev100};
 
 /// What is drawn, of which a user may change more than the camera.
 pub struct Subject {
     pub scene: Scene,
     pub settings: Settings,
+    /// What plays of it.
+    pub player: Player,
     /// Of each material, as it came.
     own_roughness: Vec<f32>,
-    /// Nothing in a window moves objects.
+    /// Where nothing plays.
     bounds: Aabb,
     /// EV100.
     pub(super) exposure: f32,
@@ -35,6 +38,7 @@ impl Subject {
         let own = Own { settings: settings.clone(), exposure, lights: scene.lights.clone(), camera: scene.camera };
         Self {
             bounds: scene.bounds(),
+            player: Player::default(),
             scene,
             settings: Settings { exposure: Some(exposure), ..settings },
             own_roughness,
@@ -46,7 +50,8 @@ impl Subject {
 
     /// The same scene read again: what was changed on the panels stays, unless its files say something else of it than before.
     pub(super) fn renewed(&self, scene: Scene, settings: Settings) -> Self {
-        let mut new = Self::new(scene, settings);
+        let player = self.player.renewed(&scene.motion);
+        let mut new = Self { player, ..Self::new(scene, settings) };
         if new.own.settings == self.own.settings {
             new.settings = self.settings.clone();
         }
@@ -92,6 +97,11 @@ impl Subject {
     pub(super) fn set(&mut self, values: Values, lights: Vec<Light>) {
         (self.settings, self.exposure, self.scene.lights) = (values.settings, values.exposure, lights);
         self.set_roughness(values.roughness);
+    }
+
+    /// The scene as it is at the moment that is shown.
+    pub(super) fn still(&self) -> Scene {
+        self.scene.at(&self.player.playing).into_owned()
     }
 
     /// The box around all objects.

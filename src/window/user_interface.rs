@@ -116,6 +116,7 @@ impl UserInterface {
             plan: presenter.plan(),
             parts: presenter.parts(true),
             lights: &subject.scene.lights,
+            motion: &subject.scene.motion,
             memory: self.device.memory_report(),
             refused: self.refused.as_deref(),
             is_pending: presenter.is_pending(),
@@ -127,7 +128,7 @@ impl UserInterface {
             bounds: subject.bounds(),
         };
         let (selected, error, heat) = (self.selected, self.error.as_ref(), &self.heat);
-        let scene = &subject.scene;
+        let (scene, player) = (&subject.scene, &mut subject.player);
         let (divider, view, beside) = (self.divider, subject.settings.view, self.controls.beside);
         let (controls, faults) = (&mut self.controls, &mut self.faults);
         let (stepper, drawn) = (&mut self.stepper, presenter.drawn());
@@ -141,7 +142,7 @@ impl UserInterface {
             if let Some(beside) = beside {
                 divider.draw(context, [view, beside]);
             }
-            controls.show(context, &facts, &mut after);
+            controls.show(context, &facts, (&mut after, &mut *player));
             faults.show(context);
             if !(controls.keys && is_small(context)) {
                 stepper.panel(context, scene, &drawn);
@@ -236,6 +237,12 @@ impl UserInterface {
         true
     }
 
+    /// The picture is of another moment than before.
+    pub fn forget_moment(&mut self) {
+        self.end_comparison();
+        self.oracle = None;
+    }
+
     /// What was shown over the picture is drawn.
     pub fn drawn(&mut self) {
         self.overlay.drawn();
@@ -321,7 +328,7 @@ impl UserInterface {
 
     fn oracle(&mut self, subject: &Subject) -> &Oracle {
         let wake = Arc::clone(&self.wake);
-        self.oracle.get_or_insert_with(|| Oracle::new(subject.scene.clone(), move || wake()))
+        self.oracle.get_or_insert_with(|| Oracle::new(subject.still(), move || wake()))
     }
 
     /// Adds to the panels the textures that the device has not yet.

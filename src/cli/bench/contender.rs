@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use afterlight::frame::{FrameTimes, Renderer};
 use afterlight::gpu::{Device, MemoryKind};
-use afterlight::scene::{Camera, Settings};
+use afterlight::scene::{Camera, Pose, Scene, Settings};
 
 use crate::cli::failure::Failure;
 use crate::cli::workload::{Workload, milliseconds_since};
@@ -41,6 +41,19 @@ impl Contender {
         }
         memory.retain(|_, bytes| *bytes > 0);
         Ok(Self { name: name.to_owned(), settings, first_frame_ms, memory, renderer, times: Vec::new() })
+    }
+
+    /// Has the next frames show a moment of the scene's clips.
+    pub fn pose(&mut self, scene: &Scene, pose: &Pose) -> Result<(), Failure> {
+        for (index, object) in scene.objects.iter().enumerate().filter(|(_, object)| object.node.is_some()) {
+            self.renderer.move_object(index, &pose.object_transform(object))?;
+        }
+        let posed = pose.lights(scene);
+        for (index, (light, _)) in posed.iter().zip(&scene.lights).enumerate().filter(|(_, (posed, own))| posed != own)
+        {
+            self.renderer.set_light(index, light)?;
+        }
+        Ok(())
     }
 
     /// Draws one frame and waits for it, so that no frame of another contender runs beside it.

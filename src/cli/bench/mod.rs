@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use afterlight::gpu::Device;
-use afterlight::scene::{SETTINGS, Settings, SettingsPatch};
+use afterlight::scene::{Pose, SETTINGS, Settings, SettingsPatch};
 
 use super::args::{DeviceArgs, MotionArgs, SettingsArgs, value};
 use super::failure::Failure;
@@ -21,6 +21,9 @@ use super::{output, progress, session};
 use contender::Contender;
 use report::{BenchReport, SceneReport};
 use walk::Walk;
+
+/// Clips go on by so much from frame to frame, in seconds.
+const FRAME_SECONDS: f64 = 1.0 / 60.0;
 
 /// Measure how long frames take, for one or several scenes and variants of the settings
 #[derive(Debug, clap::Args)]
@@ -138,7 +141,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Measures all variants of one scene. All of them are held at once, or they could not take turns.
 fn measure(args: &Args, spec: &str, device: &Arc<Device>) -> Result<SceneReport, Failure> {
-    let mut workload = Workload::open(spec, &args.motion.over(&args.settings), args.quiet)?;
+    // What a single cost or part is, is measured of one moment.
+    let rests = args.motion.is_still() || args.plan_cost || args.why;
+    let open = if rests { Workload::open } else { Workload::open_moving };
+    let mut workload = open(spec, &args.motion.over(&args.settings), args.quiet)?;
     workload.spare(&args.json)?;
     output::spare(&args.json, &args.path)?;
     let walk = args.path.as_deref().map(|file| Walk::of(file, &mut workload, args.frames)).transpose()?;
@@ -156,11 +162,17 @@ fn measure(args: &Args, spec: &str, device: &Arc<Device>) -> Result<SceneReport,
     }
     let rounds = args.warmup + args.frames;
     let bar = progress::bar(workload.scene.name.clone(), u64::from(rounds), args.quiet);
+    let scene = &workload.scene;
+    let mut pose = Pose::default();
     for round in 0..rounds {
         // Whoever warms up on a path does so at its start.
         let measured = round.checked_sub(args.warmup);
-        let camera = walk.as_ref().map_or(workload.scene.camera, |walk| walk.camera(measured.unwrap_or(0)));
+        let time = workload.playing.time + f64::from(round) * FRAME_SECONDS;
+        scene.motion.pose_into(&workload.playing.with_time(time), &mut pose);
+        let own = || scene.looks_through.map_or(scene.camera, |index| pose.camera(scene, index));
+        let camera = walk.as_ref().map_or_else(own, |walk| walk.camera(measured.unwrap_or(0)));
         for contender in &mut contenders {
+            contender.pose(scene, &pose)?;
             contender.draw(&camera, measured.is_some())?;
         }
         bar.step();

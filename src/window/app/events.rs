@@ -110,6 +110,7 @@ impl ApplicationHandler for App<'_> {
                 } else {
                     self.clock.pause();
                     self.advanced = None;
+                    self.subject.player.rest();
                 }
                 ControlFlow::Wait
             }

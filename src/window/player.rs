@@ -1,0 +1,234 @@
+//! Clips in a window: what plays, where in it the picture is, and what of the frames follows from that.
+
+use std::time::Instant;
+
+use egui::{ComboBox, Slider, Ui};
+
+use crate::frame::{self, Presenter};
+use crate::scene::{ClipChoice, Motion, Playing, Pose, Scene};
+
+/// Seconds that a key goes forward or back.
+const NUDGE: f64 = 1.0 / 30.0;
+/// The longest that a frame goes forward, in seconds: what took longer was no motion but a pause.
+const LONGEST: f64 = 0.25;
+
+/// What plays of a scene.
+#[derive(Debug, Clone, Default)]
+pub struct Player {
+    pub playing: Playing,
+    runs: bool,
+    /// Up to when it has played, unless it has rested since.
+    advanced: Option<Instant>,
+    /// The frames do not show this moment yet.
+    is_new: bool,
+    pose: Pose,
+}
+
+impl Player {
+    /// Runs at once where anything moves, unless it is to rest at its moment.
+    pub fn new(motion: &Motion, playing: Playing, rests: bool) -> Self {
+        let runs = !rests && motion.duration(&playing.clips) > 0.0;
+        Self { playing, runs, is_new: !motion.is_empty(), ..Self::default() }
+    }
+
+    /// The same for the scene read again, whose clips may be others.
+    pub fn renewed(&self, motion: &Motion) -> Self {
+        let fits = match &self.playing.clips {
+            ClipChoice::Only(clips) => clips.iter().all(|&clip| clip < motion.clips.len()),
+            ClipChoice::All | ClipChoice::None => true,
+        };
+        let clips = if fits { self.playing.clips.clone() } else { ClipChoice::All };
+        let playing = Playing { clips, ..self.playing.clone() };
+        Self { runs: self.runs && motion.duration(&playing.clips) > 0.0, ..Self::new(motion, playing, true) }
+    }
+
+    /// Whether the picture changes by itself.
+    pub fn runs(&self) -> bool {
+        self.runs
+    }
+
+    /// Frames were made anew: they show the scene at rest.
+    pub fn show_again(&mut self) {
+        self.is_new = true;
+    }
+
+    /// No frame follows for now.
+    pub fn rest(&mut self) {
+        self.advanced = None;
+    }
+
+    /// Plays, or pauses.
+    pub fn toggle(&mut self, motion: &Motion) {
+        self.runs = !self.runs && motion.duration(&self.playing.clips) > 0.0;
+        self.advanced = None;
+    }
+
+    /// Pauses, a little before or after the moment.
+    pub fn nudge(&mut self, motion: &Motion, back: bool) {
+        let duration = motion.duration(&self.playing.clips);
+        self.runs = false;
+        if duration > 0.0 {
+            let time = self.playing.time + if back { -NUDGE } else { NUDGE };
+            self.scrub(time.rem_euclid(duration));
+        }
+    }
+
+    /// Goes to a moment.
+    pub fn scrub(&mut self, time: f64) {
+        self.is_new |= time != self.playing.time;
+        self.playing.time = time;
+    }
+
+    /// The next choice, or the one before: all clips, each of them, and none.
+    pub fn turn(&mut self, motion: &Motion, back: bool) {
+        let all = choices(motion);
+        let now = all.iter().position(|(_, own)| *own == self.playing.clips).unwrap_or_default();
+        let next = (now + if back { all.len() - 1 } else { 1 }) % all.len();
+        self.choose(all[next].1.clone());
+    }
+
+    fn choose(&mut self, clips: ClipChoice) {
+        self.is_new |= clips != self.playing.clips;
+        self.playing.clips = clips;
+    }
+
+    /// What it does, in a line.
+    pub fn line(&self, motion: &Motion) -> String {
+        if motion.clips.is_empty() {
+            return "clips: the scene has none".into();
+        }
+        let all = choices(motion);
+        let name = all.iter().find(|(_, own)| *own == self.playing.clips).map_or("several", |(name, _)| name);
+        let state = if self.runs { "plays" } else { "rests" };
+        format!("clips: {name} {state} at {:.3} s", self.playing.time)
+    }
+
+    /// Goes on, up to now. True where the moment is another than the frames show.
+    pub fn advance(&mut self, now: Instant, motion: &Motion) -> bool {
+        if self.runs {
+            let since = self.advanced.replace(now).map_or(0.0, |last| now.duration_since(last).as_secs_f64());
+            self.scrub(self.playing.time + since.min(LONGEST));
+        }
+        if self.is_new {
+            motion.pose_into(&self.playing, &mut self.pose);
+        }
+        self.is_new
+    }
+
+    /// Has the frames show the moment, if they do not yet. The scene's objects are where the pose puts them then.
+    ///
+    /// # Errors
+    /// As of [`Presenter::move_object`] and [`Presenter::set_light`].
+    pub fn show(&mut self, presenter: &mut Presenter, scene: &mut Scene) -> Result<(), frame::Error> {
+        if !std::mem::take(&mut self.is_new) {
+            return Ok(());
+        }
+        for object in &mut scene.objects {
+            object.transform = self.pose.object_transform(object);
+        }
+        show_pose(presenter, scene, &self.pose)
+    }
+
+    /// The part of the panels where it is seen and changed.
+    pub fn panel(&mut self, ui: &mut Ui, motion: &Motion) {
+        ui.horizontal(|ui| {
+            let text = if self.runs { "pause (Enter)" } else { "play (Enter)" };
+            if ui.button(text).clicked() {
+                self.toggle(motion);
+            }
+            ui.checkbox(&mut self.playing.looped, "loop").on_hover_text("Begin each clip again when it is over");
+        });
+        let all = choices(motion);
+        let mut clips = self.playing.clips.clone();
+        let name = all.iter().find(|(_, own)| *own == clips).map_or("several", |(name, _)| name);
+        ComboBox::from_label("clip (N)").selected_text(name).show_ui(ui, |ui| {
+            for (name, own) in &all {
+                ui.selectable_value(&mut clips, own.clone(), name);
+            }
+        });
+        self.choose(clips);
+        let duration = motion.duration(&self.playing.clips);
+        if duration > 0.0 {
+            let mut time = if self.playing.looped { self.playing.time.rem_euclid(duration) } else { self.playing.time };
+            let before = time;
+            ui.add(Slider::new(&mut time, 0.0..=duration).text("s ([ and ])").fixed_decimals(3));
+            if time != before {
+                self.runs = false;
+                self.scrub(time);
+            }
+        }
+    }
+}
+
+/// Shows a pose from the next frame on.
+fn show_pose(presenter: &mut Presenter, scene: &Scene, pose: &Pose) -> Result<(), frame::Error> {
+    for (index, object) in scene.objects.iter().enumerate().filter(|(_, object)| object.node.is_some()) {
+        presenter.move_object(index, &object.transform)?;
+    }
+    let posed = pose.lights(scene);
+    for (index, (light, _)) in posed.iter().zip(&scene.lights).enumerate().filter(|(_, (posed, own))| posed != own) {
+        presenter.set_light(index, light)?;
+    }
+    Ok(())
+}
+
+/// What can be chosen of the clips, by name.
+fn choices(motion: &Motion) -> Vec<(String, ClipChoice)> {
+    let each = motion.clips.iter().enumerate();
+    let each = each.map(|(index, clip)| (format!("{index} {}", clip.name), ClipChoice::Only(vec![index])));
+    let all = std::iter::once(("all".to_owned(), ClipChoice::All)).chain(each);
+    all.chain(std::iter::once(("none".to_owned(), ClipChoice::None))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+    use crate::scene::builtin;
+
+    #[test]
+    fn it_plays_by_the_clock_pauses_and_goes_on_from_there() {
+        let motion = builtin::open("seaweed?count=2").expect("built in").motion;
+        let mut player = Player::new(&motion, Playing::default(), false);
+        let begin = Instant::now();
+        let at = |ms| begin + Duration::from_millis(ms);
+        assert!(player.advance(at(0), &motion) && player.advance(at(100), &motion));
+        assert!((player.playing.time - 0.1).abs() < 1e-9 && player.runs());
+        player.toggle(&motion);
+        assert!(!player.runs());
+        player.is_new = false;
+        assert!(!player.advance(at(5000), &motion), "a pause changes nothing");
+        player.toggle(&motion);
+        player.advance(at(9000), &motion);
+        player.advance(at(9050), &motion);
+        assert!((player.playing.time - 0.15).abs() < 1e-9, "{}", player.playing.time);
+        // A frame that took long is no leap.
+        player.advance(at(99_000), &motion);
+        assert!((player.playing.time - 0.15 - LONGEST).abs() < 1e-9);
+    }
+
+    #[test]
+    fn keys_go_around_in_the_clips_and_in_time() {
+        let motion = builtin::open("seaweed?count=2").expect("built in").motion;
+        let mut player = Player::new(&motion, Playing::default(), true);
+        player.nudge(&motion, true);
+        assert!((player.playing.time - (12.0 - NUDGE)).abs() < 1e-9);
+        let mut seen = Vec::new();
+        for _ in 0..5 {
+            player.turn(&motion, false);
+            seen.push(player.playing.clips.clone());
+        }
+        let only = |clip| ClipChoice::Only(vec![clip]);
+        assert_eq!(seen, [only(0), only(1), only(2), ClipChoice::None, ClipChoice::All]);
+        player.turn(&motion, true);
+        assert_eq!(player.playing.clips, ClipChoice::None);
+        player.toggle(&motion);
+        assert!(!player.runs(), "nothing plays where no clip is chosen");
+        assert!(player.line(&motion).starts_with("clips: none rests"));
+        assert!(Player::default().line(&Motion::default()).contains("none"));
+        // A scene that is read again without its clips.
+        player.choose(only(2));
+        assert_eq!(player.renewed(&Motion::default()).playing.clips, ClipChoice::All);
+    }
+}
