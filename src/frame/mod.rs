@@ -343,12 +343,15 @@ impl Renderer {
     }
 
     /// Moves everything that nodes of the scene's motion carry to where a pose has it, from the next frame on: objects, the joints and shapes
-    /// of deformed ones, and lights. The scene stays as it is.
+    /// of deformed ones, and lights. Materials and lights have the values that clips give them. The scene stays as it is.
     ///
     /// # Errors
     /// When a light of the pose needs other pipelines or maps than the light has at rest.
     pub fn pose(&mut self, scene: &Scene, pose: &Pose) -> Result<(), Error> {
         self.world.pose(pose);
+        for (index, material) in pose.materials(scene) {
+            self.world.set_material(index, material);
+        }
         for (index, light) in pose.moved_lights(scene) {
             if !self.world.set_light(index, &light)? {
                 let what = "its kind, whether it shines, casts a shadow or has a range, and how wide a spot opens";

@@ -8,7 +8,6 @@ pub use fit::Fitted;
 use std::sync::Arc;
 
 use ash::vk;
-use glam::DAffine3;
 
 use super::builder::RendererBuilder;
 use super::edges::{self, Edges, RowName};
@@ -27,7 +26,7 @@ use crate::passes::encode::{Encode, WHITE_NITS};
 use crate::passes::overlay::{self, Overlay, Panels};
 use crate::passes::split;
 use crate::plan::{self, Canvas, Encoding, FramePlan, Part, Transfer};
-use crate::scene::{Camera, Light, Scene, Settings, View};
+use crate::scene::{Camera, Light, Pose, Scene, Settings, View};
 use over::{Over, overlay, own_canvas, record_copy, record_encode};
 
 /// What became of a frame.
@@ -65,6 +64,8 @@ pub struct Presenter {
     /// Only where no hardware encodes the swapchain's images.
     encode: Option<Encode>,
     /// After how many lights frames are halted.
+    /// The moment of the scene's motion that was asked for last.
+    pose: Pose,
     halted: Option<usize>,
     /// What their dependencies are.
     edges: Box<dyn Fn(&FramePlan) -> Edges>,
@@ -106,6 +107,7 @@ impl Presenter {
             is_copied: false,
             overlay: None,
             encode: None,
+            pose: Pose::default(),
             halted: None,
             edges: Box::new(edges::table),
             split: None,
@@ -185,13 +187,14 @@ impl Presenter {
         Ok(own && beside)
     }
 
-    /// Moves an object from the next frame on: see [`Renderer::move_object`].
+    /// Shows a moment of the scene's motion from the next frame on, in frames that are made later as well: see [`Renderer::pose`].
     ///
     /// # Errors
     /// As there.
-    pub fn move_object(&mut self, index: usize, transform: &DAffine3) -> Result<(), Error> {
-        self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.move_object(index, transform))?;
-        self.split.as_mut().map_or(Ok(()), |split| split.move_object(index, transform))
+    pub fn pose(&mut self, scene: &Scene, pose: &Pose) -> Result<(), Error> {
+        self.pose.clone_from(pose);
+        self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.pose(scene, pose))?;
+        self.split.as_mut().map_or(Ok(()), |split| split.pose(scene, pose))
     }
 
     /// Changes the exposure from the next frame on: see [`Renderer::set_exposure`].

@@ -7,7 +7,6 @@
 use std::sync::Arc;
 
 use ash::vk;
-use glam::DAffine3;
 
 use super::builder::RendererBuilder;
 use super::edges::{self, Edges, RowName};
@@ -18,7 +17,7 @@ use crate::gpu::Device;
 use crate::gpu::barrier::ImageRange;
 use crate::passes::split;
 use crate::plan::{self, Canvas};
-use crate::scene::{Camera, Light, Scene, Settings, View};
+use crate::scene::{Camera, Light, Pose, Scene, Settings, View};
 
 /// Another view beside the window's own.
 pub(super) struct Split {
@@ -131,9 +130,9 @@ impl Split {
         self.renderer.as_mut().map_or(Ok(true), |renderer| Ok(renderer.world.set_light(index, light)?))
     }
 
-    /// As [`Renderer::move_object`].
-    pub(super) fn move_object(&mut self, index: usize, transform: &DAffine3) -> Result<(), Error> {
-        self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.move_object(index, transform))
+    /// As [`Renderer::pose`].
+    pub(super) fn pose(&mut self, scene: &Scene, pose: &Pose) -> Result<(), Error> {
+        self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.pose(scene, pose))
     }
 
     /// As [`Renderer::set_exposure`].

@@ -125,7 +125,7 @@ impl World {
                 .into_iter()
                 .map(|mesh| (mesh, SortableTriangle::all(&scene.meshes[mesh], &DAffine3::IDENTITY)))
                 .collect(),
-            materials: plan.materials.all.clone(),
+            materials: at_rest(scene, plan),
             shadow_codes: (0..order.len())
                 .map(|light| plan.shadow.as_ref().map_or(0, |shadow| shadow.code(light)))
                 .collect(),
@@ -217,6 +217,17 @@ impl World {
         Ok(true)
     }
 
+    /// Changes a material, of one of those that clips change.
+    pub fn set_material(&mut self, index: usize, material: Material) {
+        if let Some(own) = self.materials.get_mut(index)
+            && *own != material
+        {
+            *own = material;
+            // Masks cut other holes into shadows.
+            self.generation += 1;
+        }
+    }
+
     /// Changes the factor from nits to what is tone-mapped, and with it how far the certified cut-off lets lights reach.
     pub fn set_exposure(&mut self, exposure: f32) {
         self.exposure = exposure;
@@ -294,6 +305,13 @@ fn places(numbers: impl Iterator<Item = usize>, count: usize) -> Vec<Option<usiz
     let mut places = vec![None; count];
     numbers.enumerate().for_each(|(place, number)| places[number] = Some(place));
     places
+}
+
+/// The materials of a plan, but those that clips change as they are at rest.
+fn at_rest(scene: &Scene, plan: &FramePlan) -> Vec<Material> {
+    let mut materials = plan.materials.all.clone();
+    scene.motion.moved_materials().into_iter().for_each(|index| materials[index].clone_from(&scene.materials[index]));
+    materials
 }
 
 /// What of a light a plan depends on.

@@ -118,7 +118,7 @@ impl Player {
     /// Has the frames show the moment, if they do not yet. The scene's objects are where the pose puts them then.
     ///
     /// # Errors
-    /// As of [`Presenter::move_object`] and [`Presenter::set_light`].
+    /// As of [`Presenter::pose`].
     pub fn show(&mut self, presenter: &mut Presenter, scene: &mut Scene) -> Result<(), frame::Error> {
         if !std::mem::take(&mut self.is_new) {
             return Ok(());
@@ -126,7 +126,7 @@ impl Player {
         for object in &mut scene.objects {
             object.transform = self.pose.object_transform(object);
         }
-        show_pose(presenter, scene, &self.pose)
+        presenter.pose(scene, &self.pose)
     }
 
     /// The part of the panels where it is seen and changed.
@@ -158,18 +158,6 @@ impl Player {
             }
         }
     }
-}
-
-/// Shows a pose from the next frame on.
-fn show_pose(presenter: &mut Presenter, scene: &Scene, pose: &Pose) -> Result<(), frame::Error> {
-    for (index, object) in scene.objects.iter().enumerate().filter(|(_, object)| object.node.is_some()) {
-        presenter.move_object(index, &object.transform)?;
-    }
-    let posed = pose.lights(scene);
-    for (index, (light, _)) in posed.iter().zip(&scene.lights).enumerate().filter(|(_, (posed, own))| posed != own) {
-        presenter.set_light(index, light)?;
-    }
-    Ok(())
 }
 
 /// What can be chosen of the clips, by name.

@@ -45,14 +45,7 @@ impl Contender {
 
     /// Has the next frames show a moment of the scene's clips.
     pub fn pose(&mut self, scene: &Scene, pose: &Pose) -> Result<(), Failure> {
-        for (index, object) in scene.objects.iter().enumerate().filter(|(_, object)| object.node.is_some()) {
-            self.renderer.move_object(index, &pose.object_transform(object))?;
-        }
-        let posed = pose.lights(scene);
-        for (index, (light, _)) in posed.iter().zip(&scene.lights).enumerate().filter(|(_, (posed, own))| posed != own)
-        {
-            self.renderer.set_light(index, light)?;
-        }
+        self.renderer.pose(scene, pose)?;
         Ok(())
     }
 

@@ -6,7 +6,7 @@ use std::time::Instant;
 use afterlight::frame::Renderer;
 use afterlight::gpu::Device;
 use afterlight::measure::Distribution;
-use afterlight::scene::{Camera, CameraPath, Settings};
+use afterlight::scene::{Camera, CameraPath, Pose, Settings};
 
 use super::{Args, Drawn, costs, heading, renderer, settings};
 use crate::cli::args::ViewChoice;
@@ -64,31 +64,32 @@ struct Player<'a> {
     workload: &'a Workload,
     settings: &'a Settings,
     renderer: Option<Renderer>,
-    /// The moment that it draws.
-    shown: Option<f64>,
+    pose: Pose,
     hazards: Vec<String>,
 }
 
 impl Player<'_> {
-    /// The renderer for a moment, and the scene's camera then. Everything that plays goes through here: a scene that moves gets a renderer of the
-    /// still scene of that moment.
+    /// The renderer at a moment, and the scene's camera then.
     fn at(&mut self, seconds: f64) -> Result<(&mut Renderer, Camera), Failure> {
-        let playing = self.workload.playing.with_time(self.workload.playing.time + seconds);
-        let scene = self.workload.scene.at(&playing);
-        let is_shown = !self.workload.scene.moves() || self.shown == Some(seconds);
-        // The one before first gives its memory back.
-        let kept = self.renderer.take().filter(|_| is_shown);
-        let renderer = match kept {
+        let scene = &self.workload.scene;
+        let renderer = match self.renderer.take() {
             Some(renderer) => renderer,
             None => {
-                let (renderer, hazards) = renderer(self.args, self.device, (self.workload, &scene), self.settings)?;
+                let (renderer, hazards) = renderer(self.args, self.device, (self.workload, scene), self.settings)?;
                 self.workload.warn(renderer.plan())?;
                 self.hazards = hazards;
                 renderer
             }
         };
-        self.shown = Some(seconds);
-        Ok((self.renderer.insert(renderer), scene.camera))
+        let renderer = self.renderer.insert(renderer);
+        if !scene.moves() {
+            return Ok((renderer, scene.camera));
+        }
+        let playing = self.workload.playing.with_time(self.workload.playing.time + seconds);
+        scene.motion.pose_into(&playing, &mut self.pose);
+        renderer.pose(scene, &self.pose)?;
+        let camera = scene.looks_through.map_or(scene.camera, |index| self.pose.camera(scene, index));
+        Ok((renderer, camera))
     }
 }
 
@@ -107,7 +108,8 @@ pub fn draw(args: &Args, mut workload: Workload, device: &Arc<Device>, is_verbos
 
     let start = Instant::now();
     let (workload, settings) = (&workload, &settings);
-    let mut player = Player { args, device, workload, settings, renderer: None, shown: None, hazards: Vec::new() };
+    let mut player =
+        Player { args, device, workload, settings, renderer: None, pose: Pose::default(), hazards: Vec::new() };
     player.at(0.0)?;
     let set_up_ms = milliseconds_since(start);
     let bar = progress::bar("drawing".into(), u64::from(count), args.quiet);

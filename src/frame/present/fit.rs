@@ -155,6 +155,11 @@ impl Presenter {
             }
         }
         taken |= self.fit_split(scene, &settings, made);
+        if self.pose.is_of(&scene.motion) {
+            let pose = std::mem::take(&mut self.pose);
+            // A light that these frames cannot show so was told when the moment was asked for.
+            let _ = self.pose(scene, &pose);
+        }
         self.fit_over()?;
         self.changed = None;
         Ok(if taken { Fitted::Taken } else { Fitted::AtOnce })

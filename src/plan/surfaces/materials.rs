@@ -46,11 +46,19 @@ impl EffectiveMaterials {
             ..Self::default()
         };
         let veiled = effective.veiled(scene);
+        let moving = scene.motion.moved_materials();
         for (index, material) in scene.materials.iter().enumerate() {
-            let mut own = simplified(material.clone(), settings.view);
+            let moves = moving.contains(&index);
+            let widest = if moves { scene.motion.widest(index, material) } else { material.clone() };
+            let mut own = simplified(widest, settings.view);
             let brdf = own.model(settings.brdf);
             if !matches!(brdf, Brdf::Phong | Brdf::BlinnPhong) {
                 own.ambient = 1.0;
+            }
+            // What a clip changes is no constant.
+            if moves {
+                effective.all.push(own);
+                continue;
             }
             let judged = match veiled.contains(&index) {
                 true => own.clone(),

@@ -19,7 +19,11 @@ pub use deform::deform;
 pub use playing::{ClipChoice, Playing};
 pub use pose::Pose;
 
+use std::collections::BTreeSet;
+
 use glam::{DAffine3, DQuat, DVec3};
+
+use super::Material;
 
 use sample::unit_rotation;
 
@@ -263,6 +267,34 @@ impl Motion {
     /// Whether nothing moves or deforms.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty() && self.clips.is_empty()
+    }
+
+    /// The materials that clips change.
+    pub(crate) fn moved_materials(&self) -> BTreeSet<usize> {
+        let material = |channel: &Channel| match channel.target {
+            Target::Material(material, _) => Some(material),
+            _ => None,
+        };
+        self.clips.iter().flat_map(|clip| &clip.channels).filter_map(material).collect()
+    }
+
+    /// A material that asks for all that it does at some key: plans are made for it.
+    pub(crate) fn widest(&self, index: usize, material: &Material) -> Material {
+        let mut widest = material.clone();
+        for channel in self.clips.iter().flat_map(|clip| &clip.channels) {
+            let Target::Material(own, kind) = channel.target else { continue };
+            for &time in channel.times.iter().filter(|_| own == index) {
+                let mut value = [0.0; 4];
+                let count = values::count(channel.target).min(value.len());
+                if channel.sample(time, &mut value[..count]) {
+                    let then = values::changed_material(material, std::iter::once((kind, &value)));
+                    widest.emissive = widest.emissive.max(then.emissive);
+                    widest.metallic = widest.metallic.max(then.metallic);
+                    widest.alpha = widest.alpha.max(then.alpha);
+                }
+            }
+        }
+        widest
     }
 
     /// Whether a node or a clip moves or changes a light.

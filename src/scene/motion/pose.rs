@@ -107,6 +107,11 @@ impl Pose {
         }
     }
 
+    /// Whether it is a moment of this motion, as far as the number of nodes tells; that of none is not.
+    pub fn is_of(&self, motion: &Motion) -> bool {
+        !self.worlds.is_empty() && self.worlds.len() == motion.nodes.len()
+    }
+
     /// From a node's space to the world's; the identity of a node that is not there.
     pub fn world(&self, node: usize) -> DAffine3 {
         self.worlds.get(node).copied().unwrap_or(DAffine3::IDENTITY)
