@@ -6,7 +6,7 @@ use std::time::Instant;
 use afterlight::frame::Renderer;
 use afterlight::gpu::Device;
 use afterlight::measure::Distribution;
-use afterlight::scene::{Camera, CameraPath, Pose, Settings};
+use afterlight::scene::{Camera, CameraPath, Output, Pose, Settings, metered_ev100};
 
 use super::{Args, Drawn, costs, heading, renderer, settings};
 use crate::cli::args::ViewChoice;
@@ -101,7 +101,11 @@ pub fn draw(args: &Args, mut workload: Workload, device: &Arc<Device>, is_verbos
         ViewChoice::One(view) => Some(*view),
         ViewChoice::All => None,
     });
-    let settings = settings(args, &workload, device, view)?;
+    let mut settings = settings(args, &workload, device, view)?;
+    if workload.scene.moves() && settings.output != Output::Nits && settings.exposure.is_none() {
+        // Metered once: it does not follow lights that move.
+        settings.exposure = Some(metered_ev100(&workload.scene));
+    }
     let target = |index| args.output.numbered(index, count);
     target(0).sink.check()?;
     workload.scene.check()?;

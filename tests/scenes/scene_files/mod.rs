@@ -1,6 +1,7 @@
 //! Scene files: what docs/SCENES.md says is what is read, and what is wrong ends in one line that names file, line and key.
 
 mod builtin;
+mod clips;
 mod document;
 mod path;
 mod refused;
@@ -87,7 +88,7 @@ fn every_key_does_what_it_says() {
     // Any settings are read as they were written: a test beside their table tries them.
     for table in schema::TABLES.iter().filter(|table| !table.table.starts_with("settings")) {
         for key in table.keys {
-            let tried = [EVERYTHING, HALVES, PARALLEL, PATH].iter().any(|text| text.contains(key));
+            let tried = [EVERYTHING, HALVES, PARALLEL, PATH, clips::CLIPS].iter().any(|text| text.contains(key));
             assert!(tried, "{}.{key} is not tried", table.table);
         }
     }
