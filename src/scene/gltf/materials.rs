@@ -248,8 +248,7 @@ impl Reader<'_> {
     /// KHR_materials_clearcoat as a material of its own, for a second object in the same place.
     fn coat(&mut self, json: &Clearcoat, base: &Material) -> Result<Pending, String> {
         let normal_scale = json.clearcoat_normal_texture.as_ref().and_then(|own| own.scale).unwrap_or(1.0);
-        let mut pending = Pending::default();
-        pending.material = Material {
+        let material = Material {
             name: format!("{} (coat)", base.name),
             base_color: Vec3::ONE,
             alpha: self.share("clearcoatFactor", json.clearcoat_factor),
@@ -259,6 +258,7 @@ impl Reader<'_> {
             two_sided: base.two_sided,
             ..Material::default()
         };
+        let mut pending = Pending { material, ..Pending::default() };
         if let Some(info) = &json.clearcoat_texture {
             self.ask(&mut pending, TextureSlot::BaseColor, info, Recipe::Coat)?;
         }
