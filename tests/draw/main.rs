@@ -6,6 +6,7 @@ mod common;
 mod antialiasing;
 mod camera_paths;
 mod changes;
+mod clips;
 mod culling;
 #[cfg(feature = "window")]
 mod encode;

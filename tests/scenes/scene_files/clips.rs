@@ -127,8 +127,8 @@ fn what_is_wrong_with_a_channel_has_its_line() {
     refused("[0, 0, 0, 1]]", "[0, 0, 0, 0]]", "must not be zero");
     refused("property = \"scale\"", "property = \"rotation\"", "must be ");
     refused("[[0, 8, 0], [0", "[[0, 8], [0", "must be 3 numbers a second");
-    let twice = "{ target = \"camera\", property = \"fov_y_degrees\", times = [0], values = [60] },\n]";
-    let error = refusal(&CLIPS.replacen("]\n\"", twice, 1).replacen("\n]\n", &format!("\n    {twice}\n"), 1));
+    let twice = "\n    { target = \"camera\", property = \"fov_y_degrees\", times = [0], values = [60] },\n]\n";
+    let error = refusal(&CLIPS.replacen("\n]\n", twice, 1));
     assert!(error.contains("another channel of this clip moves the same"), "{error}");
     let point = CLIPS.replacen("kind = \"spot\"", "kind = \"point\"", 1).replacen("direction = [0, -1, 0]\n", "", 1);
     let point = point.replacen("inner_angle_degrees = 10\nouter_angle_degrees = 30\n", "", 1);

@@ -70,7 +70,7 @@ fn ground(stage: &mut Stage) {
     let mut mesh = MeshBuilder::new();
     // Finer towards the camera: a grid whose rows grow with their distance.
     mesh.grid_smooth([160, 120], |u, v| {
-        let (x, z) = ((u - 0.5) * 36.0 * (0.25 + 0.75 * v), 7.0 - 31.0 * v * v);
+        let (x, z) = ((u - 0.5) * 36.0 * (0.25 + 0.75 * v), 7.0 - 31.0 * (0.15 * v + 0.85 * v * v));
         (DVec3::new(x, sand(x, z), z), DVec2::new(x, z))
     });
     stage.add("sand", mesh, material);
