@@ -18,7 +18,8 @@ fn at(gpu: &Gpu, scene: &Scene, settings: &Settings, time: f64) -> Picture {
 /// Of all channels, how many pixels differ by more than `bound`, and the largest value.
 fn differing(a: &Picture, b: &Picture, bound: f32) -> (usize, f32) {
     let pairs = floats(a).chunks(4).zip(floats(b).chunks(4));
-    let far = |(a, b): &(&[f32], &[f32])| a.iter().zip(*b).any(|(a, b)| !((a - b).abs() <= bound));
+    let far =
+        |(a, b): &(&[f32], &[f32])| a.iter().zip(*b).any(|(a, b)| (a - b).abs() > bound || a.is_nan() || b.is_nan());
     (pairs.filter(far).count(), floats(a).iter().fold(0.0, |most: f32, value| most.max(value.abs())))
 }
 

@@ -107,11 +107,7 @@ pub(super) fn material(node: &Node, scene: &mut Scene, textures: &mut Textures) 
 /// A texture with how it lies, in its slot.
 type Slotted = (TextureSlot, (usize, UvMap));
 
-fn read_textures(
-    table: &Table,
-    scene: &mut Scene,
-    textures: &mut Textures,
-) -> Result<Vec<Slotted>, Error> {
+fn read_textures(table: &Table, scene: &mut Scene, textures: &mut Textures) -> Result<Vec<Slotted>, Error> {
     let mut slots = Vec::new();
     for slot in TextureSlot::ALL {
         let SlotForm { key, color_space, .. } = *slot.form();
