@@ -16,14 +16,17 @@ pub(super) fn is_ktx(bytes: &[u8]) -> bool {
 
 /// The largest level.
 pub(super) fn decode(bytes: &[u8]) -> Result<RgbaImage, String> {
-    let [width, height] = size(bytes)?;
     // The transcoder checks its input; it is young, and a slip of it must not take the program along.
-    let texels = catch_unwind(AssertUnwindSafe(|| {
-        let transcoder = Transcoder::new(bytes)?;
-        transcoder.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE)
-    }));
-    let texels = texels.map_err(|_| "cannot be transcoded: the transcoder failed".to_owned())?;
-    let texels = texels.map_err(|error| format!("cannot be transcoded: {error:?}"))?;
+    let image = catch_unwind(AssertUnwindSafe(|| transcode(bytes)));
+    image.unwrap_or_else(|_| Err("cannot be transcoded: the transcoder failed".into()))
+}
+
+/// The same by the transcoder's own checks and those here.
+pub(super) fn transcode(bytes: &[u8]) -> Result<RgbaImage, String> {
+    let [width, height] = size(bytes)?;
+    let failed = |error| format!("cannot be transcoded: {error:?}");
+    let transcoder = Transcoder::new(bytes).map_err(failed)?;
+    let texels = transcoder.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE).map_err(failed)?;
     let found = texels.len();
     RgbaImage::from_raw(width, height, texels)
         .ok_or_else(|| format!("cannot be transcoded: {width}x{height} texels became {found} bytes"))
@@ -42,6 +45,12 @@ fn size(bytes: &[u8]) -> Result<[u32; 2], String> {
     let (depth, layers, faces) = (word(28)?, word(32)?, word(36)?);
     if depth > 1 || layers > 1 || faces != 1 {
         return Err("is not one flat image".into());
+    }
+    // The transcoder takes the first level's unpacked length for granted: at most 16 bytes for each block of 4x4 texels.
+    let unpacked = u64::from(word(96)?) | u64::from(word(100)?) << 32;
+    let most = 16 * u64::from(width.div_ceil(4)) * u64::from(height.div_ceil(4));
+    if unpacked > most {
+        return Err(format!("says that its {width}x{height} texels are {unpacked} bytes, but they are {most} at most"));
     }
     Ok([width, height])
 }

@@ -10,16 +10,19 @@ const MOST_BYTES: u64 = 1 << 30;
 
 /// Decompresses a primitive.
 pub(super) fn decode(bytes: &[u8]) -> Result<Mesh, String> {
-    let limits = DecodeLimits::default();
-    let limits = limits.with_max_points(MOST_POINTS).with_max_faces(MOST_POINTS).with_max_decoded_bytes(MOST_BYTES);
     // The decoder checks its input; it is young, and a slip of it must not take the program along.
-    let decoded = catch_unwind(AssertUnwindSafe(|| {
-        let mut mesh = Mesh::new();
-        let decoded = MeshDecoder::new().decode(&mut DecoderBuffer::new(bytes).with_limits(limits), &mut mesh);
-        decoded.map(|()| mesh).map_err(|error| error.to_string().replace(['\n', '\r'], " "))
-    }));
+    let decoded = catch_unwind(AssertUnwindSafe(|| decode_checked(bytes)));
     let mesh = decoded.unwrap_or_else(|_| Err("the decoder failed".into()));
     mesh.map_err(|why| format!("its Draco data cannot be decompressed: {why}"))
+}
+
+/// The same by the decoder's own checks alone.
+pub(super) fn decode_checked(bytes: &[u8]) -> Result<Mesh, String> {
+    let limits = DecodeLimits::default();
+    let limits = limits.with_max_points(MOST_POINTS).with_max_faces(MOST_POINTS).with_max_decoded_bytes(MOST_BYTES);
+    let mut mesh = Mesh::new();
+    let decoded = MeshDecoder::new().decode(&mut DecoderBuffer::new(bytes).with_limits(limits), &mut mesh);
+    decoded.map(|()| mesh).map_err(|error| error.to_string().replace(['\n', '\r'], " "))
 }
 
 /// Corners of its triangles.

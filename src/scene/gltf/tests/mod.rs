@@ -2,6 +2,7 @@
 
 mod bad;
 mod compressed;
+mod encoded;
 mod geometry;
 mod materials;
 mod motion;
