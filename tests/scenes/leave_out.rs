@@ -17,7 +17,7 @@ use afterlight::plan::{FramePlan, PartGroup};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
     AlphaMode, Brdf, ColorSpace, Environment, Falloff, HdrFormat, Keep, LightPath, Material, OptionalPart as P, Scene,
-    Settings, Texture, TextureSlot,
+    Settings, Texture, TextureSlot, UvMap,
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -191,6 +191,26 @@ fn cases() -> Vec<Case> {
                 vec![holes()],
             ),
         ),
+        // What only glTF has: vertices with colours and second coordinates here, reflectances, a coat and something unlit below.
+        case(Clustered, &[P::HdrTarget, P::Transparent], {
+            let mut worn =
+                textured(|m| &mut m.base_color_texture, Material { alpha_mode: masked.alpha_mode, ..lambert(0.9) });
+            worn.uv_maps[0] = UvMap { set: 1, rotation: 0.4, ..UvMap::IDENTITY };
+            let mut scene = boxed("painted", worn, vec![sun(slanted, 3.0)]);
+            let mesh = &mut scene.meshes[1];
+            mesh.uvs_1 = mesh.uvs.iter().map(|[u, v]| [v * 0.5, u + 0.25]).collect();
+            mesh.colors = mesh.uvs.iter().map(|[u, v]| [*u, *v, 0.5, 0.75 + 0.25 * u]).collect();
+            with_textures(scene, vec![holes()])
+        }),
+        case(Clustered, &[P::SecondUvs, P::VertexColors, P::ShadowMaps], {
+            let base = Material { reflectance: Vec3::new(0.2, 0.1, 0.05), grazing: 0.7, ..Material::default() };
+            let mut scene = ambient(boxed("lacquered", base, vec![directional(slanted, 3.0)]));
+            let coat = Material { alpha_mode: AlphaMode::Coat, roughness: 0.2, ..Material::default() };
+            add(&mut scene, shapes::cuboid([0.5; 3]), coat, at(0.1, 0.1, 0.3));
+            let sign = Material { unlit: true, base_color: Vec3::new(0.2, 0.4, 0.1), ..Material::default() };
+            add(&mut scene, rectangle([-0.4, -0.3], [0.5, 0.3], 0.0), sign, at(0.0, -0.4, 0.8));
+            scene
+        }),
         case(Clustered, &[P::Transparent, P::Uvs], boxed("glow", emitting, vec![lamp(0.0, Some(3.0))])),
         case(Clustered, &[P::Emissive, P::ShadowMaps], {
             let mut scene = boxed("glass", lambert(0.5), vec![directional(slanted, 3.0)]);
@@ -445,6 +465,8 @@ const TRACES: &[Trace] = &[
     trace(P::SpecularTarget, &["target Specular"], &[], &[("G-buffer inputs", ": 4 INPUT_ATTACHMENT")]),
     trace(P::Uvs, &["vertex uvs"], &[], &[]),
     trace(P::Tangents, &["vertex tangents"], &[], &[]),
+    trace(P::SecondUvs, &["vertex second uvs"], &[], &[]),
+    trace(P::VertexColors, &["vertex colours"], &[], &[]),
     trace(P::WideIndices, &["indices of 32 bits"], &[], &[]),
     trace(P::BaseColorTextures, &[], &[], &[("material ", ": 0 SAMPLED_IMAGE")]),
     trace(P::NormalMaps, &[], &[], &[("material ", ": 1 SAMPLED_IMAGE")]),

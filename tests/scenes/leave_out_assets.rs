@@ -89,12 +89,14 @@ fn assert_same(gpu: &Gpu, scene: &Scene, lean: &Settings, parts: &[OptionalPart]
     }
 }
 
-const MESH_PARTS: [OptionalPart; 5] = [
+const MESH_PARTS: [OptionalPart; 7] = [
     OptionalPart::WideIndices,
     OptionalPart::UnusedMeshes,
     OptionalPart::Normals,
     OptionalPart::Uvs,
     OptionalPart::Tangents,
+    OptionalPart::SecondUvs,
+    OptionalPart::VertexColors,
 ];
 
 #[test]

@@ -40,7 +40,8 @@ fn assert_near(gpu: &Gpu, scene: &Scene, settings: &Settings, [half, most]: [f64
 }
 
 fn nits_of(path: LightPath) -> Settings {
-    Settings { light_path: path, ..exact(SIZE[0], SIZE[1]) }
+    // Several places a pixel are not what the truth looks at.
+    Settings { light_path: path, anisotropy: 1, ..exact(SIZE[0], SIZE[1]) }
 }
 
 /// Texels that differ in all channels.
@@ -70,7 +71,7 @@ fn textures_wrap_and_are_magnified_as_their_samplers_say() {
         for (index, wrap) in WRAPS.into_iter().flat_map(|u| WRAPS.map(|v| [u, v])).enumerate() {
             for filter in [Filter::Nearest, Filter::Linear] {
                 let scene = papered(paper.clone(), sampled(wrap, filter));
-                let settings = Settings { anisotropy: 1, ..nits_of(PATHS[index % PATHS.len()]) };
+                let settings = nits_of(PATHS[index % PATHS.len()]);
                 // A sampler has 8 bits for the share of a texel at least, and the edges of nearest ones run along pixels.
                 let most = if filter == Filter::Nearest { 1e-5 } else { 8e-3 };
                 assert_near(gpu, &scene, &settings, [4e-3, most], 0.93, &format!("{wrap:?} {filter:?}"));
@@ -204,7 +205,7 @@ fn textures_lie_on_meshes_as_their_uv_maps_say() {
             mesh.compute_tangents();
             scene.environment.ambient = Vec3::splat(0.2);
             for path in PATHS.into_iter().filter(|&path| path != LightPath::Compute || !material.is_transparent()) {
-                let settings = Settings { anisotropy: 1, ..nits_of(path) };
+                let settings = nits_of(path);
                 assert_near(gpu, &scene, &settings, [8e-3, 0.03], 0.97, &format!("{name}, {path}"));
             }
         }
@@ -239,13 +240,13 @@ fn a_uv_map_is_as_coordinates_that_are_mapped_before() {
             mesh.uvs = coordinates.iter().map(place).collect();
             baked.materials[1] = mask.clone();
             for path in [LightPath::Clustered, LightPath::Forward] {
-                let settings = Settings { anisotropy: 1, ..nits_of(path) };
+                let settings = nits_of(path);
                 let [mapped, mapped_before] = [&scene, &baked].map(|scene| gpu.draw(scene, &settings));
                 let off = |&(x, y): &(u32, u32)| {
-                    (nits(&mapped, x, y) - nits(&mapped_before, x, y)).abs().max_element() > 1e-3
+                    (nits(&mapped, x, y) - nits(&mapped_before, x, y)).abs().max_element() > 8e-3
                 };
                 let count = places(&mapped).filter(off).count();
-                // Texels beside a hole's edge, by rounding.
+                // Texels beside a hole's edge, by rounding; a sampler has 8 bits for the share of a texel at least.
                 assert!(count < 40, "set {set}, {path}: {count} pixels differ");
             }
         }

@@ -7,7 +7,9 @@ use super::super::{Bound, Case, Check, Subject, Values, case};
 use super::stage::{float32, lamp, sphere_on_floor, waves};
 use crate::scene::builtin::shapes::{self, MeshBuilder};
 use crate::scene::builtin::stage::Stage;
-use crate::scene::{AlphaMode, Brdf, Camera, ColorSpace, Environment, Material, SettingsPatch, Texture};
+use crate::scene::{
+    AlphaMode, Brdf, Camera, ColorSpace, Environment, Material, SettingsPatch, Texture, TextureSlot, UvMap,
+};
 
 pub const CASES: &[Case] = &[
     case("sampling/color", "a floor whose texture repeats so often in a metre: its light in the mean")
@@ -15,6 +17,17 @@ pub const CASES: &[Case] = &[
         // On lavapipe 1% where no level but the first is looked at, which is a code of 8 bits, and 3% where the smallest are.
         .claim([0.1, 1e4], Bound { worst: 0.06, mean: 0.06 })
         .check(Check::Whole(color)),
+    case(
+        "sampling/uv-scale",
+        "a floor whose UV map scales its coordinates, which are metres, so: its light in the mean",
+    )
+    .over(Values::Decades(-6, 6), "")
+    .claim([1e-6, 1e6], Bound { worst: 0.06, mean: 0.06 })
+    .check(Check::Whole(|scale| mapped(UvMap { scale: DVec2::new(scale, -scale), rotation: 0.3, ..UvMap::IDENTITY }))),
+    case("sampling/uv-offset", "a floor whose UV map moves its texture by so many images: its light in the mean")
+        .over(Values::Decades(-6, 12), "")
+        .claim([1e-6, 1e12], Bound { worst: 0.06, mean: 0.06 })
+        .check(Check::Whole(|images| mapped(UvMap { offset: DVec2::new(images, 0.5 - images), ..UvMap::IDENTITY }))),
     case(
         "sampling/mask",
         "a grille whose holes repeat so often in a metre: the light of it and of what is seen through it in the mean",
@@ -74,6 +87,14 @@ fn floor(repeats: f64, material: impl FnOnce(&mut Stage) -> Material) -> Subject
 
 fn color(repeats: f64) -> Subject {
     floor(repeats, |stage| Material { base_color_texture: stage.texture(waves()), ..Material::default() })
+}
+
+fn mapped(map: UvMap) -> Subject {
+    floor(1.0, |stage| {
+        let mut material = Material { base_color_texture: stage.texture(waves()), ..Material::default() };
+        material.uv_maps[TextureSlot::BaseColor as usize] = map;
+        material
+    })
 }
 
 fn mask(repeats: f64) -> Subject {
