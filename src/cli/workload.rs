@@ -99,7 +99,8 @@ impl Workload {
             look(&mut scene, choice, aspect)?;
         }
         let motion = scene.motion.clone();
-        let playing = Playing { time: args.time.unwrap_or_default(), clips: motion.choose(&args.clips)?, looped: true };
+        let clips = motion.choose(&args.clips).map_err(|error| Failure::usage(error.to_string()))?;
+        let playing = Playing { time: args.time.unwrap_or_default(), clips, looped: true };
         let (settings_path, camera) = (args.file.clone(), args.camera_text.clone());
         let told = RefCell::default();
         Ok(Self { scene, motion, playing, load_ms, command_line, settings_file, settings_path, camera, quiet, told })

@@ -39,6 +39,10 @@ pub mod key {
     pub const X: u8 = 53;
     pub const P: u8 = 33;
     pub const H: u8 = 43;
+    pub const N: u8 = 57;
+    pub const ENTER: u8 = 36;
+    pub const BRACKET_LEFT: u8 = 34;
+    pub const BRACKET_RIGHT: u8 = 35;
     pub const COMMA: u8 = 59;
     pub const PERIOD: u8 = 60;
     pub const CONTROL: u8 = 37;
@@ -265,6 +269,11 @@ impl<'a> View<'a> {
             }
             sleep(Duration::from_millis(20));
         }
+    }
+
+    /// Waits until the picture is another one, and returns one that is.
+    pub fn moves_on(&mut self, before: &[u8]) -> Vec<u8> {
+        until("another picture", || Some(self.pixels()).filter(|pixels| pixels != before))
     }
 
     /// Waits until the picture is another one, and the program draws no more.

@@ -2,6 +2,7 @@
 //! back from the server; under Wayland on a compositor. All under core and synchronization validation, of which any message is exit code 1.
 
 mod changes;
+mod clips;
 mod deep;
 mod examples;
 mod harness;

@@ -1,0 +1,79 @@
+//! Clips in the window: it plays as it opens, rests at a moment that is asked for, and keys pause, go through time and pick what plays.
+
+use std::fs;
+
+use super::harness::{SIZE, Server, View, key, rendered, rgb, size_text};
+
+/// A block that goes to and fro and turns under a lamp that grows, for two seconds.
+const SCENE: &str = r##"
+[[models]]
+name = "floor"
+shape = { kind = "plane", size = [6, 6] }
+[[models]]
+name = "block"
+shape = { kind = "box", size = [0.6, 0.8, 0.6] }
+translation = [-0.6, 0.4, 0]
+[[lights]]
+name = "lamp"
+kind = "point"
+position = [0, 2, 1]
+intensity = 4
+[environment]
+ambient = [0.1, 0.1, 0.12]
+background = [0.3, 0.5, 0.8]
+[camera]
+position = [0.4, 1, 2.2]
+target = [0, 0.3, 0]
+[settings]
+exposure = -1
+[[clips]]
+name = "go"
+channels = [
+    { target = "models.block", property = "translation", times = [0, 1, 2], values = [[-0.6, 0.4, 0], [0.6, 0.4, 0], [-0.6, 0.4, 0]] },
+    { target = "models.block", property = "rotation", axis = [0, 1, 0], times = [0, 2], values = [0, 90] },
+]
+[[clips]]
+name = "glow"
+channels = [{ target = "lights.lamp", property = "intensity", times = [0, 1, 2], values = [4, 1, 4] }]
+"##;
+
+#[test]
+fn clips_rest_at_a_moment_play_pause_and_are_picked() {
+    let (server, folder) = (Server::start(), tempfile::tempdir().expect("a temporary folder"));
+    let path = folder.path().join("move.toml");
+    fs::write(&path, SCENE).expect("a file");
+    let scene = path.to_str().expect("UTF-8");
+    let at = |time: &str, clip: &str| {
+        let clip = if clip.is_empty() { vec![] } else { vec!["--clip", clip] };
+        rendered(SIZE, &[&[scene, "--time", time], &clip[..]].concat())
+    };
+    let mut view = View::open(&server, &[scene, "--time", "0.75", "--size", &size_text(SIZE)]);
+    let moment = at("0.75", "");
+    view.shows(&moment, "at rest");
+    view.rests();
+    // A thirtieth of a second on, and back.
+    server.tap(key::BRACKET_RIGHT);
+    view.shows(&at("0.7833333333333333", ""), "a step on");
+    server.tap(key::BRACKET_LEFT);
+    view.shows(&moment, "and back");
+    // All, then each alone, then none.
+    for (clip, what) in [("go", "the first clip"), ("glow", "the second"), ("none", "none")] {
+        server.tap(key::N);
+        view.shows(&at("0.75", clip), what);
+    }
+    server.tap(key::N);
+    view.shows(&moment, "all again");
+    server.tap(key::ENTER);
+    view.waits_to_tell("clips: all plays at");
+    let first = view.moves_on(&moment);
+    view.moves_on(&first);
+    server.tap(key::ENTER);
+    view.waits_to_tell("clips: all rests at");
+    view.rests();
+    // What is shown is what is kept, and other views of it move as well.
+    server.tap(key::P);
+    view.waits_to_tell("screenshot: ");
+    let kept = rgb(&view.folder.path().join("afterlight-0001.png"));
+    view.shows(&kept, "after the screenshot");
+    view.closes_well();
+}
