@@ -33,9 +33,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
             row(RowName::UPLOAD_TO_VERTICES, Carrier::MemoryBarrier)
                 .from(Place::UPLOAD, &[COPY_WRITE])
                 .to(Place::DRAWS, &[VERTEX_READ, indices, rest])
-                .because(
-                    "draws fetch vertices and indices that were copied, and SKIN reads meshes at rest; the same barrier serves all buffers",
-                ),
+                .because("draws fetch vertices and indices that were copied; the same barrier serves all buffers"),
         );
     }
     if uploads.textures {
