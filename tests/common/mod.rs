@@ -9,6 +9,7 @@ pub mod golden;
 pub mod gpu;
 pub mod hdr;
 pub mod moving;
+pub mod plain_gltf;
 pub mod program;
 pub mod scenes;
 pub mod stage;

@@ -1,5 +1,7 @@
 //! Every built-in scene and every view, as they looked when they were last looked at. AFTERLIGHT_BLESS=1 keeps what is drawn now.
 
+mod models;
+
 use crate::common::golden::{LARGEST_MEAN, SAME_WITHIN, check, flip_error};
 use crate::common::gpu::{Gpu, on_gpu};
 use crate::common::stage::{open, own, view};
