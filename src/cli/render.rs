@@ -39,7 +39,7 @@ Examples:
   afterlight render builtin:hall --view all -o sheet.png
   afterlight render builtin:hall --path walk.toml --fps 10 -o walk.png
   afterlight render builtin:seaweed --time 2.5 --clip sway -o sway.png
-  afterlight render builtin:seaweed --duration 12 --fps 25 -o - | ffmpeg -f image2pipe -r 25 -i - sea.mp4")]
+  afterlight render builtin:seaweed --duration 12 --fps 25 -o sea.png")]
 pub struct Args {
     /// The scenes: .obj files, .toml scene files, or `builtin:NAME?key=value&...`
     #[arg(required = true, value_name = "SCENE")]

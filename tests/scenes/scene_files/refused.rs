@@ -222,7 +222,7 @@ fn a_number_out_of_range_is_refused_with_the_range() {
             "scene.toml:3: materials[0].normal_texture.wrap = ['clamp']: must be a word, or two, [u, v]",
         ),
         (
-            "[[materials]]\nname='a'\nnormal_texture = { file = 'no.png', uv_set = 2 }",
+            "[[materials]]\nname='a'\nnormal_texture = { file = 'planks.png', uv_set = 2 }",
             "scene.toml:3: materials[0].normal_texture.uv_set = 2: must be a whole number from 0 to 1",
         ),
         ("[[materials]]\nname='a'\nior = 0.5", "scene.toml:3: materials[0].ior = 0.5: must be from 1 to 100"),
@@ -309,7 +309,7 @@ fn files_that_cannot_be_read_are_told_at_the_line_that_names_them() {
             "[[models]]\npath='everything.toml'",
             "scene.toml:2: models[0].path = 'everything.toml': everything.toml: a scene file is not a model",
         ),
-        ("[[models]]\npath='planks.png'", ".png is not a format that is read; afterlight reads models from .obj files"),
+        ("[[models]]\npath='planks.png'", ".png is not a format that is read; afterlight reads models from .gltf, .glb and .obj files"),
         ("[[models]]\npath='.'", "scene.toml:2: models[0].path = '.': "),
         ("[[models]]\npath='a\\u0000b.obj'", "scene.toml:2: "),
         ("[[models]]\npath=\"a\\nb.obj\"", "scene.toml:2: "),
