@@ -1,9 +1,7 @@
 //! The two containers of glTF: JSON text, and a binary file of chunks, the first of them JSON. Content tells them apart, whatever they are called.
 
 use std::ops::Range;
-use std::path::Path;
 
-use super::super::Error;
 use super::json::Document;
 
 /// A file's JSON, and the buffer that a binary file holds beside it.
@@ -18,16 +16,11 @@ const JSON: u32 = 0x4e4f_534a;
 const BIN: u32 = 0x004e_4942;
 
 impl Container {
-    /// Reads a file.
+    /// Takes the bytes of a file.
     ///
     /// # Errors
-    /// [`Error::Read`] when it cannot be read, [`Error::Content`] when it is no glTF of version 2, with the line of text that is wrong.
-    pub fn read(path: &Path) -> Result<Self, Error> {
-        let bytes = std::fs::read(path).map_err(|e| Error::Read { path: path.to_owned(), cause: e.to_string() })?;
-        Self::parse(bytes).map_err(|(line, what)| Error::Content { path: path.to_owned(), line, what })
-    }
-
-    fn parse(bytes: Vec<u8>) -> Result<Self, (Option<usize>, String)> {
+    /// The line of text that is wrong, if there is one, and what is.
+    pub fn parse(bytes: Vec<u8>) -> Result<Self, (Option<usize>, String)> {
         let is_binary = bytes.starts_with(MAGIC);
         let (json, binary) =
             if is_binary { chunks(&bytes).map_err(|what| (None, what))? } else { (0..bytes.len(), None) };

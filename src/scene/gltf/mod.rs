@@ -81,7 +81,17 @@ pub struct GltfOptions<'a> {
 /// [`Error::Read`] when the file cannot be read; [`Error::Content`] for what the module's documentation calls an error, for an extension that the
 /// file requires and that is not supported, for a scene or a variant that it does not have, and for a file without a triangle to draw.
 pub fn load(path: &Path, options: &GltfOptions) -> Result<Imported, Error> {
-    let container = Container::read(path)?;
+    let bytes = std::fs::read(path).map_err(|e| Error::Read { path: path.to_owned(), cause: e.to_string() })?;
+    parse(bytes, path, options)
+}
+
+/// Reads the bytes of a glTF file that stands, or would stand, at `path`.
+///
+/// # Errors
+/// As [`load`].
+pub fn parse(bytes: Vec<u8>, path: &Path, options: &GltfOptions) -> Result<Imported, Error> {
+    let container = Container::parse(bytes);
+    let container = container.map_err(|(line, what)| Error::Content { path: path.to_owned(), line, what })?;
     let resources = Resources::beside(path, options.allow_outside);
     let buffers = Buffers::new(&container.document, &resources, container.binary());
     let reader = Reader { path, document: &container.document, resources: &resources, buffers: &buffers };

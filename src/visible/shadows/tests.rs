@@ -510,11 +510,7 @@ fn a_change_that_needs_another_plan_is_told_and_what_is_not_there_is_an_error() 
     assert!(world.move_object(1, &DAffine3::IDENTITY).is_err());
     let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
     assert!(!world.move_object(0, &mirror).expect("an object"));
-    for light in [
-        lamp(DVec3::X, Some(1.0)),
-        sun(DVec3::X),
-        Light { casts_shadow: false, ..lamp(DVec3::X, None) },
-    ] {
+    for light in [lamp(DVec3::X, Some(1.0)), sun(DVec3::X), Light { casts_shadow: false, ..lamp(DVec3::X, None) }] {
         assert!(!world.set_light(0, &light).expect("a light"), "{light:?}");
     }
     assert!(world.set_light(1, &lamp(DVec3::X, None)).is_err());

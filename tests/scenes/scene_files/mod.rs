@@ -82,13 +82,38 @@ fn refusal(text: &str) -> String {
     error.replace(&format!("{}/", folder.path().display()), "")
 }
 
+/// A triangle in the second of two scenes, with a second look.
+const GLTF: &str = r#"{"asset":{"version":"2.0"},"extensionsUsed":["KHR_materials_variants"],
+"extensions":{"KHR_materials_variants":{"variants":[{"name":"red"}]}},
+"scenes":[{"name":"first","nodes":[]},{"name":"second","nodes":[0]}],"nodes":[{"mesh":0}],
+"materials":[{"name":"plain"},{"name":"paint"}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0,
+"extensions":{"KHR_materials_variants":{"mappings":[{"material":1,"variants":[0]}]}}}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+"bufferViews":[{"buffer":0,"byteLength":36}],
+"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#;
+
+const GLTF_MODEL: &str = "[[models]]\npath = 'two.gltf'\nscene = 'second'\nvariant = 'red'";
+
+#[test]
+fn a_scene_and_a_variant_of_a_gltf_file_are_chosen() {
+    let folder = folder();
+    fs::write(folder.path().join("two.gltf"), GLTF).unwrap();
+    let scene = read(&folder, GLTF_MODEL).unwrap();
+    let worn: Vec<&str> = scene.objects.iter().map(|own| scene.materials[own.material].name.as_str()).collect();
+    assert_eq!((worn, scene.triangle_count()), (vec!["paint"], 1));
+    let error = read(&folder, "[[models]]\npath = 'two.gltf'\nscene = 'third'").unwrap_err();
+    assert!(error.contains("third"), "{error}");
+}
+
 #[test]
 fn every_key_does_what_it_says() {
     let scene = read(&folder(), EVERYTHING).unwrap();
     // Any settings are read as they were written: a test beside their table tries them.
     for table in schema::TABLES.iter().filter(|table| !table.table.starts_with("settings")) {
         for key in table.keys {
-            let tried = [EVERYTHING, HALVES, PARALLEL, PATH, clips::CLIPS].iter().any(|text| text.contains(key));
+            let tried =
+                [EVERYTHING, HALVES, PARALLEL, PATH, clips::CLIPS, GLTF_MODEL].iter().any(|text| text.contains(key));
             assert!(tried, "{}.{key} is not tried", table.table);
         }
     }

@@ -309,7 +309,10 @@ fn files_that_cannot_be_read_are_told_at_the_line_that_names_them() {
             "[[models]]\npath='everything.toml'",
             "scene.toml:2: models[0].path = 'everything.toml': everything.toml: a scene file is not a model",
         ),
-        ("[[models]]\npath='planks.png'", ".png is not a format that is read; afterlight reads models from .gltf, .glb and .obj files"),
+        (
+            "[[models]]\npath='planks.png'",
+            ".png is not a format that is read; afterlight reads models from .gltf, .glb and .obj files",
+        ),
         ("[[models]]\npath='.'", "scene.toml:2: models[0].path = '.': "),
         ("[[models]]\npath='a\\u0000b.obj'", "scene.toml:2: "),
         ("[[models]]\npath=\"a\\nb.obj\"", "scene.toml:2: "),

@@ -1,0 +1,5 @@
+//! The glTF reader, by libFuzzer.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| afterlight_fuzz::read_gltf(bytes));
