@@ -120,21 +120,34 @@ fn world_tangent(tangent: vec4<f32>) -> vec4<f32> {
 }
 
 #ifdef TEXTURED
-// Where in the texture of a slot a place lies.
-fn place_in(slot: u32, uvs: Uvs) -> vec2<f32> {
+// The texture of a slot at a place.
+fn texel_of(slot: u32, own: texture_2d<f32>, own_sampler: sampler, uvs: Uvs) -> vec4<f32> {
 #ifdef EXTRAS
+    // The map is linear: so are its derivatives. They are taken before the map is read, because the pixels of a quad that lie beside the
+    // triangle may read nothing (on lavapipe, zeros), and then the level along every edge would be the smallest.
+    let first = mat2x2(dpdx(uvs.first), dpdy(uvs.first));
+    let second = mat2x2(dpdx(uvs.second), dpdy(uvs.second));
     let map = uv_maps[push.first_uv_map + slot];
-    let uv = vec3(select(uvs.first, uvs.second, map.x.w > 0.0), 1.0);
-    return vec2(dot(map.x.xyz, uv), dot(map.y.xyz, uv));
+    let is_second = map.x.w > 0.0;
+    let uv = vec3(select(uvs.first, uvs.second, is_second), 1.0);
+    let across = select(first[0], second[0], is_second);
+    let down = select(first[1], second[1], is_second);
+    return textureSampleGrad(
+        own,
+        own_sampler,
+        vec2(dot(map.x.xyz, uv), dot(map.y.xyz, uv)),
+        vec2(dot(map.x.xy, across), dot(map.y.xy, across)),
+        vec2(dot(map.x.xy, down), dot(map.y.xy, down)),
+    );
 #else
-    return uvs.first;
+    return textureSample(own, own_sampler, uvs.first);
 #endif
 }
 
 fn mapped_normal(normal: vec3<f32>, tangent: vec4<f32>, uvs: Uvs) -> vec3<f32> {
     // 128 of 255 is the zero: a neutral map decodes to exactly (0, 0, 1). The dead zone of 1/100 of a step takes up the
     // driver's rounding.
-    let centered = textureSample(normal_texture, normal_sampler, place_in(NORMAL_SLOT, uvs)).xyz * 255.0 - 128.0;
+    let centered = texel_of(NORMAL_SLOT, normal_texture, normal_sampler, uvs).xyz * 255.0 - 128.0;
     let snapped = select(centered, vec3(0.0), abs(centered) < vec3(0.01));
     let n = snapped / 127.0 * vec3(push.normal_scale, push.normal_scale, 1.0);
     let bitangent = cross(normal, tangent.xyz) * tangent.w;
@@ -146,13 +159,13 @@ fn mapped_normal(normal: vec3<f32>, tangent: vec4<f32>, uvs: Uvs) -> vec3<f32> {
 
 // For what only needs to know whether there is anything.
 fn alpha_at(uvs: Uvs) -> f32 {
-    return textureSample(base_color_texture, base_color_sampler, place_in(BASE_COLOR_SLOT, uvs)).a * push.alpha;
+    return texel_of(BASE_COLOR_SLOT, base_color_texture, base_color_sampler, uvs).a * push.alpha;
 }
 
 fn emissive_at(uvs: Uvs, textures: u32) -> vec3<f32> {
     var emissive = push.emissive;
     if (textures & EMISSIVE) != 0u {
-        emissive *= textureSample(emissive_texture, emissive_sampler, place_in(EMISSIVE_SLOT, uvs)).rgb;
+        emissive *= texel_of(EMISSIVE_SLOT, emissive_texture, emissive_sampler, uvs).rgb;
     }
     return emissive;
 }
@@ -160,21 +173,21 @@ fn emissive_at(uvs: Uvs, textures: u32) -> vec3<f32> {
 fn point_at(uvs: Uvs, textures: u32) -> Point {
     var point = plain_point();
     if (textures & BASE_COLOR) != 0u {
-        point.base *= textureSample(base_color_texture, base_color_sampler, place_in(BASE_COLOR_SLOT, uvs));
+        point.base *= texel_of(BASE_COLOR_SLOT, base_color_texture, base_color_sampler, uvs);
     }
     if (textures & OCCLUSION) != 0u {
-        point.ambient *= textureSample(occlusion_texture, occlusion_sampler, place_in(OCCLUSION_SLOT, uvs)).r;
+        point.ambient *= texel_of(OCCLUSION_SLOT, occlusion_texture, occlusion_sampler, uvs).r;
     }
     if (textures & METALLIC_ROUGHNESS) != 0u {
-        let texel = textureSample(metallic_roughness_texture, metallic_roughness_sampler, place_in(METALLIC_ROUGHNESS_SLOT, uvs));
+        let texel = texel_of(METALLIC_ROUGHNESS_SLOT, metallic_roughness_texture, metallic_roughness_sampler, uvs);
         point.roughness *= texel.g;
         point.metallic *= texel.b;
     }
     if (textures & SHININESS) != 0u {
-        point.roughness *= textureSample(shininess_texture, shininess_sampler, place_in(SHININESS_SLOT, uvs)).g;
+        point.roughness *= texel_of(SHININESS_SLOT, shininess_texture, shininess_sampler, uvs).g;
     }
     if (textures & SPECULAR) != 0u {
-        let texel = textureSample(specular_texture, specular_sampler, place_in(SPECULAR_SLOT, uvs));
+        let texel = texel_of(SPECULAR_SLOT, specular_texture, specular_sampler, uvs);
         point.specular *= texel.rgb;
         point.strength = texel.a;
     }

@@ -199,7 +199,12 @@ fn cases() -> Vec<Case> {
             let mut scene = boxed("painted", worn, vec![sun(slanted, 3.0)]);
             let mesh = &mut scene.meshes[1];
             mesh.uvs_1 = mesh.uvs.iter().map(|[u, v]| [v * 0.5, u + 0.25]).collect();
-            mesh.colors = mesh.uvs.iter().map(|[u, v]| [*u, *v, 0.5, 0.75 + 0.25 * u]).collect();
+            mesh.colors = mesh
+                .uvs
+                .iter()
+                .map(|uv| uv.map(|at| at.fract().abs()))
+                .map(|[u, v]| [u, v, 0.5, 1.0 - 0.25 * v])
+                .collect();
             with_textures(scene, vec![holes()])
         }),
         case(Clustered, &[P::SecondUvs, P::VertexColors, P::ShadowMaps], {

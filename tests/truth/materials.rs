@@ -253,6 +253,21 @@ fn a_uv_map_is_as_coordinates_that_are_mapped_before() {
     });
 }
 
+/// Where a triangle ends, the level of its texture is that of its middle: pixels of a quad beside it may read no map.
+#[test]
+fn a_mapped_texture_is_as_sharp_at_edges_as_elsewhere() {
+    on_gpu(|gpu| {
+        let mut own = Material { base_color_texture: Some(0), ..lambert(0.9) };
+        own.uv_maps[0] = UvMap { offset: DVec2::new(0.3, 0.0), rotation: 0.5, ..UvMap::IDENTITY };
+        let mut scene = plane(lambert(0.6), vec![directional(DVec3::new(0.3, 0.2, 1.0), 3.0)]);
+        add(&mut scene, rectangle([-0.5, -0.5], [0.5, 0.5], 0.3), own, DAffine3::IDENTITY);
+        scene.textures.push(texture(Sampler::DEFAULT));
+        for path in [LightPath::Clustered, LightPath::Forward] {
+            assert_near(gpu, &scene, &nits_of(path), [8e-3, 8e-3], 1.0, &format!("to the edge, {path}"));
+        }
+    });
+}
+
 /// A ball of a material before the plane, in a light of each kind and under a sky.
 fn ball(material: Material) -> Scene {
     let lamp = point(DVec3::new(-1.0, 0.8, 1.5), 4.0, Some(5.0), Falloff::InverseSquare);

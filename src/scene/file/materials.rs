@@ -30,8 +30,8 @@ impl<'a> Textures<'a> {
         }
         let table = node.table(schema::TEXTURE)?;
         let file = table.get("file").ok_or_else(|| table.wrong("needs file"))?;
-        let index = self.image(&file, (color_space, sampler(&table)?), scene)?;
-        Ok((index, uv_map(&table)?))
+        let map = uv_map(&table)?;
+        Ok((self.image(&file, (color_space, sampler(&table)?), scene)?, map))
     }
 
     fn image(
