@@ -67,7 +67,8 @@ pub const CASES: &[Case] = &[
         .check(Check::Formula(fresnel)),
     case("formulas/ambient", "share of light from everywhere, by roughness")
         .over(ROUGHNESS, "")
-        .claim([0.0, 1.0], Bound { worst: 5e-6, mean: 5e-7 })
+        // A dielectric that reflects little grazing is the difference of two larger terms.
+        .claim([0.0, 1.0], Bound { worst: 1e-5, mean: 5e-7 })
         .check(Check::Formula(|roughness| {
             each(Formula::Ambient, REFLECTION, truth::ambient, inputs::reflection(roughness, 1.0))
         })),

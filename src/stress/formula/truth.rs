@@ -136,7 +136,9 @@ pub fn masking(input: &Input) -> Truth {
 /// F0 + (F90 - F0)(1 - v.h)^5 (Schlick 1994).
 pub fn fresnel(input: &Input) -> Truth {
     let facing = three(input, 0);
-    of(facing + (DVec3::splat(one(input, 4)) - facing) * (1.0 - one(input, 3)).powi(5), 1e-3, true)
+    // A surface that reflects less grazing than facing keeps the rounding of what it reflects facing.
+    let floor = facing.max_element().max(1e-3);
+    of(facing + (DVec3::splat(one(input, 4)) - facing) * (1.0 - one(input, 3)).powi(5), floor, true)
 }
 
 pub fn ambient(input: &Input) -> Truth {
