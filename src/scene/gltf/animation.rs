@@ -73,8 +73,8 @@ fn read_channel(
         let (found, keys) = (values.len(), times.len());
         return Err(format!("has {found} numbers for {keys} keys of {of_key} each"));
     }
-    if let Some(key) = values.iter().position(|value| !value.is_finite()) {
-        return Err(format!("a value of key {} is not finite", key / of_key));
+    if let Some(key) = values.iter().position(|value| !value.is_finite() || f64::from(*value).abs() > 1e18) {
+        return Err(format!("a value of key {} is not from -1e18 to 1e18", key / of_key));
     }
     if aim.is_rotation() && !rotations_turn(&values, interpolation) {
         return Err("a rotation is 0".into());

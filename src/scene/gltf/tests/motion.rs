@@ -73,7 +73,7 @@ fn bad_channels_are_left_out_by_name() {
         (&[0.5, 0.25], turns, "the time of key 1 is not after that of key 0"),
         (&[0.0, 1.0, 2.0], turns, "has 8 numbers for 3 keys of 4 each"),
         (&[0.0, 1.0], [0.0; 8], "a rotation is 0"),
-        (&[0.0, 1.0], [f32::INFINITY; 8], "a value of key 0 is not finite"),
+        (&[0.0, 1.0], [f32::INFINITY; 8], "a value of key 0 is not from -1e18 to 1e18"),
     ] {
         let warning = keys(times, &values);
         assert!(warning.contains("animation 0 (`wave`), channel 0: ") && warning.contains(words), "{warning}");
