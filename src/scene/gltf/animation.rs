@@ -73,7 +73,7 @@ fn read_channel(
         let (found, keys) = (values.len(), times.len());
         return Err(format!("has {found} numbers for {keys} keys of {of_key} each"));
     }
-    if let Some(key) = values.iter().position(|value| !value.is_finite() || f64::from(*value).abs() > 1e18) {
+    if let Some(key) = values.iter().position(|value| !value.is_finite() || value.abs() > 1e18) {
         return Err(format!("a value of key {} is not from -1e18 to 1e18", key / of_key));
     }
     if aim.is_rotation() && !rotations_turn(&values, interpolation) {
