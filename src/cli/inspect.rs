@@ -30,7 +30,7 @@ Examples:
   afterlight inspect builtin:hall --size 320x180 --drop gbuffer-to-lighting
   afterlight inspect builtin:hall --size 320x180 --drop all")]
 pub struct Args {
-    /// The scene: an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
+    /// The scene: a model (.gltf, .glb, .obj), a .toml scene file, or `builtin:NAME?key=value&...`
     scene: String,
     /// Print JSON instead of tables
     #[arg(long)]

@@ -36,7 +36,7 @@ Examples:
   afterlight reference scene.toml -o truth.exr --standard-error error.exr
   afterlight reference scene.toml --export mitsuba")]
 pub struct Args {
-    /// The scene: an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
+    /// The scene: a model (.gltf, .glb, .obj), a .toml scene file, or `builtin:NAME?key=value&...`
     scene: String,
     /// The picture: .exr for linear light in nits, or .png, exposed and tone-mapped; - is standard output (PNG)
     #[arg(short, long, value_name = "FILE", default_value = "truth.exr", value_parser = Target::parse)]

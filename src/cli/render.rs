@@ -41,7 +41,7 @@ Examples:
   afterlight render builtin:seaweed --time 2.5 --clip sway -o sway.png
   afterlight render builtin:seaweed --duration 12 --fps 25 -o sea.png")]
 pub struct Args {
-    /// The scenes: .obj files, .toml scene files, or `builtin:NAME?key=value&...`
+    /// The scenes: models (.gltf, .glb, .obj), .toml scene files, or `builtin:NAME?key=value&...`
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<String>,
     /// The picture: .png, or .exr for linear light in nits; - is standard output (PNG). {name} in it becomes the scene's name, which

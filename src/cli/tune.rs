@@ -45,7 +45,7 @@ A run that was broken off goes on when the same command is given again; another
 bound needs no new measurements. docs/FLIP.md shows what an error looks like."
 )]
 pub struct Args {
-    /// The scene: an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
+    /// The scene: a model (.gltf, .glb, .obj), a .toml scene file, or `builtin:NAME?key=value&...`
     scene: String,
     /// The fastest settings whose error is at most this, against a truth of many samples a pixel
     #[arg(long, value_name = "ERROR", group = "bound", value_parser = positive, allow_hyphen_values = true)]

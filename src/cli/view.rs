@@ -8,7 +8,7 @@ use std::process;
 use afterlight::frame::WHITE_NITS;
 use afterlight::frame::{Picture, Pixels};
 use afterlight::gpu::Vsync;
-use afterlight::scene::file::{Origin, to_toml};
+use afterlight::scene::file::{Model, Origin, to_toml};
 use afterlight::scene::{Camera, CameraPath, Scene, SettingsPatch};
 use afterlight::window::{Error, Options, ReadAgain, ShaderFolder, Summary, WindowSystem, help};
 
@@ -32,7 +32,7 @@ Examples:
 
 {}", help()))]
 pub struct Args {
-    /// The scene: an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
+    /// The scene: a model (.gltf, .glb, .obj), a .toml scene file, or `builtin:NAME?key=value&...`
     #[arg(default_value = "builtin:hall")]
     scene: String,
     /// Whether frames wait for the display: on, off (the lowest latency; frames may be torn), or adaptive (late ones do not)
@@ -169,11 +169,14 @@ fn keep_path(folder: &Path, path: &CameraPath) -> Result<String, String> {
 fn keep_scene(args: &Args, scene: &Scene, camera: &Camera, settings: &SettingsPatch) -> Result<String, String> {
     let sink = Sink::File(free(&args.screenshots, "toml")?);
     let path = fs::canonicalize(&args.scene).unwrap_or_else(|_| PathBuf::from(&args.scene));
-    let is_model = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj"));
+    let is_model =
+        path.extension().is_some_and(|own| ["obj", "gltf", "glb"].iter().any(|known| own.eq_ignore_ascii_case(known)));
     let origin = match args.scene.starts_with("builtin:") {
         true => Origin::Builtin(&args.scene),
         false if is_model => {
-            Origin::Model(&path, args.settings.scale.unwrap_or(1.0), args.settings.up.unwrap_or_default())
+            let SettingsArgs { scale, up, scene, variant, .. } = &args.settings;
+            let (scale, up) = (scale.unwrap_or(1.0), up.unwrap_or_default());
+            Origin::Model(Model { path: &path, scale, up, scene: scene.as_deref(), variant: variant.as_deref() })
         }
         false => Origin::File(&path),
     };

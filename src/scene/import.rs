@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use glam::DAffine3;
 
 use super::motion::First;
-use super::{Light, Material, Mesh, Motion, NamedCamera, Object, Scene, Texture, TextureSlot};
+use super::{Light, Material, Mesh, Motion, NamedCamera, Object, Scene, Target, Texture, TextureSlot};
 
 /// How to load a model.
 #[derive(Default, Clone, Copy)]
@@ -61,6 +61,15 @@ impl Imported {
     pub fn append_to(mut self, scene: &mut Scene, transform: DAffine3) {
         self.give_assets(scene);
         self.place(scene, &[transform]);
+    }
+
+    /// Leaves its lights out, and what moves them.
+    pub(super) fn drop_lights(&mut self) {
+        self.lights.clear();
+        self.motion.light_nodes.clear();
+        for clip in &mut self.motion.clips {
+            clip.channels.retain(|channel| !matches!(channel.target, Target::Light(..)));
+        }
     }
 
     /// Gives a scene what all copies of the model share: meshes, materials, textures, warnings and files. What is left points to them there.

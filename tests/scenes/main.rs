@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod gltf;
 mod leave_out;
 mod leave_out_assets;
 mod obj;

@@ -44,7 +44,7 @@ A frame's time is that from the start of its recording to its end on the device.
 Variants are compared by the median of the ratios of frames drawn one after the
 other.")]
 pub struct Args {
-    /// The scenes, each an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
+    /// The scenes, each a model (.gltf, .glb, .obj), a .toml scene file, or `builtin:NAME?key=value&...`
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<String>,
     /// Frames to measure for each variant

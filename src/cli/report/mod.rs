@@ -45,7 +45,7 @@ broken off goes on when the same command is given again.
 docs/REPORT.md says what is measured, and how; docs/FLIP.md shows what an error
 looks like.")]
 pub struct Args {
-    /// The scenes, each an .obj file, a .toml scene file, or `builtin:NAME?key=value&...`
+    /// The scenes, each a model (.gltf, .glb, .obj), a .toml scene file, or `builtin:NAME?key=value&...`
     #[arg(required_unless_present = "merge", value_name = "SCENE")]
     scenes: Vec<String>,
     /// The report's folder, made where it is not there

@@ -17,7 +17,7 @@ mod settings;
 mod write;
 
 pub use path::{load_path, parse_path};
-pub use write::{Origin, to_toml};
+pub use write::{Model, Origin, to_toml};
 
 use std::cell::Cell;
 use std::path::{Path, PathBuf};

@@ -53,7 +53,7 @@ impl<'a> Models<'a> {
             return Err(table.wrong("needs exactly one of path, builtin, shape"));
         }
         let [path, builtin, shape] = sources;
-        if let (None, Some(node)) = (&path, table.get("scene").or(table.get("variant"))) {
+        if let (None, Some(node)) = (&path, table.get("scene").or(table.get("variant")).or(table.get("lights"))) {
             return Err(node.wrong("goes with the path of a glTF file"));
         }
         let mut model = match (path, builtin, shape) {
@@ -67,6 +67,9 @@ impl<'a> Models<'a> {
             model.objects.iter_mut().for_each(|object| object.name = name.into());
         }
         shadow(&table, &mut model.objects)?;
+        if table.read("lights", Node::boolean)? == Some(false) {
+            model.drop_lights();
+        }
         let (own, offsets) = (transform(&table)?, places(&table)?);
         let parts = model.objects.len().max(model.lights.len()).max(model.cameras.len());
         if parts.saturating_mul(offsets.len()).saturating_add(scene.objects.len()) > MAX_OBJECTS {

@@ -39,6 +39,7 @@ pub(super) const MODEL: Schema = Schema {
         "shape",
         "scene",
         "variant",
+        "lights",
         "material",
         "materials",
         "casts_shadow",

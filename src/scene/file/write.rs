@@ -18,8 +18,23 @@ pub enum Origin<'a> {
     Builtin(&'a str),
     /// A scene file.
     File(&'a Path),
-    /// A bare model with its [`scale`](crate::scene::OpenOptions::scale) and upward axis.
-    Model(&'a Path, f64, Up),
+    /// A bare model.
+    Model(Model<'a>),
+}
+
+/// A bare model, and what of it was asked for (see [`OpenOptions`](crate::scene::OpenOptions)).
+#[derive(Debug, Clone, Copy)]
+pub struct Model<'a> {
+    /// Its file.
+    pub path: &'a Path,
+    /// Metres of a unit.
+    pub scale: f64,
+    /// Its upward axis.
+    pub up: Up,
+    /// Which scene of it.
+    pub scene: Option<&'a str>,
+    /// Which look of its materials.
+    pub variant: Option<&'a str>,
 }
 
 /// A file that opens this scene, which was opened from `origin`, as it is now: with its lights, in this light from everywhere, from this camera
@@ -30,9 +45,15 @@ pub fn to_toml(origin: Origin, scene: &Scene, camera: &Camera, settings: &Settin
     let mut text = match origin {
         Origin::Builtin(spec) => format!("base = {}\nbase_lights = false\n", string(spec)),
         Origin::File(file) => format!("base = {}\nbase_lights = false\n", path(file)),
-        Origin::Model(file, scale, up) => {
-            let turned = if up == Up::Z { "rotation = { axis = [1, 0, 0], degrees = -90 }\n" } else { "" };
-            format!("[[models]]\npath = {}\nscale = {scale:?}\n{turned}", path(file))
+        Origin::Model(model) => {
+            let turned = if model.up == Up::Z { "rotation = { axis = [1, 0, 0], degrees = -90 }\n" } else { "" };
+            let said = |key: &str, name: Option<&str>| {
+                name.map_or(String::new(), |name| format!("{key} = {}\n", string(name)))
+            };
+            let chosen = said("scene", model.scene) + &said("variant", model.variant);
+            // All lights stand below.
+            let (file, scale) = (path(model.path), model.scale);
+            format!("[[models]]\npath = {file}\n{chosen}lights = false\nscale = {scale:?}\n{turned}")
         }
     };
     let Camera { position, rotation, projection, near } = camera;
@@ -108,7 +129,7 @@ mod tests {
         let options = OpenOptions { scale: 0.01, up: Up::Z, ..OpenOptions::default() };
         let cases = [
             ("builtin:layers", OpenOptions::default(), Origin::Builtin("builtin:layers")),
-            (spec, options, Origin::Model(&model, 0.01, Up::Z)),
+            (spec, options, Origin::Model(Model { path: &model, scale: 0.01, up: Up::Z, scene: None, variant: None })),
         ];
         for (spec, options, origin) in cases {
             let mut scene = open(spec, &options).unwrap_or_else(|error| panic!("{error}"));
