@@ -20,7 +20,7 @@ pub(super) fn blend(mesh: &mut Mesh, weights: &[f64]) {
         }
     }
     for color in mesh.colors.as_flattened_mut() {
-        *color = color.max(0.0);
+        *color = color.clamp(0.0, 1.0);
     }
     mesh.normals.iter_mut().for_each(|normal| *normal = unit(*normal));
     for tangent in &mut mesh.tangents {

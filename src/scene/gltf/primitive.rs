@@ -141,8 +141,9 @@ impl Order<'_> {
         let Some(mut colors) = self.source.floats::<4>("COLOR_0", &["VEC3", "VEC4"], 1.0)? else { return Ok(()) };
         same_count("COLOR_0", colors.len(), mesh)?;
         mend(&mut colors, [1.0; 4], "vertex colours are not finite, taken for white", warnings);
-        for color in colors.as_flattened_mut() {
-            *color = color.max(0.0);
+        if colors.as_flattened().iter().any(|channel| !(0.0..=1.0).contains(channel)) {
+            warnings.push("vertex colours are not from 0 to 1, taken for the nearest");
+            colors.as_flattened_mut().iter_mut().for_each(|channel| *channel = channel.clamp(0.0, 1.0));
         }
         let is_white = colors.iter().all(|color| *color == [1.0; 4]);
         // Shapes may change them.

@@ -103,7 +103,7 @@ fn odd_normals_tangents_and_colours_are_mended_with_a_warning() {
     let found = file.read();
     assert_eq!(found.meshes[0].normals, [[0.0, 0.0, 1.0]; 3]);
     assert_eq!(found.meshes[0].colors, [[1.0, 0.5, 0.0, 1.0], [1.0; 4], [0.0, 0.0, 0.0, 1.0]]);
-    assert_eq!(found.warnings.len(), 2, "{:?}", found.warnings);
+    assert_eq!(found.warnings.len(), 3, "{:?}", found.warnings);
     assert!(found.warnings.iter().all(|warning| warning.contains(": mesh 0, primitive 0: ")));
 }
 
