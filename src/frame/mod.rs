@@ -348,13 +348,14 @@ impl Renderer {
     /// # Errors
     /// When a light of the pose needs other pipelines or maps than the light has at rest.
     pub fn pose(&mut self, scene: &Scene, pose: &Pose) -> Result<(), Error> {
-        self.world.pose(pose);
-        for (index, material) in pose.materials(scene) {
-            self.world.set_material(index, material);
+        self.world.pose(&scene.motion, pose);
+        let (materials, lights) = (Arc::clone(&self.world.pose.materials), Arc::clone(&self.world.pose.lights));
+        for &index in &*materials {
+            self.world.set_material(index, self.plan.materials.as_drawn(pose.material(scene, index)));
         }
-        for (index, light) in pose.moved_lights(scene) {
-            if !self.world.set_light(index, &light)? {
-                let what = "its kind, whether it shines, casts a shadow or has a range, and how wide a spot opens";
+        for &index in &*lights {
+            if !self.world.set_light(index, &pose.light(scene, index))? {
+                let what = "its kind, whether it casts a shadow or has a range, and how wide a spot opens";
                 let name = &scene.lights[index].name;
                 return Err(plan::Error::Change(format!("light {index} (`{name}`): {what} must stay in a clip")).into());
             }

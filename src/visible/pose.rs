@@ -18,8 +18,12 @@ pub struct WorldPose {
     pub joints: Vec<[[f32; 4]; 3]>,
     /// Of the shapes.
     pub weights: Vec<f32>,
+    /// The scene's numbers of lights and of materials that clips or nodes change.
+    pub lights: Arc<[usize]>,
+    pub materials: Arc<[usize]>,
     deforms: Vec<Deform>,
-    motion: Arc<Motion>,
+    /// Those of `World::objects` that nodes carry and nothing deforms, each with its node.
+    carried: Vec<(usize, usize)>,
 }
 
 /// A deformed mesh.
@@ -72,12 +76,17 @@ impl WorldPose {
             }
         });
         let deforms = deforms.collect();
+        let nodes =
+            scene.objects.iter().map(|object| object.node.filter(|_| !scene.deforms(object) && object.skin.is_none()));
+        let carried = object_of.iter().zip(nodes).filter_map(|(own, node)| own.zip(node));
         Self {
             revision: 0,
             joints: vec![[[0.0; 4]; 3]; planned.joints as usize],
             weights: vec![0.0; planned.weights as usize],
+            lights: scene.motion.moved_lights().into_iter().collect(),
+            materials: scene.motion.moved_materials().into_iter().collect(),
             deforms,
-            motion: Arc::new(scene.motion.clone()),
+            carried: carried.collect(),
         }
     }
 }
@@ -95,11 +104,10 @@ struct Stand {
 
 impl World {
     /// Moves everything that nodes carry to where a pose has it.
-    pub fn pose(&mut self, pose: &Pose) {
-        for index in 0..self.objects.len() {
-            let object = &self.objects[index];
-            let Some(node) = object.node.filter(|_| object.deform.is_none()) else { continue };
-            let (origin, bounds) = object.mesh_place;
+    pub fn pose(&mut self, motion: &Motion, pose: &Pose) {
+        for place in 0..self.pose.carried.len() {
+            let (index, node) = self.pose.carried[place];
+            let (origin, bounds) = self.objects[index].mesh_place;
             let transform = pose.world(node);
             let place = bounds.transformed(&transform);
             self.stand(index, transform * DAffine3::from_translation(origin), place, false);
@@ -108,7 +116,7 @@ impl World {
         let mut joints = Vec::new();
         let mut is_new = self.pose.revision == 0;
         for (index, deform) in deforms.iter().enumerate() {
-            let stand = deform.stand(&mut self.pose, pose, &mut joints);
+            let stand = deform.stand(&mut self.pose, (motion, pose), &mut joints);
             is_new |= stand.is_new;
             for (object, own) in &deform.objects {
                 let (transform, bounds) = match deform.skin {
@@ -145,7 +153,7 @@ impl World {
 }
 
 impl Deform {
-    fn stand(&self, own: &mut WorldPose, pose: &Pose, joints: &mut Vec<DAffine3>) -> Stand {
+    fn stand(&self, own: &mut WorldPose, (motion, pose): (&Motion, &Pose), joints: &mut Vec<DAffine3>) -> Stand {
         let mut is_new = false;
         let weights = self.node.map_or(&[][..], |node| pose.weights(node));
         let told = &mut own.weights[self.first_weight..][..self.shapes];
@@ -163,7 +171,7 @@ impl Deform {
             return Stand { transform, bounds, is_new, triangles };
         };
         joints.clear();
-        pose.joint_matrices(&own.motion, skin, &DAffine3::IDENTITY, joints);
+        pose.joint_matrices(motion, skin, &DAffine3::IDENTITY, joints);
         let bounds = self.bounds.bounds(joints, weights);
         // Vertices lie about a place near them, so that f32 is enough wherever the skeleton is; and are mirrored where the joints are, so that
         // fronts stay fronts.

@@ -88,8 +88,6 @@ pub struct WorldObject {
     pub revision: u32,
     /// The mesh's own place and box.
     pub(super) mesh_place: (DVec3, Aabb),
-    /// The node that carries it.
-    pub(super) node: Option<usize>,
     /// What moves it can swap its left and right.
     pub may_mirror: bool,
     pub key: GeometryKey,
@@ -146,7 +144,7 @@ impl World {
             changes: Some(Changes::default()),
         };
         if plan.deforms() {
-            world.pose(&scene.motion.pose(&Playing { clips: ClipChoice::None, ..Playing::default() }));
+            world.pose(&scene.motion, &scene.motion.pose(&Playing { clips: ClipChoice::None, ..Playing::default() }));
             // What is deformed is not where its mesh is.
             let bounds = union(&world.objects);
             (world.bounds, world.extent, world.at_first, world.radius) = (bounds, bounds, bounds, bounds.radius());
@@ -287,7 +285,6 @@ impl WorldObject {
             transparent,
             revision: 0,
             mesh_place: (mesh.origin, mesh.bounds),
-            node: object.node,
             may_mirror: mirrors && object.moves(),
             key: GeometryKey::of(object, rules),
             cuts: rules.cuts(object),
@@ -310,7 +307,9 @@ fn places(numbers: impl Iterator<Item = usize>, count: usize) -> Vec<Option<usiz
 /// The materials of a plan, but those that clips change as they are at rest.
 fn at_rest(scene: &Scene, plan: &FramePlan) -> Vec<Material> {
     let mut materials = plan.materials.all.clone();
-    scene.motion.moved_materials().into_iter().for_each(|index| materials[index].clone_from(&scene.materials[index]));
+    for index in scene.motion.moved_materials() {
+        materials[index] = plan.materials.as_drawn(scene.materials[index].clone());
+    }
     materials
 }
 

@@ -152,6 +152,10 @@ impl UserInterface {
         if self.stepper.take_new() {
             delay = Duration::ZERO;
         }
+        if after != before {
+            // Moving lights that were changed go on from there.
+            subject.player.show_again();
+        }
         let mut unfit = after != before && self.change(presenter, subject, &before, after);
         unfit |= self.stepper.obey(presenter, &subject.settings);
         if self.controls.beside != beside {

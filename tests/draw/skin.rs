@@ -1,7 +1,9 @@
 //! Deformed meshes: what SKIN writes on the device against the f64 mesh of the same moment, drawn as a plain one.
 
 use afterlight::frame::Picture;
-use afterlight::scene::{Playing, Scene, Settings};
+use afterlight::scene::{
+    Channel, ClipChoice, Interpolation, LightValue, MaterialValue, Playing, Scene, Settings, Target,
+};
 use glam::DVec3;
 
 use crate::common::gpu::{Gpu, floats, on_gpu};
@@ -41,6 +43,40 @@ fn a_deformed_mesh_is_the_f64_mesh_of_its_moment() {
                 // Edges of triangles may fall on the other side of a pixel's centre.
                 assert!(differing <= 8, "{place} {time}: {differing} pixels differ");
             }
+        }
+    });
+}
+
+/// What a clip changes of materials and lights is drawn as in the still scene of the moment, and is as the scene has it when no clip plays.
+#[test]
+fn materials_and_lights_change_with_their_clips_and_go_back() {
+    on_gpu(|gpu| {
+        let mut scene = moving(DVec3::ZERO);
+        scene.lights.iter_mut().for_each(|light| light.casts_shadow = false);
+        scene.materials[0].unlit = true;
+        let channel = |target, values: &[f64]| Channel {
+            target,
+            times: vec![0.0, SECONDS],
+            values: values.into(),
+            interpolation: Interpolation::Linear,
+        };
+        scene.motion.clips[0].channels.extend([
+            channel(Target::Material(0, MaterialValue::BaseColor), &[0.1, 0.5, 0.2, 1.0, 0.9, 0.1, 0.4, 1.0]),
+            channel(Target::Material(3, MaterialValue::Emissive), &[0.0, 0.0, 0.0, 2.0, 1.0, 0.0]),
+            channel(Target::Light(0, LightValue::Intensity), &[3.0, 0.0]),
+        ]);
+        let settings = exact(80, 60);
+        let mut renderer = gpu.renderer(&scene, &settings);
+        let mut drawn = |playing: &Playing| {
+            renderer.pose(&scene, &scene.motion.pose(playing)).unwrap_or_else(|error| panic!("{error}"));
+            renderer.picture(&scene.camera, || {}).unwrap_or_else(|error| panic!("{error}"))
+        };
+        let playing = |time, clips| Playing { time, clips, looped: false };
+        let (begin, end) = (playing(0.0, ClipChoice::All), playing(SECONDS, ClipChoice::All));
+        for moment in [begin, end, playing(0.0, ClipChoice::None)] {
+            let found = drawn(&moment);
+            let (differing, brightest) = differing(&found, &gpu.draw(&scene.at(&moment), &settings), 1e-3);
+            assert!(differing <= 8 && brightest > 0.1, "{moment:?}: {differing} pixels differ, at most {brightest}");
         }
     });
 }

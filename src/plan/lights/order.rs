@@ -43,8 +43,9 @@ impl LightOrder {
     pub(crate) fn of(scene: &Scene, settings: &Settings) -> Self {
         let lights = &scene.lights;
         let mut idle = IdleLights::of(scene, settings);
+        let moved = scene.motion.moved_lights();
         let mut order: Vec<usize> =
-            (0..lights.len()).filter(|&index| lights[index].shines() || scene.motion.moves_light(index)).collect();
+            (0..lights.len()).filter(|&index| lights[index].shines() || moved.contains(&index)).collect();
         let mut needless = 0;
         if settings.keep.has(OptionalPart::IdleLights) {
             needless = idle.count();

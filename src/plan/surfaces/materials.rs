@@ -32,6 +32,8 @@ pub struct EffectiveMaterials {
     pub moving_maps: BTreeSet<usize>,
     /// How the scene's textures are sampled, in its order.
     samplers: Vec<Sampler>,
+    view: View,
+    brdf_override: Option<Brdf>,
 }
 
 impl EffectiveMaterials {
@@ -43,6 +45,8 @@ impl EffectiveMaterials {
             colored: colored.collect(),
             moving_maps: moving_maps(scene),
             samplers: scene.textures.iter().map(|texture| texture.sampler).collect(),
+            view: settings.view,
+            brdf_override: settings.brdf,
             ..Self::default()
         };
         let veiled = effective.veiled(scene);
@@ -50,11 +54,7 @@ impl EffectiveMaterials {
         for (index, material) in scene.materials.iter().enumerate() {
             let moves = moving.contains(&index);
             let widest = if moves { scene.motion.widest(index, material) } else { material.clone() };
-            let mut own = simplified(widest, settings.view);
-            let brdf = own.model(settings.brdf);
-            if !matches!(brdf, Brdf::Phong | Brdf::BlinnPhong) {
-                own.ambient = 1.0;
-            }
+            let mut own = effective.as_drawn(widest);
             // What a clip changes is no constant.
             if moves {
                 effective.all.push(own);
@@ -74,6 +74,15 @@ impl EffectiveMaterials {
             effective.all.push(own);
         }
         effective
+    }
+
+    /// A material of the scene as these plans draw it, with nothing folded: what clips change is drawn so at each moment.
+    pub(crate) fn as_drawn(&self, material: Material) -> Material {
+        let mut own = simplified(material, self.view);
+        if !matches!(own.model(self.brdf_override), Brdf::Phong | Brdf::BlinnPhong) {
+            own.ambient = 1.0;
+        }
+        own
     }
 
     /// Whether textures of a material in these slots are not sampled alike.

@@ -55,7 +55,12 @@ impl Scene {
             .map(|(index, own)| NamedCamera { name: own.name.clone(), camera: pose.camera(self, index), node: None })
             .collect();
         let mut materials = self.materials.clone();
-        pose.materials(self).for_each(|(index, material)| materials[index] = material);
+        // Nobody may have checked the scene.
+        for index in self.motion.moved_materials() {
+            if let Some(own) = materials.get_mut(index) {
+                *own = pose.material(self, index);
+            }
+        }
         let looks_through = self.looks_through.and_then(|index| cameras.get(index));
         let (meshes, objects) = objects(self, pose);
         Self {

@@ -288,6 +288,7 @@ impl Motion {
                 let count = values::count(channel.target).min(value.len());
                 if channel.sample(time, &mut value[..count]) {
                     let then = values::changed_material(material, std::iter::once((kind, &value)));
+                    widest.base_color = widest.base_color.max(then.base_color);
                     widest.emissive = widest.emissive.max(then.emissive);
                     widest.metallic = widest.metallic.max(then.metallic);
                     widest.alpha = widest.alpha.max(then.alpha);
@@ -297,11 +298,14 @@ impl Motion {
         widest
     }
 
-    /// Whether a node or a clip moves or changes a light.
-    pub fn moves_light(&self, light: usize) -> bool {
-        let keyed = |channel: &Channel| matches!(channel.target, Target::Light(own, _) if own == light);
-        let hangs = self.light_nodes.get(light).is_some_and(Option::is_some);
-        hangs || self.clips.iter().flat_map(|clip| &clip.channels).any(keyed)
+    /// The lights that hang on nodes, and those that clips change.
+    pub fn moved_lights(&self) -> BTreeSet<usize> {
+        let hung = self.light_nodes.iter().enumerate().filter_map(|(light, node)| node.map(|_| light));
+        let changed = self.clips.iter().flat_map(|clip| &clip.channels).filter_map(|channel| match channel.target {
+            Target::Light(light, _) => Some(light),
+            _ => None,
+        });
+        hung.chain(changed).collect()
     }
 
     /// Whether some node, key or joint mirrors.

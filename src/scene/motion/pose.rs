@@ -142,53 +142,34 @@ impl Pose {
 
     /// The scene's lights as they are now, within the ranges that lights have.
     pub fn lights(&self, scene: &Scene) -> Vec<Light> {
-        let mut lights = scene.lights.clone();
-        for (light, node) in lights.iter_mut().zip(&scene.motion.light_nodes) {
-            if let Some(world) = node.and_then(|node| self.worlds.get(node)) {
-                hang(light, world);
-            }
+        (0..scene.lights.len()).map(|index| self.light(scene, index)).collect()
+    }
+
+    /// One of them, by its index in [`Scene::lights`].
+    pub fn light(&self, scene: &Scene, index: usize) -> Light {
+        let mut light = scene.lights[index].clone();
+        let node = scene.motion.light_nodes.get(index).copied().flatten();
+        if let Some(world) = node.and_then(|node| self.worlds.get(node)) {
+            hang(&mut light, world);
         }
         for (target, value) in &self.values {
-            if let &Target::Light(index, kind) = target
-                && let Some(light) = lights.get_mut(index)
+            if let &Target::Light(own, kind) = target
+                && own == index
             {
-                values::set_light(light, kind, value);
+                values::set_light(&mut light, kind, value);
             }
         }
-        lights.iter_mut().for_each(values::settle);
-        lights
+        values::settle(&mut light);
+        light
     }
 
-    /// The lights that nodes or clips move, each with its index.
-    pub fn moved_lights(&self, scene: &Scene) -> Vec<(usize, Light)> {
-        let hangs = |index: usize| scene.motion.light_nodes.get(index).is_some_and(Option::is_some);
-        let changed = |index: usize| {
-            self.values.iter().any(|(target, _)| matches!(target, Target::Light(own, _) if *own == index))
-        };
-        if scene.motion.light_nodes.is_empty()
-            && !self.values.iter().any(|(target, _)| matches!(target, Target::Light(..)))
-        {
-            return Vec::new();
-        }
-        self.lights(scene).into_iter().enumerate().filter(|&(index, _)| hangs(index) || changed(index)).collect()
-    }
-
-    /// The materials that clips have changed, each with its index, within the ranges that materials have.
-    pub fn materials(&self, scene: &Scene) -> impl Iterator<Item = (usize, Material)> {
+    /// A material as it is now, by its index in [`Scene::materials`], within the ranges that materials have.
+    pub fn material(&self, scene: &Scene, index: usize) -> Material {
         let changes = self.values.iter().filter_map(|(target, value)| match *target {
-            Target::Material(index, kind) => Some((index, kind, value)),
+            Target::Material(own, kind) if own == index => Some((kind, value)),
             _ => None,
         });
-        let mut changes: Vec<_> = changes.collect();
-        // Stable: the order of the clips stays.
-        changes.sort_by_key(|&(index, ..)| index);
-        let of_one = changes.chunk_by(|a, b| a.0 == b.0).filter_map(|changes| {
-            let index = changes.first()?.0;
-            let material = scene.materials.get(index)?;
-            let values = changes.iter().map(|&(_, kind, value)| (kind, value));
-            Some((index, values::changed_material(material, values)))
-        });
-        of_one.collect::<Vec<_>>().into_iter()
+        values::changed_material(&scene.materials[index], changes)
     }
 
     /// A camera of [`Scene::cameras`] as it is now; the scene's own where there is none of this index.

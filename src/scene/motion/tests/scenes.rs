@@ -184,9 +184,10 @@ fn each_fault_of_what_moves_has_its_sentence() {
 }
 
 #[test]
-fn a_changed_material_is_told_once_whatever_changes_it() {
+fn a_material_is_changed_while_a_clip_plays_and_as_it_was_without() {
     let scene = moving();
-    let changed: Vec<(usize, Material)> = scene.motion.pose(&Playing::at(0.5)).materials(&scene).collect();
-    assert_eq!(changed.len(), 1);
-    assert_eq!((changed[0].0, changed[0].1.emissive), (0, Vec3::splat(2.0)));
+    let at_rest = Playing { clips: ClipChoice::None, ..Playing::at(0.5) };
+    assert_eq!(scene.motion.moved_materials().into_iter().collect::<Vec<_>>(), [0]);
+    assert_eq!(scene.motion.pose(&Playing::at(0.5)).material(&scene, 0).emissive, Vec3::splat(2.0));
+    assert_eq!(scene.motion.pose(&at_rest).material(&scene, 0), scene.materials[0]);
 }
