@@ -8,7 +8,7 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 use super::deforming::strip;
 use super::{channel, moved, node};
 use crate::scene::motion::*;
-use crate::scene::{Camera, Light, LightKind, Material, Mesh, NamedCamera, Object, Scene, builtin};
+use crate::scene::{Camera, Light, LightKind, Mesh, NamedCamera, Object, Scene, builtin};
 
 /// A scene in which everything that can move does.
 fn moving() -> Scene {
