@@ -1,5 +1,5 @@
 // SKIN: the vertices of deformed meshes for a pose: shapes are added by their weights, then joints move what comes of it. One invocation a
-// vertex; a work group has vertices of one object.
+// vertex; a work group has vertices of one mesh.
 #import afterlight::vectors::{handedness, scaled_rows, turned_normal, unit_or}
 
 // Where things lie in `sources` and `vertices`, in words.
@@ -19,14 +19,13 @@ struct Push {
 
 var<immediate> push: Push;
 
-// Work groups (the object's record, the group's first vertex), records, and what meshes are at rest.
+// Work groups (the mesh's record, the group's first vertex), records, and what meshes are at rest.
 @group(0) @binding(0) var<storage, read> sources: array<u32>;
 // Three rows a joint, then the weights.
 @group(0) @binding(1) var<storage, read> pose: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read_write> vertices: array<f32>;
 
 const NONE: u32 = 0xffffffffu;
-const GROUP: u32 = 64u;
 // Words of a record.
 const RECORD: u32 = 15u;
 // Bits of what shapes change.
@@ -36,7 +35,7 @@ const SHAPES_TANGENTS: u32 = 4u;
 const SHAPES_UVS: u32 = 8u;
 const SHAPES_COLORS: u32 = 16u;
 
-// An object: `src/gpu_scene/deformed.rs` writes it.
+// A deformed mesh: `src/gpu_scene/deformed.rs` writes it.
 struct Record {
     vertex_count: u32,
     first_vertex: u32,
@@ -49,7 +48,7 @@ struct Record {
     influences_at: u32,
     per_vertex: u32,
     first_joint: u32,
-    // Of each shape, what it changes of all vertices.
+    // The deltas of all shapes, one shape after the other.
     shapes_at: u32,
     shape_count: u32,
     shape_words: u32,

@@ -9,7 +9,7 @@ use fastrand::Rng;
 
 /// Larger files take longer to read than their bytes are worth.
 const LARGEST: u64 = 64 << 10;
-/// What one file may take.
+/// The longest that one file may take.
 const LONGEST: Duration = Duration::from_secs(10);
 
 fn main() {

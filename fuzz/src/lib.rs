@@ -1,4 +1,4 @@
-//! What fuzzing asks of the readers: any bytes end in a scene that can be drawn, or in an error of one line.
+//! The promise that fuzzing checks: any bytes end in a scene that can be drawn, or in an error of one line.
 
 use std::path::Path;
 

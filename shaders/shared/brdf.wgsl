@@ -37,13 +37,13 @@ struct Surface {
     brdf: u32,
 }
 
-// What a dielectric reflects facing the eye and at a grazing angle.
+// The reflectances of a dielectric facing the eye and at a grazing angle.
 struct Dielectric {
     facing: vec3<f32>,
     grazing: f32,
 }
 
-// Of an index of refraction of 1.5; the same for all materials that do not say otherwise.
+// A dielectric with an index of refraction of 1.5, which every material has that does not say otherwise.
 fn usual_dielectric() -> Dielectric {
     return Dielectric(vec3(0.04), 1.0);
 }

@@ -62,7 +62,7 @@ fn decode_normal_uint(t: vec2<u32>) -> vec3<f32> {
     return octahedral_decode(clamp((vec2<f32>(t) - 32767.0) / 32767.0, vec2(-1.0), vec2(1.0)));
 }
 
-// What a Cook-Torrance surface reflects facing the eye and grazing, in a specular target that has such surfaces. The square root gives dark
+// Packs a Cook-Torrance surface's reflectances, facing the eye and grazing, for a specular target that has such surfaces. The square root gives dark
 // reflectances most codes, and 0.04 is one of 8 bits (51). Two thirds of the last channel are for the grazing share, of which 1 is a code
 // (170); above are those of the other BRDFs: 7/9, 8/9 and 1.
 fn encode_dielectric(facing: vec3<f32>, grazing: f32) -> vec4<f32> {

@@ -14,7 +14,7 @@ struct Push {
     alpha_cutoff: f32,
     // Ks of the Phong models; of Cook-Torrance, where it says so itself, what its dielectric share reflects facing the eye.
     specular: vec3<f32>,
-    // What the specular target's alpha has: the BRDF's index / 3, or a code (encodings.wgsl).
+    // The value for the specular target's alpha: the BRDF's index / 3, or a code (encodings.wgsl).
     brdf: f32,
     metallic: f32,
     // Perceptual roughness, or shininess for the Phong models.

@@ -17,7 +17,7 @@ struct Texel {
     roughness: f32,
     // Ks of the Phong models.
     specular: vec3<f32>,
-    // Of Cook-Torrance's share that is no metal.
+    // The reflectances of Cook-Torrance's share that is no metal.
     dielectric: Dielectric,
     // Index of the BRDF, where the scene mixes them.
     brdf: u32,

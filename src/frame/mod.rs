@@ -376,6 +376,7 @@ impl Renderer {
         let serves = uploaded.is_some() && plan.has_structure_of(&self.plan);
         let edges = edges::table(&plan);
         let builder = RendererBuilder::new(&self.device, scene, &self.settings, (plan, edges), uploaded)?;
+        let halted = self.world.halted();
         if serves {
             (self.world, self.plan) = builder.into_world();
             self.shadow_cache = ShadowCache::default();
@@ -384,6 +385,7 @@ impl Renderer {
         } else {
             *self = builder.finish(&[])?;
         }
+        self.world.halt_after(halted);
         Ok(())
     }
 
@@ -404,6 +406,8 @@ impl Renderer {
         if !self.plan.exposes {
             return Err(plan::Error::Change("light in nits has no exposure that could change".into()).into());
         }
+        // Frames that are made anew have it as well.
+        self.settings.exposure = Some(ev100);
         self.world.set_exposure(exposure_scale(ev100));
         self.frame.expose(&self.plan, &self.world);
         Ok(())

@@ -85,7 +85,7 @@ impl Skin {
         let [columns, rows] = self.push.groups();
         let set = self.sets[recording.place];
         // SAFETY: `cmd` is being recorded outside a render pass; set and push constants are those of the layout. The frame owns the buffers
-        // in the set and the pass all else, and both outlive the submission. No work group looks beyond its object's vertices.
+        // in the set and the pass all else, and both outlive the submission. No work group looks beyond its mesh's vertices.
         unsafe {
             raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
             raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[set], &[]);

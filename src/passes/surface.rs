@@ -210,7 +210,7 @@ impl Surfaces {
 }
 
 impl Surfaces {
-    /// What the specular target's alpha has; in its place the view of triangles has the object's number, of which there are at most 4,000,000,
+    /// The value for the specular target's alpha; in its place the view of triangles has the object's number, of which there are at most 4,000,000,
     /// and a single float holds any whole number up to four times that.
     fn brdf_code(&self, material: &Material, object: &WorldObject) -> f32 {
         let index = material.model(self.brdf_override) as u32 as f32;

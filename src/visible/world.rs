@@ -258,6 +258,11 @@ impl World {
         }
     }
 
+    /// After how many lights frames are halted.
+    pub fn halted(&self) -> Option<usize> {
+        self.halted
+    }
+
     pub(super) fn is_halted(&self) -> bool {
         self.halted.is_some()
     }

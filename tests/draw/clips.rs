@@ -24,6 +24,12 @@ fn picture(folder: &TempDir, name: &str) -> Vec<u8> {
     image::open(folder.path().join(name)).expect("a picture").into_rgb8().into_raw()
 }
 
+/// A sequence deforms meshes on the device, a still scene has them deformed already: edges and shadows may differ by rounding.
+fn assert_alike(found: &[u8], expected: &[u8], what: &str) {
+    let far = found.iter().zip(expected).filter(|(a, b)| a.abs_diff(**b) > 8).count();
+    assert!(found.len() == expected.len() && far * 100 < found.len(), "{what}: {far} of {} channels", found.len());
+}
+
 #[test]
 fn a_sequence_has_the_pictures_of_its_moments() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -31,13 +37,13 @@ fn a_sequence_has_the_pictures_of_its_moments() {
     let names = ["sea-0000.png", "sea-0001.png", "sea-0002.png"];
     for (name, time) in names.into_iter().zip(["1", "1.6666666666666665", "2.333333333333333"]) {
         render(&folder, &["--time", time, "-o", "still.png"]);
-        assert!(picture(&folder, name) == picture(&folder, "still.png"), "{name}");
+        assert_alike(&picture(&folder, name), &picture(&folder, "still.png"), name);
     }
     assert!(!folder.path().join("sea-0003.png").exists(), "the end of a loop is its beginning");
     assert!(picture(&folder, names[0]) != picture(&folder, names[1]), "nothing moves");
     // A whole loop later all is where it was: 24 s are whole loops of 6, 8 and 12 s.
     render(&folder, &["--time", "25", "-o", "later.png"]);
-    assert!(picture(&folder, "later.png") == picture(&folder, names[0]));
+    assert_alike(&picture(&folder, "later.png"), &picture(&folder, names[0]), "a loop later");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use afterlight::frame::Picture;
 use afterlight::scene::{
-    Channel, ClipChoice, Interpolation, LightValue, MaterialValue, Playing, Scene, Settings, Target,
+    Channel, ClipChoice, Interpolation, LightValue, Local, MaterialValue, Playing, Scene, Settings, Target,
 };
 use glam::DVec3;
 
@@ -28,8 +28,12 @@ fn differing(a: &Picture, b: &Picture, bound: f32) -> (usize, f32) {
 #[test]
 fn a_deformed_mesh_is_the_f64_mesh_of_its_moment() {
     on_gpu(|gpu| {
-        for place in [DVec3::ZERO, DVec3::new(3e6, 20.0, -1e6)] {
+        let far = DVec3::new(3e6, 20.0, -1e6);
+        for (place, mirror) in [(DVec3::ZERO, 1.0), (far, 1.0), (DVec3::ZERO, -1.0)] {
             let mut scene = moving(place);
+            if let Local::Parts(own) = &mut scene.motion.nodes[0].local {
+                own.scale.x = mirror;
+            }
             // Maps are fitted to boxes, and those of deformed meshes are wider than their vertices need.
             scene.lights.iter_mut().for_each(|light| light.casts_shadow = false);
             scene.check().unwrap_or_else(|error| panic!("{error}"));

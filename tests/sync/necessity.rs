@@ -158,6 +158,7 @@ pub fn cases() -> Vec<Case> {
     case("nothing", Scene { name: "nothing".into(), ..Scene::default() }, &[]);
     case("textured", textured(4), &[]);
     case("sunlit", sunlit(), &[]);
+    case("deformed", samples::deformed(), &[]);
     case("glowing", glowing(plain()), &[]);
     for (name, transparency) in [("sorted", sorted), ("weighted", weighted)] {
         case(name, glazed(plain()), &[transparency]);

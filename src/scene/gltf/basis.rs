@@ -52,5 +52,28 @@ fn size(bytes: &[u8]) -> Result<[u32; 2], String> {
     if unpacked > most {
         return Err(format!("says that its {width}x{height} texels are {unpacked} bytes, but they are {most} at most"));
     }
+    check_ranges(bytes.len() as u64, word)?;
     Ok([width, height])
+}
+
+/// Holds every range that the header and the level index name against the file's length: the transcoder adds them up without a look (KTX 2.0,
+/// "Index" and "Level Index").
+fn check_ranges(length: u64, word: impl Fn(usize) -> Result<u32, String>) -> Result<(), String> {
+    let long = |at: usize| Ok::<_, String>(u64::from(word(at)?) | u64::from(word(at + 4)?) << 32);
+    let mut ranges = Vec::new();
+    for at in [48, 56] {
+        ranges.push((u64::from(word(at)?), u64::from(word(at + 4)?)));
+    }
+    ranges.push((long(64)?, long(72)?));
+    let levels = word(40)?.max(1);
+    if levels > 32 {
+        return Err(format!("says that it has {levels} levels"));
+    }
+    for level in 0..levels as usize {
+        ranges.push((long(80 + 24 * level)?, long(88 + 24 * level)?));
+    }
+    match ranges.iter().find(|&&(offset, bytes)| offset.checked_add(bytes).is_none_or(|end| end > length)) {
+        Some((offset, bytes)) => Err(format!("names {bytes} bytes at {offset}, but has {length}")),
+        None => Ok(()),
+    }
 }

@@ -134,7 +134,7 @@ impl Reader<'_> {
         }
     }
 
-    /// What a dielectric reflects at normal and at grazing incidence (KHR_materials_ior, KHR_materials_specular).
+    /// The reflectances of a dielectric at normal and at grazing incidence (KHR_materials_ior, KHR_materials_specular).
     fn reflectance(&mut self) -> (Vec3, f32) {
         let extensions = &self.json.extensions;
         let ior = extensions.ior.as_ref().and_then(|own| own.ior).unwrap_or(1.5);

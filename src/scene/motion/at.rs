@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 
 use super::{ClipChoice, Motion, Playing, Pose, deform};
 use crate::scene::{Mesh, NamedCamera, Object, Scene};
@@ -122,7 +122,8 @@ fn objects(scene: &Scene, pose: &Pose) -> (Vec<Mesh>, Vec<Object>) {
     let objects = scene.objects.iter().map(|object| {
         let transform = pose.object_transform(object);
         let mut moved = Object { transform, node: None, skin: None, ..object.clone() };
-        if let Some(deformed) = deformed(scene, pose, object, &mut joints) {
+        if let Some((deformed, frame)) = deformed(scene, pose, object, &mut joints) {
+            moved.transform = transform * frame;
             if users[object.mesh] == 1 {
                 places[object.mesh] = Some(deformed);
             } else {
@@ -137,14 +138,21 @@ fn objects(scene: &Scene, pose: &Pose) -> (Vec<Mesh>, Vec<Object>) {
     (of_scene.chain(own).collect(), objects)
 }
 
-/// The object's mesh as it is now; `None` where nothing deforms it.
-fn deformed(scene: &Scene, pose: &Pose, object: &Object, joints: &mut Vec<DAffine3>) -> Option<Mesh> {
+/// The object's mesh as it is now, and the space that it is in; `None` where nothing deforms it. A skeleton that mirrors has a mirrored space, so
+/// that fronts stay fronts.
+fn deformed(scene: &Scene, pose: &Pose, object: &Object, joints: &mut Vec<DAffine3>) -> Option<(Mesh, DAffine3)> {
     let mesh = scene.meshes.get(object.mesh)?;
     let weights = object.node.map(|node| pose.weights(node)).unwrap_or_default();
     let shaped = weights.iter().zip(&mesh.morphs).any(|(weight, _)| *weight != 0.0);
     let skin = object.skin.filter(|_| mesh.influences.is_some());
+    let mut frame = DAffine3::IDENTITY;
     if let Some(skin) = skin {
         pose.joint_matrices(&scene.motion, skin, &DAffine3::IDENTITY, joints);
+        if joints.first().is_some_and(|joint| joint.matrix3.determinant() < 0.0) {
+            frame = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+            // Its own inverse.
+            joints.iter_mut().for_each(|joint| *joint = frame * *joint);
+        }
     }
-    (shaped || skin.is_some()).then(|| deform(mesh, weights, skin.map(|_| joints.as_slice())))
+    (shaped || skin.is_some()).then(|| (deform(mesh, weights, skin.map(|_| joints.as_slice())), frame))
 }

@@ -205,9 +205,9 @@ fn denormal(least: f64) -> Subject {
         // Nothing but the base reflects.
         material.brdf = Brdf::Lambert;
     }
-    for position in &mut stage.scene.meshes[0].positions {
-        position[1] = least as f32;
-    }
+    let floor = &mut stage.scene.meshes[0];
+    floor.positions.iter_mut().for_each(|position| position[1] = least as f32);
+    floor.bounds = floor.compute_bounds();
     stage.light(lamp(DVec3::new(1.25, 2.0, 1.0), 1e18));
     Subject::with(stage.scene, SettingsPatch { exposure: Some(0.0), ..float32() })
 }

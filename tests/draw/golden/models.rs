@@ -32,14 +32,11 @@ fn entries(folder: &Path) -> Vec<PathBuf> {
     paths
 }
 
-/// Its picture was mended and waits to be blessed.
-const WAITS: &str = "VertexColorTest";
-
 fn models(scenes: &Path) -> Vec<PathBuf> {
     let samples = entries(&scenes.join("gltf"));
     let samples = samples.iter().flat_map(|folder| entries(folder)).filter(|path| is_gltf(path));
     let all = samples.chain(OTHERS.iter().map(|other| scenes.join(other)));
-    all.filter(|path| tries_all() || path.file_stem().is_none_or(|stem| stem != LARGE && stem != WAITS)).collect()
+    all.filter(|path| tries_all() || path.file_stem().is_none_or(|stem| stem != LARGE)).collect()
 }
 
 /// What the golden image of a model is called: its file's name without what not every file system has.
