@@ -12,6 +12,9 @@
 #import afterlight::vectors::{unit_or}
 #ifdef TEXTURED
 #import afterlight::material::{emissive_at, mapped_normal, point_at, Uvs}
+#ifdef EXTRAS
+#import afterlight::material::{mapped_uvs}
+#endif
 #endif
 #import afterlight::shading::{light_everywhere, surface_of, Everywhere, Model}
 #ifdef LIGHTS
@@ -105,7 +108,15 @@ struct Varying {
     @builtin(position) position: vec4<f32>,
     @location(1) @interpolate(perspective, centroid) normal: vec3<f32>,
 #ifdef TEXTURED
+#ifdef EXTRAS
+    // Those of `Uvs`.
+    @location(2) @interpolate(perspective, centroid) base_and_normal: vec4<f32>,
+    @location(6) @interpolate(perspective, centroid) metal_and_occlusion: vec4<f32>,
+    @location(7) @interpolate(perspective, centroid) emissive_and_specular: vec4<f32>,
+    @location(8) @interpolate(perspective, centroid) of_shininess: vec4<f32>,
+#else
     @location(2) @interpolate(perspective, centroid) uv: vec2<f32>,
+#endif
 #endif
 #ifdef NORMAL_MAP
     @location(3) @interpolate(perspective, centroid) tangent: vec4<f32>,
@@ -113,9 +124,6 @@ struct Varying {
     @location(4) @interpolate(perspective, centroid) world: vec3<f32>,
 #ifdef EXTRAS
     @location(5) @interpolate(perspective, centroid) color: vec4<f32>,
-#ifdef TEXTURED
-    @location(6) @interpolate(perspective, centroid) second_uv: vec2<f32>,
-#endif
 #endif
 }
 
@@ -126,7 +134,15 @@ fn vertex(in: Vertex) -> Varying {
     out.position = frame.clip_from_world * vec4(world, 1.0);
     out.normal = world_normal(in.normal);
 #ifdef TEXTURED
+#ifdef EXTRAS
+    let uvs = mapped_uvs(in.uv, in.second_uv);
+    out.base_and_normal = uvs.base_and_normal;
+    out.metal_and_occlusion = uvs.metal_and_occlusion;
+    out.emissive_and_specular = uvs.emissive_and_specular;
+    out.of_shininess = uvs.of_shininess;
+#else
     out.uv = in.uv;
+#endif
 #endif
 #ifdef NORMAL_MAP
     out.tangent = world_tangent(in.tangent);
@@ -134,9 +150,6 @@ fn vertex(in: Vertex) -> Varying {
     out.world = world;
 #ifdef EXTRAS
     out.color = in.color;
-#ifdef TEXTURED
-    out.second_uv = in.second_uv;
-#endif
 #endif
     return out;
 }
@@ -144,7 +157,7 @@ fn vertex(in: Vertex) -> Varying {
 #ifdef TEXTURED
 fn uvs_of(in: Varying) -> Uvs {
 #ifdef EXTRAS
-    return Uvs(in.uv, in.second_uv);
+    return Uvs(in.base_and_normal, in.metal_and_occlusion, in.emissive_and_specular, in.of_shininess);
 #else
     return Uvs(in.uv);
 #endif

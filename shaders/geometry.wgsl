@@ -20,6 +20,9 @@ enable primitive_index;
 #import afterlight::vectors::{unit_or}
 #ifdef TEXTURED
 #import afterlight::material::{alpha_at, emissive_at, mapped_normal, point_at, Uvs, BASE_COLOR}
+#ifdef EXTRAS
+#import afterlight::material::{mapped_uvs}
+#endif
 #endif
 
 // Bits of the textures that a material has (material.wgsl).
@@ -73,7 +76,15 @@ struct Varying {
     @location(1) @interpolate(perspective, centroid) normal: vec3<f32>,
 #endif
 #ifdef TEXTURED
+#ifdef EXTRAS
+    // Those of `Uvs`.
+    @location(2) @interpolate(perspective, centroid) base_and_normal: vec4<f32>,
+    @location(6) @interpolate(perspective, centroid) metal_and_occlusion: vec4<f32>,
+    @location(7) @interpolate(perspective, centroid) emissive_and_specular: vec4<f32>,
+    @location(8) @interpolate(perspective, centroid) of_shininess: vec4<f32>,
+#else
     @location(2) @interpolate(perspective, centroid) uv: vec2<f32>,
+#endif
 #endif
 #ifdef NORMAL_MAP
     @location(3) @interpolate(perspective, centroid) tangent: vec4<f32>,
@@ -83,9 +94,6 @@ struct Varying {
 #endif
 #ifdef EXTRAS
     @location(5) @interpolate(perspective, centroid) color: vec4<f32>,
-#ifdef TEXTURED
-    @location(6) @interpolate(perspective, centroid) second_uv: vec2<f32>,
-#endif
 #endif
 }
 
@@ -98,7 +106,15 @@ fn vertex(in: Vertex) -> Varying {
     out.normal = world_normal(in.normal);
 #endif
 #ifdef TEXTURED
+#ifdef EXTRAS
+    let uvs = mapped_uvs(in.uv, in.second_uv);
+    out.base_and_normal = uvs.base_and_normal;
+    out.metal_and_occlusion = uvs.metal_and_occlusion;
+    out.emissive_and_specular = uvs.emissive_and_specular;
+    out.of_shininess = uvs.of_shininess;
+#else
     out.uv = in.uv;
+#endif
 #endif
 #ifdef NORMAL_MAP
     out.tangent = world_tangent(in.tangent);
@@ -108,9 +124,6 @@ fn vertex(in: Vertex) -> Varying {
 #endif
 #ifdef EXTRAS
     out.color = in.color;
-#ifdef TEXTURED
-    out.second_uv = in.second_uv;
-#endif
 #endif
     return out;
 }
@@ -118,7 +131,7 @@ fn vertex(in: Vertex) -> Varying {
 #ifdef TEXTURED
 fn uvs_of(in: Varying) -> Uvs {
 #ifdef EXTRAS
-    return Uvs(in.uv, in.second_uv);
+    return Uvs(in.base_and_normal, in.metal_and_occlusion, in.emissive_and_specular, in.of_shininess);
 #else
     return Uvs(in.uv);
 #endif

@@ -89,13 +89,20 @@ struct Point {
     strength: f32,
 }
 
-// The texture coordinates of a place on a mesh.
-struct Uvs {
-    first: vec2<f32>,
+// Where the textures of a place on a mesh are looked up.
 #ifdef EXTRAS
-    second: vec2<f32>,
-#endif
+struct Uvs {
+    // Of two slots each, in their order.
+    base_and_normal: vec4<f32>,
+    metal_and_occlusion: vec4<f32>,
+    emissive_and_specular: vec4<f32>,
+    of_shininess: vec4<f32>,
 }
+#else
+struct Uvs {
+    of_all: vec2<f32>,
+}
+#endif
 
 // From mesh space to the world around the camera.
 fn world_position(position: vec3<f32>) -> vec3<f32> {
@@ -120,28 +127,44 @@ fn world_tangent(tangent: vec4<f32>) -> vec4<f32> {
 }
 
 #ifdef TEXTURED
+#ifdef EXTRAS
+fn mapped_uv(slot: u32, first: vec2<f32>, second: vec2<f32>) -> vec2<f32> {
+    let map = uv_maps[push.first_uv_map + slot];
+    let uv = vec3(select(first, second, map.x.w > 0.0), 1.0);
+    return vec2(dot(map.x.xyz, uv), dot(map.y.xyz, uv));
+}
+
+// For the vertex stage, of a mesh's coordinates. The maps are linear, so they commute with interpolation; and fragments need not read them. A
+// fragment beside the triangle may read nothing (on lavapipe, zeros), and then the level along every edge would be the smallest.
+fn mapped_uvs(first: vec2<f32>, second: vec2<f32>) -> Uvs {
+    return Uvs(
+        vec4(mapped_uv(0u, first, second), mapped_uv(1u, first, second)),
+        vec4(mapped_uv(2u, first, second), mapped_uv(3u, first, second)),
+        vec4(mapped_uv(4u, first, second), mapped_uv(5u, first, second)),
+        vec4(mapped_uv(6u, first, second), 0.0, 0.0),
+    );
+}
+#endif
+
+fn uv_of(slot: u32, uvs: Uvs) -> vec2<f32> {
+#ifdef EXTRAS
+    var pair = uvs.of_shininess;
+    if slot < 2u {
+        pair = uvs.base_and_normal;
+    } else if slot < 4u {
+        pair = uvs.metal_and_occlusion;
+    } else if slot < 6u {
+        pair = uvs.emissive_and_specular;
+    }
+    return select(pair.xy, pair.zw, (slot & 1u) != 0u);
+#else
+    return uvs.of_all;
+#endif
+}
+
 // The texture of a slot at a place.
 fn texel_of(slot: u32, own: texture_2d<f32>, own_sampler: sampler, uvs: Uvs) -> vec4<f32> {
-#ifdef EXTRAS
-    // The map is linear: so are its derivatives. They are taken before the map is read, because the pixels of a quad that lie beside the
-    // triangle may read nothing (on lavapipe, zeros), and then the level along every edge would be the smallest.
-    let first = mat2x2(dpdx(uvs.first), dpdy(uvs.first));
-    let second = mat2x2(dpdx(uvs.second), dpdy(uvs.second));
-    let map = uv_maps[push.first_uv_map + slot];
-    let is_second = map.x.w > 0.0;
-    let uv = vec3(select(uvs.first, uvs.second, is_second), 1.0);
-    let across = select(first[0], second[0], is_second);
-    let down = select(first[1], second[1], is_second);
-    return textureSampleGrad(
-        own,
-        own_sampler,
-        vec2(dot(map.x.xyz, uv), dot(map.y.xyz, uv)),
-        vec2(dot(map.x.xy, across), dot(map.y.xy, across)),
-        vec2(dot(map.x.xy, down), dot(map.y.xy, down)),
-    );
-#else
-    return textureSample(own, own_sampler, uvs.first);
-#endif
+    return textureSample(own, own_sampler, uv_of(slot, uvs));
 }
 
 fn mapped_normal(normal: vec3<f32>, tangent: vec4<f32>, uvs: Uvs) -> vec3<f32> {

@@ -162,7 +162,7 @@ pub fn set_layout(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Owned<v
         list_bindings(plan).into_iter().map(|index| binding(index, vk::DescriptorType::STORAGE_BUFFER, everywhere)),
     );
     if !plan.textures.mapped.is_empty() {
-        bindings.push(binding(UV_MAPS, vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::FRAGMENT));
+        bindings.push(binding(UV_MAPS, vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::VERTEX));
     }
     SetLayout::new(device, "frame set layout", &bindings)
 }
