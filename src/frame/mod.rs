@@ -3,6 +3,7 @@
 mod accumulate;
 mod builder;
 mod capabilities;
+mod changes;
 mod complexity;
 mod deferred;
 pub mod edges;
@@ -25,6 +26,7 @@ mod triangles;
 pub use crate::passes::encode::WHITE_NITS;
 pub use accumulate::{Accumulator, sample_offset};
 pub use capabilities::capabilities;
+pub use changes::Changed;
 pub use complexity::Complexity;
 #[cfg(feature = "present")]
 pub use present::{Fitted, Outcome, Presenter};
@@ -42,14 +44,13 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use ash::vk;
-use glam::DAffine3;
 
 use crate::gpu::{self, CommandBuffer, Device, Image, Owned, Ticket, Timestamps};
 use crate::gpu_scene::{FrameUniform, GpuScene, PoseBuffer, ShadowAtlas, SortedIndices, ViewBuffers};
 use crate::passes::copy::Copy;
 use crate::passes::{Recording, SetLayouts};
 use crate::plan::{self, FramePlan};
-use crate::scene::{self, Camera, Light, LightPath, Pose, Scene, Settings, SettingsPatch, exposure_scale};
+use crate::scene::{self, Camera, LightPath, Scene, Settings};
 use crate::visible::{Eye, MapDraw, ShadowCache, Visible, World};
 
 /// While the device draws one frame, the CPU records the next.
@@ -175,15 +176,6 @@ struct Recorded {
 enum Frame {
     Deferred(Box<Deferred>),
     Tiled(Box<TiledFrame>),
-}
-
-/// What of a scene is another than before.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Changed {
-    /// Which objects, lights and materials there are, and everything about them.
-    Arrangement,
-    /// Meshes or textures as well: what they hold is uploaded anew.
-    Content,
 }
 
 /// What frames are made of.
@@ -316,101 +308,6 @@ impl Renderer {
     /// The plan of all frames.
     pub fn plan(&self) -> &FramePlan {
         &self.plan
-    }
-
-    /// Moves an object of the scene, by its index, to where `transform` places it from the next frame on.
-    ///
-    /// # Errors
-    /// When there is no such object, a number is not finite, or, where the moved one needs another plan, as [`Renderer::update`].
-    pub fn move_object(&mut self, scene: &mut Scene, index: usize, transform: &DAffine3) -> Result<(), Error> {
-        let moved = self.world.move_object(index, transform)?;
-        if let Some(object) = scene.objects.get_mut(index) {
-            object.transform = *transform;
-        }
-        if moved { Ok(()) } else { self.update(scene, Changed::Arrangement) }
-    }
-
-    /// Changes a light of the scene, by its index, from the next frame on.
-    ///
-    /// # Errors
-    /// When there is no such light, a number is not finite, or, where the changed one needs another plan, as [`Renderer::update`].
-    pub fn set_light(&mut self, scene: &mut Scene, index: usize, light: &Light) -> Result<(), Error> {
-        let changed = self.world.set_light(index, light)?;
-        if let Some(own) = scene.lights.get_mut(index) {
-            own.clone_from(light);
-        }
-        if changed { Ok(()) } else { self.update(scene, Changed::Arrangement) }
-    }
-
-    /// Moves everything that nodes of the scene's motion carry to where a pose has it, from the next frame on: objects, the joints and shapes
-    /// of deformed ones, and lights. Materials and lights have the values that clips give them. The scene stays as it is.
-    ///
-    /// # Errors
-    /// When a light of the pose needs other pipelines or maps than the light has at rest.
-    pub fn pose(&mut self, scene: &Scene, pose: &Pose) -> Result<(), Error> {
-        self.world.pose(&scene.motion, pose);
-        let (materials, lights) = (Arc::clone(&self.world.pose.materials), Arc::clone(&self.world.pose.lights));
-        for &index in &*materials {
-            self.world.set_material(index, self.plan.materials.as_drawn(pose.material(scene, index)));
-        }
-        for &index in &*lights {
-            if !self.world.set_light(index, &pose.light(scene, index))? {
-                let what = "its kind, whether it casts a shadow or has a range, and how wide a spot opens";
-                let name = &scene.lights[index].name;
-                return Err(plan::Error::Change(format!("light {index} (`{name}`): {what} must stay in a clip")).into());
-            }
-        }
-        Ok(())
-    }
-
-    /// Draws the scene as it is now from the next frame on, whatever has changed: objects, lights, materials, textures, meshes. What is on the
-    /// device and in the plan stays where it still serves; where another plan is needed, frames are made anew. What a pose moved stands as at
-    /// rest until the next one.
-    ///
-    /// # Errors
-    /// As [`Renderer::new`]; then frames stay as they were.
-    pub fn update(&mut self, scene: &Scene, changed: Changed) -> Result<(), Error> {
-        let plan = plan_for(&self.device, scene, &self.settings)?;
-        let keeps = changed == Changed::Arrangement;
-        let uploaded = (keeps && plan.uploads_as(&self.plan)).then(|| Arc::clone(&self.scene));
-        let serves = uploaded.is_some() && plan.has_structure_of(&self.plan);
-        let edges = edges::table(&plan);
-        let builder = RendererBuilder::new(&self.device, scene, &self.settings, (plan, edges), uploaded)?;
-        let halted = self.world.halted();
-        if serves {
-            (self.world, self.plan) = builder.into_world();
-            self.shadow_cache = ShadowCache::default();
-            self.posed = 0;
-            self.frame.expose(&self.plan, &self.world);
-        } else {
-            *self = builder.finish(&[])?;
-        }
-        self.world.halt_after(halted);
-        Ok(())
-    }
-
-    /// Halts frames, from the next one on, after the first so many lights of [`FramePlan::light_numbers`], or as many as there are, and before
-    /// anything transparent is drawn: their picture shows what the frame has lit so far. Shadow maps of other lights are not drawn. With `None`
-    /// frames are whole, and the same to the last bit as if none had been halted.
-    pub fn halt_after(&mut self, lights: Option<usize>) {
-        self.world.halt_after(lights);
-    }
-
-    /// Changes the exposure from the next frame on.
-    ///
-    /// # Errors
-    /// When the value is not an EV100 from -100 to 100, or pictures are in nits.
-    pub fn set_exposure(&mut self, ev100: f32) -> Result<(), Error> {
-        let asked = SettingsPatch { exposure: Some(ev100), ..SettingsPatch::default() };
-        asked.check().map_err(|error| plan::Error::Change(error.to_string()))?;
-        if !self.plan.exposes {
-            return Err(plan::Error::Change("light in nits has no exposure that could change".into()).into());
-        }
-        // Frames that are made anew have it as well.
-        self.settings.exposure = Some(ev100);
-        self.world.set_exposure(exposure_scale(ev100));
-        self.frame.expose(&self.plan, &self.world);
-        Ok(())
     }
 
     /// Records and submits a frame. Returns as soon as it is submitted; waits only for the frame before the last.

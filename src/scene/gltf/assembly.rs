@@ -58,7 +58,7 @@ impl Assembly {
         let (nodes, movement) = (sources.nodes, sources.movement);
         let mut is_needed = vec![false; nodes.world.len()];
         for drawable in &drawables.list {
-            let is_placed_by_node = drawable.skin.is_none() && !drawable.is_posed;
+            let is_placed_by_node = drawable.skin.is_none() && drawable.posed.is_none();
             is_needed[drawable.node] |= is_placed_by_node && (movement.places[drawable.node] || drawable.blends);
             let joints = drawable.skin.and_then(|skin| drawables.skins.get(&skin));
             joints.into_iter().flat_map(|own| &own.joints).for_each(|&joint| is_needed[joint] = true);
@@ -84,7 +84,7 @@ impl Assembly {
             let index = self.push_node(sources.document, node, parent, local, weights);
             self.moving.insert(node, index);
         }
-        for drawable in drawables.list.iter().filter(|own| own.blends && (own.skin.is_some() || own.is_posed)) {
+        for drawable in drawables.list.iter().filter(|own| own.blends && own.skin.is_some()) {
             if !self.weights.contains_key(&drawable.node) {
                 let weights = self.weights_of(sources, drawables, drawable.node);
                 let local = Local::Fixed(DAffine3::IDENTITY);
@@ -155,11 +155,13 @@ impl Assembly {
     ) -> Result<(), String> {
         let name = nodes::object_name(sources.document, drawable.node);
         let (base, coat) = self.materials[&drawable.material];
-        let is_free = drawable.skin.is_some() || drawable.is_posed;
+        let frame = drawable.posed.and_then(|skin| drawables.skins.get(&skin)).map(|own| own.frame(sources.nodes));
+        let frame = frame.or(drawable.skin.map(|_| DAffine3::IDENTITY));
+        let is_free = frame.is_some();
         let places = &drawables.instances[if is_free { 0 } else { drawable.instances }];
         let copies = if is_free { None } else { self.copies_of(sources, drawable, places) };
         for (number, instance) in places.iter().enumerate() {
-            let transform = if is_free { DAffine3::IDENTITY } else { sources.nodes.world[drawable.node] * *instance };
+            let transform = frame.unwrap_or_else(|| sources.nodes.world[drawable.node] * *instance);
             if !fits(&transform) {
                 return Err(format!(
                     "{}: an instance's transform in the world is not finite",

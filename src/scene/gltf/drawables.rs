@@ -41,8 +41,8 @@ pub(super) struct Drawable {
     pub material: Option<usize>,
     /// The skin of the file that moves it.
     pub skin: Option<usize>,
-    /// Whether the mesh is in the world already, as it hangs on joints that stand still.
-    pub is_posed: bool,
+    /// The skin of the file in whose pose its mesh is made, as nothing moves it.
+    pub posed: Option<usize>,
     /// Whether clips move the weights of its shapes.
     pub blends: bool,
     /// Where its copies stand in the node; one in it where it has none.
@@ -112,13 +112,13 @@ pub(super) fn collect(sources: &Sources, variant: Option<&str>) -> Result<Drawab
             let (needs, skin) = drawables.needs(sources, index, (material, primitive, skin))?;
             let (of_mesh, of_primitive) = *first.entry(content(primitive)).or_insert((mesh.0, number));
             let order = MeshOrder { mesh: of_mesh, primitive: of_primitive, needs };
-            let (is_posed, blends) = (order.needs.posed.is_some(), order.needs.shapes == Shapes::Kept);
+            let (posed, blends) = (order.needs.posed, order.needs.shapes == Shapes::Kept);
             let order = *orders.entry(order).or_insert_with_key(|order| {
                 drawables.orders.push(order.clone());
                 drawables.orders.len() - 1
             });
-            let skin = skin.filter(|_| !is_posed);
-            let drawable = Drawable { node: index, order, material, skin, is_posed, blends, instances: instances.0 };
+            let skin = skin.filter(|_| posed.is_none());
+            let drawable = Drawable { node: index, order, material, skin, posed, blends, instances: instances.0 };
             drawables.list.push(drawable);
         }
     }
@@ -173,13 +173,15 @@ impl Drawables {
             self.warnings.push(format!("{node}: a primitive of its mesh has no joints, drawn without its skin"));
         }
         let skin = skin.filter(|_| hangs).and_then(|index| Some((index, self.skins.get(&index)?)));
+        let shapes = shapes(sources, node, primitive);
+        let is_still = |joints: &Joints| !joints.moves && shapes != Shapes::Kept;
         let needs = Needs {
             uv_sets: dress.uv_sets,
             repeats: dress.repeats,
             tangents: dress.tangents,
             joints: skin.map(|(_, joints)| joints.joints.len()),
-            shapes: shapes(sources, node, primitive),
-            posed: skin.filter(|(_, joints)| !joints.moves).map(|(index, _)| index),
+            posed: skin.filter(|(_, joints)| is_still(joints)).map(|(index, _)| index),
+            shapes,
         };
         Ok((needs, skin.map(|(index, _)| index)))
     }

@@ -9,7 +9,7 @@
 //! | bytes and JSON of a file | `container`, `json`, `json_extensions`, `extensions` |
 //! | buffers, views, accessors | `uri`, `buffers`, `meshopt`, `accessor` |
 //! | the hierarchy, and which of it moves | `nodes`, `animation`, `pointer`, `movement` |
-//! | which meshes to make, and making them | `drawables`, `instances`, `source`, `draco`, `topology`, `primitive`, `influences`, `shapes`, `deform` |
+//! | which meshes to make, and making them | `drawables`, `instances`, `source`, `draco`, `topology`, `primitive`, `influences`, `shapes` |
 //! | materials and textures | `materials`, `textures`, `basis` |
 //! | the scene of it | `assembly`, `lights`, `cameras` |
 //!
@@ -23,7 +23,6 @@ mod basis;
 mod buffers;
 mod cameras;
 mod container;
-mod deform;
 mod draco;
 mod drawables;
 mod extensions;

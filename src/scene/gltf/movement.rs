@@ -6,6 +6,7 @@ use super::accessor::Accessors;
 use super::animation::Take;
 use super::json::{Document, Whole, named};
 use super::nodes::Nodes;
+use crate::scene::motion;
 
 /// A skin of the file, if it can be used.
 pub(super) struct Joints {
@@ -16,9 +17,19 @@ pub(super) struct Joints {
 }
 
 impl Joints {
-    /// From mesh space to the world by joint, when nothing moves.
+    /// From mesh space to [`Joints::frame`] by joint, when nothing moves.
     pub fn pose(&self, nodes: &Nodes) -> Vec<DAffine3> {
-        self.joints.iter().zip(&self.inverse_bind).map(|(&joint, bind)| nodes.world[joint] * *bind).collect()
+        let frame = self.frame(nodes);
+        self.in_world(nodes).map(|joint| frame * joint).collect()
+    }
+
+    /// Where a mesh that is made in this pose stands in the world.
+    pub fn frame(&self, nodes: &Nodes) -> DAffine3 {
+        motion::frame(&self.in_world(nodes).take(1).collect::<Vec<_>>())
+    }
+
+    fn in_world(&self, nodes: &Nodes) -> impl Iterator<Item = DAffine3> {
+        self.joints.iter().zip(&self.inverse_bind).map(|(&joint, bind)| nodes.world[joint] * *bind)
     }
 }
 

@@ -2,13 +2,13 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::deform;
 use super::influences;
 use super::json::Mesh as JsonMesh;
 use super::shapes;
 use super::source::Source;
 use super::topology::Topology;
 use crate::scene::mesh::triangle_normal;
+use crate::scene::motion::deform;
 use crate::scene::{Aabb, Influences, Mesh, Morph, uvs};
 
 /// A box whose middle is so many times its radius from zero is recentred: f32 would keep fewer digits of what is added to its positions.
@@ -47,7 +47,7 @@ pub(super) struct Order<'a> {
     pub mesh: &'a JsonMesh,
     pub source: Source<'a>,
     pub needs: &'a Needs,
-    /// From mesh space to the world by joint, of the skin that it hangs on.
+    /// From mesh space to the object's by joint, of the skin that it hangs on.
     pub pose: &'a [glam::DAffine3],
 }
 
@@ -93,12 +93,14 @@ impl Order<'_> {
 
     /// Deforms what nothing moves, and makes what follows from positions.
     fn finish(&self, mesh: &mut Mesh) {
-        if let Shapes::Fixed(weights) = &self.needs.shapes {
-            let weights: Vec<f64> = weights.iter().map(|&bits| f64::from_bits(bits)).collect();
-            deform::blend(mesh, &weights);
-        }
-        if self.needs.posed.is_some() {
-            deform::pose(mesh, self.pose);
+        let weights: Vec<f64> = match &self.needs.shapes {
+            Shapes::Fixed(weights) => weights.iter().map(|&bits| f64::from_bits(bits)).collect(),
+            Shapes::None | Shapes::Kept => Vec::new(),
+        };
+        if !weights.is_empty() || self.needs.posed.is_some() {
+            // Joints that move do so after the shapes are blended in.
+            let influences = mesh.influences.take_if(|_| self.needs.posed.is_none());
+            *mesh = Mesh { influences, ..deform(mesh, &weights, self.needs.posed.map(|_| self.pose)) };
         } else {
             recentre(mesh);
         }

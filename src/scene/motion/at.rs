@@ -2,9 +2,9 @@
 
 use std::borrow::Cow;
 
-use glam::{DAffine3, DVec3};
+use glam::DAffine3;
 
-use super::{ClipChoice, Motion, Playing, Pose, deform};
+use super::{ClipChoice, Motion, Playing, Pose, deform, frame};
 use crate::scene::{Mesh, NamedCamera, Object, Scene};
 
 impl Scene {
@@ -122,8 +122,8 @@ fn objects(scene: &Scene, pose: &Pose) -> (Vec<Mesh>, Vec<Object>) {
     let objects = scene.objects.iter().map(|object| {
         let transform = pose.object_transform(object);
         let mut moved = Object { transform, node: None, skin: None, ..object.clone() };
-        if let Some((deformed, frame)) = deformed(scene, pose, object, &mut joints) {
-            moved.transform = transform * frame;
+        if let Some((deformed, space)) = deformed(scene, pose, object, &mut joints) {
+            moved.transform = transform * space;
             if users[object.mesh] == 1 {
                 places[object.mesh] = Some(deformed);
             } else {
@@ -138,21 +138,17 @@ fn objects(scene: &Scene, pose: &Pose) -> (Vec<Mesh>, Vec<Object>) {
     (of_scene.chain(own).collect(), objects)
 }
 
-/// The object's mesh as it is now, and the space that it is in; `None` where nothing deforms it. A skeleton that mirrors has a mirrored space, so
-/// that fronts stay fronts.
+/// The object's mesh as it is now, and the space that it is in; `None` where nothing deforms it.
 fn deformed(scene: &Scene, pose: &Pose, object: &Object, joints: &mut Vec<DAffine3>) -> Option<(Mesh, DAffine3)> {
     let mesh = scene.meshes.get(object.mesh)?;
     let weights = object.node.map(|node| pose.weights(node)).unwrap_or_default();
     let shaped = weights.iter().zip(&mesh.morphs).any(|(weight, _)| *weight != 0.0);
     let skin = object.skin.filter(|_| mesh.influences.is_some());
-    let mut frame = DAffine3::IDENTITY;
+    let mut space = DAffine3::IDENTITY;
     if let Some(skin) = skin {
         pose.joint_matrices(&scene.motion, skin, &DAffine3::IDENTITY, joints);
-        if joints.first().is_some_and(|joint| joint.matrix3.determinant() < 0.0) {
-            frame = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
-            // Its own inverse.
-            joints.iter_mut().for_each(|joint| *joint = frame * *joint);
-        }
+        space = frame(joints);
+        joints.iter_mut().for_each(|joint| *joint = space * *joint);
     }
-    (shaped || skin.is_some()).then(|| (deform(mesh, weights, skin.map(|_| joints.as_slice())), frame))
+    (shaped || skin.is_some()).then(|| (deform(mesh, weights, skin.map(|_| joints.as_slice())), space))
 }

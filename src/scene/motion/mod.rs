@@ -16,6 +16,7 @@ mod values;
 
 pub use bounds::DeformBounds;
 pub use deform::deform;
+pub(crate) use deform::frame;
 pub use playing::{ClipChoice, Playing};
 pub use pose::Pose;
 

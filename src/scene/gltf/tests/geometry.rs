@@ -135,18 +135,21 @@ fn static_weights_of_shapes_are_blended_in() {
     let mut file = Builder::triangle();
     let more = file.floats("VEC3", &[0.0, 0.0, 4.0, 0.0, 0.0, 4.0, 0.0, 0.0, 4.0]);
     file.primitive("targets", json!([{"POSITION": more}]));
-    let positions = |file: &Builder| mesh(file).positions;
-    assert_eq!(positions(&file)[0], [0.0; 3]);
+    assert_eq!(place(&mesh(&file), 0), DVec3::ZERO);
     file.json["meshes"][0]["weights"] = json!([0.25]);
-    assert_eq!(positions(&file)[0], [0.0, 0.0, 1.0]);
+    assert_eq!(place(&mesh(&file), 0), DVec3::new(0.0, 0.0, 1.0));
     file.json["nodes"][0]["weights"] = json!([0.5]);
     let found = file.read();
-    assert_eq!(found.meshes[0].positions[2], [0.0, 1.0, 2.0]);
+    assert_eq!(place(&found.meshes[0], 2), DVec3::new(0.0, 1.0, 2.0));
     assert!(found.meshes[0].morphs.is_empty() && found.motion.is_empty() && found.objects[0].node.is_none());
 }
 
-#[test]
-fn a_skin_whose_joints_stand_still_is_hung_on_them() {
+fn place(mesh: &Mesh, vertex: usize) -> DVec3 {
+    mesh.origin + Vec3::from(mesh.positions[vertex]).as_dvec3()
+}
+
+/// A triangle on two joints that stand still.
+fn hung() -> Builder {
     let mut file = Builder::triangle();
     let joints = file.shorts("VEC4", 3, &[0, 1, 9, 9, 0, 1, 9, 9, 1, 0, 9, 9]);
     let weights = file.floats("VEC4", &[1.0, 0.0, 0.0, 0.0, 0.25, 0.25, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0]);
@@ -158,12 +161,45 @@ fn a_skin_whose_joints_stand_still_is_hung_on_them() {
         {"children": [2], "translation": [0, 0, 2]},
         {"translation": [0, 10, 0]},
     ]);
-    let found = file.read();
+    file
+}
+
+#[test]
+fn a_skin_whose_joints_stand_still_is_hung_on_them() {
+    let found = hung().read();
     assert!(found.motion.is_empty() && found.meshes[0].influences.is_none() && found.objects[0].skin.is_none());
-    let place = |vertex: usize| found.meshes[0].origin + Vec3::from(found.meshes[0].positions[vertex]).as_dvec3();
+    let place = |vertex| place(&found.meshes[0], vertex);
     // Joints see the mesh, whose own node does not count.
     assert_eq!(
         (place(0), place(1), place(2)),
         (DVec3::new(0.0, 0.0, 2.0), DVec3::new(1.0, 5.0, 2.0), DVec3::new(0.0, 11.0, 2.0))
     );
+}
+
+#[test]
+fn joints_that_mirror_leave_fronts_in_front() {
+    let mut file = hung();
+    file.json["nodes"][1]["scale"] = json!([1, 1, -2]);
+    let found = file.read();
+    let (mesh, transform) = (&found.meshes[0], found.objects[0].transform);
+    let corners = [0, 1, 2].map(|vertex| transform.transform_point3(place(mesh, vertex)));
+    assert_eq!(corners, [DVec3::new(0.0, 0.0, 2.0), DVec3::new(1.0, 5.0, 2.0), DVec3::new(0.0, 11.0, 2.0)]);
+    // The object mirrors, so that the side that the triangle shows is that of its normal, here the other one along z.
+    assert!(transform.matrix3.determinant() < 0.0);
+    assert_eq!(transform.matrix3 * Vec3::from(mesh.normals[0]).as_dvec3(), DVec3::NEG_Z);
+}
+
+#[test]
+fn shapes_that_move_on_joints_that_stand_still_stay_in_the_space_of_their_mesh() {
+    let mut file = hung();
+    let more = file.floats("VEC3", &[1.0; 9]);
+    file.primitive("targets", json!([{"POSITION": more}]));
+    let (times, weights) = (file.floats("SCALAR", &[0.0, 1.0]), file.floats("SCALAR", &[0.0, 1.0]));
+    file.json["animations"] = json!([{
+        "samplers": [{"input": times, "output": weights}],
+        "channels": [{"sampler": 0, "target": {"node": 0, "path": "weights"}}],
+    }]);
+    let found = file.read();
+    assert_eq!((found.objects[0].skin, found.motion.skins.len()), (Some(0), 1));
+    assert_eq!((place(&found.meshes[0], 0), found.meshes[0].morphs.len()), (DVec3::ZERO, 1));
 }
