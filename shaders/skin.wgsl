@@ -197,7 +197,9 @@ fn compute(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
     }
     if push.colors_at != NONE && (record.changes & SHAPES_COLORS) != 0u {
         let at = push.colors_at + out * 4u;
-        store3(at, own.color.rgb);
-        vertices[at + 3u] = own.color.a;
+        // Clamped after shapes are added (glTF 2.0, "Morph Targets").
+        let color = clamp(own.color, vec4(0.0), vec4(1.0));
+        store3(at, color.rgb);
+        vertices[at + 3u] = color.a;
     }
 }

@@ -211,8 +211,8 @@ impl Touch {
         Self::target(target, How::Storage { binding }, uses)
     }
 
-    /// Reads another resource in a shader.
-    pub const fn read(resource: Resource, uses: Use) -> Self {
+    /// Reads what is no target in a shader, or writes it where `uses` writes.
+    pub const fn resource(resource: Resource, uses: Use) -> Self {
         let how = match resource {
             Resource::ShadowMaps | Resource::Textures | Resource::PanelTextures => How::Sampled { binding: 0 },
             _ => How::Buffer,

@@ -134,21 +134,21 @@ const SAMPLED: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::Acces
 
 /// Reads the frame's camera and lights.
 fn frame_data() -> Touch {
-    Touch::read(Resource::FrameData, FRAME_READ)
+    Touch::resource(Resource::FrameData, FRAME_READ)
 }
 
 /// Draws the scene's meshes with its textures.
 fn meshes(plan: &FramePlan) -> impl Iterator<Item = Touch> {
     let (vertices, textures, deforms) = (plan.uploads.vertices, plan.uploads.textures, plan.deforms());
-    let deformed = deforms.then_some(Touch::read(Resource::DeformedVertices, VERTEX_READ));
-    let of_meshes = [Touch::read(Resource::Vertices, VERTEX_READ), Touch::read(Resource::Indices, INDEX_READ)];
-    let sampled = [Touch::read(Resource::Textures, TEXTURE_READ)];
+    let deformed = deforms.then_some(Touch::resource(Resource::DeformedVertices, VERTEX_READ));
+    let of_meshes = [Touch::resource(Resource::Vertices, VERTEX_READ), Touch::resource(Resource::Indices, INDEX_READ)];
+    let sampled = [Touch::resource(Resource::Textures, TEXTURE_READ)];
     of_meshes.into_iter().filter(move |_| vertices).chain(deformed).chain(sampled.into_iter().filter(move |_| textures))
 }
 
 /// Looks shadow maps up, where there are some.
 fn maps(plan: &FramePlan, uses: Use) -> Option<Touch> {
-    plan.shadow.as_ref().map(|_| Touch::read(Resource::ShadowMaps, uses))
+    plan.shadow.as_ref().map(|_| Touch::resource(Resource::ShadowMaps, uses))
 }
 
 /// Where the finished picture is: in an image of the swapchain where a compute pass's was copied into one, else in its target.

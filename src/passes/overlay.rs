@@ -31,7 +31,7 @@ pub const PASS: Pass = Pass {
         let drawn = How::Color { location: 0, first: First::Undefined };
         vec![
             Touch { resource: shown(plan), how: drawn, uses: BLEND },
-            Touch::read(Resource::PanelTextures, TEXTURE_READ),
+            Touch::resource(Resource::PanelTextures, TEXTURE_READ),
         ]
     },
     leave_out: None,

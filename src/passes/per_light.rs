@@ -27,7 +27,9 @@ pub const PASS: Pass = Pass {
         Presence::when(plan.adds_lights(), "each light of limited reach is a draw, added by blending", why_not)
     },
     // Of attachments as LIGHTING, in whose subpass it draws.
-    touches: |plan| plan.uploads.volumes.then_some(Touch::read(Resource::Vertices, VERTEX_READ)).into_iter().collect(),
+    touches: |plan| {
+        plan.uploads.volumes.then_some(Touch::resource(Resource::Vertices, VERTEX_READ)).into_iter().collect()
+    },
     leave_out: None,
 };
 

@@ -30,9 +30,9 @@ pub const PASS: Pass = Pass {
     },
     touches: |_| {
         vec![
-            Touch::read(Resource::RestMeshes, SOURCE_READ),
-            Touch::read(Resource::FrameData, SOURCE_READ),
-            Touch::read(Resource::DeformedVertices, VERTEX_WRITE),
+            Touch::resource(Resource::RestMeshes, SOURCE_READ),
+            Touch::resource(Resource::FrameData, SOURCE_READ),
+            Touch::resource(Resource::DeformedVertices, VERTEX_WRITE),
         ]
     },
     leave_out: None,

@@ -40,6 +40,7 @@ pub use load::{OpenOptions, Up, open};
 pub use material::{AlphaMode, Brdf, DIELECTRIC, Material, SlotForm, TextureSlot, UvMap};
 pub(crate) use material::{FORMS, scaled};
 pub use mesh::{CastsShadow, Mesh, Object, TriangleId};
+pub(crate) use motion::deform_frame;
 pub use motion::{
     CameraValue, Channel, Clip, ClipChoice, DeformBounds, Influences, Interpolation, LightValue, Local, MaterialValue,
     Morph, Motion, Node, Placement, Playing, Pose, Skin, Target, deform,

@@ -7,7 +7,7 @@ use glam::{DAffine3, DMat4, DVec3};
 use super::World;
 use super::world::SortableTriangle;
 use crate::plan::FramePlan;
-use crate::scene::{Aabb, CastsShadow, DeformBounds, Mesh, Motion, Pose, Scene, deform};
+use crate::scene::{Aabb, CastsShadow, DeformBounds, Mesh, Motion, Pose, Scene, deform, deform_frame};
 
 /// What SKIN is told: the joints and weights of all deformed objects, in the order of the plan.
 #[derive(Debug, Clone, Default)]
@@ -175,10 +175,9 @@ impl Deform {
         let bounds = self.bounds.bounds(joints, weights);
         // Vertices lie about a place near them, so that f32 is enough wherever the skeleton is; and are mirrored where the joints are, so that
         // fronts stay fronts.
-        let mirrored = joints.first().is_some_and(|joint| joint.matrix3.determinant() < 0.0);
-        let mirror = DVec3::new(if mirrored { -1.0 } else { 1.0 }, 1.0, 1.0);
-        let transform = DAffine3::from_translation(bounds.center().round()) * DAffine3::from_scale(mirror);
-        let from_world = DAffine3::from_scale(mirror) * DAffine3::from_translation(-bounds.center().round());
+        let (near, frame) = (bounds.center().round(), deform_frame(joints));
+        let transform = DAffine3::from_translation(near) * frame;
+        let from_world = frame * DAffine3::from_translation(-near);
         for (told, joint) in own.joints[self.first_joint..].iter_mut().zip(joints.iter()) {
             let rows = rows(&(from_world * *joint * DAffine3::from_translation(self.origin)));
             is_new |= *told != rows;

@@ -25,12 +25,21 @@ fn differing(a: &Picture, b: &Picture, bound: f32) -> (usize, f32) {
     (pairs.filter(far).count(), floats(a).iter().fold(0.0, |most: f32, value| most.max(value.abs())))
 }
 
+/// Of every vertex the same colour, which a shape takes beyond what a colour can be.
+fn paint(scene: &mut Scene) {
+    let ball = scene.meshes.iter_mut().find(|mesh| mesh.morphs.len() == 2).expect("the ball");
+    let count = ball.positions.len();
+    ball.colors = vec![[0.9, 0.5, 0.2, 1.0]; count];
+    ball.morphs[0].colors = vec![[0.6, -0.2, -0.7, 0.0]; count];
+}
+
 #[test]
 fn a_deformed_mesh_is_the_f64_mesh_of_its_moment() {
     on_gpu(|gpu| {
         let far = DVec3::new(3e6, 20.0, -1e6);
         for (place, mirror) in [(DVec3::ZERO, 1.0), (far, 1.0), (DVec3::ZERO, -1.0)] {
             let mut scene = moving(place);
+            paint(&mut scene);
             if let Local::Parts(own) = &mut scene.motion.nodes[0].local {
                 own.scale.x = mirror;
             }

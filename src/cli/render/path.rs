@@ -6,7 +6,7 @@ use std::time::Instant;
 use afterlight::frame::Renderer;
 use afterlight::gpu::Device;
 use afterlight::measure::Distribution;
-use afterlight::scene::{Camera, CameraPath, Output, Pose, Settings, metered_ev100};
+use afterlight::scene::{Camera, CameraPath, Output, Pose, metered_ev100};
 
 use super::{Args, Drawn, costs, heading, renderer, settings};
 use crate::cli::args::ViewChoice;
@@ -57,40 +57,16 @@ impl Moments {
     }
 }
 
-/// What the scene is at each moment, and who draws it.
-struct Player<'a> {
-    args: &'a Args,
-    device: &'a Arc<Device>,
-    workload: &'a Workload,
-    settings: &'a Settings,
-    renderer: Option<Renderer>,
-    pose: Pose,
-    hazards: Vec<String>,
-}
-
-impl Player<'_> {
-    /// The renderer at a moment, and the scene's camera then.
-    fn at(&mut self, seconds: f64) -> Result<(&mut Renderer, Camera), Failure> {
-        let scene = &self.workload.scene;
-        let renderer = match self.renderer.take() {
-            Some(renderer) => renderer,
-            None => {
-                let (renderer, hazards) = renderer(self.args, self.device, (self.workload, scene), self.settings)?;
-                self.workload.warn(renderer.plan())?;
-                self.hazards = hazards;
-                renderer
-            }
-        };
-        let renderer = self.renderer.insert(renderer);
-        if !scene.moves() {
-            return Ok((renderer, scene.camera));
-        }
-        let playing = self.workload.playing.with_time(self.workload.playing.time + seconds);
-        scene.motion.pose_into(&playing, &mut self.pose);
-        renderer.pose(scene, &self.pose)?;
-        let camera = scene.looks_through.map_or(scene.camera, |index| self.pose.camera(scene, index));
-        Ok((renderer, camera))
+/// Has the renderer draw the scene as it is so many seconds after the first moment, and returns the scene's camera then.
+fn go_to(seconds: f64, renderer: &mut Renderer, workload: &Workload, pose: &mut Pose) -> Result<Camera, Failure> {
+    let scene = &workload.scene;
+    if !scene.moves() {
+        return Ok(scene.camera);
     }
+    let playing = workload.playing.with_time(workload.playing.time + seconds);
+    scene.motion.pose_into(&playing, pose);
+    renderer.pose(scene, pose)?;
+    Ok(scene.looks_through.map_or(scene.camera, |index| pose.camera(scene, index)))
 }
 
 /// Draws and writes the pictures from the first moment to the last, and returns what there is to tell.
@@ -112,16 +88,16 @@ pub fn draw(args: &Args, mut workload: Workload, device: &Arc<Device>, is_verbos
 
     let start = Instant::now();
     let (workload, settings) = (&workload, &settings);
-    let mut player =
-        Player { args, device, workload, settings, renderer: None, pose: Pose::default(), hazards: Vec::new() };
-    player.at(0.0)?;
+    let (mut renderer, hazards) = renderer(args, device, (workload, &workload.scene), settings)?;
+    workload.warn(renderer.plan())?;
+    let mut pose = Pose::default();
     let set_up_ms = milliseconds_since(start);
     let bar = progress::bar("drawing".into(), u64::from(count), args.quiet);
     let mut drawing = Vec::new();
     for index in 0..count {
         let start = Instant::now();
         let seconds = moments.seconds(index);
-        let (renderer, own) = player.at(seconds)?;
+        let own = go_to(seconds, &mut renderer, workload, &mut pose)?;
         let camera = moments.path.as_ref().map_or(own, |path| path.at(seconds));
         let picture = renderer.picture(&camera, || {})?;
         drawing.push(milliseconds_since(start));
@@ -144,7 +120,6 @@ pub fn draw(args: &Args, mut workload: Workload, device: &Arc<Device>, is_verbos
         false => format!("{} to {}", target(0).sink, target(count - 1).sink),
     };
     let mut text = heading(workload, settings, device, &output);
-    let (renderer, _) = player.at(moments.seconds(count - 1))?;
     text.push_str(&costs(workload, renderer.plan(), &times, device, is_verbose));
-    Ok(Drawn { text, hazards: player.hazards, files: Vec::new() })
+    Ok(Drawn { text, hazards, files: Vec::new() })
 }

@@ -4,8 +4,12 @@ use std::collections::BTreeSet;
 
 use super::accessor::Accessors;
 use super::json::{Animation, AnimationChannel, AnimationSampler, AnimationTarget, Document, Whole, entry, named};
+use super::material_keys;
 use super::pointer::{self, Aim};
 use crate::scene::Interpolation;
+
+/// The largest number that keys can have.
+const MOST_VALUE: f64 = 1e18;
 
 /// An animation of the file.
 pub(super) struct Take {
@@ -44,6 +48,10 @@ pub(super) fn read(document: &Document, accessors: &Accessors, warnings: &mut Ve
                 Err(what) => warnings.push(format!("{}: {what}, left out", place())),
             }
         }
+        material_keys::rewrite(document, &mut keys);
+        // Products of what a file says may be more than values can be.
+        let all = keys.iter_mut().flat_map(|keys| &mut keys.values);
+        all.for_each(|value| *value = value.clamp(-MOST_VALUE, MOST_VALUE));
         Take { name, keys }
     };
     document.animations.iter().enumerate().map(take).collect()
@@ -73,7 +81,7 @@ fn read_channel(
         let (found, keys) = (values.len(), times.len());
         return Err(format!("has {found} numbers for {keys} keys of {of_key} each"));
     }
-    if let Some(key) = values.iter().position(|value| !value.is_finite() || value.abs() > 1e18) {
+    if let Some(key) = values.iter().position(|value| !value.is_finite() || value.abs() > MOST_VALUE) {
         return Err(format!("a value of key {} is not from -1e18 to 1e18", key / of_key));
     }
     if aim.is_rotation() && !rotations_turn(&values, interpolation) {

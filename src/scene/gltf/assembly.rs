@@ -57,9 +57,11 @@ impl Assembly {
     pub fn nodes(&mut self, sources: &Sources, drawables: &Drawables) {
         let (nodes, movement) = (sources.nodes, sources.movement);
         let mut is_needed = vec![false; nodes.world.len()];
+        let mut blends = vec![false; nodes.world.len()];
         for drawable in &drawables.list {
             let is_placed_by_node = drawable.skin.is_none() && drawable.posed.is_none();
             is_needed[drawable.node] |= is_placed_by_node && (movement.places[drawable.node] || drawable.blends);
+            blends[drawable.node] |= drawable.blends;
             let joints = drawable.skin.and_then(|skin| drawables.skins.get(&skin));
             joints.into_iter().flat_map(|own| &own.joints).for_each(|&joint| is_needed[joint] = true);
         }
@@ -80,13 +82,13 @@ impl Assembly {
                 Local::Fixed(transform) if is_moved => Local::Parts(parts(&transform)),
                 local => local,
             };
-            let weights = self.weights_of(sources, drawables, node);
+            let weights = if blends[node] { weights_of(sources.document, node) } else { Vec::new() };
             let index = self.push_node(sources.document, node, parent, local, weights);
             self.moving.insert(node, index);
         }
         for drawable in drawables.list.iter().filter(|own| own.blends && own.skin.is_some()) {
             if !self.weights.contains_key(&drawable.node) {
-                let weights = self.weights_of(sources, drawables, drawable.node);
+                let weights = weights_of(sources.document, drawable.node);
                 let local = Local::Fixed(DAffine3::IDENTITY);
                 let index = self.push_node(sources.document, drawable.node, None, local, weights);
                 self.weights.insert(drawable.node, index);
@@ -105,13 +107,6 @@ impl Assembly {
         let name = document.nodes[node].name.clone().unwrap_or_default();
         self.imported.motion.nodes.push(Node { name, parent, local, weights });
         self.imported.motion.nodes.len() - 1
-    }
-
-    fn weights_of(&self, sources: &Sources, drawables: &Drawables, node: usize) -> Vec<f64> {
-        // Of the few drawables that blend; a node without is not asked for long.
-        let blends = sources.movement.weights[node] && drawables.list.iter().any(|own| own.node == node && own.blends);
-        let shapes = if blends { pointer::shapes(sources.document, node) } else { 0 };
-        if shapes > 0 { drawables::weights(sources.document, node, shapes) } else { Vec::new() }
     }
 
     /// Lists skins and objects. `meshes` are by order.
@@ -300,6 +295,11 @@ impl Assembly {
             }
         }
     }
+}
+
+/// The weights that a node's shapes have at rest.
+fn weights_of(document: &Document, node: usize) -> Vec<f64> {
+    drawables::weights(document, node, pointer::shapes(document, node))
 }
 
 fn parts(transform: &DAffine3) -> Placement {

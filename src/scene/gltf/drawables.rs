@@ -163,7 +163,7 @@ impl Drawables {
         (material, primitive, skin): (Option<usize>, &Primitive, Option<usize>),
     ) -> Result<(Needs, Option<usize>), String> {
         if !self.dresses.contains_key(&material) {
-            let dress = materials::read(sources.document, material, &mut self.warnings)?;
+            let dress = materials::read(sources.document, material, sources.movement, &mut self.warnings)?;
             self.dresses.insert(material, dress);
         }
         let dress = &self.dresses[&material];

@@ -5,9 +5,10 @@ use std::collections::BTreeSet;
 use glam::{DVec2, Vec3};
 
 use super::json::{Document, Material as JsonMaterial, TextureInfo, Whole, named};
-use super::json_extensions::Clearcoat;
+use super::json_extensions::{Clearcoat, Transmission};
+use super::movement::Movement;
 use super::textures::{Picture, Recipe, Request, picture};
-use crate::scene::{AlphaMode, ColorSpace, Material, Sampler, TextureSlot, UvMap, Wrap};
+use crate::scene::{AlphaMode, ColorSpace, Material, MaterialValue, Sampler, TextureSlot, UvMap, Wrap};
 
 /// A material of the file, or the one that primitives without any have, as it is drawn.
 #[derive(Debug, Default)]
@@ -31,12 +32,19 @@ pub(super) struct Pending {
 }
 
 /// Reads a material; `None` is the default one.
-pub(super) fn read(document: &Document, index: Option<usize>, warnings: &mut Vec<String>) -> Result<Dress, String> {
+pub(super) fn read(
+    document: &Document,
+    index: Option<usize>,
+    movement: &Movement,
+    warnings: &mut Vec<String>,
+) -> Result<Dress, String> {
     let plain = JsonMaterial::default();
     let json = index.and_then(|index| document.materials.get(index)).unwrap_or(&plain);
     let name = index.map_or("the default material".into(), |index| named("material", index, json.name.as_ref()));
     let within = |what: String| format!("{name}: {what}");
-    let mut reader = Reader { document, json, warnings: Vec::new(), used: Vec::new() };
+    let nothing = BTreeSet::new();
+    let moving = index.and_then(|index| movement.materials.get(&index)).unwrap_or(&nothing);
+    let mut reader = Reader { document, json, moving, warnings: Vec::new(), used: Vec::new() };
     let mut dress = Dress::default();
     dress.base.material = reader.factors(index);
     reader.textures(&mut dress.base).map_err(within)?;
@@ -54,11 +62,15 @@ struct Used {
     map: UvMap,
     sampler: Sampler,
     is_normal_map: bool,
+    /// Whether clips turn or scale it.
+    moves: bool,
 }
 
 struct Reader<'a> {
     document: &'a Document,
     json: &'a JsonMaterial,
+    /// What clips change of it.
+    moving: &'a BTreeSet<MaterialValue>,
     warnings: Vec<String>,
     used: Vec<Used>,
 }
@@ -123,11 +135,9 @@ impl Reader<'_> {
         };
         match (mode, glass) {
             (AlphaMode::Opaque | AlphaMode::Blend, Some(glass)) => {
-                let through = self.share("transmissionFactor", glass.transmission_factor);
+                self.share("transmissionFactor", glass.transmission_factor);
                 let body = if mode == AlphaMode::Blend { alpha } else { 1.0 };
-                // A texture of transmission has the factor in its texels.
-                let is_in_texture = glass.transmission_texture.is_some();
-                (AlphaMode::Glass, if is_in_texture { body } else { body * (1.0 - through) })
+                (AlphaMode::Glass, body * held_back(glass) as f32)
             }
             (AlphaMode::Opaque, None) => (mode, 1.0),
             _ => (mode, alpha),
@@ -179,7 +189,10 @@ impl Reader<'_> {
         };
         pending.material.uv_maps[slot as usize] = UvMap { set: u8::try_from(set).unwrap_or(u8::MAX), ..map };
         pending.requests.push((slot, Request { recipe: recipe(found), sampler }));
-        self.used.push(Used { set, map, sampler, is_normal_map: slot == TextureSlot::Normal });
+        let number = slot as u8;
+        let turns = [MaterialValue::UvRotation(number), MaterialValue::UvScale(number)];
+        let moves = turns.iter().any(|value| self.moving.contains(value));
+        self.used.push(Used { set, map, sampler, is_normal_map: slot == TextureSlot::Normal, moves });
         Ok(())
     }
 
@@ -203,7 +216,8 @@ impl Reader<'_> {
                 })?;
             }
         }
-        if let Some(info) = json.emissive_texture.as_ref().filter(|_| pending.material.is_emissive()) {
+        let glows = pending.material.is_emissive() || self.moving.contains(&MaterialValue::Emissive);
+        if let Some(info) = json.emissive_texture.as_ref().filter(|_| glows) {
             self.ask(pending, TextureSlot::Emissive, info, |own| Recipe::Plain(own, ColorSpace::Srgb))?;
         }
         self.specular(pending)
@@ -304,8 +318,13 @@ impl Used {
     /// Whether coordinates that are a whole number larger show the same texels.
     fn repeats(&self) -> bool {
         let UvMap { rotation, scale, .. } = self.map;
-        self.sampler.wrap == [Wrap::Repeat; 2] && rotation == 0.0 && scale == scale.round()
+        !self.moves && self.sampler.wrap == [Wrap::Repeat; 2] && rotation == 0.0 && scale == scale.round()
     }
+}
+
+/// The share of light that glass holds back. A texture of transmission has the factor in its texels.
+pub(super) fn held_back(glass: &Transmission) -> f64 {
+    if glass.transmission_texture.is_some() { 1.0 } else { 1.0 - glass.transmission_factor.clamp(0.0, 1.0) }
 }
 
 /// Whether two textures lie alike on a mesh, so that their texels can be merged.

@@ -8,7 +8,7 @@
 //! |---|---|
 //! | bytes and JSON of a file | `container`, `json`, `json_extensions`, `extensions` |
 //! | buffers, views, accessors | `uri`, `buffers`, `meshopt`, `accessor` |
-//! | the hierarchy, and which of it moves | `nodes`, `animation`, `pointer`, `movement` |
+//! | the hierarchy, and which of it moves | `nodes`, `animation`, `pointer`, `material_keys`, `movement` |
 //! | which meshes to make, and making them | `drawables`, `instances`, `source`, `draco`, `topology`, `primitive`, `influences`, `shapes` |
 //! | materials and textures | `materials`, `textures`, `basis` |
 //! | the scene of it | `assembly`, `lights`, `cameras` |
@@ -31,6 +31,7 @@ mod instances;
 mod json;
 mod json_extensions;
 mod lights;
+mod material_keys;
 mod materials;
 mod meshopt;
 mod movement;

@@ -1,12 +1,15 @@
 //! What of a scene moves: the nodes that clips move and what hangs on them. What nothing moves keeps no trace of it.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use glam::DAffine3;
 
 use super::accessor::Accessors;
 use super::animation::Take;
 use super::json::{Document, Whole, named};
 use super::nodes::Nodes;
-use crate::scene::motion;
+use super::pointer::Aim;
+use crate::scene::{MaterialValue, deform_frame};
 
 /// A skin of the file, if it can be used.
 pub(super) struct Joints {
@@ -25,7 +28,7 @@ impl Joints {
 
     /// Where a mesh that is made in this pose stands in the world.
     pub fn frame(&self, nodes: &Nodes) -> DAffine3 {
-        motion::frame(&self.in_world(nodes).take(1).collect::<Vec<_>>())
+        deform_frame(&self.in_world(nodes).take(1).collect::<Vec<_>>())
     }
 
     fn in_world(&self, nodes: &Nodes) -> impl Iterator<Item = DAffine3> {
@@ -33,23 +36,29 @@ impl Joints {
     }
 }
 
-/// Which nodes clips move.
+/// What clips move.
 pub(super) struct Movement {
     /// By node, whether its place in the world moves.
     pub places: Vec<bool>,
     /// By node, whether its shapes' weights move.
     pub weights: Vec<bool>,
+    /// Of materials of the file.
+    pub materials: BTreeMap<usize, BTreeSet<MaterialValue>>,
 }
 
 impl Movement {
     pub fn of(takes: &[Take], nodes: &Nodes) -> Self {
         let count = nodes.world.len();
-        let mut movement = Self { places: vec![false; count], weights: vec![false; count] };
-        for (node, is_place) in takes.iter().flat_map(|take| &take.keys).filter_map(|keys| keys.aim.node()) {
-            if is_place {
-                movement.places[node] = true;
-            } else {
-                movement.weights[node] = true;
+        let materials = BTreeMap::new();
+        let mut movement = Self { places: vec![false; count], weights: vec![false; count], materials };
+        for keys in takes.iter().flat_map(|take| &take.keys) {
+            match keys.aim {
+                Aim::Translation(node) | Aim::Rotation(node) | Aim::Scale(node) => movement.places[node] = true,
+                Aim::Weights(node) => movement.weights[node] = true,
+                Aim::Material(material, value) => {
+                    movement.materials.entry(material).or_default().insert(value);
+                }
+                Aim::Light(..) | Aim::Camera(..) => {}
             }
         }
         for &node in &nodes.order {

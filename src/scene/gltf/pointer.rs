@@ -49,15 +49,6 @@ impl Aim {
     pub fn is_rotation(self) -> bool {
         matches!(self, Self::Rotation(_))
     }
-
-    /// The node that it moves, and whether that is its place.
-    pub fn node(self) -> Option<(usize, bool)> {
-        match self {
-            Self::Translation(node) | Self::Rotation(node) | Self::Scale(node) => Some((node, true)),
-            Self::Weights(node) => Some((node, false)),
-            Self::Light(..) | Self::Camera(..) | Self::Material(..) => None,
-        }
-    }
 }
 
 /// How many morph targets the mesh of a node has.

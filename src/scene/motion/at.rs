@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use glam::DAffine3;
 
-use super::{ClipChoice, Motion, Playing, Pose, deform, frame};
+use super::{ClipChoice, Motion, Playing, Pose, deform, deform_frame};
 use crate::scene::{Mesh, NamedCamera, Object, Scene};
 
 impl Scene {
@@ -147,7 +147,7 @@ fn deformed(scene: &Scene, pose: &Pose, object: &Object, joints: &mut Vec<DAffin
     let mut space = DAffine3::IDENTITY;
     if let Some(skin) = skin {
         pose.joint_matrices(&scene.motion, skin, &DAffine3::IDENTITY, joints);
-        space = frame(joints);
+        space = deform_frame(joints);
         joints.iter_mut().for_each(|joint| *joint = space * *joint);
     }
     (shaped || skin.is_some()).then(|| (deform(mesh, weights, skin.map(|_| joints.as_slice())), space))

@@ -49,7 +49,7 @@ pub fn deform(mesh: &Mesh, weights: &[f64], joints: Option<&[DAffine3]>) -> Mesh
 }
 
 /// The space that a mesh on these joints is deformed in, so that its fronts stay fronts: mirrored where they mirror. It is its own inverse.
-pub(crate) fn frame(joints: &[DAffine3]) -> DAffine3 {
+pub(crate) fn deform_frame(joints: &[DAffine3]) -> DAffine3 {
     let mirrors = joints.first().is_some_and(|joint| joint.matrix3.determinant() < 0.0);
     DAffine3::from_scale(DVec3::new(if mirrors { -1.0 } else { 1.0 }, 1.0, 1.0))
 }

@@ -16,7 +16,7 @@ mod values;
 
 pub use bounds::DeformBounds;
 pub use deform::deform;
-pub(crate) use deform::frame;
+pub(crate) use deform::deform_frame;
 pub use playing::{ClipChoice, Playing};
 pub use pose::Pose;
 

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::{Builder, push};
-use crate::scene::{Interpolation, LightValue, Local, MaterialValue, Target};
+use crate::scene::{Channel, Imported, Interpolation, LightValue, Local, MaterialValue, Target};
 
 /// Adds an animation of one channel whose keys are at 0 and 1 s.
 fn animate(file: &mut Builder, target: Value, kind: &str, values: &[f32]) {
@@ -98,6 +98,63 @@ fn pointers_move_lights_and_materials() {
         "{:?}",
         found.warnings
     );
+}
+
+/// Adds an animation of a value of the first material.
+fn animate_material(file: &mut Builder, to: &str, kind: &str, values: &[f32]) {
+    let pointer = json!({"pointer": format!("/materials/0/{to}")});
+    animate(file, json!({"path": "pointer", "extensions": {"KHR_animation_pointer": pointer}}), kind, values);
+}
+
+/// A file with this material, whose value a pointer moves, and the channel of it.
+fn moved(material: Value, (to, kind, values): (&str, &str, &[f32])) -> (Imported, Channel) {
+    let mut file = Builder::triangle();
+    file.json["materials"] = json!([material]);
+    file.primitive("material", json!(0));
+    animate_material(&mut file, to, kind, values);
+    let found = file.read();
+    let channel = found.motion.clips[0].channels[0].clone();
+    (found, channel)
+}
+
+#[test]
+fn emission_moves_with_its_colour_or_strength_times_the_other_of_the_file() {
+    let strong = "KHR_materials_emissive_strength";
+    let material = json!({"emissiveFactor": [1, 0.5, 0], "extensions": {strong: {"emissiveStrength": 3}}});
+    let emissive = Target::Material(0, MaterialValue::Emissive);
+    let color: &[f32] = &[0.0, 0.0, 0.0, 0.5, 1.0, 0.25];
+    let (_, channel) = moved(material.clone(), ("emissiveFactor", "VEC3", color));
+    assert_eq!((channel.target, channel.values.as_slice()), (emissive, &[0.0, 0.0, 0.0, 1.5, 3.0, 0.75][..]));
+    let to = format!("extensions/{strong}/emissiveStrength");
+    let (_, channel) = moved(material, (&to, "SCALAR", &[2.0, 4.0]));
+    assert_eq!((channel.target, channel.values.as_slice()), (emissive, &[2.0, 1.0, 0.0, 4.0, 2.0, 0.0][..]));
+}
+
+#[test]
+fn a_texture_of_what_begins_to_glow_is_read() {
+    let pixel = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGP4z8AAAAMBAQDJ/pLvAAAAAElFTkSuQmCC";
+    let mut file = Builder::triangle();
+    file.json["materials"] = json!([{"emissiveTexture": {"index": 0}}]);
+    file.json["textures"] = json!([{"source": 0}]);
+    file.json["images"] = json!([{"uri": pixel}]);
+    file.primitive("material", json!(0));
+    assert_eq!(file.read().textures.len(), 0);
+    animate_material(&mut file, "emissiveFactor", "VEC3", &[0.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
+    assert_eq!(file.read().textures.len(), 1);
+}
+
+#[test]
+fn alpha_of_glass_moves_with_what_it_lets_through_and_of_what_is_opaque_stays() {
+    let alphas = |material: Value| {
+        let color: &[f32] = &[1.0, 1.0, 1.0, 0.5, 1.0, 1.0, 1.0, 0.25];
+        let (found, channel) = moved(material, ("pbrMetallicRoughness/baseColorFactor", "VEC4", color));
+        (found.materials[0].alpha, [channel.values[3], channel.values[7]])
+    };
+    let glass = json!({"KHR_materials_transmission": {"transmissionFactor": 0.75}});
+    assert_eq!(alphas(json!({})), (1.0, [1.0, 1.0]));
+    assert_eq!(alphas(json!({"extensions": glass})), (0.25, [0.25, 0.25]));
+    assert_eq!(alphas(json!({"alphaMode": "BLEND", "extensions": glass})), (0.25, [0.125, 0.0625]));
+    assert_eq!(alphas(json!({"alphaMode": "MASK"})), (1.0, [0.5, 0.25]));
 }
 
 #[test]
