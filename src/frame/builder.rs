@@ -9,7 +9,7 @@ use super::edges::Edges;
 use super::list::List;
 use super::{Drawn, Error, Frame, FrameParts, IN_FLIGHT, InFlight, Renderer};
 use crate::gpu::{self, CommandBuffer, Device, Timestamps};
-use crate::gpu_scene::{GpuScene, PoseBuffer, ShadowAtlas, SortedIndices, ViewBuffers, view_set_layout};
+use crate::gpu_scene::{GpuScene, Instances, PoseBuffer, ShadowAtlas, SortedIndices, ViewBuffers, view_set_layout};
 use crate::plan::FramePlan;
 use crate::scene::{Scene, Settings, exposure_scale, metered_ev100};
 use crate::visible::{ShadowCache, World};
@@ -91,6 +91,7 @@ impl RendererBuilder {
                 cmd: CommandBuffer::new(&device, &format!("frame {index}"))?,
                 view: ViewBuffers::new(&device, index, frame_layout.raw, &plan, &world)?,
                 sorted: SortedIndices::new(&device, index, &plan)?,
+                instances: Instances::new(index, &plan),
                 times: Timestamps::new(&device, &format!("times of frame {index}"), times)?,
                 ticket: None,
                 begun: Instant::now(),

@@ -46,7 +46,7 @@ use std::time::Instant;
 use ash::vk;
 
 use crate::gpu::{self, CommandBuffer, Device, Image, Owned, Ticket, Timestamps};
-use crate::gpu_scene::{FrameUniform, GpuScene, PoseBuffer, ShadowAtlas, SortedIndices, ViewBuffers};
+use crate::gpu_scene::{FrameUniform, GpuScene, Instances, PoseBuffer, ShadowAtlas, SortedIndices, ViewBuffers};
 use crate::passes::copy::Copy;
 use crate::passes::{Recording, SetLayouts};
 use crate::plan::{self, FramePlan};
@@ -137,6 +137,7 @@ struct InFlight {
     cmd: CommandBuffer,
     view: ViewBuffers,
     sorted: Option<SortedIndices>,
+    instances: Instances,
     times: Option<Timestamps>,
     ticket: Option<Ticket>,
     begun: Instant,
@@ -368,6 +369,7 @@ impl Renderer {
         if let Some(sorted) = &frame.sorted {
             sorted.write(&visible.sorted_indices)?;
         }
+        frame.instances.write(&self.device, &self.world, (&visible, camera), &stale_maps)?;
         let posed = !self.poses.is_empty() && self.posed != self.world.pose.revision;
         if posed {
             self.poses[self.next].write(&self.world.pose.joints, &self.world.pose.weights)?;
@@ -394,13 +396,14 @@ impl Renderer {
                 camera,
                 frame_set: frame.view.set,
                 shadow_set: self.atlas.as_ref().map(|atlas| atlas.set(self.next)),
+                instances: &frame.instances,
                 stale_maps: &stale_maps,
                 sorted: frame.sorted.as_ref().map(SortedIndices::raw),
             },
             &mut frame.times,
         );
         frame.drawn = Drawn {
-            objects: visible.draws.len(),
+            objects: visible.instances.len(),
             culled: visible.culled,
             occluded: visible.occluded,
             triangles: visible.triangles(&self.world),

@@ -156,7 +156,7 @@ fn blend(plan: &FramePlan) -> Vec<vk::PipelineColorBlendAttachmentState> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu_scene::{COLOR, NORMAL, POSITION, SECOND_UV, TANGENT, UV};
+    use crate::gpu_scene::{COLOR, NORMAL, NUMBER, POSITION, ROWS, SECOND_UV, TANGENT, UV};
     use crate::plan::samples;
 
     #[test]
@@ -176,7 +176,7 @@ mod tests {
                 let variant = shader::variant(flags).unwrap_or_else(|| panic!("{name}: no variant {flags:?}"));
                 for input in variant.vertex().expect("a vertex stage").vertex_inputs {
                     let present = match input.location {
-                        POSITION => true,
+                        POSITION | ROWS..=NUMBER => true,
                         NORMAL => streams.normals,
                         UV => streams.uvs,
                         TANGENT => streams.tangents,

@@ -62,11 +62,12 @@ mod surface;
 pub use declaration::{First, How, Pass, Place, Presence, Resource, Touch};
 pub use screen::Input;
 
+use std::ops::Range;
+
 use ash::vk;
-use glam::{DAffine3, DVec3, Vec4};
 
 use crate::gpu::{self, Device, Timestamps, sync::Use};
-use crate::gpu_scene::{GpuScene, INDEX_READ, TEXTURE_READ, VERTEX_READ};
+use crate::gpu_scene::{GpuScene, INDEX_READ, Instances, TEXTURE_READ, VERTEX_READ};
 use crate::plan::{Canvas, FramePlan, IndexWidth, Shading, Target, TexturePlan};
 use crate::scene::Camera;
 use crate::shaders::Variant;
@@ -228,6 +229,8 @@ pub struct Recording<'a> {
     pub frame_set: vk::DescriptorSet,
     /// Set 2 of whatever shades: the shadow maps, where the plan has some.
     pub shadow_set: Option<vk::DescriptorSet>,
+    /// Where what is drawn stands.
+    pub instances: &'a Instances,
     /// Shadow maps that this frame draws anew.
     pub stale_maps: &'a [MapDraw],
     /// The frame's own index buffer with [`Visible::sorted_indices`], where the plan sorts triangles.
@@ -307,6 +310,8 @@ enum Indices {
 struct MeshDraws<'a> {
     recording: &'a Recording<'a>,
     streams: &'a [u32],
+    /// Into shadow maps.
+    casters: bool,
     bound: Option<Indices>,
     /// The vertex buffers that are bound are those of deformed objects.
     deformed: Option<bool>,
@@ -315,14 +320,27 @@ struct MeshDraws<'a> {
 impl<'a> MeshDraws<'a> {
     /// With these vertex streams, which the first draw binds: where nothing is drawn, nothing is bound.
     fn new(recording: &'a Recording<'a>, streams: &'a [u32]) -> Self {
-        Self { recording, streams, bound: None, deformed: None }
+        Self { recording, streams, casters: false, bound: None, deformed: None }
     }
 
-    /// Draws an object's mesh, in the order that the frame has sorted its triangles into if they are `sorted`: then this is their first index.
-    fn draw(&mut self, object: &WorldObject, sorted: Option<u32>) {
+    /// The same of casters.
+    fn of_casters(recording: &'a Recording<'a>, streams: &'a [u32]) -> Self {
+        Self { casters: true, ..Self::new(recording, streams) }
+    }
+
+    /// Draws instances of an object's mesh, in the order that the frame has sorted its triangles into if they are `sorted`: then this is their
+    /// first index.
+    fn draw(&mut self, object: &WorldObject, sorted: Option<u32>, instances: Range<u32>) {
         // The plan has the mesh of each object that a pass draws.
         let Some(range) = self.recording.scene.mesh(object.mesh, object.deform) else { return };
         let indices = if sorted.is_some() { Indices::Sorted } else { Indices::OfScene(range.width) };
+        let Recording { device, cmd, .. } = *self.recording;
+        if self.deformed.is_none() {
+            match self.casters {
+                true => self.recording.instances.bind_casters(device, cmd),
+                false => self.recording.instances.bind(device, cmd),
+            }
+        }
         if self.deformed != Some(range.deformed) {
             self.recording.scene.bind(self.recording.device, self.recording.cmd, self.streams, range.deformed);
             self.deformed = Some(range.deformed);
@@ -331,10 +349,10 @@ impl<'a> MeshDraws<'a> {
             self.bind(indices);
         }
         let first_index = sorted.unwrap_or(range.first_index);
-        let Recording { device, cmd, .. } = *self.recording;
-        // SAFETY: pipeline, sets and buffers are bound; the range lies inside the index buffer (GpuScene made both, or the frame
-        // has written its own).
-        unsafe { device.raw.cmd_draw_indexed(cmd, range.index_count, 1, first_index, range.vertex_offset, 0) };
+        let (first, count) = (instances.start, instances.len() as u32);
+        // SAFETY: pipeline, sets and buffers are bound; the ranges lie inside the index buffer (GpuScene made both, or the frame
+        // has written its own) and inside the frame's instances.
+        unsafe { device.raw.cmd_draw_indexed(cmd, range.index_count, count, first_index, range.vertex_offset, first) };
     }
 
     fn bind(&mut self, indices: Indices) {
@@ -350,15 +368,4 @@ impl<'a> MeshDraws<'a> {
         }
         self.bound = Some(indices);
     }
-}
-
-/// Rows of a map from a mesh to the world around the camera. The difference of two large places is taken in f64.
-fn camera_relative(transform: &DAffine3, camera: DVec3) -> [Vec4; 3] {
-    let rows = transform.matrix3.transpose();
-    let offset = transform.translation - camera;
-    [
-        rows.x_axis.extend(offset.x).as_vec4(),
-        rows.y_axis.extend(offset.y).as_vec4(),
-        rows.z_axis.extend(offset.z).as_vec4(),
-    ]
 }

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 
 use super::screen::stages;
-use super::{MeshDraws, Recording, SetLayouts, Slot, camera_relative, needed};
+use super::{MeshDraws, Recording, SetLayouts, Slot, needed};
 use crate::gpu::{
     self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout, ShaderStage, pipeline_layout,
 };
@@ -19,16 +19,15 @@ use crate::plan::{FramePlan, GeometryKey, Opacity, Shading, ToneMapping};
 use crate::scene::{AlphaMode, Brdf, Material, TextureSlot};
 use crate::shaders::forward::{self as shader, Flags, constants};
 use crate::shaders::{BindingKind, Variant};
-use crate::visible::WorldObject;
+use crate::visible::{Draw, WorldObject};
 
 pub const PUSH_STAGES: vk::ShaderStageFlags =
     vk::ShaderStageFlags::from_raw(vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::FRAGMENT.as_raw());
 
-/// What changes from draw to draw: 116 of the 128 bytes that every device has.
+/// What changes from draw to draw: 68 of the 128 bytes that every device has.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct Push {
-    rows: [Vec4; 3],
     base_color: Vec3,
     alpha: f32,
     emissive: Vec3,
@@ -49,7 +48,6 @@ const _: () = {
     assert!(size_of::<Push>() <= 128);
     assert!(size_of::<Push>() == wgsl::SIZE);
     assert!(size_of::<Push>() == crate::shaders::forward::push::SIZE);
-    assert!(offset_of!(Push, rows) == wgsl::ROW_X);
     assert!(offset_of!(Push, base_color) == wgsl::BASE_COLOR);
     assert!(offset_of!(Push, alpha) == wgsl::ALPHA);
     assert!(offset_of!(Push, emissive) == wgsl::EMISSIVE);
@@ -76,8 +74,6 @@ pub struct Surfaces {
     stores_reflectance: bool,
     largest_light: f32,
     after_prepass: bool,
-    /// The view of triangles is drawn: the place of the BRDF has the object's number.
-    numbered: bool,
 }
 
 impl Surfaces {
@@ -128,7 +124,6 @@ impl Surfaces {
             stores_reflectance: plan.reflectance,
             largest_light: plan.largest_light(),
             after_prepass: plan.depth_prepass,
-            numbered: plan.shading == Shading::ShowTriangle,
         })
     }
 
@@ -141,14 +136,14 @@ impl Surfaces {
         self.pipelines.insert(key, pipeline);
     }
 
-    /// Draws objects in this order. Runs inside the subpass of the pipelines. A draw takes the mesh's indices from the scene's
+    /// Draws instances in this order. Runs inside the subpass of the pipelines. A draw takes the mesh's indices from the scene's
     /// buffer, or as many from the frame's sorted ones where it has a place in them.
-    pub fn record(&self, recording: &Recording, draws: impl Iterator<Item = (usize, Option<u32>)>) {
+    pub fn record<'a>(&self, recording: &Recording, draws: impl Iterator<Item = (&'a Draw, Option<u32>)>) {
         recording.set_area();
         let mut meshes = MeshDraws::new(recording, &self.streams);
         let mut bound: (Option<GeometryKey>, Option<usize>) = (None, None);
-        for (object, first_index) in draws {
-            let object = &recording.world.objects[object];
+        for (draw, first_index) in draws {
+            let object = &recording.world.objects[draw.object];
             let key = object.key;
             // The plan has a key for each object of the scene (plan.rs), and the pass a pipeline for each key.
             let pipeline = &self.pipelines[&key];
@@ -171,13 +166,13 @@ impl Surfaces {
                 bound.1 = Some(object.material);
             }
             recording.push(layout, PUSH_STAGES, &self.push(recording, object));
-            meshes.draw(object, first_index);
+            meshes.draw(object, first_index, draw.instances());
         }
     }
 
     /// Draws the opaque surfaces that are visible.
     pub fn record_opaque(&self, recording: &Recording) {
-        let draws = recording.visible.draws.iter().map(|draw| (draw.object, None));
+        let draws = recording.visible.draws.iter().map(|draw| (draw, None));
         // Of coplanar surfaces the first drawn wins; after a pre-pass the last would, so the order is reversed.
         match self.after_prepass {
             true => self.record(recording, draws.rev()),
@@ -188,7 +183,6 @@ impl Surfaces {
     fn push(&self, recording: &Recording, object: &WorldObject) -> Push {
         let material = &recording.world.materials[object.material];
         Push {
-            rows: camera_relative(&object.transform, recording.camera.position),
             base_color: material.base_color,
             alpha: material.alpha,
             // Cut off here as well: infinity times a black texel would be no number.
@@ -210,15 +204,13 @@ impl Surfaces {
 }
 
 impl Surfaces {
-    /// The value for the specular target's alpha; in its place the view of triangles has the object's number, of which there are at most 4,000,000,
-    /// and a single float holds any whole number up to four times that.
+    /// The value for the specular target's alpha.
     fn brdf_code(&self, material: &Material, object: &WorldObject) -> f32 {
         let index = material.model(self.brdf_override) as u32 as f32;
-        match self.numbered {
-            true => (object.number + 1) as f32,
-            false if object.key.reflectance => material.grazing,
-            false if self.stores_reflectance && object.key.forward.is_none() => (index + 6.0) / 9.0,
-            false => index / 3.0,
+        match object.key.forward {
+            _ if object.key.reflectance => material.grazing,
+            None if self.stores_reflectance => (index + 6.0) / 9.0,
+            _ => index / 3.0,
         }
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
 
+use super::instances;
 use super::occlusion::Occluders;
 use super::pose::WorldPose;
 use super::shadows::{Changes, ShadowView, lamp_views, widened};
@@ -21,6 +22,8 @@ use crate::scene::{
 #[derive(Debug, Clone)]
 pub struct World {
     pub objects: Vec<WorldObject>,
+    /// Their indices: what is opaque first, and objects that one command draws after each other.
+    pub(super) by_batch: Vec<u32>,
     pub materials: Vec<Material>,
     /// Only those that shine and can reach an object, with directions of length 1: directional lights, then those that reach everywhere, then those whose reach is limited.
     pub lights: Vec<Light>,
@@ -118,6 +121,7 @@ impl World {
             object_of,
             light_of: places(order.iter().copied(), scene.lights.len()),
             occluders: plan.finds_hidden(scene).is_ok().then(|| Occluders::of(scene, &objects)),
+            by_batch: instances::by_batch(&objects),
             objects,
             sortable: sorted
                 .into_iter()
@@ -156,6 +160,9 @@ impl World {
     /// Works out what follows from where objects and lights are, if any has moved.
     pub fn refresh(&mut self, plan: &FramePlan) {
         let Some(changes) = self.changes.take() else { return };
+        if changes.mirrors {
+            self.by_batch = instances::by_batch(&self.objects);
+        }
         self.bounds = union(&self.objects);
         self.extent = widened(&self.at_first, &self.bounds);
         if let Some(shadow) = &plan.shadow {
