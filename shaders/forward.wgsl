@@ -13,8 +13,11 @@
 #ifdef TEXTURED
 #import afterlight::material::{emissive_at, mapped_normal, point_at, Uvs}
 #ifdef EXTRAS
-#import afterlight::material::{mapped_uvs}
+#import afterlight::material::{layer_of, mapped_uvs}
 #endif
+#endif
+#ifdef EXTRAS
+#import afterlight::material::{highlighted, is_selected, tint_of}
 #endif
 #import afterlight::shading::{light_everywhere, surface_of, Everywhere, Model}
 #ifdef LIGHTS
@@ -31,8 +34,10 @@
 override TEXTURES: u32 = 0u;
 // Colours of vertices multiply the base colour and alpha.
 override COLORED: bool = false;
-// And what the surface emits.
+// And what the surface emits. So do tints of instances.
 override COLORED_LIGHT: bool = false;
+// Instances have looks.
+override LOOKS: bool = false;
 override MASKED: bool = false;
 override TWO_SIDED: bool = false;
 // Shadows fall on it.
@@ -105,6 +110,10 @@ struct Vertex {
     @location(8) row_x: vec4<f32>,
     @location(9) row_y: vec4<f32>,
     @location(10) row_z: vec4<f32>,
+#ifdef EXTRAS
+    // How it looks (material.wgsl).
+    @location(13) look: vec4<u32>,
+#endif
 }
 
 // Centroid: as in geometry.wgsl. A pixel with several samples is shaded once for each triangle in it, on the triangle.
@@ -127,7 +136,10 @@ struct Varying {
 #endif
     @location(4) @interpolate(perspective, centroid) world: vec3<f32>,
 #ifdef EXTRAS
+    // Of the vertex and the instance.
     @location(5) @interpolate(perspective, centroid) color: vec4<f32>,
+    // The last number of the look.
+    @location(10) @interpolate(flat) look: u32,
 #endif
 }
 
@@ -140,7 +152,7 @@ fn vertex(in: Vertex) -> Varying {
     out.normal = world_normal(rows, in.normal);
 #ifdef TEXTURED
 #ifdef EXTRAS
-    let uvs = mapped_uvs(in.uv, in.second_uv);
+    let uvs = mapped_uvs(in.uv, in.second_uv, in.look);
     out.base_and_normal = uvs.base_and_normal;
     out.metal_and_occlusion = uvs.metal_and_occlusion;
     out.emissive_and_specular = uvs.emissive_and_specular;
@@ -154,7 +166,8 @@ fn vertex(in: Vertex) -> Varying {
 #endif
     out.world = world;
 #ifdef EXTRAS
-    out.color = in.color;
+    out.color = select(vec4(1.0), in.color, COLORED) * vec4(select(vec3(1.0), tint_of(in.look), LOOKS), 1.0);
+    out.look = in.look.w;
 #endif
     return out;
 }
@@ -162,7 +175,7 @@ fn vertex(in: Vertex) -> Varying {
 #ifdef TEXTURED
 fn uvs_of(in: Varying) -> Uvs {
 #ifdef EXTRAS
-    return Uvs(in.base_and_normal, in.metal_and_occlusion, in.emissive_and_specular, in.of_shininess);
+    return Uvs(in.base_and_normal, in.metal_and_occlusion, in.emissive_and_specular, in.of_shininess, layer_of(in.look));
 #else
     return Uvs(in.uv);
 #endif
@@ -207,7 +220,11 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
     var point = plain_point();
 #endif
 #ifdef EXTRAS
-    point.base *= select(vec4(1.0), in.color, COLORED);
+    point.base *= select(vec4(1.0), in.color, COLORED || LOOKS);
+    let selected = LOOKS && is_selected(in.look);
+    if selected && !COLORED_LIGHT {
+        point.base = vec4(highlighted(point.base.rgb, 1.0), point.base.a);
+    }
 #endif
     let facing = select(1.0, -1.0, TWO_SIDED && !front);
     let geometric = unit_or(in.normal, vec3(0.0, 1.0, 0.0));
@@ -224,6 +241,9 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
 #endif
 #ifdef EXTRAS
         emissive *= select(vec3(1.0), in.color.rgb, COLORED_LIGHT);
+        if selected && COLORED_LIGHT {
+            emissive = highlighted(emissive, frame.exposure);
+        }
 #endif
     }
 #ifdef TEXTURED

@@ -21,16 +21,21 @@ enable primitive_index;
 #ifdef TEXTURED
 #import afterlight::material::{alpha_at, emissive_at, mapped_normal, point_at, Uvs, BASE_COLOR}
 #ifdef EXTRAS
-#import afterlight::material::{mapped_uvs}
+#import afterlight::material::{layer_of, mapped_uvs}
 #endif
+#endif
+#ifdef EXTRAS
+#import afterlight::material::{highlighted, is_selected, tint_of}
 #endif
 
 // Bits of the textures that a material has (material.wgsl).
 override TEXTURES: u32 = 0u;
 // Colours of vertices multiply the base colour and alpha.
 override COLORED: bool = false;
-// And what the surface emits.
+// And what the surface emits. So do tints of instances.
 override COLORED_LIGHT: bool = false;
+// Instances have looks.
+override LOOKS: bool = false;
 override MASKED: bool = false;
 override TWO_SIDED: bool = false;
 // Shadows fall on it.
@@ -70,6 +75,10 @@ struct Vertex {
     @location(8) row_x: vec4<f32>,
     @location(9) row_y: vec4<f32>,
     @location(10) row_z: vec4<f32>,
+#ifdef EXTRAS
+    // How it looks (material.wgsl).
+    @location(13) look: vec4<u32>,
+#endif
 #ifdef TRIANGLE
     @location(12) number: u32,
 #endif
@@ -100,7 +109,10 @@ struct Varying {
     @location(4) @interpolate(perspective, centroid) world: vec3<f32>,
 #endif
 #ifdef EXTRAS
+    // Of the vertex and the instance.
     @location(5) @interpolate(perspective, centroid) color: vec4<f32>,
+    // The last number of the look.
+    @location(10) @interpolate(flat) look: u32,
 #endif
 #ifdef TRIANGLE
     // The object's number and 1.
@@ -119,7 +131,7 @@ fn vertex(in: Vertex) -> Varying {
 #endif
 #ifdef TEXTURED
 #ifdef EXTRAS
-    let uvs = mapped_uvs(in.uv, in.second_uv);
+    let uvs = mapped_uvs(in.uv, in.second_uv, in.look);
     out.base_and_normal = uvs.base_and_normal;
     out.metal_and_occlusion = uvs.metal_and_occlusion;
     out.emissive_and_specular = uvs.emissive_and_specular;
@@ -135,7 +147,8 @@ fn vertex(in: Vertex) -> Varying {
     out.world = world;
 #endif
 #ifdef EXTRAS
-    out.color = in.color;
+    out.color = select(vec4(1.0), in.color, COLORED) * vec4(select(vec3(1.0), tint_of(in.look), LOOKS), 1.0);
+    out.look = in.look.w;
 #endif
 #ifdef TRIANGLE
     out.number = in.number;
@@ -146,7 +159,7 @@ fn vertex(in: Vertex) -> Varying {
 #ifdef TEXTURED
 fn uvs_of(in: Varying) -> Uvs {
 #ifdef EXTRAS
-    return Uvs(in.base_and_normal, in.metal_and_occlusion, in.emissive_and_specular, in.of_shininess);
+    return Uvs(in.base_and_normal, in.metal_and_occlusion, in.emissive_and_specular, in.of_shininess, layer_of(in.look));
 #else
     return Uvs(in.uv);
 #endif
@@ -239,7 +252,11 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
     var point = plain_point();
 #endif
 #ifdef EXTRAS
-    point.base *= select(vec4(1.0), in.color, COLORED);
+    point.base *= select(vec4(1.0), in.color, COLORED || LOOKS);
+    let selected = LOOKS && is_selected(in.look);
+    if selected && !COLORED_LIGHT {
+        point.base = vec4(highlighted(point.base.rgb, 1.0), point.base.a);
+    }
 #endif
     let facing = select(1.0, -1.0, TWO_SIDED && !front);
     let geometric = unit_or(in.normal, vec3(0.0, 1.0, 0.0));
@@ -278,6 +295,9 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
 #endif
 #ifdef EXTRAS
     emissive *= select(vec3(1.0), in.color.rgb, COLORED_LIGHT);
+    if selected && COLORED_LIGHT {
+        emissive = highlighted(emissive, frame.exposure);
+    }
 #endif
     out.emissive = vec4(min(emissive, vec3(LARGEST)), 1.0);
 #endif

@@ -23,6 +23,10 @@ struct Varying {
 #endif
 #ifdef EXTRAS
     @location(1) alpha: f32,
+#ifdef MASKED
+    // Of its cell.
+    @location(2) @interpolate(flat) layer: u32,
+#endif
 #endif
 }
 
@@ -40,6 +44,8 @@ struct Vertex {
     @location(4) color: vec4<f32>,
 #ifdef MASKED
     @location(5) second_uv: vec2<f32>,
+    // How the instance looks (shared/material.wgsl).
+    @location(13) look: vec4<u32>,
 #endif
 #endif
 }
@@ -58,23 +64,30 @@ fn vertex(in: Vertex) -> Varying {
     // The map is the same all over the triangle: it commutes with interpolation.
     let uv = vec3(select(in.uv, in.second_uv, push.uv_x.w > 0.0), 1.0);
     out.uv = vec2(dot(push.uv_x.xyz, uv), dot(push.uv_y.xyz, uv));
+    out.layer = in.look.w & 0x7fffu;
 #endif
 #endif
     return out;
 }
 
 #ifdef MASKED
+#ifdef EXTRAS
+// The layers of an atlas, or a plain image: as in shared/material.wgsl.
+@group(0) @binding(0) var base_color_texture: texture_2d_array<f32>;
+#else
 @group(0) @binding(0) var base_color_texture: texture_2d<f32>;
+#endif
 @group(0) @binding(15) var texture_sampler: sampler;
 
 @fragment
 fn fragment(in: Varying) {
-    let alpha = textureSample(base_color_texture, texture_sampler, in.uv).a * push.alpha;
 #ifdef EXTRAS
+    let alpha = textureSample(base_color_texture, texture_sampler, in.uv, in.layer).a * push.alpha;
     if alpha * in.alpha < push.alpha_cutoff {
         discard;
     }
 #else
+    let alpha = textureSample(base_color_texture, texture_sampler, in.uv).a * push.alpha;
     if alpha < push.alpha_cutoff {
         discard;
     }

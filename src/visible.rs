@@ -8,6 +8,7 @@ mod corrupted;
 pub(crate) mod depth;
 mod frustum;
 mod instances;
+mod looks;
 mod occlusion;
 mod pose;
 mod shadows;

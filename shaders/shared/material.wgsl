@@ -31,6 +31,17 @@ struct Push {
 var<immediate> push: Push;
 
 #ifdef TEXTURED
+#ifdef EXTRAS
+// Arrays, whose layers are the cells of an atlas. Of a material without one they are plain images: `bound_fragment` (src/passes/surface.rs) says so
+// in their type, and then no layer is read.
+@group(1) @binding(0) var base_color_texture: texture_2d_array<f32>;
+@group(1) @binding(1) var normal_texture: texture_2d_array<f32>;
+@group(1) @binding(2) var metallic_roughness_texture: texture_2d_array<f32>;
+@group(1) @binding(3) var occlusion_texture: texture_2d_array<f32>;
+@group(1) @binding(4) var emissive_texture: texture_2d_array<f32>;
+@group(1) @binding(5) var specular_texture: texture_2d_array<f32>;
+@group(1) @binding(6) var shininess_texture: texture_2d_array<f32>;
+#else
 @group(1) @binding(0) var base_color_texture: texture_2d<f32>;
 @group(1) @binding(1) var normal_texture: texture_2d<f32>;
 @group(1) @binding(2) var metallic_roughness_texture: texture_2d<f32>;
@@ -38,6 +49,7 @@ var<immediate> push: Push;
 @group(1) @binding(4) var emissive_texture: texture_2d<f32>;
 @group(1) @binding(5) var specular_texture: texture_2d<f32>;
 @group(1) @binding(6) var shininess_texture: texture_2d<f32>;
+#endif
 // Each texture's sampler. Where a material's textures are all sampled alike, these are names of one, at binding 15.
 @group(1) @binding(16) var base_color_sampler: sampler;
 @group(1) @binding(17) var normal_sampler: sampler;
@@ -58,6 +70,26 @@ struct UvMap {
 // One for each slot of each material that has another than the identity somewhere.
 @group(0) @binding(5) var<storage, read> uv_maps: array<UvMap>;
 #endif
+#endif
+
+#ifdef EXTRAS
+// How an instance looks (src/visible/looks.rs): its tint in 65535ths, then the layer of its cell, and in bit 15 whether it is selected.
+fn tint_of(look: vec4<u32>) -> vec3<f32> {
+    return vec3<f32>(look.xyz) / 65535.0;
+}
+
+fn layer_of(last: u32) -> u32 {
+    return last & 0x7fffu;
+}
+
+fn is_selected(last: u32) -> bool {
+    return (last & 0x8000u) != 0u;
+}
+
+// The base colour of what is selected (HIGHLIGHT and its share in src/scene/look.rs).
+fn highlighted(color: vec3<f32>, exposure: f32) -> vec3<f32> {
+    return color * 0.25 + vec3(1.0, 0.4, 0.0) * (0.75 * exposure);
+}
 #endif
 
 // The numbers of the slots, which are those of their bindings.
@@ -100,6 +132,8 @@ struct Uvs {
     metal_and_occlusion: vec4<f32>,
     emissive_and_specular: vec4<f32>,
     of_shininess: vec4<f32>,
+    // In each texture.
+    layer: u32,
 }
 #else
 struct Uvs {
@@ -139,12 +173,13 @@ fn mapped_uv(slot: u32, first: vec2<f32>, second: vec2<f32>) -> vec2<f32> {
 
 // For the vertex stage, of a mesh's coordinates. The maps are linear, so they commute with interpolation; and fragments need not read them. A
 // fragment beside the triangle may read nothing (on lavapipe, zeros), and then the level along every edge would be the smallest.
-fn mapped_uvs(first: vec2<f32>, second: vec2<f32>) -> Uvs {
+fn mapped_uvs(first: vec2<f32>, second: vec2<f32>, look: vec4<u32>) -> Uvs {
     return Uvs(
         vec4(mapped_uv(0u, first, second), mapped_uv(1u, first, second)),
         vec4(mapped_uv(2u, first, second), mapped_uv(3u, first, second)),
         vec4(mapped_uv(4u, first, second), mapped_uv(5u, first, second)),
         vec4(mapped_uv(6u, first, second), 0.0, 0.0),
+        layer_of(look.w),
     );
 }
 #endif
@@ -166,9 +201,15 @@ fn uv_of(slot: u32, uvs: Uvs) -> vec2<f32> {
 }
 
 // The texture of a slot at a place.
+#ifdef EXTRAS
+fn texel_of(slot: u32, own: texture_2d_array<f32>, own_sampler: sampler, uvs: Uvs) -> vec4<f32> {
+    return textureSample(own, own_sampler, uv_of(slot, uvs), uvs.layer);
+}
+#else
 fn texel_of(slot: u32, own: texture_2d<f32>, own_sampler: sampler, uvs: Uvs) -> vec4<f32> {
     return textureSample(own, own_sampler, uv_of(slot, uvs));
 }
+#endif
 
 fn mapped_normal(normal: vec3<f32>, tangent: vec4<f32>, uvs: Uvs) -> vec3<f32> {
     // 128 of 255 is the zero: a neutral map decodes to exactly (0, 0, 1). The dead zone of 1/100 of a step takes up the

@@ -146,6 +146,7 @@ fn kind(target: Target) -> &'static str {
         Target::Light(..) => "lights",
         Target::Camera(..) => "cameras",
         Target::Material(..) => "materials",
+        Target::Cell(_) => "cells",
     }
 }
 

@@ -7,7 +7,7 @@ use glam::DAffine3;
 use super::builder::RendererBuilder;
 use super::{Error, Renderer, edges, plan_for};
 use crate::plan;
-use crate::scene::{Light, Pose, Scene, SettingsPatch, exposure_scale};
+use crate::scene::{Light, Look, Pose, Scene, SettingsPatch, exposure_scale};
 use crate::visible::ShadowCache;
 
 /// What of a scene is another than before.
@@ -32,6 +32,20 @@ impl Renderer {
         if moved { Ok(()) } else { self.update(scene, Changed::Arrangement) }
     }
 
+    /// Changes how an object of the scene looks, by its index, from the next frame on. It costs a write where the plan says how objects of its
+    /// material look: as soon as one of them has [`Object::look`](crate::scene::Object::look), be it a plain one.
+    ///
+    /// # Errors
+    /// When there is no such object, its material's atlas has no such cell, the tint is not from 0 to 1, or, where another plan is needed, as
+    /// [`Renderer::update`].
+    pub fn set_look(&mut self, scene: &mut Scene, index: usize, look: &Look) -> Result<(), Error> {
+        let changed = self.world.set_look(index, look, &self.plan.textures)?;
+        if let Some(object) = scene.objects.get_mut(index) {
+            object.look = Some(*look);
+        }
+        if changed { Ok(()) } else { self.update(scene, Changed::Arrangement) }
+    }
+
     /// Changes a light of the scene, by its index, from the next frame on.
     ///
     /// # Errors
@@ -45,7 +59,7 @@ impl Renderer {
     }
 
     /// Moves everything that nodes of the scene's motion carry to where a pose has it, from the next frame on: objects, the joints and shapes
-    /// of deformed ones, and lights. Materials and lights have the values that clips give them. The scene stays as it is.
+    /// of deformed ones, and lights. Materials, lights and cells have the values that clips give them. The scene stays as it is.
     ///
     /// # Errors
     /// When a light of the pose needs other pipelines or maps than the light has at rest.
@@ -54,6 +68,13 @@ impl Renderer {
         let (materials, lights) = (Arc::clone(&self.world.pose.materials), Arc::clone(&self.world.pose.lights));
         for &index in &*materials {
             self.world.set_material(index, self.plan.materials.as_drawn(pose.material(scene, index)));
+        }
+        let cells = Arc::clone(&self.world.pose.cells);
+        for &index in &*cells {
+            if let Some(look) = pose.look(scene, index) {
+                // A plan that tells no looks, as that of a view that counts, shows none.
+                self.world.set_look(index, &look, &self.plan.textures)?;
+            }
         }
         for &index in &*lights {
             if !self.world.set_light(index, &pose.light(scene, index))? {

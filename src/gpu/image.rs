@@ -147,6 +147,14 @@ impl Image {
         self.view_of(&format!("{} layer {layer}", self.name), vk::ImageViewType::TYPE_2D, range)
     }
 
+    /// A `TYPE_2D_ARRAY` view of all of it, for shaders that name a layer also where there is one alone.
+    ///
+    /// # Errors
+    /// Running out of memory.
+    pub fn array_view(&self) -> Result<Owned<vk::ImageView>> {
+        self.view_of(&format!("{} as an array", self.name), vk::ImageViewType::TYPE_2D_ARRAY, whole(self.aspect()))
+    }
+
     /// A view of any part, under its own name.
     ///
     /// # Errors

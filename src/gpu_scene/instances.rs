@@ -1,4 +1,4 @@
-//! Where instances stand: rows of their maps, written for each frame in the order in which they are drawn.
+//! Where instances stand and how they look: rows of their maps and their looks, written for each frame in the order in which they are drawn.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use ash::vk;
 use bytemuck::Pod;
 use glam::Vec4;
 
-use super::{NUMBER, ROWS};
+use super::{LOOK, NUMBER, ROWS};
 use crate::gpu::{self, Buffer, Device, Location, MemoryKind};
 use crate::plan::{FramePlan, Shading};
 use crate::scene::Camera;
@@ -20,6 +20,9 @@ pub struct Instances {
     casters: Option<List>,
     /// The number of each one's object and 1, in the view of triangles.
     numbers: Option<List>,
+    /// How each one looks, and each caster, where the plan has looks.
+    looks: Option<List>,
+    caster_looks: Option<List>,
 }
 
 /// A buffer that grows with what it holds.
@@ -36,6 +39,8 @@ impl Instances {
             rows: list("instances"),
             casters: plan.shadow.is_some().then(|| list("casters")),
             numbers: (plan.shading == Shading::ShowTriangle).then(|| list("numbers of instances")),
+            looks: plan.has_looks().then(|| list("looks of instances")),
+            caster_looks: plan.has_caster_looks().then(|| list("looks of casters")),
         }
     }
 
@@ -59,6 +64,13 @@ impl Instances {
             let number = |&object: &u32| world.objects[object as usize].number as u32 + 1;
             numbers.write(device, &visible.instances.iter().map(number).collect::<Vec<_>>())?;
         }
+        if let Some(looks) = &mut self.looks {
+            looks.write(device, &visible.looks(world))?;
+        }
+        if let Some(looks) = &mut self.caster_looks {
+            let of_map = |map| visible.caster_looks(world, map);
+            looks.write(device, &maps.iter().flat_map(of_map).collect::<Vec<_>>())?;
+        }
         Ok(())
     }
 
@@ -68,12 +80,18 @@ impl Instances {
         if let Some(numbers) = &self.numbers {
             numbers.bind(device, cmd, NUMBER);
         }
+        if let Some(looks) = &self.looks {
+            looks.bind(device, cmd, LOOK);
+        }
     }
 
     /// Binds those of casters.
     pub fn bind_casters(&self, device: &Device, cmd: vk::CommandBuffer) {
         if let Some(casters) = &self.casters {
             casters.bind(device, cmd, ROWS);
+        }
+        if let Some(looks) = &self.caster_looks {
+            looks.bind(device, cmd, LOOK);
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::gpu::{
     self, DescriptorPool, Device, Image, ImageDesc, Location, MemoryKind, Owned, Sampler, SetLayout, SetLayoutBinding,
     SetWriter, Uploader, binding,
 };
-use crate::plan::{FramePlan, GeometryKey, PlannedTexture, SetSamplers, TextureMask, TextureSource};
+use crate::plan::{FramePlan, GeometryKey, PlannedTexture, SetSamplers, TextureMask, TexturePlan, TextureSource};
 use crate::scene::{self, ColorSpace, Filter, Scene, TextureSlot, Wrap};
 
 /// The binding of the sampler in a material's set whose textures are sampled alike; textures are numbered as [`TextureSlot`] is.
@@ -35,13 +35,38 @@ impl SetForm {
 pub struct Materials {
     /// By the slots that a set has: no set has a binding that its pipelines do not sample.
     layouts: BTreeMap<SetForm, SetLayout>,
-    /// By material, for what shades.
-    sets: BTreeMap<usize, vk::DescriptorSet>,
-    /// By material, for SHADOW, which samples the base colour alone.
-    holes: BTreeMap<usize, vk::DescriptorSet>,
+    /// By material and sheet of its atlas, for what shades.
+    sets: BTreeMap<(usize, u32), vk::DescriptorSet>,
+    /// By material and sheet, for SHADOW, which samples the base colour alone.
+    holes: BTreeMap<(usize, u32), vk::DescriptorSet>,
     _pool: Option<DescriptorPool>,
     _samplers: Vec<Owned<vk::Sampler>>,
-    _images: Vec<Image>,
+    /// By the plan's images, the sheets of each: one, but of atlases with more cells than an array has layers.
+    images: Vec<Vec<Sheet>>,
+}
+
+/// A material's sets, before they exist: one for each sheet of its atlas.
+struct PlannedSet<'a> {
+    material: usize,
+    name: String,
+    slots: &'a BTreeMap<TextureSlot, usize>,
+    samplers: SetSamplers,
+    sheets: u32,
+}
+
+impl PlannedSet<'_> {
+    /// Of each sheet.
+    fn sampler_count(&self) -> u32 {
+        if self.samplers == SetSamplers::Each { self.slots.len() as u32 } else { 1 }
+    }
+}
+
+/// An image with the view that pipelines sample.
+struct Sheet {
+    view: vk::ImageView,
+    /// Where the image's own is of another type.
+    _view: Option<Owned<vk::ImageView>>,
+    _image: Image,
 }
 
 impl Materials {
@@ -56,7 +81,7 @@ impl Materials {
         if planned.images.is_empty() {
             return Ok(None);
         }
-        let upload = |texture| upload(device, uploader, scene, texture);
+        let upload = |texture| upload(device, uploader, scene, (texture, planned.sheet));
         let images = planned.images.iter().map(upload).collect::<gpu::Result<Vec<_>>>()?;
         let mut materials = Self {
             layouts: BTreeMap::new(),
@@ -64,7 +89,7 @@ impl Materials {
             holes: BTreeMap::new(),
             _pool: None,
             _samplers: Vec::new(),
-            _images: images,
+            images,
         };
         if !planned.sampled().is_empty() {
             materials.describe(device, scene, plan)?;
@@ -77,13 +102,13 @@ impl Materials {
         self.layouts.get(&form).map(|layout| layout.raw)
     }
 
-    /// What a material's pipelines sample.
-    pub fn set(&self, material: usize) -> Option<vk::DescriptorSet> {
+    /// What a material's pipelines sample, with a sheet of its atlas.
+    pub fn set(&self, material: (usize, u32)) -> Option<vk::DescriptorSet> {
         self.sets.get(&material).copied()
     }
 
     /// What cuts holes into a material's shadow.
-    pub fn holes(&self, material: usize) -> Option<vk::DescriptorSet> {
+    pub fn holes(&self, material: (usize, u32)) -> Option<vk::DescriptorSet> {
         self.holes.get(&material).copied()
     }
 
@@ -92,59 +117,95 @@ impl Materials {
         let planned = &plan.textures;
         let mut samplers = Samplers { device, anisotropy: plan.anisotropy, all: BTreeMap::new() };
         // What has no other texture than its base colour casts its shadow with the same set.
-        let shared = |material: usize| planned.mask(material) == HOLES.textures;
+        let shares = |material: usize| planned.mask(material) == HOLES.textures;
         let holes: Vec<(usize, BTreeMap<TextureSlot, usize>)> = planned
             .holes
             .iter()
-            .filter(|&(&material, _)| !shared(material))
+            .filter(|&(&material, _)| !shares(material))
             .map(|(&material, &image)| (material, BTreeMap::from([(TextureSlot::BaseColor, image)])))
             .collect();
-        let count = (planned.sets.len() + holes.len()) as u32;
-        let textures: usize = planned.sets.values().map(BTreeMap::len).sum();
-        let samplers_of = |(&material, slots): (&usize, &BTreeMap<TextureSlot, usize>)| {
-            if planned.samplers(material) == SetSamplers::Each { slots.len() } else { 1 }
-        };
-        let sampler_count = planned.sets.iter().map(samplers_of).sum::<usize>() + holes.len();
+        let name = |material: usize| &scene.materials[material].name;
+        let sets: Vec<PlannedSet> = planned
+            .sets
+            .iter()
+            .map(|(&material, slots)| {
+                let samplers = planned.samplers(material);
+                self.planned(material, format!("material {}", name(material)), slots, samplers)
+            })
+            .collect();
+        let holes: Vec<PlannedSet> = holes
+            .iter()
+            .map(|(material, slots)| {
+                let image = slots.values().next().map(|&image| planned.images[image].sampler);
+                let sampler = SetSamplers::One(image.unwrap_or_default());
+                self.planned(*material, format!("holes of material {}", name(*material)), slots, sampler)
+            })
+            .collect();
+        let sum = |of: &dyn Fn(&PlannedSet) -> u32| sets.iter().chain(&holes).map(|set| set.sheets * of(set)).sum();
         let kinds = [
-            (vk::DescriptorType::SAMPLED_IMAGE, (textures + holes.len()) as u32),
-            (vk::DescriptorType::SAMPLER, sampler_count as u32),
+            (vk::DescriptorType::SAMPLED_IMAGE, sum(&|set| set.slots.len() as u32)),
+            (vk::DescriptorType::SAMPLER, sum(&|set| set.sampler_count())),
         ];
-        let pool = DescriptorPool::new(device, "material pool", count, &kinds)?;
-        let mut set = |name: String, slots: &BTreeMap<TextureSlot, usize>, own: SetSamplers| {
-            let form = SetForm { textures: slots.keys().copied().collect(), own_samplers: own == SetSamplers::Each };
-            let layout = self.layout_of(device, form)?;
-            let set = pool.allocate(&name, layout)?;
-            let mut writer = SetWriter::new();
-            if let SetSamplers::One(sampler) = own {
-                writer = writer.sampler(SAMPLER, samplers.get(sampler)?);
-            }
-            for (&slot, &image) in slots {
-                let view = self._images[image].view;
-                writer = writer.sampled_image(slot as u32, view, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
-                if own == SetSamplers::Each {
-                    let sampler = samplers.get(planned.images[image].sampler)?;
-                    writer = writer.sampler(OWN_SAMPLERS + slot as u32, sampler);
+        let pool = DescriptorPool::new(device, "material pool", sum(&|_| 1), &kinds)?;
+        for set in &sets {
+            for sheet in 0..set.sheets {
+                let made = self.set_of(planned, (&pool, &mut samplers), set, sheet)?;
+                self.sets.insert((set.material, sheet), made);
+                if planned.holes.contains_key(&set.material) && shares(set.material) {
+                    self.holes.insert((set.material, sheet), made);
                 }
             }
-            writer.update(device, set);
-            Ok(set)
-        };
-        let name = |material: usize| &scene.materials[material].name;
-        let (mut sets, mut own_holes) = (BTreeMap::new(), BTreeMap::new());
-        for (&material, slots) in &planned.sets {
-            sets.insert(material, set(format!("material {}", name(material)), slots, planned.samplers(material))?);
         }
-        for (material, slots) in &holes {
-            let image = slots.values().next().map(|&image| planned.images[image].sampler);
-            let sampler = SetSamplers::One(image.unwrap_or_default());
-            own_holes.insert(*material, set(format!("holes of material {}", name(*material)), slots, sampler)?);
+        for set in &holes {
+            for sheet in 0..set.sheets {
+                let made = self.set_of(planned, (&pool, &mut samplers), set, sheet)?;
+                self.holes.insert((set.material, sheet), made);
+            }
         }
-        for (&material, _) in planned.holes.iter().filter(|&(&material, _)| shared(material)) {
-            own_holes.extend(sets.get(&material).map(|&set| (material, set)));
-        }
-        (self.sets, self.holes) = (sets, own_holes);
         (self._pool, self._samplers) = (Some(pool), samplers.all.into_values().collect());
         Ok(())
+    }
+
+    fn planned<'a>(
+        &self,
+        material: usize,
+        name: String,
+        slots: &'a BTreeMap<TextureSlot, usize>,
+        samplers: SetSamplers,
+    ) -> PlannedSet<'a> {
+        // Neutral textures have one sheet, which serves for all.
+        let sheets = slots.values().map(|&image| self.images[image].len() as u32).max().unwrap_or(1);
+        PlannedSet { material, name, slots, samplers, sheets }
+    }
+
+    /// A set with one of the sheets.
+    fn set_of(
+        &mut self,
+        planned: &TexturePlan,
+        (pool, samplers): (&DescriptorPool, &mut Samplers),
+        set: &PlannedSet,
+        sheet: u32,
+    ) -> gpu::Result<vk::DescriptorSet> {
+        let &PlannedSet { slots, samplers: own, .. } = set;
+        let form = SetForm { textures: slots.keys().copied().collect(), own_samplers: own == SetSamplers::Each };
+        let layout = self.layout_of(samplers.device, form)?;
+        let of_sheet = if set.sheets > 1 { format!(", sheet {sheet}") } else { String::new() };
+        let made = pool.allocate(&format!("{}{of_sheet}", set.name), layout)?;
+        let mut writer = SetWriter::new();
+        if let SetSamplers::One(sampler) = own {
+            writer = writer.sampler(SAMPLER, samplers.get(sampler)?);
+        }
+        for (&slot, &image) in slots {
+            let sheets = &self.images[image];
+            let view = sheets[(sheet as usize).min(sheets.len() - 1)].view;
+            writer = writer.sampled_image(slot as u32, view, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+            if own == SetSamplers::Each {
+                let sampler = samplers.get(planned.images[image].sampler)?;
+                writer = writer.sampler(OWN_SAMPLERS + slot as u32, sampler);
+            }
+        }
+        writer.update(samplers.device, made);
+        Ok(made)
     }
 
     fn layout_of(&mut self, device: &Arc<Device>, form: SetForm) -> gpu::Result<vk::DescriptorSetLayout> {
@@ -225,19 +286,53 @@ fn sampler_info(how: scene::Sampler, anisotropy: u32) -> vk::SamplerCreateInfo<'
         .max_lod(if how.levels.is_some() { vk::LOD_CLAMP_NONE } else { 0.25 })
 }
 
+/// The sheets of a texture: arrays of at most `most` cells, or one plain image.
 fn upload(
     device: &Arc<Device>,
     uploader: &mut Uploader,
     scene: &Scene,
-    planned: &PlannedTexture,
-) -> gpu::Result<Image> {
+    (planned, most): (&PlannedTexture, u32),
+) -> gpu::Result<Vec<Sheet>> {
     let neutral = planned.source.texel();
-    let (name, texels) = match (planned.source, &neutral) {
+    let (name, texels, width) = match (planned.source, &neutral) {
         (TextureSource::Scene(index), _) => {
-            (format!("texture {}", scene.textures[index].name), &scene.textures[index].texels[..])
+            let texture = &scene.textures[index];
+            (format!("texture {}", texture.name), &texture.texels[..], texture.size[0])
         }
-        (source, texel) => (format!("neutral texture, {source:?}"), texel.as_ref().map_or(&[][..], |texel| &texel[..])),
+        (source, texel) => {
+            (format!("neutral texture, {source:?}"), texel.as_ref().map_or(&[][..], |texel| &texel[..]), 1)
+        }
     };
+    let Some(cells) = planned.cells else {
+        let image = image(device, planned, &name, 1)?;
+        uploader.texture(&image, texels)?;
+        return Ok(vec![Sheet { view: image.view, _view: None, _image: image }]);
+    };
+    let sheet = |first: u32| {
+        let last = cells.min(first + most);
+        let name = if cells > most { format!("{name}, cells {first} to {}", last - 1) } else { name.clone() };
+        let image = image(device, planned, &name, last - first)?;
+        let own: Vec<u8> =
+            (first..last).flat_map(|cell| cell_rows(texels, (planned.size, width), cell)).flatten().copied().collect();
+        uploader.texture(&image, &own)?;
+        // An image of one layer has a plain view, but the shader's is an array all the same.
+        let array = (last - first == 1).then(|| image.array_view()).transpose()?;
+        let view = array.as_ref().map_or(image.view, |view| view.raw);
+        Ok(Sheet { view, _view: array, _image: image })
+    };
+    (0..cells).step_by(most as usize).map(sheet).collect()
+}
+
+/// The rows of texels of a cell, of a texture that is so many texels wide.
+fn cell_rows(texels: &[u8], (size, width): ([u32; 2], u32), cell: u32) -> impl Iterator<Item = &[u8]> {
+    let [wide, high, width] = [size[0], size[1], width].map(|edge| edge as usize);
+    let columns = width / wide;
+    let (column, row) = (cell as usize % columns, cell as usize / columns);
+    let first = row * high * width + column * wide;
+    (0..high).map(move |y| &texels[4 * (first + y * width)..][..4 * wide])
+}
+
+fn image(device: &Arc<Device>, planned: &PlannedTexture, name: &str, layers: u32) -> gpu::Result<Image> {
     let format = match planned.color_space {
         ColorSpace::Srgb => vk::Format::R8G8B8A8_SRGB,
         ColorSpace::Linear => vk::Format::R8G8B8A8_UNORM,
@@ -245,19 +340,16 @@ fn upload(
     let usage = vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST;
     // The chain is made by blits from level to level.
     let source = if planned.levels > 1 { vk::ImageUsageFlags::TRANSFER_SRC } else { vk::ImageUsageFlags::empty() };
-    let image = Image::new(
-        device,
-        &ImageDesc {
-            name: &name,
-            format,
-            extent: vk::Extent2D { width: planned.size[0], height: planned.size[1] },
-            mip_levels: planned.levels,
-            usage: usage | source,
-            location: Location::Device,
-            kind: MemoryKind::Texture,
-            ..ImageDesc::default()
-        },
-    )?;
-    uploader.texture(&image, texels)?;
-    Ok(image)
+    let desc = ImageDesc {
+        name,
+        format,
+        extent: vk::Extent2D { width: planned.size[0], height: planned.size[1] },
+        mip_levels: planned.levels,
+        layers,
+        usage: usage | source,
+        location: Location::Device,
+        kind: MemoryKind::Texture,
+        ..ImageDesc::default()
+    };
+    Image::new(device, &desc)
 }

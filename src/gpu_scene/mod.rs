@@ -86,6 +86,8 @@ pub const ROWS: u32 = 8;
 const ROW_W: u32 = 11;
 /// Which object an instance is.
 pub const NUMBER: u32 = 12;
+/// How an instance looks: red, green and blue of its tint, then its layer of an atlas and whether it is selected.
+pub const LOOK: u32 = 13;
 
 /// Format of a stream's only attribute.
 pub fn stream_format(stream: u32) -> vk::Format {
@@ -93,6 +95,8 @@ pub fn stream_format(stream: u32) -> vk::Format {
         POSITION | NORMAL => vk::Format::R32G32B32_SFLOAT,
         UV | SECOND_UV => vk::Format::R32G32_SFLOAT,
         NUMBER => vk::Format::R32_UINT,
+        // Every device fetches it (Vulkan, "Required Format Support").
+        LOOK => vk::Format::R16G16B16A16_UINT,
         _ => vk::Format::R32G32B32A32_SFLOAT,
     }
 }
@@ -124,6 +128,7 @@ fn stride(stream: u32) -> u32 {
         POSITION | NORMAL => 12,
         UV | SECOND_UV => 8,
         NUMBER => 4,
+        LOOK => 8,
         _ => 16,
     }
 }
@@ -138,6 +143,7 @@ pub fn vertex_input(locations: &[u32], extras: Extras) -> VertexInput {
     let stream_of = |location| match location {
         COLOR if !extras.colors => POSITION,
         SECOND_UV if !extras.second_uvs => UV,
+        LOOK if !extras.looks => ROWS,
         ROWS..=ROW_W => ROWS,
         own => own,
     };
@@ -146,18 +152,19 @@ pub fn vertex_input(locations: &[u32], extras: Extras) -> VertexInput {
     let binding = |stream| {
         let (stride, input_rate) = match stream {
             ROWS => (
-                row * locations.iter().filter(|&&location| stream_of(location) == ROWS).count() as u32,
+                row * locations.iter().filter(|location| (ROWS..=ROW_W).contains(location)).count() as u32,
                 vk::VertexInputRate::INSTANCE,
             ),
-            NUMBER => (stride(NUMBER), vk::VertexInputRate::INSTANCE),
+            NUMBER | LOOK => (stride(stream), vk::VertexInputRate::INSTANCE),
             vertices => (stride(vertices), vk::VertexInputRate::VERTEX),
         };
         vk::VertexInputBindingDescription::default().binding(stream).stride(stride).input_rate(input_rate)
     };
     let attribute = |&location: &u32| {
         let stream = stream_of(location);
-        let format = stream_format(stream);
-        let offset = if stream == ROWS { (location - ROWS) * row } else { 0 };
+        // What is read of another stream, and dropped, is of its own type nevertheless.
+        let format = stream_format(if location == LOOK { LOOK } else { stream });
+        let offset = if (ROWS..=ROW_W).contains(&location) { (location - ROWS) * row } else { 0 };
         vk::VertexInputAttributeDescription::default().binding(stream).location(location).format(format).offset(offset)
     };
     (streams.into_iter().map(binding).collect(), locations.iter().map(attribute).collect())

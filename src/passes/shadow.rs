@@ -7,7 +7,7 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
 
-use super::screen::stages;
+use super::surface::{textured_stages, with_cells};
 use super::{
     EARLY_DEPTH_WRITE, First, How, LATE_DEPTH_WRITE, MeshDraws, Pass, Place, Presence, Recording, Resource, Slot,
     Touch, frame_data, meshes, needed,
@@ -17,7 +17,7 @@ use crate::gpu::{
     sync::Use,
 };
 use crate::gpu_scene::{
-    ATLAS_LAYOUT, COLOR, GpuScene, HOLES, POSITION, ROWS, SECOND_UV, ShadowAtlas, UV, vertex_input,
+    ATLAS_LAYOUT, COLOR, GpuScene, HOLES, LOOK, POSITION, ROWS, SECOND_UV, ShadowAtlas, UV, vertex_input,
 };
 use crate::plan::{DEPTH, Extras, ShadowPlan};
 use crate::scene::{AlphaMode, CastsShadow, TextureSlot};
@@ -225,7 +225,7 @@ impl Shadow {
         let streams: BTreeSet<u32> = keys.flat_map(|key| inputs(key).iter().copied()).collect();
         let streams: Vec<u32> = streams.into_iter().collect();
         let mut meshes = MeshDraws::of_casters(recording, &streams);
-        let mut bound: (Option<CasterKey>, Option<usize>) = (None, None);
+        let mut bound: (Option<CasterKey>, Option<(usize, u32)>) = (None, None);
         let object_of = |caster: &Caster| &recording.world.objects[caster.object];
         let one_draw = |a: &Caster, b: &Caster| Batch::of(object_of(a)) == Batch::of(object_of(b));
         for casters in casters.chunk_by(one_draw) {
@@ -237,12 +237,13 @@ impl Shadow {
                 recording.bind_pipeline(self.pipelines[&key].raw);
                 bound = (Some(key), None);
             }
-            if key.masked && bound.1 != Some(object.material) {
-                let set = recording.scene.materials.as_ref().and_then(|materials| materials.holes(object.material));
+            let material = (object.material, object.look.sheet);
+            if key.masked && bound.1 != Some(material) {
+                let set = recording.scene.materials.as_ref().and_then(|materials| materials.holes(material));
                 if let Some(set) = set {
                     recording.bind_set(layout, 0, set);
                 }
-                bound.1 = Some(object.material);
+                bound.1 = Some(material);
             }
             if key.has_holes() {
                 recording.push(layout, PUSH_STAGES, &push(recording, object));
@@ -259,14 +260,14 @@ struct Batch {
     key: CasterKey,
     mesh: usize,
     deform: Option<usize>,
-    /// Where it cuts holes.
-    material: Option<usize>,
+    /// Where it cuts holes: with the sheet of its cell.
+    material: Option<(usize, u32)>,
 }
 
 impl Batch {
     fn of(object: &WorldObject) -> Self {
         let key = CasterKey::of(object, false);
-        let material = key.has_holes().then_some(object.material);
+        let material = key.has_holes().then_some((object.material, object.look.sheet));
         Self { key, mesh: object.mesh, deform: object.deform, material }
     }
 }
@@ -307,15 +308,17 @@ fn pipeline(
 ) -> gpu::Result<Owned<vk::Pipeline>> {
     let flags = Flags::MASKED.when(key.masked) | Flags::EXTRAS.when(key.extras.any());
     let variant = needed("shadow", shader::variant, flags)?;
-    let inputs: Vec<u32> = inputs(key).iter().copied().chain(ROWS..ROWS + 4).collect();
+    let look = (key.masked && key.extras.any()).then_some(LOOK);
+    let inputs: Vec<u32> = inputs(key).iter().copied().chain(ROWS..ROWS + 4).chain(look).collect();
     let (vertex_bindings, vertex_attributes) = vertex_input(&inputs, key.extras);
+    let fragment = variant.fragment().map_or(Vec::new(), |own| with_cells(own.spirv.words(), key.extras));
     let constants = [(constants::COLORED, u32::from(key.extras.colors))];
     let constants = if key.extras.any() { &constants[..] } else { &[] };
     GraphicsPipeline::new(
         device,
         &GraphicsPipelineDesc {
             name: &format!("shadow {key:?}"),
-            stages: &stages(variant, constants),
+            stages: &textured_stages(variant, &fragment, constants),
             vertex_bindings: &vertex_bindings,
             vertex_attributes: &vertex_attributes,
             // Both sides cast, unless the object says otherwise: a surface seen from behind still stands in the light.

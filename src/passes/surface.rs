@@ -15,7 +15,7 @@ use crate::gpu::{
 use crate::gpu_scene::{
     COLOR, GpuScene, NORMAL, OWN_SAMPLERS, POSITION, SAMPLER, SECOND_UV, SetForm, TANGENT, UV, vertex_input,
 };
-use crate::plan::{FramePlan, GeometryKey, Opacity, Shading, ToneMapping};
+use crate::plan::{Extras, FramePlan, GeometryKey, Opacity, Shading, ToneMapping};
 use crate::scene::{AlphaMode, Brdf, Material, TextureSlot};
 use crate::shaders::forward::{self as shader, Flags, constants};
 use crate::shaders::{BindingKind, Variant};
@@ -141,7 +141,7 @@ impl Surfaces {
     pub fn record<'a>(&self, recording: &Recording, draws: impl Iterator<Item = (&'a Draw, Option<u32>)>) {
         recording.set_area();
         let mut meshes = MeshDraws::new(recording, &self.streams);
-        let mut bound: (Option<GeometryKey>, Option<usize>) = (None, None);
+        let mut bound: (Option<GeometryKey>, Option<(usize, u32)>) = (None, None);
         for (draw, first_index) in draws {
             let object = &recording.world.objects[draw.object];
             let key = object.key;
@@ -158,12 +158,13 @@ impl Surfaces {
                 }
                 bound = (Some(key), None);
             }
-            if bound.1 != Some(object.material) {
-                let set = recording.scene.materials.as_ref().and_then(|materials| materials.set(object.material));
+            let material = (object.material, object.look.sheet);
+            if bound.1 != Some(material) {
+                let set = recording.scene.materials.as_ref().and_then(|materials| materials.set(material));
                 if let Some(set) = set.filter(|_| !key.textures.is_empty()) {
                     recording.bind_set(layout, 1, set);
                 }
-                bound.1 = Some(object.material);
+                bound.1 = Some(material);
             }
             recording.push(layout, PUSH_STAGES, &self.push(recording, object));
             meshes.draw(object, first_index, draw.instances());
@@ -227,13 +228,14 @@ pub fn textured_stages<'a>(
     stages
 }
 
-/// The fragment shader of a variant for sets of a form. The shader declares a texture and a sampler for each slot, and the constants say
+/// The fragment shader of a variant for the sets of a key. The shader declares a texture and a sampler for each slot, and the constants say
 /// which are sampled. Vulkan wants a binding in the set for each declared variable, sampled or not; but several variables may have the same
 /// one ("DescriptorSet and Binding Assignment" of its specification). So those of absent textures are made names of a present one, and the
 /// samplers of textures that are sampled alike names of the only one.
-pub fn bound_fragment(variant: &Variant, form: SetForm) -> Vec<u32> {
+pub fn bound_fragment(variant: &Variant, key: GeometryKey) -> Vec<u32> {
+    let form = SetForm::of(key);
     let Some(fragment) = variant.fragment() else { return Vec::new() };
-    let mut spirv = fragment.spirv.words().to_vec();
+    let mut spirv = with_cells(fragment.spirv.words(), key.extras);
     let Some(present) = form.textures.slots().next() else { return spirv };
     let has = |slot: u32| form.textures.slots().any(|own| own as u32 == slot);
     for binding in fragment.bindings.iter().filter(|binding| binding.set == MATERIAL_SET) {
@@ -246,6 +248,36 @@ pub fn bound_fragment(variant: &Variant, form: SetForm) -> Vec<u32> {
         spirv[binding.word as usize] = number;
     }
     spirv
+}
+
+/// A fragment shader for textures that are atlases, or are not. Shaders with EXTRAS declare arrays and sample them with a layer. Where there are no
+/// cells, the one word of the type that says so is cleared: then the images are plain, and the layer is a component of the coordinate beyond those
+/// that are needed, which SPIR-V allows ("OpImageSampleImplicitLod"). So plain materials pay nothing, and there is no other variant.
+pub fn with_cells(words: &[u32], extras: Extras) -> Vec<u32> {
+    let mut spirv = words.to_vec();
+    if extras.any() && !extras.cells {
+        let arrays: Vec<usize> = instructions(&spirv).filter(|&at| is_array_of_colors(&spirv[at..])).collect();
+        arrays.into_iter().for_each(|at| spirv[at + ARRAYED] = 0);
+    }
+    spirv
+}
+
+/// The place of the operand of OpTypeImage that says whether there are layers.
+const ARRAYED: usize = 5;
+
+/// Where the instructions of a module begin, after its header of five words. The upper half of the first word of each is its length.
+fn instructions(spirv: &[u32]) -> impl Iterator<Item = usize> {
+    let mut next = 5;
+    std::iter::from_fn(move || {
+        let at = next;
+        next += (*spirv.get(at)? >> 16).max(1) as usize;
+        Some(at)
+    })
+}
+
+/// OpTypeImage (25) of two dimensions (1), without depth, in layers, of one sample, to be sampled (1).
+fn is_array_of_colors(instruction: &[u32]) -> bool {
+    matches!(instruction, [first, _, _, 1, 0, 1, 0, 1, ..] if first & 0xffff == 25)
 }
 
 /// The set of a material's textures.
@@ -336,7 +368,7 @@ pub fn surface_pipeline(
         device,
         &GraphicsPipelineDesc {
             name: &format!("{} {key:?}", desc.name),
-            stages: &textured_stages(desc.variant, &bound_fragment(desc.variant, SetForm::of(key)), desc.constants),
+            stages: &textured_stages(desc.variant, &bound_fragment(desc.variant, key), desc.constants),
             vertex_bindings: &vertex_bindings,
             vertex_attributes: &vertex_attributes,
             cull_mode,
@@ -377,6 +409,7 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
         (constants::TEXTURES, key.textures.bits()),
         (constants::COLORED, u32::from(key.extras.colors)),
         (constants::COLORED_LIGHT, u32::from(key.extras.colored_light)),
+        (constants::LOOKS, u32::from(key.extras.looks)),
         (constants::MASKED, u32::from(desc.masked)),
         (constants::TWO_SIDED, u32::from(key.two_sided)),
         (constants::RECEIVES, u32::from(key.receives)),
@@ -443,7 +476,7 @@ mod tests {
                     };
                     let variant = variant.expect("a variant");
                     let own = variant.fragment().expect("a fragment stage");
-                    let patched = bound_fragment(variant, SetForm::of(key));
+                    let patched = bound_fragment(variant, key);
                     let before = bound(variant, own.spirv.words());
                     for ((name_of, number), (_, original)) in bound(variant, &patched).into_iter().zip(before) {
                         let place = own.bindings.iter().find(|binding| binding.name == name_of).expect("a binding");

@@ -170,7 +170,7 @@ mod tests {
     use half::f16;
 
     use super::*;
-    use crate::gpu_scene::{COLOR, NORMAL, NUMBER, POSITION, ROWS, SECOND_UV, TANGENT, UV};
+    use crate::gpu_scene::{COLOR, LOOK, NORMAL, NUMBER, POSITION, ROWS, SECOND_UV, TANGENT, UV};
     use crate::plan::samples;
     use crate::shaders::forward as shader;
 
@@ -185,6 +185,7 @@ mod tests {
                 for input in variant.vertex().expect("a vertex stage").vertex_inputs {
                     let present = match input.location {
                         POSITION | ROWS..=NUMBER => true,
+                        LOOK => plan.has_looks() || !key.extras.looks,
                         NORMAL => streams.normals,
                         UV => streams.uvs,
                         TANGENT => streams.tangents,

@@ -443,7 +443,18 @@ fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
             16,
             ("they multiply base colours", "no drawn mesh has other colours than white"),
         ),
+        looks(plan),
     ]
+}
+
+fn looks(plan: &FramePlan) -> Part {
+    let reason = match (plan.has_looks(), plan.keep.has(OptionalPart::Looks)) {
+        (true, true) => "kept for all objects: 8 bytes an instance, beside the 48 of its place",
+        (true, false) => "objects have a tint, a cell of an atlas or may be selected: 8 bytes an instance",
+        (false, _) => "no object has one",
+    };
+    // They are written for each frame, as many as it draws.
+    part("looks of instances", plan.has_looks(), reason, 0).is(OptionalPart::Looks)
 }
 
 fn why(present: bool, yes: &str, no: &str) -> String {

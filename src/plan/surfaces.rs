@@ -19,7 +19,7 @@ pub(crate) use rules::{Cuts, SurfaceRules};
 pub use textures::{PlannedTexture, SetSamplers, TexturePlan, TextureSource};
 pub use uploads::Uploads;
 
-use super::{Capabilities, Error, is_forward};
+use super::{Capabilities, Error, FramePlan, is_forward};
 use crate::scene::{Brdf, LightPath, Material, Object, OptionalPart, Scene, Settings, Transparency, View};
 
 /// Which reflection models LIGHTING evaluates.
@@ -102,13 +102,25 @@ pub(super) struct FilteredTextures {
 impl FilteredTextures {
     pub(super) fn of(scene: &Scene, settings: &Settings, device: &Capabilities, rules: &SurfaceRules) -> Self {
         let degree = anisotropy::degree(settings, device);
-        let textures = TexturePlan::of(scene, rules);
+        let textures = TexturePlan::of(scene, rules, device.max_layers);
         let have_levels = textures.have_levels();
         Self {
             anisotropy: if have_levels { degree } else { 1 },
             warning: anisotropy::warning(settings, device, degree).filter(|_| have_levels),
             textures,
         }
+    }
+}
+
+impl FramePlan {
+    /// Whether what is drawn says by instance how it looks.
+    pub fn has_looks(&self) -> bool {
+        self.keys().any(|key| key.extras.looks)
+    }
+
+    /// Whether the holes in shadows are those of cells.
+    pub fn has_caster_looks(&self) -> bool {
+        self.textures.holes.values().any(|&image| self.textures.images[image].cells.is_some())
     }
 }
 

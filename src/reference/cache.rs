@@ -467,6 +467,11 @@ mod tests {
         change(&|scene| scene.lights[0].size += 1e-9);
         change(&|scene| scene.meshes[0].positions[0][0] += 1e-4);
         change(&|scene| scene.objects[0].transform.translation.x += 1e-9);
+        let look = scene::Look { tint: glam::Vec3::new(1.0, 1.0, 0.999), ..scene::Look::PLAIN };
+        change(&|scene| scene.objects[0].look = Some(look));
+        change(&|scene| scene.objects[0].look = Some(scene::Look { selected: true, ..scene::Look::PLAIN }));
+        change(&|scene| scene.materials[0].atlas = [1, 2]);
+        change(&|scene| scene.materials[0].atlas = [2, 1]);
         change(&|scene| scene.materials[0].roughness -= 1e-6);
         change(&|scene| scene.materials[0].two_sided ^= true);
         change(&|scene| scene.textures[0].texels[0] ^= 1);

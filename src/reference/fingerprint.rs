@@ -8,8 +8,8 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::render::Reference;
 use super::{Options, Smith, View};
 use crate::scene::{
-    AlphaMode, Brdf, Camera, CastsShadow, ColorSpace, Environment, Light, Material, Mesh, Object, Projection, Sampler,
-    Scene, Texture, UvMap,
+    AlphaMode, Brdf, Camera, CastsShadow, ColorSpace, Environment, Light, Look, Material, Mesh, Object, Projection,
+    Sampler, Scene, Texture, UvMap,
 };
 
 #[cfg(test)]
@@ -68,8 +68,18 @@ impl Fingerprint {
     }
 
     fn object(&mut self, object: &Object) {
-        let Object { name: _, mesh, material, transform, casts_shadow, receives_shadow, node: _, skin: _, movable: _ } =
-            object;
+        let Object {
+            name: _,
+            mesh,
+            material,
+            transform,
+            casts_shadow,
+            receives_shadow,
+            node: _,
+            skin: _,
+            movable: _,
+            look,
+        } = object;
         self.number(*mesh as u64);
         self.number(*material as u64);
         self.transform(transform);
@@ -78,7 +88,14 @@ impl Fingerprint {
             CastsShadow::Front => 1,
             CastsShadow::Yes => 2,
         });
-        self.number(u64::from(*receives_shadow));
+        // Truths of objects that look plain have the hashes that they had before there were looks.
+        let look = look.filter(|own| *own != Look::PLAIN);
+        self.number(u64::from(*receives_shadow) | u64::from(look.is_some()) << 1);
+        if let Some(Look { cell, tint, selected }) = look {
+            self.number(u64::from(cell));
+            self.color(tint);
+            self.number(u64::from(selected));
+        }
     }
 
     fn material(&mut self, material: &Material) {
@@ -99,6 +116,7 @@ impl Fingerprint {
             normal_scale,
             two_sided,
             unlit,
+            atlas,
             uv_maps,
             base_color_texture,
             normal_texture,
@@ -123,7 +141,9 @@ impl Fingerprint {
         self.number(mode);
         self.single(cutoff);
         self.number(u64::from(*two_sided));
-        self.number(u64::from(*unlit));
+        let has_atlas = *atlas != [1, 1];
+        self.number(u64::from(*unlit) | u64::from(has_atlas) << 1);
+        atlas.iter().filter(|_| has_atlas).for_each(|&edge| self.number(u64::from(edge)));
         for UvMap { set, offset, rotation, scale } in uv_maps {
             self.number(u64::from(*set));
             [offset.x, offset.y, *rotation, scale.x, scale.y].into_iter().for_each(|value| self.real(value));

@@ -8,8 +8,8 @@ use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4, Vec2, Vec3, Vec4};
 
 use super::bvh::Bvh;
 use super::intersect::{Crossing, Ray};
-use super::texture;
-use crate::scene::{Aabb, AlphaMode, CastsShadow, Material, Mesh, Scene, TextureSlot, TriangleId, UvMap};
+use super::texture::{self, Window};
+use crate::scene::{Aabb, AlphaMode, CastsShadow, Look, Material, Mesh, Scene, TextureSlot, TriangleId, UvMap};
 
 /// Coordinates beyond this have no squares' squares in f64: what reaches there is not drawn.
 const LARGEST: f64 = 1e75;
@@ -26,6 +26,7 @@ pub struct Triangle {
 pub struct Part<'a> {
     pub mesh: &'a Mesh,
     pub material: &'a Material,
+    pub look: Look,
     pub receives_shadow: bool,
     casts_shadow: CastsShadow,
     mirrored: bool,
@@ -70,6 +71,7 @@ impl<'a> Part<'a> {
         Self {
             mesh: &scene.meshes[object.mesh],
             material,
+            look: object.shown_look(),
             receives_shadow: object.receives_shadow,
             casts_shadow: object.casts_shadow,
             mirrored: handedness < 0.0,
@@ -91,7 +93,7 @@ impl<'a> Part<'a> {
     }
 
     /// Where a triangle's texture of a slot is looked up. For a mesh without texture coordinates they are 0.
-    pub fn uv(&self, slot: TextureSlot, triangle: u32, weights: [f64; 3]) -> DVec2 {
+    fn uv(&self, slot: TextureSlot, triangle: u32, weights: [f64; 3]) -> DVec2 {
         let map = &self.material.uv_maps[slot as usize];
         let uvs = if map.set == 1 { &self.mesh.uvs_1 } else { &self.mesh.uvs };
         let uv = |vertex: usize| uvs.get(vertex).map_or(DVec2::ZERO, |&uv| Vec2::from(uv).as_dvec2());
@@ -100,6 +102,13 @@ impl<'a> Part<'a> {
             UvMap::IDENTITY => own,
             _ => DVec2::from(map.rows().map(|row| row.dot(own.extend(1.0)))),
         }
+    }
+
+    /// What the texture of a slot says at a place, if there is one: that of the object's cell.
+    pub fn texel(&self, scene: &Scene, slot: TextureSlot, triangle: u32, weights: [f64; 3]) -> Option<DVec4> {
+        let texture = &scene.textures[self.material.texture(slot)?];
+        let cell = Window::cell(texture, self.material.atlas, self.look.cell);
+        Some(texture::sample(texture, cell, self.uv(slot, triangle, weights)))
     }
 
     /// The vertices' own colour and alpha.
@@ -146,9 +155,7 @@ impl<'a> Geometry<'a> {
 
     /// The base colour's alpha at a place.
     pub fn alpha(&self, part: &Part, triangle: u32, weights: [f64; 3]) -> f64 {
-        let texture = part.material.base_color_texture.map(|index| &self.scene.textures[index]);
-        let uv = || part.uv(TextureSlot::BaseColor, triangle, weights);
-        let texel = texture.map_or(1.0, |texture| texture::sample(texture, uv()).w);
+        let texel = part.texel(self.scene, TextureSlot::BaseColor, triangle, weights).map_or(1.0, |texel| texel.w);
         f64::from(part.material.alpha) * texel * part.color(triangle, weights).w
     }
 

@@ -4,8 +4,7 @@ use glam::{DVec3, DVec4, Vec3, Vec4};
 
 use super::geometry::{Geometry, Hit, Part};
 use super::surface::Surface;
-use super::texture;
-use crate::scene::{AlphaMode, Brdf, Scene, TextureSlot};
+use crate::scene::{AlphaMode, Brdf, HIGHLIGHT, HIGHLIGHT_SHARE, Scene, TextureSlot};
 
 /// The code of a normal map that stands for 0, and how many steps lie between it and 1.
 const NORMAL_ZERO: f64 = 128.0;
@@ -22,8 +21,7 @@ struct Place<'a> {
 impl Place<'_> {
     /// The value of a slot's texture, if there is one.
     fn texture(&self, slot: TextureSlot) -> Option<DVec4> {
-        let index = self.part.material.texture(slot)?;
-        Some(texture::sample(&self.scene.textures[index], self.part.uv(slot, self.triangle, self.weights)))
+        self.part.texel(self.scene, slot, self.triangle, self.weights)
     }
 
     /// The same, or 1.
@@ -91,9 +89,13 @@ pub fn surface(
     let facing = if hit.front { 1.0 } else { -1.0 };
     let geometric_normal = place.normal();
     let normal = place.mapped_normal(geometric_normal);
-    let base = material.base_color.extend(material.alpha).as_dvec4()
+    let tinted = material.base_color.as_dvec3() * part.look.tint.as_dvec3();
+    let mut base = tinted.extend(f64::from(material.alpha))
         * place.texel(TextureSlot::BaseColor)
         * part.color(triangle, place.weights);
+    if part.look.selected {
+        base = base.truncate().lerp(HIGHLIGHT.as_dvec3(), f64::from(HIGHLIGHT_SHARE)).extend(base.w);
+    }
     let is_coat = material.alpha_mode == AlphaMode::Coat;
     // What is unlit sends its colour and reflects nothing. A coat is a lobe that reflects all, of which what it shows is a share.
     let (albedo, emissive) = match material.unlit {

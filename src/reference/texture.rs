@@ -1,5 +1,7 @@
 //! Texels between texels: those of level 0, magnified and wrapped as their sampler says, sRGB decoded before it is filtered, as samplers do.
 //!
+//! A texture that is an atlas is as many images as it has cells: each is sampled, and wraps, as if the others were not there.
+//!
 //! There are no levels: [`super::Mode::Converged`] converges to the mean of level 0 over a pixel by looking at more places.
 
 use std::sync::OnceLock;
@@ -17,6 +19,24 @@ fn srgb() -> &'static [f64; 256] {
             if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
         })
     })
+}
+
+/// The part of a texture that is sampled.
+#[derive(Debug, Clone, Copy)]
+pub struct Window {
+    /// Of its upper left corner, in texels.
+    first: [usize; 2],
+    /// Width and height in texels.
+    size: [u32; 2],
+}
+
+impl Window {
+    /// A cell of an atlas of so many rows and columns. Of one cell it is the whole texture.
+    pub fn cell(texture: &Texture, [rows, columns]: [u32; 2], cell: u32) -> Self {
+        let size = [texture.size[0] / columns, texture.size[1] / rows];
+        let first = [(cell % columns) as usize * size[0] as usize, (cell / columns) as usize * size[1] as usize];
+        Self { first, size }
+    }
 }
 
 fn texel(texture: &Texture, x: usize, y: usize) -> DVec4 {
@@ -57,13 +77,14 @@ fn between(coordinate: f64, edge: u32, wrap: Wrap, filter: Filter) -> (usize, us
     (wrapped(first), wrapped(first + 1.0), share)
 }
 
-/// Linear RGBA at a place; (0, 0) is the upper left corner of the first texel.
-pub fn sample(texture: &Texture, uv: DVec2) -> DVec4 {
+/// Linear RGBA at a place of a window; (0, 0) is the upper left corner of its first texel.
+pub fn sample(texture: &Texture, Window { first, size }: Window, uv: DVec2) -> DVec4 {
     let [wrap_u, wrap_v] = texture.sampler.wrap;
     let filter = texture.sampler.magnify;
-    let (x0, x1, fx) = between(uv.x, texture.size[0], wrap_u, filter);
-    let (y0, y1, fy) = between(uv.y, texture.size[1], wrap_v, filter);
-    let row = |y| texel(texture, x0, y).lerp(texel(texture, x1, y), fx);
+    let (x0, x1, fx) = between(uv.x, size[0], wrap_u, filter);
+    let (y0, y1, fy) = between(uv.y, size[1], wrap_v, filter);
+    let own = |x, y| texel(texture, first[0] + x, first[1] + y);
+    let row = |y| own(x0, y).lerp(own(x1, y), fx);
     row(y0).lerp(row(y1), fy)
 }
 
@@ -74,6 +95,30 @@ mod tests {
     fn two(color_space: ColorSpace) -> Texture {
         let texels = vec![0, 0, 0, 0, 255, 128, 64, 255, 10, 20, 30, 40, 50, 60, 70, 80];
         Texture { name: "two".into(), size: [2, 2], color_space, sampler: Default::default(), texels }
+    }
+
+    fn sample(texture: &Texture, uv: DVec2) -> DVec4 {
+        super::sample(texture, Window::cell(texture, [1, 1], 0), uv)
+    }
+
+    #[test]
+    fn a_cell_is_sampled_as_an_image_of_its_own() {
+        let texels: Vec<u8> = (0..6 * 4 * 4).map(|value: u32| (value * 37 % 251) as u8).collect();
+        for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
+            let sampler = crate::scene::Sampler { wrap: [wrap; 2], ..Default::default() };
+            let color_space = ColorSpace::Linear;
+            let atlas = Texture { name: "atlas".into(), size: [6, 4], color_space, sampler, texels: texels.clone() };
+            for cell in 0..6 {
+                // Two rows of three cells of 2x2 texels.
+                let (column, row) = (cell as usize % 3, cell as usize / 3);
+                let rows = (0..2).flat_map(|y| texels[((row * 2 + y) * 6 + column * 2) * 4..][..8].to_vec());
+                let alone = Texture { size: [2, 2], texels: rows.collect(), ..atlas.clone() };
+                for uv in [[0.0, 0.0], [0.3, 0.9], [-0.2, 1.7], [0.99, -3.01]].map(DVec2::from) {
+                    let found = super::sample(&atlas, Window::cell(&atlas, [2, 3], cell), uv);
+                    assert_eq!(found, sample(&alone, uv), "{wrap:?}: cell {cell} at {uv}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -33,7 +33,7 @@ impl Scene {
             .or_else(|| too_many("vertices", MOST_VERTICES, self.meshes.iter().map(|mesh| mesh.positions.len())))
             .or_else(|| too_many("indices", MOST_INDICES, self.meshes.iter().map(|mesh| mesh.indices.len())))
             .or_else(|| first_of("object", &self.objects, |object| (&object.name, object.fault(self))))
-            .or_else(|| first_of("material", &self.materials, |own| (&own.name, own.fault(self.textures.len()))))
+            .or_else(|| first_of("material", &self.materials, |own| (&own.name, own.fault(self))))
             .or_else(|| first_of("texture", &self.textures, |texture| (&texture.name, texture.fault())))
             .or_else(|| first_of("light", &self.lights, |light| (&light.name, light.fault())))
             .or_else(|| self.environment.fault())
@@ -154,6 +154,7 @@ impl Object {
         transform
             .or_else(|| dangling("mesh", self.mesh, scene.meshes.len()))
             .or_else(|| dangling("material", self.material, scene.materials.len()))
+            .or_else(|| self.look_fault(scene))
     }
 }
 
@@ -172,7 +173,8 @@ fn out_of_range(values: &[(&str, Vec3, RangeInclusive<f32>)]) -> Option<String> 
 }
 
 impl Material {
-    fn fault(&self, textures: usize) -> Option<String> {
+    fn fault(&self, scene: &Scene) -> Option<String> {
+        let textures = scene.textures.len();
         let cutoff = if let AlphaMode::Mask { cutoff } = self.alpha_mode { cutoff } else { 0.0 };
         let number = |name, value, range| (name, Vec3::splat(value), range);
         let values = [
@@ -192,7 +194,7 @@ impl Material {
         let slot =
             || self.textures().find_map(|(slot, texture)| dangling(&format!("{slot:?} texture"), texture, textures));
         let map = || TextureSlot::ALL.into_iter().find_map(|slot| self.uv_maps[slot as usize].fault(slot));
-        out_of_range(&values).or_else(slot).or_else(map)
+        out_of_range(&values).or_else(slot).or_else(map).or_else(|| self.atlas_fault(scene))
     }
 }
 

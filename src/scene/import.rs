@@ -100,7 +100,8 @@ impl Imported {
     pub(super) fn place(&self, scene: &mut Scene, places: &[DAffine3]) {
         let hang_on_joints = self.objects.iter().all(|object| object.node.is_none() || object.skin.is_some());
         let of_others = self.motion.light_nodes.iter().chain(self.cameras.iter().map(|own| &own.node));
-        let share_joints = places.len() > 1 && hang_on_joints && of_others.flatten().next().is_none();
+        let shows_cells = !self.motion.moved_cells().is_empty();
+        let share_joints = places.len() > 1 && hang_on_joints && of_others.flatten().next().is_none() && !shows_cells;
         let first_clip = scene.motion.clips.len();
         let mut joints = None;
         for (copy, place) in places.iter().enumerate() {
@@ -117,7 +118,7 @@ impl Imported {
     fn add_motion(&self, scene: &mut Scene, place: DAffine3, clips: Option<usize>) -> Moved {
         let root = (!self.motion.nodes.is_empty()).then_some(scene.motion.nodes.len());
         let skin = scene.motion.skins.len();
-        let first = First { light: scene.lights.len(), camera: scene.cameras.len() };
+        let first = First { light: scene.lights.len(), camera: scene.cameras.len(), object: scene.objects.len() };
         scene.motion.append(self.motion.clone(), place, first);
         if let Some(first_clip) = clips {
             scene.motion.merge_clips(first_clip, self.motion.clips.len());

@@ -274,6 +274,9 @@ pub struct Material {
     pub two_sided: bool,
     /// Sends its base colour, in nits, whatever lights it, and reflects nothing (KHR_materials_unlit).
     pub unlit: bool,
+    /// Rows and columns of cells that each of its textures is made of, 1 to 256 each: texture coordinates from 0 to 1, and what lies outside, lie
+    /// in the one cell that an object shows ([`Look::cell`](super::Look::cell)). Cells do not bleed into each other, however they are filtered.
+    pub atlas: [u32; 2],
     /// By slot, how its texture lies on the mesh.
     pub uv_maps: [UvMap; TextureSlot::ALL.len()],
     /// Multiplies `base_color` and `alpha`; index in `Scene::textures`.
@@ -311,6 +314,7 @@ impl Default for Material {
             normal_scale: 1.0,
             two_sided: false,
             unlit: false,
+            atlas: [1, 1],
             uv_maps: [UvMap::IDENTITY; TextureSlot::ALL.len()],
             base_color_texture: None,
             normal_texture: None,

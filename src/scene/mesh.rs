@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::Aabb;
 use super::motion::{Influences, Morph};
+use super::{Aabb, Look};
 
 /// A triangle of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -240,6 +240,9 @@ pub struct Object {
     pub skin: Option<usize>,
     /// It will be moved by the program, so that plans keep what it may need elsewhere. What clips move need not say so.
     pub movable: bool,
+    /// What sets it apart from others of its mesh and material. One that is there, and be it plain, keeps what any look needs in the plan, so
+    /// that [`Renderer::set_look`](crate::frame::Renderer::set_look) costs no other: `None` where it never has one.
+    pub look: Option<Look>,
 }
 
 /// Which faces of an object stand in the light.
@@ -268,6 +271,7 @@ impl Object {
             node: None,
             skin: None,
             movable: false,
+            look: None,
         }
     }
 

@@ -58,6 +58,8 @@ optional_parts! {
     SecondUvs = "second-uvs",
     /// Colours of vertices.
     VertexColors = "vertex-colors",
+    /// Looks of instances, where no object has one: tints, highlights, and cells of atlases.
+    Looks = "looks",
     /// 32 bits for each index, where 16 suffice.
     WideIndices = "wide-indices",
     /// Meshes that no drawn object has.

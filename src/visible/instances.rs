@@ -31,8 +31,8 @@ impl Draw {
 
 impl WorldObject {
     /// What objects have in common that one command draws.
-    fn batch(&self) -> (bool, GeometryKey, usize, usize, Option<usize>) {
-        (self.transparent, self.key, self.material, self.mesh, self.deform)
+    fn batch(&self) -> (bool, GeometryKey, (usize, u32), usize, Option<usize>) {
+        (self.transparent, self.key, (self.material, self.look.sheet), self.mesh, self.deform)
     }
 }
 

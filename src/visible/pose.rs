@@ -21,6 +21,8 @@ pub struct WorldPose {
     /// The scene's numbers of lights and of materials that clips or nodes change.
     pub lights: Arc<[usize]>,
     pub materials: Arc<[usize]>,
+    /// The scene's numbers of objects whose cells clips change.
+    pub cells: Arc<[usize]>,
     deforms: Vec<Deform>,
     /// Those of `World::objects` that nodes carry and nothing deforms, each with its node.
     carried: Vec<(usize, usize)>,
@@ -85,6 +87,7 @@ impl WorldPose {
             weights: vec![0.0; planned.weights as usize],
             lights: scene.motion.moved_lights().into_iter().collect(),
             materials: scene.motion.moved_materials().into_iter().collect(),
+            cells: scene.motion.moved_cells().into_iter().collect(),
             deforms,
             carried: carried.collect(),
         }
@@ -147,7 +150,7 @@ impl World {
         self.generation += 1;
         let casts = object.casts != CastsShadow::No;
         let changes = self.changes.get_or_insert_default();
-        changes.mirrors |= mirrors;
+        changes.batches |= mirrors;
         if casts {
             changes.boxes.extend([before, bounds]);
         }

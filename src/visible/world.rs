@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::instances;
+use super::looks::PlannedLook;
 use super::occlusion::Occluders;
 use super::pose::WorldPose;
 use super::shadows::{Changes, ShadowView, lamp_views, widened};
@@ -98,6 +99,7 @@ pub struct WorldObject {
     pub(crate) cuts: Cuts,
     pub triangles: usize,
     pub transparent: bool,
+    pub look: PlannedLook,
 }
 
 impl World {
@@ -160,7 +162,7 @@ impl World {
     /// Works out what follows from where objects and lights are, if any has moved.
     pub fn refresh(&mut self, plan: &FramePlan) {
         let Some(changes) = self.changes.take() else { return };
-        if changes.mirrors {
+        if changes.batches {
             self.by_batch = instances::by_batch(&self.objects);
         }
         self.bounds = union(&self.objects);
@@ -179,10 +181,7 @@ impl World {
         if !fits(transform) {
             return Err(Error::Change(format!("object {index}: its transform is not finite")));
         }
-        let Some(own) = self.object_of.get(index) else {
-            return Err(Error::Change(format!("there is no object {index}: the scene has {}", self.object_of.len())));
-        };
-        let &Some(own) = own else { return Ok(true) };
+        let Some(own) = self.place_of(index)? else { return Ok(true) };
         let object = &self.objects[own];
         let (origin, bounds) = object.mesh_place;
         let place = bounds.transformed(transform);
@@ -193,6 +192,13 @@ impl World {
         }
         self.stand(own, *transform * DAffine3::from_translation(origin), place, false);
         Ok(true)
+    }
+
+    /// Which of [`World::objects`] an object of the scene is, by its index there; none where it is not drawn.
+    pub(super) fn place_of(&self, index: usize) -> Result<Option<usize>, Error> {
+        let count = self.object_of.len();
+        let none = || Error::Change(format!("there is no object {index}: the scene has {count}"));
+        self.object_of.get(index).copied().ok_or_else(none)
     }
 
     /// Changes a light, by its index in the scene. Returns false where that needs another plan: the light was left out as it was dark or reached
@@ -301,6 +307,7 @@ impl WorldObject {
             key: GeometryKey::of(object, rules),
             cuts: rules.cuts(object),
             triangles: mesh.indices.len() / 3,
+            look: PlannedLook::of(object.shown_look(), rules.material(object), &plan.textures),
         }
     }
 }

@@ -4,8 +4,8 @@
 use afterlight::frame::{Error, Renderer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, Brdf, Camera, ColorSpace, Environment, Falloff, LightPath, Material, Output, Playing, Scene, Settings,
-    ShadowFilter, ShadowSettings, Texture, Transparency, View,
+    AlphaMode, Brdf, Camera, Channel, Clip, ColorSpace, Environment, Falloff, Interpolation, LightPath, Look, Material,
+    Output, Playing, Scene, Settings, ShadowFilter, ShadowSettings, Target, Texture, Transparency, View,
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
@@ -178,9 +178,77 @@ pub fn draw_everything(gpu: &Gpu) {
     for light_path in [LightPath::Loop, LightPath::Forward, LightPath::Clustered] {
         exercise(gpu, &dance, &Settings { light_path, ..small(&dance) });
     }
+    let cells = sprites();
+    for light_path in [LightPath::Loop, LightPath::Forward] {
+        exercise(gpu, &cells, &Settings { light_path, ..small(&cells) });
+    }
     for scene in [Scene::default(), plane(lambert(0.5), Vec::new()), open("builtin:hall?detail=6")] {
         exercise(gpu, &scene, &small(&scene));
     }
+}
+
+/// Eight figures on two rows of an atlas: discs, rings, bars and crosses of other sizes and colours, with nothing around them.
+fn figures() -> Texture {
+    const EDGE: u32 = 16;
+    let texel = |index: u32| {
+        let [x, y] = [index % (4 * EDGE), index / (4 * EDGE)];
+        let (cell, [u, v]) = (
+            y / EDGE * 4 + x / EDGE,
+            [x % EDGE, y % EDGE].map(|at| (f64::from(at) + 0.5) / f64::from(EDGE) * 2.0 - 1.0),
+        );
+        let far = u.hypot(v);
+        let size = if cell < 4 { 0.85 } else { 0.6 };
+        let there = match cell % 4 {
+            0 => far < size,
+            1 => far < size && far > 0.45 * size,
+            2 => v.abs() < 0.4 * size && u.abs() < size,
+            _ => u.abs().min(v.abs()) < 0.25 * size && u.abs().max(v.abs()) < size,
+        };
+        let shade = |channel: u32| if cell >> channel & 1 == 1 { 230 } else { 70 + 20 * channel as u8 };
+        [shade(0), shade(1), shade(2), if there { 255 } else { 0 }]
+    };
+    let texels = (0..4 * EDGE * 2 * EDGE).flat_map(texel).collect();
+    let (size, color_space) = ([4 * EDGE, 2 * EDGE], ColorSpace::Srgb);
+    Texture { name: "figures".into(), size, color_space, sampler: Default::default(), texels }
+}
+
+/// Figures of one mesh and one material that stand on a floor, some tinted, one selected, and one that a clip leads from cell to cell; before them
+/// a pane of glass with another cell.
+pub fn sprites() -> Scene {
+    let mut scene = plane(lambert(0.6), vec![sun(DVec3::new(0.5, 0.8, 1.0), 3.0)]);
+    scene.name = "sprites".into();
+    scene.textures = vec![figures()];
+    let figure = Material {
+        atlas: [2, 4],
+        base_color_texture: Some(0),
+        alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
+        two_sided: true,
+        ..lambert(1.0)
+    };
+    let at = |x: f64, y: f64| DAffine3::from_translation(DVec3::new(x, y, 0.25));
+    add(&mut scene, rectangle([-0.28, -0.28], [0.28, 0.28], 0.0), figure.clone(), at(0.0, 0.0));
+    let first = scene.objects.pop().expect("a figure");
+    for index in 0..12u32 {
+        let [x, y] = [index % 4, index / 4].map(f64::from);
+        let mut own = first.clone();
+        own.transform = at(x * 0.62 - 0.93, 0.62 - y * 0.62);
+        let tint = if index % 5 == 2 { Vec3::new(1.0, 0.5, 0.1) } else { Vec3::ONE };
+        own.look = Some(Look { cell: index % 8, tint, selected: index == 6 });
+        scene.objects.push(own);
+    }
+    let pane = Material { alpha_mode: AlphaMode::Blend, alpha: 0.6, ..figure };
+    let place = DAffine3::from_translation(DVec3::new(0.55, 0.1, 0.6));
+    add(&mut scene, rectangle([-0.4, -0.4], [0.4, 0.4], 0.0), pane, place);
+    scene.objects[13].look = Some(Look { cell: 5, ..Look::PLAIN });
+    let channel = Channel {
+        target: Target::Cell(1),
+        times: vec![0.0, 0.25, 0.5, 0.75],
+        values: vec![0.0, 1.0, 2.0, 3.0],
+        interpolation: Interpolation::Step,
+    };
+    scene.motion.clips = vec![Clip { name: "turn".into(), channels: vec![channel] }];
+    scene.environment = Environment { ambient: Vec3::splat(0.3), background: Vec3::splat(0.2), ground: None };
+    scene
 }
 
 /// As few frames as run every shader that reads what only the content of memory tells: lists of lights, indices, records of maps. A

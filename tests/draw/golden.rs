@@ -4,6 +4,7 @@ mod models;
 
 use crate::common::golden::{LARGEST_MEAN, SAME_WITHIN, check, flip_error};
 use crate::common::gpu::{Gpu, on_gpu};
+use crate::common::scenes::sprites;
 use crate::common::stage::{open, own, view};
 use afterlight::frame::Renderer;
 use afterlight::scene::builtin::CATALOGUE;
@@ -48,6 +49,14 @@ fn every_built_in_scene_looks_as_it_did() {
             let scene = open(if builtin.name == "field" { FIELD } else { &name });
             album.compare(builtin.name, &scene, &own(&scene, SIZE.0, SIZE.1));
         }
+    });
+}
+
+#[test]
+fn sprites_of_an_atlas_look_as_they_did() {
+    album(|album| {
+        let scene = sprites();
+        album.compare("sprites", &scene, &Settings { exposure: Some(0.5), ..own(&scene, SIZE.0, SIZE.1) });
     });
 }
 

@@ -14,6 +14,7 @@ mod frames;
 mod gbuffer;
 #[cfg(feature = "report")]
 mod golden;
+mod looks;
 mod nine_times;
 mod orthographic;
 mod outputs;

@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::common::compare::{assert_identical, largest_code_difference};
 use crate::common::gpu::{Gpu, bytes, on_gpu};
+use crate::common::scenes::sprites;
 use crate::common::stage::{add, beam, directional, lambert, open, own, plane, point, rectangle, spot, stage, sun};
 use crate::common::{some_of, tries_all};
 use afterlight::frame::Picture;
@@ -191,6 +192,7 @@ fn cases() -> Vec<Case> {
                 vec![holes()],
             ),
         ),
+        case(Clustered, &[P::NormalMaps, P::VertexColors, P::PunctualLights], sprites()),
         // What only glTF has: vertices with colours and second coordinates here, reflectances, a coat and something unlit below.
         case(Clustered, &[P::HdrTarget, P::Transparent], {
             let mut worn =
@@ -207,7 +209,7 @@ fn cases() -> Vec<Case> {
                 .collect();
             with_textures(scene, vec![holes()])
         }),
-        case(Clustered, &[P::SecondUvs, P::VertexColors, P::ShadowMaps], {
+        case(Clustered, &[P::SecondUvs, P::VertexColors, P::Looks, P::ShadowMaps], {
             let base = Material { reflectance: Vec3::new(0.2, 0.1, 0.05), grazing: 0.7, ..Material::default() };
             let mut scene = ambient(boxed("lacquered", base, vec![directional(slanted, 3.0)]));
             let coat = Material { alpha_mode: AlphaMode::Coat, roughness: 0.2, ..Material::default() };
@@ -472,6 +474,7 @@ const TRACES: &[Trace] = &[
     trace(P::Tangents, &["vertex tangents"], &[], &[]),
     trace(P::SecondUvs, &["vertex second uvs"], &[], &[]),
     trace(P::VertexColors, &["vertex colours"], &[], &[]),
+    trace(P::Looks, &["looks of instances of frame"], &[], &[]),
     trace(P::WideIndices, &["indices of 32 bits"], &[], &[]),
     trace(P::BaseColorTextures, &[], &[], &[("material ", ": 0 SAMPLED_IMAGE")]),
     trace(P::NormalMaps, &[], &[], &[("material ", ": 1 SAMPLED_IMAGE")]),

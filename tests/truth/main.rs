@@ -8,6 +8,7 @@ mod attribution;
 mod compare;
 mod cross_check;
 mod formulas;
+mod looks;
 mod materials;
 mod reference;
 #[cfg(feature = "report")]

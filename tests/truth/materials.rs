@@ -14,11 +14,11 @@ use glam::{DAffine3, DVec2, DVec3, Vec3};
 
 const SIZE: [u32; 2] = [97, 97];
 const POINT: Options = Options { mode: Mode::Point, smith: Smith::HeightCorrelated };
-const PATHS: [LightPath; 5] =
+pub const PATHS: [LightPath; 5] =
     [LightPath::Loop, LightPath::Clustered, LightPath::PerLight, LightPath::Compute, LightPath::Forward];
 
 /// How far pixels are from the truth, relative to the brightest one, in order.
-fn differences(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Vec<f64> {
+pub fn differences(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Vec<f64> {
     let picture = gpu.draw(scene, settings);
     let view = View { camera: scene.camera, size: picture.size };
     let truth = Reference::new(scene).expect("a scene").render(&view, &POINT, &|_, _| {});
@@ -32,14 +32,14 @@ fn differences(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Vec<f64> {
 }
 
 /// Half of the pixels are within the first bound, and this share within the second.
-fn assert_near(gpu: &Gpu, scene: &Scene, settings: &Settings, [half, most]: [f64; 2], share: f64, what: &str) {
+pub fn assert_near(gpu: &Gpu, scene: &Scene, settings: &Settings, [half, most]: [f64; 2], share: f64, what: &str) {
     let off = differences(gpu, scene, settings);
     let at = |share: f64| off[((off.len() - 1) as f64 * share) as usize];
     println!("{what}: median {:.1e}, {share} {:.1e}, worst {:.1e}", at(0.5), at(share), at(1.0));
     assert!(at(0.5) <= half && at(share) <= most, "{what}: median {:.1e}, {share} {:.1e}", at(0.5), at(share));
 }
 
-fn nits_of(path: LightPath) -> Settings {
+pub fn nits_of(path: LightPath) -> Settings {
     // Several places a pixel are not what the truth looks at.
     Settings { light_path: path, anisotropy: 1, ..exact(SIZE[0], SIZE[1]) }
 }
@@ -62,7 +62,7 @@ fn papered(material: Material, sampler: Sampler) -> Scene {
     scene
 }
 
-const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
+pub const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
 
 #[test]
 fn textures_wrap_and_are_magnified_as_their_samplers_say() {

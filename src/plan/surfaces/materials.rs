@@ -11,7 +11,7 @@ use glam::Vec3;
 
 use super::TextureMask;
 use crate::scene::{
-    AlphaMode, Brdf, ColorSpace, Material, MaterialValue, Mesh, OptionalPart, Sampler, Scene, Settings, Target,
+    AlphaMode, Brdf, ColorSpace, Material, MaterialValue, Mesh, Object, OptionalPart, Sampler, Scene, Settings, Target,
     Texture, TextureSlot, View, scaled,
 };
 
@@ -30,6 +30,8 @@ pub struct EffectiveMaterials {
     pub colored: BTreeSet<usize>,
     /// Materials whose UV maps a clip moves.
     pub moving_maps: BTreeSet<usize>,
+    /// Materials of objects that have a look, or whose cells a clip moves.
+    pub looks: BTreeSet<usize>,
     /// How the scene's textures are sampled, in its order.
     samplers: Vec<Sampler>,
     view: View,
@@ -44,6 +46,7 @@ impl EffectiveMaterials {
         let mut effective = Self {
             colored: colored.collect(),
             moving_maps: moving_maps(scene),
+            looks: looks(scene),
             samplers: scene.textures.iter().map(|texture| texture.sampler).collect(),
             view: settings.view,
             brdf_override: settings.brdf,
@@ -57,7 +60,7 @@ impl EffectiveMaterials {
             let mut own = effective.as_drawn(widest);
             // What a clip changes is no constant.
             if moves {
-                effective.all.push(own);
+                effective.all.push(effective.glowing(index, own));
                 continue;
             }
             let judged = match veiled.contains(&index) {
@@ -71,9 +74,18 @@ impl EffectiveMaterials {
             if !settings.keep.has(OptionalPart::ConstantTextures) {
                 own = folded;
             }
-            effective.all.push(own);
+            effective.all.push(effective.glowing(index, own));
         }
         effective
+    }
+
+    /// A material whose objects may be selected, and whose colour is what it emits: also a black one may come to glow, so that a plan for it has
+    /// what emission needs.
+    fn glowing(&self, index: usize, mut material: Material) -> Material {
+        if self.looks.contains(&index) && self.emits_color(&material) {
+            material.emissive = material.emissive.max(Vec3::splat(f32::MIN_POSITIVE));
+        }
+        material
     }
 
     /// A material of the scene as these plans draw it, with nothing folded: what clips change is drawn so at each moment.
@@ -83,6 +95,11 @@ impl EffectiveMaterials {
             own.ambient = 1.0;
         }
         own
+    }
+
+    /// Whether a material's colour is what it emits: that of what is unlit, in views that show what is emitted.
+    pub(crate) fn emits_color(&self, material: &Material) -> bool {
+        material.unlit && self.view == View::Final
     }
 
     /// Whether textures of a material in these slots are not sampled alike.
@@ -175,6 +192,14 @@ fn simplified(mut material: Material, view: View) -> Material {
         (material.emissive, material.emissive_texture, material.specular_texture) = (Vec3::ZERO, None, None);
     }
     material
+}
+
+fn looks(scene: &Scene) -> BTreeSet<usize> {
+    let moved = scene.motion.moved_cells();
+    let has_look = |(index, object): (usize, &Object)| {
+        (object.look.is_some() || moved.contains(&index)).then_some(object.material)
+    };
+    scene.objects.iter().enumerate().filter_map(has_look).collect()
 }
 
 fn moving_maps(scene: &Scene) -> BTreeSet<usize> {

@@ -67,23 +67,27 @@ pub struct ForwardKey {
     pub emissive: bool,
 }
 
-/// What few surfaces have of their vertices: their shaders are variants of their own.
+/// What few surfaces have of their vertices and instances: their shaders are variants of their own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Extras {
     /// Colours of vertices multiply the base colour and alpha.
     pub colors: bool,
-    /// And what the surface emits, as it is unlit.
+    /// And what the surface emits, as it is unlit. So do tints of instances.
     pub colored_light: bool,
     /// Textures lie on the mesh in other ways than as its first coordinates say, or may come to.
     pub uv_maps: bool,
     /// Some of them by its second coordinates.
     pub second_uvs: bool,
+    /// Instances say how they look: a tint, whether they are selected, and a cell.
+    pub looks: bool,
+    /// Textures are atlases, of which instances show a cell each.
+    pub cells: bool,
 }
 
 impl Extras {
     /// Whether there is anything.
     pub fn any(self) -> bool {
-        self.colors || self.uv_maps
+        self.colors || self.uv_maps || self.looks
     }
 }
 
@@ -167,9 +171,14 @@ impl GeometryKey {
         let moving = rules.materials.moving_maps.contains(&object.material);
         let maps = || textures.slots().map(|slot| material.uv_maps[slot as usize]);
         let colors = rules.is_colored(object) && (!rules.shading.only_covers() || material.is_masked());
+        let cells = material.has_atlas() && !textures.is_empty();
+        let says = rules.materials.looks.contains(&object.material) || rules.keep.has(OptionalPart::Looks);
+        let looks = cells || says && !rules.shading.only_covers();
         Extras {
+            looks,
+            cells,
             colors,
-            colored_light: colors && material.unlit,
+            colored_light: (colors || looks) && rules.materials.emits_color(material),
             uv_maps: !textures.is_empty() && (moving || maps().any(|map| map != UvMap::IDENTITY)),
             second_uvs: maps().any(|map| map.set == 1),
         }

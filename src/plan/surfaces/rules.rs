@@ -116,11 +116,14 @@ impl<'a> SurfaceRules<'a> {
         let texture = material.base_color_texture.filter(|_| material.is_masked());
         let map = material.uv_maps[TextureSlot::BaseColor as usize];
         let moving = self.materials.moving_maps.contains(&object.material);
+        let cells = texture.is_some() && material.has_atlas();
         let extras = Extras {
             colors: material.is_masked() && self.is_colored(object),
             colored_light: false,
             uv_maps: texture.is_some() && (moving || map != UvMap::IDENTITY),
             second_uvs: texture.is_some() && map.set == 1,
+            looks: cells,
+            cells,
         };
         Cuts { texture, extras }
     }

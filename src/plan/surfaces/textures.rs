@@ -44,29 +44,51 @@ pub struct PlannedTexture {
     pub color_space: ColorSpace,
     /// How it is sampled. Neutral ones say the same however they are.
     pub sampler: Sampler,
+    /// Where it is an atlas, its cells: each is a layer of an array of images of this size. A filter never leaves a layer, and each level of a layer
+    /// is made of that layer alone; so cells cannot bleed into each other, whatever the level, the filter and the anisotropy. In one image side by
+    /// side they would: the smallest levels have less than a texel a cell.
+    pub cells: Option<u32>,
     /// Down to one texel, or one where only the largest is looked at. Both formats must be blittable with linear filtering on every device, by the table of required formats.
     pub levels: u32,
 }
 
 impl PlannedTexture {
-    fn of(scene: &Scene, source: TextureSource) -> Self {
+    /// Of a material whose atlas has so many rows and columns.
+    fn of(scene: &Scene, source: TextureSource, atlas: [u32; 2]) -> Self {
+        let [rows, columns] = atlas;
         let texture = match source {
             TextureSource::Scene(index) => scene.textures.get(index),
             TextureSource::White | TextureSource::Flat => None,
         };
-        let (size, color_space, sampler) = texture
-            .map_or(([1, 1], ColorSpace::Linear, Sampler::DEFAULT), |own| (own.size, own.color_space, own.sampler));
+        let ([width, height], color_space, sampler) = texture
+            .map_or(([columns, rows], ColorSpace::Linear, Sampler::DEFAULT), |own| {
+                (own.size, own.color_space, own.sampler)
+            });
+        let size = [width / columns, height / rows];
+        // A neutral one is the same in all cells, and a layer beyond the last is the last (Vulkan, "Image Operations").
+        let count = if texture.is_some() { rows * columns } else { 1 };
+        let cells = (atlas != [1, 1]).then_some(count);
         let levels = sampler.levels.map_or(1, |_| 1 + size[0].max(size[1]).ilog2());
-        Self { source, size, color_space, sampler, levels }
+        Self { source, size, color_space, sampler, cells, levels }
     }
 
-    /// Of all levels, as an image without padding has them.
+    /// Of all levels and cells, as images without padding have them.
     pub fn bytes(&self) -> u64 {
+        u64::from(self.cells.unwrap_or(1)) * self.bytes_of_cell()
+    }
+
+    fn bytes_of_cell(&self) -> u64 {
         (0..self.levels)
             .map(|level| self.size.map(|edge| u64::from((edge >> level).max(1))).iter().product::<u64>() * 4)
             .sum()
     }
 }
+
+/// A texture as a material with an atlas of so many rows and columns samples it.
+type Atlas = (TextureSource, [u32; 2]);
+
+/// A layer is told in 15 bits (`src/visible/looks.rs`).
+const MOST_LAYERS: u32 = 1 << 15;
 
 /// How the textures of a set are sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,13 +110,16 @@ pub struct TexturePlan {
     pub holes: BTreeMap<usize, usize>,
     /// Materials with UV maps in the frame's buffer, in the order of their records there.
     pub mapped: Vec<usize>,
+    /// The most cells of one array: an atlas of more is several arrays, the sheets, and what shows cells of different sheets is drawn by a command
+    /// for each. 0 in a plan without textures.
+    pub sheet: u32,
 }
 
 impl TexturePlan {
     /// What the pipelines of these rules sample.
-    pub(in crate::plan) fn of(scene: &Scene, rules: &SurfaceRules) -> Self {
-        let mut sets: BTreeMap<usize, BTreeMap<TextureSlot, TextureSource>> = BTreeMap::new();
-        let mut holes: BTreeMap<usize, TextureSource> = BTreeMap::new();
+    pub(in crate::plan) fn of(scene: &Scene, rules: &SurfaceRules, max_layers: u32) -> Self {
+        let mut sets: BTreeMap<usize, BTreeMap<TextureSlot, Atlas>> = BTreeMap::new();
+        let mut holes: BTreeMap<usize, Atlas> = BTreeMap::new();
         let mut mapped = BTreeSet::new();
         for object in rules.drawn(scene) {
             let material = rules.material(object);
@@ -107,22 +132,24 @@ impl TexturePlan {
                 for slot in key.textures.slots() {
                     let texture = material.texture(slot).filter(|_| own.contains(slot));
                     let source = texture.map_or(TextureSource::neutral(slot), TextureSource::Scene);
-                    sets.entry(object.material).or_default().insert(slot, source);
+                    sets.entry(object.material).or_default().insert(slot, (source, material.atlas));
                 }
             }
             if let Some(texture) = rules.holes_of(object) {
-                holes.insert(object.material, TextureSource::Scene(texture));
+                holes.insert(object.material, (TextureSource::Scene(texture), material.atlas));
             }
         }
-        let mut sources: BTreeSet<TextureSource> =
+        let mut sources: BTreeSet<Atlas> =
             sets.values().flat_map(|slots| slots.values()).chain(holes.values()).copied().collect();
         if rules.keep.has(OptionalPart::UnusedTextures) {
-            sources.extend((0..scene.textures.len()).map(TextureSource::Scene));
+            let used: BTreeSet<TextureSource> = sources.iter().map(|&(source, _)| source).collect();
+            let unused = (0..scene.textures.len()).map(TextureSource::Scene).filter(|source| !used.contains(source));
+            sources.extend(unused.map(|source| (source, [1, 1])));
         }
-        let index: BTreeMap<TextureSource, usize> =
+        let index: BTreeMap<Atlas, usize> =
             sources.iter().enumerate().map(|(index, &source)| (source, index)).collect();
         Self {
-            images: sources.into_iter().map(|source| PlannedTexture::of(scene, source)).collect(),
+            images: sources.into_iter().map(|(source, atlas)| PlannedTexture::of(scene, source, atlas)).collect(),
             sets: sets
                 .into_iter()
                 .map(|(material, slots)| {
@@ -131,7 +158,14 @@ impl TexturePlan {
                 .collect(),
             holes: holes.iter().map(|(&material, source)| (material, index[source])).collect(),
             mapped: mapped.into_iter().collect(),
+            sheet: max_layers.clamp(1, MOST_LAYERS),
         }
+    }
+
+    /// The sheet that a cell lies in, and its layer there.
+    pub fn place_of_cell(&self, cell: u32) -> (u32, u32) {
+        let sheet = self.sheet.max(1);
+        (cell / sheet, cell % sheet)
     }
 
     /// How the textures of a material's set are sampled: by the sampler of the first one of the scene's own, or each by its own.

@@ -94,7 +94,7 @@ impl Random {
 }
 
 /// A fully saturated colour; `hue` from 0 to 1 runs from red over green and blue back to red.
-pub(in crate::scene) fn hue(hue: f64) -> Vec3 {
+pub(crate) fn hue(hue: f64) -> Vec3 {
     let channel = |shift: f64| (((hue + shift).rem_euclid(1.0) * 6.0 - 3.0).abs() - 1.0).clamp(0.0, 1.0) as f32;
     Vec3::new(channel(0.0), channel(2.0 / 3.0), channel(1.0 / 3.0))
 }

@@ -9,8 +9,8 @@ use super::node::{CONE_ANGLE, COORDINATE, FACTOR, FIELD_OF_VIEW, LENGTH, Limit, 
 use super::{place, schema};
 use crate::scene::suggest::unknown;
 use crate::scene::{
-    CameraValue, Channel, Clip, Error, Interpolation, LightValue, Local, NamedCamera, Placement, Scene, Target, motion,
-    unit,
+    CameraValue, Channel, Clip, Error, Interpolation, LightValue, Local, MAX_ATLAS_EDGE, NamedCamera, Placement, Scene,
+    Target, motion, unit,
 };
 
 /// The most degrees between two keys of a turn: quaternions take the shorter way.
@@ -26,6 +26,7 @@ enum Property {
     Scale,
     Light(LightValue),
     Camera(CameraValue),
+    Cell,
 }
 
 /// A property by its word, and what its values must be.
@@ -43,6 +44,7 @@ const MODEL: &[Form] = &[
     Form { word: "translation", property: Property::Translation, limit: COORDINATE, unit: 1.0 },
     Form { word: "rotation", property: Property::Rotation, limit: COORDINATE, unit: 1.0 },
     Form { word: "scale", property: Property::Scale, limit: FACTOR, unit: 1.0 },
+    Form { word: "cell", property: Property::Cell, limit: FACTOR, unit: 1.0 },
 ];
 
 const LIGHT: &[Form] = &[
@@ -78,7 +80,12 @@ pub(super) fn moved_models(root: &Table) -> Result<HashSet<String>, Error> {
     let mut names = HashSet::new();
     for clip in root.list("clips")? {
         for channel in clip.table(schema::CLIP)?.list("channels")? {
-            let target = channel.table(schema::CHANNEL)?.read("target", Node::string)?;
+            let table = channel.table(schema::CHANNEL)?;
+            // A cell moves without a node.
+            if table.read("property", Node::string)? == Some("cell") {
+                continue;
+            }
+            let target = table.read("target", Node::string)?;
             names.extend(target.and_then(|target| target.strip_prefix("models.")).map(str::to_owned));
         }
     }
@@ -143,8 +150,11 @@ impl Stage<'_> {
     fn targets(&mut self, target: &Node, property: Property) -> Result<Vec<Target>, Error> {
         let name = target.string()?;
         if let Some(name) = name.strip_prefix("models.") {
-            let own = self.models.iter().filter_map(|model| model.moved.as_ref()).filter(|(own, _)| own == name);
-            let targets: Vec<Target> = own.filter_map(|(_, node)| of_node(property, *node)).collect();
+            let own = self.models.iter().filter(|model| model.name == Some(name));
+            let targets: Vec<Target> = match property {
+                Property::Cell => own.flat_map(|model| model.objects.clone().map(Target::Cell)).collect(),
+                _ => own.filter_map(|model| of_node(property, model.node?)).collect(),
+            };
             return match targets.is_empty() {
                 true => Err(target.wrong("no model of this file has this name")),
                 false => Ok(targets),
@@ -227,7 +237,7 @@ fn of_node(property: Property, node: usize) -> Option<Target> {
         Property::Translation => Some(Target::Translation(node)),
         Property::Rotation => Some(Target::Rotation(node)),
         Property::Scale => Some(Target::Scale(node)),
-        Property::Light(_) | Property::Camera(_) => None,
+        Property::Light(_) | Property::Camera(_) | Property::Cell => None,
     }
 }
 
@@ -245,6 +255,10 @@ impl Keys {
         let values = need("values")?;
         let interpolation = match table.read("interpolation", |node| node.word(&["step", "linear", "cubic"]))? {
             Some("step") => Interpolation::Step,
+            Some("linear" | "cubic") if form.property == Property::Cell => {
+                return Err(table.wrong("a cell changes from key to key at once: its interpolation is \"step\""));
+            }
+            None if form.property == Property::Cell => Interpolation::Step,
             Some("cubic") => Interpolation::CubicSpline,
             _ => Interpolation::Linear,
         };
@@ -319,6 +333,7 @@ fn value(node: &Node, form: &Form) -> Result<Vec<f64>, Error> {
             _ => place::rotation(node).map(|rotation| rotation.to_array().to_vec()),
         },
         Property::Light(LightValue::Color) => node.color(form.limit).map(|color| color.as_dvec3().to_array().to_vec()),
+        Property::Cell => Ok(vec![f64::from(node.integer(0..=MAX_ATLAS_EDGE * MAX_ATLAS_EDGE - 1)?)]),
         Property::Light(_) | Property::Camera(_) => Ok(vec![node.number(form.limit)? * form.unit]),
     }
 }

@@ -9,7 +9,8 @@ use super::node::{FACTOR, Node, REFRACTION, SHARE, STRENGTH, Table};
 use super::schema;
 use crate::scene::texture::read_image;
 use crate::scene::{
-    AlphaMode, ColorSpace, Error, Filter, Material, Sampler, Scene, SlotForm, Texture, TextureSlot, UvMap, Wrap,
+    AlphaMode, ColorSpace, Error, Filter, MAX_ATLAS_EDGE, Material, Sampler, Scene, SlotForm, Texture, TextureSlot,
+    UvMap, Wrap,
 };
 
 /// Textures that have been read, so that two materials share one image.
@@ -139,8 +140,15 @@ fn change(table: &Table, material: &mut Material) -> Result<(), Error> {
         table.read("normal_scale", |node| node.number_f32(FACTOR))?.unwrap_or(material.normal_scale);
     material.two_sided = table.read("two_sided", Node::boolean)?.unwrap_or(material.two_sided);
     material.unlit = table.read("unlit", Node::boolean)?.unwrap_or(material.unlit);
+    material.atlas = table.read("atlas", atlas)?.unwrap_or(material.atlas);
     material.alpha_mode = alpha_mode(table, material.alpha_mode)?;
     dielectric(table, material)
+}
+
+/// Rows and columns.
+fn atlas(node: &Node) -> Result<[u32; 2], Error> {
+    let [rows, columns] = node.list()?.try_into().map_err(|_| node.wrong("must be [rows, columns]"))?;
+    Ok([rows.integer(1..=MAX_ATLAS_EDGE)?, columns.integer(1..=MAX_ATLAS_EDGE)?])
 }
 
 /// What the dielectric share reflects (KHR_materials_ior, KHR_materials_specular), where one of its keys is there.

@@ -4,16 +4,16 @@ use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::path::Path;
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 
-use super::node::{COORDINATE, LENGTH, Node, Table};
+use super::node::{COORDINATE, LENGTH, Node, SHARE, Table};
 use super::place::{placement, transform};
 use super::schema;
 use crate::scene::builtin::{self, shapes};
 use crate::scene::load::{Chosen, OpenOptions, load_model};
 use crate::scene::motion;
 use crate::scene::suggest::unknown;
-use crate::scene::{CastsShadow, Error, Imported, Local, Material, Object, Scene};
+use crate::scene::{CastsShadow, Error, Imported, Local, Look, MAX_ATLAS_EDGE, Material, Object, Scene};
 
 /// The most copies that all models of a file may make together.
 const MAX_OBJECTS: usize = 4_000_000;
@@ -34,10 +34,11 @@ pub(super) struct Models<'a> {
 
 /// A model's objects wear materials that are known by name only when all have been read.
 pub(super) struct Dress<'a> {
-    objects: Range<usize>,
+    pub objects: Range<usize>,
     table: Table<'a>,
-    /// Its name, and the node that clips move it by, where one does.
-    pub moved: Option<(String, usize)>,
+    pub name: Option<&'a str>,
+    /// The node that clips move it by, where one does.
+    pub node: Option<usize>,
 }
 
 impl<'a> Models<'a> {
@@ -70,23 +71,28 @@ impl<'a> Models<'a> {
         if table.read("lights", Node::boolean)? == Some(false) {
             model.drop_lights();
         }
-        let (own, offsets) = (transform(&table)?, places(&table)?);
+        let (own, placed) = (transform(&table)?, places(&table)?);
+        let offsets: Vec<DAffine3> = placed.iter().map(|(offset, _)| *offset).collect();
         let parts = model.objects.len().max(model.lights.len()).max(model.cameras.len());
         if parts.saturating_mul(offsets.len()).saturating_add(scene.objects.len()) > MAX_OBJECTS {
             return Err(table.wrong(&format!("makes more than {MAX_OBJECTS} objects")));
         }
         let first = scene.objects.len();
-        let moved = match name.filter(|name| self.moved.contains(*name)) {
+        let node = match name.filter(|name| self.moved.contains(*name)) {
             Some(name) => {
                 let local = Local::Parts(placement(&table)?);
                 scene.motion.nodes.push(motion::Node { name: name.into(), parent: None, local, weights: Vec::new() });
-                Some((name.to_owned(), scene.motion.nodes.len() - 1))
+                Some(scene.motion.nodes.len() - 1)
             }
             None => None,
         };
-        match &moved {
-            Some((_, node)) => hang(scene, &model, &own, &offsets, *node),
+        match node {
+            Some(node) => hang(scene, &model, &own, &offsets, node),
             None => model.place(scene, &offsets.iter().map(|offset| own * *offset).collect::<Vec<_>>()),
+        }
+        let own_looks = LookPatch::read(&table)?;
+        for (copy, (_, look)) in scene.objects[first..].chunks_mut(model.objects.len().max(1)).zip(&placed) {
+            copy.iter_mut().for_each(|object| object.look = look.or(own_looks).over(object.look));
         }
         // Each transform is in its range, but not the product of several.
         let is_near = |place: DVec3| place.abs().max_element() <= FARTHEST;
@@ -94,7 +100,7 @@ impl<'a> Models<'a> {
         if !bounds.filter(|bounds| !bounds.is_empty()).all(|bounds| is_near(bounds.min) && is_near(bounds.max)) {
             return Err(table.wrong(&format!("reaches farther than {FARTHEST:e} metres from zero")));
         }
-        Ok(Dress { objects: first..scene.objects.len(), table, moved })
+        Ok(Dress { objects: first..scene.objects.len(), table, name, node })
     }
 
     fn read_file(&mut self, table: &Table, node: &Node, scene: &mut Scene) -> Result<Imported, Error> {
@@ -216,20 +222,68 @@ fn shadow(table: &Table, objects: &mut [Object]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Where the model's copies stand before its own transform: the grid's, then the instances'.
-fn places(table: &Table) -> Result<Vec<DAffine3>, Error> {
-    let mut places = vec![DAffine3::IDENTITY];
+/// What a table says of a look.
+#[derive(Clone, Copy, Default)]
+struct LookPatch {
+    cell: Option<u32>,
+    tint: Option<Vec3>,
+    selected: Option<bool>,
+}
+
+impl LookPatch {
+    fn read(table: &Table) -> Result<Self, Error> {
+        Ok(Self {
+            cell: table.read("cell", |node| node.integer(0..=MAX_ATLAS_EDGE * MAX_ATLAS_EDGE - 1))?,
+            tint: table.read("tint", |node| node.color(SHARE))?,
+            selected: table.read("selected", Node::boolean)?,
+        })
+    }
+
+    /// What this one does not say, the other may.
+    fn or(self, other: Self) -> Self {
+        Self {
+            cell: self.cell.or(other.cell),
+            tint: self.tint.or(other.tint),
+            selected: self.selected.or(other.selected),
+        }
+    }
+
+    /// A look with what is said; none of an object that had none where nothing is.
+    fn over(self, look: Option<Look>) -> Option<Look> {
+        let Self { cell, tint, selected } = self;
+        if cell.is_none() && tint.is_none() && selected.is_none() {
+            return look;
+        }
+        let before = look.unwrap_or_default();
+        Some(Look {
+            cell: cell.unwrap_or(before.cell),
+            tint: tint.unwrap_or(before.tint),
+            selected: selected.unwrap_or(before.selected),
+        })
+    }
+}
+
+/// Where the model's copies stand before its own transform, and how they look: the grid's, then the instances'.
+fn places(table: &Table) -> Result<Vec<(DAffine3, LookPatch)>, Error> {
+    let mut places = vec![(DAffine3::IDENTITY, LookPatch::default())];
     if let Some(node) = table.get("grid") {
-        places = grid(&node)?.into_iter().map(DAffine3::from_translation).collect();
+        let steps = grid(&node)?.into_iter();
+        places = steps.map(|step| (DAffine3::from_translation(step), LookPatch::default())).collect();
     }
     if let Some(node) = table.get("instances") {
         let instances = node.list()?;
         if instances.len().saturating_mul(places.len()) > MAX_OBJECTS {
             return Err(node.wrong(format!("makes more than {MAX_OBJECTS} objects")));
         }
-        let read = |node: &Node| transform(&node.table(schema::INSTANCE)?);
-        let instances = instances.iter().map(read).collect::<Result<Vec<_>, _>>()?;
-        places = places.iter().flat_map(|place| instances.iter().map(move |instance| *place * *instance)).collect();
+        let read = |node: &Node| {
+            let table = node.table(schema::INSTANCE)?;
+            Ok((transform(&table)?, LookPatch::read(&table)?))
+        };
+        let instances = instances.iter().map(read).collect::<Result<Vec<_>, Error>>()?;
+        let of_place = |&(place, _): &(DAffine3, LookPatch)| {
+            instances.iter().map(move |&(instance, look)| (place * instance, look)).collect::<Vec<_>>()
+        };
+        places = places.iter().flat_map(of_place).collect();
     }
     Ok(places)
 }

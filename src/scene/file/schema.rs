@@ -44,6 +44,9 @@ pub(super) const MODEL: Schema = Schema {
         "materials",
         "casts_shadow",
         "receives_shadow",
+        "cell",
+        "tint",
+        "selected",
         "translation",
         "rotation",
         "scale",
@@ -53,7 +56,8 @@ pub(super) const MODEL: Schema = Schema {
 };
 pub(super) const SHAPE: Schema =
     Schema { table: "models.shape", keys: &["kind", "size", "radius", "height", "tube", "segments"] };
-pub(super) const INSTANCE: Schema = Schema { table: "models.instances", keys: &["translation", "rotation", "scale"] };
+pub(super) const INSTANCE: Schema =
+    Schema { table: "models.instances", keys: &["translation", "rotation", "scale", "cell", "tint", "selected"] };
 pub(super) const ROTATION: Schema = Schema { table: "rotation", keys: &["quaternion", "axis", "degrees"] };
 pub(super) const GRID: Schema = Schema { table: "models.grid", keys: &["count", "spacing"] };
 /// Keys of materials besides those of the texture slots.
@@ -77,6 +81,7 @@ const FACTORS: &[&str] = &[
     "normal_scale",
     "two_sided",
     "unlit",
+    "atlas",
 ];
 const MATERIAL_KEYS: [&str; FACTORS.len() + FORMS.len()] = {
     let mut keys = [""; FACTORS.len() + FORMS.len()];

@@ -119,9 +119,10 @@ fn objects(scene: &Scene, pose: &Pose) -> (Vec<Mesh>, Vec<Object>) {
     let mut own = Vec::new();
     let mut places: Vec<Option<Mesh>> = vec![None; scene.meshes.len()];
     let mut joints = Vec::new();
-    let objects = scene.objects.iter().map(|object| {
+    let objects = scene.objects.iter().enumerate().map(|(index, object)| {
         let transform = pose.object_transform(object);
-        let mut moved = Object { transform, node: None, skin: None, ..object.clone() };
+        let look = pose.look(scene, index);
+        let mut moved = Object { transform, look, node: None, skin: None, ..object.clone() };
         if let Some((deformed, space)) = deformed(scene, pose, object, &mut joints) {
             moved.transform = transform * space;
             if users[object.mesh] == 1 {

@@ -126,10 +126,30 @@ impl Channel {
         if let Some(at) = self.values.iter().position(|value| value.is_nan() || value.abs() > MOST) {
             return Some(format!("a value of key {} is {}, not from -1e18 to 1e18", at / each, self.values[at]));
         }
+        if let Target::Cell(object) = self.target
+            && let Some(fault) = self.cells_fault(scene, object)
+        {
+            return Some(fault);
+        }
         let middle = if self.interpolation == Interpolation::CubicSpline { 4 } else { 0 };
         let is_turn = matches!(self.target, Target::Rotation(_));
         let mut turns = self.values.chunks_exact(each).filter(|_| is_turn).enumerate();
         turns.find_map(|(key, value)| turn(&value[middle..middle + 4]).map(|fault| format!("key {key}: {fault}")))
+    }
+
+    /// A fault of the keys of a cell, of an object that there is.
+    fn cells_fault(&self, scene: &Scene, object: usize) -> Option<String> {
+        if self.interpolation != Interpolation::Step {
+            return Some("it moves a cell, which changes at once: expected the interpolation Step".into());
+        }
+        let material = scene.materials.get(scene.objects.get(object)?.material)?;
+        let is_cell = |value: &f64| value.fract() == 0.0 && (0.0..f64::from(material.cells())).contains(value);
+        let key = self.values.iter().position(|value| !is_cell(value))?;
+        let ([rows, columns], last) = (material.atlas, material.cells().saturating_sub(1));
+        let (name, value) = (&material.name, self.values[key]);
+        Some(format!(
+            "key {key} is cell {value}, but the atlas of material `{name}` is {rows}x{columns}: expected 0 to {last}"
+        ))
     }
 
     fn target_fault(&self, scene: &Scene) -> Option<String> {
@@ -149,6 +169,7 @@ impl Channel {
                     .then(|| format!("it moves the weights of node {node} (`{}`), which has none", own.name)),
             },
             Target::Light(light, _) => dangling("light", light, scene.lights.len()),
+            Target::Cell(object) => dangling("object", object, scene.objects.len()),
             Target::Camera(camera, _) => dangling("camera", camera, scene.cameras.len()),
             Target::Material(material, value) => {
                 let slot = match value {

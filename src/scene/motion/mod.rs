@@ -125,6 +125,8 @@ pub enum Target {
     Camera(usize, CameraValue),
     /// Of a material by its index in `Scene::materials`.
     Material(usize, MaterialValue),
+    /// The cell that an object shows, by its index in `Scene::objects`: one whole number, from key to key at once.
+    Cell(usize),
 }
 
 /// What of a light moves, besides its node.
@@ -243,11 +245,12 @@ pub struct Morph {
     pub colors: Vec<[f32; 4]>,
 }
 
-/// The numbers that the first light and camera of something that is appended get.
+/// The numbers that the first light, camera and object of something that is appended get.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct First {
     pub light: usize,
     pub camera: usize,
+    pub object: usize,
 }
 
 impl Target {
@@ -259,6 +262,7 @@ impl Target {
             Self::Weights(node) => Self::Weights(node + first_node),
             Self::Light(light, value) => Self::Light(light + first.light, value),
             Self::Camera(camera, value) => Self::Camera(camera + first.camera, value),
+            Self::Cell(object) => Self::Cell(object + first.object),
             Self::Material(..) => self,
         }
     }
@@ -297,6 +301,15 @@ impl Motion {
             }
         }
         widest
+    }
+
+    /// The objects whose cells clips change.
+    pub(crate) fn moved_cells(&self) -> BTreeSet<usize> {
+        let object = |channel: &Channel| match channel.target {
+            Target::Cell(object) => Some(object),
+            _ => None,
+        };
+        self.clips.iter().flat_map(|clip| &clip.channels).filter_map(object).collect()
     }
 
     /// The lights that hang on nodes, and those that clips change.

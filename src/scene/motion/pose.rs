@@ -3,7 +3,7 @@
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::{Channel, Local, Motion, Placement, Playing, Target, values};
-use crate::scene::{Camera, Light, Material, Object, Scene, unit};
+use crate::scene::{Camera, Light, Look, Material, Object, Scene, unit};
 
 /// The most values that a light, a camera or a material has of one kind.
 const MOST: usize = 4;
@@ -17,6 +17,8 @@ pub struct Pose {
     first_weights: Vec<usize>,
     /// In the order of the clips: the last of a target counts.
     values: Vec<(Target, [f64; MOST])>,
+    /// By object, in the order of their numbers: the cells that clips have it show.
+    cells: Vec<(usize, u32)>,
     /// Kept for the next moment.
     placements: Vec<Placement>,
 }
@@ -36,6 +38,7 @@ impl Motion {
             let time = playing.time_in(clip);
             clip.channels.iter().for_each(|channel| pose.apply(channel, time));
         }
+        pose.settle_cells();
         pose.place(self);
     }
 }
@@ -55,6 +58,7 @@ impl Pose {
         }
         self.first_weights.push(self.weights.len());
         self.values.clear();
+        self.cells.clear();
     }
 
     fn apply(&mut self, channel: &Channel, time: f64) {
@@ -83,6 +87,13 @@ impl Pose {
                     channel.sample(time, &mut self.weights[from..from + count]);
                 }
             }
+            Target::Cell(object) => {
+                let mut value = [0.0];
+                if channel.sample(time, &mut value) {
+                    // A cast takes what is no cell for the first or the last number.
+                    self.cells.push((object, value[0] as u32));
+                }
+            }
             target @ (Target::Light(..) | Target::Camera(..) | Target::Material(..)) => {
                 let mut value = [0.0; MOST];
                 let count = values::count(target).min(MOST);
@@ -91,6 +102,13 @@ impl Pose {
                 }
             }
         }
+    }
+
+    /// The last clip that moves a cell wins, and an object's is found by its number.
+    fn settle_cells(&mut self) {
+        self.cells.reverse();
+        self.cells.sort_by_key(|(object, _)| *object);
+        self.cells.dedup_by_key(|(object, _)| *object);
     }
 
     fn place(&mut self, motion: &Motion) {
@@ -170,6 +188,15 @@ impl Pose {
             _ => None,
         });
         values::changed_material(&scene.materials[index], changes)
+    }
+
+    /// The look of an object as it is now, by its index in [`Scene::objects`]; `None` where it never has one.
+    pub fn look(&self, scene: &Scene, index: usize) -> Option<Look> {
+        let look = scene.objects.get(index).and_then(|object| object.look);
+        match self.cells.binary_search_by_key(&index, |(object, _)| *object) {
+            Ok(place) => Some(Look { cell: self.cells[place].1, ..look.unwrap_or_default() }),
+            Err(_) => look,
+        }
     }
 
     /// A camera of [`Scene::cameras`] as it is now; the scene's own where there is none of this index.

@@ -11,7 +11,7 @@ pub(super) fn count(target: Target) -> usize {
     match target {
         Target::Translation(_) | Target::Rotation(_) | Target::Scale(_) | Target::Weights(_) => 0,
         Target::Light(_, LightValue::Color) => 3,
-        Target::Light(..) | Target::Camera(..) => 1,
+        Target::Light(..) | Target::Camera(..) | Target::Cell(_) => 1,
         Target::Material(_, value) => match value {
             MaterialValue::BaseColor => 4,
             MaterialValue::Emissive => 3,

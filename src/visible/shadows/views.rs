@@ -199,8 +199,8 @@ pub(in crate::visible) struct Changes {
     pub lights: BTreeSet<usize>,
     /// Where objects that cast were, and where they are.
     pub boxes: Vec<Aabb>,
-    /// Something has swapped its left and right, which other pipelines draw.
-    pub mirrors: bool,
+    /// Another command draws something: it has swapped its left and right, or shows a cell of another sheet.
+    pub batches: bool,
 }
 
 /// Maps of the point and spot lights, which no camera changes. The others are none. Those of `before` stay whose light is as it was

@@ -11,7 +11,7 @@ use std::path::Path;
 
 use afterlight::scene::file::{self, schema};
 use afterlight::scene::{
-    Brdf, Camera, CastsShadow, Falloff, Filter, LightKind, OpenOptions, Projection, Resolve, Sampler, Scene,
+    Brdf, Camera, CastsShadow, Falloff, Filter, LightKind, Look, OpenOptions, Projection, Resolve, Sampler, Scene,
     ShadowFilter, TextureSlot, UvMap, Wrap, open,
 };
 use glam::{DVec3, Vec3};
@@ -66,6 +66,9 @@ fn folder() -> TempDir {
     write("tuned.toml", TUNED);
     image::RgbaImage::from_pixel(2, 2, image::Rgba([128, 128, 255, 255]))
         .save(folder.path().join("planks.png"))
+        .unwrap();
+    image::RgbaImage::from_fn(8, 4, |x, y| image::Rgba([x as u8 * 30, y as u8 * 60, 90, 255 - x as u8]))
+        .save(folder.path().join("fire.png"))
         .unwrap();
     folder
 }
@@ -160,6 +163,14 @@ fn every_key_does_what_it_says() {
     let other = scene.objects.iter().find(|object| object.name == "crates").unwrap();
     assert_eq!((other.casts_shadow, other.receives_shadow), (CastsShadow::Yes, true));
     assert_eq!((sun.size, point.size, spot.size), (0.53, 0.25, 0.0));
+    let looks: Vec<Option<Look>> =
+        scene.objects.iter().filter(|object| object.name == "crates").map(|object| object.look).collect();
+    let (first, second) = (
+        Look { cell: 1, tint: Vec3::new(1.0, 0.5, 0.0), selected: true },
+        Look { cell: 3, tint: Vec3::ONE, selected: false },
+    );
+    assert_eq!(looks, [first, second, first, second].map(Some));
+    assert_eq!((paint.atlas, ball.look, poster.atlas), ([2, 2], None, [1, 1]));
     let settings = scene.settings.decide();
     let shadows = settings.shadows;
     assert_eq!((shadows.filter, shadows.cascades, shadows.lambda), (ShadowFilter::Pcss, 4, 0.25));

@@ -18,6 +18,34 @@ fn all_refused(table: &[(&str, &str)]) {
 }
 
 #[test]
+fn looks_and_atlases_that_cannot_be_are_refused() {
+    let sprite = "shape={kind='plane'}\nmaterial='fire'\n[[materials]]\nname='fire'\n";
+    let clip = |keys: &str| {
+        format!(
+            "[[models]]\nname='a'\n{sprite}atlas=[2,4]\n[[clips]]\nchannels=[{{target='models.a', property='cell', {keys}}}]"
+        )
+    };
+    all_refused(&[
+        (
+            "[[models]]\nshape={kind='box'}\ncell = -1",
+            "scene.toml:3: models[0].cell = -1: must be a whole number from 0 to 65535",
+        ),
+        ("[[models]]\nshape={kind='box'}\ntint = [1, 2, 0]", "must be from 0 to 1"),
+        ("[[models]]\nshape={kind='box'}\nselected = 1", "must be true or false"),
+        ("[[materials]]\nname='a'\natlas = [1, 257]", "must be a whole number from 1 to 256"),
+        ("[[materials]]\nname='a'\natlas = 4", "must be an array"),
+        ("[[materials]]\nname='a'\natlas = [4]", "must be [rows, columns]"),
+        (&clip("times=[0, 1], values=[0, 1.5]"), "must be a whole number"),
+        (&clip("times=[0, 1], values=[0, 1], interpolation='linear'"), "its interpolation is \"step\""),
+    ]);
+    let scene = read(&folder(), &clip("times=[0, 1], values=[0, 7]")).unwrap();
+    assert!(scene.check().is_ok() && scene.objects[0].node.is_none());
+    let scene = read(&folder(), &clip("times=[0, 1], values=[0, 8]")).unwrap();
+    let error = scene.check().unwrap_err().to_string();
+    assert!(error.contains("key 1 is cell 8, but the atlas of material `fire` is 2x4: expected 0 to 7"), "{error}");
+}
+
+#[test]
 fn an_unknown_key_is_refused_at_its_line_with_the_one_that_was_meant() {
     all_refused(&[
         ("\n[cameras]\n", "scene.toml:2: unknown key \"cameras\": did you mean \"camera\"?"),
