@@ -90,29 +90,35 @@ impl Visible {
         let frustum = Frustum::of(camera, aspect);
         let depth = Depth::of(world, plan, camera);
         let beside = Misplacement::of(plan, camera, &depth);
-        let shows_offscreen = plan.keep.has(OptionalPart::OffscreenObjects);
-        let may_see = |&&index: &&u32| shows_offscreen || frustum.may_see(&world.objects[index as usize].bounds);
-        let mut seen: Vec<u32> = world.by_batch.iter().filter(may_see).copied().collect();
-        let in_view = seen.len();
+        let list = &world.instances;
+        let mut seen = match plan.keep.has(OptionalPart::OffscreenObjects) {
+            true => vec![true; world.objects.len()],
+            false => list.in_view(&frustum),
+        };
+        let count = |seen: &[bool]| seen.iter().filter(|&&seen| seen).count();
+        let in_view = count(&seen);
         if let Some(occluders) = &world.occluders {
-            let in_view = seen.iter().map(|&index| index as usize);
-            let picture = occlusion::Picture::of(world, occluders, (camera, &depth), plan.size, in_view);
-            seen.retain(|&index| !picture.hides(&world.objects[index as usize].bounds));
+            let places = (0..seen.len()).filter(|&place| seen[place]).map(|place| list.object(place));
+            let picture = occlusion::Picture::of(world, occluders, (camera, &depth), plan.size, places);
+            if picture.hides_something() {
+                for (place, seen) in seen.iter_mut().enumerate().filter(|(_, seen)| **seen) {
+                    *seen = !picture.hides(&world.objects[list.object(place)].bounds);
+                }
+            }
         }
-        let opaque = seen.partition_point(|&index| !world.objects[index as usize].transparent);
-        let (opaque, transparent) = seen.split_at(opaque);
-        let mut instances = instances::near_to_far(world, camera, opaque);
-        let draws = instances::commands(world, &instances);
-        let objects = || seen.iter().map(|&index| &world.objects[index as usize]);
-        let boxes: Vec<Aabb> = objects().map(|object| object.bounds).collect();
-        let active = ActiveLights::of(world, plan, (camera, &frustum), &beside, &boxes);
+        let (mut instances, draws) = list.near_to_far(world, camera, &seen);
+        let transparent = list.transparent(&seen);
+        let count = instances.len() + transparent.len();
+        let active = ActiveLights::of(world, plan, (camera, &frustum), &beside, &seen);
+        let objects = || instances.iter().chain(&transparent).map(|&index| &world.objects[index as usize]);
         let mut shadows = world.lamps.clone();
         let leaves_casters = plan.seeks(OptionalPart::IdleCasters) && plan.shading != Shading::ShowShadowMap;
         let receivers = plan.shadow.as_ref().filter(|_| leaves_casters).map(|shadow| {
-            let boxes = objects().filter(|object| object.key.receives).map(|object| object.bounds);
-            Receivers::of(boxes, (camera, &frustum), &beside, shadow, &world.shadows)
+            let receiving = objects().filter(|object| object.key.receives);
+            Receivers::of(receiving.map(|object| object.bounds), (camera, &frustum), &beside, shadow, &world.shadows)
         });
         if let Some(shadow) = &plan.shadow {
+            let boxes: Vec<Aabb> = objects().map(|object| object.bounds).collect();
             add_cascades(&mut shadows, world, shadow, camera, aspect, &boxes);
             for light in &shadow.lights {
                 let is_lit = active.lights.binary_search(&light.light).is_ok();
@@ -122,13 +128,14 @@ impl Visible {
                 }
             }
         }
-        let transparent = if world.is_halted() { &[] } else { transparent };
         let first = instances.len() as u32;
-        instances.extend(far_to_near(world, camera, transparent));
+        if !world.is_halted() {
+            instances.extend(far_to_near(world, camera, &transparent));
+        }
         let (transparent, sorted_indices) = back_to_front(world, camera, first, &instances[first as usize..]);
         Self {
             culled: world.objects.len() - in_view,
-            occluded: in_view - seen.len(),
+            occluded: in_view - count,
             instances,
             draws,
             transparent,
@@ -153,7 +160,8 @@ impl Visible {
     }
 
     pub fn triangles(&self, world: &World) -> usize {
-        self.instances.iter().map(|&index| world.objects[index as usize].triangles).sum()
+        let drawn = self.draws.iter().chain(self.transparent.iter().map(|own| &own.draw));
+        drawn.map(|draw| draw.count as usize * world.objects[draw.object].triangles).sum()
     }
 }
 

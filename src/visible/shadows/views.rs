@@ -199,8 +199,10 @@ pub(in crate::visible) struct Changes {
     pub lights: BTreeSet<usize>,
     /// Where objects that cast were, and where they are.
     pub boxes: Vec<Aabb>,
-    /// Something has swapped its left and right, which other pipelines draw.
-    pub mirrors: bool,
+    /// Indices into [`World::objects`] of what has moved.
+    pub moved: Vec<u32>,
+    /// Other commands draw some of the objects: they are new, or their left and right have changed places.
+    pub rearranged: bool,
 }
 
 /// Maps of the point and spot lights, which no camera changes. The others are none. Those of `before` stay whose light is as it was
