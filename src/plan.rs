@@ -10,6 +10,7 @@
 
 mod checks;
 mod cost;
+mod culling;
 mod error;
 mod gbuffer;
 mod lights;
@@ -87,6 +88,8 @@ pub struct Capabilities {
     pub lazily_allocated: bool,
     /// Invocations of a compute work group.
     pub compute_invocations: u32,
+    /// Compute passes can write the commands that draw instances, many at once.
+    pub indirect_draws: bool,
     /// The device is a CPU.
     pub software: bool,
 }
@@ -223,6 +226,8 @@ pub struct FramePlan {
     pub light_path: LightPath,
     /// Why it is this one.
     pub light_path_reason: String,
+    /// Whether the device finds out which opaque objects are seen, and why or why not.
+    pub culling: Result<String, String>,
     /// One pipeline of GEOMETRY each, or of FORWARD.
     pub geometry: BTreeSet<GeometryKey>,
     /// One pipeline of TRANSPARENT each.
@@ -334,6 +339,7 @@ impl FramePlan {
         let meshes = MeshPlan::of(scene, &rules);
         let FilteredTextures { textures, anisotropy, warning } = FilteredTextures::of(scene, settings, device, &rules);
         let depth_prepass = lighting.has_prepass(settings, shading);
+        let culling = culling::choose(scene, settings, device, &rules, shading, depth_prepass);
         let volumes = lighting.path == LightPath::Volumes && adds_lights(lighting.path, &lighting.lights);
         Ok(Self {
             size: settings.size,
@@ -366,6 +372,7 @@ impl FramePlan {
             lights: lighting.lights,
             light_order: lighting.order,
             depth_prepass,
+            culling,
             light_path: lighting.path,
             light_path_reason: lighting.reason,
             geometry: pipelines.geometry,
@@ -420,6 +427,11 @@ impl FramePlan {
     /// Whether lights are added one by one, by blending in LIGHTING.
     pub fn adds_lights(&self) -> bool {
         adds_lights(self.light_path, &self.lights)
+    }
+
+    /// Whether the device finds out which opaque objects are seen.
+    pub fn culls_on_device(&self) -> bool {
+        self.culling.is_ok()
     }
 
     /// Whether some object's mesh is deformed on the device.

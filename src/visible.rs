@@ -19,7 +19,7 @@ use std::sync::Arc;
 pub use active_lights::ActiveLights;
 pub use clusters::Clusters;
 pub use depth::{Depth, Eye};
-pub use instances::Draw;
+pub use instances::{CullView, Draw, InstanceList, STEPS, Stand};
 pub use shadows::{Caster, MapDraw, Receivers, ShadowCache, ShadowView};
 pub use volumes::{LightRect, VolumeRecord, cone_mesh, sphere_mesh};
 pub use world::{World, WorldObject};
@@ -59,6 +59,8 @@ pub struct SortedDraw {
 pub struct Visible {
     /// What is drawn, by its index in [`World::objects`]: the instances of `draws`, then those of `transparent`.
     pub instances: Vec<u32>,
+    /// What CULL is told, where the device finds out which opaque objects are seen; then `draws` has none of them.
+    pub culling: Option<CullView>,
     /// From near to far, so that early depth tests save the most: hidden fragments cost more than changes of state (Sponza's
     /// GEOMETRY takes a fifth less CPU on lavapipe than sorted by material). Equally near ones by pipeline and material.
     pub draws: Vec<Draw>,
@@ -91,8 +93,11 @@ impl Visible {
         let depth = Depth::of(world, plan, camera);
         let beside = Misplacement::of(plan, camera, &depth);
         let list = &world.instances;
+        let culling = plan.culls_on_device().then(|| list.cull_view(&frustum, camera, world));
         let mut seen = match plan.keep.has(OptionalPart::OffscreenObjects) {
             true => vec![true; world.objects.len()],
+            // Which of the opaque ones are in view is known on the device alone: what depends on it takes all for seen.
+            false if culling.is_some() => list.transparent_in_view(world, &frustum),
             false => list.in_view(&frustum),
         };
         let count = |seen: &[bool]| seen.iter().filter(|&&seen| seen).count();
@@ -106,19 +111,27 @@ impl Visible {
                 }
             }
         }
-        let (mut instances, draws) = list.near_to_far(world, camera, &seen);
+        let (mut instances, draws) = match culling {
+            Some(_) => Default::default(),
+            None => list.near_to_far(world, camera, &seen),
+        };
         let transparent = list.transparent(&seen);
         let count = instances.len() + transparent.len();
-        let active = ActiveLights::of(world, plan, (camera, &frustum), &beside, &seen);
+        let may_be_seen = |place: usize| seen[place] || culling.is_some();
+        let active = ActiveLights::of(world, plan, (camera, &frustum), &beside, &may_be_seen);
         let objects = || instances.iter().chain(&transparent).map(|&index| &world.objects[index as usize]);
         let mut shadows = world.lamps.clone();
-        let leaves_casters = plan.seeks(OptionalPart::IdleCasters) && plan.shading != Shading::ShowShadowMap;
+        let leaves_casters =
+            culling.is_none() && plan.seeks(OptionalPart::IdleCasters) && plan.shading != Shading::ShowShadowMap;
         let receivers = plan.shadow.as_ref().filter(|_| leaves_casters).map(|shadow| {
             let receiving = objects().filter(|object| object.key.receives);
             Receivers::of(receiving.map(|object| object.bounds), (camera, &frustum), &beside, shadow, &world.shadows)
         });
         if let Some(shadow) = &plan.shadow {
-            let boxes: Vec<Aabb> = objects().map(|object| object.bounds).collect();
+            let boxes: Vec<Aabb> = match culling {
+                Some(_) => vec![world.bounds],
+                None => objects().map(|object| object.bounds).collect(),
+            };
             add_cascades(&mut shadows, world, shadow, camera, aspect, &boxes);
             for light in &shadow.lights {
                 let is_lit = active.lights.binary_search(&light.light).is_ok();
@@ -134,9 +147,10 @@ impl Visible {
         }
         let (transparent, sorted_indices) = back_to_front(world, camera, first, &instances[first as usize..]);
         Self {
-            culled: world.objects.len() - in_view,
+            culled: if culling.is_some() { 0 } else { world.objects.len() - in_view },
             occluded: in_view - count,
             instances,
+            culling,
             draws,
             transparent,
             sorted_indices,

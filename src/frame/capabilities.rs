@@ -31,6 +31,10 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
         primitive_index: device.features.geometry_shader == vk::TRUE,
         lazily_allocated: device.has_lazily_allocated_memory(),
         compute_invocations: limits.max_compute_work_group_invocations.min(limits.max_compute_work_group_size[0]),
+        indirect_draws: device.features.multi_draw_indirect == vk::TRUE
+            && device.features.draw_indirect_first_instance == vk::TRUE
+            && limits.max_draw_indirect_count >= 65536
+            && limits.max_compute_work_group_invocations >= 128,
         software: device.kind == vk::PhysicalDeviceType::CPU,
     }
 }

@@ -48,7 +48,7 @@ pub use motion::{
 pub use optional_parts::{Keep, OptionalPart};
 pub use path::{CameraKey, CameraPath};
 pub use settings::{
-    GbufferChoice, GbufferPreset, HdrFormat, LightPath, MSAA, Output, Resolve, SETTINGS, Setting, Settings,
+    Culling, GbufferChoice, GbufferPreset, HdrFormat, LightPath, MSAA, Output, Resolve, SETTINGS, Setting, Settings,
     SettingsPatch, ShadowFilter, ShadowSettings, Sweep, TARGETS, TargetChoice, Tonemap, Transparency, ValueKind, View,
 };
 pub use suggest::{nearest, unknown};

@@ -55,20 +55,20 @@ pub struct ActiveLights {
 }
 
 impl ActiveLights {
-    /// The lights that reach any of the `seen` instances' boxes, within what the camera sees, as far as they are sought.
+    /// The lights that reach the box of any of the instances that are `seen`, within what the camera sees, as far as they are sought.
     pub(super) fn of(
         world: &World,
         plan: &FramePlan,
         (camera, frustum): (&Camera, &Frustum),
         beside: &Misplacement,
-        seen: &[bool],
+        seen: &dyn Fn(usize) -> bool,
     ) -> Self {
         let shows_all = match plan.shading {
             Shading::ShowGbuffer(view) => shows_all(view),
             shading => shading == Shading::ShowShadowMap,
         };
         let keeps = plan.keep.has(OptionalPart::IdleLights) || shows_all;
-        let lights = if !keeps && !seen.contains(&true) {
+        let lights = if !keeps && !(0..world.objects.len()).any(seen) {
             Vec::new()
         } else if keeps || !plan.seeks(OptionalPart::IdleLights) {
             (0..world.lit_count()).collect()

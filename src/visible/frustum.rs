@@ -1,6 +1,6 @@
 //! The part of space that a camera sees.
 
-use glam::DVec3;
+use glam::{DVec3, Vec4};
 
 use crate::plan::Reach;
 use crate::plan::box_tree::Side;
@@ -24,6 +24,11 @@ impl Frustum {
         };
         let near = (forward, -forward.dot(camera.position) - camera.near);
         Self { planes: [near, side(right, half_x), side(-right, half_x), side(up, half_y), side(-up, half_y)] }
+    }
+
+    /// Of planes around a place, in f32.
+    pub fn planes_around(&self, place: DVec3) -> [Vec4; 5] {
+        self.planes.map(|(normal, distance)| normal.extend(distance + normal.dot(place)).as_vec4())
     }
 
     /// Outside only if the box is wholly behind one plane. The slack keeps rounding from cutting what touches a plane.

@@ -91,11 +91,18 @@ pub struct InstanceList {
     stands: Vec<Stand>,
     /// By place: the number of the command that can draw it.
     batches: Vec<u32>,
+    /// The places of each command's, of what is opaque.
+    opaque_batches: Vec<Range<usize>>,
     /// How many are opaque.
     opaque: usize,
     /// Of the objects' boxes, by place.
     tree: BoxTree,
+    /// What [`Stand`]s are relative to.
     anchor: DVec3,
+    /// Counts how often objects have come to other places of the list.
+    arranged: u64,
+    /// The places of what has moved since, in the order of moves.
+    moves: Vec<u32>,
 }
 
 /// What objects have in common that one command draws.
@@ -104,15 +111,21 @@ fn batch(object: &WorldObject) -> (bool, GeometryKey, usize, usize, Option<usize
 }
 
 impl InstanceList {
-    pub(super) fn of(objects: &[WorldObject]) -> Self {
+    /// `arranged` is another number than that of the list before.
+    pub(super) fn of(objects: &[WorldObject], arranged: u64) -> Self {
         let mut order: Vec<u32> = (0..objects.len() as u32).collect();
         let object_at = |index: u32| &objects[index as usize];
         order.sort_by_cached_key(|&index| (batch(object_at(index)), index));
         let mut places = vec![0; objects.len()];
         (0..).zip(&order).for_each(|(place, &index)| places[index as usize] = place);
         let mut batches: Vec<u32> = Vec::with_capacity(order.len());
+        let opaque = order.partition_point(|&index| !object_at(index).transparent);
+        let mut opaque_batches = Vec::new();
         for pair in order.chunk_by(|&a, &b| batch(object_at(a)) == batch(object_at(b))) {
             let next = batches.last().map_or(0, |last| last + 1);
+            if batches.len() < opaque {
+                opaque_batches.push(batches.len()..batches.len() + pair.len());
+            }
             batches.extend(std::iter::repeat_n(next, pair.len()));
         }
         let tree = BoxTree::of(order.iter().map(|&index| object_at(index).bounds));
@@ -121,17 +134,26 @@ impl InstanceList {
             places,
             stands: order.iter().map(|&index| Stand::of(object_at(index), anchor)).collect(),
             batches,
-            opaque: order.partition_point(|&index| !object_at(index).transparent),
+            opaque_batches,
+            opaque,
             tree,
             objects: order,
             anchor,
+            arranged,
+            moves: Vec::new(),
         }
     }
 
     /// Takes over where objects stand that have moved, by their indices.
     pub(super) fn refresh(&mut self, objects: &[WorldObject], moved: &[u32]) {
         for &index in moved {
-            self.stands[self.places[index as usize] as usize] = Stand::of(&objects[index as usize], self.anchor);
+            let place = self.places[index as usize];
+            self.stands[place as usize] = Stand::of(&objects[index as usize], self.anchor);
+            self.moves.push(place);
+        }
+        // Who has not followed so far takes all anew.
+        if self.moves.len() > 4 * self.objects.len() {
+            (self.arranged, self.moves) = (self.arranged + 1, Vec::new());
         }
         let bounds = |place: usize| objects[self.objects[place] as usize].bounds;
         self.tree.refit(moved.iter().map(|&index| self.places[index as usize] as usize), bounds);
@@ -150,12 +172,58 @@ impl InstanceList {
     }
 
     /// Whether any of the `seen` comes into a sphere.
-    pub(super) fn touches(&self, seen: &[bool], sphere: &Reach) -> bool {
-        self.tree.each(|bounds| sphere.touches(bounds)).any(|place| seen[place])
+    pub(super) fn touches(&self, seen: impl Fn(usize) -> bool, sphere: &Reach) -> bool {
+        self.tree.each(|bounds| sphere.touches(bounds)).any(seen)
+    }
+
+    /// Differs from what it was when objects have come to other places of the list, or too many have moved to be told.
+    pub fn arranged(&self) -> u64 {
+        self.arranged
+    }
+
+    /// The places of what has moved since, in the order of moves.
+    pub fn moves(&self) -> &[u32] {
+        &self.moves
+    }
+
+    /// By place.
+    pub fn stands(&self) -> &[Stand] {
+        &self.stands
+    }
+
+    /// How many of the first places have opaque objects.
+    pub fn opaque_count(&self) -> usize {
+        self.opaque
+    }
+
+    /// The places of what one command can draw, of each such command.
+    pub fn opaque_batches(&self) -> &[Range<usize>] {
+        &self.opaque_batches
+    }
+
+    /// Middle and half the size of the box at a place, relative to that of [`Stand`]s: with what f32 loses, no smaller than it is.
+    pub fn box_of(&self, world: &World, place: usize) -> (Vec3, Vec3) {
+        let bounds = &world.objects[self.object(place)].bounds;
+        let (center, half) = (bounds.center() - self.anchor, bounds.size() * 0.5);
+        (center.as_vec3(), (half + F32_SLACK * (center.abs() + half)).as_vec3())
+    }
+
+    /// What a camera sees, as CULL takes it.
+    pub(super) fn cull_view(&self, frustum: &Frustum, camera: &Camera, world: &World) -> CullView {
+        let steps = DepthSteps::of(self.anchor, &world.bounds, camera);
+        let offset = camera.position - self.anchor;
+        CullView {
+            planes: frustum.planes_around(camera.position),
+            camera: Place::of(offset),
+            slack: (4.0 * F32_SLACK * (offset.length() + world.bounds.radius())) as f32,
+            forward: steps.forward,
+            begin: steps.begin,
+            scale: steps.scale,
+        }
     }
 
     /// The index into [`World::objects`] of the one at a place.
-    pub(super) fn object(&self, place: usize) -> usize {
+    pub fn object(&self, place: usize) -> usize {
         self.objects[place] as usize
     }
 
@@ -192,10 +260,33 @@ impl InstanceList {
         (sorted, draws)
     }
 
+    /// Which places of transparent ones are in view.
+    pub(super) fn transparent_in_view(&self, world: &World, frustum: &Frustum) -> Vec<bool> {
+        let is_in_view = |place| place >= self.opaque && frustum.may_see(&world.objects[self.object(place)].bounds);
+        (0..self.objects.len()).map(is_in_view).collect()
+    }
+
     /// The transparent ones of the `seen`, by their indices.
     pub(super) fn transparent(&self, seen: &[bool]) -> Vec<u32> {
         (self.opaque..self.objects.len()).filter(|&place| seen[place]).map(|place| self.objects[place]).collect()
     }
+}
+
+/// What f32 may lose of a length, as a share of the lengths that it comes of.
+const F32_SLACK: f64 = 1e-6;
+
+/// What a camera sees, as CULL takes it: relative to what [`Stand`]s are relative to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CullView {
+    /// Of the view, around the camera; normals point inside.
+    pub planes: [Vec4; 5],
+    pub camera: Place,
+    /// Metres by which a box may lie beside where f32 has it.
+    pub slack: f32,
+    pub forward: Vec3,
+    /// Where the first step of depth begins, and steps a metre.
+    pub begin: f32,
+    pub scale: f32,
 }
 
 /// Equal parts of the world's depth before the camera.

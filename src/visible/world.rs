@@ -23,7 +23,7 @@ use crate::scene::{
 pub struct World {
     pub objects: Vec<WorldObject>,
     /// The same as they are drawn.
-    pub(super) instances: InstanceList,
+    pub instances: InstanceList,
     pub materials: Vec<Material>,
     /// Only those that shine and can reach an object, with directions of length 1: directional lights, then those that reach everywhere, then those whose reach is limited.
     pub lights: Vec<Light>,
@@ -161,7 +161,7 @@ impl World {
     pub fn refresh(&mut self, plan: &FramePlan) {
         let Some(changes) = self.changes.take() else { return };
         match changes.rearranged {
-            true => self.instances = InstanceList::of(&self.objects),
+            true => self.instances = InstanceList::of(&self.objects, self.instances.arranged() + 1),
             false => self.instances.refresh(&self.objects, &changes.moved),
         }
         self.bounds = self.instances.bounds();

@@ -314,6 +314,7 @@ pub fn device() -> Capabilities {
         anisotropy: 16,
         primitive_index: true,
         lazily_allocated: false,
+        indirect_draws: true,
         software: false,
         compute_invocations: 256,
     }

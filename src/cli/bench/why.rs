@@ -360,6 +360,7 @@ mod tests {
         primitive_index: true,
         lazily_allocated: false,
         compute_invocations: 1024,
+        indirect_draws: true,
         software: true,
     };
 
