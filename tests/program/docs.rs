@@ -316,6 +316,8 @@ pub fn device() -> Capabilities {
         lazily_allocated: false,
         software: false,
         compute_invocations: 256,
+        bc7: true,
+        etc2: true,
     }
 }
 

@@ -361,6 +361,8 @@ mod tests {
         lazily_allocated: false,
         compute_invocations: 1024,
         software: true,
+        bc7: true,
+        etc2: true,
     };
 
     fn options(scene: &str, settings: &str) -> Vec<String> {
