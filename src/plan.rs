@@ -35,6 +35,7 @@ pub use shadows::{MapProjection, ShadowLight, ShadowPlan, Tile};
 pub use surfaces::{
     DeformPlan, EffectiveMaterials, Extras, ForwardKey, GeometryKey, IndexWidth, MeshPlan, Opacity, PlannedBrdf,
     PlannedDeform, PlannedMesh, PlannedTexture, SetSamplers, Streams, TextureMask, TexturePlan, TextureSource, Uploads,
+    texture_format,
 };
 pub use targets::Target;
 
@@ -57,7 +58,9 @@ use output::{Blending, Way};
 use shadows::shadow_reason;
 use surfaces::{FilteredTextures, Surfaces, anisotropy};
 
-use crate::scene::{Brdf, Keep, LightPath, OptionalPart, Output, Resolve, Scene, Settings, Transparency, View};
+use crate::scene::{
+    BlockFormat, Brdf, Keep, LightPath, OptionalPart, Output, Resolve, Scene, Settings, Transparency, View,
+};
 
 /// What the device can do, as far as a plan depends on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -92,6 +95,20 @@ pub struct Capabilities {
     pub indirect_draws: bool,
     /// The device is a CPU.
     pub software: bool,
+    /// BC7 can be sampled, with linear filtering.
+    pub bc7: bool,
+    /// Every format of ETC2 can be.
+    pub etc2: bool,
+}
+
+impl Capabilities {
+    /// Whether textures can stay in these blocks.
+    pub fn samples(&self, format: BlockFormat) -> bool {
+        match format {
+            BlockFormat::Bc7 => self.bc7,
+            BlockFormat::Etc2Rgb8 | BlockFormat::Etc2Rgb8A1 | BlockFormat::Etc2Rgba8 => self.etc2,
+        }
+    }
 }
 
 /// Formats of the targets of weighted blending.

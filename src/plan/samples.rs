@@ -38,6 +38,8 @@ pub fn device() -> Capabilities {
         indirect_draws: true,
         software: false,
         compute_invocations: 1024,
+        bc7: true,
+        etc2: true,
     }
 }
 
@@ -101,7 +103,7 @@ pub fn add_textures(scene: &mut Scene) {
             size: [2, 2],
             color_space: slot.form().color_space,
             sampler: Default::default(),
-            texels: [[255, 90, 200, 0], [10, 128, 250, 255], [0, 20, 128, 60], [99, 30, 180, 255]].concat(),
+            texels: [[255, 90, 200, 0], [10, 128, 250, 255], [0, 20, 128, 60], [99, 30, 180, 255]].concat().into(),
         })
         .collect();
 }

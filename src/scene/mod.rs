@@ -26,6 +26,7 @@ mod path;
 mod settings;
 mod suggest;
 mod temperature;
+mod texels;
 mod texture;
 mod uvs;
 
@@ -53,6 +54,8 @@ pub use settings::{
 };
 pub use suggest::{nearest, unknown};
 pub use temperature::{KELVIN, black_body_color};
+pub use texels::{BlockFormat, Texels};
+pub(crate) use texels::{level_size, most_levels};
 pub use texture::{ColorSpace, Filter, Sampler, Texture, Wrap};
 
 use std::path::PathBuf;

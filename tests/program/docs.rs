@@ -317,6 +317,8 @@ pub fn device() -> Capabilities {
         indirect_draws: true,
         software: false,
         compute_invocations: 256,
+        bc7: true,
+        etc2: true,
     }
 }
 

@@ -362,6 +362,8 @@ mod tests {
         compute_invocations: 1024,
         indirect_draws: true,
         software: true,
+        bc7: true,
+        etc2: true,
     };
 
     fn options(scene: &str, settings: &str) -> Vec<String> {
