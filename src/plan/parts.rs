@@ -378,6 +378,7 @@ fn idle_lights(plan: &FramePlan) -> Part {
     let kept = plan.light_order.needless() > 0;
     let reason = match plan.light_order.idle.count() {
         _ if kept => "asked to stay, whether or not they reach anything".into(),
+        0 if plan.light_order.idle.moves => "something moves, and may come into reach of any light".into(),
         0 => "every light reaches some object".into(),
         1 => "1 light reaches no object".into(),
         count => format!("{count} lights reach no object"),

@@ -44,6 +44,7 @@ pub(super) const MODEL: Schema = Schema {
         "materials",
         "casts_shadow",
         "receives_shadow",
+        "movable",
         "translation",
         "rotation",
         "scale",
