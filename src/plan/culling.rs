@@ -40,7 +40,7 @@ pub(super) fn choose(
     match count {
         0 => Err("no opaque object is drawn".into()),
         _ if asked => Ok("the device does, as asked for".into()),
-        _ if device.software => Err("the CPU does: the device is none other".into()),
+        _ if device.software => Err("the CPU does: it is the device, and finds hidden objects as well".into()),
         _ if count < MANY_INSTANCES => {
             Err(format!("the CPU does: there are fewer than {MANY_INSTANCES} opaque objects"))
         }
