@@ -322,13 +322,7 @@ pub fn plans() -> Vec<(String, FramePlan)> {
 
 /// Plans whose main pass ends with GEOMETRY, because compute lights what it stored.
 pub fn tiled_plans() -> Vec<(String, FramePlan)> {
-    let settings = Settings { light_path: LightPath::Compute, culling: Culling::Gpu, ..Settings::default() };
-    let culled = |(name, scene): (&str, Scene)| {
-        // Nothing transparent goes with it; one scene is enough.
-        let plan = FramePlan::of(&scene, &settings, &device()).ok()?;
-        (plan.culls_on_device() && !plan.emissive).then(|| (format!("tiled {name} culled on the device"), plan))
-    };
-    light_paths(FramePlan::is_tiled).into_iter().chain(scenes().into_iter().filter_map(culled).take(1)).collect()
+    light_paths(FramePlan::is_tiled)
 }
 
 /// Plans without a G-buffer: both paths, with and without what is drawn before and after FORWARD.
