@@ -20,7 +20,8 @@ use std::sync::Arc;
 pub use active_lights::ActiveLights;
 pub use clusters::Clusters;
 pub use depth::{Depth, Eye};
-pub use instances::Draw;
+pub use instances::{CullView, Draw, InstanceList, STEPS, Stand};
+pub use looks::PackedLook;
 pub use shadows::{Caster, MapDraw, Receivers, ShadowCache, ShadowView};
 pub use volumes::{LightRect, VolumeRecord, cone_mesh, sphere_mesh};
 pub use world::{World, WorldObject};
@@ -60,6 +61,8 @@ pub struct SortedDraw {
 pub struct Visible {
     /// What is drawn, by its index in [`World::objects`]: the instances of `draws`, then those of `transparent`.
     pub instances: Vec<u32>,
+    /// What CULL is told, where the device finds out which opaque objects are seen; then `draws` has none of them.
+    pub culling: Option<CullView>,
     /// From near to far, so that early depth tests save the most: hidden fragments cost more than changes of state (Sponza's
     /// GEOMETRY takes a fifth less CPU on lavapipe than sorted by material). Equally near ones by pipeline and material.
     pub draws: Vec<Draw>,
@@ -91,29 +94,46 @@ impl Visible {
         let frustum = Frustum::of(camera, aspect);
         let depth = Depth::of(world, plan, camera);
         let beside = Misplacement::of(plan, camera, &depth);
-        let shows_offscreen = plan.keep.has(OptionalPart::OffscreenObjects);
-        let may_see = |&&index: &&u32| shows_offscreen || frustum.may_see(&world.objects[index as usize].bounds);
-        let mut seen: Vec<u32> = world.by_batch.iter().filter(may_see).copied().collect();
-        let in_view = seen.len();
+        let list = &world.instances;
+        let culling = plan.culls_on_device().then(|| list.cull_view(&frustum, camera, world));
+        let mut seen = match plan.keep.has(OptionalPart::OffscreenObjects) {
+            true => vec![true; world.objects.len()],
+            // Which of the opaque ones are in view is known on the device alone: what depends on it takes all for seen.
+            false if culling.is_some() => list.transparent_in_view(world, &frustum),
+            false => list.in_view(&frustum),
+        };
+        let count = |seen: &[bool]| seen.iter().filter(|&&seen| seen).count();
+        let in_view = count(&seen);
         if let Some(occluders) = &world.occluders {
-            let in_view = seen.iter().map(|&index| index as usize);
-            let picture = occlusion::Picture::of(world, occluders, (camera, &depth), plan.size, in_view);
-            seen.retain(|&index| !picture.hides(&world.objects[index as usize].bounds));
+            let places = (0..seen.len()).filter(|&place| seen[place]).map(|place| list.object(place));
+            let picture = occlusion::Picture::of(world, occluders, (camera, &depth), plan.size, places);
+            if picture.hides_something() {
+                for (place, seen) in seen.iter_mut().enumerate().filter(|(_, seen)| **seen) {
+                    *seen = !picture.hides(&world.objects[list.object(place)].bounds);
+                }
+            }
         }
-        let opaque = seen.partition_point(|&index| !world.objects[index as usize].transparent);
-        let (opaque, transparent) = seen.split_at(opaque);
-        let mut instances = instances::near_to_far(world, camera, opaque);
-        let draws = instances::commands(world, &instances);
-        let objects = || seen.iter().map(|&index| &world.objects[index as usize]);
-        let boxes: Vec<Aabb> = objects().map(|object| object.bounds).collect();
-        let active = ActiveLights::of(world, plan, (camera, &frustum), &beside, &boxes);
+        let (mut instances, draws) = match culling {
+            Some(_) => Default::default(),
+            None => list.near_to_far(world, camera, &seen),
+        };
+        let transparent = list.transparent(&seen);
+        let count = instances.len() + transparent.len();
+        let may_be_seen = |place: usize| seen[place] || culling.is_some();
+        let active = ActiveLights::of(world, plan, (camera, &frustum), &beside, &may_be_seen);
+        let objects = || instances.iter().chain(&transparent).map(|&index| &world.objects[index as usize]);
         let mut shadows = world.lamps.clone();
-        let leaves_casters = plan.seeks(OptionalPart::IdleCasters) && plan.shading != Shading::ShowShadowMap;
+        let leaves_casters =
+            culling.is_none() && plan.seeks(OptionalPart::IdleCasters) && plan.shading != Shading::ShowShadowMap;
         let receivers = plan.shadow.as_ref().filter(|_| leaves_casters).map(|shadow| {
-            let boxes = objects().filter(|object| object.key.receives).map(|object| object.bounds);
-            Receivers::of(boxes, (camera, &frustum), &beside, shadow, &world.shadows)
+            let receiving = objects().filter(|object| object.key.receives);
+            Receivers::of(receiving.map(|object| object.bounds), (camera, &frustum), &beside, shadow, &world.shadows)
         });
         if let Some(shadow) = &plan.shadow {
+            let boxes: Vec<Aabb> = match culling {
+                Some(_) => vec![world.bounds],
+                None => objects().map(|object| object.bounds).collect(),
+            };
             add_cascades(&mut shadows, world, shadow, camera, aspect, &boxes);
             for light in &shadow.lights {
                 let is_lit = active.lights.binary_search(&light.light).is_ok();
@@ -123,14 +143,16 @@ impl Visible {
                 }
             }
         }
-        let transparent = if world.is_halted() { &[] } else { transparent };
         let first = instances.len() as u32;
-        instances.extend(far_to_near(world, camera, transparent));
+        if !world.is_halted() {
+            instances.extend(far_to_near(world, camera, &transparent));
+        }
         let (transparent, sorted_indices) = back_to_front(world, camera, first, &instances[first as usize..]);
         Self {
-            culled: world.objects.len() - in_view,
-            occluded: in_view - seen.len(),
+            culled: if culling.is_some() { 0 } else { world.objects.len() - in_view },
+            occluded: in_view - count,
             instances,
+            culling,
             draws,
             transparent,
             sorted_indices,
@@ -154,7 +176,8 @@ impl Visible {
     }
 
     pub fn triangles(&self, world: &World) -> usize {
-        self.instances.iter().map(|&index| world.objects[index as usize].triangles).sum()
+        let drawn = self.draws.iter().chain(self.transparent.iter().map(|own| &own.draw));
+        drawn.map(|draw| draw.count as usize * world.objects[draw.object].triangles).sum()
     }
 }
 

@@ -1,5 +1,6 @@
 //! Textures on the device, and a descriptor set for each material that samples any: exactly what its pipelines sample.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -10,7 +11,7 @@ use crate::gpu::{
     SetWriter, Uploader, binding,
 };
 use crate::plan::{FramePlan, GeometryKey, PlannedTexture, SetSamplers, TextureMask, TexturePlan, TextureSource};
-use crate::scene::{self, ColorSpace, Filter, Scene, TextureSlot, Wrap};
+use crate::scene::{self, Filter, Scene, Texels, TextureSlot, Wrap};
 
 /// The binding of the sampler in a material's set whose textures are sampled alike; textures are numbered as [`TextureSlot`] is.
 pub const SAMPLER: u32 = 15;
@@ -293,28 +294,28 @@ fn upload(
     scene: &Scene,
     (planned, most): (&PlannedTexture, u32),
 ) -> gpu::Result<Vec<Sheet>> {
-    let neutral = planned.source.texel();
-    let (name, texels, width) = match (planned.source, &neutral) {
-        (TextureSource::Scene(index), _) => {
-            let texture = &scene.textures[index];
-            (format!("texture {}", texture.name), &texture.texels[..], texture.size[0])
-        }
-        (source, texel) => {
-            (format!("neutral texture, {source:?}"), texel.as_ref().map_or(&[][..], |texel| &texel[..]), 1)
-        }
+    let name = match planned.source {
+        TextureSource::Scene(index) => format!("texture {}", scene.textures[index].name),
+        neutral => format!("neutral texture, {neutral:?}"),
     };
+    let given = if planned.makes_levels { 1 } else { planned.levels };
+    let levels: Vec<_> = (0..given).map(|level| level_of(scene, planned, level as usize)).collect();
     let Some(cells) = planned.cells else {
         let image = image(device, planned, &name, 1)?;
-        uploader.texture(&image, texels)?;
+        uploader.texture(&image, &levels)?;
         return Ok(vec![Sheet { view: image.view, _view: None, _image: image }]);
+    };
+    let width = match planned.source {
+        TextureSource::Scene(index) => scene.textures[index].size[0],
+        TextureSource::White | TextureSource::Flat => 1,
     };
     let sheet = |first: u32| {
         let last = cells.min(first + most);
         let name = if cells > most { format!("{name}, cells {first} to {}", last - 1) } else { name.clone() };
         let image = image(device, planned, &name, last - first)?;
-        let own: Vec<u8> =
-            (first..last).flat_map(|cell| cell_rows(texels, (planned.size, width), cell)).flatten().copied().collect();
-        uploader.texture(&image, &own)?;
+        let rows = (first..last).flat_map(|cell| cell_rows(&levels[0], (planned.size, width), cell));
+        let own: Vec<u8> = rows.flatten().copied().collect();
+        uploader.texture(&image, &[own])?;
         // An image of one layer has a plain view, but the shader's is an array all the same.
         let array = (last - first == 1).then(|| image.array_view()).transpose()?;
         let view = array.as_ref().map_or(image.view, |view| view.raw);
@@ -333,16 +334,12 @@ fn cell_rows(texels: &[u8], (size, width): ([u32; 2], u32), cell: u32) -> impl I
 }
 
 fn image(device: &Arc<Device>, planned: &PlannedTexture, name: &str, layers: u32) -> gpu::Result<Image> {
-    let format = match planned.color_space {
-        ColorSpace::Srgb => vk::Format::R8G8B8A8_SRGB,
-        ColorSpace::Linear => vk::Format::R8G8B8A8_UNORM,
-    };
     let usage = vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST;
     // The chain is made by blits from level to level.
-    let source = if planned.levels > 1 { vk::ImageUsageFlags::TRANSFER_SRC } else { vk::ImageUsageFlags::empty() };
+    let source = if planned.makes_levels { vk::ImageUsageFlags::TRANSFER_SRC } else { vk::ImageUsageFlags::empty() };
     let desc = ImageDesc {
         name,
-        format,
+        format: planned.format(),
         extent: vk::Extent2D { width: planned.size[0], height: planned.size[1] },
         mip_levels: planned.levels,
         layers,
@@ -352,4 +349,15 @@ fn image(device: &Arc<Device>, planned: &PlannedTexture, name: &str, layers: u32
         ..ImageDesc::default()
     };
     Image::new(device, &desc)
+}
+
+/// A level in the format of the image.
+fn level_of<'s>(scene: &'s Scene, planned: &PlannedTexture, level: usize) -> Cow<'s, [u8]> {
+    let TextureSource::Scene(index) = planned.source else {
+        return planned.source.texel().into_iter().flatten().collect();
+    };
+    match &scene.textures[index].texels {
+        Texels::Blocks { levels, .. } if planned.blocks.is_some() => levels[level].as_slice().into(),
+        _ => scene.textures[index].rgba8(level),
+    }
 }

@@ -1,5 +1,6 @@
 //! A scene's buffers, textures and descriptor sets on the device: what the plan needs of it and no more.
 
+mod culling;
 mod deformed;
 mod instances;
 mod material;
@@ -7,6 +8,7 @@ mod shadows;
 mod sorted;
 mod view;
 
+pub use culling::{CulledState, Culling};
 pub use deformed::{Deformed, PoseBuffer, SkinPush};
 pub use instances::Instances;
 pub use material::{HOLES, Materials, OWN_SAMPLERS, SAMPLER, SetForm};

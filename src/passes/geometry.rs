@@ -8,7 +8,7 @@ use super::screen::{add, replace};
 use super::surface::{SurfaceDesc, Surfaces, opaque_depth, surface_pipeline};
 use super::{
     COLOR_BLEND, EARLY_DEPTH_READ, EARLY_DEPTH_WRITE, First, LATE_DEPTH_WRITE, Pass, Place, Presence, Recording,
-    SetLayouts, Slot, Touch, frame_data, meshes, needed,
+    SetLayouts, Slot, Touch, culled, frame_data, meshes, needed,
 };
 use crate::gpu::{self, Device, Owned, sync::Use};
 use crate::gpu_scene::GpuScene;
@@ -59,6 +59,7 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
         touches.push(Touch::color(3, plan.light_target(), First::Clear, COLOR_WRITE));
     }
     touches.extend(meshes(plan));
+    touches.extend(culled(plan));
     touches
 }
 

@@ -35,10 +35,14 @@ macro_rules! light_constants {
     }};
 }
 
+pub mod arrange;
 pub mod composite;
 pub mod copy;
+pub mod cull;
+mod culling;
 pub mod depth;
 pub mod encode;
+pub mod fill;
 pub mod forward;
 pub mod fxaa;
 pub mod geometry;
@@ -67,15 +71,18 @@ use std::ops::Range;
 use ash::vk;
 
 use crate::gpu::{self, Device, Timestamps, sync::Use};
-use crate::gpu_scene::{GpuScene, INDEX_READ, Instances, TEXTURE_READ, VERTEX_READ};
+use crate::gpu_scene::{CulledState, Culling, GpuScene, INDEX_READ, Instances, TEXTURE_READ, VERTEX_READ};
 use crate::plan::{Canvas, FramePlan, IndexWidth, Shading, Target, TexturePlan};
 use crate::scene::Camera;
 use crate::shaders::Variant;
 use crate::visible::{MapDraw, Visible, World, WorldObject};
 
 /// All passes, as reports list them.
-pub const ALL: [&Pass; 19] = [
+pub const ALL: [&Pass; 22] = [
     &skin::PASS,
+    &cull::PASS,
+    &arrange::PASS,
+    &fill::PASS,
     &shadow::PASS,
     &depth::PASS,
     &geometry::PASS,
@@ -105,6 +112,10 @@ pub const FRAME_READ: Use = Use::new(
     ),
     vk::AccessFlags::SHADER_READ,
 );
+
+/// Reads commands, and fetches rows of instances.
+pub const CULLED_READ: Use =
+    VERTEX_READ.or(Use::new(vk::PipelineStageFlags::DRAW_INDIRECT, vk::AccessFlags::INDIRECT_COMMAND_READ));
 
 // What passes do most, by the stage that does it. Each pass names its own uses by these.
 
@@ -145,6 +156,11 @@ fn meshes(plan: &FramePlan) -> impl Iterator<Item = Touch> {
     let of_meshes = [Touch::resource(Resource::Vertices, VERTEX_READ), Touch::resource(Resource::Indices, INDEX_READ)];
     let sampled = [Touch::resource(Resource::Textures, TEXTURE_READ)];
     of_meshes.into_iter().filter(move |_| vertices).chain(deformed).chain(sampled.into_iter().filter(move |_| textures))
+}
+
+/// Draws what the device found to be seen, where it does that.
+fn culled(plan: &FramePlan) -> Option<Touch> {
+    plan.culls_on_device().then(|| Touch::resource(Resource::CulledInstances, CULLED_READ))
 }
 
 /// Looks shadow maps up, where there are some.
@@ -231,6 +247,8 @@ pub struct Recording<'a> {
     pub shadow_set: Option<vk::DescriptorSet>,
     /// Where what is drawn stands.
     pub instances: &'a Instances,
+    /// The same of opaque surfaces, where the device finds out which of them are seen.
+    pub culling: Option<&'a Culling>,
     /// Shadow maps that this frame draws anew.
     pub stale_maps: &'a [MapDraw],
     /// The frame's own index buffer with [`Visible::sorted_indices`], where the plan sorts triangles.
@@ -353,6 +371,26 @@ impl<'a> MeshDraws<'a> {
         // SAFETY: pipeline, sets and buffers are bound; the ranges lie inside the index buffer (GpuScene made both, or the frame
         // has written its own) and inside the frame's instances.
         unsafe { device.raw.cmd_draw_indexed(cmd, range.index_count, count, first_index, range.vertex_offset, first) };
+    }
+
+    /// Draws what the device found to be seen of some batches in a step of depth.
+    fn draw_culled(&mut self, culling: &Culling, step: usize, state: &CulledState) {
+        let Recording { device, cmd, scene, .. } = *self.recording;
+        if self.deformed.is_none() {
+            culling.bind(device, cmd);
+        }
+        if self.deformed != Some(state.deformed) {
+            scene.bind(device, cmd, self.streams, state.deformed);
+            self.deformed = Some(state.deformed);
+        }
+        let indices = Indices::OfScene(state.width);
+        if self.bound != Some(indices) {
+            self.bind(indices);
+        }
+        let (first, count) = (culling.command(step, state.batches.start), state.batches.len() as u32);
+        let stride = size_of::<vk::DrawIndexedIndirectCommand>() as u32;
+        // SAFETY: as below; the commands lie in the buffer, and FILL has written them.
+        unsafe { device.raw.cmd_draw_indexed_indirect(cmd, culling.culled.raw, first, count, stride) };
     }
 
     fn bind(&mut self, indices: Indices) {

@@ -237,7 +237,7 @@ impl Shadow {
                 recording.bind_pipeline(self.pipelines[&key].raw);
                 bound = (Some(key), None);
             }
-            let material = (object.material, object.look.sheet);
+            let material = object.material_set();
             if key.masked && bound.1 != Some(material) {
                 let set = recording.scene.materials.as_ref().and_then(|materials| materials.holes(material));
                 if let Some(set) = set {
@@ -267,7 +267,7 @@ struct Batch {
 impl Batch {
     fn of(object: &WorldObject) -> Self {
         let key = CasterKey::of(object, false);
-        let material = key.has_holes().then_some((object.material, object.look.sheet));
+        let material = key.has_holes().then_some(object.material_set());
         Self { key, mesh: object.mesh, deform: object.deform, material }
     }
 }

@@ -13,13 +13,13 @@ use crate::gpu::{
     self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout, ShaderStage, pipeline_layout,
 };
 use crate::gpu_scene::{
-    COLOR, GpuScene, NORMAL, OWN_SAMPLERS, POSITION, SAMPLER, SECOND_UV, SetForm, TANGENT, UV, vertex_input,
+    COLOR, Culling, GpuScene, NORMAL, OWN_SAMPLERS, POSITION, SAMPLER, SECOND_UV, SetForm, TANGENT, UV, vertex_input,
 };
 use crate::plan::{Extras, FramePlan, GeometryKey, Opacity, Shading, ToneMapping};
 use crate::scene::{AlphaMode, Brdf, Material, TextureSlot};
 use crate::shaders::forward::{self as shader, Flags, constants};
 use crate::shaders::{BindingKind, Variant};
-use crate::visible::{Draw, WorldObject};
+use crate::visible::{Draw, STEPS, WorldObject};
 
 pub const PUSH_STAGES: vk::ShaderStageFlags =
     vk::ShaderStageFlags::from_raw(vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::FRAGMENT.as_raw());
@@ -60,6 +60,13 @@ const _: () = {
     assert!(offset_of!(Push, normal_scale) == wgsl::NORMAL_SCALE);
     assert!(offset_of!(Push, first_uv_map) == wgsl::FIRST_UV_MAP);
 };
+
+/// What is bound.
+#[derive(Default)]
+struct Bound {
+    key: Option<GeometryKey>,
+    material: Option<(usize, u32)>,
+}
 
 /// A pipeline for each [`GeometryKey`] of a pass.
 pub struct Surfaces {
@@ -141,38 +148,59 @@ impl Surfaces {
     pub fn record<'a>(&self, recording: &Recording, draws: impl Iterator<Item = (&'a Draw, Option<u32>)>) {
         recording.set_area();
         let mut meshes = MeshDraws::new(recording, &self.streams);
-        let mut bound: (Option<GeometryKey>, Option<(usize, u32)>) = (None, None);
+        let mut bound = Bound::default();
         for (draw, first_index) in draws {
             let object = &recording.world.objects[draw.object];
-            let key = object.key;
-            // The plan has a key for each object of the scene (plan.rs), and the pass a pipeline for each key.
-            let pipeline = &self.pipelines[&key];
-            let layout = self.layout(key);
-            if bound.0 != Some(key) {
-                recording.bind_pipeline(pipeline.raw);
-                // The layouts differ in set 1 only, but that disturbs the sets after it, and a change of push constant ranges
-                // may disturb set 0.
-                recording.bind_set(layout, 0, recording.frame_set);
-                if let Some(set) = recording.shadow_set.filter(|_| self.shadows) {
-                    recording.bind_set(layout, 2, set);
-                }
-                bound = (Some(key), None);
-            }
-            let material = (object.material, object.look.sheet);
-            if bound.1 != Some(material) {
-                let set = recording.scene.materials.as_ref().and_then(|materials| materials.set(material));
-                if let Some(set) = set.filter(|_| !key.textures.is_empty()) {
-                    recording.bind_set(layout, 1, set);
-                }
-                bound.1 = Some(material);
-            }
-            recording.push(layout, PUSH_STAGES, &self.push(recording, object));
+            self.bind(recording, object, &mut bound);
             meshes.draw(object, first_index, draw.instances());
+        }
+    }
+
+    /// Draws what the device found to be seen, near ones first.
+    fn record_culled(&self, recording: &Recording, culling: &Culling) {
+        recording.set_area();
+        let mut meshes = MeshDraws::new(recording, &self.streams);
+        let mut bound = Bound::default();
+        for step in 0..STEPS {
+            for state in &culling.states {
+                self.bind(recording, &recording.world.objects[state.object], &mut bound);
+                meshes.draw_culled(culling, step, state);
+            }
+        }
+    }
+
+    /// Binds the pipeline and the material of an object, where others are bound, and pushes its values.
+    fn bind(&self, recording: &Recording, object: &WorldObject, bound: &mut Bound) {
+        let key = object.key;
+        // The plan has a key for each object of the scene (plan.rs), and the pass a pipeline for each key.
+        let pipeline = &self.pipelines[&key];
+        let layout = self.layout(key);
+        if bound.key != Some(key) {
+            recording.bind_pipeline(pipeline.raw);
+            // The layouts differ in set 1 only, but that disturbs the sets after it, and a change of push constant ranges
+            // may disturb set 0.
+            recording.bind_set(layout, 0, recording.frame_set);
+            if let Some(set) = recording.shadow_set.filter(|_| self.shadows) {
+                recording.bind_set(layout, 2, set);
+            }
+            *bound = Bound { key: Some(key), material: None };
+        }
+        let material = object.material_set();
+        if bound.material != Some(material) {
+            let set = recording.scene.materials.as_ref().and_then(|materials| materials.set(material));
+            if let Some(set) = set.filter(|_| !key.textures.is_empty()) {
+                recording.bind_set(layout, 1, set);
+            }
+            bound.material = Some(material);
+            recording.push(layout, PUSH_STAGES, &self.push(recording, object));
         }
     }
 
     /// Draws the opaque surfaces that are visible.
     pub fn record_opaque(&self, recording: &Recording) {
+        if let Some(culling) = recording.culling {
+            return self.record_culled(recording, culling);
+        }
         let draws = recording.visible.draws.iter().map(|draw| (draw, None));
         // Of coplanar surfaces the first drawn wins; after a pre-pass the last would, so the order is reversed.
         match self.after_prepass {

@@ -40,10 +40,8 @@ impl Window {
 }
 
 fn texel(texture: &Texture, x: usize, y: usize) -> DVec4 {
-    let at = (y * texture.size[0] as usize + x) * 4;
     let linear = |code: u8| f64::from(code) / 255.0;
-    let texel = &texture.texels[at..at + 4];
-    let (r, g, b, a) = (texel[0], texel[1], texel[2], texel[3]);
+    let [r, g, b, a] = texture.texel(x, y);
     match texture.color_space {
         ColorSpace::Linear => DVec4::new(linear(r), linear(g), linear(b), linear(a)),
         ColorSpace::Srgb => {
@@ -94,7 +92,7 @@ mod tests {
 
     fn two(color_space: ColorSpace) -> Texture {
         let texels = vec![0, 0, 0, 0, 255, 128, 64, 255, 10, 20, 30, 40, 50, 60, 70, 80];
-        Texture { name: "two".into(), size: [2, 2], color_space, sampler: Default::default(), texels }
+        Texture { name: "two".into(), size: [2, 2], color_space, sampler: Default::default(), texels: texels.into() }
     }
 
     fn sample(texture: &Texture, uv: DVec2) -> DVec4 {
@@ -107,7 +105,8 @@ mod tests {
         for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
             let sampler = crate::scene::Sampler { wrap: [wrap; 2], ..Default::default() };
             let color_space = ColorSpace::Linear;
-            let atlas = Texture { name: "atlas".into(), size: [6, 4], color_space, sampler, texels: texels.clone() };
+            let atlas =
+                Texture { name: "atlas".into(), size: [6, 4], color_space, sampler, texels: texels.clone().into() };
             for cell in 0..6 {
                 // Two rows of three cells of 2x2 texels.
                 let (column, row) = (cell as usize % 3, cell as usize / 3);

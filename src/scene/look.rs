@@ -105,7 +105,7 @@ mod tests {
             size: [6, 4],
             color_space: ColorSpace::Srgb,
             sampler: Default::default(),
-            texels: vec![9; 96],
+            texels: vec![9; 96].into(),
         }];
         (scene.materials[own].base_color_texture, scene.materials[own].atlas) = (Some(0), [2, 3]);
         change(&mut scene);

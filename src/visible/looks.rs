@@ -17,7 +17,7 @@ pub struct PlannedLook {
     pub look: Look,
     /// The sheet of its material's atlas that has its cell.
     pub sheet: u32,
-    packed: PackedLook,
+    pub packed: PackedLook,
 }
 
 impl PlannedLook {
@@ -44,6 +44,11 @@ impl Visible {
 }
 
 impl World {
+    /// How the instance at a place of the list looks.
+    pub fn look_at(&self, place: usize) -> PackedLook {
+        self.objects[self.instances.object(place)].look.packed
+    }
+
     /// Changes how an object looks, by its index in the scene. Returns false where that needs another plan: nothing in this one says how objects of
     /// its material look.
     ///
@@ -72,7 +77,9 @@ impl World {
         let before = std::mem::replace(&mut object.look, look);
         self.generation += 1;
         let changes = self.changes.get_or_insert_default();
-        changes.batches |= before.sheet != look.sheet;
+        // Lists on the device have it anew.
+        changes.moved.push(own as u32);
+        changes.rearranged |= before.sheet != look.sheet;
         // Another cell cuts other holes into its shadow.
         if before.look.cell != look.look.cell && object.cuts.extras.cells && object.casts != CastsShadow::No {
             object.revision += 1;
@@ -82,9 +89,9 @@ impl World {
 }
 
 impl WorldObject {
-    /// The look that it has now.
-    pub fn shown_look(&self) -> &Look {
-        &self.look.look
+    /// Its material, and the sheet of the material's atlas: a set of its own binds them.
+    pub fn material_set(&self) -> (usize, u32) {
+        (self.material, self.look.sheet)
     }
 }
 

@@ -150,7 +150,8 @@ impl World {
         self.generation += 1;
         let casts = object.casts != CastsShadow::No;
         let changes = self.changes.get_or_insert_default();
-        changes.batches |= mirrors;
+        changes.moved.push(index as u32);
+        changes.rearranged |= mirrors;
         if casts {
             changes.boxes.extend([before, bounds]);
         }

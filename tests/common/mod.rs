@@ -17,6 +17,8 @@ pub mod truth;
 
 use std::path::PathBuf;
 
+use afterlight::plan::Capabilities;
+
 /// Returns true in `make test-all`, where long tests try all of their cases; in `make test` they try some.
 pub fn tries_all() -> bool {
     std::env::var("AFTERLIGHT_TESTS").is_ok_and(|value| value == "all")
@@ -53,4 +55,27 @@ pub fn scenes_dir() -> Option<PathBuf> {
     }
     eprintln!("SKIPPED: no scenes in {} (set AFTERLIGHT_SCENES to their folder)", folder.display());
     None
+}
+
+/// What a GPU can do, for plans that are made without one.
+pub fn capabilities() -> Capabilities {
+    Capabilities {
+        max_layers: 256,
+        depth_clamp: true,
+        max_extent: 16384,
+        max_color_attachments: 8,
+        max_input_attachments: 8,
+        unorm_2x16_attachment: true,
+        float32_blends: true,
+        packed_float_blends: true,
+        msaa: 1,
+        anisotropy: 16,
+        primitive_index: true,
+        lazily_allocated: false,
+        indirect_draws: true,
+        software: false,
+        compute_invocations: 256,
+        bc7: true,
+        etc2: true,
+    }
 }

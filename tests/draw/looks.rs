@@ -2,7 +2,8 @@
 
 use afterlight::frame::{Picture, Renderer};
 use afterlight::scene::{
-    AlphaMode, Channel, Clip, ClipChoice, Filter, Interpolation, LightPath, Look, Playing, Scene, Settings, Target,
+    AlphaMode, Channel, Clip, ClipChoice, Culling, Filter, Interpolation, LightPath, Look, Playing, Scene, Settings,
+    Target,
 };
 use glam::Vec3;
 
@@ -22,11 +23,16 @@ fn fresh(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Picture {
 #[test]
 fn a_look_that_is_set_is_drawn_with_its_shadow_from_the_next_frame_on() {
     on_gpu(|gpu| {
-        for light_path in [LightPath::Loop, LightPath::Forward] {
+        for (light_path, culling) in
+            [(LightPath::Loop, Culling::Cpu), (LightPath::Forward, Culling::Cpu), (LightPath::Loop, Culling::Gpu)]
+        {
             let mut scene = sprites();
-            let settings = Settings { light_path, ..exact(64, 48) };
+            let settings = Settings { light_path, culling, ..exact(64, 48) };
             let mut renderer = gpu.renderer(&scene, &settings);
             let mut before = picture(&mut renderer, &scene);
+            // Whoever finds out what is seen, it looks the same.
+            let by_cpu = Settings { culling: Culling::Cpu, ..settings.clone() };
+            assert_identical(&before, &fresh(gpu, &scene, &by_cpu), &format!("{light_path}, {culling:?}"));
             for (index, look) in [
                 (1, Look { cell: 3, ..Look::PLAIN }),
                 (2, Look { tint: Vec3::new(0.2, 1.0, 0.5), ..scene.objects[2].shown_look() }),
@@ -82,15 +88,17 @@ fn a_cell_of_another_sheet_is_drawn() {
             (material.atlas, material.alpha_mode) = ([256, 256], AlphaMode::Opaque);
         }
         scene.motion.clips.clear();
-        let settings = exact(64, 48);
-        let mut renderer = gpu.renderer(&scene, &settings);
-        picture(&mut renderer, &scene);
-        for (index, cell) in [(1, 65535), (2, 2048), (3, 2047), (1, 0)] {
-            renderer
-                .set_look(&mut scene, index, &Look { cell, ..Look::PLAIN })
-                .unwrap_or_else(|error| panic!("{error}"));
-            let expected = fresh(gpu, &scene, &settings);
-            assert_identical(&picture(&mut renderer, &scene), &expected, &format!("cell {cell}"));
+        for culling in [Culling::Cpu, Culling::Gpu] {
+            let settings = Settings { culling, ..exact(64, 48) };
+            let mut renderer = gpu.renderer(&scene, &settings);
+            picture(&mut renderer, &scene);
+            for (index, cell) in [(1, 65535), (2, 2048), (3, 2047), (1, 0)] {
+                renderer
+                    .set_look(&mut scene, index, &Look { cell, ..Look::PLAIN })
+                    .unwrap_or_else(|error| panic!("{error}"));
+                let expected = fresh(gpu, &scene, &settings);
+                assert_identical(&picture(&mut renderer, &scene), &expected, &format!("cell {cell}, {culling:?}"));
+            }
         }
     });
 }
@@ -99,17 +107,20 @@ fn a_cell_of_another_sheet_is_drawn() {
 fn a_clip_moves_the_cells_of_sprites_and_lets_go_of_them() {
     on_gpu(|gpu| {
         let scene = sprites();
-        let settings = exact(64, 48);
-        let mut renderer = gpu.renderer(&scene, &settings);
-        let playing = |time, clips| Playing { time, clips, looped: true };
-        let mut pictures = Vec::new();
-        for moment in [playing(0.1, ClipChoice::All), playing(0.6, ClipChoice::All), playing(0.6, ClipChoice::None)] {
-            renderer.pose(&scene, &scene.motion.pose(&moment)).unwrap_or_else(|error| panic!("{error}"));
-            let found = picture(&mut renderer, &scene);
-            assert_identical(&found, &fresh(gpu, &scene.at(&moment), &settings), &format!("{moment:?}"));
-            pictures.push(found);
+        for culling in [Culling::Cpu, Culling::Gpu] {
+            let settings = Settings { culling, ..exact(64, 48) };
+            let mut renderer = gpu.renderer(&scene, &settings);
+            let playing = |time, clips| Playing { time, clips, looped: true };
+            let mut pictures = Vec::new();
+            for moment in [playing(0.1, ClipChoice::All), playing(0.6, ClipChoice::All), playing(0.6, ClipChoice::None)]
+            {
+                renderer.pose(&scene, &scene.motion.pose(&moment)).unwrap_or_else(|error| panic!("{error}"));
+                let found = picture(&mut renderer, &scene);
+                assert_identical(&found, &fresh(gpu, &scene.at(&moment), &settings), &format!("{moment:?}"));
+                pictures.push(found);
+            }
+            assert!(pictures[0] != pictures[1] && pictures[1] != pictures[2]);
         }
-        assert!(pictures[0] != pictures[1] && pictures[1] != pictures[2]);
     });
 }
 

@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::common::program::program;
-use crate::common::some_of;
+use crate::common::{capabilities, some_of};
 
 use afterlight::frame::edges;
 use afterlight::gpu::vk;
-use afterlight::plan::{Canvas, Capabilities, Encoding, FramePlan, Transfer};
+use afterlight::plan::{Canvas, Encoding, FramePlan, Transfer};
 use afterlight::scene::{AlphaMode, LightPath, OpenOptions, Scene, Settings, Transparency, open};
 use rayon::prelude::*;
 
@@ -242,7 +242,7 @@ fn the_exit_codes_are_those_that_the_program_prints() {
 /// The dependencies of a frame that has everything, as docs/SYNCHRONIZATION.md lists them: name, from, to and why.
 #[test]
 fn the_documents_list_every_dependency_with_its_reason() {
-    let device = device();
+    let device = capabilities();
     let mut scene = open("builtin:hall?detail=6", &OpenOptions::default()).expect("it is built in");
     let rows = |scene: &Scene, settings: &Settings| -> Vec<String> {
         let plan = FramePlan::of(scene, settings, &device).expect("a plan");
@@ -278,7 +278,8 @@ fn the_documents_list_what_a_window_adds() {
     for (number, light_path, canvas) in
         [(5, LightPath::Clustered, straight), (6, LightPath::Compute, straight), (7, LightPath::Clustered, encoded)]
     {
-        let plan = FramePlan::of(&scene, &Settings { light_path, ..Settings::default() }, &device()).expect("a plan");
+        let plan =
+            FramePlan::of(&scene, &Settings { light_path, ..Settings::default() }, &capabilities()).expect("a plan");
         let rows = |plan: &FramePlan| -> Vec<String> { edges::table(plan).iter().map(row).collect() };
         let before = rows(&plan);
         let mut added = rows(&plan.presented_as(canvas));
@@ -298,25 +299,6 @@ fn the_documents_have_the_keys_that_the_window_prints() {
 
 fn row(edge: &edges::Edge) -> String {
     format!("| `{}` | {} | {} | {} |", edge.name, edge.from, edge.to, edge.why)
-}
-
-pub fn device() -> Capabilities {
-    Capabilities {
-        max_layers: 256,
-        depth_clamp: true,
-        max_extent: 16384,
-        max_color_attachments: 8,
-        max_input_attachments: 8,
-        unorm_2x16_attachment: true,
-        float32_blends: true,
-        packed_float_blends: true,
-        msaa: 1,
-        anisotropy: 16,
-        primitive_index: true,
-        lazily_allocated: false,
-        software: false,
-        compute_invocations: 256,
-    }
 }
 
 /// The rows of docs/SYNCHRONIZATION.md's dependency table of this number.

@@ -7,7 +7,8 @@ use afterlight::plan::{Capabilities, FramePlan};
 use afterlight::scene::file::parse_settings;
 use afterlight::scene::{AlphaMode, OpenOptions, SETTINGS, Scene, Setting, SettingsPatch, ValueKind, open};
 
-use super::docs::{device, document, help_of, project};
+use super::docs::{document, help_of, project};
+use crate::common::capabilities;
 use crate::common::program::program;
 
 /// What a setting may not be.
@@ -106,7 +107,7 @@ fn scenes() -> Vec<Scene> {
 
 #[test]
 fn a_row_says_whether_its_setting_changes_the_plan() {
-    let (scenes, device) = (scenes(), Capabilities { msaa: 1 | 2 | 4 | 8, ..device() });
+    let (scenes, device) = (scenes(), Capabilities { msaa: 1 | 2 | 4 | 8, ..capabilities() });
     // Some settings are about what only others bring.
     let others: Vec<SettingsPatch> =
         ["", "samples=4", "light-path=forward"].map(|text| text.parse().expect("settings")).into();

@@ -83,6 +83,8 @@ pub(crate) struct IdleLights {
     reaches: BTreeMap<usize, Reach>,
     /// How much further a light is taken to reach.
     metres: f64,
+    /// Something of the scene moves, so that none is left out.
+    pub moves: bool,
 }
 
 impl IdleLights {
@@ -90,10 +92,10 @@ impl IdleLights {
         // What moves may come into reach of any light, and a light that moves into reach of anything.
         let moves = !scene.motion.is_empty() || scene.objects.iter().any(|object| object.movable);
         if moves || shows_all(settings.view) || is_misplaced(settings) {
-            return Self::default();
+            return Self { moves, ..Self::default() };
         }
         let metres = PLANNED_ROUNDING * scene.bounds().radius();
-        let mut idle = Self { reaches: BTreeMap::new(), metres };
+        let mut idle = Self { reaches: BTreeMap::new(), metres, moves };
         let ranged = scene.lights.iter().enumerate().filter(|(_, light)| light.shines());
         idle.reaches = ranged.filter_map(|(index, light)| Some((index, idle.reach_of(light)?))).collect();
         if !idle.reaches.is_empty() {

@@ -68,6 +68,9 @@ impl<'a> Models<'a> {
             model.objects.iter_mut().for_each(|object| object.name = name.into());
         }
         shadow(&table, &mut model.objects)?;
+        if let Some(movable) = table.read("movable", Node::boolean)? {
+            model.objects.iter_mut().for_each(|object| object.movable = movable);
+        }
         if table.read("lights", Node::boolean)? == Some(false) {
             model.drop_lights();
         }

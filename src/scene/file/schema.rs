@@ -47,6 +47,7 @@ pub(super) const MODEL: Schema = Schema {
         "cell",
         "tint",
         "selected",
+        "movable",
         "translation",
         "rotation",
         "scale",

@@ -199,8 +199,10 @@ pub(in crate::visible) struct Changes {
     pub lights: BTreeSet<usize>,
     /// Where objects that cast were, and where they are.
     pub boxes: Vec<Aabb>,
-    /// Another command draws something: it has swapped its left and right, or shows a cell of another sheet.
-    pub batches: bool,
+    /// Indices into [`World::objects`] of what has moved, or looks otherwise.
+    pub moved: Vec<u32>,
+    /// Other commands draw some of the objects: they are new, their left and right have changed places, or they show a cell of another sheet.
+    pub rearranged: bool,
 }
 
 /// Maps of the point and spot lights, which no camera changes. The others are none. Those of `before` stay whose light is as it was

@@ -9,6 +9,7 @@ mod refused;
 use std::fs;
 use std::path::Path;
 
+use afterlight::plan::FramePlan;
 use afterlight::scene::file::{self, schema};
 use afterlight::scene::{
     Brdf, Camera, CastsShadow, Falloff, Filter, LightKind, Look, OpenOptions, Projection, Resolve, Sampler, Scene,
@@ -16,6 +17,8 @@ use afterlight::scene::{
 };
 use glam::{DVec3, Vec3};
 use tempfile::TempDir;
+
+use crate::common::capabilities;
 
 /// Every key of every table, with a value that is right.
 const EVERYTHING: &str = include_str!("everything.toml");
@@ -109,6 +112,28 @@ fn a_scene_and_a_variant_of_a_gltf_file_are_chosen() {
     assert!(error.contains("third"), "{error}");
 }
 
+/// Lights that reach nothing where a movable object stands stay in its plan, also where the file is the base of one that the window has written.
+#[test]
+fn a_movable_object_keeps_the_lights_that_it_may_come_to() {
+    let folder = folder();
+    let lamp = "[[lights]]\nkind = 'point'\nposition = [0, 0, 900]\nrange = 2\nintensity = 5\n";
+    let text = |movable: &str| format!("[[models]]\nshape = {{ kind = 'box' }}\n{movable}\n{lamp}");
+    let lights = |scene: &Scene| {
+        let settings = scene.settings.decide();
+        let plan = FramePlan::of(scene, &settings, &capabilities()).unwrap_or_else(|error| panic!("{error}"));
+        plan.light_numbers().len()
+    };
+    for (movable, kept) in [("", 0), ("movable = false", 0), ("movable = true", 1)] {
+        let scene = read(&folder, &text(movable)).unwrap();
+        assert_eq!((lights(&scene), scene.objects[0].movable), (kept, kept == 1), "{movable:?}");
+        let path = folder.path().join("base.toml");
+        fs::write(&path, text(movable)).unwrap();
+        let written = file::to_toml(file::Origin::File(&path), &scene, &scene.camera, &scene.settings);
+        let again = read(&folder, &written).unwrap_or_else(|error| panic!("{error}: {written}"));
+        assert_eq!((lights(&again), again.objects[0].movable), (kept, kept == 1), "{written}");
+    }
+}
+
 #[test]
 fn every_key_does_what_it_says() {
     let scene = read(&folder(), EVERYTHING).unwrap();
@@ -159,9 +184,9 @@ fn every_key_does_what_it_says() {
     assert_eq!(beam.kind, LightKind::Beam { position, direction, radius: 0.5, edge: 0.25, range: Some(6.0) });
     assert_eq!((beam.intensity, beam.casts_shadow, beam.size), (500.0, false, 1.0));
     let ball = scene.objects.iter().find(|object| object.name == "ball").unwrap();
-    assert_eq!((ball.casts_shadow, ball.receives_shadow), (CastsShadow::Front, false));
+    assert_eq!((ball.casts_shadow, ball.receives_shadow, ball.movable), (CastsShadow::Front, false, true));
     let other = scene.objects.iter().find(|object| object.name == "crates").unwrap();
-    assert_eq!((other.casts_shadow, other.receives_shadow), (CastsShadow::Yes, true));
+    assert_eq!((other.casts_shadow, other.receives_shadow, other.movable), (CastsShadow::Yes, true, false));
     assert_eq!((sun.size, point.size, spot.size), (0.53, 0.25, 0.0));
     let looks: Vec<Option<Look>> =
         scene.objects.iter().filter(|object| object.name == "crates").map(|object| object.look).collect();

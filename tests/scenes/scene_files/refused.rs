@@ -228,6 +228,10 @@ fn a_number_out_of_range_is_refused_with_the_range() {
         ("[settings.shadows]\nlambda = 1.5", "must be a number from 0 to 1"),
         ("[settings.shadows]\nbudget = 0", "must be a whole number from 1"),
         ("[[models]]\nshape = { kind = 'box' }\ncasts_shadow = 'back'", "must be true, false or \"front\""),
+        (
+            "[[models]]\nshape = { kind = 'box' }\nmovable = 1",
+            "scene.toml:3: models[0].movable = 1: must be true or false",
+        ),
         ("[[lights]]\nkind = 'point'\nangular_diameter_degrees = 1", "a point light has no such key"),
         ("[[lights]]\nkind = 'directional'\nradius = 1", "a directional light has no such key"),
         ("[settings.shadows]\nsize = 16385", "must be a whole number from 32 to 16384"),
