@@ -5,6 +5,7 @@ mod formulas;
 mod geometry;
 mod highlights;
 mod lights;
+mod looks;
 pub mod random;
 mod sampling;
 mod shadows;
@@ -17,7 +18,8 @@ use super::Case;
 /// Every case, in the order in which they are told.
 pub fn all() -> Vec<Case> {
     let light = [formulas::CASES, lights::CASES, exposure::CASES, highlights::CASES, shadows::CASES].concat();
-    [light.as_slice(), space::CASES, geometry::CASES, sampling::CASES, targets::CASES, random::CASES].concat()
+    let places = [space::CASES, geometry::CASES, sampling::CASES, looks::CASES].concat();
+    [&light[..], &places, targets::CASES, random::CASES].concat()
 }
 
 /// The cases that a name or the name of a group means.
