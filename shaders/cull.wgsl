@@ -1,21 +1,12 @@
 // CULL: which instances are in view, in which step of depth each of those is, and how many come before it in its group.
 // precise
-#import afterlight::culling::{count_at, cull, culled, group_of, groups, HIDDEN, LANES, STEPS}
-
-struct Stand {
-    // Rows of the map from the mesh, the larger part of the offset in w.
-    x: vec4<f32>,
-    y: vec4<f32>,
-    z: vec4<f32>,
-    rest: vec3<f32>,
-}
+#import afterlight::culling::{count_at, cull, culled, group_of, groups, HIDDEN, LANES, Stand, stands, STEPS}
 
 struct Bounds {
     center: vec3<f32>,
     half: vec3<f32>,
 }
 
-@group(0) @binding(3) var<storage, read> stands: array<Stand>;
 @group(0) @binding(4) var<storage, read> boxes: array<Bounds>;
 
 // A bit for each lane whose instance is seen, by step.

@@ -5,7 +5,7 @@
 
 struct Vertex {
     @location(0) position: vec3<f32>,
-    // Of the instance: rows of the map from mesh space to camera-relative world space.
+    // Rows of the instance's map from mesh space to the world around the camera.
     @location(8) row_x: vec4<f32>,
     @location(9) row_y: vec4<f32>,
     @location(10) row_z: vec4<f32>,

@@ -1,17 +1,8 @@
 // FILL: the rows of the instances that are seen, in the order in which they are drawn, and the commands that draw them.
 // variants: LOOKS
 // precise
-#import afterlight::culling::{count_at, cull, culled, group_of, groups, HIDDEN, LANES, STEPS}
+#import afterlight::culling::{count_at, cull, culled, group_of, groups, HIDDEN, LANES, Stand, stands, STEPS}
 
-struct Stand {
-    // Rows of the map from the mesh, the larger part of the offset in w.
-    x: vec4<f32>,
-    y: vec4<f32>,
-    z: vec4<f32>,
-    rest: vec3<f32>,
-}
-
-@group(0) @binding(3) var<storage, read> stands: array<Stand>;
 #ifdef LOOKS
 // How each looks (material.wgsl), two of its numbers in a word.
 @group(0) @binding(5) var<storage, read> looks: array<vec2<u32>>;

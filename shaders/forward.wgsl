@@ -106,7 +106,7 @@ struct Vertex {
     @location(5) second_uv: vec2<f32>,
 #endif
 #endif
-    // Of the instance.
+    // Rows of the instance's map from mesh space to the world around the camera.
     @location(8) row_x: vec4<f32>,
     @location(9) row_y: vec4<f32>,
     @location(10) row_z: vec4<f32>,

@@ -32,7 +32,7 @@ struct Varying {
 
 struct Vertex {
     @location(0) position: vec3<f32>,
-    // Of the instance: rows of the map from mesh space to the light's clip space. Depth is reversed; w is 1 where the map is orthographic.
+    // Rows of the instance's map from mesh space to the light's clip space. Depth is reversed; w is 1 where the map is orthographic.
     @location(8) row_x: vec4<f32>,
     @location(9) row_y: vec4<f32>,
     @location(10) row_z: vec4<f32>,

@@ -357,6 +357,7 @@ impl FramePlan {
         let FilteredTextures { textures, anisotropy, warning } = FilteredTextures::of(scene, settings, device, &rules);
         let depth_prepass = lighting.has_prepass(settings, shading);
         let culling = culling::choose(scene, settings, device, &rules, shading, depth_prepass);
+        let refused_culling = culling::warning(settings, &culling);
         let volumes = lighting.path == LightPath::Volumes && adds_lights(lighting.path, &lighting.lights);
         Ok(Self {
             size: settings.size,
@@ -404,7 +405,7 @@ impl FramePlan {
             software: device.software,
             keep: settings.keep,
             parts: Vec::new(),
-            warnings: lighting.shadow_warnings.iter().cloned().chain(warning).collect(),
+            warnings: lighting.shadow_warnings.iter().cloned().chain(warning).chain(refused_culling).collect(),
             shadow_warnings: lighting.shadow_warnings,
         })
     }

@@ -59,13 +59,16 @@ pub struct SortedDraw {
 /// The lists of one frame.
 #[derive(Debug, Clone)]
 pub struct Visible {
-    /// What is drawn, by its index in [`World::objects`]: the instances of `draws`, then those of `transparent`.
+    /// What is drawn, by its index in [`World::objects`]: the instances of `draws`, of `shaded`, and of `transparent`.
     pub instances: Vec<u32>,
     /// What CULL is told, where the device finds out which opaque objects are seen; then `draws` has none of them.
     pub culling: Option<CullView>,
     /// From near to far, so that early depth tests save the most: hidden fragments cost more than changes of state (Sponza's
     /// GEOMETRY takes a fifth less CPU on lavapipe than sorted by material). Equally near ones by pipeline and material.
     pub draws: Vec<Draw>,
+    /// After a depth pre-pass, what shades: the same from far to near. Of coplanar surfaces the last drawn one wins there, and the first one
+    /// elsewhere.
+    pub shaded: Vec<Draw>,
     /// Transparent objects, the farthest first.
     pub transparent: Vec<SortedDraw>,
     /// Indices of the transparent objects' triangles, the farthest of each object first.
@@ -102,8 +105,7 @@ impl Visible {
             false if culling.is_some() => list.transparent_in_view(world, &frustum),
             false => list.in_view(&frustum),
         };
-        let count = |seen: &[bool]| seen.iter().filter(|&&seen| seen).count();
-        let in_view = count(&seen);
+        let in_view = seen.iter().filter(|&&seen| seen).count();
         if let Some(occluders) = &world.occluders {
             let places = (0..seen.len()).filter(|&place| seen[place]).map(|place| list.object(place));
             let picture = occlusion::Picture::of(world, occluders, (camera, &depth), plan.size, places);
@@ -118,7 +120,7 @@ impl Visible {
             None => list.near_to_far(world, camera, &seen),
         };
         let transparent = list.transparent(&seen);
-        let count = instances.len() + transparent.len();
+        let drawn = instances.len() + transparent.len();
         let may_be_seen = |place: usize| seen[place] || culling.is_some();
         let active = ActiveLights::of(world, plan, (camera, &frustum), &beside, &may_be_seen);
         let objects = || instances.iter().chain(&transparent).map(|&index| &world.objects[index as usize]);
@@ -143,6 +145,10 @@ impl Visible {
                 }
             }
         }
+        let shaded = match plan.depth_prepass {
+            true => instances::reversed(&mut instances, &draws),
+            false => Vec::new(),
+        };
         let first = instances.len() as u32;
         if !world.is_halted() {
             instances.extend(far_to_near(world, camera, &transparent));
@@ -150,10 +156,11 @@ impl Visible {
         let (transparent, sorted_indices) = back_to_front(world, camera, first, &instances[first as usize..]);
         Self {
             culled: if culling.is_some() { 0 } else { world.objects.len() - in_view },
-            occluded: in_view - count,
+            occluded: in_view - drawn,
             instances,
             culling,
             draws,
+            shaded,
             transparent,
             sorted_indices,
             shadows,
@@ -173,6 +180,11 @@ impl Visible {
             Some(receivers) => receivers.needed(world, plan, view),
             None => view.casters.clone(),
         }
+    }
+
+    /// Opaque objects that are drawn, but for those that the device finds.
+    pub fn opaque_count(&self) -> usize {
+        self.draws.iter().map(|draw| draw.count as usize).sum()
     }
 
     pub fn triangles(&self, world: &World) -> usize {

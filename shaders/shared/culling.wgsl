@@ -1,11 +1,11 @@
-// What CULL, ARRANGE and FILL share: instances lie in a list, those of a batch (what one command draws) after each other, and are looked at in
-// groups of one batch each.
+// CULL, ARRANGE and FILL share this: instances lie in a list, those that one command draws (a batch) after each other. Work groups look at
+// groups of them, each a part of one batch.
 #define_import_path afterlight::culling
 
 struct Cull {
-    // Of the view, around the camera; normals point inside.
+    // The sides of the view and its near plane, around the camera; normals point inside.
     planes: array<vec4<f32>, 5>,
-    // In two parts, from the place that instances stand about.
+    // The camera's place, relative to the one that instances stand about, in two parts.
     camera: vec3<f32>,
     // Metres by which a box may lie beside where f32 has it.
     slack: f32,
@@ -30,12 +30,22 @@ struct Cull {
 // Three words for each group: its first place in the list, how many places, and its batch. Then four for each batch: indices, the first of
 // them, the first vertex, and the first group.
 @group(0) @binding(1) var<storage, read> groups: array<u32>;
-// Of all groups and lanes, what CULL says of an instance: its step of depth, and how many of its group and step come before it. Then, by step
+// First a word for each lane of each group, by which CULL says of an instance: its step of depth, and how many of its group and step come before it. Then, by step
 // and group, how many instances there are, which ARRANGE replaces by how many come before them in the step. Then how many each step has, the
 // commands by step and batch, and at last the rows of the instances in the order in which they are drawn, and how they look.
 @group(0) @binding(2) var<storage, read_write> culled: array<u32>;
 
-// As in src/visible/instances.rs.
+struct Stand {
+    // Rows of the map from the mesh, the larger part of the offset in w.
+    x: vec4<f32>,
+    y: vec4<f32>,
+    z: vec4<f32>,
+    rest: vec3<f32>,
+}
+
+@group(0) @binding(3) var<storage, read> stands: array<Stand>;
+
+// The number is that of src/visible/instances.rs.
 const STEPS: u32 = 32u;
 const LANES: u32 = 64u;
 // The step of what is not seen.

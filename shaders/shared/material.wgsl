@@ -2,7 +2,7 @@
 #define_import_path afterlight::material
 #import afterlight::vectors::{handedness, scaled_rows, turned_normal, unit_or}
 
-// What changes from instance to instance: rows of the map from mesh space to camera-relative world space.
+// Rows of an instance's map from mesh space to the world around the camera.
 struct Rows {
     x: vec4<f32>,
     y: vec4<f32>,

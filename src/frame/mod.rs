@@ -78,7 +78,7 @@ impl From<scene::Error> for Error {
 /// What a frame drew.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Drawn {
-    /// Objects that were drawn, but for those of `on_device`.
+    /// Opaque objects that were drawn, but for those of `on_device`.
     pub objects: usize,
     /// Opaque objects of which the device alone knows those that it drew. Their triangles are not counted.
     pub on_device: usize,
@@ -417,7 +417,7 @@ impl Renderer {
             &mut frame.times,
         );
         frame.drawn = Drawn {
-            objects: visible.instances.len(),
+            objects: visible.opaque_count(),
             on_device: visible.culling.map_or(0, |_| self.world.instances.opaque_count()),
             commands: visible.draws.len()
                 + visible.transparent.len()

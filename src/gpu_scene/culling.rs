@@ -17,6 +17,8 @@ use crate::visible::{CullView, InstanceList, PackedLook, STEPS, Stand, World};
 const LANES: usize = 64;
 /// Work groups of a row of a dispatch: every device takes as many.
 const COLUMNS: u32 = 65535;
+/// Commands that one reads of a buffer at most; `indirect_draws` of the device's capabilities says that it can.
+const MOST_COMMANDS: u32 = 65536;
 /// Words of a command, of an instance's rows, and of its look.
 const COMMAND: usize = size_of::<vk::DrawIndexedIndirectCommand>() / 4;
 const ROWS: usize = 12;
@@ -378,7 +380,8 @@ impl Groups {
             let state = CulledState { object, width: range.width, deformed: range.deformed, batches: batch..batch + 1 };
             match states.last_mut() {
                 Some(last)
-                    if (last.width, last.deformed) == (state.width, state.deformed)
+                    if (last.batches.len() as u32) < MOST_COMMANDS
+                        && (last.width, last.deformed) == (state.width, state.deformed)
                         && world.objects[last.object].key == own.key
                         && world.objects[last.object].material_set() == own.material_set() =>
                 {

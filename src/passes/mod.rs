@@ -153,7 +153,12 @@ fn frame_data() -> Touch {
 fn meshes(plan: &FramePlan) -> impl Iterator<Item = Touch> {
     let (vertices, textures, deforms) = (plan.uploads.vertices, plan.uploads.textures, plan.deforms());
     let deformed = deforms.then_some(Touch::resource(Resource::DeformedVertices, VERTEX_READ));
-    let of_meshes = [Touch::resource(Resource::Vertices, VERTEX_READ), Touch::resource(Resource::Indices, INDEX_READ)];
+    let of_meshes = [
+        Touch::resource(Resource::Vertices, VERTEX_READ),
+        Touch::resource(Resource::Indices, INDEX_READ),
+        // Rows of instances.
+        Touch::resource(Resource::FrameData, VERTEX_READ),
+    ];
     let sampled = [Touch::resource(Resource::Textures, TEXTURE_READ)];
     of_meshes.into_iter().filter(move |_| vertices).chain(deformed).chain(sampled.into_iter().filter(move |_| textures))
 }

@@ -201,12 +201,9 @@ impl Surfaces {
         if let Some(culling) = recording.culling {
             return self.record_culled(recording, culling);
         }
-        let draws = recording.visible.draws.iter().map(|draw| (draw, None));
-        // Of coplanar surfaces the first drawn wins; after a pre-pass the last would, so the order is reversed.
-        match self.after_prepass {
-            true => self.record(recording, draws.rev()),
-            false => self.record(recording, draws),
-        }
+        let visible = recording.visible;
+        let draws = if self.after_prepass { &visible.shaded } else { &visible.draws };
+        self.record(recording, draws.iter().map(|draw| (draw, None)));
     }
 
     fn push(&self, recording: &Recording, object: &WorldObject) -> Push {

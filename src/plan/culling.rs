@@ -10,6 +10,12 @@ pub(crate) const MANY_INSTANCES: usize = 4096;
 /// And so many objects share a mesh and a material: each such pair is a command in every step of depth, drawn or not.
 const SHARED_BY: usize = 16;
 
+/// What is said where the device was asked and does not.
+pub(super) fn warning(settings: &Settings, culling: &Result<String, String>) -> Option<String> {
+    let why = culling.as_ref().err().filter(|_| settings.culling == Culling::Gpu)?;
+    Some(format!("culling = gpu is not followed: {why}"))
+}
+
 /// Ok with the reason if the device does.
 pub(super) fn choose(
     scene: &Scene,
@@ -48,5 +54,49 @@ pub(super) fn choose(
             Err(format!("the CPU does: fewer than {SHARED_BY} objects share a mesh and a material"))
         }
         _ => Ok("the device does: many objects share few meshes and materials".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::{FramePlan, samples};
+    use crate::scene::{LightPath, Material, View};
+
+    /// So many squares, of which each of so many shares a mesh and a material with the others.
+    fn crowd(count: usize, materials: usize) -> Scene {
+        let mut scene = samples::scene(vec![Material::default(); materials], vec![samples::sun()]);
+        scene.objects = (0..count).map(|index| scene.objects[index % materials].clone()).collect();
+        scene
+    }
+
+    fn culls(scene: &Scene, settings: &Settings, device: &Capabilities) -> bool {
+        FramePlan::of(scene, settings, device).expect("a plan").culls_on_device()
+    }
+
+    #[test]
+    fn a_gpu_culls_by_itself_where_many_objects_share_few_materials() {
+        let (gpu, defaults) = (samples::device(), Settings::default());
+        assert!(culls(&crowd(MANY_INSTANCES, 4), &defaults, &gpu));
+        assert!(!culls(&crowd(MANY_INSTANCES - 1, 4), &defaults, &gpu));
+        assert!(!culls(&crowd(MANY_INSTANCES, MANY_INSTANCES / SHARED_BY + 1), &defaults, &gpu));
+        assert!(!culls(&crowd(MANY_INSTANCES, 4), &defaults, &samples::software()));
+    }
+
+    #[test]
+    fn what_is_asked_for_is_done_or_a_warning_says_why_not() {
+        let asked = Settings { culling: Culling::Gpu, light_path: LightPath::Loop, ..Settings::default() };
+        let (scene, gpu) = (crowd(3, 1), samples::device());
+        let warned = |settings: &Settings, device: &Capabilities| {
+            let plan = FramePlan::of(&scene, settings, device).expect("a plan");
+            assert_eq!(plan.culls_on_device(), plan.warnings().is_empty(), "{:?}", plan.warnings());
+            !plan.culls_on_device()
+        };
+        assert!(!warned(&asked, &gpu) && !warned(&asked, &samples::software()));
+        assert!(warned(&asked, &Capabilities { indirect_draws: false, ..gpu }));
+        assert!(warned(&Settings { depth_prepass: Some(true), ..asked.clone() }, &gpu));
+        assert!(warned(&Settings { view: View::Triangle, ..asked.clone() }, &gpu));
+        let cpu = Settings { culling: Culling::Cpu, ..Settings::default() };
+        assert!(!culls(&crowd(MANY_INSTANCES, 4), &cpu, &gpu));
     }
 }

@@ -16,6 +16,9 @@ impl FramePlan {
             _ if self.keep.has(OptionalPart::OccludedObjects) => Err("asked to stay".into()),
             Shading::ShowOverdraw => Err("the view counts what is drawn and then hidden".into()),
             Shading::ShowShadowMap => Err("no object is drawn".into()),
+            _ if self.culls_on_device() => {
+                Err("the device finds out what is in view, and nobody what is hidden".into())
+            }
             _ if !self.software => {
                 Err("a GPU draws objects faster than a CPU finds out which of them are hidden".into())
             }

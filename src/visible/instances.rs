@@ -272,6 +272,14 @@ impl InstanceList {
     }
 }
 
+/// Appends instances of which there are no others yet, and the commands for them, from the last to the first.
+pub(super) fn reversed(instances: &mut Vec<u32>, draws: &[Draw]) -> Vec<Draw> {
+    let count = instances.len() as u32;
+    instances.extend_from_within(..);
+    instances[count as usize..].reverse();
+    draws.iter().rev().map(|draw| Draw { first: 2 * count - draw.first - draw.count, ..*draw }).collect()
+}
+
 /// What f32 may lose of a length, as a share of the lengths that it comes of.
 const F32_SLACK: f64 = 1e-6;
 

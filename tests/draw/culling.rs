@@ -426,3 +426,18 @@ fn objects_of_one_mesh_and_material_are_drawn_by_few_commands() {
         assert!(frame(&mut renderer, &far).1.commands <= 32 * 36);
     });
 }
+
+#[test]
+fn a_depth_pre_pass_lets_the_same_of_coplanar_surfaces_win() {
+    on_gpu(|gpu| {
+        let scene = crowd(DVec3::ZERO);
+        let camera = Camera::looking_at(DVec3::new(0.0, 1.0, 14.0), DVec3::ZERO, DVec3::Y);
+        for light_path in [LightPath::Loop, LightPath::Forward] {
+            let pictures = [false, true].map(|prepass| {
+                let settings = Settings { light_path, depth_prepass: Some(prepass), ..exact(SIZE.0, SIZE.1) };
+                frame(&mut gpu.renderer(&scene, &settings), &camera).0
+            });
+            assert_identical(&pictures[0], &pictures[1], &format!("{light_path} with a pre-pass"));
+        }
+    });
+}

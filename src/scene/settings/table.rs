@@ -215,7 +215,7 @@ settings! {
         }
         /// Who finds out which opaque objects are in view; the picture is the same
         "culling", "culling" => culling: Culling = Culling::Auto, {
-            title: "culling", sweep: Sweep::Alone, cheaper: &["gpu", "cpu"],
+            title: "culling", in_panel: false, sweep: Sweep::Alone, cheaper: &["gpu", "cpu"],
         }
         /// Give lights without a range one, beyond which all that is dropped stays below half a step of the output; the path `loop`
         /// drops nothing

@@ -60,9 +60,10 @@ impl Step {
                 drawn.shadow_maps,
                 count(drawn.casters, "draw")
             ),
-            Self::Buffer(_) => {
-                format!("{}, {} out of view.", count(drawn.commands, "command"), count(drawn.culled, "object"))
-            }
+            Self::Buffer(_) => match drawn.on_device {
+                0 => format!("{}, {} out of view.", count(drawn.objects, "opaque object"), drawn.culled),
+                all => format!("What the device sees of {}.", count(all, "opaque object")),
+            },
             Self::Lights { .. } => format!("{} in this frame.", count(drawn.lights, "light")),
             Self::TransparentSums | Self::Transparent | Self::Composite => {
                 format!("{} of all surfaces in view.", count(drawn.triangles, "triangle"))
