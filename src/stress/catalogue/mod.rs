@@ -5,6 +5,7 @@ mod formulas;
 mod geometry;
 mod highlights;
 mod lights;
+mod motion;
 pub mod random;
 mod sampling;
 mod shadows;
@@ -17,7 +18,8 @@ use super::Case;
 /// Every case, in the order in which they are told.
 pub fn all() -> Vec<Case> {
     let light = [formulas::CASES, lights::CASES, exposure::CASES, highlights::CASES, shadows::CASES].concat();
-    [light.as_slice(), space::CASES, geometry::CASES, sampling::CASES, targets::CASES, random::CASES].concat()
+    let shape = [space::CASES, motion::CASES, geometry::CASES, sampling::CASES].concat();
+    [light.as_slice(), &shape, targets::CASES, random::CASES].concat()
 }
 
 /// The cases that a name or the name of a group means.
