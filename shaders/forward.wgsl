@@ -8,7 +8,7 @@
 #import afterlight::frame::{frame, view_ray, ORTHOGRAPHIC}
 #import afterlight::encodings::{encode_shininess}
 #import afterlight::brdf::{coat_share, usual_dielectric, Dielectric, Surface}
-#import afterlight::material::{plain_point, push, world_normal, world_position, world_tangent}
+#import afterlight::material::{plain_point, push, Rows, world_normal, world_position, world_tangent}
 #import afterlight::vectors::{unit_or}
 #ifdef TEXTURED
 #import afterlight::material::{emissive_at, mapped_normal, point_at, Uvs}
@@ -101,6 +101,10 @@ struct Vertex {
     @location(5) second_uv: vec2<f32>,
 #endif
 #endif
+    // Of the instance.
+    @location(8) row_x: vec4<f32>,
+    @location(9) row_y: vec4<f32>,
+    @location(10) row_z: vec4<f32>,
 }
 
 // Centroid: as in geometry.wgsl. A pixel with several samples is shaded once for each triangle in it, on the triangle.
@@ -130,9 +134,10 @@ struct Varying {
 @vertex
 fn vertex(in: Vertex) -> Varying {
     var out: Varying;
-    let world = world_position(in.position);
+    let rows = Rows(in.row_x, in.row_y, in.row_z);
+    let world = world_position(rows, in.position);
     out.position = frame.clip_from_world * vec4(world, 1.0);
-    out.normal = world_normal(in.normal);
+    out.normal = world_normal(rows, in.normal);
 #ifdef TEXTURED
 #ifdef EXTRAS
     let uvs = mapped_uvs(in.uv, in.second_uv);
@@ -145,7 +150,7 @@ fn vertex(in: Vertex) -> Varying {
 #endif
 #endif
 #ifdef NORMAL_MAP
-    out.tangent = world_tangent(in.tangent);
+    out.tangent = world_tangent(rows, in.tangent);
 #endif
     out.world = world;
 #ifdef EXTRAS

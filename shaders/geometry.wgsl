@@ -16,7 +16,7 @@ enable primitive_index;
 #ifdef SPECULAR
 #import afterlight::encodings::{encode_dielectric}
 #endif
-#import afterlight::material::{plain_point, push, world_normal, world_position, world_tangent}
+#import afterlight::material::{plain_point, push, Rows, world_normal, world_position, world_tangent}
 #import afterlight::vectors::{unit_or}
 #ifdef TEXTURED
 #import afterlight::material::{alpha_at, emissive_at, mapped_normal, point_at, Uvs, BASE_COLOR}
@@ -66,6 +66,13 @@ struct Vertex {
     @location(5) second_uv: vec2<f32>,
 #endif
 #endif
+    // Of the instance.
+    @location(8) row_x: vec4<f32>,
+    @location(9) row_y: vec4<f32>,
+    @location(10) row_z: vec4<f32>,
+#ifdef TRIANGLE
+    @location(12) number: u32,
+#endif
 }
 
 // Centroid: where an edge cuts a pixel with several samples, values are those of a point on the surface and not beside it. With one
@@ -95,15 +102,20 @@ struct Varying {
 #ifdef EXTRAS
     @location(5) @interpolate(perspective, centroid) color: vec4<f32>,
 #endif
+#ifdef TRIANGLE
+    // The object's number and 1.
+    @location(9) @interpolate(flat) number: u32,
+#endif
 }
 
 @vertex
 fn vertex(in: Vertex) -> Varying {
     var out: Varying;
-    let world = world_position(in.position);
+    let rows = Rows(in.row_x, in.row_y, in.row_z);
+    let world = world_position(rows, in.position);
     out.position = frame.clip_from_world * vec4(world, 1.0);
 #ifndef OVERDRAW
-    out.normal = world_normal(in.normal);
+    out.normal = world_normal(rows, in.normal);
 #endif
 #ifdef TEXTURED
 #ifdef EXTRAS
@@ -117,13 +129,16 @@ fn vertex(in: Vertex) -> Varying {
 #endif
 #endif
 #ifdef NORMAL_MAP
-    out.tangent = world_tangent(in.tangent);
+    out.tangent = world_tangent(rows, in.tangent);
 #endif
 #ifdef POSITION
     out.world = world;
 #endif
 #ifdef EXTRAS
     out.color = in.color;
+#endif
+#ifdef TRIANGLE
+    out.number = in.number;
 #endif
     return out;
 }
@@ -173,8 +188,7 @@ fn fragment(in: Varying, @builtin(primitive_index) triangle: u32) -> @location(0
         discard;
     }
 #endif
-    // No BRDF is stored here, and its place has the object's number (src/passes/surface.rs).
-    return vec2(u32(push.brdf), triangle);
+    return vec2(in.number, triangle);
 }
 #else
 // Adds one step of an 8-bit target for each fragment that is shaded.

@@ -4,11 +4,6 @@
 // precise
 
 struct Push {
-    // Rows of the map from mesh space to the light's clip space. Depth is reversed; w is 1 where the map is orthographic.
-    row_x: vec4<f32>,
-    row_y: vec4<f32>,
-    row_z: vec4<f32>,
-    row_w: vec4<f32>,
     alpha: f32,
     alpha_cutoff: f32,
     // Rows of the map from texture coordinates and 1 to the image; in w of the first, 1 where they are those of the second set.
@@ -33,6 +28,11 @@ struct Varying {
 
 struct Vertex {
     @location(0) position: vec3<f32>,
+    // Of the instance: rows of the map from mesh space to the light's clip space. Depth is reversed; w is 1 where the map is orthographic.
+    @location(8) row_x: vec4<f32>,
+    @location(9) row_y: vec4<f32>,
+    @location(10) row_z: vec4<f32>,
+    @location(11) row_w: vec4<f32>,
 #ifdef MASKED
     @location(2) uv: vec2<f32>,
 #endif
@@ -48,7 +48,7 @@ struct Vertex {
 fn vertex(in: Vertex) -> Varying {
     var out: Varying;
     let p = vec4(in.position, 1.0);
-    out.position = vec4(dot(push.row_x, p), dot(push.row_y, p), dot(push.row_z, p), dot(push.row_w, p));
+    out.position = vec4(dot(in.row_x, p), dot(in.row_y, p), dot(in.row_z, p), dot(in.row_w, p));
 #ifdef MASKED
     out.uv = in.uv;
 #endif

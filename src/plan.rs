@@ -10,6 +10,7 @@
 
 mod checks;
 mod cost;
+mod culling;
 mod error;
 mod gbuffer;
 mod lights;
@@ -34,6 +35,7 @@ pub use shadows::{MapProjection, ShadowLight, ShadowPlan, Tile};
 pub use surfaces::{
     DeformPlan, EffectiveMaterials, Extras, ForwardKey, GeometryKey, IndexWidth, MeshPlan, Opacity, PlannedBrdf,
     PlannedDeform, PlannedMesh, PlannedTexture, SetSamplers, Streams, TextureMask, TexturePlan, TextureSource, Uploads,
+    texture_format,
 };
 pub use targets::Target;
 
@@ -56,7 +58,9 @@ use output::{Blending, Way};
 use shadows::shadow_reason;
 use surfaces::{FilteredTextures, Surfaces, anisotropy};
 
-use crate::scene::{Brdf, Keep, LightPath, OptionalPart, Output, Resolve, Scene, Settings, Transparency, View};
+use crate::scene::{
+    BlockFormat, Brdf, Keep, LightPath, OptionalPart, Output, Resolve, Scene, Settings, Transparency, View,
+};
 
 /// What the device can do, as far as a plan depends on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,8 +91,24 @@ pub struct Capabilities {
     pub lazily_allocated: bool,
     /// Invocations of a compute work group.
     pub compute_invocations: u32,
+    /// Compute passes can write the commands that draw instances, many at once.
+    pub indirect_draws: bool,
     /// The device is a CPU.
     pub software: bool,
+    /// BC7 can be sampled, with linear filtering.
+    pub bc7: bool,
+    /// Every format of ETC2 can be.
+    pub etc2: bool,
+}
+
+impl Capabilities {
+    /// Whether textures can stay in these blocks.
+    pub fn samples(&self, format: BlockFormat) -> bool {
+        match format {
+            BlockFormat::Bc7 => self.bc7,
+            BlockFormat::Etc2Rgb8 | BlockFormat::Etc2Rgb8A1 | BlockFormat::Etc2Rgba8 => self.etc2,
+        }
+    }
 }
 
 /// Formats of the targets of weighted blending.
@@ -223,6 +243,8 @@ pub struct FramePlan {
     pub light_path: LightPath,
     /// Why it is this one.
     pub light_path_reason: String,
+    /// Whether the device finds out which opaque objects are seen, and why or why not.
+    pub culling: Result<String, String>,
     /// One pipeline of GEOMETRY each, or of FORWARD.
     pub geometry: BTreeSet<GeometryKey>,
     /// One pipeline of TRANSPARENT each.
@@ -334,6 +356,7 @@ impl FramePlan {
         let meshes = MeshPlan::of(scene, &rules);
         let FilteredTextures { textures, anisotropy, warning } = FilteredTextures::of(scene, settings, device, &rules);
         let depth_prepass = lighting.has_prepass(settings, shading);
+        let culling = culling::choose(scene, settings, device, &rules, shading, depth_prepass);
         let volumes = lighting.path == LightPath::Volumes && adds_lights(lighting.path, &lighting.lights);
         Ok(Self {
             size: settings.size,
@@ -366,6 +389,7 @@ impl FramePlan {
             lights: lighting.lights,
             light_order: lighting.order,
             depth_prepass,
+            culling,
             light_path: lighting.path,
             light_path_reason: lighting.reason,
             geometry: pipelines.geometry,
@@ -420,6 +444,11 @@ impl FramePlan {
     /// Whether lights are added one by one, by blending in LIGHTING.
     pub fn adds_lights(&self) -> bool {
         adds_lights(self.light_path, &self.lights)
+    }
+
+    /// Whether the device finds out which opaque objects are seen.
+    pub fn culls_on_device(&self) -> bool {
+        self.culling.is_ok()
     }
 
     /// Whether some object's mesh is deformed on the device.

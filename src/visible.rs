@@ -7,6 +7,7 @@ pub(crate) mod clusters;
 mod corrupted;
 pub(crate) mod depth;
 mod frustum;
+mod instances;
 mod occlusion;
 mod pose;
 mod shadows;
@@ -18,6 +19,7 @@ use std::sync::Arc;
 pub use active_lights::ActiveLights;
 pub use clusters::Clusters;
 pub use depth::{Depth, Eye};
+pub use instances::{CullView, Draw, InstanceList, STEPS, Stand};
 pub use shadows::{Caster, MapDraw, Receivers, ShadowCache, ShadowView};
 pub use volumes::{LightRect, VolumeRecord, cone_mesh, sphere_mesh};
 pub use world::{World, WorldObject};
@@ -30,13 +32,6 @@ use world::SortableTriangle;
 
 use crate::plan::{FramePlan, GeometryKey, Opacity, Reach, Shading, ShadowPlan};
 use crate::scene::{Aabb, Camera, LightPath, OptionalPart};
-
-/// A reference to an object to be drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Draw {
-    /// Index into [`World::objects`].
-    pub object: usize,
-}
 
 /// What the light path does with lights beyond the loop over those that meet every pixel.
 #[derive(Debug, Clone, Default)]
@@ -53,8 +48,8 @@ pub enum LightWork {
 /// A transparent object to be drawn, and where its triangles lie from back to front.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SortedDraw {
-    /// Index into [`World::objects`].
-    pub object: usize,
+    /// Of one instance.
+    pub draw: Draw,
     /// Where its indices begin in [`Visible::sorted_indices`]; none where the order does not matter.
     pub first_index: Option<u32>,
 }
@@ -62,6 +57,10 @@ pub struct SortedDraw {
 /// The lists of one frame.
 #[derive(Debug, Clone)]
 pub struct Visible {
+    /// What is drawn, by its index in [`World::objects`]: the instances of `draws`, then those of `transparent`.
+    pub instances: Vec<u32>,
+    /// What CULL is told, where the device finds out which opaque objects are seen; then `draws` has none of them.
+    pub culling: Option<CullView>,
     /// From near to far, so that early depth tests save the most: hidden fragments cost more than changes of state (Sponza's
     /// GEOMETRY takes a fifth less CPU on lavapipe than sorted by material). Equally near ones by pipeline and material.
     pub draws: Vec<Draw>,
@@ -93,28 +92,46 @@ impl Visible {
         let frustum = Frustum::of(camera, aspect);
         let depth = Depth::of(world, plan, camera);
         let beside = Misplacement::of(plan, camera, &depth);
-        let mut seen: Vec<usize> = (0..world.objects.len())
-            .filter(|&index| {
-                plan.keep.has(OptionalPart::OffscreenObjects) || frustum.may_see(&world.objects[index].bounds)
-            })
-            .collect();
-        let in_view = seen.len();
+        let list = &world.instances;
+        let culling = plan.culls_on_device().then(|| list.cull_view(&frustum, camera, world));
+        let mut seen = match plan.keep.has(OptionalPart::OffscreenObjects) {
+            true => vec![true; world.objects.len()],
+            // Which of the opaque ones are in view is known on the device alone: what depends on it takes all for seen.
+            false if culling.is_some() => list.transparent_in_view(world, &frustum),
+            false => list.in_view(&frustum),
+        };
+        let count = |seen: &[bool]| seen.iter().filter(|&&seen| seen).count();
+        let in_view = count(&seen);
         if let Some(occluders) = &world.occluders {
-            let in_view = seen.iter().copied();
-            let picture = occlusion::Picture::of(world, occluders, (camera, &depth), plan.size, in_view);
-            seen.retain(|&index| !picture.hides(&world.objects[index].bounds));
+            let places = (0..seen.len()).filter(|&place| seen[place]).map(|place| list.object(place));
+            let picture = occlusion::Picture::of(world, occluders, (camera, &depth), plan.size, places);
+            if picture.hides_something() {
+                for (place, seen) in seen.iter_mut().enumerate().filter(|(_, seen)| **seen) {
+                    *seen = !picture.hides(&world.objects[list.object(place)].bounds);
+                }
+            }
         }
-        let seen = near_to_far(world, camera, seen);
-        let boxes: Vec<Aabb> = seen.iter().map(|&index| world.objects[index].bounds).collect();
-        let active = ActiveLights::of(world, plan, (camera, &frustum), &beside, &boxes);
+        let (mut instances, draws) = match culling {
+            Some(_) => Default::default(),
+            None => list.near_to_far(world, camera, &seen),
+        };
+        let transparent = list.transparent(&seen);
+        let count = instances.len() + transparent.len();
+        let may_be_seen = |place: usize| seen[place] || culling.is_some();
+        let active = ActiveLights::of(world, plan, (camera, &frustum), &beside, &may_be_seen);
+        let objects = || instances.iter().chain(&transparent).map(|&index| &world.objects[index as usize]);
         let mut shadows = world.lamps.clone();
-        let leaves_casters = plan.seeks(OptionalPart::IdleCasters) && plan.shading != Shading::ShowShadowMap;
+        let leaves_casters =
+            culling.is_none() && plan.seeks(OptionalPart::IdleCasters) && plan.shading != Shading::ShowShadowMap;
         let receivers = plan.shadow.as_ref().filter(|_| leaves_casters).map(|shadow| {
-            let receiving = seen.iter().map(|&index| &world.objects[index]).filter(|object| object.key.receives);
-            let boxes = receiving.map(|object| object.bounds);
-            Receivers::of(boxes, (camera, &frustum), &beside, shadow, &world.shadows)
+            let receiving = objects().filter(|object| object.key.receives);
+            Receivers::of(receiving.map(|object| object.bounds), (camera, &frustum), &beside, shadow, &world.shadows)
         });
         if let Some(shadow) = &plan.shadow {
+            let boxes: Vec<Aabb> = match culling {
+                Some(_) => vec![world.bounds],
+                None => objects().map(|object| object.bounds).collect(),
+            };
             add_cascades(&mut shadows, world, shadow, camera, aspect, &boxes);
             for light in &shadow.lights {
                 let is_lit = active.lights.binary_search(&light.light).is_ok();
@@ -124,16 +141,17 @@ impl Visible {
                 }
             }
         }
-        let (mut transparent, opaque): (Vec<_>, Vec<_>) =
-            seen.iter().partition(|&&index| world.objects[index].transparent);
-        if world.is_halted() {
-            transparent.clear();
+        let first = instances.len() as u32;
+        if !world.is_halted() {
+            instances.extend(far_to_near(world, camera, &transparent));
         }
-        let (transparent, sorted_indices) = back_to_front(world, camera, transparent.into_iter().rev());
+        let (transparent, sorted_indices) = back_to_front(world, camera, first, &instances[first as usize..]);
         Self {
-            culled: world.objects.len() - in_view,
-            occluded: in_view - seen.len(),
-            draws: opaque.into_iter().map(|object| Draw { object }).collect(),
+            culled: if culling.is_some() { 0 } else { world.objects.len() - in_view },
+            occluded: in_view - count,
+            instances,
+            culling,
+            draws,
             transparent,
             sorted_indices,
             shadows,
@@ -156,23 +174,22 @@ impl Visible {
     }
 
     pub fn triangles(&self, world: &World) -> usize {
-        let opaque = self.draws.iter().map(|draw| draw.object);
-        let drawn = opaque.chain(self.transparent.iter().map(|draw| draw.object));
-        drawn.map(|object| world.objects[object].triangles).sum()
+        let drawn = self.draws.iter().chain(self.transparent.iter().map(|own| &own.draw));
+        drawn.map(|draw| draw.count as usize * world.objects[draw.object].triangles).sum()
     }
 }
 
-/// From near to far, equally near ones by pipeline and material, coats before what they lie in.
-fn near_to_far(world: &World, camera: &Camera, seen: Vec<usize>) -> Vec<usize> {
-    let placed = |index: usize| (camera.order(world.objects[index].bounds.center()), index);
-    let mut order: Vec<(f64, usize)> = seen.into_iter().map(placed).collect();
+/// Transparent objects from far to near, equally far ones by pipeline and material, coats after what they lie in.
+fn far_to_near(world: &World, camera: &Camera, seen: &[u32]) -> impl Iterator<Item = u32> {
+    let placed = |&index: &u32| (camera.order(world.objects[index as usize].bounds.center()), index);
+    let mut order: Vec<(f64, u32)> = seen.iter().map(placed).collect();
     let is_coat = |key: GeometryKey| key.forward.is_some_and(|forward| forward.opacity == Opacity::Coat);
-    let state = |index: usize| {
-        let object = &world.objects[index];
+    let state = |index: u32| {
+        let object = &world.objects[index as usize];
         (!is_coat(object.key), object.key, object.material, index)
     };
     order.sort_by(|a, b| a.0.total_cmp(&b.0).then_with(|| state(a.1).cmp(&state(b.1))));
-    order.into_iter().map(|(_, index)| index).collect()
+    order.into_iter().rev().map(|(_, index)| index)
 }
 
 fn light_work(world: &World, camera: &Camera, plan: &FramePlan, active: &ActiveLights) -> LightWork {
@@ -200,17 +217,18 @@ fn light_work(world: &World, camera: &Camera, plan: &FramePlan, active: &ActiveL
 }
 
 /// Sorts the triangles of each of these objects by where rays meet their centroid ([`Camera::order`]), the farthest first; equally far ones as
-/// they lie in the mesh.
-fn back_to_front(world: &World, camera: &Camera, objects: impl Iterator<Item = usize>) -> (Vec<SortedDraw>, Vec<u32>) {
+/// they lie in the mesh. `first` is the number of the first instance.
+fn back_to_front(world: &World, camera: &Camera, first: u32, instances: &[u32]) -> (Vec<SortedDraw>, Vec<u32>) {
     let mut indices = Vec::new();
-    let draws = objects.map(|index| {
-        let object = &world.objects[index];
+    let draws = (first..).zip(instances).map(|(first, &index)| {
+        let object = &world.objects[index as usize];
+        let draw = Draw { object: index as usize, first, count: 1 };
         let triangles = match object.deform {
             Some(deform) => world.deformed_triangles.get(&deform),
             None => world.sortable.get(&object.mesh),
         };
         let Some(triangles) = triangles else {
-            return SortedDraw { object: index, first_index: None };
+            return SortedDraw { draw, first_index: None };
         };
         // In f64: what is near must not take its order from how far the origin is.
         let distance =
@@ -220,7 +238,7 @@ fn back_to_front(world: &World, camera: &Camera, objects: impl Iterator<Item = u
         order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let first_index = indices.len() as u32;
         indices.extend(order.into_iter().flat_map(|(_, place)| triangles[place].indices));
-        SortedDraw { object: index, first_index: Some(first_index) }
+        SortedDraw { draw, first_index: Some(first_index) }
     });
     (draws.collect(), indices)
 }

@@ -1,12 +1,15 @@
-// A drawn object and its material: what changes from draw to draw, and what its textures say of a point.
+// A drawn object and its material: what changes from instance to instance and from draw to draw, and what its textures say of a point.
 #define_import_path afterlight::material
 #import afterlight::vectors::{handedness, scaled_rows, turned_normal, unit_or}
 
+// What changes from instance to instance: rows of the map from mesh space to camera-relative world space.
+struct Rows {
+    x: vec4<f32>,
+    y: vec4<f32>,
+    z: vec4<f32>,
+}
+
 struct Push {
-    // Rows of the map from mesh space to camera-relative world space.
-    row_x: vec4<f32>,
-    row_y: vec4<f32>,
-    row_z: vec4<f32>,
     base_color: vec3<f32>,
     alpha: f32,
     // Pre-exposed.
@@ -105,25 +108,25 @@ struct Uvs {
 #endif
 
 // From mesh space to the world around the camera.
-fn world_position(position: vec3<f32>) -> vec3<f32> {
+fn world_position(rows: Rows, position: vec3<f32>) -> vec3<f32> {
     let p = vec4(position, 1.0);
-    return vec3(dot(push.row_x, p), dot(push.row_y, p), dot(push.row_z, p));
+    return vec3(dot(rows.x, p), dot(rows.y, p), dot(rows.z, p));
 }
 
-// From the rows of the transform's linear part.
-fn rows() -> mat3x3<f32> {
-    return scaled_rows(push.row_x.xyz, push.row_y.xyz, push.row_z.xyz);
+// Of the transform's linear part.
+fn linear(rows: Rows) -> mat3x3<f32> {
+    return scaled_rows(rows.x.xyz, rows.y.xyz, rows.z.xyz);
 }
 
 // Not of unit length.
-fn world_normal(normal: vec3<f32>) -> vec3<f32> {
-    return turned_normal(rows(), normal);
+fn world_normal(rows: Rows, normal: vec3<f32>) -> vec3<f32> {
+    return turned_normal(linear(rows), normal);
 }
 
-fn world_tangent(tangent: vec4<f32>) -> vec4<f32> {
+fn world_tangent(rows: Rows, tangent: vec4<f32>) -> vec4<f32> {
     let t = tangent.xyz;
-    let sign = handedness(rows());
-    return vec4(dot(push.row_x.xyz, t), dot(push.row_y.xyz, t), dot(push.row_z.xyz, t), tangent.w * sign);
+    let sign = handedness(linear(rows));
+    return vec4(dot(rows.x.xyz, t), dot(rows.y.xyz, t), dot(rows.z.xyz, t), tangent.w * sign);
 }
 
 #ifdef TEXTURED

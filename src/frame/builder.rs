@@ -9,7 +9,9 @@ use super::edges::Edges;
 use super::list::List;
 use super::{Drawn, Error, Frame, FrameParts, IN_FLIGHT, InFlight, Renderer};
 use crate::gpu::{self, CommandBuffer, Device, Timestamps};
-use crate::gpu_scene::{GpuScene, PoseBuffer, ShadowAtlas, SortedIndices, ViewBuffers, view_set_layout};
+use crate::gpu_scene::{
+    Culling, GpuScene, Instances, PoseBuffer, ShadowAtlas, SortedIndices, ViewBuffers, view_set_layout,
+};
 use crate::plan::FramePlan;
 use crate::scene::{Scene, Settings, exposure_scale, metered_ev100};
 use crate::visible::{ShadowCache, World};
@@ -73,6 +75,7 @@ impl RendererBuilder {
         let deforms = &plan.meshes.deforms;
         let poses = (0..IN_FLIGHT).map(|index| PoseBuffer::new(&device, index, deforms));
         let poses: Vec<_> = poses.filter_map(Result::transpose).collect::<gpu::Result<_>>()?;
+        let culling = Culling::new(&device, &plan, IN_FLIGHT)?;
         let frame = Frame::new(&FrameParts {
             device: &device,
             plan: &plan,
@@ -82,6 +85,7 @@ impl RendererBuilder {
             scene: &scene,
             world: &world,
             poses: &poses,
+            culling: culling.as_ref(),
             swapchain,
         })?;
         // The begin of a frame, the end of each of its passes, and of what lies over the picture.
@@ -91,6 +95,7 @@ impl RendererBuilder {
                 cmd: CommandBuffer::new(&device, &format!("frame {index}"))?,
                 view: ViewBuffers::new(&device, index, frame_layout.raw, &plan, &world)?,
                 sorted: SortedIndices::new(&device, index, &plan)?,
+                instances: Instances::new(index, &plan),
                 times: Timestamps::new(&device, &format!("times of frame {index}"), times)?,
                 ticket: None,
                 begun: Instant::now(),
@@ -113,6 +118,7 @@ impl RendererBuilder {
             frames,
             poses,
             posed: 0,
+            culling,
             next: 0,
             frame_layout,
         })

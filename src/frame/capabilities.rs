@@ -3,7 +3,8 @@
 use ash::vk;
 
 use crate::gpu::PhysicalDevice;
-use crate::plan::Capabilities;
+use crate::plan::{Capabilities, texture_format};
+use crate::scene::{BlockFormat, ColorSpace};
 
 /// What of the device a plan depends on.
 pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
@@ -31,8 +32,27 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
         primitive_index: device.features.geometry_shader == vk::TRUE,
         lazily_allocated: device.has_lazily_allocated_memory(),
         compute_invocations: limits.max_compute_work_group_invocations.min(limits.max_compute_work_group_size[0]),
+        indirect_draws: device.features.multi_draw_indirect == vk::TRUE
+            && device.features.draw_indirect_first_instance == vk::TRUE
+            && limits.max_draw_indirect_count >= 65536
+            && limits.max_compute_work_group_invocations >= 128,
         software: device.kind == vk::PhysicalDeviceType::CPU,
+        bc7: device.features.texture_compression_bc == vk::TRUE && samples(device, BlockFormat::Bc7),
+        etc2: device.features.texture_compression_etc2 == vk::TRUE
+            && [BlockFormat::Etc2Rgb8, BlockFormat::Etc2Rgb8A1, BlockFormat::Etc2Rgba8]
+                .into_iter()
+                .all(|format| samples(device, format)),
     }
+}
+
+/// Whether textures in these blocks can be uploaded and filtered.
+fn samples(device: &PhysicalDevice, format: BlockFormat) -> bool {
+    let needed = vk::FormatFeatureFlags::SAMPLED_IMAGE
+        | vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR
+        | vk::FormatFeatureFlags::TRANSFER_DST;
+    [ColorSpace::Srgb, ColorSpace::Linear]
+        .into_iter()
+        .all(|space| device.format_features(texture_format(Some(format), space)).contains(needed))
 }
 
 /// The most that the device's samplers take.

@@ -6,6 +6,7 @@ use glam::DAffine3;
 
 use super::builder::RendererBuilder;
 use super::{Error, Renderer, edges, plan_for};
+use crate::gpu_scene::Culling;
 use crate::plan;
 use crate::scene::{Light, Pose, Scene, SettingsPatch, exposure_scale};
 use crate::visible::ShadowCache;
@@ -83,6 +84,7 @@ impl Renderer {
             (self.world, self.plan) = builder.into_world();
             self.shadow_cache = ShadowCache::default();
             self.posed = 0;
+            self.culling.iter_mut().for_each(Culling::forget);
             self.frame.expose(&self.plan, &self.world);
         } else {
             *self = builder.finish(&[])?;

@@ -88,7 +88,9 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
         alone(&tonemap::PASS),
         tone,
     ];
-    let mut steps = vec![super::render_passes::skin_step(plan), list::render_pass(SHADOW_PASS, [alone(&shadow::PASS)])];
+    let mut steps = vec![super::render_passes::skin_step(plan)];
+    steps.extend(super::render_passes::culling_steps(plan));
+    steps.push(list::render_pass(SHADOW_PASS, [alone(&shadow::PASS)]));
     // Each of these reads only its own pixel, so that a tiler never leaves the tile. A pass between GEOMETRY and LIGHTING that reads
     // neighbours would have to part them.
     match plan.stores_gbuffer {
@@ -107,6 +109,9 @@ impl Deferred {
 
         // SKIN writes deformed vertices for all that draws below: rows `deformed-reuse` and `skin-to-draws`.
         passes.record_skin(frame, times);
+
+        // CULL, ARRANGE and FILL find out what is seen: rows `culled-reuse`, `cull-to-arrange`, `arrange-to-fill` and `fill-to-draws`.
+        passes.record_culling(frame, times);
 
         // A render pass for each stale map. Row `shadow-map-to-lighting`: the passes below look up what it wrote.
         passes.record_shadow(frame, times);

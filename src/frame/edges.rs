@@ -20,6 +20,7 @@ use crate::plan::FramePlan;
 use crate::scene;
 
 mod absent;
+mod culling;
 mod forward;
 mod host;
 mod main_pass;
@@ -263,6 +264,9 @@ pub fn table(plan: &FramePlan) -> Edges {
     let mut rows = uploads::rows(plan);
     if plan.deforms() {
         rows.extend(skin::rows());
+    }
+    if plan.culls_on_device() {
+        rows.extend(culling::rows());
     }
     if plan.shadow.is_some() {
         rows.extend(shadow::rows(plan));

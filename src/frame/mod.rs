@@ -46,12 +46,14 @@ use std::time::Instant;
 use ash::vk;
 
 use crate::gpu::{self, CommandBuffer, Device, Image, Owned, Ticket, Timestamps};
-use crate::gpu_scene::{FrameUniform, GpuScene, PoseBuffer, ShadowAtlas, SortedIndices, ViewBuffers};
+use crate::gpu_scene::{
+    Culling, FrameUniform, GpuScene, Instances, PoseBuffer, ShadowAtlas, SortedIndices, ViewBuffers,
+};
 use crate::passes::copy::Copy;
 use crate::passes::{Recording, SetLayouts};
 use crate::plan::{self, FramePlan};
 use crate::scene::{self, Camera, LightPath, Scene, Settings};
-use crate::visible::{Eye, MapDraw, ShadowCache, Visible, World};
+use crate::visible::{Eye, MapDraw, STEPS, ShadowCache, Visible, World};
 
 /// While the device draws one frame, the CPU records the next.
 const IN_FLIGHT: usize = 2;
@@ -76,8 +78,12 @@ impl From<scene::Error> for Error {
 /// What a frame drew.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Drawn {
-    /// Objects that were drawn.
+    /// Objects that were drawn, but for those of `on_device`.
     pub objects: usize,
+    /// Opaque objects of which the device alone knows those that it drew. Their triangles are not counted.
+    pub on_device: usize,
+    /// Commands that draw surfaces.
+    pub commands: usize,
     /// Beside or behind the view.
     pub culled: usize,
     /// In view, behind others.
@@ -137,6 +143,7 @@ struct InFlight {
     cmd: CommandBuffer,
     view: ViewBuffers,
     sorted: Option<SortedIndices>,
+    instances: Instances,
     times: Option<Timestamps>,
     ticket: Option<Ticket>,
     begun: Instant,
@@ -193,6 +200,8 @@ pub(crate) struct FrameParts<'a> {
     pub world: &'a World,
     /// Of the frames in flight, in their order, where the plan deforms objects.
     pub poses: &'a [PoseBuffer],
+    /// Where the plan culls on the device.
+    pub culling: Option<&'a Culling>,
     /// Views of the swapchain's images; none where pictures are not presented.
     pub swapchain: &'a [vk::ImageView],
 }
@@ -262,6 +271,8 @@ pub struct Renderer {
     poses: Vec<PoseBuffer>,
     /// The world's pose that the deformed vertices have; 0: none yet.
     posed: u64,
+    /// Where the plan culls on the device.
+    culling: Option<Culling>,
     next: usize,
     #[cfg_attr(not(feature = "present"), expect(dead_code, reason = "frames of a window are resized, and no others"))]
     frame_layout: Owned<vk::DescriptorSetLayout>,
@@ -368,6 +379,10 @@ impl Renderer {
         if let Some(sorted) = &frame.sorted {
             sorted.write(&visible.sorted_indices)?;
         }
+        if let (Some(culling), Some(view)) = (&mut self.culling, &visible.culling) {
+            culling.write(&self.device, self.next, (&self.world, &self.scene), view)?;
+        }
+        frame.instances.write(&self.device, &self.world, (&visible, camera), &stale_maps)?;
         let posed = !self.poses.is_empty() && self.posed != self.world.pose.revision;
         if posed {
             self.poses[self.next].write(&self.world.pose.joints, &self.world.pose.weights)?;
@@ -394,13 +409,19 @@ impl Renderer {
                 camera,
                 frame_set: frame.view.set,
                 shadow_set: self.atlas.as_ref().map(|atlas| atlas.set(self.next)),
+                instances: &frame.instances,
+                culling: self.culling.as_ref(),
                 stale_maps: &stale_maps,
                 sorted: frame.sorted.as_ref().map(SortedIndices::raw),
             },
             &mut frame.times,
         );
         frame.drawn = Drawn {
-            objects: visible.draws.len(),
+            objects: visible.instances.len(),
+            on_device: visible.culling.map_or(0, |_| self.world.instances.opaque_count()),
+            commands: visible.draws.len()
+                + visible.transparent.len()
+                + visible.culling.map_or(0, |_| STEPS * self.culling.as_ref().map_or(0, |own| own.states.len())),
             culled: visible.culled,
             occluded: visible.occluded,
             triangles: visible.triangles(&self.world),

@@ -456,6 +456,7 @@ impl Renderer {
             scene: &self.scene,
             world: &self.world,
             poses: &self.poses,
+            culling: self.culling.as_ref(),
             swapchain,
         })?;
         Ok(self)

@@ -9,7 +9,10 @@ use super::list::{self, List, Occasion, RenderPassName, SHADOW_PASS, Step};
 use super::render_pass::PassDescription;
 use crate::gpu::barrier::{self, ImageRange};
 use crate::gpu::{self, Device, RenderPass, Timestamps};
+use crate::passes::arrange::{self, Arrange};
+use crate::passes::cull::{self, Cull};
 use crate::passes::depth::{self, Depth};
+use crate::passes::fill::{self, Fill};
 use crate::passes::shadow::{self, Shadow};
 use crate::passes::skin::{self, Skin};
 use crate::passes::tonemap::tone_map_up_to;
@@ -25,6 +28,7 @@ pub struct RenderPasses {
     passes: Vec<Made>,
     shadow: Option<ShadowStage>,
     skin: Option<SkinStage>,
+    culling: Option<CullingStage>,
 }
 
 /// One of a frame's render passes.
@@ -47,6 +51,17 @@ struct SkinStage {
     skin: Skin,
     before: Option<Edge>,
     after: Option<Edge>,
+}
+
+/// What finds out on the device what is seen, with the rows of the barriers before and after each pass.
+struct CullingStage {
+    cull: Cull,
+    arrange: Arrange,
+    fill: Fill,
+    reuse: Option<Edge>,
+    cull_to_arrange: Option<Edge>,
+    arrange_to_fill: Option<Edge>,
+    fill_to_draws: Option<Edge>,
 }
 
 /// SHADOW with its render pass.
@@ -93,7 +108,20 @@ impl RenderPasses {
             }),
             None => None,
         };
-        let mut made = Self { targets, list, passes, shadow, skin };
+        let row = |name| edges.find(name).cloned();
+        let culling = match parts.culling {
+            Some(culling) => Some(CullingStage {
+                cull: Cull::new(device, culling)?,
+                arrange: Arrange::new(device, culling)?,
+                fill: Fill::new(device, culling)?,
+                reuse: row(RowName::CULLED_REUSE),
+                cull_to_arrange: row(RowName::CULL_TO_ARRANGE),
+                arrange_to_fill: row(RowName::ARRANGE_TO_FILL),
+                fill_to_draws: row(RowName::FILL_TO_DRAWS),
+            }),
+            None => None,
+        };
+        let mut made = Self { targets, list, passes, shadow, skin, culling };
         made.expose(plan, world);
         Ok(made)
     }
@@ -177,6 +205,33 @@ impl RenderPasses {
         frame.end(times, &skin::PASS);
     }
 
+    /// Records how the device finds out what is seen, outside a render pass, where the plan has it do so.
+    pub fn record_culling(&self, frame: &Recording, times: &mut Option<Timestamps>) {
+        let (Some(stage), Some(culling)) = (&self.culling, frame.culling) else { return };
+        let barrier = |row: &Option<Edge>| {
+            if let Some(row) = row {
+                barrier::buffer_barrier(frame.device, frame.cmd, &culling.culled, row.order());
+            }
+        };
+        frame.begin(&cull::PASS);
+        // The last frame's draws may still read what is overwritten.
+        barrier(&stage.reuse);
+        stage.cull.record(frame, culling);
+        frame.end(times, &cull::PASS);
+        frame.begin(&arrange::PASS);
+        // It adds up what CULL counted.
+        barrier(&stage.cull_to_arrange);
+        stage.arrange.record(frame, culling);
+        frame.end(times, &arrange::PASS);
+        frame.begin(&fill::PASS);
+        // It puts rows where ARRANGE says.
+        barrier(&stage.arrange_to_fill);
+        stage.fill.record(frame, culling);
+        // Draws read commands and rows.
+        barrier(&stage.fill_to_draws);
+        frame.end(times, &fill::PASS);
+    }
+
     /// Records the stale shadow maps, outside a render pass, where the plan has maps.
     pub fn record_shadow(&self, frame: &Recording, times: &mut Option<Timestamps>) {
         if let Some(ShadowStage { shadow, .. }) = &self.shadow {
@@ -197,6 +252,19 @@ pub(super) fn skin_step(plan: &FramePlan) -> Option<Step> {
         &[(RowName::DEFORMED_REUSE, vertices)],
         &[(RowName::SKIN_TO_DRAWS, vertices)],
     )
+}
+
+/// CULL, ARRANGE and FILL between their barriers, before all that draws.
+pub(super) fn culling_steps(plan: &FramePlan) -> [Option<Step>; 3] {
+    let culled = Resource::CulledInstances;
+    let step = |pass, before, after: &[(RowName, Resource)]| {
+        list::commands(plan, Occasion::Always, pass, &[(before, culled)], after)
+    };
+    [
+        step(&cull::PASS, RowName::CULLED_REUSE, &[]),
+        step(&arrange::PASS, RowName::CULL_TO_ARRANGE, &[]),
+        step(&fill::PASS, RowName::ARRANGE_TO_FILL, &[(RowName::FILL_TO_DRAWS, culled)]),
+    ]
 }
 
 /// The depth pre-pass, where the plan has one, in the subpass that shades or stores surfaces.

@@ -40,8 +40,12 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
     let output = Resource::Target(Target::Output);
     let shadow = list::subpass(plan, shadow::PASS.place, &[&shadow::PASS]);
     let surfaces = list::subpass(plan, geometry::PASS.place, &[&depth::PASS, &geometry::PASS]);
+    let [cull, arrange, fill] = super::render_passes::culling_steps(plan);
     vec![
         super::render_passes::skin_step(plan),
+        cull,
+        arrange,
+        fill,
         list::render_pass(SHADOW_PASS, [shadow]),
         list::render_pass(MAIN_PASS, [surfaces]),
         list::commands(
@@ -62,6 +66,8 @@ impl TiledFrame {
 
         // SKIN writes deformed vertices for all that draws below: rows `deformed-reuse` and `skin-to-draws`.
         passes.record_skin(frame, times);
+        // CULL, ARRANGE and FILL find out what is seen: rows `culled-reuse`, `cull-to-arrange`, `arrange-to-fill` and `fill-to-draws`.
+        passes.record_culling(frame, times);
         // A render pass for each stale map. Row `shadow-map-to-lighting`: TILED looks up what it wrote.
         passes.record_shadow(frame, times);
 

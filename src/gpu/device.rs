@@ -31,6 +31,14 @@ pub struct EnabledFeatures {
     pub sample_rate_shading: bool,
     /// Fragment shaders know the number of their triangle; geometry shaders themselves have no use here.
     pub geometry_shader: bool,
+    /// Many commands that draw are read from a buffer by one.
+    pub multi_draw_indirect: bool,
+    /// And begin at any instance.
+    pub draw_indirect_first_instance: bool,
+    /// BC formats.
+    pub texture_compression_bc: bool,
+    /// ETC2 formats.
+    pub texture_compression_etc2: bool,
     /// The device is Vulkan in part only (MoltenVK); the extension that says so is enabled.
     pub portability_subset: bool,
     /// The driver tells how full its heaps are.
@@ -49,6 +57,10 @@ impl EnabledFeatures {
             sampler_anisotropy: physical.features.sampler_anisotropy == vk::TRUE,
             sample_rate_shading: physical.features.sample_rate_shading == vk::TRUE,
             geometry_shader: physical.features.geometry_shader == vk::TRUE,
+            multi_draw_indirect: physical.features.multi_draw_indirect == vk::TRUE,
+            draw_indirect_first_instance: physical.features.draw_indirect_first_instance == vk::TRUE,
+            texture_compression_bc: physical.features.texture_compression_bc == vk::TRUE,
+            texture_compression_etc2: physical.features.texture_compression_etc2 == vk::TRUE,
             portability_subset: has(ash::khr::portability_subset::NAME),
             memory_budget: has(ash::ext::memory_budget::NAME),
             mutable_swapchains: required.contains(&ash::khr::swapchain::NAME)
@@ -63,6 +75,10 @@ impl EnabledFeatures {
             .sampler_anisotropy(self.sampler_anisotropy)
             .sample_rate_shading(self.sample_rate_shading)
             .geometry_shader(self.geometry_shader)
+            .multi_draw_indirect(self.multi_draw_indirect)
+            .draw_indirect_first_instance(self.draw_indirect_first_instance)
+            .texture_compression_bc(self.texture_compression_bc)
+            .texture_compression_etc2(self.texture_compression_etc2)
     }
 
     fn extensions(&self) -> impl Iterator<Item = &'static CStr> {

@@ -312,6 +312,22 @@ pub fn format_bytes(format: vk::Format) -> u32 {
     }
 }
 
+/// Edge in texels and bytes of what a format stores as one: a texel, or a block of BC7 or ETC2. No bytes of other compressed and of
+/// multi-planar formats.
+pub(super) fn format_block(format: vk::Format) -> (u32, u32) {
+    match format {
+        vk::Format::BC7_UNORM_BLOCK
+        | vk::Format::BC7_SRGB_BLOCK
+        | vk::Format::ETC2_R8G8B8A8_UNORM_BLOCK
+        | vk::Format::ETC2_R8G8B8A8_SRGB_BLOCK => (4, 16),
+        vk::Format::ETC2_R8G8B8_UNORM_BLOCK
+        | vk::Format::ETC2_R8G8B8_SRGB_BLOCK
+        | vk::Format::ETC2_R8G8B8A1_UNORM_BLOCK
+        | vk::Format::ETC2_R8G8B8A1_SRGB_BLOCK => (4, 8),
+        texels => (1, format_bytes(texels)),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

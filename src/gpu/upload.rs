@@ -13,7 +13,7 @@ use super::buffer::Buffer;
 use super::command::CommandBuffer;
 use super::device::Device;
 use super::error::{Error, Result};
-use super::image::{Image, can_blit, format_bytes};
+use super::image::{Image, can_blit, format_block};
 use super::memory::{Location, MemoryKind};
 use super::sync::{Dependency, Use};
 
@@ -129,15 +129,15 @@ impl Uploader {
         Ok(())
     }
 
-    /// Copies level 0 of every layer, rows and layers tightly packed, makes the other levels by linear blits, and leaves
-    /// all of the image in `SHADER_READ_ONLY_OPTIMAL`. The old content is lost. The image must live
-    /// until [`Uploader::finish`].
+    /// Copies levels of every layer, rows and layers tightly packed, and leaves all of the image in `SHADER_READ_ONLY_OPTIMAL`: all levels,
+    /// or the first alone, of which the others are made by linear blits. The old content is lost. The image must live until
+    /// [`Uploader::finish`].
     ///
     /// # Errors
-    /// [`Error::Misuse`] for data of another size, or an image without `TRANSFER_DST` (and `TRANSFER_SRC`, for levels);
-    /// [`Error::Unsupported`] for levels of a format that [`can_blit`] denies; a lost device.
-    pub fn texture(&mut self, image: &Image, level0: &[u8]) -> Result<()> {
-        let blits = image.mip_levels > 1;
+    /// [`Error::Misuse`] for another number of levels, data of another size, or an image without `TRANSFER_DST` (and `TRANSFER_SRC`, for
+    /// blits); [`Error::Unsupported`] for blits of a format that [`can_blit`] denies; a lost device.
+    pub fn texture(&mut self, image: &Image, levels: &[impl AsRef<[u8]>]) -> Result<()> {
+        let blits = image.mip_levels > 1 && levels.len() == 1;
         if blits && !can_blit(&self.device.physical, image.format) {
             return Err(Error::Unsupported(format!(
                 "'{}' cannot make mip levels of {:?}, as '{}' needs",
@@ -145,21 +145,29 @@ impl Uploader {
             )));
         }
         let source = if blits { vk::ImageUsageFlags::TRANSFER_SRC } else { vk::ImageUsageFlags::empty() };
-        check_texture(image, vk::ImageUsageFlags::TRANSFER_DST | source, Some(level0))?;
+        if !blits && levels.len() as u64 != u64::from(image.mip_levels) {
+            let (given, needed) = (levels.len(), image.mip_levels);
+            return Err(Error::Misuse(format!("{image:?} is given {given} levels, not {needed} or the first")));
+        }
+        check_texture(image, vk::ImageUsageFlags::TRANSFER_DST | source)?;
+        (0..).zip(levels).try_for_each(|(level, data)| check_level(image, level, data.as_ref()))?;
         let written = planned(self.order.written, image)?;
-        let levels = match blits {
+        let blitting = match blits {
             true => Some((planned(self.order.blit, image)?, planned(self.order.blitted, image)?)),
             false => None,
         };
         self.make_writable(image)?;
-        self.copy_level_0(image, level0)?;
+        for (level, data) in (0..).zip(levels) {
+            self.copy_level(image, level, data.as_ref())?;
+        }
         let cmd = self.recording()?;
-        if let Some((blit, _)) = levels {
+        if let Some((blit, _)) = blitting {
             self.blit_levels(cmd, image, blit);
         }
-        // The last level, or the only one, was written by a copy or a blit and never read.
-        self.make_readable(cmd, image, (image.mip_levels - 1, 1), (written, WRITTEN));
-        if let Some((_, blitted)) = levels {
+        // What was written by a copy, or by the last blit, and never read.
+        let first_unread = if blits { image.mip_levels - 1 } else { 0 };
+        self.make_readable(cmd, image, (first_unread, image.mip_levels - first_unread), (written, WRITTEN));
+        if let Some((_, blitted)) = blitting {
             // The others were read by the blit into the next level. Their writes were made available before that; this
             // barrier waits for the read, changes the layout, and makes them visible to shaders.
             self.make_readable(cmd, image, (0, image.mip_levels - 1), (blitted, BLITTED));
@@ -234,26 +242,29 @@ impl Uploader {
         unsafe { self.device.raw.cmd_blit_image(cmd, image.raw, src, image.raw, dst, &[blit], vk::Filter::LINEAR) };
     }
 
-    /// Copies level 0 of every layer, as many rows at a time as the staging buffer has room for.
-    fn copy_level_0(&mut self, image: &Image, data: &[u8]) -> Result<()> {
-        let extent = image.extent;
-        let texel = u64::from(format_bytes(image.format));
-        let row = u64::from(extent.width) * texel;
+    /// Copies a level of every layer, as many rows of texels or blocks at a time as the staging buffer has room for.
+    fn copy_level(&mut self, image: &Image, level: u32, data: &[u8]) -> Result<()> {
+        let extent = image.level_extent(level);
+        let (edge, bytes) = format_block(image.format);
+        let row = u64::from(extent.width.div_ceil(edge)) * u64::from(bytes);
         let row = usize::try_from(row).unwrap_or(usize::MAX);
-        // Offsets are whole texels (for Vulkan), whole words, and what the device likes best.
-        let alignment = texel * self.device.physical.limits.optimal_buffer_copy_offset_alignment.max(4);
-        let layer_data = data.chunks_exact(row * extent.height as usize);
+        // Offsets are whole texels or blocks (for Vulkan), whole words, and what the device likes best.
+        let alignment = u64::from(bytes) * self.device.physical.limits.optimal_buffer_copy_offset_alignment.max(4);
+        let layer_data = data.chunks_exact(row * extent.height.div_ceil(edge) as usize);
         for (layer, layer_data) in (0..).zip(layer_data) {
             let mut done = 0;
             while done < layer_data.len() {
                 let (staged, taken) = self.stage(&layer_data[done..], row, alignment)?;
                 let subresource =
-                    vk::ImageSubresourceLayers { base_array_layer: layer, layer_count: 1, ..layers_of(image, 0) };
+                    vk::ImageSubresourceLayers { base_array_layer: layer, layer_count: 1, ..layers_of(image, level) };
+                let first = (done / row) as u32 * edge;
+                // The last row of blocks may reach beyond the image.
+                let height = ((taken / row) as u32 * edge).min(extent.height - first);
                 let region = vk::BufferImageCopy::default()
                     .buffer_offset(staged.offset)
                     .image_subresource(subresource)
-                    .image_offset(vk::Offset3D { x: 0, y: (done / row) as i32, z: 0 })
-                    .image_extent(vk::Extent3D { width: extent.width, height: (taken / row) as u32, depth: 1 });
+                    .image_offset(vk::Offset3D { x: 0, y: first as i32, z: 0 })
+                    .image_extent(vk::Extent3D { width: extent.width, height, depth: 1 });
                 let layout = WRITTEN;
                 // SAFETY: the command buffer is recording, the staging buffer is alive, the image until `finish`, as
                 // promised; the region lies within both.
@@ -329,21 +340,26 @@ const WRITTEN: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
 /// Layout of a level that a blit reads.
 const BLITTED: vk::ImageLayout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
 
-/// Whether the image can be uploaded to, and level 0, where given, has its right size. Before anything is recorded, so that an
-/// image is left as it was when this fails.
-fn check_texture(image: &Image, needed: vk::ImageUsageFlags, level0: Option<&[u8]>) -> Result<()> {
-    let texel = u64::from(format_bytes(image.format));
-    let can_copy = texel > 0 && image.aspect() == vk::ImageAspectFlags::COLOR;
+/// Whether the image can be uploaded to. Before anything is recorded, so that an image is left as it was when this fails.
+fn check_texture(image: &Image, needed: vk::ImageUsageFlags) -> Result<()> {
+    let (_, bytes) = format_block(image.format);
+    let can_copy = bytes > 0 && image.aspect() == vk::ImageAspectFlags::COLOR;
     if !can_copy || image.samples != vk::SampleCountFlags::TYPE_1 || !image.usage.contains(needed) {
         return Err(Error::Misuse(format!("{image:?} of usage {:?} cannot be uploaded to", image.usage)));
     }
-    let needed = texel * u64::from(image.extent.width) * u64::from(image.extent.height) * u64::from(image.layers);
-    match level0.map(<[u8]>::len) {
-        Some(given) if given as u64 != needed => {
-            Err(Error::Misuse(format!("level 0 of {image:?} is given {given} bytes, not {needed}")))
-        }
-        _ => Ok(()),
+    Ok(())
+}
+
+/// Whether a level is given as many bytes as it has.
+fn check_level(image: &Image, level: u32, data: &[u8]) -> Result<()> {
+    let (edge, bytes) = format_block(image.format);
+    let extent = image.level_extent(level);
+    let blocks = [extent.width, extent.height].map(|own| u64::from(own.div_ceil(edge))).iter().product::<u64>();
+    let (needed, given) = (blocks * u64::from(bytes) * u64::from(image.layers), data.len());
+    if given as u64 != needed {
+        return Err(Error::Misuse(format!("level {level} of {image:?} is given {given} bytes, not {needed}")));
     }
+    Ok(())
 }
 
 fn layers_of(image: &Image, mip_level: u32) -> vk::ImageSubresourceLayers {

@@ -1,5 +1,6 @@
 //! Textures on the device, and a descriptor set for each material that samples any: exactly what its pipelines sample.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -10,7 +11,7 @@ use crate::gpu::{
     SetWriter, Uploader, binding,
 };
 use crate::plan::{FramePlan, GeometryKey, PlannedTexture, SetSamplers, TextureMask, TextureSource};
-use crate::scene::{self, ColorSpace, Filter, Scene, TextureSlot, Wrap};
+use crate::scene::{self, Filter, Scene, Texels, TextureSlot, Wrap};
 
 /// The binding of the sampler in a material's set whose textures are sampled alike; textures are numbered as [`TextureSlot`] is.
 pub const SAMPLER: u32 = 15;
@@ -231,25 +232,18 @@ fn upload(
     scene: &Scene,
     planned: &PlannedTexture,
 ) -> gpu::Result<Image> {
-    let neutral = planned.source.texel();
-    let (name, texels) = match (planned.source, &neutral) {
-        (TextureSource::Scene(index), _) => {
-            (format!("texture {}", scene.textures[index].name), &scene.textures[index].texels[..])
-        }
-        (source, texel) => (format!("neutral texture, {source:?}"), texel.as_ref().map_or(&[][..], |texel| &texel[..])),
-    };
-    let format = match planned.color_space {
-        ColorSpace::Srgb => vk::Format::R8G8B8A8_SRGB,
-        ColorSpace::Linear => vk::Format::R8G8B8A8_UNORM,
+    let name = match planned.source {
+        TextureSource::Scene(index) => format!("texture {}", scene.textures[index].name),
+        neutral => format!("neutral texture, {neutral:?}"),
     };
     let usage = vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST;
     // The chain is made by blits from level to level.
-    let source = if planned.levels > 1 { vk::ImageUsageFlags::TRANSFER_SRC } else { vk::ImageUsageFlags::empty() };
+    let source = if planned.makes_levels { vk::ImageUsageFlags::TRANSFER_SRC } else { vk::ImageUsageFlags::empty() };
     let image = Image::new(
         device,
         &ImageDesc {
             name: &name,
-            format,
+            format: planned.format(),
             extent: vk::Extent2D { width: planned.size[0], height: planned.size[1] },
             mip_levels: planned.levels,
             usage: usage | source,
@@ -258,6 +252,19 @@ fn upload(
             ..ImageDesc::default()
         },
     )?;
-    uploader.texture(&image, texels)?;
+    let given = if planned.makes_levels { 1 } else { planned.levels };
+    let levels: Vec<_> = (0..given).map(|level| level_of(scene, planned, level as usize)).collect();
+    uploader.texture(&image, &levels)?;
     Ok(image)
+}
+
+/// A level in the format of the image.
+fn level_of<'s>(scene: &'s Scene, planned: &PlannedTexture, level: usize) -> Cow<'s, [u8]> {
+    let TextureSource::Scene(index) = planned.source else {
+        return planned.source.texel().into_iter().flatten().collect();
+    };
+    match &scene.textures[index].texels {
+        Texels::Blocks { levels, .. } if planned.blocks.is_some() => levels[level].as_slice().into(),
+        _ => scene.textures[index].rgba8(level),
+    }
 }

@@ -1,12 +1,16 @@
 //! A scene's buffers, textures and descriptor sets on the device: what the plan needs of it and no more.
 
+mod culling;
 mod deformed;
+mod instances;
 mod material;
 mod shadows;
 mod sorted;
 mod view;
 
+pub use culling::{CulledState, Culling};
 pub use deformed::{Deformed, PoseBuffer, SkinPush};
+pub use instances::Instances;
 pub use material::{HOLES, Materials, OWN_SAMPLERS, SAMPLER, SetForm};
 pub use shadows::{ATLAS_LAYOUT, ClearOrder, ShadowAtlas, clear as shadow_clear};
 pub use sorted::SortedIndices;
@@ -78,12 +82,19 @@ pub const UV: u32 = 2;
 pub const TANGENT: u32 = 3;
 pub const COLOR: u32 = 4;
 pub const SECOND_UV: u32 = 5;
+/// Rows of an instance's map: the first of three locations, or four in shadow maps. They follow each other in one stream.
+pub const ROWS: u32 = 8;
+/// The last of a map's four.
+const ROW_W: u32 = 11;
+/// Which object an instance is.
+pub const NUMBER: u32 = 12;
 
 /// Format of a stream's only attribute.
 pub fn stream_format(stream: u32) -> vk::Format {
     match stream {
         POSITION | NORMAL => vk::Format::R32G32B32_SFLOAT,
         UV | SECOND_UV => vk::Format::R32G32_SFLOAT,
+        NUMBER => vk::Format::R32_UINT,
         _ => vk::Format::R32G32B32A32_SFLOAT,
     }
 }
@@ -114,6 +125,7 @@ fn stride(stream: u32) -> u32 {
     match stream {
         POSITION | NORMAL => 12,
         UV | SECOND_UV => 8,
+        NUMBER => 4,
         _ => 16,
     }
 }
@@ -121,26 +133,34 @@ fn stride(stream: u32) -> u32 {
 /// Vertex input state: a binding for each stream, an attribute for each input of the shader.
 pub type VertexInput = (Vec<vk::VertexInputBindingDescription>, Vec<vk::VertexInputAttributeDescription>);
 
-/// Vertex input state for the inputs of a shader, by their locations: each is a stream in a buffer of its own. Vulkan wants an attribute for
-/// each declared input; those that a mesh without such `extras` lacks, and the shader's constants leave unread, are read of a stream that is
-/// there.
+/// Vertex input state for the inputs of a shader, by their locations: each is a stream in a buffer of its own, but for an instance's rows, which
+/// share one. Vulkan wants an attribute for each declared input; those that a mesh without such `extras` lacks, and the shader's constants
+/// leave unread, are read of a stream that is there.
 pub fn vertex_input(locations: &[u32], extras: Extras) -> VertexInput {
     let stream_of = |location| match location {
         COLOR if !extras.colors => POSITION,
         SECOND_UV if !extras.second_uvs => UV,
+        ROWS..=ROW_W => ROWS,
         own => own,
     };
     let streams: BTreeSet<u32> = locations.iter().map(|&location| stream_of(location)).collect();
+    let row = stride(ROWS);
     let binding = |stream| {
-        vk::VertexInputBindingDescription::default()
-            .binding(stream)
-            .stride(stride(stream))
-            .input_rate(vk::VertexInputRate::VERTEX)
+        let (stride, input_rate) = match stream {
+            ROWS => (
+                row * locations.iter().filter(|&&location| stream_of(location) == ROWS).count() as u32,
+                vk::VertexInputRate::INSTANCE,
+            ),
+            NUMBER => (stride(NUMBER), vk::VertexInputRate::INSTANCE),
+            vertices => (stride(vertices), vk::VertexInputRate::VERTEX),
+        };
+        vk::VertexInputBindingDescription::default().binding(stream).stride(stride).input_rate(input_rate)
     };
     let attribute = |&location: &u32| {
         let stream = stream_of(location);
         let format = stream_format(stream);
-        vk::VertexInputAttributeDescription::default().binding(stream).location(location).format(format)
+        let offset = if stream == ROWS { (location - ROWS) * row } else { 0 };
+        vk::VertexInputAttributeDescription::default().binding(stream).location(location).format(format).offset(offset)
     };
     (streams.into_iter().map(binding).collect(), locations.iter().map(attribute).collect())
 }

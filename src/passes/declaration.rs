@@ -97,7 +97,9 @@ pub enum Resource {
     /// Vertices that SKIN writes.
     DeformedVertices,
     Indices,
-    /// What the CPU writes for each frame: camera, lights, lists, sorted indices.
+    /// What CULL, ARRANGE and FILL write: rows of instances, and commands that draw them.
+    CulledInstances,
+    /// What the CPU writes for each frame: camera, lights, lists, instances, sorted indices.
     FrameData,
     /// What the picture is copied to for the CPU.
     ReadBack,
@@ -117,6 +119,7 @@ impl fmt::Display for Resource {
             Self::RestMeshes => "meshes at rest",
             Self::DeformedVertices => "deformed vertices",
             Self::Indices => "indices",
+            Self::CulledInstances => "culled instances",
             Self::FrameData => "frame data",
             Self::ReadBack => "read-back buffer",
             Self::PanelTextures => "panel textures",

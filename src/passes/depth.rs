@@ -5,25 +5,13 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
-use glam::Vec4;
 
 use super::screen::stages;
-use super::{MeshDraws, Pass, Place, Presence, Recording, Slot, camera_relative, frame_data, meshes, needed};
+use super::{MeshDraws, Pass, Place, Presence, Recording, Slot, frame_data, meshes, needed};
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
-use crate::gpu_scene::{POSITION, vertex_input};
+use crate::gpu_scene::{POSITION, ROWS, vertex_input};
 use crate::plan::{Extras, FramePlan, GeometryKey};
 use crate::shaders::depth::{self as shader, Flags};
-
-const PUSH_STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::VERTEX;
-
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-struct Push {
-    rows: [Vec4; 3],
-}
-
-const _: () = assert!(size_of::<Push>() == shader::push::SIZE && shader::push::ROW_X == 0);
 
 /// All that sets pipelines of the pass apart: which faces are drawn.
 type Faces = (bool, bool);
@@ -61,10 +49,10 @@ impl Depth {
         frame_layout: vk::DescriptorSetLayout,
         colors: u32,
     ) -> gpu::Result<Self> {
-        let range = vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<Push>() as u32 };
-        let layout = pipeline_layout(device, "depth layout", &[frame_layout], &[range])?;
+        let layout = pipeline_layout(device, "depth layout", &[frame_layout], &[])?;
         let variant = needed("depth", shader::variant, Flags::NONE)?;
-        let (vertex_bindings, vertex_attributes) = vertex_input(&[POSITION], Extras::default());
+        let (vertex_bindings, vertex_attributes) =
+            vertex_input(&[POSITION, ROWS, ROWS + 1, ROWS + 2], Extras::default());
         let blend = vec![vk::PipelineColorBlendAttachmentState::default(); colors as usize];
         let mut pipelines = BTreeMap::new();
         for key in plan.geometry.iter().filter(|key| !key.masked) {
@@ -113,9 +101,7 @@ impl Depth {
                 recording.bind_pipeline(pipeline.raw);
                 bound = Some(pipeline.raw);
             }
-            let push = Push { rows: camera_relative(&object.transform, recording.camera.position) };
-            recording.push(self.layout.raw, PUSH_STAGES, &push);
-            meshes.draw(object, None);
+            meshes.draw(object, None, draw.instances());
         }
     }
 }

@@ -8,7 +8,7 @@ use super::screen::{add, replace};
 use super::surface::{SurfaceDesc, Surfaces, opaque_depth, surface_pipeline};
 use super::{
     COLOR_BLEND, EARLY_DEPTH_READ, EARLY_DEPTH_WRITE, First, LATE_DEPTH_WRITE, Pass, Place, Presence, Recording,
-    SetLayouts, Slot, Touch, frame_data, meshes, needed,
+    SetLayouts, Slot, Touch, culled, frame_data, meshes, needed,
 };
 use crate::gpu::{self, Device, Owned, sync::Use};
 use crate::gpu_scene::GpuScene;
@@ -59,6 +59,7 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
         touches.push(Touch::color(3, plan.light_target(), First::Clear, COLOR_WRITE));
     }
     touches.extend(meshes(plan));
+    touches.extend(culled(plan));
     touches
 }
 
@@ -156,7 +157,7 @@ fn blend(plan: &FramePlan) -> Vec<vk::PipelineColorBlendAttachmentState> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu_scene::{COLOR, NORMAL, POSITION, SECOND_UV, TANGENT, UV};
+    use crate::gpu_scene::{COLOR, NORMAL, NUMBER, POSITION, ROWS, SECOND_UV, TANGENT, UV};
     use crate::plan::samples;
 
     #[test]
@@ -176,7 +177,7 @@ mod tests {
                 let variant = shader::variant(flags).unwrap_or_else(|| panic!("{name}: no variant {flags:?}"));
                 for input in variant.vertex().expect("a vertex stage").vertex_inputs {
                     let present = match input.location {
-                        POSITION => true,
+                        POSITION | ROWS..=NUMBER => true,
                         NORMAL => streams.normals,
                         UV => streams.uvs,
                         TANGENT => streams.tangents,

@@ -35,10 +35,14 @@ macro_rules! light_constants {
     }};
 }
 
+pub mod arrange;
 pub mod composite;
 pub mod copy;
+pub mod cull;
+mod culling;
 pub mod depth;
 pub mod encode;
+pub mod fill;
 pub mod forward;
 pub mod fxaa;
 pub mod geometry;
@@ -62,19 +66,23 @@ mod surface;
 pub use declaration::{First, How, Pass, Place, Presence, Resource, Touch};
 pub use screen::Input;
 
+use std::ops::Range;
+
 use ash::vk;
-use glam::{DAffine3, DVec3, Vec4};
 
 use crate::gpu::{self, Device, Timestamps, sync::Use};
-use crate::gpu_scene::{GpuScene, INDEX_READ, TEXTURE_READ, VERTEX_READ};
+use crate::gpu_scene::{CulledState, Culling, GpuScene, INDEX_READ, Instances, TEXTURE_READ, VERTEX_READ};
 use crate::plan::{Canvas, FramePlan, IndexWidth, Shading, Target, TexturePlan};
 use crate::scene::Camera;
 use crate::shaders::Variant;
 use crate::visible::{MapDraw, Visible, World, WorldObject};
 
 /// All passes, as reports list them.
-pub const ALL: [&Pass; 19] = [
+pub const ALL: [&Pass; 22] = [
     &skin::PASS,
+    &cull::PASS,
+    &arrange::PASS,
+    &fill::PASS,
     &shadow::PASS,
     &depth::PASS,
     &geometry::PASS,
@@ -104,6 +112,10 @@ pub const FRAME_READ: Use = Use::new(
     ),
     vk::AccessFlags::SHADER_READ,
 );
+
+/// Reads commands, and fetches rows of instances.
+pub const CULLED_READ: Use =
+    VERTEX_READ.or(Use::new(vk::PipelineStageFlags::DRAW_INDIRECT, vk::AccessFlags::INDIRECT_COMMAND_READ));
 
 // What passes do most, by the stage that does it. Each pass names its own uses by these.
 
@@ -144,6 +156,11 @@ fn meshes(plan: &FramePlan) -> impl Iterator<Item = Touch> {
     let of_meshes = [Touch::resource(Resource::Vertices, VERTEX_READ), Touch::resource(Resource::Indices, INDEX_READ)];
     let sampled = [Touch::resource(Resource::Textures, TEXTURE_READ)];
     of_meshes.into_iter().filter(move |_| vertices).chain(deformed).chain(sampled.into_iter().filter(move |_| textures))
+}
+
+/// Draws what the device found to be seen, where it does that.
+fn culled(plan: &FramePlan) -> Option<Touch> {
+    plan.culls_on_device().then(|| Touch::resource(Resource::CulledInstances, CULLED_READ))
 }
 
 /// Looks shadow maps up, where there are some.
@@ -228,6 +245,10 @@ pub struct Recording<'a> {
     pub frame_set: vk::DescriptorSet,
     /// Set 2 of whatever shades: the shadow maps, where the plan has some.
     pub shadow_set: Option<vk::DescriptorSet>,
+    /// Where what is drawn stands.
+    pub instances: &'a Instances,
+    /// The same of opaque surfaces, where the device finds out which of them are seen.
+    pub culling: Option<&'a Culling>,
     /// Shadow maps that this frame draws anew.
     pub stale_maps: &'a [MapDraw],
     /// The frame's own index buffer with [`Visible::sorted_indices`], where the plan sorts triangles.
@@ -307,6 +328,8 @@ enum Indices {
 struct MeshDraws<'a> {
     recording: &'a Recording<'a>,
     streams: &'a [u32],
+    /// Into shadow maps.
+    casters: bool,
     bound: Option<Indices>,
     /// The vertex buffers that are bound are those of deformed objects.
     deformed: Option<bool>,
@@ -315,14 +338,27 @@ struct MeshDraws<'a> {
 impl<'a> MeshDraws<'a> {
     /// With these vertex streams, which the first draw binds: where nothing is drawn, nothing is bound.
     fn new(recording: &'a Recording<'a>, streams: &'a [u32]) -> Self {
-        Self { recording, streams, bound: None, deformed: None }
+        Self { recording, streams, casters: false, bound: None, deformed: None }
     }
 
-    /// Draws an object's mesh, in the order that the frame has sorted its triangles into if they are `sorted`: then this is their first index.
-    fn draw(&mut self, object: &WorldObject, sorted: Option<u32>) {
+    /// The same of casters.
+    fn of_casters(recording: &'a Recording<'a>, streams: &'a [u32]) -> Self {
+        Self { casters: true, ..Self::new(recording, streams) }
+    }
+
+    /// Draws instances of an object's mesh, in the order that the frame has sorted its triangles into if they are `sorted`: then this is their
+    /// first index.
+    fn draw(&mut self, object: &WorldObject, sorted: Option<u32>, instances: Range<u32>) {
         // The plan has the mesh of each object that a pass draws.
         let Some(range) = self.recording.scene.mesh(object.mesh, object.deform) else { return };
         let indices = if sorted.is_some() { Indices::Sorted } else { Indices::OfScene(range.width) };
+        let Recording { device, cmd, .. } = *self.recording;
+        if self.deformed.is_none() {
+            match self.casters {
+                true => self.recording.instances.bind_casters(device, cmd),
+                false => self.recording.instances.bind(device, cmd),
+            }
+        }
         if self.deformed != Some(range.deformed) {
             self.recording.scene.bind(self.recording.device, self.recording.cmd, self.streams, range.deformed);
             self.deformed = Some(range.deformed);
@@ -331,10 +367,30 @@ impl<'a> MeshDraws<'a> {
             self.bind(indices);
         }
         let first_index = sorted.unwrap_or(range.first_index);
-        let Recording { device, cmd, .. } = *self.recording;
-        // SAFETY: pipeline, sets and buffers are bound; the range lies inside the index buffer (GpuScene made both, or the frame
-        // has written its own).
-        unsafe { device.raw.cmd_draw_indexed(cmd, range.index_count, 1, first_index, range.vertex_offset, 0) };
+        let (first, count) = (instances.start, instances.len() as u32);
+        // SAFETY: pipeline, sets and buffers are bound; the ranges lie inside the index buffer (GpuScene made both, or the frame
+        // has written its own) and inside the frame's instances.
+        unsafe { device.raw.cmd_draw_indexed(cmd, range.index_count, count, first_index, range.vertex_offset, first) };
+    }
+
+    /// Draws what the device found to be seen of some batches in a step of depth.
+    fn draw_culled(&mut self, culling: &Culling, step: usize, state: &CulledState) {
+        let Recording { device, cmd, scene, .. } = *self.recording;
+        if self.deformed.is_none() {
+            culling.bind(device, cmd);
+        }
+        if self.deformed != Some(state.deformed) {
+            scene.bind(device, cmd, self.streams, state.deformed);
+            self.deformed = Some(state.deformed);
+        }
+        let indices = Indices::OfScene(state.width);
+        if self.bound != Some(indices) {
+            self.bind(indices);
+        }
+        let (first, count) = (culling.command(step, state.batches.start), state.batches.len() as u32);
+        let stride = size_of::<vk::DrawIndexedIndirectCommand>() as u32;
+        // SAFETY: as below; the commands lie in the buffer, and FILL has written them.
+        unsafe { device.raw.cmd_draw_indexed_indirect(cmd, culling.culled.raw, first, count, stride) };
     }
 
     fn bind(&mut self, indices: Indices) {
@@ -350,15 +406,4 @@ impl<'a> MeshDraws<'a> {
         }
         self.bound = Some(indices);
     }
-}
-
-/// Rows of a map from a mesh to the world around the camera. The difference of two large places is taken in f64.
-fn camera_relative(transform: &DAffine3, camera: DVec3) -> [Vec4; 3] {
-    let rows = transform.matrix3.transpose();
-    let offset = transform.translation - camera;
-    [
-        rows.x_axis.extend(offset.x).as_vec4(),
-        rows.y_axis.extend(offset.y).as_vec4(),
-        rows.z_axis.extend(offset.z).as_vec4(),
-    ]
 }

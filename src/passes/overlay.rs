@@ -207,7 +207,7 @@ impl Overlay {
                 ..ImageDesc::default()
             };
             let image = Image::new(&self.pass.device, &desc)?;
-            uploader.texture(&image, &texture.rgba)?;
+            uploader.texture(&image, &[&texture.rgba])?;
             bound.push((texture.id, self.bind(image)?));
         }
         uploader.finish()?;

@@ -87,7 +87,7 @@ impl PerLight {
     /// Adds the lights. Runs inside LIGHTING's subpass, after its triangle.
     pub fn record(&self, recording: &Recording) {
         // Where no opaque surface is seen, every depth is that of the sky, which no light passes.
-        if recording.visible.draws.is_empty() {
+        if recording.visible.draws.is_empty() && recording.culling.is_none() {
             return;
         }
         recording.bind_pipeline(self.pipeline.raw);

@@ -16,7 +16,9 @@ use crate::gpu::{
     self, DepthState, Device, Framebuffer, GraphicsPipeline, GraphicsPipelineDesc, Owned, framebuffer, pipeline_layout,
     sync::Use,
 };
-use crate::gpu_scene::{ATLAS_LAYOUT, COLOR, GpuScene, HOLES, POSITION, SECOND_UV, ShadowAtlas, UV, vertex_input};
+use crate::gpu_scene::{
+    ATLAS_LAYOUT, COLOR, GpuScene, HOLES, POSITION, ROWS, SECOND_UV, ShadowAtlas, UV, vertex_input,
+};
 use crate::plan::{DEPTH, Extras, ShadowPlan};
 use crate::scene::{AlphaMode, CastsShadow, TextureSlot};
 use crate::shaders::shadow::{self as shader, Flags, constants};
@@ -48,7 +50,6 @@ const PUSH_STAGES: vk::ShaderStageFlags =
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct Push {
-    rows: [Vec4; 4],
     alpha: f32,
     alpha_cutoff: f32,
     _padding: [f32; 2],
@@ -59,7 +60,6 @@ const _: () = {
     use crate::shaders::shadow::push as wgsl;
     use std::mem::offset_of;
     assert!(size_of::<Push>() == wgsl::SIZE);
-    assert!(offset_of!(Push, rows) == wgsl::ROW_X);
     assert!(offset_of!(Push, alpha) == wgsl::ALPHA);
     assert!(offset_of!(Push, alpha_cutoff) == wgsl::ALPHA_CUTOFF);
     assert!(offset_of!(Push, uv_rows) == wgsl::UV_X);
@@ -92,6 +92,11 @@ impl CasterKey {
             clamps,
         }
     }
+
+    /// Its pipeline has a fragment stage.
+    fn has_holes(self) -> bool {
+        self.masked || self.extras.any()
+    }
 }
 
 /// The pass: a pipeline for each kind of caster, a framebuffer for each layer of the atlas.
@@ -99,7 +104,7 @@ pub struct Shadow {
     render_pass: vk::RenderPass,
     framebuffers: Vec<Framebuffer>,
     plain_layout: Owned<vk::PipelineLayout>,
-    /// For casters with holes, where the scene has some.
+    /// For casters with holes of a texture, where the scene has some.
     masked_layout: Option<Owned<vk::PipelineLayout>>,
     pipelines: BTreeMap<CasterKey, Owned<vk::Pipeline>>,
     slope_bias: f32,
@@ -178,15 +183,17 @@ impl Shadow {
 
     /// Draws the maps that the frame has to draw anew.
     pub fn record(&self, recording: &Recording) {
+        let mut first = 0;
         for draw in recording.stale_maps {
             if let Some(view) = &recording.visible.shadows[draw.map] {
-                self.record_map(recording, view, &draw.casters);
+                self.record_map(recording, view, (&draw.casters, first));
+                first += draw.casters.len() as u32;
             }
         }
     }
 
     /// Begins the render pass over a map's square, draws the casters, ends it.
-    fn record_map(&self, recording: &Recording, view: &ShadowView, casters: &[Caster]) {
+    fn record_map(&self, recording: &Recording, view: &ShadowView, casters: (&[Caster], u32)) {
         let tile = view.tile;
         let area = vk::Rect2D {
             offset: vk::Offset2D { x: tile.x as i32, y: tile.y as i32 },
@@ -211,15 +218,18 @@ impl Shadow {
         unsafe { recording.device.raw.cmd_end_render_pass(recording.cmd) };
     }
 
-    fn draw(&self, recording: &Recording, view: &ShadowView, casters: &[Caster]) {
+    /// `first` is the place of the first caster among the frame's.
+    fn draw(&self, recording: &Recording, view: &ShadowView, (casters, mut first): (&[Caster], u32)) {
         // The streams that some caster needs are bound at once: a draw without holes fetches positions alone.
-        let keys = casters.iter().map(|own| CasterKey::of(&recording.world.objects[own.draw.object], false));
+        let keys = casters.iter().map(|own| CasterKey::of(&recording.world.objects[own.object], false));
         let streams: BTreeSet<u32> = keys.flat_map(|key| inputs(key).iter().copied()).collect();
         let streams: Vec<u32> = streams.into_iter().collect();
-        let mut meshes = MeshDraws::new(recording, &streams);
+        let mut meshes = MeshDraws::of_casters(recording, &streams);
         let mut bound: (Option<CasterKey>, Option<usize>) = (None, None);
-        for caster in casters {
-            let object = &recording.world.objects[caster.draw.object];
+        let object_of = |caster: &Caster| &recording.world.objects[caster.object];
+        let one_draw = |a: &Caster, b: &Caster| Batch::of(object_of(a)) == Batch::of(object_of(b));
+        for casters in casters.chunk_by(one_draw) {
+            let (object, count) = (object_of(&casters[0]), casters.len() as u32);
             let key = CasterKey::of(object, self.clamp && view.clamps);
             let layout = self.layout(key);
             if bound.0 != Some(key) {
@@ -234,28 +244,52 @@ impl Shadow {
                 }
                 bound.1 = Some(object.material);
             }
-            let material = &recording.world.materials[object.material];
-            let push = Push {
-                rows: view.clip_rows(&object.transform),
-                alpha: material.alpha,
-                alpha_cutoff: match material.alpha_mode {
-                    AlphaMode::Mask { cutoff } => cutoff,
-                    AlphaMode::Opaque | AlphaMode::Blend | AlphaMode::Glass | AlphaMode::Coat => 0.0,
-                },
-                _padding: [0.0; 2],
-                uv_rows: recording.textures.uv_rows(
-                    object.material,
-                    TextureSlot::BaseColor,
-                    &material.uv_maps[TextureSlot::BaseColor as usize],
-                ),
-            };
-            recording.push(layout, PUSH_STAGES, &push);
-            meshes.draw(object, None);
+            if key.has_holes() {
+                recording.push(layout, PUSH_STAGES, &push(recording, object));
+            }
+            meshes.draw(object, None, first..first + count);
+            first += count;
         }
     }
 }
 
-/// The inputs of a caster's vertex shader.
+/// What casters have in common that one command draws.
+#[derive(PartialEq)]
+struct Batch {
+    key: CasterKey,
+    mesh: usize,
+    deform: Option<usize>,
+    /// Where it cuts holes.
+    material: Option<usize>,
+}
+
+impl Batch {
+    fn of(object: &WorldObject) -> Self {
+        let key = CasterKey::of(object, false);
+        let material = key.has_holes().then_some(object.material);
+        Self { key, mesh: object.mesh, deform: object.deform, material }
+    }
+}
+
+/// How a caster's material cuts holes.
+fn push(recording: &Recording, object: &WorldObject) -> Push {
+    let material = &recording.world.materials[object.material];
+    Push {
+        alpha: material.alpha,
+        alpha_cutoff: match material.alpha_mode {
+            AlphaMode::Mask { cutoff } => cutoff,
+            AlphaMode::Opaque | AlphaMode::Blend | AlphaMode::Glass | AlphaMode::Coat => 0.0,
+        },
+        _padding: [0.0; 2],
+        uv_rows: recording.textures.uv_rows(
+            object.material,
+            TextureSlot::BaseColor,
+            &material.uv_maps[TextureSlot::BaseColor as usize],
+        ),
+    }
+}
+
+/// The streams of vertices that a caster's vertex shader reads.
 fn inputs(key: CasterKey) -> &'static [u32] {
     match (key.masked, key.extras.any()) {
         (false, false) => &[POSITION],
@@ -273,7 +307,8 @@ fn pipeline(
 ) -> gpu::Result<Owned<vk::Pipeline>> {
     let flags = Flags::MASKED.when(key.masked) | Flags::EXTRAS.when(key.extras.any());
     let variant = needed("shadow", shader::variant, flags)?;
-    let (vertex_bindings, vertex_attributes) = vertex_input(inputs(key), key.extras);
+    let inputs: Vec<u32> = inputs(key).iter().copied().chain(ROWS..ROWS + 4).collect();
+    let (vertex_bindings, vertex_attributes) = vertex_input(&inputs, key.extras);
     let constants = [(constants::COLORED, u32::from(key.extras.colors))];
     let constants = if key.extras.any() { &constants[..] } else { &[] };
     GraphicsPipeline::new(

@@ -5,30 +5,29 @@ use std::sync::Arc;
 
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 
 use super::screen::stages;
-use super::{MeshDraws, Recording, SetLayouts, Slot, camera_relative, needed};
+use super::{MeshDraws, Recording, SetLayouts, Slot, needed};
 use crate::gpu::{
     self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout, ShaderStage, pipeline_layout,
 };
 use crate::gpu_scene::{
-    COLOR, GpuScene, NORMAL, OWN_SAMPLERS, POSITION, SAMPLER, SECOND_UV, SetForm, TANGENT, UV, vertex_input,
+    COLOR, Culling, GpuScene, NORMAL, OWN_SAMPLERS, POSITION, SAMPLER, SECOND_UV, SetForm, TANGENT, UV, vertex_input,
 };
 use crate::plan::{FramePlan, GeometryKey, Opacity, Shading, ToneMapping};
 use crate::scene::{AlphaMode, Brdf, Material, TextureSlot};
 use crate::shaders::forward::{self as shader, Flags, constants};
 use crate::shaders::{BindingKind, Variant};
-use crate::visible::WorldObject;
+use crate::visible::{Draw, STEPS, WorldObject};
 
 pub const PUSH_STAGES: vk::ShaderStageFlags =
     vk::ShaderStageFlags::from_raw(vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::FRAGMENT.as_raw());
 
-/// What changes from draw to draw: 116 of the 128 bytes that every device has.
+/// What changes from draw to draw: 68 of the 128 bytes that every device has.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct Push {
-    rows: [Vec4; 3],
     base_color: Vec3,
     alpha: f32,
     emissive: Vec3,
@@ -49,7 +48,6 @@ const _: () = {
     assert!(size_of::<Push>() <= 128);
     assert!(size_of::<Push>() == wgsl::SIZE);
     assert!(size_of::<Push>() == crate::shaders::forward::push::SIZE);
-    assert!(offset_of!(Push, rows) == wgsl::ROW_X);
     assert!(offset_of!(Push, base_color) == wgsl::BASE_COLOR);
     assert!(offset_of!(Push, alpha) == wgsl::ALPHA);
     assert!(offset_of!(Push, emissive) == wgsl::EMISSIVE);
@@ -62,6 +60,13 @@ const _: () = {
     assert!(offset_of!(Push, normal_scale) == wgsl::NORMAL_SCALE);
     assert!(offset_of!(Push, first_uv_map) == wgsl::FIRST_UV_MAP);
 };
+
+/// What is bound.
+#[derive(Default)]
+struct Bound {
+    key: Option<GeometryKey>,
+    material: Option<usize>,
+}
 
 /// A pipeline for each [`GeometryKey`] of a pass.
 pub struct Surfaces {
@@ -76,8 +81,6 @@ pub struct Surfaces {
     stores_reflectance: bool,
     largest_light: f32,
     after_prepass: bool,
-    /// The view of triangles is drawn: the place of the BRDF has the object's number.
-    numbered: bool,
 }
 
 impl Surfaces {
@@ -128,7 +131,6 @@ impl Surfaces {
             stores_reflectance: plan.reflectance,
             largest_light: plan.largest_light(),
             after_prepass: plan.depth_prepass,
-            numbered: plan.shading == Shading::ShowTriangle,
         })
     }
 
@@ -141,43 +143,64 @@ impl Surfaces {
         self.pipelines.insert(key, pipeline);
     }
 
-    /// Draws objects in this order. Runs inside the subpass of the pipelines. A draw takes the mesh's indices from the scene's
+    /// Draws instances in this order. Runs inside the subpass of the pipelines. A draw takes the mesh's indices from the scene's
     /// buffer, or as many from the frame's sorted ones where it has a place in them.
-    pub fn record(&self, recording: &Recording, draws: impl Iterator<Item = (usize, Option<u32>)>) {
+    pub fn record<'a>(&self, recording: &Recording, draws: impl Iterator<Item = (&'a Draw, Option<u32>)>) {
         recording.set_area();
         let mut meshes = MeshDraws::new(recording, &self.streams);
-        let mut bound: (Option<GeometryKey>, Option<usize>) = (None, None);
-        for (object, first_index) in draws {
-            let object = &recording.world.objects[object];
-            let key = object.key;
-            // The plan has a key for each object of the scene (plan.rs), and the pass a pipeline for each key.
-            let pipeline = &self.pipelines[&key];
-            let layout = self.layout(key);
-            if bound.0 != Some(key) {
-                recording.bind_pipeline(pipeline.raw);
-                // The layouts differ in set 1 only, but that disturbs the sets after it, and a change of push constant ranges
-                // may disturb set 0.
-                recording.bind_set(layout, 0, recording.frame_set);
-                if let Some(set) = recording.shadow_set.filter(|_| self.shadows) {
-                    recording.bind_set(layout, 2, set);
-                }
-                bound = (Some(key), None);
+        let mut bound = Bound::default();
+        for (draw, first_index) in draws {
+            let object = &recording.world.objects[draw.object];
+            self.bind(recording, object, &mut bound);
+            meshes.draw(object, first_index, draw.instances());
+        }
+    }
+
+    /// Draws what the device found to be seen, near ones first.
+    fn record_culled(&self, recording: &Recording, culling: &Culling) {
+        recording.set_area();
+        let mut meshes = MeshDraws::new(recording, &self.streams);
+        let mut bound = Bound::default();
+        for step in 0..STEPS {
+            for state in &culling.states {
+                self.bind(recording, &recording.world.objects[state.object], &mut bound);
+                meshes.draw_culled(culling, step, state);
             }
-            if bound.1 != Some(object.material) {
-                let set = recording.scene.materials.as_ref().and_then(|materials| materials.set(object.material));
-                if let Some(set) = set.filter(|_| !key.textures.is_empty()) {
-                    recording.bind_set(layout, 1, set);
-                }
-                bound.1 = Some(object.material);
+        }
+    }
+
+    /// Binds the pipeline and the material of an object, where others are bound, and pushes its values.
+    fn bind(&self, recording: &Recording, object: &WorldObject, bound: &mut Bound) {
+        let key = object.key;
+        // The plan has a key for each object of the scene (plan.rs), and the pass a pipeline for each key.
+        let pipeline = &self.pipelines[&key];
+        let layout = self.layout(key);
+        if bound.key != Some(key) {
+            recording.bind_pipeline(pipeline.raw);
+            // The layouts differ in set 1 only, but that disturbs the sets after it, and a change of push constant ranges
+            // may disturb set 0.
+            recording.bind_set(layout, 0, recording.frame_set);
+            if let Some(set) = recording.shadow_set.filter(|_| self.shadows) {
+                recording.bind_set(layout, 2, set);
             }
+            *bound = Bound { key: Some(key), material: None };
+        }
+        if bound.material != Some(object.material) {
+            let set = recording.scene.materials.as_ref().and_then(|materials| materials.set(object.material));
+            if let Some(set) = set.filter(|_| !key.textures.is_empty()) {
+                recording.bind_set(layout, 1, set);
+            }
+            bound.material = Some(object.material);
             recording.push(layout, PUSH_STAGES, &self.push(recording, object));
-            meshes.draw(object, first_index);
         }
     }
 
     /// Draws the opaque surfaces that are visible.
     pub fn record_opaque(&self, recording: &Recording) {
-        let draws = recording.visible.draws.iter().map(|draw| (draw.object, None));
+        if let Some(culling) = recording.culling {
+            return self.record_culled(recording, culling);
+        }
+        let draws = recording.visible.draws.iter().map(|draw| (draw, None));
         // Of coplanar surfaces the first drawn wins; after a pre-pass the last would, so the order is reversed.
         match self.after_prepass {
             true => self.record(recording, draws.rev()),
@@ -188,7 +211,6 @@ impl Surfaces {
     fn push(&self, recording: &Recording, object: &WorldObject) -> Push {
         let material = &recording.world.materials[object.material];
         Push {
-            rows: camera_relative(&object.transform, recording.camera.position),
             base_color: material.base_color,
             alpha: material.alpha,
             // Cut off here as well: infinity times a black texel would be no number.
@@ -210,15 +232,13 @@ impl Surfaces {
 }
 
 impl Surfaces {
-    /// The value for the specular target's alpha; in its place the view of triangles has the object's number, of which there are at most 4,000,000,
-    /// and a single float holds any whole number up to four times that.
+    /// The value for the specular target's alpha.
     fn brdf_code(&self, material: &Material, object: &WorldObject) -> f32 {
         let index = material.model(self.brdf_override) as u32 as f32;
-        match self.numbered {
-            true => (object.number + 1) as f32,
-            false if object.key.reflectance => material.grazing,
-            false if self.stores_reflectance && object.key.forward.is_none() => (index + 6.0) / 9.0,
-            false => index / 3.0,
+        match object.key.forward {
+            _ if object.key.reflectance => material.grazing,
+            None if self.stores_reflectance => (index + 6.0) / 9.0,
+            _ => index / 3.0,
         }
     }
 }

@@ -89,7 +89,7 @@ impl Transparent {
 
     /// Draws what is visible, the farthest first. Runs inside its subpass.
     pub fn record(&self, recording: &Recording) {
-        let draws = recording.visible.transparent.iter().map(|draw| (draw.object, draw.first_index));
+        let draws = recording.visible.transparent.iter().map(|own| (&own.draw, own.first_index));
         self.surfaces.record(recording, draws);
     }
 }
@@ -170,7 +170,7 @@ mod tests {
     use half::f16;
 
     use super::*;
-    use crate::gpu_scene::{COLOR, NORMAL, POSITION, SECOND_UV, TANGENT, UV};
+    use crate::gpu_scene::{COLOR, NORMAL, NUMBER, POSITION, ROWS, SECOND_UV, TANGENT, UV};
     use crate::plan::samples;
     use crate::shaders::forward as shader;
 
@@ -184,7 +184,7 @@ mod tests {
                 let variant = shader::variant(flags).unwrap_or_else(|| panic!("{name}: no variant {flags:?}"));
                 for input in variant.vertex().expect("a vertex stage").vertex_inputs {
                     let present = match input.location {
-                        POSITION => true,
+                        POSITION | ROWS..=NUMBER => true,
                         NORMAL => streams.normals,
                         UV => streams.uvs,
                         TANGENT => streams.tangents,

@@ -6,10 +6,12 @@ use std::collections::BTreeSet;
 
 use super::lights::MIXED_FALLOFF;
 use super::{
-    FramePlan, Gbuffer, Grid, MapProjection, PlannedBrdf, PlannedLights, SLICES, Shading, ShadowLight, ShadowPlan,
-    Sums, Target, TextureSource, ToneMapping, anisotropy, shadow_reason,
+    FramePlan, Gbuffer, Grid, MapProjection, PlannedBrdf, PlannedLights, PlannedTexture, SLICES, Shading, ShadowLight,
+    ShadowPlan, Sums, Target, TextureSource, ToneMapping, anisotropy, shadow_reason,
 };
-use crate::scene::{HdrFormat, OptionalPart, Scene, Settings, SlotForm, TRAITS, TextureSlot, Transparency};
+use crate::scene::{
+    BlockFormat, HdrFormat, OptionalPart, Scene, Settings, SlotForm, TRAITS, TextureSlot, Transparency,
+};
 
 /// Something that a frame can have.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -480,9 +482,32 @@ fn textures(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
     };
     let unused_bytes = unused.iter().map(|&image| planned.images[image].bytes()).sum();
     parts.push(part("unused textures", !unused.is_empty(), why_unused, unused_bytes).is(OptionalPart::UnusedTextures));
+    parts.push(decoded(plan));
     parts.extend(masks(plan));
     parts.push(anisotropy::part(settings, plan));
     parts
+}
+
+/// Which textures of compressed files lie on the device as texels, and what the blocks of the others save.
+fn decoded(plan: &FramePlan) -> Part {
+    let images = || plan.textures.images.iter().filter(|image| image.compressed.is_some());
+    let count = |is: &dyn Fn(&PlannedTexture) -> bool| images().filter(|image| is(image)).count();
+    let formats = BlockFormat::ALL.map(|format| (count(&|image| image.blocks == Some(format)), format));
+    let formats = formats.iter().filter(|(count, _)| *count > 0);
+    let formats = formats.map(|(count, format)| format!("{count} in {format}")).collect::<Vec<_>>().join(", ");
+    let saved: u64 = images().map(PlannedTexture::saved_bytes).sum();
+    let stay = count(&|image| image.blocks.is_some());
+    let lacking = count(&|image| image.makes_levels);
+    let foreign = count(&|image| image.blocks.is_none() && !image.makes_levels);
+    let says = [
+        (stay, format!("{stay} stay compressed ({formats}), {saved} bytes less than decoded")),
+        (lacking, format!("{lacking} decoded: their files lack smaller levels, which are made")),
+        (foreign, format!("{foreign} decoded: the device does not sample their blocks")),
+    ];
+    let says: Vec<String> = says.into_iter().filter(|(count, _)| *count > 0).map(|(_, says)| says).collect();
+    let reason = if says.is_empty() { "no texture is compressed in its file".into() } else { says.join("; ") };
+    // Their bytes count with the textures of their slots.
+    part("decoded textures", lacking + foreign > 0, reason, 0).is(OptionalPart::DecodedTextures)
 }
 
 /// What textures are for, where factors of materials do as well.

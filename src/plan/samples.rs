@@ -5,9 +5,9 @@ use proptest::prelude::*;
 
 use super::{Capabilities, Error, FramePlan};
 use crate::scene::{
-    AlphaMode, Brdf, Channel, Clip, Falloff, GbufferChoice, GbufferPreset, Influences, Interpolation, Light, LightKind,
-    LightPath, Local, Material, Mesh, Morph, Motion, Node, Object, OptionalPart, Output, Placement, Resolve, Scene,
-    Settings, Skin, Target, TargetChoice, Texture, TextureSlot, Transparency, UvMap, View, Wrap,
+    AlphaMode, Brdf, Channel, Clip, Culling, Falloff, GbufferChoice, GbufferPreset, Influences, Interpolation, Light,
+    LightKind, LightPath, Local, Material, Mesh, Morph, Motion, Node, Object, OptionalPart, Output, Placement, Resolve,
+    Scene, Settings, Skin, Target, TargetChoice, Texture, TextureSlot, Transparency, UvMap, View, Wrap,
 };
 
 /// All but that of what several samples differ in.
@@ -35,8 +35,11 @@ pub fn device() -> Capabilities {
         anisotropy: 16,
         primitive_index: true,
         lazily_allocated: false,
+        indirect_draws: true,
         software: false,
         compute_invocations: 1024,
+        bc7: true,
+        etc2: true,
     }
 }
 
@@ -100,7 +103,7 @@ pub fn add_textures(scene: &mut Scene) {
             size: [2, 2],
             color_space: slot.form().color_space,
             sampler: Default::default(),
-            texels: [[255, 90, 200, 0], [10, 128, 250, 255], [0, 20, 128, 60], [99, 30, 180, 255]].concat(),
+            texels: [[255, 90, 200, 0], [10, 128, 250, 255], [0, 20, 128, 60], [99, 30, 180, 255]].concat().into(),
         })
         .collect();
 }
@@ -312,17 +315,26 @@ pub fn plans() -> Vec<(String, FramePlan)> {
     plans.extend(antialiased());
     plans.extend(multisampled());
     plans.extend(light_paths(|plan| !plan.is_tiled() && !plan.is_forward()));
+    let culled = ("culled on the device", Settings { culling: Culling::Gpu, ..deferred() });
+    plans.extend(of_scenes(&[culled]).into_iter().filter(|(_, plan)| plan.culls_on_device()));
     plans
 }
 
 /// Plans whose main pass ends with GEOMETRY, because compute lights what it stored.
 pub fn tiled_plans() -> Vec<(String, FramePlan)> {
-    light_paths(FramePlan::is_tiled)
+    let settings = Settings { light_path: LightPath::Compute, culling: Culling::Gpu, ..Settings::default() };
+    let culled = |(name, scene): (&str, Scene)| {
+        // Nothing transparent goes with it; one scene is enough.
+        let plan = FramePlan::of(&scene, &settings, &device()).ok()?;
+        (plan.culls_on_device() && !plan.emissive).then(|| (format!("tiled {name} culled on the device"), plan))
+    };
+    light_paths(FramePlan::is_tiled).into_iter().chain(scenes().into_iter().filter_map(culled).take(1)).collect()
 }
 
 /// Plans without a G-buffer: both paths, with and without what is drawn before and after FORWARD.
 pub fn forward_plans() -> Vec<(String, FramePlan)> {
     let cases = [
+        ("culled on the device", Settings { culling: Culling::Gpu, depth_prepass: Some(false), ..Settings::default() }),
         ("without pre-pass", Settings { depth_prepass: Some(false), ..Settings::default() }),
         ("oit", Settings { transparency: Transparency::Oit, ..Settings::default() }),
         ("oit in nits", Settings { transparency: Transparency::Oit, output: Output::Nits, ..Settings::default() }),

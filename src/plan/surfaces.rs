@@ -16,7 +16,7 @@ pub use materials::EffectiveMaterials;
 pub use meshes::{IndexWidth, MeshPlan, PlannedMesh};
 pub use pipelines::{Extras, ForwardKey, GeometryKey, Opacity, Streams, TextureMask};
 pub(crate) use rules::{Cuts, SurfaceRules};
-pub use textures::{PlannedTexture, SetSamplers, TexturePlan, TextureSource};
+pub use textures::{PlannedTexture, SetSamplers, TexturePlan, TextureSource, texture_format};
 pub use uploads::Uploads;
 
 use super::{Capabilities, Error, is_forward};
@@ -102,7 +102,7 @@ pub(super) struct FilteredTextures {
 impl FilteredTextures {
     pub(super) fn of(scene: &Scene, settings: &Settings, device: &Capabilities, rules: &SurfaceRules) -> Self {
         let degree = anisotropy::degree(settings, device);
-        let textures = TexturePlan::of(scene, rules);
+        let textures = TexturePlan::of(scene, rules, device);
         let have_levels = textures.have_levels();
         Self {
             anisotropy: if have_levels { degree } else { 1 },

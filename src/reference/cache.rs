@@ -469,7 +469,7 @@ mod tests {
         change(&|scene| scene.objects[0].transform.translation.x += 1e-9);
         change(&|scene| scene.materials[0].roughness -= 1e-6);
         change(&|scene| scene.materials[0].two_sided ^= true);
-        change(&|scene| scene.textures[0].texels[0] ^= 1);
+        change(&|scene| scene.textures[0].rgba8_mut()[0] ^= 1);
         change(&|scene| scene.environment.ground = Some(scene.environment.ambient));
         let moved = View { camera: scene::Camera { near: 0.2, ..view.camera }, ..view };
         hashes.push(of(&scene, &moved, &options));

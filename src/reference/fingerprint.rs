@@ -9,7 +9,7 @@ use super::render::Reference;
 use super::{Options, Smith, View};
 use crate::scene::{
     AlphaMode, Brdf, Camera, CastsShadow, ColorSpace, Environment, Light, Material, Mesh, Object, Projection, Sampler,
-    Scene, Texture, UvMap,
+    Scene, Texels, Texture, UvMap,
 };
 
 #[cfg(test)]
@@ -154,7 +154,13 @@ impl Fingerprint {
             .for_each(|filter| self.number(filter.map_or(0, |own| own as u64 + 1)));
         size.iter().for_each(|&edge| self.number(u64::from(edge)));
         self.number(u64::from(*color_space == ColorSpace::Srgb));
-        self.bytes(texels);
+        match texels {
+            Texels::Rgba8(texels) => self.bytes(texels),
+            Texels::Blocks { format, levels } => {
+                self.number(*format as u64);
+                levels.iter().for_each(|level| self.bytes(level));
+            }
+        }
     }
 
     fn light(&mut self, light: &Light) {

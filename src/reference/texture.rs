@@ -20,10 +20,8 @@ fn srgb() -> &'static [f64; 256] {
 }
 
 fn texel(texture: &Texture, x: usize, y: usize) -> DVec4 {
-    let at = (y * texture.size[0] as usize + x) * 4;
     let linear = |code: u8| f64::from(code) / 255.0;
-    let texel = &texture.texels[at..at + 4];
-    let (r, g, b, a) = (texel[0], texel[1], texel[2], texel[3]);
+    let [r, g, b, a] = texture.texel(x, y);
     match texture.color_space {
         ColorSpace::Linear => DVec4::new(linear(r), linear(g), linear(b), linear(a)),
         ColorSpace::Srgb => {
@@ -73,7 +71,7 @@ mod tests {
 
     fn two(color_space: ColorSpace) -> Texture {
         let texels = vec![0, 0, 0, 0, 255, 128, 64, 255, 10, 20, 30, 40, 50, 60, 70, 80];
-        Texture { name: "two".into(), size: [2, 2], color_space, sampler: Default::default(), texels }
+        Texture { name: "two".into(), size: [2, 2], color_space, sampler: Default::default(), texels: texels.into() }
     }
 
     #[test]

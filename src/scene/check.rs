@@ -8,8 +8,8 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::camera::{FOV_Y_DEGREES, HEIGHT};
 use super::texture::MAX_TEXTURE_EDGE;
 use super::{
-    AlphaMode, Camera, Environment, Error, Falloff, Light, Material, Mesh, Object, Projection, Scene, Texture,
-    TextureSlot, UvMap,
+    AlphaMode, BlockFormat, Camera, Environment, Error, Falloff, Light, Material, Mesh, Object, Projection, Scene,
+    Texels, Texture, TextureSlot, UvMap, level_size, most_levels,
 };
 
 /// Vertices of all meshes together: a draw adds a signed offset of 32 bits to its indices.
@@ -218,10 +218,31 @@ impl Texture {
         if !self.size.iter().all(|edge| (1..=MAX_TEXTURE_EDGE).contains(edge)) {
             return Some(format!("it is {width}x{height} texels, but each edge must have 1 to {MAX_TEXTURE_EDGE}"));
         }
-        let bytes = 4 * width as usize * height as usize;
-        let length = self.texels.len();
-        (length != bytes).then(|| format!("it has {length} bytes, but {width}x{height} texels of 4 bytes are {bytes}"))
+        match &self.texels {
+            Texels::Rgba8(texels) => {
+                let (bytes, length) = (4 * width as usize * height as usize, texels.len());
+                (length != bytes)
+                    .then(|| format!("it has {length} bytes, but {width}x{height} texels of 4 bytes are {bytes}"))
+            }
+            Texels::Blocks { format, levels } => faulty_levels(*format, self.size, levels),
+        }
     }
+}
+
+/// What is wrong with the levels of a texture of this size, in words.
+fn faulty_levels(format: BlockFormat, size: [u32; 2], levels: &[Vec<u8>]) -> Option<String> {
+    let most = most_levels(size);
+    if !(1..=most as usize).contains(&levels.len()) {
+        let [width, height] = size;
+        return Some(format!("it has {} levels, but {width}x{height} texels have 1 to {most}", levels.len()));
+    }
+    (0..).zip(levels).find_map(|(level, blocks)| {
+        let [width, height] = level_size(size, level);
+        let (bytes, length) = (format.level_bytes([width, height]), blocks.len());
+        (length as u64 != bytes).then(|| {
+            format!("its level {level} has {length} bytes, but {width}x{height} texels in {format} are {bytes}")
+        })
+    })
 }
 
 impl Light {
@@ -315,7 +336,7 @@ mod tests {
             size: [2, 2],
             color_space: ColorSpace::Srgb,
             sampler: Default::default(),
-            texels: vec![128; 16],
+            texels: vec![128; 16].into(),
         });
         scene.materials[1].normal_texture = Some(0);
         scene
@@ -424,7 +445,7 @@ mod tests {
             (&|scene| scene.materials[0].shininess = -1.0, "shininess is negative"),
             (&|scene| scene.textures[0].size = [2, 0], "texture 0 (`grey`): it is 2x0 texels"),
             (&|scene| scene.textures[0].size = [1 << 16, 1 << 16], "each edge must have 1 to 16384"),
-            (&|scene| shorten(&mut scene.textures[0].texels), "it has 15 bytes, but 2x2 texels of 4 bytes are 16"),
+            (&|scene| shorten(scene.textures[0].rgba8_mut()), "it has 15 bytes, but 2x2 texels of 4 bytes are 16"),
             (&|scene| scene.lights[0].color.y = -1.0, "color is negative"),
             (&|scene| scene.lights[0].size = -1.0, "size is negative"),
             (

@@ -170,7 +170,7 @@ mod tests {
                 size: [1, 1],
                 color_space: crate::scene::ColorSpace::Linear,
                 sampler: Default::default(),
-                texels: vec![0; 4],
+                texels: vec![0; 4].into(),
             }],
             warnings: vec!["odd".into()],
             files: vec!["a.obj".into()],

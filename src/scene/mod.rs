@@ -26,6 +26,7 @@ mod path;
 mod settings;
 mod suggest;
 mod temperature;
+mod texels;
 mod texture;
 mod uvs;
 
@@ -48,11 +49,13 @@ pub use motion::{
 pub use optional_parts::{Keep, OptionalPart};
 pub use path::{CameraKey, CameraPath};
 pub use settings::{
-    GbufferChoice, GbufferPreset, HdrFormat, LightPath, MSAA, Output, Resolve, SETTINGS, Setting, Settings,
+    Culling, GbufferChoice, GbufferPreset, HdrFormat, LightPath, MSAA, Output, Resolve, SETTINGS, Setting, Settings,
     SettingsPatch, ShadowFilter, ShadowSettings, Sweep, TARGETS, TargetChoice, Tonemap, Transparency, ValueKind, View,
 };
 pub use suggest::{nearest, unknown};
 pub use temperature::{KELVIN, black_body_color};
+pub use texels::{BlockFormat, Texels};
+pub(crate) use texels::{level_size, most_levels};
 pub use texture::{ColorSpace, Filter, Sampler, Texture, Wrap};
 
 use std::path::PathBuf;

@@ -78,6 +78,8 @@ optional_parts! {
     ShininessTextures = "shininess-textures",
     /// Textures of materials that no drawn object has, and those that no pipeline samples.
     UnusedTextures = "unused-textures",
+    /// The texels of textures that the device can sample in the blocks of their files.
+    DecodedTextures = "decoded-textures",
     /// Textures of one colour, which the material's factor can hold.
     ConstantTextures = "constant-textures",
     /// The discarding of fragments by alpha where nothing is masked.

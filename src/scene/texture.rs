@@ -5,7 +5,7 @@ use std::path::Path;
 
 use image::{DynamicImage, ImageError, ImageFormat, ImageReader, Limits, RgbaImage};
 
-use super::Error;
+use super::{Error, Texels};
 
 /// Longest edge of a texture, in texels: what desktop devices take.
 pub const MAX_TEXTURE_EDGE: u32 = 16384;
@@ -69,7 +69,7 @@ impl Default for Sampler {
     }
 }
 
-/// A decoded image of 8-bit RGBA texels, rows from the top.
+/// An image.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Texture {
     /// For messages and reports.
@@ -80,14 +80,14 @@ pub struct Texture {
     pub color_space: ColorSpace,
     /// How it is sampled.
     pub sampler: Sampler,
-    /// 4 bytes a texel.
-    pub texels: Vec<u8>,
+    /// What it shows.
+    pub texels: Texels,
 }
 
 impl Texture {
     pub(crate) fn from_image(name: impl Into<String>, image: RgbaImage, color_space: ColorSpace) -> Self {
         let size = [image.width(), image.height()];
-        Self { name: name.into(), size, color_space, sampler: Sampler::DEFAULT, texels: image.into_raw() }
+        Self { name: name.into(), size, color_space, sampler: Sampler::DEFAULT, texels: image.into_raw().into() }
     }
 }
 

@@ -4,9 +4,8 @@ use ash::vk;
 
 use super::frustum::Frustum;
 use super::{Depth, World};
-use crate::plan::box_tree::BoxTree;
 use crate::plan::{FramePlan, Reach, Shading, range_of, shows_all, sphere_of};
-use crate::scene::{Aabb, Camera, LightPath, OptionalPart};
+use crate::scene::{Camera, LightPath, OptionalPart};
 
 /// Share of its distance from the camera by which a surface is lit beside where it is: f32, and depth that is interpolated over large triangles.
 const ROUNDING: f64 = 1e-4;
@@ -56,34 +55,31 @@ pub struct ActiveLights {
 }
 
 impl ActiveLights {
-    /// The lights that reach any of the `seen` boxes, within what the camera sees, as far as they are sought.
+    /// The lights that reach the box of any of the instances that are `seen`, within what the camera sees, as far as they are sought.
     pub(super) fn of(
         world: &World,
         plan: &FramePlan,
         (camera, frustum): (&Camera, &Frustum),
         beside: &Misplacement,
-        seen: &[Aabb],
+        seen: &dyn Fn(usize) -> bool,
     ) -> Self {
         let shows_all = match plan.shading {
             Shading::ShowGbuffer(view) => shows_all(view),
             shading => shading == Shading::ShowShadowMap,
         };
         let keeps = plan.keep.has(OptionalPart::IdleLights) || shows_all;
-        let lights = if !keeps && seen.is_empty() {
+        let lights = if !keeps && !(0..world.objects.len()).any(seen) {
             Vec::new()
         } else if keeps || !plan.seeks(OptionalPart::IdleLights) {
             (0..world.lit_count()).collect()
         } else {
-            // A tree pays only where some light may reach nothing.
-            let tree =
-                world.lights.iter().any(|light| range_of(light).is_some()).then(|| BoxTree::of(seen.iter().copied()));
             let reaches = |index: &usize| {
                 let light = &world.lights[*index];
-                let (Some(range), Some(tree)) = (range_of(light), &tree) else { return true };
+                let Some(range) = range_of(light) else { return true };
                 let reach = sphere_of(light, range);
                 let slack = beside.at(reach.radius + reach.center.distance(camera.position));
                 let reach = Reach { radius: reach.radius + slack, ..reach };
-                frustum.may_reach(&reach) && tree.touches(&reach)
+                frustum.may_reach(&reach) && world.instances.touches(seen, &reach)
             };
             (0..world.lit_count()).filter(reaches).collect()
         };

@@ -44,7 +44,7 @@ fn corrupt(scene: &mut Scene, kind: u8, at: usize, value: f64, number: usize) {
         16 => scene.materials[material].emissive = Vec3::splat(single),
         17 => scene.materials[material].alpha_mode = AlphaMode::Mask { cutoff: single },
         18 => scene.textures[texture].size[at % 2] = number as u32,
-        19 => scene.textures[texture].texels.truncate(number % 64),
+        19 => scene.textures[texture].rgba8_mut().truncate(number % 64),
         20 => scene.lights[light].intensity = single,
         21 => scene.lights[light].size = value,
         22 => {

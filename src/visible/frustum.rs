@@ -1,8 +1,9 @@
 //! The part of space that a camera sees.
 
-use glam::DVec3;
+use glam::{DVec3, Vec4};
 
 use crate::plan::Reach;
+use crate::plan::box_tree::Side;
 use crate::scene::{Aabb, Camera};
 
 /// The planes of a view volume without far plane; normals point inside.
@@ -25,11 +26,31 @@ impl Frustum {
         Self { planes: [near, side(right, half_x), side(-right, half_x), side(up, half_y), side(-up, half_y)] }
     }
 
-    /// False only if the box is wholly behind one plane. The slack keeps rounding from cutting what touches a plane.
-    pub fn may_see(&self, bounds: &Aabb) -> bool {
-        let slack = 1e-9 * (bounds.center().length() + bounds.radius());
+    /// Of planes around a place, in f32.
+    pub fn planes_around(&self, place: DVec3) -> [Vec4; 5] {
+        self.planes.map(|(normal, distance)| normal.extend(distance + normal.dot(place)).as_vec4())
+    }
+
+    /// Outside only if the box is wholly behind one plane. The slack keeps rounding from cutting what touches a plane.
+    pub fn side(&self, bounds: &Aabb) -> Side {
         let (center, half) = (bounds.center(), bounds.size() * 0.5);
-        self.planes.iter().all(|(normal, distance)| normal.dot(center) + distance + normal.abs().dot(half) >= -slack)
+        let slack = 1e-9 * (center.length() + half.length());
+        let mut side = Side::Inside;
+        for (normal, distance) in &self.planes {
+            let (at, reach) = (normal.dot(center) + distance, normal.abs().dot(half));
+            if at + reach < -slack {
+                return Side::Outside;
+            }
+            if at - reach < slack {
+                side = Side::Across;
+            }
+        }
+        side
+    }
+
+    /// False only if the box is wholly behind one plane.
+    pub fn may_see(&self, bounds: &Aabb) -> bool {
+        self.side(bounds) != Side::Outside
     }
 
     /// False only if the sphere is wholly behind one plane.

@@ -176,6 +176,20 @@ impl View {
         Some(Cells { columns: axis(low.x, high.x, self.columns)?, rows: axis(low.y, high.y, self.rows)? })
     }
 
+    /// Whether a box may come near so many cells: of the sphere around it, which is sooner known than of its corners.
+    fn may_cover(&self, bounds: &Aabb, least: f64) -> bool {
+        let (middle, radius) = (self.place(bounds.center()), bounds.radius());
+        let [near, far] = [middle.z - radius, middle.z + radius].map(|z| self.camera.w(z));
+        if middle.z - radius < self.camera.near {
+            return true;
+        }
+        let length = |at: f64| {
+            let (low, high) = (at - radius, at + radius);
+            ((high / near).max(high / far) - (low / near).min(low / far)) * self.scale + 2.0 * self.slack + 2.0
+        };
+        length(middle.x) * length(middle.y) >= least
+    }
+
     /// The cells that a box comes near, and the distance of its nearest point; none where it is not wholly before the near plane.
     fn footprint(&self, bounds: &Aabb) -> Option<(Option<Cells>, f64)> {
         let places = bounds.corners().map(|corner| self.place(corner));
@@ -201,14 +215,18 @@ impl Picture {
     ) -> Self {
         let view = View::of(camera, depth, size);
         let all = Cells { columns: (0, view.columns - 1), rows: (0, view.rows - 1) };
+        let least = LEAST_SHARE * all.count() as f64;
         let candidate = |index: usize| {
             let object = &world.objects[index];
+            if !view.may_cover(&object.bounds, least) {
+                return None;
+            }
             let mesh = occluders.meshes.get(&object.mesh).filter(|_| is_opaque(object))?;
             let cells = match view.footprint(&object.bounds) {
                 Some((cells, _)) => cells?,
                 None => all,
             };
-            (cells.count() as f64 >= LEAST_SHARE * all.count() as f64).then_some((index, mesh, cells))
+            (cells.count() as f64 >= least).then_some((index, mesh, cells))
         };
         let mut candidates: Vec<_> = seen.filter_map(candidate).collect();
         // Stable: of equally large ones the nearest first.
@@ -268,8 +286,23 @@ impl Picture {
         }
     }
 
+    /// Whether anything is certain to be hidden anywhere.
+    pub(super) fn hides_something(&self) -> bool {
+        self.hidden_from.iter().any(|from| from.is_finite())
+    }
+
     /// Whether no point of the box can be seen.
     pub(super) fn hides(&self, bounds: &Aabb) -> bool {
+        // Its middle is in one of the cells that it comes near, and no nearer than its nearest point.
+        let middle = self.view.place(bounds.center());
+        if middle.z >= self.view.camera.near {
+            let cell = self.view.cell(middle);
+            let (column, row) = (cell.x as usize, cell.y as usize);
+            let is_inside = cell.min_element() >= 0.0 && column < self.view.columns && row < self.view.rows;
+            if is_inside && self.hidden_from[row * self.view.columns + column] >= middle.z {
+                return false;
+            }
+        }
         // What is not before the near plane or comes near no cell is not decided here.
         let Some((Some(cells), nearest)) = self.view.footprint(bounds) else { return false };
         let depth = self.view.depth.of_distance(nearest) * (1.0 + DEPTH_SHARE) + DEPTH_SLACK;

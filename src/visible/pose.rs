@@ -140,12 +140,15 @@ impl World {
             return;
         }
         object.transform = transform;
-        object.key.mirrored = transform.matrix3.determinant() < 0.0;
+        let mirrored = transform.matrix3.determinant() < 0.0;
+        let mirrors = std::mem::replace(&mut object.key.mirrored, mirrored) != mirrored;
         let before = std::mem::replace(&mut object.bounds, bounds);
         object.revision += 1;
         self.generation += 1;
         let casts = object.casts != CastsShadow::No;
         let changes = self.changes.get_or_insert_default();
+        changes.moved.push(index as u32);
+        changes.rearranged |= mirrors;
         if casts {
             changes.boxes.extend([before, bounds]);
         }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
 
+use super::instances::InstanceList;
 use super::occlusion::Occluders;
 use super::pose::WorldPose;
 use super::shadows::{Changes, ShadowView, lamp_views, widened};
@@ -21,6 +22,8 @@ use crate::scene::{
 #[derive(Debug, Clone)]
 pub struct World {
     pub objects: Vec<WorldObject>,
+    /// The same as they are drawn.
+    pub instances: InstanceList,
     pub materials: Vec<Material>,
     /// Only those that shine and can reach an object, with directions of length 1: directional lights, then those that reach everywhere, then those whose reach is limited.
     pub lights: Vec<Light>,
@@ -118,6 +121,7 @@ impl World {
             object_of,
             light_of: places(order.iter().copied(), scene.lights.len()),
             occluders: plan.finds_hidden(scene).is_ok().then(|| Occluders::of(scene, &objects)),
+            instances: InstanceList::default(),
             objects,
             sortable: sorted
                 .into_iter()
@@ -141,7 +145,7 @@ impl World {
             exposure,
             halted: None,
             generation: 0,
-            changes: Some(Changes::default()),
+            changes: Some(Changes { rearranged: true, ..Changes::default() }),
         };
         if plan.deforms() {
             world.pose(&scene.motion, &scene.motion.pose(&Playing { clips: ClipChoice::None, ..Playing::default() }));
@@ -156,7 +160,11 @@ impl World {
     /// Works out what follows from where objects and lights are, if any has moved.
     pub fn refresh(&mut self, plan: &FramePlan) {
         let Some(changes) = self.changes.take() else { return };
-        self.bounds = union(&self.objects);
+        match changes.rearranged {
+            true => self.instances = InstanceList::of(&self.objects, self.instances.arranged() + 1),
+            false => self.instances.refresh(&self.objects, &changes.moved),
+        }
+        self.bounds = self.instances.bounds();
         self.extent = widened(&self.at_first, &self.bounds);
         if let Some(shadow) = &plan.shadow {
             self.lamps = lamp_views(self, shadow, &self.lamps, &changes);

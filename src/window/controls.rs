@@ -387,7 +387,14 @@ fn frame(ui: &mut Ui, times: &FrameTimes) {
             ui.label(value);
             ui.end_row();
         };
-        row("objects", format!("{} of {all}, {} out of view, {} hidden", drawn.objects, drawn.culled, drawn.occluded));
+        row(
+            "objects",
+            match drawn.on_device {
+                0 => format!("{} of {all}, {} out of view, {} hidden", drawn.objects, drawn.culled, drawn.occluded),
+                opaque => format!("{}, and what the device sees of {opaque}", drawn.objects),
+            },
+        );
+        row("commands", drawn.commands.to_string());
         row("triangles", drawn.triangles.to_string());
         row("lights", format!("{} of {}", drawn.lights, drawn.lights + drawn.idle_lights));
         row("shadow maps", format!("{} of {} drawn anew", drawn.shadow_maps_drawn, drawn.shadow_maps));

@@ -72,7 +72,10 @@ pub fn capabilities() -> Capabilities {
         anisotropy: 16,
         primitive_index: true,
         lazily_allocated: false,
+        indirect_draws: true,
         software: false,
         compute_invocations: 256,
+        bc7: true,
+        etc2: true,
     }
 }

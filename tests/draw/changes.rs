@@ -45,7 +45,7 @@ fn change(scene: &mut Scene, random: &mut fastrand::Rng) -> Changed {
         }
         9 => {
             let texel = random.usize(0..16) * 4;
-            scene.textures[0].texels[texel] = random.u8(..);
+            scene.textures[0].rgba8_mut()[texel] = random.u8(..);
             return Changed::Content;
         }
         10 => {

@@ -4,11 +4,11 @@ use crate::common::compare::assert_identical;
 use crate::common::gpu::{Gpu, on_gpu};
 use crate::common::stage::{add, exact, gbuffer, lambert, open, point, rectangle, spot, stage, sun};
 use crate::common::{one_of, some_of, tries_all};
-use afterlight::frame::{Drawn, Picture, Renderer};
+use afterlight::frame::{Changed, Drawn, Picture, Renderer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, Camera, Falloff, Keep, Light, LightKind, LightPath, Material, OptionalPart, Output, Projection, Scene,
-    Settings, ShadowFilter, ShadowSettings, Transparency, View,
+    AlphaMode, Camera, Culling, Falloff, Keep, Light, LightKind, LightPath, Material, OptionalPart, Output, Projection,
+    Scene, Settings, ShadowFilter, ShadowSettings, Transparency, View,
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
@@ -318,5 +318,111 @@ fn nothing_is_missed_where_rays_are_parallel() {
         let drawn = both(gpu, &rooms, &settings, OptionalPart::OccludedObjects, &views);
         println!("{drawn:?}");
         assert!(drawn.iter().map(|[lean, _]| lean.occluded).sum::<usize>() > 50, "{drawn:?}");
+    });
+}
+
+/// Many of few meshes and materials around the origin, turned and scaled, some mirrored and some at the same place in other colours, over which
+/// only the order of drawing decides.
+fn crowd(center: DVec3) -> Scene {
+    let mut scene = stage();
+    scene.name = "crowd".into();
+    let meshes = [shapes::cuboid([0.8; 3]), shapes::sphere(0.5, 12), shapes::plane([1.0, 1.0])];
+    for mesh in meshes {
+        add(&mut scene, mesh, lambert(0.8), DAffine3::from_translation(center));
+    }
+    for red in [0.2, 0.5, 0.9] {
+        scene.materials.push(Material { base_color: Vec3::new(red, 0.6, 1.0 - red), ..lambert(0.5) });
+    }
+    let materials = scene.materials.len();
+    for index in 0..400_u32 {
+        let part = |by: u32| f64::from(index.wrapping_mul(by) >> 8 & 0xff) / 255.0 - 0.5;
+        let turn = DQuat::from_axis_angle(DVec3::new(part(31), part(77), 0.5).normalize(), part(123) * 6.0);
+        let side = if index % 7 == 0 { -1.0 } else { 1.0 };
+        let place = center + DVec3::new(part(2_654_435_761), part(1_640_531_527), part(2_246_822_519)) * 24.0;
+        let mut object = scene.objects[index as usize % 3].clone();
+        object.name = format!("one of many {index}");
+        object.material = index as usize % materials;
+        let scale = DVec3::new(side, 1.0, 1.0) * (0.6 + 0.5 * part(91));
+        object.transform = DAffine3::from_scale_rotation_translation(scale, turn, place);
+        let mut twin = object.clone();
+        twin.material = (object.material + 1) % materials;
+        scene.objects.push(object);
+        if index % 5 == 0 {
+            scene.objects.push(twin);
+        }
+    }
+    scene.lights.push(point(center + DVec3::Y * 3.0, 90.0, Some(20.0), Falloff::InverseSquare));
+    scene.lights.push(Light { casts_shadow: true, ..sun(DVec3::new(0.5, 1.0, 0.3), 1.0) });
+    scene
+}
+
+#[test]
+fn what_the_device_finds_to_be_seen_is_what_the_cpu_finds_in_the_same_order() {
+    on_gpu(|gpu| {
+        for (turn, center) in [DVec3::ZERO, DVec3::new(3e6, -1e5, 7e6)].into_iter().enumerate() {
+            let mut scene = crowd(center);
+            let mut pane = lambert(0.5);
+            (pane.alpha_mode, pane.alpha) = (AlphaMode::Blend, 0.5);
+            for (path, &(name, light_path)) in LightPath::NAMES.iter().enumerate() {
+                let views = [View::Final, View::Normal, View::Overdraw];
+                let settings = |culling| Settings {
+                    culling,
+                    light_path,
+                    depth_prepass: Some(false),
+                    view: if name.starts_with("forward") { View::Final } else { views[(path + turn) % 3] },
+                    ..exact(SIZE.0, SIZE.1)
+                };
+                let mut renderers =
+                    [Culling::Cpu, Culling::Gpu].map(|culling| gpu.renderer(&scene, &settings(culling)));
+                assert_eq!([false, true], [0, 1].map(|index| renderers[index].plan().culls_on_device()), "{name}");
+                for step in 0..6_u32 {
+                    // What stands, what has moved or changed its hand, and what has come or gone.
+                    match step {
+                        1 => scene.objects[20].transform.translation += DVec3::new(0.5, 1.0, 0.0),
+                        2 => scene.objects[21].transform.matrix3.x_axis *= -1.0,
+                        3 => scene.objects.truncate(300),
+                        4 => scene.objects.extend_from_within(40..220),
+                        _ => {}
+                    }
+                    let around = DQuat::from_rotation_y(f64::from(step) * 1.1) * DVec3::new(0.0, 1.0, 9.0);
+                    let projection = match step % 2 {
+                        0 => Projection::perspective(60.0),
+                        _ => scene.camera.projection,
+                    };
+                    let camera =
+                        Camera { projection, near: 0.05, ..Camera::looking_at(center + around, center, DVec3::Y) };
+                    let pictures = renderers.each_mut().map(|renderer| {
+                        match step {
+                            1 | 2 => {
+                                let (object, mut own) = (19 + step as usize, scene.clone());
+                                let transform = scene.objects[object].transform;
+                                renderer.move_object(&mut own, object, &transform).expect("moved");
+                            }
+                            3 | 4 => renderer.update(&scene, Changed::Arrangement).expect("another crowd"),
+                            _ => {}
+                        }
+                        frame(renderer, &camera).0
+                    });
+                    assert_identical(&pictures[0], &pictures[1], &format!("{name}, step {step} at {center}"));
+                }
+                scene = crowd(center);
+            }
+        }
+    });
+}
+
+#[test]
+fn objects_of_one_mesh_and_material_are_drawn_by_few_commands() {
+    on_gpu(|gpu| {
+        let scene = crowd(DVec3::ZERO);
+        let mut renderer = gpu.renderer(&scene, &exact(SIZE.0, SIZE.1));
+        let camera = Camera::looking_at(DVec3::new(0.0, 1.0, 90.0), DVec3::ZERO, DVec3::Y);
+        let (_, drawn) = frame(&mut renderer, &camera);
+        // Three meshes in six materials, mirrored or not, in 32 steps of depth; so far away that all is in view.
+        assert_eq!(drawn.objects, scene.objects.len());
+        assert!(drawn.commands < drawn.objects, "{drawn:?}");
+        let (near, far) = (crowd(DVec3::ZERO), Camera::looking_at(DVec3::new(0.0, 1.0, 3e4), DVec3::ZERO, DVec3::Y));
+        let mut renderer = gpu.renderer(&near, &exact(SIZE.0, SIZE.1));
+        assert!(frame(&mut renderer, &far).1.commands <= 32 * 36);
     });
 }

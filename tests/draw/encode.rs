@@ -58,7 +58,7 @@ fn drawn(gpu: &Gpu, transfer: Transfer, format: vk::Format, bytes: u64) -> gpu::
     let texels = picture().into_iter().flat_map(|[r, g, b]| [r, g, b, 1.0]);
     let texels: Vec<u8> = texels.flat_map(|channel| f16::from_f32(channel).to_ne_bytes()).collect();
     let mut uploader = Uploader::new(device, 1 << 16, UploadOrder::before(encode::READ, encode::READ))?;
-    uploader.texture(&light, &texels)?;
+    uploader.texture(&light, &[&texels])?;
     uploader.finish()?;
 
     let attached = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC;

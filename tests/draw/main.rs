@@ -7,6 +7,7 @@ mod antialiasing;
 mod camera_paths;
 mod changes;
 mod clips;
+mod compressed;
 mod culling;
 #[cfg(feature = "window")]
 mod encode;

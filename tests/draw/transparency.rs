@@ -236,7 +236,7 @@ fn triangles_of_one_mesh_are_sorted() {
             size: [2, 1],
             color_space: ColorSpace::Srgb,
             sampler: Default::default(),
-            texels: vec![255, 0, 0, 255, 0, 0, 255, 255],
+            texels: vec![255, 0, 0, 255, 0, 0, 255, 255].into(),
         }];
         let material = Material { base_color_texture: Some(0), ..pane([1.0; 3], 0.5) };
         add(&mut scene, merged, material, DAffine3::IDENTITY);

@@ -27,6 +27,8 @@ const NEEDED: &[(&str, &str)] = &[
     ("camera of frame 1", "the CPU writes one while the device reads the other"),
     ("lights of frame 0", "lights are placed relative to the camera, anew for each frame"),
     ("lights of frame 1", "lights are placed relative to the camera, anew for each frame"),
+    ("instances of frame 0", "where the object stands, as a stream of its command"),
+    ("instances of frame 1", "where the object stands, as a stream of its command"),
     ("pool of frame 0", "set 0 of the frame"),
     ("pool of frame 1", "set 0 of the frame"),
     ("times of frame 0", "when passes began and ended on the device; FrameTimes tells"),
@@ -54,10 +56,10 @@ fn a_plain_surface_has_one_pipeline_two_targets_and_nothing_that_it_does_not_nee
         let pixels = u64::from(size[0] * size[1]);
         let targets = of(MemoryKind::Attachment);
         assert!((8 * pixels..=8 * pixels + 2 * 65536).contains(&targets), "{targets} bytes of {pixels} pixels");
-        // Four vertices of 24 bytes and six indices of 2, in three buffers; camera and light in two of each.
+        // Four vertices of 24 bytes and six indices of 2, in three buffers; camera, light and where the object stands in two of each.
         let (geometry, uniform) = (of(MemoryKind::Geometry), of(MemoryKind::Uniform));
         assert!((108..=108 + 3 * 256).contains(&geometry), "{geometry} bytes of vertices and indices");
-        assert!(uniform <= 4 * 512, "{uniform} bytes of cameras and lights");
+        assert!(uniform <= 6 * 512, "{uniform} bytes of cameras, lights and instances");
         assert_eq!(report.bytes, targets + geometry + uniform, "{report:#?}");
     });
 }

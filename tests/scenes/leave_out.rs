@@ -16,8 +16,8 @@ use afterlight::gpu::MemoryKind;
 use afterlight::plan::{FramePlan, PartGroup};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, Brdf, ColorSpace, Environment, Falloff, HdrFormat, Keep, LightPath, Material, OptionalPart as P, Scene,
-    Settings, Texture, TextureSlot, UvMap,
+    AlphaMode, BlockFormat, Brdf, ColorSpace, Environment, Falloff, HdrFormat, Keep, LightPath, Material,
+    OptionalPart as P, Scene, Settings, Texels, Texture, TextureSlot, UvMap,
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -74,6 +74,16 @@ fn holes() -> Texture {
 
 fn bumps() -> Texture {
     texture("bumps", ColorSpace::Linear, |x, y| [100 + 8 * x as u8, 156 - 8 * y as u8, 240, 255])
+}
+
+/// Of BC7 blocks of mode 5, each of one grey.
+fn blocks() -> Texture {
+    let block =
+        |grey: u128| (1u128 << 5 | (0..6).map(|at| grey << (8 + 7 * at)).sum::<u128>() | 0xffff << 50).to_le_bytes();
+    let levels = [vec![20, 90, 60, 127], vec![70], vec![70], vec![70]];
+    let levels = levels.map(|greys| greys.into_iter().flat_map(block).collect()).to_vec();
+    let texels = Texels::Blocks { format: BlockFormat::Bc7, levels };
+    Texture { texels, color_space: ColorSpace::Linear, ..checks() }
 }
 
 fn plain(name: &str, texel: [u8; 4]) -> Texture {
@@ -262,6 +272,14 @@ fn cases() -> Vec<Case> {
                 vec![checks()],
             ),
         ),
+        case(
+            Clustered,
+            &[P::DecodedTextures],
+            with_textures(
+                boxed("blocks", textured(|m| &mut m.base_color_texture, lambert(0.9)), vec![sun(slanted, 3.0)]),
+                vec![blocks()],
+            ),
+        ),
         case(Clustered, &[P::UnusedTextures, P::UnusedMeshes], unused),
         case(Clustered, &[P::IdleLights, P::PunctualLights], idle),
         case(Clustered, &[P::OffscreenObjects], hidden),
@@ -313,6 +331,7 @@ fn every_part_is_left_out_somewhere_and_needed_somewhere() {
         // What a plan never has by itself: waste, and a G-buffer in memory, which no pass needs.
         let waste = BTreeSet::from([
             P::StoredGbuffer,
+            P::DecodedTextures,
             P::UnusedMeshes,
             P::UnusedTextures,
             P::ConstantTextures,

@@ -203,7 +203,7 @@ fn maps_are_found_and_options_taken_off() {
     let imported = with_material(&folder, "Kd 0 0 0\nmap_Kd -s 2 3 1 -o 0.5 0 0 -clamp on .\\wall 1.PNG");
     let material = &imported.materials[0];
     assert_eq!((material.base_color.to_array(), material.alpha_mode), ([1.0; 3], AlphaMode::Opaque));
-    assert_eq!(imported.textures[0].texels[..4], [10, 20, 30, 255]);
+    assert_eq!(imported.textures[0].rgba8(0)[..4], [10, 20, 30, 255]);
     assert_eq!(imported.textures[0].color_space, ColorSpace::Srgb);
     assert_eq!(imported.meshes[0].uvs, [[0.5, 1.0], [2.5, 1.0], [0.5, -2.0]]);
     assert!(imported.warnings[0].contains("option `-clamp on` of map_Kd"), "{:?}", imported.warnings);
@@ -225,12 +225,12 @@ fn masks_go_into_alpha() {
     let imported = with_material(&folder, "map_Kd c.png\nmap_d mask.png");
     assert_eq!(imported.materials[0].alpha_mode, AlphaMode::Mask { cutoff: 0.5 });
     assert_eq!((imported.textures.len(), imported.textures[0].size), (1, [4, 4]));
-    let alpha: Vec<_> = imported.textures[0].texels.chunks(4).take(4).map(|t| (t[0], t[3])).collect();
+    let alpha: Vec<_> = imported.textures[0].rgba8(0).chunks(4).take(4).map(|t| (t[0], t[3])).collect();
     assert_eq!(alpha, [(90, 0), (90, 0), (90, 255), (90, 255)]);
     for text in ["map_Kd leaf.png", "map_Kd leaf.png\nmap_d leaf.png", "map_d leaf.png"] {
         let imported = with_material(&folder, text);
         assert_eq!(imported.materials[0].alpha_mode, AlphaMode::Mask { cutoff: 0.5 }, "{text}");
-        assert_eq!(imported.textures[0].texels[3], 0, "{text}");
+        assert_eq!(imported.textures[0].rgba8(0)[3], 0, "{text}");
     }
     assert_eq!(with_material(&folder, "map_Kd c.png\nmap_d c.png").materials[0].alpha_mode, AlphaMode::Opaque);
 }
@@ -243,12 +243,12 @@ fn bump_maps_are_normals_or_heights() {
     for text in ["bump -bm 0.2 n.png", "map_Bump -bm 0.2 n.png", "norm -bm 0.2 n.png"] {
         let imported = with_material(&folder, text);
         assert_eq!(imported.materials[0].normal_scale, 0.2, "{text}");
-        assert_eq!(imported.textures[0].texels[..4], [128, 128, 255, 255], "{text}");
+        assert_eq!(imported.textures[0].rgba8(0)[..4], [128, 128, 255, 255], "{text}");
         assert_eq!(imported.meshes[0].tangents.len(), 3, "{text}");
     }
     let imported = with_material(&folder, "bump -bm 0.5 h.png");
     assert_eq!(imported.materials[0].normal_scale, 1.0);
-    assert!(imported.textures[0].texels[4] < 100, "uphill to the right leans left");
+    assert!(imported.textures[0].rgba8(0)[4] < 100, "uphill to the right leans left");
     let imported = with_material(&folder, "map_Kd h.png\nbump h.png");
     assert_eq!((imported.materials[0].normal_texture, imported.meshes[0].tangents.len()), (None, 0));
     assert!(imported.warnings[0].contains("h.png is the colour map too"), "{:?}", imported.warnings);
@@ -265,7 +265,7 @@ fn roughness_metalness_shininess_emission_and_specular_maps_are_packed() {
     assert_eq!((material.emissive.to_array(), material.specular.to_array()), ([1.0; 3], [1.0; 3]));
     let packed = &imported.textures[material.metallic_roughness_texture.unwrap()];
     assert_eq!(
-        (packed.size, packed.color_space, &packed.texels[..4]),
+        (packed.size, packed.color_space, &packed.rgba8(0)[..4]),
         ([2, 2], ColorSpace::Linear, &[0, 51, 255, 255][..])
     );
     assert_eq!(
@@ -275,11 +275,11 @@ fn roughness_metalness_shininess_emission_and_specular_maps_are_packed() {
     assert_eq!(imported.textures.len(), 2, "the same image in the same colour space is there once");
     let imported = with_material(&folder, "Ns 150\nmap_Ns grey.png");
     // (2 / (0.2 * 150 + 2))^(1/4) = 0.5
-    assert_eq!((imported.textures[0].texels[1], imported.materials[0].roughness), (128, 1.0));
+    assert_eq!((imported.textures[0].rgba8(0)[1], imported.materials[0].roughness), (128, 1.0));
     // The Phong models take it as it is: a fifth of their power.
     let material = &imported.materials[0];
     let share = &imported.textures[material.shininess_texture.expect("its own")];
-    assert_eq!((share.texels[1], share.color_space, material.shininess), (51, ColorSpace::Linear, 150.0));
+    assert_eq!((share.rgba8(0)[1], share.color_space, material.shininess), (51, ColorSpace::Linear, 150.0));
 }
 
 #[test]

@@ -164,7 +164,7 @@ fn assert_sound(imported: &Imported, name: &str) {
         assert!(material.textures().all(|(_, texture)| texture < imported.textures.len()), "{name}");
     }
     for texture in &imported.textures {
-        assert_eq!(texture.texels.len(), 4 * texture.size[0] as usize * texture.size[1] as usize, "{name}");
+        assert_eq!(texture.rgba8(0).len(), 4 * texture.size[0] as usize * texture.size[1] as usize, "{name}");
     }
     for mesh in &imported.meshes {
         let count = mesh.positions.len();

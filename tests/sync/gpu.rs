@@ -149,8 +149,11 @@ fn each_mip_level_is_the_mean_of_the_one_above() -> TestResult {
         }
         (texels[0], texels[5]) = ([40, 80, 120, 255], [40, 80, 120, 255]);
         let mut uploader = uploader(device, 0)?;
-        assert!(uploader.texture(&image, bytemuck::cast_slice(&texels[1..])).is_err(), "level 0 of another size");
-        uploader.texture(&image, bytemuck::cast_slice(&texels))?;
+        assert!(
+            uploader.texture(&image, &[bytemuck::cast_slice::<_, u8>(&texels[1..])]).is_err(),
+            "level 0 of another size"
+        );
+        uploader.texture(&image, &[bytemuck::cast_slice::<_, u8>(&texels)])?;
         uploader.finish()?;
 
         assert_eq!(read_level(device, &image, 0, SAMPLED)?, bytemuck::cast_slice::<_, u8>(&texels));
@@ -176,7 +179,7 @@ fn a_texture_larger_than_the_staging_memory_is_split_by_rows_and_layers() -> Tes
         let image = Image::new(device, &desc)?;
         let data = pattern(703 * 711 * 4 * 2);
         let mut uploader = uploader(device, 0)?;
-        uploader.texture(&image, &data)?;
+        uploader.texture(&image, &[&data])?;
         uploader.finish()?;
         assert!(read_level(device, &image, 0, SAMPLED)? == data);
         assert_eq!(read_level(device, &image, 9, SAMPLED)?.len(), 2 * 4);

@@ -28,8 +28,8 @@ use crate::common::tries_all;
 use afterlight::plan::{Canvas, Capabilities, Encoding, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, Transfer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, ColorSpace, Environment, Falloff, LightPath, Material, OptionalPart, Output, Resolve, Scene, Settings,
-    ShadowSettings, Texture, Transparency, View,
+    AlphaMode, ColorSpace, Culling, Environment, Falloff, LightPath, Material, OptionalPart, Output, Resolve, Scene,
+    Settings, ShadowSettings, Texture, Transparency, View,
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -159,6 +159,7 @@ pub fn cases() -> Vec<Case> {
     case("textured", textured(4), &[]);
     case("sunlit", sunlit(), &[]);
     case("deformed", samples::deformed(), &[]);
+    case("culled on the device", sunlit(), &[|settings| settings.culling = Culling::Gpu]);
     case("glowing", glowing(plain()), &[]);
     for (name, transparency) in [("sorted", sorted), ("weighted", weighted)] {
         case(name, glazed(plain()), &[transparency]);

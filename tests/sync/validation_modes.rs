@@ -72,6 +72,18 @@ const DECLINED: &[Declined] = &[
         given_by: GivenBy::New,
         why: "they were: 1.4.309 says so also right after vkGetPhysicalDeviceFeatures and vkGetPhysicalDeviceFeatures2 of the same device",
     },
+    Declined {
+        rule: "BestPractices-vkCreateGraphicsPipelines-too-many-instanced-vertex-buffers",
+        about: "using 2 instanced vertex buffers",
+        given_by: GivenBy::Old,
+        why: "the view of triangles alone reads the number of each object besides its rows, and no other frame has the buffer",
+    },
+    Declined {
+        rule: "BestPractices-vkCreateGraphicsPipelines-too-many-instanced-vertex-buffers",
+        about: "using 2 instanced vertex buffers",
+        given_by: GivenBy::New,
+        why: "as above",
+    },
 ];
 
 /// Each piece of advice is followed, or declined for a reason; and no reason is kept for advice that is no longer given.

@@ -116,7 +116,7 @@ fn sieve(scene: &mut Scene) -> Material {
         size: [2, 1],
         color_space: ColorSpace::Srgb,
         sampler: Default::default(),
-        texels,
+        texels: texels.into(),
     };
     scene.textures.push(texture);
     let base_color_texture = Some(scene.textures.len() - 1);

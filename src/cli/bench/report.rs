@@ -93,6 +93,10 @@ struct PassReport {
 #[derive(Serialize, Default)]
 struct DrawnReport {
     objects: u64,
+    /// Of which the device alone knows those that it drew; they are not among the others, nor are their triangles.
+    objects_on_device: u64,
+    /// That draw surfaces.
+    commands: u64,
     culled_objects: u64,
     occluded_objects: u64,
     /// Shadow maps that are looked up, how many of them were drawn anew, and how often an object was drawn into these.
@@ -105,6 +109,16 @@ struct DrawnReport {
     /// Lights that reach what is seen, and those of the plan that do not.
     lights: u64,
     idle_lights: u64,
+}
+
+impl DrawnReport {
+    fn objects_in_words(&self) -> String {
+        let Self { objects, objects_on_device, culled_objects, occluded_objects, .. } = self;
+        match objects_on_device {
+            0 => format!("{objects} ({culled_objects} culled, {occluded_objects} occluded)"),
+            all => format!("{objects}, and what the device sees of {all}"),
+        }
+    }
 }
 
 impl BenchReport {
@@ -200,6 +214,8 @@ impl RunReport {
             .and_then(|base| Distribution::of(times.iter().zip(base).map(|(own, first)| own.wall_ms / first.wall_ms)));
         let drawn = times.last().map(|last| DrawnReport {
             objects: last.drawn.objects as u64,
+            objects_on_device: last.drawn.on_device as u64,
+            commands: last.drawn.commands as u64,
             culled_objects: last.drawn.culled as u64,
             occluded_objects: last.drawn.occluded as u64,
             shadow_maps: last.drawn.shadow_maps as u64,
@@ -235,10 +251,8 @@ impl RunReport {
             fact("shadow maps drawn", format!("{} of {}", drawn.shadow_maps_drawn, drawn.shadow_maps)),
             fact("casters", format!("{} ({} idle)", drawn.casters, drawn.idle_casters)),
             fact("triangles", drawn.triangles.to_string()),
-            fact(
-                "objects",
-                format!("{} ({} culled, {} occluded)", drawn.objects, drawn.culled_objects, drawn.occluded_objects),
-            ),
+            fact("objects", drawn.objects_in_words()),
+            fact("commands that draw them", drawn.commands.to_string()),
             fact("lights", format!("{} ({} idle)", drawn.lights, drawn.idle_lights)),
         ];
         let slowest = self.moments.iter().flatten().max_by(|a, b| a.wall_ms.total_cmp(&b.wall_ms));

@@ -360,7 +360,10 @@ mod tests {
         primitive_index: true,
         lazily_allocated: false,
         compute_invocations: 1024,
+        indirect_draws: true,
         software: true,
+        bc7: true,
+        etc2: true,
     };
 
     fn options(scene: &str, settings: &str) -> Vec<String> {

@@ -10,6 +10,7 @@ const COPIES: S = S::TRANSFER;
 
 /// "Supported access types" of the specification, for the accesses that rows name.
 pub(in crate::frame) const SUPPORTED: &[(A, S)] = &[
+    (A::INDIRECT_COMMAND_READ, S::DRAW_INDIRECT),
     (A::INDEX_READ, S::VERTEX_INPUT),
     (A::VERTEX_ATTRIBUTE_READ, S::VERTEX_INPUT),
     (A::INPUT_ATTACHMENT_READ, S::FRAGMENT_SHADER),
@@ -28,8 +29,14 @@ pub(in crate::frame) const SUPPORTED: &[(A, S)] = &[
 ];
 
 /// The stages of drawing that passes have uses in, each logically earlier than the next.
-const DRAWING: [S; 5] =
-    [S::VERTEX_INPUT, S::EARLY_FRAGMENT_TESTS, S::FRAGMENT_SHADER, S::LATE_FRAGMENT_TESTS, S::COLOR_ATTACHMENT_OUTPUT];
+const DRAWING: [S; 6] = [
+    S::DRAW_INDIRECT,
+    S::VERTEX_INPUT,
+    S::EARLY_FRAGMENT_TESTS,
+    S::FRAGMENT_SHADER,
+    S::LATE_FRAGMENT_TESTS,
+    S::COLOR_ATTACHMENT_OUTPUT,
+];
 
 /// What must be over, without stages that wrote nothing and are logically earlier than another one of the mask: a first scope has those anyway.
 pub(super) fn latest(mask: Use) -> Use {

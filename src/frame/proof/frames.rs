@@ -345,6 +345,7 @@ fn memory_of(plan: &FramePlan, resource: Resource, place: Memory) -> Vec<Memory>
         Resource::RestMeshes => vec![Memory::RestMeshes],
         Resource::DeformedVertices => vec![Memory::DeformedVertices],
         Resource::Indices => vec![Memory::Indices],
+        Resource::CulledInstances => vec![Memory::CulledInstances],
         Resource::FrameData => vec![place],
         Resource::ReadBack => vec![Memory::ReadBack],
         Resource::PanelTextures => vec![Memory::Panel],

@@ -95,6 +95,7 @@ pub(super) enum Memory {
     Vertices,
     RestMeshes,
     DeformedVertices,
+    CulledInstances,
     Indices,
     Staging,
     /// What the CPU writes for a frame in flight.
@@ -129,6 +130,7 @@ impl MemorySet {
             Memory::Written(place) => 24 + place,
             Memory::RestMeshes => 26,
             Memory::DeformedVertices => 27,
+            Memory::CulledInstances => 28,
             Memory::Target(target) => 32 + target as usize,
         }
     }
@@ -152,6 +154,7 @@ impl fmt::Display for Memory {
             Self::Vertices => f.write_str("the vertices"),
             Self::RestMeshes => f.write_str("the meshes at rest"),
             Self::DeformedVertices => f.write_str("the deformed vertices"),
+            Self::CulledInstances => f.write_str("the culled instances"),
             Self::Indices => f.write_str("the indices"),
             Self::Staging => f.write_str("a staging buffer"),
             Self::Written(place) => write!(f, "what the CPU writes for frames in flight at place {place}"),

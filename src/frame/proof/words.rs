@@ -129,6 +129,7 @@ fn noun(memory: Memory) -> &'static str {
         Memory::Vertices => "vertices",
         Memory::RestMeshes => "meshes at rest",
         Memory::DeformedVertices => "deformed vertices",
+        Memory::CulledInstances => "culled instances",
         Memory::Indices => "indices",
         Memory::Staging => "a staging buffer",
         Memory::Written(_) => "cameras and lights",

@@ -1,4 +1,4 @@
-//! A tree of boxes, to ask whether any of many touches something.
+//! A tree of boxes, to ask which of many touch something.
 
 use super::Reach;
 use crate::scene::Aabb;
@@ -8,6 +8,8 @@ use crate::scene::Aabb;
 pub struct BoxTree {
     /// A node, then its first half, then its second.
     nodes: Vec<Node>,
+    /// By number: its leaf, if the box was not empty.
+    leaves: Vec<Option<u32>>,
 }
 
 #[derive(Debug, Clone)]
@@ -17,31 +19,94 @@ struct Node {
     item: usize,
     /// The node after all that are below this one. A leaf has none below.
     end: usize,
+    /// The node that it is a half of; itself, of the first.
+    parent: usize,
+}
+
+/// How a box lies to something that may hold it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    Outside,
+    Across,
+    Inside,
 }
 
 impl BoxTree {
     /// Of these boxes, which are numbered in their order; empty ones hold nothing and are left out.
     pub fn of(boxes: impl IntoIterator<Item = Aabb>) -> Self {
-        let mut boxes: Vec<(usize, Aabb)> =
-            boxes.into_iter().enumerate().filter(|(_, bounds)| !bounds.is_empty()).collect();
-        let mut tree = Self { nodes: Vec::with_capacity(2 * boxes.len()) };
-        if !boxes.is_empty() {
-            tree.add(&mut boxes);
+        let mut all: Vec<(usize, Aabb)> = boxes.into_iter().enumerate().collect();
+        let mut tree = Self { nodes: Vec::with_capacity(2 * all.len()), leaves: vec![None; all.len()] };
+        all.retain(|(_, bounds)| !bounds.is_empty());
+        if !all.is_empty() {
+            tree.add(&mut all, 0);
         }
         tree
     }
 
-    fn add(&mut self, boxes: &mut [(usize, Aabb)]) {
+    /// The box around all.
+    pub fn bounds(&self) -> Aabb {
+        self.nodes.first().map_or(Aabb::EMPTY, |node| node.bounds)
+    }
+
+    fn add(&mut self, boxes: &mut [(usize, Aabb)], parent: usize) {
         let bounds = boxes.iter().fold(Aabb::EMPTY, |all, (_, bounds)| all.union(bounds));
         let own = self.nodes.len();
-        self.nodes.push(Node { bounds, item: boxes[0].0, end: own + 1 });
+        self.nodes.push(Node { bounds, item: boxes[0].0, end: own + 1, parent });
         if boxes.len() > 1 {
             let (axis, middle) = (bounds.size().max_position(), boxes.len() / 2);
             boxes.select_nth_unstable_by(middle, |a, b| a.1.center()[axis].total_cmp(&b.1.center()[axis]));
             let (first, second) = boxes.split_at_mut(middle);
-            self.add(first);
-            self.add(second);
+            self.add(first, own);
+            self.add(second, own);
             self.nodes[own].end = self.nodes.len();
+        } else {
+            self.leaves[boxes[0].0] = Some(own as u32);
+        }
+    }
+
+    /// Takes over the boxes of some numbers that are others than before, as `bounds` has them. The tree stays cut as it was: it finds the same,
+    /// more slowly the farther they have moved. Those that were empty stay out.
+    pub fn refit(&mut self, moved: impl ExactSizeIterator<Item = usize>, bounds: impl Fn(usize) -> Aabb) {
+        // Each box that moved asks for its way up; many of them go the same.
+        let ways = moved.len() * self.nodes.len().max(2).ilog2() as usize;
+        let leaves: Vec<usize> = moved.filter_map(|item| self.leaves[item]).map(|leaf| leaf as usize).collect();
+        for &leaf in &leaves {
+            self.nodes[leaf].bounds = bounds(self.nodes[leaf].item);
+        }
+        if ways > self.nodes.len() {
+            (0..self.nodes.len()).rev().for_each(|node| self.gather(node));
+            return;
+        }
+        for mut node in leaves {
+            while node != 0 {
+                node = self.nodes[node].parent;
+                self.gather(node);
+            }
+        }
+    }
+
+    /// Makes a node's box that of its halves.
+    fn gather(&mut self, node: usize) {
+        let (first, end) = (node + 1, self.nodes[node].end);
+        if end > first {
+            let second = self.nodes[first].end;
+            self.nodes[node].bounds = self.nodes[first].bounds.union(&self.nodes[second].bounds);
+        }
+    }
+
+    /// Calls `each` with the numbers of the boxes that are not outside. Boxes within one that is inside are not asked about.
+    pub fn sort_out(&self, side: impl Fn(&Aabb) -> Side, mut each: impl FnMut(usize)) {
+        let mut index = 0;
+        while let Some(node) = self.nodes.get(index) {
+            match side(&node.bounds) {
+                Side::Across if node.end > index + 1 => index += 1,
+                Side::Outside => index = node.end,
+                Side::Across | Side::Inside => {
+                    let below = self.nodes[index..node.end].iter().zip(index + 1..);
+                    below.filter(|(node, next)| node.end == *next).for_each(|(leaf, _)| each(leaf.item));
+                    index = node.end;
+                }
+            }
         }
     }
 
@@ -89,6 +154,35 @@ mod tests {
             let mut found: Vec<usize> = tree.each(|bounds| sphere.touches(bounds)).collect();
             found.sort_unstable();
             prop_assert_eq!(tree.touches(&sphere), !expected.is_empty());
+            prop_assert_eq!(found, expected);
+        }
+
+        #[test]
+        fn a_tree_whose_boxes_have_moved_finds_them_where_they_are(
+            boxes in proptest::collection::vec((vector(9.0), vector(2.0)), 1..40), center in vector(12.0), radius in 0.0..4.0f64,
+            moves in proptest::collection::vec((0..40usize, vector(20.0)), 0..20),
+        ) {
+            let mut boxes: Vec<Aabb> = boxes.into_iter().map(|(at, size)| Aabb { min: at, max: at + size.abs() }).collect();
+            let mut tree = BoxTree::of(boxes.iter().copied());
+            let mut moved = Vec::new();
+            for (item, by) in moves.into_iter().filter(|(item, _)| *item < boxes.len()).collect::<Vec<_>>() {
+                boxes[item] = Aabb { min: boxes[item].min + by, max: boxes[item].max + by };
+                moved.push(item);
+            }
+            tree.refit(moved.into_iter(), |item| boxes[item]);
+            let sphere = Reach { center, radius };
+            let expected: Vec<usize> = (0..boxes.len()).filter(|&index| sphere.touches(&boxes[index])).collect();
+            let mut found: Vec<usize> = tree.each(|bounds| sphere.touches(bounds)).collect();
+            found.sort_unstable();
+            prop_assert_eq!(&found, &expected);
+            let side = |bounds: &Aabb| match (sphere.touches(bounds), bounds.corners().iter().all(|&corner| corner.distance(center) <= radius)) {
+                (_, true) => Side::Inside,
+                (true, false) => Side::Across,
+                (false, false) => Side::Outside,
+            };
+            found.clear();
+            tree.sort_out(side, |item| found.push(item));
+            found.sort_unstable();
             prop_assert_eq!(found, expected);
         }
     }

@@ -133,8 +133,12 @@ fn largest_reflection(scene: &Scene, settings: &Settings) -> f64 {
 fn least_roughness(scene: &Scene, material: &Material) -> f64 {
     let texture = material.textures().find(|(slot, _)| *slot == TextureSlot::MetallicRoughness);
     let least = texture.map_or(255, |(_, index)| {
-        let texels = scene.textures[index].texels.chunks_exact(4);
-        texels.map(|texel| texel[1]).min().unwrap_or(255)
+        let mut least = 255;
+        scene.textures[index].any_texel(|[_, green, ..]| {
+            least = green.min(least);
+            least == 0
+        });
+        least
     });
     // G-buffers store 8 bits: half a step less.
     (f64::from(material.roughness) * f64::from(least) / 255.0 - 0.5 / 255.0).max(0.01)

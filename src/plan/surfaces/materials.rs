@@ -205,11 +205,10 @@ impl Texels<'_> {
         let index = texture?;
         let texture = self.textures.get(index)?;
         *self.colors.entry((index, channels)).or_insert_with(|| {
-            let texels = texture.texels.as_chunks::<4>().0;
-            let first = texels.first()?;
+            let first = texture.texel(0, 0);
             let mask = u32::from_ne_bytes(channels.map(|counts| if counts { 255 } else { 0 }));
-            let differs = |texel: &[u8; 4]| (u32::from_ne_bytes(*texel) ^ u32::from_ne_bytes(*first)) & mask != 0;
-            (!texels.iter().any(differs)).then(|| decoded(*first, texture.color_space))
+            let differs = |texel| (u32::from_ne_bytes(texel) ^ u32::from_ne_bytes(first)) & mask != 0;
+            (!texture.any_texel(differs)).then(|| decoded(first, texture.color_space))
         })
     }
 
@@ -218,14 +217,12 @@ impl Texels<'_> {
         let texture = self.textures.get(index)?;
         *self.alphas.entry(index).or_insert_with(|| {
             let mut range: Option<(u8, u8)> = None;
-            for [.., alpha] in texture.texels.as_chunks::<4>().0 {
-                let (least, most) = range.unwrap_or((*alpha, *alpha));
-                range = Some((least.min(*alpha), most.max(*alpha)));
+            texture.any_texel(|[.., alpha]| {
+                let (least, most) = range.unwrap_or((alpha, alpha));
+                range = Some((least.min(alpha), most.max(alpha)));
                 // Nothing can widen it any more.
-                if range == Some((0, 255)) {
-                    break;
-                }
-            }
+                range == Some((0, 255))
+            });
             range
         })
     }
@@ -233,11 +230,8 @@ impl Texels<'_> {
     /// Whether a normal map says (0, 0, 1) everywhere: `mapped_normal` of `shaders/shared/material.wgsl` takes 128 for zero, whatever the third
     /// channel is above that.
     fn is_flat(&self, index: usize) -> bool {
-        let flat = |texel: &[u8; 4]| texel[..2] == [128, 128] && texel[2] > 128;
-        self.textures.get(index).is_some_and(|texture| {
-            let texels = texture.texels.as_chunks::<4>().0;
-            !texels.is_empty() && texels.iter().all(flat)
-        })
+        let is_bent = |[x, y, z, _]: [u8; 4]| [x, y] != [128; 2] || z <= 128;
+        self.textures.get(index).is_some_and(|texture| !texture.any_texel(is_bent))
     }
 }
 
@@ -265,7 +259,13 @@ mod tests {
 
     fn texture(color_space: ColorSpace, texels: &[[u8; 4]]) -> Texture {
         let size = [texels.len() as u32, 1];
-        Texture { name: "texture".into(), size, color_space, sampler: Default::default(), texels: texels.concat() }
+        Texture {
+            name: "texture".into(),
+            size,
+            color_space,
+            sampler: Default::default(),
+            texels: texels.concat().into(),
+        }
     }
 
     /// The only material of a scene, as it is drawn with these textures.

@@ -2,10 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use ash::vk;
 use glam::{DVec3, DVec4, Vec4};
 
 use super::{GeometryKey, SurfaceRules, TextureMask};
-use crate::scene::{ColorSpace, OptionalPart, Sampler, Scene, TextureSlot, UvMap, Wrap};
+use crate::plan::Capabilities;
+use crate::scene::{
+    BlockFormat, ColorSpace, OptionalPart, Sampler, Scene, Texels, TextureSlot, UvMap, Wrap, level_size, most_levels,
+};
 
 /// Where the texels of a texture come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -44,27 +48,72 @@ pub struct PlannedTexture {
     pub color_space: ColorSpace,
     /// How it is sampled. Neutral ones say the same however they are.
     pub sampler: Sampler,
-    /// Down to one texel, or one where only the largest is looked at. Both formats must be blittable with linear filtering on every device, by the table of required formats.
+    /// Those of the file, or down to one texel; one where only the largest is looked at.
     pub levels: u32,
+    /// Whether levels are made by blits: all of 8-bit RGBA but the first. Its formats must be blittable with linear filtering on every device,
+    /// by the table of required formats.
+    pub makes_levels: bool,
+    /// The blocks that lie on the device as the file has them; `None`: 8-bit RGBA.
+    pub blocks: Option<BlockFormat>,
+    /// The blocks of the file.
+    pub compressed: Option<BlockFormat>,
+}
+
+/// The format of a texture's image.
+pub fn texture_format(blocks: Option<BlockFormat>, color_space: ColorSpace) -> vk::Format {
+    let [srgb, linear] = match blocks {
+        None => [vk::Format::R8G8B8A8_SRGB, vk::Format::R8G8B8A8_UNORM],
+        Some(BlockFormat::Bc7) => [vk::Format::BC7_SRGB_BLOCK, vk::Format::BC7_UNORM_BLOCK],
+        Some(BlockFormat::Etc2Rgb8) => [vk::Format::ETC2_R8G8B8_SRGB_BLOCK, vk::Format::ETC2_R8G8B8_UNORM_BLOCK],
+        Some(BlockFormat::Etc2Rgb8A1) => [vk::Format::ETC2_R8G8B8A1_SRGB_BLOCK, vk::Format::ETC2_R8G8B8A1_UNORM_BLOCK],
+        Some(BlockFormat::Etc2Rgba8) => [vk::Format::ETC2_R8G8B8A8_SRGB_BLOCK, vk::Format::ETC2_R8G8B8A8_UNORM_BLOCK],
+    };
+    if color_space == ColorSpace::Srgb { srgb } else { linear }
 }
 
 impl PlannedTexture {
-    fn of(scene: &Scene, source: TextureSource) -> Self {
+    /// A texture of the scene in blocks stays in them where `samples` says so, unless its sampler looks between levels that the file lacks:
+    /// blocks cannot be blitted.
+    fn of(scene: &Scene, source: TextureSource, samples: impl Fn(BlockFormat) -> bool) -> Self {
         let texture = match source {
             TextureSource::Scene(index) => scene.textures.get(index),
             TextureSource::White | TextureSource::Flat => None,
         };
         let (size, color_space, sampler) = texture
             .map_or(([1, 1], ColorSpace::Linear, Sampler::DEFAULT), |own| (own.size, own.color_space, own.sampler));
-        let levels = sampler.levels.map_or(1, |_| 1 + size[0].max(size[1]).ilog2());
-        Self { source, size, color_space, sampler, levels }
+        let wanted = sampler.levels.map_or(1, |_| most_levels(size));
+        let (compressed, given) = match texture.map(|own| &own.texels) {
+            Some(Texels::Blocks { format, levels }) => (Some(*format), levels.len() as u32),
+            _ => (None, 1),
+        };
+        let makes_levels = wanted > 1 && given == 1;
+        let levels = if makes_levels { wanted } else { wanted.min(given) };
+        let blocks = compressed.filter(|&format| !makes_levels && samples(format));
+        Self { source, size, color_space, sampler, levels, makes_levels, blocks, compressed }
+    }
+
+    /// The format of its image.
+    pub fn format(&self) -> vk::Format {
+        texture_format(self.blocks, self.color_space)
     }
 
     /// Of all levels, as an image without padding has them.
     pub fn bytes(&self) -> u64 {
-        (0..self.levels)
-            .map(|level| self.size.map(|edge| u64::from((edge >> level).max(1))).iter().product::<u64>() * 4)
-            .sum()
+        self.bytes_in(self.blocks)
+    }
+
+    /// What its blocks take less than texels would.
+    pub(in crate::plan) fn saved_bytes(&self) -> u64 {
+        self.bytes_in(None) - self.bytes()
+    }
+
+    /// As [`PlannedTexture::bytes`], were it in this format.
+    fn bytes_in(&self, blocks: Option<BlockFormat>) -> u64 {
+        let level_bytes = |size: [u32; 2]| match blocks {
+            Some(format) => format.level_bytes(size),
+            None => size.map(u64::from).iter().product::<u64>() * 4,
+        };
+        (0..self.levels).map(|level| level_bytes(level_size(self.size, level))).sum()
     }
 }
 
@@ -92,7 +141,8 @@ pub struct TexturePlan {
 
 impl TexturePlan {
     /// What the pipelines of these rules sample.
-    pub(in crate::plan) fn of(scene: &Scene, rules: &SurfaceRules) -> Self {
+    pub(in crate::plan) fn of(scene: &Scene, rules: &SurfaceRules, device: &Capabilities) -> Self {
+        let samples = |format| device.samples(format) && !rules.keep.has(OptionalPart::DecodedTextures);
         let mut sets: BTreeMap<usize, BTreeMap<TextureSlot, TextureSource>> = BTreeMap::new();
         let mut holes: BTreeMap<usize, TextureSource> = BTreeMap::new();
         let mut mapped = BTreeSet::new();
@@ -122,7 +172,7 @@ impl TexturePlan {
         let index: BTreeMap<TextureSource, usize> =
             sources.iter().enumerate().map(|(index, &source)| (source, index)).collect();
         Self {
-            images: sources.into_iter().map(|source| PlannedTexture::of(scene, source)).collect(),
+            images: sources.into_iter().map(|source| PlannedTexture::of(scene, source, samples)).collect(),
             sets: sets
                 .into_iter()
                 .map(|(material, slots)| {
@@ -193,6 +243,7 @@ impl TexturePlan {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plan::FramePlan;
     use crate::plan::samples::{self, keeping, plan};
     use crate::scene::{Brdf, CastsShadow, Keep, Material, Settings, View};
 
@@ -225,6 +276,66 @@ mod tests {
         assert_eq!(textures.images[0].levels, 4);
         // 8x2, 4x1, 2x1, 1x1; and 2x2, 1x1 of the normal map.
         assert_eq!(textures.bytes(), 4 * (16 + 4 + 2 + 1) + 4 * (4 + 1));
+    }
+
+    /// With blocks of 8x8 texels in these levels as the base colour.
+    fn compressed(format: BlockFormat, count: u32) -> Scene {
+        let mut scene = samples::scene(vec![samples::textured(Brdf::Lambert)], vec![]);
+        // No two blocks alike, so that the texture is not of one colour.
+        let level = |level: u32| (0..format.level_bytes([8 >> level; 2])).map(|byte| (byte * 37 + 64) as u8).collect();
+        scene.textures[0].size = [8; 2];
+        scene.textures[0].texels = Texels::Blocks { format, levels: (0..count).map(level).collect() };
+        scene
+    }
+
+    #[test]
+    fn blocks_stay_where_the_device_samples_them_and_the_file_has_their_levels() {
+        let all = samples::device();
+        let (no_bc7, no_etc2) = (Capabilities { bc7: false, ..all }, Capabilities { etc2: false, ..all });
+        for format in BlockFormat::ALL {
+            for (device, samples_it) in
+                [(all, true), (no_bc7, format != BlockFormat::Bc7), (no_etc2, format == BlockFormat::Bc7)]
+            {
+                for (count, levels, makes_levels) in [(4, 4, false), (2, 2, false), (1, 4, true)] {
+                    let scene = compressed(format, count);
+                    let plan = FramePlan::of(&scene, &Settings::default(), &device).expect("a plan");
+                    let image = &plan.textures.images[0];
+                    let blocks = Some(format).filter(|_| samples_it && !makes_levels);
+                    assert_eq!((image.blocks, image.levels, image.makes_levels), (blocks, levels, makes_levels));
+                    assert_eq!(image.format(), texture_format(blocks, image.color_space));
+                }
+            }
+            // 64 texels alone.
+            let mut scene = compressed(format, 1);
+            scene.textures[0].sampler.levels = None;
+            let image = &plan(&scene, &Settings::default()).textures.images[0];
+            assert_eq!((image.blocks, image.bytes()), (Some(format), 4 * format.block_bytes() as u64));
+        }
+    }
+
+    #[test]
+    fn a_plan_says_which_textures_stay_compressed_and_what_that_saves() {
+        let said = |scene: &Scene, device: &Capabilities, settings: &Settings| {
+            let plan = FramePlan::of(scene, settings, device).expect("a plan");
+            let part = plan.parts().iter().find(|part| part.name == "decoded textures").expect("the part");
+            (part.included, part.reason.clone())
+        };
+        let (device, settings) = (samples::device(), Settings::default());
+        let scene = compressed(BlockFormat::Bc7, 4);
+        // 64, 16, 4 and 1 texels of 4 bytes; 4, 1, 1 and 1 blocks of 16.
+        let stays = "1 stay compressed (1 in BC7), 228 bytes less than decoded";
+        assert_eq!(said(&scene, &device, &settings), (false, stays.into()));
+        let kept = keeping(&[OptionalPart::DecodedTextures]);
+        assert_eq!(said(&scene, &device, &kept), (true, format!("kept on request: {stays}")));
+        let cost = plan(&scene, &settings).cost_of(OptionalPart::DecodedTextures, &scene, &settings, &device);
+        assert_eq!(cost.expect("a cost").bytes, 228);
+        let poor = Capabilities { bc7: false, ..device };
+        assert_eq!(said(&scene, &poor, &settings), (true, "1 decoded: the device does not sample their blocks".into()));
+        let single = compressed(BlockFormat::Etc2Rgba8, 1);
+        let lacking = "1 decoded: their files lack smaller levels, which are made";
+        assert_eq!(said(&single, &device, &settings), (true, lacking.into()));
+        let plain = samples::scene(vec![samples::textured(Brdf::Lambert)], vec![]);
+        assert_eq!(said(&plain, &device, &settings), (false, "no texture is compressed in its file".into()));
     }
 
     #[test]

@@ -11,7 +11,7 @@ pub struct Uploads {
     pub volumes: bool,
     /// Textures.
     pub textures: bool,
-    /// One of them has more than one level.
+    /// One of them has levels that are made from each other.
     pub mip_levels: bool,
 }
 
@@ -21,7 +21,7 @@ impl Uploads {
             vertices: meshes.vertices > 0 || meshes.deforms.vertices > 0,
             volumes,
             textures: !textures.images.is_empty(),
-            mip_levels: textures.images.iter().any(|image| image.levels > 1),
+            mip_levels: textures.images.iter().any(|image| image.makes_levels),
         }
     }
 }

@@ -172,7 +172,7 @@ fn test_card() -> Texture {
         size: [CARD; 2],
         color_space: ColorSpace::Srgb,
         sampler: Default::default(),
-        texels,
+        texels: texels.into(),
     }
 }
 

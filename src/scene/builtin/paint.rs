@@ -137,10 +137,10 @@ mod tests {
     #[test]
     fn a_flat_surface_has_the_neutral_normal_and_a_slope_leans_away() {
         let flat = paint("flat", 4, |_, _| Texel::new([0.5; 3], 0.1, 0.5));
-        assert!(flat.normal.texels.chunks(4).all(|texel| texel == [128, 128, 255, 255]));
+        assert!(flat.normal.rgba8(0).chunks(4).all(|texel| texel == [128, 128, 255, 255]));
         // Higher to the right and to the bottom: the normal leans left and up.
         let slope = paint("slope", 8, |u, v| Texel::new([0.5; 3], u + v, 0.5));
-        let middle = &slope.normal.texels[(3 * 8 + 3) * 4..][..3];
+        let middle = &slope.normal.rgba8(0)[(3 * 8 + 3) * 4..][..3];
         assert!(middle[0] < 128 && middle[1] > 128, "{middle:?}");
     }
 }

@@ -10,7 +10,7 @@
 //! | buffers, views, accessors | `uri`, `buffers`, `meshopt`, `accessor` |
 //! | the hierarchy, and which of it moves | `nodes`, `animation`, `pointer`, `material_keys`, `movement` |
 //! | which meshes to make, and making them | `drawables`, `instances`, `source`, `draco`, `topology`, `primitive`, `influences`, `shapes` |
-//! | materials and textures | `materials`, `textures`, `basis` |
+//! | materials and textures | `materials`, `textures`, `ktx`, `basis` |
 //! | the scene of it | `assembly`, `lights`, `cameras` |
 //!
 //! A primitive is read once however many nodes show it. What no clip moves is placed, blended and hung on its joints while it is read, and the
@@ -30,6 +30,7 @@ mod influences;
 mod instances;
 mod json;
 mod json_extensions;
+mod ktx;
 mod lights;
 mod material_keys;
 mod materials;

@@ -8,12 +8,12 @@ use image::imageops::{FilterType, resize};
 use image::{Rgba, RgbaImage};
 use rayon::prelude::*;
 
-use super::basis;
 use super::buffers::Buffers;
 use super::json::{Document, Whole, entry, named};
+use super::ktx;
 use super::uri::Resources;
 use crate::scene::texture::decode_image;
-use crate::scene::{ColorSpace, Error, Filter, LoadOptions, Sampler, Texture, Wrap};
+use crate::scene::{ColorSpace, Error, Filter, LoadOptions, Sampler, Texels, Texture, Wrap};
 
 /// The most bytes of an image's file.
 const MOST_BYTES: u64 = 1 << 30;
@@ -125,7 +125,33 @@ pub(super) struct Made {
     pub files: Vec<PathBuf>,
 }
 
-type Decoded = (RgbaImage, Option<PathBuf>);
+/// An image as its file has it: texels, or blocks of them.
+#[derive(Clone)]
+pub(super) struct Pixels {
+    pub size: [u32; 2],
+    pub texels: Texels,
+}
+
+impl Pixels {
+    fn named(self, name: String, color_space: ColorSpace, sampler: Sampler) -> Texture {
+        Texture { name, size: self.size, color_space, sampler, texels: self.texels }
+    }
+
+    /// The largest level, decoded.
+    fn into_image(self) -> Option<RgbaImage> {
+        let [width, height] = self.size;
+        let mut texture = self.named(String::new(), ColorSpace::Linear, Sampler::DEFAULT);
+        RgbaImage::from_raw(width, height, std::mem::take(texture.rgba8_mut()))
+    }
+}
+
+impl From<RgbaImage> for Pixels {
+    fn from(image: RgbaImage) -> Self {
+        Self { size: [image.width(), image.height()], texels: image.into_raw().into() }
+    }
+}
+
+type Decoded = (Pixels, Option<PathBuf>);
 
 impl Images<'_> {
     /// Makes textures. One whose images cannot be read is none, with a warning.
@@ -165,45 +191,19 @@ impl Images<'_> {
                 // The last that asks gets the image itself.
                 if count == Some(0) { images.remove(&picture) } else { images.get(&picture).cloned() }
             });
-            let found: Vec<Option<RgbaImage>> = found.collect();
-            made.textures.push(self.texture(request, found));
+            made.textures.push(self.texture(request, found.collect()));
         }
         made
     }
 
-    fn texture(&self, request: &Request, found: Vec<Option<RgbaImage>>) -> Option<Texture> {
+    fn texture(&self, request: &Request, found: Vec<Option<Pixels>>) -> Option<Texture> {
         let names = request.recipe.pictures().map(|picture| self.name(picture.image));
         let name = names.collect::<Vec<_>>().join("+");
-        let mut found = found.into_iter();
-        let image = match request.recipe {
-            Recipe::Plain(..) => found.next()??,
-            Recipe::Occlusion(_, strength) => faded(found.next()??, f64::from_bits(strength)),
-            Recipe::Coat(_) => with_alpha(None, &found.next()??, |red, _| red),
-            Recipe::Specular { color, strength } => {
-                let first = if color.is_some() { found.next()? } else { None };
-                let same = strength.is_some() && strength == color;
-                let second = if same {
-                    first.clone()
-                } else if strength.is_some() {
-                    found.next()?
-                } else {
-                    None
-                };
-                specular(first, second)?
-            }
-            Recipe::Glass { color, transmission, factor } => {
-                let first = if color.is_some() { found.next()? } else { None };
-                let second = if Some(transmission) == color { first.clone() } else { found.next()? };
-                let white = || RgbaImage::from_pixel(1, 1, Rgba([255; 4]));
-                let factor = f64::from_bits(factor);
-                with_alpha(first, &second.unwrap_or_else(white), |red, own| {
-                    let share = 1.0 - factor * f64::from(red) / 255.0;
-                    (f64::from(own) * share).round() as u8
-                })
-            }
+        let pixels = match request.recipe {
+            Recipe::Plain(..) => found.into_iter().next()??,
+            other => cooked(other, found.into_iter().map(|own| own.and_then(Pixels::into_image)))?.into(),
         };
-        let texture = Texture::from_image(name, image, request.recipe.color_space());
-        Some(Texture { sampler: request.sampler, ..texture })
+        Some(pixels.named(name, request.recipe.color_space(), request.sampler))
     }
 
     fn name(&self, image: usize) -> String {
@@ -244,8 +244,8 @@ impl Images<'_> {
             }
             (None, None) => return Err("has neither a URI nor a buffer view".into()),
         };
-        if basis::is_ktx(bytes) {
-            return Ok((basis::decode(bytes)?, file));
+        if ktx::is_ktx(bytes) {
+            return Ok((ktx::read(bytes)?, file));
         }
         // No float image is a glTF image, so that the colour space does not matter.
         let decoded = decode_image(bytes, Path::new(""), ColorSpace::Linear);
@@ -253,8 +253,39 @@ impl Images<'_> {
             Error::Content { what, .. } => what,
             other => other.to_string(),
         });
-        Ok((decoded?, file))
+        Ok((decoded?.into(), file))
     }
+}
+
+/// What a recipe makes of the texels of its pictures.
+fn cooked(recipe: Recipe, mut found: impl Iterator<Item = Option<RgbaImage>>) -> Option<RgbaImage> {
+    Some(match recipe {
+        Recipe::Plain(..) => found.next()??,
+        Recipe::Occlusion(_, strength) => faded(found.next()??, f64::from_bits(strength)),
+        Recipe::Coat(_) => with_alpha(None, &found.next()??, |red, _| red),
+        Recipe::Specular { color, strength } => {
+            let first = if color.is_some() { found.next()? } else { None };
+            let same = strength.is_some() && strength == color;
+            let second = if same {
+                first.clone()
+            } else if strength.is_some() {
+                found.next()?
+            } else {
+                None
+            };
+            specular(first, second)?
+        }
+        Recipe::Glass { color, transmission, factor } => {
+            let first = if color.is_some() { found.next()? } else { None };
+            let second = if Some(transmission) == color { first.clone() } else { found.next()? };
+            let white = || RgbaImage::from_pixel(1, 1, Rgba([255; 4]));
+            let factor = f64::from_bits(factor);
+            with_alpha(first, &second.unwrap_or_else(white), |red, own| {
+                let share = 1.0 - factor * f64::from(red) / 255.0;
+                (f64::from(own) * share).round() as u8
+            })
+        }
+    })
 }
 
 /// Occlusion of less than full strength.

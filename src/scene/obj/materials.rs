@@ -271,7 +271,7 @@ fn turn_normal_maps(textures: &mut [Texture], maps: &[(usize, f32)], warnings: &
         return;
     }
     for &(texture, _) in maps {
-        turn_green_over(&mut textures[texture].texels);
+        turn_green_over(textures[texture].rgba8_mut());
     }
     let (first, count) = (&textures[maps[0].0].name, maps.len());
     warnings.push(format!("normal maps ({count}, as `{first}`) have green pointing down, as in DirectX; turned over"));

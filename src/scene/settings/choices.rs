@@ -48,6 +48,19 @@ pub enum Transparency {
     Oit,
 }
 
+/// Who finds out which opaque objects are in view. The picture is the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Culling {
+    /// The plan chooses by a rule, and says which and why.
+    #[default]
+    Auto,
+    /// The CPU, by a tree of boxes.
+    Cpu,
+    /// The device, by compute passes that write the commands which draw.
+    Gpu,
+}
+
 /// How pixels meet their lights. All give the same picture; what they cost differs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

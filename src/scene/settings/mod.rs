@@ -8,8 +8,8 @@ mod setting;
 mod table;
 
 pub use choices::{
-    GbufferChoice, GbufferPreset, HdrFormat, LightPath, MSAA, Output, Resolve, ShadowFilter, TargetChoice, Tonemap,
-    Transparency, View,
+    Culling, GbufferChoice, GbufferPreset, HdrFormat, LightPath, MSAA, Output, Resolve, ShadowFilter, TargetChoice,
+    Tonemap, Transparency, View,
 };
 pub use names::TARGETS;
 pub use setting::{Setting, Sweep, ValueKind};

@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use super::setting::{Value, ValueKind, plain_text};
 use super::{
-    GbufferChoice, GbufferPreset, HdrFormat, LightPath, Output, Resolve, ShadowFilter, TargetChoice, Tonemap,
+    Culling, GbufferChoice, GbufferPreset, HdrFormat, LightPath, Output, Resolve, ShadowFilter, TargetChoice, Tonemap,
     Transparency, View,
 };
 use crate::scene::suggest::unknown;
@@ -53,6 +53,7 @@ named!(View, "view",
     "albedo" => Albedo, "metallic" => Metallic, "roughness" => Roughness, "depth" => Depth,
     "shadow-map" => ShadowMap, "lighting" => Lighting, "overdraw" => Overdraw,
     "lights-per-pixel" => LightsPerPixel, "complexity" => Complexity, "triangle" => Triangle);
+named!(Culling, "culling", "auto" => Auto, "cpu" => Cpu, "gpu" => Gpu);
 named!(LightPath, "light path",
     "auto" => Auto, "loop" => Loop, "per-light" => PerLight, "volumes" => Volumes, "clustered" => Clustered,
     "compute" => Compute, "forward" => Forward, "forward-naive" => ForwardNaive);

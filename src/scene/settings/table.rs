@@ -5,7 +5,9 @@
 //! braces leave out is as [`plain`] has it.
 
 use super::setting::{Setting, Sweep, Value, ValueKind};
-use super::{GbufferChoice, HdrFormat, LightPath, MSAA, Output, Resolve, ShadowFilter, Tonemap, Transparency, View};
+use super::{
+    Culling, GbufferChoice, HdrFormat, LightPath, MSAA, Output, Resolve, ShadowFilter, Tonemap, Transparency, View,
+};
 use crate::scene::{Brdf, Keep};
 
 /// Makes of the rows below the decided settings, their defaults, what somebody may say of them, and [`SETTINGS`].
@@ -210,6 +212,10 @@ settings! {
         "light-path", "light_path" => light_path: LightPath = LightPath::Auto, {
             title: "light path", sweep: Sweep::Joint, quick: &["loop", "clustered", "compute", "forward"],
             cheaper: &["loop", "clustered", "compute", "forward"],
+        }
+        /// Who finds out which opaque objects are in view; the picture is the same
+        "culling", "culling" => culling: Culling = Culling::Auto, {
+            title: "culling", sweep: Sweep::Alone, cheaper: &["gpu", "cpu"],
         }
         /// Give lights without a range one, beyond which all that is dropped stays below half a step of the output; the path `loop`
         /// drops nothing

@@ -47,7 +47,13 @@ pub fn kept_in(gbuffer: GbufferChoice) -> SettingsPatch {
 pub fn even_texture(texel: [u8; 4]) -> Texture {
     let mut texels = texel.repeat(16);
     texels[63] = texel[3] ^ 1;
-    Texture { name: "even".into(), size: [4, 4], color_space: ColorSpace::Linear, sampler: Default::default(), texels }
+    Texture {
+        name: "even".into(),
+        size: [4, 4],
+        color_space: ColorSpace::Linear,
+        sampler: Default::default(),
+        texels: texels.into(),
+    }
 }
 
 /// A texture of smooth waves that goes on without a seam where it repeats.

@@ -81,7 +81,7 @@ impl ShadowCache {
 impl DrawnMap {
     /// Whether the same texels would come of drawing the same casters again.
     fn stands(&self, world: &World, view: &Arc<ShadowView>) -> bool {
-        let unmoved = |caster: &Caster| world.objects[caster.draw.object].revision == caster.revision;
+        let unmoved = |caster: &Caster| world.objects[caster.object].revision == caster.revision;
         Arc::ptr_eq(&self.view, view) || self.view.lies_as(view) && self.casters.iter().all(unmoved)
     }
 

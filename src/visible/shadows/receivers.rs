@@ -105,7 +105,7 @@ impl Receivers {
             grid.add(&Footprint::of(view, &piece.bounds), margin, &self.filter);
         }
         let is_needed =
-            |caster: &&Caster| grid.looks_behind(&Footprint::of(view, &world.objects[caster.draw.object].bounds));
+            |caster: &&Caster| grid.looks_behind(&Footprint::of(view, &world.objects[caster.object].bounds));
         view.casters.iter().filter(is_needed).copied().collect()
     }
 }

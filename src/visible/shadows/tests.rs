@@ -182,7 +182,7 @@ proptest! {
                 let (at, w) = map(view, point);
                 let in_range = view.reach.is_none_or(|(place, range)| place.distance(point) <= range);
                 let reaches = w > 0.0 && room(view, at) > 0.0 && at.z > 0.0 && in_range;
-                let is_caster = view.casters.iter().any(|caster| caster.draw.object == index);
+                let is_caster = view.casters.iter().any(|caster| caster.object == index);
                 prop_assert!(is_caster || !reaches, "{at}");
             }
         }
@@ -528,6 +528,6 @@ fn an_object_that_casts_none_is_in_no_map() {
     let camera = Camera::looking_at(DVec3::new(0.0, 2.0, 4.0), DVec3::ZERO, DVec3::Y);
     let views = Visible::of(&world, &camera, &plan).shadows;
     let casters: Vec<usize> =
-        views.iter().flatten().flat_map(|view| view.casters.iter().map(|caster| caster.draw.object)).collect();
+        views.iter().flatten().flat_map(|view| view.casters.iter().map(|caster| caster.object)).collect();
     assert!(!casters.is_empty() && !casters.contains(&1), "{casters:?}");
 }

@@ -7,7 +7,7 @@ use glam::{DAffine3, DMat3, DVec3, DVec4, Vec4};
 
 use crate::plan::{MapProjection, ShadowPlan, Tile};
 use crate::scene::{Aabb, Camera, CastsShadow, Projection, Sight};
-use crate::visible::{Draw, World};
+use crate::visible::World;
 
 /// The part of a cascade's range over which the next one takes over.
 const BLEND: f64 = 0.1;
@@ -39,7 +39,8 @@ fn is_before(plane: DVec4, bounds: &Aabb) -> bool {
 /// An object in a map, as it was when it was drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Caster {
-    pub draw: Draw,
+    /// Index into [`World::objects`].
+    pub object: usize,
     /// Counts how often it has moved.
     pub revision: u32,
 }
@@ -142,15 +143,14 @@ impl ShadowView {
             object.casts != CastsShadow::No && self.may_shadow(&object.bounds)
         };
         let mut casters: Vec<usize> = (0..world.objects.len()).filter(casts).collect();
-        // Casters that share a pipeline and a material follow each other.
+        // Casters that share a pipeline, a material and a mesh follow each other.
         casters.sort_by_key(|&index| {
             let object = &world.objects[index];
-            (object.key.masked, object.casts, object.key.mirrored, object.material, index)
+            let material = object.cuts.any().then_some(object.material);
+            (object.key.masked, object.casts, object.key.mirrored, material, object.mesh, index)
         });
-        self.casters = casters
-            .into_iter()
-            .map(|object| Caster { draw: Draw { object }, revision: world.objects[object].revision })
-            .collect();
+        self.casters =
+            casters.into_iter().map(|object| Caster { object, revision: world.objects[object].revision }).collect();
         Arc::new(self)
     }
 
@@ -199,6 +199,10 @@ pub(in crate::visible) struct Changes {
     pub lights: BTreeSet<usize>,
     /// Where objects that cast were, and where they are.
     pub boxes: Vec<Aabb>,
+    /// Indices into [`World::objects`] of what has moved.
+    pub moved: Vec<u32>,
+    /// Other commands draw some of the objects: they are new, or their left and right have changed places.
+    pub rearranged: bool,
 }
 
 /// Maps of the point and spot lights, which no camera changes. The others are none. Those of `before` stay whose light is as it was

@@ -61,7 +61,7 @@ impl Step {
                 count(drawn.casters, "draw")
             ),
             Self::Buffer(_) => {
-                format!("{} of opaque objects, {} out of view.", count(drawn.objects, "draw"), drawn.culled)
+                format!("{}, {} out of view.", count(drawn.commands, "command"), count(drawn.culled, "object"))
             }
             Self::Lights { .. } => format!("{} in this frame.", count(drawn.lights, "light")),
             Self::TransparentSums | Self::Transparent | Self::Composite => {

@@ -34,7 +34,12 @@ pub(super) fn check(scene: &Scene) {
         assert!(material.emissive.min_element() >= 0.0 && material.emissive.is_finite(), "{name}: {}", material.name);
     }
     for texture in &scene.textures {
-        assert_eq!(texture.texels.len(), (texture.size[0] * texture.size[1] * 4) as usize, "{name}: {}", texture.name);
+        assert_eq!(
+            texture.rgba8(0).len(),
+            (texture.size[0] * texture.size[1] * 4) as usize,
+            "{name}: {}",
+            texture.name
+        );
     }
     check_light(scene);
     assert!(scene.warnings.is_empty(), "{name}: {:?}", scene.warnings);

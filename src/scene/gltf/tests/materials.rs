@@ -69,7 +69,7 @@ fn textures_have_the_space_and_the_sampler_of_their_use_and_are_shared() {
     let of = |slot: TextureSlot| &textures[materials[0].texture(slot).expect("a texture")];
     assert_eq!(of(TextureSlot::BaseColor).color_space, ColorSpace::Srgb);
     assert_eq!(of(TextureSlot::MetallicRoughness).color_space, ColorSpace::Linear);
-    assert_eq!(of(TextureSlot::BaseColor).texels, [255, 128, 64, 32]);
+    assert_eq!(*of(TextureSlot::BaseColor).rgba8(0), [255, 128, 64, 32]);
     assert_eq!(
         of(TextureSlot::Emissive).sampler,
         Sampler {
@@ -80,7 +80,7 @@ fn textures_have_the_space_and_the_sampler_of_their_use_and_are_shared() {
         }
     );
     // Full strength of 255 is none.
-    assert_eq!(of(TextureSlot::Occlusion).texels[0], 255);
+    assert_eq!(of(TextureSlot::Occlusion).rgba8(0)[0], 255);
 }
 
 #[test]
@@ -88,7 +88,7 @@ fn occlusion_is_as_strong_as_the_material_says() {
     let mut file = dressed(json!({"occlusionTexture": {"index": 0, "strength": 0.5}}));
     let view = file.view(&png(&[[0, 1, 2, 3]]));
     file.json["images"][0]["bufferView"] = json!(view);
-    assert_eq!(file.read().textures[0].texels, [128, 1, 2, 3]);
+    assert_eq!(*file.read().textures[0].rgba8(0), [128, 1, 2, 3]);
 }
 
 #[test]
@@ -127,7 +127,7 @@ fn transmission_is_glass_and_its_texture_goes_into_alpha() {
     assert_eq!((plain.materials[0].alpha_mode, plain.materials[0].alpha), (AlphaMode::Glass, 0.25));
     let Imported { materials, textures, .. } =
         glass(json!({"transmissionFactor": 0.8, "transmissionTexture": {"index": 0}}));
-    assert_eq!((materials[0].alpha, &textures[0].texels[..]), (1.0, &[255, 255, 255, 51][..]));
+    assert_eq!((materials[0].alpha, &textures[0].rgba8(0)[..]), (1.0, &[255, 255, 255, 51][..]));
     assert_eq!(glass(json!({"transmissionFactor": 0})).materials[0].alpha_mode, AlphaMode::Opaque);
 }
 
@@ -141,7 +141,7 @@ fn a_coat_is_an_object_of_its_own() {
     assert_eq!((objects.len(), meshes.len(), objects[0].mesh), (2, 1, objects[1].mesh));
     let own = &materials[objects[1].material];
     assert_eq!((own.alpha_mode, own.alpha, own.roughness, own.metallic), (AlphaMode::Coat, 0.5, 0.1, 0.0));
-    assert_eq!(textures[own.base_color_texture.expect("a texture")].texels, [255; 4]);
+    assert_eq!(*textures[own.base_color_texture.expect("a texture")].rgba8(0), [255; 4]);
     assert!(own.normal_texture.is_some() && materials[objects[0].material].normal_texture.is_none());
     assert_eq!(meshes[0].tangents.len(), 3);
 }
@@ -151,7 +151,7 @@ fn specular_textures_are_merged() {
     let own =
         json!({"KHR_materials_specular": {"specularTexture": {"index": 0}, "specularColorTexture": {"index": 1}}});
     let Imported { materials, textures, .. } = dressed(json!({"extensions": own})).read();
-    assert_eq!(textures[materials[0].specular_texture.expect("a texture")].texels, [255, 255, 255, 32]);
+    assert_eq!(*textures[materials[0].specular_texture.expect("a texture")].rgba8(0), [255, 255, 255, 32]);
 }
 
 #[test]
@@ -164,7 +164,7 @@ fn an_image_that_is_none_is_left_out_by_number_and_name() {
     assert!(found.warnings[0].contains(": image 0 (`wood`): is not an image"), "{:?}", found.warnings);
     // What a decoder is missing for may have another image in its place.
     file.json["textures"][0] = json!({"source": 1, "extensions": {"EXT_texture_webp": {"source": 0}}});
-    assert_eq!(file.read().textures[0].texels, [255; 4]);
+    assert_eq!(*file.read().textures[0].rgba8(0), [255; 4]);
 }
 
 #[test]

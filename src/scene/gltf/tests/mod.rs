@@ -4,6 +4,7 @@ mod bad;
 mod compressed;
 mod encoded;
 mod geometry;
+mod ktx;
 mod materials;
 mod motion;
 

@@ -36,7 +36,7 @@ proptest! {
         let world = World::of(&scene, &settings, &plan, 1.0);
         let shadow = plan.shadow.as_ref().expect("maps");
         let visible = Visible::of(&world, &camera, &plan);
-        let drawn = |casters: Vec<Caster>| casters.iter().map(|own| own.draw.object).collect::<Vec<_>>();
+        let drawn = |casters: Vec<Caster>| casters.iter().map(|own| own.object).collect::<Vec<_>>();
         let needed: Vec<Option<Vec<usize>>> =
             visible.shadows.iter().map(|view| Some(drawn(visible.needed(&world, shadow, view.as_ref()?)))).collect();
         for (receiver, object) in world.objects.iter().enumerate() {

@@ -1,0 +1,49 @@
+// What CULL, ARRANGE and FILL share: instances lie in a list, those of a batch (what one command draws) after each other, and are looked at in
+// groups of one batch each.
+#define_import_path afterlight::culling
+
+struct Cull {
+    // Of the view, around the camera; normals point inside.
+    planes: array<vec4<f32>, 5>,
+    // In two parts, from the place that instances stand about.
+    camera: vec3<f32>,
+    // Metres by which a box may lie beside where f32 has it.
+    slack: f32,
+    camera_rest: vec3<f32>,
+    // Where the first step of depth begins, and steps a metre.
+    begin: f32,
+    forward: vec3<f32>,
+    scale: f32,
+    groups: u32,
+    batches: u32,
+    // Groups of a row of the dispatch.
+    columns: u32,
+    // Where things lie in `culled`, in words.
+    counts_at: u32,
+    totals_at: u32,
+    draws_at: u32,
+    rows_at: u32,
+}
+
+@group(0) @binding(0) var<uniform> cull: Cull;
+// Three words for each group: its first place in the list, how many places, and its batch. Then four for each batch: indices, the first of
+// them, the first vertex, and the first group.
+@group(0) @binding(1) var<storage, read> groups: array<u32>;
+// Of all groups and lanes, what CULL says of an instance: its step of depth, and how many of its group and step come before it. Then, by step
+// and group, how many instances there are, which ARRANGE replaces by how many come before them in the step. Then how many each step has, the
+// commands by step and batch, and at last the rows of the instances in the order in which they are drawn.
+@group(0) @binding(2) var<storage, read_write> culled: array<u32>;
+
+// As in src/visible/instances.rs.
+const STEPS: u32 = 32u;
+const LANES: u32 = 64u;
+// The step of what is not seen.
+const HIDDEN: u32 = 255u;
+
+fn group_of(workgroup: vec3<u32>) -> u32 {
+    return workgroup.y * cull.columns + workgroup.x;
+}
+
+fn count_at(step: u32, group: u32) -> u32 {
+    return cull.counts_at + step * cull.groups + group;
+}

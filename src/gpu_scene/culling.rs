@@ -1,0 +1,395 @@
+//! What CULL, ARRANGE and FILL read and write: all opaque objects as instances, and of those that are seen the rows and the commands that draw
+//! them.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec3, Vec4};
+
+use super::{GpuScene, MeshRange};
+use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, SetLayout, SetWriter, binding};
+use crate::plan::{FramePlan, IndexWidth};
+use crate::visible::{CullView, InstanceList, STEPS, Stand, World};
+
+/// Instances of a group, and invocations of a work group, of `shaders/cull.wgsl` and `shaders/fill.wgsl`.
+const LANES: usize = 64;
+/// Work groups of a row of a dispatch: every device takes as many.
+const COLUMNS: u32 = 65535;
+/// Words of a command and of an instance's rows.
+const COMMAND: usize = size_of::<vk::DrawIndexedIndirectCommand>() / 4;
+const ROWS: usize = 12;
+
+/// `Cull` of `shaders/shared/culling.wgsl`.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Uniform {
+    planes: [Vec4; 5],
+    camera: Vec3,
+    slack: f32,
+    camera_rest: Vec3,
+    begin: f32,
+    forward: Vec3,
+    scale: f32,
+    groups: u32,
+    batches: u32,
+    columns: u32,
+    counts_at: u32,
+    totals_at: u32,
+    draws_at: u32,
+    rows_at: u32,
+    _padding: u32,
+}
+
+/// `Bounds` of `shaders/cull.wgsl`.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct BoxRecord {
+    center: Vec3,
+    _first: f32,
+    half: Vec3,
+    _second: f32,
+}
+
+const _: () = {
+    use crate::shaders::cull::structs::{bounds as box_record, cull as wgsl, stand};
+    use std::mem::offset_of;
+    assert!(size_of::<Uniform>() == wgsl::SIZE);
+    assert!(offset_of!(Uniform, planes) == wgsl::PLANES);
+    assert!(offset_of!(Uniform, camera) == wgsl::CAMERA);
+    assert!(offset_of!(Uniform, slack) == wgsl::SLACK);
+    assert!(offset_of!(Uniform, camera_rest) == wgsl::CAMERA_REST);
+    assert!(offset_of!(Uniform, begin) == wgsl::BEGIN);
+    assert!(offset_of!(Uniform, forward) == wgsl::FORWARD);
+    assert!(offset_of!(Uniform, scale) == wgsl::SCALE);
+    assert!(offset_of!(Uniform, groups) == wgsl::GROUPS);
+    assert!(offset_of!(Uniform, batches) == wgsl::BATCHES);
+    assert!(offset_of!(Uniform, columns) == wgsl::COLUMNS);
+    assert!(offset_of!(Uniform, counts_at) == wgsl::COUNTS_AT);
+    assert!(offset_of!(Uniform, totals_at) == wgsl::TOTALS_AT);
+    assert!(offset_of!(Uniform, draws_at) == wgsl::DRAWS_AT);
+    assert!(offset_of!(Uniform, rows_at) == wgsl::ROWS_AT);
+    assert!(size_of::<BoxRecord>() == box_record::SIZE);
+    assert!(offset_of!(BoxRecord, half) == box_record::HALF);
+    assert!(size_of::<Stand>() == stand::SIZE);
+};
+
+/// Commands that follow each other and differ only in their mesh.
+#[derive(Debug, Clone)]
+pub struct CulledState {
+    /// Index into [`World::objects`] of one that they draw.
+    pub object: usize,
+    pub width: IndexWidth,
+    pub deformed: bool,
+    /// Of the list's batches.
+    pub batches: Range<u32>,
+}
+
+/// Where things lie among the words of the buffer that CULL, ARRANGE and FILL write.
+#[derive(Debug, Clone, Copy, Default)]
+struct Extent {
+    groups: usize,
+    batches: usize,
+    counts_at: usize,
+    totals_at: usize,
+    draws_at: usize,
+    rows_at: usize,
+    words: usize,
+}
+
+impl Extent {
+    fn of(list: &InstanceList, groups: usize) -> Self {
+        let batches = list.opaque_batches().len();
+        let counts_at = groups * LANES;
+        let totals_at = counts_at + groups * STEPS;
+        let draws_at = totals_at + STEPS;
+        let rows_at = draws_at + STEPS * batches * COMMAND;
+        let words = rows_at + list.opaque_count() * ROWS;
+        Self { groups, batches, counts_at, totals_at, draws_at, rows_at, words }
+    }
+}
+
+/// The buffers of the passes that cull on the device, and the sets that name them.
+pub struct Culling {
+    pub set_layout: SetLayout,
+    /// What they write, and what draws read. Frames share it.
+    pub culled: Buffer,
+    inputs: Vec<Inputs>,
+    extent: Extent,
+    pub states: Vec<CulledState>,
+    /// Of the list that `extent` and `states` are of; none yet.
+    arranged: Option<u64>,
+    _pool: DescriptorPool,
+}
+
+/// What the CPU writes for a frame in flight.
+struct Inputs {
+    index: usize,
+    uniform: Buffer,
+    groups: Option<Buffer>,
+    stands: Option<Buffer>,
+    boxes: Option<Buffer>,
+    set: vk::DescriptorSet,
+    /// The list that the buffers hold, and how many of its moves they know.
+    holds: Option<(u64, usize)>,
+}
+
+const BINDINGS: [vk::DescriptorType; 5] = [
+    vk::DescriptorType::UNIFORM_BUFFER,
+    vk::DescriptorType::STORAGE_BUFFER,
+    vk::DescriptorType::STORAGE_BUFFER,
+    vk::DescriptorType::STORAGE_BUFFER,
+    vk::DescriptorType::STORAGE_BUFFER,
+];
+
+impl Culling {
+    /// Of so many frames in flight; none where the plan does not cull on the device.
+    ///
+    /// # Errors
+    /// When there is no memory for it.
+    pub fn new(device: &Arc<Device>, plan: &FramePlan, frames: usize) -> gpu::Result<Option<Self>> {
+        if !plan.culls_on_device() {
+            return Ok(None);
+        }
+        let layout = (0..).zip(BINDINGS).map(|(index, kind)| binding(index, kind, vk::ShaderStageFlags::COMPUTE));
+        let set_layout = SetLayout::new(device, "culling", &layout.collect::<Vec<_>>())?;
+        let count = frames as u32;
+        let kinds = [(vk::DescriptorType::UNIFORM_BUFFER, count), (vk::DescriptorType::STORAGE_BUFFER, 4 * count)];
+        let pool = DescriptorPool::new(device, "culling", count, &kinds)?;
+        let inputs = |index| {
+            let size = size_of::<Uniform>() as u64;
+            Ok(Inputs {
+                index,
+                uniform: upload_buffer(
+                    device,
+                    &format!("culling of frame {index}"),
+                    size,
+                    vk::BufferUsageFlags::UNIFORM_BUFFER,
+                )?,
+                groups: None,
+                stands: None,
+                boxes: None,
+                set: pool.allocate(&format!("culling of frame {index}"), set_layout.raw)?,
+                holds: None,
+            })
+        };
+        Ok(Some(Self {
+            inputs: (0..frames).map(inputs).collect::<gpu::Result<_>>()?,
+            culled: culled_buffer(device, 4)?,
+            set_layout,
+            extent: Extent::default(),
+            states: Vec::new(),
+            arranged: None,
+            _pool: pool,
+        }))
+    }
+
+    /// The world is another, whatever its list says of itself.
+    pub fn forget(&mut self) {
+        self.arranged = None;
+        self.inputs.iter_mut().for_each(|own| own.holds = None);
+    }
+
+    /// Writes what a frame in flight is told. The frame that used its buffers before must be done.
+    ///
+    /// # Errors
+    /// When there is no memory for it, or a shader cannot see all of it at once.
+    pub fn write(
+        &mut self,
+        device: &Arc<Device>,
+        place: usize,
+        (world, scene): (&World, &GpuScene),
+        view: &CullView,
+    ) -> gpu::Result<()> {
+        let list = &world.instances;
+        let own = &mut self.inputs[place];
+        let holds = own.holds.filter(|(arranged, _)| *arranged == list.arranged());
+        match holds {
+            Some((_, known)) => {
+                let moved = list.moves()[known..].iter().map(|&place| place as usize);
+                for place in moved.filter(|&place| place < list.opaque_count()) {
+                    own.write_at(world, place)?;
+                }
+            }
+            None => {
+                let groups = Groups::of(world, scene);
+                let extent = Extent::of(list, groups.count);
+                check(device, extent.words)?;
+                if self.arranged != Some(list.arranged()) {
+                    // Frames in flight keep the old one until they are done.
+                    if self.culled.size < extent.words as u64 * 4 {
+                        self.culled = culled_buffer(device, extent.words)?;
+                    }
+                    (self.extent, self.states, self.arranged) = (extent, groups.states, Some(list.arranged()));
+                }
+                own.write_all(device, world, &groups.words)?;
+                own.name(device, &self.culled);
+            }
+        }
+        own.holds = Some((list.arranged(), list.moves().len()));
+        let at = |words: usize| words as u32;
+        let Extent { groups, batches, counts_at, totals_at, draws_at, rows_at, .. } = self.extent;
+        let uniform = Uniform {
+            planes: view.planes,
+            camera: view.camera.large,
+            slack: view.slack,
+            camera_rest: view.camera.rest,
+            begin: view.begin,
+            forward: view.forward,
+            scale: view.scale,
+            groups: at(groups),
+            batches: at(batches),
+            columns: COLUMNS,
+            counts_at: at(counts_at),
+            totals_at: at(totals_at),
+            draws_at: at(draws_at),
+            rows_at: at(rows_at),
+            _padding: 0,
+        };
+        own.uniform.write(0, &[uniform])
+    }
+
+    /// The set of a frame in flight.
+    pub fn set(&self, place: usize) -> vk::DescriptorSet {
+        self.inputs[place].set
+    }
+
+    /// Work groups across and down, a work group for each group of instances.
+    pub fn groups(&self) -> [u32; 2] {
+        let groups = self.extent.groups as u32;
+        [groups.min(COLUMNS), groups.div_ceil(COLUMNS)]
+    }
+
+    /// Where the command of a step and a batch lies, in bytes.
+    pub fn command(&self, step: usize, batch: u32) -> u64 {
+        ((self.extent.draws_at + (step * self.extent.batches + batch as usize) * COMMAND) * 4) as u64
+    }
+
+    /// Binds the instances as a stream of vertices.
+    pub fn bind(&self, device: &Device, cmd: vk::CommandBuffer) {
+        let start = self.extent.rows_at as u64 * 4;
+        // SAFETY: the buffer was created with VERTEX_BUFFER usage and outlives the frame; its rows begin within it.
+        unsafe { device.raw.cmd_bind_vertex_buffers(cmd, super::ROWS, &[self.culled.raw], &[start]) };
+    }
+}
+
+impl Inputs {
+    fn write_at(&mut self, world: &World, place: usize) -> gpu::Result<()> {
+        if let (Some(stands), Some(boxes)) = (&self.stands, &self.boxes) {
+            stands.write((place * size_of::<Stand>()) as u64, &world.instances.stands()[place..=place])?;
+            boxes.write((place * size_of::<BoxRecord>()) as u64, &[box_record(world, place)])?;
+        }
+        Ok(())
+    }
+
+    fn write_all(&mut self, device: &Arc<Device>, world: &World, groups: &[u32]) -> gpu::Result<()> {
+        let count = world.instances.opaque_count();
+        let boxes: Vec<BoxRecord> = (0..count).map(|place| box_record(world, place)).collect();
+        let index = self.index;
+        write_list(device, &mut self.groups, &format!("instance groups of frame {index}"), groups)?;
+        write_list(
+            device,
+            &mut self.stands,
+            &format!("instances of frame {index}"),
+            &world.instances.stands()[..count],
+        )?;
+        write_list(device, &mut self.boxes, &format!("instances' boxes of frame {index}"), &boxes)
+    }
+
+    /// Names the buffers in the set. Its frame is done.
+    fn name(&self, device: &Device, culled: &Buffer) {
+        let mut writer = SetWriter::new().uniform_buffer(0, &self.uniform, self.uniform.size);
+        let lists = [(1, self.groups.as_ref()), (2, Some(culled)), (3, self.stands.as_ref()), (4, self.boxes.as_ref())];
+        for (binding, buffer) in lists {
+            if let Some(buffer) = buffer {
+                writer = writer.storage_buffer(binding, buffer, buffer.size);
+            }
+        }
+        writer.update(device, self.set);
+    }
+}
+
+/// The groups and batches of a list, as `shaders/shared/culling.wgsl` has them.
+struct Groups {
+    words: Vec<u32>,
+    count: usize,
+    states: Vec<CulledState>,
+}
+
+impl Groups {
+    fn of(world: &World, scene: &GpuScene) -> Self {
+        let (mut words, mut batches, mut states) = (Vec::new(), Vec::new(), Vec::<CulledState>::new());
+        for (batch, places) in (0..).zip(world.instances.opaque_batches()) {
+            let first_group = words.len() as u32 / 3;
+            for first in places.clone().step_by(LANES) {
+                words.extend([first as u32, places.end.min(first + LANES) as u32 - first as u32, batch]);
+            }
+            let object = world.instances.object(places.start);
+            let own = &world.objects[object];
+            // The plan has the mesh of each object that is drawn.
+            let none = MeshRange {
+                first_index: 0,
+                index_count: 0,
+                vertex_offset: 0,
+                width: IndexWidth::Bits16,
+                deformed: false,
+            };
+            let range = scene.mesh(own.mesh, own.deform).unwrap_or(none);
+            batches.extend([range.index_count, range.first_index, range.vertex_offset as u32, first_group]);
+            let state = CulledState { object, width: range.width, deformed: range.deformed, batches: batch..batch + 1 };
+            match states.last_mut() {
+                Some(last)
+                    if (last.width, last.deformed) == (state.width, state.deformed)
+                        && world.objects[last.object].key == own.key
+                        && world.objects[last.object].material == own.material =>
+                {
+                    last.batches.end += 1;
+                }
+                _ => states.push(state),
+            }
+        }
+        let count = words.len() / 3;
+        words.extend(batches);
+        Self { words, count, states }
+    }
+}
+
+/// A box in f32 about the list's place, no smaller than it is.
+fn box_record(world: &World, place: usize) -> BoxRecord {
+    let (center, half) = world.instances.box_of(world, place);
+    BoxRecord { center, _first: 0.0, half, _second: 0.0 }
+}
+
+fn check(device: &Device, words: usize) -> gpu::Result<()> {
+    let (asked, limit) = (words as u64 * 4, u64::from(device.physical.limits.max_storage_buffer_range));
+    match asked > limit {
+        true => Err(gpu::Error::TooLarge { what: "instances that are culled on the device".into(), asked, limit }),
+        false => Ok(()),
+    }
+}
+
+fn culled_buffer(device: &Arc<Device>, words: usize) -> gpu::Result<Buffer> {
+    let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+        | vk::BufferUsageFlags::VERTEX_BUFFER
+        | vk::BufferUsageFlags::INDIRECT_BUFFER;
+    Buffer::new(device, "culled instances", words as u64 * 4, usage, Location::Device, MemoryKind::Geometry)
+}
+
+fn upload_buffer(device: &Arc<Device>, name: &str, size: u64, usage: vk::BufferUsageFlags) -> gpu::Result<Buffer> {
+    Buffer::new(device, name, size, usage, Location::Upload, MemoryKind::Uniform)
+}
+
+/// Writes a list, into a longer buffer where it does not fit. A buffer of a shader holds something.
+fn write_list<T: Pod>(device: &Arc<Device>, own: &mut Option<Buffer>, name: &str, list: &[T]) -> gpu::Result<()> {
+    let needed = (size_of_val(list) as u64).max(256);
+    let buffer = match own.take() {
+        Some(buffer) if buffer.size >= needed => buffer,
+        _ => upload_buffer(device, name, needed.next_power_of_two(), vk::BufferUsageFlags::STORAGE_BUFFER)?,
+    };
+    if !list.is_empty() {
+        buffer.write(0, list)?;
+    }
+    *own = Some(buffer);
+    Ok(())
+}

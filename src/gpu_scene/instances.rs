@@ -1,0 +1,106 @@
+//! Where instances stand: rows of their maps, written for each frame in the order in which they are drawn.
+
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::Pod;
+use glam::Vec4;
+
+use super::{NUMBER, ROWS};
+use crate::gpu::{self, Buffer, Device, Location, MemoryKind};
+use crate::plan::{FramePlan, Shading};
+use crate::scene::Camera;
+use crate::visible::{MapDraw, Visible, World};
+
+/// The instances of one frame in flight.
+pub struct Instances {
+    /// Three rows each, from the mesh to the world around the camera.
+    rows: List,
+    /// Four rows each, from the mesh to a map's clip space: of one map after the other. None without shadow maps.
+    casters: Option<List>,
+    /// The number of each one's object and 1, in the view of triangles.
+    numbers: Option<List>,
+}
+
+/// A buffer that grows with what it holds.
+struct List {
+    name: String,
+    buffer: Option<Buffer>,
+}
+
+impl Instances {
+    /// Of a frame in flight, with nothing in them yet.
+    pub fn new(index: usize, plan: &FramePlan) -> Self {
+        let list = |name: &str| List { name: format!("{name} of frame {index}"), buffer: None };
+        Self {
+            rows: list("instances"),
+            casters: plan.shadow.is_some().then(|| list("casters")),
+            numbers: (plan.shading == Shading::ShowTriangle).then(|| list("numbers of instances")),
+        }
+    }
+
+    /// Writes those of a frame. The frame that used the buffers before must be done.
+    ///
+    /// # Errors
+    /// When mapped memory cannot be flushed, or there is none for a longer list.
+    pub fn write(
+        &mut self,
+        device: &Arc<Device>,
+        world: &World,
+        (visible, camera): (&Visible, &Camera),
+        maps: &[MapDraw],
+    ) -> gpu::Result<()> {
+        self.rows.write(device, &visible.rows(world, camera))?;
+        if let Some(casters) = &mut self.casters {
+            let rows: Vec<[Vec4; 4]> = maps.iter().flat_map(|map| visible.caster_rows(world, map)).collect();
+            casters.write(device, &rows)?;
+        }
+        if let Some(numbers) = &mut self.numbers {
+            let number = |&object: &u32| world.objects[object as usize].number as u32 + 1;
+            numbers.write(device, &visible.instances.iter().map(number).collect::<Vec<_>>())?;
+        }
+        Ok(())
+    }
+
+    /// Binds the streams of instances that pipelines of the surfaces read.
+    pub fn bind(&self, device: &Device, cmd: vk::CommandBuffer) {
+        self.rows.bind(device, cmd, ROWS);
+        if let Some(numbers) = &self.numbers {
+            numbers.bind(device, cmd, NUMBER);
+        }
+    }
+
+    /// Binds those of casters.
+    pub fn bind_casters(&self, device: &Device, cmd: vk::CommandBuffer) {
+        if let Some(casters) = &self.casters {
+            casters.bind(device, cmd, ROWS);
+        }
+    }
+}
+
+impl List {
+    /// Writes a list, into a longer buffer where it no longer fits. Nothing uses the old one: its frame is done.
+    fn write<T: Pod>(&mut self, device: &Arc<Device>, list: &[T]) -> gpu::Result<()> {
+        let needed = size_of_val(list) as u64;
+        if needed == 0 {
+            return Ok(());
+        }
+        let buffer = match self.buffer.take() {
+            Some(buffer) if buffer.size >= needed => buffer,
+            _ => {
+                let (size, usage) = (needed.next_power_of_two(), vk::BufferUsageFlags::VERTEX_BUFFER);
+                Buffer::new(device, &self.name, size, usage, Location::Upload, MemoryKind::Uniform)?
+            }
+        };
+        buffer.write(0, list)?;
+        self.buffer = Some(buffer);
+        Ok(())
+    }
+
+    /// Binds it, if it ever held something.
+    fn bind(&self, device: &Device, cmd: vk::CommandBuffer, stream: u32) {
+        let Some(buffer) = &self.buffer else { return };
+        // SAFETY: the buffer was created with VERTEX_BUFFER usage and lives until its frame is done and written anew.
+        unsafe { device.raw.cmd_bind_vertex_buffers(cmd, stream, &[buffer.raw], &[0]) };
+    }
+}

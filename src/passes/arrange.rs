@@ -1,0 +1,44 @@
+//! ARRANGE: turns the numbers of instances that CULL has counted into places, a work group for each step of depth.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::culling::CullingPipeline;
+use super::{Pass, Place, Recording, Resource, Touch, culling};
+use crate::gpu::{self, Device, sync::Use};
+use crate::gpu_scene::Culling;
+use crate::shaders::arrange::{self as shader, Flags};
+use crate::visible::STEPS;
+
+/// Reads and writes numbers of instances.
+pub const COUNT: Use = Use::new(
+    vk::PipelineStageFlags::COMPUTE_SHADER,
+    vk::AccessFlags::from_raw(vk::AccessFlags::SHADER_READ.as_raw() | vk::AccessFlags::SHADER_WRITE.as_raw()),
+);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("ARRANGE"),
+    time: "arrange",
+    what: "how many instances come before those of each group",
+    presence: culling::presence,
+    touches: |_| vec![Touch::resource(Resource::CulledInstances, COUNT)],
+    leave_out: None,
+};
+
+/// The pass.
+pub struct Arrange(CullingPipeline);
+
+impl Arrange {
+    /// # Errors
+    /// When the device cannot compile the pipeline.
+    pub fn new(device: &Arc<Device>, culling: &Culling) -> gpu::Result<Self> {
+        let entry = shader::variant(Flags::NONE).and_then(|variant| variant.compute());
+        Ok(Self(CullingPipeline::new(device, "arrange", entry, culling)?))
+    }
+
+    /// Runs outside any render pass.
+    pub fn record(&self, recording: &Recording, culling: &Culling) {
+        self.0.dispatch(recording, culling, [STEPS as u32, 1]);
+    }
+}

@@ -1,0 +1,45 @@
+//! CULL: which opaque instances are in view, in which step of depth each of them is, and how many come before it in its group. The first of three
+//! passes by which the device finds out what is drawn: ARRANGE and FILL put it into the order in which the CPU would draw it.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::culling::CullingPipeline;
+use super::{Pass, Place, Recording, Resource, Touch, culling};
+use crate::gpu::{self, Device, sync::Use};
+use crate::gpu_scene::Culling;
+use crate::shaders::cull::{self as shader, Flags};
+
+/// Reads what the CPU wrote.
+pub const LIST_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+/// Writes what it finds.
+pub const MARK_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("CULL"),
+    time: "cull",
+    what: "which instances are in view, and in which step of depth",
+    presence: culling::presence,
+    touches: |_| {
+        vec![Touch::resource(Resource::FrameData, LIST_READ), Touch::resource(Resource::CulledInstances, MARK_WRITE)]
+    },
+    leave_out: None,
+};
+
+/// The pass.
+pub struct Cull(CullingPipeline);
+
+impl Cull {
+    /// # Errors
+    /// When the device cannot compile the pipeline.
+    pub fn new(device: &Arc<Device>, culling: &Culling) -> gpu::Result<Self> {
+        let entry = shader::variant(Flags::NONE).and_then(|variant| variant.compute());
+        Ok(Self(CullingPipeline::new(device, "cull", entry, culling)?))
+    }
+
+    /// Runs outside any render pass.
+    pub fn record(&self, recording: &Recording, culling: &Culling) {
+        self.0.dispatch(recording, culling, culling.groups());
+    }
+}

@@ -1,0 +1,52 @@
+//! What CULL, ARRANGE and FILL share.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::{Presence, Recording};
+use crate::gpu::{self, Device, Owned, ShaderStage, compute_pipeline, pipeline_layout};
+use crate::gpu_scene::Culling;
+use crate::plan::FramePlan;
+use crate::shaders::EntryPoint;
+
+const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
+
+/// Whether the device culls.
+pub fn presence(plan: &FramePlan) -> Presence {
+    match &plan.culling {
+        Ok(why) => Presence::In(why.clone()),
+        Err(why) => Presence::Out(why.clone()),
+    }
+}
+
+/// A compute pipeline that takes nothing but the set of [`Culling`].
+pub struct CullingPipeline {
+    layout: Owned<vk::PipelineLayout>,
+    pipeline: Owned<vk::Pipeline>,
+}
+
+impl CullingPipeline {
+    pub fn new(device: &Arc<Device>, name: &str, entry: Option<&EntryPoint>, culling: &Culling) -> gpu::Result<Self> {
+        let Some(entry) = entry else {
+            return Err(gpu::Error::Unsupported(format!("{name}.wgsl has no compute entry")));
+        };
+        let layout = pipeline_layout(device, name, &[culling.set_layout.raw], &[])?;
+        let stage = ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &[] };
+        let pipeline = compute_pipeline(device, name, &stage, layout.raw)?;
+        Ok(Self { layout, pipeline })
+    }
+
+    /// So many work groups across and down.
+    pub fn dispatch(&self, recording: &Recording, culling: &Culling, [across, down]: [u32; 2]) {
+        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
+        let set = culling.set(recording.place);
+        // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout. The buffers in it live until the frame is done, and no
+        // work group looks beyond what they hold.
+        unsafe {
+            raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
+            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[set], &[]);
+            raw.cmd_dispatch(cmd, across, down, 1);
+        }
+    }
+}

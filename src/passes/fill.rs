@@ -1,0 +1,49 @@
+//! FILL: writes the rows of the instances that are seen, in the order in which they are drawn, and the commands that draw them.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::culling::CullingPipeline;
+use super::{Pass, Place, Recording, Resource, Touch, culling};
+use crate::gpu::{self, Device, sync::Use};
+use crate::gpu_scene::Culling;
+use crate::shaders::fill::{self as shader, Flags};
+
+/// Reads what the CPU wrote.
+pub const LIST_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+/// Reads what CULL and ARRANGE found.
+pub const COUNT_READ: Use = LIST_READ;
+/// Writes rows and commands.
+pub const DRAW_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("FILL"),
+    time: "fill",
+    what: "rows of the instances that are seen, and the commands that draw them",
+    presence: culling::presence,
+    touches: |_| {
+        vec![
+            Touch::resource(Resource::FrameData, LIST_READ),
+            Touch::resource(Resource::CulledInstances, COUNT_READ.or(DRAW_WRITE)),
+        ]
+    },
+    leave_out: None,
+};
+
+/// The pass.
+pub struct Fill(CullingPipeline);
+
+impl Fill {
+    /// # Errors
+    /// When the device cannot compile the pipeline.
+    pub fn new(device: &Arc<Device>, culling: &Culling) -> gpu::Result<Self> {
+        let entry = shader::variant(Flags::NONE).and_then(|variant| variant.compute());
+        Ok(Self(CullingPipeline::new(device, "fill", entry, culling)?))
+    }
+
+    /// Runs outside any render pass.
+    pub fn record(&self, recording: &Recording, culling: &Culling) {
+        self.0.dispatch(recording, culling, culling.groups());
+    }
+}

@@ -1,0 +1,231 @@
+//! What a texture holds: texels, or the blocks of 4x4 texels that its file compresses them to, with the levels of the file.
+
+use std::borrow::Cow;
+use std::fmt;
+
+use super::Texture;
+
+/// How blocks of 4x4 texels are compressed (Khronos Data Format Specification 1.3, "BPTC Compressed Texture Image Formats" and "ETC2
+/// Compressed Texture Image Formats"). Both are exact: every decoder finds the same texels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum BlockFormat {
+    /// RGBA in 16 bytes.
+    Bc7,
+    /// Opaque, in 8 bytes.
+    Etc2Rgb8,
+    /// Each texel opaque or nothing, in 8 bytes.
+    Etc2Rgb8A1,
+    /// RGBA in 16 bytes.
+    Etc2Rgba8,
+}
+
+impl BlockFormat {
+    /// Every format.
+    pub const ALL: [Self; 4] = [Self::Bc7, Self::Etc2Rgb8, Self::Etc2Rgb8A1, Self::Etc2Rgba8];
+
+    /// Bytes of a block.
+    pub const fn block_bytes(self) -> usize {
+        match self {
+            Self::Bc7 | Self::Etc2Rgba8 => 16,
+            Self::Etc2Rgb8 | Self::Etc2Rgb8A1 => 8,
+        }
+    }
+
+    /// Bytes of a level of this many texels, blocks at its edges included.
+    pub fn level_bytes(self, [width, height]: [u32; 2]) -> u64 {
+        u64::from(width.div_ceil(4)) * u64::from(height.div_ceil(4)) * self.block_bytes() as u64
+    }
+
+    /// The texels of a block, rows from the top.
+    fn decode(self, block: &[u8]) -> [[u8; 4]; 16] {
+        let mut texels = [0; 16];
+        match self {
+            Self::Bc7 => texture2ddecoder::decode_bc7_block(block, &mut texels),
+            Self::Etc2Rgb8 => texture2ddecoder::decode_etc2_rgb_block(block, &mut texels),
+            Self::Etc2Rgb8A1 => texture2ddecoder::decode_etc2_rgba1_block(block, &mut texels),
+            Self::Etc2Rgba8 => texture2ddecoder::decode_etc2_rgba8_block(block, &mut texels),
+        }
+        texels.map(|texel| match texel.to_le_bytes() {
+            // By the specification black as well, which filtering brings to light; the decoder keeps its colour.
+            [.., 0] if self == Self::Etc2Rgb8A1 => [0; 4],
+            [blue, green, red, alpha] => [red, green, blue, alpha],
+        })
+    }
+}
+
+impl fmt::Display for BlockFormat {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Bc7 => "BC7",
+            Self::Etc2Rgb8 => "ETC2 RGB8",
+            Self::Etc2Rgb8A1 => "ETC2 RGB8A1",
+            Self::Etc2Rgba8 => "ETC2 RGBA8",
+        })
+    }
+}
+
+/// The content of a texture, rows from the top.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Texels {
+    /// 4 bytes a texel.
+    Rgba8(Vec<u8>),
+    /// Blocks of 4x4 texels, row by row.
+    Blocks {
+        /// How they are compressed.
+        format: BlockFormat,
+        /// The levels of the file, the largest first; at least that one.
+        levels: Vec<Vec<u8>>,
+    },
+}
+
+impl From<Vec<u8>> for Texels {
+    /// RGBA.
+    fn from(texels: Vec<u8>) -> Self {
+        Self::Rgba8(texels)
+    }
+}
+
+impl FromIterator<u8> for Texels {
+    /// RGBA.
+    fn from_iter<T: IntoIterator<Item = u8>>(bytes: T) -> Self {
+        Self::Rgba8(bytes.into_iter().collect())
+    }
+}
+
+/// Width and height of a level of a texture that has these.
+pub(crate) fn level_size(size: [u32; 2], level: u32) -> [u32; 2] {
+    size.map(|edge| edge.checked_shr(level).unwrap_or(0).max(1))
+}
+
+/// The levels of a texture that has these, down to one texel.
+pub(crate) fn most_levels(size: [u32; 2]) -> u32 {
+    1 + size[0].max(size[1]).max(1).ilog2()
+}
+
+impl Texture {
+    /// The texels of a level, 8-bit RGBA. Blocks are decoded each time; textures of texels have only level 0.
+    pub fn rgba8(&self, level: usize) -> Cow<'_, [u8]> {
+        match &self.texels {
+            Texels::Rgba8(texels) => texels.as_slice().into(),
+            Texels::Blocks { format, levels } => {
+                decode_level(*format, level_size(self.size, level as u32), &levels[level]).into()
+            }
+        }
+    }
+
+    /// The texels of level 0, to be changed: blocks become texels, and lose the other levels.
+    pub fn rgba8_mut(&mut self) -> &mut Vec<u8> {
+        if let Texels::Blocks { .. } = self.texels {
+            self.texels = Texels::Rgba8(self.rgba8(0).into_owned());
+        }
+        match &mut self.texels {
+            Texels::Rgba8(texels) => texels,
+            Texels::Blocks { .. } => unreachable!("blocks became texels"),
+        }
+    }
+
+    /// A texel of level 0 of a texture that [`super::Scene::check`] finds no fault with.
+    pub(crate) fn texel(&self, x: usize, y: usize) -> [u8; 4] {
+        let width = self.size[0] as usize;
+        match &self.texels {
+            Texels::Rgba8(texels) => texels.as_chunks().0[y * width + x],
+            Texels::Blocks { format, levels } => {
+                let bytes = format.block_bytes();
+                let block = (y / 4 * width.div_ceil(4) + x / 4) * bytes;
+                format.decode(&levels[0][block..block + bytes])[y % 4 * 4 + x % 4]
+            }
+        }
+    }
+
+    /// Whether a texel of level 0 is so. Texels come in any order, and no more than are needed.
+    pub(crate) fn any_texel(&self, mut is: impl FnMut([u8; 4]) -> bool) -> bool {
+        match &self.texels {
+            Texels::Rgba8(texels) => texels.as_chunks().0.iter().any(|&texel| is(texel)),
+            Texels::Blocks { format, levels } => {
+                let mut blocks = blocks(*format, self.size, &levels[0]);
+                blocks.any(|(block, [x, y])| inside(self.size, [x, y]).any(|(own, _)| is(block[own])))
+            }
+        }
+    }
+}
+
+/// The blocks of a level, each with the place of its upper left texel.
+fn blocks(format: BlockFormat, size: [u32; 2], level: &[u8]) -> impl Iterator<Item = ([[u8; 4]; 16], [usize; 2])> {
+    let across = size[0].div_ceil(4) as usize;
+    let place = move |block: usize| [block % across * 4, block / across * 4];
+    let blocks = level.chunks_exact(format.block_bytes()).enumerate();
+    blocks.map(move |(index, block)| (format.decode(block), place(index)))
+}
+
+/// Of the block whose upper left texel is at a place the texels that lie in the image, each with its place among those of the image.
+fn inside(size: [u32; 2], [left, top]: [usize; 2]) -> impl Iterator<Item = (usize, usize)> {
+    let [width, height] = size.map(|edge| edge as usize);
+    let rows = top..height.min(top + 4);
+    rows.flat_map(move |y| (left..width.min(left + 4)).map(move |x| ((y - top) * 4 + x - left, y * width + x)))
+}
+
+fn decode_level(format: BlockFormat, size: [u32; 2], level: &[u8]) -> Vec<u8> {
+    let mut texels = vec![[0; 4]; size[0] as usize * size[1] as usize];
+    for (block, corner) in blocks(format, size, level) {
+        inside(size, corner).for_each(|(own, place)| texels[place] = block[own]);
+    }
+    texels.into_flattened()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::ColorSpace;
+
+    /// A BC7 block of mode 5 that is of one colour with an even alpha: 7 bits a channel, 8 of alpha.
+    fn plain_bc7([red, green, blue, alpha]: [u8; 4]) -> [u8; 16] {
+        let pair = |code: u8, bits: u32| u128::from(code) | u128::from(code) << bits;
+        let colors = pair(red >> 1, 7) | pair(green >> 1, 7) << 14 | pair(blue >> 1, 7) << 28;
+        (1 << 5 | colors << 8 | pair(alpha, 8) << 50).to_le_bytes()
+    }
+
+    fn texture(size: [u32; 2], texels: Texels) -> Texture {
+        Texture { name: "blocks".into(), size, color_space: ColorSpace::Linear, sampler: Default::default(), texels }
+    }
+
+    #[test]
+    fn blocks_at_the_edge_give_the_texels_that_lie_in_the_image() {
+        // 5x2 texels are two blocks, of the second one only its left column.
+        let colors = [[255, 0, 0, 200], [0, 255, 0, 100]];
+        let level = colors.map(plain_bc7).concat();
+        let own = texture([5, 2], Texels::Blocks { format: BlockFormat::Bc7, levels: vec![level] });
+        let row = [colors[0], colors[0], colors[0], colors[0], colors[1]];
+        assert_eq!(*own.rgba8(0), [row, row].concat().concat());
+        for (x, color) in row.into_iter().enumerate() {
+            assert_eq!([own.texel(x, 0), own.texel(x, 1)], [color; 2]);
+        }
+        let mut count = 0;
+        assert!(!own.any_texel(|texel| {
+            count += 1;
+            texel[0] == texel[1]
+        }));
+        assert_eq!(count, 10);
+        assert!(own.any_texel(|texel| texel[3] == 100));
+        assert_eq!((BlockFormat::Bc7.level_bytes([5, 2]), BlockFormat::Etc2Rgb8.level_bytes([1, 9])), (32, 24));
+    }
+
+    #[test]
+    fn levels_are_decoded_each_in_its_size_and_texels_can_be_changed() {
+        let levels = [[10, 20, 30, 40], [50, 60, 70, 80]].map(|color| plain_bc7(color).to_vec()).to_vec();
+        let mut own = texture([3, 2], Texels::Blocks { format: BlockFormat::Bc7, levels });
+        assert_eq!((*own.rgba8(1)).len(), 4);
+        assert_eq!(*own.rgba8(1), [50, 60, 70, 80]);
+        own.rgba8_mut()[0] = 7;
+        assert_eq!((own.texel(0, 0), own.texel(2, 1)), ([7, 20, 30, 40], [10, 20, 30, 40]));
+        assert!(matches!(own.texels, Texels::Rgba8(_)));
+    }
+
+    #[test]
+    fn what_a_mask_of_one_bit_leaves_out_is_black() {
+        // Differential, not opaque, code 0: of the four values of a texel's bits the third is nothing.
+        let block = [0xf8, 0xf8, 0xf8, 0x00, 0xff, 0xff, 0x00, 0x00];
+        assert_eq!(BlockFormat::Etc2Rgb8A1.decode(&block), [[0; 4]; 16]);
+        let opaque = BlockFormat::Etc2Rgb8A1.decode(&[0xf8, 0xf8, 0xf8, 0x02, 0, 0, 0, 0]);
+        assert!(opaque.iter().all(|texel| texel[3] == 255 && texel[0] > 200), "{opaque:?}");
+    }
+}

@@ -1,0 +1,341 @@
+//! Objects of one mesh and material are drawn by one command. All objects lie in a list in which those that one command draws follow each other;
+//! each frame takes from it what is seen, near ones first, and each command a part of that. What has not moved is not touched: the list holds
+//! where each object stands, and a tree of boxes who is in view.
+
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec3, Vec3, Vec4};
+
+use super::frustum::Frustum;
+use super::{MapDraw, Visible, World, WorldObject};
+use crate::plan::box_tree::BoxTree;
+use crate::plan::{GeometryKey, Reach};
+use crate::scene::{Aabb, Camera};
+
+/// Steps of depth by which what is seen is sorted: near ones first, so that early depth tests save the most, and yet in few commands.
+pub const STEPS: usize = 32;
+
+/// A command: instances of one mesh with one material.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Draw {
+    /// Index into [`World::objects`] of the first of them, and of any as far as the mesh and the material go.
+    pub object: usize,
+    /// Where they begin in [`Visible::instances`].
+    pub first: u32,
+    pub count: u32,
+}
+
+impl Draw {
+    /// The place of its instances in [`Visible::instances`].
+    pub fn instances(&self) -> Range<u32> {
+        self.first..self.first + self.count
+    }
+}
+
+/// Where an instance stands, in f32 and yet wherever it is: relative to a place of the world, with the offset in two parts.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Stand {
+    /// Rows of the map from the mesh, with the larger part of the offset.
+    rows: [Vec4; 3],
+    /// What the larger part lacks.
+    rest: Vec3,
+    _padding: f32,
+}
+
+/// A place relative to that of the world, in two parts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    pub large: Vec3,
+    pub rest: Vec3,
+}
+
+impl Place {
+    fn of(place: DVec3) -> Self {
+        let large = place.as_vec3();
+        Self { large, rest: (place - large.as_dvec3()).as_vec3() }
+    }
+}
+
+impl Stand {
+    fn of(object: &WorldObject, anchor: DVec3) -> Self {
+        let rows = object.transform.matrix3.transpose();
+        let at = Place::of(object.transform.translation - anchor);
+        let row = |axis: DVec3, offset: f32| axis.as_vec3().extend(offset);
+        let rows = [row(rows.x_axis, at.large.x), row(rows.y_axis, at.large.y), row(rows.z_axis, at.large.z)];
+        Self { rows, rest: at.rest, _padding: 0.0 }
+    }
+
+    /// Rows of the map from the mesh to the world around a place. What the difference of the larger parts loses is added again (Knuth's
+    /// TwoSum; The Art of Computer Programming 2, 4.2.2), so that the offset is as good as one that is rounded once.
+    fn around(&self, place: &Place) -> [Vec4; 3] {
+        let [x, y, z] = self.rows;
+        let large = Vec3::new(x.w, y.w, z.w);
+        let difference = large - place.large;
+        let back = difference - large;
+        let lost = (large - (difference - back)) - (place.large + back);
+        let offset = difference + (lost + (self.rest - place.rest));
+        [x.truncate().extend(offset.x), y.truncate().extend(offset.y), z.truncate().extend(offset.z)]
+    }
+}
+
+/// The objects of a world as instances.
+#[derive(Debug, Clone, Default)]
+pub struct InstanceList {
+    /// By place: index into [`World::objects`]. What is opaque comes first.
+    objects: Vec<u32>,
+    /// By object: its place.
+    places: Vec<u32>,
+    /// By place.
+    stands: Vec<Stand>,
+    /// By place: the number of the command that can draw it.
+    batches: Vec<u32>,
+    /// The places of each command's, of what is opaque.
+    opaque_batches: Vec<Range<usize>>,
+    /// How many are opaque.
+    opaque: usize,
+    /// Of the objects' boxes, by place.
+    tree: BoxTree,
+    /// What [`Stand`]s are relative to.
+    anchor: DVec3,
+    /// Counts how often objects have come to other places of the list.
+    arranged: u64,
+    /// The places of what has moved since, in the order of moves.
+    moves: Vec<u32>,
+}
+
+/// What objects have in common that one command draws.
+fn batch(object: &WorldObject) -> (bool, GeometryKey, usize, usize, Option<usize>) {
+    (object.transparent, object.key, object.material, object.mesh, object.deform)
+}
+
+impl InstanceList {
+    /// `arranged` is another number than that of the list before.
+    pub(super) fn of(objects: &[WorldObject], arranged: u64) -> Self {
+        let mut order: Vec<u32> = (0..objects.len() as u32).collect();
+        let object_at = |index: u32| &objects[index as usize];
+        order.sort_by_cached_key(|&index| (batch(object_at(index)), index));
+        let mut places = vec![0; objects.len()];
+        (0..).zip(&order).for_each(|(place, &index)| places[index as usize] = place);
+        let mut batches: Vec<u32> = Vec::with_capacity(order.len());
+        let opaque = order.partition_point(|&index| !object_at(index).transparent);
+        let mut opaque_batches = Vec::new();
+        for pair in order.chunk_by(|&a, &b| batch(object_at(a)) == batch(object_at(b))) {
+            let next = batches.last().map_or(0, |last| last + 1);
+            if batches.len() < opaque {
+                opaque_batches.push(batches.len()..batches.len() + pair.len());
+            }
+            batches.extend(std::iter::repeat_n(next, pair.len()));
+        }
+        let tree = BoxTree::of(order.iter().map(|&index| object_at(index).bounds));
+        let anchor = tree.bounds().center();
+        Self {
+            places,
+            stands: order.iter().map(|&index| Stand::of(object_at(index), anchor)).collect(),
+            batches,
+            opaque_batches,
+            opaque,
+            tree,
+            objects: order,
+            anchor,
+            arranged,
+            moves: Vec::new(),
+        }
+    }
+
+    /// Takes over where objects stand that have moved, by their indices.
+    pub(super) fn refresh(&mut self, objects: &[WorldObject], moved: &[u32]) {
+        for &index in moved {
+            let place = self.places[index as usize];
+            self.stands[place as usize] = Stand::of(&objects[index as usize], self.anchor);
+            self.moves.push(place);
+        }
+        // Who has not followed so far takes all anew.
+        if self.moves.len() > 4 * self.objects.len() {
+            (self.arranged, self.moves) = (self.arranged + 1, Vec::new());
+        }
+        let bounds = |place: usize| objects[self.objects[place] as usize].bounds;
+        self.tree.refit(moved.iter().map(|&index| self.places[index as usize] as usize), bounds);
+    }
+
+    /// Of all objects.
+    pub(super) fn bounds(&self) -> Aabb {
+        self.tree.bounds()
+    }
+
+    /// Which places are in view.
+    pub(super) fn in_view(&self, frustum: &Frustum) -> Vec<bool> {
+        let mut seen = vec![false; self.objects.len()];
+        self.tree.sort_out(|bounds| frustum.side(bounds), |place| seen[place] = true);
+        seen
+    }
+
+    /// Whether any of the `seen` comes into a sphere.
+    pub(super) fn touches(&self, seen: impl Fn(usize) -> bool, sphere: &Reach) -> bool {
+        self.tree.each(|bounds| sphere.touches(bounds)).any(seen)
+    }
+
+    /// Differs from what it was when objects have come to other places of the list, or too many have moved to be told.
+    pub fn arranged(&self) -> u64 {
+        self.arranged
+    }
+
+    /// The places of what has moved since, in the order of moves.
+    pub fn moves(&self) -> &[u32] {
+        &self.moves
+    }
+
+    /// By place.
+    pub fn stands(&self) -> &[Stand] {
+        &self.stands
+    }
+
+    /// How many of the first places have opaque objects.
+    pub fn opaque_count(&self) -> usize {
+        self.opaque
+    }
+
+    /// The places of what one command can draw, of each such command.
+    pub fn opaque_batches(&self) -> &[Range<usize>] {
+        &self.opaque_batches
+    }
+
+    /// Middle and half the size of the box at a place, relative to that of [`Stand`]s: with what f32 loses, no smaller than it is.
+    pub fn box_of(&self, world: &World, place: usize) -> (Vec3, Vec3) {
+        let bounds = &world.objects[self.object(place)].bounds;
+        let (center, half) = (bounds.center() - self.anchor, bounds.size() * 0.5);
+        (center.as_vec3(), (half + F32_SLACK * (center.abs() + half)).as_vec3())
+    }
+
+    /// What a camera sees, as CULL takes it.
+    pub(super) fn cull_view(&self, frustum: &Frustum, camera: &Camera, world: &World) -> CullView {
+        let steps = DepthSteps::of(self.anchor, &world.bounds, camera);
+        let offset = camera.position - self.anchor;
+        CullView {
+            planes: frustum.planes_around(camera.position),
+            camera: Place::of(offset),
+            slack: (4.0 * F32_SLACK * (offset.length() + world.bounds.radius())) as f32,
+            forward: steps.forward,
+            begin: steps.begin,
+            scale: steps.scale,
+        }
+    }
+
+    /// The index into [`World::objects`] of the one at a place.
+    pub fn object(&self, place: usize) -> usize {
+        self.objects[place] as usize
+    }
+
+    /// The opaque ones of the `seen`, near ones first, and the commands for them.
+    pub(super) fn near_to_far(&self, world: &World, camera: &Camera, seen: &[bool]) -> (Vec<u32>, Vec<Draw>) {
+        let steps = DepthSteps::of(self.anchor, &world.bounds, camera);
+        let mut ends = [0; STEPS + 1];
+        let mut stepped = Vec::with_capacity(self.opaque);
+        for place in (0..self.opaque).filter(|&place| seen[place]) {
+            let step = steps.of_stand(&self.stands[place]);
+            ends[step + 1] += 1;
+            stepped.push((place as u32, step as u32));
+        }
+        for step in 0..STEPS {
+            ends[step + 1] += ends[step];
+        }
+        let mut sorted = vec![0; stepped.len()];
+        for (place, step) in stepped {
+            let end = &mut ends[step as usize];
+            sorted[*end] = place;
+            *end += 1;
+        }
+        let mut draws: Vec<Draw> = Vec::new();
+        let mut last = None;
+        for (first, place) in (0..).zip(&mut sorted) {
+            let (batch, object) = (self.batches[*place as usize], self.objects[*place as usize]);
+            match draws.last_mut() {
+                Some(draw) if last == Some(batch) => draw.count += 1,
+                _ => draws.push(Draw { object: object as usize, first, count: 1 }),
+            }
+            last = Some(batch);
+            *place = object;
+        }
+        (sorted, draws)
+    }
+
+    /// Which places of transparent ones are in view.
+    pub(super) fn transparent_in_view(&self, world: &World, frustum: &Frustum) -> Vec<bool> {
+        let is_in_view = |place| place >= self.opaque && frustum.may_see(&world.objects[self.object(place)].bounds);
+        (0..self.objects.len()).map(is_in_view).collect()
+    }
+
+    /// The transparent ones of the `seen`, by their indices.
+    pub(super) fn transparent(&self, seen: &[bool]) -> Vec<u32> {
+        (self.opaque..self.objects.len()).filter(|&place| seen[place]).map(|place| self.objects[place]).collect()
+    }
+}
+
+/// What f32 may lose of a length, as a share of the lengths that it comes of.
+const F32_SLACK: f64 = 1e-6;
+
+/// What a camera sees, as CULL takes it: relative to what [`Stand`]s are relative to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CullView {
+    /// Of the view, around the camera; normals point inside.
+    pub planes: [Vec4; 5],
+    pub camera: Place,
+    /// Metres by which a box may lie beside where f32 has it.
+    pub slack: f32,
+    pub forward: Vec3,
+    /// Where the first step of depth begins, and steps a metre.
+    pub begin: f32,
+    pub scale: f32,
+}
+
+/// Equal parts of the world's depth before the camera.
+struct DepthSteps {
+    camera: Vec3,
+    forward: Vec3,
+    begin: f32,
+    scale: f32,
+}
+
+impl DepthSteps {
+    fn of(anchor: DVec3, world: &Aabb, camera: &Camera) -> Self {
+        let forward = camera.forward();
+        let (at, half) = ((world.center() - camera.position).dot(forward), forward.abs().dot(world.size() * 0.5));
+        let begin = (at - half).max(0.0);
+        let depth = at + half - begin;
+        let scale = if depth > 0.0 && depth.is_finite() { STEPS as f64 / depth } else { 0.0 };
+        Self {
+            camera: (camera.position - anchor).as_vec3(),
+            forward: forward.as_vec3(),
+            begin: begin as f32,
+            scale: scale as f32,
+        }
+    }
+
+    /// By the mesh's own zero.
+    fn of_stand(&self, stand: &Stand) -> usize {
+        let [x, y, z] = stand.rows;
+        let offset = Vec3::new(x.w, y.w, z.w) - self.camera;
+        let depth = offset.x * self.forward.x + offset.y * self.forward.y + offset.z * self.forward.z;
+        // A cast takes what is below the first step for the first.
+        ((depth - self.begin) * self.scale).min((STEPS - 1) as f32) as usize
+    }
+}
+
+impl Visible {
+    /// Rows of the maps from meshes to the world around the camera, of each instance.
+    pub fn rows(&self, world: &World, camera: &Camera) -> Vec<[Vec4; 3]> {
+        let list = &world.instances;
+        let camera = Place::of(camera.position - list.anchor);
+        let rows = |&index: &u32| list.stands[list.places[index as usize] as usize].around(&camera);
+        self.instances.iter().map(rows).collect()
+    }
+
+    /// Rows of the maps from meshes to a shadow map's clip space, of each of its casters.
+    pub fn caster_rows(&self, world: &World, map: &MapDraw) -> impl Iterator<Item = [Vec4; 4]> {
+        let view = self.shadows[map.map].as_ref();
+        let casters =
+            view.map(|view| map.casters.iter().map(|own| view.clip_rows(&world.objects[own.object].transform)));
+        casters.into_iter().flatten()
+    }
+}
