@@ -5,15 +5,15 @@ use std::sync::Arc;
 use super::{Error, Pixels, Renderer};
 use crate::gpu::Device;
 use crate::plan;
-use crate::scene::{Camera, Scene, Settings, TriangleId, View};
+use crate::scene::{Camera, Pose, Scene, Settings, TriangleId, View};
 
-/// The triangle of each pixel, `None` for the sky; nothing from a device that does not number triangles.
+/// The triangle of each pixel of a scene, at rest or in a pose of it, `None` for the sky; nothing from a device that does not number triangles.
 ///
 /// # Errors
 /// When the settings cannot be planned, the device is lost, or it lacks the memory.
 pub fn triangles(
     device: &Arc<Device>,
-    scene: &Scene,
+    (scene, pose): (&Scene, Option<&Pose>),
     camera: &Camera,
     settings: &Settings,
 ) -> Result<Option<Vec<Option<TriangleId>>>, Error> {
@@ -21,6 +21,9 @@ pub fn triangles(
         Err(Error::Plan(plan::Error::NoTriangles)) => return Ok(None),
         made => made?,
     };
+    if let Some(pose) = pose {
+        renderer.pose(scene, pose)?;
+    }
     Ok(match renderer.picture(camera, || {})?.pixels {
         Pixels::LinearF32(rgba) => Some(rgba.as_chunks::<4>().0.iter().map(decoded).collect()),
         Pixels::Srgb8(_) => None,

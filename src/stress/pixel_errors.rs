@@ -14,7 +14,7 @@ use crate::frame::{self, Pixels, Renderer};
 use crate::gpu::Device;
 use crate::plan::{FramePlan, ToneMapping};
 use crate::reference::{Mode, Options, Smith, TriangleId};
-use crate::scene::{Output, Scene, Settings, SettingsPatch, View};
+use crate::scene::{Output, Playing, Pose, Scene, Settings, SettingsPatch, View};
 
 /// A pixel darker than this share of the brightest one counts as that bright, unless the subject says another share: nobody sees what
 /// is relative to nothing.
@@ -34,6 +34,8 @@ pub struct Subject {
     pub floor: f64,
     /// What the truth is taken of, where that is another scene: one that ought to look the same.
     pub truth: Option<Scene>,
+    /// The moment that is drawn of a scene that moves; none: as it is at rest.
+    pub playing: Option<Playing>,
 }
 
 /// How far a picture, or a formula, is from the truth.
@@ -88,12 +90,22 @@ impl Subject {
     pub const SIZE: [u32; 2] = [64, 36];
 
     pub fn new(scene: Scene) -> Self {
-        Self { scene, settings: SettingsPatch::default(), floor: FLOOR, truth: None }
+        Self { scene, settings: SettingsPatch::default(), floor: FLOOR, truth: None, playing: None }
     }
 
     /// With settings of its own.
     pub fn with(scene: Scene, settings: SettingsPatch) -> Self {
         Self { settings, ..Self::new(scene) }
+    }
+
+    /// Where everything is at its moment.
+    fn pose(&self) -> Option<Pose> {
+        self.playing.as_ref().map(|playing| self.scene.motion.pose(playing))
+    }
+
+    /// What its pictures should show.
+    pub(super) fn still(&self) -> Scene {
+        self.playing.as_ref().map_or_else(|| self.scene.clone(), |playing| self.scene.at(playing).into_owned())
     }
 
     pub(super) fn decided(&self) -> Settings {
@@ -177,6 +189,9 @@ impl<'a> Pictures<'a> {
         let settings = if view == self.settings.view { self.settings.clone() } else { self.settings.showing(view) };
         let mut renderer = Renderer::new(self.device, &self.subject.scene, &settings)?;
         self.largest = saturation(renderer.plan());
+        if let Some(pose) = self.subject.pose() {
+            renderer.pose(&self.subject.scene, &pose)?;
+        }
         match renderer.picture(&self.subject.scene.camera, || {})?.pixels {
             Pixels::LinearF32(rgba) => Ok(rgba),
             Pixels::Srgb8(_) => Err(Error::Refused(format!("{view} has no values that could be compared"))),
@@ -186,7 +201,8 @@ impl<'a> Pictures<'a> {
     /// Which pixels show another triangle than the truth. Without numbers from the device, those next to where the truth changes.
     pub fn elsewhere(&self, truth: &[Option<TriangleId>]) -> Result<Vec<bool>, Error> {
         let (scene, camera) = (&self.subject.scene, &self.subject.scene.camera);
-        Ok(match frame::triangles(self.device, scene, camera, &self.settings)? {
+        let pose = self.subject.pose();
+        Ok(match frame::triangles(self.device, (scene, pose.as_ref()), camera, &self.settings)? {
             Some(raster) => raster.iter().zip(truth).map(|(raster, truth)| raster != truth).collect(),
             None => self.beside_edges(truth),
         })

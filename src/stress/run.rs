@@ -70,7 +70,7 @@ pub fn run_spoiled(
     let attempt = |value: f64| {
         let drawn = |subject: fn(f64) -> Subject| {
             let mut subject = subject(value);
-            let truth = subject.truth.take().unwrap_or_else(|| subject.scene.clone());
+            let truth = subject.truth.take().unwrap_or_else(|| subject.still());
             spoil(&mut subject.scene);
             (subject, truth)
         };

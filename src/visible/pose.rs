@@ -181,7 +181,7 @@ impl Deform {
         let bounds = self.bounds.bounds(joints, weights);
         // Vertices lie about a place near them, so that f32 is enough wherever the skeleton is; and are mirrored where the joints are, so that
         // fronts stay fronts.
-        let (near, frame) = (bounds.center().round(), deform_frame(joints));
+        let (near, frame) = (near(&bounds, self.bounds.mean(joints, weights)), deform_frame(joints));
         let transform = DAffine3::from_translation(near) * frame;
         let from_world = frame * DAffine3::from_translation(-near);
         for (told, joint) in own.joints[self.first_joint..].iter_mut().zip(joints.iter()) {
@@ -203,6 +203,15 @@ impl Deform {
         let mesh = deform(self.sorted.as_deref()?, weights, joints);
         Some(SortableTriangle::all(&mesh, &(*from * DAffine3::from_translation(mesh.origin))))
     }
+}
+
+/// A place near a mesh, from its box and the mean of its vertices: on a grid as fine as the mesh is small, of a metre at most, so that it stays while
+/// the mesh moves a little, and differences from it lose no digit of f64.
+fn near(bounds: &Aabb, mean: DVec3) -> DVec3 {
+    let edge = bounds.size().max_element();
+    let step = if edge > 0.0 { edge.log2().floor().exp2().min(1.0) } else { 1.0 };
+    let near = (mean / step).round() * step;
+    if near.is_finite() { near } else { bounds.center().round() }
 }
 
 fn rows(map: &DAffine3) -> [[f32; 4]; 3] {

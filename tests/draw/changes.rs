@@ -2,8 +2,8 @@
 
 use afterlight::frame::{Changed, Renderer};
 use afterlight::scene::builtin::shapes;
-use afterlight::scene::{AlphaMode, CastsShadow, Light, Material, Object, Playing, Scene, Settings};
-use glam::{DAffine3, DVec3, Vec3};
+use afterlight::scene::{AlphaMode, CastsShadow, Light, Material, Object, Playing, Scene, Settings, ShadowSettings};
+use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 use crate::common::compare::assert_identical;
 use crate::common::gpu::{Gpu, on_gpu};
@@ -91,6 +91,73 @@ fn follows(gpu: &Gpu, settings: &Settings, seed: u64, changes: u32) {
 #[test]
 fn a_renderer_follows_whatever_changes_of_its_scene() {
     on_gpu(|gpu| follows(gpu, &exact(48, 36), 1, if tries_all() { 1000 } else { 60 }));
+}
+
+/// Puts an object somewhere else, now and then mirrored, or changes a light: what costs a write where the plan serves.
+fn nudge(renderer: &mut Renderer, scene: &mut Scene, random: &mut fastrand::Rng) {
+    let [x, y, z] = [(); 3].map(|()| random.f64() - 0.5);
+    let place = DVec3::new(x * 1.6, y * 1.2, 0.25 + z * 0.5);
+    let done = if random.u32(0..3) > 0 {
+        let (index, turn) = (random.usize(3..scene.objects.len()), DQuat::from_rotation_z(x * 6.0));
+        let mirror = if random.u32(0..4) == 0 { -1.0 } else { 1.0 };
+        let scale = DVec3::new(mirror, 0.5 + random.f64(), 1.0);
+        renderer.move_object(scene, index, &DAffine3::from_scale_rotation_translation(scale, turn, place))
+    } else {
+        let index = random.usize(..scene.lights.len());
+        let mut light = scene.lights[index].clone();
+        light.color = Vec3::new(random.f32(), random.f32(), random.f32());
+        if let Some(position) = light.kind.place_mut() {
+            *position = place + DVec3::Z;
+        }
+        renderer.set_light(scene, index, &light)
+    };
+    done.unwrap_or_else(|error| panic!("{error}"));
+}
+
+/// Objects come, go, move and mirror themselves, lights change, clips play and the camera moves, frame after frame without a wait. The layer has
+/// nothing to say, and every fiftieth picture is that of a new renderer. Shadow maps are scaled by the scene as the renderer first had it, so that
+/// where there are some it is told of the whole scene before.
+fn wanders(gpu: &Gpu, settings: &Settings, seed: u64, frames: u32) {
+    let mut random = fastrand::Rng::with_seed(seed);
+    let mut scene = moving(DVec3::ZERO);
+    add(&mut scene, shapes::sphere(0.15, 12), lambert(0.6), DAffine3::from_translation(DVec3::Z * 0.3));
+    let eye = scene.camera.position;
+    let mut renderer = gpu.renderer(&scene, settings);
+    for frame in 0..frames {
+        let is_compared = frame % 50 == 49;
+        match random.u32(0..10) {
+            0 => {
+                let changed = change(&mut scene, &mut random);
+                renderer.update(&scene, changed).unwrap_or_else(|error| panic!("{frame}: {error}"));
+            }
+            1..=6 => nudge(&mut renderer, &mut scene, &mut random),
+            _ => scene.camera.position = eye + DVec3::new(random.f64() - 0.5, random.f64() - 0.5, 0.0),
+        }
+        if is_compared && settings.shadows.enabled {
+            renderer.update(&scene, Changed::Arrangement).unwrap_or_else(|error| panic!("{frame}: {error}"));
+        }
+        let time = 0.02 * f64::from(frame);
+        let pose = scene.motion.pose(&Playing::at(time));
+        renderer.pose(&scene, &pose).unwrap_or_else(|error| panic!("{frame}: {error}"));
+        renderer.render(&scene.camera).unwrap_or_else(|error| panic!("{frame}: {error}"));
+        if is_compared {
+            let found = renderer.read_back().unwrap_or_else(|error| panic!("{frame}: {error}"));
+            let expected = picture(&mut gpu.renderer(&scene, settings), &scene, time);
+            assert_identical(&found, &expected, &format!("seed {seed}, frame {frame}"));
+        }
+    }
+}
+
+#[test]
+fn frames_of_a_scene_that_changes_at_random_are_drawn_without_a_message() {
+    on_gpu(|gpu| {
+        // `make test` draws the first 200, which takes a fifth of the time.
+        let frames = if tries_all() { 1000 } else { 200 };
+        let shaded = exact(64, 64);
+        let plain = Settings { shadows: ShadowSettings { enabled: false, ..shaded.shadows }, ..shaded.clone() };
+        wanders(gpu, &shaded, 2, frames);
+        wanders(gpu, &plain, 3, frames);
+    });
 }
 
 /// What the plan had left out comes back when it is needed: nothing is refused.

@@ -3,11 +3,11 @@
 
 use crate::common::gpu::{Gpu, on_gpu};
 use crate::common::{some_of, tries_all};
-use afterlight::scene::{Environment, Scene};
+use afterlight::scene::{Channel, Environment, Local, Placement, Scene, Target};
 use afterlight::stress::catalogue::random::{Extremes, NUMBERS};
-use afterlight::stress::{self, Check, Finding, Outcome, Verdict, catalogue};
-use glam::Vec3;
-use half::f16;
+use afterlight::stress::{self, Case, Check, Finding, Outcome, Values, Verdict, catalogue};
+use glam::{DQuat, DVec4, Vec3};
+use half::{bf16, f16};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 
@@ -92,6 +92,83 @@ fn reflection_models_as_in_textbooks_are_found_in_pictures() {
         for name in ["highlights/wide-float32", "highlights/blinn-phong-float32", "highlights/phong-float32"] {
             let found = spoiled(gpu, name, &textbook);
             assert!(!found.passes(), "{}", told(&found));
+        }
+    });
+}
+
+/// Plants a mistake.
+type Spoil<'a> = &'a dyn Fn(&mut Scene);
+
+/// Of each case of what moves one value, with a mistake that its truth must find, and without.
+#[test]
+fn mistakes_of_what_moves_are_found() {
+    let channels = |scene: &mut Scene, change: &dyn Fn(&mut Channel)| {
+        scene.motion.clips.iter_mut().flat_map(|clip| &mut clip.channels).for_each(change);
+    };
+    let places = |scene: &mut Scene, change: &dyn Fn(&mut Placement)| {
+        for node in &mut scene.motion.nodes {
+            if let Local::Parts(own) = &mut node.local {
+                change(own);
+            }
+        }
+    };
+    let to_f32 = |scene: &mut Scene| places(scene, &|own| own.translation = own.translation.as_vec3().as_dvec3());
+    let light_joints_are_none = |scene: &mut Scene| {
+        let all = scene.meshes.iter_mut().filter_map(|mesh| mesh.influences.as_mut()).flat_map(|own| &mut own.weights);
+        all.for_each(|weight| *weight = if *weight < 1e-4 { 0.0 } else { *weight });
+    };
+    let a_joint_is_straight = |scene: &mut Scene| {
+        let middle = scene.motion.clips[0].channels.len() / 2;
+        scene.motion.clips[0].channels.remove(middle);
+    };
+    // Quaternions are taken as they are, so that the way is the longer one.
+    let the_long_way = |scene: &mut Scene| {
+        channels(scene, &|own| {
+            if let (Target::Rotation(_), [x, y, z, w, a, b, c, d]) = (own.target, own.values.as_slice()) {
+                let (from, to) = (DQuat::from_xyzw(*x, *y, *z, *w), DQuat::from_xyzw(*a, *b, *c, *d));
+                let half = DQuat::from_vec4((DVec4::from(from) + DVec4::from(to)).normalize());
+                own.values.splice(4..4, half.to_array());
+                own.times.insert(1, 0.5 * (own.times[0] + own.times[1]));
+            }
+        });
+    };
+    let times_are_f32 = |scene: &mut Scene| {
+        channels(scene, &|own| own.times.iter_mut().for_each(|time| *time = f64::from(*time as f32)));
+    };
+    let scales_are_coarse = |scene: &mut Scene| {
+        places(scene, &|own| own.scale = own.scale.to_array().map(|axis| bf16::from_f64(axis).to_f64()).into());
+    };
+    let spoils: [(&str, f64, Spoil); 8] = [
+        ("motion/far-joints", 1e8, &to_f32),
+        ("motion/weights", 1e-5, &light_joints_are_none),
+        ("motion/chain", 1000.0, &a_joint_is_straight),
+        ("motion/opposite-turns", 90.0, &the_long_way),
+        ("motion/late-keys", 1e6, &times_are_f32),
+        ("motion/node-scale", 1e-6, &scales_are_coarse),
+        ("motion/node-stretch", 1e6, &scales_are_coarse),
+        ("motion/size", 1e-6, &scales_are_coarse),
+    ];
+    assert_eq!(
+        spoils.map(|(name, ..)| name).to_vec(),
+        catalogue::named("motion").iter().map(|own| own.name).collect::<Vec<_>>()
+    );
+    on_gpu(|gpu| {
+        for (name, value, spoil) in spoils {
+            let [case] = catalogue::named(name)[..] else { panic!("no case {name}") };
+            assert!(case.claims(value), "{name}");
+            let one = || {
+                let mut values = case.values.all();
+                values.retain(|own| *own == value);
+                Case { values: Values::List(Vec::leak(values)), claim: [value; 2], ..case }
+            };
+            let tried = |spoil: &dyn Fn(&mut Scene)| {
+                stress::run_spoiled(&gpu.device, &one(), false, spoil).unwrap_or_else(|error| panic!("{name}: {error}"))
+            };
+            let (right, wrong) = (tried(&|_| {}), tried(spoil));
+            assert!(right.passes(), "{}", told(&right));
+            assert!(!wrong.passes(), "{name} does not find its mistake: {:?}", wrong.findings[0].outcome);
+            let is_drawn = matches!(wrong.findings[0].outcome, Outcome::Measured(_));
+            assert!(is_drawn, "{name}: {:?}", wrong.findings[0].outcome);
         }
     });
 }

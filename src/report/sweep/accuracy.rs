@@ -218,7 +218,7 @@ pub fn other_triangle(
     settings: &Settings,
     point: &Truth,
 ) -> Result<Option<f64>, Error> {
-    let Some(raster) = frame::triangles(device, scene, camera, settings)? else { return Ok(None) };
+    let Some(raster) = frame::triangles(device, (scene, None), camera, settings)? else { return Ok(None) };
     let seen = point.triangles.as_deref().unwrap_or_default();
     let other = raster.iter().zip(seen).filter(|(raster, truth)| raster != truth).count();
     Ok((!seen.is_empty()).then(|| other as f64 / seen.len() as f64))

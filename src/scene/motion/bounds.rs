@@ -16,6 +16,10 @@ struct Part {
     bounds: Aabb,
     /// By shape: around what it adds to them. Empty of a shape that moves none of them.
     shapes: Vec<Aabb>,
+    /// The sum of its vertices' weights, and of their places and of what shapes add to them by these weights.
+    weight: f64,
+    places: DVec3,
+    offsets: Vec<DVec3>,
 }
 
 /// Boxes of a mesh from which follows a box around it however it is deformed.
@@ -25,6 +29,7 @@ struct Part {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct DeformBounds {
     parts: Vec<Part>,
+    vertices: usize,
 }
 
 impl DeformBounds {
@@ -37,7 +42,7 @@ impl DeformBounds {
         let mut whole = None;
         for (vertex, &position) in mesh.positions.iter().enumerate() {
             let place = mesh.origin + Vec3::from(position).as_dvec3();
-            let mut hold = |joint: Option<usize>| {
+            let mut hold = |joint: Option<usize>, weight: f64| {
                 let number = match joint {
                     None => &mut whole,
                     Some(joint) => {
@@ -46,27 +51,29 @@ impl DeformBounds {
                     }
                 };
                 let number = *number.get_or_insert_with(|| {
-                    let shapes = vec![Aabb::EMPTY; mesh.morphs.len()];
-                    parts.push(Part { joint, bounds: Aabb::EMPTY, shapes });
+                    parts.push(Part::of(joint, mesh.morphs.len()));
                     parts.len() - 1
                 });
-                parts[number].hold(mesh, vertex, place);
+                parts[number].hold(mesh, vertex, place, weight);
             };
             let own = influences.map(|own| {
                 let range = vertex * own.per_vertex..(vertex + 1) * own.per_vertex;
                 (own.joints.get(range.clone()).unwrap_or_default(), own.weights.get(range).unwrap_or_default())
             });
             match own {
-                None | Some(([], _)) => hold(None),
+                None | Some(([], _)) => hold(None, 1.0),
                 // As `deform` has it: without a weight the first joint counts.
-                Some((joints, weights)) if weights.iter().all(|weight| *weight <= 0.0) => hold(Some(joints[0].into())),
+                Some((joints, weights)) if weights.iter().all(|weight| *weight <= 0.0) => {
+                    hold(Some(joints[0].into()), 1.0);
+                }
                 Some((joints, weights)) => {
+                    let sum: f64 = weights.iter().map(|&weight| f64::from(weight)).sum();
                     let counting = joints.iter().zip(weights).filter(|(_, weight)| **weight != 0.0);
-                    counting.for_each(|(&joint, _)| hold(Some(joint.into())));
+                    counting.for_each(|(&joint, &weight)| hold(Some(joint.into()), f64::from(weight) / sum));
                 }
             }
         }
-        Self { parts }
+        Self { parts, vertices: mesh.positions.len() }
     }
 
     /// A box around the mesh with so much of each shape, hung on these joints: what [`deform`](super::deform) gives for the same lies in it.
@@ -79,21 +86,40 @@ impl DeformBounds {
         if all.is_empty() {
             return all;
         }
-        let slack =
-            DVec3::splat(SLACK * all.size().max_element()) + all.min.abs().max(all.max.abs()) * f64::EPSILON * 8.0;
+        let slack = DVec3::splat(SLACK * all.size().max_element());
         Aabb { min: all.min - slack, max: all.max + slack }
+    }
+
+    /// The mean of the vertices that [`deform`](super::deform) gives for the same. The middle of the box is no place near the mesh where a joint
+    /// far away has a vertex with next to no weight.
+    pub(crate) fn mean(&self, joints: &[DAffine3], weights: &[f64]) -> DVec3 {
+        let sums = self.parts.iter().map(|part| {
+            let place = part.joint.and_then(|joint| joints.get(joint)).copied().unwrap_or(DAffine3::IDENTITY);
+            let offsets: DVec3 = part.offsets.iter().zip(weights).map(|(sum, &weight)| *sum * weight).sum();
+            place.matrix3 * (part.places + offsets) + place.translation * part.weight
+        });
+        sums.sum::<DVec3>() / self.vertices.max(1) as f64
     }
 }
 
 impl Part {
-    fn hold(&mut self, mesh: &Mesh, vertex: usize, place: DVec3) {
+    fn of(joint: Option<usize>, shapes: usize) -> Self {
+        let (bounds, places) = (Aabb::EMPTY, DVec3::ZERO);
+        Self { joint, bounds, shapes: vec![bounds; shapes], weight: 0.0, places, offsets: vec![places; shapes] }
+    }
+
+    fn hold(&mut self, mesh: &Mesh, vertex: usize, place: DVec3, weight: f64) {
         let grow = |bounds: &mut Aabb, place: DVec3| {
             *bounds = Aabb { min: bounds.min.min(place), max: bounds.max.max(place) };
         };
         grow(&mut self.bounds, place);
-        for (bounds, shape) in self.shapes.iter_mut().zip(&mesh.morphs) {
+        self.weight += weight;
+        self.places += place * weight;
+        for ((bounds, sum), shape) in self.shapes.iter_mut().zip(&mut self.offsets).zip(&mesh.morphs) {
             if let Some(&offset) = shape.positions.get(vertex) {
-                grow(bounds, Vec3::from(offset).as_dvec3());
+                let offset = Vec3::from(offset).as_dvec3();
+                grow(bounds, offset);
+                *sum += offset * weight;
             }
         }
     }
@@ -110,7 +136,8 @@ impl Part {
     }
 }
 
-/// The box around a moved box, by its middle and half its size (J. Arvo, "Transforming Axis-Aligned Bounding Boxes", Graphics Gems 1990).
+/// The box around a moved box, by its middle and half its size (J. Arvo, "Transforming Axis-Aligned Bounding Boxes", Graphics Gems 1990), and by what
+/// f64 rounds on the way: terms that are large and cancel leave their rounding.
 fn moved(bounds: &Aabb, transform: &DAffine3) -> Aabb {
     if bounds.is_empty() {
         return Aabb::EMPTY;
@@ -118,6 +145,8 @@ fn moved(bounds: &Aabb, transform: &DAffine3) -> Aabb {
     let matrix = transform.matrix3;
     let middle = transform.transform_point3(bounds.center());
     let half = bounds.size() * 0.5;
-    let reach = matrix.x_axis.abs() * half.x + matrix.y_axis.abs() * half.y + matrix.z_axis.abs() * half.z;
+    let along = |by: DVec3| matrix.x_axis.abs() * by.x + matrix.y_axis.abs() * by.y + matrix.z_axis.abs() * by.z;
+    let largest = along(bounds.min.abs().max(bounds.max.abs())) + transform.translation.abs();
+    let reach = along(half) + largest * f64::EPSILON * 8.0;
     Aabb { min: middle - reach, max: middle + reach }
 }

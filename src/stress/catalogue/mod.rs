@@ -6,6 +6,7 @@ mod geometry;
 mod highlights;
 mod lights;
 mod looks;
+mod motion;
 pub mod random;
 mod sampling;
 mod shadows;
@@ -18,7 +19,7 @@ use super::Case;
 /// Every case, in the order in which they are told.
 pub fn all() -> Vec<Case> {
     let light = [formulas::CASES, lights::CASES, exposure::CASES, highlights::CASES, shadows::CASES].concat();
-    let places = [space::CASES, geometry::CASES, sampling::CASES, looks::CASES].concat();
+    let places = [space::CASES, motion::CASES, geometry::CASES, sampling::CASES, looks::CASES].concat();
     [&light[..], &places, targets::CASES, random::CASES].concat()
 }
 

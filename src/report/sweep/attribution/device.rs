@@ -104,7 +104,7 @@ impl Drawing<'_> {
             shown: self.draw(&Settings { output: Output::Srgb8, ..settings.clone() })?,
             own,
             unquantized,
-            triangles: frame::triangles(self.device, self.scene, &self.view.camera, settings)?
+            triangles: frame::triangles(self.device, (self.scene, None), &self.view.camera, settings)?
                 .map(|seen| self.pixels.iter().map(|&pixel| seen[pixel]).collect()),
         })
     }

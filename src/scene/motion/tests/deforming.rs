@@ -178,9 +178,25 @@ proptest! {
         let reach: f64 = weights.iter().zip(&mesh.morphs).map(|(weight, _)| 2.0 * weight.abs()).sum();
         let around = Aabb { min: shaped.bounds.min - 2.0 * reach, max: shaped.bounds.max + 2.0 * reach };
         let largest = joints.iter().fold(Aabb::EMPTY, |all, joint| all.union(&around.transformed(joint)));
-        let slack = DVec3::splat(1e-5 * largest.size().max_element() + 1e-6);
+        // What f64 rounds of places before they are moved is as much larger.
+        let terms = joints.iter().map(|own| own.matrix3.to_cols_array().map(f64::abs).into_iter().fold(0.0, f64::max));
+        let rounded = 1e-14 * terms.fold(1.0, f64::max) * around.min.abs().max(around.max.abs()).max_element();
+        let slack = DVec3::splat(1e-5 * largest.size().max_element() + 1e-6 + rounded);
         let largest = Aabb { min: largest.min - slack, max: largest.max + slack };
         prop_assert_eq!(bounds.union(&largest), largest);
+    }
+
+    #[test]
+    fn the_mean_of_a_mesh_is_that_of_its_vertices((mesh, joints, weights) in cloud()) {
+        let deformed = deform(&mesh, &weights, Some(&joints));
+        let count = deformed.positions.len() as f64;
+        let mean = deformed.origin + deformed.positions.iter().map(|&own| Vec3::from(own).as_dvec3()).sum::<DVec3>() / count;
+        let bounds = DeformBounds::of(&mesh, true);
+        let found = bounds.mean(&joints, &weights);
+        // Vertices are f32 about the middle of their box; sums cancel what joints move far.
+        let largest = bounds.bounds(&joints, &weights);
+        let slack = 1e-6 * (largest.size().max_element() + 1e-3 * largest.max.abs().max(largest.min.abs()).max_element());
+        prop_assert!(found.distance(mean) <= slack, "{found} for {mean}");
     }
 
     #[test]
