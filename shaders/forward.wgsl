@@ -136,7 +136,7 @@ struct Varying {
 #endif
     @location(4) @interpolate(perspective, centroid) world: vec3<f32>,
 #ifdef EXTRAS
-    // Of the vertex and the instance.
+    // The colour of the vertex times the tint of the instance.
     @location(5) @interpolate(perspective, centroid) color: vec4<f32>,
     // The last number of the look.
     @location(10) @interpolate(flat) look: u32,

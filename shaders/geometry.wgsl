@@ -109,7 +109,7 @@ struct Varying {
     @location(4) @interpolate(perspective, centroid) world: vec3<f32>,
 #endif
 #ifdef EXTRAS
-    // Of the vertex and the instance.
+    // The colour of the vertex times the tint of the instance.
     @location(5) @interpolate(perspective, centroid) color: vec4<f32>,
     // The last number of the look.
     @location(10) @interpolate(flat) look: u32,

@@ -24,7 +24,7 @@ struct Varying {
 #ifdef EXTRAS
     @location(1) alpha: f32,
 #ifdef MASKED
-    // Of its cell.
+    // The layer of the atlas in which its cell lies.
     @location(2) @interpolate(flat) layer: u32,
 #endif
 #endif

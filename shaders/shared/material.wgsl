@@ -32,8 +32,8 @@ var<immediate> push: Push;
 
 #ifdef TEXTURED
 #ifdef EXTRAS
-// Arrays, whose layers are the cells of an atlas. Of a material without one they are plain images: `bound_fragment` (src/passes/surface.rs) says so
-// in their type, and then no layer is read.
+// Textures are arrays whose layers are the cells of an atlas. Those of a material without one are plain images: `bound_fragment`
+// (src/passes/surface.rs) says so in their type, and then no layer is read.
 @group(1) @binding(0) var base_color_texture: texture_2d_array<f32>;
 @group(1) @binding(1) var normal_texture: texture_2d_array<f32>;
 @group(1) @binding(2) var metallic_roughness_texture: texture_2d_array<f32>;
@@ -132,7 +132,7 @@ struct Uvs {
     metal_and_occlusion: vec4<f32>,
     emissive_and_specular: vec4<f32>,
     of_shininess: vec4<f32>,
-    // In each texture.
+    // The layer of each texture in which the instance's cell lies.
     layer: u32,
 }
 #else
