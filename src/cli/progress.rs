@@ -1,4 +1,4 @@
-//! Progress of long work on standard error: a bar on a terminal. Elsewhere nothing, or lines for what takes minutes and more.
+//! Progress of long work on standard error: a bar on a terminal, from half a second on. Elsewhere nothing, or lines for what takes minutes and more.
 
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -9,16 +9,19 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 /// Between two lines of one [`shares`], at least.
 const LINE_EVERY: Duration = Duration::from_secs(10);
 
+/// What is over sooner shows no bar: it would flicker.
+const SHOWN_AFTER: Duration = Duration::from_millis(500);
+
 /// A spinner beside the name of what is being loaded.
 pub fn loading(what: &str, quiet: bool) -> Progress {
-    let bar = ProgressBar::with_draw_target(None, target(quiet)).with_message(format!("loading {what}"));
+    let bar = shown_late(None, target(quiet)).with_message(format!("loading {what}"));
     bar.enable_steady_tick(Duration::from_millis(100));
     Progress { bar, lines: None }
 }
 
 /// A bar that [`Progress::step`] fills in `steps` steps.
 pub fn bar(what: String, steps: u64, quiet: bool) -> Progress {
-    let bar = ProgressBar::with_draw_target(Some(steps), target(quiet)).with_message(what);
+    let bar = shown_late(Some(steps), target(quiet)).with_message(what);
     // A template that does not parse leaves indicatif's own.
     if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:30}] {pos}/{len} {eta}") {
         bar.set_style(style);
@@ -48,6 +51,21 @@ fn is_told_in_lines(quiet: bool) -> bool {
 /// indicatif draws nothing on a stream that is no terminal.
 fn target(quiet: bool) -> ProgressDrawTarget {
     if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() }
+}
+
+/// A bar that appears when [`SHOWN_AFTER`] has passed.
+fn shown_late(length: Option<u64>, target: ProgressDrawTarget) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(length, ProgressDrawTarget::hidden());
+    if !target.is_hidden() {
+        let late = bar.clone();
+        let show = move || {
+            std::thread::sleep(SHOWN_AFTER);
+            late.set_draw_target(target);
+        };
+        // Without a thread for it there is no bar, which nothing depends on.
+        let _ = std::thread::Builder::new().name("progress".into()).spawn(show);
+    }
+    bar
 }
 
 /// Progress that is being shown, and erased when dropped.
@@ -98,5 +116,78 @@ impl Progress {
 impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    use indicatif::TermLike;
+
+    use super::*;
+
+    /// A terminal that knows whether something was written on it.
+    #[derive(Debug, Default, Clone)]
+    struct Paper(Arc<AtomicBool>);
+
+    impl TermLike for Paper {
+        fn width(&self) -> u16 {
+            80
+        }
+
+        fn move_cursor_up(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn move_cursor_down(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn move_cursor_right(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn move_cursor_left(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn write_line(&self, text: &str) -> io::Result<()> {
+            self.write_str(text)
+        }
+
+        fn write_str(&self, text: &str) -> io::Result<()> {
+            self.0.fetch_or(!text.trim().is_empty(), Ordering::Relaxed);
+            Ok(())
+        }
+
+        fn clear_line(&self) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn flush(&self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_bar_is_shown_from_half_a_second_on() {
+        let paper = Paper::default();
+        let target = ProgressDrawTarget::term_like(Box::new(paper.clone()));
+        let (bar, start) = (shown_late(Some(1000), target).with_message("loading"), Instant::now());
+        while !paper.0.load(Ordering::Relaxed) {
+            assert!(start.elapsed() < Duration::from_secs(20), "nothing is shown");
+            bar.inc(1);
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        assert!(start.elapsed() >= SHOWN_AFTER, "shown after {:?}", start.elapsed());
+        let soon = Paper::default();
+        let bar = shown_late(None, ProgressDrawTarget::term_like(Box::new(soon.clone())));
+        bar.tick();
+        bar.finish_and_clear();
+        std::thread::sleep(SHOWN_AFTER * 2);
+        assert!(!soon.0.load(Ordering::Relaxed), "what was over is shown");
     }
 }
