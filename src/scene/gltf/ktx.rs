@@ -19,7 +19,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Pixels, String> {
         0 => basis::decode(bytes, &header)?,
         format => blocks(bytes, &header, block_format(format)?)?,
     };
-    Ok(Pixels { size: header.size, texels })
+    Ok(Pixels::new(header.size, texels))
 }
 
 /// Where a level lies in the file, and its length when it is unpacked.
@@ -67,6 +67,11 @@ impl Header {
             Ok::<_, String>(Level { offset: long(at)?, length: long(at + 8)?, unpacked: long(at + 16)? })
         };
         let levels = (0..count as usize).map(level).collect::<Result<Vec<_>, _>>()?;
+        // The transcoder of Basis Universal runs past the end of others.
+        let (keys, length_of_keys) = (word(56)?, word(60)?);
+        if keys % 4 != 0 || length_of_keys % 4 != 0 {
+            return Err(format!("has {length_of_keys} bytes of keys at {keys}, but both must be multiples of 4"));
+        }
         // Those of its descriptions count as well: the transcoder of Basis Universal adds them up without a look.
         let described = [48, 56].map(|at| Ok::<_, String>((u64::from(word(at)?), u64::from(word(at + 4)?))));
         let described = described.into_iter().chain([Ok((long(64)?, long(72)?))]).collect::<Result<Vec<_>, _>>()?;

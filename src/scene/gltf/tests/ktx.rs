@@ -83,6 +83,7 @@ fn a_file_that_is_wrong_says_what_was_expected() {
         (40, 5, "says that it has 5 levels, but 10x6 texels have 4 at most"),
         (44, 3, "has supercompression 3, but only none (0) and Zstandard (2) can be read"),
         (44, 2, "level 0 cannot be unpacked by Zstandard: "),
+        (60, 7, "has 7 bytes of keys at 0, but both must be multiples of 4"),
         (88, 1000, "names 1000 bytes at 176, but has"),
         (88, 90, "level 0 has 90 bytes, but 10x6 texels in BC7 are 96"),
         (96 + 24, 16, "level 1 has 16 bytes, but 5x3 texels in BC7 are 32"),
