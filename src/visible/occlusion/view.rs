@@ -1,0 +1,118 @@
+//! Where things lie in the coarse picture that a camera has of a scene.
+
+use glam::{DMat3, DVec2, DVec3};
+
+use crate::scene::{Aabb, Camera};
+use crate::visible::Depth;
+
+/// Cells across the picture at most (twice as many take twice the time and find 1% more), and pixels across a cell at least.
+const COLUMNS: u32 = 128;
+const LEAST_CELL: u32 = 4;
+/// Pixels around an outline or a box in which nothing is taken for sure: vertices are rounded to parts of a pixel, samples lie beside centres.
+const SLACK_PIXELS: f64 = 2.0;
+
+/// From the world to cells, x to the right and y down.
+pub(super) struct View {
+    axes: DMat3,
+    pub(super) camera: Camera,
+    pub(super) depth: Depth,
+    /// Cells a unit of x or y over w.
+    scale: f64,
+    center: DVec2,
+    pub(super) columns: usize,
+    pub(super) rows: usize,
+    /// Cells around what is uncertain.
+    pub(super) slack: f64,
+}
+
+/// A rectangle of cells, both ends included.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cells {
+    pub(super) columns: (usize, usize),
+    pub(super) rows: (usize, usize),
+}
+
+impl Cells {
+    pub(super) fn width(&self) -> usize {
+        self.columns.1 - self.columns.0 + 1
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.width() * (self.rows.1 - self.rows.0 + 1)
+    }
+}
+
+impl View {
+    pub(super) fn of(camera: &Camera, depth: &Depth, size: [u32; 2]) -> Self {
+        let columns = (size[0] / LEAST_CELL).clamp(1, COLUMNS);
+        let [width, height] = size.map(f64::from);
+        let pixels = width / f64::from(columns);
+        Self {
+            axes: DMat3::from_cols(camera.right(), -camera.up(), camera.forward()).transpose(),
+            camera: *camera,
+            depth: *depth,
+            scale: height * 0.5 / camera.half_height() / pixels,
+            center: DVec2::new(width, height) * 0.5 / pixels,
+            columns: columns as usize,
+            rows: (height / pixels).ceil() as usize,
+            slack: SLACK_PIXELS / pixels,
+        }
+    }
+
+    /// In metres, z along the view.
+    pub(super) fn place(&self, point: DVec3) -> DVec3 {
+        self.axes * (point - self.camera.position)
+    }
+
+    /// Something of a place that is linear over the picture of a triangle, and larger the nearer it is.
+    pub(super) fn nearness(&self, place: DVec3) -> f64 {
+        if self.camera.is_orthographic() { -place.z } else { place.z.recip() }
+    }
+
+    /// The distance along the view that has it.
+    pub(super) fn distance(&self, nearness: f64) -> f64 {
+        if self.camera.is_orthographic() { -nearness } else { nearness.recip() }
+    }
+
+    /// In cells; only of what is before the near plane.
+    pub(super) fn cell(&self, place: DVec3) -> DVec2 {
+        place.truncate() * (self.scale / self.camera.w(place.z)) + self.center
+    }
+
+    /// The cells from one place to another with the slack around them, if any is in the picture.
+    pub(super) fn range(&self, low: DVec2, high: DVec2) -> Option<Cells> {
+        let axis = |low: f64, high: f64, count: usize| {
+            let (low, high) = ((low - self.slack).floor(), (high + self.slack).floor());
+            let is_inside = high >= 0.0 && low < count as f64;
+            is_inside.then(|| (low.max(0.0) as usize, high.min((count - 1) as f64) as usize))
+        };
+        Some(Cells { columns: axis(low.x, high.x, self.columns)?, rows: axis(low.y, high.y, self.rows)? })
+    }
+
+    /// Whether a box may come near so many cells: of the sphere around it, which is sooner known than of its corners.
+    pub(super) fn may_cover(&self, bounds: &Aabb, least: f64) -> bool {
+        let (middle, radius) = (self.place(bounds.center()), bounds.radius());
+        let [near, far] = [middle.z - radius, middle.z + radius].map(|z| self.camera.w(z));
+        if middle.z - radius < self.camera.near {
+            return true;
+        }
+        let length = |at: f64| {
+            let (low, high) = (at - radius, at + radius);
+            ((high / near).max(high / far) - (low / near).min(low / far)) * self.scale + 2.0 * self.slack + 2.0
+        };
+        length(middle.x) * length(middle.y) >= least
+    }
+
+    /// The cells that a box comes near, and the distance of its nearest point; none where it is not wholly before the near plane.
+    pub(super) fn footprint(&self, bounds: &Aabb) -> Option<(Option<Cells>, f64)> {
+        let places = bounds.corners().map(|corner| self.place(corner));
+        let nearest = places.iter().map(|place| place.z).fold(f64::INFINITY, f64::min);
+        if nearest < self.camera.near {
+            return None;
+        }
+        let cells = places.map(|place| self.cell(place));
+        let low = cells.into_iter().fold(DVec2::INFINITY, DVec2::min);
+        let high = cells.into_iter().fold(DVec2::NEG_INFINITY, DVec2::max);
+        Some((self.range(low, high), nearest))
+    }
+}
