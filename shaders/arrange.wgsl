@@ -1,6 +1,9 @@
 // ARRANGE: for each step of depth a work group, which turns the numbers of instances by group into how many come before them in the step.
 #import afterlight::culling::{count_at, cull, culled}
 
+// How many each step has, for the CPU.
+@group(0) @binding(7) var<storage, read_write> found: array<u32>;
+
 const THREADS: u32 = 128u;
 
 var<workgroup> sums: array<u32, 128>;
@@ -30,5 +33,6 @@ fn compute(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocatio
     }
     if thread == THREADS - 1u {
         culled[cull.totals_at + step] = before;
+        found[step] = before;
     }
 }

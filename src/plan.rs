@@ -245,6 +245,8 @@ pub struct FramePlan {
     pub light_path_reason: String,
     /// Whether the device finds out which opaque objects are seen, and why or why not.
     pub culling: Result<String, String>,
+    /// Whether it also finds out which of them are hidden behind others, and why or why not.
+    pub hiding: Result<String, String>,
     /// One pipeline of GEOMETRY each, or of FORWARD.
     pub geometry: BTreeSet<GeometryKey>,
     /// One pipeline of TRANSPARENT each.
@@ -357,6 +359,7 @@ impl FramePlan {
         let FilteredTextures { textures, anisotropy, warning } = FilteredTextures::of(scene, settings, device, &rules);
         let depth_prepass = lighting.has_prepass(settings, shading);
         let culling = culling::choose(scene, settings, device, &rules, shading, depth_prepass);
+        let hiding = occlusion::choose(scene, settings, &culling, (&rules, &pipelines.geometry), shading);
         let refused_culling = culling::warning(settings, &culling);
         let volumes = lighting.path == LightPath::Volumes && adds_lights(lighting.path, &lighting.lights);
         Ok(Self {
@@ -391,6 +394,7 @@ impl FramePlan {
             light_order: lighting.order,
             depth_prepass,
             culling,
+            hiding,
             light_path: lighting.path,
             light_path_reason: lighting.reason,
             geometry: pipelines.geometry,
@@ -450,6 +454,11 @@ impl FramePlan {
     /// Whether the device finds out which opaque objects are seen.
     pub fn culls_on_device(&self) -> bool {
         self.culling.is_ok()
+    }
+
+    /// Whether it also finds out which of them are hidden.
+    pub fn hides_on_device(&self) -> bool {
+        self.hiding.is_ok()
     }
 
     /// Whether some object's mesh is deformed on the device.

@@ -59,7 +59,7 @@ pub struct SortedDraw {
 /// The lists of one frame.
 #[derive(Debug, Clone)]
 pub struct Visible {
-    /// What is drawn, by its index in [`World::objects`]: the instances of `draws`, of `shaded`, and of `transparent`.
+    /// What is drawn, by its index in [`World::objects`]: the instances of `draws`, of `shaded`, of `occluders`, and of `transparent`.
     pub instances: Vec<u32>,
     /// What CULL is told, where the device finds out which opaque objects are seen; then `draws` has none of them.
     pub culling: Option<CullView>,
@@ -69,6 +69,8 @@ pub struct Visible {
     /// After a depth pre-pass, what shades: the same from far to near. Of coplanar surfaces the last drawn one wins there, and the first one
     /// elsewhere.
     pub shaded: Vec<Draw>,
+    /// Opaque objects whose depth the device draws first, to find out what they hide, where it does that.
+    pub occluders: Vec<Draw>,
     /// Transparent objects, the farthest first.
     pub transparent: Vec<SortedDraw>,
     /// Indices of the transparent objects' triangles, the farthest of each object first.
@@ -149,6 +151,10 @@ impl Visible {
             true => instances::reversed(&mut instances, &draws),
             false => Vec::new(),
         };
+        let occluders = match plan.hides_on_device() {
+            true => list.draws_at(&occlusion::largest(world, (camera, &frustum, &depth), plan.size), &mut instances),
+            false => Vec::new(),
+        };
         let first = instances.len() as u32;
         if !world.is_halted() {
             instances.extend(far_to_near(world, camera, &transparent));
@@ -161,6 +167,7 @@ impl Visible {
             culling,
             draws,
             shaded,
+            occluders,
             transparent,
             sorted_indices,
             shadows,

@@ -24,6 +24,12 @@ struct Cull {
     draws_at: u32,
     rows_at: u32,
     looks_at: u32,
+    // As the passes that draw have it.
+    clip_from_world: mat4x4<f32>,
+    // Its width and height in pixels.
+    picture: vec2<f32>,
+    // Work groups of PYRAMID across and down.
+    tiles: vec2<u32>,
 }
 
 @group(0) @binding(0) var<uniform> cull: Cull;

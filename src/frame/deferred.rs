@@ -3,6 +3,9 @@
 //!
 //! ```text
 //! compute        SKIN       vertices of meshes that skins and shapes deform, when their pose is another
+//! occluder pass  OCCLUDERS  depth of the largest objects, where the device finds out what is hidden
+//! compute        PYRAMID    the least depths of squares of that
+//!                CULL, ARRANGE, FILL  what is in view and not hidden, where the device finds that out
 //! shadow passes  SHADOW     depth maps of lights, those in which something has moved
 //! main pass      GEOMETRY   surfaces into the G-buffer, in tile memory where there is any
 //!                LIGHTING   every light on every pixel; or VIEW, which shows a buffer instead
@@ -110,7 +113,9 @@ impl Deferred {
         // SKIN writes deformed vertices for all that draws below: rows `deformed-reuse` and `skin-to-draws`.
         passes.record_skin(frame, times);
 
-        // CULL, ARRANGE and FILL find out what is seen: rows `culled-reuse`, `cull-to-arrange`, `arrange-to-fill` and `fill-to-draws`.
+        // OCCLUDERS and PYRAMID find out what is hidden: rows `occluders-reuse`, `occluders-to-pyramid` and `pyramid-to-cull`. CULL, ARRANGE and
+        // FILL find out what is seen: rows `culled-reuse`, `cull-to-arrange`, `arrange-to-fill` and `fill-to-draws`.
+        passes.record_hiding(frame, times);
         passes.record_culling(frame, times);
 
         // A render pass for each stale map. Row `shadow-map-to-lighting`: the passes below look up what it wrote.

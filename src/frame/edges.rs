@@ -268,6 +268,9 @@ pub fn table(plan: &FramePlan) -> Edges {
     if plan.culls_on_device() {
         rows.extend(culling::rows());
     }
+    if plan.hides_on_device() {
+        rows.extend(culling::hiding_rows());
+    }
     if plan.shadow.is_some() {
         rows.extend(shadow::rows(plan));
     }

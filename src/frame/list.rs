@@ -26,6 +26,8 @@ pub struct RenderPassName(pub &'static str);
 
 /// SHADOW's, of which each map that is drawn anew has an instance.
 pub const SHADOW_PASS: RenderPassName = RenderPassName("shadow pass");
+/// OCCLUDERS', whose depth PYRAMID reads.
+pub const OCCLUDER_PASS: RenderPassName = RenderPassName("occluder pass");
 /// From surfaces to the picture, or as far as the next step reads only its own pixel.
 pub const MAIN_PASS: RenderPassName = RenderPassName("main pass");
 /// GEOMETRY's, where the G-buffer is stored before the main pass reads it.

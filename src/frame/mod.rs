@@ -80,8 +80,10 @@ impl From<scene::Error> for Error {
 pub struct Drawn {
     /// Opaque objects that were drawn, but for those of `on_device`.
     pub objects: usize,
-    /// Opaque objects of which the device alone knows those that it drew. Their triangles are not counted.
+    /// Opaque objects of which the device finds out those that are seen, and draws them. Their triangles are not counted.
     pub on_device: usize,
+    /// How many of those it drew; known when the frame is done.
+    pub found: Option<usize>,
     /// Commands that draw surfaces.
     pub commands: usize,
     /// Beside or behind the view.
@@ -153,7 +155,7 @@ struct InFlight {
 
 impl InFlight {
     /// The times of a frame that is done, but for what only those know who waited for it.
-    fn times(&self, device: &Device) -> Result<FrameTimes, Error> {
+    fn times(&self, device: &Device, found: Option<usize>) -> Result<FrameTimes, Error> {
         let stamps = match &self.times {
             Some(times) => times.read()?,
             None => Vec::new(),
@@ -165,7 +167,7 @@ impl InFlight {
             wall_ms: 0.0,
             gpu_ms: stamps.last().map(|(_, ms)| *ms),
             passes: if on_cpu { Vec::new() } else { passes.collect() },
-            drawn: self.drawn,
+            drawn: Drawn { found, ..self.drawn },
         })
     }
 }
@@ -345,7 +347,8 @@ impl Renderer {
         let Some(ticket) = frame.ticket.take() else { return Ok(None) };
         // The row "frame-to-host".
         self.device.wait(ticket)?;
-        Ok(Some(frame.times(&self.device)?))
+        let found = self.culling.as_ref().map(|culling| culling.found(self.next)).transpose()?;
+        Ok(Some(frame.times(&self.device, found)?))
     }
 
     /// Records a frame, into an image of the swapchain where one is named, and leaves its command buffer open.
@@ -380,7 +383,7 @@ impl Renderer {
             sorted.write(&visible.sorted_indices)?;
         }
         if let (Some(culling), Some(view)) = (&mut self.culling, &visible.culling) {
-            culling.write(&self.device, self.next, (&self.world, &self.scene), view)?;
+            culling.write(&self.device, self.next, (&self.world, &self.scene), (view, uniform.clip_from_world))?;
         }
         frame.instances.write(&self.device, &self.world, (&visible, camera), &stale_maps)?;
         let posed = !self.poses.is_empty() && self.posed != self.world.pose.revision;
@@ -418,6 +421,7 @@ impl Renderer {
         );
         frame.drawn = Drawn {
             objects: visible.opaque_count(),
+            found: None,
             on_device: visible.culling.map_or(0, |_| self.world.instances.opaque_count()),
             commands: visible.draws.len()
                 + visible.transparent.len()
@@ -459,11 +463,13 @@ impl Renderer {
     /// # Errors
     /// When the device is lost.
     pub fn wait(&mut self) -> Result<FrameTimes, Error> {
-        let frame = &self.frames[(self.next + IN_FLIGHT - 1) % IN_FLIGHT];
+        let place = (self.next + IN_FLIGHT - 1) % IN_FLIGHT;
+        let frame = &self.frames[place];
         let Some(ticket) = frame.ticket else { return Ok(FrameTimes::default()) };
         self.device.wait(ticket)?;
         let wall_ms = milliseconds(frame.begun);
-        Ok(FrameTimes { wall_ms, ..frame.times(&self.device)? })
+        let found = self.culling.as_ref().map(|culling| culling.found(place)).transpose()?;
+        Ok(FrameTimes { wall_ms, ..frame.times(&self.device, found)? })
     }
 
     /// The passes of the last frame in the order in which they were recorded, by the names that [`FrameTimes`] has; none on devices without

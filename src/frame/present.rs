@@ -447,6 +447,9 @@ impl Renderer {
     pub(super) fn resized(mut self, plan: FramePlan, swapchain: &[vk::ImageView]) -> Result<Self, Error> {
         self.plan = plan;
         self.copy = None;
+        if let Some(culling) = &mut self.culling {
+            culling.resize(&self.device, &self.plan)?;
+        }
         self.frame.resize(&FrameParts {
             device: &self.device,
             plan: &self.plan,

@@ -5,7 +5,7 @@ use glam::Vec3;
 
 use super::FrameParts;
 use super::edges::{Carrier, Edge, RowName};
-use super::list::{self, List, Occasion, RenderPassName, SHADOW_PASS, Step};
+use super::list::{self, List, OCCLUDER_PASS, Occasion, RenderPassName, SHADOW_PASS, Step};
 use super::render_pass::PassDescription;
 use crate::gpu::barrier::{self, ImageRange};
 use crate::gpu::{self, Device, RenderPass, Timestamps};
@@ -13,6 +13,8 @@ use crate::passes::arrange::{self, Arrange};
 use crate::passes::cull::{self, Cull};
 use crate::passes::depth::{self, Depth};
 use crate::passes::fill::{self, Fill};
+use crate::passes::occluders::{self, Occluders};
+use crate::passes::pyramid::{self, Pyramid};
 use crate::passes::shadow::{self, Shadow};
 use crate::passes::skin::{self, Skin};
 use crate::passes::tonemap::tone_map_up_to;
@@ -28,6 +30,7 @@ pub struct RenderPasses {
     passes: Vec<Made>,
     shadow: Option<ShadowStage>,
     skin: Option<SkinStage>,
+    hiding: Option<HidingStage>,
     culling: Option<CullingStage>,
 }
 
@@ -53,6 +56,14 @@ struct SkinStage {
     after: Option<Edge>,
 }
 
+/// What finds out on the device what is hidden, with the row of the barrier after it. Those before are the render pass's.
+struct HidingStage {
+    pass: RenderPassIndex,
+    occluders: Occluders,
+    pyramid: Pyramid,
+    pyramid_to_cull: Option<Edge>,
+}
+
 /// What finds out on the device what is seen, with the rows of the barriers before and after each pass.
 struct CullingStage {
     cull: Cull,
@@ -61,6 +72,7 @@ struct CullingStage {
     reuse: Option<Edge>,
     cull_to_arrange: Option<Edge>,
     arrange_to_fill: Option<Edge>,
+    found_to_host: Option<Edge>,
     fill_to_draws: Option<Edge>,
 }
 
@@ -117,11 +129,13 @@ impl RenderPasses {
                 reuse: row(RowName::CULLED_REUSE),
                 cull_to_arrange: row(RowName::CULL_TO_ARRANGE),
                 arrange_to_fill: row(RowName::ARRANGE_TO_FILL),
+                found_to_host: row(RowName::FOUND_TO_HOST),
                 fill_to_draws: row(RowName::FILL_TO_DRAWS),
             }),
             None => None,
         };
-        let mut made = Self { targets, list, passes, shadow, skin, culling };
+        let mut made = Self { targets, list, passes, shadow, skin, hiding: None, culling };
+        made.hiding = HidingStage::new(parts, &made)?;
         made.expose(plan, world);
         Ok(made)
     }
@@ -133,7 +147,11 @@ impl RenderPasses {
         for made in &mut self.passes {
             made.framebuffers = self.targets.framebuffers(plan, (device, &made.pass), &made.targets, swapchain)?;
         }
-        Ok(())
+        let depths = self.inputs(&pyramid::PASS, plan);
+        match (&mut self.hiding, parts.culling) {
+            (Some(hiding), Some(culling)) => hiding.pyramid.rebind(device, culling, &depths),
+            _ => Ok(()),
+        }
     }
 
     /// Re-exposes the background's clear colours.
@@ -205,6 +223,26 @@ impl RenderPasses {
         frame.end(times, &skin::PASS);
     }
 
+    /// Records how the device finds out what is hidden, outside a render pass, where the plan has it do so.
+    pub fn record_hiding(&self, frame: &Recording, times: &mut Option<Timestamps>) {
+        let (Some(stage), Some(culling)) = (&self.hiding, frame.culling) else { return };
+        let (gpu, cmd) = (&frame.device.raw, frame.cmd);
+        frame.begin(&occluders::PASS);
+        // SAFETY: `cmd` is being recorded outside a render pass; OCCLUDERS is its only subpass.
+        unsafe { gpu.cmd_begin_render_pass(cmd, &self.begin(frame, stage.pass), vk::SubpassContents::INLINE) };
+        stage.occluders.record(frame);
+        // SAFETY: begun above; its one subpass is recorded.
+        unsafe { gpu.cmd_end_render_pass(cmd) };
+        frame.end(times, &occluders::PASS);
+        frame.begin(&pyramid::PASS);
+        stage.pyramid.record(frame, culling);
+        // CULL looks into it.
+        if let (Some(row), Some(pyramid)) = (&stage.pyramid_to_cull, &culling.pyramid) {
+            barrier::buffer_barrier(frame.device, cmd, pyramid, row.order());
+        }
+        frame.end(times, &pyramid::PASS);
+    }
+
     /// Records how the device finds out what is seen, outside a render pass, where the plan has it do so.
     pub fn record_culling(&self, frame: &Recording, times: &mut Option<Timestamps>) {
         let (Some(stage), Some(culling)) = (&self.culling, frame.culling) else { return };
@@ -222,6 +260,10 @@ impl RenderPasses {
         // It adds up what CULL counted.
         barrier(&stage.cull_to_arrange);
         stage.arrange.record(frame, culling);
+        // The CPU reads how many there are, when the frame is done.
+        if let Some(row) = &stage.found_to_host {
+            barrier::buffer_barrier(frame.device, frame.cmd, culling.found_buffer(frame.place), row.order());
+        }
         frame.end(times, &arrange::PASS);
         frame.begin(&fill::PASS);
         // It puts rows where ARRANGE says.
@@ -242,6 +284,20 @@ impl RenderPasses {
     }
 }
 
+impl HidingStage {
+    /// None where the plan does not have it.
+    fn new(parts: &FrameParts, passes: &RenderPasses) -> gpu::Result<Option<Self>> {
+        let &FrameParts { device, plan, edges, frame_layout, .. } = parts;
+        let (Some(pass), Some(culling)) = (passes.find(OCCLUDER_PASS), parts.culling) else { return Ok(None) };
+        Ok(Some(Self {
+            pass,
+            occluders: Occluders::new(device, plan, passes.needed_slot(&occluders::PASS)?, frame_layout)?,
+            pyramid: Pyramid::new(device, plan, culling, &passes.inputs(&pyramid::PASS, plan))?,
+            pyramid_to_cull: edges.find(RowName::PYRAMID_TO_CULL).cloned(),
+        }))
+    }
+}
+
 /// SKIN between its barriers, before all that draws.
 pub(super) fn skin_step(plan: &FramePlan) -> Option<Step> {
     let vertices = Resource::DeformedVertices;
@@ -254,15 +310,19 @@ pub(super) fn skin_step(plan: &FramePlan) -> Option<Step> {
     )
 }
 
-/// CULL, ARRANGE and FILL between their barriers, before all that draws.
-pub(super) fn culling_steps(plan: &FramePlan) -> [Option<Step>; 3] {
+/// OCCLUDERS and PYRAMID, and CULL, ARRANGE and FILL between their barriers, before all that draws.
+pub(super) fn culling_steps(plan: &FramePlan) -> [Option<Step>; 5] {
     let culled = Resource::CulledInstances;
     let step = |pass, before, after: &[(RowName, Resource)]| {
         list::commands(plan, Occasion::Always, pass, &[(before, culled)], after)
     };
+    let occluders = list::subpass(plan, occluders::PASS.place, &[&occluders::PASS]);
+    let pyramid = [(RowName::PYRAMID_TO_CULL, Resource::DepthPyramid)];
     [
+        list::render_pass(OCCLUDER_PASS, [occluders]),
+        list::commands(plan, Occasion::Always, &pyramid::PASS, &[], &pyramid),
         step(&cull::PASS, RowName::CULLED_REUSE, &[]),
-        step(&arrange::PASS, RowName::CULL_TO_ARRANGE, &[]),
+        step(&arrange::PASS, RowName::CULL_TO_ARRANGE, &[(RowName::FOUND_TO_HOST, Resource::FoundCounts)]),
         step(&fill::PASS, RowName::ARRANGE_TO_FILL, &[(RowName::FILL_TO_DRAWS, culled)]),
     ]
 }
@@ -295,7 +355,9 @@ fn clear_values(plan: &FramePlan, world: &World, targets: &[Target]) -> Vec<vk::
         .iter()
         .map(|&target| match target {
             // Reversed Z: infinity.
-            Target::Depth => vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } },
+            Target::Depth | Target::Occluders => {
+                vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } }
+            }
             // Alpha of the sums is 1: no surface has covered anything yet.
             Target::Hdr | Target::Samples | Target::Output => color(background(plan, world, target)),
             _ => color(Vec3::ZERO),

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! compute        SKIN       as in the deferred frame
+//! occluder pass, compute     what the device finds out of what is seen, as in the deferred frame
 //! shadow passes  SHADOW     as in the deferred frame
 //! main pass      GEOMETRY   surfaces into the G-buffer, which is stored
 //! compute        TILED      every light on every pixel, tile by tile, into the output
@@ -40,12 +41,9 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
     let output = Resource::Target(Target::Output);
     let shadow = list::subpass(plan, shadow::PASS.place, &[&shadow::PASS]);
     let surfaces = list::subpass(plan, geometry::PASS.place, &[&depth::PASS, &geometry::PASS]);
-    let [cull, arrange, fill] = super::render_passes::culling_steps(plan);
-    vec![
-        super::render_passes::skin_step(plan),
-        cull,
-        arrange,
-        fill,
+    let mut steps = vec![super::render_passes::skin_step(plan)];
+    steps.extend(super::render_passes::culling_steps(plan));
+    steps.extend([
         list::render_pass(SHADOW_PASS, [shadow]),
         list::render_pass(MAIN_PASS, [surfaces]),
         list::commands(
@@ -55,7 +53,8 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
             &[(RowName::OUTPUT_REUSE, output)],
             &[(RowName::READ_BACK, output)],
         ),
-    ]
+    ]);
+    steps
 }
 
 impl TiledFrame {
@@ -66,7 +65,8 @@ impl TiledFrame {
 
         // SKIN writes deformed vertices for all that draws below: rows `deformed-reuse` and `skin-to-draws`.
         passes.record_skin(frame, times);
-        // CULL, ARRANGE and FILL find out what is seen: rows `culled-reuse`, `cull-to-arrange`, `arrange-to-fill` and `fill-to-draws`.
+        // They find out what is hidden, and what is seen, as in the deferred frame.
+        passes.record_hiding(frame, times);
         passes.record_culling(frame, times);
         // A render pass for each stale map. Row `shadow-map-to-lighting`: TILED looks up what it wrote.
         passes.record_shadow(frame, times);

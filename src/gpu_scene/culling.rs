@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
-use glam::{Vec3, Vec4};
+use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
 
 use super::{GpuScene, MeshRange};
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, SetLayout, SetWriter, binding};
@@ -15,6 +15,9 @@ use crate::visible::{CullView, InstanceList, PackedLook, STEPS, Stand, World};
 
 /// Instances of a group, and invocations of a work group, of `shaders/cull.wgsl` and `shaders/fill.wgsl`.
 const LANES: usize = 64;
+/// Edge of the part of the picture that a work group of `shaders/pyramid.wgsl` sees, in pixels, and the squares that it finds: of four sizes.
+const TILE: u32 = 64;
+const TILE_SQUARES: u64 = 64 + 16 + 4 + 1;
 /// Work groups of a row of a dispatch: every device takes as many.
 const COLUMNS: u32 = 65535;
 /// Commands that one reads of a buffer at most; `indirect_draws` of the device's capabilities says that it can.
@@ -43,6 +46,9 @@ struct Uniform {
     draws_at: u32,
     rows_at: u32,
     looks_at: u32,
+    clip_from_world: Mat4,
+    picture: Vec2,
+    tiles: UVec2,
 }
 
 /// `Bounds` of `shaders/cull.wgsl`.
@@ -74,6 +80,9 @@ const _: () = {
     assert!(offset_of!(Uniform, draws_at) == wgsl::DRAWS_AT);
     assert!(offset_of!(Uniform, rows_at) == wgsl::ROWS_AT);
     assert!(offset_of!(Uniform, looks_at) == wgsl::LOOKS_AT);
+    assert!(offset_of!(Uniform, clip_from_world) == wgsl::CLIP_FROM_WORLD);
+    assert!(offset_of!(Uniform, picture) == wgsl::PICTURE);
+    assert!(offset_of!(Uniform, tiles) == wgsl::TILES);
     assert!(size_of::<BoxRecord>() == box_record::SIZE);
     assert!(offset_of!(BoxRecord, half) == box_record::HALF);
     assert!(size_of::<Stand>() == stand::SIZE);
@@ -121,6 +130,10 @@ pub struct Culling {
     pub set_layout: SetLayout,
     /// What they write, and what draws read. Frames share it.
     pub culled: Buffer,
+    /// What PYRAMID writes and CULL reads, where the plan finds out what is hidden. Frames share it.
+    pub pyramid: Option<Buffer>,
+    /// Width and height of the picture.
+    size: [u32; 2],
     inputs: Vec<Inputs>,
     extent: Extent,
     pub states: Vec<CulledState>,
@@ -139,20 +152,24 @@ struct Inputs {
     /// Where the plan has looks.
     looks: Option<Buffer>,
     has_looks: bool,
+    /// How many instances are seen, by step of depth: ARRANGE writes them, and the CPU reads them when the frame is done.
+    found: Buffer,
     set: vk::DescriptorSet,
     /// The list that the buffers hold, and how many of its moves they know.
     holds: Option<(u64, usize)>,
 }
 
-/// The last is that of looks, which not every plan has.
-const BINDINGS: [vk::DescriptorType; 6] = [
-    vk::DescriptorType::UNIFORM_BUFFER,
-    vk::DescriptorType::STORAGE_BUFFER,
-    vk::DescriptorType::STORAGE_BUFFER,
-    vk::DescriptorType::STORAGE_BUFFER,
-    vk::DescriptorType::STORAGE_BUFFER,
-    vk::DescriptorType::STORAGE_BUFFER,
-];
+/// Of `shaders/shared/culling.wgsl` and the passes' own.
+const BINDINGS: [vk::DescriptorType; 8] = {
+    let mut kinds = [vk::DescriptorType::STORAGE_BUFFER; 8];
+    kinds[0] = vk::DescriptorType::UNIFORM_BUFFER;
+    kinds
+};
+
+/// Those of looks and of the pyramid not every plan has.
+const LOOKS: u32 = 5;
+const PYRAMID: u32 = 6;
+const FOUND: u32 = 7;
 
 impl Culling {
     /// Of so many frames in flight; none where the plan does not cull on the device.
@@ -164,9 +181,16 @@ impl Culling {
             return Ok(None);
         }
         let has_looks = plan.has_looks();
-        let bindings = &BINDINGS[..if has_looks { 6 } else { 5 }];
-        let layout = (0..).zip(bindings).map(|(index, &kind)| binding(index, kind, vk::ShaderStageFlags::COMPUTE));
-        let set_layout = SetLayout::new(device, "culling", &layout.collect::<Vec<_>>())?;
+        let is_in = |index: &u32| match *index {
+            LOOKS => has_looks,
+            PYRAMID => plan.hides_on_device(),
+            _ => true,
+        };
+        let bindings: Vec<_> = (0..BINDINGS.len() as u32)
+            .filter(is_in)
+            .map(|index| binding(index, BINDINGS[index as usize], vk::ShaderStageFlags::COMPUTE))
+            .collect();
+        let set_layout = SetLayout::new(device, "culling", &bindings)?;
         let count = frames as u32;
         let kinds = [
             (vk::DescriptorType::UNIFORM_BUFFER, count),
@@ -188,6 +212,7 @@ impl Culling {
                 boxes: None,
                 looks: None,
                 has_looks,
+                found: found_buffer(device, index)?,
                 set: pool.allocate(&format!("culling of frame {index}"), set_layout.raw)?,
                 holds: None,
             })
@@ -195,6 +220,8 @@ impl Culling {
         Ok(Some(Self {
             inputs: (0..frames).map(inputs).collect::<gpu::Result<_>>()?,
             culled: culled_buffer(device, 4)?,
+            pyramid: pyramid_buffer(device, plan)?,
+            size: plan.size,
             set_layout,
             extent: Extent::default(),
             states: Vec::new(),
@@ -209,6 +236,16 @@ impl Culling {
         self.inputs.iter_mut().for_each(|own| own.holds = None);
     }
 
+    /// Makes anew what has the size of the picture. Frames in flight keep the old one until they are done.
+    ///
+    /// # Errors
+    /// When there is no memory for it.
+    pub fn resize(&mut self, device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<()> {
+        (self.pyramid, self.size) = (pyramid_buffer(device, plan)?, plan.size);
+        self.forget();
+        Ok(())
+    }
+
     /// Writes what a frame in flight is told. The frame that used its buffers before must be done.
     ///
     /// # Errors
@@ -218,7 +255,7 @@ impl Culling {
         device: &Arc<Device>,
         place: usize,
         (world, scene): (&World, &GpuScene),
-        view: &CullView,
+        (view, clip_from_world): (&CullView, Mat4),
     ) -> gpu::Result<()> {
         let list = &world.instances;
         let own = &mut self.inputs[place];
@@ -242,7 +279,7 @@ impl Culling {
                     (self.extent, self.states, self.arranged) = (extent, groups.states, Some(list.arranged()));
                 }
                 own.write_all(device, world, &groups.words)?;
-                own.name(device, &self.culled);
+                own.name(device, &self.culled, self.pyramid.as_ref());
             }
         }
         own.holds = Some((list.arranged(), list.moves().len()));
@@ -264,6 +301,9 @@ impl Culling {
             draws_at: at(draws_at),
             rows_at: at(rows_at),
             looks_at: at(looks_at),
+            clip_from_world,
+            picture: Vec2::from(self.size.map(|edge| edge as f32)),
+            tiles: UVec2::from(tiles(self.size)),
         };
         own.uniform.write(0, &[uniform])
     }
@@ -271,6 +311,21 @@ impl Culling {
     /// The set of a frame in flight.
     pub fn set(&self, place: usize) -> vk::DescriptorSet {
         self.inputs[place].set
+    }
+
+    /// What ARRANGE counts for the CPU in a frame in flight.
+    pub fn found_buffer(&self, place: usize) -> &Buffer {
+        &self.inputs[place].found
+    }
+
+    /// How many instances were seen in a frame in flight that is done.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn found(&self, place: usize) -> gpu::Result<usize> {
+        let buffer = &self.inputs[place].found;
+        let count = |bytes: &[u8; 4]| u32::from_ne_bytes(*bytes) as usize;
+        buffer.read_with(0, buffer.size, |bytes| bytes.as_chunks::<4>().0.iter().map(count).sum())
     }
 
     /// Work groups across and down, a work group for each group of instances.
@@ -282,6 +337,16 @@ impl Culling {
     /// Where the command of a step and a batch lies, in bytes.
     pub fn command(&self, step: usize, batch: u32) -> u64 {
         ((self.extent.draws_at + (step * self.extent.batches + batch as usize) * COMMAND) * 4) as u64
+    }
+
+    /// Work groups of PYRAMID across and down.
+    pub fn tiles(&self) -> [u32; 2] {
+        tiles(self.size)
+    }
+
+    /// Whether it finds out what is hidden.
+    pub fn hides(&self) -> bool {
+        self.pyramid.is_some()
     }
 
     /// Whether instances have looks.
@@ -332,14 +397,16 @@ impl Inputs {
     }
 
     /// Names the buffers in the set. Its frame is done.
-    fn name(&self, device: &Device, culled: &Buffer) {
+    fn name(&self, device: &Device, culled: &Buffer, pyramid: Option<&Buffer>) {
         let mut writer = SetWriter::new().uniform_buffer(0, &self.uniform, self.uniform.size);
         let lists = [
             (1, self.groups.as_ref()),
             (2, Some(culled)),
             (3, self.stands.as_ref()),
             (4, self.boxes.as_ref()),
-            (5, self.looks.as_ref()),
+            (LOOKS, self.looks.as_ref()),
+            (PYRAMID, pyramid),
+            (FOUND, Some(&self.found)),
         ];
         for (binding, buffer) in lists {
             if let Some(buffer) = buffer {
@@ -415,6 +482,23 @@ fn culled_buffer(device: &Arc<Device>, words: usize) -> gpu::Result<Buffer> {
         | vk::BufferUsageFlags::VERTEX_BUFFER
         | vk::BufferUsageFlags::INDIRECT_BUFFER;
     Buffer::new(device, "culled instances", words as u64 * 4, usage, Location::Device, MemoryKind::Geometry)
+}
+
+fn found_buffer(device: &Arc<Device>, index: usize) -> gpu::Result<Buffer> {
+    let (name, bytes) = (format!("instances found in frame {index}"), STEPS as u64 * 4);
+    Buffer::new(device, &name, bytes, vk::BufferUsageFlags::STORAGE_BUFFER, Location::ReadBack, MemoryKind::ReadBack)
+}
+
+fn tiles(size: [u32; 2]) -> [u32; 2] {
+    size.map(|edge| edge.div_ceil(TILE))
+}
+
+/// Where the plan finds out what is hidden.
+fn pyramid_buffer(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Option<Buffer>> {
+    let [across, down] = tiles(plan.size).map(u64::from);
+    let (bytes, usage) = (across * down * TILE_SQUARES * 4, vk::BufferUsageFlags::STORAGE_BUFFER);
+    let make = || Buffer::new(device, "pyramid of depths", bytes, usage, Location::Device, MemoryKind::Attachment);
+    plan.hides_on_device().then(make).transpose()
 }
 
 fn upload_buffer(device: &Arc<Device>, name: &str, size: u64, usage: vk::BufferUsageFlags) -> gpu::Result<Buffer> {

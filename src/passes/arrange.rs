@@ -17,12 +17,17 @@ pub const COUNT: Use = Use::new(
     vk::AccessFlags::from_raw(vk::AccessFlags::SHADER_READ.as_raw() | vk::AccessFlags::SHADER_WRITE.as_raw()),
 );
 
+/// Writes what the CPU will read.
+pub const FOUND_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+
 pub const PASS: Pass = Pass {
     place: Place::pass("ARRANGE"),
     time: "arrange",
     what: "how many instances come before those of each group",
     presence: culling::presence,
-    touches: |_| vec![Touch::resource(Resource::CulledInstances, COUNT)],
+    touches: |_| {
+        vec![Touch::resource(Resource::CulledInstances, COUNT), Touch::resource(Resource::FoundCounts, FOUND_WRITE)]
+    },
     leave_out: None,
 };
 

@@ -13,6 +13,8 @@ use crate::shaders::cull::{self as shader, Flags};
 
 /// Reads what the CPU wrote.
 pub const LIST_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+/// Looks into the pyramid of depths.
+pub const PYRAMID_READ: Use = LIST_READ;
 /// Writes what it finds.
 pub const MARK_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
@@ -21,8 +23,11 @@ pub const PASS: Pass = Pass {
     time: "cull",
     what: "which instances are in view, and in which step of depth",
     presence: culling::presence,
-    touches: |_| {
-        vec![Touch::resource(Resource::FrameData, LIST_READ), Touch::resource(Resource::CulledInstances, MARK_WRITE)]
+    touches: |plan| {
+        let pyramid = plan.hides_on_device().then(|| Touch::resource(Resource::DepthPyramid, PYRAMID_READ));
+        let lists =
+            [Touch::resource(Resource::FrameData, LIST_READ), Touch::resource(Resource::CulledInstances, MARK_WRITE)];
+        lists.into_iter().chain(pyramid).collect()
     },
     leave_out: None,
 };
@@ -34,7 +39,7 @@ impl Cull {
     /// # Errors
     /// When the device cannot compile the pipeline.
     pub fn new(device: &Arc<Device>, culling: &Culling) -> gpu::Result<Self> {
-        let entry = shader::variant(Flags::NONE).and_then(|variant| variant.compute());
+        let entry = shader::variant(Flags::HIDES.when(culling.hides())).and_then(|variant| variant.compute());
         Ok(Self(CullingPipeline::new(device, "cull", entry, culling)?))
     }
 

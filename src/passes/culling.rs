@@ -1,4 +1,4 @@
-//! What CULL, ARRANGE and FILL share.
+//! What CULL, ARRANGE and FILL share, and the passes before them that find out what is hidden.
 
 use std::sync::Arc;
 
@@ -15,6 +15,14 @@ const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 /// Whether the device culls.
 pub fn presence(plan: &FramePlan) -> Presence {
     match &plan.culling {
+        Ok(why) => Presence::In(why.clone()),
+        Err(why) => Presence::Out(why.clone()),
+    }
+}
+
+/// Whether it finds out what is hidden, too.
+pub fn hiding(plan: &FramePlan) -> Presence {
+    match &plan.hiding {
         Ok(why) => Presence::In(why.clone()),
         Err(why) => Presence::Out(why.clone()),
     }

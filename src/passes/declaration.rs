@@ -99,6 +99,10 @@ pub enum Resource {
     Indices,
     /// What CULL, ARRANGE and FILL write: rows of instances, and commands that draw them.
     CulledInstances,
+    /// How many instances ARRANGE found to be seen, for the CPU: one for each frame in flight.
+    FoundCounts,
+    /// What PYRAMID writes: the least depths of squares of the picture.
+    DepthPyramid,
     /// What the CPU writes for each frame: camera, lights, lists, instances, sorted indices.
     FrameData,
     /// What the picture is copied to for the CPU.
@@ -120,6 +124,8 @@ impl fmt::Display for Resource {
             Self::DeformedVertices => "deformed vertices",
             Self::Indices => "indices",
             Self::CulledInstances => "culled instances",
+            Self::FoundCounts => "counts of instances",
+            Self::DepthPyramid => "pyramid of depths",
             Self::FrameData => "frame data",
             Self::ReadBack => "read-back buffer",
             Self::PanelTextures => "panel textures",
@@ -196,7 +202,12 @@ impl Touch {
 
     /// Tests against depth, and writes it where `uses` writes.
     pub const fn depth(first: First, uses: Use) -> Self {
-        Self::target(Target::Depth, How::Depth { first }, uses)
+        Self::depth_of(Target::Depth, first, uses)
+    }
+
+    /// The same of this target.
+    pub const fn depth_of(target: Target, first: First, uses: Use) -> Self {
+        Self::target(target, How::Depth { first }, uses)
     }
 
     /// Has the render pass resolve samples into an attachment after the subpass.
@@ -234,7 +245,8 @@ impl Touch {
 
     /// The layout that it needs; `UNDEFINED` for a buffer.
     pub fn layout(&self) -> vk::ImageLayout {
-        let is_depth = matches!(self.resource, Resource::Target(Target::Depth) | Resource::ShadowMaps);
+        let is_depth =
+            matches!(self.resource, Resource::Target(Target::Depth | Target::Occluders) | Resource::ShadowMaps);
         match self.how {
             How::Color { .. } | How::Resolve => vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
             How::Depth { .. } if self.writes() => vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL,

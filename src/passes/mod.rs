@@ -41,15 +41,18 @@ pub mod copy;
 pub mod cull;
 mod culling;
 pub mod depth;
+mod depth_only;
 pub mod encode;
 pub mod fill;
 pub mod forward;
 pub mod fxaa;
 pub mod geometry;
 pub mod lighting;
+pub mod occluders;
 pub mod overlay;
 pub mod per_light;
 pub mod present;
+pub mod pyramid;
 pub mod shadow;
 pub mod skin;
 pub mod split;
@@ -78,8 +81,10 @@ use crate::shaders::Variant;
 use crate::visible::{MapDraw, Visible, World, WorldObject};
 
 /// All passes, as reports list them.
-pub const ALL: [&Pass; 22] = [
+pub const ALL: [&Pass; 24] = [
     &skin::PASS,
+    &occluders::PASS,
+    &pyramid::PASS,
     &cull::PASS,
     &arrange::PASS,
     &fill::PASS,

@@ -1,11 +1,37 @@
-//! Whether frames look for objects that lie wholly behind others (`src/visible/occlusion.rs`).
+//! Whether frames look for objects that lie wholly behind others, and who does: the CPU (`src/visible/occlusion.rs`), or the device by OCCLUDERS,
+//! PYRAMID and CULL, where it is the one that culls.
 
-use super::{FramePlan, Shading};
-use crate::scene::{OptionalPart, Scene};
+use std::collections::BTreeSet;
+
+use super::{FramePlan, GeometryKey, Shading, SurfaceRules};
+use crate::scene::{Culling, OptionalPart, Scene, Settings};
 
 /// Objects from which on hiding them is tried. The picture takes 1 to 2 ms of a CPU core, in which hundreds of objects are recorded: Sponza (394
 /// objects) and `builtin:hall` (427) hide one object at most, `builtin:field?objects=2000&screens=6` six in seven.
 pub(crate) const MANY_OBJECTS: usize = 512;
+
+const KEPT: &str = "asked to stay";
+const COUNTED: &str = "the view counts what is drawn and then hidden";
+
+/// Ok with the reason if the device does.
+pub(super) fn choose(
+    scene: &Scene,
+    settings: &Settings,
+    culling: &Result<String, String>,
+    (rules, geometry): (&SurfaceRules, &BTreeSet<GeometryKey>),
+    shading: Shading,
+) -> Result<String, String> {
+    let asked = settings.culling == Culling::Gpu;
+    let drawn = || rules.drawn(scene).count();
+    match shading {
+        _ if culling.is_err() => Err("the device does not cull".into()),
+        _ if settings.keep.has(OptionalPart::OccludedObjects) => Err(KEPT.into()),
+        Shading::ShowOverdraw => Err(COUNTED.into()),
+        _ if geometry.iter().all(|key| key.masked) => Err("nothing is opaque all over".into()),
+        _ if !asked && drawn() < MANY_OBJECTS => Err(format!("below {MANY_OBJECTS} objects, drawing all is faster")),
+        _ => Ok("the device tests boxes against the depth of the largest objects in view".into()),
+    }
+}
 
 impl FramePlan {
     /// Whether frames leave out objects that are hidden behind others, or why not.
@@ -13,12 +39,10 @@ impl FramePlan {
         let rules = self.surface_rules();
         let drawn = scene.objects.iter().filter(|object| rules.draws(scene, object)).count();
         match self.shading {
-            _ if self.keep.has(OptionalPart::OccludedObjects) => Err("asked to stay".into()),
-            Shading::ShowOverdraw => Err("the view counts what is drawn and then hidden".into()),
+            _ if self.culls_on_device() => self.hiding.clone(),
+            _ if self.keep.has(OptionalPart::OccludedObjects) => Err(KEPT.into()),
+            Shading::ShowOverdraw => Err(COUNTED.into()),
             Shading::ShowShadowMap => Err("no object is drawn".into()),
-            _ if self.culls_on_device() => {
-                Err("the device finds out what is in view, and nobody what is hidden".into())
-            }
             _ if !self.software => {
                 Err("a GPU draws objects faster than a CPU finds out which of them are hidden".into())
             }

@@ -166,7 +166,12 @@ fn gbuffer(plan: &FramePlan) -> Vec<Part> {
         (true, true) => "hides what lies behind; position is rebuilt from it",
         (true, false) => "hides what lies behind",
     };
-    let mut parts = vec![output(plan), attachment("depth", Target::Depth, hides.into())];
+    let largest = plan.hiding.clone().unwrap_or_else(|why| why);
+    let mut parts = vec![
+        output(plan),
+        attachment("depth", Target::Depth, hides.into()),
+        attachment("depth of the largest objects", Target::Occluders, largest),
+    ];
     let Some(gbuffer) = &plan.gbuffer else {
         if plan.shading == Shading::ShowOverdraw {
             parts.push(attachment("fragment count", Target::Count, "the view shows it".into()));

@@ -21,6 +21,8 @@ pub enum Target {
     Position,
     /// Fragments for each pixel.
     Count,
+    /// Depth of the largest objects alone, to find out what they hide.
+    Occluders,
     /// The number of the object that is seen, from 1, and of the triangle in its mesh, from 0.
     Triangle,
     /// Transparent surfaces, weighted and summed up; alpha is the share of the picture that they leave.
@@ -39,7 +41,7 @@ pub enum Target {
 
 impl Target {
     /// In the order of framebuffers.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Depth,
         Self::Albedo,
         Self::Normal,
@@ -47,6 +49,7 @@ impl Target {
         Self::Specular,
         Self::Position,
         Self::Count,
+        Self::Occluders,
         Self::Triangle,
         Self::Accumulation,
         Self::Weights,
@@ -64,6 +67,7 @@ impl FramePlan {
         let shown = |shading, format| (self.shading == shading).then_some(format);
         match target {
             Target::Depth => self.has_geometry().then_some(DEPTH),
+            Target::Occluders => self.hides_on_device().then_some(DEPTH),
             Target::Albedo => gbuffer.map(|own| own.albedo),
             Target::Normal => gbuffer.map(|own| own.normal),
             Target::Material => gbuffer?.material,

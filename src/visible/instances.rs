@@ -176,6 +176,11 @@ impl InstanceList {
         self.tree.each(|bounds| sphere.touches(bounds)).any(seen)
     }
 
+    /// The places whose boxes a test holds for. What holds for a box should hold for each box around it: else some are not found.
+    pub(super) fn places_where(&self, test: impl FnMut(&Aabb) -> bool) -> impl Iterator<Item = usize> {
+        self.tree.each(test)
+    }
+
     /// Differs from what it was when objects have come to other places of the list, or too many have moved to be told.
     pub fn arranged(&self) -> u64 {
         self.arranged
@@ -225,6 +230,17 @@ impl InstanceList {
     /// The index into [`World::objects`] of the one at a place.
     pub fn object(&self, place: usize) -> usize {
         self.objects[place] as usize
+    }
+
+    /// Appends the opaque objects at some places of the list, in its order, and returns the commands for them.
+    pub(super) fn draws_at(&self, places: &[usize], instances: &mut Vec<u32>) -> Vec<Draw> {
+        let runs = places.chunk_by(|&a, &b| self.batches[a] == self.batches[b]);
+        let draws = runs.map(|run| {
+            let draw = Draw { object: self.object(run[0]), first: instances.len() as u32, count: run.len() as u32 };
+            instances.extend(run.iter().map(|&place| self.objects[place]));
+            draw
+        });
+        draws.collect()
     }
 
     /// The opaque ones of the `seen`, near ones first, and the commands for them.

@@ -7,6 +7,7 @@
 //! a cell is the farthest of all triangles of the mesh that come near it. An object is hidden if its box is behind each cell that it comes
 //! near. Where meshes meet, there is an outline; what is behind it stays.
 
+mod largest;
 mod mesh;
 mod sketch;
 mod view;
@@ -15,6 +16,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DVec2, DVec3};
 
+pub(super) use self::largest::largest;
 use self::mesh::OccluderMesh;
 use self::sketch::Sketch;
 use self::view::{Cells, View};

@@ -122,7 +122,8 @@ impl World {
             deformed_triangles: BTreeMap::new(),
             object_of,
             light_of: places(order.iter().copied(), scene.lights.len()),
-            occluders: plan.finds_hidden(scene).is_ok().then(|| Occluders::of(scene, &objects)),
+            occluders: (plan.finds_hidden(scene).is_ok() && !plan.hides_on_device())
+                .then(|| Occluders::of(scene, &objects)),
             instances: InstanceList::default(),
             objects,
             sortable: sorted

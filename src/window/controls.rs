@@ -389,9 +389,9 @@ fn frame(ui: &mut Ui, times: &FrameTimes) {
         };
         row(
             "objects",
-            match drawn.on_device {
-                0 => format!("{} of {all}, {} out of view, {} hidden", drawn.objects, drawn.culled, drawn.occluded),
-                opaque => format!("{}, and what the device sees of {opaque}", drawn.objects),
+            match drawn.found {
+                None => format!("{} of {all}, {} out of view, {} hidden", drawn.objects, drawn.culled, drawn.occluded),
+                Some(found) => format!("{} of {}", drawn.objects + found, all + drawn.on_device),
             },
         );
         row("commands", drawn.commands.to_string());

@@ -274,6 +274,64 @@ fn objects_behind_others_are_not_missed() {
     });
 }
 
+#[test]
+fn objects_behind_others_are_not_missed_where_the_device_finds_them() {
+    on_gpu(|gpu| {
+        // Far from the origin, too, where f32 knows places to half a metre.
+        for (turn, center) in [DVec3::ZERO, DVec3::new(3e6, -1e5, 7e6)].into_iter().enumerate() {
+            let mut scene = rooms();
+            scene.objects.iter_mut().for_each(|object| object.transform.translation += center);
+            for light in &mut scene.lights {
+                if let LightKind::Point { position, .. } = &mut light.kind {
+                    *position += center;
+                }
+            }
+            let looking = |turn: f64, back: f64| Camera {
+                rotation: DQuat::from_rotation_y(turn),
+                position: center + DVec3::new(turn, 0.3, back),
+                ..scene.camera
+            };
+            let cameras = [looking(0.0, 0.0), looking(0.2, 1.0), looking(-0.3, -9.0), looking(3.0, -40.0)];
+            for (path, &(name, light_path)) in LightPath::NAMES.iter().enumerate() {
+                let sizes = [[131, 75], [320, 180], [64, 64]];
+                let can_sample = !matches!(light_path, LightPath::Compute | LightPath::PerLight | LightPath::Volumes);
+                let settings = Settings {
+                    light_path,
+                    culling: Culling::Gpu,
+                    size: sizes[(path + turn) % 3],
+                    depth_prepass: Some(false),
+                    msaa: if can_sample && path % 2 == 0 { 4 } else { 1 },
+                    gbuffer: gbuffer("lean"),
+                    ..exact(SIZE.0, SIZE.1)
+                };
+                let scene = if light_path == LightPath::Compute { without_glass(&scene) } else { scene.clone() };
+                // Every third in parallel rays.
+                let (scene, cameras) = match path % 3 {
+                    0 => {
+                        let parallel = |camera| Camera { projection: Projection::orthographic(6.0), ..camera };
+                        (in_parallel(scene, 6.0), cameras.map(parallel))
+                    }
+                    _ => (scene, cameras),
+                };
+                let (mut all, mut found) = (0, 0);
+                for [lean, full] in both(gpu, &scene, &settings, OptionalPart::OccludedObjects, &cameras) {
+                    let [lean, full] = [lean, full].map(|drawn| drawn.found.expect("the device counts"));
+                    assert!(lean <= full, "{name}: {lean} of {full}");
+                    (found, all) = (found + lean, all + full);
+                }
+                println!("{name} at {center}: {found} of {all} in view are drawn");
+                assert!(found * 3 < all * 2 && found > 0, "{name} at {center}: {found} of {all}");
+            }
+        }
+    });
+}
+
+fn without_glass(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.materials.iter_mut().for_each(|material| material.alpha_mode = AlphaMode::Opaque);
+    scene
+}
+
 /// A scene whose frames are planned for parallel rays.
 fn in_parallel(scene: Scene, height: f64) -> Scene {
     let camera = Camera { projection: Projection::orthographic(height), ..scene.camera };

@@ -93,8 +93,9 @@ struct PassReport {
 #[derive(Serialize, Default)]
 struct DrawnReport {
     objects: u64,
-    /// Of which the device alone knows those that it drew; they are not among the others, nor are their triangles.
+    /// Of which the device finds out those that are seen, and how many it found; they are not among the others, nor are their triangles.
     objects_on_device: u64,
+    found_on_device: u64,
     /// That draw surfaces.
     commands: u64,
     culled_objects: u64,
@@ -113,10 +114,10 @@ struct DrawnReport {
 
 impl DrawnReport {
     fn objects_in_words(&self) -> String {
-        let Self { objects, objects_on_device, culled_objects, occluded_objects, .. } = self;
+        let Self { objects, objects_on_device, found_on_device, culled_objects, occluded_objects, .. } = self;
         match objects_on_device {
             0 => format!("{objects} ({culled_objects} culled, {occluded_objects} occluded)"),
-            all => format!("{objects}, and what the device sees of {all}"),
+            all => format!("{objects}, and {found_on_device} of {all} that the device sees"),
         }
     }
 }
@@ -215,6 +216,7 @@ impl RunReport {
         let drawn = times.last().map(|last| DrawnReport {
             objects: last.drawn.objects as u64,
             objects_on_device: last.drawn.on_device as u64,
+            found_on_device: last.drawn.found.unwrap_or(0) as u64,
             commands: last.drawn.commands as u64,
             culled_objects: last.drawn.culled as u64,
             occluded_objects: last.drawn.occluded as u64,

@@ -2,8 +2,8 @@
 
 use super::{Edges, RowName};
 use crate::passes::{
-    Pass, Presence, composite, cull, encode, fill, forward, fxaa, geometry, lighting, overlay, present, shadow, skin,
-    split, tiled, tone, tonemap, transparent,
+    Pass, Presence, arrange, composite, cull, encode, fill, forward, fxaa, geometry, lighting, occluders, overlay,
+    present, pyramid, shadow, skin, split, tiled, tone, tonemap, transparent,
 };
 use crate::plan::{Canvas, FramePlan, Target};
 
@@ -53,9 +53,13 @@ static ROWS: &[Needs] = &[
     lacks(RowName::UPLOAD_TO_TEXTURES, TEXTURES),
     needs(RowName::DEFORMED_REUSE, &[&skin::PASS]),
     needs(RowName::SKIN_TO_DRAWS, &[&skin::PASS]),
+    needs(RowName::OCCLUDERS_REUSE, &[&occluders::PASS]),
+    needs(RowName::OCCLUDERS_TO_PYRAMID, &[&occluders::PASS]),
+    needs(RowName::PYRAMID_TO_CULL, &[&pyramid::PASS]),
     needs(RowName::CULLED_REUSE, &[&cull::PASS]),
     needs(RowName::CULL_TO_ARRANGE, &[&cull::PASS]),
     needs(RowName::ARRANGE_TO_FILL, &[&fill::PASS]),
+    needs(RowName::FOUND_TO_HOST, &[&arrange::PASS]),
     needs(RowName::FILL_TO_DRAWS, &[&fill::PASS]),
     needs(RowName::SHADOW_ATLAS_TO_CLEAR, &[&shadow::PASS]),
     needs(RowName::CLEAR_TO_SHADOW_MAPS, &[&shadow::PASS]),

@@ -100,13 +100,13 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               the numbers were before",
     },
     UnreportedMutants {
-        rows: &[RowName::PICTURE_TO_HOST],
+        rows: &[RowName::PICTURE_TO_HOST, RowName::FOUND_TO_HOST],
         parts: Parts::All,
         only: ALWAYS,
         section: "Fences",
         says: "Signaling a fence and waiting on the host does not guarantee that the results of memory accesses will be visible to the host, \
                as the access scope of a memory dependency defined by a fence only includes device access",
-        why: "the layer does not track what the CPU reads. A fence makes the copy's writes available, and its second access scope is empty: \
+        why: "the layer does not track what the CPU reads. A fence makes the device's writes available, and its second access scope is empty: \
               only a dependency on HOST, HOST_READ makes them visible to the CPU",
     },
     UnreportedMutants {

@@ -218,6 +218,10 @@ impl Frames<'_> {
         }
         if let Some(last) = index.checked_sub(IN_FLIGHT) {
             self.wait(RowName::FRAME_TO_HOST, self.ends[last]);
+            if self.plan.culls_on_device() {
+                let found = Memory::Found(index % IN_FLIGHT);
+                self.program.command(Place::HOST, &[(found, BUFFER, copy::HOST_READ)]);
+            }
         }
         if turn.has_new_panel {
             self.upload_panel();
@@ -346,6 +350,11 @@ fn memory_of(plan: &FramePlan, resource: Resource, place: Memory) -> Vec<Memory>
         Resource::DeformedVertices => vec![Memory::DeformedVertices],
         Resource::Indices => vec![Memory::Indices],
         Resource::CulledInstances => vec![Memory::CulledInstances],
+        Resource::FoundCounts => match place {
+            Memory::Written(place) => vec![Memory::Found(place)],
+            _ => Vec::new(),
+        },
+        Resource::DepthPyramid => vec![Memory::DepthPyramid],
         Resource::FrameData => vec![place],
         Resource::ReadBack => vec![Memory::ReadBack],
         Resource::PanelTextures => vec![Memory::Panel],

@@ -96,6 +96,9 @@ pub(super) enum Memory {
     RestMeshes,
     DeformedVertices,
     CulledInstances,
+    DepthPyramid,
+    /// Counts that the CPU reads of a frame in flight.
+    Found(usize),
     Indices,
     Staging,
     /// What the CPU writes for a frame in flight.
@@ -131,6 +134,8 @@ impl MemorySet {
             Memory::RestMeshes => 26,
             Memory::DeformedVertices => 27,
             Memory::CulledInstances => 28,
+            Memory::DepthPyramid => 29,
+            Memory::Found(place) => 30 + place,
             Memory::Target(target) => 32 + target as usize,
         }
     }
@@ -155,6 +160,8 @@ impl fmt::Display for Memory {
             Self::RestMeshes => f.write_str("the meshes at rest"),
             Self::DeformedVertices => f.write_str("the deformed vertices"),
             Self::CulledInstances => f.write_str("the culled instances"),
+            Self::Found(place) => write!(f, "the counts of instances at place {place}"),
+            Self::DepthPyramid => f.write_str("the pyramid of depths"),
             Self::Indices => f.write_str("the indices"),
             Self::Staging => f.write_str("a staging buffer"),
             Self::Written(place) => write!(f, "what the CPU writes for frames in flight at place {place}"),

@@ -1,0 +1,95 @@
+//! What the passes share that draw depth alone. Masked surfaces are left out: what cuts their holes is their texture, and the pass that
+//! shades samples it anyway.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::screen::stages;
+use super::{MeshDraws, Recording, Slot, needed};
+use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
+use crate::gpu_scene::{POSITION, ROWS, vertex_input};
+use crate::plan::{Extras, FramePlan, GeometryKey};
+use crate::shaders::depth::{self as shader, Flags};
+use crate::visible::Draw;
+
+/// All that sets pipelines apart: which faces are drawn.
+type Faces = (bool, bool);
+
+fn faces(key: &GeometryKey) -> Faces {
+    // Of what is drawn from both sides it does not matter which is which.
+    (key.two_sided, key.mirrored && !key.two_sided)
+}
+
+/// A pipeline for the faces of each opaque [`GeometryKey`] of a plan.
+pub struct DepthOnly {
+    layout: Owned<vk::PipelineLayout>,
+    pipelines: BTreeMap<Faces, Owned<vk::Pipeline>>,
+}
+
+impl DepthOnly {
+    /// `colors`: the colour locations of the subpass, none of which is written.
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        (name, slot): (&str, Slot),
+        frame_layout: vk::DescriptorSetLayout,
+        colors: u32,
+    ) -> gpu::Result<Self> {
+        let layout = pipeline_layout(device, &format!("{name} layout"), &[frame_layout], &[])?;
+        let variant = needed("depth", shader::variant, Flags::NONE)?;
+        let (vertex_bindings, vertex_attributes) =
+            vertex_input(&[POSITION, ROWS, ROWS + 1, ROWS + 2], Extras::default());
+        let blend = vec![vk::PipelineColorBlendAttachmentState::default(); colors as usize];
+        let mut pipelines = BTreeMap::new();
+        for key in plan.geometry.iter().filter(|key| !key.masked) {
+            let (two_sided, mirrored) = faces(key);
+            if pipelines.contains_key(&(two_sided, mirrored)) {
+                continue;
+            }
+            let pipeline = GraphicsPipeline::new(
+                device,
+                &GraphicsPipelineDesc {
+                    name: &format!("{name}, two-sided {two_sided}, mirrored {mirrored}"),
+                    stages: &stages(variant, &[]),
+                    vertex_bindings: &vertex_bindings,
+                    vertex_attributes: &vertex_attributes,
+                    cull_mode: if two_sided { vk::CullModeFlags::NONE } else { vk::CullModeFlags::BACK },
+                    front_face: if mirrored { vk::FrontFace::CLOCKWISE } else { vk::FrontFace::COUNTER_CLOCKWISE },
+                    // Reversed Z.
+                    depth: Some(DepthState { test: vk::CompareOp::GREATER, write: true }),
+                    depth_bias: false,
+                    depth_clamp: false,
+                    blend: &blend,
+                    samples: plan.sample_count(),
+                    layout: layout.raw,
+                    render_pass: slot.render_pass,
+                    subpass: slot.subpass,
+                },
+            )?;
+            pipelines.insert((two_sided, mirrored), pipeline);
+        }
+        Ok(Self { layout, pipelines })
+    }
+
+    /// Draws what is opaque of some instances. Runs inside the subpass of the pipelines.
+    pub fn record(&self, recording: &Recording, draws: &[Draw]) {
+        recording.set_area();
+        let mut meshes = MeshDraws::new(recording, &[POSITION]);
+        recording.bind_set(self.layout.raw, 0, recording.frame_set);
+        let mut bound = None;
+        for draw in draws {
+            let object = &recording.world.objects[draw.object];
+            // There is one for each opaque key of the plan.
+            let Some(pipeline) = self.pipelines.get(&faces(&object.key)).filter(|_| !object.key.masked) else {
+                continue;
+            };
+            if bound != Some(pipeline.raw) {
+                recording.bind_pipeline(pipeline.raw);
+                bound = Some(pipeline.raw);
+            }
+            meshes.draw(object, None, draw.instances());
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! OCCLUDERS: depth of the largest objects in view, from which PYRAMID and CULL find out what they hide. They are drawn again among the
+//! others; the CPU chooses them by the size of their boxes in the picture, so that nothing depends on what was drawn before.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::depth_only::DepthOnly;
+use super::{
+    EARLY_DEPTH_READ, EARLY_DEPTH_WRITE, First, LATE_DEPTH_WRITE, Pass, Place, Recording, Slot, Touch, culling,
+    frame_data, meshes,
+};
+use crate::gpu::{self, Device, sync::Use};
+use crate::plan::{FramePlan, Target};
+
+/// Clears depth, before it is used.
+pub const DEPTH_CLEAR: Use = EARLY_DEPTH_WRITE;
+/// Stores depth for PYRAMID.
+pub const DEPTH_STORE: Use = LATE_DEPTH_WRITE;
+/// Clears, tests and writes depth.
+const DEPTH_TEST: Use = EARLY_DEPTH_READ.or(LATE_DEPTH_WRITE);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("OCCLUDERS"),
+    time: "occluders",
+    what: "depth of the largest objects, which may hide others",
+    presence: culling::hiding,
+    touches: |plan| {
+        let depth = Touch::depth_of(Target::Occluders, First::Clear, DEPTH_TEST);
+        [depth, frame_data()].into_iter().chain(meshes(plan)).collect()
+    },
+    leave_out: None,
+};
+
+/// The pass, in a render pass of its own.
+pub struct Occluders(DepthOnly);
+
+impl Occluders {
+    /// # Errors
+    /// When the device cannot compile a pipeline.
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        slot: Slot,
+        frame_layout: vk::DescriptorSetLayout,
+    ) -> gpu::Result<Self> {
+        Ok(Self(DepthOnly::new(device, plan, ("occluders", slot), frame_layout, 0)?))
+    }
+
+    /// Draws them. Runs inside its render pass.
+    pub fn record(&self, recording: &Recording) {
+        self.0.record(recording, &recording.visible.occluders);
+    }
+}

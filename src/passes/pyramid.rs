@@ -1,0 +1,103 @@
+//! PYRAMID: the least depth of each square of the picture, in four sizes of squares: what is behind it all over a square cannot be seen there.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::{Input, Pass, Place, Recording, Resource, Touch, culling};
+use crate::gpu::{
+    self, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline, pipeline_layout,
+    sync::Use,
+};
+use crate::gpu_scene::Culling;
+use crate::plan::{FramePlan, Target};
+use crate::shaders::pyramid::{self as shader, Flags};
+
+/// Reads the depth of the largest objects.
+pub const DEPTH_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+/// Writes every square.
+pub const PYRAMID_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("PYRAMID"),
+    time: "pyramid",
+    what: "the least depth of each square of the picture",
+    presence: culling::hiding,
+    touches: |_| {
+        vec![Touch::sampled(0, Target::Occluders, DEPTH_READ), Touch::resource(Resource::DepthPyramid, PYRAMID_WRITE)]
+    },
+    leave_out: None,
+};
+
+const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
+const KINDS: [vk::DescriptorType; 2] = [vk::DescriptorType::SAMPLED_IMAGE, vk::DescriptorType::STORAGE_BUFFER];
+
+/// The pass.
+pub struct Pyramid {
+    layout: Owned<vk::PipelineLayout>,
+    pipeline: Owned<vk::Pipeline>,
+    set_layout: SetLayout,
+    pool: DescriptorPool,
+    set: vk::DescriptorSet,
+}
+
+impl Pyramid {
+    /// `inputs` has the depths.
+    ///
+    /// # Errors
+    /// When the device cannot compile the pipeline.
+    pub fn new(device: &Arc<Device>, plan: &FramePlan, culling: &Culling, inputs: &[Input]) -> gpu::Result<Self> {
+        let entry = shader::variant(Flags::SAMPLES.when(plan.msaa > 1)).and_then(|variant| variant.compute());
+        let Some(entry) = entry else {
+            return Err(gpu::Error::Unsupported("pyramid.wgsl has no compute entry".into()));
+        };
+        let bindings = [0, 1].map(|index| binding(index, KINDS[index as usize], COMPUTE));
+        let set_layout = SetLayout::new(device, "pyramid", &bindings)?;
+        let layout = pipeline_layout(device, "pyramid", &[set_layout.raw], &[])?;
+        let stage = ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &[] };
+        let pipeline = compute_pipeline(device, "pyramid", &stage, layout.raw)?;
+        let (pool, set) = bound(device, &set_layout, culling, inputs)?;
+        Ok(Self { layout, pipeline, set_layout, pool, set })
+    }
+
+    /// Reads and writes others, as of another size.
+    ///
+    /// # Errors
+    /// When there is no memory for a set.
+    pub fn rebind(&mut self, device: &Arc<Device>, culling: &Culling, inputs: &[Input]) -> gpu::Result<()> {
+        (self.pool, self.set) = bound(device, &self.set_layout, culling, inputs)?;
+        Ok(())
+    }
+
+    /// Runs outside any render pass.
+    pub fn record(&self, recording: &Recording, culling: &Culling) {
+        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
+        let [across, down] = culling.tiles();
+        // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout. The pyramid has room for so many tiles.
+        unsafe {
+            raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
+            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[self.set], &[]);
+            raw.cmd_dispatch(cmd, across, down, 1);
+        }
+    }
+}
+
+/// The set with what is read and written.
+fn bound(
+    device: &Arc<Device>,
+    layout: &SetLayout,
+    culling: &Culling,
+    inputs: &[Input],
+) -> gpu::Result<(DescriptorPool, vk::DescriptorSet)> {
+    let pool = DescriptorPool::new(device, "pyramid", 1, &KINDS.map(|kind| (kind, 1)))?;
+    let set = pool.allocate("pyramid", layout.raw)?;
+    let mut writer = SetWriter::new();
+    for &(binding, view, layout) in inputs {
+        writer = writer.sampled_image(binding, view, layout);
+    }
+    if let Some(pyramid) = &culling.pyramid {
+        writer = writer.storage_buffer(1, pyramid, pyramid.size);
+    }
+    writer.update(device, set);
+    Ok((pool, set))
+}
