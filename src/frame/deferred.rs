@@ -113,7 +113,7 @@ impl Deferred {
         // SKIN writes deformed vertices for all that draws below: rows `deformed-reuse` and `skin-to-draws`.
         passes.record_skin(frame, times);
 
-        // OCCLUDERS and PYRAMID find out what is hidden: rows `occluders-reuse`, `occluders-to-pyramid` and `pyramid-to-cull`. CULL, ARRANGE and
+        // OCCLUDERS and PYRAMID find out what is hidden: rows `occluders-reuse`, `occluders-to-pyramid`, `pyramid-reuse` and `pyramid-to-cull`. CULL, ARRANGE and
         // FILL find out what is seen: rows `culled-reuse`, `cull-to-arrange`, `arrange-to-fill` and `fill-to-draws`.
         passes.record_hiding(frame, times);
         passes.record_culling(frame, times);

@@ -56,11 +56,12 @@ struct SkinStage {
     after: Option<Edge>,
 }
 
-/// What finds out on the device what is hidden, with the row of the barrier after it. Those before are the render pass's.
+/// What finds out on the device what is hidden, with the rows of the barriers around PYRAMID.
 struct HidingStage {
     pass: RenderPassIndex,
     occluders: Occluders,
     pyramid: Pyramid,
+    pyramid_reuse: Option<Edge>,
     pyramid_to_cull: Option<Edge>,
 }
 
@@ -234,12 +235,17 @@ impl RenderPasses {
         // SAFETY: begun above; its one subpass is recorded.
         unsafe { gpu.cmd_end_render_pass(cmd) };
         frame.end(times, &occluders::PASS);
+        let barrier = |row: &Option<Edge>| {
+            if let (Some(row), Some(pyramid)) = (row, &culling.pyramid) {
+                barrier::buffer_barrier(frame.device, cmd, pyramid, row.order());
+            }
+        };
         frame.begin(&pyramid::PASS);
+        // CULL of the last frame may still look into it.
+        barrier(&stage.pyramid_reuse);
         stage.pyramid.record(frame, culling);
         // CULL looks into it.
-        if let (Some(row), Some(pyramid)) = (&stage.pyramid_to_cull, &culling.pyramid) {
-            barrier::buffer_barrier(frame.device, cmd, pyramid, row.order());
-        }
+        barrier(&stage.pyramid_to_cull);
         frame.end(times, &pyramid::PASS);
     }
 
@@ -293,6 +299,7 @@ impl HidingStage {
             pass,
             occluders: Occluders::new(device, plan, passes.needed_slot(&occluders::PASS)?, frame_layout)?,
             pyramid: Pyramid::new(device, plan, culling, &passes.inputs(&pyramid::PASS, plan))?,
+            pyramid_reuse: edges.find(RowName::PYRAMID_REUSE).cloned(),
             pyramid_to_cull: edges.find(RowName::PYRAMID_TO_CULL).cloned(),
         }))
     }
@@ -317,10 +324,11 @@ pub(super) fn culling_steps(plan: &FramePlan) -> [Option<Step>; 5] {
         list::commands(plan, Occasion::Always, pass, &[(before, culled)], after)
     };
     let occluders = list::subpass(plan, occluders::PASS.place, &[&occluders::PASS]);
-    let pyramid = [(RowName::PYRAMID_TO_CULL, Resource::DepthPyramid)];
+    let [reuse, pyramid] =
+        [RowName::PYRAMID_REUSE, RowName::PYRAMID_TO_CULL].map(|row| [(row, Resource::DepthPyramid)]);
     [
         list::render_pass(OCCLUDER_PASS, [occluders]),
-        list::commands(plan, Occasion::Always, &pyramid::PASS, &[], &pyramid),
+        list::commands(plan, Occasion::Always, &pyramid::PASS, &reuse, &pyramid),
         step(&cull::PASS, RowName::CULLED_REUSE, &[]),
         step(&arrange::PASS, RowName::CULL_TO_ARRANGE, &[(RowName::FOUND_TO_HOST, Resource::FoundCounts)]),
         step(&fill::PASS, RowName::ARRANGE_TO_FILL, &[(RowName::FILL_TO_DRAWS, culled)]),

@@ -55,6 +55,7 @@ static ROWS: &[Needs] = &[
     needs(RowName::SKIN_TO_DRAWS, &[&skin::PASS]),
     needs(RowName::OCCLUDERS_REUSE, &[&occluders::PASS]),
     needs(RowName::OCCLUDERS_TO_PYRAMID, &[&occluders::PASS]),
+    needs(RowName::PYRAMID_REUSE, &[&pyramid::PASS]),
     needs(RowName::PYRAMID_TO_CULL, &[&pyramid::PASS]),
     needs(RowName::CULLED_REUSE, &[&cull::PASS]),
     needs(RowName::CULL_TO_ARRANGE, &[&cull::PASS]),

@@ -13,6 +13,7 @@ impl RowName {
     pub(crate) const FILL_TO_DRAWS: Self = Self("fill-to-draws");
     pub(crate) const OCCLUDERS_REUSE: Self = Self("occluders-reuse");
     pub(crate) const OCCLUDERS_TO_PYRAMID: Self = Self("occluders-to-pyramid");
+    pub(crate) const PYRAMID_REUSE: Self = Self("pyramid-reuse");
     pub(crate) const PYRAMID_TO_CULL: Self = Self("pyramid-to-cull");
 }
 
@@ -43,7 +44,7 @@ pub(super) fn rows() -> [Edge; 5] {
 }
 
 /// Where the device also finds out what is hidden.
-pub(super) fn hiding_rows() -> [Edge; 3] {
+pub(super) fn hiding_rows() -> [Edge; 4] {
     // None is by region: a work group reads pixels that other fragments wrote.
     [
         row(RowName::OCCLUDERS_REUSE, Carrier::Subpass(OCCLUDER_PASS))
@@ -54,7 +55,11 @@ pub(super) fn hiding_rows() -> [Edge; 3] {
             .from(occluders::PASS.place, &[occluders::DEPTH_STORE])
             .to(pyramid::PASS.place, &[pyramid::DEPTH_READ])
             .because("PYRAMID reads the depth that OCCLUDERS stored, in the layout that the pass leaves it in"),
-        // What PYRAMID overwrites has been read: the two rows above are between CULL of the last frame and it.
+        row(RowName::PYRAMID_REUSE, Carrier::BufferBarrier)
+            // CULL already waits for what PYRAMID wrote before, so waiting for it covers that.
+            .from(Place::OUTSIDE, &[cull::PYRAMID_READ])
+            .to(pyramid::PASS.place, &[pyramid::PYRAMID_WRITE])
+            .because("frames share the pyramid: CULL of the last one may still read what is overwritten"),
         row(RowName::PYRAMID_TO_CULL, Carrier::BufferBarrier)
             .from(pyramid::PASS.place, &[pyramid::PYRAMID_WRITE])
             .to(cull::PASS.place, &[cull::PYRAMID_READ])
