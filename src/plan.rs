@@ -358,7 +358,8 @@ impl FramePlan {
         let meshes = MeshPlan::of(scene, &rules);
         let FilteredTextures { textures, anisotropy, warning } = FilteredTextures::of(scene, settings, device, &rules);
         let depth_prepass = lighting.has_prepass(settings, shading);
-        let culling = culling::choose(scene, settings, device, &rules, shading, depth_prepass);
+        let culling =
+            culling::choose(scene, settings, device, &rules, shading, (depth_prepass, lighting.shadow.is_some()));
         let hiding = occlusion::choose(scene, settings, &culling, (&rules, &pipelines.geometry), shading);
         let refused_culling = culling::warning(settings, &culling);
         let volumes = lighting.path == LightPath::Volumes && adds_lights(lighting.path, &lighting.lights);

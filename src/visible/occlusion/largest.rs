@@ -6,7 +6,7 @@ use crate::visible::frustum::Frustum;
 use crate::visible::{Depth, World};
 
 /// What is drawn: objects whose boxes cover this share of the picture or more, the largest first, until one of the sums is reached.
-const LEAST_SHARE: f64 = 0.001;
+const LEAST_SHARE: f64 = 0.004;
 const MOST_OBJECTS: usize = 512;
 const MOST_TRIANGLES: usize = 65536;
 
@@ -31,7 +31,7 @@ pub(in crate::visible) fn largest(
         };
         (cells as f64 >= least).then_some((cells, place, object.triangles))
     };
-    let may_cover = |bounds: &_| frustum.may_see(bounds) && view.may_cover(bounds, least);
+    let may_cover = |bounds: &_| view.may_cover(bounds, least) && frustum.may_see(bounds);
     let mut found: Vec<_> = list.places_where(may_cover).filter_map(covers).collect();
     // Of equally large ones the first in the list.
     found.sort_unstable_by_key(|&(cells, place, _)| (std::cmp::Reverse(cells), place));
