@@ -176,9 +176,10 @@ impl InstanceList {
         self.tree.each(|bounds| sphere.touches(bounds)).any(seen)
     }
 
-    /// The places whose boxes a test holds for. What holds for a box should hold for each box around it: else some are not found.
-    pub(super) fn places_where(&self, test: impl FnMut(&Aabb) -> bool) -> impl Iterator<Item = usize> {
-        self.tree.each(test)
+    /// The places of objects for which a test holds, and for each box around them: of a box, and of half the diagonal of the largest object's
+    /// box in it.
+    pub(super) fn places_where(&self, test: impl FnMut(&Aabb, f64) -> bool) -> impl Iterator<Item = usize> {
+        self.tree.each_sized(test)
     }
 
     /// Differs from what it was when objects have come to other places of the list, or too many have moved to be told.

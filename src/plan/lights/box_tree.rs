@@ -15,6 +15,8 @@ pub struct BoxTree {
 #[derive(Debug, Clone)]
 struct Node {
     bounds: Aabb,
+    /// Half the diagonal of the largest box below.
+    largest: f64,
     /// Its number, of a leaf's box.
     item: usize,
     /// The node after all that are below this one. A leaf has none below.
@@ -51,7 +53,7 @@ impl BoxTree {
     fn add(&mut self, boxes: &mut [(usize, Aabb)], parent: usize) {
         let bounds = boxes.iter().fold(Aabb::EMPTY, |all, (_, bounds)| all.union(bounds));
         let own = self.nodes.len();
-        self.nodes.push(Node { bounds, item: boxes[0].0, end: own + 1, parent });
+        self.nodes.push(Node { bounds, largest: bounds.radius(), item: boxes[0].0, end: own + 1, parent });
         if boxes.len() > 1 {
             let (axis, middle) = (bounds.size().max_position(), boxes.len() / 2);
             boxes.select_nth_unstable_by(middle, |a, b| a.1.center()[axis].total_cmp(&b.1.center()[axis]));
@@ -59,6 +61,7 @@ impl BoxTree {
             self.add(first, own);
             self.add(second, own);
             self.nodes[own].end = self.nodes.len();
+            self.gather(own);
         } else {
             self.leaves[boxes[0].0] = Some(own as u32);
         }
@@ -71,7 +74,9 @@ impl BoxTree {
         let ways = moved.len() * self.nodes.len().max(2).ilog2() as usize;
         let leaves: Vec<usize> = moved.filter_map(|item| self.leaves[item]).map(|leaf| leaf as usize).collect();
         for &leaf in &leaves {
-            self.nodes[leaf].bounds = bounds(self.nodes[leaf].item);
+            let node = &mut self.nodes[leaf];
+            node.bounds = bounds(node.item);
+            node.largest = node.bounds.radius();
         }
         if ways > self.nodes.len() {
             (0..self.nodes.len()).rev().for_each(|node| self.gather(node));
@@ -85,12 +90,14 @@ impl BoxTree {
         }
     }
 
-    /// Makes a node's box that of its halves.
+    /// Makes a node's box that of its halves, and its largest the larger one of theirs.
     fn gather(&mut self, node: usize) {
         let (first, end) = (node + 1, self.nodes[node].end);
         if end > first {
             let second = self.nodes[first].end;
-            self.nodes[node].bounds = self.nodes[first].bounds.union(&self.nodes[second].bounds);
+            let [a, b] = [first, second].map(|half| &self.nodes[half]);
+            let (bounds, largest) = (a.bounds.union(&b.bounds), a.largest.max(b.largest));
+            (self.nodes[node].bounds, self.nodes[node].largest) = (bounds, largest);
         }
     }
 
@@ -112,10 +119,15 @@ impl BoxTree {
 
     /// The boxes for which the test holds, by their numbers. What holds for a box must hold for each box around it.
     pub fn each(&self, mut test: impl FnMut(&Aabb) -> bool) -> impl Iterator<Item = usize> {
+        self.each_sized(move |bounds, _| test(bounds))
+    }
+
+    /// The same of a test that is also told half the diagonal of the largest box within.
+    pub fn each_sized(&self, mut test: impl FnMut(&Aabb, f64) -> bool) -> impl Iterator<Item = usize> {
         let mut index = 0;
         std::iter::from_fn(move || {
             while let Some(node) = self.nodes.get(index) {
-                if !test(&node.bounds) {
+                if !test(&node.bounds, node.largest) {
                     index = node.end;
                     continue;
                 }

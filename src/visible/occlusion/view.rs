@@ -103,6 +103,14 @@ impl View {
         length(middle.x) * length(middle.y) >= least
     }
 
+    /// Whether a sphere of this radius covers so many cells where a box is nearest, in the middle of the picture.
+    pub(super) fn is_large(&self, bounds: &Aabb, radius: f64, least: f64) -> bool {
+        let half = self.camera.forward().abs().dot(bounds.size() * 0.5);
+        let nearest = self.place(bounds.center()).z - half;
+        let diameter = 2.0 * radius * self.scale / self.camera.w(nearest.max(self.camera.near));
+        diameter * diameter >= least
+    }
+
     /// The cells that a box comes near, and the distance of its nearest point; none where it is not wholly before the near plane.
     pub(super) fn footprint(&self, bounds: &Aabb) -> Option<(Option<Cells>, f64)> {
         let places = bounds.corners().map(|corner| self.place(corner));
