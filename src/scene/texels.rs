@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::fmt;
 
+use rayon::prelude::*;
+
 use super::Texture;
 
 /// How blocks of 4x4 texels are compressed (Khronos Data Format Specification 1.3, "BPTC Compressed Texture Image Formats" and "ETC2
@@ -188,10 +190,16 @@ fn inside(size: [u32; 2], [left, top]: [usize; 2]) -> impl Iterator<Item = (usiz
 }
 
 fn decode_level(format: BlockFormat, size: [u32; 2], level: &[u8]) -> Vec<u8> {
-    let mut texels = vec![[0; 4]; size[0] as usize * size[1] as usize];
-    for (block, corner) in blocks(format, size, level) {
-        inside(size, corner).for_each(|(own, place)| texels[place] = block[own]);
-    }
+    let width = size[0] as usize;
+    let mut texels = vec![[0; 4]; width * size[1] as usize];
+    let row_of_blocks = width.div_ceil(4) * format.block_bytes();
+    let rows = texels.par_chunks_mut(4 * width).zip(level.par_chunks(row_of_blocks));
+    rows.for_each(|(texels, row)| {
+        let size = [size[0], (texels.len() / width) as u32];
+        for (block, corner) in blocks(format, size, row) {
+            inside(size, corner).for_each(|(own, place)| texels[place] = block[own]);
+        }
+    });
     texels.into_flattened()
 }
 
