@@ -1,5 +1,6 @@
 //! The smaller levels of textures that loaders decode, made while other textures are still being decoded: each texel is the mean of those that it
-//! covers in the level above, in linear light. Textures without levels get theirs on the device.
+//! covers in the level above, in linear light. Textures without levels get theirs on the device, by blits, which some drivers round up: lavapipe's
+//! fifth level of a linear texture is 2.6 codes too bright, which turns normals; the one made here is off by less than a tenth on average.
 
 use std::sync::LazyLock;
 
@@ -54,7 +55,7 @@ fn halved(above: &[[u8; 4]], size: [u32; 2], color_space: ColorSpace) -> Vec<[u8
     let decode = if is_srgb { &*SRGB } else { &*CODES };
     let encode = |value: f32| match is_srgb {
         true => ENCODED[(value * STEPS + 0.5) as usize],
-        false => (value + 0.5) as u8,
+        false => rounded(value),
     };
     let mut texels = Vec::with_capacity(columns.shares.len() * rows.shares.len());
     for (y, down) in rows.shares.iter().enumerate() {
@@ -70,10 +71,18 @@ fn halved(above: &[[u8; 4]], size: [u32; 2], color_space: ColorSpace) -> Vec<[u8
                     sum[3] += share * f32::from(*alpha);
                 }
             }
-            texels.push([encode(sum[0]), encode(sum[1]), encode(sum[2]), (sum[3] + 0.5) as u8]);
+            texels.push([encode(sum[0]), encode(sum[1]), encode(sum[2]), rounded(sum[3])]);
         }
     }
     texels
+}
+
+/// The nearest code to a value from 0 to 255; from the middle between two, the even one. A quarter of the means of four codes lie in the middle:
+/// were they all rounded up, each level would be an eighth of a code brighter than the one above it.
+fn rounded(value: f32) -> u8 {
+    /// From here on floats are whole numbers, and their last bits are the number's.
+    const WHOLE: f32 = (1 << (f32::MANTISSA_DIGITS - 1)) as f32;
+    (value + WHOLE).to_bits() as u8
 }
 
 /// The values of linear codes: themselves.
@@ -136,6 +145,17 @@ mod tests {
                 let off = sums(texels, own) - sums(&levels[0], size);
                 assert!(off.abs() <= 0.5 * f64::from(level), "{size:?} level {level}: {off}");
             }
+        }
+    }
+
+    #[test]
+    fn rounding_makes_no_level_brighter_or_darker() {
+        let noise = |index: u32| [(index.wrapping_mul(2_027_808_452) >> 24) as u8; 4];
+        let levels = made([256, 256], ColorSpace::Linear, noise);
+        let mean = |level: &[u8]| level.iter().map(|&code| f64::from(code)).sum::<f64>() / level.len() as f64;
+        for (number, level) in levels.iter().enumerate().take(6) {
+            let off = mean(level) - mean(&levels[0]);
+            assert!(off.abs() < 0.05, "level {number}: {off}");
         }
     }
 
