@@ -47,7 +47,7 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
         let path = entry.path();
         if path.is_dir() {
             collect(&path, files);
-        } else if path.extension().is_some_and(|own| own == "gltf" || own == "glb")
+        } else if path.extension().is_none_or(|own| own == "gltf" || own == "glb")
             && entry.metadata().is_ok_and(|own| own.len() <= LARGEST)
         {
             files.push(path);

@@ -13,6 +13,7 @@ mod inspect;
 mod logs;
 #[cfg(feature = "report")]
 mod measuring;
+mod memory;
 mod motion_report;
 mod output;
 mod plan_report;

@@ -22,7 +22,7 @@ use super::image_output::{Format, Target};
 use super::output::{Sink, quoted};
 use super::table::{Table, bytes, milliseconds};
 use super::workload::{Workload, memory_table, milliseconds_since, plan_table};
-use super::{drop, progress};
+use super::{drop, memory, progress};
 
 /// Draw scenes into a picture each
 #[derive(Debug, Clone, clap::Args)]
@@ -141,8 +141,8 @@ fn draw_scene(args: &Args, scene: &str, device: &Arc<Device>, is_verbose: bool) 
     let drawn = match args.view {
         _ if args.is_sequence() => path::draw(args, workload, device, is_verbose),
         Some(ViewChoice::All) => draw_sheet(args, &workload, device),
-        Some(ViewChoice::One(view)) => draw(args, &workload, device, Some(view), is_verbose),
-        None => draw(args, &workload, device, None, is_verbose),
+        Some(ViewChoice::One(view)) => draw(args, workload, device, Some(view), is_verbose),
+        None => draw(args, workload, device, None, is_verbose),
     };
     Ok(Drawn { files, ..drawn? })
 }
@@ -170,15 +170,19 @@ fn renderer(
 /// Draws the picture as often as asked for, writes the last one and returns what there is to tell.
 fn draw(
     args: &Args,
-    workload: &Workload,
+    mut workload: Workload,
     device: &Arc<Device>,
     view: Option<View>,
     is_verbose: bool,
 ) -> Result<Drawn, Failure> {
-    let settings = settings(args, workload, device, view)?;
+    let settings = settings(args, &workload, device, view)?;
     let start = Instant::now();
-    let (mut renderer, hazards) = renderer(args, device, (workload, &workload.scene), &settings)?;
+    let (mut renderer, hazards) = renderer(args, device, (&workload, &workload.scene), &settings)?;
     workload.warn(renderer.plan())?;
+    let mut text = heading(&workload, &settings, device, &args.output.sink.to_string());
+    // They lie on the device now, and the first frame needs memory: drivers compile shaders for it.
+    (workload.scene.textures, workload.scene.meshes) = (Vec::new(), Vec::new());
+    memory::give_back();
     let bar = progress::bar("drawing".into(), u64::from(args.frames) * u64::from(settings.samples), args.quiet);
     let mut times = Table::with_figures_from(1);
     times.row(["load".to_owned(), milliseconds(workload.load_ms)]);
@@ -191,7 +195,7 @@ fn draw(
         bar.step();
         times.row(["first frame, with set-up".to_owned(), milliseconds(milliseconds_since(start))]);
         times.row(["first frame alone".to_owned(), milliseconds(first.wall_ms)]);
-        if let Some(mean) = draw_more(args, workload, &mut renderer, &|| bar.step())? {
+        if let Some(mean) = draw_more(args, &workload, &mut renderer, &|| bar.step())? {
             times.row([format!("mean of {} more frames, {moving}", args.frames - 1), milliseconds(mean)]);
         }
         picture = renderer.read_back()?;
@@ -213,13 +217,12 @@ fn draw(
     if let Some(gpu_ms) = renderer.wait()?.gpu_ms {
         times.row(["last frame on the GPU".to_owned(), milliseconds(gpu_ms)]);
     }
-    let mut text = heading(workload, &settings, device, &args.output.sink.to_string());
     if settings.view == View::Complexity {
         let Complexity { covered, complex } = Complexity::of(&picture);
         let share = 100.0 * Complexity { covered, complex }.share();
         let _ = writeln!(text, "{complex} of {covered} pixels with a surface, {share:.1}%, are shaded once a sample");
     }
-    text.push_str(&costs(workload, renderer.plan(), &times, device, is_verbose));
+    text.push_str(&costs(&workload, renderer.plan(), &times, device, is_verbose));
     Ok(Drawn { text, hazards, files: Vec::new() })
 }
 

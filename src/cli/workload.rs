@@ -19,8 +19,8 @@ use glam::DVec3;
 use super::args::{CameraChoice, SettingsArgs};
 use super::failure::{Exit, Failure};
 use super::output::{self, Sink};
-use super::progress;
 use super::table::{Table, bytes};
+use super::{memory, progress};
 
 /// Frames that make a picture where nothing else is said: edges look smooth from here on.
 const DEFAULT_SAMPLES: u32 = 8;
@@ -90,6 +90,8 @@ impl Workload {
             options.aspect = f64::from(width) / f64::from(height);
         }
         let mut scene = scene::open(spec, &options)?;
+        // What was decoded from.
+        memory::give_back();
         let (load_ms, aspect) = (milliseconds_since(start), options.aspect);
         drop(progress);
         if !quiet {

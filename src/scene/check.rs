@@ -8,8 +8,8 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::camera::{FOV_Y_DEGREES, HEIGHT};
 use super::texture::MAX_TEXTURE_EDGE;
 use super::{
-    AlphaMode, BlockFormat, Camera, Environment, Error, Falloff, Light, Material, Mesh, Object, Projection, Scene,
-    Texels, Texture, TextureSlot, UvMap, level_size, most_levels,
+    AlphaMode, Camera, Environment, Error, Falloff, Light, Material, Mesh, Object, Projection, Scene, Texels, Texture,
+    TextureSlot, UvMap, level_size, most_levels,
 };
 
 /// Vertices of all meshes together: a draw adds a signed offset of 32 bits to its indices.
@@ -226,13 +226,18 @@ impl Texture {
                 (length != bytes)
                     .then(|| format!("it has {length} bytes, but {width}x{height} texels of 4 bytes are {bytes}"))
             }
-            Texels::Blocks { format, levels } => faulty_levels(*format, self.size, levels),
+            Texels::Rgba8Levels(levels) => faulty_levels("of 4 bytes", self.size, levels, |[width, height]| {
+                4 * u64::from(width) * u64::from(height)
+            }),
+            Texels::Blocks { format, levels } => {
+                faulty_levels(&format!("in {format}"), self.size, levels, |size| format.level_bytes(size))
+            }
         }
     }
 }
 
 /// What is wrong with the levels of a texture of this size, in words.
-fn faulty_levels(format: BlockFormat, size: [u32; 2], levels: &[Vec<u8>]) -> Option<String> {
+fn faulty_levels(form: &str, size: [u32; 2], levels: &[Vec<u8>], bytes: impl Fn([u32; 2]) -> u64) -> Option<String> {
     let most = most_levels(size);
     if !(1..=most as usize).contains(&levels.len()) {
         let [width, height] = size;
@@ -240,10 +245,9 @@ fn faulty_levels(format: BlockFormat, size: [u32; 2], levels: &[Vec<u8>]) -> Opt
     }
     (0..).zip(levels).find_map(|(level, blocks)| {
         let [width, height] = level_size(size, level);
-        let (bytes, length) = (format.level_bytes([width, height]), blocks.len());
-        (length as u64 != bytes).then(|| {
-            format!("its level {level} has {length} bytes, but {width}x{height} texels in {format} are {bytes}")
-        })
+        let (bytes, length) = (bytes([width, height]), blocks.len());
+        (length as u64 != bytes)
+            .then(|| format!("its level {level} has {length} bytes, but {width}x{height} texels {form} are {bytes}"))
     })
 }
 
@@ -328,7 +332,7 @@ impl Camera {
 mod tests {
     use glam::{DQuat, Vec3};
 
-    use super::super::{ColorSpace, LightKind, builtin};
+    use super::super::{BlockFormat, ColorSpace, LightKind, builtin};
     use super::*;
 
     fn checks() -> Scene {
@@ -447,6 +451,24 @@ mod tests {
             (&|scene| scene.materials[0].shininess = -1.0, "shininess is negative"),
             (&|scene| scene.textures[0].size = [2, 0], "texture 0 (`grey`): it is 2x0 texels"),
             (&|scene| scene.textures[0].size = [1 << 16, 1 << 16], "each edge must have 1 to 16384"),
+            (
+                &|scene| scene.textures[0].texels = Texels::Rgba8Levels(vec![vec![0; 16], vec![0; 3]]),
+                "its level 1 has 3 bytes, but 1x1 texels of 4 bytes are 4",
+            ),
+            (
+                &|scene| {
+                    let (format, levels) = (BlockFormat::Etc2Rgb8, vec![vec![0; 8]; 3]);
+                    scene.textures[0].texels = Texels::Blocks { format, levels };
+                },
+                "it has 3 levels, but 2x2 texels have 1 to 2",
+            ),
+            (
+                &|scene| {
+                    let (format, levels) = (BlockFormat::Bc7, vec![vec![0; 8]]);
+                    scene.textures[0].texels = Texels::Blocks { format, levels };
+                },
+                "its level 0 has 8 bytes, but 2x2 texels in BC7 are 16",
+            ),
             (&|scene| shorten(scene.textures[0].rgba8_mut()), "it has 15 bytes, but 2x2 texels of 4 bytes are 16"),
             (&|scene| scene.lights[0].color.y = -1.0, "color is negative"),
             (&|scene| scene.lights[0].size = -1.0, "size is negative"),

@@ -20,6 +20,7 @@ mod load;
 mod look;
 mod material;
 pub(crate) mod mesh;
+mod mips;
 mod motion;
 pub mod obj;
 mod optional_parts;

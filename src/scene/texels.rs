@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::fmt;
 
+use rayon::prelude::*;
+
 use super::Texture;
 
 /// How blocks of 4x4 texels are compressed (Khronos Data Format Specification 1.3, "BPTC Compressed Texture Image Formats" and "ETC2
@@ -67,8 +69,10 @@ impl fmt::Display for BlockFormat {
 /// The content of a texture, rows from the top.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Texels {
-    /// 4 bytes a texel.
+    /// 4 bytes a texel. The smaller levels are made on the device.
     Rgba8(Vec<u8>),
+    /// The same with its levels, the largest first; at least that one.
+    Rgba8Levels(Vec<Vec<u8>>),
     /// Blocks of 4x4 texels, row by row.
     Blocks {
         /// How they are compressed.
@@ -103,46 +107,67 @@ pub(crate) fn most_levels(size: [u32; 2]) -> u32 {
 }
 
 impl Texture {
-    /// The texels of a level, 8-bit RGBA. Blocks are decoded each time; textures of texels have only level 0.
+    /// The texels of a level that the texture has, 8-bit RGBA. Blocks are decoded each time.
     pub fn rgba8(&self, level: usize) -> Cow<'_, [u8]> {
         match &self.texels {
             Texels::Rgba8(texels) => texels.as_slice().into(),
+            Texels::Rgba8Levels(levels) => levels[level].as_slice().into(),
             Texels::Blocks { format, levels } => {
                 decode_level(*format, level_size(self.size, level as u32), &levels[level]).into()
             }
         }
     }
 
-    /// The texels of level 0, to be changed: blocks become texels, and lose the other levels.
+    /// The texels of level 0, to be changed: blocks become texels, and the other levels are gone.
     pub fn rgba8_mut(&mut self) -> &mut Vec<u8> {
-        if let Texels::Blocks { .. } = self.texels {
-            self.texels = Texels::Rgba8(self.rgba8(0).into_owned());
-        }
+        let level_0 = match &mut self.texels {
+            Texels::Rgba8(texels) => std::mem::take(texels),
+            Texels::Rgba8Levels(levels) => levels.swap_remove(0),
+            Texels::Blocks { .. } => self.rgba8(0).into_owned(),
+        };
+        self.texels = Texels::Rgba8(level_0);
         match &mut self.texels {
             Texels::Rgba8(texels) => texels,
-            Texels::Blocks { .. } => unreachable!("blocks became texels"),
+            _ => unreachable!("they have just become texels"),
+        }
+    }
+
+    /// How many levels the texture has itself.
+    pub(crate) fn own_levels(&self) -> u32 {
+        match &self.texels {
+            Texels::Rgba8(_) => 1,
+            Texels::Rgba8Levels(levels) | Texels::Blocks { levels, .. } => levels.len() as u32,
+        }
+    }
+
+    /// 8-bit RGBA of level 0, or the blocks that it is in.
+    fn level_0(&self) -> Result<&[[u8; 4]], (BlockFormat, &[u8])> {
+        match &self.texels {
+            Texels::Rgba8(texels) => Ok(texels.as_chunks().0),
+            Texels::Rgba8Levels(levels) => Ok(levels[0].as_chunks().0),
+            Texels::Blocks { format, levels } => Err((*format, &levels[0])),
         }
     }
 
     /// A texel of level 0 of a texture that [`super::Scene::check`] finds no fault with.
     pub(crate) fn texel(&self, x: usize, y: usize) -> [u8; 4] {
         let width = self.size[0] as usize;
-        match &self.texels {
-            Texels::Rgba8(texels) => texels.as_chunks().0[y * width + x],
-            Texels::Blocks { format, levels } => {
+        match self.level_0() {
+            Ok(texels) => texels[y * width + x],
+            Err((format, level)) => {
                 let bytes = format.block_bytes();
                 let block = (y / 4 * width.div_ceil(4) + x / 4) * bytes;
-                format.decode(&levels[0][block..block + bytes])[y % 4 * 4 + x % 4]
+                format.decode(&level[block..block + bytes])[y % 4 * 4 + x % 4]
             }
         }
     }
 
     /// Whether a texel of level 0 is so. Texels come in any order, and no more than are needed.
     pub(crate) fn any_texel(&self, mut is: impl FnMut([u8; 4]) -> bool) -> bool {
-        match &self.texels {
-            Texels::Rgba8(texels) => texels.as_chunks().0.iter().any(|&texel| is(texel)),
-            Texels::Blocks { format, levels } => {
-                let mut blocks = blocks(*format, self.size, &levels[0]);
+        match self.level_0() {
+            Ok(texels) => texels.iter().any(|&texel| is(texel)),
+            Err((format, level)) => {
+                let mut blocks = blocks(format, self.size, level);
                 blocks.any(|(block, [x, y])| inside(self.size, [x, y]).any(|(own, _)| is(block[own])))
             }
         }
@@ -165,10 +190,16 @@ fn inside(size: [u32; 2], [left, top]: [usize; 2]) -> impl Iterator<Item = (usiz
 }
 
 fn decode_level(format: BlockFormat, size: [u32; 2], level: &[u8]) -> Vec<u8> {
-    let mut texels = vec![[0; 4]; size[0] as usize * size[1] as usize];
-    for (block, corner) in blocks(format, size, level) {
-        inside(size, corner).for_each(|(own, place)| texels[place] = block[own]);
-    }
+    let width = size[0] as usize;
+    let mut texels = vec![[0; 4]; width * size[1] as usize];
+    let row_of_blocks = width.div_ceil(4) * format.block_bytes();
+    let rows = texels.par_chunks_mut(4 * width).zip(level.par_chunks(row_of_blocks));
+    rows.for_each(|(texels, row)| {
+        let size = [size[0], (texels.len() / width) as u32];
+        for (block, corner) in blocks(format, size, row) {
+            inside(size, corner).for_each(|(own, place)| texels[place] = block[own]);
+        }
+    });
     texels.into_flattened()
 }
 

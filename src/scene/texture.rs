@@ -153,7 +153,7 @@ fn to_rgba8(image: DynamicImage, color_space: ColorSpace) -> RgbaImage {
 }
 
 /// IEC 61966-2-1, for 0 to 1; clamps.
-fn srgb_encode(linear: f32) -> f32 {
+pub(super) fn srgb_encode(linear: f32) -> f32 {
     let linear = if linear > 0.0 { linear.min(1.0) } else { 0.0 };
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }

@@ -7,8 +7,8 @@ use crate::materials::{PATHS, WRAPS, assert_near, nits_of};
 use afterlight::frame::Picture;
 use afterlight::reference::{Mode, Options, Reference, Smith, View};
 use afterlight::scene::{
-    AlphaMode, Camera, ColorSpace, Filter, Keep, LightPath, Look, Material, Sampler, Scene, Settings, Texture, UvMap,
-    Wrap,
+    AlphaMode, Camera, ColorSpace, Filter, Keep, LightPath, Look, Material, Sampler, Scene, Settings, Texels, Texture,
+    UvMap, Wrap,
 };
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 
@@ -216,6 +216,25 @@ fn cells_side_by_side_in_one_image_would_bleed() {
         assert!(apart.0 > 20 && beside.0 > 20, "{apart:?} {beside:?}");
         assert_eq!(apart.1, 0.0);
         assert!(beside.1 > 0.05, "{beside:?}");
+    });
+}
+
+/// Loaders make levels of every texture, as do files of blocks: of an atlas they mix cells.
+#[test]
+fn levels_of_a_whole_sheet_are_not_looked_at() {
+    on_gpu(|gpu| {
+        let texture = atlas([2, 4], [8, 16], sampled(Wrap::Repeat, Filter::Linear), motley);
+        let white = |level: u32| vec![255; 4 * (32usize >> level).max(1).pow(2)];
+        let levels = std::iter::once(texture.rgba8(0).into_owned()).chain((1..6).map(white)).collect();
+        let with_levels = Texture { texels: Texels::Rgba8Levels(levels), ..texture.clone() };
+        let draw = |atlas: [u32; 2], texture: &Texture| {
+            let look = |index: u32| Look { cell: index % (atlas[0] * atlas[1]), ..Look::PLAIN };
+            let mut scene = squares(6, paper(atlas), texture.clone(), look);
+            scene.camera = Camera::looking_at(DVec3::new(0.0, 0.0, 12.0), DVec3::ZERO, DVec3::Y);
+            gpu.draw(&scene, &exact(97, 97))
+        };
+        assert!(draw([2, 4], &with_levels) == draw([2, 4], &texture), "levels of the sheet are seen in its cells");
+        assert!(draw([1, 1], &with_levels) != draw([1, 1], &texture), "the test sees no level");
     });
 }
 

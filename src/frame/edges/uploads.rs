@@ -63,7 +63,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
             barrier(RowName::UPLOAD_TO_TEXTURES, WRITTEN, READABLE)
                 .from(Place::UPLOAD, &[COPY_WRITE])
                 .to(Place::DRAWS, &[TEXTURE_READ])
-                .because("shaders sample the last level, or the only one, that a blit or a copy wrote"),
+                .because("shaders sample the levels that a copy wrote, and the last one that a blit wrote"),
         );
     }
     rows

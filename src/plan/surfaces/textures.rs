@@ -8,7 +8,8 @@ use glam::{DVec3, DVec4, Vec4};
 use super::{GeometryKey, SurfaceRules, TextureMask};
 use crate::plan::Capabilities;
 use crate::scene::{
-    BlockFormat, ColorSpace, OptionalPart, Sampler, Scene, Texels, TextureSlot, UvMap, Wrap, level_size, most_levels,
+    BlockFormat, ColorSpace, OptionalPart, Sampler, Scene, Texels, Texture, TextureSlot, UvMap, Wrap, level_size,
+    most_levels,
 };
 
 /// Where the texels of a texture come from.
@@ -52,7 +53,7 @@ pub struct PlannedTexture {
     /// is made of that layer alone; so cells cannot bleed into each other, whatever the level, the filter and the anisotropy. In one image side by
     /// side they would: the smallest levels have less than a texel a cell.
     pub cells: Option<u32>,
-    /// Those of the file, or down to one texel; one where only the largest is looked at.
+    /// Those that the texture has, or down to one texel; one where only the largest is looked at.
     pub levels: u32,
     /// Whether levels are made by blits: all of 8-bit RGBA but the first. Its formats must be blittable with linear filtering on every device,
     /// by the table of required formats.
@@ -93,9 +94,10 @@ impl PlannedTexture {
         let count = if texture.is_some() { rows * columns } else { 1 };
         let cells = (atlas != [1, 1]).then_some(count);
         let wanted = sampler.levels.map_or(1, |_| most_levels(size));
-        let (compressed, given) = match texture.map(|own| &own.texels) {
-            Some(Texels::Blocks { format, levels }) => (Some(*format), levels.len() as u32),
-            _ => (None, 1),
+        let given = texture.map_or(1, Texture::own_levels);
+        let compressed = match texture.map(|own| &own.texels) {
+            Some(Texels::Blocks { format, .. }) => Some(*format),
+            _ => None,
         };
         let given = if cells.is_some() { 1 } else { given };
         let makes_levels = wanted > 1 && given == 1;

@@ -47,7 +47,9 @@ impl<'a> Textures<'a> {
         }
         let image = read_image(&path, color_space).map_err(|error| node.wrong(error))?;
         let (name, size) = (path.display().to_string(), [image.width(), image.height()]);
-        scene.textures.push(Texture { name, size, color_space, sampler, texels: image.into_raw().into() });
+        let mut texture = Texture { name, size, color_space, sampler, texels: image.into_raw().into() };
+        texture.make_levels();
+        scene.textures.push(texture);
         let index = scene.textures.len() - 1;
         scene.files.push(path.clone());
         self.read.insert((path, color_space, sampler), index);

@@ -19,7 +19,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Pixels, String> {
         0 => basis::decode(bytes, &header)?,
         format => blocks(bytes, &header, block_format(format)?)?,
     };
-    Ok(Pixels { size: header.size, texels })
+    Ok(Pixels::new(header.size, texels))
 }
 
 /// Where a level lies in the file, and its length when it is unpacked.

@@ -130,24 +130,44 @@ pub(super) struct Made {
 pub(super) struct Pixels {
     pub size: [u32; 2],
     pub texels: Texels,
+    /// What the values of texels were taken for when levels were made of them.
+    levels_in: Option<ColorSpace>,
 }
 
 impl Pixels {
+    pub fn new(size: [u32; 2], texels: Texels) -> Self {
+        Self { size, texels, levels_in: None }
+    }
+
+    /// As a texture, with all levels.
     fn named(self, name: String, color_space: ColorSpace, sampler: Sampler) -> Texture {
-        Texture { name, size: self.size, color_space, sampler, texels: self.texels }
+        let mut texture = Texture { name, size: self.size, color_space, sampler, texels: self.texels };
+        if self.levels_in.is_some_and(|made| made != color_space) {
+            texture.rgba8_mut();
+        }
+        texture.make_levels();
+        texture
+    }
+
+    /// With the levels that such a texture has.
+    fn with_levels(self, color_space: ColorSpace, sampler: Sampler) -> Self {
+        let Texture { size, texels, .. } = self.named(String::new(), color_space, sampler);
+        let levels_in = matches!(texels, Texels::Rgba8Levels(_)).then_some(color_space);
+        Self { size, texels, levels_in }
     }
 
     /// The largest level, decoded.
     fn into_image(self) -> Option<RgbaImage> {
         let [width, height] = self.size;
-        let mut texture = self.named(String::new(), ColorSpace::Linear, Sampler::DEFAULT);
+        let whole = Sampler { levels: None, ..Sampler::DEFAULT };
+        let mut texture = self.named(String::new(), ColorSpace::Linear, whole);
         RgbaImage::from_raw(width, height, std::mem::take(texture.rgba8_mut()))
     }
 }
 
 impl From<RgbaImage> for Pixels {
     fn from(image: RgbaImage) -> Self {
-        Self { size: [image.width(), image.height()], texels: image.into_raw().into() }
+        Self::new([image.width(), image.height()], image.into_raw().into())
     }
 }
 
@@ -165,11 +185,22 @@ impl Images<'_> {
             }
             *count += 1;
         }
+        // What nearly every picture becomes: itself, in one way. Its levels are made at once, while others are still decoded.
+        let mut plain = HashMap::new();
+        for request in requests {
+            if let Recipe::Plain(picture, color_space) = request.recipe {
+                plain.entry(picture).or_insert((color_space, request.sampler));
+            }
+        }
         let done = AtomicUsize::new(0);
         let decode = |picture: &Picture| {
-            let decoded = self.decode(picture);
+            let (decoded, warnings) = self.decode(picture);
+            let decoded = decoded.map(|(pixels, file)| match plain.get(picture) {
+                Some(&(color_space, sampler)) => (pixels.with_levels(color_space, sampler), file),
+                None => (pixels, file),
+            });
             options.report("textures", done.fetch_add(1, Ordering::Relaxed) + 1, pictures.len());
-            decoded
+            (decoded, warnings)
         };
         let decoded: Vec<_> = pictures.par_iter().map(decode).collect();
         let mut made = Made::default();
@@ -182,7 +213,7 @@ impl Images<'_> {
                 images.insert(picture, image);
             }
         }
-        for request in requests {
+        let mut pixels_of = |request: &Request| {
             let found = request.recipe.pictures().map(|picture| {
                 let count = left.get_mut(&picture).map(|count| {
                     *count -= 1;
@@ -191,9 +222,11 @@ impl Images<'_> {
                 // The last that asks gets the image itself.
                 if count == Some(0) { images.remove(&picture) } else { images.get(&picture).cloned() }
             });
-            made.textures.push(self.texture(request, found.collect()));
-        }
-        made
+            found.collect()
+        };
+        let found: Vec<Vec<Option<Pixels>>> = requests.iter().map(&mut pixels_of).collect();
+        let textures = requests.par_iter().zip(found).map(|(request, found)| self.texture(request, found));
+        Made { textures: textures.collect(), ..made }
     }
 
     fn texture(&self, request: &Request, found: Vec<Option<Pixels>>) -> Option<Texture> {

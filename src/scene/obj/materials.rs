@@ -230,7 +230,8 @@ pub(super) fn finish(
     }
     let done = AtomicUsize::new(0);
     let make = |request: &&Request| {
-        let made = request.make();
+        let mut made = request.make();
+        made.iter_mut().flat_map(|made| &mut made.texture).for_each(Texture::make_levels);
         options.report("textures", done.fetch_add(1, Ordering::Relaxed) + 1, requests.len());
         made
     };
@@ -272,6 +273,7 @@ fn turn_normal_maps(textures: &mut [Texture], maps: &[(usize, f32)], warnings: &
     }
     for &(texture, _) in maps {
         turn_green_over(textures[texture].rgba8_mut());
+        textures[texture].make_levels();
     }
     let (first, count) = (&textures[maps[0].0].name, maps.len());
     warnings.push(format!("normal maps ({count}, as `{first}`) have green pointing down, as in DirectX; turned over"));
