@@ -3,7 +3,8 @@
 //! A level's error counts as if it lay at the point of the object's box that is nearest to the camera, across the view, in the middle of the
 //! picture. So the choice does not depend on how the camera is turned: in a corner of the picture an angle takes more pixels than in the middle,
 //! with 60 degrees from top to bottom up to 2.4 times as many. Casters have the level that the camera chooses, in whichever map: a surface that
-//! differs from its caster lies in its own shadow, which made 4.3 times as much of it with levels of half a pixel under whole casters. A map is drawn again when one of its casters changes its level.
+//! differs from its caster lies in its own shadow, which made 4.3 times as much of it with levels of half a pixel under whole casters. A map is
+//! drawn again when one of its casters changes its level.
 
 use std::borrow::Cow;
 
