@@ -34,8 +34,8 @@ pub use parts::{Part, PartGroup};
 pub use shadows::{MapProjection, ShadowLight, ShadowPlan, Tile};
 pub use surfaces::{
     DeformPlan, EffectiveMaterials, Extras, ForwardKey, GeometryKey, IndexWidth, MeshPlan, Opacity, PlannedBrdf,
-    PlannedDeform, PlannedMesh, PlannedTexture, SetSamplers, Streams, TextureMask, TexturePlan, TextureSource, Uploads,
-    texture_format,
+    PlannedDeform, PlannedLevel, PlannedMesh, PlannedTexture, SetSamplers, Streams, TextureMask, TexturePlan,
+    TextureSource, Uploads, texture_format,
 };
 pub use targets::Target;
 
@@ -247,6 +247,8 @@ pub struct FramePlan {
     pub culling: Result<String, String>,
     /// Whether it also finds out which of them are hidden behind others, and why or why not.
     pub hiding: Result<String, String>,
+    /// How far levels of detail may be off, in pixels; 0 where no mesh has any.
+    pub lod: f32,
     /// One pipeline of GEOMETRY each, or of FORWARD.
     pub geometry: BTreeSet<GeometryKey>,
     /// One pipeline of TRANSPARENT each.
@@ -356,6 +358,7 @@ impl FramePlan {
         let rules = SurfaceRules::of(settings, shading, &lighting, &surfaces);
         let pipelines = rules.pipelines(scene);
         let meshes = MeshPlan::of(scene, &rules);
+        let rules = SurfaceRules { lod: if meshes.has_levels() { rules.lod } else { 0.0 }, ..rules };
         let FilteredTextures { textures, anisotropy, warning } = FilteredTextures::of(scene, settings, device, &rules);
         let depth_prepass = lighting.has_prepass(settings, shading);
         let culling =
@@ -396,6 +399,7 @@ impl FramePlan {
             depth_prepass,
             culling,
             hiding,
+            lod: rules.lod,
             light_path: lighting.path,
             light_path_reason: lighting.reason,
             geometry: pipelines.geometry,

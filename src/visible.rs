@@ -8,6 +8,7 @@ mod corrupted;
 pub(crate) mod depth;
 mod frustum;
 mod instances;
+mod levels;
 mod looks;
 mod occlusion;
 mod pose;
@@ -21,6 +22,7 @@ pub use active_lights::ActiveLights;
 pub use clusters::Clusters;
 pub use depth::{Depth, Eye};
 pub use instances::{CullView, Draw, InstanceList, STEPS, Stand};
+pub use levels::LevelChoice;
 pub use looks::PackedLook;
 pub use shadows::{Caster, MapDraw, Receivers, ShadowCache, ShadowView};
 pub use volumes::{LightRect, VolumeRecord, cone_mesh, sphere_mesh};
@@ -63,6 +65,8 @@ pub struct Visible {
     pub instances: Vec<u32>,
     /// What CULL is told, where the device finds out which opaque objects are seen; then `draws` has none of them.
     pub culling: Option<CullView>,
+    /// Where meshes have levels of detail: how they are chosen.
+    pub levels: Option<LevelChoice>,
     /// From near to far, so that early depth tests save the most: hidden fragments cost more than changes of state (Sponza's
     /// GEOMETRY takes a fifth less CPU on lavapipe than sorted by material). Equally near ones by pipeline and material.
     pub draws: Vec<Draw>,
@@ -121,6 +125,11 @@ impl Visible {
             Some(_) => Default::default(),
             None => list.near_to_far(world, camera, &seen),
         };
+        let levels = LevelChoice::of(camera, plan);
+        let draws = match &levels {
+            Some(levels) => levels::split(levels, world, &mut instances, &draws),
+            None => draws,
+        };
         let transparent = list.transparent(&seen);
         let drawn = instances.len() + transparent.len();
         let may_be_seen = |place: usize| seen[place] || culling.is_some();
@@ -165,6 +174,7 @@ impl Visible {
             occluded: in_view - drawn,
             instances,
             culling,
+            levels,
             draws,
             shaded,
             occluders,
@@ -196,7 +206,7 @@ impl Visible {
 
     pub fn triangles(&self, world: &World) -> usize {
         let drawn = self.draws.iter().chain(self.transparent.iter().map(|own| &own.draw));
-        drawn.map(|draw| draw.count as usize * world.objects[draw.object].triangles).sum()
+        drawn.map(|draw| world.triangles_of(draw)).sum()
     }
 }
 
@@ -243,7 +253,7 @@ fn back_to_front(world: &World, camera: &Camera, first: u32, instances: &[u32]) 
     let mut indices = Vec::new();
     let draws = (first..).zip(instances).map(|(first, &index)| {
         let object = &world.objects[index as usize];
-        let draw = Draw { object: index as usize, first, count: 1 };
+        let draw = Draw { object: index as usize, level: 0, first, count: 1 };
         let triangles = match object.deform {
             Some(deform) => world.deformed_triangles.get(&deform),
             None => world.sortable.get(&object.mesh),

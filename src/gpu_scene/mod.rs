@@ -17,7 +17,7 @@ pub use sorted::SortedIndices;
 pub use view::{FrameUniform, LightRecord, ViewBuffers, set_layout as view_set_layout};
 
 use std::borrow::Cow;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use ash::vk;
@@ -25,7 +25,7 @@ use bytemuck::Pod;
 
 use crate::gpu::sync::Use;
 use crate::gpu::{self, Buffer, Device, Location, MemoryKind, UploadOrder, Uploader};
-use crate::plan::{Extras, FramePlan, IndexWidth, MeshPlan, PlannedDeform, PlannedMesh};
+use crate::plan::{Extras, FramePlan, IndexWidth, MeshPlan, PlannedDeform, PlannedLevel, PlannedMesh};
 use crate::scene::{Mesh, Scene};
 use crate::visible::{cone_mesh, sphere_mesh};
 
@@ -59,6 +59,8 @@ pub struct GpuScene {
     indices_32: Option<Buffer>,
     /// By mesh of the scene; none where it is not on the device.
     meshes: Vec<Option<MeshRange>>,
+    /// By mesh of the scene, where some mesh has any: its levels of detail.
+    levels: BTreeMap<usize, Vec<PlannedLevel>>,
     /// By deformed object of the plan.
     deforms: Vec<MeshRange>,
     /// Where the plan deforms objects.
@@ -207,6 +209,7 @@ impl GpuScene {
             indices_16: meshes.indices(IndexWidth::Bits16, plan.meshes.indices_16)?,
             indices_32: meshes.indices(IndexWidth::Bits32, plan.meshes.indices_32)?,
             meshes: ranges,
+            levels: levels_of(&plan.meshes),
             deforms,
             deformed: match plan.deforms() {
                 true => Some(Deformed::new(device, &mut uploader, scene, &plan.meshes.deforms)?),
@@ -228,6 +231,14 @@ impl GpuScene {
             Some(deform) => self.deforms.get(deform).copied(),
             None => self.meshes.get(mesh).copied().flatten(),
         }
+    }
+
+    /// The same of one of its levels of detail: 0 is the mesh itself.
+    pub fn level(&self, mesh: usize, deform: Option<usize>, level: u8) -> Option<MeshRange> {
+        let range = self.mesh(mesh, deform)?;
+        let Some(level) = usize::from(level).checked_sub(1) else { return Some(range) };
+        let &PlannedLevel { first_index, index_count, .. } = self.levels.get(&mesh)?.get(level)?;
+        Some(MeshRange { first_index, index_count, ..range })
     }
 
     /// Binds the vertex buffers of some streams, or those of deformed objects.
@@ -267,6 +278,12 @@ impl GpuScene {
             unsafe { device.raw.cmd_bind_index_buffer(cmd, indices.raw, 0, index_type(width)) };
         }
     }
+}
+
+/// By mesh of the scene, of those that have some.
+fn levels_of(plan: &MeshPlan) -> BTreeMap<usize, Vec<PlannedLevel>> {
+    let leveled = plan.meshes.iter().filter(|mesh| !mesh.levels.is_empty());
+    leveled.map(|mesh| (mesh.mesh, mesh.levels.clone())).collect()
 }
 
 /// Vulkan's name of a width.
@@ -327,18 +344,27 @@ impl<'a> MeshUpload<'a> {
         let usage = vk::BufferUsageFlags::INDEX_BUFFER;
         let Some(buffer) = self.buffer(name, count * width.bytes(), usage)? else { return Ok(None) };
         for planned in self.plan.meshes.iter().filter(|mesh| mesh.width == width) {
-            let indices = &self.scene.meshes[planned.mesh].indices;
-            let offset = u64::from(planned.first_index) * width.bytes();
-            match width {
-                IndexWidth::Bits16 => {
-                    // The plan chose 16 bits because the mesh has no vertex of a higher number.
-                    let short: Vec<u16> = indices.iter().map(|&index| index as u16).collect();
-                    self.uploader.buffer(&buffer, offset, bytemuck::cast_slice(&short))?;
+            let mesh = &self.scene.meshes[planned.mesh];
+            self.index_range(&buffer, (width, planned.first_index), &mesh.indices)?;
+            if !planned.levels.is_empty() {
+                for (own, level) in planned.levels.iter().zip(mesh.levels_of_detail().iter()) {
+                    self.index_range(&buffer, (width, own.first_index), &level.indices)?;
                 }
-                IndexWidth::Bits32 => self.uploader.buffer(&buffer, offset, bytemuck::cast_slice(indices))?,
             }
         }
         Ok(Some(buffer))
+    }
+
+    fn index_range(&mut self, buffer: &Buffer, (width, first): (IndexWidth, u32), indices: &[u32]) -> gpu::Result<()> {
+        let offset = u64::from(first) * width.bytes();
+        match width {
+            IndexWidth::Bits16 => {
+                // The plan chose 16 bits because the mesh has no vertex of a higher number.
+                let short: Vec<u16> = indices.iter().map(|&index| index as u16).collect();
+                self.uploader.buffer(buffer, offset, bytemuck::cast_slice(&short))
+            }
+            IndexWidth::Bits32 => self.uploader.buffer(buffer, offset, bytemuck::cast_slice(indices)),
+        }
     }
 
     /// None of no bytes.

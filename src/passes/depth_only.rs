@@ -89,7 +89,7 @@ impl DepthOnly {
                 recording.bind_pipeline(pipeline.raw);
                 bound = Some(pipeline.raw);
             }
-            meshes.draw(object, None, draw.instances());
+            meshes.draw(object, draw.level, None, draw.instances());
         }
     }
 }

@@ -356,11 +356,11 @@ impl<'a> MeshDraws<'a> {
         Self { casters: true, ..Self::new(recording, streams) }
     }
 
-    /// Draws instances of an object's mesh, in the order that the frame has sorted its triangles into if they are `sorted`: then this is their
-    /// first index.
-    fn draw(&mut self, object: &WorldObject, sorted: Option<u32>, instances: Range<u32>) {
-        // The plan has the mesh of each object that a pass draws.
-        let Some(range) = self.recording.scene.mesh(object.mesh, object.deform) else { return };
+    /// Draws instances of a level of an object's mesh, in the order that the frame has sorted its triangles into if they are `sorted`: then this is
+    /// their first index.
+    fn draw(&mut self, object: &WorldObject, level: u8, sorted: Option<u32>, instances: Range<u32>) {
+        // The plan has the mesh of each object that a pass draws, and its levels.
+        let Some(range) = self.recording.scene.level(object.mesh, object.deform, level) else { return };
         let indices = if sorted.is_some() { Indices::Sorted } else { Indices::OfScene(range.width) };
         let Recording { device, cmd, .. } = *self.recording;
         if self.deformed.is_none() {

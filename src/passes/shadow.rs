@@ -227,7 +227,8 @@ impl Shadow {
         let mut meshes = MeshDraws::of_casters(recording, &streams);
         let mut bound: (Option<CasterKey>, Option<(usize, u32)>) = (None, None);
         let object_of = |caster: &Caster| &recording.world.objects[caster.object];
-        let one_draw = |a: &Caster, b: &Caster| Batch::of(object_of(a)) == Batch::of(object_of(b));
+        let one_draw =
+            |a: &Caster, b: &Caster| a.level == b.level && Batch::of(object_of(a)) == Batch::of(object_of(b));
         for casters in casters.chunk_by(one_draw) {
             let (object, count) = (object_of(&casters[0]), casters.len() as u32);
             let key = CasterKey::of(object, self.clamp && view.clamps);
@@ -248,7 +249,7 @@ impl Shadow {
             if key.has_holes() {
                 recording.push(layout, PUSH_STAGES, &push(recording, object));
             }
-            meshes.draw(object, None, first..first + count);
+            meshes.draw(object, casters[0].level, None, first..first + count);
             first += count;
         }
     }

@@ -152,7 +152,7 @@ impl Surfaces {
         for (draw, first_index) in draws {
             let object = &recording.world.objects[draw.object];
             self.bind(recording, object, &mut bound);
-            meshes.draw(object, first_index, draw.instances());
+            meshes.draw(object, draw.level, first_index, draw.instances());
         }
     }
 

@@ -87,6 +87,7 @@ pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<
     );
     add(PartGroup::Passes, passes(scene, plan));
     add(PartGroup::Geometry, geometry(scene, plan));
+    add(PartGroup::Geometry, vec![levels(settings, plan)]);
     add(PartGroup::Textures, textures(scene, settings, plan));
     add(PartGroup::Lights, shading(plan));
     add(PartGroup::Shadows, vec![shadow(scene, settings, plan)]);
@@ -392,6 +393,24 @@ fn idle_lights(plan: &FramePlan) -> Part {
 }
 
 /// Vertices and indices on the device, by stream.
+/// Their bytes are those of indices.
+fn levels(settings: &Settings, plan: &FramePlan) -> Part {
+    let leveled: Vec<_> = plan.meshes.meshes.iter().map(|mesh| mesh.levels.len()).filter(|&count| count > 0).collect();
+    let reason = match plan.shading {
+        _ if plan.lod > 0.0 => format!(
+            "objects are off by at most {} pixels: {} levels of {} meshes, {} KiB of indices",
+            plan.lod,
+            leveled.iter().sum::<usize>(),
+            leveled.len(),
+            plan.meshes.level_bytes().div_ceil(1024)
+        ),
+        _ if settings.lod <= 0.0 => "not asked for: meshes are drawn themselves".into(),
+        Shading::ShowTriangle => "the view shows the triangles of the meshes themselves".into(),
+        _ => "no mesh that opaque objects have as it is can be simplified, or is worth it".into(),
+    };
+    part("levels of detail", plan.lod > 0.0, reason, 0)
+}
+
 fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
     let planned = &plan.meshes;
     let rules = plan.surface_rules();

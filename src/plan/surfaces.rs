@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 
 pub use deforms::{DeformPlan, PlannedDeform};
 pub use materials::EffectiveMaterials;
-pub use meshes::{IndexWidth, MeshPlan, PlannedMesh};
+pub use meshes::{IndexWidth, MeshPlan, PlannedLevel, PlannedMesh};
 pub use pipelines::{Extras, ForwardKey, GeometryKey, Opacity, Streams, TextureMask};
 pub(crate) use rules::{Cuts, SurfaceRules};
 pub use textures::{PlannedTexture, SetSamplers, TexturePlan, TextureSource, texture_format};

@@ -6,7 +6,7 @@ use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::motion::{Influences, Morph};
-use super::{Aabb, Look};
+use super::{Aabb, Levels, Look};
 
 /// A triangle of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -44,6 +44,8 @@ pub struct Mesh {
     pub indices: Vec<u32>,
     /// Holds all of `origin + positions`.
     pub bounds: Aabb,
+    /// What [`Mesh::levels_of_detail`] has made.
+    pub levels: Levels,
 }
 
 impl Mesh {

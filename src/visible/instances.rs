@@ -16,11 +16,13 @@ use crate::scene::{Aabb, Camera};
 /// Steps of depth by which what is seen is sorted: near ones first, so that early depth tests save the most, and yet in few commands.
 pub const STEPS: usize = 32;
 
-/// A command: instances of one mesh with one material.
+/// A command: instances of one level of a mesh with one material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Draw {
     /// Index into [`World::objects`] of the first of them, and of any as far as the mesh and the material go.
     pub object: usize,
+    /// The level of detail of the mesh; 0 is the mesh itself.
+    pub level: u8,
     /// Where they begin in [`Visible::instances`].
     pub first: u32,
     pub count: u32,
@@ -237,7 +239,8 @@ impl InstanceList {
     pub(super) fn draws_at(&self, places: &[usize], instances: &mut Vec<u32>) -> Vec<Draw> {
         let runs = places.chunk_by(|&a, &b| self.batches[a] == self.batches[b]);
         let draws = runs.map(|run| {
-            let draw = Draw { object: self.object(run[0]), first: instances.len() as u32, count: run.len() as u32 };
+            let (object, first) = (self.object(run[0]), instances.len() as u32);
+            let draw = Draw { object, level: 0, first, count: run.len() as u32 };
             instances.extend(run.iter().map(|&place| self.objects[place]));
             draw
         });
@@ -269,7 +272,7 @@ impl InstanceList {
             let (batch, object) = (self.batches[*place as usize], self.objects[*place as usize]);
             match draws.last_mut() {
                 Some(draw) if last == Some(batch) => draw.count += 1,
-                _ => draws.push(Draw { object: object as usize, first, count: 1 }),
+                _ => draws.push(Draw { object: object as usize, level: 0, first, count: 1 }),
             }
             last = Some(batch);
             *place = object;

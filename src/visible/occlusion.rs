@@ -21,6 +21,7 @@ use self::mesh::OccluderMesh;
 use self::sketch::Sketch;
 use self::view::{Cells, View};
 use super::{Depth, World, WorldObject};
+use crate::plan::FramePlan;
 use crate::scene::{Aabb, Camera, Scene};
 
 /// What is drawn into the picture: objects that cover this share of it or more, the largest first, until one of the sums is reached: objects,
@@ -43,8 +44,13 @@ pub(super) struct Occluders {
 }
 
 impl Occluders {
-    pub(super) fn of(scene: &Scene, objects: &[WorldObject]) -> Self {
-        let can_hide = |object: &&WorldObject| is_opaque(object) && object.triangles <= LARGEST_MESH;
+    pub(super) fn of(scene: &Scene, plan: &FramePlan, objects: &[WorldObject]) -> Self {
+        // A level of detail covers other pixels than its mesh.
+        let leveled = plan.meshes.meshes.iter().filter(|mesh| !mesh.levels.is_empty());
+        let leveled: BTreeSet<usize> = leveled.map(|mesh| mesh.mesh).collect();
+        let can_hide = |object: &&WorldObject| {
+            is_opaque(object) && object.triangles <= LARGEST_MESH && !leveled.contains(&object.mesh)
+        };
         let meshes: BTreeSet<usize> = objects.iter().filter(can_hide).map(|object| object.mesh).collect();
         Self { meshes: meshes.into_iter().map(|mesh| (mesh, OccluderMesh::of(&scene.meshes[mesh]))).collect() }
     }

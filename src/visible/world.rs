@@ -11,7 +11,8 @@ use super::occlusion::Occluders;
 use super::pose::WorldPose;
 use super::shadows::{Changes, ShadowView, lamp_views, widened};
 use crate::plan::{
-    Cut, Cuts, Error, FramePlan, GeometryKey, IdleLights, LightOrder, MapProjection, SurfaceRules, weakens,
+    Cut, Cuts, Error, FramePlan, GeometryKey, IdleLights, LightOrder, MapProjection, PlannedLevel, SurfaceRules,
+    weakens,
 };
 use crate::scene::check::fits;
 use crate::scene::{
@@ -55,6 +56,8 @@ pub struct World {
     light_of: Vec<Option<usize>>,
     /// What the plan left out.
     idle_lights: IdleLights,
+    /// By mesh: its levels of detail; empty where there are none of any.
+    pub(super) levels: Vec<Vec<PlannedLevel>>,
     /// What can hide other objects, where the plan leaves out what is hidden.
     pub(super) occluders: Option<Occluders>,
     /// After how many of [`World::lights`] frames are halted.
@@ -122,8 +125,9 @@ impl World {
             deformed_triangles: BTreeMap::new(),
             object_of,
             light_of: places(order.iter().copied(), scene.lights.len()),
+            levels: levels_of(plan, scene.meshes.len()),
             occluders: (plan.finds_hidden(scene).is_ok() && !plan.hides_on_device())
-                .then(|| Occluders::of(scene, &objects)),
+                .then(|| Occluders::of(scene, plan, &objects)),
             instances: InstanceList::default(),
             objects,
             sortable: sorted
@@ -312,6 +316,16 @@ impl WorldObject {
             look: PlannedLook::of(object.shown_look(), rules.material(object), &plan.textures),
         }
     }
+}
+
+/// By mesh of the scene, of which there are `count`; nothing where no mesh has levels of detail.
+fn levels_of(plan: &FramePlan, count: usize) -> Vec<Vec<PlannedLevel>> {
+    if plan.lod <= 0.0 {
+        return Vec::new();
+    }
+    let mut levels = vec![Vec::new(); count];
+    plan.meshes.meshes.iter().for_each(|planned| levels[planned.mesh].clone_from(&planned.levels));
+    levels
 }
 
 fn union(objects: &[WorldObject]) -> Aabb {

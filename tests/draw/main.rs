@@ -15,6 +15,8 @@ mod frames;
 mod gbuffer;
 #[cfg(feature = "report")]
 mod golden;
+#[cfg(feature = "report")]
+mod levels;
 mod looks;
 mod nine_times;
 mod orthographic;

@@ -1,7 +1,11 @@
 //! Which meshes lie on the device, which vertex streams each of them has there, and how wide its indices are.
 
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
 use super::{DeformPlan, GeometryKey, Streams, SurfaceRules};
-use crate::scene::{Keep, Mesh, Object, OptionalPart, Scene, TextureSlot};
+use crate::scene::{Keep, Level, Mesh, Object, OptionalPart, Scene, TextureSlot};
 
 /// Bits of an index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -34,7 +38,7 @@ impl IndexWidth {
 }
 
 /// A mesh as it lies in the shared buffers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct PlannedMesh {
     /// Index into the scene's meshes.
     pub mesh: usize,
@@ -48,10 +52,23 @@ pub struct PlannedMesh {
     pub width: IndexWidth,
     /// Streams that a pipeline reads of it, or that are kept.
     pub streams: Streams,
+    /// Its levels of detail, the finest first, whose indices follow its own.
+    pub levels: Vec<PlannedLevel>,
+}
+
+/// A level of detail of a mesh, as it lies in the index buffer of the mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlannedLevel {
+    /// Its first index.
+    pub first_index: u32,
+    /// Three for each triangle.
+    pub index_count: u32,
+    /// As [`Level::error`].
+    pub error: f64,
 }
 
 /// The meshes of a plan. Those that need most streams come first, so that each stream ends early and all share one first vertex.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct MeshPlan {
     /// In the order in which they lie in the buffers.
     pub meshes: Vec<PlannedMesh>,
@@ -121,7 +138,37 @@ impl MeshPlan {
         for mesh in (0..scene.meshes.len()).filter(|&mesh| deformed[mesh] && streams[mesh].is_none()) {
             planned.push_indices(mesh, &scene.meshes[mesh], None, Streams::default(), keep);
         }
+        planned.add_levels(&levels_of(scene, rules));
         planned
+    }
+
+    /// Behind the indices of all meshes.
+    fn add_levels(&mut self, levels: &[Arc<[Level]>]) {
+        for planned in &mut self.meshes {
+            let Some(levels) = levels.get(planned.mesh) else { continue };
+            let indices = match planned.width {
+                IndexWidth::Bits16 => &mut self.indices_16,
+                IndexWidth::Bits32 => &mut self.indices_32,
+            };
+            for level in levels.iter() {
+                let (first_index, index_count) = (*indices as u32, level.indices.len() as u32);
+                planned.levels.push(PlannedLevel { first_index, index_count, error: level.error });
+                *indices += u64::from(index_count);
+            }
+        }
+    }
+
+    /// Whether some mesh has levels of detail.
+    pub fn has_levels(&self) -> bool {
+        self.meshes.iter().any(|mesh| !mesh.levels.is_empty())
+    }
+
+    /// Bytes of the indices of all levels of detail.
+    pub fn level_bytes(&self) -> u64 {
+        let bytes = |mesh: &PlannedMesh| {
+            mesh.levels.iter().map(|level| u64::from(level.index_count)).sum::<u64>() * mesh.width.bytes()
+        };
+        self.meshes.iter().map(bytes).sum()
     }
 
     fn push(&mut self, mesh: usize, data: &Mesh, streams: Streams, keep: Keep) {
@@ -149,7 +196,8 @@ impl MeshPlan {
         let index_count = data.indices.len() as u32;
         let first_index = *indices as u32;
         *indices += u64::from(index_count);
-        self.meshes.push(PlannedMesh { mesh, first_vertex, first_index, index_count, width, streams });
+        let levels = Vec::new();
+        self.meshes.push(PlannedMesh { mesh, first_vertex, first_index, index_count, width, streams, levels });
     }
 
     /// The streams that some mesh has.
@@ -183,6 +231,20 @@ impl MeshPlan {
             [self.vertices + self.normals, self.uvs + self.second_uvs, self.tangents + self.colors];
         12 * threes + 8 * twos + 16 * fours + self.deforms.vertex_bytes() + self.index_bytes()
     }
+}
+
+/// By mesh: its levels of detail, if any are to be drawn; empty where none of any mesh are. What is transparent is drawn whole, as its triangles
+/// are sorted, and so is what is deformed, as the error of a level is that of the mesh at rest.
+fn levels_of(scene: &Scene, rules: &SurfaceRules) -> Vec<Arc<[Level]>> {
+    if rules.lod <= 0.0 {
+        return Vec::new();
+    }
+    let mut drawn = vec![false; scene.meshes.len()];
+    for object in scene.objects.iter().filter(|object| rules.needs_mesh(scene, object)) {
+        drawn[object.mesh] |= !rules.material(object).is_transparent() && !scene.deforms(object);
+    }
+    let levels = |(mesh, drawn): (&Mesh, bool)| if drawn { mesh.levels_of_detail() } else { Arc::default() };
+    scene.meshes.par_iter().zip(drawn).map(levels).collect()
 }
 
 /// The streams that pipelines read of an object's mesh.

@@ -23,6 +23,8 @@ pub(crate) struct SurfaceRules<'a> {
     pub ambient: bool,
     pub transparency: Option<Transparency>,
     pub brdf_override: Option<Brdf>,
+    /// How far levels of detail may be off, in pixels; 0 where meshes are drawn themselves.
+    pub lod: f32,
     pub keep: Keep,
 }
 
@@ -58,6 +60,8 @@ impl<'a> SurfaceRules<'a> {
             ambient: lighting.lights.ambient,
             transparency: surfaces.transparency,
             brdf_override: settings.brdf,
+            // The triangles of levels are none of the scene's.
+            lod: if shading == Shading::ShowTriangle { 0.0 } else { settings.lod },
             keep: settings.keep,
         }
     }
@@ -192,6 +196,7 @@ impl FramePlan {
             ambient: self.lights.ambient,
             transparency: self.transparency,
             brdf_override: self.brdf_override,
+            lod: self.lod,
             keep: self.keep,
         }
     }

@@ -22,6 +22,7 @@ pub(super) const FIELD: Builtin = Builtin {
             0,
             "walls across half the view, left and right in turn, that hide what is behind",
         ),
+        Parameter::integer("detail", [1, 64], 1, "how many times as many edges go around spheres, rings and cones"),
         Parameter::integer("seed", [0, u64::MAX], 1, "of the scatter"),
     ],
     build,
@@ -38,7 +39,7 @@ fn build(params: &Params) -> Scene {
     let mut random = Random(params.integer("seed") as u64);
     walls(&mut stage, params.integer("overdraw"));
     screens(&mut stage, params.integer("screens"));
-    objects(&mut stage, &mut random, params.integer("objects"));
+    objects(&mut stage, &mut random, params.integer("objects"), params.integer("detail"));
     lights(&mut stage, &mut random, params.integer("lights"), params.number("range"));
     stage.scene.environment = Environment { ambient: Vec3::splat(2.0), background: Vec3::splat(1.0), ground: None };
     stage.scene.camera = Camera {
@@ -110,7 +111,7 @@ fn volume() -> f64 {
     4.0 * slope() * slope() * ASPECT * (FARTHEST.powi(3) - NEAREST.powi(3)) / 3.0
 }
 
-fn objects(stage: &mut Stage, random: &mut Random, count: usize) {
+fn objects(stage: &mut Stage, random: &mut Random, count: usize, detail: usize) {
     if count == 0 {
         return;
     }
@@ -126,10 +127,10 @@ fn objects(stage: &mut Stage, random: &mut Random, count: usize) {
         })
         .collect();
     let shapes = [
-        ("sphere", shapes::sphere(0.5, 24)),
+        ("sphere", shapes::sphere(0.5, 24 * detail)),
         ("box", shapes::cuboid([0.8; 3])),
-        ("ring", shapes::torus(0.38, 0.14, 28)),
-        ("cone", shapes::cone(0.5, 1.0, 24)),
+        ("ring", shapes::torus(0.38, 0.14, 28 * detail)),
+        ("cone", shapes::cone(0.5, 1.0, 24 * detail)),
     ];
     let meshes = shapes.map(|(name, shape)| stage.mesh(name, shape, materials[0]));
     let spacing = (volume() / count as f64).cbrt().min(6.0);

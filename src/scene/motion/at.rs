@@ -104,6 +104,7 @@ impl Mesh {
             morphs: Vec::new(),
             indices: self.indices.clone(),
             bounds: self.bounds,
+            levels: self.levels.clone(),
         }
     }
 }

@@ -217,6 +217,11 @@ settings! {
         "culling", "culling" => culling: Culling = Culling::Auto, {
             title: "culling", in_panel: false, sweep: Sweep::Alone, cheaper: &["gpu", "cpu"],
         }
+        /// Draw meshes by levels of detail, which have fewer triangles and are off by at most so many pixels; 0 draws the meshes themselves
+        "lod", "lod" => lod: f32 = 0.0, {
+            title: "levels of detail", values: ValueKind::Number(0.0, 100.0), unit: "pixels",
+            sweep: Sweep::Alone, tried: &["0", "0.25", "0.5", "1", "2", "4", "8"], cheaper: &["1"],
+        }
         /// Give lights without a range one, beyond which all that is dropped stays below half a step of the output; the path `loop`
         /// drops nothing
         "light-cutoff", "light_cutoff" => light_cutoff: bool = false, {

@@ -21,6 +21,13 @@ pub const CASES: &[Case] = &[
         .over(Values::Decades(-12, 12), "")
         .claim([1e-9, 1e12], Bound { worst: 2e-4, mean: 1e-6 })
         .check(Check::Placed(size, 0.01)),
+    case(
+        "space/size-lod",
+        "the same, with levels of detail that may be off by half a pixel; the truth has the meshes themselves",
+    )
+    .over(Values::Decades(-12, 12), "")
+    .claim([1e-9, 1e12], Bound { worst: 1e-2, mean: 1e-2 })
+    .check(Check::Whole(size_in_levels)),
     case("space/near", "near planes before a floor and a sphere metres away")
         .over(Values::Decades(-12, 0), "m")
         .claim([1e-12, 1.0], Bound { worst: 1e-4, mean: 1e-6 })
@@ -151,6 +158,11 @@ fn size(factor: f64) -> Subject {
     scene.camera.position *= factor;
     scene.camera.near *= factor;
     subject(scene)
+}
+
+fn size_in_levels(factor: f64) -> Subject {
+    let subject = size(factor);
+    Subject { settings: SettingsPatch { lod: Some(0.5), ..subject.settings.clone() }, ..subject }
 }
 
 fn near(metres: f64) -> Subject {

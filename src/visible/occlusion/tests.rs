@@ -31,7 +31,7 @@ fn world(scene: &Scene) -> (World, FramePlan) {
 
 fn picture(scene: &Scene, camera: &Camera) -> (World, Picture) {
     let (world, plan) = world(scene);
-    let occluders = Occluders::of(scene, &world.objects);
+    let occluders = Occluders::of(scene, &plan, &world.objects);
     let depth = Depth::of(&world, &plan, camera);
     let picture = Picture::of(&world, &occluders, (camera, &depth), SIZE, 0..world.objects.len());
     (world, picture)

@@ -45,16 +45,19 @@ impl ShadowCache {
         let draw = |(map, view): (usize, &Option<Arc<ShadowView>>)| {
             let view = view.as_ref()?;
             let drawn = self.drawn.get(map).and_then(Option::as_ref);
-            let all = || MapDraw { map, casters: view.casters.clone(), idle: 0 };
+            let all = || MapDraw { map, casters: visible.leveled(world, &view.casters).into_owned(), idle: 0 };
+            let needed = || visible.leveled(world, &visible.needed(world, plan, view)).into_owned();
             let only_needed = || {
-                let casters = visible.needed(world, plan, view);
+                let casters = needed();
                 MapDraw { map, idle: view.casters.len() - casters.len(), casters }
             };
             match drawn {
                 None => Some(only_needed()),
-                Some(drawn) if !drawn.stands(world, view) => Some(if drawn.lasted { all() } else { only_needed() }),
-                Some(drawn) if is_same_frame || drawn.casters == view.casters => None,
-                Some(drawn) => (!drawn.holds(&visible.needed(world, plan, view))).then(all),
+                Some(drawn) if !drawn.stands(world, visible, view) => {
+                    Some(if drawn.lasted { all() } else { only_needed() })
+                }
+                Some(drawn) if is_same_frame || drawn.casters == *visible.leveled(world, &view.casters) => None,
+                Some(drawn) => (!drawn.holds(&needed())).then(all),
             }
         };
         visible.shadows.iter().enumerate().filter_map(draw).collect()
@@ -80,9 +83,10 @@ impl ShadowCache {
 
 impl DrawnMap {
     /// Whether the same texels would come of drawing the same casters again.
-    fn stands(&self, world: &World, view: &Arc<ShadowView>) -> bool {
+    fn stands(&self, world: &World, visible: &Visible, view: &Arc<ShadowView>) -> bool {
         let unmoved = |caster: &Caster| world.objects[caster.object].revision == caster.revision;
-        Arc::ptr_eq(&self.view, view) || self.view.lies_as(view) && self.casters.iter().all(unmoved)
+        let lies = Arc::ptr_eq(&self.view, view) || self.view.lies_as(view) && self.casters.iter().all(unmoved);
+        lies && visible.has_levels_of(world, &self.casters)
     }
 
     fn holds(&self, needed: &[Caster]) -> bool {

@@ -7,7 +7,7 @@ use glam::{DAffine3, DMat3, DVec3, DVec4, Vec4};
 
 use crate::plan::{MapProjection, ShadowPlan, Tile};
 use crate::scene::{Aabb, Camera, CastsShadow, Projection, Sight};
-use crate::visible::World;
+use crate::visible::{World, WorldObject};
 
 /// The part of a cascade's range over which the next one takes over.
 const BLEND: f64 = 0.1;
@@ -43,6 +43,16 @@ pub struct Caster {
     pub object: usize,
     /// Counts how often it has moved.
     pub revision: u32,
+    /// The level of detail that it casts with: 0 is its mesh.
+    pub level: u8,
+}
+
+impl WorldObject {
+    /// What casters have in common that follow each other in a map.
+    pub(in crate::visible) fn caster_group(&self) -> (bool, CastsShadow, bool, Option<usize>, usize) {
+        let material = self.cuts.any().then_some(self.material);
+        (self.key.masked, self.casts, self.key.mirrored, material, self.mesh)
+    }
 }
 
 /// One depth map: what a light sees. The depth is reversed, 1 near the light.
@@ -146,11 +156,10 @@ impl ShadowView {
         // Casters that share a pipeline, a material and a mesh follow each other.
         casters.sort_by_key(|&index| {
             let object = &world.objects[index];
-            let material = object.cuts.any().then_some(object.material);
-            (object.key.masked, object.casts, object.key.mirrored, material, object.mesh, index)
+            (object.caster_group(), index)
         });
-        self.casters =
-            casters.into_iter().map(|object| Caster { object, revision: world.objects[object].revision }).collect();
+        let caster = |object: usize| Caster { object, revision: world.objects[object].revision, level: 0 };
+        self.casters = casters.into_iter().map(caster).collect();
         Arc::new(self)
     }
 
