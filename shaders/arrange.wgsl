@@ -1,4 +1,4 @@
-// ARRANGE: for each step of depth a work group, which turns the numbers of instances by group into how many come before them in the step.
+// ARRANGE: for each step of depth a work group, which turns the numbers of instances by slot into how many come before them in the step.
 #import afterlight::culling::{count_at, cull, culled}
 
 // How many each step has, for the CPU.
@@ -11,13 +11,13 @@ var<workgroup> sums: array<u32, 128>;
 @compute @workgroup_size(128)
 fn compute(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_index) thread: u32) {
     let step = workgroup.x;
-    // Each thread has some groups that follow each other.
-    let share = (cull.groups + THREADS - 1u) / THREADS;
-    let first = min(thread * share, cull.groups);
-    let end = min(first + share, cull.groups);
+    // Each thread has some slots that follow each other.
+    let share = (cull.slots + THREADS - 1u) / THREADS;
+    let first = min(thread * share, cull.slots);
+    let end = min(first + share, cull.slots);
     var sum = 0u;
-    for (var group = first; group < end; group++) {
-        sum += culled[count_at(step, group)];
+    for (var slot = first; slot < end; slot++) {
+        sum += culled[count_at(step, slot)];
     }
     sums[thread] = sum;
     workgroupBarrier();
@@ -25,8 +25,8 @@ fn compute(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocatio
     for (var other = 0u; other < thread; other++) {
         before += sums[other];
     }
-    for (var group = first; group < end; group++) {
-        let at = count_at(step, group);
+    for (var slot = first; slot < end; slot++) {
+        let at = count_at(step, slot);
         let count = culled[at];
         culled[at] = before;
         before += count;

@@ -1,7 +1,7 @@
 // CULL: which instances are in view and not hidden, in which step of depth each of those is, and how many come before it in its group.
-// variants: HIDES
+// variants: HIDES LEVELS
 // precise
-#import afterlight::culling::{count_at, cull, culled, group_of, groups, HIDDEN, LANES, Stand, stands, STEPS}
+#import afterlight::culling::{Batch, batch_of, count_at, cull, culled, group_of, groups, HIDDEN, LANES, slot_of, Stand, stands, STEPS}
 
 struct Bounds {
     center: vec3<f32>,
@@ -10,8 +10,12 @@ struct Bounds {
 
 @group(0) @binding(4) var<storage, read> boxes: array<Bounds>;
 
-// A bit for each lane whose instance is seen, by step.
+// A bit for each lane whose instance is seen, by step and level.
+#ifdef LEVELS
+var<workgroup> seen: array<array<atomic<u32>, 2>, 544>;
+#else
 var<workgroup> seen: array<array<atomic<u32>, 2>, 32>;
+#endif
 
 fn is_in_view(bounds: Bounds) -> bool {
     let center = bounds.center - cull.camera;
@@ -101,34 +105,61 @@ fn is_seen(bounds: Bounds) -> bool {
 #endif
 }
 
+#ifdef LEVELS
+// The level of fewest triangles that is off by no more than is allowed, as src/visible/levels.rs has it, to the bit.
+fn level_of(batch: Batch, stand: Stand, bounds: Bounds) -> u32 {
+    let beside = max(abs(bounds.center - cull.camera) - bounds.half - cull.slack, vec3(0.0));
+    let squared = beside.x * beside.x + beside.y * beside.y + beside.z * beside.z;
+    let allowed = cull.allowed * select(squared, 1.0, cull.is_orthographic != 0u);
+    var level = 0u;
+    while level + 1u < batch.levels {
+        let error = bitcast<f32>(groups[cull.levels_at + (batch.first_command + level + 1u) * 3u + 2u]);
+        if error * stand.scale > allowed {
+            break;
+        }
+        level++;
+    }
+    return level;
+}
+#endif
+
 @compute @workgroup_size(64)
 fn compute(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let group = group_of(workgroup);
     if group >= cull.groups {
         return;
     }
-    atomicStore(&seen[lane / 2u][lane % 2u], 0u);
+    let batch = batch_of(group);
+    let count = STEPS * batch.levels;
+    for (var index = lane; index < count; index += LANES) {
+        atomicStore(&seen[index][0], 0u);
+        atomicStore(&seen[index][1], 0u);
+    }
     workgroupBarrier();
     var step = HIDDEN;
+    var level = 0u;
     if lane < groups[group * 3u + 1u] {
         let place = groups[group * 3u] + lane;
         if is_seen(boxes[place]) {
             step = step_of(stands[place]);
-            atomicOr(&seen[step][lane / 32u], 1u << (lane % 32u));
+#ifdef LEVELS
+            level = level_of(batch, stands[place], boxes[place]);
+#endif
+            atomicOr(&seen[step * batch.levels + level][lane / 32u], 1u << (lane % 32u));
         }
     }
     workgroupBarrier();
     var before = 0u;
     if step != HIDDEN {
-        let own = atomicLoad(&seen[step][lane / 32u]) & ((1u << (lane % 32u)) - 1u);
-        before = countOneBits(own);
+        let own = step * batch.levels + level;
+        before = countOneBits(atomicLoad(&seen[own][lane / 32u]) & ((1u << (lane % 32u)) - 1u));
         if lane >= 32u {
-            before += countOneBits(atomicLoad(&seen[step][0]));
+            before += countOneBits(atomicLoad(&seen[own][0]));
         }
     }
-    culled[group * LANES + lane] = step | (before << 8u);
-    if lane < STEPS {
-        let count = countOneBits(atomicLoad(&seen[lane][0])) + countOneBits(atomicLoad(&seen[lane][1]));
-        culled[count_at(lane, group)] = count;
+    culled[group * LANES + lane] = step | (level << 8u) | (before << 16u);
+    for (var index = lane; index < count; index += LANES) {
+        let at = count_at(index / batch.levels, slot_of(batch, index % batch.levels, group));
+        culled[at] = countOneBits(atomicLoad(&seen[index][0])) + countOneBits(atomicLoad(&seen[index][1]));
     }
 }

@@ -1,7 +1,7 @@
 // FILL: the rows of the instances that are seen, in the order in which they are drawn, and the commands that draw them.
 // variants: LOOKS
 // precise
-#import afterlight::culling::{count_at, cull, culled, group_of, groups, HIDDEN, LANES, Stand, stands, STEPS}
+#import afterlight::culling::{batch_of, count_at, cull, culled, group_of, groups, HIDDEN, LANES, slot_of, Stand, stands, STEPS}
 
 #ifdef LOOKS
 // How each looks (material.wgsl), two of its numbers in a word.
@@ -43,11 +43,13 @@ fn compute(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocatio
     workgroupBarrier();
     let mark = culled[group * LANES + lane];
     let step = mark & 255u;
+    let batch = batch_of(group);
     if step != HIDDEN {
         let own = groups[group * 3u] + lane;
         let stand = stands[own];
         let offset = offset_of(stand);
-        let place = before[step] + culled[count_at(step, group)] + (mark >> 8u);
+        let slot = slot_of(batch, (mark >> 8u) & 255u, group);
+        let place = before[step] + culled[count_at(step, slot)] + (mark >> 16u);
         let at = cull.rows_at + place * 12u;
         store(at, stand.x.xyz, offset.x);
         store(at + 4u, stand.y.xyz, offset.y);
@@ -58,19 +60,22 @@ fn compute(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocatio
 #endif
     }
     // The first group of a batch writes its commands: VkDrawIndexedIndirectCommand.
-    let batch = groups[group * 3u + 2u];
-    let batch_at = cull.groups * 3u + batch * 4u;
-    if groups[batch_at + 3u] == group && lane < STEPS {
-        let first = culled[count_at(lane, group)];
-        var end = culled[cull.totals_at + lane];
-        if batch + 1u < cull.batches {
-            end = culled[count_at(lane, groups[batch_at + 7u])];
+    if batch.first_group == group && lane < STEPS {
+        for (var level = 0u; level < batch.levels; level++) {
+            let slot = batch.first_slot + level * batch.groups;
+            let next = slot + batch.groups;
+            let first = culled[count_at(lane, slot)];
+            var end = culled[cull.totals_at + lane];
+            if next < cull.slots {
+                end = culled[count_at(lane, next)];
+            }
+            let command = batch.first_command + level;
+            let at = cull.draws_at + (lane * cull.commands + command) * 5u;
+            culled[at] = groups[cull.levels_at + command * 3u];
+            culled[at + 1u] = end - first;
+            culled[at + 2u] = groups[cull.levels_at + command * 3u + 1u];
+            culled[at + 3u] = batch.first_vertex;
+            culled[at + 4u] = before[lane] + first;
         }
-        let at = cull.draws_at + (lane * cull.batches + batch) * 5u;
-        culled[at] = groups[batch_at];
-        culled[at + 1u] = end - first;
-        culled[at + 2u] = groups[batch_at + 1u];
-        culled[at + 3u] = groups[batch_at + 2u];
-        culled[at + 4u] = before[lane] + first;
     }
 }

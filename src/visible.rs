@@ -22,7 +22,7 @@ pub use active_lights::ActiveLights;
 pub use clusters::Clusters;
 pub use depth::{Depth, Eye};
 pub use instances::{CullView, Draw, InstanceList, STEPS, Stand};
-pub use levels::LevelChoice;
+pub use levels::{LevelChoice, squared_error};
 pub use looks::PackedLook;
 pub use shadows::{Caster, MapDraw, Receivers, ShadowCache, ShadowView};
 pub use volumes::{LightRect, VolumeRecord, cone_mesh, sphere_mesh};
@@ -125,11 +125,12 @@ impl Visible {
             Some(_) => Default::default(),
             None => list.near_to_far(world, camera, &seen),
         };
-        let levels = LevelChoice::of(camera, plan);
-        let draws = match &levels {
-            Some(levels) => levels::split(levels, world, &mut instances, &draws),
+        let levels = LevelChoice::of(world, camera, plan);
+        let split = |draws: Vec<Draw>, instances: &mut Vec<u32>| match &levels {
+            Some(levels) => levels::split(levels, world, instances, &draws),
             None => draws,
         };
+        let draws = split(draws, &mut instances);
         let transparent = list.transparent(&seen);
         let drawn = instances.len() + transparent.len();
         let may_be_seen = |place: usize| seen[place] || culling.is_some();
@@ -164,6 +165,7 @@ impl Visible {
             true => list.draws_at(&occlusion::largest(world, (camera, &frustum, &depth), plan.size), &mut instances),
             false => Vec::new(),
         };
+        let occluders = split(occluders, &mut instances);
         let first = instances.len() as u32;
         if !world.is_halted() {
             instances.extend(far_to_near(world, camera, &transparent));

@@ -15,7 +15,9 @@ struct Cull {
     forward: vec3<f32>,
     scale: f32,
     groups: u32,
-    batches: u32,
+    // Counts, and commands, of a step of depth.
+    slots: u32,
+    commands: u32,
     // Groups of a row of the dispatch.
     columns: u32,
     // Where things lie in `culled`, in words.
@@ -24,6 +26,11 @@ struct Cull {
     draws_at: u32,
     rows_at: u32,
     looks_at: u32,
+    // Where levels of detail lie in `groups`, in words.
+    levels_at: u32,
+    // The square of the metres that the error of a level may have at a distance of one, or at any.
+    allowed: f32,
+    is_orthographic: u32,
     // As the passes that draw have it.
     clip_from_world: mat4x4<f32>,
     // Its width and height in pixels.
@@ -33,13 +40,26 @@ struct Cull {
 }
 
 @group(0) @binding(0) var<uniform> cull: Cull;
-// Three words for each group: its first place in the list, how many places, and its batch. Then four for each batch: indices, the first of
-// them, the first vertex, and the first group.
+// Three words for each group: its first place in the list, how many places, and its batch. Then the batches, and three words for each level of
+// detail of each: indices, the first of them, and the square of its error.
 @group(0) @binding(1) var<storage, read> groups: array<u32>;
-// First a word for each lane of each group, by which CULL says of an instance: its step of depth, and how many of its group and step come before it. Then, by step
-// and group, how many instances there are, which ARRANGE replaces by how many come before them in the step. Then how many each step has, the
-// commands by step and batch, and at last the rows of the instances in the order in which they are drawn, and how they look.
+// First a word for each lane of each group, by which CULL says of an instance: its step of depth, its level, and how many of its group with both
+// come before it. Then, by step and slot, how many instances there are, which ARRANGE replaces by how many come before them in the step. Then how
+// many each step has, the commands by step, batch and level, and at last the rows of the instances in the order in which they are drawn, and how
+// they look.
 @group(0) @binding(2) var<storage, read_write> culled: array<u32>;
+
+struct Batch {
+    // The mesh itself is one of them.
+    levels: u32,
+    groups: u32,
+    // The counts of a step: of the first level all groups', then of the next.
+    first_slot: u32,
+    // Of a step, and of the levels.
+    first_command: u32,
+    first_vertex: u32,
+    first_group: u32,
+}
 
 struct Stand {
     // Rows of the map from the mesh, the larger part of the offset in w.
@@ -47,6 +67,8 @@ struct Stand {
     y: vec4<f32>,
     z: vec4<f32>,
     rest: vec3<f32>,
+    // The square of the largest factor by which a length grows.
+    scale: f32,
 }
 
 @group(0) @binding(3) var<storage, read> stands: array<Stand>;
@@ -61,6 +83,15 @@ fn group_of(workgroup: vec3<u32>) -> u32 {
     return workgroup.y * cull.columns + workgroup.x;
 }
 
-fn count_at(step: u32, group: u32) -> u32 {
-    return cull.counts_at + step * cull.groups + group;
+fn batch_of(group: u32) -> Batch {
+    let at = cull.groups * 3u + groups[group * 3u + 2u] * 6u;
+    return Batch(groups[at], groups[at + 1u], groups[at + 2u], groups[at + 3u], groups[at + 4u], groups[at + 5u]);
+}
+
+fn slot_of(batch: Batch, level: u32, group: u32) -> u32 {
+    return batch.first_slot + level * batch.groups + group - batch.first_group;
+}
+
+fn count_at(step: u32, slot: u32) -> u32 {
+    return cull.counts_at + step * cull.slots + slot;
 }

@@ -383,7 +383,12 @@ impl Renderer {
             sorted.write(&visible.sorted_indices)?;
         }
         if let (Some(culling), Some(view)) = (&mut self.culling, &visible.culling) {
-            culling.write(&self.device, self.next, (&self.world, &self.scene), (view, uniform.clip_from_world))?;
+            culling.write(
+                &self.device,
+                self.next,
+                (&self.world, &self.scene),
+                (view, visible.levels.as_ref(), uniform.clip_from_world),
+            )?;
         }
         frame.instances.write(&self.device, &self.world, (&visible, camera), &stale_maps)?;
         let posed = !self.poses.is_empty() && self.posed != self.world.pose.revision;

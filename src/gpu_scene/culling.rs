@@ -11,7 +11,10 @@ use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
 use super::{GpuScene, MeshRange};
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, SetLayout, SetWriter, binding};
 use crate::plan::{FramePlan, IndexWidth};
-use crate::visible::{CullView, InstanceList, PackedLook, STEPS, Stand, World};
+use crate::scene::MOST_LEVELS;
+use crate::visible::{
+    CullView, InstanceList, LevelChoice, PackedLook, STEPS, Stand, World, WorldObject, squared_error,
+};
 
 /// Instances of a group, and invocations of a work group, of `shaders/cull.wgsl` and `shaders/fill.wgsl`.
 const LANES: usize = 64;
@@ -39,13 +42,17 @@ struct Uniform {
     forward: Vec3,
     scale: f32,
     groups: u32,
-    batches: u32,
+    slots: u32,
+    commands: u32,
     columns: u32,
     counts_at: u32,
     totals_at: u32,
     draws_at: u32,
     rows_at: u32,
     looks_at: u32,
+    levels_at: u32,
+    allowed: f32,
+    is_orthographic: u32,
     clip_from_world: Mat4,
     picture: Vec2,
     tiles: UVec2,
@@ -61,6 +68,9 @@ struct BoxRecord {
     _second: f32,
 }
 
+// Of each step of depth and level of detail, `shaders/cull.wgsl` has a place.
+const _: () = assert!(STEPS * (MOST_LEVELS + 1) == 544);
+
 const _: () = {
     use crate::shaders::cull::structs::{bounds as box_record, cull as wgsl, stand};
     use std::mem::offset_of;
@@ -73,13 +83,17 @@ const _: () = {
     assert!(offset_of!(Uniform, forward) == wgsl::FORWARD);
     assert!(offset_of!(Uniform, scale) == wgsl::SCALE);
     assert!(offset_of!(Uniform, groups) == wgsl::GROUPS);
-    assert!(offset_of!(Uniform, batches) == wgsl::BATCHES);
+    assert!(offset_of!(Uniform, slots) == wgsl::SLOTS);
+    assert!(offset_of!(Uniform, commands) == wgsl::COMMANDS);
     assert!(offset_of!(Uniform, columns) == wgsl::COLUMNS);
     assert!(offset_of!(Uniform, counts_at) == wgsl::COUNTS_AT);
     assert!(offset_of!(Uniform, totals_at) == wgsl::TOTALS_AT);
     assert!(offset_of!(Uniform, draws_at) == wgsl::DRAWS_AT);
     assert!(offset_of!(Uniform, rows_at) == wgsl::ROWS_AT);
     assert!(offset_of!(Uniform, looks_at) == wgsl::LOOKS_AT);
+    assert!(offset_of!(Uniform, levels_at) == wgsl::LEVELS_AT);
+    assert!(offset_of!(Uniform, allowed) == wgsl::ALLOWED);
+    assert!(offset_of!(Uniform, is_orthographic) == wgsl::IS_ORTHOGRAPHIC);
     assert!(offset_of!(Uniform, clip_from_world) == wgsl::CLIP_FROM_WORLD);
     assert!(offset_of!(Uniform, picture) == wgsl::PICTURE);
     assert!(offset_of!(Uniform, tiles) == wgsl::TILES);
@@ -88,22 +102,26 @@ const _: () = {
     assert!(size_of::<Stand>() == stand::SIZE);
 };
 
-/// Commands that follow each other and differ only in their mesh.
+/// Commands that follow each other and differ only in their mesh and its level of detail.
 #[derive(Debug, Clone)]
 pub struct CulledState {
     /// Index into [`World::objects`] of one that they draw.
     pub object: usize,
     pub width: IndexWidth,
     pub deformed: bool,
-    /// Of the list's batches.
-    pub batches: Range<u32>,
+    /// Of those of a step of depth.
+    pub commands: Range<u32>,
 }
 
 /// Where things lie among the words of the buffer that CULL, ARRANGE and FILL write.
 #[derive(Debug, Clone, Copy, Default)]
 struct Extent {
     groups: usize,
-    batches: usize,
+    /// Counts of a step: one for each level of each group.
+    slots: usize,
+    /// Of a step: one for each level of each batch.
+    commands: usize,
+    levels_at: usize,
     counts_at: usize,
     totals_at: usize,
     draws_at: usize,
@@ -113,15 +131,15 @@ struct Extent {
 }
 
 impl Extent {
-    fn of(list: &InstanceList, groups: usize, has_looks: bool) -> Self {
-        let batches = list.opaque_batches().len();
+    fn of(list: &InstanceList, own: &Groups, has_looks: bool) -> Self {
+        let &Groups { count: groups, slots, commands, levels_at, .. } = own;
         let counts_at = groups * LANES;
-        let totals_at = counts_at + groups * STEPS;
+        let totals_at = counts_at + slots * STEPS;
         let draws_at = totals_at + STEPS;
-        let rows_at = draws_at + STEPS * batches * COMMAND;
+        let rows_at = draws_at + STEPS * commands * COMMAND;
         let looks_at = rows_at + list.opaque_count() * ROWS;
         let words = looks_at + if has_looks { list.opaque_count() * LOOK } else { 0 };
-        Self { groups, batches, counts_at, totals_at, draws_at, rows_at, looks_at, words }
+        Self { groups, slots, commands, levels_at, counts_at, totals_at, draws_at, rows_at, looks_at, words }
     }
 }
 
@@ -134,6 +152,7 @@ pub struct Culling {
     pub pyramid: Option<Buffer>,
     /// Width and height of the picture.
     size: [u32; 2],
+    has_levels: bool,
     inputs: Vec<Inputs>,
     extent: Extent,
     pub states: Vec<CulledState>,
@@ -222,6 +241,7 @@ impl Culling {
             culled: culled_buffer(device, 4)?,
             pyramid: pyramid_buffer(device, plan)?,
             size: plan.size,
+            has_levels: plan.meshes.has_levels(),
             set_layout,
             extent: Extent::default(),
             states: Vec::new(),
@@ -255,7 +275,7 @@ impl Culling {
         device: &Arc<Device>,
         place: usize,
         (world, scene): (&World, &GpuScene),
-        (view, clip_from_world): (&CullView, Mat4),
+        (view, levels, clip_from_world): (&CullView, Option<&LevelChoice>, Mat4),
     ) -> gpu::Result<()> {
         let list = &world.instances;
         let own = &mut self.inputs[place];
@@ -269,7 +289,7 @@ impl Culling {
             }
             None => {
                 let groups = Groups::of(world, scene);
-                let extent = Extent::of(list, groups.count, own.has_looks);
+                let extent = Extent::of(list, &groups, own.has_looks);
                 check(device, extent.words)?;
                 if self.arranged != Some(list.arranged()) {
                     // Frames in flight keep the old one until they are done.
@@ -284,7 +304,8 @@ impl Culling {
         }
         own.holds = Some((list.arranged(), list.moves().len()));
         let at = |words: usize| words as u32;
-        let Extent { groups, batches, counts_at, totals_at, draws_at, rows_at, looks_at, .. } = self.extent;
+        let Extent { groups, slots, commands, levels_at, counts_at, totals_at, draws_at, rows_at, looks_at, .. } =
+            self.extent;
         let uniform = Uniform {
             planes: view.planes,
             camera: view.camera.large,
@@ -294,13 +315,17 @@ impl Culling {
             forward: view.forward,
             scale: view.scale,
             groups: at(groups),
-            batches: at(batches),
+            slots: at(slots),
+            commands: at(commands),
             columns: COLUMNS,
             counts_at: at(counts_at),
             totals_at: at(totals_at),
             draws_at: at(draws_at),
             rows_at: at(rows_at),
             looks_at: at(looks_at),
+            levels_at: at(levels_at),
+            allowed: levels.map_or(0.0, |levels| levels.allowed),
+            is_orthographic: u32::from(levels.is_some_and(|levels| levels.is_orthographic)),
             clip_from_world,
             picture: Vec2::from(self.size.map(|edge| edge as f32)),
             tiles: UVec2::from(tiles(self.size)),
@@ -334,9 +359,9 @@ impl Culling {
         [groups.min(COLUMNS), groups.div_ceil(COLUMNS)]
     }
 
-    /// Where the command of a step and a batch lies, in bytes.
-    pub fn command(&self, step: usize, batch: u32) -> u64 {
-        ((self.extent.draws_at + (step * self.extent.batches + batch as usize) * COMMAND) * 4) as u64
+    /// Where a command of a step lies, in bytes.
+    pub fn command(&self, step: usize, command: u32) -> u64 {
+        ((self.extent.draws_at + (step * self.extent.commands + command as usize) * COMMAND) * 4) as u64
     }
 
     /// Work groups of PYRAMID across and down.
@@ -347,6 +372,11 @@ impl Culling {
     /// Whether it finds out what is hidden.
     pub fn hides(&self) -> bool {
         self.pyramid.is_some()
+    }
+
+    /// Whether meshes have levels of detail.
+    pub fn has_levels(&self) -> bool {
+        self.has_levels
     }
 
     /// Whether instances have looks.
@@ -417,16 +447,21 @@ impl Inputs {
     }
 }
 
-/// The groups and batches of a list, as `shaders/shared/culling.wgsl` has them.
+/// The groups and batches of a list, and the levels of detail of these, as `shaders/shared/culling.wgsl` has them.
 struct Groups {
     words: Vec<u32>,
     count: usize,
+    slots: usize,
+    commands: usize,
+    /// Where levels lie among the words.
+    levels_at: usize,
     states: Vec<CulledState>,
 }
 
 impl Groups {
     fn of(world: &World, scene: &GpuScene) -> Self {
-        let (mut words, mut batches, mut states) = (Vec::new(), Vec::new(), Vec::<CulledState>::new());
+        let (mut words, mut batches, mut levels) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut states, mut slots) = (Vec::<CulledState>::new(), 0);
         for (batch, places) in (0..).zip(world.instances.opaque_batches()) {
             let first_group = words.len() as u32 / 3;
             for first in places.clone().step_by(LANES) {
@@ -434,38 +469,51 @@ impl Groups {
             }
             let object = world.instances.object(places.start);
             let own = &world.objects[object];
-            // The plan has the mesh of each object that is drawn.
-            let none = MeshRange {
-                first_index: 0,
-                index_count: 0,
-                vertex_offset: 0,
-                width: IndexWidth::Bits16,
-                deformed: false,
-            };
-            let range = scene.mesh(own.mesh, own.deform).unwrap_or(none);
-            batches.extend([range.index_count, range.first_index, range.vertex_offset as u32, first_group]);
-            let state = CulledState { object, width: range.width, deformed: range.deformed, batches: batch..batch + 1 };
+            let errors = own_errors(world, own);
+            let ranges = (0..=errors.len() as u8).map(|level| range(scene, own, level));
+            let (groups, first_command) = (words.len() as u32 / 3 - first_group, levels.len() as u32 / 3);
+            let count = errors.len() as u32 + 1;
+            for (range, error) in ranges.zip([0.0].into_iter().chain(errors)) {
+                levels.extend([range.index_count, range.first_index, error.to_bits()]);
+            }
+            let MeshRange { vertex_offset, width, deformed, .. } = range(scene, own, 0);
+            batches.extend([count, groups, slots, first_command, vertex_offset as u32, first_group]);
+            slots += count * groups;
+            let state = CulledState { object, width, deformed, commands: first_command..first_command + count };
             match states.last_mut() {
                 Some(last)
-                    if (last.batches.len() as u32) < MOST_COMMANDS
+                    if last.commands.len() as u32 + count <= MOST_COMMANDS
                         && (last.width, last.deformed) == (state.width, state.deformed)
                         && world.objects[last.object].key == own.key
                         && world.objects[last.object].material_set() == own.material_set() =>
                 {
-                    last.batches.end += 1;
+                    last.commands.end = state.commands.end;
                 }
                 _ => states.push(state),
             }
         }
-        let count = words.len() / 3;
+        let (count, commands, levels_at) = (words.len() / 3, levels.len() / 3, words.len() + batches.len());
         words.extend(batches);
-        Self { words, count, states }
+        words.extend(levels);
+        Self { words, count, slots: slots as usize, commands, levels_at, states }
     }
+}
+
+/// The squared errors of an object's levels of detail, the finest first.
+fn own_errors(world: &World, object: &WorldObject) -> Vec<f32> {
+    world.levels_of(object).iter().map(squared_error).collect()
+}
+
+/// Where the indices of a level lie. The plan has the mesh of each object that is drawn.
+fn range(scene: &GpuScene, object: &WorldObject, level: u8) -> MeshRange {
+    let none =
+        MeshRange { first_index: 0, index_count: 0, vertex_offset: 0, width: IndexWidth::Bits16, deformed: false };
+    scene.level(object.mesh, object.deform, level).unwrap_or(none)
 }
 
 /// A box in f32 about the list's place, no smaller than it is.
 fn box_record(world: &World, place: usize) -> BoxRecord {
-    let (center, half) = world.instances.box_of(world, place);
+    let (center, half) = world.instances.box_of(&world.objects[world.instances.object(place)].bounds);
     BoxRecord { center, _first: 0.0, half, _second: 0.0 }
 }
 

@@ -39,7 +39,8 @@ impl Cull {
     /// # Errors
     /// When the device cannot compile the pipeline.
     pub fn new(device: &Arc<Device>, culling: &Culling) -> gpu::Result<Self> {
-        let entry = shader::variant(Flags::HIDES.when(culling.hides())).and_then(|variant| variant.compute());
+        let entry = shader::variant(Flags::HIDES.when(culling.hides()) | Flags::LEVELS.when(culling.has_levels()))
+            .and_then(|variant| variant.compute());
         Ok(Self(CullingPipeline::new(device, "cull", entry, culling)?))
     }
 

@@ -383,7 +383,7 @@ impl<'a> MeshDraws<'a> {
         unsafe { device.raw.cmd_draw_indexed(cmd, range.index_count, count, first_index, range.vertex_offset, first) };
     }
 
-    /// Draws what the device found to be seen of some batches in a step of depth.
+    /// Draws what the device found to be seen in a step of depth, by some of its commands.
     fn draw_culled(&mut self, culling: &Culling, step: usize, state: &CulledState) {
         let Recording { device, cmd, scene, .. } = *self.recording;
         if self.deformed.is_none() {
@@ -397,7 +397,7 @@ impl<'a> MeshDraws<'a> {
         if self.bound != Some(indices) {
             self.bind(indices);
         }
-        let (first, count) = (culling.command(step, state.batches.start), state.batches.len() as u32);
+        let (first, count) = (culling.command(step, state.commands.start), state.commands.len() as u32);
         let stride = size_of::<vk::DrawIndexedIndirectCommand>() as u32;
         // SAFETY: as below; the commands lie in the buffer, and FILL has written them.
         unsafe { device.raw.cmd_draw_indexed_indirect(cmd, culling.culled.raw, first, count, stride) };

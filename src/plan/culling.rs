@@ -35,7 +35,6 @@ pub(super) fn choose(
         _ if depth_prepass => return Err("the CPU does: after a depth pre-pass the order is another one".into()),
         Shading::ShowTriangle => return Err("the CPU does: the view needs each object's number".into()),
         Shading::ShowShadowMap => return Err("no object is drawn".into()),
-        _ if rules.lod > 0.0 => return Err("the CPU does: it chooses the levels of detail".into()),
         _ => {}
     }
     let drawn = || {

@@ -25,7 +25,7 @@ const LEAST_TRIANGLES: usize = 128;
 /// A level has at most this share of the triangles of the one before; otherwise that one is the last.
 const LARGEST_SHARE: f64 = 0.8;
 /// More than halve any mesh down to nothing.
-const MOST_LEVELS: usize = 16;
+pub(crate) const MOST_LEVELS: usize = 16;
 /// A level that is off by more than this share of the mesh's radius is no likeness of it.
 const LARGEST_ERROR: f64 = 0.25;
 /// The weight of a normal's difference, of length 1, beside a distance as long as the mesh.

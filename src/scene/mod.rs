@@ -39,6 +39,7 @@ pub use error::Error;
 pub use exposure::{exposure_scale, luminance, metered_ev100};
 pub use fit::{add_daylight, add_studio, fit_camera};
 pub use import::{Imported, LoadOptions, Progress};
+pub(crate) use levels::MOST_LEVELS;
 pub use levels::{Level, Levels};
 pub use light::{Falloff, Light, LightForm, LightKind, LightTrait, Outline, Sight, Solid, TRAITS, unit};
 pub use load::{OpenOptions, Up, open};

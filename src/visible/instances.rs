@@ -8,6 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3, Vec4};
 
 use super::frustum::Frustum;
+use super::levels::squared_scale;
 use super::{MapDraw, Visible, World, WorldObject};
 use crate::plan::box_tree::BoxTree;
 use crate::plan::{GeometryKey, Reach};
@@ -43,7 +44,8 @@ pub struct Stand {
     rows: [Vec4; 3],
     /// What the larger part lacks.
     rest: Vec3,
-    _padding: f32,
+    /// The square of the largest factor by which a length grows.
+    scale: f32,
 }
 
 /// A place relative to that of the world, in two parts.
@@ -66,7 +68,7 @@ impl Stand {
         let at = Place::of(object.transform.translation - anchor);
         let row = |axis: DVec3, offset: f32| axis.as_vec3().extend(offset);
         let rows = [row(rows.x_axis, at.large.x), row(rows.y_axis, at.large.y), row(rows.z_axis, at.large.z)];
-        Self { rows, rest: at.rest, _padding: 0.0 }
+        Self { rows, rest: at.rest, scale: squared_scale(&object.transform) }
     }
 
     /// Rows of the map from the mesh to the world around a place. What the difference of the larger parts loses is added again (Knuth's
@@ -209,9 +211,8 @@ impl InstanceList {
         &self.opaque_batches
     }
 
-    /// Middle and half the size of the box at a place, relative to that of [`Stand`]s: with what f32 loses, no smaller than it is.
-    pub fn box_of(&self, world: &World, place: usize) -> (Vec3, Vec3) {
-        let bounds = &world.objects[self.object(place)].bounds;
+    /// Middle and half the size of an object's box, relative to the place of [`Stand`]s: with what f32 loses, no smaller than it is.
+    pub fn box_of(&self, bounds: &Aabb) -> (Vec3, Vec3) {
         let (center, half) = (bounds.center() - self.anchor, bounds.size() * 0.5);
         (center.as_vec3(), (half + F32_SLACK * (center.abs() + half)).as_vec3())
     }
@@ -219,15 +220,21 @@ impl InstanceList {
     /// What a camera sees, as CULL takes it.
     pub(super) fn cull_view(&self, frustum: &Frustum, camera: &Camera, world: &World) -> CullView {
         let steps = DepthSteps::of(self.anchor, &world.bounds, camera);
-        let offset = camera.position - self.anchor;
+        let (place, slack) = self.place_of(camera, world);
         CullView {
             planes: frustum.planes_around(camera.position),
-            camera: Place::of(offset),
-            slack: (4.0 * F32_SLACK * (offset.length() + world.bounds.radius())) as f32,
+            camera: place,
+            slack,
             forward: steps.forward,
             begin: steps.begin,
             scale: steps.scale,
         }
+    }
+
+    /// A camera's place, relative to that of [`Stand`]s, and metres by which a box may lie beside where f32 has it.
+    pub(super) fn place_of(&self, camera: &Camera, world: &World) -> (Place, f32) {
+        let offset = camera.position - self.anchor;
+        (Place::of(offset), (4.0 * F32_SLACK * (offset.length() + world.bounds.radius())) as f32)
     }
 
     /// The index into [`World::objects`] of the one at a place.

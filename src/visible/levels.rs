@@ -8,25 +8,34 @@
 
 use std::borrow::Cow;
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 
 use super::{Caster, Draw, Visible, World, WorldObject};
 use crate::plan::{FramePlan, PlannedLevel};
 use crate::scene::Camera;
 
-/// What the choice of a frame depends on.
-#[derive(Debug, Clone, Copy)]
+/// What the choice of a frame depends on. In f32, as `shaders/cull.wgsl` has it, to the bit: CPU and device choose the same.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LevelChoice {
-    camera: Camera,
-    /// Metres that an error may have at a distance of one, or at any from an orthographic camera.
-    allowed: f64,
+    /// Relative to what [`super::Stand`]s are relative to.
+    camera: Vec3,
+    /// Metres by which a box may lie beside where f32 has it.
+    slack: f32,
+    /// The square of the metres that an error may have at a distance of one, or at any from an orthographic camera.
+    pub allowed: f32,
+    pub is_orthographic: bool,
 }
 
 impl LevelChoice {
     /// None where meshes are drawn themselves.
-    pub(super) fn of(camera: &Camera, plan: &FramePlan) -> Option<Self> {
+    pub(super) fn of(world: &World, camera: &Camera, plan: &FramePlan) -> Option<Self> {
+        if plan.lod <= 0.0 {
+            return None;
+        }
+        let (place, slack) = world.instances.place_of(camera, world);
         let pixel = 2.0 * camera.half_height() / f64::from(plan.size[1]);
-        (plan.lod > 0.0).then(|| Self { camera: *camera, allowed: f64::from(plan.lod) * pixel })
+        let allowed = (f64::from(plan.lod) * pixel).powi(2) as f32;
+        Some(Self { camera: place.large, slack, allowed, is_orthographic: camera.is_orthographic() })
     }
 
     /// The level of an object: 0 is its mesh.
@@ -35,11 +44,24 @@ impl LevelChoice {
         if levels.is_empty() {
             return 0;
         }
-        let nearest = self.camera.position.clamp(object.bounds.min, object.bounds.max);
-        let allowed = self.allowed * self.camera.w(self.camera.position.distance(nearest));
-        let scale = largest_scale(&object.transform);
-        levels.partition_point(|level| level.error * scale <= allowed) as u8
+        let (center, half) = world.instances.box_of(&object.bounds);
+        // From the camera to the nearest point of the box.
+        let beside = ((center - self.camera).abs() - half - self.slack).max(Vec3::ZERO);
+        let squared = beside.x * beside.x + beside.y * beside.y + beside.z * beside.z;
+        let allowed = self.allowed * if self.is_orthographic { 1.0 } else { squared };
+        let scale = squared_scale(&object.transform);
+        levels.partition_point(|level| squared_error(level) * scale <= allowed) as u8
     }
+}
+
+/// The square of what [`PlannedLevel::error`] says.
+pub fn squared_error(level: &PlannedLevel) -> f32 {
+    (level.error * level.error) as f32
+}
+
+/// The square of the largest factor by which a length grows.
+pub(super) fn squared_scale(transform: &DAffine3) -> f32 {
+    largest_scale(transform).powi(2) as f32
 }
 
 /// No length grows by more: exact for maps without shear, an upper bound for others (Gershgorin's circles around the squares of the columns).

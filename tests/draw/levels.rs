@@ -3,7 +3,7 @@
 use afterlight::frame::{Drawn, Picture};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    Culling, Falloff, Keep, LightPath, OptionalPart, Scene, Settings, ShadowFilter, ShadowSettings,
+    Camera, Culling, Falloff, Keep, LightPath, OptionalPart, Projection, Scene, Settings, ShadowFilter, ShadowSettings,
 };
 use glam::{DAffine3, DVec3};
 use image::RgbImage;
@@ -113,5 +113,37 @@ fn levels_are_the_same_however_a_frame_is_drawn() {
         let prepass = of(Settings { depth_prepass: Some(true), ..base });
         let (error, _) = flip_error(&rgb(&expected), &rgb(&prepass));
         assert!(error < 1e-3, "after a depth pre-pass: {error}");
+    });
+}
+
+#[test]
+fn the_device_chooses_the_levels_that_the_cpu_chooses() {
+    on_gpu(|gpu| {
+        for (turn, center) in [DVec3::ZERO, DVec3::new(3e6, -1e5, 7e6)].into_iter().enumerate() {
+            let mut scene = field();
+            for (index, object) in scene.objects.iter_mut().enumerate() {
+                object.transform.matrix3 *= 0.25 * (1 << (index % 4)) as f64;
+                object.transform.translation += center;
+            }
+            for (path, &(name, light_path)) in LightPath::NAMES.iter().enumerate() {
+                // Every third in parallel rays.
+                let height = if path % 3 == 0 { Projection::orthographic(40.0) } else { scene.camera.projection };
+                let camera = Camera { projection: height, position: scene.camera.position + center, ..scene.camera };
+                let scene = Scene { camera, ..scene.clone() };
+                let lod = [0.3, 1.0, 5.0][(path + turn) % 3];
+                let settings = |culling| Settings {
+                    culling,
+                    lod,
+                    light_path,
+                    depth_prepass: Some(false),
+                    ..own(&scene, SIZE.0, SIZE.1)
+                };
+                let [cpu, device] = [Culling::Cpu, Culling::Gpu].map(|culling| frame(gpu, &scene, &settings(culling)));
+                assert!(device.1.found.is_some_and(|found| found > 0) && cpu.1.found.is_none(), "{name}");
+                assert_identical(&device.0, &cpu.0, &format!("{name} at {center}"));
+                let whole = frame(gpu, &scene, &Settings { lod: 0.0, ..settings(Culling::Gpu) });
+                assert_ne!(bytes(&whole.0), bytes(&device.0), "{name}: levels are not seen");
+            }
+        }
     });
 }

@@ -38,7 +38,7 @@ fn farther_objects_have_coarser_levels_that_are_off_by_no_more_pixels_than_allow
     let mut before = None;
     for lod in [0.25, 1.0, 4.0] {
         let (world, plan) = world(&scene, lod);
-        let choice = LevelChoice::of(&camera, &plan).expect("levels");
+        let choice = LevelChoice::of(&world, &camera, &plan).expect("levels");
         let pixels_a_radian = f64::from(plan.size[1]) / (2.0 * camera.half_height());
         let chosen: Vec<u8> = world.objects.iter().skip(1).map(|own| choice.level(&world, own)).collect();
         assert!(chosen.windows(2).all(|pair| pair[0] <= pair[1]), "{chosen:?}");
@@ -64,7 +64,7 @@ fn the_choice_does_not_depend_on_how_the_camera_is_turned_and_not_on_distance_in
     let scene = balls(&row(20), vec![]);
     let (world, plan) = world(&scene, 1.0);
     let levels = |camera: &Camera| -> Vec<u8> {
-        let choice = LevelChoice::of(camera, &plan).expect("levels");
+        let choice = LevelChoice::of(&world, camera, &plan).expect("levels");
         world.objects.iter().map(|own| choice.level(&world, own)).collect()
     };
     let camera = scene.camera;
@@ -95,7 +95,7 @@ fn a_larger_copy_of_an_object_has_the_level_of_a_nearer_one() {
     let mut scene = balls(&[DVec3::Z * -40.0, DVec3::Z * -40.0], vec![]);
     scene.objects[2].transform.matrix3 *= 8.0;
     let (world, plan) = world(&scene, 1.0);
-    let choice = LevelChoice::of(&scene.camera, &plan).expect("levels");
+    let choice = LevelChoice::of(&world, &scene.camera, &plan).expect("levels");
     let level = |index: usize| choice.level(&world, &world.objects[index]);
     assert!(level(2) < level(1), "{} {}", level(1), level(2));
 }
@@ -187,11 +187,9 @@ fn a_plan_without_levels_has_no_trace_of_them() {
 }
 
 #[test]
-fn the_cpu_culls_where_there_are_levels_and_says_why() {
+fn the_device_culls_where_there_are_levels() {
     let scene = balls(&row(3), vec![]);
     let asked = Settings { culling: Culling::Gpu, ..Settings::default() };
     assert!(samples::plan(&scene, &asked).culls_on_device());
-    let plan = samples::plan(&scene, &Settings { lod: 1.0, ..asked });
-    assert!(plan.culling.as_ref().is_err_and(|why| why.contains("levels of detail")), "{:?}", plan.culling);
-    assert!(plan.warnings().iter().any(|warning| warning.contains("culling = gpu is not followed")));
+    assert!(samples::plan(&scene, &Settings { lod: 1.0, ..asked }).culls_on_device());
 }
