@@ -21,6 +21,9 @@ const LANES: usize = 64;
 /// Edge of the part of the picture that a work group of `shaders/pyramid.wgsl` sees, in pixels, and the squares that it finds: of four sizes.
 const TILE: u32 = 64;
 const TILE_SQUARES: u64 = 64 + 16 + 4 + 1;
+/// Where this share of the instances has moved since a frame's buffers were written, or more, all are written at once: one by one takes eight
+/// times as long for each.
+const MANY_MOVES: f64 = 1.0 / 8.0;
 /// Work groups of a row of a dispatch: every device takes as many.
 const COLUMNS: u32 = 65535;
 /// Commands that one reads of a buffer at most; `indirect_draws` of the device's capabilities says that it can.
@@ -282,9 +285,15 @@ impl Culling {
         let holds = own.holds.filter(|(arranged, _)| *arranged == list.arranged());
         match holds {
             Some((_, known)) => {
-                let moved = list.moves()[known..].iter().map(|&place| place as usize);
-                for place in moved.filter(|&place| place < list.opaque_count()) {
-                    own.write_at(world, place)?;
+                let moved = &list.moves()[known..];
+                match moved.len() as f64 > MANY_MOVES * list.opaque_count() as f64 {
+                    true => own.write_instances(device, world)?,
+                    false => {
+                        for place in moved.iter().map(|&place| place as usize).filter(|&own| own < list.opaque_count())
+                        {
+                            own.write_at(world, place)?;
+                        }
+                    }
                 }
             }
             None => {
@@ -408,10 +417,15 @@ impl Inputs {
     }
 
     fn write_all(&mut self, device: &Arc<Device>, world: &World, groups: &[u32]) -> gpu::Result<()> {
-        let count = world.instances.opaque_count();
-        let boxes: Vec<BoxRecord> = (0..count).map(|place| box_record(world, place)).collect();
         let index = self.index;
         write_list(device, &mut self.groups, &format!("instance groups of frame {index}"), groups)?;
+        self.write_instances(device, world)
+    }
+
+    /// Where all stand, and how they look.
+    fn write_instances(&mut self, device: &Arc<Device>, world: &World) -> gpu::Result<()> {
+        let (count, index) = (world.instances.opaque_count(), self.index);
+        let boxes: Vec<BoxRecord> = (0..count).map(|place| box_record(world, place)).collect();
         write_list(
             device,
             &mut self.stands,

@@ -180,10 +180,9 @@ impl InstanceList {
         self.tree.each(|bounds| sphere.touches(bounds)).any(seen)
     }
 
-    /// The places of objects for which a test holds, and for each box around them: of a box, and of half the diagonal of the largest object's
-    /// box in it.
-    pub(super) fn places_where(&self, test: impl FnMut(&Aabb, f64) -> bool) -> impl Iterator<Item = usize> {
-        self.tree.each_sized(test)
+    /// As [`BoxTree::largest_first`], by place.
+    pub(super) fn largest_first(&self, size: impl Fn(&Aabb, f64) -> Option<f64>) -> impl Iterator<Item = usize> {
+        self.tree.largest_first(size)
     }
 
     /// Differs from what it was when objects have come to other places of the list, or too many have moved to be told.

@@ -1,5 +1,8 @@
 //! A tree of boxes, to ask which of many touch something.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
 use super::Reach;
 use crate::scene::Aabb;
 
@@ -101,6 +104,27 @@ impl BoxTree {
         }
     }
 
+    /// The numbers of the boxes that have a size, from the largest to the smallest, and equally large ones as they lie in the tree. `size` is told
+    /// of a box, and of half the diagonal of the largest one in it; around a box there is none of a smaller size.
+    pub fn largest_first(&self, size: impl Fn(&Aabb, f64) -> Option<f64>) -> impl Iterator<Item = usize> {
+        let sized = move |index: usize| {
+            let size = size(&self.nodes[index].bounds, self.nodes[index].largest)?;
+            // Floats that are not negative are ordered as their bits are.
+            Some((size.max(0.0).to_bits(), Reverse(index)))
+        };
+        let mut open: BinaryHeap<_> = (0..self.nodes.len().min(1)).filter_map(&sized).collect();
+        std::iter::from_fn(move || {
+            while let Some((_, Reverse(index))) = open.pop() {
+                let first = index + 1;
+                if self.nodes[index].end == first {
+                    return Some(self.nodes[index].item);
+                }
+                open.extend([first, self.nodes[first].end].into_iter().filter_map(&sized));
+            }
+            None
+        })
+    }
+
     /// Calls `each` with the numbers of the boxes that are not outside. Boxes within one that is inside are not asked about.
     pub fn sort_out(&self, side: impl Fn(&Aabb) -> Side, mut each: impl FnMut(usize)) {
         let mut index = 0;
@@ -119,15 +143,10 @@ impl BoxTree {
 
     /// The boxes for which the test holds, by their numbers. What holds for a box must hold for each box around it.
     pub fn each(&self, mut test: impl FnMut(&Aabb) -> bool) -> impl Iterator<Item = usize> {
-        self.each_sized(move |bounds, _| test(bounds))
-    }
-
-    /// The same of a test that is also told half the diagonal of the largest box within.
-    pub fn each_sized(&self, mut test: impl FnMut(&Aabb, f64) -> bool) -> impl Iterator<Item = usize> {
         let mut index = 0;
         std::iter::from_fn(move || {
             while let Some(node) = self.nodes.get(index) {
-                if !test(&node.bounds, node.largest) {
+                if !test(&node.bounds) {
                     index = node.end;
                     continue;
                 }

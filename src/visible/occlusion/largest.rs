@@ -1,47 +1,40 @@
 //! The objects that cover the most of a picture: what the device draws first, to find out what is hidden behind them.
 
-use super::view::{Cells, View};
+use super::view::View;
 use crate::scene::{Aabb, Camera};
 use crate::visible::frustum::Frustum;
 use crate::visible::{Depth, World};
 
-/// What is drawn: objects whose boxes cover this share of the picture or more, the largest first, until one of the sums is reached.
+/// What is drawn: objects that cover this share of the picture or more, the largest first, until one of the sums is reached: objects, and
+/// triangles. A larger object is left out where its triangles are too many.
 const LEAST_SHARE: f64 = 0.004;
-const MOST_OBJECTS: usize = 512;
-const MOST_TRIANGLES: usize = 65536;
+const MOST_OBJECTS: usize = 128;
+const MOST_TRIANGLES: usize = 32768;
+/// Objects that are looked at, as some may hide nothing.
+const MOST_TRIED: usize = 4 * MOST_OBJECTS;
 
-/// The places in the world's list of what hides others the most, in the order of the list.
+/// The places in the world's list of what hides others the most, in the order of the list. An object is as large as the square around its box's
+/// sphere.
 pub(in crate::visible) fn largest(
     world: &World,
     (camera, frustum, depth): (&Camera, &Frustum, &Depth),
     size: [u32; 2],
 ) -> Vec<usize> {
     let (view, list) = (View::of(camera, depth, size), &world.instances);
-    let all = Cells { columns: (0, view.columns - 1), rows: (0, view.rows - 1) };
-    let least = LEAST_SHARE * all.count() as f64;
-    let covers = |place: usize| {
-        let object = &world.objects[list.object(place)];
-        // A mask's holes are known where it is shaded.
-        if object.transparent || object.key.masked {
-            return None;
-        }
-        let cells = match view.footprint(&object.bounds) {
-            Some((cells, _)) => cells?.count(),
-            None => all.count(),
-        };
-        (cells as f64 >= least).then_some((cells, place, object.triangles))
+    let least = LEAST_SHARE * (view.columns * view.rows) as f64;
+    let size = |bounds: &Aabb, largest: f64| {
+        let size = view.size(bounds, largest);
+        (size >= least && frustum.may_see(bounds)).then_some(size)
     };
-    let may_cover = |bounds: &Aabb, largest| view.is_large(bounds, largest, least) && frustum.may_see(bounds);
-    let mut found: Vec<_> = list.places_where(may_cover).filter_map(covers).collect();
-    // Of equally large ones the first in the list.
-    found.sort_unstable_by_key(|&(cells, place, _)| (std::cmp::Reverse(cells), place));
     let mut triangles = 0;
-    let fits = |&(_, _, own): &(usize, usize, usize)| {
-        let is_in = triangles + own <= MOST_TRIANGLES;
-        triangles += if is_in { own } else { 0 };
+    let hides = |place: &usize| {
+        let object = &world.objects[list.object(*place)];
+        // A mask's holes are known where it is shaded.
+        let is_in = !object.transparent && !object.key.masked && triangles + object.triangles <= MOST_TRIANGLES;
+        triangles += if is_in { object.triangles } else { 0 };
         is_in
     };
-    let mut places: Vec<usize> = found.into_iter().filter(fits).take(MOST_OBJECTS).map(|(_, place, _)| place).collect();
+    let mut places: Vec<usize> = list.largest_first(size).take(MOST_TRIED).filter(hides).take(MOST_OBJECTS).collect();
     places.sort_unstable();
     places
 }
@@ -78,15 +71,17 @@ mod tests {
             let view = View::of(&scene.camera, &depth, [1280, 720]);
             let least = LEAST_SHARE * (view.columns * view.rows) as f64;
             let list = &world.instances;
-            let is_large = |&place: &usize| {
+            let size = |place: usize| {
                 let bounds = &world.objects[list.object(place)].bounds;
-                let is_seen = match view.footprint(bounds) {
-                    Some((cells, _)) => cells.is_some_and(|cells| cells.count() as f64 >= least),
-                    None => true,
-                };
-                is_seen && frustum.may_see(bounds) && view.is_large(bounds, bounds.radius(), least)
+                let size = view.size(bounds, bounds.radius());
+                (size >= least && frustum.may_see(bounds)).then_some(size)
             };
-            prop_assert_eq!(found, (0..list.opaque_count()).filter(is_large).collect::<Vec<_>>());
+            let mut sizes: Vec<f64> = (0..list.opaque_count()).filter_map(size).collect();
+            sizes.sort_by(|a, b| b.total_cmp(a));
+            sizes.truncate(MOST_OBJECTS);
+            let mut own: Vec<f64> = found.into_iter().map(|place| size(place).expect("it is large")).collect();
+            own.sort_by(|a, b| b.total_cmp(a));
+            prop_assert_eq!(own, sizes);
         }
     }
 }

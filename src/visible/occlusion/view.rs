@@ -103,12 +103,12 @@ impl View {
         length(middle.x) * length(middle.y) >= least
     }
 
-    /// Whether a sphere of this radius covers so many cells where a box is nearest, in the middle of the picture.
-    pub(super) fn is_large(&self, bounds: &Aabb, radius: f64, least: f64) -> bool {
+    /// Cells of the square around a sphere of this radius where a box is nearest, in the middle of the picture.
+    pub(super) fn size(&self, bounds: &Aabb, radius: f64) -> f64 {
         let half = self.camera.forward().abs().dot(bounds.size() * 0.5);
         let nearest = self.place(bounds.center()).z - half;
         let diameter = 2.0 * radius * self.scale / self.camera.w(nearest.max(self.camera.near));
-        diameter * diameter >= least
+        diameter * diameter
     }
 
     /// The cells that a box comes near, and the distance of its nearest point; none where it is not wholly before the near plane.
