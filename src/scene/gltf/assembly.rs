@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use glam::DAffine3;
+use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::animation::{Keys, Take};
 use super::drawables::{self, Drawable, Drawables, Sources};
@@ -304,5 +304,28 @@ fn weights_of(document: &Document, node: usize) -> Vec<f64> {
 
 fn parts(transform: &DAffine3) -> Placement {
     let (scale, rotation, translation) = transform.to_scale_rotation_translation();
-    Placement { translation, rotation, scale }
+    match rotation.is_finite() {
+        true => Placement { translation, rotation, scale },
+        false => flat_parts(&transform.matrix3, translation),
+    }
+}
+
+/// The same of a map that takes some axis to nothing: where the others go says its rotation, and where none is left, any will do.
+fn flat_parts(matrix: &DMat3, translation: DVec3) -> Placement {
+    let columns = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
+    let mut axes = columns.map(DVec3::normalize_or_zero);
+    for index in 0..3 {
+        if axes[index] == DVec3::ZERO {
+            axes[index] = axes[(index + 1) % 3].cross(axes[(index + 2) % 3]).normalize_or_zero();
+        }
+    }
+    let [x, y, z] = axes;
+    let rotation = match axes.iter().position(|axis| *axis != DVec3::ZERO) {
+        None => DQuat::IDENTITY,
+        Some(only) if axes.iter().filter(|axis| **axis != DVec3::ZERO).count() == 1 => {
+            DQuat::from_rotation_arc(DVec3::AXES[only], axes[only])
+        }
+        Some(_) => DQuat::from_mat3(&DMat3::from_cols(x, y, z)).normalize(),
+    };
+    Placement { translation, rotation, scale: DVec3::from(columns.map(DVec3::length)) }
 }

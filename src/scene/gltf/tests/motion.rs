@@ -201,6 +201,22 @@ fn a_skin_whose_joints_move_keeps_them_and_its_weights_sum_to_one() {
 }
 
 #[test]
+fn a_joint_that_moves_may_be_flat() {
+    let axes = |x: f64, y: f64, z: f64| json!([x, 0, 0, 0, 0, y, 0, 0, 0, 0, z, 0, 0, 0, 2, 1]);
+    for matrix in [axes(0.0, 1.0, 1.0), axes(2.0, 0.0, -1.0), axes(0.0, 0.0, -3.0), axes(0.0, 0.0, 0.0)] {
+        let mut file = skinned();
+        file.json["nodes"][1]["matrix"] = matrix.clone();
+        animate(&mut file, json!({"node": 1, "path": "translation"}), "VEC3", &[0.0, 0.0, 2.0, 0.0, 0.0, 2.0]);
+        let found = file.read();
+        let Local::Parts(own) = &found.motion.nodes[0].local else { panic!("it moves") };
+        let transform = glam::DAffine3::from_scale_rotation_translation(own.scale, own.rotation, own.translation);
+        let expected: Vec<f64> = matrix.as_array().expect("a matrix").iter().filter_map(Value::as_f64).collect();
+        let expected = glam::DAffine3::from_mat4(glam::DMat4::from_cols_slice(&expected));
+        assert!(transform.abs_diff_eq(expected, 1e-12), "{transform} {expected}");
+    }
+}
+
+#[test]
 fn a_skin_that_cannot_be_is_left_out_and_a_joint_too_many_is_an_error() {
     let mut file = skinned();
     file.json["skins"][0]["joints"] = json!([]);
