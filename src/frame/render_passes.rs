@@ -148,9 +148,9 @@ impl RenderPasses {
         for made in &mut self.passes {
             made.framebuffers = self.targets.framebuffers(plan, (device, &made.pass), &made.targets, swapchain)?;
         }
-        let depths = self.inputs(&pyramid::PASS, plan);
-        match (&mut self.hiding, parts.culling) {
-            (Some(hiding), Some(culling)) => hiding.pyramid.rebind(device, culling, &depths),
+        let depths = self.hiding.is_some().then(|| self.inputs(&pyramid::PASS, plan));
+        match (&mut self.hiding, depths, parts.culling) {
+            (Some(hiding), Some(depths), Some(culling)) => hiding.pyramid.rebind(device, culling, &depths),
             _ => Ok(()),
         }
     }

@@ -1,20 +1,21 @@
 //! What CULL, ARRANGE and FILL read and write: all opaque objects as instances, and of those that are seen the rows and the commands that draw
 //! them.
 
-use std::ops::Range;
+mod groups;
+
 use std::sync::Arc;
 
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
 
-use super::{GpuScene, MeshRange};
+pub use self::groups::CulledState;
+use self::groups::Groups;
+use super::GpuScene;
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, SetLayout, SetWriter, binding};
-use crate::plan::{FramePlan, IndexWidth};
+use crate::plan::FramePlan;
 use crate::scene::MOST_LEVELS;
-use crate::visible::{
-    CullView, InstanceList, LevelChoice, PackedLook, STEPS, Stand, World, WorldObject, squared_error,
-};
+use crate::visible::{CullView, InstanceList, LevelChoice, PackedLook, STEPS, Stand, World};
 
 /// Instances of a group, and invocations of a work group, of `shaders/cull.wgsl` and `shaders/fill.wgsl`.
 const LANES: usize = 64;
@@ -26,8 +27,6 @@ const TILE_SQUARES: u64 = 64 + 16 + 4 + 1;
 const MANY_MOVES: f64 = 1.0 / 8.0;
 /// Work groups of a row of a dispatch: every device takes as many.
 const COLUMNS: u32 = 65535;
-/// Commands that one reads of a buffer at most; `indirect_draws` of the device's capabilities says that it can.
-const MOST_COMMANDS: u32 = 65536;
 /// Words of a command, of an instance's rows, and of its look.
 const COMMAND: usize = size_of::<vk::DrawIndexedIndirectCommand>() / 4;
 const ROWS: usize = 12;
@@ -104,17 +103,6 @@ const _: () = {
     assert!(offset_of!(BoxRecord, half) == box_record::HALF);
     assert!(size_of::<Stand>() == stand::SIZE);
 };
-
-/// Commands that follow each other and differ only in their mesh and its level of detail.
-#[derive(Debug, Clone)]
-pub struct CulledState {
-    /// Index into [`World::objects`] of one that they draw.
-    pub object: usize,
-    pub width: IndexWidth,
-    pub deformed: bool,
-    /// Of those of a step of depth.
-    pub commands: Range<u32>,
-}
 
 /// Where things lie among the words of the buffer that CULL, ARRANGE and FILL write.
 #[derive(Debug, Clone, Copy, Default)]
@@ -459,70 +447,6 @@ impl Inputs {
         }
         writer.update(device, self.set);
     }
-}
-
-/// The groups and batches of a list, and the levels of detail of these, as `shaders/shared/culling.wgsl` has them.
-struct Groups {
-    words: Vec<u32>,
-    count: usize,
-    slots: usize,
-    commands: usize,
-    /// Where levels lie among the words.
-    levels_at: usize,
-    states: Vec<CulledState>,
-}
-
-impl Groups {
-    fn of(world: &World, scene: &GpuScene) -> Self {
-        let (mut words, mut batches, mut levels) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut states, mut slots) = (Vec::<CulledState>::new(), 0);
-        for (batch, places) in (0..).zip(world.instances.opaque_batches()) {
-            let first_group = words.len() as u32 / 3;
-            for first in places.clone().step_by(LANES) {
-                words.extend([first as u32, places.end.min(first + LANES) as u32 - first as u32, batch]);
-            }
-            let object = world.instances.object(places.start);
-            let own = &world.objects[object];
-            let errors = own_errors(world, own);
-            let ranges = (0..=errors.len() as u8).map(|level| range(scene, own, level));
-            let (groups, first_command) = (words.len() as u32 / 3 - first_group, levels.len() as u32 / 3);
-            let count = errors.len() as u32 + 1;
-            for (range, error) in ranges.zip([0.0].into_iter().chain(errors)) {
-                levels.extend([range.index_count, range.first_index, error.to_bits()]);
-            }
-            let MeshRange { vertex_offset, width, deformed, .. } = range(scene, own, 0);
-            batches.extend([count, groups, slots, first_command, vertex_offset as u32, first_group]);
-            slots += count * groups;
-            let state = CulledState { object, width, deformed, commands: first_command..first_command + count };
-            match states.last_mut() {
-                Some(last)
-                    if last.commands.len() as u32 + count <= MOST_COMMANDS
-                        && (last.width, last.deformed) == (state.width, state.deformed)
-                        && world.objects[last.object].key == own.key
-                        && world.objects[last.object].material_set() == own.material_set() =>
-                {
-                    last.commands.end = state.commands.end;
-                }
-                _ => states.push(state),
-            }
-        }
-        let (count, commands, levels_at) = (words.len() / 3, levels.len() / 3, words.len() + batches.len());
-        words.extend(batches);
-        words.extend(levels);
-        Self { words, count, slots: slots as usize, commands, levels_at, states }
-    }
-}
-
-/// The squared errors of an object's levels of detail, the finest first.
-fn own_errors(world: &World, object: &WorldObject) -> Vec<f32> {
-    world.levels_of(object).iter().map(squared_error).collect()
-}
-
-/// Where the indices of a level lie. The plan has the mesh of each object that is drawn.
-fn range(scene: &GpuScene, object: &WorldObject, level: u8) -> MeshRange {
-    let none =
-        MeshRange { first_index: 0, index_count: 0, vertex_offset: 0, width: IndexWidth::Bits16, deformed: false };
-    scene.level(object.mesh, object.deform, level).unwrap_or(none)
 }
 
 /// A box in f32 about the list's place, no smaller than it is.
