@@ -36,7 +36,7 @@ fn step_of(stand: Stand) -> u32 {
 }
 
 #ifdef HIDES
-// What PYRAMID writes.
+// The depths that PYRAMID writes, level by level.
 @group(0) @binding(6) var<storage, read> pyramid: array<f32>;
 
 // Behind what hides it a box is by so much of its depth, and by so much in any case: depths are interpolated over large triangles with the
@@ -44,7 +44,7 @@ fn step_of(stand: Stand) -> u32 {
 const DEPTH_SHARE: f32 = 1e-3;
 const DEPTH_SLACK: f32 = 4e-6;
 
-// Whether all pixels that the box may cover show something before it.
+// The box is hidden if every pixel that it may cover shows something before it.
 fn is_hidden(bounds: Bounds) -> bool {
     let center = bounds.center - cull.camera;
     let half = bounds.half + cull.slack;
@@ -77,7 +77,7 @@ fn is_hidden(bounds: Bounds) -> bool {
     var edge = 8u;
     var at = 0u;
     while (span >> shift) > 3u {
-        // What is so large is mostly seen.
+        // An object that is so large is mostly seen.
         if edge == 1u {
             return false;
         }

@@ -55,7 +55,7 @@ struct Batch {
     groups: u32,
     // The counts of a step: of the first level all groups', then of the next.
     first_slot: u32,
-    // Of a step, and of the levels.
+    // The batch's first command among those of a step, and its first level among all levels.
     first_command: u32,
     first_vertex: u32,
     first_group: u32,

@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 /// Between two lines of one [`shares`], at least.
 const LINE_EVERY: Duration = Duration::from_secs(10);
 
-/// What is over sooner shows no bar: it would flicker.
+/// Work that is over sooner shows no bar: it would flicker.
 const SHOWN_AFTER: Duration = Duration::from_millis(500);
 
 /// A spinner beside the name of what is being loaded.

@@ -90,7 +90,7 @@ impl Workload {
             options.aspect = f64::from(width) / f64::from(height);
         }
         let mut scene = scene::open(spec, &options)?;
-        // What was decoded from.
+        // The bytes of files that images were decoded from.
         memory::give_back();
         let (load_ms, aspect) = (milliseconds_since(start), options.aspect);
         drop(progress);

@@ -56,7 +56,7 @@ struct SkinStage {
     after: Option<Edge>,
 }
 
-/// What finds out on the device what is hidden, with the rows of the barriers around PYRAMID.
+/// The passes by which the device finds hidden objects, with the rows of the barriers around PYRAMID.
 struct HidingStage {
     pass: RenderPassIndex,
     occluders: Occluders,

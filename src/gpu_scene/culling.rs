@@ -139,7 +139,7 @@ pub struct Culling {
     pub set_layout: SetLayout,
     /// What they write, and what draws read. Frames share it.
     pub culled: Buffer,
-    /// What PYRAMID writes and CULL reads, where the plan finds out what is hidden. Frames share it.
+    /// The depths that PYRAMID writes and CULL reads, where the device finds hidden objects. Frames share the buffer.
     pub pyramid: Option<Buffer>,
     /// Width and height of the picture.
     size: [u32; 2],

@@ -101,7 +101,7 @@ pub enum Resource {
     CulledInstances,
     /// How many instances ARRANGE found to be seen, for the CPU: one for each frame in flight.
     FoundCounts,
-    /// What PYRAMID writes: the least depths of squares of the picture.
+    /// The least depths of squares of the picture, which PYRAMID writes.
     DepthPyramid,
     /// What the CPU writes for each frame: camera, lights, lists, instances, sorted indices.
     FrameData,

@@ -93,7 +93,7 @@ struct PassReport {
 #[derive(Serialize, Default)]
 struct DrawnReport {
     objects: u64,
-    /// Of which the device finds out those that are seen, and how many it found; they are not among the others, nor are their triangles.
+    /// Objects that the device tests, and those of them that it found to be seen. Neither they nor their triangles are counted elsewhere.
     objects_on_device: u64,
     found_on_device: u64,
     /// That draw surfaces.
