@@ -9,7 +9,7 @@ use super::render::Reference;
 use super::{Options, Smith, View};
 use crate::scene::{
     AlphaMode, Brdf, Camera, CastsShadow, ColorSpace, Environment, Light, Look, Material, Mesh, Object, Projection,
-    Sampler, Scene, Texels, Texture, UvMap,
+    Sampler, Scene, Sky, SkyImage, SunDisc, Texels, Texture, UvMap,
 };
 
 #[cfg(test)]
@@ -210,6 +210,7 @@ impl Fingerprint {
             textures,
             lights,
             environment,
+            sky,
             camera: _,
             cameras: _,
             looks_through: _,
@@ -231,6 +232,24 @@ impl Fingerprint {
         self.number(u64::from(ground.is_some()));
         self.color(ground.unwrap_or(Vec3::ZERO));
         self.color(*background);
+        if let Some(sky) = sky {
+            self.sky(sky);
+        }
+    }
+
+    fn sky(&mut self, sky: &Sky) {
+        let Sky { image, rotation_degrees, nits, lights, sun } = sky;
+        let SkyImage { name: _, size, texels } = &**image;
+        size.iter().for_each(|&edge| self.number(u64::from(edge)));
+        self.0.update(bytemuck::cast_slice(texels));
+        self.real(*rotation_degrees);
+        self.single(*nits);
+        self.number(u64::from(*lights));
+        if let Some(SunDisc { direction, degrees, radiance }) = sun {
+            self.vector(*direction);
+            self.real(*degrees);
+            self.color(*radiance);
+        }
     }
 
     fn view(&mut self, view: &View) {

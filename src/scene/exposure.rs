@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 
-use super::Scene;
+use super::{Scene, Sky};
 
 /// Incident-light meter constant C, in lux seconds, for a flat-receptor meter.
 const CALIBRATION: f64 = 250.0;
@@ -30,7 +30,8 @@ pub fn metered_ev100(scene: &Scene) -> f32 {
     let point = if bounds.is_empty() { scene.camera.position } else { bounds.center() };
     // Averaged over all ways that the receptor may be turned.
     let (ambient, _) = scene.environment.hemispheres();
-    let ambient = std::f64::consts::PI * f64::from(luminance(ambient));
+    let sky = scene.sky.as_ref().filter(|sky| sky.lights).map_or(Vec3::ZERO, Sky::mean);
+    let ambient = std::f64::consts::PI * (f64::from(luminance(ambient)) + f64::from(luminance(sky)));
     let lights: f64 = scene.lights.iter().map(|light| light.illuminance(point, bounds.radius())).sum();
     let ev100 = ((ambient + lights) * 100.0 / CALIBRATION).log2();
     if ev100.is_finite() { ev100.clamp(-100.0, 100.0) as f32 } else { 0.0 }

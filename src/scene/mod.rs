@@ -27,6 +27,7 @@ pub mod obj;
 mod optional_parts;
 mod path;
 mod settings;
+mod sky;
 mod suggest;
 mod temperature;
 mod texels;
@@ -58,6 +59,9 @@ pub use settings::{
     Culling, GbufferChoice, GbufferPreset, HdrFormat, LightPath, MSAA, Output, Resolve, SETTINGS, Setting, Settings,
     SettingsPatch, ShadowFilter, ShadowSettings, Sweep, TARGETS, TargetChoice, Tonemap, Transparency, ValueKind, View,
 };
+pub use sky::{
+    Atmosphere, CubeLevel, FACES, MOST_LIGHT, Sky, SkyCube, SkyImage, SunDisc, face_direction, read_faces, read_panorama,
+};
 pub use suggest::{nearest, unknown};
 pub use temperature::{KELVIN, black_body_color};
 pub use texels::{BlockFormat, Texels};
@@ -85,6 +89,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Light from everywhere.
     pub environment: Environment,
+    /// What is seen where nothing is, in place of the environment's background, and lights what is there beside its ambient light.
+    pub sky: Option<Sky>,
     /// Where the scene is seen from.
     pub camera: Camera,
     /// The cameras that its files have, for who wants to look through another.

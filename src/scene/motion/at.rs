@@ -71,6 +71,7 @@ impl Scene {
             textures: self.textures.clone(),
             lights: pose.lights(self),
             environment: self.environment,
+            sky: self.sky.clone(),
             camera: looks_through.map_or(self.camera, |own| own.camera),
             cameras,
             looks_through: None,
