@@ -1,9 +1,10 @@
 // FORWARD and TRANSPARENT: surfaces are lit while they are rasterized, by the same code as in LIGHTING.
-// variants: TEXTURED NORMAL_MAP EXTRAS LIGHTS UNIFORM_BUFFER CLUSTERED SHADOW WEIGHTED
+// variants: TEXTURED NORMAL_MAP EXTRAS LIGHTS UNIFORM_BUFFER CLUSTERED SHADOW WEIGHTED SKY_LIGHT
 // requires: NORMAL_MAP -> TEXTURED
 // requires: UNIFORM_BUFFER -> LIGHTS
 // requires: CLUSTERED -> LIGHTS
 // requires: SHADOW -> LIGHTS
+// excludes: SKY_LIGHT UNIFORM_BUFFER
 // precise
 #import afterlight::frame::{frame, view_ray, ORTHOGRAPHIC}
 #import afterlight::encodings::{encode_shininess}

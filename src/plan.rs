@@ -20,6 +20,7 @@ mod parts;
 #[cfg(test)]
 pub(crate) mod samples;
 mod shadows;
+mod sky;
 mod surfaces;
 mod targets;
 #[cfg(test)]
@@ -32,6 +33,7 @@ pub use lights::{PlannedLights, UNIFORM_LIGHTS};
 pub use output::{Canvas, Encoding, HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping, Transfer};
 pub use parts::{Part, PartGroup};
 pub use shadows::{MapProjection, ShadowLight, ShadowPlan, Tile};
+pub use sky::SkyPlan;
 pub use surfaces::{
     DeformPlan, EffectiveMaterials, Extras, ForwardKey, GeometryKey, IndexWidth, MeshPlan, Opacity, PlannedBrdf,
     PlannedDeform, PlannedLevel, PlannedMesh, PlannedTexture, SetSamplers, Streams, TextureMask, TexturePlan,
@@ -152,7 +154,7 @@ pub enum Shading {
 impl Shading {
     fn of(view: View, device: &Capabilities) -> Result<Self, Error> {
         Ok(match view {
-            View::Final => Self::Light { light_only: false },
+            View::Final | View::Ambient => Self::Light { light_only: false },
             View::Lighting => Self::Light { light_only: true },
             View::Overdraw => Self::ShowOverdraw,
             View::Triangle if !device.primitive_index => return Err(Error::NoTriangles),
@@ -188,6 +190,8 @@ pub struct FramePlan {
     pub gbuffer: Option<Gbuffer>,
     /// GEOMETRY has a render pass of its own, which stores the G-buffer for the next one.
     pub stores_gbuffer: bool,
+    /// The scene's sky, where it is seen or lights surfaces.
+    pub sky: Option<SkyPlan>,
     /// The shadow maps of all lights that have some.
     pub shadow: Option<ShadowPlan>,
     /// Emissive light is written by GEOMETRY and LIGHTING adds to it.
@@ -284,6 +288,7 @@ struct Choices {
     surfaces: Surfaces,
     gbuffer: Option<Gbuffer>,
     stores_gbuffer: bool,
+    sky: Option<SkyPlan>,
     way: Way,
 }
 
@@ -291,7 +296,7 @@ impl Choices {
     fn of(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
         checks::check_size(settings.size, device)?;
         let shading = Shading::of(settings.view, device)?;
-        let lighting = Lighting::of(scene, settings, device, shading)?;
+        let mut lighting = Lighting::of(scene, settings, device, shading)?;
         let surfaces = Surfaces::of(scene, settings, lighting.path)?;
         // What the view of the complexity compares must be what LIGHTING would read.
         let shadowed = lighting.shadow.is_some()
@@ -315,7 +320,18 @@ impl Choices {
             emissive: surfaces.emissive,
             adds_lights: adds_lights(lighting.path, &lighting.lights),
             transparent: surfaces.transparency.is_some(),
+            adds_ambient: false,
         };
+        let sky = SkyPlan::of(scene, settings, shading);
+        if sky.is_some() {
+            sky::check(scene, lighting.path, device)?;
+        }
+        let lit_by_sky = sky.is_some_and(|sky| sky.lights);
+        // Surfaces that are lit as they are drawn have no code for a sky with lights in a uniform buffer.
+        if lit_by_sky && (is_forward(lighting.path) || surfaces.transparency.is_some()) {
+            lighting.lights.uniform = false;
+        }
+        let blending = Blending { adds_ambient: lit_by_sky && !is_forward(lighting.path), ..blending };
         let way = Way::of(settings, device, blending)?;
         let locations = geometry_locations(gbuffer.as_ref(), shading, surfaces.emissive);
         checks::check_attachments(locations, gbuffer.as_ref(), settings.msaa, device)?;
@@ -324,7 +340,7 @@ impl Choices {
             && lighting.path != LightPath::Compute
             && settings.view != View::Complexity
             && settings.keep.has(OptionalPart::StoredGbuffer);
-        Ok(Self { shading, lighting, surfaces, gbuffer, stores_gbuffer, way })
+        Ok(Self { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, way })
     }
 }
 
@@ -353,7 +369,7 @@ impl FramePlan {
 
     /// All but the words about it, for a scene that has been checked.
     fn decide(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
-        let Choices { shading, lighting, surfaces, gbuffer, stores_gbuffer, way } =
+        let Choices { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, way } =
             Choices::of(scene, settings, device)?;
         let rules = SurfaceRules::of(settings, shading, &lighting, &surfaces);
         let pipelines = rules.pipelines(scene);
@@ -371,6 +387,7 @@ impl FramePlan {
             shading,
             stores_gbuffer,
             gbuffer,
+            sky,
             shadow: lighting.shadow,
             emissive: surfaces.emissive,
             transparency: surfaces.transparency,
@@ -405,7 +422,7 @@ impl FramePlan {
             geometry: pipelines.geometry,
             transparent: pipelines.transparent,
             streams: meshes.streams(),
-            uploads: Uploads::of(&meshes, &textures, volumes),
+            uploads: Uploads::of(&meshes, &textures, volumes, sky),
             meshes,
             textures,
             materials: surfaces.materials,
@@ -483,7 +500,17 @@ impl FramePlan {
 
     /// Whether LIGHTING blends over what is in its target.
     pub fn blends_light(&self) -> bool {
-        self.emissive || self.adds_lights()
+        self.emissive || self.adds_lights() || self.adds_ambient()
+    }
+
+    /// Whether the sky lights surfaces.
+    pub fn is_lit_by_sky(&self) -> bool {
+        self.sky.is_some_and(|sky| sky.lights)
+    }
+
+    /// Whether AMBIENT adds the sky's light to LIGHTING's.
+    pub fn adds_ambient(&self) -> bool {
+        self.is_lit_by_sky() && !self.is_forward()
     }
 
     /// Whether a directional light has shadow maps. lavapipe runs both sides of every branch, so that a lookup which no light needs is left out

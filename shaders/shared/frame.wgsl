@@ -47,6 +47,16 @@ struct Frame {
     depth_range: f32,
     // How far the eye stands before an orthographic camera, in metres along the view: for the views.
     eye_ahead: f32,
+    // Cosine and sine of the angle that takes directions of the world to the sky's own, about +Y.
+    sky_turn: vec2<f32>,
+    // Towards the sun that is drawn into the sky.
+    sun_direction: vec3<f32>,
+    // From the sky's texels to nits.
+    sky_scale: f32,
+    // Of the sun's disc, in nits.
+    sun_radiance: vec3<f32>,
+    // That of the disc's angular radius.
+    sun_sine: f32,
 }
 
 // The camera's rays are parallel.

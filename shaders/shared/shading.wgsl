@@ -11,6 +11,9 @@
 #ifdef SHADOW
 #import afterlight::shadows::{visibility}
 #endif
+#ifdef SKY_LIGHT
+#import afterlight::sky::{sky_light}
+#endif
 
 // What the plan knows of the scene. Passes fill it from specialization constants, so that what is absent costs nothing.
 struct Model {
@@ -123,6 +126,9 @@ fn light_everywhere(surface: Surface, texel: Texel, model: Model, which: Everywh
     if which.ambient {
         radiance += ambient_light(surface, texel, model);
     }
+#ifdef SKY_LIGHT
+    radiance += sky_light(surface, brdf_of(surface, model), texel.roughness) * texel.occlusion;
+#endif
 #ifdef LIGHTS
     if which.directional {
         let end = frame.directional_count;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use afterlight::gpu::{DeviceChoice, Validation};
-use afterlight::scene::{Camera, SETTINGS, Setting, SettingsPatch, Up, ValueKind, View, unknown};
+use afterlight::scene::{Camera, SETTINGS, Setting, SettingsPatch, SkyChoice, Up, ValueKind, View, unknown};
 use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Args, Command, FromArgMatches, value_parser};
 
 /// Which device draws, and whether its use is checked.
@@ -59,6 +59,10 @@ pub struct SettingsArgs {
     /// The scene and the look of a bare glTF file.
     pub scene: Option<String>,
     pub variant: Option<String>,
+    /// The sky in place of the scene's.
+    pub sky: Option<SkyChoice>,
+    pub sky_rotation: Option<f64>,
+    pub sky_strength: Option<f32>,
     /// Whether glTF files may read what lies outside their folders.
     pub allow_outside: bool,
     pub said: SettingsPatch,
@@ -82,6 +86,11 @@ const SCENE_HELP: &str =
     "Which scene of a bare glTF file to open, by its name or its number [default: the one that the file opens with]";
 const VARIANT_HELP: &str =
     "Which look of its materials to give a bare glTF file, by its name (KHR_materials_variants) [default: none]";
+const SKY_HELP: &str = "The sky: an equirectangular picture (.hdr, .exr); `atmosphere`, or `atmosphere:ELEVATION,AZIMUTH` with its sun so many degrees above \
+                        the horizon and around from -Z over +X; or none. A bare model without light of its own is lit by it alone [default: the scene's]";
+const ROTATION_HELP: &str =
+    "Turn the sky about the vertical, counter-clockwise from above, in degrees [default: the scene's]";
+const STRENGTH_HELP: &str = "Radiance of a 1 in the sky's picture, in nits [0 to 1e9; default: the scene's]";
 const OUTSIDE_HELP: &str = "Let glTF files read buffers and images that lie outside their folders";
 
 /// The camera that `--camera` asks for.
@@ -115,6 +124,16 @@ fn scale(text: &str) -> Result<f64, String> {
 pub fn seconds(text: &str) -> Result<f64, String> {
     let parsed = text.parse().ok().filter(|seconds| (0.0..=1e9).contains(seconds));
     parsed.ok_or_else(|| "expected a number of seconds from 0 to 1e9".to_owned())
+}
+
+fn degrees(text: &str) -> Result<f64, String> {
+    let parsed = text.parse().ok().filter(|degrees: &f64| degrees.abs() <= 1e6);
+    parsed.ok_or_else(|| "expected a number from -1e6 to 1e6".to_owned())
+}
+
+fn nits(text: &str) -> Result<f32, String> {
+    let parsed = text.parse().ok().filter(|nits| (0.0..=1e9).contains(nits));
+    parsed.ok_or_else(|| "expected a number from 0 to 1e9".to_owned())
 }
 
 fn up(text: &str) -> Result<Up, String> {
@@ -168,6 +187,9 @@ impl Args for SettingsArgs {
         let clip = Arg::new("clip").value_name("NAME").action(ArgAction::Append).help(CLIP_HELP);
         let scene = Arg::new("of-scene").value_name("N|NAME").help(SCENE_HELP);
         let variant = Arg::new("variant").value_name("NAME").help(VARIANT_HELP);
+        let sky = Arg::new("sky").value_name("SKY").value_parser(value::<SkyChoice>).help(SKY_HELP);
+        let turned = Arg::new("sky-rotation").value_name("DEGREES").value_parser(degrees).help(ROTATION_HELP);
+        let strength = Arg::new("sky-strength").value_name("NITS").value_parser(nits).help(STRENGTH_HELP);
         let outside = Arg::new("allow-outside").action(ArgAction::SetTrue).help(OUTSIDE_HELP);
         let own = [
             file.long("settings"),
@@ -178,6 +200,9 @@ impl Args for SettingsArgs {
             clip.long("clip"),
             scene.long("scene"),
             variant.long("variant"),
+            sky.long("sky"),
+            turned.long("sky-rotation").allow_hyphen_values(true),
+            strength.long("sky-strength").allow_hyphen_values(true),
             outside.long("allow-outside"),
         ];
         let args: Vec<_> = own.into_iter().chain(options().map(option)).collect();
@@ -219,6 +244,9 @@ impl FromArgMatches for SettingsArgs {
         self.time = matches.get_one("time").copied();
         self.clips = matches.get_many("clip").into_iter().flatten().cloned().collect();
         (self.scene, self.variant) = (matches.get_one("of-scene").cloned(), matches.get_one("variant").cloned());
+        self.sky = matches.get_one("sky").cloned();
+        self.sky_rotation = matches.get_one("sky-rotation").copied();
+        self.sky_strength = matches.get_one("sky-strength").copied();
         self.allow_outside = matches.get_flag("allow-outside");
         let said = options().filter_map(|setting| matches.get_one::<SettingsPatch>(setting.key));
         self.said = said.fold(SettingsPatch::default(), |all, one| all.or(one));

@@ -115,7 +115,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         SmithChoice::Separable => Smith::Separable,
     };
     let start = Instant::now();
-    let reference = Reference::new(&workload.scene)?.with_brdf(settings.brdf).with_shadows(settings.shadows.enabled);
+    let reference = Reference::new(&workload.scene)?
+        .with_brdf(settings.brdf)
+        .with_shadows(settings.shadows.enabled)
+        .with_sky_light(settings.sky_light);
     let built_ms = milliseconds_since(start);
     let start = Instant::now();
     let cached = compute(args, &reference, &view, &Options { mode, smith });

@@ -12,6 +12,7 @@ use crate::gpu::{self, CommandBuffer, Device, Timestamps};
 use crate::gpu_scene::{
     Culling, GpuScene, Instances, PoseBuffer, ShadowAtlas, SortedIndices, ViewBuffers, view_set_layout,
 };
+use crate::passes::prefilter;
 use crate::plan::FramePlan;
 use crate::scene::{Scene, Settings, exposure_scale, metered_ev100};
 use crate::visible::{ShadowCache, World};
@@ -45,7 +46,13 @@ impl RendererBuilder {
         let world = World::of(scene, settings, &plan, exposure);
         let scene = match uploaded {
             Some(uploaded) => uploaded,
-            None => Arc::new(GpuScene::new(device, scene, &plan, edges.upload_order())?),
+            None => {
+                let scene = GpuScene::new(device, scene, &plan, edges.upload_order())?;
+                if let (Some(sky), Some(planned), Some(order)) = (&scene.sky, &plan.sky, edges.prefilter_order()) {
+                    prefilter::submit(device, sky, planned, order)?;
+                }
+                Arc::new(scene)
+            }
         };
         Ok(Self { device: Arc::clone(device), plan, settings: settings.clone(), edges, world, scene })
     }
@@ -93,7 +100,7 @@ impl RendererBuilder {
         let in_flight = |index| {
             Ok(InFlight {
                 cmd: CommandBuffer::new(&device, &format!("frame {index}"))?,
-                view: ViewBuffers::new(&device, index, frame_layout.raw, &plan, &world)?,
+                view: ViewBuffers::new(&device, index, frame_layout.raw, &plan, (&world, scene.sky.as_ref()))?,
                 sorted: SortedIndices::new(&device, index, &plan)?,
                 instances: Instances::new(index, &plan),
                 times: Timestamps::new(&device, &format!("times of frame {index}"), times)?,

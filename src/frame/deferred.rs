@@ -9,6 +9,8 @@
 //! shadow passes  SHADOW     depth maps of lights, those in which something has moved
 //! main pass      GEOMETRY   surfaces into the G-buffer, in tile memory where there is any
 //!                LIGHTING   every light on every pixel; or VIEW, which shows a buffer instead
+//!                AMBIENT    light of the sky, in LIGHTING's subpass, where a sky lights the scene
+//!                SKY        the sky, in the subpass of what lights surfaces, where nothing is
 //!                FORWARD    in the place of these two on the forward light paths: surfaces, lit as they are rasterized
 //!                TRANSPARENT  surfaces that let light through, over the lit picture
 //!                COMPOSITE  only where TRANSPARENT summed them up without sorting
@@ -26,6 +28,7 @@ use super::FrameParts;
 use super::list::{self, FXAA_PASS, GBUFFER_PASS, MAIN_PASS, SHADOW_PASS, Step, Subpass};
 use super::render_passes::{RenderPassIndex, RenderPasses, prepass};
 use crate::gpu::{self, Image, Timestamps};
+use crate::passes::ambient::{self, Ambient};
 use crate::passes::composite::{self, Composite};
 use crate::passes::depth::{self, Depth};
 use crate::passes::forward::{self, Forward};
@@ -33,6 +36,7 @@ use crate::passes::fxaa::{self, Fxaa};
 use crate::passes::geometry::{self, Geometry};
 use crate::passes::lighting::{self, Lighting};
 use crate::passes::per_light::{self, PerLight};
+use crate::passes::sky::{self, SkyPass};
 use crate::passes::tone::{self, Tone};
 use crate::passes::tonemap::{self, TonemapPass};
 use crate::passes::transparent::{self, Transparent};
@@ -53,6 +57,7 @@ pub struct Deferred {
     /// In the first subpass, before what it hides.
     depth: Option<Depth>,
     opaque: Opaque,
+    sky: Option<SkyPass>,
     transparent: Option<Transparent>,
     composite: Option<Composite>,
     tonemap: Option<TonemapPass>,
@@ -70,8 +75,8 @@ enum Opaque {
 
 /// LIGHTING's place in the frame.
 enum Shade {
-    /// One draw lights every pixel, and then lights are added one by one.
-    Light(Lighting, Option<PerLight>),
+    /// One draw lights every pixel, and then lights are added one by one, and that of the sky.
+    Light(Lighting, Option<PerLight>, Option<Box<Ambient>>),
     View(ViewPass),
 }
 
@@ -84,8 +89,8 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
     // Over the picture, wherever that is finished.
     let [tone, smoothed_tone] = if plan.fxaa { [None, alone(&tone::PASS)] } else { [alone(&tone::PASS), None] };
     let light: [Option<Subpass>; 6] = [
-        subpass(&lighting::PASS, &[&lighting::PASS, &per_light::PASS, &view::PASS]),
-        subpass(&forward::PASS, &[&depth::PASS, &forward::PASS]),
+        subpass(&lighting::PASS, &[&lighting::PASS, &per_light::PASS, &ambient::PASS, &sky::PASS, &view::PASS]),
+        subpass(&forward::PASS, &[&depth::PASS, &forward::PASS, &sky::PASS]),
         alone(&transparent::PASS),
         alone(&composite::PASS),
         alone(&tonemap::PASS),
@@ -147,13 +152,19 @@ impl Deferred {
                     }
                 }
                 match shade.as_ref() {
-                    Shade::Light(lighting, added) => {
+                    Shade::Light(lighting, added, ambient) => {
                         frame.begin(&lighting::PASS);
                         lighting.record(frame);
                         if let Some(added) = added {
                             added.record(frame);
                         }
                         frame.end(times, &lighting::PASS);
+                        if let Some(ambient) = ambient {
+                            // In the same subpass: rasterization order alone puts it after what it adds to. Row `prefilter-to-lighting`.
+                            frame.begin(&ambient::PASS);
+                            ambient.record(frame);
+                            frame.end(times, &ambient::PASS);
+                        }
                     }
                     Shade::View(view) => {
                         frame.begin(&view::PASS);
@@ -170,6 +181,12 @@ impl Deferred {
                 forward.record(frame);
                 frame.end(times, &forward::PASS);
             }
+        }
+        if let Some(sky) = &self.sky {
+            // In the same subpass, where depth is still what it was cleared to.
+            frame.begin(&sky::PASS);
+            sky.record(frame);
+            frame.end(times, &sky::PASS);
         }
         if let Some(transparent) = &self.transparent {
             // Rows `lighting-to-transparent` or `forward-to-transparent`: it tests against the depth of opaque surfaces, and sorted surfaces
@@ -245,6 +262,7 @@ impl Deferred {
                 Opaque::Deferred(geometry, Box::new(Shade::new(parts, &passes)?))
             }
         };
+        let sky = slot(&sky::PASS).map(|slot| SkyPass::new(device, plan, slot, layouts)).transpose()?;
         let transparent =
             slot(&transparent::PASS).map(|slot| Transparent::new(device, plan, slot, layouts, scene)).transpose()?;
         let composite = slot(&composite::PASS)
@@ -260,7 +278,7 @@ impl Deferred {
             _ => None,
         };
         let tone = slot(&tone::PASS).map(|slot| Tone::new(device, plan, slot, layouts)).transpose()?;
-        Ok(Self { passes, first, second, depth, opaque, transparent, composite, tonemap, fxaa, tone })
+        Ok(Self { passes, first, second, depth, opaque, sky, transparent, composite, tonemap, fxaa, tone })
     }
 
     /// Makes anew what has the size of the picture: attachments, framebuffers, and the sets that name them.
@@ -306,16 +324,21 @@ impl Shade {
             true => Some(PerLight::new(device, plan, slot, layouts, &inputs)?),
             false => None,
         };
-        Ok(Self::Light(Lighting::new(device, plan, slot, layouts, &inputs)?, added))
+        let ambient = match plan.adds_ambient() {
+            true => Some(Box::new(Ambient::new(device, plan, slot, layouts, &inputs)?)),
+            false => None,
+        };
+        Ok(Self::Light(Lighting::new(device, plan, slot, layouts, &inputs)?, added, ambient))
     }
 
     fn read_from(&mut self, parts: &FrameParts, passes: &RenderPasses) -> gpu::Result<()> {
         let &FrameParts { device, plan, .. } = parts;
         match self {
-            Self::Light(lighting, added) => {
+            Self::Light(lighting, added, ambient) => {
                 let inputs = passes.inputs(&lighting::PASS, plan);
-                lighting.inputs.read_from(device, &inputs)?;
-                added.as_mut().map_or(Ok(()), |added| added.inputs.read_from(device, &inputs))
+                let others = [added.as_mut().map(|own| &mut own.inputs), ambient.as_mut().map(|own| &mut own.inputs)];
+                let all = [Some(&mut lighting.inputs)].into_iter().chain(others).flatten();
+                all.into_iter().try_for_each(|own| own.read_from(device, &inputs))
             }
             Self::View(view) => {
                 let inputs = passes.inputs(&view::PASS, plan);

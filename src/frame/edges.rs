@@ -25,6 +25,7 @@ mod forward;
 mod host;
 mod main_pass;
 mod masks;
+mod prefilter;
 mod presentation;
 mod shadow;
 mod skin;
@@ -262,6 +263,9 @@ pub fn formulas() -> Edges {
 /// The dependencies of a plan's frames.
 pub fn table(plan: &FramePlan) -> Edges {
     let mut rows = uploads::rows(plan);
+    if plan.is_lit_by_sky() {
+        rows.extend(prefilter::rows(plan));
+    }
     if plan.deforms() {
         rows.extend(skin::rows());
     }

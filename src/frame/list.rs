@@ -334,6 +334,7 @@ impl List {
         let fixed = [
             Place::OUTSIDE,
             Place::UPLOAD,
+            Place::PREFILTER,
             Place::CLEAR,
             Place::DRAWS,
             Place::PRESENTATION,

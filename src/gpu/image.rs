@@ -24,6 +24,8 @@ pub struct ImageDesc<'a> {
     pub mip_levels: u32,
     /// The number of array layers, from 1.
     pub layers: u32,
+    /// Its six layers can be seen as the faces of a cube.
+    pub cube: bool,
     /// The samples a texel.
     pub samples: vk::SampleCountFlags,
     /// What it is used for.
@@ -43,6 +45,7 @@ impl Default for ImageDesc<'_> {
             extent: vk::Extent2D::default(),
             mip_levels: 1,
             layers: 1,
+            cube: false,
             samples: vk::SampleCountFlags::TYPE_1,
             usage: vk::ImageUsageFlags::empty(),
             location: Location::Device,
@@ -238,7 +241,9 @@ fn whole(aspect_mask: vk::ImageAspectFlags) -> vk::ImageSubresourceRange {
 }
 
 fn create_info(desc: &ImageDesc<'_>) -> vk::ImageCreateInfo<'static> {
+    let flags = if desc.cube { vk::ImageCreateFlags::CUBE_COMPATIBLE } else { vk::ImageCreateFlags::empty() };
     vk::ImageCreateInfo::default()
+        .flags(flags)
         .image_type(vk::ImageType::TYPE_2D)
         .format(desc.format)
         .extent(vk::Extent3D { width: desc.extent.width, height: desc.extent.height, depth: 1 })

@@ -5,6 +5,7 @@ mod deformed;
 mod instances;
 mod material;
 mod shadows;
+mod sky;
 mod sorted;
 mod view;
 
@@ -13,6 +14,7 @@ pub use deformed::{Deformed, PoseBuffer, SkinPush};
 pub use instances::Instances;
 pub use material::{HOLES, Materials, OWN_SAMPLERS, SAMPLER, SetForm};
 pub use shadows::{ATLAS_LAYOUT, ClearOrder, ShadowAtlas, clear as shadow_clear};
+pub use sky::{BASE_EDGE, LOBE_EDGE, LOBE_LEVELS, SKY_READ, SkyMaps, TABLE_EDGE};
 pub use sorted::SortedIndices;
 pub use view::{FrameUniform, LightRecord, ViewBuffers, set_layout as view_set_layout};
 
@@ -66,6 +68,8 @@ pub struct GpuScene {
     /// Where the plan deforms objects.
     pub deformed: Option<Deformed>,
     pub materials: Option<Materials>,
+    /// Where frames have a sky.
+    pub sky: Option<SkyMaps>,
     /// Where the light path draws lights' volumes.
     pub volumes: Option<VolumeMeshes>,
 }
@@ -216,6 +220,10 @@ impl GpuScene {
                 false => None,
             },
             materials: Materials::new(device, &mut uploader, scene, plan)?,
+            sky: match (&scene.sky, &plan.sky) {
+                (Some(sky), Some(planned)) => Some(SkyMaps::new(device, &mut uploader, sky, planned)?),
+                _ => None,
+            },
             volumes: match plan.uploads.volumes {
                 true => Some(volumes(device, &mut uploader)?),
                 false => None,

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
-use glam::{DMat4, DVec3, DVec4, Mat4, Vec3, Vec4};
+use glam::{DMat4, DVec3, DVec4, Mat4, Vec2, Vec3, Vec4};
 
+use super::SkyMaps;
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, binding};
 use crate::plan::{FramePlan, Grid, Reach, ShadowPlan};
 use crate::scene::{Camera, Light, LightPath, TextureSlot};
@@ -40,7 +41,11 @@ pub struct FrameUniform {
     pub scene_radius: f32,
     pub depth_range: f32,
     pub eye_ahead: f32,
-    pub padding: [f32; 2],
+    pub sky_turn: Vec2,
+    pub sun_direction: Vec3,
+    pub sky_scale: f32,
+    pub sun_radiance: Vec3,
+    pub sun_sine: f32,
 }
 
 /// `Light` of `shaders/shared/lights.wgsl`.
@@ -71,6 +76,7 @@ impl FrameUniform {
         let (ambient, ambient_tilt) = world.environment.hemispheres();
         let shadow = plan.shadow.as_ref();
         let aside = right * (half_x * offset_x) - up * (half_y * offset_y);
+        let sky = world.sky.unwrap_or_default();
         let (near, depth_range) = match visible.depth {
             Depth::Reciprocal { near } => (near, 0.0),
             Depth::Linear { begin, end } => (begin, end - begin),
@@ -102,7 +108,11 @@ impl FrameUniform {
             scene_radius: (world.bounds.radius() as f32).max(f32::MIN_POSITIVE),
             depth_range: depth_range as f32,
             eye_ahead: eye.ahead as f32,
-            padding: [0.0; 2],
+            sky_turn: sky.turn,
+            sun_direction: sky.sun_direction,
+            sky_scale: sky.scale,
+            sun_radiance: sky.sun_radiance,
+            sun_sine: sky.sun_sine,
         }
     }
 }
@@ -164,6 +174,7 @@ pub fn set_layout(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Owned<v
     if !plan.textures.mapped.is_empty() {
         bindings.push(binding(UV_MAPS, vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::VERTEX));
     }
+    bindings.extend(super::sky::bindings(plan));
     SetLayout::new(device, "frame set layout", &bindings)
 }
 
@@ -211,7 +222,7 @@ impl ViewBuffers {
         index: usize,
         layout: vk::DescriptorSetLayout,
         plan: &FramePlan,
-        world: &World,
+        (world, sky): (&World, Option<&SkyMaps>),
     ) -> gpu::Result<Self> {
         let buffer = |name: &str, size: usize, usage| {
             let name = format!("{name} of frame {index}");
@@ -238,7 +249,12 @@ impl ViewBuffers {
             0 => None,
             rows => Some(buffer("UV maps", rows * size_of::<[Vec4; 2]>(), vk::BufferUsageFlags::STORAGE_BUFFER)?),
         };
-        let kinds = [(vk::DescriptorType::UNIFORM_BUFFER, 2), (vk::DescriptorType::STORAGE_BUFFER, 5)];
+        let kinds = [
+            (vk::DescriptorType::UNIFORM_BUFFER, 2),
+            (vk::DescriptorType::STORAGE_BUFFER, 5),
+            (vk::DescriptorType::SAMPLED_IMAGE, if sky.is_some() { 4 } else { 0 }),
+            (vk::DescriptorType::SAMPLER, u32::from(sky.is_some())),
+        ];
         let pool = DescriptorPool::new(device, &format!("pool of frame {index}"), 1, &kinds)?;
         let set = pool.allocate(&format!("set of frame {index}"), layout)?;
         let mut writer = SetWriter::new().uniform_buffer(0, &uniform, uniform.size);
@@ -253,6 +269,9 @@ impl ViewBuffers {
         }
         if let Some(uv_maps) = &uv_maps {
             writer = writer.storage_buffer(UV_MAPS, uv_maps, uv_maps.size);
+        }
+        if let (Some(sky), Some(planned)) = (sky, &plan.sky) {
+            writer = sky.write(planned, writer);
         }
         writer.update(device, set);
         Ok(Self { uniform, lights, lists, uv_maps, index, set, _pool: pool })
@@ -359,6 +378,11 @@ const _: () = {
     assert!(offset_of!(FrameUniform, cluster_rows) == wgsl::CLUSTER_ROWS);
     assert!(offset_of!(FrameUniform, eye_ahead) == wgsl::EYE_AHEAD);
     assert!(offset_of!(FrameUniform, depth_range) == wgsl::DEPTH_RANGE);
+    assert!(offset_of!(FrameUniform, sky_turn) == wgsl::SKY_TURN);
+    assert!(offset_of!(FrameUniform, sun_direction) == wgsl::SUN_DIRECTION);
+    assert!(offset_of!(FrameUniform, sky_scale) == wgsl::SKY_SCALE);
+    assert!(offset_of!(FrameUniform, sun_radiance) == wgsl::SUN_RADIANCE);
+    assert!(offset_of!(FrameUniform, sun_sine) == wgsl::SUN_SINE);
     assert!(offset_of!(FrameUniform, camera_in_scene) == wgsl::CAMERA_IN_SCENE);
     assert!(offset_of!(FrameUniform, scene_radius) == wgsl::SCENE_RADIUS);
     assert!(size_of::<VolumeData>() == crate::shaders::per_light::structs::volume::SIZE);

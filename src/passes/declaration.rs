@@ -52,6 +52,8 @@ impl Place {
     pub const OUTSIDE: Self = Self("OUTSIDE");
     /// Copies out of staging buffers, and blits from level to level of a texture.
     pub const UPLOAD: Self = Self("UPLOAD");
+    /// What surfaces collect of the sky, computed when it is uploaded.
+    pub const PREFILTER: Self = Self("PREFILTER");
     /// The clear that the shadow maps' image begins with.
     pub const CLEAR: Self = Self("CLEAR");
     /// Every pass that draws the scene's meshes with its textures.
@@ -88,8 +90,10 @@ pub enum Resource {
     SwapchainImage,
     /// The image of all shadow maps.
     ShadowMaps,
-    /// Textures of the scene.
+    /// Textures of the scene, and its sky.
     Textures,
+    /// What surfaces collect of the sky.
+    SkyLight,
     /// Vertices of the scene's meshes, and of light volumes.
     Vertices,
     /// What deformed meshes are at rest.
@@ -119,6 +123,7 @@ impl fmt::Display for Resource {
             Self::SwapchainImage => "swapchain image",
             Self::ShadowMaps => "shadow maps",
             Self::Textures => "textures",
+            Self::SkyLight => "light of the sky",
             Self::Vertices => "vertices",
             Self::RestMeshes => "meshes at rest",
             Self::DeformedVertices => "deformed vertices",
@@ -228,7 +233,9 @@ impl Touch {
     /// Reads what is no target in a shader, or writes it where `uses` writes.
     pub const fn resource(resource: Resource, uses: Use) -> Self {
         let how = match resource {
-            Resource::ShadowMaps | Resource::Textures | Resource::PanelTextures => How::Sampled { binding: 0 },
+            Resource::ShadowMaps | Resource::Textures | Resource::SkyLight | Resource::PanelTextures => {
+                How::Sampled { binding: 0 }
+            }
             _ => How::Buffer,
         };
         Self { resource, how, uses }

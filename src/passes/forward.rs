@@ -6,7 +6,7 @@ use super::screen::replace;
 use super::surface::{Limits, LitDesc, Surfaces, lit_pipeline, opaque_depth};
 use super::{
     COLOR_WRITE, EARLY_DEPTH_READ, EARLY_DEPTH_WRITE, First, LATE_DEPTH_WRITE, Pass, Place, Presence, Recording,
-    SAMPLED, SetLayouts, Slot, Touch, culled, frame_data, maps, meshes,
+    SAMPLED, SetLayouts, Slot, Touch, culled, frame_data, maps, meshes, sky_light,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
@@ -39,7 +39,13 @@ pub const PASS: Pass = Pass {
             Touch::color(0, plan.light_target(), First::Clear, LIGHT_WRITE),
             frame_data(),
         ];
-        drawn.into_iter().chain(meshes(plan)).chain(culled(plan)).chain(maps(plan, MAP_READ)).collect()
+        drawn
+            .into_iter()
+            .chain(meshes(plan))
+            .chain(culled(plan))
+            .chain(maps(plan, MAP_READ))
+            .chain(sky_light(plan))
+            .collect()
     },
     leave_out: None,
 };

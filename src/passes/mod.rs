@@ -35,6 +35,7 @@ macro_rules! light_constants {
     }};
 }
 
+pub mod ambient;
 pub mod arrange;
 pub mod composite;
 pub mod copy;
@@ -51,10 +52,12 @@ pub mod lighting;
 pub mod occluders;
 pub mod overlay;
 pub mod per_light;
+pub mod prefilter;
 pub mod present;
 pub mod pyramid;
 pub mod shadow;
 pub mod skin;
+pub mod sky;
 pub mod split;
 pub mod tiled;
 pub mod tone;
@@ -74,14 +77,14 @@ use std::ops::Range;
 use ash::vk;
 
 use crate::gpu::{self, Device, Timestamps, sync::Use};
-use crate::gpu_scene::{CulledState, Culling, GpuScene, INDEX_READ, Instances, TEXTURE_READ, VERTEX_READ};
+use crate::gpu_scene::{CulledState, Culling, GpuScene, INDEX_READ, Instances, SKY_READ, TEXTURE_READ, VERTEX_READ};
 use crate::plan::{Canvas, FramePlan, IndexWidth, Shading, Target, TexturePlan};
 use crate::scene::Camera;
 use crate::shaders::Variant;
 use crate::visible::{MapDraw, Visible, World, WorldObject};
 
 /// All passes, as reports list them.
-pub const ALL: [&Pass; 24] = [
+pub const ALL: [&Pass; 26] = [
     &skin::PASS,
     &occluders::PASS,
     &pyramid::PASS,
@@ -93,8 +96,10 @@ pub const ALL: [&Pass; 24] = [
     &geometry::PASS,
     &lighting::PASS,
     &per_light::PASS,
+    &ambient::PASS,
     &view::PASS,
     &forward::PASS,
+    &sky::PASS,
     &transparent::PASS,
     &composite::PASS,
     &tonemap::PASS,
@@ -176,6 +181,11 @@ fn culled(plan: &FramePlan) -> Option<Touch> {
 /// Looks shadow maps up, where there are some.
 fn maps(plan: &FramePlan, uses: Use) -> Option<Touch> {
     plan.shadow.as_ref().map(|_| Touch::resource(Resource::ShadowMaps, uses))
+}
+
+/// Looks up what surfaces collect of the sky, where it lights them.
+fn sky_light(plan: &FramePlan) -> Option<Touch> {
+    plan.is_lit_by_sky().then(|| Touch::resource(Resource::SkyLight, SKY_READ))
 }
 
 /// Where the finished picture is: in an image of the swapchain where a compute pass's was copied into one, else in its target.

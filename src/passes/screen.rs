@@ -37,6 +37,21 @@ impl Screen {
 
     /// Into attachments of so many samples a pixel.
     pub fn multisampled(device: &Arc<Device>, desc: &ScreenDesc, samples: vk::SampleCountFlags) -> gpu::Result<Self> {
+        // The triangle lies at depth 0: LESS lets through what is nearer than infinity.
+        Self::tested(device, desc, desc.skip_sky.then_some(vk::CompareOp::LESS), samples)
+    }
+
+    /// The same over the sky alone: where depth is what it was cleared to.
+    pub fn behind(device: &Arc<Device>, desc: &ScreenDesc, samples: vk::SampleCountFlags) -> gpu::Result<Self> {
+        Self::tested(device, desc, Some(vk::CompareOp::EQUAL), samples)
+    }
+
+    fn tested(
+        device: &Arc<Device>,
+        desc: &ScreenDesc,
+        test: Option<vk::CompareOp>,
+        samples: vk::SampleCountFlags,
+    ) -> gpu::Result<Self> {
         let layout = pipeline_layout(device, desc.name, desc.set_layouts, &[])?;
         let pipeline = GraphicsPipeline::new(
             device,
@@ -47,8 +62,7 @@ impl Screen {
                 vertex_attributes: &[],
                 cull_mode: vk::CullModeFlags::NONE,
                 front_face: vk::FrontFace::COUNTER_CLOCKWISE,
-                // The triangle lies at depth 0: LESS lets through what is nearer than infinity.
-                depth: desc.skip_sky.then_some(DepthState { test: vk::CompareOp::LESS, write: false }),
+                depth: test.map(|test| DepthState { test, write: false }),
                 depth_bias: false,
                 depth_clamp: false,
                 blend: &[desc.blend],

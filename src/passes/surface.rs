@@ -416,6 +416,7 @@ pub(crate) fn lit_flags(plan: &FramePlan, key: GeometryKey) -> Flags {
         | Flags::NORMAL_MAP.when(key.textures.contains(TextureSlot::Normal))
         | Flags::EXTRAS.when(key.extras.any())
         | Flags::LIGHTS.when(plan.lights.any())
+        | Flags::SKY_LIGHT.when(plan.is_lit_by_sky())
         | Flags::UNIFORM_BUFFER.when(plan.lights.any() && plan.lights.uniform)
         | Flags::CLUSTERED.when(plan.has_clusters())
         | Flags::SHADOW.when(plan.shadow.is_some())

@@ -8,7 +8,7 @@ use ash::vk;
 use super::surface::{Limits, LitDesc, Surfaces, lit_pipeline};
 use super::{
     COLOR_BLEND, COLOR_WRITE, DEPTH_COMPARE, First, LATE_DEPTH_WRITE, Pass, Place, Presence, Recording, SAMPLED,
-    SetLayouts, Slot, Touch, frame_data, maps, meshes,
+    SetLayouts, Slot, Touch, frame_data, maps, meshes, sky_light,
 };
 use crate::gpu::{self, DepthState, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
@@ -54,6 +54,7 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
     });
     touches.extend(meshes(plan));
     touches.extend(maps(plan, MAP_READ));
+    touches.extend(sky_light(plan));
     touches
 }
 

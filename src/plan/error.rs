@@ -73,6 +73,14 @@ pub enum Error {
     )]
     /// Transparent surfaces on the light path `compute`.
     ComputeWithTransparency,
+    #[error(
+        "the light path compute writes the finished picture, and the sky would have to come after it: choose `--light-path clustered`"
+    )]
+    /// A sky on the light path `compute`.
+    ComputeWithSky,
+    /// The edge of a face of the sky's cube, and the device's limit.
+    #[error("a sky whose faces are {0} texels wide is not possible on this device: the limit is {1}")]
+    Sky(u32, u32),
 }
 
 impl From<scene::Error> for Error {

@@ -126,8 +126,8 @@ impl FramePlan {
 
     /// Whether the same scene lies on the device in the same way for the other plan: its meshes and textures can stay.
     pub fn uploads_as(&self, other: &Self) -> bool {
-        (&self.meshes, &self.textures, &self.uploads, self.anisotropy)
-            == (&other.meshes, &other.textures, &other.uploads, other.anisotropy)
+        (&self.meshes, &self.textures, &self.uploads, self.anisotropy, self.sky)
+            == (&other.meshes, &other.textures, &other.uploads, other.anisotropy, other.sky)
     }
 
     /// Whether frames of the other plan need nothing else than those of this one, but for the size of their attachments.
@@ -151,6 +151,8 @@ pub(super) struct Blending {
     pub adds_lights: bool,
     /// TRANSPARENT blends over the lit surfaces.
     pub transparent: bool,
+    /// AMBIENT adds to LIGHTING's light.
+    pub adds_ambient: bool,
 }
 
 /// From light to the picture.
@@ -189,7 +191,7 @@ impl Way {
         what: Blending,
         linear: bool,
     ) -> Result<(Option<vk::Format>, vk::Format), Error> {
-        let blends = what.emissive || what.adds_lights || what.transparent;
+        let blends = what.emissive || what.adds_lights || what.transparent || what.adds_ambient;
         // Samples are averaged before they are tone-mapped, and so kept until then.
         let averaged = what.lit && settings.msaa > 1 && settings.resolve == Resolve::Linear;
         let kept = what.lit && settings.keep.has(OptionalPart::HdrTarget);

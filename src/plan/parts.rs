@@ -224,6 +224,7 @@ fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
             "lights are added one by one before tone mapping, in 32-bit floats, as half floats would lose light"
         }
         ToneMapping::Subpass(_) if plan.emissive => "emissive light is blended before tone mapping",
+        ToneMapping::Subpass(_) if plan.adds_ambient() => "light of the sky is added before tone mapping",
         ToneMapping::Subpass(_) if plan.transparency.is_some() => {
             "transparent surfaces are blended before tone mapping"
         }
@@ -365,7 +366,23 @@ fn shading(plan: &FramePlan) -> Vec<Part> {
     parts.push(falloffs(lights));
     parts.push(kind("ambient light", lights.ambient, OptionalPart::AmbientLight));
     parts.push(kind("emissive surfaces", emissive, OptionalPart::Emissive));
+    parts.extend(sky(plan));
     parts
+}
+
+/// The cube of the sky, and what surfaces collect of it.
+fn sky(plan: &FramePlan) -> [Part; 2] {
+    let Some(sky) = &plan.sky else {
+        let why = "the scene has none, or this view needs none";
+        return [part("sky", false, why, 0), part("light of the sky", false, why, 0)];
+    };
+    let [cube, light] = sky.bytes();
+    let faces = format!("6 faces of {0}x{0} half floats, in all levels", sky.edge);
+    let collected = match sky.lights {
+        true => format!("computed once, from {} directions a texel", sky.samples),
+        false => "the sky is seen alone".into(),
+    };
+    [part("sky", true, faces, cube), part("light of the sky", sky.lights, collected, light)]
 }
 
 /// Chosen for each light, or a constant.

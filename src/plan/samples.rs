@@ -7,7 +7,8 @@ use super::{Capabilities, Error, FramePlan};
 use crate::scene::{
     AlphaMode, Brdf, Channel, Clip, Culling, Falloff, GbufferChoice, GbufferPreset, Influences, Interpolation, Light,
     LightKind, LightPath, Local, Material, Mesh, Morph, Motion, Node, Object, OptionalPart, Output, Placement, Resolve,
-    Scene, Settings, Skin, Target, TargetChoice, Texture, TextureSlot, Transparency, UvMap, View, Wrap,
+    Scene, Settings, Skin, Sky, SkyImage, SunDisc, Target, TargetChoice, Texture, TextureSlot, Transparency, UvMap,
+    View, Wrap,
 };
 
 /// All but that of what several samples differ in.
@@ -236,6 +237,14 @@ pub fn deformed() -> Scene {
     scene
 }
 
+/// A sky that is brighter to one side, with a sun, around whatever stands there.
+pub fn under_sky(scene: Scene) -> Scene {
+    let image = SkyImage::of("half bright", 32, |to| DVec3::splat(1.0 + to.x));
+    let sun = SunDisc { direction: DVec3::Y, degrees: 0.5, radiance: Vec3::splat(1e5) };
+    let sky = Sky { image: image.into(), rotation_degrees: 30.0, nits: 10.0, lights: true, sun: Some(sun) };
+    Scene { sky: Some(sky), ..scene }
+}
+
 /// Scenes that differ in what a frame of them needs.
 pub fn scenes() -> Vec<(&'static str, Scene)> {
     let mut mirrored = scene(vec![masked()], vec![sun(), sky()]);
@@ -261,6 +270,11 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
         ("deformed", deformed()),
         ("painted", painted()),
         ("lacquered", lacquered()),
+        (
+            "under a sky",
+            under_sky(scene(vec![textured(Brdf::CookTorrance), material(Brdf::Phong), glass()], vec![sun()])),
+        ),
+        ("under a sky alone", under_sky(scene(vec![material(Brdf::CookTorrance)], vec![]))),
     ]
 }
 
@@ -368,7 +382,7 @@ fn light_paths(wanted: impl Fn(&FramePlan) -> bool) -> Vec<(String, FramePlan)> 
                     let settings = Settings { light_path, light_cutoff, gbuffer, output, ..Settings::default() };
                     let name = format!("{scene_name} {layout} {path_name} {output} cutoff={light_cutoff}");
                     let plan = match FramePlan::of(&scene, &settings, &device()) {
-                        Err(Error::ComputeWithTransparency) => continue,
+                        Err(Error::ComputeWithTransparency | Error::ComputeWithSky) => continue,
                         plan => plan.unwrap_or_else(|error| panic!("{name}: {error}")),
                     };
                     plans.extend(wanted(&plan).then_some((name, plan)));

@@ -239,7 +239,7 @@ impl Fingerprint {
 
     fn sky(&mut self, sky: &Sky) {
         let Sky { image, rotation_degrees, nits, lights, sun } = sky;
-        let SkyImage { name: _, size, texels } = &**image;
+        let SkyImage { name: _, size, texels, origin: _ } = &**image;
         size.iter().for_each(|&edge| self.number(u64::from(edge)));
         self.0.update(bytemuck::cast_slice(texels));
         self.real(*rotation_degrees);
@@ -275,6 +275,10 @@ pub fn of(reference: &Reference, view: &View, options: &Options) -> blake3::Hash
     fingerprint.scene(reference.scene);
     fingerprint.brdf(reference.brdf);
     fingerprint.number(u64::from(reference.shadows));
+    if reference.scene.sky.is_some() {
+        fingerprint.number(u64::from(reference.sky_light));
+        fingerprint.number(u64::from(reference.occludes_sky));
+    }
     fingerprint.view(view);
     let Options { mode, smith } = options;
     fingerprint.number(u64::from(*mode == super::Mode::Point));

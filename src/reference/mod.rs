@@ -16,12 +16,14 @@ mod render;
 mod sampling;
 mod shadow;
 pub mod shown;
+mod sky;
 mod surface;
 mod texture;
 pub mod tonemap;
 
 pub use cache::{Cache, Cached, Source};
 pub use render::{Accumulation, Progress, Reference};
+pub use sky::{SkyLight, share_of};
 pub use surface::Surface;
 
 pub use crate::scene::TriangleId;

@@ -5,8 +5,9 @@ use rayon::prelude::*;
 
 use super::geometry::{Geometry, Hit};
 use super::intersect::Ray;
-use super::light::{self, Illumination};
+use super::light::{self, Collector, Collects, Illumination, Reflector};
 use super::shadow::Receiver;
+use super::sky::SkyLight;
 use super::surface::Surface;
 use super::{Mode, Options, Smith, Truth, View, material, sampling};
 use crate::scene::{AlphaMode, Brdf, Error, Light, Scene, TriangleId};
@@ -23,6 +24,10 @@ pub struct Reference<'a> {
     pub(super) scene: &'a Scene,
     pub(super) brdf: Option<Brdf>,
     pub(super) shadows: bool,
+    /// Where the scene has one that lights it.
+    sky: Option<SkyLight>,
+    pub(super) sky_light: bool,
+    pub(super) occludes_sky: bool,
     /// With directions of length 1.
     lights: Vec<Light>,
     geometry: Geometry<'a>,
@@ -101,12 +106,24 @@ impl<'a> Reference<'a> {
     pub fn new(scene: &'a Scene) -> Result<Self, Error> {
         scene.check()?;
         let lights = scene.lights.iter().map(Light::aimed).collect();
-        Ok(Self { scene, brdf: None, shadows: true, lights, geometry: Geometry::of(scene) })
+        let sky = scene.sky.as_ref().filter(|sky| sky.lights && sky.nits > 0.0).map(SkyLight::of);
+        let geometry = Geometry::of(scene);
+        Ok(Self { scene, brdf: None, shadows: true, sky, sky_light: true, occludes_sky: true, lights, geometry })
     }
 
     /// With one reflection model for all materials, as `Settings::brdf` has it.
     pub fn with_brdf(self, brdf: Option<Brdf>) -> Self {
         Self { brdf, ..self }
+    }
+
+    /// With light of the scene's sky or without, as `Settings::sky_light` has it.
+    pub fn with_sky_light(self, sky_light: bool) -> Self {
+        Self { sky_light, ..self }
+    }
+
+    /// With a sky that objects which cast shadows hide, or with one of which all arrives everywhere, whose integrals are then exact.
+    pub fn with_occluded_sky(self, occludes_sky: bool) -> Self {
+        Self { occludes_sky, ..self }
     }
 
     /// With shadows or without any, as `ShadowSettings::enabled` has it.
@@ -230,11 +247,21 @@ impl<'a> Reference<'a> {
     ) -> Seen {
         let ray = lens.ray(place);
         let nearest = self.geometry.seen(&ray, lens.near, transparent);
-        let background = self.scene.environment.background.as_dvec3();
-        let behind = nearest.map_or(background, |hit| self.shown(&hit, (&ray, along), smith, points, DVec3::ZERO));
+        let behind = nearest.map_or_else(
+            || self.background(ray.direction),
+            |hit| self.shown(&hit, (&ray, along), smith, points, DVec3::ZERO),
+        );
         let over = |behind, hit: &Hit| self.shown(hit, (&ray, along), smith, points, behind);
         let radiance = transparent.iter().fold(behind, over);
         Seen { radiance, triangle: nearest.map(|hit| self.geometry.triangles[hit.triangle].id) }
+    }
+
+    /// What is seen where nothing is, along a direction of any length.
+    fn background(&self, direction: DVec3) -> DVec3 {
+        match &self.scene.sky {
+            Some(sky) => sky.seen(direction.normalize()),
+            None => self.scene.environment.background.as_dvec3(),
+        }
     }
 
     fn surface_of(&self, hit: &Hit, ray: &Ray) -> (Surface, AlphaMode) {
@@ -254,7 +281,9 @@ impl<'a> Reference<'a> {
         let (surface, mode) = self.surface_of(hit, ray);
         let surface = Surface { ray: along, ..surface };
         let (lights, environment) = (&self.lights, &self.scene.environment);
-        let illumination = Illumination { lights, environment, eye: ray.origin, smith };
+        let around = self.around(hit, ray, &surface, points);
+        let sky = around.as_ref().map(|own| own as &dyn Collects);
+        let illumination = Illumination { lights, environment, eye: ray.origin, sky, smith };
         let mut receiver = None;
         let mut visibility = |light: usize| {
             if !self.shadows {
@@ -275,6 +304,30 @@ impl<'a> Reference<'a> {
         }
     }
 
+    /// Light of the sky that is collected at a hit, where a sky lights the scene.
+    fn around(&self, hit: &Hit, ray: &Ray, surface: &Surface, points: Points) -> Option<Around<'_>> {
+        let sky = self.sky.as_ref().filter(|_| self.sky_light)?;
+        if !self.occludes_sky {
+            return Some(Around { sky, rays: None });
+        }
+        let receiver = (self.shadows && surface.receives_shadow).then(|| Receiver::of(&self.geometry, hit, ray));
+        Some(Around { sky, rays: Some((&self.geometry, receiver, points)) })
+    }
+
+    /// What of the light at the middle of a pixel, as [`Mode::Point`] has it, is the sky's, in nits: of the nearest opaque surface; zero where nothing is.
+    pub fn light_of_sky(&self, view: &View, pixel: DVec2) -> [f64; 3] {
+        let lens = Lens::of(view);
+        let ray = lens.ray(pixel);
+        let collected = || {
+            let hit = self.geometry.seen(&ray, lens.near, &mut Vec::new())?;
+            let (surface, _) = self.surface_of(&hit, &ray);
+            let around = self.around(&hit, &ray, &surface, Points::All)?;
+            let [base, lobe] = around.collected(&Reflector::<f64>::new(&surface, Smith::default()).collector());
+            Some(((base + lobe) * surface.occlusion).to_array())
+        };
+        collected().unwrap_or_default()
+    }
+
     /// Share of a light that arrives.
     fn share(&self, receiver: &Receiver, index: usize, points: Points) -> f64 {
         let light = &self.lights[index];
@@ -285,6 +338,32 @@ impl<'a> Reference<'a> {
             Points::All => {
                 let count = sampling::DISC_POINTS;
                 (0..count).map(|point| sees(sampling::stratum(point, index))).sum::<f64>() / f64::from(count)
+            }
+        }
+    }
+}
+
+/// Light of the sky: all of it, or as far as objects leave it, by rays.
+struct Around<'a> {
+    sky: &'a SkyLight,
+    /// The receiver is none where nothing casts a shadow on the surface.
+    rays: Option<(&'a Geometry<'a>, Option<Receiver>, Points)>,
+}
+
+impl Collects for Around<'_> {
+    fn collected(&self, surface: &Collector) -> [DVec3; 2] {
+        let Some((geometry, receiver, points)) = &self.rays else { return self.sky.collected(surface) };
+        let mut arrives = |direction| receiver.as_ref().is_none_or(|own| own.sees_along(geometry, direction));
+        let mut estimate = |sample: u32, pixel: u64| {
+            let points = [0, 1, 2].map(|strategy| sampling::on_sky(sample, pixel, strategy));
+            self.sky.estimate(surface, points, &mut arrives)
+        };
+        match *points {
+            Points::One { sample, pixel } => estimate(sample, pixel),
+            Points::All => {
+                let all = (0..sampling::SKY_POINTS).map(|sample| estimate(sample, 0));
+                let sum = all.fold([DVec3::ZERO; 2], |sum, [base, lobe]| [sum[0] + base, sum[1] + lobe]);
+                sum.map(|sum| sum / f64::from(sampling::SKY_POINTS))
             }
         }
     }

@@ -10,6 +10,8 @@ use glam::DVec2;
 
 /// Points of a light's disc that [`super::Mode::Point`] asks.
 pub const DISC_POINTS: u32 = 64;
+/// Samples of the sky that it asks: by each strategy.
+pub const SKY_POINTS: u32 = 256;
 
 /// A hash of 64 bits (splitmix64's finalizer; Steele, Lea and Flood 2014).
 pub fn hash(value: u64) -> u64 {
@@ -60,6 +62,12 @@ pub fn in_pixel(index: u32, pixel: u64) -> DVec2 {
 /// Where on the unit disc sample `index` of a pixel meets a light.
 pub fn on_disc(index: u32, pixel: u64, light: usize) -> DVec2 {
     disc(element(index, hash(hash(pixel) ^ (light as u64 + 1))))
+}
+
+/// Where in the unit square sample `index` of a pixel chooses a direction of the sky, by each of several strategies.
+pub fn on_sky(index: u32, pixel: u64, strategy: u64) -> DVec2 {
+    // Lights are numbered from 1.
+    element(index, hash(hash(pixel) ^ u64::MAX.wrapping_sub(strategy)))
 }
 
 /// Point `index` of [`DISC_POINTS`] that cover the unit disc evenly: a sunflower's seeds, turned by the light's number so that edges

@@ -39,6 +39,11 @@ impl Receiver {
         Self { place, start: place + side * (size * LIFT) }
     }
 
+    /// Whether light from infinitely far away arrives.
+    pub fn sees_along(&self, geometry: &Geometry, direction: DVec3) -> bool {
+        !geometry.is_blocked(&Ray::new(self.start, direction), f64::INFINITY)
+    }
+
     /// Whether light from a point of the disc arrives; `on_disc` is in the unit circle.
     pub fn sees(&self, geometry: &Geometry, light: &Light, on_disc: DVec2) -> bool {
         let (towards, distance) = to_light(light, self.place);

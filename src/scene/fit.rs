@@ -88,6 +88,7 @@ pub fn add_daylight(scene: &mut Scene) {
         // The sun's angular diameter in degrees.
         size: 0.53,
     });
+    scene.fitted.light = true;
     scene.environment = Environment {
         ambient: Vec3::new(0.8, 0.92, 1.1) * SKY_NITS,
         background: Vec3::new(0.45, 0.65, 1.0) * SKY_NITS * 2.0,
@@ -107,6 +108,7 @@ pub fn add_studio(scene: &mut Scene) {
         casts_shadow: true,
         size: 0.53,
     });
+    scene.fitted.light = true;
     scene.environment = Environment {
         ambient: Vec3::splat(ABOVE_NITS),
         ground: Some(Vec3::splat(BELOW_NITS)),

@@ -60,7 +60,8 @@ pub use settings::{
     SettingsPatch, ShadowFilter, ShadowSettings, Sweep, TARGETS, TargetChoice, Tonemap, Transparency, ValueKind, View,
 };
 pub use sky::{
-    Atmosphere, CubeLevel, FACES, MOST_LIGHT, Sky, SkyCube, SkyImage, SunDisc, face_direction, read_faces, read_panorama,
+    Atmosphere, CubeLevel, FACES, MOST_LIGHT, Sky, SkyChoice, SkyCube, SkyImage, SkyOrigin, SunDisc, face_direction,
+    put_sky, read_faces, read_panorama,
 };
 pub use suggest::{nearest, unknown};
 pub use temperature::{KELVIN, black_body_color};
@@ -127,6 +128,8 @@ pub struct Fitted {
     pub camera: bool,
     /// [`SettingsPatch::exposure`], opened for the shade of a hall.
     pub exposure: bool,
+    /// All of its light, which a sky can take the place of.
+    pub light: bool,
 }
 
 /// Light from everywhere, and what is seen where nothing is.

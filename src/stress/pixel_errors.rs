@@ -36,6 +36,8 @@ pub struct Subject {
     pub truth: Option<Scene>,
     /// The moment that is drawn of a scene that moves; none: as it is at rest.
     pub playing: Option<Playing>,
+    /// All of the sky's light arrives everywhere in the truth, too: it is then an integral, and no estimate.
+    pub open_sky: bool,
 }
 
 /// How far a picture, or a formula, is from the truth.
@@ -90,7 +92,7 @@ impl Subject {
     pub const SIZE: [u32; 2] = [64, 36];
 
     pub fn new(scene: Scene) -> Self {
-        Self { scene, settings: SettingsPatch::default(), floor: FLOOR, truth: None, playing: None }
+        Self { scene, settings: SettingsPatch::default(), floor: FLOOR, truth: None, playing: None, open_sky: false }
     }
 
     /// With settings of its own.

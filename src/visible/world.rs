@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 
 use super::instances::InstanceList;
 use super::looks::PlannedLook;
@@ -16,7 +16,7 @@ use crate::plan::{
 };
 use crate::scene::check::fits;
 use crate::scene::{
-    Aabb, CastsShadow, ClipChoice, Environment, Light, Material, Mesh, Playing, Scene, Settings, ShadowSettings,
+    Aabb, CastsShadow, ClipChoice, Environment, Light, Material, Mesh, Playing, Scene, Settings, ShadowSettings, Sky,
     Transparency,
 };
 
@@ -38,6 +38,8 @@ pub struct World {
     /// Maps that only change when something moves, by their index.
     pub(super) lamps: Vec<Option<Arc<ShadowView>>>,
     pub environment: Environment,
+    /// Where the scene has one.
+    pub sky: Option<WorldSky>,
     pub bounds: Aabb,
     /// Of the scene as it was at first: maps are scaled by it, and must not change when something far away moves.
     pub radius: f64,
@@ -68,6 +70,32 @@ pub struct World {
     pub pose: WorldPose,
     /// What has moved since `lamps` and `bounds` were worked out, if anything has.
     pub(super) changes: Option<Changes>,
+}
+
+/// A sky, as shaders take it.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct WorldSky {
+    /// Cosine and sine of the angle that takes directions of the world to the sky's own.
+    pub turn: Vec2,
+    /// From what its texels are on the device to nits.
+    pub scale: f32,
+    pub sun_direction: Vec3,
+    pub sun_radiance: Vec3,
+    /// Of the sun's angular radius.
+    pub sun_sine: f32,
+}
+
+impl WorldSky {
+    fn of(sky: &Sky) -> Self {
+        let (sin, cos) = sky.rotation_degrees.to_radians().sin_cos();
+        Self {
+            turn: DVec2::new(cos, sin).as_vec2(),
+            scale: sky.nits / sky.image.half_scale(),
+            sun_direction: sky.sun.map_or(Vec3::ZERO, |sun| sun.direction.as_vec3()),
+            sun_radiance: sky.sun.map_or(Vec3::ZERO, |sun| sun.radiance),
+            sun_sine: sky.sun.map_or(0.0, |sun| (sun.degrees / 2.0).to_radians().sin()) as f32,
+        }
+    }
 }
 
 /// A triangle of a mesh, as far as it is sorted.
@@ -144,6 +172,7 @@ impl World {
             lights: order.iter().map(|&index| scene.lights[index].aimed()).collect(),
             lamps: Vec::new(),
             environment: scene.environment,
+            sky: scene.sky.as_ref().map(WorldSky::of),
             bounds,
             radius: bounds.radius(),
             extent: bounds,

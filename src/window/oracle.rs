@@ -97,7 +97,10 @@ impl Oracle {
                     }
                     Question::Error(drawn) => {
                         let settings = &drawn.settings;
-                        reference = reference.with_brdf(settings.brdf).with_shadows(settings.shadows.enabled);
+                        reference = reference
+                            .with_brdf(settings.brdf)
+                            .with_shadows(settings.shadows.enabled)
+                            .with_sky_light(settings.sky_light);
                         for step in STEPS {
                             let map = compare(&reference, &drawn, step, &is_new);
                             if !map.is_some_and(|map| tell(Answer::Error(map))) {

@@ -8,7 +8,9 @@ use crate::common::scenes::sprites;
 use crate::common::stage::{open, own, view};
 use afterlight::frame::Renderer;
 use afterlight::scene::builtin::CATALOGUE;
-use afterlight::scene::{Brdf, Scene, Settings, ShadowFilter, Tonemap, Transparency, View};
+use afterlight::scene::{
+    Atmosphere, Brdf, Scene, Settings, ShadowFilter, SkyChoice, Tonemap, Transparency, View, put_sky,
+};
 
 const SIZE: (u32, u32) = (256, 144);
 
@@ -49,6 +51,23 @@ fn every_built_in_scene_looks_as_it_did() {
             let scene = open(if builtin.name == "field" { FIELD } else { &name });
             album.compare(builtin.name, &scene, &own(&scene, SIZE.0, SIZE.1));
         }
+    });
+}
+
+#[test]
+fn a_sky_and_its_light_look_as_they_did() {
+    album(|album| {
+        for (name, path) in
+            [("gallery-sky", "assets/gallery/sky.toml"), ("gallery-sky-alone", "assets/gallery/sky-alone.toml")]
+        {
+            let scene = open(path);
+            album.compare(name, &scene, &Settings { samples: 1, ..own(&scene, SIZE.0, SIZE.1) });
+        }
+        // Mirrors of all roughness.
+        let mut spheres = open("builtin:spheres");
+        spheres.lights.clear();
+        put_sky(&mut spheres, &SkyChoice::Atmosphere(Some(Atmosphere::sun_at(20.0, 150.0)))).expect("a sky");
+        album.compare("spheres-sky", &spheres, &Settings { exposure: None, ..own(&spheres, SIZE.0, SIZE.1) });
     });
 }
 

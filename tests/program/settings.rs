@@ -5,7 +5,9 @@ use std::path::Path;
 
 use afterlight::plan::{Capabilities, FramePlan};
 use afterlight::scene::file::parse_settings;
-use afterlight::scene::{AlphaMode, OpenOptions, SETTINGS, Scene, Setting, SettingsPatch, ValueKind, open};
+use afterlight::scene::{
+    AlphaMode, OpenOptions, SETTINGS, Scene, Setting, SettingsPatch, SkyChoice, ValueKind, open, put_sky,
+};
 
 use super::docs::{document, help_of, project};
 use crate::common::capabilities;
@@ -102,7 +104,9 @@ fn scenes() -> Vec<Scene> {
     let (hall, mut veiled) = (scene("builtin:hall?bays=1&detail=6"), scene("builtin:spheres"));
     let material = veiled.objects[0].material;
     veiled.materials[material].alpha_mode = AlphaMode::Blend;
-    vec![hall, veiled, scene("builtin:layers?count=2")]
+    let mut layers = scene("builtin:layers?count=2");
+    put_sky(&mut layers, &SkyChoice::Atmosphere(None)).expect("a sky");
+    vec![hall, veiled, layers]
 }
 
 #[test]

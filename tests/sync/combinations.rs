@@ -1,8 +1,9 @@
-//! Every combination of light path, multisampling, transparency, FXAA, HDR format, samples and output: each is drawn without a message, or
+//! Every combination of light path, multisampling, transparency, sky, FXAA, HDR format, samples and output: each is drawn without a message, or
 //! refused with a sentence, as the table in docs/LIGHT_PATHS.md says.
 
 use std::collections::BTreeSet;
 
+use super::necessity::samples;
 use crate::common::gpu::{Gpu, on_gpu};
 use crate::common::stage::{add, lambert, own, plane, point, rectangle, sun};
 use crate::common::tries_all;
@@ -34,8 +35,14 @@ pub fn scene(transparent: bool) -> Scene {
     scene
 }
 
-/// Every combination, with whether something is transparent.
-pub fn combinations() -> Vec<(Named, bool, Settings)> {
+/// With and without something transparent; and the same under a sky that lights them.
+pub fn scenes() -> [Scene; 4] {
+    let [opaque, glazed] = [false, true].map(scene);
+    [opaque.clone(), glazed.clone(), samples::under_sky(opaque), samples::under_sky(glazed)]
+}
+
+/// Every combination, with the index of its scene.
+pub fn combinations() -> Vec<(Named, usize, Settings)> {
     let mut all = Vec::new();
     for &(path, light_path) in LightPath::NAMES {
         for msaa in [1, 4] {
@@ -43,7 +50,8 @@ pub fn combinations() -> Vec<(Named, bool, Settings)> {
                 for fxaa in [false, true] {
                     for &(hdr, hdr_format) in HdrFormat::NAMES {
                         for output in [Output::Srgb8, Output::Nits] {
-                            for transparency in [None, Some(Transparency::Sorted), Some(Transparency::Oit)] {
+                            let transparencies = [None, Some(Transparency::Sorted), Some(Transparency::Oit)];
+                            for (transparency, sky) in transparencies.iter().flat_map(|&one| [(one, 0), (one, 1)]) {
                                 let named = vec![
                                     ("path", path.to_owned()),
                                     ("msaa", msaa.to_string()),
@@ -52,6 +60,7 @@ pub fn combinations() -> Vec<(Named, bool, Settings)> {
                                     ("hdr", hdr.to_owned()),
                                     ("output", if output.is_linear() { "linear" } else { "display" }.to_owned()),
                                     ("transparent", transparency.map_or("no", Transparency::name).to_owned()),
+                                    ("sky", ["off", "on"][sky].to_owned()),
                                 ];
                                 let settings = Settings {
                                     light_path,
@@ -63,7 +72,7 @@ pub fn combinations() -> Vec<(Named, bool, Settings)> {
                                     transparency: transparency.unwrap_or_default(),
                                     ..Settings::default()
                                 };
-                                all.push((named, transparency.is_some(), settings));
+                                all.push((named, usize::from(transparency.is_some()) + 2 * sky, settings));
                             }
                         }
                     }
@@ -142,16 +151,16 @@ fn every_combination_is_drawn_or_refused_as_the_table_says() {
     on_gpu(|gpu| {
         let rules = rules();
         let device = capabilities(&gpu.device.physical);
-        let scenes = [scene(false), scene(true)];
+        let scenes = scenes();
         let (mut drawn, mut refused, mut pairs) = (BTreeSet::new(), 0, Pairs::default());
-        for (named, transparent, settings) in combinations() {
-            let scene = &scenes[usize::from(transparent)];
+        for (named, scene, settings) in combinations() {
+            let scene = &scenes[scene];
             let settings = Settings { size: [33, 21], ..Settings { exposure: own(scene, 1, 1).exposure, ..settings } };
             match FramePlan::of(scene, &settings, &device) {
                 Ok(plan) => {
                     assert!(!refused_by(&named, &rules), "the table refuses what can be drawn: {named:?}");
                     // Settings that change nothing, as the format of an HDR target where there is none, make the same frame.
-                    let structure = (plan.light_path, plan.transparency, plan.msaa, plan.fxaa);
+                    let structure = (plan.light_path, plan.transparency, plan.msaa, plan.fxaa, plan.sky.is_some());
                     let formats = (plan.hdr, plan.output, plan.tone_mapping);
                     if drawn.insert(format!("{structure:?} {formats:?}")) && (tries_all() || pairs.are_new(&named)) {
                         draw(gpu, scene, &settings).unwrap_or_else(|error| panic!("{named:?}: {error}"));

@@ -71,10 +71,11 @@ fn passes_are_recorded_in_the_order_of_the_list() {
             // Passes beside another one in its subpass have no time of their own.
             let list = List::of(renderer.plan());
             let places = Frames::of(renderer.plan(), &edges::table(renderer.plan())).passes();
-            let time = |place| {
-                list.passes_at(place).into_iter().find(|pass| !beside.contains(&pass.place)).map(|pass| pass.time)
+            let times = |place| {
+                let own = list.passes_at(place).into_iter().filter(|pass| !beside.contains(&pass.place));
+                own.map(|pass| pass.time).collect::<Vec<_>>()
             };
-            let listed: Vec<_> = places.into_iter().filter_map(time).collect();
+            let listed: Vec<_> = places.into_iter().flat_map(times).collect();
             assert_eq!(renderer.recorded_passes(), listed, "{}", case.name);
             orders.insert(listed);
         }
@@ -169,6 +170,9 @@ pub fn cases() -> Vec<Case> {
         case(&format!("{name}, linear samples"), glazed(plain()), &[transparency, samples, hdr]);
         case(&format!("{name}, forward"), glazed(plain()), &[transparency, forward]);
         case(&format!("{name}, forward samples"), glazed(plain()), &[transparency, forward, samples]);
+    }
+    for (name, change) in [("skylit", sorted), ("skylit, forward", forward), ("skylit, samples", samples)] {
+        case(name, samples::under_sky(plain()), &[change]);
     }
     case("fxaa", plain(), &[fxaa]);
     case("fxaa, glowing", glowing(plain()), &[fxaa]);

@@ -13,6 +13,7 @@ mod materials;
 mod reference;
 #[cfg(feature = "report")]
 mod report;
+mod sky;
 mod stress;
 #[cfg(feature = "report")]
 mod tune;

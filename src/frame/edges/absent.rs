@@ -33,6 +33,9 @@ const TEXTURES: fn(&FramePlan) -> Option<&'static str> =
 const LEVELS: fn(&FramePlan) -> Option<&'static str> =
     |plan| (!plan.uploads.mip_levels).then_some("no texture has levels that are made from each other");
 
+const NO_SKY: fn(&FramePlan) -> Option<&'static str> =
+    |plan| (!plan.is_lit_by_sky()).then_some("no sky lights the scene");
+
 const fn needs(row: RowName, passes: &'static [&'static Pass]) -> Needs {
     Needs { row, passes, lacks: NOTHING, instead: &[] }
 }
@@ -51,6 +54,8 @@ static ROWS: &[Needs] = &[
     lacks(RowName::LEVEL_TO_BLIT, LEVELS),
     lacks(RowName::BLIT_TO_TEXTURES, LEVELS),
     lacks(RowName::UPLOAD_TO_TEXTURES, TEXTURES),
+    lacks(RowName::SKY_LIGHT_TO_PREFILTER, NO_SKY),
+    lacks(RowName::PREFILTER_TO_LIGHTING, NO_SKY),
     needs(RowName::DEFORMED_REUSE, &[&skin::PASS]),
     needs(RowName::SKIN_TO_DRAWS, &[&skin::PASS]),
     needs(RowName::OCCLUDERS_REUSE, &[&occluders::PASS]),

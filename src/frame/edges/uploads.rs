@@ -7,7 +7,7 @@ use crate::gpu::UploadOrder;
 use crate::gpu::sync::Use;
 use crate::gpu::upload::{BLIT_READ, COPY_WRITE};
 use crate::gpu_scene::{INDEX_READ, TEXTURE_READ, VERTEX_READ};
-use crate::passes::skin;
+use crate::passes::{prefilter, skin};
 use crate::plan::FramePlan;
 
 impl RowName {
@@ -59,10 +59,11 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         );
     }
     if uploads.textures {
+        let sky = if plan.is_lit_by_sky() { prefilter::SKY_READ } else { TEXTURE_READ };
         rows.push(
             barrier(RowName::UPLOAD_TO_TEXTURES, WRITTEN, READABLE)
                 .from(Place::UPLOAD, &[COPY_WRITE])
-                .to(Place::DRAWS, &[TEXTURE_READ])
+                .to(Place::DRAWS, &[TEXTURE_READ, sky])
                 .because("shaders sample the levels that a copy wrote, and the last one that a blit wrote"),
         );
     }

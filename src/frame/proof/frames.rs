@@ -12,7 +12,7 @@ use crate::frame::render_pass::PassDescription;
 use crate::gpu::sync::{DEVICE_ACCESS, HOST_WRITE, Use};
 use crate::gpu::upload::{BLIT_READ, COPY_WRITE};
 use crate::gpu_scene::shadow_clear;
-use crate::passes::{FRAME_READ, Resource, Touch, copy};
+use crate::passes::{FRAME_READ, Resource, Touch, copy, prefilter};
 use crate::plan::FramePlan;
 
 const BUFFER: L = L::UNDEFINED;
@@ -53,6 +53,7 @@ pub(super) fn program(plan: &FramePlan, edges: &Edges) -> Program {
     let passes = PassDescription::all(plan, edges);
     let mut frames = Frames { plan, edges, program: Program::default(), ends: Vec::new(), copied: None };
     let uploaded = frames.upload();
+    frames.prefilter();
     frames.clear_maps();
     let turns = turns(plan);
     for (index, turn) in turns.iter().enumerate() {
@@ -190,6 +191,17 @@ impl Frames<'_> {
             self.barrier(RowName::UPLOAD_TO_VERTICES, None);
         }
         self.program.step()
+    }
+
+    /// What surfaces collect of the sky.
+    fn prefilter(&mut self) {
+        if !self.plan.is_lit_by_sky() {
+            return;
+        }
+        self.image_barrier(RowName::SKY_LIGHT_TO_PREFILTER, Memory::SkyLight);
+        let sky = (Memory::Texture, L::SHADER_READ_ONLY_OPTIMAL, prefilter::SKY_READ);
+        self.program.command(Place::PREFILTER, &[sky, (Memory::SkyLight, L::GENERAL, prefilter::LIGHT_WRITE)]);
+        self.image_barrier(RowName::PREFILTER_TO_LIGHTING, Memory::SkyLight);
     }
 
     /// A texture of OVERLAY.
@@ -345,6 +357,7 @@ fn memory_of(plan: &FramePlan, resource: Resource, place: Memory) -> Vec<Memory>
             let levels = LEVELS.into_iter().filter(|_| plan.uploads.mip_levels);
             levels.chain([Memory::Texture]).collect()
         }
+        Resource::SkyLight => vec![Memory::SkyLight],
         Resource::Vertices => vec![Memory::Vertices],
         Resource::RestMeshes => vec![Memory::RestMeshes],
         Resource::DeformedVertices => vec![Memory::DeformedVertices],

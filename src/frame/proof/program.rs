@@ -92,6 +92,8 @@ pub(super) enum Memory {
     Level(usize),
     /// A texture without levels.
     Texture,
+    /// What surfaces collect of the sky.
+    SkyLight,
     Vertices,
     RestMeshes,
     DeformedVertices,
@@ -136,6 +138,7 @@ impl MemorySet {
             Memory::CulledInstances => 28,
             Memory::DepthPyramid => 29,
             Memory::Found(place) => 30 + place,
+            Memory::SkyLight => 63,
             Memory::Target(target) => 32 + target as usize,
         }
     }
@@ -156,6 +159,7 @@ impl fmt::Display for Memory {
             Self::ShadowMap(index) => write!(f, "shadow map {index}"),
             Self::Level(level) => write!(f, "level {level} of a texture"),
             Self::Texture => f.write_str("a texture without levels"),
+            Self::SkyLight => f.write_str("the light of the sky"),
             Self::Vertices => f.write_str("the vertices"),
             Self::RestMeshes => f.write_str("the meshes at rest"),
             Self::DeformedVertices => f.write_str("the deformed vertices"),

@@ -127,6 +127,7 @@ fn noun(memory: Memory) -> &'static str {
         Memory::SwapchainImage => "the window's image",
         Memory::ShadowMap(_) => "a shadow map",
         Memory::Level(_) | Memory::Texture => "a texture",
+        Memory::SkyLight => "light of the sky",
         Memory::Vertices => "vertices",
         Memory::RestMeshes => "meshes at rest",
         Memory::DeformedVertices => "deformed vertices",

@@ -41,6 +41,10 @@ pub(crate) struct LightOrder {
 
 impl LightOrder {
     pub(crate) fn of(scene: &Scene, settings: &Settings) -> Self {
+        // What comes from everywhere comes from no light.
+        if settings.view == View::Ambient {
+            return Self { order: Vec::new(), idle: IdleLights::default(), needless: 0 };
+        }
         let lights = &scene.lights;
         let mut idle = IdleLights::of(scene, settings);
         let moved = scene.motion.moved_lights();

@@ -81,7 +81,7 @@ fn check(settings: &Settings, device: &Capabilities) -> Result<(), Error> {
 }
 
 fn is_lit(view: View) -> bool {
-    matches!(view, View::Final | View::Lighting)
+    matches!(view, View::Final | View::Lighting | View::Ambient)
 }
 
 /// Whether surfaces are so plain that each is best lit as it is drawn. Measured in docs/LIGHT_PATHS.md: with one light this beats the loop for any number
@@ -113,6 +113,7 @@ fn compute_is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> 
         (device.lazily_allocated, "the G-buffer would leave the tile"),
         (device.compute_invocations < TILE_INVOCATIONS, "the device's work groups are too small"),
         (transparent, "transparent surfaces come after it"),
+        (scene.sky.is_some(), "the sky comes after it"),
         (settings.first_effect().is_some(), "the picture goes through another pass"),
         (settings.msaa > 1, "it reads one sample a pixel"),
     ]

@@ -3,9 +3,10 @@
 //! Limits: reflection at one point, without polarization and without what is scattered several times between facets. The
 //! base is uncoupled: together with the lobe it may reflect more than it gets, up to 1.26 for a white dielectric at grazing angles.
 
+use glam::DVec3;
 use nalgebra::Vector3;
 
-use super::real::{Real, unit, vector};
+use super::real::{Real, unit, vector, widened};
 use crate::reference::{Smith, Surface};
 use crate::scene::Brdf;
 
@@ -47,7 +48,61 @@ pub struct Reflector<R: Real> {
     smith: Smith,
 }
 
+/// The same in f64, for light from all directions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Collector {
+    /// The reflection model.
+    pub brdf: Brdf,
+    /// Unit vector.
+    pub normal: DVec3,
+    /// Unit vector towards the eye.
+    pub view: DVec3,
+    /// No less than [`MIN_N_DOT_V`].
+    pub n_dot_v: f64,
+    /// Diffuse albedo: without the metallic share.
+    pub diffuse: DVec3,
+    /// F0 of Cook-Torrance.
+    pub specular: DVec3,
+    /// F90 of Cook-Torrance.
+    pub grazing: f64,
+    /// Perceptual, no less than [`MIN_ROUGHNESS`].
+    pub roughness: f64,
+}
+
+impl Collector {
+    /// The lobe of Cook-Torrance for light from a direction, a unit vector on the normal's side, in inverse steradians.
+    pub fn lobe(&self, light: DVec3) -> DVec3 {
+        let reflector = Reflector::<f64> {
+            brdf: self.brdf,
+            normal: vector(self.normal),
+            view: vector(self.view),
+            n_dot_v: self.n_dot_v,
+            diffuse: vector(self.diffuse),
+            specular: vector(self.specular),
+            grazing: self.grazing,
+            roughness: self.roughness,
+            shininess: 0.0,
+            smith: Smith::HeightCorrelated,
+        };
+        widened(reflector.reflect(&vector(light)).lobe)
+    }
+}
+
 impl<R: Real> Reflector<R> {
+    /// As light from all directions takes it.
+    pub fn collector(&self) -> Collector {
+        Collector {
+            brdf: self.brdf,
+            normal: widened(self.normal),
+            view: widened(self.view),
+            n_dot_v: self.n_dot_v.wide(),
+            diffuse: widened(self.diffuse),
+            specular: widened(self.specular),
+            grazing: self.grazing.wide(),
+            roughness: self.roughness.wide(),
+        }
+    }
+
     /// Seen from the camera, to which the surface's position is relative. At the camera itself it is seen from straight above.
     pub fn new(surface: &Surface, smith: Smith) -> Self {
         let normal: Vector3<R> = vector(surface.normal);

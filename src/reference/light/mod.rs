@@ -10,7 +10,7 @@ mod real;
 #[cfg(test)]
 mod tests;
 
-pub use brdf::{DIELECTRIC, MIN_N_DOT_V, MIN_PHONG_COSINE, MIN_ROUGHNESS, Reflectance, Reflector};
+pub use brdf::{Collector, DIELECTRIC, MIN_N_DOT_V, MIN_PHONG_COSINE, MIN_ROUGHNESS, Reflectance, Reflector};
 pub use falloff::{MIN_CONE, MIN_DISTANCE, MIN_POLYNOMIAL, arriving, to_light, weakened};
 pub use real::Real;
 pub(super) use real::{vector, widened};
@@ -22,7 +22,7 @@ use super::{Smith, Surface};
 use crate::scene::{Environment, Light};
 
 /// Where light comes from.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub struct Illumination<'a> {
     /// Numbered in this order for `visibility`.
     pub lights: &'a [Light],
@@ -30,8 +30,16 @@ pub struct Illumination<'a> {
     pub environment: &'a Environment,
     /// The camera's place in the world: surfaces' positions are relative to it.
     pub eye: DVec3,
+    /// Light of the sky beside the ambient light, of which occlusion takes its share as well.
+    pub sky: Option<&'a dyn Collects>,
     /// For the lobe of Cook-Torrance alone.
     pub smith: Smith,
+}
+
+/// Light that surfaces collect from all directions that they face.
+pub trait Collects: Sync {
+    /// What base and lobe of a surface send to the eye of it, in nits.
+    fn collected(&self, surface: &Collector) -> [DVec3; 2];
 }
 
 /// Radiance towards the eye in nits, in two parts, as [`AlphaMode::Glass`](crate::scene::AlphaMode::Glass) needs it:
@@ -65,7 +73,12 @@ pub fn split_radiance<R: Real>(
 ) -> Radiance {
     let reflector = Reflector::<R>::new(surface, illumination.smith);
     let occlusion = R::of(surface.occlusion);
-    let [body, shine] = ambient::ambient(&reflector, illumination.environment);
+    let [mut body, mut shine] = ambient::ambient(&reflector, illumination.environment);
+    if let Some(sky) = illumination.sky {
+        let [base, lobe] = sky.collected(&reflector.collector());
+        body += vector::<R>(base);
+        shine += vector::<R>(lobe);
+    }
     let (mut body, mut shine) = (body * occlusion, shine * occlusion + vector(surface.emissive));
     for (index, light) in illumination.lights.iter().enumerate() {
         let Some(Reflectance { base, lobe }) = unshadowed(surface, &reflector, light, illumination.eye) else {

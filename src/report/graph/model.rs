@@ -69,8 +69,16 @@ pub struct Graph {
 }
 
 /// The order of what lies before a frame, and after it.
-const BEFORE: [Place; 7] =
-    [Place::PRESENTATION, Place::HOST, Place::DEVICE, Place::OUTSIDE, Place::UPLOAD, Place::CLEAR, Place::DRAWS];
+const BEFORE: [Place; 8] = [
+    Place::PRESENTATION,
+    Place::HOST,
+    Place::DEVICE,
+    Place::OUTSIDE,
+    Place::UPLOAD,
+    Place::PREFILTER,
+    Place::CLEAR,
+    Place::DRAWS,
+];
 const AFTER: [Place; 5] = [Place::OUTSIDE, copy::PASS.place, Place::DEVICE, Place::PRESENTATION, Place::HOST];
 
 impl Graph {
@@ -234,7 +242,7 @@ fn ends(edge: &Edge) -> [(Place, When); 2] {
 fn when(place: Place, outside: When) -> When {
     match place {
         Place::OUTSIDE | Place::HOST | Place::DEVICE | Place::PRESENTATION => outside,
-        Place::UPLOAD | Place::CLEAR | Place::DRAWS => When::Before,
+        Place::UPLOAD | Place::PREFILTER | Place::CLEAR | Place::DRAWS => When::Before,
         // A submission of its own.
         place if place == copy::PASS.place => When::After,
         _ => When::During,
@@ -258,6 +266,7 @@ fn stop(list: &List, place: Place, when: When) -> Stop {
         (Place::OUTSIDE, When::After) => "later commands of this frame or another, as COPY",
         (Place::OUTSIDE, _) => "earlier commands, of the frames before",
         (Place::UPLOAD, _) => "once: copies out of staging buffers, and blits from level to level of a texture",
+        (Place::PREFILTER, _) => "once: what surfaces collect of the sky",
         (Place::CLEAR, _) => "once: the shadow maps' image, which the first frame may look up anywhere",
         (Place::DRAWS, _) => "every pass below that draws the scene's meshes with its textures",
         (Place::DEVICE, _) => "everything that one submission does",

@@ -95,7 +95,10 @@ impl Truths {
         progress: &(dyn Fn(&str, u64, u64) + Sync),
     ) -> Result<Self, Error> {
         let reference = Reference::new(scene).map_err(frame::Error::from)?;
-        let reference = reference.with_brdf(settings.brdf).with_shadows(settings.shadows.enabled);
+        let reference = reference
+            .with_brdf(settings.brdf)
+            .with_shadows(settings.shadows.enabled)
+            .with_sky_light(settings.sky_light);
         let cache = Cache::of_user();
         let mut warnings = Vec::new();
         let mut render = |mode, what: &str| {

@@ -14,6 +14,7 @@ mod place;
 mod scatter;
 pub mod schema;
 mod settings;
+mod sky;
 mod write;
 
 pub use path::{load_path, parse_path};
@@ -202,11 +203,15 @@ fn light_and_view(root: &Table, scene: &mut Scene, folder: &Path, options: &Open
     if let Some(node) = root.get("environment") {
         scene.environment = settings::environment(&node, scene.environment)?;
     }
+    if let Some(node) = root.get("sky") {
+        sky::sky(&node, scene, folder)?;
+    }
     if !says("base") {
         let aspect = scene.settings.size.map_or(options.aspect, |[width, height]| f64::from(width) / f64::from(height));
         let stand = fit::fit_camera(scene, aspect);
         // Models of glTF bring their own.
-        if !says("lights") && !says("scattered_lights") && !says("environment") && scene.lights.is_empty() {
+        let is_lit = ["lights", "scattered_lights", "environment", "sky"].iter().any(|key| says(key));
+        if !is_lit && scene.lights.is_empty() {
             fit::add_daylight(scene);
             if !says("camera") && scene.settings.exposure.is_none() {
                 fit::fit_exposure(scene, stand);

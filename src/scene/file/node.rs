@@ -42,6 +42,12 @@ pub(super) struct Limit {
     holds: fn(f64) -> bool,
 }
 
+impl Limit {
+    pub const fn new(text: &'static str, holds: fn(f64) -> bool) -> Self {
+        Self { text, holds }
+    }
+}
+
 /// Positions and lengths: far beyond the observable, and squares of them still fit.
 pub(super) const COORDINATE: Limit = Limit { text: "a number from -1e15 to 1e15", holds: |x| x.abs() <= 1e15 };
 pub(super) const FINITE: Limit = Limit { text: "a finite number", holds: f64::is_finite };

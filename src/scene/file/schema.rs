@@ -28,6 +28,7 @@ pub(super) const ROOT: Schema = Schema {
         "models",
         "scattered_lights",
         "settings",
+        "sky",
     ],
 };
 pub(super) const MODEL: Schema = Schema {
@@ -122,6 +123,12 @@ pub(super) const ENVIRONMENT: Schema = Schema {
         "background_strength",
     ],
 };
+pub(super) const SKY: Schema =
+    Schema { table: "sky", keys: &["file", "faces", "atmosphere", "rotation_degrees", "strength", "lights"] };
+pub(super) const ATMOSPHERE: Schema = Schema {
+    table: "sky.atmosphere",
+    keys: &["elevation_degrees", "azimuth_degrees", "haze", "ground", "altitude", "sun"],
+};
 pub(super) const CLIP: Schema = Schema { table: "clips", keys: &["name", "channels"] };
 pub(super) const CHANNEL: Schema = Schema {
     table: "clips.channels",
@@ -153,6 +160,8 @@ pub const TABLES: &[Schema] = &[
     FALLOFF,
     SCATTER,
     ENVIRONMENT,
+    SKY,
+    ATMOSPHERE,
     CLIP,
     CHANNEL,
     SETTINGS,

@@ -9,7 +9,7 @@ use toml::Value;
 use super::super::load::Up;
 use super::lights;
 use crate::scene::path::lens;
-use crate::scene::{Camera, Environment, Scene, SettingsPatch};
+use crate::scene::{Atmosphere, Camera, Environment, Scene, SettingsPatch, Sky, SkyOrigin};
 
 /// What a scene was opened from.
 #[derive(Debug, Clone, Copy)]
@@ -61,6 +61,7 @@ pub fn to_toml(origin: Origin, scene: &Scene, camera: &Camera, settings: &Settin
     let _ = writeln!(text, "\n# --camera \"{camera}\"\n[camera]\nposition = {place:?}");
     let _ = writeln!(text, "rotation = {{ quaternion = {turn:?} }}\n{}near = {near:?}", lens(projection));
     text += &environment(&scene.environment);
+    text += &scene.sky.as_ref().map_or_else(String::new, sky);
     for light in &scene.lights {
         let _ = write!(text, "\n[[lights]]\n{}", lights::to_toml(light));
     }
@@ -78,6 +79,26 @@ fn environment(environment: &Environment) -> String {
     format!("\n[environment]\n{from_everywhere}{}", color("background", background))
 }
 
+/// Nothing of one that no file can say: then the base's stays.
+fn sky(sky: &Sky) -> String {
+    let path = |path: &Path| Value::String(path.to_string_lossy().into_owned()).to_string();
+    let of = match &sky.image.origin {
+        SkyOrigin::Panorama(file) => format!("file = {}", path(file)),
+        SkyOrigin::Faces(files) => format!("faces = [{}]", files.each_ref().map(|file| path(file)).join(", ")),
+        SkyOrigin::Atmosphere(air) => {
+            let [elevation, azimuth] = air.sun_angles();
+            let Atmosphere { haze, ground, altitude, .. } = air;
+            format!(
+                "atmosphere = {{ elevation_degrees = {elevation:?}, azimuth_degrees = {azimuth:?}, haze = {haze:?}, ground = {ground:?}, \
+                 altitude = {altitude:?} }}"
+            )
+        }
+        SkyOrigin::Made => return String::new(),
+    };
+    let Sky { rotation_degrees, nits, lights, .. } = sky;
+    format!("\n[sky]\n{of}\nrotation_degrees = {rotation_degrees:?}\nstrength = {nits:?}\nlights = {lights}\n")
+}
+
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
@@ -85,6 +106,7 @@ mod tests {
     use super::*;
     use crate::scene::file::parse;
     use crate::scene::{Falloff, Light, LightKind, OpenOptions, Settings, open};
+    use crate::scene::{SkyChoice, put_sky};
 
     fn lights() -> Vec<Light> {
         let (position, direction) = (DVec3::new(1.0, -2.5, 1e-3), DVec3::new(0.6, -0.8, 0.0));
@@ -136,6 +158,7 @@ mod tests {
             scene.lights = lights();
             for ground in [None, Some(Vec3::new(0.0, 0.3, 2e4))] {
                 scene.environment = Environment { ambient: Vec3::new(0.1, 2.0, 3e5), ground, background: Vec3::ONE };
+                put_sky(&mut scene, &SkyChoice::Atmosphere(Some(Atmosphere::sun_at(12.0, -70.0)))).expect("a sky");
                 let camera = Camera {
                     near: 0.07,
                     ..Camera::looking_at(
@@ -150,6 +173,13 @@ mod tests {
                 let read =
                     parse(&text, &file, &OpenOptions::default()).unwrap_or_else(|error| panic!("{error}\n{text}"));
                 assert_eq!(read.environment, scene.environment, "{text}");
+                let [own, other] = [&read, &scene].map(|scene| scene.sky.clone().expect("a sky"));
+                assert_eq!(
+                    (own.nits, own.lights, own.rotation_degrees),
+                    (other.nits, other.lights, other.rotation_degrees)
+                );
+                let looked = |sky: &Sky| sky.radiance(DVec3::new(0.6, 0.48, -0.64));
+                assert!(looked(&own).distance(looked(&other)) < 1e-3 * looked(&own).length(), "{text}");
                 // A rotation is made of length 1 once more, as directions are.
                 assert!(read.camera.rotation.angle_between(camera.rotation) < 1e-7, "{text}");
                 assert_eq!(Camera { rotation: camera.rotation, ..read.camera }, camera, "{text}");

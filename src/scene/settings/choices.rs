@@ -153,6 +153,8 @@ pub enum View {
     ShadowMap,
     /// Lit with albedo 1.
     Lighting,
+    /// Lit by what comes from everywhere alone: half-spheres and the sky.
+    Ambient,
     /// Fragments shaded for each pixel, as a heat map.
     Overdraw,
     /// Lights that reach each pixel, as a heat map.

@@ -252,6 +252,15 @@ settings! {
         "resolve", "resolve" => resolve: Resolve = Resolve::ToneMapped, {
             title: "samples averaged",
         }
+        /// Light surfaces by the scene's sky, where it has one that lights
+        "sky-light", "sky_light" => sky_light: bool = true, {
+            title: "light of the sky", of_truth: true, cheaper: &["off"],
+        }
+        /// Directions that are looked into for each texel of what the sky is mirrored as, once when it is uploaded
+        "sky-samples", "sky_samples" => sky_samples: u32 = 64, {
+            title: "directions into the sky", values: ValueKind::Whole(1, 4096), in_panel: false,
+            sweep: Sweep::Alone, tried: &["1", "4", "16", "64", "256", "1024"],
+        }
         /// Smooth edges of the tone-mapped picture (FXAA)
         "fxaa", "fxaa" => fxaa: bool = false, {
             title: "FXAA", on_picture: true, sweep: Sweep::Joint,

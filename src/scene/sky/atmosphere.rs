@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::{SkyImage, SunDisc};
+use super::{SkyImage, SkyOrigin, SunDisc};
 
 /// Of the ground and of the top of the air, in metres from the centre of the earth.
 const GROUND: f64 = 6_360e3;
@@ -46,10 +46,6 @@ pub struct Atmosphere {
     pub altitude: f64,
 }
 
-
-
-
-
 impl Default for Atmosphere {
     /// An afternoon by the sea.
     fn default() -> Self {
@@ -71,13 +67,18 @@ impl Atmosphere {
         DVec3::new(level * across, up, -level * ahead)
     }
 
+    /// How high above the horizon its sun is, and how far around from -Z over +X, in degrees: [`Atmosphere::sun_at`] reversed.
+    pub fn sun_angles(&self) -> [f64; 2] {
+        [self.sun.y.clamp(-1.0, 1.0).asin(), self.sun.x.atan2(-self.sun.z)].map(f64::to_degrees)
+    }
+
     /// The sky without the sun's disc; texels are in nits times `scale`, the second.
     pub fn image(&self) -> (SkyImage, f32) {
         let tables = Tables::of(self);
         // A bright sky has 10,000 nits; texels of about 1 leave half floats most room.
         const NITS: f64 = 10e3;
         let image = SkyImage::of("atmosphere", WIDTH, |to| self.scattered(&tables, to, STEPS) / NITS);
-        (image, NITS as f32)
+        (SkyImage { origin: SkyOrigin::Atmosphere(*self), ..image }, NITS as f32)
     }
 
     /// What is left of the sun's light at the eye, in lux on a surface that faces it: the colour of a directional light.
@@ -232,9 +233,9 @@ impl Tables {
             let to = DVec3::new(level * cos, height, level * sin);
             let even = 1.0 / (4.0 * PI);
             let arriving = |place: DVec3| self.sunlight(place, sun);
-            twice += under.along(place, to, STEPS / 2, |at, medium| {
-                (medium.rayleigh + medium.mie) * arriving(at) * even
-            }) + under.of_ground(place, to, STEPS / 2, arriving);
+            twice += under
+                .along(place, to, STEPS / 2, |at, medium| (medium.rayleigh + medium.mie) * arriving(at) * even)
+                + under.of_ground(place, to, STEPS / 2, arriving);
             share += under.along(place, to, STEPS / 2, |_, medium| medium.rayleigh + medium.mie);
         }
         let count = (SIDES * SIDES) as f64;
@@ -290,7 +291,8 @@ mod tests {
         for elevation in [60.0, 20.0, 2.0, -3.0] {
             let air = Atmosphere { sun: Atmosphere::sun_at(elevation, 0.0), ..Atmosphere::default() };
             let tables = Tables::of(&air);
-            let brightest = air.scattered(&tables, Atmosphere::sun_at(elevation.max(1.0) + 2.0, 0.0), 2000).max_element();
+            let brightest =
+                air.scattered(&tables, Atmosphere::sun_at(elevation.max(1.0) + 2.0, 0.0), 2000).max_element();
             for (up, around) in [(90.0, 0.0), (30.0, 90.0), (10.0, 170.0), (3.0, 20.0), (-20.0, 0.0)] {
                 let to = Atmosphere::sun_at(up, around);
                 let (few, many) = (air.scattered(&tables, to, STEPS), air.scattered(&tables, to, 2000));

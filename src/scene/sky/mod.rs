@@ -1,14 +1,17 @@
 //! What lies around a scene: a picture of the sky, from a file or of an atmosphere, that is seen where nothing is and lights what is there.
 
 mod atmosphere;
+mod choice;
 mod cube;
 mod read;
 
 pub use atmosphere::Atmosphere;
+pub use choice::{SkyChoice, put_atmosphere, put_sky};
 pub use cube::{CubeLevel, FACES, SkyCube, face_direction};
 pub use read::{read_faces, read_panorama};
 
 use std::f64::consts::{PI, TAU};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec3};
@@ -17,6 +20,9 @@ use super::check::infinite;
 
 /// The largest value of a texel. Beyond it a sun would leave no steps for the sky around it in half floats.
 pub const MOST_LIGHT: f32 = 1e6;
+
+/// What the brightest texel becomes as a half float: below 65504, so that sums of filters stay finite.
+const BRIGHTEST_HALF: f32 = 60_000.0;
 
 /// The sky of a scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,6 +59,21 @@ pub struct SkyImage {
     pub size: [u32; 2],
     /// Linear Rec. 709, rows from the top; finite, from 0 to [`MOST_LIGHT`].
     pub texels: Vec<[f32; 3]>,
+    /// Where they come from.
+    pub origin: SkyOrigin,
+}
+
+/// What a sky was made of, so that a scene file can say it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SkyOrigin {
+    /// An equirectangular picture.
+    Panorama(PathBuf),
+    /// The faces of a cube: +X, -X, +Y, -Y, +Z, -Z.
+    Faces(Box<[PathBuf; 6]>),
+    /// Computed.
+    Atmosphere(Atmosphere),
+    /// A program's own.
+    Made,
 }
 
 impl Sky {
@@ -124,7 +145,8 @@ impl SkyImage {
             let light = radiance(direction_at(at / DVec2::new(f64::from(width), f64::from(size[1]))));
             light.as_vec3().clamp(Vec3::ZERO, Vec3::splat(MOST_LIGHT)).to_array()
         };
-        Self { name: name.into(), size, texels: (0..width * size[1]).into_par_iter().map(texel).collect() }
+        let texels = (0..width * size[1]).into_par_iter().map(texel).collect();
+        Self { name: name.into(), size, texels, origin: SkyOrigin::Made }
     }
 
     /// The value in a direction of length 1, bilinear between the texels.
@@ -167,6 +189,12 @@ impl SkyImage {
         self.texels.iter().flatten().fold(0.0, |most, &value| most.max(value))
     }
 
+    /// What texels are multiplied by before they become half floats, so that the brightest is [`BRIGHTEST_HALF`].
+    pub fn half_scale(&self) -> f32 {
+        let brightest = self.brightest();
+        if brightest > 0.0 { BRIGHTEST_HALF / brightest } else { 1.0 }
+    }
+
     /// Half as wide and high, texels weighted by their solid angles.
     #[must_use]
     pub fn halved(&self) -> Self {
@@ -182,7 +210,12 @@ impl SkyImage {
             ((pair(row) * upper + pair(row + 1) * lower) / (upper + lower)).to_array()
         };
         let texels = (0..width / 2 * (height / 2)).map(texel).collect();
-        Self { name: self.name.clone(), size: [width as u32 / 2, height as u32 / 2], texels }
+        Self {
+            size: [width as u32 / 2, height as u32 / 2],
+            texels,
+            name: self.name.clone(),
+            origin: self.origin.clone(),
+        }
     }
 }
 
@@ -237,7 +270,8 @@ mod tests {
     #[test]
     fn a_sky_turns_counter_clockwise_seen_from_above() {
         let image = Arc::new(SkyImage::of("it", 128, |to| if to.x > 0.8 { DVec3::ONE } else { DVec3::ZERO }));
-        let sky = |rotation_degrees| Sky { image: Arc::clone(&image), rotation_degrees, nits: 3.0, lights: true, sun: None };
+        let sky =
+            |rotation_degrees| Sky { image: Arc::clone(&image), rotation_degrees, nits: 3.0, lights: true, sun: None };
         assert_eq!(sky(0.0).radiance(DVec3::X), DVec3::splat(3.0));
         // From +X a quarter turn about +Y ends at -Z.
         assert_eq!(sky(90.0).radiance(DVec3::NEG_Z), DVec3::splat(3.0));
@@ -247,7 +281,8 @@ mod tests {
     #[test]
     fn faults_are_named() {
         let image = |width, texel: f32| {
-            Arc::new(SkyImage { name: "it".into(), size: [width, 2], texels: vec![[texel; 3]; 2 * width as usize] })
+            let texels = vec![[texel; 3]; 2 * width as usize];
+            Arc::new(SkyImage { name: "it".into(), size: [width, 2], texels, origin: SkyOrigin::Made })
         };
         let sky = Sky { image: image(4, 1.0), rotation_degrees: 0.0, nits: 1.0, lights: true, sun: None };
         assert_eq!(sky.fault(), None);

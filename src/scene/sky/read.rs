@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::{DVec3, Vec3};
 use image::{ImageFormat, ImageReader, Limits};
 
-use super::{MOST_LIGHT, SkyImage};
+use super::{MOST_LIGHT, SkyImage, SkyOrigin};
 use crate::scene::Error;
 
 /// The widest panorama that is read, in texels; `MOST_FACE` is that of a cube's faces.
@@ -38,7 +38,12 @@ pub fn read_panorama(path: &Path, warnings: &mut Vec<String>) -> Result<SkyImage
     };
     let read = read(path, wrong)?;
     warnings.extend(read.warnings);
-    let mut image = SkyImage { name: path.display().to_string(), size: read.size, texels: read.texels };
+    let mut image = SkyImage {
+        name: path.display().to_string(),
+        size: read.size,
+        texels: read.texels,
+        origin: SkyOrigin::Panorama(path.to_owned()),
+    };
     while image.size[0] > KEPT_WIDTH {
         image = image.halved();
     }
@@ -68,7 +73,8 @@ pub fn read_faces(paths: &[&Path; 6], warnings: &mut Vec<String>) -> Result<SkyI
         let (face, across, down) = on_face(direction);
         bilinear(&faces[face], edge, [across, down])
     };
-    Ok(SkyImage::of(&paths[0].display().to_string(), (4 * edge).max(2), look))
+    let origin = SkyOrigin::Faces(Box::new(paths.map(Path::to_owned)));
+    Ok(SkyImage { origin, ..SkyImage::of(&paths[0].display().to_string(), (4 * edge).max(2), look) })
 }
 
 /// The face that a direction meets, and where: the reverse of [`super::face_direction`].
@@ -130,9 +136,8 @@ fn read(path: &Path, wrong: impl Fn([u32; 2]) -> Option<String>) -> Result<Read,
         }
         *value = kept;
     }
-    let says = |count: usize, what: &str| {
-        (count > 0).then(|| format!("{}: {count} values of the sky {what}", path.display()))
-    };
+    let says =
+        |count: usize, what: &str| (count > 0).then(|| format!("{}: {count} values of the sky {what}", path.display()));
     let warnings = [
         says(changed[0], "are negative or no number: they are taken for 0"),
         says(changed[1], &format!("are above {MOST_LIGHT:e}: they are taken for that")),

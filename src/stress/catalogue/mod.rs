@@ -10,6 +10,7 @@ mod motion;
 pub mod random;
 mod sampling;
 mod shadows;
+mod sky;
 mod space;
 mod stage;
 mod targets;
@@ -18,7 +19,8 @@ use super::Case;
 
 /// Every case, in the order in which they are told.
 pub fn all() -> Vec<Case> {
-    let light = [formulas::CASES, lights::CASES, exposure::CASES, highlights::CASES, shadows::CASES].concat();
+    let light =
+        [formulas::CASES, lights::CASES, exposure::CASES, highlights::CASES, shadows::CASES, sky::CASES].concat();
     let places = [space::CASES, motion::CASES, geometry::CASES, sampling::CASES, looks::CASES].concat();
     [&light[..], &places, targets::CASES, random::CASES].concat()
 }

@@ -5,6 +5,7 @@ mod clips;
 mod document;
 mod path;
 mod refused;
+mod sky;
 
 use std::fs;
 use std::path::Path;
@@ -140,8 +141,9 @@ fn every_key_does_what_it_says() {
     // Any settings are read as they were written: a test beside their table tries them.
     for table in schema::TABLES.iter().filter(|table| !table.table.starts_with("settings")) {
         for key in table.keys {
-            let tried =
-                [EVERYTHING, HALVES, PARALLEL, PATH, clips::CLIPS, GLTF_MODEL].iter().any(|text| text.contains(key));
+            let tried = [EVERYTHING, HALVES, PARALLEL, PATH, clips::CLIPS, GLTF_MODEL, sky::SKIES]
+                .iter()
+                .any(|text| text.contains(key));
             assert!(tried, "{}.{key} is not tried", table.table);
         }
     }

@@ -37,6 +37,8 @@ pub struct Captured {
     pub unrounded: Option<Vec<DVec3>>,
     /// The same with all that reaches a surface, however little it is; `None` where the frame has all of it.
     pub uncut: Option<Vec<DVec3>>,
+    /// The same as `unrounded` without light of the sky; `None` where no sky lights the scene.
+    pub without_sky: Option<Vec<DVec3>>,
     /// What is shown, decoded to linear, 0 to 1.
     pub shown: Vec<DVec3>,
     /// From the frame's own G-buffer.
@@ -97,8 +99,12 @@ impl Drawing<'_> {
         let is_rounded = self.keeps_light_otherwise(&exposed, &single)?;
         let unrounded = if is_rounded { &single } else { &exposed };
         let uncut = Settings { light_cutoff: false, ..unrounded.clone() };
+        let is_lit_by_sky = frame::plan_for(self.device, self.scene, settings)?.is_lit_by_sky();
         Ok(Captured {
             unrounded: is_rounded.then(|| self.draw(unrounded)).transpose()?,
+            without_sky: is_lit_by_sky
+                .then(|| self.draw(&Settings { sky_light: false, ..uncut.clone() }))
+                .transpose()?,
             uncut: settings.light_cutoff.then(|| self.draw(&uncut)).transpose()?,
             exposed: self.draw(&exposed)?,
             shown: self.draw(&Settings { output: Output::Srgb8, ..settings.clone() })?,
@@ -139,6 +145,7 @@ impl Drawing<'_> {
             return Ok(vec![1.0; self.pixels.len()]);
         }
         let mut scene = without_emission(self.scene);
+        scene.sky = None;
         scene.lights.clear();
         scene.environment = Environment { ambient: Vec3::ONE, ..Environment::default() };
         let settings = Settings { gbuffer, ..buffer(settings, View::Lighting) };
@@ -151,7 +158,7 @@ impl Drawing<'_> {
         if !self.scene.materials.iter().any(Material::is_emissive) {
             return Ok(vec![DVec3::ZERO; self.pixels.len()]);
         }
-        let dark = Scene { lights: Vec::new(), environment: Environment::default(), ..self.scene.clone() };
+        let dark = Scene { lights: Vec::new(), environment: Environment::default(), sky: None, ..self.scene.clone() };
         Drawing { scene: &dark, ..*self }.draw(&buffer(settings, View::Final))
     }
 }

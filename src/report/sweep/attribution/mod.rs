@@ -14,6 +14,7 @@
 //!
 //! The others are differences at the ends of the chain, of which there is one order:
 //! - *sampling*: the point truth minus the converged one, which is what one sample a pixel misses;
+//! - *light of the sky*: what surfaces have of a sky that lights the scene, on the device against rays, and the sky that is seen;
 //! - *light cut-off*: what lights that are left out where they are weak would have added, with everything else at work;
 //! - *not explained*: by how much the device's light differs from the model with everything at work. It should be small.
 //!
@@ -35,7 +36,7 @@ mod visibility;
 pub use device::Captured;
 pub use parts::{HDR, OUTPUT, SWITCHES};
 pub use shapley::shapley;
-pub use taken::{CUT_OFF, NOT_EXPLAINED, OTHER_TRIANGLE, SAMPLING, TRANSPARENT};
+pub use taken::{CUT_OFF, NOT_EXPLAINED, OTHER_TRIANGLE, SAMPLING, SKY, TRANSPARENT};
 pub use tally::WHOLE;
 
 use std::collections::BTreeMap;
@@ -120,7 +121,10 @@ pub fn attribute(
     let mut tally = Tally::default();
     rows.iter().for_each(|pixel| tally.add(pixel));
     let notes = taken::notes(&captured, rest.len());
-    let rows = tally.rows(&notes, taken::whole_note(rows.len() - tally.pixels));
+    let mut rows = tally.rows(&notes, taken::whole_note(rows.len() - tally.pixels));
+    if captured.without_sky.is_none() {
+        rows.retain(|row| row.name != taken::SKY);
+    }
     let of_pixels = subject.view.size.map(|edge| edge as usize).iter().product();
     let light_rms = tally.light_rms();
     Ok(Attribution { point: subject.point, parts: rows, light_rms, pixels: tally.pixels, of_pixels })
@@ -143,7 +147,7 @@ fn seen(subject: &Subject, pixel: usize) -> Option<(Surface, TriangleId)> {
 
 fn illumination<'a>(subject: &Subject<'a>) -> Illumination<'a> {
     let Scene { lights, environment, .. } = subject.scene;
-    Illumination { lights, environment, eye: subject.view.camera.position, smith: Smith::default() }
+    Illumination { lights, environment, eye: subject.view.camera.position, sky: None, smith: Smith::default() }
 }
 
 /// Lights with shadows that add something to a chosen pixel, those first that do so to most.

@@ -206,8 +206,13 @@ mod tests {
             ..Light::of(LightKind::Directional { direction: DVec3::new(0.0, -1.0, 0.0) })
         };
         let environment = Environment::default();
-        let illumination =
-            Illumination { lights: &[light], environment: &environment, eye: DVec3::ZERO, smith: Smith::default() };
+        let illumination = Illumination {
+            lights: &[light],
+            environment: &environment,
+            eye: DVec3::ZERO,
+            sky: None,
+            smith: Smith::default(),
+        };
         Seen { truth, own, unquantized }.shades(&illumination, &mut Half)
     }
 

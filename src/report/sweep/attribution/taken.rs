@@ -9,10 +9,11 @@ use super::formats::Formats;
 use super::parts::{Measured, SWITCHES, Seen, Shades, Visibility};
 use super::{Subject, Truths, illumination, place};
 use crate::reference::tonemap::input_referred;
-use crate::reference::{Surface, TriangleId, Truth};
+use crate::reference::{Smith, Surface, TriangleId, Truth};
 use crate::scene::Settings;
 
 pub const CUT_OFF: &str = "light cut-off";
+pub const SKY: &str = "light of the sky";
 pub const OTHER_TRIANGLE: &str = "other triangle";
 pub const TRANSPARENT: &str = "transparent surfaces";
 pub const SAMPLING: &str = "sampling";
@@ -33,11 +34,12 @@ pub(super) struct Taken<'a> {
 
 /// The parts behind those of the switches, in the order of [`notes`].
 const CUT_OFF_PART: usize = SWITCHES.len();
-const OTHER_TRIANGLE_PART: usize = CUT_OFF_PART + 1;
-const TRANSPARENT_PART: usize = CUT_OFF_PART + 2;
-const SAMPLING_PART: usize = CUT_OFF_PART + 3;
-const NOT_EXPLAINED_PART: usize = CUT_OFF_PART + 4;
-pub(super) const COUNT: usize = CUT_OFF_PART + 5;
+const SKY_PART: usize = CUT_OFF_PART + 1;
+const OTHER_TRIANGLE_PART: usize = CUT_OFF_PART + 2;
+const TRANSPARENT_PART: usize = CUT_OFF_PART + 3;
+const SAMPLING_PART: usize = CUT_OFF_PART + 4;
+const NOT_EXPLAINED_PART: usize = CUT_OFF_PART + 5;
+pub(super) const COUNT: usize = CUT_OFF_PART + 6;
 
 /// The signed parts of a pixel, exposed, in the order of [`notes`].
 type Parts = [DVec3; COUNT];
@@ -74,6 +76,10 @@ pub(super) fn notes(captured: &Captured, lights_left_out: usize) -> [(&'static s
         (hdr, "light as its target rounds it, at each step that is added".into()),
         (output, "the picture against the tone-mapped light, referred back to light".into()),
         (CUT_OFF, "lights that are left out from where they bring less than half a step of the output".into()),
+        (
+            SKY,
+            "what PREFILTER makes of the sky against its integral by rays, and what stands before it, of which no surface knows".into(),
+        ),
         (OTHER_TRIANGLE, triangle_note.into()),
         (TRANSPARENT, "all error where something transparent is before the surface".into()),
         (SAMPLING, "one sample in the middle of the pixel in place of all of it".into()),
@@ -111,7 +117,8 @@ impl Taken<'_> {
             parts[OTHER_TRIANGLE_PART] = exposed + output - point;
             return parts;
         }
-        let shades = self.shades(at, pixel, surface.map(|(surface, _)| surface));
+        let of_sky = self.light_of_sky(pixel);
+        let shades = self.shades(at, pixel, surface.map(|(surface, _)| surface), of_sky);
         // What is before the surface is in the truth's picture and not in the surface's light.
         let apart = (shades.truth() - point).abs().max_element();
         if apart > SAME * point.abs().max_element() {
@@ -127,19 +134,36 @@ impl Taken<'_> {
         let measured = Measured { unrounded, hdr: exposed - unrounded, output };
         parts[..CUT_OFF_PART].copy_from_slice(&shades.apart(&formats, &measured));
         parts[CUT_OFF_PART] = unrounded - uncut;
-        parts[NOT_EXPLAINED_PART] = uncut - shades.all();
+        // The sky's own light is all that differs from a frame without it.
+        if let Some(without) = &self.captured.without_sky {
+            let on_device = if surface.is_some() { uncut - without[at] } else { uncut - shades.all() };
+            parts[SKY_PART] = on_device - of_sky;
+        }
+        parts[NOT_EXPLAINED_PART] = uncut - shades.all() - parts[SKY_PART];
         parts
     }
 
     /// The surface's light by what is at work, exposed.
-    fn shades(&self, at: usize, pixel: usize, surface: Option<&Surface>) -> Shades {
+    fn shades(&self, at: usize, pixel: usize, surface: Option<&Surface>, of_sky: DVec3) -> Shades {
+        let Subject { reference, view, .. } = self.subject;
         let Some(truth) = surface else {
-            return Shades([self.subject.scene.environment.background.as_dvec3() * self.exposure; _]);
+            let background =
+                DVec3::from(reference.light(view, Smith::default(), place(view, pixel), place(view, pixel)));
+            return Shades([background * self.exposure; _]);
         };
         let mut shares = Shares { taken: self, at, place: place(self.subject.view, pixel), exact: BTreeMap::new() };
         let seen = Seen { truth, own: &self.captured.own[at], unquantized: &self.captured.unquantized[at] };
         let nits = seen.shades(&illumination(self.subject), &mut shares);
-        Shades(nits.0.map(|nits| nits * self.exposure))
+        Shades(nits.0.map(|nits| nits * self.exposure + of_sky))
+    }
+
+    /// What of the truth's light is the sky's, exposed.
+    fn light_of_sky(&self, pixel: usize) -> DVec3 {
+        if self.captured.without_sky.is_none() {
+            return DVec3::ZERO;
+        }
+        let Subject { reference, view, .. } = self.subject;
+        DVec3::from(reference.light_of_sky(view, place(view, pixel))) * self.exposure
     }
 
     fn sees_the_same(&self, at: usize, surface: Option<&(Surface, TriangleId)>) -> bool {

@@ -1,0 +1,52 @@
+// Light of the sky: what surrounds the scene, as PREFILTER left it.
+#define_import_path afterlight::sky
+#import afterlight::frame::{frame}
+#import afterlight::brdf::{Surface, COOK_TORRANCE, MIN_ROUGHNESS, PI}
+
+// Radiance mirrored by a lobe about a direction: level 0 of a mirror, the last of a roughness of 1. In units of frame.sky_scale.
+@group(0) @binding(7) var sky_lobe: texture_cube<f32>;
+// Radiance collected by the cosine about a direction: what a white lambert surface reflects.
+@group(0) @binding(8) var sky_base: texture_cube<f32>;
+// By NdotV and roughness: the shares of the reflectances facing the eye and grazing that a lobe has of even light.
+@group(0) @binding(9) var sky_table: texture_2d<f32>;
+@group(0) @binding(10) var sky_sampler: sampler;
+
+// Levels of sky_lobe beyond the first; src/gpu_scene/sky.rs has the same number.
+const ROUGHEST_LEVEL: f32 = 5.0;
+
+// From a direction of the world to the sky's own.
+fn turned(direction: vec3<f32>) -> vec3<f32> {
+    let turn = frame.sky_turn;
+    return vec3(direction.x * turn.x - direction.z * turn.y, direction.y, direction.x * turn.y + direction.z * turn.x);
+}
+
+// Where a lobe of this alpha looks to most: between the mirrored view and the normal (Lagarde and de Rousiers, "Moving Frostbite to Physically
+// Based Rendering", 2014, listing 21).
+fn dominant(normal: vec3<f32>, mirrored: vec3<f32>, roughness: f32) -> vec3<f32> {
+    let alpha = roughness * roughness;
+    let smoothness = 1.0 - alpha;
+    return mix(normal, mirrored, smoothness * (sqrt(smoothness) + alpha));
+}
+
+// What a surface reflects of the sky, in nits, all of which arrives. The lobe by the split sum (Karis, "Real Shading in Unreal Engine 4", 2013). What it
+// does not mirror at once is mirrored again, evenly (Fdez-Aguera, "A Multiple-Scattering Microfacet Model for Real-Time Image-based
+// Lighting", 2019), and the base gets the rest: together they reflect all of an even sky where nothing is absorbed. The Phong models' lobes have no
+// share, as of other ambient light.
+fn sky_light(surface: Surface, brdf: u32, perceptual_roughness: f32) -> vec3<f32> {
+    let base = textureSampleLevel(sky_base, sky_sampler, turned(surface.normal), 0.0).rgb;
+    let diffuse = surface.diffuse * PI;
+    if brdf != COOK_TORRANCE {
+        return diffuse * base * frame.sky_scale;
+    }
+    let roughness = max(perceptual_roughness, MIN_ROUGHNESS);
+    let mirrored = 2.0 * dot(surface.normal, surface.view) * surface.normal - surface.view;
+    let toward = turned(dominant(surface.normal, mirrored, roughness));
+    let lobe = textureSampleLevel(sky_lobe, sky_sampler, toward, roughness * ROUGHEST_LEVEL).rgb;
+    let shares = textureSampleLevel(sky_table, sky_sampler, vec2(surface.n_dot_v, roughness), 0.0).xy;
+    let single = surface.specular * shares.x + vec3(surface.grazing * shares.y);
+    // What the lobe of a perfect mirror leaves is scattered again; each time the mean of Schlick's Fresnel over all angles is kept.
+    let missing = 1.0 - shares.x - shares.y;
+    let mean = surface.specular + (vec3(surface.grazing) - surface.specular) / 21.0;
+    let again = missing * single * mean / (vec3(1.0) - mean * missing);
+    return (single * lobe + (again + diffuse * (vec3(1.0) - single - again)) * base) * frame.sky_scale;
+}

@@ -1,0 +1,39 @@
+//! The rows of PREFILTER, which computes once what surfaces collect of the sky.
+
+use ash::vk;
+
+use super::{Edge, Edges, Place, RowName, barrier};
+use crate::gpu::sync::Use;
+use crate::gpu_scene::SKY_READ;
+use crate::passes::prefilter::{self, PrefilterOrder};
+use crate::passes::{forward, lighting};
+use crate::plan::FramePlan;
+
+impl RowName {
+    pub(crate) const SKY_LIGHT_TO_PREFILTER: Self = Self("sky-light-to-prefilter");
+    pub(crate) const PREFILTER_TO_LIGHTING: Self = Self("prefilter-to-lighting");
+}
+
+pub(super) fn rows(plan: &FramePlan) -> [Edge; 2] {
+    // AMBIENT draws in LIGHTING's subpass.
+    let reader = if plan.is_forward() { forward::PASS.place } else { lighting::PASS.place };
+    let (written, readable) = (vk::ImageLayout::GENERAL, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+    [
+        barrier(RowName::SKY_LIGHT_TO_PREFILTER, vk::ImageLayout::UNDEFINED, written)
+            .from(Place::OUTSIDE, &[Use::START])
+            .to(Place::PREFILTER, &[prefilter::LIGHT_WRITE])
+            .because("the image is new: there is nothing to wait for, but its layout changes before the write"),
+        barrier(RowName::PREFILTER_TO_LIGHTING, written, readable)
+            .from(Place::PREFILTER, &[prefilter::LIGHT_WRITE])
+            .to(reader, &[SKY_READ])
+            .because("surfaces sample what PREFILTER wrote, in every frame after it; its layout changes in between"),
+    ]
+}
+
+impl Edges {
+    /// The rows that PREFILTER is submitted with; `None` where no sky lights the scene.
+    pub(in crate::frame) fn prefilter_order(&self) -> Option<PrefilterOrder> {
+        let begin = self.find(RowName::SKY_LIGHT_TO_PREFILTER)?.order();
+        Some(PrefilterOrder { begin, readable: self.find(RowName::PREFILTER_TO_LIGHTING)?.order() })
+    }
+}

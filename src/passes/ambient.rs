@@ -1,0 +1,88 @@
+//! AMBIENT: light from everywhere, added to what LIGHTING wrote, in its subpass, where more than half-spheres lights the scene.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::screen::{Input, Inputs, Screen, ScreenDesc, add};
+use super::{Pass, Place, Presence, Recording, Resource, SetLayouts, Slot, Touch, frame_data, needed};
+use crate::gpu::{self, Device};
+use crate::gpu_scene::SKY_READ;
+use crate::plan::{FramePlan, Shading};
+use crate::shaders::ambient::{self as shader, Flags, constants};
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("AMBIENT"),
+    time: "ambient",
+    what: "light of the sky on every pixel, added to LIGHTING's",
+    presence: |plan| match plan.shading {
+        Shading::Light { .. } if !plan.is_lit_by_sky() => Presence::Out("no sky lights the scene".into()),
+        Shading::Light { .. } if plan.is_forward() => Presence::Out("surfaces are lit as they are drawn".into()),
+        Shading::Light { .. } => Presence::In("the sky lights the scene".into()),
+        _ => Presence::Out("this view is not lit".into()),
+    },
+    // It draws into the attachments of the pass before it.
+    touches: |_| vec![frame_data(), Touch::resource(Resource::SkyLight, SKY_READ)],
+    leave_out: Some(|settings| settings.sky_light = false),
+};
+
+/// The pass: its constants set by the plan.
+pub struct Ambient {
+    /// As LIGHTING's.
+    screens: Vec<Screen>,
+    pub inputs: Inputs,
+}
+
+impl Ambient {
+    /// `inputs` are the G-buffer's views.
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        slot: Slot,
+        layouts: SetLayouts,
+        inputs: &[Input],
+    ) -> gpu::Result<Self> {
+        let inputs = Inputs::new(device, "G-buffer inputs of AMBIENT", inputs)?;
+        let set_layouts = [layouts.frame, inputs.set_layout.raw];
+        let screen = |name, flags| {
+            let shader = needed("ambient", shader::variant, flags)?;
+            let constants = &constants_of(plan);
+            let desc =
+                ScreenDesc { name, slot, shader, constants, set_layouts: &set_layouts, skip_sky: true, blend: add() };
+            Screen::multisampled(device, &desc, plan.sample_count())
+        };
+        let mut screens = vec![screen("ambient", flags(plan))?];
+        if plan.msaa > 1 {
+            screens.push(screen("ambient by sample", flags(plan) | Flags::PER_SAMPLE)?);
+        }
+        Ok(Self { screens, inputs })
+    }
+
+    /// Adds the light. Runs inside LIGHTING's subpass, after all other light.
+    pub fn record(&self, recording: &Recording) {
+        let sets = [(0, recording.frame_set), (1, self.inputs.set)];
+        self.screens.iter().for_each(|screen| screen.record(recording, &sets));
+    }
+}
+
+/// Which variant of the shader a plan takes.
+pub(crate) fn flags(plan: &FramePlan) -> Flags {
+    gbuffer_flags!(plan) | Flags::MSAA.when(plan.msaa > 1)
+}
+
+fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
+    let gbuffer = plan.gbuffer.as_ref();
+    vec![
+        (constants::BRDF, plan.brdf.constant()),
+        (constants::METAL, u32::from(plan.metal)),
+        (constants::REFLECTANCE, u32::from(plan.reflectance)),
+        (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
+        (constants::NORMAL_ENCODING, gbuffer.map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
+        (constants::GEOMETRIC_STEPS, gbuffer.map_or(0.0, |gbuffer| gbuffer.geometric_steps()).to_bits()),
+        (constants::LARGEST, plan.largest_light().to_bits()),
+        (constants::LIGHT_ONLY, u32::from(plan.shading == Shading::Light { light_only: true })),
+        (constants::SAMPLES, plan.msaa),
+        // LIGHTING has them.
+        (constants::AMBIENT, 0),
+    ]
+}

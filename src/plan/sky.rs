@@ -1,0 +1,63 @@
+//! What of a scene's sky frames have.
+
+use glam::Vec3;
+
+use super::{Capabilities, Error, Shading};
+use crate::scene::{LightPath, Scene, Settings, Sky, SkyCube};
+
+/// The sky of a plan's frames.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SkyPlan {
+    /// Of a face of its cube, in texels.
+    pub edge: u32,
+    /// It is seen where nothing is.
+    pub shown: bool,
+    /// A sun is drawn into it.
+    pub sun: bool,
+    /// It lights surfaces.
+    pub lights: bool,
+    /// Directions for each texel of what lobes mirror; 0 where it lights nothing.
+    pub samples: u32,
+    /// What its image is told by: its mean and its brightest value.
+    pub image: (Vec3, f32),
+}
+
+impl SkyPlan {
+    /// None where frames do without.
+    pub(super) fn of(scene: &Scene, settings: &Settings, shading: Shading) -> Option<Self> {
+        let Shading::Light { light_only } = shading else { return None };
+        let sky = scene.sky.as_ref()?;
+        let lights = lights(sky, settings);
+        let shown = !light_only;
+        (lights || shown).then(|| Self {
+            edge: SkyCube::edge_of(&sky.image),
+            shown,
+            sun: shown && sky.sun.is_some(),
+            lights,
+            samples: if lights { settings.sky_samples } else { 0 },
+            image: (sky.image.mean().as_vec3(), sky.image.brightest()),
+        })
+    }
+
+    /// Bytes of the cube with its levels, and of what surfaces collect of it.
+    pub fn bytes(&self) -> [u64; 2] {
+        let faces = |edge: u32, levels: u32| (0..levels).map(|level| 6 * 8 * u64::from((edge >> level).pow(2))).sum();
+        let light = faces(256, 6) + faces(16, 1) + 8 * 64 * 64;
+        [faces(self.edge, self.edge.ilog2() + 1), if self.lights { light } else { 0 }]
+    }
+}
+
+/// Whether a sky lights surfaces.
+pub(super) fn lights(sky: &Sky, settings: &Settings) -> bool {
+    sky.lights && settings.sky_light && sky.nits > 0.0
+}
+
+/// A path that writes the picture by itself cannot have a sky come after it.
+pub(super) fn check(scene: &Scene, path: LightPath, device: &Capabilities) -> Result<(), Error> {
+    let Some(sky) = &scene.sky else { return Ok(()) };
+    if path == LightPath::Compute {
+        return Err(Error::ComputeWithSky);
+    }
+    let edge = SkyCube::edge_of(&sky.image);
+    if edge > device.max_extent { Err(Error::Sky(edge, device.max_extent)) } else { Ok(()) }
+}
