@@ -8,6 +8,7 @@
 //! follows from the surfaces: pipelines, meshes, textures. [`checks`] refuses what does not go together, [`parts`] says in words what came of it,
 //! and [`cost`] what it takes.
 
+mod bloom;
 mod checks;
 mod cost;
 mod culling;
@@ -26,6 +27,7 @@ mod targets;
 #[cfg(test)]
 mod tests;
 
+pub use bloom::{Bloom, BloomLevel};
 pub use cost::Cost;
 pub use error::Error;
 pub use gbuffer::{Gbuffer, NormalEncoding, format_bytes};
@@ -154,7 +156,8 @@ pub enum Shading {
 impl Shading {
     fn of(view: View, device: &Capabilities) -> Result<Self, Error> {
         Ok(match view {
-            View::Final | View::Ambient => Self::Light { light_only: false },
+            // Planned as the lit picture, from settings that spread all of its light.
+            View::Final | View::Ambient | View::Bloom => Self::Light { light_only: false },
             View::Lighting => Self::Light { light_only: true },
             View::Overdraw => Self::ShowOverdraw,
             View::Triangle if !device.primitive_index => return Err(Error::NoTriangles),
@@ -222,6 +225,8 @@ pub struct FramePlan {
     pub resolve: Resolve,
     /// Settings of what works on the finished picture; all others are as by default.
     pub effects: Settings,
+    /// Light is spread before it is tone-mapped.
+    pub bloom: Option<Bloom>,
     /// A pass after the main one smooths edges.
     pub fxaa: bool,
     /// Samples of each attachment but the output.
@@ -313,6 +318,7 @@ impl Choices {
             Gbuffer::choose(&settings.gbuffer, stored, device)
         });
         checks::check_antialiasing(settings, shading.is_lit())?;
+        checks::check_bloom(settings)?;
         checks::check_msaa(settings, gbuffer.as_ref(), lighting.path, device)?;
         let blending = Blending {
             lit: shading.is_lit(),
@@ -321,6 +327,7 @@ impl Choices {
             adds_lights: adds_lights(lighting.path, &lighting.lights),
             transparent: surfaces.transparency.is_some(),
             adds_ambient: false,
+            blooms: Bloom::of(settings, shading).is_some(),
         };
         let sky = SkyPlan::of(scene, settings, shading);
         if sky.is_some() {
@@ -357,6 +364,8 @@ impl FramePlan {
     /// When the device cannot do what the settings ask for, a view shows what the scene does not have, or [`Scene::check`] finds a fault.
     pub fn of(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
         scene.check()?;
+        let settings = bloom::planned(settings);
+        let settings = settings.as_ref();
         let plan = Self::decide(scene, settings, device)?;
         let mut parts = parts::list(scene, settings, &plan);
         if plan.keep != Keep::NONE {
@@ -403,6 +412,7 @@ impl FramePlan {
             samples: settings.samples,
             resolve: settings.resolve,
             effects: settings.effects(),
+            bloom: Bloom::of(settings, shading),
             fxaa: settings.fxaa,
             msaa: settings.msaa,
             brdf: surfaces.brdf,
@@ -584,6 +594,13 @@ impl FramePlan {
         }
     }
 
+    /// Where TONEMAP cuts light off, and BLOOM before it: sums may have become infinite in half floats, and what is shown is white by then.
+    pub fn largest_shown(&self) -> f32 {
+        let single = self.hdr == Some(vk::Format::R32G32B32A32_SFLOAT);
+        let linear = matches!(self.tone_mapping, ToneMapping::AfterFrames(_) | ToneMapping::Absent);
+        if linear && single { 1e30 } else { 65000.0 }
+    }
+
     /// The format that light is added up in.
     pub fn light_format(&self) -> vk::Format {
         self.hdr.unwrap_or(self.output)
@@ -599,9 +616,9 @@ impl FramePlan {
         self.shading != Shading::ShowShadowMap
     }
 
-    /// Whether the main pass ends with TONEMAP, which reads the HDR target.
+    /// Whether there is TONEMAP, which reads the HDR target: it ends the main pass, or has a render pass of its own after BLOOM.
     pub fn has_tonemap_subpass(&self) -> bool {
-        matches!(self.tone_mapping, ToneMapping::Subpass(_) | ToneMapping::Kept)
+        matches!(self.tone_mapping, ToneMapping::Subpass(_) | ToneMapping::Kept) || self.bloom.is_some()
     }
 }
 

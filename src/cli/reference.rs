@@ -121,7 +121,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .with_sky_light(settings.sky_light);
     let built_ms = milliseconds_since(start);
     let start = Instant::now();
-    let cached = compute(args, &reference, &view, &Options { mode, smith });
+    let Cached { truth, source, warnings } = compute(args, &reference, &view, &Options { mode, smith });
+    let cached = Cached { truth: truth.bloomed(&settings), source, warnings };
     let computed_ms = milliseconds_since(start);
     if !args.quiet {
         let warnings = cached.warnings.iter().fold(String::new(), |text, warning| text + "warning: " + warning + "\n");
@@ -141,7 +142,7 @@ fn refuse_approximations(args: &SettingsArgs) -> Result<(), Failure> {
     let given = SETTINGS.iter().find(|setting| !setting.of_truth && setting.text(&args.said).is_some());
     let Some(Setting { key, .. }) = given else { return Ok(()) };
     let why = format!("--{key} says how a frame is drawn: the truth is computed without it");
-    let what = "--size, --camera, --brdf and --shadows on|off apply, and --exposure and --tonemap to a .png";
+    let what = "--size, --camera, --brdf, --shadows on|off and --bloom apply, and --exposure and --tonemap to a .png";
     Err(Failure::usage(why).with_hint(what))
 }
 

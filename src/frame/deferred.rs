@@ -14,6 +14,7 @@
 //!                FORWARD    in the place of these two on the forward light paths: surfaces, lit as they are rasterized
 //!                TRANSPARENT  surfaces that let light through, over the lit picture
 //!                COMPOSITE  only where TRANSPARENT summed them up without sorting
+//! compute        BLOOM, SPREAD  only where light is spread: then TONEMAP and TONE have a render pass of their own
 //!                TONEMAP    only where something is blended before it
 //!                TONE       vignette and grain, where asked for; after FXAA where there is that
 //! FXAA pass      FXAA       smooths edges of the finished picture, where asked for
@@ -25,10 +26,12 @@
 use ash::vk;
 
 use super::FrameParts;
-use super::list::{self, FXAA_PASS, GBUFFER_PASS, MAIN_PASS, SHADOW_PASS, Step, Subpass};
+use super::edges::{Edge, RowName};
+use super::list::{self, FXAA_PASS, GBUFFER_PASS, MAIN_PASS, Occasion, SHADOW_PASS, Step, Subpass, TONEMAP_PASS};
 use super::render_passes::{RenderPassIndex, RenderPasses, prepass};
-use crate::gpu::{self, Image, Timestamps};
+use crate::gpu::{self, Image, Timestamps, barrier};
 use crate::passes::ambient::{self, Ambient};
+use crate::passes::bloom::{self, Bloom};
 use crate::passes::composite::{self, Composite};
 use crate::passes::depth::{self, Depth};
 use crate::passes::forward::{self, Forward};
@@ -41,7 +44,7 @@ use crate::passes::tone::{self, Tone};
 use crate::passes::tonemap::{self, TonemapPass};
 use crate::passes::transparent::{self, Transparent};
 use crate::passes::view::{self, ViewPass};
-use crate::passes::{Pass, Recording, shadow};
+use crate::passes::{Pass, Recording, Resource, shadow};
 use crate::plan::{FramePlan, Shading, Target};
 use crate::visible::World;
 
@@ -60,10 +63,20 @@ pub struct Deferred {
     sky: Option<SkyPass>,
     transparent: Option<Transparent>,
     composite: Option<Composite>,
+    bloom: Option<BloomStage>,
     tonemap: Option<TonemapPass>,
     fxaa: Option<(RenderPassIndex, Fxaa)>,
     /// In the last render pass.
     tone: Option<Tone>,
+}
+
+/// BLOOM and SPREAD with the rows of its barriers, and the render pass that goes on after it.
+struct BloomStage {
+    bloom: Bloom,
+    reuse: Option<Edge>,
+    to_spread: Option<Edge>,
+    step: Option<Edge>,
+    next: RenderPassIndex,
 }
 
 /// How opaque surfaces become light.
@@ -88,12 +101,16 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
     let surfaces = subpass(&geometry::PASS, &[&depth::PASS, &geometry::PASS]);
     // Over the picture, wherever that is finished.
     let [tone, smoothed_tone] = if plan.fxaa { [None, alone(&tone::PASS)] } else { [alone(&tone::PASS), None] };
+    // BLOOM reads each pixel's neighbours, so that the main pass ends before it.
+    let shown = [alone(&tonemap::PASS), tone];
+    let (shown, bloomed) = if plan.bloom.is_some() { ([None, None], shown) } else { (shown, [None, None]) };
+    let [tonemap, tone] = shown;
     let light: [Option<Subpass>; 6] = [
         subpass(&lighting::PASS, &[&lighting::PASS, &per_light::PASS, &ambient::PASS, &sky::PASS, &view::PASS]),
         subpass(&forward::PASS, &[&depth::PASS, &forward::PASS, &sky::PASS]),
         alone(&transparent::PASS),
         alone(&composite::PASS),
-        alone(&tonemap::PASS),
+        tonemap,
         tone,
     ];
     let mut steps = vec![super::render_passes::skin_step(plan)];
@@ -105,6 +122,14 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
         false => steps.push(list::render_pass(MAIN_PASS, [surfaces].into_iter().chain(light))),
         true => steps.extend([list::render_pass(GBUFFER_PASS, [surfaces]), list::render_pass(MAIN_PASS, light)]),
     }
+    // A step of SPREAD after another: all but the first wait alike.
+    let step = |pass, row| list::commands(plan, Occasion::Always, pass, &[(row, Resource::BloomLevels)], &[]);
+    steps.extend([
+        step(&bloom::PASS, RowName::BLOOM_REUSE),
+        step(&bloom::SPREAD, RowName::BLOOM_TO_SPREAD),
+        step(&bloom::SPREAD, RowName::SPREAD_TO_SPREAD),
+    ]);
+    steps.push(list::render_pass(TONEMAP_PASS, bloomed));
     steps.push(list::render_pass(FXAA_PASS, [alone(&fxaa::PASS), smoothed_tone]));
     steps
 }
@@ -206,9 +231,13 @@ impl Deferred {
             frame.end(times, &composite::PASS);
         }
         if let Some(tonemap) = &self.tonemap {
-            // Row `hdr-to-tonemap`: it reads the light of its pixel when the last surface is blended.
-            // SAFETY: the pass has TONEMAP next.
-            unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
+            match &self.bloom {
+                // Row `hdr-to-tonemap`: it reads the light of its pixel when the last surface is blended.
+                // SAFETY: the pass has TONEMAP next.
+                None => unsafe { gpu.cmd_next_subpass(cmd, INLINE) },
+                // Rows `hdr-to-bloom` and `spread-to-tonemap`: the main pass has stored the light, and BLOOM spreads it in between.
+                Some(stage) => self.record_bloom(frame, stage, times),
+            }
             frame.begin(&tonemap::PASS);
             tonemap.record(frame);
             frame.end(times, &tonemap::PASS);
@@ -231,6 +260,30 @@ impl Deferred {
             // SAFETY: begun above, and every subpass recorded.
             unsafe { gpu.cmd_end_render_pass(cmd) };
         }
+    }
+
+    /// BLOOM and SPREAD, between the main pass, which it ends, and the one that goes on with TONEMAP, which it begins.
+    fn record_bloom(&self, frame: &Recording, stage: &BloomStage, times: &mut Option<Timestamps>) {
+        let (gpu, cmd) = (&frame.device.raw, frame.cmd);
+        let barrier = |row: &Option<Edge>| {
+            if let Some(row) = row {
+                barrier::buffer_barrier(frame.device, cmd, &stage.bloom.levels, row.order());
+            }
+        };
+        // SAFETY: the main pass has no other subpass.
+        unsafe { gpu.cmd_end_render_pass(cmd) };
+        frame.begin(&bloom::PASS);
+        // TONEMAP of the last frame may still read the levels.
+        barrier(&stage.reuse);
+        stage.bloom.record(frame);
+        frame.end(times, &bloom::PASS);
+        frame.begin(&bloom::SPREAD);
+        // Each step reads what the one before it wrote.
+        barrier(&stage.to_spread);
+        stage.bloom.record_spread(frame, || barrier(&stage.step));
+        frame.end(times, &bloom::SPREAD);
+        // SAFETY: outside a render pass again; TONEMAP is the first subpass of the next.
+        unsafe { gpu.cmd_begin_render_pass(cmd, &self.passes.begin(frame, stage.next), INLINE) };
     }
 
     /// TONE, in the render pass that finishes the picture.
@@ -268,8 +321,10 @@ impl Deferred {
         let composite = slot(&composite::PASS)
             .map(|slot| Composite::new(device, plan, slot, &passes.inputs(&composite::PASS, plan)))
             .transpose()?;
+        let bloom = BloomStage::new(parts, &passes)?;
+        let levels = bloom.as_ref().map(|stage| &stage.bloom.levels);
         let tonemap = slot(&tonemap::PASS)
-            .map(|slot| TonemapPass::new(device, plan, slot, &passes.inputs(&tonemap::PASS, plan)))
+            .map(|slot| TonemapPass::new(device, plan, slot, &passes.inputs(&tonemap::PASS, plan), levels))
             .transpose()?;
         let fxaa = match (passes.find(FXAA_PASS), slot(&fxaa::PASS)) {
             (Some(pass), Some(slot)) => {
@@ -278,7 +333,7 @@ impl Deferred {
             _ => None,
         };
         let tone = slot(&tone::PASS).map(|slot| Tone::new(device, plan, slot, layouts)).transpose()?;
-        Ok(Self { passes, first, second, depth, opaque, sky, transparent, composite, tonemap, fxaa, tone })
+        Ok(Self { passes, first, second, depth, opaque, sky, transparent, composite, bloom, tonemap, fxaa, tone })
     }
 
     /// Makes anew what has the size of the picture: attachments, framebuffers, and the sets that name them.
@@ -292,8 +347,12 @@ impl Deferred {
         if let Some(composite) = &mut self.composite {
             composite.inputs.read_from(device, &passes.inputs(&composite::PASS, plan))?;
         }
+        if let Some(stage) = &mut self.bloom {
+            stage.bloom.resize(device, plan, &passes.inputs(&bloom::PASS, plan))?;
+        }
         if let Some(tonemap) = &mut self.tonemap {
-            tonemap.inputs.read_from(device, &passes.inputs(&tonemap::PASS, plan))?;
+            let levels = self.bloom.as_ref().map(|stage| &stage.bloom.levels);
+            tonemap.read_from(device, &passes.inputs(&tonemap::PASS, plan), levels)?;
         }
         match &mut self.fxaa {
             Some((_, fxaa)) => fxaa.read_from(device, passes.targets.image(Target::Output).view),
@@ -309,6 +368,21 @@ impl Deferred {
     /// The picture, in TRANSFER_SRC_OPTIMAL after the frame, unless it is in an image of the swapchain.
     pub fn output(&self, plan: &FramePlan) -> Option<&Image> {
         self.passes.targets.find(plan.picture())
+    }
+}
+
+impl BloomStage {
+    /// None where the plan does not have it.
+    fn new(parts: &FrameParts, passes: &RenderPasses) -> gpu::Result<Option<Self>> {
+        let &FrameParts { device, plan, edges, .. } = parts;
+        let (Some(planned), Some(next)) = (plan.bloom, passes.find(TONEMAP_PASS)) else { return Ok(None) };
+        Ok(Some(Self {
+            bloom: Bloom::new(device, plan, planned, &passes.inputs(&bloom::PASS, plan))?,
+            reuse: edges.find(RowName::BLOOM_REUSE).cloned(),
+            to_spread: edges.find(RowName::BLOOM_TO_SPREAD).cloned(),
+            step: edges.find(RowName::SPREAD_TO_SPREAD).cloned(),
+            next,
+        }))
     }
 }
 

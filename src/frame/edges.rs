@@ -15,7 +15,7 @@ use ash::vk;
 use super::list::{MAIN_PASS, RenderPassName};
 use crate::gpu::sync::{Dependency, Use};
 pub use crate::passes::Place;
-use crate::passes::fxaa;
+use crate::passes::{bloom, fxaa};
 use crate::plan::FramePlan;
 use crate::scene;
 
@@ -29,6 +29,7 @@ mod prefilter;
 mod presentation;
 mod shadow;
 mod skin;
+mod spread;
 mod tiled;
 pub mod unreported_mutants;
 mod uploads;
@@ -320,8 +321,9 @@ impl Row {
     }
 
     fn because(self, why: &'static str) -> Edge {
-        let between_subpasses =
-            [self.0.from, self.0.to].iter().all(|&own| own != Place::OUTSIDE && own != fxaa::PASS.place);
+        let between_subpasses = [self.0.from, self.0.to]
+            .iter()
+            .all(|own| ![Place::OUTSIDE, fxaa::PASS.place, bloom::PASS.place].contains(own));
         Edge { why, by_region: self.0.by_region && between_subpasses, ..self.0 }
     }
 }

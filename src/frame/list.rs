@@ -32,6 +32,8 @@ pub const OCCLUDER_PASS: RenderPassName = RenderPassName("occluder pass");
 pub const MAIN_PASS: RenderPassName = RenderPassName("main pass");
 /// GEOMETRY's, where the G-buffer is stored before the main pass reads it.
 pub const GBUFFER_PASS: RenderPassName = RenderPassName("G-buffer pass");
+/// TONEMAP's, and TONE's behind it, where BLOOM is between them and the main pass.
+pub const TONEMAP_PASS: RenderPassName = RenderPassName("TONEMAP pass");
 /// FXAA's, and TONE's behind it, which draw the picture from the output of the main pass.
 pub const FXAA_PASS: RenderPassName = RenderPassName("FXAA pass");
 

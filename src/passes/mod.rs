@@ -37,6 +37,7 @@ macro_rules! light_constants {
 
 pub mod ambient;
 pub mod arrange;
+pub mod bloom;
 pub mod composite;
 pub mod copy;
 pub mod cull;
@@ -84,7 +85,7 @@ use crate::shaders::Variant;
 use crate::visible::{MapDraw, Visible, World, WorldObject};
 
 /// All passes, as reports list them.
-pub const ALL: [&Pass; 26] = [
+pub const ALL: [&Pass; 28] = [
     &skin::PASS,
     &occluders::PASS,
     &pyramid::PASS,
@@ -102,6 +103,8 @@ pub const ALL: [&Pass; 26] = [
     &sky::PASS,
     &transparent::PASS,
     &composite::PASS,
+    &bloom::PASS,
+    &bloom::SPREAD,
     &tonemap::PASS,
     &fxaa::PASS,
     &tone::PASS,

@@ -4,9 +4,14 @@ use std::sync::Arc;
 
 use glam::{Mat3, Vec3};
 
+use ash::vk;
+
 use super::screen::{Input, Inputs, Screen, ScreenDesc, replace};
-use super::{COLOR_WRITE, First, INPUT_READ, Pass, Place, Presence, Recording, Slot, Touch, needed};
-use crate::gpu::{self, Device, sync::Use};
+use super::{
+    COLOR_READ, COLOR_WRITE, First, INPUT_READ, Pass, Place, Presence, Recording, Resource, SAMPLED, Slot, Touch,
+    needed,
+};
+use crate::gpu::{self, Buffer, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::Use};
 use crate::plan::{FramePlan, Target, ToneMapping};
 use crate::scene::{Resolve, Tonemap};
 use crate::shaders::tonemap::{self as shader, Flags, constants};
@@ -15,6 +20,10 @@ use crate::shaders::tonemap::{self as shader, Flags, constants};
 pub const HDR_READ: Use = INPUT_READ;
 /// As the last user of the HDR target it performs the store, and DONT_CARE counts as a write.
 pub const HDR_DROP: Use = COLOR_WRITE;
+/// Loads the HDR target after BLOOM, in a render pass of its own.
+pub const HDR_LOAD: Use = COLOR_READ;
+/// Reads what BLOOM has spread, from a buffer.
+pub const LEVEL_READ: Use = SAMPLED;
 /// Writes the output; its undefined load is a write too.
 pub const OUTPUT_WRITE: Use = COLOR_WRITE;
 
@@ -26,8 +35,11 @@ pub const PASS: Pass = Pass {
         let why_not = "nothing blends between lighting and the output";
         Presence::when(plan.has_tonemap_subpass(), "light is blended or averaged before it is tone-mapped", why_not)
     },
-    touches: |_| {
-        vec![Touch::input(0, Target::Hdr, HDR_READ), Touch::color(0, Target::Output, First::Undefined, OUTPUT_WRITE)]
+    touches: |plan| {
+        let levels = plan.bloom.map(|_| Touch::resource(Resource::BloomLevels, LEVEL_READ));
+        let own =
+            [Touch::input(0, Target::Hdr, HDR_READ), Touch::color(0, Target::Output, First::Undefined, OUTPUT_WRITE)];
+        own.into_iter().chain(levels).collect()
     },
     leave_out: None,
 };
@@ -36,17 +48,33 @@ pub const PASS: Pass = Pass {
 pub struct TonemapPass {
     screen: Screen,
     pub inputs: Inputs,
+    levels: Option<Levels>,
+}
+
+/// The set with what BLOOM has spread.
+struct Levels {
+    layout: SetLayout,
+    pool: DescriptorPool,
+    set: vk::DescriptorSet,
 }
 
 impl TonemapPass {
-    /// `inputs` are the HDR target.
-    pub fn new(device: &Arc<Device>, plan: &FramePlan, slot: Slot, inputs: &[Input]) -> gpu::Result<Self> {
+    /// `inputs` are the HDR target, `levels` those of BLOOM, where the plan has it.
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        slot: Slot,
+        inputs: &[Input],
+        levels: Option<&Buffer>,
+    ) -> gpu::Result<Self> {
         let (curve, kept) = match plan.tone_mapping {
             ToneMapping::Subpass(curve) => (curve as u32, 0),
-            ToneMapping::Kept => (0, 1),
+            _ if plan.has_tonemap_subpass() => (0, 1),
             _ => return Err(gpu::Error::Unsupported("a TONEMAP subpass that the plan does not have".into())),
         };
         let inputs = Inputs::new(device, "HDR input", inputs)?;
+        let levels = levels.map(|levels| Levels::new(device, levels)).transpose()?;
+        let sets = [Some(inputs.set_layout.raw), levels.as_ref().map(|own| own.layout.raw)];
         let shader = needed("tonemap", shader::variant, flags(plan))?;
         let screen = Screen::new(
             device,
@@ -58,27 +86,71 @@ impl TonemapPass {
                     (constants::OPERATOR, curve),
                     (constants::HEADROOM, plan.headroom().to_bits()),
                     (constants::KEPT, kept),
+                    (constants::LARGEST, plan.largest_shown().to_bits()),
+                    (constants::TAPS, plan.bloom.map_or(0, |bloom| bloom.taps)),
                     (constants::SAMPLES, plan.msaa),
                     (constants::LINEAR, u32::from(plan.resolve == Resolve::Linear)),
                 ],
-                set_layouts: &[inputs.set_layout.raw],
+                set_layouts: &sets.into_iter().flatten().collect::<Vec<_>>(),
                 // The background is tone-mapped as well.
                 skip_sky: false,
                 blend: replace(),
             },
         )?;
-        Ok(Self { screen, inputs })
+        Ok(Self { screen, inputs, levels })
+    }
+
+    /// Reads others, as of another size.
+    ///
+    /// # Errors
+    /// When there is no memory for a set.
+    pub fn read_from(&mut self, device: &Arc<Device>, inputs: &[Input], levels: Option<&Buffer>) -> gpu::Result<()> {
+        self.inputs.read_from(device, inputs)?;
+        match (&mut self.levels, levels) {
+            (Some(own), Some(levels)) => own.read_from(device, levels),
+            _ => Ok(()),
+        }
     }
 
     /// Tone-maps the picture. Runs inside its subpass.
     pub fn record(&self, recording: &Recording) {
-        self.screen.record(recording, &[(0, self.inputs.set)]);
+        // BLOOM has left no viewport.
+        if self.levels.is_some() {
+            recording.set_area();
+        }
+        let levels = self.levels.as_ref().map(|own| (1, own.set));
+        self.screen.record(recording, &[(0, self.inputs.set)].into_iter().chain(levels).collect::<Vec<_>>());
     }
+}
+
+impl Levels {
+    fn new(device: &Arc<Device>, levels: &Buffer) -> gpu::Result<Self> {
+        let kind = vk::DescriptorType::STORAGE_BUFFER;
+        let layout = SetLayout::new(device, "spread light", &[binding(0, kind, vk::ShaderStageFlags::FRAGMENT)])?;
+        let (pool, set) = bound(device, &layout, levels)?;
+        Ok(Self { layout, pool, set })
+    }
+
+    fn read_from(&mut self, device: &Arc<Device>, levels: &Buffer) -> gpu::Result<()> {
+        (self.pool, self.set) = bound(device, &self.layout, levels)?;
+        Ok(())
+    }
+}
+
+fn bound(
+    device: &Arc<Device>,
+    layout: &SetLayout,
+    levels: &Buffer,
+) -> gpu::Result<(DescriptorPool, vk::DescriptorSet)> {
+    let pool = DescriptorPool::new(device, "spread light", 1, &[(vk::DescriptorType::STORAGE_BUFFER, 1)])?;
+    let set = pool.allocate("spread light", layout.raw)?;
+    SetWriter::new().storage_buffer(0, levels, levels.size).update(device, set);
+    Ok((pool, set))
 }
 
 /// Which variant of the shader a plan takes.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
-    if plan.msaa > 1 { Flags::MSAA } else { Flags::NONE }
+    Flags::MSAA.when(plan.msaa > 1) | Flags::BLOOM.when(plan.bloom.is_some())
 }
 
 /// The curves of `shaders/shared/tonemap.wgsl`, where they are named and cited: scene-linear to display-linear, 0 to 1.

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::gpu::{self, DepthState, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
-use crate::plan::{FramePlan, GeometryKey, Opacity, Sums, Target};
+use crate::plan::{FramePlan, GeometryKey, Opacity, Sums, Target, ToneMapping};
 use crate::scene::Transparency;
 use crate::shaders::forward::Flags;
 
@@ -134,7 +134,8 @@ fn limits(plan: &FramePlan) -> Limits {
             // Light up to 16 has the weight of its distance alone.
             let weight = peak / 16.0;
             // What is tone-mapped is white long before 512; in nits nothing may be cut off.
-            let highlight = if plan.has_tonemap_subpass() { 512.0 } else { largest };
+            let linear = matches!(plan.tone_mapping, ToneMapping::AfterFrames(_) | ToneMapping::Absent);
+            let highlight = if linear { largest } else { 512.0 };
             // 2^-6 times an alpha of 1/255 is a normal number.
             Limits { largest, highlight, weight, least: LEAST_WEIGHT.max(1.0 / 64.0 / weight), peak }
         }

@@ -3,7 +3,7 @@
 use ash::vk;
 
 use super::{Capabilities, Error, FramePlan, Gbuffer};
-use crate::scene::{Camera, LightPath, MSAA, Settings, View};
+use crate::scene::{Camera, LightPath, MSAA, Output, Resolve, Settings, View};
 
 pub(super) fn check_size([width, height]: [u32; 2], device: &Capabilities) -> Result<(), Error> {
     match width == 0 || height == 0 || width.max(height) > device.max_extent {
@@ -52,6 +52,21 @@ pub(super) fn check_antialiasing(settings: &Settings, lit: bool) -> Result<(), E
     }
     if settings.samples > 1 {
         return refuse(format!("{} samples are averaged after {effect} could work: choose one", settings.samples));
+    }
+    Ok(())
+}
+
+/// Light is spread before it is shown.
+pub(super) fn check_bloom(settings: &Settings) -> Result<(), Error> {
+    if settings.bloom > 0.0
+        && settings.msaa > 1
+        && settings.view != View::Complexity
+        && settings.resolve == Resolve::ToneMapped
+        && settings.output == Output::Srgb8
+    {
+        let why =
+            "it spreads light, and samples that are averaged as shown are light no more: ask for --resolve linear";
+        return Err(Error::Bloom(why.into()));
     }
     Ok(())
 }

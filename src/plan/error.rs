@@ -62,6 +62,9 @@ pub enum Error {
     /// Anti-aliasing that does not go with other settings.
     #[error("anti-aliasing: {0}")]
     AntiAliasing(String),
+    /// Bloom that does not go with other settings.
+    #[error("bloom: {0}")]
+    Bloom(String),
     /// A change of a living scene that its plan does not allow.
     #[error("{0}")]
     Change(String),

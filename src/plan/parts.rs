@@ -83,7 +83,7 @@ pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<
     add(PartGroup::Targets, gbuffer(plan));
     add(
         PartGroup::Targets,
-        vec![stored(plan), hdr(settings, plan), sums(plan), samples_of_output(plan), smoothed(plan)],
+        vec![stored(plan), hdr(settings, plan), sums(plan), samples_of_output(plan), bloom(plan), smoothed(plan)],
     );
     add(PartGroup::Passes, passes(scene, plan));
     add(PartGroup::Geometry, geometry(scene, plan));
@@ -228,6 +228,7 @@ fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
         ToneMapping::Subpass(_) if plan.transparency.is_some() => {
             "transparent surfaces are blended before tone mapping"
         }
+        _ if plan.bloom.is_some() => "light is spread before it is tone-mapped",
         ToneMapping::Subpass(_) => "samples of a pixel are averaged as light before tone mapping",
         ToneMapping::InLighting(_) if plan.is_forward() => "nothing blends over it: FORWARD tone-maps into the output",
         ToneMapping::InLighting(_) if plan.is_tiled() => "compute tone-maps what it lit straight into the output",
@@ -245,6 +246,18 @@ fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
     };
     let name = if plan.is_tiled() { "target of emitted light" } else { "HDR target" };
     part(name, plan.hdr.is_some(), reason, bytes(plan, Target::Hdr)).is(OptionalPart::HdrTarget)
+}
+
+fn bloom(plan: &FramePlan) -> Part {
+    match &plan.bloom {
+        Some(own) => {
+            let levels = own.levels(plan.size).len();
+            let reason =
+                format!("{levels} levels, each half as large as the one before it, four single floats a texel");
+            part("levels of bloom", true, reason, own.bytes(plan.size))
+        }
+        None => part("levels of bloom", false, "no light is spread", 0),
+    }
 }
 
 fn smoothed(plan: &FramePlan) -> Part {

@@ -11,9 +11,9 @@ use crate::scene::{
     View, Wrap,
 };
 
-/// All but that of what several samples differ in.
+/// All but that of what several samples differ in, and that of spread light, which is planned as the lit picture.
 pub fn views() -> impl Iterator<Item = View> {
-    View::NAMES.iter().map(|&(_, view)| view).filter(|&view| view != View::Complexity)
+    View::NAMES.iter().map(|&(_, view)| view).filter(|view| ![View::Complexity, View::Bloom].contains(view))
 }
 
 /// The default settings, but with a G-buffer for plain scenes as well, which `auto` would light as they are drawn.
@@ -402,6 +402,34 @@ fn antialiased() -> Vec<(String, FramePlan)> {
         ("4 exposed samples", Settings { samples: 4, output: Output::Exposed, ..deferred() }),
         ("fxaa", Settings { fxaa: true, ..deferred() }),
         ("fxaa of light", Settings { fxaa: true, view: View::Lighting, ..deferred() }),
+    ])
+}
+
+/// Plans with spread light, whose main pass ends before BLOOM: what comes before that and after it, and each output.
+pub fn bloomed_plans() -> Vec<(String, FramePlan)> {
+    let bloom = |settings: Settings| Settings { bloom: 0.1, ..settings };
+    let forward = || Settings { light_path: LightPath::Forward, ..Settings::default() };
+    of_scenes(&[
+        ("bloom", bloom(deferred())),
+        (
+            "bloom and stored G-buffer",
+            bloom(Settings { light_path: LightPath::Loop, ..keeping(&[OptionalPart::StoredGbuffer]) }),
+        ),
+        ("bloom in nits", bloom(Settings { output: Output::Nits, ..deferred() })),
+        ("bloom exposed", bloom(Settings { output: Output::Exposed, ..deferred() })),
+        ("bloom of 4 samples", bloom(Settings { samples: 4, ..deferred() })),
+        ("bloom of msaa", bloom(Settings { msaa: 4, resolve: Resolve::Linear, ..deferred() })),
+        ("bloom of msaa in nits", bloom(Settings { msaa: 4, output: Output::Nits, ..deferred() })),
+        ("bloom and oit", bloom(Settings { transparency: Transparency::Oit, ..deferred() })),
+        ("bloom and fxaa", bloom(Settings { fxaa: true, ..deferred() })),
+        ("bloom and vignette", bloom(Settings { vignette: 1.0, ..deferred() })),
+        ("bloom, fxaa and vignette", bloom(Settings { fxaa: true, vignette: 1.0, ..deferred() })),
+        ("bloom added up", bloom(Settings { light_path: LightPath::PerLight, ..Settings::default() })),
+        ("bloom, forward", bloom(forward())),
+        ("bloom of msaa, forward", bloom(Settings { msaa: 4, resolve: Resolve::Linear, ..forward() })),
+        ("bloom and oit, forward", bloom(Settings { transparency: Transparency::Oit, ..forward() })),
+        ("bloom and fxaa, forward", bloom(Settings { fxaa: true, ..forward() })),
+        ("spread light", Settings { view: View::Bloom, ..deferred() }),
     ])
 }
 

@@ -607,6 +607,31 @@ fn a_plan_is_pure_and_knows_no_camera() {
 }
 
 #[test]
+fn spread_light_is_planned_where_it_is_asked_for_and_there_is_light() {
+    let lit = scene(vec![material(CT)], vec![sky(), point(Falloff::Quadratic)]);
+    let off = plan_with(&lit, &samples::deferred());
+    // Nothing is left of it where it is off, whatever else is said of it.
+    assert_eq!(plan_with(&lit, &Settings { bloom_radius: 0.3, bloom_taps: 2, ..samples::deferred() }), off);
+    assert!(off.bloom.is_none() && off.hdr.is_none() && !off.has_tonemap_subpass());
+    let with = Settings { bloom: 0.1, ..samples::deferred() };
+    let on = plan_with(&lit, &with);
+    assert!(on.bloom.is_some() && on.hdr.is_some() && on.has_tonemap_subpass());
+    assert_eq!(plan_with(&lit, &Settings { view: View::Normal, ..with.clone() }).bloom, None);
+    let all = Settings { view: View::Bloom, ..samples::deferred() };
+    assert_eq!(plan_with(&lit, &all).bloom.map(|own| own.strength), Some(1.0));
+    // Frames of another size are the same frames.
+    let larger = plan_with(&lit, &Settings { size: [4000, 3000], ..with.clone() });
+    assert!(on.differs_in_size_only(&larger) && on.bloom == larger.bloom);
+    let refused = |settings: Settings| FramePlan::of(&lit, &settings, &device()).expect_err("refused").to_string();
+    assert!(refused(Settings { msaa: 4, ..with.clone() }).contains("ask for --resolve linear"));
+    assert!(
+        refused(Settings { light_path: LightPath::Compute, ..with.clone() }).contains("bloom works on one that is")
+    );
+    plan_with(&lit, &Settings { msaa: 4, resolve: Resolve::Linear, ..with.clone() });
+    plan_with(&lit, &Settings { msaa: 4, output: Output::Nits, ..with });
+}
+
+#[test]
 fn what_smooths_edges_is_refused_where_it_means_nothing() {
     let scene = scene(vec![material(CT)], vec![]);
     let normals = Settings { view: View::Normal, ..samples::deferred() };

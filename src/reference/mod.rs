@@ -5,6 +5,7 @@
 //!
 //! Nothing that a ray does goes through `map` of an array: compiled in several units that is not inlined, and all of this took twice as long.
 
+pub mod bloom;
 mod bvh;
 mod cache;
 mod fingerprint;
@@ -28,7 +29,7 @@ pub use surface::Surface;
 
 pub use crate::scene::TriangleId;
 
-use crate::scene::Camera;
+use crate::scene::{Camera, Settings};
 
 /// A picture that is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,6 +70,14 @@ pub struct Options {
     pub mode: Mode,
     /// The masking and shadowing function.
     pub smith: Smith,
+}
+
+impl Truth {
+    /// The same with its share of spread light, as the settings have it. The standard error, which spreading makes less, stays that of the light before.
+    pub fn bloomed(mut self, settings: &Settings) -> Self {
+        self.radiance = bloom::bloomed(&self.radiance, self.size, settings);
+        self
+    }
 }
 
 /// A finished truth, rows from the top.

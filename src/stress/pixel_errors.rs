@@ -13,7 +13,7 @@ use super::grid::{self, Span};
 use crate::frame::{self, Pixels, Renderer};
 use crate::gpu::Device;
 use crate::plan::{FramePlan, ToneMapping};
-use crate::reference::{Mode, Options, Smith, TriangleId};
+use crate::reference::{Mode, Options, Smith, TriangleId, bloom};
 use crate::scene::{Output, Playing, Pose, Scene, Settings, SettingsPatch, View};
 
 /// A pixel darker than this share of the brightest one counts as that bright, unless the subject says another share: nobody sees what
@@ -131,8 +131,16 @@ pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result
     let options = Options { mode: Mode::Point, smith: Smith::default() };
     let rays = reference.render(&eye, &options, &|_, _| {});
     let spans = grid::spans(grid::half_step(device), &reference, &eye, options.smith, &rays.radiance);
-    let spans: Vec<Span> = spans.into_iter().map(|span| span.map(|light| light * exposure)).collect();
-    let expected: Vec<[f64; 3]> = rays.radiance.iter().map(|light| light.map(|channel| channel * exposure)).collect();
+    let mut spans: Vec<Span> = spans.into_iter().map(|span| span.map(|light| light * exposure)).collect();
+    let mut expected: Vec<[f64; 3]> =
+        rays.radiance.iter().map(|light| light.map(|channel| channel * exposure)).collect();
+    let settings = subject.decided();
+    if settings.bloom > 0.0 {
+        // What is brighter than the target holds spreads as what it holds.
+        let kept: Vec<_> = expected.iter().map(|light| light.map(|channel| channel.min(largest))).collect();
+        expected = bloom::bloomed(&kept, eye.size, &settings);
+        spans = expected.iter().copied().map(Span::of).collect();
+    }
     if expected.iter().flatten().any(|channel| !channel.is_finite()) {
         return Err(Error::Refused("the truth itself is not finite".into()));
     }

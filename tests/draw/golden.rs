@@ -149,6 +149,8 @@ fn every_picture_of_the_gallery_looks_as_it_did() {
             let settings = Settings { transparency: *transparency, ..own(&scene, SIZE.0, SIZE.1) };
             album.compare(&format!("gallery-transparency-{name}"), &scene, &settings);
         }
+        let scene = gallery("emissive");
+        album.compare("gallery-bloom", &scene, &Settings { bloom: 0.2, ..own(&scene, SIZE.0, SIZE.1) });
         let scene = gallery("edges");
         let base = own(&scene, SIZE.0, SIZE.1);
         album.compare("gallery-edges-fxaa", &scene, &Settings { fxaa: true, ..base.clone() });

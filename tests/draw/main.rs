@@ -4,6 +4,7 @@
 mod common;
 
 mod antialiasing;
+mod bloom;
 mod camera_paths;
 mod changes;
 mod clips;

@@ -266,6 +266,15 @@ fn the_documents_list_every_dependency_with_its_reason() {
         changed.retain(|row| !base.contains(row));
         assert_eq!(listed_dependencies(number), changed, "{light_path}: it should be\n{}", changed.join("\n"));
     }
+    // And those where light is spread, in a section of their own.
+    let mut changed = rows(&scene, &Settings { bloom: 0.1, ..deferred });
+    changed.retain(|row| !base.contains(row));
+    // Only where the picture comes from is another.
+    changed.retain(|row| !row.contains("`read-back`"));
+    let text = document("docs/SYNCHRONIZATION.md");
+    let section = text.split("## Where light is spread\n").nth(1).expect("a section");
+    let listed: Vec<_> = section.lines().filter(|line| line.starts_with("| `")).map(str::to_owned).collect();
+    assert_eq!(listed[..changed.len().min(listed.len())], changed, "it should be\n{}", changed.join("\n"));
 }
 
 /// The rows of frames that a window shows, which others have not.

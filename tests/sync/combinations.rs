@@ -1,4 +1,4 @@
-//! Every combination of light path, multisampling, transparency, sky, FXAA, HDR format, samples and output: each is drawn without a message, or
+//! Every combination of light path, multisampling, transparency, sky, bloom, FXAA, HDR format, samples and output: each is drawn without a message, or
 //! refused with a sentence, as the table in docs/LIGHT_PATHS.md says.
 
 use std::collections::BTreeSet;
@@ -9,7 +9,9 @@ use crate::common::stage::{add, lambert, own, plane, point, rectangle, sun};
 use crate::common::tries_all;
 use afterlight::frame::{Error, Renderer, capabilities};
 use afterlight::plan::FramePlan;
-use afterlight::scene::{AlphaMode, Falloff, HdrFormat, LightPath, Material, Output, Scene, Settings, Transparency};
+use afterlight::scene::{
+    AlphaMode, Falloff, HdrFormat, LightPath, Material, Output, Resolve, Scene, Settings, Transparency,
+};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 /// Settings that the table speaks of, as it spells them.
@@ -61,6 +63,7 @@ pub fn combinations() -> Vec<(Named, usize, Settings)> {
                                     ("output", if output.is_linear() { "linear" } else { "display" }.to_owned()),
                                     ("transparent", transparency.map_or("no", Transparency::name).to_owned()),
                                     ("sky", ["off", "on"][sky].to_owned()),
+                                    ("bloom", "off".to_owned()),
                                 ];
                                 let settings = Settings {
                                     light_path,
@@ -80,6 +83,16 @@ pub fn combinations() -> Vec<(Named, usize, Settings)> {
             }
         }
     }
+    let bloomed = all.iter().filter(|(_, _, settings)| settings.hdr_format == HdrFormat::default()).cloned();
+    let bloomed: Vec<_> = bloomed
+        .map(|(mut named, transparent, settings)| {
+            named.pop();
+            named.push(("bloom", "on".to_owned()));
+            // Light that is averaged as shown it does not go with, as the table's last sentences say.
+            (named, transparent, Settings { bloom: 0.2, resolve: Resolve::Linear, ..settings })
+        })
+        .collect();
+    all.extend(bloomed);
     all
 }
 
@@ -160,7 +173,7 @@ fn every_combination_is_drawn_or_refused_as_the_table_says() {
                 Ok(plan) => {
                     assert!(!refused_by(&named, &rules), "the table refuses what can be drawn: {named:?}");
                     // Settings that change nothing, as the format of an HDR target where there is none, make the same frame.
-                    let structure = (plan.light_path, plan.transparency, plan.msaa, plan.fxaa, plan.sky.is_some());
+                    let structure = (plan.light_path, plan.transparency, plan.msaa, plan.fxaa, plan.sky.is_some(), plan.bloom.is_some());
                     let formats = (plan.hdr, plan.output, plan.tone_mapping);
                     if drawn.insert(format!("{structure:?} {formats:?}")) && (tries_all() || pairs.are_new(&named)) {
                         draw(gpu, scene, &settings).unwrap_or_else(|error| panic!("{named:?}: {error}"));

@@ -209,6 +209,22 @@ pub fn cases() -> Vec<Case> {
     case("toned, samples", plain(), &[toned, samples]);
     case("toned, forward", plain(), &[toned, forward]);
     case("toned and smoothed", plain(), &[toned, fxaa]);
+    let bloom: Change = |settings| settings.bloom = 0.1;
+    case("bloom", plain(), &[bloom]);
+    case("bloom, glowing", glowing(plain()), &[bloom]);
+    case("bloom, sorted", glazed(plain()), &[bloom, sorted]);
+    case("bloom, weighted", glazed(plain()), &[bloom, weighted]);
+    case("bloom, linear", plain(), &[bloom, hdr]);
+    case("bloom, samples averaged as light", plain(), &[bloom, samples, linear]);
+    case("bloom and fxaa", plain(), &[bloom, fxaa]);
+    case("bloom, toned", plain(), &[bloom, toned]);
+    case("bloom, toned and smoothed", plain(), &[bloom, toned, fxaa]);
+    case("bloom, stored", plain(), &[bloom, stored]);
+    case("bloom, stored and glowing", glowing(plain()), &[bloom, stored]);
+    case("bloom, light by light", lamplit(), &[bloom, |settings| settings.light_path = LightPath::PerLight]);
+    case("bloom, forward", plain(), &[bloom, forward]);
+    case("bloom, forward and sorted", glazed(plain()), &[bloom, forward, sorted]);
+    case("bloom, forward and weighted", glazed(plain()), &[bloom, forward, weighted]);
     case("stored", plain(), &[stored]);
     case("stored, glowing and sunlit", glowing(sunlit()), &[stored]);
     case("stored, sorted and glowing", glazed(glowing(plain())), &[stored, sorted]);
@@ -225,13 +241,18 @@ pub fn cases() -> Vec<Case> {
 /// Each way for a picture to come to a window.
 #[cfg(feature = "window")]
 fn shown() -> Vec<Case> {
-    let ways: [(&str, Scene, Change); 7] = [
+    let ways: [(&str, Scene, Change); 10] = [
         ("lighting", sunlit(), |_| {}),
         ("forward", plain(), |settings| settings.light_path = LightPath::Forward),
         ("tone mapping", glazed(plain()), |_| {}),
         ("emission", glowing(plain()), |_| {}),
         ("samples", plain(), |settings| settings.msaa = 4),
         ("fxaa", plain(), |settings| settings.fxaa = true),
+        ("bloom", plain(), |settings| settings.bloom = 0.1),
+        ("bloom, toned", plain(), |settings| (settings.bloom, settings.vignette) = (0.1, 0.5)),
+        ("bloom, toned and smoothed", plain(), |settings| {
+            (settings.bloom, settings.vignette, settings.fxaa) = (0.1, 0.5, true);
+        }),
         ("compute", lamplit(), |settings| settings.light_path = LightPath::Compute),
     ];
     let case = |(name, scene, change): (&str, Scene, Change), way: Way| {
@@ -286,6 +307,7 @@ fn untried(tried: &[FramePlan]) -> BTreeSet<String> {
     };
     let tried: Vec<Edge> = tried.iter().flat_map(rows).collect();
     let samples = samples::plans().into_iter().chain(samples::tiled_plans()).chain(samples::forward_plans());
+    let samples = samples.chain(samples::bloomed_plans());
     let shows = |plan: &FramePlan| cfg!(feature = "window") && [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output);
     let samples = samples.flat_map(|(name, plan)| {
         let in_window = |way| (format!("{name}, in a window"), presented(plan.clone(), way));

@@ -93,7 +93,9 @@ fn masks(row: &Edge) -> String {
 #[test]
 fn sample_plans_have_no_hazard_and_no_superfluous_row_stage_or_access() {
     let mut plans = Different::default();
-    for (name, plan) in [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat() {
+    for (name, plan) in
+        [samples::plans(), samples::forward_plans(), samples::tiled_plans(), samples::bloomed_plans()].concat()
+    {
         plans.add(&name, plan);
     }
     for case in cases() {
@@ -107,7 +109,7 @@ fn every_combination_of_settings_and_every_built_in_scene_is_proved() {
     let mut plans = Different::default();
     let scenes = combinations::scenes();
     let combinations = combinations::combinations();
-    assert_eq!(combinations.len(), 2304);
+    assert_eq!(combinations.len(), 3072);
     for (named, scene, settings) in combinations {
         let scene = &scenes[scene];
         let settings = Settings { exposure: Some(0.0), ..settings };
@@ -144,6 +146,7 @@ fn random(scenes: &[(&str, Scene)], random: &mut fastrand::Rng) -> Option<(Strin
         msaa: [1, 1, 2, 4][random.usize(..4)],
         samples: [1, 1, 4][random.usize(..3)],
         fxaa: random.bool(),
+        bloom: [0.0, 0.2][random.usize(..2)],
         vignette: [0.0, 0.5][random.usize(..2)],
         depth_prepass: [None, Some(false), Some(true)][random.usize(..3)],
         light_cutoff: random.bool(),

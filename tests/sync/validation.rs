@@ -378,6 +378,22 @@ fn hardware_samples_and_fxaa_are_silent_in_flight() {
 }
 
 #[test]
+fn spread_light_is_silent_in_flight() {
+    on_gpu_in_both_modes(|gpu| {
+        let (plain, glass) = (shadowed(), with_transparent(one_of_each()));
+        let with = |scene: &Scene, light_path| Settings { bloom: 0.3, light_path, ..small(scene) };
+        exercise(gpu, &plain, &Settings { fxaa: true, vignette: 0.5, ..with(&plain, LightPath::Loop) });
+        exercise(gpu, &plain, &Settings { output: Output::Nits, ..with(&plain, LightPath::Forward) });
+        exercise(gpu, &plain, &Settings { msaa: 4, resolve: Resolve::Linear, ..with(&plain, LightPath::Loop) });
+        exercise(gpu, &glass, &with(&glass, LightPath::PerLight));
+        exercise(gpu, &glass, &Settings { transparency: Transparency::Oit, ..with(&glass, LightPath::Loop) });
+        for size in [[1, 1], [33, 7], [200, 3]] {
+            exercise(gpu, &plain, &Settings { bloom_radius: 1.0, size, ..with(&plain, LightPath::Loop) });
+        }
+    });
+}
+
+#[test]
 fn what_a_plan_keeps_without_need_is_silent() {
     on_gpu_in_both_modes(|gpu| {
         let alone = Scene { name: "alone".into(), ..plane(lambert(0.5), Vec::new()) };

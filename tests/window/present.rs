@@ -28,6 +28,7 @@ fn ways() -> Vec<(&'static str, Scene, Settings)> {
         ("forward", spheres.clone(), Settings { light_path: LightPath::Forward, ..settings.clone() }),
         ("resolve", spheres.clone(), Settings { light_path: LightPath::Loop, msaa: 4, ..settings.clone() }),
         ("fxaa", spheres.clone(), Settings { fxaa: true, ..settings.clone() }),
+        ("bloom", spheres.clone(), Settings { bloom: 0.3, light_path: LightPath::Loop, ..settings.clone() }),
         ("view", spheres.clone(), Settings { view: View::Normal, ..settings.clone() }),
         ("compute", spheres, Settings { light_path: LightPath::Compute, ..settings }),
         ("tone mapping", layers.clone(), own(&layers)),

@@ -2,8 +2,8 @@
 
 use super::{Edges, RowName};
 use crate::passes::{
-    Pass, Presence, arrange, composite, cull, encode, fill, forward, fxaa, geometry, lighting, occluders, overlay,
-    present, pyramid, shadow, skin, split, tiled, tone, tonemap, transparent,
+    Pass, Presence, arrange, bloom, composite, cull, encode, fill, forward, fxaa, geometry, lighting, occluders,
+    overlay, present, pyramid, shadow, skin, split, tiled, tone, tonemap, transparent,
 };
 use crate::plan::{Canvas, FramePlan, Target};
 
@@ -82,15 +82,26 @@ static ROWS: &[Needs] = &[
         instead: &[RowName::TARGETS_REUSE, RowName::GBUFFER_REUSE],
         ..needs(RowName::SAMPLES_REUSE, &[&lighting::PASS])
     },
-    Needs { instead: &[RowName::TARGETS_REUSE, RowName::GBUFFER_REUSE], ..needs(RowName::OUTPUT_REUSE, &[]) },
-    Needs { instead: &[RowName::OUTPUT_REUSE, RowName::GBUFFER_REUSE], ..needs(RowName::TARGETS_REUSE, &[]) },
+    Needs {
+        instead: &[RowName::SPREAD_TO_TONEMAP, RowName::TARGETS_REUSE, RowName::GBUFFER_REUSE],
+        ..needs(RowName::OUTPUT_REUSE, &[])
+    },
+    Needs {
+        instead: &[RowName::OUTPUT_REUSE, RowName::GBUFFER_REUSE, RowName::HDR_REUSE],
+        ..needs(RowName::TARGETS_REUSE, &[])
+    },
     needs(RowName::LIGHTING_TO_TRANSPARENT, &[&lighting::PASS, &transparent::PASS]),
     needs(RowName::LIGHTING_TO_COMPOSITE, &[&lighting::PASS, &composite::PASS]),
     needs(RowName::FORWARD_TO_TRANSPARENT, &[&forward::PASS, &transparent::PASS]),
     needs(RowName::FORWARD_TO_COMPOSITE, &[&forward::PASS, &composite::PASS]),
     needs(RowName::SUMS_REUSE, &[&composite::PASS]),
     needs(RowName::SUMS_TO_COMPOSITE, &[&composite::PASS]),
-    needs(RowName::HDR_TO_TONEMAP, &[&tonemap::PASS]),
+    Needs { instead: &[RowName::SPREAD_TO_TONEMAP], ..needs(RowName::HDR_TO_TONEMAP, &[&tonemap::PASS]) },
+    needs(RowName::HDR_TO_BLOOM, &[&bloom::PASS]),
+    needs(RowName::BLOOM_REUSE, &[&bloom::PASS]),
+    needs(RowName::BLOOM_TO_SPREAD, &[&bloom::SPREAD]),
+    needs(RowName::SPREAD_TO_SPREAD, &[&bloom::SPREAD]),
+    needs(RowName::SPREAD_TO_TONEMAP, &[&bloom::SPREAD]),
     needs(RowName::OUTPUT_TO_FXAA, &[&fxaa::PASS]),
     needs(RowName::PICTURE_REUSE, &[&fxaa::PASS]),
     needs(RowName::PICTURE_TO_TONE, &[&tone::PASS]),
@@ -163,7 +174,8 @@ mod tests {
 
     /// Sample plans, and those of pictures as windows have them.
     fn plans() -> Vec<(String, FramePlan)> {
-        let mut all = [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat();
+        let mut all =
+            [samples::plans(), samples::forward_plans(), samples::tiled_plans(), samples::bloomed_plans()].concat();
         let pictures: Vec<_> =
             all.iter().filter(|(_, plan)| [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output)).collect();
         let encoded = Canvas::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 });

@@ -1,4 +1,4 @@
-//! The rows of the main pass and of FXAA's: G-buffer, light, what is blended over it, and the output.
+//! The rows of the main pass and of those that draw the picture after it: G-buffer, light, what is blended over it, and the output.
 //!
 //! Rows from OUTSIDE order the last frame's stores before this frame's loads, and nothing besides: "The load operation for each sample in an
 //! attachment happens-before any recorded command which accesses the sample in the first subpass where the attachment is used", and the
@@ -6,8 +6,9 @@
 //! COLOR_ATTACHMENT_OUTPUT; those of depth in EARLY_FRAGMENT_TESTS and in LATE_FRAGMENT_TESTS. CLEAR and DONT_CARE write.
 
 use super::forward::{forward_edge, transparent_after_forward};
+use super::spread::bloom_rows;
 use super::{Carrier, Edge, Place, RowName, presentation, row, subpass};
-use crate::frame::list::{FXAA_PASS, GBUFFER_PASS, MAIN_PASS, RESOLVE};
+use crate::frame::list::{FXAA_PASS, GBUFFER_PASS, MAIN_PASS, RESOLVE, TONEMAP_PASS};
 use crate::gpu::sync::Use;
 use crate::passes::{composite, copy, forward, fxaa, geometry, lighting, present, tone, tonemap, transparent};
 use crate::plan::{FramePlan, Shading, Target};
@@ -61,13 +62,18 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     if lights == Target::Samples && !plan.emissive && !plan.is_forward() && first != lighting::PASS.place {
         table.push(samples_reuse(plan));
     }
-    if !output_is_ordered {
+    // What finishes the picture, and in which render pass.
+    let mut pass = if plan.bloom.is_some() { TONEMAP_PASS } else { MAIN_PASS };
+    // A row of BLOOM's orders it, too, where there is that.
+    if !output_is_ordered && plan.bloom.is_none() {
         table.push(output_reuse(plan, (first, first_use)));
     }
     if let Some(transparency) = plan.transparency {
         table.extend(transparent_edges(plan, transparency));
     }
-    if plan.has_tonemap_subpass() {
+    if plan.bloom.is_some() {
+        table.extend(bloom_rows(plan, (last_light, light_use)));
+    } else if plan.has_tonemap_subpass() {
         table.push(hdr_to_tonemap(last_light, light_use));
     }
     let (read, read_back) = match plan.draws_into_swapchain() {
@@ -82,10 +88,10 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         let before = table.iter().position(|row| row.name == RowName::GBUFFER_REUSE);
         table.insert(before.map_or(0, |before| before + 1), row);
     }
-    // What finishes the picture, and in which render pass.
-    let (mut finish, mut pass) = ((last, last_use), MAIN_PASS);
+    let mut finish = (last, last_use);
     if plan.fxaa {
-        table.extend(fxaa_edges(plan, last, last_use));
+        let [output, picture] = fxaa_edges(plan, last, last_use);
+        table.extend([Edge { carrier: Carrier::Subpass(pass), ..output }, picture]);
         (finish, pass) = ((fxaa::PASS.place, fxaa::PICTURE_WRITE), FXAA_PASS);
     }
     if (tone::PASS.presence)(plan).is_in() {
@@ -99,7 +105,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     table
 }
 
-/// Whether TONE is the last subpass of the main pass.
+/// Whether TONE is the last subpass of the pass that draws the output.
 pub(super) fn is_toned(plan: &FramePlan) -> bool {
     !plan.fxaa && (tone::PASS.presence)(plan).is_in()
 }
@@ -149,16 +155,25 @@ fn gbuffer_reuse(plan: &FramePlan) -> Edge {
     of_gbuffer_pass(plan, row)
 }
 
+/// Who may still read the last frame's output, or has acquired its image.
+pub(super) fn output_reader(plan: &FramePlan) -> Use {
+    match (plan.fxaa, plan.draws_into_swapchain()) {
+        (true, _) => fxaa::OUTPUT_READ,
+        (false, true) => present::ATTACH,
+        (false, false) => copy::READ,
+    }
+}
+
 /// The output, and with it the samples where LIGHTING is the first to touch both.
 fn output_reuse(plan: &FramePlan, (first, first_use): (Place, Use)) -> Edge {
-    let (read, why) = match (plan.fxaa, plan.draws_into_swapchain()) {
-        (true, _) => (fxaa::OUTPUT_READ, "FXAA of the last frame may still sample the output when this one clears it"),
-        (false, true) => (present::ATTACH, ACQUIRED),
-        (false, false) => (
-            copy::READ,
-            "the last picture may still be copied when this one is cleared; its layout changes before the write",
-        ),
+    let why = match (plan.fxaa, plan.draws_into_swapchain()) {
+        (true, _) => "FXAA of the last frame may still sample the output when this one clears it",
+        (false, true) => ACQUIRED,
+        (false, false) => {
+            "the last picture may still be copied when this one is cleared; its layout changes before the write"
+        }
     };
+    let read = output_reader(plan);
     let (name, before, why) = match plan.resolves_output() {
         // LIGHTING is the first to touch both, and the last: whoever reads the picture has waited for what it dropped.
         true if first == lighting::PASS.place && !plan.emissive => (

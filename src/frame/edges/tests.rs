@@ -6,12 +6,13 @@ use ash::vk::{AccessFlags as A, PipelineStageFlags as S};
 
 use super::masks::SUPPORTED;
 use super::*;
-use crate::frame::list::MAIN_PASS;
-use crate::passes::fxaa;
+use crate::frame::list::{FXAA_PASS, MAIN_PASS, TONEMAP_PASS};
+use crate::passes::{bloom, fxaa, tone};
 use crate::plan::samples;
 
 fn each_plan(check: impl Fn(&str, &FramePlan, &Edges)) {
-    for (name, plan) in samples::plans().into_iter().chain(samples::forward_plans()) {
+    let all = samples::plans().into_iter().chain(samples::forward_plans()).chain(samples::bloomed_plans());
+    for (name, plan) in all {
         check(&name, &plan, &table(&plan));
     }
 }
@@ -66,8 +67,11 @@ fn every_access_is_one_that_a_stage_of_its_mask_supports_and_every_stage_that_mu
 fn rows_are_by_region_between_subpasses_and_nowhere_else() {
     each_plan(|name, _, table| {
         for edge in table.iter() {
-            let outside = |place| place == Place::OUTSIDE || place == fxaa::PASS.place;
-            let between = edge.carrier == Carrier::Subpass(MAIN_PASS) && !outside(edge.from) && !outside(edge.to);
+            let outside =
+                |place| [Place::OUTSIDE, fxaa::PASS.place, bloom::PASS.place, bloom::SPREAD.place].contains(&place);
+            let passes = [MAIN_PASS, TONEMAP_PASS].map(Carrier::Subpass);
+            let between = passes.contains(&edge.carrier) && !outside(edge.from) && !outside(edge.to)
+                || edge.carrier == Carrier::Subpass(FXAA_PASS) && edge.to == tone::PASS.place;
             assert_eq!(edge.by_region, between, "{name}: {}", edge.name);
         }
     });

@@ -86,6 +86,8 @@ const IN_ORDER: &str = "Within a subpass of a render pass instance, for a given 
                         are guaranteed to execute in rasterization order, for each separate primitive that includes that sample location";
 const FEW_GUARANTEES: &str = "The order of execution of commands with respect to the host and other commands on the device has few implicit guarantees, \
                               and needs to be explicitly specified";
+const HAZARDS: &str = "Write-after-read hazards can be solved with just an execution dependency, but read-after-write and write-after-write hazards \
+                       need appropriate memory dependencies to be included between them";
 const TRANSITION: &str = "Applications must ensure that layout transitions happen-after all operations accessing the image with the old layout, \
                           and happen-before any operations that will access the image with the new layout";
 
@@ -99,6 +101,42 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         says: FEW_GUARANTEES,
         why: "the layer does not see that a dispatch reads what the one before wrote, of a buffer that both read and write. Without the row ARRANGE \
               may add up what the numbers were before, and FILL put rows where others lie",
+    },
+    UnreportedMutants {
+        rows: &[RowName::BLOOM_TO_SPREAD, RowName::SPREAD_TO_SPREAD],
+        parts: Parts::All,
+        only: ALWAYS,
+        section: "Synchronization and Cache Control",
+        says: FEW_GUARANTEES,
+        why: "the same of the steps of SPREAD, which read and write one buffer. Without the rows a level may be the mean of what the one before it was in \
+              the last frame",
+    },
+    UnreportedMutants {
+        rows: &[RowName::BLOOM_REUSE],
+        parts: Parts::Any(Side::After, S::empty(), A::SHADER_WRITE),
+        only: ALWAYS,
+        section: "Execution and Memory Dependencies",
+        says: HAZARDS,
+        why: "the layer sees a write after TONEMAP's read, for which waiting is enough. It is a write after those of SPREAD, too, which must be visible \
+              to it",
+    },
+    UnreportedMutants {
+        rows: &[RowName::SPREAD_TO_TONEMAP],
+        parts: Parts::Any(Side::Before, stages(S::TRANSFER, S::FRAGMENT_SHADER), A::empty()),
+        only: ALWAYS,
+        section: "Image Layout Transitions",
+        says: TRANSITION,
+        why: "the layer takes the output's layout change to be ordered after the copy, or FXAA's read, that an earlier submission made. It happens after \
+              what the dependency's first scope has, and that must have the read",
+    },
+    UnreportedMutants {
+        rows: &[RowName::SPREAD_TO_TONEMAP],
+        parts: Parts::Any(Side::After, S::empty(), A::INPUT_ATTACHMENT_READ),
+        only: ALWAYS,
+        section: "Execution and Memory Dependencies",
+        says: HAZARDS,
+        why: "the layer takes all uses of an attachment that is loaded to be ordered by its load operation. Inputs are read by another access than the load \
+              operation's, and what LIGHTING stored must be visible to that, too",
     },
     UnreportedMutants {
         rows: &[RowName::FILL_TO_DRAWS],

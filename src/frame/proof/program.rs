@@ -99,6 +99,7 @@ pub(super) enum Memory {
     DeformedVertices,
     CulledInstances,
     DepthPyramid,
+    BloomLevels,
     /// Counts that the CPU reads of a frame in flight.
     Found(usize),
     Indices,
@@ -139,6 +140,7 @@ impl MemorySet {
             Memory::DepthPyramid => 29,
             Memory::Found(place) => 30 + place,
             Memory::SkyLight => 63,
+            Memory::BloomLevels => 62,
             Memory::Target(target) => 32 + target as usize,
         }
     }
@@ -166,6 +168,7 @@ impl fmt::Display for Memory {
             Self::CulledInstances => f.write_str("the culled instances"),
             Self::Found(place) => write!(f, "the counts of instances at place {place}"),
             Self::DepthPyramid => f.write_str("the pyramid of depths"),
+            Self::BloomLevels => f.write_str("the levels of bloom"),
             Self::Indices => f.write_str("the indices"),
             Self::Staging => f.write_str("a staging buffer"),
             Self::Written(place) => write!(f, "what the CPU writes for frames in flight at place {place}"),

@@ -2,7 +2,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::*;
 use crate::frame::edges;
-use crate::frame::list::{GBUFFER_PASS, MAIN_PASS, SHADOW_PASS, Step};
+use crate::frame::list::{GBUFFER_PASS, MAIN_PASS, SHADOW_PASS, Step, TONEMAP_PASS};
 use crate::passes::{
     First, composite, forward, fxaa, gbuffer_inputs, geometry, lighting, tiled, tonemap, transparent, view,
 };
@@ -501,7 +501,9 @@ fn subpasses_write_attachments_of_one_sample_count_and_resolve_into_the_output()
 
 #[test]
 fn the_list_and_the_rows_of_every_plan_agree() {
-    for (name, plan) in [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat() {
+    for (name, plan) in
+        [samples::plans(), samples::forward_plans(), samples::tiled_plans(), samples::bloomed_plans()].concat()
+    {
         List::of(&plan).check(&plan, &edges::table(&plan)).unwrap_or_else(|error| panic!("{name}: {error}"));
         let touched: BTreeSet<Target> = List::of(&plan)
             .0
@@ -580,7 +582,7 @@ fn a_row_that_names_no_pass_of_the_plan_is_refused() {
 
 #[test]
 fn every_change_of_layout_is_ordered_by_a_row_between_the_uses_that_it_is_between() {
-    let all = [samples::plans(), samples::forward_plans(), samples::tiled_plans()].concat();
+    let all = [samples::plans(), samples::forward_plans(), samples::tiled_plans(), samples::bloomed_plans()].concat();
     for (name, plan) in all {
         let edges = edges::table(&plan);
         let passes = PassDescription::all(&plan, &edges);
@@ -597,5 +599,30 @@ fn every_change_of_layout_is_ordered_by_a_row_between_the_uses_that_it_is_betwee
         assert_eq!(told, changed, "{name}");
         let read_back = layout_changes(&plan, &edges, edges.find(edges::RowName::READ_BACK).expect("a row"));
         assert_eq!(read_back.last().map(|change| change.new), Some(vk::ImageLayout::TRANSFER_SRC_OPTIMAL), "{name}");
+    }
+}
+
+#[test]
+fn the_main_pass_stores_light_that_is_spread_and_the_next_one_loads_it_for_tonemap() {
+    let passes = |plan: &FramePlan| List::of(plan).passes().map(|pass| pass.place.name()).collect::<Vec<_>>();
+    for (name, plan) in samples::bloomed_plans() {
+        let (list, all) = (List::of(&plan), passes(&plan));
+        let at = all.iter().position(|own| *own == "BLOOM").unwrap_or_else(|| panic!("{name}: {all:?}"));
+        assert_eq!(all[at..at + 4], ["BLOOM", "SPREAD", "SPREAD", "TONEMAP"], "{name}");
+        let hdr = |pass| {
+            let all = list.attachments(&plan, pass);
+            all.into_iter().find(|(target, _)| *target == Target::Hdr).expect("the light").1
+        };
+        let (main, next) = (hdr(MAIN_PASS), hdr(TONEMAP_PASS));
+        let read = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
+        assert_eq!((main.store_op, main.final_layout), (vk::AttachmentStoreOp::STORE, read), "{name}");
+        assert_eq!((next.load_op, next.initial_layout), (vk::AttachmentLoadOp::LOAD, read), "{name}");
+        assert_eq!(next.store_op, vk::AttachmentStoreOp::DONT_CARE, "{name}");
+        assert!(!list.usage(&plan, Target::Hdr).contains(vk::ImageUsageFlags::TRANSIENT_ATTACHMENT), "{name}");
+    }
+    let none = samples::plans().into_iter().chain(samples::forward_plans()).chain(samples::tiled_plans());
+    for (name, plan) in none {
+        assert!(!passes(&plan).iter().any(|own| ["BLOOM", "SPREAD"].contains(own)), "{name}");
+        assert!(List::of(&plan).render_passes().all(|(own, _)| own != TONEMAP_PASS), "{name}");
     }
 }

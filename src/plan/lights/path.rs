@@ -69,6 +69,7 @@ fn check(settings: &Settings, device: &Capabilities) -> Result<(), Error> {
         LightPath::PerLight | LightPath::Volumes if settings.hdr_format == HdrFormat::B10g11r11 => {
             Err(Error::BlendedFormat(path, settings.hdr_format))
         }
+        LightPath::Compute if settings.bloom > 0.0 => Err(Error::ComputeWithEffect("bloom")),
         LightPath::Compute => match settings.first_effect() {
             Some(effect) => Err(Error::ComputeWithEffect(effect)),
             None if device.compute_invocations < TILE_INVOCATIONS => {
@@ -114,7 +115,7 @@ fn compute_is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> 
         (device.compute_invocations < TILE_INVOCATIONS, "the device's work groups are too small"),
         (transparent, "transparent surfaces come after it"),
         (scene.sky.is_some(), "the sky comes after it"),
-        (settings.first_effect().is_some(), "the picture goes through another pass"),
+        (settings.first_effect().is_some() || settings.bloom > 0.0, "the picture goes through another pass"),
         (settings.msaa > 1, "it reads one sample a pixel"),
     ]
     .into_iter()

@@ -33,7 +33,7 @@ pub struct Truths {
     pub info: TruthInfo,
     /// Of all that they depend on.
     pub hash: String,
-    /// As they came, in nits.
+    /// As they came, in nits, without bloom.
     pub raw: Raw,
     /// What was wrong with the cache, a line each. The truths are right all the same.
     pub warnings: Vec<String>,
@@ -118,8 +118,8 @@ impl Truths {
         let options = Options { mode: Mode::Converged { samples }, smith: Smith::default() };
         let exposure = exposure_of(scene, settings);
         Ok(Self {
-            point: Expected::of(&point, exposure, settings),
-            converged: Expected::of(&converged, exposure, settings),
+            point: Expected::of(&point.clone().bloomed(settings), exposure, settings),
+            converged: Expected::of(&converged.clone().bloomed(settings), exposure, settings),
             info: info(&point, &converged, exposure, samples),
             hash: reference.fingerprint(view, &options),
             raw: Raw { point, converged },

@@ -155,6 +155,8 @@ pub enum View {
     Lighting,
     /// Lit by what comes from everywhere alone: half-spheres and the sky.
     Ambient,
+    /// The light that bloom spreads, without the picture that it is spread from.
+    Bloom,
     /// Fragments shaded for each pixel, as a heat map.
     Overdraw,
     /// Lights that reach each pixel, as a heat map.

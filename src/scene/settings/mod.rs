@@ -27,6 +27,7 @@ impl Settings {
             output: Output::Nits,
             samples: 1,
             msaa: 1,
+            bloom: 0.0,
             ..self.without_effects()
         }
     }

@@ -51,7 +51,7 @@ named!(Brdf, "brdf", "cook-torrance" => CookTorrance, "phong" => Phong, "blinn-p
 named!(View, "view",
     "final" => Final, "position" => Position, "normal" => Normal, "normal-absolute" => NormalAbsolute,
     "albedo" => Albedo, "metallic" => Metallic, "roughness" => Roughness, "depth" => Depth,
-    "shadow-map" => ShadowMap, "lighting" => Lighting, "ambient" => Ambient, "overdraw" => Overdraw,
+    "shadow-map" => ShadowMap, "lighting" => Lighting, "ambient" => Ambient, "bloom" => Bloom, "overdraw" => Overdraw,
     "lights-per-pixel" => LightsPerPixel, "complexity" => Complexity, "triangle" => Triangle);
 named!(Culling, "culling", "auto" => Auto, "cpu" => Cpu, "gpu" => Gpu);
 named!(LightPath, "light path",

@@ -261,6 +261,18 @@ settings! {
             title: "directions into the sky", values: ValueKind::Whole(1, 4096), in_panel: false,
             sweep: Sweep::Alone, tried: &["1", "4", "16", "64", "256", "1024"],
         }
+        /// Spread this share of all light around where it comes from, as lenses and eyes do
+        "bloom", "bloom" => bloom: f32 = 0.0, {
+            title: "bloom", values: ValueKind::Number(0.0, 1.0), of_truth: true, cheaper: &["0"],
+        }
+        /// How far bloom spreads light, as a part of the picture's height: the root of the mean square
+        "bloom-radius", "bloom_radius" => bloom_radius: f32 = 0.05, {
+            title: "radius of bloom", values: ValueKind::Number(0.001, 1.0), of_truth: true,
+        }
+        /// Taps of bloom's filter along each axis: the more, the less the glow of a small light changes as that moves
+        "bloom-taps", "bloom_taps" => bloom_taps: u32 = 6, {
+            title: "taps of bloom's filter", values: ValueKind::Among(&[2, 4, 6]), sweep: Sweep::Alone, cheaper: &["4"],
+        }
         /// Smooth edges of the tone-mapped picture (FXAA)
         "fxaa", "fxaa" => fxaa: bool = false, {
             title: "FXAA", on_picture: true, sweep: Sweep::Joint,

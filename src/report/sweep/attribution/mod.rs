@@ -21,7 +21,7 @@
 //! Where raster and truth see different triangles, or something transparent is before the surface, all of the pixel's error but sampling is a
 //! part by itself.
 //!
-//! Limits: frames of one sample a pixel (samples, `msaa` and `fxaa` are set aside). Ks of the Phong models is taken to be stored
+//! Limits: frames of one sample a pixel (samples, `msaa`, `fxaa` and `bloom` are set aside). Ks of the Phong models is taken to be stored
 //! exactly: its rounding is found under *not explained*.
 
 mod device;
@@ -132,7 +132,7 @@ pub fn attribute(
 
 /// The frame that is taken apart.
 fn one_sample(subject: &Subject) -> Settings {
-    Settings { samples: 1, msaa: 1, size: subject.view.size, ..subject.settings.without_effects() }
+    Settings { samples: 1, msaa: 1, bloom: 0.0, size: subject.view.size, ..subject.settings.without_effects() }
 }
 
 fn place(view: &View, pixel: usize) -> DVec2 {

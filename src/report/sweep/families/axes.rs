@@ -156,6 +156,7 @@ fn without(base: &Base, key: &str) -> Option<&'static str> {
         "hdr-format" if base.plan.hdr.is_none() => {
             Some("the frame has no HDR target: light is tone-mapped as it is computed")
         }
+        "bloom-taps" if base.plan.bloom.is_none() => Some("no bloom is asked for"),
         "transparency" if !transparent() => Some("nothing in this scene is transparent"),
         _ => None,
     }

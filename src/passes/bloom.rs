@@ -1,0 +1,225 @@
+//! BLOOM and SPREAD: light that spreads around where it comes from, by levels that are ever coarser. BLOOM takes the picture's light to half its size.
+//! SPREAD goes on to the widest level, and back up again, where each level takes its share of what the wider ones have spread. TONEMAP takes the
+//! picture's share of the first level.
+//!
+//! The levels are in single floats. Half floats would do for what is seen, but a driver may truncate when it packs them, and a loss of 2^-11 at each step
+//! down and up is more than the energy may change. No light is weighed down for being bright, as Karis's average does against single bright pixels:
+//! that would lose energy, and here such a pixel spreads as all others do.
+
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+
+use super::{Input, Pass, Place, Presence, Recording, Resource, Touch};
+use crate::gpu::{
+    self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
+    compute_pipeline, pipeline_layout, sync::Use,
+};
+use crate::plan::{Bloom as Planned, BloomLevel, FramePlan, Target};
+use crate::shaders::bloom::{self as shader, Flags, constants};
+
+/// Reads the light of the picture.
+pub const HDR_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+/// Reads a level that an earlier step wrote.
+pub const LEVEL_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+/// Writes a level.
+pub const LEVEL_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("BLOOM"),
+    time: "bloom",
+    what: "the picture's light at half its size",
+    presence,
+    touches: |_| {
+        let levels = Touch::resource(Resource::BloomLevels, LEVEL_WRITE);
+        vec![Touch::sampled(PICTURE, Target::Hdr, HDR_READ), levels]
+    },
+    leave_out: None,
+};
+
+/// The other steps.
+pub const SPREAD: Pass = Pass {
+    place: Place::pass("SPREAD"),
+    time: "spread",
+    what: "spreads light, down to wider levels and up again",
+    presence,
+    touches: |_| vec![Touch::resource(Resource::BloomLevels, LEVEL_READ.or(LEVEL_WRITE))],
+    leave_out: None,
+};
+
+fn presence(plan: &FramePlan) -> Presence {
+    Presence::when(plan.bloom.is_some(), "asked for", "not asked for, or a view shows no light")
+}
+
+const LEVELS: u32 = 0;
+const PICTURE: u32 = 1;
+const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
+/// Edge of a work group in texels.
+const GROUP: u32 = 8;
+
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Push {
+    picture: [u32; 2],
+    level: u32,
+    finer_at: u32,
+    wider_at: u32,
+    share: f32,
+}
+
+const _: () = {
+    use std::mem::offset_of;
+    assert!(size_of::<Push>() == shader::push::SIZE);
+    assert!(offset_of!(Push, picture) == shader::push::PICTURE && offset_of!(Push, level) == shader::push::LEVEL);
+    assert!(
+        offset_of!(Push, finer_at) == shader::push::FINER_AT && offset_of!(Push, wider_at) == shader::push::WIDER_AT
+    );
+    assert!(offset_of!(Push, share) == shader::push::SHARE);
+};
+
+/// The pass, and what it writes.
+pub struct Bloom {
+    planned: Planned,
+    /// For TONEMAP.
+    pub levels: Buffer,
+    steps: Vec<Step>,
+    layout: Owned<vk::PipelineLayout>,
+    pipelines: [Owned<vk::Pipeline>; 3],
+    set_layout: SetLayout,
+    pool: DescriptorPool,
+    set: vk::DescriptorSet,
+}
+
+/// A dispatch: what it does, and the texels that it writes across and down.
+type Step = (Kind, Push, [u32; 2]);
+
+/// What a step does; the index of its pipeline.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    First,
+    Down,
+    Up,
+}
+
+impl Bloom {
+    /// `inputs` are the picture's light.
+    ///
+    /// # Errors
+    /// When the device lacks the memory or cannot compile a pipeline.
+    pub fn new(device: &Arc<Device>, plan: &FramePlan, planned: Planned, inputs: &[Input]) -> gpu::Result<Self> {
+        let bindings = [
+            binding(LEVELS, vk::DescriptorType::STORAGE_BUFFER, COMPUTE),
+            binding(PICTURE, vk::DescriptorType::SAMPLED_IMAGE, COMPUTE),
+        ];
+        let set_layout = SetLayout::new(device, "bloom", &bindings)?;
+        let range = vk::PushConstantRange { stage_flags: COMPUTE, offset: 0, size: shader::push::SIZE as u32 };
+        let layout = pipeline_layout(device, "bloom", &[set_layout.raw], &[range])?;
+        let constants = [(constants::TAPS, planned.taps), (constants::LARGEST, plan.largest_shown().to_bits())];
+        let pipeline = |kind| {
+            let flags = flags(plan, kind);
+            let entry = shader::variant(flags).and_then(|variant| variant.compute());
+            let Some(entry) = entry else {
+                return Err(gpu::Error::Unsupported(format!("bloom.wgsl has no variant {flags:?}")));
+            };
+            let stage =
+                ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &constants };
+            compute_pipeline(device, "bloom", &stage, layout.raw)
+        };
+        let pipelines = [pipeline(Kind::First)?, pipeline(Kind::Down)?, pipeline(Kind::Up)?];
+        let levels = buffer(device, plan, &planned)?;
+        let (pool, set) = bound(device, &set_layout, &levels, inputs)?;
+        let steps = steps(plan.size, &planned);
+        Ok(Self { planned, levels, steps, layout, pipelines, set_layout, pool, set })
+    }
+
+    /// Spreads the light of another picture, as of another size.
+    ///
+    /// # Errors
+    /// When the device lacks the memory.
+    pub fn resize(&mut self, device: &Arc<Device>, plan: &FramePlan, inputs: &[Input]) -> gpu::Result<()> {
+        self.levels = buffer(device, plan, &self.planned)?;
+        (self.pool, self.set) = bound(device, &self.set_layout, &self.levels, inputs)?;
+        self.steps = steps(plan.size, &self.planned);
+        Ok(())
+    }
+
+    /// BLOOM's own step. Runs outside any render pass.
+    pub fn record(&self, recording: &Recording) {
+        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
+        // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout.
+        unsafe { raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[self.set], &[]) };
+        self.record_steps(recording, &self.steps[..1], || {});
+    }
+
+    /// SPREAD, after it. `between` records what each step waits by, but for the first.
+    pub fn record_spread(&self, recording: &Recording, between: impl Fn()) {
+        self.record_steps(recording, &self.steps[1..], between);
+    }
+
+    fn record_steps(&self, recording: &Recording, steps: &[Step], between: impl Fn()) {
+        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
+        for (index, (kind, push, extent)) in steps.iter().enumerate() {
+            if index > 0 {
+                between();
+            }
+            // SAFETY: `cmd` is being recorded outside a render pass, with the set bound; the push constants are those of the layout. The pass owns all of
+            // it and outlives the submission, and the buffer has room for all levels.
+            unsafe {
+                raw.cmd_bind_pipeline(cmd, point, self.pipelines[*kind as usize].raw);
+                raw.cmd_push_constants(cmd, self.layout.raw, COMPUTE, 0, bytemuck::bytes_of(push));
+                raw.cmd_dispatch(cmd, extent[0].div_ceil(GROUP), extent[1].div_ceil(GROUP), 1);
+            }
+        }
+    }
+}
+
+/// Down to each level, and up again to each but the widest; each with the texels that it writes.
+fn steps(size: [u32; 2], planned: &Planned) -> Vec<Step> {
+    let (levels, shares) = (planned.levels(size), planned.shares(size));
+    let push = |level: usize, share: f32| {
+        // The picture is in no buffer.
+        let at = |index: Option<usize>| index.and_then(|index| levels.get(index)).map_or(0, |own: &BloomLevel| own.at);
+        Push {
+            picture: size,
+            level: level as u32,
+            finer_at: at(level.checked_sub(1)),
+            wider_at: at(Some(level)),
+            share,
+        }
+    };
+    let first = (Kind::First, push(0, planned.strength * shares[0]), levels[0].extent);
+    let down = (1..levels.len()).map(|level| (Kind::Down, push(level, 0.0), levels[level].extent));
+    let up = (1..levels.len()).rev().map(|level| (Kind::Up, push(level, shares[level]), levels[level - 1].extent));
+    [first].into_iter().chain(down).chain(up).collect()
+}
+
+fn buffer(device: &Arc<Device>, plan: &FramePlan, planned: &Planned) -> gpu::Result<Buffer> {
+    let (size, usage) = (planned.bytes(plan.size), vk::BufferUsageFlags::STORAGE_BUFFER);
+    Buffer::new(device, "levels of bloom", size, usage, Location::Device, MemoryKind::Attachment)
+}
+
+/// The set with what is read and written.
+fn bound(
+    device: &Arc<Device>,
+    layout: &SetLayout,
+    levels: &Buffer,
+    inputs: &[Input],
+) -> gpu::Result<(DescriptorPool, vk::DescriptorSet)> {
+    let kinds = [(vk::DescriptorType::STORAGE_BUFFER, 1), (vk::DescriptorType::SAMPLED_IMAGE, 1)];
+    let pool = DescriptorPool::new(device, "bloom", 1, &kinds)?;
+    let set = pool.allocate("bloom", layout.raw)?;
+    let writer = SetWriter::new().storage_buffer(LEVELS, levels, levels.size);
+    let all = inputs.iter().fold(writer, |writer, &(index, view, layout)| writer.sampled_image(index, view, layout));
+    all.update(device, set);
+    Ok((pool, set))
+}
+
+/// Which variant of the shader a step takes.
+fn flags(plan: &FramePlan, kind: Kind) -> Flags {
+    match kind {
+        Kind::First => Flags::FIRST | Flags::MSAA.when(plan.msaa > 1),
+        Kind::Down => Flags::NONE,
+        Kind::Up => Flags::UP,
+    }
+}
