@@ -39,6 +39,7 @@ const SHOW_METALLIC: u32 = 4u;
 const SHOW_ROUGHNESS: u32 = 5u;
 const SHOW_DEPTH: u32 = 6u;
 const SHOW_LIGHTS: u32 = 7u;
+const SHOW_OCCLUSION: u32 = 8u;
 
 override SHOW: u32 = 0u;
 override NORMAL_ENCODING: u32 = 0u;
@@ -121,6 +122,7 @@ fn show(texel: Texel) -> vec4<f32> {
         case SHOW_ALBEDO: { return vec4(texel.albedo, 1.0); }
         case SHOW_METALLIC: { return plain(vec3(texel.metallic)); }
         case SHOW_ROUGHNESS: { return plain(vec3(texel.roughness)); }
+        case SHOW_OCCLUSION: { return plain(vec3(texel.occlusion)); }
         case SHOW_DEPTH: {
             if !ENCODED_OUTPUT {
                 return vec4(vec3(dot(texel.position, frame.forward) + frame.eye_ahead), 1.0);

@@ -8,6 +8,7 @@
 //! follows from the surfaces: pipelines, meshes, textures. [`checks`] refuses what does not go together, [`parts`] says in words what came of it,
 //! and [`cost`] what it takes.
 
+mod ao;
 mod bloom;
 mod checks;
 mod cost;
@@ -27,6 +28,7 @@ mod targets;
 #[cfg(test)]
 mod tests;
 
+pub use ao::AoPlan;
 pub use bloom::{Bloom, BloomLevel};
 pub use cost::Cost;
 pub use error::Error;
@@ -195,6 +197,8 @@ pub struct FramePlan {
     pub stores_gbuffer: bool,
     /// The scene's sky, where it is seen or lights surfaces.
     pub sky: Option<SkyPlan>,
+    /// How ambient occlusion is found, or why it is not.
+    pub ao: Result<AoPlan, String>,
     /// The shadow maps of all lights that have some.
     pub shadow: Option<ShadowPlan>,
     /// Emissive light is written by GEOMETRY and LIGHTING adds to it.
@@ -294,6 +298,7 @@ struct Choices {
     gbuffer: Option<Gbuffer>,
     stores_gbuffer: bool,
     sky: Option<SkyPlan>,
+    ao: Result<AoPlan, String>,
     way: Way,
 }
 
@@ -342,12 +347,13 @@ impl Choices {
         let way = Way::of(settings, device, blending)?;
         let locations = geometry_locations(gbuffer.as_ref(), shading, surfaces.emissive);
         checks::check_attachments(locations, gbuffer.as_ref(), settings.msaa, device)?;
-        // With a G-buffer that the next pass reads at its own pixel, depth with it.
+        let ao = ao::choose(scene, settings, lighting.path)?;
+        // With a G-buffer that the next pass reads at its own pixel, depth with it. AO reads its neighbours.
         let stores_gbuffer = gbuffer.is_some()
             && lighting.path != LightPath::Compute
             && settings.view != View::Complexity
-            && settings.keep.has(OptionalPart::StoredGbuffer);
-        Ok(Self { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, way })
+            && (settings.keep.has(OptionalPart::StoredGbuffer) || ao.is_ok());
+        Ok(Self { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, way })
     }
 }
 
@@ -356,6 +362,8 @@ pub(crate) const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
 pub(crate) const COUNT: vk::Format = vk::Format::R8_UNORM;
 /// Numbers of an object and of a triangle; mandatory to draw into.
 pub(crate) const TRIANGLE: vk::Format = vk::Format::R32G32_UINT;
+/// Mandatory to store to.
+pub(crate) const VISIBILITY: vk::Format = vk::Format::R32_UINT;
 
 impl FramePlan {
     /// Decides what exists.
@@ -378,7 +386,7 @@ impl FramePlan {
 
     /// All but the words about it, for a scene that has been checked.
     fn decide(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
-        let Choices { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, way } =
+        let Choices { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, way } =
             Choices::of(scene, settings, device)?;
         let rules = SurfaceRules::of(settings, shading, &lighting, &surfaces);
         let pipelines = rules.pipelines(scene);
@@ -395,6 +403,7 @@ impl FramePlan {
             size: settings.size,
             shading,
             stores_gbuffer,
+            ao,
             gbuffer,
             sky,
             shadow: lighting.shadow,

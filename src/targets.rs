@@ -22,6 +22,14 @@ pub struct Targets {
     images: Vec<(Target, Image)>,
 }
 
+/// Shaders cannot store to formats that encode sRGB: they store codes. Undefined where the target's own format does.
+fn stored_as(plan: &FramePlan, target: Target, usage: vk::ImageUsageFlags) -> vk::Format {
+    match plan.format_of(target) {
+        Some(vk::Format::R8G8B8A8_SRGB) if usage.contains(vk::ImageUsageFlags::STORAGE) => vk::Format::R8G8B8A8_UNORM,
+        _ => vk::Format::UNDEFINED,
+    }
+}
+
 impl Targets {
     /// `usage` says how the frame's passes use a target.
     pub fn new(
@@ -32,14 +40,16 @@ impl Targets {
         let own = |&target: &Target| !(plan.draws_into_swapchain() && target == plan.picture());
         let image = |target| {
             let usage = usage(target);
+            let [width, height] = plan.extent_of(target);
             // It need never leave the tile.
             let stays = usage.contains(vk::ImageUsageFlags::TRANSIENT_ATTACHMENT);
             let desc = ImageDesc {
                 name: &format!("target {target:?}"),
                 format: plan.format_of(target).unwrap_or_default(),
-                extent: vk::Extent2D { width: plan.size[0], height: plan.size[1] },
+                extent: vk::Extent2D { width, height },
                 samples: vk::SampleCountFlags::from_raw(plan.samples_of(target)),
                 usage,
+                stored_as: stored_as(plan, target, usage),
                 location: if stays && plan.lazily_allocated { Location::Lazy } else { Location::Device },
                 kind: MemoryKind::Attachment,
                 ..ImageDesc::default()

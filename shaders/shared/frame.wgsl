@@ -57,6 +57,8 @@ struct Frame {
     sun_radiance: vec3<f32>,
     // That of the disc's angular radius.
     sun_sine: f32,
+    // Where in each pixel this frame looks, in pixels from its centre: what is drawn at random differs by it.
+    jitter: vec2<f32>,
 }
 
 // The camera's rays are parallel.

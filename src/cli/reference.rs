@@ -118,7 +118,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let reference = Reference::new(&workload.scene)?
         .with_brdf(settings.brdf)
         .with_shadows(settings.shadows.enabled)
-        .with_sky_light(settings.sky_light);
+        .with_sky_light(settings.sky_light)
+        .with_occlusion(settings.occlusion_radius());
     let built_ms = milliseconds_since(start);
     let start = Instant::now();
     let Cached { truth, source, warnings } = compute(args, &reference, &view, &Options { mode, smith });

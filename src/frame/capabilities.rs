@@ -90,7 +90,7 @@ fn msaa(device: &PhysicalDevice) -> u32 {
         (vk::Format::R32_SFLOAT, color),
     ] {
         // A format that the device does not have is not chosen either.
-        if let Ok(Some(limits)) = device.image_limits(format, usage) {
+        if let Ok(Some(limits)) = device.image_limits(format, usage, vk::ImageCreateFlags::empty()) {
             counts &= limits.sample_counts;
         }
     }

@@ -8,6 +8,8 @@
 //!                CULL, ARRANGE, FILL  what is in view and not hidden, where the device finds that out
 //! shadow passes  SHADOW     depth maps of lights, those in which something has moved
 //! main pass      GEOMETRY   surfaces into the G-buffer, in tile memory where there is any
+//! compute        AO, AO_DENOISE  where asked for: what surfaces nearby leave of the light from everywhere, into the G-buffer's occlusion; the main
+//!                pass is parted there
 //!                LIGHTING   every light on every pixel; or VIEW, which shows a buffer instead
 //!                AMBIENT    light of the sky, in LIGHTING's subpass, where a sky lights the scene
 //!                SKY        the sky, in the subpass of what lights surfaces, where nothing is
@@ -26,6 +28,7 @@
 use ash::vk;
 
 use super::FrameParts;
+use super::ao::{self, AoStage};
 use super::edges::{Edge, RowName};
 use super::list::{self, FXAA_PASS, GBUFFER_PASS, MAIN_PASS, Occasion, SHADOW_PASS, Step, Subpass, TONEMAP_PASS};
 use super::render_passes::{RenderPassIndex, RenderPasses, prepass};
@@ -60,6 +63,8 @@ pub struct Deferred {
     /// In the first subpass, before what it hides.
     depth: Option<Depth>,
     opaque: Opaque,
+    /// Between the two render passes.
+    ao: Option<AoStage>,
     sky: Option<SkyPass>,
     transparent: Option<Transparent>,
     composite: Option<Composite>,
@@ -116,11 +121,14 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
     let mut steps = vec![super::render_passes::skin_step(plan)];
     steps.extend(super::render_passes::culling_steps(plan));
     steps.push(list::render_pass(SHADOW_PASS, [alone(&shadow::PASS)]));
-    // Each of these reads only its own pixel, so that a tiler never leaves the tile. A pass between GEOMETRY and LIGHTING that reads
-    // neighbours would have to part them.
+    // Each of these reads only its own pixel, so that a tiler never leaves the tile. AO reads neighbours, and parts them.
     match plan.stores_gbuffer {
         false => steps.push(list::render_pass(MAIN_PASS, [surfaces].into_iter().chain(light))),
-        true => steps.extend([list::render_pass(GBUFFER_PASS, [surfaces]), list::render_pass(MAIN_PASS, light)]),
+        true => {
+            steps.push(list::render_pass(GBUFFER_PASS, [surfaces]));
+            steps.extend(ao::steps(plan));
+            steps.push(list::render_pass(MAIN_PASS, light));
+        }
     }
     // A step of SPREAD after another: all but the first wait alike.
     let step = |pass, row| list::commands(plan, Occasion::Always, pass, &[(row, Resource::BloomLevels)], &[]);
@@ -169,11 +177,17 @@ impl Deferred {
                     match self.second {
                         // SAFETY: the pass has LIGHTING or VIEW next.
                         None => unsafe { gpu.cmd_next_subpass(cmd, INLINE) },
-                        // SAFETY: the first pass has no other subpass, and the second one begins with LIGHTING or VIEW.
-                        Some(second) => unsafe {
-                            gpu.cmd_end_render_pass(cmd);
-                            gpu.cmd_begin_render_pass(cmd, &passes.begin(frame, second), INLINE);
-                        },
+                        Some(second) => {
+                            // SAFETY: the first pass has no other subpass.
+                            unsafe { gpu.cmd_end_render_pass(cmd) };
+                            if let Some(ao) = &self.ao {
+                                // Rows `gbuffer-to-ao` and `occlusion-to-lighting`: it reads what GEOMETRY stored, and LIGHTING what it makes of
+                                // the occlusion there.
+                                ao.record(frame, passes, times);
+                            }
+                            // SAFETY: outside a render pass; the second one begins with LIGHTING or VIEW.
+                            unsafe { gpu.cmd_begin_render_pass(cmd, &passes.begin(frame, second), INLINE) };
+                        }
                     }
                 }
                 match shade.as_ref() {
@@ -332,8 +346,9 @@ impl Deferred {
             }
             _ => None,
         };
+        let ao = AoStage::new(parts, &passes)?;
         let tone = slot(&tone::PASS).map(|slot| Tone::new(device, plan, slot, layouts)).transpose()?;
-        Ok(Self { passes, first, second, depth, opaque, sky, transparent, composite, bloom, tonemap, fxaa, tone })
+        Ok(Self { passes, first, second, depth, opaque, ao, sky, transparent, composite, bloom, tonemap, fxaa, tone })
     }
 
     /// Makes anew what has the size of the picture: attachments, framebuffers, and the sets that name them.
@@ -343,6 +358,9 @@ impl Deferred {
         let passes = &self.passes;
         if let Opaque::Deferred(_, shade) = &mut self.opaque {
             shade.read_from(parts, passes)?;
+        }
+        if let Some(ao) = &mut self.ao {
+            ao.rebind(parts, passes)?;
         }
         if let Some(composite) = &mut self.composite {
             composite.inputs.read_from(device, &passes.inputs(&composite::PASS, plan))?;

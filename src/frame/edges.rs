@@ -20,6 +20,7 @@ use crate::plan::FramePlan;
 use crate::scene;
 
 mod absent;
+mod ao;
 mod culling;
 mod forward;
 mod host;
@@ -280,8 +281,11 @@ pub fn table(plan: &FramePlan) -> Edges {
         rows.extend(shadow::rows(plan));
     }
     match plan.is_tiled() {
-        true => rows.extend(tiled::rows()),
+        true => rows.extend(tiled::rows(plan)),
         false => rows.extend(main_pass::rows(plan)),
+    }
+    if plan.has_ao() {
+        rows.extend(ao::rows(plan));
     }
     rows.extend(presentation::rows(plan));
     rows.extend(host::rows());

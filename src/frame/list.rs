@@ -205,6 +205,14 @@ impl Step {
         }
         self.touches(plan).iter().find(|touch| touch.resource == image).map(Touch::layout)
     }
+
+    /// The layout in which commands leave an image that no barrier of theirs changes afterwards.
+    fn leaves(&self, plan: &FramePlan, image: Resource) -> Option<vk::ImageLayout> {
+        let Self::Commands(own) = self else { return None };
+        let changes = own.after.iter().any(|&(_, resource)| resource == image);
+        let last = (own.pass.touches)(plan).iter().rfind(|touch| touch.resource == image).map(Touch::layout);
+        last.filter(|_| !changes)
+    }
 }
 
 impl List {
@@ -303,8 +311,12 @@ impl List {
             .store_op(store)
             .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
             .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
-            // What was stored lies as this pass wants it first; nothing is kept from frame to frame.
-            .initial_layout(if is_loaded { first.layout() } else { vk::ImageLayout::UNDEFINED })
+            // A render pass stores as this one wants it first, and so does a barrier; what other steps have written lies as they had it. Nothing
+            // is kept from frame to frame.
+            .initial_layout(match before.iter().rfind(|step| touches(step)) {
+                Some(step) => step.leaves(plan, image).unwrap_or(first.layout()),
+                None => vk::ImageLayout::UNDEFINED,
+            })
             .final_layout(after.iter().find_map(|step| step.finds(plan, image)).unwrap_or(last.layout()))
     }
 

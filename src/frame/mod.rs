@@ -1,6 +1,7 @@
 //! Frames: what is recorded, in which order, and the renderer that keeps two of them in flight.
 
 mod accumulate;
+mod ao;
 mod builder;
 mod capabilities;
 mod changes;

@@ -5,6 +5,7 @@
 //! occluder pass, compute     what the device finds out of what is seen, as in the deferred frame
 //! shadow passes  SHADOW     as in the deferred frame
 //! main pass      GEOMETRY   surfaces into the G-buffer, which is stored
+//! compute        AO, AO_DENOISE  as in the deferred frame
 //! compute        TILED      every light on every pixel, tile by tile, into the output
 //! copies         PRESENT    the output into an image of the swapchain, where there is one
 //! ```
@@ -13,6 +14,7 @@ use ash::vk;
 use glam::Vec3;
 
 use super::FrameParts;
+use super::ao::{self, AoStage};
 use super::edges::{Edges, RowName};
 use super::list::{self, MAIN_PASS, Occasion, SHADOW_PASS, Step};
 use super::render_passes::{RenderPassIndex, RenderPasses, background, image_barrier, prepass};
@@ -32,6 +34,7 @@ pub struct TiledFrame {
     main: RenderPassIndex,
     depth: Option<Depth>,
     geometry: Geometry,
+    ao: Option<AoStage>,
     tiled: Tiled,
     edges: Edges,
 }
@@ -43,17 +46,15 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
     let surfaces = list::subpass(plan, geometry::PASS.place, &[&depth::PASS, &geometry::PASS]);
     let mut steps = vec![super::render_passes::skin_step(plan)];
     steps.extend(super::render_passes::culling_steps(plan));
-    steps.extend([
-        list::render_pass(SHADOW_PASS, [shadow]),
-        list::render_pass(MAIN_PASS, [surfaces]),
-        list::commands(
-            plan,
-            Occasion::Always,
-            &tiled::PASS,
-            &[(RowName::OUTPUT_REUSE, output)],
-            &[(RowName::READ_BACK, output)],
-        ),
-    ]);
+    steps.extend([list::render_pass(SHADOW_PASS, [shadow]), list::render_pass(MAIN_PASS, [surfaces])]);
+    steps.extend(ao::steps(plan));
+    steps.push(list::commands(
+        plan,
+        Occasion::Always,
+        &tiled::PASS,
+        &[(RowName::OUTPUT_REUSE, output)],
+        &[(RowName::READ_BACK, output)],
+    ));
     steps
 }
 
@@ -83,6 +84,11 @@ impl TiledFrame {
         unsafe { gpu.cmd_end_render_pass(cmd) };
         frame.end(times, &geometry::PASS);
 
+        if let Some(ao) = &self.ao {
+            // Rows `gbuffer-to-ao` and `occlusion-to-tiled`.
+            ao.record(frame, passes, times);
+        }
+
         frame.begin(&tiled::PASS);
         // The last picture may still be copied.
         let output = passes.targets.image(Target::Output);
@@ -109,14 +115,18 @@ impl TiledFrame {
         let main = passes.find(MAIN_PASS).ok_or_else(|| gpu::Error::Misuse("the frame has no main pass".into()))?;
         let depth = prepass(parts, &passes)?;
         let geometry = Geometry::new(device, plan, passes.needed_slot(&geometry::PASS)?, frame_layout, scene)?;
+        let ao = AoStage::new(parts, &passes)?;
         let (stored, output) = (passes.inputs(&tiled::PASS, plan), passes.targets.image(Target::Output).view);
         let tiled = Tiled::new(device, plan, parts.layouts(), (&stored, output), written_background(plan, world))?;
-        Ok(Self { passes, main, depth, geometry, tiled, edges: edges.clone() })
+        Ok(Self { passes, main, depth, geometry, ao, tiled, edges: edges.clone() })
     }
 
     /// Makes anew what has the size of the picture: attachments, framebuffers, and the set that names them.
     pub fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
         self.passes.resize(parts)?;
+        if let Some(ao) = &mut self.ao {
+            ao.rebind(parts, &self.passes)?;
+        }
         let stored = self.passes.inputs(&tiled::PASS, parts.plan);
         self.tiled.rebind(parts.device, &stored, self.passes.targets.image(Target::Output).view)
     }

@@ -30,6 +30,8 @@ pub struct ImageDesc<'a> {
     pub samples: vk::SampleCountFlags,
     /// What it is used for.
     pub usage: vk::ImageUsageFlags,
+    /// The format, of the same size, that shaders store to it as; undefined for its own.
+    pub stored_as: vk::Format,
     /// Where it lies.
     pub location: Location,
     /// What it counts as in reports.
@@ -48,6 +50,7 @@ impl Default for ImageDesc<'_> {
             cube: false,
             samples: vk::SampleCountFlags::TYPE_1,
             usage: vk::ImageUsageFlags::empty(),
+            stored_as: vk::Format::UNDEFINED,
             location: Location::Device,
             kind: MemoryKind::Attachment,
         }
@@ -61,6 +64,8 @@ pub struct Image {
     /// All levels and layers; of a depth format the depth aspect only. Null if the usage allows no view. Its type is
     /// `TYPE_2D` for one layer, `TYPE_2D_ARRAY` for several.
     pub view: vk::ImageView,
+    /// The same for shaders that store to it, which may be in another format.
+    pub storage_view: vk::ImageView,
     /// Its format.
     pub format: vk::Format,
     /// Width and height of level 0 in texels.
@@ -77,6 +82,8 @@ pub struct Image {
     pub name: String,
     owner: Owned<vk::Image>,
     view_owner: Option<Owned<vk::ImageView>>,
+    storage_view_owner: Option<Owned<vk::ImageView>>,
+    stored_as: vk::Format,
     memory: Option<Allocation>,
 }
 
@@ -118,6 +125,7 @@ impl Image {
         let mut image = Image {
             raw,
             view: vk::ImageView::null(),
+            storage_view: vk::ImageView::null(),
             format: desc.format,
             extent: desc.extent,
             mip_levels: desc.mip_levels,
@@ -127,13 +135,21 @@ impl Image {
             name: name.to_owned(),
             owner,
             view_owner: None,
+            storage_view_owner: None,
+            stored_as: desc.stored_as,
             memory: Some(memory),
         };
         if desc.usage.intersects(VIEWABLE) {
             let kind = if desc.layers > 1 { vk::ImageViewType::TYPE_2D_ARRAY } else { vk::ImageViewType::TYPE_2D };
             let view = image.view_of(name, kind, whole(image.aspect()))?;
-            image.view = view.raw;
+            (image.view, image.storage_view) = (view.raw, view.raw);
             image.view_owner = Some(view);
+            if desc.stored_as != vk::Format::UNDEFINED {
+                let range = whole(image.aspect());
+                let view = image.view_as((desc.stored_as, vk::ImageUsageFlags::STORAGE), name, kind, range)?;
+                image.storage_view = view.raw;
+                image.storage_view_owner = Some(view);
+            }
         }
         Ok(image)
     }
@@ -168,12 +184,26 @@ impl Image {
         kind: vk::ImageViewType,
         range: vk::ImageSubresourceRange,
     ) -> Result<Owned<vk::ImageView>> {
+        // Its own format need not be one that shaders can store to.
+        let stays = if self.stored_as == vk::Format::UNDEFINED { self.usage } else { self.usage & !STORAGE };
+        self.view_as((self.format, stays), name, kind, range)
+    }
+
+    /// A view in a format of the same size, for some of the image's usages.
+    fn view_as(
+        &self,
+        (format, usage): (vk::Format, vk::ImageUsageFlags),
+        name: &str,
+        kind: vk::ImageViewType,
+        range: vk::ImageSubresourceRange,
+    ) -> Result<Owned<vk::ImageView>> {
         let device = self.owner.device();
-        let info = vk::ImageViewCreateInfo::default()
-            .image(self.raw)
-            .view_type(kind)
-            .format(self.format)
-            .subresource_range(range);
+        let mut uses = vk::ImageViewUsageCreateInfo::default().usage(usage);
+        let mut info =
+            vk::ImageViewCreateInfo::default().image(self.raw).view_type(kind).format(format).subresource_range(range);
+        if usage != self.usage {
+            info = info.push_next(&mut uses);
+        }
         // SAFETY: the image is alive and bound to memory.
         let raw = unsafe { device.raw.create_image_view(&info, None) }
             .doing(|| format!("creating the image view '{name}'"))?;
@@ -211,6 +241,7 @@ impl Drop for Image {
     fn drop(&mut self) {
         // The view first: nothing looks at an image that is gone.
         drop(self.view_owner.take());
+        drop(self.storage_view_owner.take());
         self.owner.retire_with(self.memory.take());
     }
 }
@@ -230,6 +261,17 @@ const VIEWABLE: vk::ImageUsageFlags = vk::ImageUsageFlags::from_raw(
         | vk::ImageUsageFlags::INPUT_ATTACHMENT.as_raw(),
 );
 
+const STORAGE: vk::ImageUsageFlags = vk::ImageUsageFlags::STORAGE;
+
+/// An image that is stored to in another format has views of both, and a usage that only one of them allows.
+fn flags(desc: &ImageDesc<'_>) -> vk::ImageCreateFlags {
+    let cube = if desc.cube { vk::ImageCreateFlags::CUBE_COMPATIBLE } else { vk::ImageCreateFlags::empty() };
+    match desc.stored_as {
+        vk::Format::UNDEFINED => cube,
+        _ => cube | vk::ImageCreateFlags::MUTABLE_FORMAT | vk::ImageCreateFlags::EXTENDED_USAGE,
+    }
+}
+
 fn whole(aspect_mask: vk::ImageAspectFlags) -> vk::ImageSubresourceRange {
     vk::ImageSubresourceRange {
         aspect_mask,
@@ -241,9 +283,8 @@ fn whole(aspect_mask: vk::ImageAspectFlags) -> vk::ImageSubresourceRange {
 }
 
 fn create_info(desc: &ImageDesc<'_>) -> vk::ImageCreateInfo<'static> {
-    let flags = if desc.cube { vk::ImageCreateFlags::CUBE_COMPATIBLE } else { vk::ImageCreateFlags::empty() };
     vk::ImageCreateInfo::default()
-        .flags(flags)
+        .flags(flags(desc))
         .image_type(vk::ImageType::TYPE_2D)
         .format(desc.format)
         .extent(vk::Extent3D { width: desc.extent.width, height: desc.extent.height, depth: 1 })
@@ -274,7 +315,7 @@ fn check(physical: &PhysicalDevice, desc: &ImageDesc<'_>) -> Result<()> {
     within("height", height, limits.max_image_dimension2_d)?;
     within("number of layers", desc.layers, limits.max_image_array_layers)?;
     within("number of mip levels", desc.mip_levels, mip_count(desc.extent))?;
-    let Some(of_format) = physical.image_limits(desc.format, desc.usage)? else {
+    let Some(of_format) = physical.image_limits(desc.format, desc.usage, flags(desc))? else {
         return Err(Error::Unsupported(format!(
             "'{}' has no images of format {:?} for {:?}, as '{name}' needs",
             physical.name, desc.format, desc.usage

@@ -116,12 +116,12 @@ impl PhysicalDevice {
         &self,
         format: vk::Format,
         usage: vk::ImageUsageFlags,
+        flags: vk::ImageCreateFlags,
     ) -> Result<Option<vk::ImageFormatProperties>> {
         let (kind, tiling) = (vk::ImageType::TYPE_2D, vk::ImageTiling::OPTIMAL);
-        let none = vk::ImageCreateFlags::empty();
         // SAFETY: the instance is alive, as `self` holds it.
         let limits = unsafe {
-            self.instance.raw.get_physical_device_image_format_properties(self.raw, format, kind, tiling, usage, none)
+            self.instance.raw.get_physical_device_image_format_properties(self.raw, format, kind, tiling, usage, flags)
         };
         match limits {
             Ok(limits) => Ok(Some(limits)),

@@ -46,6 +46,8 @@ pub struct FrameUniform {
     pub sky_scale: f32,
     pub sun_radiance: Vec3,
     pub sun_sine: f32,
+    pub jitter: [f32; 2],
+    pub padding: [f32; 2],
 }
 
 /// `Light` of `shaders/shared/lights.wgsl`.
@@ -113,6 +115,8 @@ impl FrameUniform {
             sky_scale: sky.scale,
             sun_radiance: sky.sun_radiance,
             sun_sine: sky.sun_sine,
+            jitter: jitter.map(|offset| offset as f32),
+            padding: [0.0; 2],
         }
     }
 }

@@ -36,6 +36,8 @@ macro_rules! light_constants {
 }
 
 pub mod ambient;
+pub mod ao;
+pub mod ao_denoise;
 pub mod arrange;
 pub mod bloom;
 pub mod composite;
@@ -67,10 +69,12 @@ pub mod transparent;
 pub mod view;
 
 mod declaration;
+mod per_pixel;
 mod screen;
 mod surface;
 
 pub use declaration::{First, How, Pass, Place, Presence, Resource, Touch};
+pub use per_pixel::Bound;
 pub use screen::Input;
 
 use std::ops::Range;
@@ -85,7 +89,7 @@ use crate::shaders::Variant;
 use crate::visible::{MapDraw, Visible, World, WorldObject};
 
 /// All passes, as reports list them.
-pub const ALL: [&Pass; 28] = [
+pub const ALL: [&Pass; 30] = [
     &skin::PASS,
     &occluders::PASS,
     &pyramid::PASS,
@@ -95,6 +99,8 @@ pub const ALL: [&Pass; 28] = [
     &shadow::PASS,
     &depth::PASS,
     &geometry::PASS,
+    &ao::PASS,
+    &ao_denoise::PASS,
     &lighting::PASS,
     &per_light::PASS,
     &ambient::PASS,

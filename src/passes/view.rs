@@ -127,6 +127,7 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         Shading::ShowGbuffer(View::Metallic) => 4,
         Shading::ShowGbuffer(View::Roughness) => 5,
         Shading::ShowGbuffer(View::Depth) => 6,
+        Shading::ShowGbuffer(View::Ao) => 8,
         _ => 7,
     };
     vec![

@@ -65,6 +65,9 @@ pub enum Error {
     /// Bloom that does not go with other settings.
     #[error("bloom: {0}")]
     Bloom(String),
+    /// Ambient occlusion that does not go with other settings, or of which a number is out of range.
+    #[error("ambient occlusion: {0}")]
+    AmbientOcclusion(String),
     /// A change of a living scene that its plan does not allow.
     #[error("{0}")]
     Change(String),

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use super::lights::MIXED_FALLOFF;
 use super::{
     FramePlan, Gbuffer, Grid, MapProjection, PlannedBrdf, PlannedLights, PlannedTexture, SLICES, Shading, ShadowLight,
-    ShadowPlan, Sums, Target, TextureSource, ToneMapping, anisotropy, shadow_reason,
+    ShadowPlan, Sums, Target, TextureSource, ToneMapping, anisotropy, format_bytes, shadow_reason,
 };
 use crate::scene::{
     BlockFormat, HdrFormat, OptionalPart, Scene, Settings, SlotForm, TRAITS, TextureSlot, Transparency,
@@ -172,6 +172,11 @@ fn gbuffer(plan: &FramePlan) -> Vec<Part> {
         output(plan),
         attachment("depth", Target::Depth, hides.into()),
         attachment("depth of the largest objects", Target::Occluders, largest),
+        attachment(
+            "visibility",
+            Target::Visibility,
+            plan.ao.as_ref().map_or_else(Clone::clone, |_| "AO hands it to AO_DENOISE".into()),
+        ),
     ];
     let Some(gbuffer) = &plan.gbuffer else {
         if plan.shading == Shading::ShowOverdraw {
@@ -267,7 +272,9 @@ fn smoothed(plan: &FramePlan) -> Part {
 
 /// Of a target, for the whole picture; 0 where there is none.
 fn bytes(plan: &FramePlan, target: Target) -> u64 {
-    u64::from(plan.bytes_of(target)) * u64::from(plan.size[0]) * u64::from(plan.size[1])
+    let [width, height] = plan.extent_of(target).map(u64::from);
+    let texel = plan.format_of(target).map_or(0, format_bytes) * plan.samples_of(target);
+    u64::from(texel) * width * height
 }
 
 fn samples_of_output(plan: &FramePlan) -> Part {
@@ -285,7 +292,10 @@ fn passes(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
 }
 
 fn stored(plan: &FramePlan) -> Part {
-    let reason = "no pass between GEOMETRY and LIGHTING reads neighbours: it need not leave the tile";
+    let reason = match plan.has_ao() {
+        true => "AO reads the depth and the normals around each pixel",
+        false => "no pass between GEOMETRY and LIGHTING reads neighbours: it need not leave the tile",
+    };
     part("stored G-buffer", plan.stores_gbuffer, reason, 0).is(OptionalPart::StoredGbuffer)
 }
 

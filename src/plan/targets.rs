@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{COUNT, DEPTH, FramePlan, Shading, TRIANGLE, format_bytes};
+use super::{COUNT, DEPTH, FramePlan, Shading, TRIANGLE, VISIBILITY, format_bytes};
 
 /// What an image of the frame holds. Framebuffers have them in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -23,6 +23,8 @@ pub enum Target {
     Count,
     /// Depth of the largest objects alone, to find out what they hide.
     Occluders,
+    /// What AO finds: a share of the light from everywhere in 10 bits, and 22 of the depth of its pixel.
+    Visibility,
     /// The number of the object that is seen, from 1, and of the triangle in its mesh, from 0.
     Triangle,
     /// Transparent surfaces, weighted and summed up; alpha is the share of the picture that they leave.
@@ -41,7 +43,7 @@ pub enum Target {
 
 impl Target {
     /// In the order of framebuffers.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Depth,
         Self::Albedo,
         Self::Normal,
@@ -50,6 +52,7 @@ impl Target {
         Self::Position,
         Self::Count,
         Self::Occluders,
+        Self::Visibility,
         Self::Triangle,
         Self::Accumulation,
         Self::Weights,
@@ -68,6 +71,7 @@ impl FramePlan {
         match target {
             Target::Depth => self.has_geometry().then_some(DEPTH),
             Target::Occluders => self.hides_on_device().then_some(DEPTH),
+            Target::Visibility => self.ao.is_ok().then_some(VISIBILITY),
             Target::Albedo => gbuffer.map(|own| own.albedo),
             Target::Normal => gbuffer.map(|own| own.normal),
             Target::Material => gbuffer?.material,
@@ -94,9 +98,24 @@ impl FramePlan {
         if target >= Target::Output { 1 } else { self.msaa }
     }
 
+    /// Width and height of a target in texels.
+    pub fn extent_of(&self, target: Target) -> [u32; 2] {
+        let scale = self.texels_apart(target);
+        self.size.map(|edge| edge.div_ceil(scale))
+    }
+
+    /// Pixels of the picture across and down for each of a target's texels.
+    fn texels_apart(&self, target: Target) -> u32 {
+        match (&self.ao, target) {
+            (Ok(ao), Target::Visibility) => ao.scale,
+            _ => 1,
+        }
+    }
+
     /// Bytes of a pixel of a target with all its samples; 0 where there is none.
     pub fn bytes_of(&self, target: Target) -> u32 {
-        self.format_of(target).map_or(0, format_bytes) * self.samples_of(target)
+        let bytes = self.format_of(target).map_or(0, format_bytes) * self.samples_of(target);
+        bytes / self.texels_apart(target).pow(2)
     }
 
     /// Bytes of all targets for each pixel.

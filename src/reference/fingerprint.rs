@@ -279,6 +279,11 @@ pub fn of(reference: &Reference, view: &View, options: &Options) -> blake3::Hash
         fingerprint.number(u64::from(reference.sky_light));
         fingerprint.number(u64::from(reference.occludes_sky));
     }
+    // Truths without ambient occlusion have the hashes that they had before there was any.
+    if let Some(radius) = reference.occlusion {
+        fingerprint.bytes(b"ambient occlusion");
+        fingerprint.real(radius);
+    }
     fingerprint.view(view);
     let Options { mode, smith } = options;
     fingerprint.number(u64::from(*mode == super::Mode::Point));

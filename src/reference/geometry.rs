@@ -208,6 +208,26 @@ impl<'a> Geometry<'a> {
         nearest
     }
 
+    /// How far away the nearest opaque surface is along a ray, on whichever side it is met, if that is before `limit`.
+    pub fn nearest_opaque(&self, ray: &Ray, limit: f64) -> Option<f64> {
+        let mut nearest = None;
+        self.tree.walk(ray, limit, |index, limit| {
+            let Triangle { corners, id } = &self.triangles[index];
+            let part = &self.parts[id.object as usize];
+            if part.material.is_transparent() {
+                return limit;
+            }
+            let Some(crossing) = ray.crossing(corners) else { return limit };
+            let is_met = (0.0..limit).contains(&crossing.distance);
+            if !is_met || self.is_hole(part, id.triangle, crossing.weights) {
+                return limit;
+            }
+            nearest = Some(crossing.distance);
+            crossing.distance
+        });
+        nearest
+    }
+
     /// Whether something that casts shadows lies on the ray before `limit`, as seen from a receiver that looks to the light.
     pub fn is_blocked(&self, ray: &Ray, limit: f64) -> bool {
         let mut blocked = false;

@@ -8,11 +8,13 @@
 pub mod bloom;
 mod bvh;
 mod cache;
+pub mod depth_march;
 mod fingerprint;
 mod geometry;
 mod intersect;
 pub mod light;
 mod material;
+pub mod occlusion;
 mod render;
 mod sampling;
 mod shadow;

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::geometry::{Geometry, Hit};
 use super::intersect::Ray;
 use super::light::{self, Collector, Collects, Illumination, Reflector};
+use super::occlusion::{self, Rays};
 use super::shadow::Receiver;
 use super::sky::SkyLight;
 use super::surface::Surface;
@@ -28,6 +29,8 @@ pub struct Reference<'a> {
     sky: Option<SkyLight>,
     pub(super) sky_light: bool,
     pub(super) occludes_sky: bool,
+    /// Metres.
+    pub(super) occlusion: Option<f64>,
     /// With directions of length 1.
     lights: Vec<Light>,
     geometry: Geometry<'a>,
@@ -46,7 +49,7 @@ pub struct Accumulation {
 
 /// A view that is decided: rays through a picture.
 #[derive(Debug, Clone, Copy)]
-struct Lens {
+pub(super) struct Lens {
     size: DVec2,
     near: f64,
     eye: DVec3,
@@ -71,7 +74,7 @@ struct Seen {
 }
 
 impl Lens {
-    fn of(view: &View) -> Self {
+    pub(super) fn of(view: &View) -> Self {
         let camera = &view.camera;
         let size = DVec2::new(f64::from(view.size[0]), f64::from(view.size[1]));
         let half = camera.half_height();
@@ -88,13 +91,39 @@ impl Lens {
 
     /// Through a place of the picture, in pixels from its upper left corner. Distances along it are distances along the view. Where rays are
     /// parallel, what looks along one looks from where it begins.
-    fn ray(&self, place: DVec2) -> Ray {
+    pub(super) fn ray(&self, place: DVec2) -> Ray {
         let at = place * 2.0 / self.size - 1.0;
         let aside = self.right * at.x + self.down * at.y;
         match self.parallel {
             true => Ray::new(self.eye + aside, self.forward),
             false => Ray::new(self.eye, self.forward + aside),
         }
+    }
+
+    /// What is so far along the view there, relative to the camera.
+    pub(super) fn place(&self, at: DVec2, distance: f64) -> DVec3 {
+        let ray = self.ray(at);
+        ray.origin - self.eye + ray.direction * distance
+    }
+
+    /// How far along the view a place is, which is relative to the camera.
+    pub(super) fn distance(&self, place: DVec3) -> f64 {
+        place.dot(self.forward)
+    }
+
+    /// Where in the picture it is seen.
+    pub(super) fn seen_at(&self, place: DVec3) -> DVec2 {
+        let at = DVec2::new(
+            place.dot(self.right) / self.right.length_squared(),
+            place.dot(self.down) / self.down.length_squared(),
+        );
+        let at = if self.parallel { at } else { at / self.distance(place) };
+        (at + 1.0) * self.size / 2.0
+    }
+
+    /// From there, a unit vector.
+    pub(super) fn eye_from(&self, place: DVec3) -> DVec3 {
+        if self.parallel { -self.forward } else { -place.normalize() }
     }
 }
 
@@ -108,7 +137,17 @@ impl<'a> Reference<'a> {
         let lights = scene.lights.iter().map(Light::aimed).collect();
         let sky = scene.sky.as_ref().filter(|sky| sky.lights && sky.nits > 0.0).map(SkyLight::of);
         let geometry = Geometry::of(scene);
-        Ok(Self { scene, brdf: None, shadows: true, sky, sky_light: true, occludes_sky: true, lights, geometry })
+        Ok(Self {
+            scene,
+            brdf: None,
+            shadows: true,
+            sky,
+            sky_light: true,
+            occludes_sky: true,
+            occlusion: None,
+            lights,
+            geometry,
+        })
     }
 
     /// With one reflection model for all materials, as `Settings::brdf` has it.
@@ -129,6 +168,11 @@ impl<'a> Reference<'a> {
     /// With shadows or without any, as `ShadowSettings::enabled` has it.
     pub fn with_shadows(self, shadows: bool) -> Self {
         Self { shadows, ..self }
+    }
+
+    /// With light from everywhere that surfaces within so many metres hide from each other, as `Settings::occlusion_radius` has it.
+    pub fn with_occlusion(self, radius: Option<f64>) -> Self {
+        Self { occlusion: radius, ..self }
     }
 
     /// The nearest opaque surface at a place of the picture, in pixels from its upper left corner (the middle of the first one is at
@@ -157,6 +201,19 @@ impl<'a> Reference<'a> {
         let ray = lens.ray(pixel);
         let hit = self.geometry.seen(&ray, lens.near, &mut Vec::new());
         hit.map_or(1.0, |hit| self.share(&Receiver::of(&self.geometry, &hit, &ray), light, Points::All))
+    }
+
+    /// Share of the light from everywhere that the nearest opaque surface there sees, 0 to 1, by [`occlusion::RAYS`] rays of so many metres; 1 where
+    /// nothing is seen. The surface's own [`Surface::occlusion`] does not count.
+    pub fn ambient_visibility(&self, view: &View, pixel: DVec2, radius: f64) -> f64 {
+        let lens = Lens::of(view);
+        let ray = lens.ray(pixel);
+        let hit = self.geometry.seen(&ray, lens.near, &mut Vec::new());
+        hit.map_or(1.0, |hit| {
+            let (surface, _) = self.surface_of(&hit, &ray);
+            let start = Receiver::of(&self.geometry, &hit, &ray).start;
+            occlusion::visibility(&self.geometry, (start, surface.normal), radius, Rays::All)
+        })
     }
 
     /// The light, in nits, that what is seen at a place of the picture sends along the ray through another, as [`Mode::Point`] has it where both
@@ -279,11 +336,12 @@ impl<'a> Reference<'a> {
         behind: DVec3,
     ) -> DVec3 {
         let (surface, mode) = self.surface_of(hit, ray);
+        let open = self.open(hit, ray, (surface.normal, points));
         let surface = Surface { ray: along, ..surface };
         let (lights, environment) = (&self.lights, &self.scene.environment);
         let around = self.around(hit, ray, &surface, points);
         let sky = around.as_ref().map(|own| own as &dyn Collects);
-        let illumination = Illumination { lights, environment, eye: ray.origin, sky, smith };
+        let illumination = Illumination { lights, environment, open, eye: ray.origin, sky, smith };
         let mut receiver = None;
         let mut visibility = |light: usize| {
             if !self.shadows {
@@ -326,6 +384,16 @@ impl<'a> Reference<'a> {
             Some(((base + lobe) * surface.occlusion).to_array())
         };
         collected().unwrap_or_default()
+    }
+
+    /// Share of the light from everywhere that other surfaces leave.
+    fn open(&self, hit: &Hit, ray: &Ray, (normal, points): (DVec3, Points)) -> f64 {
+        let Some(radius) = self.occlusion.filter(|_| self.scene.environment.is_lit()) else { return 1.0 };
+        let rays = match points {
+            Points::All => Rays::All,
+            Points::One { sample, pixel } => Rays::Of { sample, pixel },
+        };
+        occlusion::visibility(&self.geometry, (Receiver::of(&self.geometry, hit, ray).start, normal), radius, rays)
     }
 
     /// Share of a light that arrives.

@@ -67,7 +67,12 @@ pub fn on_disc(index: u32, pixel: u64, light: usize) -> DVec2 {
 /// Where in the unit square sample `index` of a pixel chooses a direction of the sky, by each of several strategies.
 pub fn on_sky(index: u32, pixel: u64, strategy: u64) -> DVec2 {
     // Lights are numbered from 1.
-    element(index, hash(hash(pixel) ^ u64::MAX.wrapping_sub(strategy)))
+    element(index, hash(hash(pixel) ^ (u64::MAX - 1).wrapping_sub(strategy)))
+}
+
+/// Where over the unit disc ray `index` of a pixel goes up to the hemisphere.
+pub fn on_hemisphere(index: u32, pixel: u64) -> DVec2 {
+    disc(element(index, hash(hash(pixel) ^ u64::MAX)))
 }
 
 /// Point `index` of [`DISC_POINTS`] that cover the unit disc evenly: a sunflower's seeds, turned by the light's number so that edges

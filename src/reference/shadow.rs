@@ -25,7 +25,7 @@ pub struct Receiver {
     /// In the world, on the triangle.
     place: DVec3,
     /// Above it, on the side that is seen.
-    start: DVec3,
+    pub start: DVec3,
 }
 
 impl Receiver {

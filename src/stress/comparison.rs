@@ -42,7 +42,8 @@ impl<'a> Comparison<'a> {
                 .with_brdf(settings.brdf)
                 .with_shadows(settings.shadows.enabled)
                 .with_sky_light(settings.sky_light)
-                .with_occluded_sky(!subject.open_sky),
+                .with_occluded_sky(!subject.open_sky)
+                .with_occlusion(settings.occlusion_radius()),
             eye: Eye { camera: truth.camera, size: settings.size },
             exposure: f64::from(exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(truth)))),
         })

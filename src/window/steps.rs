@@ -139,6 +139,7 @@ fn buffers(plan: &FramePlan) -> Vec<View> {
         (View::Metallic, gbuffer.material.is_some() && gbuffer.metallic),
         (View::Roughness, rough),
         (View::Complexity, plan.msaa > 1),
+        (View::Ao, plan.has_ao()),
     ];
     views.into_iter().filter_map(|(view, stored)| stored.then_some(view)).collect()
 }

@@ -26,6 +26,7 @@ pub fn radiance(material: &Material, lights: &[Light], point: DVec3, normal: DVe
         receives_shadow: false,
     };
     let environment = Environment::default();
-    let illumination = Illumination { lights, environment: &environment, eye, sky: None, smith: Smith::default() };
+    let illumination =
+        Illumination { lights, environment: &environment, eye, open: 1.0, sky: None, smith: Smith::default() };
     light::radiance::<f64>(&surface, &illumination, &mut |_| 1.0)
 }

@@ -9,7 +9,7 @@ use crate::common::stage::{open, own, view};
 use afterlight::frame::Renderer;
 use afterlight::scene::builtin::CATALOGUE;
 use afterlight::scene::{
-    Atmosphere, Brdf, Scene, Settings, ShadowFilter, SkyChoice, Tonemap, Transparency, View, put_sky,
+    AmbientOcclusion, Atmosphere, Brdf, Scene, Settings, ShadowFilter, SkyChoice, Tonemap, Transparency, View, put_sky,
 };
 
 const SIZE: (u32, u32) = (256, 144);
@@ -156,6 +156,10 @@ fn every_picture_of_the_gallery_looks_as_it_did() {
         album.compare("gallery-edges-fxaa", &scene, &Settings { fxaa: true, ..base.clone() });
         album.compare("gallery-edges-msaa", &scene, &Settings { msaa: 4, ..base.clone() });
         album.compare("gallery-vignette-and-grain", &scene, &Settings { vignette: 1.0, grain: 0.2, ..base });
+        let hall = open("builtin:hall");
+        let occluded = Settings { ao: AmbientOcclusion::Gtao, ..own(&hall, SIZE.0, SIZE.1) };
+        album.compare("hall-gtao", &hall, &occluded);
+        album.compare("hall-gtao-view", &hall, &Settings { view: View::Ao, ..occluded });
     });
 }
 

@@ -4,6 +4,7 @@
 mod common;
 
 mod antialiasing;
+mod ao;
 mod bloom;
 mod camera_paths;
 mod changes;

@@ -10,14 +10,17 @@ use crate::common::tries_all;
 use afterlight::frame::{Error, Renderer, capabilities};
 use afterlight::plan::FramePlan;
 use afterlight::scene::{
-    AlphaMode, Falloff, HdrFormat, LightPath, Material, Output, Resolve, Scene, Settings, Transparency,
+    AlphaMode, AmbientOcclusion, Falloff, HdrFormat, LightPath, Material, Output, Resolve, Scene, Settings,
+    Transparency,
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 /// Settings that the table speaks of, as it spells them.
 pub type Named = Vec<(&'static str, String)>;
 
-/// Something of everything that the settings act on: lights with and without a range, a shadow, what emits.
+const AO: [AmbientOcclusion; 2] = [AmbientOcclusion::Off, AmbientOcclusion::Gtao];
+
+/// Something of everything that the settings act on: light from everywhere, lights with and without a range, a shadow, what emits.
 pub fn scene(transparent: bool) -> Scene {
     let mut lights = vec![sun(DVec3::new(0.3, 0.5, 1.0), 1.0)];
     let lamp = |index: u32| {
@@ -27,6 +30,7 @@ pub fn scene(transparent: bool) -> Scene {
     lights.extend((0..9).map(lamp));
     let mut scene = plane(lambert(0.6), lights);
     scene.name = "everything".into();
+    scene.environment.ambient = Vec3::splat(0.05);
     let turned = DAffine3::from_quat(DQuat::from_rotation_z(0.3));
     let glowing = Material { emissive: Vec3::new(0.2, 0.1, 0.0), ..Material::default() };
     add(&mut scene, rectangle([-0.7, -0.3], [0.1, 0.4], 0.3), glowing, turned);
@@ -53,7 +57,12 @@ pub fn combinations() -> Vec<(Named, usize, Settings)> {
                     for &(hdr, hdr_format) in HdrFormat::NAMES {
                         for output in [Output::Srgb8, Output::Nits] {
                             let transparencies = [None, Some(Transparency::Sorted), Some(Transparency::Oit)];
-                            for (transparency, sky) in transparencies.iter().flat_map(|&one| [(one, 0), (one, 1)]) {
+                            let contents = transparencies.into_iter().flat_map(|own| [(own, 0), (own, 1)]);
+                            for ((transparency, sky), ao) in contents.flat_map(|own| AO.map(|ao| (own, ao))) {
+                                // The format of light matters to neither.
+                                if hdr_format != HdrFormat::default() && (sky, ao) != (0, AO[0]) {
+                                    continue;
+                                }
                                 let named = vec![
                                     ("path", path.to_owned()),
                                     ("msaa", msaa.to_string()),
@@ -63,6 +72,7 @@ pub fn combinations() -> Vec<(Named, usize, Settings)> {
                                     ("output", if output.is_linear() { "linear" } else { "display" }.to_owned()),
                                     ("transparent", transparency.map_or("no", Transparency::name).to_owned()),
                                     ("sky", ["off", "on"][sky].to_owned()),
+                                    ("ao", ao.to_string()),
                                     ("bloom", "off".to_owned()),
                                 ];
                                 let settings = Settings {
@@ -72,6 +82,7 @@ pub fn combinations() -> Vec<(Named, usize, Settings)> {
                                     fxaa,
                                     hdr_format,
                                     output,
+                                    ao,
                                     transparency: transparency.unwrap_or_default(),
                                     ..Settings::default()
                                 };
@@ -173,7 +184,14 @@ fn every_combination_is_drawn_or_refused_as_the_table_says() {
                 Ok(plan) => {
                     assert!(!refused_by(&named, &rules), "the table refuses what can be drawn: {named:?}");
                     // Settings that change nothing, as the format of an HDR target where there is none, make the same frame.
-                    let structure = (plan.light_path, plan.transparency, plan.msaa, plan.fxaa, plan.sky.is_some(), plan.bloom.is_some());
+                    let structure = (
+                        plan.light_path,
+                        plan.transparency,
+                        plan.msaa,
+                        plan.fxaa,
+                        plan.sky.is_some(),
+                        plan.bloom.is_some(),
+                    );
                     let formats = (plan.hdr, plan.output, plan.tone_mapping);
                     if drawn.insert(format!("{structure:?} {formats:?}")) && (tries_all() || pairs.are_new(&named)) {
                         draw(gpu, scene, &settings).unwrap_or_else(|error| panic!("{named:?}: {error}"));

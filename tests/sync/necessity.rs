@@ -23,13 +23,13 @@ use afterlight::gpu::{self, Device, DeviceChoice, Instance, InstanceOptions, Mes
 use afterlight::passes::{depth, per_light};
 // `samples` looks for these in the parent module.
 use crate::common::gpu::{not_run, on_gpu};
-use crate::common::stage::{add, lambert, own, plane, point, rectangle, sun};
+use crate::common::stage::{add, gbuffer, lambert, own, plane, point, rectangle, sun};
 use crate::common::tries_all;
 use afterlight::plan::{Canvas, Capabilities, Encoding, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, Transfer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, ColorSpace, Culling, Environment, Falloff, LightPath, Material, OptionalPart, Output, Resolve, Scene,
-    Settings, ShadowSettings, Texture, Transparency, View,
+    AlphaMode, AmbientOcclusion, ColorSpace, Culling, Environment, Falloff, LightPath, Material, OptionalPart, Output,
+    Resolve, Scene, Settings, ShadowSettings, Texture, Transparency, View,
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -98,6 +98,12 @@ fn plain() -> Scene {
     scene
 }
 
+/// Lit from everywhere, too.
+fn lit(mut scene: Scene) -> Scene {
+    scene.environment.ambient = Vec3::splat(0.1);
+    scene
+}
+
 fn glowing(mut scene: Scene) -> Scene {
     scene.materials[0].emissive = Vec3::ONE;
     scene
@@ -142,6 +148,8 @@ pub fn cases() -> Vec<Case> {
     let fxaa: Change = |settings| settings.fxaa = true;
     let toned: Change = |settings| (settings.vignette, settings.grain) = (0.5, 0.1);
     let samples: Change = |settings| settings.msaa = 4;
+    let occluded: Change = |settings| settings.ao = AmbientOcclusion::Gtao;
+    let fat: Change = |settings| settings.gbuffer = gbuffer("fat");
     let linear: Change = |settings| settings.resolve = Resolve::Linear;
     let hdr: Change = |settings| settings.output = Output::Nits;
     let forward: Change = |settings| settings.light_path = LightPath::Forward;
@@ -225,6 +233,20 @@ pub fn cases() -> Vec<Case> {
     case("bloom, forward", plain(), &[bloom, forward]);
     case("bloom, forward and sorted", glazed(plain()), &[bloom, forward, sorted]);
     case("bloom, forward and weighted", glazed(plain()), &[bloom, forward, weighted]);
+    case("occluded", plain(), &[occluded]);
+    case("occluded, glowing and sunlit", glowing(lit(sunlit())), &[occluded]);
+    case("occluded, sorted and glowing", glazed(glowing(plain())), &[occluded, sorted]);
+    case("occluded, sorted", glazed(plain()), &[occluded, sorted]);
+    case("occluded, weighted", glazed(plain()), &[occluded, weighted]);
+    case("occluded, linear", plain(), &[occluded, hdr]);
+    case("occluded, in floats", plain(), &[occluded, fat]);
+    case("occluded, linear and glowing", glowing(plain()), &[occluded, hdr]);
+    case("occluded, smoothed and toned", plain(), &[occluded, fxaa, toned]);
+    case("occluded, toned", plain(), &[occluded, toned]);
+    case("occluded, view of it", plain(), &[occluded, |settings| settings.view = View::Ao]);
+    case("occluded, light by light", lit(lamplit()), &[occluded, |settings| settings.light_path = LightPath::PerLight]);
+    case("occluded, compute", lit(lamplit()), &[occluded, compute]);
+    case("occluded, compute, glowing and sunlit", glowing(lit(sunlit())), &[occluded, compute]);
     case("stored", plain(), &[stored]);
     case("stored, glowing and sunlit", glowing(sunlit()), &[stored]);
     case("stored, sorted and glowing", glazed(glowing(plain())), &[stored, sorted]);

@@ -10,7 +10,7 @@ use afterlight::gpu::vk;
 use afterlight::plan::{Canvas, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB};
 use afterlight::scene::builtin::CATALOGUE;
 use afterlight::scene::{
-    HdrFormat, Keep, LightPath, OptionalPart, Output, Resolve, Scene, Settings, Transparency, View,
+    AmbientOcclusion, HdrFormat, Keep, LightPath, OptionalPart, Output, Resolve, Scene, Settings, Transparency, View,
 };
 
 use rayon::prelude::*;
@@ -109,7 +109,7 @@ fn every_combination_of_settings_and_every_built_in_scene_is_proved() {
     let mut plans = Different::default();
     let scenes = combinations::scenes();
     let combinations = combinations::combinations();
-    assert_eq!(combinations.len(), 3072);
+    assert_eq!(combinations.len(), 3840);
     for (named, scene, settings) in combinations {
         let scene = &scenes[scene];
         let settings = Settings { exposure: Some(0.0), ..settings };
@@ -148,6 +148,7 @@ fn random(scenes: &[(&str, Scene)], random: &mut fastrand::Rng) -> Option<(Strin
         fxaa: random.bool(),
         bloom: [0.0, 0.2][random.usize(..2)],
         vignette: [0.0, 0.5][random.usize(..2)],
+        ao: one(AmbientOcclusion::NAMES, random),
         depth_prepass: [None, Some(false), Some(true)][random.usize(..3)],
         light_cutoff: random.bool(),
         keep: if random.bool() { Keep::NONE } else { Keep::NONE.with(OptionalPart::StoredGbuffer) },

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod ao;
 #[cfg(feature = "report")]
 mod attribution;
 mod compare;

@@ -296,6 +296,7 @@ fn half_a_sky_lights_by_the_cosine() {
             lights: &[],
             environment: &environment,
             eye: DVec3::ZERO,
+            open: 1.0,
             sky: Some(&half),
             smith: Smith::default(),
         };

@@ -2,8 +2,8 @@
 
 use super::{Edges, RowName};
 use crate::passes::{
-    Pass, Presence, arrange, bloom, composite, cull, encode, fill, forward, fxaa, geometry, lighting, occluders,
-    overlay, present, pyramid, shadow, skin, split, tiled, tone, tonemap, transparent,
+    Pass, Presence, ao, ao_denoise, arrange, bloom, composite, cull, encode, fill, forward, fxaa, geometry, lighting,
+    occluders, overlay, present, pyramid, shadow, skin, split, tiled, tone, tonemap, transparent,
 };
 use crate::plan::{Canvas, FramePlan, Target};
 
@@ -72,7 +72,10 @@ static ROWS: &[Needs] = &[
     needs(RowName::SHADOW_MAP_REUSE, &[&shadow::PASS]),
     needs(RowName::SHADOW_MAP_TO_LIGHTING, &[&shadow::PASS]),
     needs(RowName::GBUFFER_REUSE, &[&geometry::PASS]),
-    needs(RowName::GBUFFER_TO_LIGHTING, &[&geometry::PASS, &lighting::PASS]),
+    Needs {
+        instead: &[RowName::OCCLUSION_TO_LIGHTING],
+        ..needs(RowName::GBUFFER_TO_LIGHTING, &[&geometry::PASS, &lighting::PASS])
+    },
     Needs { instead: &[RowName::GBUFFER_REUSE], ..needs(RowName::HDR_REUSE, &[&lighting::PASS, &tonemap::PASS]) },
     Needs {
         lacks: |plan| {
@@ -105,7 +108,13 @@ static ROWS: &[Needs] = &[
     needs(RowName::OUTPUT_TO_FXAA, &[&fxaa::PASS]),
     needs(RowName::PICTURE_REUSE, &[&fxaa::PASS]),
     needs(RowName::PICTURE_TO_TONE, &[&tone::PASS]),
-    needs(RowName::GBUFFER_TO_TILED, &[&tiled::PASS]),
+    needs(RowName::GBUFFER_TO_AO, &[&ao::PASS]),
+    needs(RowName::VISIBILITY_REUSE, &[&ao::PASS]),
+    needs(RowName::VISIBILITY_TO_DENOISE, &[&ao_denoise::PASS]),
+    needs(RowName::OCCLUSION_TO_LIGHTING, &[&ao_denoise::PASS, &lighting::PASS]),
+    needs(RowName::AO_TO_TRANSPARENT, &[&ao::PASS, &transparent::PASS]),
+    needs(RowName::OCCLUSION_TO_TILED, &[&ao_denoise::PASS, &tiled::PASS]),
+    Needs { instead: &[RowName::GBUFFER_TO_AO], ..needs(RowName::GBUFFER_TO_TILED, &[&tiled::PASS]) },
     needs(RowName::READ_BACK, &[]),
     lacks(RowName::ACQUIRE, WINDOW),
     needs(RowName::SWAPCHAIN_TO_PRESENT, &[&present::PASS]),

@@ -7,7 +7,7 @@
 
 use super::forward::{forward_edge, transparent_after_forward};
 use super::spread::bloom_rows;
-use super::{Carrier, Edge, Place, RowName, presentation, row, subpass};
+use super::{Carrier, Edge, Place, RowName, ao, presentation, row, subpass};
 use crate::frame::list::{FXAA_PASS, GBUFFER_PASS, MAIN_PASS, RESOLVE, TONEMAP_PASS};
 use crate::gpu::sync::Use;
 use crate::passes::{composite, copy, forward, fxaa, geometry, lighting, present, tone, tonemap, transparent};
@@ -221,12 +221,12 @@ fn gbuffer_to_lighting(plan: &FramePlan, others: &[Edge]) -> Edge {
         let is_first = (row.from, row.to) == (Place::OUTSIDE, lighting::PASS.place);
         is_first && row.before.stage.intersects(lighting::COLOR_DROP.stage | lighting::GBUFFER_READ.stage)
     };
-    let drops_in_turn = plan.stores_gbuffer && others.iter().any(waits_for_colors);
+    let drops_in_turn = plan.stores_gbuffer && !plan.has_ao() && others.iter().any(waits_for_colors);
     if plan.lighting_tests_depth() {
         after.push(lighting::DEPTH_READ);
     }
-    // Between two render passes its layout changes, and whoever is the last user writes it after that.
-    if plan.transparency.is_none() || plan.stores_gbuffer {
+    // Between two render passes its layout changes, and whoever is the last user writes it after that; where AO reads it, it has changed before.
+    if plan.transparency.is_none() || plan.stores_gbuffer && !plan.has_ao() {
         after.push(lighting::DEPTH_DROP);
     }
     if plan.geometry_locations() > 0 {
@@ -245,6 +245,9 @@ fn gbuffer_to_lighting(plan: &FramePlan, others: &[Edge]) -> Edge {
         if plan.geometry_locations() > 0 {
             after.push(lighting::COLOR_LOAD);
         }
+    }
+    if plan.has_ao() {
+        return ao::to_lighting(&after);
     }
     let why = match plan.transparency {
         Some(_) => {

@@ -5,15 +5,16 @@ use ash::vk;
 use super::{Carrier, Edge, Place, RowName, barrier, row};
 use crate::frame::list::MAIN_PASS;
 use crate::passes::{copy, geometry, tiled};
+use crate::plan::FramePlan;
 
 impl RowName {
     pub(crate) const GBUFFER_TO_TILED: Self = Self("gbuffer-to-tiled");
 }
 
 /// The main pass ends with GEOMETRY; a compute pass reads what it stored and writes the output.
-pub(super) fn rows() -> [Edge; 4] {
+pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     // None is by region: a work group reads pixels that other fragments wrote.
-    [
+    let mut rows = vec![
         row(RowName::GBUFFER_REUSE, Carrier::Subpass(MAIN_PASS))
             .from(Place::OUTSIDE, &[tiled::GBUFFER_READ])
             .to(geometry::PASS.place, &[geometry::DEPTH_CLEAR.or(geometry::COLOR_WRITE)])
@@ -32,5 +33,10 @@ pub(super) fn rows() -> [Edge; 4] {
             .from(tiled::PASS.place, &[tiled::OUTPUT_WRITE])
             .to(Place::OUTSIDE, &[copy::READ])
             .because("COPY reads the picture that TILED wrote"),
-    ]
+    ];
+    if plan.has_ao() {
+        // What AO waits for is visible to TILED, too.
+        rows.retain(|row| row.name != RowName::GBUFFER_TO_TILED);
+    }
+    rows
 }

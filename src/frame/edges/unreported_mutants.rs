@@ -244,6 +244,30 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same, seen from the other side",
     },
     UnreportedMutants {
+        rows: &[RowName::OCCLUSION_TO_LIGHTING],
+        parts: Parts::Any(
+            Side::After,
+            stages(S::FRAGMENT_SHADER, S::LATE_FRAGMENT_TESTS),
+            accesses(A::INPUT_ATTACHMENT_READ, accesses(A::COLOR_ATTACHMENT_WRITE, A::DEPTH_STENCIL_ATTACHMENT_WRITE)),
+        ),
+        only: ALWAYS,
+        section: "VkAttachmentDescription",
+        says: "The load operation for each sample in an attachment happens-before any recorded command which accesses the sample in the first subpass \
+               where the attachment is used",
+        why: "the layer lets the loads of the G-buffer, which wait by the row's other bits, order what LIGHTING does to it afterwards. What is visible to \
+              a load is not visible to input reads for that, and a drop is a write that waits for what AO read by its own stage",
+    },
+    UnreportedMutants {
+        rows: &[RowName::AO_TO_TRANSPARENT],
+        parts: Parts::All,
+        only: ALWAYS,
+        section: "VkSubpassDependency",
+        says: "the first set of commands includes all commands submitted as part of the subpass instance identified by srcSubpass and any \
+               load, store, or multisample resolve operations on attachments used in srcSubpass",
+        why: "the layer lets the row from LIGHTING to TRANSPARENT order what came before the render pass. Its first scope has only what is submitted in \
+              LIGHTING, so that TRANSPARENT would read depth that is not visible to it, and drop what AO may still read",
+    },
+    UnreportedMutants {
         rows: &[RowName::TARGETS_REUSE],
         parts: Parts::Any(Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE),
         only: |edge| edge.to == lighting::PASS.place && edge.before.stage.contains(S::TRANSFER),

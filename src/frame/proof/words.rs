@@ -115,6 +115,7 @@ fn noun(memory: Memory) -> &'static str {
             Target::Specular => "specular colours",
             Target::Position => "positions",
             Target::Occluders => "depth of large objects",
+            Target::Visibility => "visibility",
             Target::Count => "counts of fragments",
             Target::Triangle => "numbers of triangles",
             Target::Accumulation => "sums of transparent light",

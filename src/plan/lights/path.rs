@@ -1,6 +1,7 @@
 //! How pixels meet their lights: which light path the plan takes.
 
 use super::{PlannedLights, bounded};
+use crate::plan::ao::is_used;
 use crate::plan::shadows::shadow_reason;
 use crate::plan::{Capabilities, Error};
 use crate::scene::{GbufferChoice, HdrFormat, LightPath, Object, Output, Scene, Settings, View};
@@ -89,7 +90,7 @@ fn is_lit(view: View) -> bool {
 /// of layers on a GPU, and up to two on a CPU even where they lie back to front; draws go from near to far.
 ///
 /// What is shadowed, textured or transparent is not: overdraw then costs more. Nor are several samples a pixel, which the two ways
-/// shade differently, or a layout of the G-buffer that was asked for. What is kept without need does not count.
+/// shade differently, ambient occlusion, which needs one, or a layout of the G-buffer that was asked for. What is kept without need does not count.
 fn is_plain(scene: &Scene, settings: &Settings, planned: &[usize]) -> bool {
     let lit = match planned {
         [] => true,
@@ -101,6 +102,7 @@ fn is_plain(scene: &Scene, settings: &Settings, planned: &[usize]) -> bool {
         material.textures().next().is_none() && !material.is_transparent()
     };
     lit && settings.msaa == 1
+        && !is_used(scene, settings)
         && settings.gbuffer == GbufferChoice::default()
         && shadow_reason(scene, settings, planned).is_err()
         && scene.objects.iter().all(plain)

@@ -28,6 +28,8 @@ pub struct Illumination<'a> {
     pub lights: &'a [Light],
     /// Ambient light, of which a surface's own occlusion takes its share; the background does not count.
     pub environment: &'a Environment,
+    /// The share of ambient light that other surfaces leave, 0 to 1. What they leave of the sky, `sky` knows itself.
+    pub open: f64,
     /// The camera's place in the world: surfaces' positions are relative to it.
     pub eye: DVec3,
     /// Light of the sky beside the ambient light, of which occlusion takes its share as well.
@@ -73,7 +75,8 @@ pub fn split_radiance<R: Real>(
 ) -> Radiance {
     let reflector = Reflector::<R>::new(surface, illumination.smith);
     let occlusion = R::of(surface.occlusion);
-    let [mut body, mut shine] = ambient::ambient(&reflector, illumination.environment);
+    let open = R::of(illumination.open);
+    let [mut body, mut shine] = ambient::ambient(&reflector, illumination.environment).map(|light| light * open);
     if let Some(sky) = illumination.sky {
         let [base, lobe] = sky.collected(&reflector.collector());
         body += vector::<R>(base);

@@ -131,7 +131,8 @@ fn lamp(position: DVec3, falloff: Falloff, range: Option<f64>) -> Light {
 const DARK: Environment = Environment { ambient: Vec3::ZERO, ground: None, background: Vec3::ZERO };
 
 fn lit<R: Real>(surface: &Surface, lights: &[Light], environment: &Environment) -> DVec3 {
-    let illumination = Illumination { lights, environment, eye: DVec3::ZERO, sky: None, smith: Smith::default() };
+    let illumination =
+        Illumination { lights, environment, eye: DVec3::ZERO, open: 1.0, sky: None, smith: Smith::default() };
     radiance::<R>(surface, &illumination, &mut |_| 1.0)
 }
 
@@ -313,8 +314,14 @@ fn visibility_is_asked_only_of_lights_that_would_add_something() {
     let black = Light { color: Vec3::ZERO, ..above(1.0) };
     // Below the plane; out of range; without shadows; without light; and two that count.
     let lights = [above(-2.0), above(9.0), never, black, above(1.0), above(2.0)];
-    let illumination =
-        Illumination { lights: &lights, environment: &DARK, eye: DVec3::ZERO, sky: None, smith: Smith::default() };
+    let illumination = Illumination {
+        lights: &lights,
+        environment: &DARK,
+        eye: DVec3::ZERO,
+        open: 1.0,
+        sky: None,
+        smith: Smith::default(),
+    };
     let mut asked = Vec::new();
     let half = radiance::<f64>(&lambert(1.0), &illumination, &mut |light| {
         asked.push(light);
@@ -336,6 +343,7 @@ fn body_and_shine_add_up_and_a_mirror_has_no_body() {
         lights: &light,
         environment: &environment,
         eye: DVec3::ZERO,
+        open: 1.0,
         sky: None,
         smith: Smith::default(),
     };

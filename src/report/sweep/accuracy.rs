@@ -98,7 +98,8 @@ impl Truths {
         let reference = reference
             .with_brdf(settings.brdf)
             .with_shadows(settings.shadows.enabled)
-            .with_sky_light(settings.sky_light);
+            .with_sky_light(settings.sky_light)
+            .with_occlusion(settings.occlusion_radius());
         let cache = Cache::of_user();
         let mut warnings = Vec::new();
         let mut render = |mode, what: &str| {

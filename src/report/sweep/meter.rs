@@ -81,7 +81,8 @@ impl DeviceMeter<'_> {
         let reference = reference
             .with_brdf(settings.brdf)
             .with_shadows(settings.shadows.enabled)
-            .with_sky_light(settings.sky_light);
+            .with_sky_light(settings.sky_light)
+            .with_occlusion(settings.occlusion_radius());
         let view = View { camera: self.camera, size: settings.size };
         let subject = Subject { scene: self.scene, reference: &reference, settings: &settings, view: &view, point: 0 };
         let truths = attribution::Truths { point: &self.truths.raw.point, converged: &self.truths.raw.converged };

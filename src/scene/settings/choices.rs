@@ -48,6 +48,31 @@ pub enum Transparency {
     Oit,
 }
 
+/// How ambient occlusion is found on the screen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AmbientOcclusion {
+    /// Surfaces hide nothing from each other.
+    #[default]
+    Off,
+    /// Places in the hemisphere above a surface are hidden where something nearer is seen in front of them (after M. Mittring, "Finding Next Gen",
+    /// 2007).
+    Ssao,
+    /// Slices of the hemisphere are marched, and the angles that each sample hides are kept in bits.
+    Gtao,
+}
+
+/// For which pixels something is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AoResolution {
+    /// Each.
+    #[default]
+    Full,
+    /// One of two across and of two down.
+    Half,
+}
+
 /// Who finds out which opaque objects are in view. The picture is the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -165,6 +190,8 @@ pub enum View {
     Complexity,
     /// The triangle that each pixel shows, in a colour of its own; transparent ones are not looked at.
     Triangle,
+    /// The share of light from everywhere that arrives: 0 black, 1 white. What materials say of it, and with ambient occlusion what that finds.
+    Ao,
 }
 
 /// Which format each target of the G-buffer has.

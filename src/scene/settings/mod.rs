@@ -8,8 +8,8 @@ mod setting;
 mod table;
 
 pub use choices::{
-    Culling, GbufferChoice, GbufferPreset, HdrFormat, LightPath, MSAA, Output, Resolve, ShadowFilter, TargetChoice,
-    Tonemap, Transparency, View,
+    AmbientOcclusion, AoResolution, Culling, GbufferChoice, GbufferPreset, HdrFormat, LightPath, MSAA, Output, Resolve,
+    ShadowFilter, TargetChoice, Tonemap, Transparency, View,
 };
 pub use names::TARGETS;
 pub use setting::{Setting, Sweep, ValueKind};
@@ -17,6 +17,11 @@ pub(super) use table::{KEYS, SHADOW_KEYS};
 pub use table::{SETTINGS, Settings, SettingsPatch, ShadowSettings};
 
 impl Settings {
+    /// Metres within which surfaces hide light from everywhere, where they do.
+    pub fn occlusion_radius(&self) -> Option<f64> {
+        (self.ao != AmbientOcclusion::Off).then_some(f64::from(self.ao_radius))
+    }
+
     /// For the values that a view shows: what a buffer holds does not depend on how its pixels are lit, and not every way of that has
     /// buffers.
     pub(crate) fn showing(&self, view: View) -> Self {

@@ -6,7 +6,8 @@
 
 use super::setting::{Setting, Sweep, Value, ValueKind};
 use super::{
-    Culling, GbufferChoice, HdrFormat, LightPath, MSAA, Output, Resolve, ShadowFilter, Tonemap, Transparency, View,
+    AmbientOcclusion, AoResolution, Culling, GbufferChoice, HdrFormat, LightPath, MSAA, Output, Resolve, ShadowFilter,
+    Tonemap, Transparency, View,
 };
 use crate::scene::{Brdf, Keep};
 
@@ -221,6 +222,24 @@ settings! {
         "lod", "lod" => lod: f32 = 0.0, {
             title: "levels of detail", values: ValueKind::Number(0.0, 100.0), unit: "pixels",
             sweep: Sweep::Alone, tried: &["0", "0.25", "0.5", "1", "2", "4", "8"], cheaper: &["1"],
+        }
+        /// Weaken light from everywhere where surfaces nearby hide it (ambient occlusion): found on the screen by samples of the hemisphere (ssao), or by
+        /// slices of it, in which more is known of what hides (gtao)
+        "ao", "ao" => ao: AmbientOcclusion = AmbientOcclusion::Off, {
+            title: "ambient occlusion", sweep: Sweep::Alone,
+        }
+        /// How far away surfaces hide light from everywhere: all of it where they touch, nothing from there on
+        "ao-radius", "ao_radius" => ao_radius: f32 = 0.5, {
+            title: "radius of occlusion", values: ValueKind::Number(0.001, 1000.0), unit: "m", of_truth: true,
+        }
+        /// Samples of the depth buffer for each pixel, of ambient occlusion
+        "ao-samples", "ao_samples" => ao_samples: u32 = 16, {
+            title: "samples of occlusion", values: ValueKind::Among(&[4, 8, 16, 32, 64, 128]), sweep: Sweep::Joint,
+            quick: &["8", "16", "64"],
+        }
+        /// Pixels for which ambient occlusion is found: each (full), or one of four (half); the others take it from those around them
+        "ao-resolution", "ao_resolution" => ao_resolution: AoResolution = AoResolution::Full, {
+            title: "resolution of occlusion", sweep: Sweep::Joint,
         }
         /// Give lights without a range one, beyond which all that is dropped stays below half a step of the output; the path `loop`
         /// drops nothing

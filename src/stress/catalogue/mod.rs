@@ -1,5 +1,6 @@
 //! All cases, by group.
 
+mod ao;
 mod bloom;
 mod exposure;
 mod formulas;
@@ -21,8 +22,9 @@ use super::Case;
 /// Every case, in the order in which they are told.
 pub fn all() -> Vec<Case> {
     let light =
-        [formulas::CASES, lights::CASES, exposure::CASES, bloom::CASES, highlights::CASES, shadows::CASES, sky::CASES].concat();
-    let places = [space::CASES, motion::CASES, geometry::CASES, sampling::CASES, looks::CASES].concat();
+        [formulas::CASES, lights::CASES, exposure::CASES, bloom::CASES, highlights::CASES, shadows::CASES, sky::CASES]
+            .concat();
+    let places = [space::CASES, motion::CASES, geometry::CASES, sampling::CASES, looks::CASES, ao::CASES].concat();
     [&light[..], &places, targets::CASES, random::CASES].concat()
 }
 

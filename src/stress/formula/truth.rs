@@ -144,7 +144,8 @@ pub fn fresnel(input: &Input) -> Truth {
 pub fn ambient(input: &Input) -> Truth {
     let environment = Environment { ambient: Vec3::ONE, ground: None, background: Vec3::ZERO };
     let smith = Smith::HeightCorrelated;
-    let illumination = Illumination { lights: &[], environment: &environment, eye: DVec3::ZERO, sky: None, smith };
+    let illumination =
+        Illumination { lights: &[], environment: &environment, eye: DVec3::ZERO, open: 1.0, sky: None, smith };
     let sum = radiance::<f64>(&surface(input, Brdf::CookTorrance), &illumination, &mut |_| 1.0);
     of(sum, 1e-3, true)
 }

@@ -103,6 +103,7 @@ fn buffer(view: View, plan: &FramePlan) -> String {
         View::Metallic => stored("How metallic surfaces are", gbuffer.material),
         View::Roughness => stored("Roughness", gbuffer.material),
         View::Complexity => return complexity(gbuffer, plan),
+        View::Ao => stored("The share of light from everywhere that arrives", Some(gbuffer.albedo)),
         other => other.name().into(),
     };
     let sampled = if plan.msaa > 1 { "; this view has one sample a pixel" } else { "" };

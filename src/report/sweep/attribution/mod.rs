@@ -147,7 +147,14 @@ fn seen(subject: &Subject, pixel: usize) -> Option<(Surface, TriangleId)> {
 
 fn illumination<'a>(subject: &Subject<'a>) -> Illumination<'a> {
     let Scene { lights, environment, .. } = subject.scene;
-    Illumination { lights, environment, eye: subject.view.camera.position, sky: None, smith: Smith::default() }
+    Illumination {
+        lights,
+        environment,
+        eye: subject.view.camera.position,
+        open: 1.0,
+        sky: None,
+        smith: Smith::default(),
+    }
 }
 
 /// Lights with shadows that add something to a chosen pixel, those first that do so to most.

@@ -210,6 +210,7 @@ mod tests {
             lights: &[light],
             environment: &environment,
             eye: DVec3::ZERO,
+            open: 1.0,
             sky: None,
             smith: Smith::default(),
         };

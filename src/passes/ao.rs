@@ -1,0 +1,93 @@
+//! AO: ambient occlusion on the screen. The share of light from everywhere that surfaces nearby leave to each pixel, or to one of four, from the
+//! stored depth and normals.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::per_pixel::{Bound, PerPixel, PerPixelDesc};
+use super::{Pass, Place, Presence, Recording, Touch, frame_data, needed};
+use crate::gpu::{self, Device, sync::Use};
+use crate::plan::{FramePlan, Target};
+use crate::scene::AmbientOcclusion;
+use crate::shaders::ao::{self as shader, Flags, constants};
+
+/// Reads depth and normals, those of its pixel and of others.
+pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+/// Writes every texel.
+pub const VISIBILITY_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("AO"),
+    time: "ao",
+    what: "what surfaces nearby leave of the light from everywhere, found in the depth buffer",
+    presence: |plan| match &plan.ao {
+        Ok(ao) => Presence::In(ao.to_string()),
+        Err(why) => Presence::Out(why.clone()),
+    },
+    touches: |_| {
+        vec![
+            Touch::sampled(0, Target::Depth, GBUFFER_READ),
+            Touch::sampled(1, Target::Normal, GBUFFER_READ),
+            Touch::storage(2, Target::Visibility, VISIBILITY_WRITE),
+            frame_data(),
+        ]
+    },
+    leave_out: Some(|settings| settings.ao = AmbientOcclusion::Off),
+};
+
+/// The pass.
+pub struct Ao {
+    pass: PerPixel,
+    size: [u32; 2],
+}
+
+impl Ao {
+    /// `images` are depth, normals and what is written.
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        frame_layout: vk::DescriptorSetLayout,
+        images: &[Bound],
+    ) -> gpu::Result<Self> {
+        let desc = PerPixelDesc {
+            name: "ao",
+            shader: needed("ao", shader::variant, flags(plan))?,
+            constants: &constants_of(plan),
+            frame_layout,
+        };
+        Ok(Self { pass: PerPixel::new(device, &desc, images)?, size: plan.extent_of(Target::Visibility) })
+    }
+
+    /// Reads and writes other images, as of another size.
+    pub fn rebind(&mut self, device: &Arc<Device>, plan: &FramePlan, images: &[Bound]) -> gpu::Result<()> {
+        self.size = plan.extent_of(Target::Visibility);
+        self.pass.rebind(device, images)
+    }
+
+    /// Runs outside any render pass.
+    pub fn record(&self, recording: &Recording) {
+        self.pass.record(recording, self.size);
+    }
+}
+
+/// Which variant of the shader a plan takes.
+pub(crate) fn flags(plan: &FramePlan) -> Flags {
+    let uint = plan.gbuffer.as_ref().is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT);
+    Flags::NORMAL_UINT.when(uint)
+}
+
+fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
+    let Ok(ao) = &plan.ao else { return Vec::new() };
+    let [slices, steps] = ao.slices();
+    vec![
+        (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
+        (constants::NORMAL_ENCODING, plan.gbuffer.as_ref().map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
+        (constants::RADIUS, ao.radius.to_bits()),
+        (constants::SCALE, ao.scale),
+        (constants::SLICED, u32::from(ao.method == AmbientOcclusion::Gtao)),
+        (constants::SLICES, slices),
+        (constants::STEPS, steps),
+        (constants::SAMPLES, ao.samples),
+    ]
+}

@@ -1,0 +1,97 @@
+//! AO_DENOISE: what AO found, in the mean over the pixels around each that lie in its plane, times the occlusion that the G-buffer has in the albedo's
+//! alpha. LIGHTING and TILED read that as they read it without AO.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::per_pixel::{Bound, PerPixel, PerPixelDesc};
+use super::{Pass, Place, Presence, Recording, Touch, frame_data, needed};
+use crate::gpu::{self, Device, sync::Use};
+use crate::plan::{FramePlan, Target};
+use crate::shaders::ao_denoise::{self as shader, Flags, constants};
+
+/// Reads the depth and the normal of its pixel.
+const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+/// Reads what AO found around its pixel.
+pub const VISIBILITY_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+/// Multiplies the occlusion of its own pixel.
+pub const ALBEDO_BLEND: Use = Use::new(
+    vk::PipelineStageFlags::COMPUTE_SHADER,
+    vk::AccessFlags::from_raw(vk::AccessFlags::SHADER_READ.as_raw() | vk::AccessFlags::SHADER_WRITE.as_raw()),
+);
+
+/// The binding of the albedo.
+pub const ALBEDO: u32 = 3;
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("AO_DENOISE"),
+    time: "ao denoise",
+    what: "what AO found around each pixel in the mean, into the G-buffer's occlusion",
+    presence: |plan| match &plan.ao {
+        Ok(_) => Presence::In("AO differs from pixel to pixel".into()),
+        Err(why) => Presence::Out(why.clone()),
+    },
+    touches: |_| {
+        vec![
+            Touch::sampled(0, Target::Depth, GBUFFER_READ),
+            Touch::sampled(1, Target::Normal, GBUFFER_READ),
+            Touch::sampled(2, Target::Visibility, VISIBILITY_READ),
+            Touch::storage(ALBEDO, Target::Albedo, ALBEDO_BLEND),
+            frame_data(),
+        ]
+    },
+    leave_out: None,
+};
+
+/// The pass.
+pub struct AoDenoise {
+    pass: PerPixel,
+}
+
+impl AoDenoise {
+    /// `images` are depth, normals, what AO found, and the albedo as it is stored to.
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        frame_layout: vk::DescriptorSetLayout,
+        images: &[Bound],
+    ) -> gpu::Result<Self> {
+        let desc = PerPixelDesc {
+            name: "ao_denoise",
+            shader: needed("ao_denoise", shader::variant, flags(plan))?,
+            constants: &constants_of(plan),
+            frame_layout,
+        };
+        Ok(Self { pass: PerPixel::new(device, &desc, images)? })
+    }
+
+    /// Reads and writes other images, as of another size.
+    pub fn rebind(&mut self, device: &Arc<Device>, images: &[Bound]) -> gpu::Result<()> {
+        self.pass.rebind(device, images)
+    }
+
+    /// Runs outside any render pass.
+    pub fn record(&self, recording: &Recording) {
+        self.pass.record(recording, recording.size);
+    }
+}
+
+/// Which variant of the shader a plan takes.
+pub(crate) fn flags(plan: &FramePlan) -> Flags {
+    let gbuffer = plan.gbuffer.as_ref();
+    let albedo = gbuffer.map(|gbuffer| gbuffer.albedo);
+    Flags::NORMAL_UINT.when(gbuffer.is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT))
+        | Flags::HALF_ALBEDO.when(albedo == Some(vk::Format::R16G16B16A16_SFLOAT))
+        | Flags::SINGLE_ALBEDO.when(albedo == Some(vk::Format::R32G32B32A32_SFLOAT))
+}
+
+fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
+    let Ok(ao) = &plan.ao else { return Vec::new() };
+    vec![
+        (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
+        (constants::NORMAL_ENCODING, plan.gbuffer.as_ref().map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
+        (constants::RADIUS, ao.radius.to_bits()),
+        (constants::SCALE, ao.scale),
+    ]
+}

@@ -1,0 +1,102 @@
+//! What compute passes over the pixels of a target share: a pipeline whose set 1 has the images that it reads and stores to.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::Recording;
+use crate::gpu::{
+    self, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline, pipeline_layout,
+};
+use crate::shaders::Variant;
+
+const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
+
+/// Edge of a work group in texels, as the shaders have it.
+const GROUP: u32 = 8;
+
+/// An image of set 1: its binding, view and layout. In the layout GENERAL it is stored to.
+pub type Bound = (u32, vk::ImageView, vk::ImageLayout);
+
+/// Before it exists.
+pub struct PerPixelDesc<'a> {
+    pub name: &'a str,
+    pub shader: &'a Variant,
+    pub constants: &'a [(u32, u32)],
+    /// Of set 0.
+    pub frame_layout: vk::DescriptorSetLayout,
+}
+
+/// A compute pipeline with its images.
+pub struct PerPixel {
+    name: String,
+    layout: Owned<vk::PipelineLayout>,
+    pipeline: Owned<vk::Pipeline>,
+    set_layout: SetLayout,
+    pool: DescriptorPool,
+    set: vk::DescriptorSet,
+}
+
+impl PerPixel {
+    pub fn new(device: &Arc<Device>, desc: &PerPixelDesc, images: &[Bound]) -> gpu::Result<Self> {
+        let name = desc.name;
+        let Some(entry) = desc.shader.compute() else {
+            return Err(gpu::Error::Unsupported(format!("{name}.wgsl has no compute entry")));
+        };
+        let bindings: Vec<_> = images.iter().map(|image| binding(image.0, kind(image), COMPUTE)).collect();
+        let set_layout = SetLayout::new(device, name, &bindings)?;
+        let layout = pipeline_layout(device, name, &[desc.frame_layout, set_layout.raw], &[])?;
+        let stage =
+            ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: desc.constants };
+        let pipeline = compute_pipeline(device, name, &stage, layout.raw)?;
+        let (pool, set) = bound(device, name, &set_layout, images)?;
+        Ok(Self { name: name.to_owned(), layout, pipeline, set_layout, pool, set })
+    }
+
+    /// Reads and writes other images, as of another size.
+    pub fn rebind(&mut self, device: &Arc<Device>, images: &[Bound]) -> gpu::Result<()> {
+        (self.pool, self.set) = bound(device, &self.name, &self.set_layout, images)?;
+        Ok(())
+    }
+
+    /// For so many texels across and down. Runs outside any render pass.
+    pub fn record(&self, recording: &Recording, size: [u32; 2]) {
+        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
+        let [across, down] = size.map(|edge| edge.div_ceil(GROUP));
+        // SAFETY: `cmd` is being recorded outside a render pass; the sets are those of the layout, and the pass owns its own and outlives the
+        // submission. The shader looks at no texel outside its images.
+        unsafe {
+            raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
+            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[recording.frame_set, self.set], &[]);
+            raw.cmd_dispatch(cmd, across, down, 1);
+        }
+    }
+}
+
+fn kind(&(_, _, layout): &Bound) -> vk::DescriptorType {
+    match layout {
+        vk::ImageLayout::GENERAL => vk::DescriptorType::STORAGE_IMAGE,
+        _ => vk::DescriptorType::SAMPLED_IMAGE,
+    }
+}
+
+/// The set with all that is read and written.
+fn bound(
+    device: &Arc<Device>,
+    name: &str,
+    layout: &SetLayout,
+    images: &[Bound],
+) -> gpu::Result<(DescriptorPool, vk::DescriptorSet)> {
+    let kinds: Vec<_> = images.iter().map(|image| (kind(image), 1)).collect();
+    let pool = DescriptorPool::new(device, name, 1, &kinds)?;
+    let set = pool.allocate(name, layout.raw)?;
+    let mut writer = SetWriter::new();
+    for &(binding, view, layout) in images {
+        writer = match layout {
+            vk::ImageLayout::GENERAL => writer.storage_image(binding, view, layout),
+            _ => writer.sampled_image(binding, view, layout),
+        };
+    }
+    writer.update(device, set);
+    Ok((pool, set))
+}

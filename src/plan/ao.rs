@@ -1,0 +1,137 @@
+//! Ambient occlusion: whether frames find out on the screen what surfaces nearby take of the light from everywhere, and how.
+
+use std::fmt;
+
+use super::{Error, FramePlan};
+use crate::scene::{AmbientOcclusion, AoResolution, LightPath, Scene, Settings, View};
+
+/// How AO works. Its pipelines know all of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AoPlan {
+    /// Never `Off`.
+    pub method: AmbientOcclusion,
+    /// Of the depth buffer, for each pixel that AO looks at.
+    pub samples: u32,
+    /// Metres beyond which nothing is hidden.
+    pub radius: f32,
+    /// AO looks at one pixel of so many across and as many down.
+    pub scale: u32,
+}
+
+/// Samples of a slice at most: sixteen to each side. AO_DENOISE takes the mean over sixteen slices in any case, so that steps pay first.
+const SAMPLES_OF_A_SLICE: u32 = 32;
+
+/// In `inspect`: `gtao within 0.5 m, 16 samples in 1 slice, at each pixel`.
+impl fmt::Display for AoPlan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} within {} m, {} samples", self.method, self.radius, self.samples)?;
+        match (self.method, self.slices()) {
+            (AmbientOcclusion::Gtao, [1, _]) => f.write_str(" in 1 slice")?,
+            (AmbientOcclusion::Gtao, [count, _]) => write!(f, " in {count} slices")?,
+            _ => {}
+        }
+        f.write_str(if self.scale == 1 { ", at each pixel" } else { ", at one of four pixels" })
+    }
+}
+
+impl AoPlan {
+    /// Slices of the hemisphere, and steps to each of their two sides.
+    pub fn slices(&self) -> [u32; 2] {
+        let slices = self.samples.div_ceil(SAMPLES_OF_A_SLICE).max(1);
+        [slices, (self.samples / (2 * slices)).max(1)]
+    }
+}
+
+/// What frames have, or why they have none.
+///
+/// # Errors
+/// What does not go with it, in a sentence.
+pub(super) fn choose(scene: &Scene, settings: &Settings, path: LightPath) -> Result<Result<AoPlan, String>, Error> {
+    let refuse = |why: String| Err(Error::AmbientOcclusion(why));
+    let (method, radius, samples) = (settings.ao, settings.ao_radius, settings.ao_samples);
+    if method == AmbientOcclusion::Off {
+        return Ok(Err("not asked for".into()));
+    }
+    if !(RADII.0..=RADII.1).contains(&radius) {
+        return refuse(format!("a radius of {radius} m: it must be {} to {} m", RADII.0, RADII.1));
+    }
+    if samples == 0 || samples > MOST_SAMPLES {
+        return refuse(format!("{samples} samples of the depth buffer: choose 1 to {MOST_SAMPLES}"));
+    }
+    if !is_used(scene, settings) {
+        let why = match settings.view {
+            View::Final | View::Lighting | View::Ambient | View::Bloom => {
+                "no light comes from everywhere, and it weakens no other"
+            }
+            _ => "this view does not show it",
+        };
+        return Ok(Err(why.into()));
+    }
+    if matches!(path, LightPath::Forward | LightPath::ForwardNaive) {
+        return refuse(format!(
+            "{method} looks at a G-buffer, and the light path {path} has none: choose another, as loop"
+        ));
+    }
+    if settings.msaa > 1 {
+        return refuse(format!(
+            "{method} looks at one depth a pixel, and with --msaa {} there are several: choose --samples",
+            settings.msaa
+        ));
+    }
+    let scale = if settings.ao_resolution == AoResolution::Half { 2 } else { 1 };
+    Ok(Ok(AoPlan { method, samples, radius, scale }))
+}
+
+/// The least and the greatest radius in metres.
+const RADII: (f32, f32) = (0.001, 1000.0);
+/// What a driver surely draws before its watchdog bites.
+const MOST_SAMPLES: u32 = 256;
+
+/// Whether something would show it.
+pub(super) fn is_used(scene: &Scene, settings: &Settings) -> bool {
+    settings.ao != AmbientOcclusion::Off
+        && match settings.view {
+            View::Final | View::Lighting | View::Ambient | View::Bloom => {
+                let sky = scene.sky.as_ref().is_some_and(|sky| super::sky::lights(sky, settings));
+                scene.environment.is_lit() || sky
+            }
+            view => view == View::Ao,
+        }
+}
+
+impl FramePlan {
+    /// Whether frames find ambient occlusion.
+    pub fn has_ao(&self) -> bool {
+        self.ao.is_ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Target, samples};
+    use super::*;
+    use crate::scene::Brdf;
+    use glam::Vec3;
+
+    #[test]
+    fn off_it_leaves_no_trace_and_on_it_parts_the_main_pass() {
+        let mut scene = samples::scene(vec![samples::textured(Brdf::Lambert)], vec![samples::sun()]);
+        scene.environment.ambient = Vec3::ONE;
+        let off = samples::plan(&scene, &samples::deferred());
+        let numbers = Settings { ao_radius: 3.0, ao_samples: 64, ..samples::deferred() };
+        assert!(off.has_structure_of(&samples::plan(&scene, &numbers)));
+        assert!(!off.has_ao() && !off.stores_gbuffer && off.format_of(Target::Visibility).is_none());
+        let half = Settings { ao: AmbientOcclusion::Gtao, ao_resolution: AoResolution::Half, ..numbers };
+        let on = samples::plan(&scene, &Settings { size: [33, 20], ..half });
+        assert!(on.has_ao() && on.stores_gbuffer);
+        assert_eq!((on.extent_of(Target::Visibility), on.extent_of(Target::Depth)), ([17, 10], [33, 20]));
+        // 4 bytes for one pixel of four.
+        assert_eq!((on.bytes_of(Target::Visibility), off.bytes_of(Target::Visibility)), (1, 0));
+    }
+
+    #[test]
+    fn samples_go_into_steps_first_and_then_into_slices() {
+        let slices = |samples| AoPlan { method: AmbientOcclusion::Gtao, samples, radius: 1.0, scale: 1 }.slices();
+        assert_eq!([1, 4, 16, 32, 64, 256].map(slices), [[1, 1], [1, 2], [1, 8], [1, 16], [2, 16], [8, 16]]);
+    }
+}
