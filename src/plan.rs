@@ -276,6 +276,8 @@ pub struct FramePlan {
     pub textures: TexturePlan,
     /// How textures are filtered where they are seen at a low angle; 1 where there is none of more than one texel.
     pub anisotropy: u32,
+    /// Edge of the square of a pixel, in pixels, that a frame filters textures for: 1, or less where several frames make a picture.
+    pub footprint: f32,
     /// What the first frame waits to be copied to the device.
     pub uploads: Uploads,
     /// The device can keep transient attachments in tile memory alone.
@@ -392,7 +394,8 @@ impl FramePlan {
         let pipelines = rules.pipelines(scene);
         let meshes = MeshPlan::of(scene, &rules);
         let rules = SurfaceRules { lod: if meshes.has_levels() { rules.lod } else { 0.0 }, ..rules };
-        let FilteredTextures { textures, anisotropy, warning } = FilteredTextures::of(scene, settings, device, &rules);
+        let FilteredTextures { textures, anisotropy, footprint, warning } =
+            FilteredTextures::of(scene, settings, device, &rules);
         let depth_prepass = lighting.has_prepass(settings, shading);
         let culling =
             culling::choose(scene, settings, device, &rules, shading, (depth_prepass, lighting.shadow.is_some()));
@@ -446,6 +449,7 @@ impl FramePlan {
             textures,
             materials: surfaces.materials,
             anisotropy,
+            footprint,
             lazily_allocated: device.lazily_allocated,
             software: device.software,
             keep: settings.keep,

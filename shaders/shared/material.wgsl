@@ -200,14 +200,27 @@ fn uv_of(slot: u32, uvs: Uvs) -> vec2<f32> {
 #endif
 }
 
+// Edge of the square of a pixel for which textures are filtered, in pixels: less than 1 where several frames make a picture, because each of them looks
+// at a part of the pixel. Gradients are scaled and not the level biased: a bias would leave the places of anisotropic filtering as far apart as they are
+// in a whole pixel.
+override FOOTPRINT: f32 = 1.0;
+
 // The texture of a slot at a place.
 #ifdef EXTRAS
 fn texel_of(slot: u32, own: texture_2d_array<f32>, own_sampler: sampler, uvs: Uvs) -> vec4<f32> {
-    return textureSample(own, own_sampler, uv_of(slot, uvs), uvs.layer);
+    let uv = uv_of(slot, uvs);
+    if FOOTPRINT < 1.0 {
+        return textureSampleGrad(own, own_sampler, uv, uvs.layer, dpdx(uv) * FOOTPRINT, dpdy(uv) * FOOTPRINT);
+    }
+    return textureSample(own, own_sampler, uv, uvs.layer);
 }
 #else
 fn texel_of(slot: u32, own: texture_2d<f32>, own_sampler: sampler, uvs: Uvs) -> vec4<f32> {
-    return textureSample(own, own_sampler, uv_of(slot, uvs));
+    let uv = uv_of(slot, uvs);
+    if FOOTPRINT < 1.0 {
+        return textureSampleGrad(own, own_sampler, uv, dpdx(uv) * FOOTPRINT, dpdy(uv) * FOOTPRINT);
+    }
+    return textureSample(own, own_sampler, uv);
 }
 #endif
 

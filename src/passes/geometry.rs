@@ -132,6 +132,7 @@ fn constants_of(plan: &FramePlan, key: GeometryKey) -> Vec<(u32, u32)> {
     let farthest: f32 = if half_position { 65000.0 } else { f32::MAX };
     vec![
         (constants::TEXTURES, key.textures.bits()),
+        (constants::FOOTPRINT, plan.footprint.to_bits()),
         (constants::COLORED, u32::from(key.extras.colors)),
         (constants::COLORED_LIGHT, u32::from(key.extras.colored_light)),
         (constants::LOOKS, u32::from(key.extras.looks)),

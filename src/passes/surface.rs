@@ -433,6 +433,7 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
     };
     vec![
         (constants::TEXTURES, key.textures.bits()),
+        (constants::FOOTPRINT, plan.footprint.to_bits()),
         (constants::COLORED, u32::from(key.extras.colors)),
         (constants::COLORED_LIGHT, u32::from(key.extras.colored_light)),
         (constants::LOOKS, u32::from(key.extras.looks)),

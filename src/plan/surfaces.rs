@@ -96,6 +96,7 @@ impl Surfaces {
 pub(super) struct FilteredTextures {
     pub textures: TexturePlan,
     pub anisotropy: u32,
+    pub footprint: f32,
     pub warning: Option<String>,
 }
 
@@ -106,6 +107,7 @@ impl FilteredTextures {
         let have_levels = textures.have_levels();
         Self {
             anisotropy: if have_levels { degree } else { 1 },
+            footprint: if have_levels { anisotropy::footprint(settings) } else { 1.0 },
             warning: anisotropy::warning(settings, device, degree).filter(|_| have_levels),
             textures,
         }

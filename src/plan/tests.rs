@@ -237,6 +237,15 @@ fn textures_are_filtered_as_far_as_the_device_goes_and_what_it_lacks_is_told() {
     // Only what somebody asked for is missed.
     assert_eq!((multisampled(false, 8), multisampled(true, 8)), ((8, 0), (1, 0)));
     assert_eq!((multisampled(true, 16), multisampled(true, 1)), ((1, 1), (1, 0)));
+    // The frames of a picture are the places that a pixel is filtered from, as many as there are frames; then each frame has a part of the pixel.
+    let averaged = |scene: &Scene, samples, anisotropy| {
+        let settings = Settings { samples, anisotropy, ..samples::deferred() };
+        let plan = FramePlan::of(scene, &settings, &device()).expect("a plan");
+        (plan.anisotropy, plan.footprint, plan.warnings().len())
+    };
+    assert_eq!((averaged(&textured, 1, 8), averaged(&textured, 4, 1)), ((8, 1.0, 0), (1, 0.5, 0)));
+    assert_eq!((averaged(&textured, 2, 8), averaged(&textured, 32, 8)), ((1, 0.5, 0), (1, 0.0625, 0)));
+    assert_eq!(averaged(&scene(vec![material(CT)], vec![sun()]), 32, 8), (1, 1.0, 0));
     // Without textures nobody misses it.
     assert_eq!(of(&scene(vec![material(CT)], vec![sun()]), 8, 4), (1, 0));
 }

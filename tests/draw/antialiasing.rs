@@ -3,7 +3,7 @@
 use crate::common::compare::assert_identical;
 use crate::common::gpu::{bytes, code, floats, nits, on_gpu, on_gpu_in_both_modes, places};
 use crate::common::stage::{
-    EDGE, EYE, add, directional, display, exact, gbuffer, lambert, open, own, point, rectangle, srgb_code, stage,
+    EDGE, EYE, add, directional, display, exact, gbuffer, lambert, open, own, plane, point, rectangle, srgb_code, stage,
 };
 use crate::common::truth::radiance;
 use crate::common::{one_of, some_in_turn};
@@ -14,12 +14,12 @@ use afterlight::scene::{
 use glam::{DAffine3, DVec3, Vec3};
 
 /// Radiance of the half-plane in nits; that of the background is `DARK`.
-const BRIGHT: f64 = 0.75;
-const DARK: f64 = 0.125;
+pub(crate) const BRIGHT: f64 = 0.75;
+pub(crate) const DARK: f64 = 0.125;
 
 /// A rectangle of `BRIGHT` in the plane z = 0, turned by an angle, of which the camera sees one edge that runs through the middle of
 /// the picture.
-fn edge(degrees: f64) -> Scene {
+pub(crate) fn edge(degrees: f64) -> Scene {
     let mut scene = stage();
     scene.environment.background = Vec3::splat(DARK as f32);
     let transform = DAffine3::from_rotation_z(degrees.to_radians());
@@ -114,6 +114,73 @@ fn each_frame_sees_what_lies_at_its_offset() {
                     assert!((nits(&picture, x, y).y - expected).abs() < 1e-4, "frame {index}, ({x}, {y})");
                 }
             }
+        }
+    });
+}
+
+/// Pixels of a wave on the plane, and texels of a pixel: levels of the texture are those of a power of two.
+const WAVE: f64 = 4.0;
+const TEXELS: f64 = 8.0;
+
+/// The plane with a texture that waves from left to right: mean 128 / 255, amplitude 100 / 255 in the largest level.
+fn waves() -> Scene {
+    let mut scene = plane(lambert(1.0), vec![directional(DVec3::Z, std::f32::consts::PI)]);
+    const EDGE: u32 = 1024;
+    let code = |column: u32| {
+        let phase = (f64::from(column) + 0.5) / (WAVE * TEXELS) * std::f64::consts::TAU;
+        (128.0 + 100.0 * phase.cos()).round() as u8
+    };
+    let texels: Vec<u8> =
+        (0..EDGE * EDGE).flat_map(|index| [[code(index % EDGE); 3].as_slice(), &[255]].concat()).collect();
+    scene.textures.push(Texture {
+        name: "waves".into(),
+        size: [EDGE; 2],
+        color_space: ColorSpace::Linear,
+        sampler: Default::default(),
+        texels: texels.into(),
+    });
+    scene.materials[0].base_color_texture = Some(0);
+    scene
+}
+
+fn sinc(x: f64) -> f64 {
+    if x == 0.0 { 1.0 } else { (std::f64::consts::PI * x).sin() / (std::f64::consts::PI * x) }
+}
+
+/// What is left of a wave in a level: its texels are means over squares, and it is interpolated linearly.
+fn left_in_level(level: f64) -> f64 {
+    let step = level.exp2() / (WAVE * TEXELS);
+    (if level > 0.0 { sinc(step) } else { 1.0 }) * sinc(step).powi(2)
+}
+
+#[test]
+fn a_texture_is_blurred_by_the_pixel_once_however_many_samples_it_has() {
+    on_gpu(|gpu| {
+        let scene = waves();
+        const SIZE: u32 = 32;
+        for (samples, anisotropy) in [(4u32, 1u32), (4, 8), (16, 1), (16, 4), (64, 1), (64, 8)] {
+            let settings = Settings { samples, anisotropy, ..exact(SIZE, SIZE) };
+            let picture = draw_samples(gpu, &scene, &settings);
+            let wave = |(x, y)| {
+                let phase = (f64::from(x) + 0.5 - f64::from(SIZE) / 2.0) / WAVE * std::f64::consts::TAU;
+                nits(&picture, x, y).y * phase.cos() * 2.0 / f64::from(SIZE * SIZE)
+            };
+            let found = places(&picture).map(wave).sum::<f64>() * 255.0 / 100.0;
+            // The mean over the frames' columns, which are as far apart as they can be; then the two levels that the sampler mixes.
+            let (count, f) = (f64::from(samples), std::f64::consts::PI / WAVE);
+            let averaged = f.sin() / (count * (f / count).sin());
+            let places = f64::from(anisotropy.min(samples));
+            let level = (TEXELS / (count * places).sqrt()).log2().max(0.0);
+            let (larger, share) = (left_in_level(level.floor()), level.fract());
+            let expected = averaged * (larger + (left_in_level(level.floor() + 1.0) - larger) * share);
+            // Codes of 8 bits are half a hundredth of the wave; texels that are interpolated add their harmonics, of which the nearest two of 8
+            // texels a wave have 1 / 49 and 1 / 81 of it before the mean over the pixel.
+            assert!(
+                (found - expected).abs() < 0.015,
+                "{samples} samples, {anisotropy} places: {found}, not {expected}"
+            );
+            // Nothing but the pixel is left where there are many.
+            assert!(samples < 64 || (found - sinc(1.0 / WAVE)).abs() < 0.02, "{samples}, {anisotropy}: {found}");
         }
     });
 }

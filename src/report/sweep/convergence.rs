@@ -71,7 +71,8 @@ fn floor_text(key: &str, floor: f64, expected: &Expected, truth: &TruthInfo) -> 
     let why = if expected.truth == Against::Converged && own > MOST * floor {
         format!("the truth is no surer than that: its own standard error is {own:.2e} with {} samples", truth.samples)
     } else if family == "samples" {
-        "more samples remove aliasing and nothing else: what is left is that of shadow maps, the G-buffer and filtered textures".into()
+        "more samples remove aliasing and what textures are blurred by, and nothing else: what is left is that of shadow maps and the G-buffer"
+            .into()
     } else {
         "finer maps remove the edges' steps and nothing else: what is left is the bias and the width of the filter, lights that have a size, \
          and the rest of the frame"

@@ -21,7 +21,8 @@
 //! Where raster and truth see different triangles, or something transparent is before the surface, all of the pixel's error but sampling is a
 //! part by itself.
 //!
-//! Limits: frames of one sample a pixel (samples, `msaa`, `fxaa` and `bloom` are set aside). Ks of the Phong models is taken to be stored
+//! Limits: frames of one sample a pixel (samples, `msaa`, `fxaa` and `bloom` are set aside), whose textures are filtered for a whole pixel: the frames of a
+//! picture of several samples filter for a part of it, so that they have less of that error. Ks of the Phong models is taken to be stored
 //! exactly: its rounding is found under *not explained*.
 
 mod device;
