@@ -15,6 +15,7 @@ mod cost;
 mod culling;
 mod error;
 mod gbuffer;
+mod lens;
 mod lights;
 mod occlusion;
 mod output;
@@ -326,6 +327,7 @@ impl Choices {
         });
         checks::check_antialiasing(settings, shading.is_lit())?;
         checks::check_bloom(settings)?;
+        lens::check(scene, settings)?;
         checks::check_msaa(settings, gbuffer.as_ref(), lighting.path, device)?;
         let blending = Blending {
             lit: shading.is_lit(),
@@ -454,7 +456,14 @@ impl FramePlan {
             software: device.software,
             keep: settings.keep,
             parts: Vec::new(),
-            warnings: lighting.shadow_warnings.iter().cloned().chain(warning).chain(refused_culling).collect(),
+            warnings: lighting
+                .shadow_warnings
+                .iter()
+                .cloned()
+                .chain(warning)
+                .chain(refused_culling)
+                .chain(lens::warning(settings))
+                .collect(),
             shadow_warnings: lighting.shadow_warnings,
         })
     }

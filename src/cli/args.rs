@@ -217,8 +217,10 @@ impl Args for SettingsArgs {
 
 /// A setting as an option.
 fn option(setting: &'static Setting) -> Arg {
-    let is_number =
-        matches!(setting.values, ValueKind::Whole(..) | ValueKind::Among(_) | ValueKind::Number(..) | ValueKind::Size);
+    let is_number = matches!(
+        setting.values,
+        ValueKind::Whole(..) | ValueKind::Among(_) | ValueKind::Number(..) | ValueKind::Size | ValueKind::Aperture
+    );
     Arg::new(setting.key)
         .long(setting.key)
         .value_name(setting.value_name())

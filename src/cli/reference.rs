@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use afterlight::frame::{Picture, Pixels};
 use afterlight::reference::shown::{Pixel, shown};
+use afterlight::reference::shutter::{self, Exposure, Shot};
 use afterlight::reference::{Cache, Cached, Mode, Options, Reference, Smith, Source, Truth, View};
 use afterlight::scene::{SETTINGS, Setting, Settings, SettingsPatch, exposure_scale, metered_ev100};
 use clap::ValueEnum;
@@ -101,7 +102,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.standard_error.iter().try_for_each(|target| target.sink.check())?;
     let workload = open(args)?;
     let settings = workload.decided(&SettingsPatch::default());
-    let view = View { camera: workload.scene.camera, size: settings.size };
+    // Of the moment at which the shutter opens.
+    let scene = workload.scene.at(&workload.playing);
+    let view = View { camera: scene.camera, size: settings.size };
     if u64::from(view.size[0]) * u64::from(view.size[1]) > MOST_PIXELS {
         let [width, height] = view.size;
         return Err(Failure::usage(format!("the size {width}x{height} is too large: a truth has at most 2^26 pixels")));
@@ -115,14 +118,23 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         SmithChoice::Separable => Smith::Separable,
     };
     let start = Instant::now();
-    let reference = Reference::new(&workload.scene)?
-        .with_brdf(settings.brdf)
-        .with_shadows(settings.shadows.enabled)
-        .with_sky_light(settings.sky_light)
-        .with_occlusion(settings.occlusion_radius());
+    let moving = (workload.scene.moves() && !args.point).then(|| Shot {
+        scene: &workload.scene,
+        playing: workload.playing.clone(),
+        path: None,
+        seconds: f64::from(settings.shutter),
+    });
+    let reference = Reference::new(&scene)?.with_settings(&settings, &view.camera);
     let built_ms = milliseconds_since(start);
     let start = Instant::now();
-    let Cached { truth, source, warnings } = compute(args, &reference, &view, &Options { mode, smith });
+    let Cached { truth, source, warnings } = match moving {
+        Some(shot) => {
+            let (brdf, shadows) = (settings.brdf, settings.shadows.enabled);
+            let exposure = Exposure { size: view.size, samples: samples_of(mode) as u32, brdf, shadows, smith };
+            expose(args, &shot, &exposure, &settings)?
+        }
+        None => compute(args, &reference, &view, &Options { mode, smith }),
+    };
     let cached = Cached { truth: truth.bloomed(&settings), source, warnings };
     let computed_ms = milliseconds_since(start);
     if !args.quiet {
@@ -143,17 +155,28 @@ fn refuse_approximations(args: &SettingsArgs) -> Result<(), Failure> {
     let given = SETTINGS.iter().find(|setting| !setting.of_truth && setting.text(&args.said).is_some());
     let Some(Setting { key, .. }) = given else { return Ok(()) };
     let why = format!("--{key} says how a frame is drawn: the truth is computed without it");
-    let what = "--size, --camera, --brdf, --shadows on|off and --bloom apply, and --exposure and --tonemap to a .png";
+    let what = "--size, --camera, --brdf, --shadows on|off, --bloom, --aperture, --focus and --shutter apply, and --exposure and --tonemap to a .png";
     Err(Failure::usage(why).with_hint(what))
+}
+
+fn samples_of(mode: Mode) -> u64 {
+    match mode {
+        Mode::Point => 1,
+        Mode::Converged { samples } => u64::from(samples),
+    }
+}
+
+/// What is seen while the shutter is open. No cache keeps it.
+fn expose(args: &Args, shot: &Shot, exposure: &Exposure, settings: &Settings) -> Result<Cached, Failure> {
+    let pixels = u64::from(exposure.size[0]) * u64::from(exposure.size[1]);
+    let bar = progress::shares(format!("{}: samples", args.scene), pixels * u64::from(exposure.samples), args.quiet);
+    let truth = shutter::render(shot, exposure, settings, &|done, _| bar.at(done))?;
+    Ok(Cached { truth, source: Source::Computed, warnings: Vec::new() })
 }
 
 fn compute(args: &Args, reference: &Reference, view: &View, options: &Options) -> Cached {
     let pixels = u64::from(view.size[0]) * u64::from(view.size[1]);
-    let samples = match options.mode {
-        Mode::Point => 1,
-        Mode::Converged { samples } => u64::from(samples),
-    };
-    let bar = progress::shares(format!("{}: samples", args.scene), pixels * samples, args.quiet);
+    let bar = progress::shares(format!("{}: samples", args.scene), pixels * samples_of(options.mode), args.quiet);
     let tell = |done: u64, _: u64| bar.at(done);
     match Cache::of_user().filter(|_| !args.no_cache) {
         Some(cache) => cache.render(reference, view, options, &tell),
@@ -187,7 +210,7 @@ fn linear(light: &[[f64; 3]]) -> Pixels {
 
 /// The scene, checked: no plan and no renderer does it where it is exported.
 fn open(args: &Args) -> Result<Workload, Failure> {
-    let workload = Workload::open(&args.scene, &args.settings, args.quiet)?;
+    let workload = Workload::open_for_shutter(&args.scene, &args.settings, args.quiet)?;
     workload
         .spare([Some(&args.output), args.standard_error.as_ref()].into_iter().flatten().map(|target| &target.sink))?;
     workload.scene.check()?;
@@ -201,6 +224,9 @@ fn export(args: &Args, folder: &Path) -> Result<(), Failure> {
     let refused = |why: String| Failure::new(Exit::BadInput, format!("cannot export {}: {why}", args.scene));
     if !settings.shadows.enabled {
         return Err(refused("light without shadows cannot be expressed".into()));
+    }
+    if workload.scene.moves() || !settings.aperture.is_pinhole() {
+        return Err(refused("neither a lens nor an open shutter is expressed".into()));
     }
     let (scene, camera) = (&workload.scene, workload.scene.camera);
     let shot = mitsuba::Shot { scene, camera, size: settings.size, brdf: settings.brdf };

@@ -13,7 +13,7 @@ use afterlight::frame::{self, Complexity, Picture, Pixels, Renderer, edges, list
 use afterlight::gpu::Device;
 use afterlight::measure::peak_memory_bytes;
 use afterlight::plan::{self, FramePlan};
-use afterlight::scene::{Output, Scene, Settings, SettingsPatch, View};
+use afterlight::scene::{Output, Pose, Scene, Settings, SettingsPatch, View, metered_ev100};
 
 use super::args::{DeviceArgs, SettingsArgs, ViewChoice, fps, samples, seconds, view};
 use super::contact_sheet::{self, Tile};
@@ -23,6 +23,7 @@ use super::output::{Sink, quoted};
 use super::table::{Table, bytes, milliseconds};
 use super::workload::{Workload, memory_table, milliseconds_since, plan_table};
 use super::{drop, memory, progress};
+use path::go_to;
 
 /// Draw scenes into a picture each
 #[derive(Debug, Clone, clap::Args)]
@@ -134,7 +135,11 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
 
 /// Draws and writes the picture of one scene.
 fn draw_scene(args: &Args, scene: &str, device: &Arc<Device>, is_verbose: bool) -> Result<Drawn, Failure> {
-    let open = if args.is_sequence() { Workload::open_moving } else { Workload::open };
+    let open = match args.view {
+        _ if args.is_sequence() => Workload::open_moving,
+        Some(ViewChoice::All) => Workload::open,
+        _ => Workload::open_for_shutter,
+    };
     let workload = open(scene, &args.settings, args.quiet)?;
     workload.spare([&args.output.sink])?;
     let files = workload.scene.files.clone();
@@ -175,21 +180,33 @@ fn draw(
     view: Option<View>,
     is_verbose: bool,
 ) -> Result<Drawn, Failure> {
-    let settings = settings(args, &workload, device, view)?;
+    let mut settings = settings(args, &workload, device, view)?;
+    let moves = workload.scene.moves();
+    if moves && settings.output != Output::Nits && settings.exposure.is_none() {
+        settings.exposure = Some(metered_ev100(&workload.scene.at(&workload.playing)));
+    }
     let start = Instant::now();
     let (mut renderer, hazards) = renderer(args, device, (&workload, &workload.scene), &settings)?;
     workload.warn(renderer.plan())?;
     let mut text = heading(&workload, &settings, device, &args.output.sink.to_string());
-    // They lie on the device now, and the first frame needs memory: drivers compile shaders for it.
-    (workload.scene.textures, workload.scene.meshes) = (Vec::new(), Vec::new());
+    if !moves {
+        // They lie on the device now, and the first frame needs memory: drivers compile shaders for it.
+        (workload.scene.textures, workload.scene.meshes) = (Vec::new(), Vec::new());
+    }
     memory::give_back();
     let bar = progress::bar("drawing".into(), u64::from(args.frames) * u64::from(settings.samples), args.quiet);
     let mut times = Table::with_figures_from(1);
     times.row(["load".to_owned(), milliseconds(workload.load_ms)]);
     // The camera rests; without the cache maps are drawn as if all did not.
     let moving = if settings.shadows.cache { "nothing moving" } else { "everything moving" };
+    let mut pose = Pose::default();
+    let mut taken = |renderer: &mut Renderer| {
+        let show =
+            |renderer: &mut Renderer, share| go_to(share * f64::from(settings.shutter), renderer, &workload, &mut pose);
+        renderer.picture_while(show, || bar.step())
+    };
     let mut picture;
-    if settings.samples == 1 {
+    if settings.samples == 1 && !moves {
         renderer.render(&workload.scene.camera)?;
         let first = renderer.wait()?;
         bar.step();
@@ -200,12 +217,12 @@ fn draw(
         }
         picture = renderer.read_back()?;
     } else {
-        picture = renderer.picture(&workload.scene.camera, || bar.step())?;
+        picture = taken(&mut renderer)?;
         let what = format!("{} samples", settings.samples);
         times.row([format!("first picture of {what}, with set-up"), milliseconds(milliseconds_since(start))]);
         let start = Instant::now();
         for _ in 1..args.frames {
-            picture = renderer.picture(&workload.scene.camera, || bar.step())?;
+            picture = taken(&mut renderer)?;
         }
         if args.frames > 1 {
             let mean = milliseconds_since(start) / f64::from(args.frames - 1);

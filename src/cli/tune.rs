@@ -111,6 +111,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     fix_driver_threads();
     session::with_device(&args.device, |device| {
         let workload = Workload::open(&args.scene, &args.measuring.settings(&args.motion, &args.settings), args.quiet)?;
+        workload.refuse_shutter("a choice of settings")?;
         workload.spare([&args.output])?;
         let goal = args.goal();
         let measured = measure(args, &workload, &device, &goal)?;

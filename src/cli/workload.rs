@@ -74,6 +74,32 @@ impl Workload {
         Ok(workload)
     }
 
+    /// Loads the scene as [`Workload::open`] does, but with all that moves in it where the shutter is open for some time.
+    pub fn open_for_shutter(spec: &str, args: &SettingsArgs, quiet: bool) -> Result<Self, Failure> {
+        let mut workload = Self::open_moving(spec, args, quiet)?;
+        if workload.scene.moves() {
+            workload.scene.check()?;
+            if workload.shutter() == 0.0 {
+                workload.scene = workload.scene.into_still(&workload.playing);
+            }
+        }
+        Ok(workload)
+    }
+
+    /// How long the shutter is open, in seconds.
+    pub fn shutter(&self) -> f64 {
+        f64::from(self.patch().decide().shutter)
+    }
+
+    /// Refuses an open shutter where a command looks at one moment.
+    pub fn refuse_shutter(&self, what: &str) -> Result<(), Failure> {
+        match self.patch().decide().shutter {
+            0.0 => Ok(()),
+            seconds => Err(Failure::usage(format!("a shutter of {seconds} s: {what} is of one moment"))
+                .with_hint("render and reference have a shutter")),
+        }
+    }
+
     /// Loads the scene with all that moves in it, and prints its warnings.
     pub fn open_moving(spec: &str, args: &SettingsArgs, quiet: bool) -> Result<Self, Failure> {
         let settings_file = args.file.as_deref().map(load_settings).transpose()?.unwrap_or_default();

@@ -9,6 +9,7 @@ mod complexity;
 mod deferred;
 pub mod edges;
 pub mod experiment;
+mod jitter;
 pub mod list;
 #[cfg(feature = "present")]
 mod present;
@@ -25,10 +26,11 @@ mod triangles;
 
 #[cfg(feature = "present")]
 pub use crate::passes::encode::WHITE_NITS;
-pub use accumulate::{Accumulator, sample_offset};
+pub use accumulate::Accumulator;
 pub use capabilities::capabilities;
 pub use changes::Changed;
 pub use complexity::Complexity;
+pub use jitter::{lens_point, moment, sample_offset};
 #[cfg(feature = "present")]
 pub use present::{Fitted, Outcome, Presenter};
 #[cfg(feature = "present")]
@@ -53,7 +55,7 @@ use crate::gpu_scene::{
 use crate::passes::copy::Copy;
 use crate::passes::{Recording, SetLayouts};
 use crate::plan::{self, FramePlan};
-use crate::scene::{self, Camera, LightPath, Scene, Settings};
+use crate::scene::{self, Camera, LightPath, Scene, Settings, ThinLens};
 use crate::visible::{Eye, MapDraw, STEPS, ShadowCache, Visible, World};
 
 /// While the device draws one frame, the CPU records the next.
@@ -486,24 +488,49 @@ impl Renderer {
         times.as_ref().and_then(|times| times.labels().get(1..)).unwrap_or_default()
     }
 
-    /// Draws the picture that the settings ask for, of one frame or many, and reads it back. `drawn` is told of each frame.
+    /// Draws the picture that the settings ask for, of one frame or many, and reads it back. Many look through all of the lens where there is one.
+    /// `drawn` is told of each frame.
     ///
     /// # Errors
     /// When the device is lost, or it lacks the memory for a copy.
-    pub fn picture(&mut self, camera: &Camera, mut drawn: impl FnMut()) -> Result<Picture, Error> {
+    pub fn picture(&mut self, camera: &Camera, drawn: impl FnMut()) -> Result<Picture, Error> {
+        self.picture_while(|_, _| Ok::<_, Error>(*camera), drawn)
+    }
+
+    /// The camera of frame `index` of a picture: where the settings ask for a lens and several frames, it stands in that frame's own point of it.
+    pub fn behind_lens(&self, camera: &Camera, index: u32) -> Camera {
+        let count = self.plan.samples;
+        let lens = ThinLens::of(&self.settings, camera).filter(|_| count > 1);
+        lens.map_or(*camera, |lens| lens.through(camera, lens_point(index, count)))
+    }
+
+    /// The same while things move and the shutter is open: before each frame `go_to` is given this renderer and the frame's moment, from 0 where the
+    /// shutter opens to 1; it poses the renderer, and returns the camera of that moment. One frame alone shows the moment 0.
+    ///
+    /// # Errors
+    /// Those of `go_to`, and as [`Renderer::picture`].
+    pub fn picture_while<E: From<Error>>(
+        &mut self,
+        mut go_to: impl FnMut(&mut Self, f64) -> Result<Camera, E>,
+        mut drawn: impl FnMut(),
+    ) -> Result<Picture, E> {
         let count = self.plan.samples;
         if count == 1 {
-            self.render(camera)?;
+            let camera = go_to(self, 0.0)?;
+            self.render(&camera)?;
             drawn();
-            return self.read_back();
+            return Ok(self.read_back()?);
         }
         let mut sum = Accumulator::new(&self.plan);
         for index in 0..count {
-            self.render_jittered(camera, sample_offset(index, count))?;
+            let camera = go_to(self, moment(index, count))?;
+            self.render_jittered(&self.behind_lens(&camera, index), sample_offset(index, count))?;
             match self.read_back()?.pixels {
                 Pixels::LinearF32(rgba) => sum.add(&rgba),
                 Pixels::Srgb8(_) => {
-                    return Err(gpu::Error::Misuse("frames of several samples are not linear".into()).into());
+                    return Err(
+                        Error::from(gpu::Error::Misuse("frames of several samples are not linear".into())).into()
+                    );
                 }
             }
             drawn();

@@ -74,7 +74,8 @@ impl FrameUniform {
         let (right, up, forward) = (camera.right(), camera.up(), camera.forward());
         let grid = Grid::of(plan.size);
         // The same offset twice, so that what is projected and what is rebuilt from depth agree.
-        let (offset_x, offset_y) = (jitter[0] * 2.0 / width, jitter[1] * 2.0 / height);
+        let (offset_x, offset_y) =
+            (jitter[0] * 2.0 / width + camera.shift.x / half_x, jitter[1] * 2.0 / height - camera.shift.y / half_y);
         let (ambient, ambient_tilt) = world.environment.hemispheres();
         let shadow = plan.shadow.as_ref();
         let aside = right * (half_x * offset_x) - up * (half_y * offset_y);

@@ -68,6 +68,9 @@ pub enum Error {
     /// Ambient occlusion that does not go with other settings, or of which a number is out of range.
     #[error("ambient occlusion: {0}")]
     AmbientOcclusion(String),
+    /// A lens or a shutter that does not go with the camera or other settings.
+    #[error("{0}")]
+    Lens(String),
     /// A change of a living scene that its plan does not allow.
     #[error("{0}")]
     Change(String),

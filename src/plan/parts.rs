@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use super::lights::MIXED_FALLOFF;
 use super::{
     FramePlan, Gbuffer, Grid, MapProjection, PlannedBrdf, PlannedLights, PlannedTexture, SLICES, Shading, ShadowLight,
-    ShadowPlan, Sums, Target, TextureSource, ToneMapping, anisotropy, format_bytes, shadow_reason,
+    ShadowPlan, Sums, Target, TextureSource, ToneMapping, anisotropy, format_bytes, lens, shadow_reason,
 };
 use crate::scene::{
     BlockFormat, HdrFormat, OptionalPart, Scene, Settings, SlotForm, TRAITS, TextureSlot, Transparency,
@@ -92,6 +92,7 @@ pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<
     add(PartGroup::Lights, shading(plan));
     add(PartGroup::Shadows, vec![shadow(scene, settings, plan)]);
     add(PartGroup::Camera, camera::parts(scene, plan));
+    add(PartGroup::Camera, lens::parts(scene, settings).into());
     parts
 }
 

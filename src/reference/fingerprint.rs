@@ -3,13 +3,13 @@
 //! Structures are taken apart whole, so that a field that is added to the scene does not compile until it is hashed, or named here as one on
 //! which no light depends.
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec2, DVec3, Vec3};
 
 use super::render::Reference;
 use super::{Options, Smith, View};
 use crate::scene::{
     AlphaMode, Brdf, Camera, CastsShadow, ColorSpace, Environment, Light, Look, Material, Mesh, Object, Projection,
-    Sampler, Scene, Sky, SkyImage, SunDisc, Texels, Texture, UvMap,
+    Sampler, Scene, Sky, SkyImage, SunDisc, Texels, Texture, ThinLens, UvMap,
 };
 
 #[cfg(test)]
@@ -254,7 +254,7 @@ impl Fingerprint {
 
     fn view(&mut self, view: &View) {
         let View { camera, size } = view;
-        let Camera { position, rotation, projection, near } = camera;
+        let Camera { position, rotation, projection, near, shift } = camera;
         self.vector(*position);
         rotation.to_array().into_iter().for_each(|entry| self.real(entry));
         let (kind, extent) = match *projection {
@@ -265,6 +265,10 @@ impl Fingerprint {
         self.real(extent);
         self.real(*near);
         size.iter().for_each(|&edge| self.number(u64::from(edge)));
+        // Truths that were kept before there were lenses stay true.
+        if *shift != DVec2::ZERO {
+            shift.to_array().into_iter().for_each(|slope| self.real(slope));
+        }
     }
 }
 
@@ -291,8 +295,12 @@ pub fn of(reference: &Reference, view: &View, options: &Options) -> blake3::Hash
         Smith::HeightCorrelated => 0,
         Smith::Separable => 1,
     });
+    if let Some(ThinLens { radius, focus }) = reference.lens {
+        [radius, focus].into_iter().for_each(|metres| fingerprint.real(metres));
+    }
     fingerprint.0.finalize()
 }
+
 impl Reference<'_> {
     /// A hash of all that a truth depends on, in hexadecimal digits.
     pub fn fingerprint(&self, view: &View, options: &Options) -> String {

@@ -19,6 +19,7 @@ mod render;
 mod sampling;
 mod shadow;
 pub mod shown;
+pub mod shutter;
 mod sky;
 mod surface;
 mod texture;

@@ -6,12 +6,12 @@ use rayon::prelude::*;
 use super::geometry::{Geometry, Hit};
 use super::intersect::Ray;
 use super::light::{self, Collector, Collects, Illumination, Reflector};
-use super::occlusion::{self, Rays};
+use super::occlusion;
 use super::shadow::Receiver;
 use super::sky::SkyLight;
 use super::surface::Surface;
 use super::{Mode, Options, Smith, Truth, View, material, sampling};
-use crate::scene::{AlphaMode, Brdf, Error, Light, Scene, TriangleId};
+use crate::scene::{AlphaMode, Brdf, Camera, Error, Light, Scene, Settings, ThinLens, TriangleId};
 
 /// Samples that are added to every pixel before the next pass begins. What a pass adds depends on the samples' numbers alone.
 pub const PASS: u32 = 4;
@@ -34,6 +34,7 @@ pub struct Reference<'a> {
     /// With directions of length 1.
     lights: Vec<Light>,
     geometry: Geometry<'a>,
+    pub(super) lens: Option<ThinLens>,
 }
 
 /// Mean and spread of the samples of each pixel so far (Welford 1962).
@@ -49,7 +50,7 @@ pub struct Accumulation {
 
 /// A view that is decided: rays through a picture.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Lens {
+pub(super) struct Rays {
     size: DVec2,
     near: f64,
     eye: DVec3,
@@ -58,6 +59,7 @@ pub(super) struct Lens {
     right: DVec3,
     down: DVec3,
     parallel: bool,
+    lens: Option<ThinLens>,
 }
 
 /// Which points of a light a sample asks.
@@ -73,7 +75,7 @@ struct Seen {
     triangle: Option<TriangleId>,
 }
 
-impl Lens {
+impl Rays {
     pub(super) fn of(view: &View) -> Self {
         let camera = &view.camera;
         let size = DVec2::new(f64::from(view.size[0]), f64::from(view.size[1]));
@@ -82,10 +84,11 @@ impl Lens {
             size,
             near: camera.near,
             eye: camera.position,
-            forward: camera.forward(),
+            forward: camera.forward() + camera.aside(),
             right: camera.right() * (half * size.x / size.y),
             down: -camera.up() * half,
             parallel: camera.is_orthographic(),
+            lens: None,
         }
     }
 
@@ -125,6 +128,16 @@ impl Lens {
     pub(super) fn eye_from(&self, place: DVec3) -> DVec3 {
         if self.parallel { -self.forward } else { -place.normalize() }
     }
+
+    /// Through a place of the picture and a point of the unit disc that stands for the lens, to the right and down: through the middle it meets the
+    /// plane that is sharp at the same place.
+    fn through(&self, place: DVec2, point: impl FnOnce() -> DVec2) -> Ray {
+        let middle = self.ray(place);
+        let Some(ThinLens { radius, focus }) = self.lens else { return middle };
+        let point = point() * radius;
+        let beside = self.right.normalize() * point.x + self.down.normalize() * point.y;
+        Ray::new(middle.origin + beside, middle.direction - beside / focus)
+    }
 }
 
 impl<'a> Reference<'a> {
@@ -147,7 +160,17 @@ impl<'a> Reference<'a> {
             occlusion: None,
             lights,
             geometry,
+            lens: None,
         })
+    }
+
+    /// With all that settings say of the truth, too: reflection model, shadows, light of the sky, ambient occlusion, and the lens of a camera.
+    pub fn with_settings(self, settings: &Settings, camera: &Camera) -> Self {
+        self.with_brdf(settings.brdf)
+            .with_shadows(settings.shadows.enabled)
+            .with_sky_light(settings.sky_light)
+            .with_occlusion(settings.occlusion_radius())
+            .with_lens(ThinLens::of(settings, camera))
     }
 
     /// With one reflection model for all materials, as `Settings::brdf` has it.
@@ -165,6 +188,11 @@ impl<'a> Reference<'a> {
         Self { occludes_sky, ..self }
     }
 
+    /// Through a lens, of which each sample of [`Mode::Converged`] has a point of its own; [`Mode::Point`] looks through the middle.
+    pub fn with_lens(self, lens: Option<ThinLens>) -> Self {
+        Self { lens, ..self }
+    }
+
     /// With shadows or without any, as `ShadowSettings::enabled` has it.
     pub fn with_shadows(self, shadows: bool) -> Self {
         Self { shadows, ..self }
@@ -178,13 +206,13 @@ impl<'a> Reference<'a> {
     /// The nearest opaque surface at a place of the picture, in pixels from its upper left corner (the middle of the first one is at
     /// 0.5, 0.5), its triangle, and its distance along the view axis in metres. The surface's place is relative to the camera's.
     pub fn surface(&self, view: &View, pixel: DVec2) -> Option<(Surface, TriangleId, f64)> {
-        let lens = Lens::of(view);
-        let ray = lens.ray(pixel);
-        let hit = self.geometry.seen(&ray, lens.near, &mut Vec::new())?;
+        let rays = Rays::of(view);
+        let ray = rays.ray(pixel);
+        let hit = self.geometry.seen(&ray, rays.near, &mut Vec::new())?;
         let (surface, _) = self.surface_of(&hit, &ray);
-        let surface = match lens.parallel {
+        let surface = match rays.parallel {
             true => {
-                Surface { position: surface.position + (ray.origin - lens.eye), ray: Some(ray.direction), ..surface }
+                Surface { position: surface.position + (ray.origin - rays.eye), ray: Some(ray.direction), ..surface }
             }
             false => surface,
         };
@@ -197,31 +225,32 @@ impl<'a> Reference<'a> {
         if !self.shadows {
             return 1.0;
         }
-        let lens = Lens::of(view);
-        let ray = lens.ray(pixel);
-        let hit = self.geometry.seen(&ray, lens.near, &mut Vec::new());
+        let rays = Rays::of(view);
+        let ray = rays.ray(pixel);
+        let hit = self.geometry.seen(&ray, rays.near, &mut Vec::new());
         hit.map_or(1.0, |hit| self.share(&Receiver::of(&self.geometry, &hit, &ray), light, Points::All))
     }
 
     /// Share of the light from everywhere that the nearest opaque surface there sees, 0 to 1, by [`occlusion::RAYS`] rays of so many metres; 1 where
     /// nothing is seen. The surface's own [`Surface::occlusion`] does not count.
     pub fn ambient_visibility(&self, view: &View, pixel: DVec2, radius: f64) -> f64 {
-        let lens = Lens::of(view);
+        let lens = Rays::of(view);
         let ray = lens.ray(pixel);
         let hit = self.geometry.seen(&ray, lens.near, &mut Vec::new());
         hit.map_or(1.0, |hit| {
             let (surface, _) = self.surface_of(&hit, &ray);
             let start = Receiver::of(&self.geometry, &hit, &ray).start;
-            occlusion::visibility(&self.geometry, (start, surface.normal), radius, Rays::All)
+            occlusion::visibility(&self.geometry, (start, surface.normal), radius, occlusion::Rays::All)
         })
     }
 
     /// The light, in nits, that what is seen at a place of the picture sends along the ray through another, as [`Mode::Point`] has it where both
     /// are the middle of a pixel.
     pub fn light(&self, view: &View, smith: Smith, place: DVec2, along: DVec2) -> [f64; 3] {
-        let lens = Lens::of(view);
-        let along = Some(lens.ray(along).direction);
-        self.look(&lens, place, smith, Points::All, along, &mut Vec::new()).radiance.to_array()
+        let rays = Rays::of(view);
+        let along = Some(rays.ray(along).direction);
+        let ray = rays.ray(place);
+        self.look(rays.near, &ray, smith, Points::All, along, &mut Vec::new()).radiance.to_array()
     }
 
     /// Renders a picture. The same on any number of threads, to the last bit.
@@ -241,7 +270,7 @@ impl<'a> Reference<'a> {
     }
 
     fn render_points(&self, view: &View, smith: Smith, progress: Progress) -> Truth {
-        let lens = Lens::of(view);
+        let rays = Rays::of(view);
         let (width, height) = (view.size[0] as usize, view.size[1] as usize);
         let mut radiance = vec![[0.0; 3]; width * height];
         let mut triangles = vec![None; width * height];
@@ -250,7 +279,7 @@ impl<'a> Reference<'a> {
         rows.for_each_init(Vec::new, |transparent, (y, (radiance, triangles))| {
             for x in 0..width {
                 let place = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-                let seen = self.look(&lens, place, smith, Points::All, None, transparent);
+                let seen = self.look(rays.near, &rays.ray(place), smith, Points::All, None, transparent);
                 (radiance[x], triangles[x]) = (seen.radiance.to_array(), seen.triangle);
             }
             let before = done.fetch_add(width as u64, std::sync::atomic::Ordering::Relaxed);
@@ -268,7 +297,20 @@ impl<'a> Reference<'a> {
         accumulation: &mut Accumulation,
         progress: &(dyn Fn(u64) + Sync),
     ) {
-        let lens = Lens::of(view);
+        self.accumulate_some(view, (smith, count), &|_| true, accumulation, progress);
+        accumulation.samples += count;
+    }
+
+    /// The same for some of the pixels alone, by their index.
+    pub(super) fn accumulate_some(
+        &self,
+        view: &View,
+        (smith, count): (Smith, u32),
+        is_wanted: &(dyn Fn(u64) -> bool + Sync),
+        accumulation: &mut Accumulation,
+        progress: &(dyn Fn(u64) + Sync),
+    ) {
+        let rays = Rays { lens: self.lens, ..Rays::of(view) };
         let width = view.size[0] as usize;
         let first = accumulation.samples;
         let before = u64::from(first) * accumulation.mean.len() as u64;
@@ -278,37 +320,39 @@ impl<'a> Reference<'a> {
             for x in 0..width {
                 let corner = DVec2::new(x as f64, y as f64);
                 let pixel = (y * width + x) as u64;
+                if !is_wanted(pixel) {
+                    continue;
+                }
                 for sample in first..first + count {
                     let place = corner + sampling::in_pixel(sample, pixel);
                     let points = Points::One { sample, pixel };
-                    let radiance = self.look(&lens, place, smith, points, None, transparent).radiance;
+                    let ray = rays.through(place, || sampling::on_lens(sample, pixel));
+                    let radiance = self.look(rays.near, &ray, smith, points, None, transparent).radiance;
                     add(radiance, sample + 1, &mut means[x], &mut squares[x]);
                 }
             }
             let added = u64::from(count) * width as u64;
             progress(done.fetch_add(added, std::sync::atomic::Ordering::Relaxed) + added);
         });
-        accumulation.samples += count;
     }
 
     /// What comes to the eye at a place of the picture: the nearest opaque surface or the background, and over it what is transparent.
     /// [`Surface::ray`] is `along`.
     fn look(
         &self,
-        lens: &Lens,
-        place: DVec2,
+        near: f64,
+        ray: &Ray,
         smith: Smith,
         points: Points,
         along: Option<DVec3>,
         transparent: &mut Vec<Hit>,
     ) -> Seen {
-        let ray = lens.ray(place);
-        let nearest = self.geometry.seen(&ray, lens.near, transparent);
+        let nearest = self.geometry.seen(ray, near, transparent);
         let behind = nearest.map_or_else(
             || self.background(ray.direction),
-            |hit| self.shown(&hit, (&ray, along), smith, points, DVec3::ZERO),
+            |hit| self.shown(&hit, (ray, along), smith, points, DVec3::ZERO),
         );
-        let over = |behind, hit: &Hit| self.shown(hit, (&ray, along), smith, points, behind);
+        let over = |behind, hit: &Hit| self.shown(hit, (ray, along), smith, points, behind);
         let radiance = transparent.iter().fold(behind, over);
         Seen { radiance, triangle: nearest.map(|hit| self.geometry.triangles[hit.triangle].id) }
     }
@@ -374,7 +418,7 @@ impl<'a> Reference<'a> {
 
     /// What of the light at the middle of a pixel, as [`Mode::Point`] has it, is the sky's, in nits: of the nearest opaque surface; zero where nothing is.
     pub fn light_of_sky(&self, view: &View, pixel: DVec2) -> [f64; 3] {
-        let lens = Lens::of(view);
+        let lens = Rays::of(view);
         let ray = lens.ray(pixel);
         let collected = || {
             let hit = self.geometry.seen(&ray, lens.near, &mut Vec::new())?;
@@ -390,8 +434,8 @@ impl<'a> Reference<'a> {
     fn open(&self, hit: &Hit, ray: &Ray, (normal, points): (DVec3, Points)) -> f64 {
         let Some(radius) = self.occlusion.filter(|_| self.scene.environment.is_lit()) else { return 1.0 };
         let rays = match points {
-            Points::All => Rays::All,
-            Points::One { sample, pixel } => Rays::Of { sample, pixel },
+            Points::All => occlusion::Rays::All,
+            Points::One { sample, pixel } => occlusion::Rays::Of { sample, pixel },
         };
         occlusion::visibility(&self.geometry, (Receiver::of(&self.geometry, hit, ray).start, normal), radius, rays)
     }

@@ -1,7 +1,7 @@
-//! Where samples lie: over a pixel's square and over the discs of lights.
+//! Where samples lie: over a pixel's square, over the discs of lights and of the lens, and in the time for which a shutter is open.
 //!
 //! Converged pictures take the first two dimensions of Sobol's sequence with hashed Owen scrambling, their order shuffled anew for the
-//! pixel's square and for each light (Burley, "Practical Hash-Based Owen Scrambling", JCGT 2020). So each is evenly covered by any number of
+//! pixel's square, for the lens and for each light (Burley, "Practical Hash-Based Owen Scrambling", JCGT 2020). So each is evenly covered by any number of
 //! samples, none depends on another, more samples go on from fewer, and each sample alone is uniform, so that means are without bias.
 
 use std::f64::consts::TAU;
@@ -74,6 +74,20 @@ pub fn on_sky(index: u32, pixel: u64, strategy: u64) -> DVec2 {
 pub fn on_hemisphere(index: u32, pixel: u64) -> DVec2 {
     disc(element(index, hash(hash(pixel) ^ u64::MAX)))
 }
+
+/// Where on the unit disc that stands for the lens sample `index` of a pixel looks through it.
+pub fn on_lens(index: u32, pixel: u64) -> DVec2 {
+    disc(element(index, hash(hash(pixel) ^ LENS)))
+}
+
+/// Which of `count` equal parts of its time sample `index` of a pixel takes.
+pub fn part_of_time(index: u32, pixel: u64, count: u32) -> u32 {
+    (hash(hash(pixel ^ SHUTTER) ^ u64::from(index)) % u64::from(count)) as u32
+}
+
+/// Numbers that no light has.
+const LENS: u64 = u64::MAX - 100;
+const SHUTTER: u64 = u64::MAX - 101;
 
 /// Point `index` of [`DISC_POINTS`] that cover the unit disc evenly: a sunflower's seeds, turned by the light's number so that edges
 /// along the same line are not cut alike.

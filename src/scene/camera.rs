@@ -4,7 +4,7 @@ use std::fmt::{self, Display};
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-use glam::{DAffine3, DMat3, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
 
 use super::Error;
 
@@ -52,6 +52,9 @@ pub struct Camera {
     pub projection: Projection,
     /// Distance of the near plane, above 0.
     pub near: f64,
+    /// How far the picture's middle lies beside what the camera looks at, to its right and up, as slopes: a lens through whose points frames look
+    /// has its picture so shifted. 0 for an orthographic camera.
+    pub shift: DVec2,
 }
 
 impl Default for Camera {
@@ -61,6 +64,7 @@ impl Default for Camera {
             rotation: DQuat::IDENTITY,
             projection: Projection::perspective(60.0),
             near: 0.1,
+            shift: DVec2::ZERO,
         }
     }
 }
@@ -102,6 +106,11 @@ impl Camera {
     /// What is up in its picture, of length 1.
     pub fn up(&self) -> DVec3 {
         self.rotation * DVec3::Y
+    }
+
+    /// From what it looks at to the middle of its picture, where [`Camera::w`] is 1.
+    pub fn aside(&self) -> DVec3 {
+        self.right() * self.shift.x + self.up() * self.shift.y
     }
 
     /// Whether its rays are parallel.

@@ -3,7 +3,7 @@
 
 use std::ops::RangeInclusive;
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec2, DVec3, Vec3};
 
 use super::camera::{FOV_Y_DEGREES, HEIGHT};
 use super::texture::MAX_TEXTURE_EDGE;
@@ -14,6 +14,8 @@ use super::{
 
 /// Vertices of all meshes together: a draw adds a signed offset of 32 bits to its indices.
 const MOST_VERTICES: usize = i32::MAX as usize;
+/// Slopes of a camera's shift that a projection in f32 holds: beyond those of the widest lens with the nearest focus.
+const MOST_SHIFT: f64 = 1e9;
 /// Indices of all meshes together, which a draw counts in 32 bits.
 const MOST_INDICES: usize = u32::MAX as usize;
 
@@ -311,7 +313,7 @@ impl Environment {
 impl Camera {
     /// What of the camera nothing could be seen with, in words.
     pub(crate) fn fault(&self) -> Option<String> {
-        let Self { position, rotation, projection, near } = *self;
+        let Self { position, rotation, projection, near, shift } = *self;
         if !position.is_finite() {
             return Some(infinite("position"));
         }
@@ -324,6 +326,10 @@ impl Camera {
         };
         if !range.contains(&value) {
             return Some(format!("its {what} is {value}, not from {} to {}", range.start(), range.end()));
+        }
+        let fits = shift.is_finite() && shift.abs().max_element() <= MOST_SHIFT;
+        if !fits || self.is_orthographic() && shift != DVec2::ZERO {
+            return Some(format!("its picture is shifted by {shift}"));
         }
         (!(near > 0.0 && near.is_finite())).then(|| format!("its near plane is at {near} m, not beyond 0"))
     }

@@ -76,7 +76,7 @@ impl CameraPath {
             position: hermite([from.camera.position, to.camera.position], velocities, share),
             rotation: turned(from.camera.rotation, to.camera.rotation, share),
             projection: zoomed(&from.camera, &to.camera, share),
-            near: from.camera.near,
+            ..from.camera
         }
     }
 
@@ -202,7 +202,7 @@ mod tests {
                 time += step;
                 let rotation = DQuat::from_rotation_y(turn) * DQuat::from_rotation_x(x);
                 let position = DVec3::new(x, turn, x * turn);
-                let camera = Camera { position, rotation, projection: Projection::perspective(fov), near: 0.1 };
+                let camera = Camera { position, rotation, projection: Projection::perspective(fov), ..Camera::default() };
                 CameraKey { time, camera }
             }).collect();
             let path = CameraPath::new(keys.clone()).unwrap();

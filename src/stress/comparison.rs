@@ -38,12 +38,7 @@ impl<'a> Comparison<'a> {
         Ok(Self {
             pictures,
             drawn,
-            reference: reference
-                .with_brdf(settings.brdf)
-                .with_shadows(settings.shadows.enabled)
-                .with_sky_light(settings.sky_light)
-                .with_occluded_sky(!subject.open_sky)
-                .with_occlusion(settings.occlusion_radius()),
+            reference: reference.with_settings(&settings, &truth.camera).with_occluded_sky(!subject.open_sky),
             eye: Eye { camera: truth.camera, size: settings.size },
             exposure: f64::from(exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(truth)))),
         })

@@ -199,10 +199,15 @@ impl<'a> Pictures<'a> {
         let settings = if view == self.settings.view { self.settings.clone() } else { self.settings.showing(view) };
         let mut renderer = Renderer::new(self.device, &self.subject.scene, &settings)?;
         self.largest = saturation(renderer.plan());
-        if let Some(pose) = self.subject.pose() {
-            renderer.pose(&self.subject.scene, &pose)?;
-        }
-        match renderer.picture(&self.subject.scene.camera, || {})?.pixels {
+        let Subject { scene, playing, .. } = self.subject;
+        let show = |renderer: &mut Renderer, share: f64| {
+            if let Some(playing) = playing {
+                let time = playing.time + share * f64::from(settings.shutter);
+                renderer.pose(scene, &scene.motion.pose(&playing.with_time(time)))?;
+            }
+            Ok::<_, frame::Error>(scene.camera)
+        };
+        match renderer.picture_while(show, || {})?.pixels {
             Pixels::LinearF32(rgba) => Ok(rgba),
             Pixels::Srgb8(_) => Err(Error::Refused(format!("{view} has no values that could be compared"))),
         }

@@ -119,14 +119,14 @@ struct View<'a> {
 
 impl<'a> View<'a> {
     fn of(camera: &'a Camera, depth: &'a Depth, size: [u32; 2]) -> Self {
-        let [width, height] = size.map(f64::from);
+        let scale = f64::from(size[1]) * 0.5 / camera.half_height();
         Self {
             grid: Grid::of(size),
             camera,
             depth,
             axes: DMat3::from_cols(camera.right(), -camera.up(), camera.forward()).transpose(),
-            scale: height * 0.5 / camera.half_height(),
-            center: [width * 0.5, height * 0.5],
+            scale,
+            center: axis_pixel(camera, size, scale),
         }
     }
 
@@ -141,6 +141,12 @@ impl<'a> View<'a> {
         // Clamped: no cast overflows, also from infinity.
         Some((from.max(0.0) as u32, to.min(f64::from(count - 1)) as u32))
     }
+}
+
+/// The pixel of a camera's axis, to the right and down, in a picture with `scale` pixels a unit of x over w.
+pub(super) fn axis_pixel(camera: &Camera, size: [u32; 2], scale: f64) -> [f64; 2] {
+    let [width, height] = size.map(f64::from);
+    [width * 0.5 - camera.shift.x * scale, height * 0.5 + camera.shift.y * scale]
 }
 
 /// The pixels that an interval of x or y covers anywhere between two distances, whose w is given, with a pixel of slack. `scale` is in pixels a

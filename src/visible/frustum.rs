@@ -1,6 +1,6 @@
 //! The part of space that a camera sees.
 
-use glam::{DVec3, Vec4};
+use glam::{DVec2, DVec3, Vec4};
 
 use crate::plan::Reach;
 use crate::plan::box_tree::Side;
@@ -16,6 +16,7 @@ impl Frustum {
         let half_y = camera.half_height();
         let half_x = half_y * aspect;
         let (forward, right, up) = (camera.forward(), camera.right(), camera.up());
+        let DVec2 { x, y } = camera.shift;
         // Across the picture a side is `half` away from the axis, times w: a plane through the camera, or one beside it.
         let side = |outwards: DVec3, half: f64| {
             let (along, beside) = (half * (camera.w(1.0) - camera.w(0.0)), half * camera.w(0.0));
@@ -23,7 +24,15 @@ impl Frustum {
             (normal / length, beside / length - normal.dot(camera.position) / length)
         };
         let near = (forward, -forward.dot(camera.position) - camera.near);
-        Self { planes: [near, side(right, half_x), side(-right, half_x), side(up, half_y), side(-up, half_y)] }
+        Self {
+            planes: [
+                near,
+                side(right, half_x + x),
+                side(-right, half_x - x),
+                side(up, half_y + y),
+                side(-up, half_y - y),
+            ],
+        }
     }
 
     /// Of planes around a place, in f32.

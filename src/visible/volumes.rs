@@ -3,7 +3,7 @@
 
 use glam::{DMat3, DVec3, Vec4};
 
-use super::clusters::screen_span;
+use super::clusters::{axis_pixel, screen_span};
 use super::{ActiveLights, World};
 use crate::plan::Reach;
 use crate::scene::{Camera, Solid};
@@ -38,6 +38,7 @@ const SLACK: f64 = 1e-3;
 pub(super) fn rectangles(reaches: &[Reach], first: u32, camera: &Camera, size: [u32; 2]) -> Vec<LightRect> {
     let axes = DMat3::from_cols(camera.right(), -camera.up(), camera.forward()).transpose();
     let scale = f64::from(size[1]) * 0.5 / camera.half_height();
+    let middle = axis_pixel(camera, size, scale);
     let rectangle = |(light, reach): (u32, &Reach)| {
         let center = axes * (reach.center - camera.position);
         let radius = reach.radius * (1.0 + SLACK);
@@ -48,7 +49,7 @@ pub(super) fn rectangles(reaches: &[Reach], first: u32, camera: &Camera, size: [
         let span = |axis: usize| {
             let edge = f64::from(size[axis]);
             let across = (center[axis] - radius, center[axis] + radius);
-            let (low, high) = screen_span(across, (camera.w(near), camera.w(far)), scale, edge * 0.5);
+            let (low, high) = screen_span(across, (camera.w(near), camera.w(far)), scale, middle[axis]);
             let (from, to) = (low.floor().clamp(0.0, edge), high.ceil().clamp(0.0, edge));
             // An infinite reach has no finite span: all of it.
             let (from, to) = if radius.is_finite() { (from, to) } else { (0.0, edge) };

@@ -111,6 +111,7 @@ mod tests {
             rotation: DQuat::IDENTITY,
             projection: Projection::perspective(90.0),
             near: 0.5,
+            ..Camera::default()
         };
         let [from, to] =
             project(&camera, [DVec3::NEG_Z, DVec3::new(2.0, 1.0, -2.0)], SIZE).expect("is before the camera");

@@ -55,6 +55,7 @@ pub fn camera() -> Camera {
         rotation: DQuat::IDENTITY,
         projection: Projection::perspective(2.0 * 0.5f64.atan().to_degrees()),
         near: 0.125,
+        ..Camera::default()
     }
 }
 

@@ -17,6 +17,7 @@ mod frames;
 mod gbuffer;
 #[cfg(feature = "report")]
 mod golden;
+mod lens;
 #[cfg(feature = "report")]
 mod levels;
 mod looks;

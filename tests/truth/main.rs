@@ -9,6 +9,7 @@ mod attribution;
 mod compare;
 mod cross_check;
 mod formulas;
+mod lens;
 mod looks;
 mod materials;
 mod reference;

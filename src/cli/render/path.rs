@@ -58,7 +58,12 @@ impl Moments {
 }
 
 /// Has the renderer draw the scene as it is so many seconds after the first moment, and returns the scene's camera then.
-fn go_to(seconds: f64, renderer: &mut Renderer, workload: &Workload, pose: &mut Pose) -> Result<Camera, Failure> {
+pub(super) fn go_to(
+    seconds: f64,
+    renderer: &mut Renderer,
+    workload: &Workload,
+    pose: &mut Pose,
+) -> Result<Camera, Failure> {
     let scene = &workload.scene;
     if !scene.moves() {
         return Ok(scene.camera);
@@ -97,9 +102,12 @@ pub fn draw(args: &Args, mut workload: Workload, device: &Arc<Device>, is_verbos
     for index in 0..count {
         let start = Instant::now();
         let seconds = moments.seconds(index);
-        let own = go_to(seconds, &mut renderer, workload, &mut pose)?;
-        let camera = moments.path.as_ref().map_or(own, |path| path.at(seconds));
-        let picture = renderer.picture(&camera, || {})?;
+        let show = |renderer: &mut Renderer, share| {
+            let seconds = seconds + share * f64::from(settings.shutter);
+            let own = go_to(seconds, renderer, workload, &mut pose)?;
+            Ok::<_, Failure>(moments.path.as_ref().map_or(own, |path| path.at(seconds)))
+        };
+        let picture = renderer.picture_while(show, || {})?;
         drawing.push(milliseconds_since(start));
         target(index).write(&picture)?;
         bar.step();

@@ -148,6 +148,7 @@ struct Subject {
 impl Subject {
     fn open(args: &Args, spec: &str, device: &Device) -> Result<Self, Failure> {
         let workload = Workload::open(spec, &args.measuring.settings(&args.motion, &args.settings), args.quiet)?;
+        workload.refuse_shutter("a report")?;
         workload.spare(&args.json)?;
         let base = base_of(&workload);
         let sweep = sweep_of(&workload, &base, device, &args.measuring.selection(args.families.clone()))?;

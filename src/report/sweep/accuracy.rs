@@ -95,11 +95,7 @@ impl Truths {
         progress: &(dyn Fn(&str, u64, u64) + Sync),
     ) -> Result<Self, Error> {
         let reference = Reference::new(scene).map_err(frame::Error::from)?;
-        let reference = reference
-            .with_brdf(settings.brdf)
-            .with_shadows(settings.shadows.enabled)
-            .with_sky_light(settings.sky_light)
-            .with_occlusion(settings.occlusion_radius());
+        let reference = reference.with_settings(settings, &view.camera);
         let cache = Cache::of_user();
         let mut warnings = Vec::new();
         let mut render = |mode, what: &str| {

@@ -78,11 +78,7 @@ impl DeviceMeter<'_> {
     pub fn attribution(&self, limits: &Limits) -> Result<Attribution, Error> {
         let settings = self.base.decide();
         let reference = Reference::new(self.scene).map_err(frame::Error::from)?;
-        let reference = reference
-            .with_brdf(settings.brdf)
-            .with_shadows(settings.shadows.enabled)
-            .with_sky_light(settings.sky_light)
-            .with_occlusion(settings.occlusion_radius());
+        let reference = reference.with_settings(&settings, &self.camera);
         let view = View { camera: self.camera, size: settings.size };
         let subject = Subject { scene: self.scene, reference: &reference, settings: &settings, view: &view, point: 0 };
         let truths = attribution::Truths { point: &self.truths.raw.point, converged: &self.truths.raw.converged };

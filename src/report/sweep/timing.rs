@@ -100,7 +100,8 @@ impl<'a> Contender<'a> {
         let (mut gpu, mut wall) = (Some(0.0), 0.0);
         let mut sum = (count > 1).then(|| Accumulator::new(self.renderer.plan()));
         for index in 0..count {
-            self.renderer.render_jittered(self.camera, sample_offset(index, count))?;
+            let camera = self.renderer.behind_lens(self.camera, index);
+            self.renderer.render_jittered(&camera, sample_offset(index, count))?;
             let frame = self.renderer.wait()?;
             gpu = gpu.zip(frame.gpu_ms).map(|(sum, ms)| sum + ms);
             wall += frame.wall_ms;

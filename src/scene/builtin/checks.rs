@@ -70,6 +70,7 @@ fn plain_stage() -> Stage {
         rotation: DQuat::IDENTITY,
         projection: Projection::perspective(2.0 * 0.5f64.atan().to_degrees()),
         near: 0.1,
+        ..Camera::default()
     };
     stage.scene.settings = SettingsPatch {
         // 1 / (1.2 * 2^EV100) = 1

@@ -70,6 +70,7 @@ fn build(params: &Params) -> Scene {
         rotation: DQuat::IDENTITY,
         projection: Projection::perspective(FOV_Y_DEGREES),
         near: 0.1,
+        ..Camera::default()
     };
     stage.scene
 }

@@ -120,7 +120,10 @@ fn said(setting: &Setting, node: &Node, patch: &mut SettingsPatch) -> Result<(),
             let [width, height] = node.items("[width, height] in pixels")?;
             format!("{}x{}", width.integer(1..=u32::MAX)?, height.integer(1..=u32::MAX)?)
         }
-        ValueKind::Size | ValueKind::Names(_) | ValueKind::Layout | ValueKind::Parts => node.string()?.to_owned(),
+        ValueKind::Aperture if !node.is_string() => node.digits().unwrap_or_default(),
+        ValueKind::Size | ValueKind::Aperture | ValueKind::Names(_) | ValueKind::Layout | ValueKind::Parts => {
+            node.string()?.to_owned()
+        }
     };
     setting.set(patch, Some(&text)).map_err(|why| node.wrong(why))
 }

@@ -56,7 +56,8 @@ pub fn to_toml(origin: Origin, scene: &Scene, camera: &Camera, settings: &Settin
             format!("[[models]]\npath = {file}\n{chosen}lights = false\nscale = {scale:?}\n{turned}")
         }
     };
-    let Camera { position, rotation, projection, near } = camera;
+    // No scene has a camera that is shifted: frames that look through a lens have.
+    let Camera { position, rotation, projection, near, shift: _ } = camera;
     let (place, turn) = (position.to_array(), rotation.to_array());
     let _ = writeln!(text, "\n# --camera \"{camera}\"\n[camera]\nposition = {place:?}");
     let _ = writeln!(text, "rotation = {{ quaternion = {turn:?} }}\n{}near = {near:?}", lens(projection));

@@ -18,7 +18,7 @@ pub(super) fn camera(index: usize, json: &JsonCamera) -> Result<Camera, String> 
     };
     // An orthographic one may begin at its place.
     let near = if near == 0.0 && json.perspective.is_none() { 1e-6 } else { near };
-    let camera = Camera { position: DVec3::ZERO, rotation: DQuat::IDENTITY, projection, near };
+    let camera = Camera { position: DVec3::ZERO, rotation: DQuat::IDENTITY, projection, near, ..Camera::default() };
     camera.fault().map_or(Ok(camera), |fault| Err(within(fault)))
 }
 

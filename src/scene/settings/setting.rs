@@ -3,6 +3,7 @@
 use std::fmt::{self, Display};
 
 use super::SettingsPatch;
+use crate::scene::Aperture;
 
 /// A setting, as far as everything but its consumer has to know it: the command line, `--vary`, scene files, docs/SETTINGS.md, the
 /// window's panel, the sweep of a report and the tests are made from these rows.
@@ -69,6 +70,8 @@ pub enum ValueKind {
     Number(f32, f32),
     /// Width and height in pixels.
     Size,
+    /// How wide a lens is: metres, or an f-number.
+    Aperture,
     /// Formats of the G-buffer's targets.
     Layout,
     /// Parts of a frame.
@@ -84,6 +87,7 @@ impl ValueKind {
             Self::Among(numbers) => text.parse().is_ok_and(|number| numbers.contains(&number)),
             Self::Number(from, to) => text.parse().is_ok_and(|number: f32| (from..=to).contains(&number)),
             Self::Size => <[u32; 2]>::read(text).is_ok(),
+            Self::Aperture => Aperture::read(text).is_ok(),
             Self::Names(_) | Self::Layout | Self::Parts => true,
         }
     }
@@ -104,7 +108,8 @@ impl ValueKind {
             Self::OnOff => (text == "on").to_string(),
             Self::Whole(..) | Self::Among(_) | Self::Number(..) => text.to_owned(),
             Self::Size => format!("[{}]", text.replace('x', ", ")),
-            Self::Names(_) | Self::Layout | Self::Parts => format!("\"{text}\""),
+            Self::Aperture if text.parse::<f64>().is_ok() => text.to_owned(),
+            Self::Names(_) | Self::Aperture | Self::Layout | Self::Parts => format!("\"{text}\""),
         }
     }
 }
@@ -117,6 +122,7 @@ impl Display for ValueKind {
             Self::Whole(from, to) => write!(f, "a whole number from {from} to {to}"),
             Self::Number(from, to) => write!(f, "a number from {from} to {to}"),
             Self::Size => f.write_str("WIDTHxHEIGHT, each at least 1, as in 1280x720"),
+            Self::Aperture => f.write_str(Aperture::RANGE),
             Self::Layout => f.write_str("lean, fat or float32, and overrides by target, as in lean,normal=rgb10a2"),
             Self::Parts => {
                 f.write_str("lean (nothing), full (everything), or names as `inspect` lists them, separated by commas")
@@ -183,6 +189,7 @@ impl Setting {
         match self.values {
             ValueKind::OnOff => "on|off",
             ValueKind::Size => "WxH",
+            ValueKind::Aperture => "METRES|f/N",
             ValueKind::Layout => "LAYOUT",
             ValueKind::Parts => "PARTS",
             ValueKind::Names(_) => "NAME",
@@ -257,4 +264,5 @@ plain_text! {
     f32: ValueKind::Number(f32::MIN, f32::MAX);
     super::GbufferChoice: ValueKind::Layout;
     crate::scene::Keep: ValueKind::Parts;
+    Aperture: ValueKind::Aperture;
 }

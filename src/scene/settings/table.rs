@@ -9,7 +9,7 @@ use super::{
     AmbientOcclusion, AoResolution, Culling, GbufferChoice, HdrFormat, LightPath, MSAA, Output, Resolve, ShadowFilter,
     Tonemap, Transparency, View,
 };
-use crate::scene::{Brdf, Keep};
+use crate::scene::{Aperture, Brdf, Keep};
 
 /// Makes of the rows below the decided settings, their defaults, what somebody may say of them, and [`SETTINGS`].
 macro_rules! settings {
@@ -291,6 +291,21 @@ settings! {
         /// Taps of bloom's filter along each axis: the more, the less the glow of a small light changes as that moves
         "bloom-taps", "bloom_taps" => bloom_taps: u32 = 6, {
             title: "taps of bloom's filter", values: ValueKind::Among(&[2, 4, 6]), sweep: Sweep::Alone, cheaper: &["4"],
+        }
+        /// Look through a lens so wide, which several samples fill: what is not at the focus blurs. 0 is a pinhole; an f-number is of the focal
+        /// length that sees as much on full frame (36 x 24 mm)
+        "aperture", "aperture" => aperture: Aperture = Aperture::PINHOLE, {
+            title: "aperture", changes_plan: false, of_truth: true, in_panel: false,
+        }
+        /// Distance along the view at which a lens is sharp
+        "focus", "focus" => focus: f32, where unset "to be said where there is an aperture", {
+            title: "focus", values: ValueKind::Number(0.001, 1e6), unit: "metres",
+            changes_plan: false, of_truth: true, in_panel: false,
+        }
+        /// Keep the shutter open for so long, from --time on: each of several samples has its own moment
+        "shutter", "shutter" => shutter: f32 = 0.0, {
+            title: "shutter", values: ValueKind::Number(0.0, 1e6), unit: "seconds",
+            changes_plan: false, of_truth: true, in_panel: false,
         }
         /// Smooth edges of the tone-mapped picture (FXAA)
         "fxaa", "fxaa" => fxaa: bool = false, {

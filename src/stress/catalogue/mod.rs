@@ -6,6 +6,7 @@ mod exposure;
 mod formulas;
 mod geometry;
 mod highlights;
+mod lens;
 mod lights;
 mod looks;
 mod motion;
@@ -25,6 +26,7 @@ pub fn all() -> Vec<Case> {
         [formulas::CASES, lights::CASES, exposure::CASES, bloom::CASES, highlights::CASES, shadows::CASES, sky::CASES]
             .concat();
     let places = [space::CASES, motion::CASES, geometry::CASES, sampling::CASES, looks::CASES, ao::CASES].concat();
+    let places = [&places[..], lens::CASES].concat();
     [&light[..], &places, targets::CASES, random::CASES].concat()
 }
 

@@ -4,6 +4,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use crate::scene::{Aabb, Camera};
 use crate::visible::Depth;
+use crate::visible::clusters::axis_pixel;
 
 /// Cells across the picture at most (twice as many take twice the time and find 1% more), and pixels across a cell at least.
 const COLUMNS: u32 = 128;
@@ -47,12 +48,13 @@ impl View {
         let columns = (size[0] / LEAST_CELL).clamp(1, COLUMNS);
         let [width, height] = size.map(f64::from);
         let pixels = width / f64::from(columns);
+        let scale = height * 0.5 / camera.half_height();
         Self {
             axes: DMat3::from_cols(camera.right(), -camera.up(), camera.forward()).transpose(),
             camera: *camera,
             depth: *depth,
-            scale: height * 0.5 / camera.half_height() / pixels,
-            center: DVec2::new(width, height) * 0.5 / pixels,
+            scale: scale / pixels,
+            center: DVec2::from(axis_pixel(camera, size, scale)) / pixels,
             columns: columns as usize,
             rows: (height / pixels).ceil() as usize,
             slack: SLACK_PIXELS / pixels,

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec3, DVec4, Vec4};
+use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4, Vec4};
 
 use crate::plan::{MapProjection, ShadowPlan, Tile};
 use crate::scene::{Aabb, Camera, CastsShadow, Projection, Sight};
@@ -367,8 +367,14 @@ impl Sphere {
             Projection::Perspective { .. } => (0.5 * (begin + end) * (1.0 + diagonal * diagonal)).min(end),
             Projection::Orthographic { .. } => 0.5 * (begin + end),
         };
+        let center = camera.position + camera.forward() * along;
+        if camera.shift != DVec2::ZERO {
+            let center = center + camera.aside() * along;
+            let corners = view_corners(camera, aspect, begin, end);
+            return Self { center, radius: corners.iter().map(|corner| corner.distance(center)).fold(0.0, f64::max) };
+        }
         let radius = (end - along).hypot(camera.w(end) * diagonal);
-        Self { center: camera.position + camera.forward() * along, radius }
+        Self { center, radius }
     }
 }
 
@@ -430,6 +436,6 @@ pub(super) fn view_corners(camera: &Camera, aspect: f64, begin: f64, end: f64) -
         let distance = if i & 1 == 0 { begin } else { end };
         let x = if i & 2 == 0 { -1.0 } else { 1.0 };
         let y = if i & 4 == 0 { -1.0 } else { 1.0 };
-        camera.position + camera.forward() * distance + (right * x + up * y) * camera.w(distance)
+        camera.position + camera.forward() * distance + (right * x + up * y + camera.aside()) * camera.w(distance)
     })
 }

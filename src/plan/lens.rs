@@ -1,0 +1,56 @@
+//! The lens and the shutter: what only several frames of a picture have.
+
+use super::{Error, Part, parts::part};
+use crate::scene::{Scene, Settings, ThinLens};
+
+/// Refuses a lens that no camera of the kind has, and one that is sharp nowhere.
+pub(super) fn check(scene: &Scene, settings: &Settings) -> Result<(), Error> {
+    let aperture = settings.aperture;
+    if aperture.is_pinhole() {
+        return Ok(());
+    }
+    let refuse = |why| Err(Error::Lens(format!("an aperture of {aperture}: {why}")));
+    if scene.camera.is_orthographic() {
+        return refuse("an orthographic camera has no lens, for its rays are parallel: leave the aperture out");
+    }
+    if settings.focus.is_none() {
+        return refuse("nothing says at which distance it is sharp: add it in metres, as --focus 5");
+    }
+    Ok(())
+}
+
+/// What was asked for, and one frame alone cannot show.
+pub(super) fn warning(settings: &Settings) -> Option<String> {
+    let asked = match (settings.aperture.is_pinhole(), settings.shutter > 0.0) {
+        _ if settings.samples > 1 => return None,
+        (true, false) => return None,
+        (false, false) => "no lens",
+        (true, true) => "no open shutter",
+        (false, true) => "neither lens nor open shutter",
+    };
+    Some(format!("a picture of 1 sample has {asked}: several have, as --samples 64"))
+}
+
+/// Both, as `inspect` lists them.
+pub(super) fn parts(scene: &Scene, settings: &Settings) -> [Part; 2] {
+    let samples = settings.samples;
+    let lens = ThinLens::of(settings, &scene.camera);
+    let in_lens = match lens {
+        None => "no aperture: everything is sharp".to_owned(),
+        Some(_) if samples == 1 => "one frame looks through its middle: everything is sharp".to_owned(),
+        Some(ThinLens { radius, focus }) => format!(
+            "{samples} frames look through as many points of {} m of glass, sharp at {focus} m",
+            crate::scene::decimal(2.0 * radius, 6)
+        ),
+    };
+    let seconds = settings.shutter;
+    let in_time = match samples {
+        _ if seconds == 0.0 => "open for no time: nothing that moves is blurred".to_owned(),
+        1 => "one frame shows the moment at which it opens".to_owned(),
+        samples => format!("{samples} frames show as many moments of {seconds} s"),
+    };
+    [
+        part("lens", lens.is_some() && samples > 1, in_lens, 0),
+        part("open shutter", seconds > 0.0 && samples > 1, in_time, 0),
+    ]
+}

@@ -1,0 +1,113 @@
+//! Frames that look through a lens while a shutter is open, against the rays that do: the mean of N frames is no farther from the truth than that of N
+//! independent samples would be.
+
+use crate::common::gpu::{Gpu, floats, on_gpu};
+use crate::common::moving::moving;
+use crate::common::stage::{exact, open};
+use afterlight::frame::{self, Picture};
+use afterlight::reference::shutter::{self, Exposure, Shot};
+use afterlight::reference::{Mode, Options, Reference, Smith, Truth, View};
+use afterlight::scene::{Aperture, Brdf, Playing, Scene, Settings, ShadowSettings, ThinLens};
+use glam::DVec3;
+
+const SIZE: [u32; 2] = [48, 32];
+const TRUTH_SAMPLES: u32 = 256;
+
+fn settings(samples: u32, aperture: f32, focus: f32) -> Settings {
+    // Shadow maps have errors of their own.
+    let shadows = ShadowSettings { enabled: false, ..ShadowSettings::default() };
+    let lens =
+        Settings { aperture: Aperture::Diameter(aperture), focus: Some(focus), shadows, ..exact(SIZE[0], SIZE[1]) };
+    // Highlights of single points have no variance that few samples tell.
+    Settings { samples, brdf: Some(Brdf::Lambert), ..lens }
+}
+
+/// Root mean squares of the difference, and of what independent samples would have: the variance of a pixel over their number, of both pictures.
+fn distances(picture: &Picture, truth: &Truth, samples: u32) -> (f64, f64) {
+    let errors = truth.standard_error.as_ref().expect("of several samples");
+    let (mut found, mut expected) = (0.0, 0.0);
+    for ((pixel, truth), error) in floats(picture).chunks_exact(4).zip(&truth.radiance).zip(errors) {
+        for channel in 0..3 {
+            let variance = error[channel].powi(2) * f64::from(TRUTH_SAMPLES);
+            found += (f64::from(pixel[channel]) - truth[channel]).powi(2);
+            expected += variance / f64::from(samples) + error[channel].powi(2);
+        }
+    }
+    let count = (3 * truth.radiance.len()) as f64;
+    ((found / count).sqrt(), (expected / count).sqrt())
+}
+
+#[test]
+fn a_lens_is_that_of_the_rays() {
+    on_gpu(|gpu| {
+        let scene = open("builtin:spheres?rows=2&columns=2");
+        let away = (scene.bounds().center() - scene.camera.position).dot(scene.camera.forward());
+        for (aperture, focus) in [(0.2 * away, away), (0.3 * away, 0.6 * away), (0.1 * away, 1e6)] {
+            let own = settings(1, aperture as f32, focus as f32);
+            let lens = ThinLens::of(&own, &scene.camera);
+            let reference =
+                Reference::new(&scene).expect("a scene").with_brdf(own.brdf).with_shadows(false).with_lens(lens);
+            let options = Options { mode: Mode::Converged { samples: TRUTH_SAMPLES }, smith: Smith::default() };
+            let truth = reference.render(&View { camera: scene.camera, size: SIZE }, &options, &|_, _| {});
+            let draw = |samples| {
+                let own = Settings { samples, ..own.clone() };
+                gpu.renderer(&scene, &own).picture(&scene.camera, || ()).expect("a picture")
+            };
+            for samples in [8, 64] {
+                let (found, independent) = distances(&draw(samples), &truth, samples);
+                assert!(found <= independent, "{aperture} m at {focus} m, {samples}: {found}, more than {independent}");
+            }
+            // Without the lens it is far off.
+            let (pinhole, independent) = distances(&draw(1), &truth, 64);
+            assert!(pinhole > 2.0 * independent, "{aperture} m at {focus} m: {pinhole} and {independent}");
+        }
+    });
+}
+
+fn expose(gpu: &Gpu, scene: &Scene, settings: &Settings, time: f64) -> Picture {
+    let show = |renderer: &mut frame::Renderer, share: f64| {
+        let pose = scene.motion.pose(&Playing::at(time + share * f64::from(settings.shutter)));
+        renderer.pose(scene, &pose)?;
+        Ok::<_, frame::Error>(scene.camera)
+    };
+    gpu.renderer(scene, settings).picture_while(show, || ()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn a_shutter_is_that_of_the_rays_with_a_lens_and_without() {
+    on_gpu(|gpu| {
+        let scene = moving(DVec3::ZERO);
+        for (aperture, seconds) in [(0.0, 0.4f32), (0.2, 0.2)] {
+            let own = Settings { shutter: seconds, ..settings(1, aperture, 2.8) };
+            let playing = Playing::at(0.3);
+            let shot = Shot { scene: &scene, playing, path: None, seconds: f64::from(seconds) };
+            let exposure = Exposure {
+                size: SIZE,
+                samples: TRUTH_SAMPLES,
+                brdf: own.brdf,
+                shadows: false,
+                smith: Smith::default(),
+            };
+            let truth = shutter::render(&shot, &exposure, &own, &|_, _| {}).expect("a scene");
+            for samples in [8, 64] {
+                let picture = expose(gpu, &scene, &Settings { samples, ..own.clone() }, 0.3);
+                let (found, independent) = distances(&picture, &truth, samples);
+                assert!(found <= independent, "{aperture} m, {seconds} s, {samples}: {found}, more than {independent}");
+            }
+            let (still, independent) = distances(&expose(gpu, &scene, &own, 0.3), &truth, 64);
+            assert!(still > 2.0 * independent, "{aperture} m, {seconds} s: {still} and {independent}");
+        }
+    });
+}
+
+#[test]
+fn a_truth_through_a_lens_is_another_one_for_the_cache() {
+    let scene = open("builtin:quad");
+    let view = View { camera: scene.camera, size: SIZE };
+    let options = Options { mode: Mode::Converged { samples: 4 }, smith: Smith::default() };
+    let hash = |lens| Reference::new(&scene).expect("a scene").with_lens(lens).fingerprint(&view, &options);
+    let [near, far, wide] =
+        [(0.1, 2.0), (0.1, 3.0), (0.2, 2.0)].map(|(radius, focus)| hash(Some(ThinLens { radius, focus })));
+    let all = [hash(None), near, far, wide];
+    assert!(all.iter().enumerate().all(|(at, own)| !all[..at].contains(own)), "{all:?}");
+}
