@@ -73,7 +73,10 @@ fn passes_are_recorded_in_the_order_of_the_list() {
             let places = Frames::of(renderer.plan(), &edges::table(renderer.plan())).passes();
             let times = |place| {
                 let own = list.passes_at(place).into_iter().filter(|pass| !beside.contains(&pass.place));
-                own.map(|pass| pass.time).collect::<Vec<_>>()
+                let mut own: Vec<_> = own.map(|pass| pass.time).collect();
+                // SPREAD stands in the list twice.
+                own.dedup();
+                own
             };
             let listed: Vec<_> = places.into_iter().flat_map(times).collect();
             assert_eq!(renderer.recorded_passes(), listed, "{}", case.name);

@@ -223,24 +223,6 @@ settings! {
             title: "levels of detail", values: ValueKind::Number(0.0, 100.0), unit: "pixels",
             sweep: Sweep::Alone, tried: &["0", "0.25", "0.5", "1", "2", "4", "8"], cheaper: &["1"],
         }
-        /// Weaken light from everywhere where surfaces nearby hide it (ambient occlusion): found on the screen by samples of the hemisphere (ssao), or by
-        /// slices of it, in which more is known of what hides (gtao)
-        "ao", "ao" => ao: AmbientOcclusion = AmbientOcclusion::Off, {
-            title: "ambient occlusion", sweep: Sweep::Alone,
-        }
-        /// How far away surfaces hide light from everywhere: all of it where they touch, nothing from there on
-        "ao-radius", "ao_radius" => ao_radius: f32 = 0.5, {
-            title: "radius of occlusion", values: ValueKind::Number(0.001, 1000.0), unit: "m", of_truth: true,
-        }
-        /// Samples of the depth buffer for each pixel, of ambient occlusion
-        "ao-samples", "ao_samples" => ao_samples: u32 = 16, {
-            title: "samples of occlusion", values: ValueKind::Among(&[4, 8, 16, 32, 64, 128]), sweep: Sweep::Joint,
-            quick: &["8", "16", "64"],
-        }
-        /// Pixels for which ambient occlusion is found: each (full), or one of four (half); the others take it from those around them
-        "ao-resolution", "ao_resolution" => ao_resolution: AoResolution = AoResolution::Full, {
-            title: "resolution of occlusion", sweep: Sweep::Joint,
-        }
         /// Give lights without a range one, beyond which all that is dropped stays below half a step of the output; the path `loop`
         /// drops nothing
         "light-cutoff", "light_cutoff" => light_cutoff: bool = false, {
@@ -270,27 +252,6 @@ settings! {
         /// Where the samples of a pixel are averaged, whether they are frames or the hardware's: as light (linear), or as shown (tone-mapped)
         "resolve", "resolve" => resolve: Resolve = Resolve::ToneMapped, {
             title: "samples averaged",
-        }
-        /// Light surfaces by the scene's sky, where it has one that lights
-        "sky-light", "sky_light" => sky_light: bool = true, {
-            title: "light of the sky", of_truth: true, cheaper: &["off"],
-        }
-        /// Directions that are looked into for each texel of what the sky is mirrored as, once when it is uploaded
-        "sky-samples", "sky_samples" => sky_samples: u32 = 64, {
-            title: "directions into the sky", values: ValueKind::Whole(1, 4096), in_panel: false,
-            sweep: Sweep::Alone, tried: &["1", "4", "16", "64", "256", "1024"],
-        }
-        /// Spread this share of all light around where it comes from, as lenses and eyes do
-        "bloom", "bloom" => bloom: f32 = 0.0, {
-            title: "bloom", values: ValueKind::Number(0.0, 1.0), of_truth: true, cheaper: &["0"],
-        }
-        /// How far bloom spreads light, as a part of the picture's height: the root of the mean square
-        "bloom-radius", "bloom_radius" => bloom_radius: f32 = 0.05, {
-            title: "radius of bloom", values: ValueKind::Number(0.001, 1.0), of_truth: true,
-        }
-        /// Taps of bloom's filter along each axis: the more, the less the glow of a small light changes as that moves
-        "bloom-taps", "bloom_taps" => bloom_taps: u32 = 6, {
-            title: "taps of bloom's filter", values: ValueKind::Among(&[2, 4, 6]), sweep: Sweep::Alone, cheaper: &["4"],
         }
         /// Look through a lens so wide, which several samples fill: what is not at the focus blurs. 0 is a pinhole; an f-number is of the focal
         /// length that sees as much on full frame (36 x 24 mm)
@@ -328,6 +289,45 @@ settings! {
         "anisotropy", "anisotropy" => anisotropy: u32 = 8, {
             title: "anisotropy", values: ValueKind::Whole(1, 16),
             sweep: Sweep::Joint, tried: &["1", "2", "4", "8", "16"], quick: &["1"], cheaper: &["1", "2"],
+        }
+        /// Light surfaces by the scene's sky, where it has one that lights
+        "sky-light", "sky_light" => sky_light: bool = true, {
+            title: "light of the sky", of_truth: true, cheaper: &["off"],
+        }
+        /// Directions that are looked into for each texel of what the sky is mirrored as, once when it is uploaded
+        "sky-samples", "sky_samples" => sky_samples: u32 = 64, {
+            title: "directions into the sky", values: ValueKind::Whole(1, 4096), in_panel: false,
+            sweep: Sweep::Alone, tried: &["1", "4", "16", "64", "256", "1024"],
+        }
+        /// Weaken light from everywhere where surfaces nearby hide it (ambient occlusion): found on the screen by samples of the hemisphere (ssao), or by
+        /// slices of it, in which more is known of what hides (gtao)
+        "ao", "ao" => ao: AmbientOcclusion = AmbientOcclusion::Off, {
+            title: "ambient occlusion", sweep: Sweep::Alone,
+        }
+        /// How far away surfaces hide light from everywhere: all of it where they touch, nothing from there on
+        "ao-radius", "ao_radius" => ao_radius: f32 = 0.5, {
+            title: "radius of occlusion", values: ValueKind::Number(0.001, 1000.0), unit: "m", of_truth: true,
+        }
+        /// Samples of the depth buffer for each pixel, of ambient occlusion
+        "ao-samples", "ao_samples" => ao_samples: u32 = 16, {
+            title: "samples of occlusion", values: ValueKind::Among(&[4, 8, 16, 32, 64, 128]), sweep: Sweep::Joint,
+            quick: &["8", "16", "64"],
+        }
+        /// Pixels for which ambient occlusion is found: each (full), or one of four (half); the others take it from those around them
+        "ao-resolution", "ao_resolution" => ao_resolution: AoResolution = AoResolution::Full, {
+            title: "resolution of occlusion", sweep: Sweep::Joint,
+        }
+        /// Spread this share of all light around where it comes from, as lenses and eyes do
+        "bloom", "bloom" => bloom: f32 = 0.0, {
+            title: "bloom", values: ValueKind::Number(0.0, 1.0), of_truth: true, cheaper: &["0"],
+        }
+        /// How far bloom spreads light, as a part of the picture's height: the root of the mean square
+        "bloom-radius", "bloom_radius" => bloom_radius: f32 = 0.05, {
+            title: "radius of bloom", values: ValueKind::Number(0.001, 1.0), of_truth: true,
+        }
+        /// Taps of bloom's filter along each axis: the more, the less the glow of a small light changes as that moves
+        "bloom-taps", "bloom_taps" => bloom_taps: u32 = 6, {
+            title: "taps of bloom's filter", values: ValueKind::Among(&[2, 4, 6]), sweep: Sweep::Alone, cheaper: &["4"],
         }
         /// What stays in the frame although the scene does not need it, to compare with
         "plan", "plan" => keep: Keep = Keep::NONE, {
