@@ -368,6 +368,8 @@ fn clear_values(plan: &FramePlan, world: &World, targets: &[Target]) -> Vec<vk::
             }
             // Alpha of the sums is 1: no surface has covered anything yet.
             Target::Hdr | Target::Samples | Target::Output => color(background(plan, world, target)),
+            // Half rough: see GEOMETRY.
+            Target::Material => color(Vec3::splat(0.5)),
             _ => color(Vec3::ZERO),
         })
         .collect()
