@@ -368,8 +368,12 @@ fn clear_values(plan: &FramePlan, world: &World, targets: &[Target]) -> Vec<vk::
             }
             // Alpha of the sums is 1: no surface has covered anything yet.
             Target::Hdr | Target::Samples | Target::Output => color(background(plan, world, target)),
-            // Half rough: see GEOMETRY.
+            // Half rough, and a direction in any encoding: see GEOMETRY.
             Target::Material => color(Vec3::splat(0.5)),
+            Target::Normal if plan.format_of(target) == Some(vk::Format::R16G16_UINT) => {
+                vk::ClearValue { color: vk::ClearColorValue { uint32: [40_000, 50_000, 0, 0] } }
+            }
+            Target::Normal => color(Vec3::new(0.3, 0.6, 0.7)),
             _ => color(Vec3::ZERO),
         })
         .collect()

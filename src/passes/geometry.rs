@@ -43,15 +43,15 @@ pub const PASS: Pass = Pass {
 fn touches(plan: &FramePlan) -> Vec<Touch> {
     // A location whose target the plan lacks stays empty. LIGHTING leaves out every pixel that is not written here, so nothing but what
     // adds up is cleared.
-    // Some drivers (lavapipe) take the level of a texture for four pixels from one of them, and AMBIENT chooses levels by roughness: at a silhouette
-    // that may be a pixel of which nothing was written.
-    let material = if plan.adds_ambient() { First::Clear } else { First::Undefined };
+    // Except for AMBIENT, which finds its texels by normal, position and roughness: some drivers (lavapipe) filter several pixels in one way, which at a
+    // silhouette may be that of a pixel of which nothing was written.
+    let finds_texels = if plan.adds_ambient() { First::Clear } else { First::Undefined };
     let locations = [
         (0, Target::Albedo, First::Undefined, COLOR_WRITE),
-        (1, Target::Normal, First::Undefined, COLOR_WRITE),
-        (2, Target::Material, material, COLOR_WRITE),
+        (1, Target::Normal, finds_texels, COLOR_WRITE),
+        (2, Target::Material, finds_texels, COLOR_WRITE),
         (4, Target::Specular, First::Undefined, COLOR_WRITE),
-        (5, Target::Position, First::Undefined, COLOR_WRITE),
+        (5, Target::Position, finds_texels, COLOR_WRITE),
         (0, Target::Count, First::Clear, COUNT_BLEND),
         (0, Target::Triangle, First::Undefined, COLOR_WRITE),
     ];
