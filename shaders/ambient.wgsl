@@ -18,7 +18,7 @@
 #endif
 #import afterlight::shading::{light_everywhere, surface_of, Everywhere, Model}
 
-// Which BRDF all materials have; 4 where the scene mixes them.
+// The BRDF that all materials have; 4 where the scene mixes them.
 override BRDF: u32 = 0u;
 // Some surface is a metal.
 override METAL: bool = true;

@@ -33,11 +33,11 @@ const LEAST_FACING: f32 = 0.01;
 // How far before what is seen a sample of the hemisphere must lie behind it, in radii, so that a surface does not hide itself.
 const BIAS: f32 = 0.025;
 
-// What is looked at.
+// The surface point that a pixel shows.
 struct Point {
     pixel: vec2<f32>,
     place: vec3<f32>,
-    // Of length 1.
+    // The surface's direction, of length 1.
     normal: vec3<f32>,
     to_eye: vec3<f32>,
     // Across the line of sight, of length 1.
@@ -129,7 +129,7 @@ fn bits_between(first: u32, end: u32) -> u32 {
     return (0xffffffffu >> (32u - (end - first))) << first;
 }
 
-// What is left by what the slices show: the first sample that hides a sector is taken to be the nearest there.
+// The share of light that the slices leave: the first sample that hides a sector is taken to be the nearest there.
 fn sliced(point: Point) -> f32 {
     var open = 0.0;
     var whole = 0.0;
@@ -181,7 +181,7 @@ fn sliced(point: Point) -> f32 {
     return open / whole;
 }
 
-// What is left by the share of places in the half-ball above a surface that something seen lies in front of. Something further in front than the
+// The share of light that is left, by samples of the half-ball above the surface: each that lies behind something seen is hidden. Something further in front than the
 // radius hides less.
 fn sampled(point: Point) -> f32 {
     let axes = across(point.normal);

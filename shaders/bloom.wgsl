@@ -36,7 +36,7 @@ fn wider(place: vec2<i32>, extent: vec2<i32>) -> vec4<f32> {
     return levels.texels[push.wider_at + u32(at.y * extent.x + at.x)];
 }
 #else
-// Of the finer level, the nearest that is in it.
+// The finer level's texel at a place, or the nearest to one outside of it.
 fn finer(place: vec2<i32>, extent: vec2<i32>) -> vec4<f32> {
     let at = clamp(place, vec2(0), extent - 1);
 #ifdef FIRST

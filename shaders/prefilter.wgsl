@@ -5,13 +5,13 @@
 #import afterlight::brdf::{smith_root, squared_alpha, PI}
 
 struct Push {
-    // Of a face of the output, or of the table, in texels.
+    // Texels along a face of the output, or along the table.
     edge: u32,
     // Perceptual.
     roughness: f32,
     // How many directions are looked into.
     samples: u32,
-    // Of a face of the sky's finest level; for BASE, of the level that it reads.
+    // Texels along a face of the sky's finest level; for BASE, of the level that it reads.
     source_edge: f32,
     // The level of the sky that BASE reads.
     level: u32,
