@@ -1,5 +1,5 @@
 // SKY: what is seen where nothing is. The triangle lies at depth 0 and is drawn with compare EQUAL, so that it costs nothing where a surface is.
-#import afterlight::frame::{frame, view_ray}
+#import afterlight::frame::{frame, to_sky, view_ray}
 #import afterlight::screen::{screen_corner}
 #import afterlight::tonemapping::{tone_map}
 
@@ -21,9 +21,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
 @fragment
 fn fragment(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
     let direction = normalize(view_ray(pixel.xy));
-    let turn = frame.sky_turn;
-    let turned = vec3(direction.x * turn.x - direction.z * turn.y, direction.y, direction.x * turn.y + direction.z * turn.x);
-    var radiance = textureSample(sky, sky_sampler, turned).rgb * frame.sky_scale;
+    var radiance = textureSample(sky, sky_sampler, to_sky(direction)).rgb * frame.sky_scale;
     if SUN {
         // The sine: near 1 a cosine tells little of its angle.
         let across = cross(direction, frame.sun_direction);

@@ -81,6 +81,12 @@ fn view_ray(pixel: vec2<f32>) -> vec3<f32> {
     return across(pixel);
 }
 
+// From a direction of the world to the sky's own.
+fn to_sky(direction: vec3<f32>) -> vec3<f32> {
+    let turn = frame.sky_turn;
+    return vec3(direction.x * turn.x - direction.z * turn.y, direction.y, direction.x * turn.y + direction.z * turn.x);
+}
+
 // What a depth says of the distance along the view axis, in metres. Without a far plane: depth = near / distance.
 fn distance_at(depth: f32) -> f32 {
     if ORTHOGRAPHIC {

@@ -1,6 +1,6 @@
 // Light of the sky: what surrounds the scene, as PREFILTER left it.
 #define_import_path afterlight::sky
-#import afterlight::frame::{frame}
+#import afterlight::frame::{frame, to_sky}
 #import afterlight::brdf::{Surface, COOK_TORRANCE, MIN_ROUGHNESS, PI}
 
 // Radiance mirrored by a lobe about a direction: level 0 of a mirror, the last of a roughness of 1. In units of frame.sky_scale.
@@ -13,12 +13,6 @@
 
 // Levels of sky_lobe beyond the first; src/gpu_scene/sky.rs has the same number.
 const ROUGHEST_LEVEL: f32 = 5.0;
-
-// From a direction of the world to the sky's own.
-fn turned(direction: vec3<f32>) -> vec3<f32> {
-    let turn = frame.sky_turn;
-    return vec3(direction.x * turn.x - direction.z * turn.y, direction.y, direction.x * turn.y + direction.z * turn.x);
-}
 
 // Where a lobe of this alpha looks to most: between the mirrored view and the normal (Lagarde and de Rousiers, "Moving Frostbite to Physically
 // Based Rendering", 2014, listing 21).
@@ -33,14 +27,14 @@ fn dominant(normal: vec3<f32>, mirrored: vec3<f32>, roughness: f32) -> vec3<f32>
 // Lighting", 2019), and the base gets the rest: together they reflect all of an even sky where nothing is absorbed. The Phong models' lobes have no
 // share, as of other ambient light.
 fn sky_light(surface: Surface, brdf: u32, perceptual_roughness: f32) -> vec3<f32> {
-    let base = textureSampleLevel(sky_base, sky_sampler, turned(surface.normal), 0.0).rgb;
+    let base = textureSampleLevel(sky_base, sky_sampler, to_sky(surface.normal), 0.0).rgb;
     let diffuse = surface.diffuse * PI;
     if brdf != COOK_TORRANCE {
         return diffuse * base * frame.sky_scale;
     }
     let roughness = max(perceptual_roughness, MIN_ROUGHNESS);
     let mirrored = 2.0 * dot(surface.normal, surface.view) * surface.normal - surface.view;
-    let toward = turned(dominant(surface.normal, mirrored, roughness));
+    let toward = to_sky(dominant(surface.normal, mirrored, roughness));
     let lobe = textureSampleLevel(sky_lobe, sky_sampler, toward, roughness * ROUGHEST_LEVEL).rgb;
     let shares = textureSampleLevel(sky_table, sky_sampler, vec2(surface.n_dot_v, roughness), 0.0).xy;
     let single = surface.specular * shares.x + vec3(surface.grazing * shares.y);

@@ -4,12 +4,12 @@ use std::cell::Cell;
 use std::ffi::CStr;
 use std::sync::Arc;
 
-use afterlight::frame::{Picture, Pixels, Renderer};
+use afterlight::frame::{self, Picture, Pixels, Renderer};
 use afterlight::gpu::{
     self, Buffer, CommandBuffer, DescriptorPool, Device, DeviceChoice, Instance, InstanceOptions, Location, MemoryKind,
     Message, MessageKind, MessageLog, PhysicalDevice, SetLayout, SetWriter, ShaderStage, Validation, vk,
 };
-use afterlight::scene::{Scene, Settings, View};
+use afterlight::scene::{Playing, Scene, Settings, View};
 use glam::DVec3;
 
 use super::tries_all;
@@ -253,6 +253,16 @@ impl Gpu {
         let mut renderer = self.renderer(scene, settings);
         renderer.render(&scene.camera).unwrap_or_else(|error| panic!("{}: {error}", scene.name));
         renderer.read_back().unwrap_or_else(|error| panic!("{}: {error}", scene.name))
+    }
+
+    /// A picture of a scene while the shutter is open, from a time in seconds on.
+    pub fn expose(&self, scene: &Scene, settings: &Settings, time: f64) -> Picture {
+        let show = |renderer: &mut Renderer, share: f64| {
+            let pose = scene.motion.pose(&Playing::at(time + share * f64::from(settings.shutter)));
+            renderer.pose(scene, &pose)?;
+            Ok::<_, frame::Error>(scene.camera)
+        };
+        self.renderer(scene, settings).picture_while(show, || ()).unwrap_or_else(|error| panic!("{error}"))
     }
 }
 

@@ -8,7 +8,7 @@ use afterlight::frame::{self, Picture};
 use afterlight::plan;
 use afterlight::scene::{
     Aperture, Channel, Clip, Culling, Interpolation, Keep, LightPath, Local, Motion, Node, OptionalPart, Output,
-    Placement, Playing, Projection, Scene, Settings, Target,
+    Placement, Projection, Scene, Settings, Target,
 };
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -96,16 +96,6 @@ fn sliding() -> Scene {
     scene
 }
 
-/// A picture of a scene while the shutter is open.
-fn expose(gpu: &Gpu, scene: &Scene, settings: &Settings, time: f64) -> Picture {
-    let show = |renderer: &mut frame::Renderer, share: f64| {
-        let pose = scene.motion.pose(&Playing::at(time + share * f64::from(settings.shutter)));
-        renderer.pose(scene, &pose)?;
-        Ok::<_, frame::Error>(scene.camera)
-    };
-    gpu.renderer(scene, settings).picture_while(show, || ()).unwrap_or_else(|error| panic!("{error}"))
-}
-
 #[test]
 fn a_moving_edge_is_as_bright_as_the_part_of_the_time_for_which_it_covers_a_pixel() {
     on_gpu(|gpu| {
@@ -119,7 +109,7 @@ fn a_moving_edge_is_as_bright_as_the_part_of_the_time_for_which_it_covers_a_pixe
                     let parts = (0..256).map(|part| f64::from(x) + (f64::from(part) + 0.5) / 256.0);
                     parts.map(|at| ((at - from) / (to - from)).clamp(0.0, 1.0)).sum::<f64>() / 256.0
                 };
-                let found = worst(&expose(gpu, &scene, &settings, time), covered);
+                let found = worst(&gpu.expose(&scene, &settings, time), covered);
                 // Each frame has its own part of the time and its own column of the pixel: an edge meets both one after the other, and either may
                 // be off by one frame.
                 let bound = 2.0 / f64::from(samples) + 1.0 / 256.0;
@@ -135,7 +125,7 @@ fn one_sample_has_neither_and_says_so() {
         let scene = sliding();
         let plain = exact(EDGE, EDGE);
         let asked = Settings { aperture: Aperture::Diameter(0.5), focus: Some(1.0), shutter: 0.5, ..plain.clone() };
-        assert_eq!(expose(gpu, &scene, &asked, 0.25), expose(gpu, &scene, &plain, 0.25));
+        assert_eq!(gpu.expose(&scene, &asked, 0.25), gpu.expose(&scene, &plain, 0.25));
         let warnings =
             |settings: &Settings| frame::plan_for(&gpu.device, &scene, settings).expect("a plan").warnings().to_vec();
         assert!(warnings(&plain).is_empty());
@@ -217,9 +207,9 @@ fn the_same_lens_and_shutter_give_the_same_bytes() {
         let lens =
             Settings { aperture: Aperture::Diameter(0.2), focus: Some(2.0), shutter: 0.3, ..own(&scene, 48, 32) };
         let settings = Settings { samples: 6, ..lens };
-        let first = expose(gpu, &scene, &settings, 0.2);
-        assert_eq!(first, expose(gpu, &scene, &settings, 0.2));
+        let first = gpu.expose(&scene, &settings, 0.2);
+        assert_eq!(first, gpu.expose(&scene, &settings, 0.2));
         let still = Settings { shutter: 0.0, ..settings.clone() };
-        assert!(first != expose(gpu, &scene, &still, 0.2), "nothing moves");
+        assert!(first != gpu.expose(&scene, &still, 0.2), "nothing moves");
     });
 }

@@ -1,13 +1,13 @@
 //! Frames that look through a lens while a shutter is open, against the rays that do: the mean of N frames is no farther from the truth than that of N
 //! independent samples would be.
 
-use crate::common::gpu::{Gpu, floats, on_gpu};
+use crate::common::gpu::{floats, on_gpu};
 use crate::common::moving::moving;
 use crate::common::stage::{exact, open};
-use afterlight::frame::{self, Picture};
+use afterlight::frame::Picture;
 use afterlight::reference::shutter::{self, Exposure, Shot};
 use afterlight::reference::{Mode, Options, Reference, Smith, Truth, View};
-use afterlight::scene::{Aperture, Brdf, Playing, Scene, Settings, ShadowSettings, ThinLens};
+use afterlight::scene::{Aperture, Brdf, Playing, Settings, ShadowSettings, ThinLens};
 use glam::DVec3;
 
 const SIZE: [u32; 2] = [48, 32];
@@ -64,15 +64,6 @@ fn a_lens_is_that_of_the_rays() {
     });
 }
 
-fn expose(gpu: &Gpu, scene: &Scene, settings: &Settings, time: f64) -> Picture {
-    let show = |renderer: &mut frame::Renderer, share: f64| {
-        let pose = scene.motion.pose(&Playing::at(time + share * f64::from(settings.shutter)));
-        renderer.pose(scene, &pose)?;
-        Ok::<_, frame::Error>(scene.camera)
-    };
-    gpu.renderer(scene, settings).picture_while(show, || ()).unwrap_or_else(|error| panic!("{error}"))
-}
-
 #[test]
 fn a_shutter_is_that_of_the_rays_with_a_lens_and_without() {
     on_gpu(|gpu| {
@@ -90,11 +81,11 @@ fn a_shutter_is_that_of_the_rays_with_a_lens_and_without() {
             };
             let truth = shutter::render(&shot, &exposure, &own, &|_, _| {}).expect("a scene");
             for samples in [8, 64] {
-                let picture = expose(gpu, &scene, &Settings { samples, ..own.clone() }, 0.3);
+                let picture = gpu.expose(&scene, &Settings { samples, ..own.clone() }, 0.3);
                 let (found, independent) = distances(&picture, &truth, samples);
                 assert!(found <= independent, "{aperture} m, {seconds} s, {samples}: {found}, more than {independent}");
             }
-            let (still, independent) = distances(&expose(gpu, &scene, &own, 0.3), &truth, 64);
+            let (still, independent) = distances(&gpu.expose(&scene, &own, 0.3), &truth, 64);
             assert!(still > 2.0 * independent, "{aperture} m, {seconds} s: {still} and {independent}");
         }
     });
