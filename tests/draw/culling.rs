@@ -3,7 +3,7 @@
 use crate::common::compare::assert_identical;
 use crate::common::gpu::{Gpu, on_gpu};
 use crate::common::stage::{add, exact, gbuffer, lambert, open, point, rectangle, spot, stage, sun};
-use crate::common::{one_of, some_of, tries_all};
+use crate::common::{one_of, some_in_turn, some_of, tries_all};
 use afterlight::frame::{Changed, Drawn, Picture, Renderer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
@@ -292,7 +292,8 @@ fn objects_behind_others_are_not_missed_where_the_device_finds_them() {
                 ..scene.camera
             };
             let cameras = [looking(0.0, 0.0), looking(0.2, 1.0), looking(-0.3, -9.0), looking(3.0, -40.0)];
-            for (path, &(name, light_path)) in LightPath::NAMES.iter().enumerate() {
+            let paths: Vec<_> = LightPath::NAMES.iter().enumerate().collect();
+            for (path, &(name, light_path)) in some_in_turn(&paths, turn, 2) {
                 let sizes = [[131, 75], [320, 180], [64, 64]];
                 let can_sample = !matches!(light_path, LightPath::Compute | LightPath::PerLight | LightPath::Volumes);
                 let settings = Settings {

@@ -11,6 +11,7 @@ use image::RgbImage;
 use crate::common::compare::assert_identical;
 use crate::common::golden::flip_error;
 use crate::common::gpu::{Gpu, bytes, on_gpu};
+use crate::common::some_in_turn;
 use crate::common::stage::{add, lambert, open, own, point, stage, sun};
 
 const SIZE: (u32, u32) = (320, 180);
@@ -125,7 +126,8 @@ fn the_device_chooses_the_levels_that_the_cpu_chooses() {
                 object.transform.matrix3 *= 0.25 * (1 << (index % 4)) as f64;
                 object.transform.translation += center;
             }
-            for (path, &(name, light_path)) in LightPath::NAMES.iter().enumerate() {
+            let paths: Vec<_> = LightPath::NAMES.iter().enumerate().collect();
+            for (path, &(name, light_path)) in some_in_turn(&paths, turn, 2) {
                 // Every third in parallel rays.
                 let height = if path % 3 == 0 { Projection::orthographic(40.0) } else { scene.camera.projection };
                 let camera = Camera { projection: height, position: scene.camera.position + center, ..scene.camera };

@@ -12,6 +12,8 @@ use glam::DVec3;
 
 const SIZE: [u32; 2] = [48, 32];
 const TRUTH_SAMPLES: u32 = 256;
+/// Each of these has a pose and a tree of boxes for each of its moments.
+const SHUTTER_SAMPLES: u32 = 64;
 
 fn settings(samples: u32, aperture: f32, focus: f32) -> Settings {
     // Shadow maps have errors of their own.
@@ -23,12 +25,12 @@ fn settings(samples: u32, aperture: f32, focus: f32) -> Settings {
 }
 
 /// Root mean squares of the difference, and of what independent samples would have: the variance of a pixel over their number, of both pictures.
-fn distances(picture: &Picture, truth: &Truth, samples: u32) -> (f64, f64) {
+fn distances(picture: &Picture, (truth, truth_samples): (&Truth, u32), samples: u32) -> (f64, f64) {
     let errors = truth.standard_error.as_ref().expect("of several samples");
     let (mut found, mut expected) = (0.0, 0.0);
     for ((pixel, truth), error) in floats(picture).chunks_exact(4).zip(&truth.radiance).zip(errors) {
         for channel in 0..3 {
-            let variance = error[channel].powi(2) * f64::from(TRUTH_SAMPLES);
+            let variance = error[channel].powi(2) * f64::from(truth_samples);
             found += (f64::from(pixel[channel]) - truth[channel]).powi(2);
             expected += variance / f64::from(samples) + error[channel].powi(2);
         }
@@ -54,11 +56,11 @@ fn a_lens_is_that_of_the_rays() {
                 gpu.renderer(&scene, &own).picture(&scene.camera, || ()).expect("a picture")
             };
             for samples in [8, 64] {
-                let (found, independent) = distances(&draw(samples), &truth, samples);
+                let (found, independent) = distances(&draw(samples), (&truth, TRUTH_SAMPLES), samples);
                 assert!(found <= independent, "{aperture} m at {focus} m, {samples}: {found}, more than {independent}");
             }
             // Without the lens it is far off.
-            let (pinhole, independent) = distances(&draw(1), &truth, 64);
+            let (pinhole, independent) = distances(&draw(1), (&truth, TRUTH_SAMPLES), 64);
             assert!(pinhole > 2.0 * independent, "{aperture} m at {focus} m: {pinhole} and {independent}");
         }
     });
@@ -74,7 +76,7 @@ fn a_shutter_is_that_of_the_rays_with_a_lens_and_without() {
             let shot = Shot { scene: &scene, playing, path: None, seconds: f64::from(seconds) };
             let exposure = Exposure {
                 size: SIZE,
-                samples: TRUTH_SAMPLES,
+                samples: SHUTTER_SAMPLES,
                 brdf: own.brdf,
                 shadows: false,
                 smith: Smith::default(),
@@ -82,10 +84,10 @@ fn a_shutter_is_that_of_the_rays_with_a_lens_and_without() {
             let truth = shutter::render(&shot, &exposure, &own, &|_, _| {}).expect("a scene");
             for samples in [8, 64] {
                 let picture = gpu.expose(&scene, &Settings { samples, ..own.clone() }, 0.3);
-                let (found, independent) = distances(&picture, &truth, samples);
+                let (found, independent) = distances(&picture, (&truth, SHUTTER_SAMPLES), samples);
                 assert!(found <= independent, "{aperture} m, {seconds} s, {samples}: {found}, more than {independent}");
             }
-            let (still, independent) = distances(&gpu.expose(&scene, &own, 0.3), &truth, 64);
+            let (still, independent) = distances(&gpu.expose(&scene, &own, 0.3), (&truth, SHUTTER_SAMPLES), 64);
             assert!(still > 2.0 * independent, "{aperture} m, {seconds} s: {still} and {independent}");
         }
     });

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::common::compare::assert_identical;
 use crate::common::gpu::{Gpu, nits, on_gpu, places};
+use crate::common::some_of;
 use crate::common::stage::{EDGE, EYE, add, directional, exact, gbuffer, plane, stage};
 use afterlight::reference::light::{self, Illumination};
 use afterlight::reference::{Mode, Options, Reference, SkyLight, Smith, View, share_of};
@@ -153,7 +154,7 @@ fn a_sun_is_drawn_as_a_disc_of_its_size() {
 fn surfaces_collect_what_the_integral_over_the_sky_says() {
     on_gpu(|gpu| {
         let settings = Settings { sky_samples: 256, ..exact(EDGE, EDGE) };
-        for (roughness, metal, most) in SPLIT_SUM {
+        for (roughness, metal, most) in some_of(SPLIT_SUM, 2) {
             let material = Material { metallic: if metal { 1.0 } else { 0.0 }, ..white_metal(roughness) };
             let found = error(gpu, &ball(material, afternoon()), &settings);
             println!("roughness {roughness}, metal {metal}: RMS {:.4}, worst {:.4}", found[0], found[1]);
@@ -172,8 +173,8 @@ const SPLIT_SUM: [(f32, bool, f64); 8] = [
     (0.1, true, 0.02),
     (0.25, true, 0.03),
     (0.5, true, 0.04),
-    (0.75, true, 0.05),
     (1.0, true, 0.05),
+    (0.75, true, 0.05),
     (0.25, false, 0.01),
     (0.75, false, 0.01),
 ];
