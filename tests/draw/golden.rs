@@ -9,7 +9,8 @@ use crate::common::stage::{open, own, view};
 use afterlight::frame::Renderer;
 use afterlight::scene::builtin::CATALOGUE;
 use afterlight::scene::{
-    AmbientOcclusion, Atmosphere, Brdf, Scene, Settings, ShadowFilter, SkyChoice, Tonemap, Transparency, View, put_sky,
+    AmbientOcclusion, Atmosphere, Brdf, Playing, Scene, Settings, ShadowFilter, SkyChoice, Tonemap, Transparency, View,
+    put_sky,
 };
 
 const SIZE: (u32, u32) = (256, 144);
@@ -160,6 +161,16 @@ fn every_picture_of_the_gallery_looks_as_it_did() {
         let occluded = Settings { ao: AmbientOcclusion::Gtao, ..own(&hall, SIZE.0, SIZE.1) };
         album.compare("hall-gtao", &hall, &occluded);
         album.compare("hall-gtao-view", &hall, &Settings { view: View::Ao, ..occluded });
+    });
+}
+
+/// Hundreds of meshes, cut-out leaves, two models and a sun of the sky: once as on a late afternoon.
+#[test]
+fn the_harbour_looks_as_it_did() {
+    album(|album| {
+        let scene = open("assets/harbour.toml");
+        let still = scene.at(&Playing::at(2.0));
+        album.compare("harbour", &still, &own(&still, 128, 72));
     });
 }
 

@@ -4,6 +4,7 @@
 mod common;
 
 mod gltf;
+mod harbour;
 mod leave_out;
 mod leave_out_assets;
 mod obj;

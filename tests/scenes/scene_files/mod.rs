@@ -222,9 +222,11 @@ fn the_scenes_that_ship_are_whole() {
 }
 
 #[test]
-fn the_camera_path_that_ships_is_one() {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/paths/hall.toml");
-    assert!(file::load_path(&file, &Camera::default()).unwrap().seconds() > 1.0);
+fn the_camera_paths_that_ship_are_some() {
+    for name in ["hall", "harbour"] {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("assets/paths/{name}.toml"));
+        assert!(file::load_path(&file, &Camera::default()).unwrap().seconds() > 1.0);
+    }
 }
 
 #[test]
