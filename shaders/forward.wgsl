@@ -30,6 +30,9 @@
 #endif
 #import afterlight::texel::{Texel}
 #import afterlight::tonemapping::{tone_map}
+#ifdef WEIGHTED
+#import afterlight::weights::{weight_of}
+#endif
 
 // Bits of the textures that a material has (material.wgsl).
 override TEXTURES: u32 = 0u;
@@ -303,9 +306,6 @@ struct Weighted {
     @location(1) weights: vec4<f32>,
 }
 
-// Near surfaces count for more than far ones, as they would if they were sorted; what is brighter than PEAK / WEIGHT counts for less,
-// and alone on its pixel still has its own colour.
-//
 // No sum overflows. A layer adds at most PEAK to any channel, for alpha because WEIGHT <= PEAK. In single floats PEAK is 1e38 / T of
 // the scene's T transparent triangles. In half floats a sum below 65504 gains at most half a step, 16, by rounding, so that T layers
 // stay below T (PEAK + 16), which is 64000 up to T = 2000. From there on PEAK is 16, and no number of layers passes 2^15: there a
@@ -316,19 +316,13 @@ struct Weighted {
 // highlight of more than 900 nits in a linear picture adds less: still 32 of the steps of 2^-24 that lie below. An alpha below 1/255 adds
 // less too, and where nothing is left of it COMPOSITE leaves the background.
 // Single floats hold all of it: 2^-12 / 255 and PEAK / 255 / 2e30 are normal.
-fn weight_of(color: vec3<f32>, position: vec3<f32>) -> f32 {
-    let nearness = frame.scene_radius / (frame.scene_radius + length(position));
-    let cubed = nearness * nearness * nearness;
-    let brightest = max(max(color.r, color.g), max(color.b, 1.0));
-    return min(max(cubed * cubed, LEAST) * WEIGHT, PEAK / brightest);
-}
 
 @fragment
 fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Weighted {
     let color = shade(in, front);
     // The highlight of a clear pane or a thin coat is a colour without cover: it gets the least cover that an 8-bit picture does not show.
     let cover = select(color.a, max(color.a, 1.0 / 255.0), OPACITY >= GLASS);
-    let weight = weight_of(color.rgb, in.world);
+    let weight = weight_of(color.rgb, in.world, WEIGHT, LEAST, PEAK);
     return Weighted(vec4(color.rgb * weight, cover), vec4(cover * weight, 0.0, 0.0, cover));
 }
 

@@ -19,6 +19,7 @@ mod lens;
 mod lights;
 mod occlusion;
 mod output;
+mod particles;
 mod parts;
 #[cfg(test)]
 pub(crate) mod samples;
@@ -36,6 +37,7 @@ pub use error::Error;
 pub use gbuffer::{Gbuffer, NormalEncoding, format_bytes};
 pub use lights::{PlannedLights, UNIFORM_LIGHTS};
 pub use output::{Canvas, Encoding, HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping, Transfer};
+pub use particles::{ParticlePlan, SORT_BLOCK};
 pub use parts::{Part, PartGroup};
 pub use shadows::{MapProjection, ShadowLight, ShadowPlan, Tile};
 pub use sky::SkyPlan;
@@ -160,7 +162,7 @@ impl Shading {
     fn of(view: View, device: &Capabilities) -> Result<Self, Error> {
         Ok(match view {
             // Planned as the lit picture, from settings that spread all of its light.
-            View::Final | View::Ambient | View::Bloom => Self::Light { light_only: false },
+            View::Final | View::Ambient | View::Bloom | View::Particles => Self::Light { light_only: false },
             View::Lighting => Self::Light { light_only: true },
             View::Overdraw => Self::ShowOverdraw,
             View::Triangle if !device.primitive_index => return Err(Error::NoTriangles),
@@ -208,6 +210,8 @@ pub struct FramePlan {
     pub transparency: Option<Transparency>,
     /// What weighted blending sums up, where it is chosen.
     pub sums: Option<Sums>,
+    /// The particles of the scene's emitters, where they are drawn.
+    pub particles: Option<ParticlePlan>,
     /// Of all transparent objects: no pixel has more layers.
     pub transparent_triangles: u32,
     /// An attachment of its own between LIGHTING and the output.
@@ -302,15 +306,17 @@ struct Choices {
     stores_gbuffer: bool,
     sky: Option<SkyPlan>,
     ao: Result<AoPlan, String>,
+    particles: Option<ParticlePlan>,
     way: Way,
 }
 
 impl Choices {
-    fn of(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
+    fn of(scene: &Scene, settings: &Settings, device: &Capabilities, counts: bool) -> Result<Self, Error> {
         checks::check_size(settings.size, device)?;
         let shading = Shading::of(settings.view, device)?;
         let mut lighting = Lighting::of(scene, settings, device, shading)?;
         let surfaces = Surfaces::of(scene, settings, lighting.path)?;
+        let particles = particles::choose(scene, settings, (lighting.path, shading), device, counts)?;
         // What the view of the complexity compares must be what LIGHTING would read.
         let shadowed = lighting.shadow.is_some()
             || (settings.view == View::Complexity && shadow_reason(scene, settings, &lighting.order.order).is_ok());
@@ -343,8 +349,8 @@ impl Choices {
             sky::check(scene, lighting.path, device)?;
         }
         let lit_by_sky = sky.is_some_and(|sky| sky.lights);
-        // Surfaces that are lit as they are drawn have no code for a sky with lights in a uniform buffer.
-        if lit_by_sky && (is_forward(lighting.path) || surfaces.transparency.is_some()) {
+        // Surfaces that are lit as they are drawn have no code for a sky with lights in a uniform buffer, and particles none for such lights.
+        if lit_by_sky && (is_forward(lighting.path) || surfaces.transparency.is_some()) || particles.is_some() {
             lighting.lights.uniform = false;
         }
         let blending = Blending { adds_ambient: lit_by_sky && !is_forward(lighting.path), ..blending };
@@ -357,7 +363,7 @@ impl Choices {
             && lighting.path != LightPath::Compute
             && settings.view != View::Complexity
             && (settings.keep.has(OptionalPart::StoredGbuffer) || ao.is_ok());
-        Ok(Self { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, way })
+        Ok(Self { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, particles, way })
     }
 }
 
@@ -376,22 +382,25 @@ impl FramePlan {
     /// When the device cannot do what the settings ask for, a view shows what the scene does not have, or [`Scene::check`] finds a fault.
     pub fn of(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
         scene.check()?;
+        let counts = settings.view == View::Particles;
         let settings = bloom::planned(settings);
+        let settings = particles::planned(&settings);
         let settings = settings.as_ref();
-        let plan = Self::decide(scene, settings, device)?;
+        let plan = Self::decide(scene, settings, device, counts)?;
         let mut parts = parts::list(scene, settings, &plan);
         if plan.keep != Keep::NONE {
             let lean = Settings { keep: Keep::NONE, ..settings.clone() };
-            let needed = parts::list(scene, &lean, &Self::decide(scene, &lean, device)?);
+            let needed = parts::list(scene, &lean, &Self::decide(scene, &lean, device, counts)?);
             parts::say_what_is_kept(&mut parts, &needed);
         }
         Ok(Self { parts, ..plan })
     }
 
     /// All but the words about it, for a scene that has been checked.
-    fn decide(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
-        let Choices { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, way } =
-            Choices::of(scene, settings, device)?;
+    /// `counts`: layers of particles are counted.
+    fn decide(scene: &Scene, settings: &Settings, device: &Capabilities, counts: bool) -> Result<Self, Error> {
+        let Choices { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, particles, way } =
+            Choices::of(scene, settings, device, counts)?;
         let rules = SurfaceRules::of(settings, shading, &lighting, &surfaces);
         let pipelines = rules.pipelines(scene);
         let meshes = MeshPlan::of(scene, &rules);
@@ -446,7 +455,8 @@ impl FramePlan {
             geometry: pipelines.geometry,
             transparent: pipelines.transparent,
             streams: meshes.streams(),
-            uploads: Uploads::of(&meshes, &textures, volumes, sky),
+            uploads: Uploads::of(&meshes, &textures, volumes, (sky, particles.as_ref())),
+            particles,
             meshes,
             textures,
             materials: surfaces.materials,
@@ -567,7 +577,8 @@ impl FramePlan {
             LightPath::Clustered | LightPath::Forward => true,
             // What is transparent is lit as it is drawn, whatever lights the rest.
             LightPath::ForwardNaive => false,
-            _ => self.transparency.is_some(),
+            // Particles are lit before they are drawn.
+            _ => self.transparency.is_some() && (self.particles.is_none() || !self.transparent.is_empty()),
         };
         forward && self.may_list_lights()
     }

@@ -11,6 +11,7 @@ mod instances;
 mod levels;
 mod looks;
 mod occlusion;
+mod particles;
 mod pose;
 mod shadows;
 mod volumes;
@@ -24,6 +25,7 @@ pub use depth::{Depth, Eye};
 pub use instances::{CullView, Draw, InstanceList, STEPS, Stand};
 pub use levels::{LevelChoice, squared_error};
 pub use looks::PackedLook;
+pub use particles::{EmitterRecord, Particles};
 pub use shadows::{Caster, MapDraw, Receivers, ShadowCache, ShadowView};
 pub use volumes::{LightRect, VolumeRecord, cone_mesh, sphere_mesh};
 pub use world::{World, WorldObject};
@@ -88,6 +90,8 @@ pub struct Visible {
     pub lights: LightWork,
     /// The lights that reach what is seen.
     pub active_lights: ActiveLights,
+    /// Particles that are alive, where the plan draws some.
+    pub particles: Particles,
     /// Objects beside or behind the view.
     pub culled: usize,
     /// Objects in view that others hide.
@@ -141,13 +145,16 @@ impl Visible {
             culling.is_none() && plan.seeks(OptionalPart::IdleCasters) && plan.shading != Shading::ShowShadowMap;
         let receivers = plan.shadow.as_ref().filter(|_| leaves_casters).map(|shadow| {
             let receiving = objects().filter(|object| object.key.receives);
-            Receivers::of(receiving.map(|object| object.bounds), (camera, &frustum), &beside, shadow, &world.shadows)
+            let boxes = receiving.map(|object| object.bounds).chain(world.particle_boxes(plan));
+            Receivers::of(boxes, (camera, &frustum), &beside, shadow, &world.shadows)
         });
         if let Some(shadow) = &plan.shadow {
-            let boxes: Vec<Aabb> = match culling {
+            let mut boxes: Vec<Aabb> = match culling {
                 Some(_) => vec![world.bounds],
                 None => objects().map(|object| object.bounds).collect(),
             };
+            // Shadows fall on particles, too.
+            boxes.extend(world.particle_boxes(plan));
             add_cascades(&mut shadows, world, shadow, camera, aspect, &boxes);
             for light in &shadow.lights {
                 let is_lit = active.lights.binary_search(&light.light).is_ok();
@@ -189,6 +196,7 @@ impl Visible {
             }),
             lights: light_work(world, camera, plan, &active),
             active_lights: active,
+            particles: Particles::of(world, camera, plan),
             depth,
         }
     }

@@ -7,6 +7,7 @@
 //! compute        PYRAMID    the least depths of squares of that
 //!                CULL, ARRANGE, FILL  what is in view and not hidden, where the device finds that out
 //! shadow passes  SHADOW     depth maps of lights, those in which something has moved
+//! compute        SIMULATE, SORT  particles of the moment with their light, from back to front
 //! main pass      GEOMETRY   surfaces into the G-buffer, in tile memory where there is any
 //! compute        AO, AO_DENOISE  where asked for: what surfaces nearby leave of the light from everywhere, into the G-buffer's occlusion; the main
 //!                pass is parted there
@@ -15,6 +16,7 @@
 //!                SKY        the sky, in the subpass of what lights surfaces, where nothing is
 //!                FORWARD    in the place of these two on the forward light paths: surfaces, lit as they are rasterized
 //!                TRANSPARENT  surfaces that let light through, over the lit picture
+//!                PARTICLES  in its subpass, after them
 //!                COMPOSITE  only where TRANSPARENT summed them up without sorting
 //! compute        BLOOM, SPREAD  only where light is spread: then TONEMAP and TONE have a render pass of their own
 //!                TONEMAP    only where something is blended before it
@@ -31,6 +33,7 @@ use super::FrameParts;
 use super::ao::{self, AoStage};
 use super::edges::{Edge, RowName};
 use super::list::{self, FXAA_PASS, GBUFFER_PASS, MAIN_PASS, Occasion, SHADOW_PASS, Step, Subpass, TONEMAP_PASS};
+use super::particles::{self as particle_steps, ParticleStage};
 use super::render_passes::{RenderPassIndex, RenderPasses, prepass};
 use crate::gpu::{self, Image, Timestamps, barrier};
 use crate::passes::ambient::{self, Ambient};
@@ -41,6 +44,7 @@ use crate::passes::forward::{self, Forward};
 use crate::passes::fxaa::{self, Fxaa};
 use crate::passes::geometry::{self, Geometry};
 use crate::passes::lighting::{self, Lighting};
+use crate::passes::particles;
 use crate::passes::per_light::{self, PerLight};
 use crate::passes::sky::{self, SkyPass};
 use crate::passes::tone::{self, Tone};
@@ -49,7 +53,7 @@ use crate::passes::transparent::{self, Transparent};
 use crate::passes::view::{self, ViewPass};
 use crate::passes::{Pass, Recording, Resource, shadow};
 use crate::plan::{FramePlan, Shading, Target};
-use crate::visible::World;
+use crate::visible::{Visible, World};
 
 const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
 
@@ -67,6 +71,7 @@ pub struct Deferred {
     ao: Option<AoStage>,
     sky: Option<SkyPass>,
     transparent: Option<Transparent>,
+    particles: Option<Box<ParticleStage>>,
     composite: Option<Composite>,
     bloom: Option<BloomStage>,
     tonemap: Option<TonemapPass>,
@@ -113,7 +118,7 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
     let light: [Option<Subpass>; 6] = [
         subpass(&lighting::PASS, &[&lighting::PASS, &per_light::PASS, &ambient::PASS, &sky::PASS, &view::PASS]),
         subpass(&forward::PASS, &[&depth::PASS, &forward::PASS, &sky::PASS]),
-        alone(&transparent::PASS),
+        subpass(&transparent::PASS, &[&transparent::PASS, &particles::PASS]),
         alone(&composite::PASS),
         tonemap,
         tone,
@@ -121,6 +126,7 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
     let mut steps = vec![super::render_passes::skin_step(plan)];
     steps.extend(super::render_passes::culling_steps(plan));
     steps.push(list::render_pass(SHADOW_PASS, [alone(&shadow::PASS)]));
+    steps.extend(particle_steps::steps(plan));
     // Each of these reads only its own pixel, so that a tiler never leaves the tile. AO reads neighbours, and parts them.
     match plan.stores_gbuffer {
         false => steps.push(list::render_pass(MAIN_PASS, [surfaces].into_iter().chain(light))),
@@ -158,6 +164,11 @@ impl Deferred {
 
         // A render pass for each stale map. Row `shadow-map-to-lighting`: the passes below look up what it wrote.
         passes.record_shadow(frame, times);
+
+        // SIMULATE and SORT tell PARTICLES what to draw: rows `particles-reuse`, `simulate-to-sort`, `sort-to-sort` and `particles-to-draw`.
+        if let Some(particles) = &self.particles {
+            particles.record(frame, times);
+        }
 
         // The first users of the targets wait until the last frame has let go of them: rows `gbuffer-reuse` or `targets-reuse`, `hdr-reuse`,
         // `samples-reuse`, `sums-reuse`, `output-reuse`.
@@ -227,14 +238,20 @@ impl Deferred {
             sky.record(frame);
             frame.end(times, &sky::PASS);
         }
-        if let Some(transparent) = &self.transparent {
+        if self.transparent.is_some() || self.particles.is_some() {
             // Rows `lighting-to-transparent` or `forward-to-transparent`: it tests against the depth of opaque surfaces, and sorted surfaces
             // are blended over their light.
             // SAFETY: the pass has TRANSPARENT next.
             unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
+        }
+        if let Some(transparent) = &self.transparent {
             frame.begin(&transparent::PASS);
             transparent.record(frame);
             frame.end(times, &transparent::PASS);
+        }
+        if let Some(particles) = &self.particles {
+            // In the same subpass: rasterization order alone puts them over transparent surfaces.
+            particles.draw(frame, times);
         }
         if let Some(composite) = &self.composite {
             // Rows `sums-to-composite`, and `lighting-to-composite` or `forward-to-composite`: it blends the sums of its pixel over the light.
@@ -332,6 +349,7 @@ impl Deferred {
         let sky = slot(&sky::PASS).map(|slot| SkyPass::new(device, plan, slot, layouts)).transpose()?;
         let transparent =
             slot(&transparent::PASS).map(|slot| Transparent::new(device, plan, slot, layouts, scene)).transpose()?;
+        let particles = ParticleStage::new(parts, &passes)?.map(Box::new);
         let composite = slot(&composite::PASS)
             .map(|slot| Composite::new(device, plan, slot, &passes.inputs(&composite::PASS, plan)))
             .transpose()?;
@@ -348,7 +366,27 @@ impl Deferred {
         };
         let ao = AoStage::new(parts, &passes)?;
         let tone = slot(&tone::PASS).map(|slot| Tone::new(device, plan, slot, layouts)).transpose()?;
-        Ok(Self { passes, first, second, depth, opaque, ao, sky, transparent, composite, bloom, tonemap, fxaa, tone })
+        Ok(Self {
+            passes,
+            first,
+            second,
+            depth,
+            opaque,
+            ao,
+            sky,
+            transparent,
+            particles,
+            composite,
+            bloom,
+            tonemap,
+            fxaa,
+            tone,
+        })
+    }
+
+    /// Writes what passes of one frame in flight read of their own.
+    pub fn write(&self, place: usize, visible: &Visible) -> gpu::Result<()> {
+        self.particles.as_ref().map_or(Ok(()), |particles| particles.write(place, &visible.particles))
     }
 
     /// Makes anew what has the size of the picture: attachments, framebuffers, and the sets that name them.
@@ -361,6 +399,9 @@ impl Deferred {
         }
         if let Some(ao) = &mut self.ao {
             ao.rebind(parts, passes)?;
+        }
+        if let Some(particles) = &mut self.particles {
+            particles.rebind(parts, passes)?;
         }
         if let Some(composite) = &mut self.composite {
             composite.inputs.read_from(device, &passes.inputs(&composite::PASS, plan))?;

@@ -26,6 +26,7 @@ mod forward;
 mod host;
 mod main_pass;
 mod masks;
+mod particles;
 mod prefilter;
 mod presentation;
 mod shadow;
@@ -279,6 +280,9 @@ pub fn table(plan: &FramePlan) -> Edges {
     }
     if plan.shadow.is_some() {
         rows.extend(shadow::rows(plan));
+    }
+    if plan.particles.is_some() {
+        rows.extend(particles::rows(plan));
     }
     match plan.is_tiled() {
         true => rows.extend(tiled::rows(plan)),

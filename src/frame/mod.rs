@@ -11,6 +11,7 @@ pub mod edges;
 pub mod experiment;
 mod jitter;
 pub mod list;
+mod particles;
 #[cfg(feature = "present")]
 mod present;
 pub mod proof;
@@ -243,6 +244,14 @@ impl Frame {
         }
     }
 
+    /// Writes what the passes of one frame in flight read of their own. The frame that used it before must be done.
+    fn write(&self, place: usize, visible: &Visible) -> gpu::Result<()> {
+        match self {
+            Self::Deferred(frame) => frame.write(place, visible),
+            Self::Tiled(_) => Ok(()),
+        }
+    }
+
     fn record(&self, recording: &Recording, times: &mut Option<Timestamps>) {
         match self {
             Self::Deferred(frame) => frame.record(recording, times),
@@ -366,7 +375,7 @@ impl Renderer {
         let frame = &mut self.frames[self.next];
         frame.begun = Instant::now();
         self.world.refresh(&self.plan);
-        let eye = Eye::of(camera, &self.world.bounds);
+        let eye = Eye::of(camera, &self.world.drawn_bounds(&self.plan));
         let camera = &eye.camera;
         let visible = Visible::of(&self.world, camera, &self.plan);
         if !self.world.shadows.cache {
@@ -379,6 +388,7 @@ impl Renderer {
         let uniform = FrameUniform::of(&self.world, &visible, &eye, &self.plan, jitter);
         // The submission makes them visible to the device: the row "host-to-frame".
         frame.view.write(&uniform, (&self.world, &self.plan), &visible, camera)?;
+        self.frame.write(self.next, &visible)?;
         if let Some(atlas) = &self.atlas {
             atlas.write(self.next, &visible, camera)?;
         }

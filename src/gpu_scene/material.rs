@@ -63,11 +63,11 @@ impl PlannedSet<'_> {
 }
 
 /// An image with the view that pipelines sample.
-struct Sheet {
-    view: vk::ImageView,
+pub(super) struct Sheet {
+    pub view: vk::ImageView,
     /// Where the image's own is of another type.
     _view: Option<Owned<vk::ImageView>>,
-    _image: Image,
+    pub image: Image,
 }
 
 impl Materials {
@@ -288,7 +288,7 @@ fn sampler_info(how: scene::Sampler, anisotropy: u32) -> vk::SamplerCreateInfo<'
 }
 
 /// The sheets of a texture: arrays of at most `most` cells, or one plain image.
-fn upload(
+pub(super) fn upload(
     device: &Arc<Device>,
     uploader: &mut Uploader,
     scene: &Scene,
@@ -303,7 +303,7 @@ fn upload(
     let Some(cells) = planned.cells else {
         let image = image(device, planned, &name, 1)?;
         uploader.texture(&image, &levels)?;
-        return Ok(vec![Sheet { view: image.view, _view: None, _image: image }]);
+        return Ok(vec![Sheet { view: image.view, _view: None, image }]);
     };
     let width = match planned.source {
         TextureSource::Scene(index) => scene.textures[index].size[0],
@@ -319,7 +319,7 @@ fn upload(
         // An image of one layer has a plain view, but the shader's is an array all the same.
         let array = (last - first == 1).then(|| image.array_view()).transpose()?;
         let view = array.as_ref().map_or(image.view, |view| view.raw);
-        Ok(Sheet { view, _view: array, _image: image })
+        Ok(Sheet { view, _view: array, image })
     };
     (0..cells).step_by(most as usize).map(sheet).collect()
 }

@@ -4,6 +4,7 @@ mod culling;
 mod deformed;
 mod instances;
 mod material;
+mod particles;
 mod shadows;
 mod sky;
 mod sorted;
@@ -13,6 +14,7 @@ pub use culling::{CulledState, Culling};
 pub use deformed::{Deformed, PoseBuffer, SkinPush};
 pub use instances::Instances;
 pub use material::{HOLES, Materials, OWN_SAMPLERS, SAMPLER, SetForm};
+pub use particles::ParticleTextures;
 pub use shadows::{ATLAS_LAYOUT, ClearOrder, ShadowAtlas, clear as shadow_clear};
 pub use sky::{BASE_EDGE, LOBE_EDGE, LOBE_LEVELS, SKY_READ, SkyMaps, TABLE_EDGE};
 pub use sorted::SortedIndices;
@@ -70,6 +72,8 @@ pub struct GpuScene {
     pub materials: Option<Materials>,
     /// Where frames have a sky.
     pub sky: Option<SkyMaps>,
+    /// Where particles have some.
+    pub particles: Option<ParticleTextures>,
     /// Where the light path draws lights' volumes.
     pub volumes: Option<VolumeMeshes>,
 }
@@ -223,6 +227,10 @@ impl GpuScene {
             sky: match (&scene.sky, &plan.sky) {
                 (Some(sky), Some(planned)) => Some(SkyMaps::new(device, &mut uploader, sky, planned)?),
                 _ => None,
+            },
+            particles: match &plan.particles {
+                Some(planned) => ParticleTextures::new(device, &mut uploader, scene, planned)?,
+                None => None,
             },
             volumes: match plan.uploads.volumes {
                 true => Some(volumes(device, &mut uploader)?),

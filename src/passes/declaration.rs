@@ -107,6 +107,8 @@ pub enum Resource {
     FoundCounts,
     /// The least depths of squares of the picture, which PYRAMID writes.
     DepthPyramid,
+    /// What SIMULATE and SORT write: particles, and their order.
+    Particles,
     /// Light that BLOOM spreads, level by level.
     BloomLevels,
     /// What the CPU writes for each frame: camera, lights, lists, instances, sorted indices.
@@ -133,6 +135,7 @@ impl fmt::Display for Resource {
             Self::CulledInstances => "culled instances",
             Self::FoundCounts => "counts of instances",
             Self::DepthPyramid => "pyramid of depths",
+            Self::Particles => "particles",
             Self::BloomLevels => "levels of bloom",
             Self::FrameData => "frame data",
             Self::ReadBack => "read-back buffer",

@@ -54,13 +54,16 @@ pub mod geometry;
 pub mod lighting;
 pub mod occluders;
 pub mod overlay;
+pub mod particles;
 pub mod per_light;
 pub mod prefilter;
 pub mod present;
 pub mod pyramid;
 pub mod shadow;
+pub mod simulate;
 pub mod skin;
 pub mod sky;
+pub mod sort;
 pub mod split;
 pub mod tiled;
 pub mod tone;
@@ -89,7 +92,7 @@ use crate::shaders::Variant;
 use crate::visible::{MapDraw, Visible, World, WorldObject};
 
 /// All passes, as reports list them.
-pub const ALL: [&Pass; 30] = [
+pub const ALL: [&Pass; 33] = [
     &skin::PASS,
     &occluders::PASS,
     &pyramid::PASS,
@@ -97,6 +100,8 @@ pub const ALL: [&Pass; 30] = [
     &arrange::PASS,
     &fill::PASS,
     &shadow::PASS,
+    &simulate::PASS,
+    &sort::PASS,
     &depth::PASS,
     &geometry::PASS,
     &ao::PASS,
@@ -108,6 +113,7 @@ pub const ALL: [&Pass; 30] = [
     &forward::PASS,
     &sky::PASS,
     &transparent::PASS,
+    &particles::PASS,
     &composite::PASS,
     &bloom::PASS,
     &bloom::SPREAD,

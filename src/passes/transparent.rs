@@ -13,7 +13,7 @@ use super::{
 use crate::gpu::{self, DepthState, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
 use crate::plan::{FramePlan, GeometryKey, Opacity, Sums, Target, ToneMapping};
-use crate::scene::Transparency;
+use crate::scene::{OptionalPart, Transparency};
 use crate::shaders::forward::Flags;
 
 /// Compares with the depth of what is opaque; nothing is written. Both stages read: which one does it is the implementation's choice.
@@ -35,6 +35,7 @@ pub const PASS: Pass = Pass {
     time: "transparent",
     what: "surfaces that show what lies behind them",
     presence: |plan| match plan.transparency {
+        Some(_) if !draws_surfaces(plan) => Presence::Out("nothing transparent is drawn but particles".into()),
         Some(Transparency::Sorted) => {
             Presence::In("transparent surfaces are blended, sorted from back to front".into())
         }
@@ -45,13 +46,25 @@ pub const PASS: Pass = Pass {
     leave_out: None,
 };
 
-fn touches(plan: &FramePlan) -> Vec<Touch> {
+/// False where particles alone are blended.
+fn draws_surfaces(plan: &FramePlan) -> bool {
+    plan.particles.is_none() || !plan.transparent.is_empty() || plan.keep.has(OptionalPart::Transparent)
+}
+
+/// The attachments of the subpass.
+pub(super) fn targets(plan: &FramePlan) -> Vec<Touch> {
     let color = |location, target| Touch::color(location, target, First::Clear, BLEND);
-    let mut touches = vec![Touch::depth(First::Undefined, DEPTH_READ), frame_data()];
+    let mut touches = vec![Touch::depth(First::Undefined, DEPTH_READ)];
     touches.extend(match plan.transparency {
         Some(Transparency::Oit) => vec![color(0, Target::Accumulation), color(1, Target::Weights)],
         _ => vec![color(0, plan.light_target())],
     });
+    touches
+}
+
+fn touches(plan: &FramePlan) -> Vec<Touch> {
+    let mut touches = targets(plan);
+    touches.push(frame_data());
     touches.extend(meshes(plan));
     touches.extend(maps(plan, MAP_READ));
     touches.extend(sky_light(plan));
@@ -121,9 +134,10 @@ const COUNTED_LAYERS: f32 = 2000.0;
 
 /// What a layer may be, so that no sum of layers overflows its target, and what weighted blending adds is not rounded to nothing. A
 /// layer's colour is at most `largest` times its alpha plus `highlight`; no pixel has more layers than the scene has transparent
-/// triangles. `shaders/forward.wgsl` says how the weights do it.
-fn limits(plan: &FramePlan) -> Limits {
-    let layers = plan.transparent_triangles.max(1) as f32;
+/// triangles, and particles. `shaders/forward.wgsl` says how the weights do it.
+pub(super) fn limits(plan: &FramePlan) -> Limits {
+    let particles = plan.particles.as_ref().map_or(0, |own| own.capacity);
+    let layers = plan.transparent_triangles.saturating_add(particles).max(1) as f32;
     let largest = plan.largest_light();
     match plan.sums {
         Some(Sums::SINGLE) => {
@@ -152,7 +166,7 @@ fn limits(plan: &FramePlan) -> Limits {
 const LEAST_WEIGHT: f32 = 1.0 / 4096.0;
 
 /// One state for each colour location of the subpass.
-fn blend(plan: &FramePlan) -> Vec<vk::PipelineColorBlendAttachmentState> {
+pub(super) fn blend(plan: &FramePlan) -> Vec<vk::PipelineColorBlendAttachmentState> {
     match plan.transparency {
         // Both in one way: not every device has independentBlend, and Mesa 25's lavapipe forgets it after a pipeline without colours.
         Some(Transparency::Oit) => vec![sum_and_multiply(); 2],

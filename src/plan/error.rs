@@ -65,6 +65,9 @@ pub enum Error {
     /// Bloom that does not go with other settings.
     #[error("bloom: {0}")]
     Bloom(String),
+    /// Particles that do not go with other settings.
+    #[error("particles: {0}")]
+    Particles(String),
     /// Ambient occlusion that does not go with other settings, or of which a number is out of range.
     #[error("ambient occlusion: {0}")]
     AmbientOcclusion(String),

@@ -126,8 +126,10 @@ impl FramePlan {
 
     /// Whether the same scene lies on the device in the same way for the other plan: its meshes and textures can stay.
     pub fn uploads_as(&self, other: &Self) -> bool {
+        let textures = |plan: &Self| plan.particles.as_ref().map_or_else(Vec::new, |own| own.textures.clone());
         (&self.meshes, &self.textures, &self.uploads, self.anisotropy, self.sky)
             == (&other.meshes, &other.textures, &other.uploads, other.anisotropy, other.sky)
+            && textures(self) == textures(other)
     }
 
     /// Whether frames of the other plan need nothing else than those of this one, but for the size of their attachments.

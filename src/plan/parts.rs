@@ -85,7 +85,7 @@ pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<
         PartGroup::Targets,
         vec![stored(plan), hdr(settings, plan), sums(plan), samples_of_output(plan), bloom(plan), smoothed(plan)],
     );
-    add(PartGroup::Passes, passes(scene, plan));
+    add(PartGroup::Passes, passes(scene, settings, plan));
     add(PartGroup::Geometry, geometry(scene, plan));
     add(PartGroup::Geometry, vec![levels(settings, plan)]);
     add(PartGroup::Textures, textures(scene, settings, plan));
@@ -232,7 +232,10 @@ fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
         ToneMapping::Subpass(_) if plan.emissive => "emissive light is blended before tone mapping",
         ToneMapping::Subpass(_) if plan.adds_ambient() => "light of the sky is added before tone mapping",
         ToneMapping::Subpass(_) if plan.transparency.is_some() => {
-            "transparent surfaces are blended before tone mapping"
+            match plan.transparent.is_empty() && plan.particles.is_some() {
+                true => "particles are blended before tone mapping",
+                false => "transparent surfaces are blended before tone mapping",
+            }
         }
         _ if plan.bloom.is_some() => "light is spread before it is tone-mapped",
         ToneMapping::Subpass(_) => "samples of a pixel are averaged as light before tone mapping",
@@ -288,8 +291,11 @@ fn samples_of_output(plan: &FramePlan) -> Part {
 }
 
 /// How often passes run. Which there are, they declare themselves.
-fn passes(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
-    [transparency(scene, plan)].into_iter().chain(antialiasing(plan)).collect()
+fn passes(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
+    [transparency(scene, plan), super::particles::part(scene, settings, plan)]
+        .into_iter()
+        .chain(antialiasing(plan))
+        .collect()
 }
 
 fn stored(plan: &FramePlan) -> Part {
@@ -316,6 +322,7 @@ fn antialiasing(plan: &FramePlan) -> [Part; 2] {
 fn transparency(scene: &Scene, plan: &FramePlan) -> Part {
     let objects = scene.objects.iter().filter(|object| scene.materials[object.material].is_transparent()).count();
     let reason = match plan.transparency {
+        Some(_) if objects == 0 && plan.particles.is_some() => "no object is transparent, but particles are".into(),
         Some(Transparency::Sorted) => format!("{objects} transparent objects, sorted from back to front"),
         Some(Transparency::Oit) => format!("{objects} transparent objects, summed up with weights in any order"),
         None if objects > 0 => "this view leaves transparent objects out".into(),

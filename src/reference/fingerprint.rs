@@ -8,8 +8,8 @@ use glam::{DAffine3, DVec2, DVec3, Vec3};
 use super::render::Reference;
 use super::{Options, Smith, View};
 use crate::scene::{
-    AlphaMode, Brdf, Camera, CastsShadow, ColorSpace, Environment, Light, Look, Material, Mesh, Object, Projection,
-    Sampler, Scene, Sky, SkyImage, SunDisc, Texels, Texture, ThinLens, UvMap,
+    AlphaMode, Brdf, Camera, CastsShadow, ColorSpace, Emitter, Environment, Light, Look, Material, Mesh, Object,
+    Projection, Sampler, Scene, Sky, SkyImage, SunDisc, Texels, Texture, ThinLens, UvMap,
 };
 
 #[cfg(test)]
@@ -215,6 +215,9 @@ impl Fingerprint {
             cameras: _,
             looks_through: _,
             motion: _,
+            // Where the reference shows particles they are hashed, below.
+            emitters: _,
+            moment: _,
             fitted: _,
             settings: _,
             warnings: _,
@@ -249,6 +252,50 @@ impl Fingerprint {
             self.vector(*direction);
             self.real(*degrees);
             self.color(*radiance);
+        }
+    }
+
+    fn particles(&mut self, scene: &Scene) {
+        self.bytes(b"particles");
+        self.real(scene.moment.unwrap_or(0.0));
+        self.number(scene.emitters.len() as u64);
+        for emitter in &scene.emitters {
+            let Emitter {
+                name: _,
+                position,
+                extent,
+                rate,
+                life,
+                start,
+                end,
+                velocity,
+                spread,
+                gravity,
+                drag,
+                size,
+                color,
+                emission,
+                lit,
+                turn_degrees,
+                spin_degrees,
+                softness,
+                texture,
+                frames,
+                picks_frame,
+                seed,
+            } = emitter;
+            [position, extent, velocity, spread, gravity].into_iter().for_each(|own| self.vector(*own));
+            [rate, life, drag, turn_degrees, spin_degrees, softness].into_iter().for_each(|own| self.real(*own));
+            for moment in [start, end] {
+                self.number(u64::from(moment.is_some()));
+                self.real(moment.unwrap_or(0.0));
+            }
+            [size.len(), color.len(), emission.len()].into_iter().for_each(|count| self.number(count as u64));
+            size.iter().chain(color.as_flattened()).for_each(|own| self.single(*own));
+            emission.iter().for_each(|own| self.color(*own));
+            self.slot(*texture);
+            let numbers = [u32::from(*lit), frames[0], frames[1], u32::from(*picks_frame), *seed];
+            numbers.into_iter().for_each(|own| self.number(u64::from(own)));
         }
     }
 
@@ -287,6 +334,9 @@ pub fn of(reference: &Reference, view: &View, options: &Options) -> blake3::Hash
     if let Some(radius) = reference.occlusion {
         fingerprint.bytes(b"ambient occlusion");
         fingerprint.real(radius);
+    }
+    if reference.particles && !reference.scene.emitters.is_empty() {
+        fingerprint.particles(reference.scene);
     }
     fingerprint.view(view);
     let Options { mode, smith } = options;

@@ -15,6 +15,7 @@ mod intersect;
 pub mod light;
 mod material;
 pub mod occlusion;
+mod particles;
 mod render;
 mod sampling;
 mod shadow;

@@ -1,5 +1,7 @@
 //! Pictures of the truth: a ray through each pixel, or many.
 
+use std::sync::OnceLock;
+
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -7,6 +9,7 @@ use super::geometry::{Geometry, Hit};
 use super::intersect::Ray;
 use super::light::{self, Collector, Collects, Illumination, Reflector};
 use super::occlusion;
+use super::particles::{Billboards, Lit};
 use super::shadow::Receiver;
 use super::sky::SkyLight;
 use super::surface::Surface;
@@ -31,8 +34,11 @@ pub struct Reference<'a> {
     pub(super) occludes_sky: bool,
     /// Metres.
     pub(super) occlusion: Option<f64>,
+    pub(super) particles: bool,
+    /// Particles with their light, once somebody looks.
+    lit: OnceLock<Vec<Lit>>,
     /// With directions of length 1.
-    lights: Vec<Light>,
+    pub(super) lights: Vec<Light>,
     geometry: Geometry<'a>,
     pub(super) lens: Option<ThinLens>,
 }
@@ -52,7 +58,7 @@ pub struct Accumulation {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rays {
     size: DVec2,
-    near: f64,
+    pub(super) near: f64,
     eye: DVec3,
     forward: DVec3,
     /// From the middle of the picture to its right and lower edges: at a distance of 1, or anywhere where rays are parallel.
@@ -64,7 +70,7 @@ pub(super) struct Rays {
 
 /// Which points of a light a sample asks.
 #[derive(Debug, Clone, Copy)]
-enum Points {
+pub(super) enum Points {
     All,
     One { sample: u32, pixel: u64 },
 }
@@ -101,6 +107,23 @@ impl Rays {
             true => Ray::new(self.eye + aside, self.forward),
             false => Ray::new(self.eye, self.forward + aside),
         }
+    }
+
+    /// To the right, up and along the view, each of length 1, and where the eye is.
+    pub(super) fn axes(&self) -> [DVec3; 4] {
+        let [right, down] = [self.right.normalize(), self.down.normalize()];
+        [right, -down, right.cross(down), self.eye]
+    }
+
+    /// How many pixels a metre across the view is, so far along it.
+    pub(super) fn pixels_a_metre(&self, distance: f64) -> f64 {
+        let metres = self.down.length() * if self.parallel { 1.0 } else { distance };
+        self.size.y / 2.0 / metres
+    }
+
+    /// Whether each place of the picture has one ray, as without a lens.
+    pub(super) fn sees_through_a_point(&self) -> bool {
+        self.lens.is_none()
     }
 
     /// What is so far along the view there, relative to the camera.
@@ -158,6 +181,8 @@ impl<'a> Reference<'a> {
             sky_light: true,
             occludes_sky: true,
             occlusion: None,
+            particles: true,
+            lit: OnceLock::new(),
             lights,
             geometry,
             lens: None,
@@ -170,6 +195,7 @@ impl<'a> Reference<'a> {
             .with_shadows(settings.shadows.enabled)
             .with_sky_light(settings.sky_light)
             .with_occlusion(settings.occlusion_radius())
+            .with_particles(settings.particles)
             .with_lens(ThinLens::of(settings, camera))
     }
 
@@ -201,6 +227,17 @@ impl<'a> Reference<'a> {
     /// With light from everywhere that surfaces within so many metres hide from each other, as `Settings::occlusion_radius` has it.
     pub fn with_occlusion(self, radius: Option<f64>) -> Self {
         Self { occlusion: radius, ..self }
+    }
+
+    /// With the scene's particles or without, as `Settings::particles` has it.
+    pub fn with_particles(self, particles: bool) -> Self {
+        Self { particles, lit: OnceLock::new(), ..self }
+    }
+
+    /// The scene's particles as these rays see them.
+    fn billboards(&self, rays: &Rays) -> Billboards<'_> {
+        let lit = self.lit.get_or_init(|| self.lit_particles());
+        Billboards::of(self.scene, lit, rays, rays.size.y as u32)
     }
 
     /// The nearest opaque surface at a place of the picture, in pixels from its upper left corner (the middle of the first one is at
@@ -250,7 +287,16 @@ impl<'a> Reference<'a> {
         let rays = Rays::of(view);
         let along = Some(rays.ray(along).direction);
         let ray = rays.ray(place);
-        self.look(rays.near, &ray, smith, Points::All, along, &mut Vec::new()).radiance.to_array()
+        let lit = self.lit.get_or_init(|| self.lit_particles());
+        self.look(
+            (&Billboards::met_by(self.scene, lit, &rays, &ray), 0),
+            (&ray, along),
+            smith,
+            Points::All,
+            &mut Vec::new(),
+        )
+        .radiance
+        .to_array()
     }
 
     /// Renders a picture. The same on any number of threads, to the last bit.
@@ -275,11 +321,12 @@ impl<'a> Reference<'a> {
         let mut radiance = vec![[0.0; 3]; width * height];
         let mut triangles = vec![None; width * height];
         let done = std::sync::atomic::AtomicU64::new(0);
+        let billboards = self.billboards(&rays);
         let rows = radiance.par_chunks_mut(width).zip(triangles.par_chunks_mut(width)).enumerate();
         rows.for_each_init(Vec::new, |transparent, (y, (radiance, triangles))| {
             for x in 0..width {
                 let place = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-                let seen = self.look(rays.near, &rays.ray(place), smith, Points::All, None, transparent);
+                let seen = self.look((&billboards, y), (&rays.ray(place), None), smith, Points::All, transparent);
                 (radiance[x], triangles[x]) = (seen.radiance.to_array(), seen.triangle);
             }
             let before = done.fetch_add(width as u64, std::sync::atomic::Ordering::Relaxed);
@@ -315,6 +362,7 @@ impl<'a> Reference<'a> {
         let first = accumulation.samples;
         let before = u64::from(first) * accumulation.mean.len() as u64;
         let done = std::sync::atomic::AtomicU64::new(before);
+        let billboards = self.billboards(&rays);
         let rows = accumulation.mean.par_chunks_mut(width).zip(accumulation.squares.par_chunks_mut(width)).enumerate();
         rows.for_each_init(Vec::new, |transparent, (y, (means, squares))| {
             for x in 0..width {
@@ -327,7 +375,7 @@ impl<'a> Reference<'a> {
                     let place = corner + sampling::in_pixel(sample, pixel);
                     let points = Points::One { sample, pixel };
                     let ray = rays.through(place, || sampling::on_lens(sample, pixel));
-                    let radiance = self.look(rays.near, &ray, smith, points, None, transparent).radiance;
+                    let radiance = self.look((&billboards, y), (&ray, None), smith, points, transparent).radiance;
                     add(radiance, sample + 1, &mut means[x], &mut squares[x]);
                 }
             }
@@ -336,24 +384,31 @@ impl<'a> Reference<'a> {
         });
     }
 
-    /// What comes to the eye at a place of the picture: the nearest opaque surface or the background, and over it what is transparent.
-    /// [`Surface::ray`] is `along`.
+    /// What comes to the eye at a place of the picture, in this row of it: the nearest opaque surface or the background, and over it what is
+    /// transparent, surfaces and particles, each in its place. [`Surface::ray`] is `along`.
     fn look(
         &self,
-        near: f64,
-        ray: &Ray,
+        (billboards, row): (&Billboards, usize),
+        (ray, along): (&Ray, Option<DVec3>),
         smith: Smith,
         points: Points,
-        along: Option<DVec3>,
         transparent: &mut Vec<Hit>,
     ) -> Seen {
-        let nearest = self.geometry.seen(ray, near, transparent);
+        let nearest = self.geometry.seen(ray, billboards.near(), transparent);
         let behind = nearest.map_or_else(
             || self.background(ray.direction),
             |hit| self.shown(&hit, (ray, along), smith, points, DVec3::ZERO),
         );
         let over = |behind, hit: &Hit| self.shown(hit, (ray, along), smith, points, behind);
-        let radiance = transparent.iter().fold(behind, over);
+        let surface = nearest.map_or(f64::INFINITY, |hit| hit.crossing.distance);
+        let (mut radiance, mut panes) = (behind, transparent.iter().peekable());
+        for layer in billboards.met(ray, row) {
+            while let Some(hit) = panes.next_if(|hit| hit.crossing.distance >= layer.distance) {
+                radiance = over(radiance, hit);
+            }
+            radiance = billboards.over(&layer, surface, radiance);
+        }
+        let radiance = panes.fold(radiance, over);
         Seen { radiance, triangle: nearest.map(|hit| self.geometry.triangles[hit.triangle].id) }
     }
 
@@ -441,7 +496,7 @@ impl<'a> Reference<'a> {
     }
 
     /// Share of a light that arrives.
-    fn share(&self, receiver: &Receiver, index: usize, points: Points) -> f64 {
+    pub(super) fn share(&self, receiver: &Receiver, index: usize, points: Points) -> f64 {
         let light = &self.lights[index];
         let sees = |point| f64::from(u8::from(receiver.sees(&self.geometry, light, point)));
         match points {

@@ -39,6 +39,11 @@ impl Receiver {
         Self { place, start: place + side * (size * LIFT) }
     }
 
+    /// A place on no triangle.
+    pub fn floating(place: DVec3) -> Self {
+        Self { place, start: place }
+    }
+
     /// Whether light from infinitely far away arrives.
     pub fn sees_along(&self, geometry: &Geometry, direction: DVec3) -> bool {
         !geometry.is_blocked(&Ray::new(self.start, direction), f64::INFINITY)

@@ -38,6 +38,8 @@ impl Scene {
             .or_else(|| first_of("material", &self.materials, |own| (&own.name, own.fault(self))))
             .or_else(|| first_of("texture", &self.textures, |texture| (&texture.name, texture.fault())))
             .or_else(|| first_of("light", &self.lights, |light| (&light.name, light.fault())))
+            .or_else(|| first_of("emitter", &self.emitters, |own| (&own.name, own.fault(self))))
+            .or_else(|| self.emitters_fault())
             .or_else(|| self.environment.fault())
             .or_else(|| self.sky.as_ref()?.fault().map(|fault| format!("the sky: {fault}")))
             .or_else(|| self.camera.fault().map(|fault| format!("the camera: {fault}")))

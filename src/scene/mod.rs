@@ -8,6 +8,7 @@ mod bounds;
 pub mod builtin;
 mod camera;
 pub(crate) mod check;
+pub(crate) mod emitter;
 mod error;
 mod exposure;
 pub mod file;
@@ -37,6 +38,7 @@ mod uvs;
 
 pub use bounds::Aabb;
 pub use camera::{Camera, HEIGHT as ORTHOGRAPHIC_HEIGHT, Projection, decimal};
+pub use emitter::{Emitter, Particle};
 pub use error::Error;
 pub use exposure::{exposure_scale, luminance, metered_ev100};
 pub use fit::{add_daylight, add_studio, fit_camera};
@@ -103,6 +105,10 @@ pub struct Scene {
     pub looks_through: Option<usize>,
     /// What moves in it.
     pub motion: Motion,
+    /// Sources of particles.
+    pub emitters: Vec<Emitter>,
+    /// The moment at which its particles stand still, in seconds; none where they go on, from 0.
+    pub moment: Option<f64>,
     /// What of it no file and no caller chose.
     pub fitted: Fitted,
     /// What the scene file asks for; the command line overrides it.

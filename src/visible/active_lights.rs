@@ -67,7 +67,8 @@ impl ActiveLights {
             Shading::ShowGbuffer(view) => shows_all(view),
             shading => shading == Shading::ShowShadowMap,
         };
-        let keeps = plan.keep.has(OptionalPart::IdleLights) || shows_all;
+        // Particles float where no object is.
+        let keeps = plan.keep.has(OptionalPart::IdleLights) || shows_all || plan.particles.is_some();
         let lights = if !keeps && !(0..world.objects.len()).any(seen) {
             Vec::new()
         } else if keeps || !plan.seeks(OptionalPart::IdleLights) {

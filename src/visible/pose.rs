@@ -108,6 +108,7 @@ struct Stand {
 impl World {
     /// Moves everything that nodes carry to where a pose has it.
     pub fn pose(&mut self, motion: &Motion, pose: &Pose) {
+        self.moment = pose.time();
         for place in 0..self.pose.carried.len() {
             let (index, node) = self.pose.carried[place];
             let (origin, bounds) = self.objects[index].mesh_place;

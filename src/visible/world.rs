@@ -16,8 +16,8 @@ use crate::plan::{
 };
 use crate::scene::check::fits;
 use crate::scene::{
-    Aabb, CastsShadow, ClipChoice, Environment, Light, Material, Mesh, Playing, Scene, Settings, ShadowSettings, Sky,
-    Transparency,
+    Aabb, CastsShadow, ClipChoice, Emitter, Environment, Light, Material, Mesh, Playing, Scene, Settings,
+    ShadowSettings, Sky, Transparency,
 };
 
 /// What of a scene a frame looks at again each time. No texels, and no vertices but where triangles are sorted.
@@ -40,6 +40,12 @@ pub struct World {
     pub environment: Environment,
     /// Where the scene has one.
     pub sky: Option<WorldSky>,
+    /// Mean radiance of the sky that lights the scene, in nits.
+    pub sky_mean: Vec3,
+    /// Sources of particles.
+    pub emitters: Vec<Emitter>,
+    /// At which they are seen, in seconds.
+    pub moment: f64,
     pub bounds: Aabb,
     /// Of the scene as it was at first: maps are scaled by it, and must not change when something far away moves.
     pub radius: f64,
@@ -173,6 +179,12 @@ impl World {
             lamps: Vec::new(),
             environment: scene.environment,
             sky: scene.sky.as_ref().map(WorldSky::of),
+            sky_mean: match (&scene.sky, plan.is_lit_by_sky()) {
+                (Some(sky), true) => sky.mean(),
+                _ => Vec3::ZERO,
+            },
+            emitters: scene.emitters.clone(),
+            moment: scene.moment.unwrap_or(0.0),
             bounds,
             radius: bounds.radius(),
             extent: bounds,

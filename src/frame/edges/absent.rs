@@ -3,7 +3,7 @@
 use super::{Edges, RowName};
 use crate::passes::{
     Pass, Presence, ao, ao_denoise, arrange, bloom, composite, cull, encode, fill, forward, fxaa, geometry, lighting,
-    occluders, overlay, present, pyramid, shadow, skin, split, tiled, tone, tonemap, transparent,
+    occluders, overlay, present, pyramid, shadow, simulate, skin, sort, split, tiled, tone, tonemap, transparent,
 };
 use crate::plan::{Canvas, FramePlan, Target};
 
@@ -71,6 +71,10 @@ static ROWS: &[Needs] = &[
     needs(RowName::CLEAR_TO_SHADOW_MAPS, &[&shadow::PASS]),
     needs(RowName::SHADOW_MAP_REUSE, &[&shadow::PASS]),
     needs(RowName::SHADOW_MAP_TO_LIGHTING, &[&shadow::PASS]),
+    needs(RowName::PARTICLES_REUSE, &[&simulate::PASS]),
+    needs(RowName::SIMULATE_TO_SORT, &[&sort::PASS]),
+    needs(RowName::SORT_TO_SORT, &[&sort::PASS]),
+    needs(RowName::PARTICLES_TO_DRAW, &[&simulate::PASS]),
     needs(RowName::GBUFFER_REUSE, &[&geometry::PASS]),
     Needs {
         instead: &[RowName::OCCLUSION_TO_LIGHTING],

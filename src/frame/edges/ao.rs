@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Carrier, Edge, Place, RowName, barrier, row};
+use super::{Carrier, Edge, Place, RowName, barrier, particles, row};
 use crate::frame::list::{GBUFFER_PASS, MAIN_PASS};
 use crate::gpu::sync::Use;
 use crate::passes::{ao, ao_denoise, geometry, lighting, tiled, transparent};
@@ -45,9 +45,11 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     }
     if plan.transparency.is_some() {
         let row = row(RowName::AO_TO_TRANSPARENT, Carrier::Subpass(MAIN_PASS));
+        let depth = [transparent::DEPTH_READ, transparent::DEPTH_DROP];
+        let depth: Vec<_> = depth.into_iter().chain(particles::depth(plan)).collect();
         rows.push(
             row.from(ao_denoise::PASS.place, &[ao::GBUFFER_READ])
-                .to(transparent::PASS.place, &[transparent::DEPTH_READ, transparent::DEPTH_DROP])
+                .to(transparent::PASS.place, &depth)
                 .because("TRANSPARENT tests against the depth that AO read, and as its last user drops it"),
         );
     }

@@ -1,7 +1,7 @@
 //! The rows of a frame without a G-buffer, in the place of those of GEOMETRY and LIGHTING.
 
 use super::main_pass::{dropped_last, is_toned, sums_reuse, sums_to_composite};
-use super::{Edge, Place, RowName, subpass};
+use super::{Edge, Place, RowName, particles, subpass};
 use crate::frame::list::RESOLVE;
 use crate::passes::{composite, copy, forward, fxaa, present, tonemap, transparent};
 use crate::plan::{FramePlan, Target};
@@ -41,15 +41,16 @@ pub(super) fn forward_edge(plan: &FramePlan) -> Edge {
         )
 }
 
-pub(super) fn transparent_after_forward(transparency: Transparency) -> Vec<Edge> {
+pub(super) fn transparent_after_forward(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> {
     let depth = [transparent::DEPTH_READ, transparent::DEPTH_DROP];
+    let depth: Vec<_> = depth.into_iter().chain(particles::depth(plan)).collect();
     let (from, light) = (forward::PASS.place, forward::LIGHT_WRITE);
     match transparency {
         Transparency::Sorted => {
             vec![
                 subpass(RowName::FORWARD_TO_TRANSPARENT)
                     .from(from, &[forward::DEPTH_TEST, light])
-                    .to(transparent::PASS.place, &[depth[0], depth[1], transparent::BLEND])
+                    .to(transparent::PASS.place, &[&depth[..], &[transparent::BLEND]].concat())
                     .because("TRANSPARENT blends over what FORWARD wrote, tests against depth, and as the last user drops that"),
             ]
         }

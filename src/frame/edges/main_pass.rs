@@ -7,7 +7,7 @@
 
 use super::forward::{forward_edge, transparent_after_forward};
 use super::spread::bloom_rows;
-use super::{Carrier, Edge, Place, RowName, ao, presentation, row, subpass};
+use super::{Carrier, Edge, Place, RowName, ao, particles, presentation, row, subpass};
 use crate::frame::list::{FXAA_PASS, GBUFFER_PASS, MAIN_PASS, RESOLVE, TONEMAP_PASS};
 use crate::gpu::sync::Use;
 use crate::passes::{composite, copy, forward, fxaa, geometry, lighting, present, tone, tonemap, transparent};
@@ -287,21 +287,22 @@ fn last_light(plan: &FramePlan) -> (Place, Use) {
 
 fn transparent_edges(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> {
     if plan.is_forward() {
-        return transparent_after_forward(transparency);
+        return transparent_after_forward(plan, transparency);
     }
     let light = light_write(plan);
     // A G-buffer that is stored is visible to all of the main pass already.
-    let depth = match plan.stores_gbuffer {
-        true => [transparent::DEPTH_WAIT; 2],
-        false => [transparent::DEPTH_READ, transparent::DEPTH_DROP],
+    let mut depth = match plan.stores_gbuffer {
+        true => vec![transparent::DEPTH_WAIT],
+        false => vec![transparent::DEPTH_READ, transparent::DEPTH_DROP],
     };
+    depth.extend(particles::depth(plan).filter(|_| !plan.stores_gbuffer));
     // LIGHTING tests depth, and reads it as an input where no target has the position.
     let lit = [lighting::DEPTH_READ, lighting::GBUFFER_READ];
     match transparency {
         Transparency::Sorted => vec![
             subpass(RowName::LIGHTING_TO_TRANSPARENT)
                 .from(lighting::PASS.place, &[lit[0], lit[1], light])
-                .to(transparent::PASS.place, &[depth[0], depth[1], transparent::BLEND])
+                .to(transparent::PASS.place, &[&depth[..], &[transparent::BLEND]].concat())
                 .because(
                     "TRANSPARENT blends over what LIGHTING wrote, tests against the depth that LIGHTING read, and as the \
                      last user drops that",

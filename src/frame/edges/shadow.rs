@@ -6,7 +6,7 @@ use super::{Carrier, Edge, Edges, Place, RowName, barrier, row};
 use crate::frame::list::SHADOW_PASS;
 use crate::gpu::sync::Use;
 use crate::gpu_scene::{ATLAS_LAYOUT, ClearOrder, shadow_clear};
-use crate::passes::{forward, lighting, shadow, tiled};
+use crate::passes::{forward, lighting, shadow, simulate, tiled};
 use crate::plan::FramePlan;
 use crate::scene::LightPath;
 
@@ -22,6 +22,9 @@ const CLEARED: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
 
 pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
     let (reader, map_read) = reader(plan);
+    // SIMULATE is over before PARTICLES shades, which whoever looks up last waits for.
+    let particles = plan.particles.as_ref().map(|_| simulate::MAP_READ);
+    let all: Vec<_> = [map_read].into_iter().chain(particles).collect();
     [
         barrier(RowName::SHADOW_ATLAS_TO_CLEAR, vk::ImageLayout::UNDEFINED, CLEARED)
             .from(Place::OUTSIDE, &[Use::START])
@@ -30,7 +33,7 @@ pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
         barrier(RowName::CLEAR_TO_SHADOW_MAPS, CLEARED, ATLAS_LAYOUT)
             // SHADOW waits for these readers and so for the clear as well.
             .from(Place::CLEAR, &[shadow_clear::WRITE])
-            .to(reader, &[map_read])
+            .to(reader, &all)
             .because(
                 "a map that is not drawn yet is looked up, or drawn into by a pass that waits for those who look up",
             ),
@@ -44,7 +47,7 @@ pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
             ),
         row(RowName::SHADOW_MAP_TO_LIGHTING, Carrier::Subpass(SHADOW_PASS))
             .from(shadow::PASS.place, &[shadow::MAP_STORE])
-            .to(reader, &[map_read])
+            .to(reader, &all)
             .because("whatever looks maps up loads any texel of a map that SHADOW wrote and stored"),
     ]
 }

@@ -368,6 +368,7 @@ fn memory_of(plan: &FramePlan, resource: Resource, place: Memory) -> Vec<Memory>
             _ => Vec::new(),
         },
         Resource::DepthPyramid => vec![Memory::DepthPyramid],
+        Resource::Particles => vec![Memory::Particles],
         Resource::BloomLevels => vec![Memory::BloomLevels],
         Resource::FrameData => vec![place],
         Resource::ReadBack => vec![Memory::ReadBack],

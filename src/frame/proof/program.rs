@@ -100,6 +100,7 @@ pub(super) enum Memory {
     CulledInstances,
     DepthPyramid,
     BloomLevels,
+    Particles,
     /// Counts that the CPU reads of a frame in flight.
     Found(usize),
     Indices,
@@ -141,6 +142,7 @@ impl MemorySet {
             Memory::Found(place) => 30 + place,
             Memory::SkyLight => 63,
             Memory::BloomLevels => 62,
+            Memory::Particles => 23,
             Memory::Target(target) => 32 + target as usize,
         }
     }
@@ -169,6 +171,7 @@ impl fmt::Display for Memory {
             Self::Found(place) => write!(f, "the counts of instances at place {place}"),
             Self::DepthPyramid => f.write_str("the pyramid of depths"),
             Self::BloomLevels => f.write_str("the levels of bloom"),
+            Self::Particles => f.write_str("the particles"),
             Self::Indices => f.write_str("the indices"),
             Self::Staging => f.write_str("a staging buffer"),
             Self::Written(place) => write!(f, "what the CPU writes for frames in flight at place {place}"),

@@ -135,6 +135,7 @@ fn noun(memory: Memory) -> &'static str {
         Memory::CulledInstances => "culled instances",
         Memory::Found(_) => "counts of instances",
         Memory::DepthPyramid => "least depths",
+        Memory::Particles => "particles",
         Memory::BloomLevels => "levels of bloom",
         Memory::Indices => "indices",
         Memory::Staging => "a staging buffer",

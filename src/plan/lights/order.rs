@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::box_tree::BoxTree;
 use super::reach::{Reach, bounded, range_of, sphere_of};
-use crate::scene::{Aabb, GbufferPreset, Light, OptionalPart, Scene, Settings, TargetChoice, View};
+use crate::scene::{Aabb, Emitter, GbufferPreset, Light, OptionalPart, Scene, Settings, TargetChoice, View};
 
 /// How far beside where it is a surface may be lit, for a plan, which knows no camera, as a share of the scene's radius: right for cameras
 /// within 100 radii.
@@ -103,7 +103,9 @@ impl IdleLights {
         let ranged = scene.lights.iter().enumerate().filter(|(_, light)| light.shines());
         idle.reaches = ranged.filter_map(|(index, light)| Some((index, idle.reach_of(light)?))).collect();
         if !idle.reaches.is_empty() {
-            let objects = BoxTree::of(scene.objects.iter().map(|object| object.bounds(&scene.meshes)));
+            let particles = scene.emitters.iter().map(Emitter::bounds);
+            let objects = scene.objects.iter().map(|object| object.bounds(&scene.meshes));
+            let objects = BoxTree::of(objects.chain(particles));
             idle.reaches.retain(|_, reach| !objects.touches(reach));
         }
         idle

@@ -106,6 +106,16 @@ impl PlannedTexture {
         Self { source, size, color_space, sampler, cells, levels, makes_levels, blocks, compressed }
     }
 
+    /// Of particles, whose cells are always an array's layers.
+    pub(in crate::plan) fn of_particles(
+        scene: &Scene,
+        (index, [columns, rows]): (usize, [u32; 2]),
+        device: &Capabilities,
+    ) -> Self {
+        let own = Self::of(scene, (TextureSource::Scene(index), [rows, columns]), |format| device.samples(format));
+        Self { cells: Some(rows * columns), ..own }
+    }
+
     /// The format of its image.
     pub fn format(&self) -> vk::Format {
         texture_format(self.blocks, self.color_space)

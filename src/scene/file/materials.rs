@@ -35,6 +35,11 @@ impl<'a> Textures<'a> {
         Ok((self.image(&file, (color_space, sampler(&table)?), scene)?, map))
     }
 
+    /// A texture of particles, which is a path.
+    pub fn of_particles(&mut self, node: &Node, sampler: Sampler, scene: &mut Scene) -> Result<usize, Error> {
+        self.image(node, (ColorSpace::Srgb, sampler), scene)
+    }
+
     fn image(
         &mut self,
         node: &Node,

@@ -5,6 +5,7 @@
 //! stands in [`schema`]. Paths are relative to the scene file.
 
 mod clips;
+mod emitters;
 mod lights;
 mod materials;
 mod models;
@@ -83,8 +84,15 @@ pub fn parse(text: &str, path: &Path, options: &OpenOptions) -> Result<Scene, Er
     }
     add_tangents(&mut scene);
     let first_light = light_and_view(&root, &mut scene, folder, options)?;
+    let emitters = root.list("emitters")?;
+    for (index, node) in emitters.iter().enumerate() {
+        emitters::emitter(node, index, &mut scene, &mut textures)?;
+    }
+    if let Some(last) = emitters.last() {
+        emitters::check(&scene, last)?;
+    }
     clips::add(&root, &mut scene, &dresses, first_light)?;
-    if scene.objects.is_empty() {
+    if scene.objects.is_empty() && scene.emitters.is_empty() {
         let warning =
             format!("{}: nothing is drawn, as the file has neither models nor a base with some", path.display());
         scene.warnings.push(warning);

@@ -27,9 +27,10 @@ impl Scene {
         Self { textures, ..self.posed(&self.motion.pose(playing)) }
     }
 
-    /// Whether anything of it can move or be deformed.
+    /// Whether anything of it can move or be deformed, or particles go on.
     pub fn moves(&self) -> bool {
-        !(self.motion.is_empty() && self.meshes.iter().all(Mesh::is_plain))
+        let emits = !self.emitters.is_empty() && self.moment.is_none();
+        emits || !(self.motion.is_empty() && self.meshes.iter().all(Mesh::is_plain))
     }
 
     /// Puts objects, lights and cameras that hang on nodes to where their nodes are when no clip plays: readers that know nodes alone end with
@@ -76,6 +77,8 @@ impl Scene {
             cameras,
             looks_through: None,
             motion: Motion::default(),
+            emitters: self.emitters.clone(),
+            moment: self.moment.or((!self.emitters.is_empty()).then_some(pose.time())),
             fitted: self.fitted,
             settings: self.settings.clone(),
             warnings: self.warnings.clone(),

@@ -19,6 +19,8 @@ pub struct Pose {
     values: Vec<(Target, [f64; MOST])>,
     /// By object, in the order of their numbers: the cells that clips have it show.
     cells: Vec<(usize, u32)>,
+    /// In seconds, of what has no clips: particles.
+    time: f64,
     /// Kept for the next moment.
     placements: Vec<Placement>,
 }
@@ -34,6 +36,7 @@ impl Motion {
     /// The same into a pose whose memory is used again: nothing is allocated when it has held one of this motion before.
     pub fn pose_into(&self, playing: &Playing, pose: &mut Pose) {
         pose.rest(self);
+        pose.time = playing.time;
         for clip in self.playing(&playing.clips) {
             let time = playing.time_in(clip);
             clip.channels.iter().for_each(|channel| pose.apply(channel, time));
@@ -44,6 +47,11 @@ impl Motion {
 }
 
 impl Pose {
+    /// The moment, in seconds.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
     fn rest(&mut self, motion: &Motion) {
         self.placements.clear();
         self.placements.extend(motion.nodes.iter().map(|node| match node.local {

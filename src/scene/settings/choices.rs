@@ -182,6 +182,8 @@ pub enum View {
     Ambient,
     /// The light that bloom spreads, without the picture that it is spread from.
     Bloom,
+    /// Layers of particles on each pixel: one more step of grey each, and their number where the output is linear.
+    Particles,
     /// Fragments shaded for each pixel, as a heat map.
     Overdraw,
     /// Lights that reach each pixel, as a heat map.

@@ -51,7 +51,7 @@ named!(Brdf, "brdf", "cook-torrance" => CookTorrance, "phong" => Phong, "blinn-p
 named!(View, "view",
     "final" => Final, "position" => Position, "normal" => Normal, "normal-absolute" => NormalAbsolute,
     "albedo" => Albedo, "metallic" => Metallic, "roughness" => Roughness, "depth" => Depth,
-    "shadow-map" => ShadowMap, "lighting" => Lighting, "ambient" => Ambient, "bloom" => Bloom, "overdraw" => Overdraw,
+    "shadow-map" => ShadowMap, "lighting" => Lighting, "ambient" => Ambient, "bloom" => Bloom, "particles" => Particles, "overdraw" => Overdraw,
     "lights-per-pixel" => LightsPerPixel, "complexity" => Complexity, "triangle" => Triangle, "ao" => Ao);
 named!(AmbientOcclusion, "ambient occlusion", "off" => Off, "ssao" => Ssao, "gtao" => Gtao);
 named!(AoResolution, "resolution", "full" => Full, "half" => Half);

@@ -244,6 +244,10 @@ settings! {
         "transparency", "transparency" => transparency: Transparency = Transparency::Sorted, {
             title: "transparency", sweep: Sweep::Joint, cheaper: &["oit"],
         }
+        /// Draw the particles of the scene's emitters, in the order that transparency says
+        "particles", "particles" => particles: bool = true, {
+            title: "particles", of_truth: true, sweep: Sweep::Alone, cheaper: &["off"],
+        }
         /// Jittered frames that are averaged into one picture
         "samples", "samples" => samples: u32 = 1, {
             title: "frames a picture", values: ValueKind::Whole(1, 4096), only: "render", in_panel: false,

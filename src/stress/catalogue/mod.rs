@@ -10,6 +10,7 @@ mod lens;
 mod lights;
 mod looks;
 mod motion;
+mod particles;
 pub mod random;
 mod sampling;
 mod shadows;
@@ -26,7 +27,7 @@ pub fn all() -> Vec<Case> {
         [formulas::CASES, lights::CASES, exposure::CASES, bloom::CASES, highlights::CASES, shadows::CASES, sky::CASES]
             .concat();
     let places = [space::CASES, motion::CASES, geometry::CASES, sampling::CASES, looks::CASES, ao::CASES].concat();
-    let places = [&places[..], lens::CASES].concat();
+    let places = [&places[..], lens::CASES, particles::CASES].concat();
     [&light[..], &places, targets::CASES, random::CASES].concat()
 }
 

@@ -159,7 +159,10 @@ fn without(base: &Base, key: &str) -> Option<&'static str> {
             Some("the frame has no HDR target: light is tone-mapped as it is computed")
         }
         "bloom-taps" if base.plan.bloom.is_none() => Some("no bloom is asked for"),
-        "transparency" if !transparent() => Some("nothing in this scene is transparent"),
+        "particles" if scene.emitters.is_empty() => Some("the scene has no emitters"),
+        "transparency" if !transparent() && base.plan.particles.is_none() => {
+            Some("nothing in this scene is transparent")
+        }
         _ => None,
     }
 }

@@ -1,0 +1,164 @@
+// PARTICLES: squares that face the view, lit by SIMULATE, over the lit picture. They fade where they come near the surface behind them.
+// variants: TEXTURED WEIGHTED SORTED
+// excludes: WEIGHTED SORTED
+#import afterlight::frame::{distance_at, frame, ORTHOGRAPHIC}
+#import afterlight::particles::{Particle}
+#ifdef WEIGHTED
+#import afterlight::weights::{weight_of}
+#endif
+
+// The first square covers the picture and hides it; each other one adds LAYER.
+override COUNTS: bool = false;
+override LAYER: f32 = 1.0;
+// What a layer counts: as in forward.wgsl.
+override WEIGHT: f32 = 1.0;
+override LEAST: f32 = 0.000244140625;
+override PEAK: f32 = 1e28;
+
+@group(1) @binding(0) var subpass_depth: texture_depth_2d;
+@group(2) @binding(0) var<storage, read> particles: array<Particle>;
+#ifdef SORTED
+// From back to front.
+@group(2) @binding(1) var<storage, read> keys: array<vec2<u32>>;
+#endif
+#ifdef TEXTURED
+@group(2) @binding(2) var texture_0: texture_2d_array<f32>;
+@group(2) @binding(3) var texture_1: texture_2d_array<f32>;
+@group(2) @binding(4) var texture_2: texture_2d_array<f32>;
+@group(2) @binding(5) var texture_3: texture_2d_array<f32>;
+@group(2) @binding(6) var texture_sampler: sampler;
+#endif
+
+// In the place of a softness: it hides all of the picture.
+const COVERS: f32 = -1.0;
+
+struct Varying {
+    @builtin(position) position: vec4<f32>,
+    // From the middle to the edges: -1 to 1 to the right and up.
+    @location(0) square: vec2<f32>,
+    @location(1) @interpolate(flat) color: vec4<f32>,
+    @location(2) world: vec3<f32>,
+    @location(3) @interpolate(flat) look: u32,
+    // Along the view, and that within which it fades, in metres.
+    @location(4) @interpolate(flat) distance: f32,
+    @location(5) @interpolate(flat) softness: f32,
+}
+
+fn corner_of(index: u32) -> vec2<f32> {
+    // Two triangles: 0 1 2 and 3 2 1.
+    let corner = select(index, 6u - index, index >= 3u);
+    return vec2(select(-1.0, 1.0, (corner & 1u) != 0u), select(-1.0, 1.0, (corner & 2u) != 0u));
+}
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32) -> Varying {
+    var out: Varying;
+    let corner = corner_of(index % 6u);
+    var number = index / 6u;
+    out.square = corner;
+    if COUNTS {
+        if number == 0u {
+            out.position = vec4(corner, 1.0, 1.0);
+            out.softness = COVERS;
+            return out;
+        }
+        number -= 1u;
+    }
+#ifdef SORTED
+    number = keys[number].y;
+#endif
+    let particle = particles[number];
+    // No triangle of a particle that is not seen.
+    out.position = vec4(0.0, 0.0, 0.0, 1.0);
+    if particle.edge > 0.0 {
+        let turn = particle.turn;
+        let turned = vec2(corner.x * turn.x - corner.y * turn.y, corner.x * turn.y + corner.y * turn.x) * (particle.edge * 0.5);
+        let world = particle.position + normalize(frame.ray_x) * turned.x - normalize(frame.ray_y) * turned.y;
+        var clip = frame.clip_from_world * vec4(world, 1.0);
+        // All of it lies at one depth. An orthographic range of depths ends where surfaces do; particles beyond it are drawn at its ends.
+        let middle = frame.clip_from_world * vec4(particle.position, 1.0);
+        clip.z = clamp(middle.z, 0.0, middle.w);
+        clip.w = middle.w;
+        out.position = clip;
+        out.world = world;
+    }
+    out.color = particle.color;
+    out.look = particle.look;
+    out.distance = dot(particle.position, frame.forward);
+    out.softness = particle.softness;
+    return out;
+}
+
+#ifdef TEXTURED
+fn sampled(look: u32, uv: vec2<f32>, across: vec2<f32>, down: vec2<f32>) -> vec4<f32> {
+    let cell = i32(look & 0xffffu);
+    switch look >> 16u {
+        case 1u: { return textureSampleGrad(texture_0, texture_sampler, uv, cell, across, down); }
+        case 2u: { return textureSampleGrad(texture_1, texture_sampler, uv, cell, across, down); }
+        case 3u: { return textureSampleGrad(texture_2, texture_sampler, uv, cell, across, down); }
+        default: { return textureSampleGrad(texture_3, texture_sampler, uv, cell, across, down); }
+    }
+}
+#endif
+
+// Colour and alpha of its texture, or of a soft disc.
+fn shape(in: Varying) -> vec4<f32> {
+#ifdef TEXTURED
+    let uv = vec2(in.square.x, -in.square.y) * 0.5 + 0.5;
+    let across = dpdx(uv);
+    let down = dpdy(uv);
+    if (in.look >> 16u) != 0u {
+        return sampled(in.look, uv, across, down);
+    }
+#endif
+    let inside = saturate(1.0 - dot(in.square, in.square));
+    return vec4(1.0, 1.0, 1.0, inside * inside);
+}
+
+// The share that is left of it before the surface of its pixel, and behind the near plane.
+fn fade(in: Varying) -> f32 {
+    let depth = textureLoad(subpass_depth, vec2<i32>(0, 0), 0);
+    // Where nothing was drawn there is nothing that it could meet.
+    let surface = select(1e30, distance_at(max(depth, 1e-37)), depth > 0.0);
+    let room = min(surface - in.distance, in.distance - frame.near);
+    if in.softness <= 0.0 {
+        return select(0.0, 1.0, room > 0.0);
+    }
+    return saturate(room / in.softness);
+}
+
+// Times its share of the picture, so that it stays below the largest value: SIMULATE has cut off its light.
+fn shade(in: Varying) -> vec4<f32> {
+    let texel = shape(in);
+    let alpha = saturate(in.color.a * texel.a * fade(in));
+    return vec4(in.color.rgb * texel.rgb * alpha, alpha);
+}
+
+#ifdef WEIGHTED
+
+struct Weighted {
+    @location(0) accumulation: vec4<f32>,
+    @location(1) weights: vec4<f32>,
+}
+
+@fragment
+fn fragment(in: Varying) -> Weighted {
+    let color = shade(in);
+    let weight = weight_of(color.rgb, in.world, WEIGHT, LEAST, PEAK);
+    return Weighted(vec4(color.rgb * weight, color.a), vec4(color.a * weight, 0.0, 0.0, color.a));
+}
+
+#else
+
+@fragment
+fn fragment(in: Varying) -> @location(0) vec4<f32> {
+    if COUNTS {
+        if in.softness == COVERS {
+            return vec4(0.0, 0.0, 0.0, 1.0);
+        }
+        return vec4(select(vec3(0.0), vec3(LAYER), shade(in).a > 0.0), 0.0);
+    }
+    return shade(in);
+}
+
+#endif

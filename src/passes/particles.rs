@@ -1,0 +1,170 @@
+//! PARTICLES: squares that face the view, over the lit picture and its transparent surfaces, in TRANSPARENT's subpass after that.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::screen::{Input, Inputs, stages};
+use super::simulate::{ParticleBuffers, presence};
+use super::transparent::{self, blend, limits};
+use super::{INPUT_READ, Pass, Place, Recording, Resource, Slot, Touch, frame_data, needed};
+use crate::gpu::{
+    self, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout, SetWriter,
+    binding, pipeline_layout, sync::Use,
+};
+use crate::gpu_scene::{ParticleTextures, TEXTURE_READ};
+use crate::plan::{FramePlan, ParticlePlan, Target, ToneMapping};
+use crate::shaders::particles::{self as shader, Flags, constants};
+
+/// Reads what SIMULATE and SORT wrote.
+pub const STATE_READ: Use = Use::new(vk::PipelineStageFlags::VERTEX_SHADER, vk::AccessFlags::SHADER_READ);
+/// Reads the depth of its own pixel, to fade before it.
+pub const DEPTH_READ: Use = INPUT_READ;
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("PARTICLES"),
+    time: "particles",
+    what: "particles, over what is behind them",
+    presence,
+    touches: |plan| {
+        let mut touches = transparent::targets(plan);
+        touches.push(Touch::input(0, Target::Depth, DEPTH_READ));
+        touches.extend([frame_data(), Touch::resource(Resource::Particles, STATE_READ)]);
+        if plan.particles.as_ref().is_some_and(|own| !own.textures.is_empty()) {
+            touches.push(Touch::resource(Resource::Textures, TEXTURE_READ));
+        }
+        touches
+    },
+    leave_out: None,
+};
+
+/// The pass.
+pub struct ParticlePass {
+    pub inputs: Inputs,
+    layout: Owned<vk::PipelineLayout>,
+    pipeline: Owned<vk::Pipeline>,
+    set: vk::DescriptorSet,
+    counts: bool,
+    _set_layout: SetLayout,
+    _pool: DescriptorPool,
+}
+
+impl ParticlePass {
+    /// `inputs` are depth alone.
+    pub fn new(
+        device: &Arc<Device>,
+        (plan, planned): (&FramePlan, &ParticlePlan),
+        (slot, frame_layout): (Slot, vk::DescriptorSetLayout),
+        (buffers, textures): (&ParticleBuffers, Option<&ParticleTextures>),
+        inputs: &[Input],
+    ) -> gpu::Result<Self> {
+        let inputs = Inputs::new(device, "depth behind particles", inputs)?;
+        let (set_layout, pool, set) = described(device, buffers, textures)?;
+        let layout = pipeline_layout(device, "particles", &[frame_layout, inputs.set_layout.raw, set_layout.raw], &[])?;
+        let variant = needed("particles", shader::variant, flags(plan))?;
+        let own = limits(plan);
+        let constants = [
+            (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
+            (constants::COUNTS, u32::from(planned.counts)),
+            (constants::LAYER, layer(plan).to_bits()),
+            (constants::WEIGHT, own.weight.to_bits()),
+            (constants::LEAST, own.least.to_bits()),
+            (constants::PEAK, own.peak.to_bits()),
+        ];
+        let pipeline = GraphicsPipeline::new(
+            device,
+            &GraphicsPipelineDesc {
+                name: "particles",
+                stages: &stages(variant, &constants),
+                vertex_bindings: &[],
+                vertex_attributes: &[],
+                cull_mode: vk::CullModeFlags::NONE,
+                front_face: vk::FrontFace::COUNTER_CLOCKWISE,
+                // Reversed Z. What lies at the end of an orthographic range, where nothing is drawn, is seen.
+                depth: Some(DepthState { test: vk::CompareOp::GREATER_OR_EQUAL, write: false }),
+                depth_bias: false,
+                depth_clamp: false,
+                // Where layers are counted, alpha is 1 where the picture is covered, and 0 where a layer is added.
+                blend: &blend(plan),
+                samples: plan.sample_count(),
+                layout: layout.raw,
+                render_pass: slot.render_pass,
+                subpass: slot.subpass,
+            },
+        )?;
+        Ok(Self { inputs, layout, pipeline, set, counts: planned.counts, _set_layout: set_layout, _pool: pool })
+    }
+
+    /// Draws those that are alive. Runs inside its subpass.
+    pub fn record(&self, recording: &Recording) {
+        let count = recording.visible.particles.count + u32::from(self.counts);
+        if count == 0 {
+            return;
+        }
+        recording.set_area();
+        recording.bind_pipeline(self.pipeline.raw);
+        for (index, set) in [recording.frame_set, self.inputs.set, self.set].into_iter().enumerate() {
+            recording.bind_set(self.layout.raw, index as u32, set);
+        }
+        // SAFETY: pipeline and sets are bound; the vertex stage makes six vertices of each particle from their index, and SIMULATE has written so many.
+        unsafe { recording.device.raw.cmd_draw(recording.cmd, 6 * count, 1, 0, 0) };
+    }
+}
+
+/// What a layer adds where layers are counted: 1 in a linear picture, and in others what makes 32 of them white.
+fn layer(plan: &FramePlan) -> f32 {
+    match plan.tone_mapping {
+        ToneMapping::AfterFrames(_) | ToneMapping::Absent => 1.0,
+        _ => 1.0 / 32.0,
+    }
+}
+
+/// The set with particles, their order and their textures.
+fn described(
+    device: &Arc<Device>,
+    buffers: &ParticleBuffers,
+    textures: Option<&ParticleTextures>,
+) -> gpu::Result<(SetLayout, DescriptorPool, vk::DescriptorSet)> {
+    const IMAGE: vk::DescriptorType = vk::DescriptorType::SAMPLED_IMAGE;
+    const STORAGE: vk::DescriptorType = vk::DescriptorType::STORAGE_BUFFER;
+    let (vertex, fragment) = (vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT);
+    let storage: Vec<_> = (0..)
+        .zip([Some(&buffers.states), buffers.keys.as_ref()])
+        .filter_map(|(index, own)| Some((index, own?)))
+        .collect();
+    let images: Vec<_> = textures.into_iter().flat_map(|own| (2..).zip(own.views())).collect();
+    let sampler = 2 + images.len() as u32;
+    let bindings: Vec<_> = storage
+        .iter()
+        .map(|&(index, _)| binding(index, STORAGE, vertex))
+        .chain(images.iter().map(|&(index, _)| binding(index, IMAGE, fragment)))
+        .chain(textures.map(|_| binding(sampler, vk::DescriptorType::SAMPLER, fragment)))
+        .collect();
+    let layout = SetLayout::new(device, "particles", &bindings)?;
+    let mut kinds = vec![(STORAGE, storage.len() as u32)];
+    if textures.is_some() {
+        kinds.extend([(IMAGE, images.len() as u32), (vk::DescriptorType::SAMPLER, 1)]);
+    }
+    let pool = DescriptorPool::new(device, "particles", 1, &kinds)?;
+    let set = pool.allocate("particles", layout.raw)?;
+    let mut writer = SetWriter::new();
+    for (index, buffer) in storage {
+        writer = writer.storage_buffer(index, buffer, buffer.size);
+    }
+    for (index, view) in images {
+        writer = writer.sampled_image(index, view, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+    }
+    if let Some(textures) = textures {
+        writer = writer.sampler(sampler, textures.sampler.raw);
+    }
+    writer.update(device, set);
+    Ok((layout, pool, set))
+}
+
+/// Which variant of the shader a plan takes.
+pub(crate) fn flags(plan: &FramePlan) -> Flags {
+    let textured = plan.particles.as_ref().is_some_and(|own| !own.textures.is_empty());
+    Flags::TEXTURED.when(textured)
+        | Flags::WEIGHTED.when(plan.sums.is_some())
+        | Flags::SORTED.when(plan.sorts_particles())
+}

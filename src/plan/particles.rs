@@ -1,0 +1,125 @@
+//! Particles: how many of a scene's emitters a frame has room for, and how they are drawn.
+
+use std::borrow::Cow;
+
+use super::{Capabilities, Error, FramePlan, PlannedTexture, Shading, parts};
+use crate::scene::{LightPath, Scene, Settings, Transparency, View};
+
+/// Keys that a work group of SORT has in shared memory; `shaders/sort.wgsl` has the same number.
+pub const SORT_BLOCK: u32 = 2048;
+
+/// The particles of a plan's frames.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ParticlePlan {
+    /// The most that are alive at once.
+    pub capacity: u32,
+    /// How many sources there are.
+    pub emitters: u32,
+    /// Those of the emitters, each once; none where all of them show a soft disc.
+    pub textures: Vec<PlannedTexture>,
+    /// The texture of each emitter, by its place in `textures`.
+    pub texture_of: Vec<Option<u32>>,
+    /// Each layer counts alike, and nothing else is seen.
+    pub counts: bool,
+}
+
+/// The settings that are planned: the view of particles is the lit picture, with a count of layers over it, which any order gives.
+pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
+    match settings.view {
+        View::Particles => {
+            let usual = Settings { view: View::Final, transparency: Transparency::Sorted, ..settings.clone() };
+            Cow::Owned(Settings { particles: true, ao: crate::scene::AmbientOcclusion::Off, bloom: 0.0, ..usual })
+        }
+        _ => Cow::Borrowed(settings),
+    }
+}
+
+/// Whether a picture shows the scene's particles.
+pub(super) fn are_shown(scene: &Scene, settings: &Settings) -> bool {
+    settings.particles && settings.view == View::Final && !scene.emitters.is_empty()
+}
+
+/// None where frames have none. `counts`: the view of particles is asked for.
+pub(super) fn choose(
+    scene: &Scene,
+    settings: &Settings,
+    (path, shading): (LightPath, Shading),
+    device: &Capabilities,
+    counts: bool,
+) -> Result<Option<ParticlePlan>, Error> {
+    if counts && scene.emitters.is_empty() {
+        return Err(Error::Particles(
+            "the scene has no emitters, so that the view particles has nothing to count".into(),
+        ));
+    }
+    if !are_shown(scene, settings) || shading != (Shading::Light { light_only: false }) {
+        return Ok(None);
+    }
+    if path == LightPath::Compute {
+        let why = "the light path compute writes the finished picture, and particles would have to come after it: choose `--light-path clustered`";
+        return Err(Error::Particles(why.into()));
+    }
+    if settings.msaa > 1 {
+        let why = "they are soft where they meet the one surface of a pixel, and several samples have several: ask for --msaa 1, or --samples";
+        return Err(Error::Particles(why.into()));
+    }
+    let all = scene.particle_textures();
+    let place = |own: (usize, [u32; 2])| all.iter().position(|other| *other == own).map(|place| place as u32);
+    Ok(Some(ParticlePlan {
+        // `Scene::check` has bounded it.
+        capacity: scene.most_particles().min(u64::from(u32::MAX)) as u32,
+        emitters: scene.emitters.len() as u32,
+        textures: all.iter().map(|&own| PlannedTexture::of_particles(scene, own, device)).collect(),
+        texture_of: scene
+            .emitters
+            .iter()
+            .map(|own| own.texture.and_then(|texture| place((texture, own.frames))))
+            .collect(),
+        counts,
+    }))
+}
+
+impl ParticlePlan {
+    /// Places in the buffer of keys: a power of two, which SORT needs, and a block of it at least.
+    pub fn places(&self) -> u32 {
+        self.capacity.next_power_of_two().max(SORT_BLOCK)
+    }
+
+    /// Of their states and keys, and of their textures.
+    pub fn bytes(&self) -> u64 {
+        let textures: u64 = self.textures.iter().map(PlannedTexture::bytes).sum();
+        48 * u64::from(self.capacity) + 8 * u64::from(self.places()) + textures
+    }
+}
+
+impl FramePlan {
+    /// Whether particles are drawn from back to front.
+    pub fn sorts_particles(&self) -> bool {
+        let sorted = self.transparency == Some(Transparency::Sorted);
+        self.particles.as_ref().is_some_and(|own| sorted && !own.counts)
+    }
+}
+
+pub(super) fn part(scene: &Scene, settings: &Settings, plan: &FramePlan) -> super::Part {
+    let reason = match &plan.particles {
+        Some(own) => {
+            let order = match (own.counts, plan.sorts_particles()) {
+                (true, _) => "counted",
+                (_, true) => "sorted from back to front, after transparent surfaces",
+                (_, false) => "summed up with weights in any order",
+            };
+            format!("up to {} of {} emitters, {order}", own.capacity, own.emitters)
+        }
+        None => absence(scene.emitters.is_empty(), settings.particles).into(),
+    };
+    parts::part("particles", plan.particles.is_some(), reason, plan.particles.as_ref().map_or(0, ParticlePlan::bytes))
+}
+
+/// Why there are none.
+pub(super) fn absence(no_emitters: bool, asked_for: bool) -> &'static str {
+    match (no_emitters, asked_for) {
+        (true, _) => "the scene has no emitters",
+        (false, false) => "switched off by --particles off",
+        (false, true) => "this view shows none",
+    }
+}
