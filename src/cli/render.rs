@@ -315,7 +315,7 @@ fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<
 
 /// The settings with another view. What smooths edges goes where a view shows values.
 fn of_view(settings: &Settings, view: View) -> Settings {
-    let lit = matches!(view, View::Final | View::Lighting | View::Ambient | View::Bloom);
+    let lit = matches!(view, View::Final | View::Lighting | View::Ambient | View::Bloom | View::Particles);
     let msaa = if lit || view == View::Complexity { settings.msaa } else { 1 };
     Settings { view, fxaa: settings.fxaa && lit, msaa, ..settings.clone() }
 }

@@ -35,7 +35,7 @@ pub const PASS: Pass = Pass {
         }
         touches
     },
-    leave_out: None,
+    leave_out: Some(|settings| settings.particles = false),
 };
 
 /// The pass.
@@ -111,11 +111,11 @@ impl ParticlePass {
     }
 }
 
-/// What a layer adds where layers are counted: 1 in a linear picture, and in others what makes 32 of them white.
+/// What a layer adds where layers are counted: 1 in a linear picture, and in others what makes 64 of them white.
 fn layer(plan: &FramePlan) -> f32 {
     match plan.tone_mapping {
         ToneMapping::AfterFrames(_) | ToneMapping::Absent => 1.0,
-        _ => 1.0 / 32.0,
+        _ => 1.0 / 64.0,
     }
 }
 

@@ -28,7 +28,7 @@ pub const PASS: Pass = Pass {
         let states = Touch::resource(Resource::Particles, STATE_WRITE);
         [frame_data(), states].into_iter().chain(maps(plan, MAP_READ)).collect()
     },
-    leave_out: Some(|settings| settings.particles = false),
+    leave_out: None,
 };
 
 /// Of each pass that particles need.

@@ -5,15 +5,18 @@ use proptest::prelude::*;
 
 use super::{Capabilities, Error, FramePlan};
 use crate::scene::{
-    AlphaMode, Brdf, Channel, Clip, Culling, Falloff, GbufferChoice, GbufferPreset, Influences, Interpolation, Light,
-    LightKind, LightPath, Local, Material, Mesh, Morph, Motion, Node, Object, OptionalPart, Output, Placement, Resolve,
-    Scene, Settings, Skin, Sky, SkyImage, SunDisc, Target, TargetChoice, Texture, TextureSlot, Transparency, UvMap,
-    View, Wrap,
+    AlphaMode, AmbientOcclusion, Brdf, Channel, Clip, Culling, Emitter, Falloff, GbufferChoice, GbufferPreset,
+    Influences, Interpolation, Light, LightKind, LightPath, Local, Material, Mesh, Morph, Motion, Node, Object,
+    OptionalPart, Output, Placement, Resolve, Scene, Settings, Skin, Sky, SkyImage, SunDisc, Target, TargetChoice,
+    Texture, TextureSlot, Transparency, UvMap, View, Wrap,
 };
 
-/// All but that of what several samples differ in, and that of spread light, which is planned as the lit picture.
+/// All but that of what several samples differ in, and those of spread light and of particles, which are planned as the lit picture.
 pub fn views() -> impl Iterator<Item = View> {
-    View::NAMES.iter().map(|&(_, view)| view).filter(|view| ![View::Complexity, View::Bloom].contains(view))
+    View::NAMES
+        .iter()
+        .map(|&(_, view)| view)
+        .filter(|view| ![View::Complexity, View::Bloom, View::Particles].contains(view))
 }
 
 /// The default settings, but with a G-buffer for plain scenes as well, which `auto` would light as they are drawn.
@@ -431,6 +434,38 @@ pub fn bloomed_plans() -> Vec<(String, FramePlan)> {
         ("bloom and fxaa, forward", bloom(Settings { fxaa: true, ..forward() })),
         ("spread light", Settings { view: View::Bloom, ..deferred() }),
     ])
+}
+
+/// Plans with particles: sorted, summed and counted, before and after all that they can be between.
+pub fn particle_plans() -> Vec<(String, FramePlan)> {
+    let forward = || Settings { light_path: LightPath::Forward, ..Settings::default() };
+    let oit = |settings: Settings| Settings { transparency: Transparency::Oit, ..settings };
+    let stored = || Settings { light_path: LightPath::Loop, ..keeping(&[OptionalPart::StoredGbuffer]) };
+    let all = [
+        ("particles", deferred()),
+        ("particles in nits", Settings { output: Output::Nits, ..deferred() }),
+        ("particles of 4 samples", Settings { samples: 4, ..deferred() }),
+        ("particles and stored G-buffer", stored()),
+        ("particles summed and stored G-buffer", oit(stored())),
+        ("particles occluded", Settings { ao: AmbientOcclusion::Gtao, ..deferred() }),
+        ("particles and fxaa", Settings { fxaa: true, ..deferred() }),
+        ("particles and bloom", Settings { bloom: 0.1, ..deferred() }),
+        ("particles summed", oit(deferred())),
+        ("particles, clustered", Settings { light_path: LightPath::Clustered, ..Settings::default() }),
+        ("particles, forward", forward()),
+        ("particles summed, forward", oit(forward())),
+        ("particles counted", Settings { view: View::Particles, ..deferred() }),
+    ];
+    let mut plans = Vec::new();
+    for (scene_name, mut scene) in scenes() {
+        scene.emitters = vec![Emitter { rate: 5000.0, ..Emitter::default() }];
+        for (name, settings) in &all {
+            let name = format!("{scene_name} {name}");
+            let plan = FramePlan::of(&scene, settings, &device());
+            plans.push((name.clone(), plan.unwrap_or_else(|error| panic!("{name}: {error}"))));
+        }
+    }
+    plans
 }
 
 /// A plan of each scene with each of these settings.

@@ -115,7 +115,8 @@ impl<'a> App<'a> {
     ) -> Self {
         let control = CameraControl::new(scene.camera, &scene.bounds());
         let mut subject = Subject::new(scene, settings);
-        subject.player = Player::new(&subject.scene.motion, options.playing.clone(), options.rests);
+        let player = Player::new(&subject.scene.motion, options.playing.clone(), options.rests);
+        subject.player = player.emitting(!subject.scene.emitters.is_empty(), options.rests);
         Self {
             device: device.clone(),
             subject,

@@ -17,6 +17,8 @@ const LONGEST: f64 = 0.25;
 pub struct Player {
     pub playing: Playing,
     runs: bool,
+    /// The scene has particles, which go on without end.
+    emits: bool,
     /// Up to when it has played, unless it has rested since.
     advanced: Option<Instant>,
     /// The frames do not show this moment yet.
@@ -31,6 +33,11 @@ impl Player {
         Self { playing, runs, is_new: !motion.is_empty(), ..Self::default() }
     }
 
+    /// The same of a scene with particles, or without, which go on where nothing else moves.
+    pub fn emitting(self, emits: bool, rests: bool) -> Self {
+        Self { emits, runs: self.runs || emits && !rests, is_new: self.is_new || emits, ..self }
+    }
+
     /// The same for the scene read again, whose clips may be others.
     pub fn renewed(&self, motion: &Motion) -> Self {
         let fits = match &self.playing.clips {
@@ -39,7 +46,8 @@ impl Player {
         };
         let clips = if fits { self.playing.clips.clone() } else { ClipChoice::All };
         let playing = Playing { clips, ..self.playing.clone() };
-        Self { runs: self.runs && motion.duration(&playing.clips) > 0.0, ..Self::new(motion, playing, true) }
+        let goes_on = self.emits || motion.duration(&playing.clips) > 0.0;
+        Self { runs: self.runs && goes_on, ..Self::new(motion, playing, true).emitting(self.emits, true) }
     }
 
     /// Whether the picture changes by itself.
@@ -59,7 +67,7 @@ impl Player {
 
     /// Plays, or pauses.
     pub fn toggle(&mut self, motion: &Motion) {
-        self.runs = !self.runs && motion.duration(&self.playing.clips) > 0.0;
+        self.runs = !self.runs && (self.emits || motion.duration(&self.playing.clips) > 0.0);
         self.advanced = None;
     }
 
@@ -70,6 +78,8 @@ impl Player {
         if duration > 0.0 {
             let time = self.playing.time + if back { -NUDGE } else { NUDGE };
             self.scrub(time.rem_euclid(duration));
+        } else if self.emits {
+            self.scrub(self.playing.time + if back { -NUDGE } else { NUDGE });
         }
     }
 

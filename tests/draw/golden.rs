@@ -157,6 +157,12 @@ fn every_picture_of_the_gallery_looks_as_it_did() {
         album.compare("gallery-edges-fxaa", &scene, &Settings { fxaa: true, ..base.clone() });
         album.compare("gallery-edges-msaa", &scene, &Settings { msaa: 4, ..base.clone() });
         album.compare("gallery-vignette-and-grain", &scene, &Settings { vignette: 1.0, grain: 0.2, ..base });
+        let smoke = gallery("particles").into_still(&Playing::at(20.0));
+        let once = Settings { samples: 1, ..own(&smoke, SIZE.0, SIZE.1) };
+        album.compare("gallery-particles", &smoke, &once);
+        let weighted = Settings { transparency: Transparency::Oit, ..once.clone() };
+        album.compare("gallery-particles-oit", &smoke, &weighted);
+        album.compare("gallery-particles-view", &smoke, &Settings { view: View::Particles, ..once });
         let hall = open("builtin:hall");
         let occluded = Settings { ao: AmbientOcclusion::Gtao, ..own(&hall, SIZE.0, SIZE.1) };
         album.compare("hall-gtao", &hall, &occluded);

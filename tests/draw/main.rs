@@ -24,6 +24,7 @@ mod looks;
 mod nine_times;
 mod orthographic;
 mod outputs;
+mod particles;
 mod pixels;
 mod skin;
 mod tone;

@@ -6,7 +6,7 @@ use std::path::Path;
 use afterlight::plan::{Capabilities, FramePlan};
 use afterlight::scene::file::parse_settings;
 use afterlight::scene::{
-    AlphaMode, OpenOptions, SETTINGS, Scene, Setting, SettingsPatch, SkyChoice, ValueKind, open, put_sky,
+    AlphaMode, Emitter, OpenOptions, SETTINGS, Scene, Setting, SettingsPatch, SkyChoice, ValueKind, open, put_sky,
 };
 
 use super::docs::{document, help_of, project};
@@ -108,7 +108,8 @@ fn scenes() -> Vec<Scene> {
     veiled.materials[material].alpha_mode = AlphaMode::Blend;
     let mut layers = scene("builtin:layers?count=2");
     put_sky(&mut layers, &SkyChoice::Atmosphere(None)).expect("a sky");
-    vec![hall, veiled, layers]
+    let smoke = Scene { emitters: vec![Emitter::default()], ..scene("builtin:layers?count=1") };
+    vec![hall, veiled, layers, smoke]
 }
 
 #[test]

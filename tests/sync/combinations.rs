@@ -1,4 +1,4 @@
-//! Every combination of light path, multisampling, transparency, sky, bloom, FXAA, HDR format, samples and output: each is drawn without a message, or
+//! Every combination of light path, multisampling, transparency, sky, particles, bloom, FXAA, HDR format, samples and output: each is drawn without a message, or
 //! refused with a sentence, as the table in docs/LIGHT_PATHS.md says.
 
 use std::collections::BTreeSet;
@@ -10,7 +10,7 @@ use crate::common::tries_all;
 use afterlight::frame::{Error, Renderer, capabilities};
 use afterlight::plan::FramePlan;
 use afterlight::scene::{
-    AlphaMode, AmbientOcclusion, Falloff, HdrFormat, LightPath, Material, Output, Resolve, Scene, Settings,
+    AlphaMode, AmbientOcclusion, Emitter, Falloff, HdrFormat, LightPath, Material, Output, Resolve, Scene, Settings,
     Transparency,
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
@@ -41,10 +41,16 @@ pub fn scene(transparent: bool) -> Scene {
     scene
 }
 
-/// With and without something transparent; and the same under a sky that lights them.
-pub fn scenes() -> [Scene; 4] {
+/// With and without something transparent; the same under a sky that lights them; and the first two with particles.
+pub fn scenes() -> [Scene; 6] {
     let [opaque, glazed] = [false, true].map(scene);
-    [opaque.clone(), glazed.clone(), samples::under_sky(opaque), samples::under_sky(glazed)]
+    let smoking = |scene: &Scene| {
+        let emitter = Emitter { life: 0.5, size: vec![0.3], color: vec![[0.5; 4]], ..Emitter::default() };
+        Scene { emitters: vec![emitter], ..scene.clone() }
+    };
+    let smoke = [smoking(&opaque), smoking(&glazed)];
+    let [smoke, hazy] = smoke;
+    [opaque.clone(), glazed.clone(), samples::under_sky(opaque), samples::under_sky(glazed), smoke, hazy]
 }
 
 /// Every combination, with the index of its scene.
@@ -73,6 +79,7 @@ pub fn combinations() -> Vec<(Named, usize, Settings)> {
                                     ("transparent", transparency.map_or("no", Transparency::name).to_owned()),
                                     ("sky", ["off", "on"][sky].to_owned()),
                                     ("ao", ao.to_string()),
+                                    ("particles", "off".to_owned()),
                                     ("bloom", "off".to_owned()),
                                 ];
                                 let settings = Settings {
@@ -104,6 +111,18 @@ pub fn combinations() -> Vec<(Named, usize, Settings)> {
         })
         .collect();
     all.extend(bloomed);
+    // The format of light, the sky and FXAA matter to particles as to transparent surfaces.
+    let plain = |settings: &Settings| settings.hdr_format == HdrFormat::default() && !settings.fxaa;
+    let smoking = all.iter().filter(|(_, scene, settings)| *scene < 2 && plain(settings)).cloned();
+    let smoking: Vec<_> = smoking
+        .map(|(mut named, scene, settings)| {
+            if let Some(own) = named.iter_mut().find(|(key, _)| *key == "particles") {
+                own.1 = "on".to_owned();
+            }
+            (named, scene + 4, settings)
+        })
+        .collect();
+    all.extend(smoking);
     all
 }
 
@@ -191,6 +210,7 @@ fn every_combination_is_drawn_or_refused_as_the_table_says() {
                         plan.fxaa,
                         plan.sky.is_some(),
                         plan.bloom.is_some(),
+                        plan.particles.is_some(),
                     );
                     let formats = (plan.hdr, plan.output, plan.tone_mapping);
                     if drawn.insert(format!("{structure:?} {formats:?}")) && (tries_all() || pairs.are_new(&named)) {

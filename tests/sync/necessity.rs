@@ -28,8 +28,8 @@ use crate::common::tries_all;
 use afterlight::plan::{Canvas, Capabilities, Encoding, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, Transfer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, AmbientOcclusion, ColorSpace, Culling, Environment, Falloff, LightPath, Material, OptionalPart, Output,
-    Resolve, Scene, Settings, ShadowSettings, Texture, Transparency, View,
+    AlphaMode, AmbientOcclusion, ColorSpace, Culling, Emitter, Environment, Falloff, LightPath, Material, OptionalPart,
+    Output, Resolve, Scene, Settings, ShadowSettings, Texture, Transparency, View,
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -74,7 +74,7 @@ fn passes_are_recorded_in_the_order_of_the_list() {
             let times = |place| {
                 let own = list.passes_at(place).into_iter().filter(|pass| !beside.contains(&pass.place));
                 let mut own: Vec<_> = own.map(|pass| pass.time).collect();
-                // SPREAD stands in the list twice.
+                // SPREAD and SORT stand in the list twice.
                 own.dedup();
                 own
             };
@@ -104,6 +104,19 @@ fn plain() -> Scene {
 /// Lit from everywhere, too.
 fn lit(mut scene: Scene) -> Scene {
     scene.environment.ambient = Vec3::splat(0.1);
+    scene
+}
+
+/// With particles, so many that SORT takes several steps.
+fn smoking(mut scene: Scene) -> Scene {
+    let emitter = Emitter {
+        rate: 3000.0,
+        size: vec![0.05],
+        spread: DVec3::splat(0.5),
+        color: vec![[0.5; 4]],
+        ..Emitter::default()
+    };
+    scene.emitters = vec![emitter];
     scene
 }
 
@@ -250,6 +263,17 @@ pub fn cases() -> Vec<Case> {
     case("occluded, light by light", lit(lamplit()), &[occluded, |settings| settings.light_path = LightPath::PerLight]);
     case("occluded, compute", lit(lamplit()), &[occluded, compute]);
     case("occluded, compute, glowing and sunlit", glowing(lit(sunlit())), &[occluded, compute]);
+    case("particles", smoking(plain()), &[]);
+    case("particles, sunlit and glowing", smoking(glowing(sunlit())), &[]);
+    case("particles, glazed", smoking(glazed(plain())), &[sorted]);
+    case("particles, summed", smoking(plain()), &[weighted]);
+    case("particles, linear", smoking(plain()), &[hdr]);
+    case("particles, forward", smoking(plain()), &[forward]);
+    case("particles, forward and summed", smoking(sunlit()), &[forward, weighted]);
+    case("particles, stored", smoking(plain()), &[stored]);
+    case("particles, stored and summed", smoking(plain()), &[stored, weighted]);
+    case("particles, occluded", smoking(plain()), &[occluded]);
+    case("particles, bloom", smoking(plain()), &[bloom]);
     case("stored", plain(), &[stored]);
     case("stored, glowing and sunlit", glowing(sunlit()), &[stored]);
     case("stored, sorted and glowing", glazed(glowing(plain())), &[stored, sorted]);

@@ -93,8 +93,14 @@ fn masks(row: &Edge) -> String {
 #[test]
 fn sample_plans_have_no_hazard_and_no_superfluous_row_stage_or_access() {
     let mut plans = Different::default();
-    for (name, plan) in
-        [samples::plans(), samples::forward_plans(), samples::tiled_plans(), samples::bloomed_plans()].concat()
+    for (name, plan) in [
+        samples::plans(),
+        samples::forward_plans(),
+        samples::tiled_plans(),
+        samples::bloomed_plans(),
+        samples::particle_plans(),
+    ]
+    .concat()
     {
         plans.add(&name, plan);
     }

@@ -12,6 +12,7 @@ mod formulas;
 mod lens;
 mod looks;
 mod materials;
+mod particles;
 mod reference;
 #[cfg(feature = "report")]
 mod report;

@@ -116,6 +116,7 @@ fn compute_is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> 
         (device.lazily_allocated, "the G-buffer would leave the tile"),
         (device.compute_invocations < TILE_INVOCATIONS, "the device's work groups are too small"),
         (transparent, "transparent surfaces come after it"),
+        (super::super::particles::are_shown(scene, settings), "particles come after it"),
         (scene.sky.is_some(), "the sky comes after it"),
         (settings.first_effect().is_some() || settings.bloom > 0.0, "the picture goes through another pass"),
         (settings.msaa > 1, "it reads one sample a pixel"),

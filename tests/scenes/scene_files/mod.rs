@@ -3,6 +3,7 @@
 mod builtin;
 mod clips;
 mod document;
+mod emitters;
 mod path;
 mod refused;
 mod sky;
@@ -141,7 +142,7 @@ fn every_key_does_what_it_says() {
     // Any settings are read as they were written: a test beside their table tries them.
     for table in schema::TABLES.iter().filter(|table| !table.table.starts_with("settings")) {
         for key in table.keys {
-            let tried = [EVERYTHING, HALVES, PARALLEL, PATH, clips::CLIPS, GLTF_MODEL, sky::SKIES]
+            let tried = [EVERYTHING, HALVES, PARALLEL, PATH, clips::CLIPS, GLTF_MODEL, sky::SKIES, emitters::EMITTERS]
                 .iter()
                 .any(|text| text.contains(key));
             assert!(tried, "{}.{key} is not tried", table.table);
