@@ -333,9 +333,9 @@ fn draw_tile(
         return Ok(none());
     }
     let mut renderer = match Renderer::new(device, &workload.scene, settings) {
-        Err(frame::Error::Plan(plan::Error::NoShadowMap(_) | plan::Error::NoTriangles)) => {
-            return Ok(none());
-        }
+        Err(frame::Error::Plan(plan::Error::NoShadowMap(_) | plan::Error::NoTriangles)) => return Ok(none()),
+        // The scene has none.
+        Err(frame::Error::Plan(plan::Error::Particles(_))) if settings.view == View::Particles => return Ok(none()),
         made => made?,
     };
     for _ in 0..args.frames {

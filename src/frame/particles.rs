@@ -5,6 +5,7 @@ use super::list::{self, Occasion, Step};
 use super::render_passes::RenderPasses;
 use super::{FrameParts, IN_FLIGHT};
 use crate::gpu::{self, Buffer, Timestamps, barrier};
+use crate::gpu_scene::ParticleBuffers;
 use crate::passes::particles::{self, ParticlePass};
 use crate::passes::simulate::{self, Simulate};
 use crate::passes::sort::{self, Sort};
@@ -78,7 +79,7 @@ impl ParticleStage {
 
     /// Records SIMULATE and SORT, outside a render pass.
     pub fn record(&self, frame: &Recording, times: &mut Option<Timestamps>) {
-        let simulate::ParticleBuffers { states, keys } = &self.simulate.buffers;
+        let ParticleBuffers { states, keys } = &self.simulate.buffers;
         let count = frame.visible.particles.count;
         let barrier = |row: &Option<Edge>, buffer: Option<&Buffer>| {
             if let (Some(row), Some(buffer)) = (row, buffer.filter(|_| count > 0)) {

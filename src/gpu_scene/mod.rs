@@ -14,7 +14,7 @@ pub use culling::{CulledState, Culling};
 pub use deformed::{Deformed, PoseBuffer, SkinPush};
 pub use instances::Instances;
 pub use material::{HOLES, Materials, OWN_SAMPLERS, SAMPLER, SetForm};
-pub use particles::ParticleTextures;
+pub use particles::{ParticleBuffers, ParticleTextures};
 pub use shadows::{ATLAS_LAYOUT, ClearOrder, ShadowAtlas, clear as shadow_clear};
 pub use sky::{BASE_EDGE, LOBE_EDGE, LOBE_LEVELS, SKY_READ, SkyMaps, TABLE_EDGE};
 pub use sorted::SortedIndices;

@@ -1,12 +1,12 @@
-//! Textures of particles on the device: each an array of its cells, so that no filter reaches from one into another.
+//! Particles on the device: what SIMULATE and SORT write, and their textures, each an array of its cells, so that no filter reaches from one into another.
 
 use std::sync::Arc;
 
 use ash::vk;
 
 use super::material::{Sheet, upload};
-use crate::gpu::{self, Device, Owned, Sampler, Uploader};
-use crate::plan::ParticlePlan;
+use crate::gpu::{self, Buffer, Device, Location, MemoryKind, Owned, Sampler, Uploader};
+use crate::plan::{FramePlan, ParticlePlan};
 use crate::scene::Scene;
 use crate::scene::emitter::{MOST_FRAMES, MOST_TEXTURES};
 
@@ -57,6 +57,34 @@ impl ParticleTextures {
         std::array::from_fn(|index| {
             let index = index.min(self.sheets.len() - 1);
             self.arrays[index].as_ref().map_or(self.sheets[index].view, |view| view.raw)
+        })
+    }
+}
+
+/// What SIMULATE writes: one of each for all frames in flight.
+pub struct ParticleBuffers {
+    pub states: Buffer,
+    /// Where particles are sorted.
+    pub keys: Option<Buffer>,
+}
+
+impl ParticleBuffers {
+    /// For all frames in flight.
+    ///
+    /// # Errors
+    /// When the device lacks the memory.
+    pub fn new(device: &Arc<Device>, plan: &FramePlan, planned: &ParticlePlan) -> gpu::Result<Self> {
+        let buffer = |name: &str, size: u64| {
+            let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+            Buffer::new(device, name, size, usage, Location::Device, MemoryKind::Geometry)
+        };
+        let bytes = crate::shaders::particles::structs::particle::SIZE as u64;
+        Ok(Self {
+            states: buffer("particles", bytes * u64::from(planned.capacity))?,
+            keys: match plan.sorts_particles() {
+                true => Some(buffer("order of particles", 8 * u64::from(planned.places()))?),
+                false => None,
+            },
         })
     }
 }

@@ -71,6 +71,7 @@ pub mod tonemap;
 pub mod transparent;
 pub mod view;
 
+mod blending;
 mod declaration;
 mod per_pixel;
 mod screen;
@@ -168,6 +169,14 @@ const DEPTH_COMPARE: Use = EARLY_DEPTH_READ
 const INPUT_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::INPUT_ATTACHMENT_READ);
 /// Samples images while shading fragments.
 const SAMPLED: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
+
+/// Whether frames have SIMULATE and PARTICLES.
+fn particles_presence(plan: &FramePlan) -> Presence {
+    match &plan.particles {
+        Some(own) => Presence::In(format!("{} emitters have up to {} particles", own.emitters, own.capacity)),
+        None => Presence::Out("no particles are drawn".into()),
+    }
+}
 
 /// Reads the frame's camera and lights.
 fn frame_data() -> Touch {

@@ -4,15 +4,14 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::blending::{blend, limits, targets};
 use super::screen::{Input, Inputs, stages};
-use super::simulate::{ParticleBuffers, presence};
-use super::transparent::{self, blend, limits};
-use super::{INPUT_READ, Pass, Place, Recording, Resource, Slot, Touch, frame_data, needed};
+use super::{INPUT_READ, Pass, Place, Recording, Resource, Slot, Touch, frame_data, needed, particles_presence};
 use crate::gpu::{
     self, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout, SetWriter,
     binding, pipeline_layout, sync::Use,
 };
-use crate::gpu_scene::{ParticleTextures, TEXTURE_READ};
+use crate::gpu_scene::{ParticleBuffers, ParticleTextures, TEXTURE_READ};
 use crate::plan::{FramePlan, ParticlePlan, Target, ToneMapping};
 use crate::shaders::particles::{self as shader, Flags, constants};
 
@@ -25,9 +24,9 @@ pub const PASS: Pass = Pass {
     place: Place::pass("PARTICLES"),
     time: "particles",
     what: "particles, over what is behind them",
-    presence,
+    presence: particles_presence,
     touches: |plan| {
-        let mut touches = transparent::targets(plan);
+        let mut touches = targets(plan);
         touches.push(Touch::input(0, Target::Depth, DEPTH_READ));
         touches.extend([frame_data(), Touch::resource(Resource::Particles, STATE_READ)]);
         if plan.particles.as_ref().is_some_and(|own| !own.textures.is_empty()) {

@@ -5,11 +5,12 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::{Pass, Place, Presence, Recording, Resource, SetLayouts, Touch, frame_data, maps, needed};
+use super::{Pass, Place, Recording, Resource, SetLayouts, Touch, frame_data, maps, needed, particles_presence};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
     compute_pipeline, pipeline_layout, sync::Use,
 };
+use crate::gpu_scene::ParticleBuffers;
 use crate::plan::{FramePlan, ParticlePlan};
 use crate::shaders::simulate::{self as shader, Flags, constants};
 use crate::visible::{EmitterRecord, Particles};
@@ -23,21 +24,13 @@ pub const PASS: Pass = Pass {
     place: Place::pass("SIMULATE"),
     time: "simulate",
     what: "particles of the moment, lit",
-    presence,
+    presence: particles_presence,
     touches: |plan| {
         let states = Touch::resource(Resource::Particles, STATE_WRITE);
         [frame_data(), states].into_iter().chain(maps(plan, MAP_READ)).collect()
     },
     leave_out: None,
 };
-
-/// Of each pass that particles need.
-pub(super) fn presence(plan: &FramePlan) -> Presence {
-    match &plan.particles {
-        Some(own) => Presence::In(format!("{} emitters have up to {} particles", own.emitters, own.capacity)),
-        None => Presence::Out("no particles are drawn".into()),
-    }
-}
 
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 /// Particles of a work group, as the shader has it.
@@ -67,30 +60,6 @@ const _: () = {
     assert!(offset_of!(EmitterRecord, colors) == wgsl::COLORS && offset_of!(EmitterRecord, turns) == wgsl::TURNS);
     assert!(offset_of!(EmitterRecord, emissions) == wgsl::EMISSIONS);
 };
-
-/// What SIMULATE writes: one of each for all frames in flight.
-pub struct ParticleBuffers {
-    pub states: Buffer,
-    /// Where particles are sorted.
-    pub keys: Option<Buffer>,
-}
-
-impl ParticleBuffers {
-    fn new(device: &Arc<Device>, plan: &FramePlan, planned: &ParticlePlan) -> gpu::Result<Self> {
-        let buffer = |name: &str, size: u64| {
-            let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
-            Buffer::new(device, name, size, usage, Location::Device, MemoryKind::Geometry)
-        };
-        let bytes = crate::shaders::particles::structs::particle::SIZE as u64;
-        Ok(Self {
-            states: buffer("particles", bytes * u64::from(planned.capacity))?,
-            keys: match plan.sorts_particles() {
-                true => Some(buffer("order of particles", 8 * u64::from(planned.places()))?),
-                false => None,
-            },
-        })
-    }
-}
 
 /// The pass, with the emitters of each frame in flight.
 pub struct Simulate {

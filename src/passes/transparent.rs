@@ -5,14 +5,15 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::surface::{Limits, LitDesc, Surfaces, lit_pipeline};
+use super::blending::{blend, limits, targets};
+use super::surface::{LitDesc, Surfaces, lit_pipeline};
 use super::{
-    COLOR_BLEND, COLOR_WRITE, DEPTH_COMPARE, First, LATE_DEPTH_WRITE, Pass, Place, Presence, Recording, SAMPLED,
-    SetLayouts, Slot, Touch, frame_data, maps, meshes, sky_light,
+    COLOR_BLEND, COLOR_WRITE, DEPTH_COMPARE, LATE_DEPTH_WRITE, Pass, Place, Presence, Recording, SAMPLED, SetLayouts,
+    Slot, Touch, frame_data, maps, meshes, sky_light,
 };
 use crate::gpu::{self, DepthState, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
-use crate::plan::{FramePlan, GeometryKey, Opacity, Sums, Target, ToneMapping};
+use crate::plan::{FramePlan, GeometryKey, Opacity};
 use crate::scene::{OptionalPart, Transparency};
 use crate::shaders::forward::Flags;
 
@@ -49,17 +50,6 @@ pub const PASS: Pass = Pass {
 /// False where particles alone are blended.
 fn draws_surfaces(plan: &FramePlan) -> bool {
     plan.particles.is_none() || !plan.transparent.is_empty() || plan.keep.has(OptionalPart::Transparent)
-}
-
-/// The attachments of the subpass.
-pub(super) fn targets(plan: &FramePlan) -> Vec<Touch> {
-    let color = |location, target| Touch::color(location, target, First::Clear, BLEND);
-    let mut touches = vec![Touch::depth(First::Undefined, DEPTH_READ)];
-    touches.extend(match plan.transparency {
-        Some(Transparency::Oit) => vec![color(0, Target::Accumulation), color(1, Target::Weights)],
-        _ => vec![color(0, plan.light_target())],
-    });
-    touches
 }
 
 fn touches(plan: &FramePlan) -> Vec<Touch> {
@@ -128,66 +118,14 @@ pub(crate) fn flags(plan: &FramePlan, key: GeometryKey) -> Flags {
     super::surface::lit_flags(plan, key) | weighted(plan)
 }
 
-/// Largest number of layers whose sum, with all rounding, is held below 64000 by their number. More are held by half floats themselves:
-/// a sum of values up to 16 ends at 2^15, where half a step is 16.
-const COUNTED_LAYERS: f32 = 2000.0;
-
-/// What a layer may be, so that no sum of layers overflows its target, and what weighted blending adds is not rounded to nothing. A
-/// layer's colour is at most `largest` times its alpha plus `highlight`; no pixel has more layers than the scene has transparent
-/// triangles, and particles. `shaders/forward.wgsl` says how the weights do it.
-pub(super) fn limits(plan: &FramePlan) -> Limits {
-    let particles = plan.particles.as_ref().map_or(0, |own| own.capacity);
-    let layers = plan.transparent_triangles.saturating_add(particles).max(1) as f32;
-    let largest = plan.largest_light();
-    match plan.sums {
-        Some(Sums::SINGLE) => {
-            Limits { largest, highlight: largest, weight: 1.0, least: LEAST_WEIGHT, peak: 1e38 / layers }
-        }
-        Some(_) => {
-            let peak = 64000.0 / layers.min(COUNTED_LAYERS) - 16.0;
-            // Light up to 16 has the weight of its distance alone.
-            let weight = peak / 16.0;
-            // What is tone-mapped is white long before 512; in nits nothing may be cut off.
-            let linear = matches!(plan.tone_mapping, ToneMapping::AfterFrames(_) | ToneMapping::Absent);
-            let highlight = if linear { largest } else { 512.0 };
-            // 2^-6 times an alpha of 1/255 is a normal number.
-            Limits { largest, highlight, weight, least: LEAST_WEIGHT.max(1.0 / 64.0 / weight), peak }
-        }
-        // Single floats overflow nowhere.
-        None if plan.light_format() == vk::Format::R32G32B32A32_SFLOAT => Limits::unweighted(largest, largest / layers),
-        // A layer over a picture p gives p (1 - alpha) + largest alpha + highlight <= max(p, largest) + highlight: T layers over 32000
-        // stay below 32000 + T highlight <= 64000. A highlight of 16 is white however it is tone-mapped, so that more than 2000
-        // triangles do not dim it; for them to overflow, more than 2000 such highlights would have to lie on one pixel.
-        None => Limits::unweighted(largest, (largest / layers).max(16.0)),
-    }
-}
-
-/// Where weights stop falling, at three scene radii, as a share of that at the eye.
-const LEAST_WEIGHT: f32 = 1.0 / 4096.0;
-
-/// One state for each colour location of the subpass.
-pub(super) fn blend(plan: &FramePlan) -> Vec<vk::PipelineColorBlendAttachmentState> {
-    match plan.transparency {
-        // Both in one way: not every device has independentBlend, and Mesa 25's lavapipe forgets it after a pipeline without colours.
-        Some(Transparency::Oit) => vec![sum_and_multiply(); 2],
-        _ => vec![super::screen::over()],
-    }
-}
-
-/// Adds up the colour, and multiplies alpha by 1 minus the value.
-fn sum_and_multiply() -> vk::PipelineColorBlendAttachmentState {
-    super::screen::add()
-        .src_alpha_blend_factor(vk::BlendFactor::ZERO)
-        .dst_alpha_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
-}
-
 #[cfg(test)]
 mod tests {
     use half::f16;
 
+    use super::super::surface::Limits;
     use super::*;
     use crate::gpu_scene::{COLOR, LOOK, NORMAL, NUMBER, POSITION, ROWS, SECOND_UV, TANGENT, UV};
-    use crate::plan::samples;
+    use crate::plan::{Sums, samples};
     use crate::shaders::forward as shader;
 
     #[test]

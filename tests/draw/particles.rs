@@ -37,11 +37,11 @@ fn a_moment_looks_the_same_whatever_frames_came_before() {
         for transparency in [Transparency::Sorted, Transparency::Oit] {
             let settings = Settings { transparency, ..display(48, 32) };
             let alone = at(gpu, &scene, &settings, &[1e5]);
-            assert_eq!(alone, at(gpu, &scene, &settings, &[0.0, 3.0, 1e5 - 0.01, 1e5]), "{transparency}");
-            assert_ne!(alone, at(gpu, &scene, &settings, &[1e5 + 0.1]), "{transparency}");
+            assert!(alone == at(gpu, &scene, &settings, &[0.0, 3.0, 1e5 - 0.01, 1e5]), "{transparency}");
+            assert!(alone != at(gpu, &scene, &settings, &[1e5 + 0.1]), "{transparency}");
             // And so does a scene that stands still at it.
             let still = scene.clone().into_still(&Playing::at(1e5));
-            assert_eq!(alone, bytes(&gpu.draw(&still, &settings)), "{transparency}");
+            assert!(alone == bytes(&gpu.draw(&still, &settings)), "{transparency}");
         }
     });
 }
@@ -53,15 +53,17 @@ fn without_particles_nothing_is_left_of_them() {
         let settings = Settings { light_path: LightPath::Loop, ..display(48, 32) };
         let off = Settings { particles: false, ..settings.clone() };
         let own = bytes(&gpu.draw(&bare, &settings)).to_vec();
-        assert_eq!(own, bytes(&gpu.draw(&scene, &off)));
-        assert_ne!(own, bytes(&gpu.draw(&scene, &settings)));
+        assert!(own == bytes(&gpu.draw(&scene, &off)));
+        assert!(own != bytes(&gpu.draw(&scene, &settings)));
         let plans =
             [(&bare, &settings), (&scene, &off)].map(|(scene, settings)| gpu.renderer(scene, settings).plan().clone());
         assert!(plans[0].has_structure_of(&plans[1]) && plans[0].particles.is_none() && plans[0].hdr.is_none());
-        // Before the first is born there is none either.
+        // Before the first is born there is none either, but an HDR target, which rounds.
         let mut late = smoke();
         late.emitters[0].start = Some(10.0);
-        assert_eq!(own, bytes(&gpu.draw(&late.into_still(&Playing::at(5.0)), &settings)));
+        let late = gpu.draw(&late.into_still(&Playing::at(5.0)), &settings);
+        let apart = own.iter().zip(bytes(&late)).map(|(a, b)| a.abs_diff(*b)).max();
+        assert!(apart.is_some_and(|most| most <= 1), "{apart:?}");
     });
 }
 

@@ -236,7 +236,9 @@ fn pass_names(src: &Path) -> Vec<String> {
     sources(&src.join("passes"))
         .iter()
         .filter_map(stem)
-        .filter(|name| !["mod", "culling", "depth_only", "per_pixel", "screen", "surface"].contains(&name.as_str()))
+        .filter(|name| {
+            !["mod", "blending", "culling", "depth_only", "per_pixel", "screen", "surface"].contains(&name.as_str())
+        })
         .collect()
 }
 

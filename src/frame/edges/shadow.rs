@@ -22,7 +22,7 @@ const CLEARED: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
 
 pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
     let (reader, map_read) = reader(plan);
-    // SIMULATE is over before PARTICLES shades, which whoever looks up last waits for.
+    // SIMULATE looks up as well, by compute.
     let particles = plan.particles.as_ref().map(|_| simulate::MAP_READ);
     let all: Vec<_> = [map_read].into_iter().chain(particles).collect();
     [
@@ -39,7 +39,7 @@ pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
             ),
         row(RowName::SHADOW_MAP_REUSE, Carrier::Subpass(SHADOW_PASS))
             // Who looks up waits for the store, so that waiting for those is waiting for it as well.
-            .from(Place::OUTSIDE, &[map_read])
+            .from(Place::OUTSIDE, &all)
             .to(shadow::PASS.place, &[shadow::MAP_CLEAR])
             .because(
                 "frames share the maps: whatever looks maps up in the last one may still read what this one clears; \

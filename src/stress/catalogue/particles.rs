@@ -8,7 +8,7 @@ use crate::scene::{Emitter, HdrFormat, Playing, SettingsPatch};
 
 /// Of particles as the device has them in single floats. The worst pixels are those in which two particles nearly equally far away change places, and
 /// those of particles on which an edge of the sphere's shadow lies.
-const DRAWN: Bound = Bound { worst: 0.05, mean: 2e-3 };
+const DRAWN: Bound = Bound { worst: 5e-3, mean: 5e-5 };
 
 pub const CASES: &[Case] = &[
     case("particles/time", "a fountain so long after its first particle")
