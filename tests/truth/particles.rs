@@ -93,10 +93,10 @@ fn sorted_particles_are_the_truth_but_for_single_floats_and_weights_err() {
         let weighted = of(Transparency::Oit, LightPath::Loop);
         println!("weighted: RMS {:.5}, worst {:.5}", weighted.rms, weighted.worst);
         assert!(weighted.rms > 2.0 * sorted.rms && weighted.rms < 0.1, "{}", weighted.rms);
-        // The comparison notices particles that are not there, and such of another seed.
+        // Surfaces alone err as much, by edges of shadows: particles add nothing to that. The comparison notices such of another seed.
         let off = Settings { particles: false, ..settings.clone() };
         let without = errors(gpu, &Scene { emitters: Vec::new(), ..scene.clone() }, &off);
-        assert!(without.rms < 4e-3, "{}", without.rms);
+        assert!(without.rms < 6e-3 && sorted.rms < without.rms, "{}", without.rms);
         let mut other = scene.clone();
         other.emitters[0].seed = 99;
         let drawn = floats(&gpu.draw(&scene, &settings)).to_vec();
