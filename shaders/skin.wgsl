@@ -15,6 +15,8 @@ struct Push {
     colors_at: u32,
     // The first row of `pose` with weights of shapes, four a row.
     weights_row: u32,
+    // Where positions of the pose before are kept; NONE where nobody asks for them.
+    positions_before_at: u32,
 }
 
 var<immediate> push: Push;
@@ -179,6 +181,9 @@ fn compute(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
         own.normal = turned_normal(rows, own.normal);
         own.tangent = own.tangent * rows;
         sign = handedness(rows);
+    }
+    if push.positions_before_at != NONE {
+        store3(push.positions_before_at + out * 3u, vec3(vertices[out * 3u], vertices[out * 3u + 1u], vertices[out * 3u + 2u]));
     }
     store3(out * 3u, own.position);
     if push.normals_at != NONE {

@@ -26,6 +26,7 @@ pub(crate) mod samples;
 mod shadows;
 mod sky;
 mod surfaces;
+mod taa;
 mod targets;
 #[cfg(test)]
 mod tests;
@@ -46,6 +47,7 @@ pub use surfaces::{
     PlannedDeform, PlannedLevel, PlannedMesh, PlannedTexture, SetSamplers, Streams, TextureMask, TexturePlan,
     TextureSource, Uploads, texture_format,
 };
+pub use taa::{TaaPlan, Vectors};
 pub use targets::Target;
 
 #[cfg(test)]
@@ -161,8 +163,10 @@ pub enum Shading {
 impl Shading {
     fn of(view: View, device: &Capabilities) -> Result<Self, Error> {
         Ok(match view {
-            // Planned as the lit picture, from settings that spread all of its light.
-            View::Final | View::Ambient | View::Bloom | View::Particles => Self::Light { light_only: false },
+            // Bloom, particles and velocity are planned as the lit picture, from settings of their own.
+            View::Final | View::Ambient | View::Bloom | View::Particles | View::Velocity => {
+                Self::Light { light_only: false }
+            }
             View::Lighting => Self::Light { light_only: true },
             View::Overdraw => Self::ShowOverdraw,
             View::Triangle if !device.primitive_index => return Err(Error::NoTriangles),
@@ -236,6 +240,8 @@ pub struct FramePlan {
     pub effects: Settings,
     /// Light is spread before it is tone-mapped.
     pub bloom: Option<Bloom>,
+    /// Frames are averaged over time.
+    pub taa: Option<TaaPlan>,
     /// A pass after the main one smooths edges.
     pub fxaa: bool,
     /// Samples of each attachment but the output.
@@ -333,6 +339,7 @@ impl Choices {
         });
         checks::check_antialiasing(settings, shading.is_lit())?;
         checks::check_bloom(settings)?;
+        taa::check(settings, lighting.path, shading.is_lit())?;
         lens::check(scene, settings)?;
         checks::check_msaa(settings, gbuffer.as_ref(), lighting.path, device)?;
         let blending = Blending {
@@ -342,7 +349,7 @@ impl Choices {
             adds_lights: adds_lights(lighting.path, &lighting.lights),
             transparent: surfaces.transparency.is_some(),
             adds_ambient: false,
-            blooms: Bloom::of(settings, shading).is_some(),
+            filters: Bloom::of(settings, shading).is_some() || TaaPlan::of(settings, shading).is_some(),
         };
         let sky = SkyPlan::of(scene, settings, shading);
         if sky.is_some() {
@@ -372,6 +379,8 @@ pub(crate) const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
 pub(crate) const COUNT: vk::Format = vk::Format::R8_UNORM;
 /// Numbers of an object and of a triangle; mandatory to draw into.
 pub(crate) const TRIANGLE: vk::Format = vk::Format::R32G32_UINT;
+/// Pixels, of which half floats tell apart a 64th up to 32, a share of a distance, and whether there is a vector; mandatory to draw into.
+pub(crate) const VELOCITY: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 /// Mandatory to store to.
 pub(crate) const VISIBILITY: vk::Format = vk::Format::R32_UINT;
 
@@ -382,11 +391,15 @@ impl FramePlan {
     /// When the device cannot do what the settings ask for, a view shows what the scene does not have, or [`Scene::check`] finds a fault.
     pub fn of(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
         scene.check()?;
-        let counts = settings.view == View::Particles;
+        let (view, counts) = (settings.view, settings.view == View::Particles);
         let settings = bloom::planned(settings);
         let settings = particles::planned(&settings);
+        let settings = taa::planned(&settings);
         let settings = settings.as_ref();
-        let plan = Self::decide(scene, settings, device, counts)?;
+        let mut plan = Self::decide(scene, settings, device, counts)?;
+        if let Some(taa) = &mut plan.taa {
+            *taa = taa.showing(view, settings.output);
+        }
         let mut parts = parts::list(scene, settings, &plan);
         if plan.keep != Keep::NONE {
             let lean = Settings { keep: Keep::NONE, ..settings.clone() };
@@ -403,13 +416,20 @@ impl FramePlan {
             Choices::of(scene, settings, device, counts)?;
         let rules = SurfaceRules::of(settings, shading, &lighting, &surfaces);
         let pipelines = rules.pipelines(scene);
-        let meshes = MeshPlan::of(scene, &rules);
+        let taa = TaaPlan::of(settings, shading).map(|taa| taa.in_scene(scene, &rules));
+        let moves = taa.is_some_and(|taa| taa.moves);
+        let mut meshes = MeshPlan::of(scene, &rules);
+        meshes.deforms.keeps_positions = moves && !meshes.deforms.meshes.is_empty();
         let rules = SurfaceRules { lod: if meshes.has_levels() { rules.lod } else { 0.0 }, ..rules };
         let FilteredTextures { textures, anisotropy, footprint, warning } =
             FilteredTextures::of(scene, settings, device, &rules);
         let depth_prepass = lighting.has_prepass(settings, shading);
-        let culling =
-            culling::choose(scene, settings, device, &rules, shading, (depth_prepass, lighting.shadow.is_some()));
+        let culling = match moves {
+            true => Err("the CPU does: it lists what moves by itself, whose vectors taa needs".into()),
+            false => {
+                culling::choose(scene, settings, device, &rules, shading, (depth_prepass, lighting.shadow.is_some()))
+            }
+        };
         let hiding = occlusion::choose(scene, settings, &culling, (&rules, &pipelines.geometry), shading);
         let refused_culling = culling::warning(settings, &culling);
         let volumes = lighting.path == LightPath::Volumes && adds_lights(lighting.path, &lighting.lights);
@@ -436,6 +456,7 @@ impl FramePlan {
             resolve: settings.resolve,
             effects: settings.effects(),
             bloom: Bloom::of(settings, shading),
+            taa,
             fxaa: settings.fxaa,
             msaa: settings.msaa,
             brdf: surfaces.brdf,
@@ -649,9 +670,11 @@ impl FramePlan {
         self.shading != Shading::ShowShadowMap
     }
 
-    /// Whether there is TONEMAP, which reads the HDR target: it ends the main pass, or has a render pass of its own after BLOOM.
+    /// Whether there is TONEMAP, which reads the HDR target: it ends the main pass, or comes after BLOOM or SHARPEN in another.
     pub fn has_tonemap_subpass(&self) -> bool {
-        matches!(self.tone_mapping, ToneMapping::Subpass(_) | ToneMapping::Kept) || self.bloom.is_some()
+        matches!(self.tone_mapping, ToneMapping::Subpass(_) | ToneMapping::Kept)
+            || self.bloom.is_some()
+            || self.taa.is_some()
     }
 }
 

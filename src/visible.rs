@@ -14,6 +14,8 @@ mod occlusion;
 mod particles;
 mod pose;
 mod shadows;
+mod sight;
+mod trail;
 mod volumes;
 mod world;
 
@@ -27,6 +29,8 @@ pub use levels::{LevelChoice, squared_error};
 pub use looks::PackedLook;
 pub use particles::{EmitterRecord, Particles};
 pub use shadows::{Caster, MapDraw, Receivers, ShadowCache, ShadowView};
+pub use sight::{Sight, clip_from_world};
+pub use trail::Since;
 pub use volumes::{LightRect, VolumeRecord, cone_mesh, sphere_mesh};
 pub use world::{World, WorldObject};
 

@@ -136,7 +136,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
         sink.check()?;
     }
     session::with_device(&args.device, |device| {
-        let workload = Workload::open(&args.scene, &args.settings, false)?;
+        let workload = Workload::open_for_frames(&args.scene, &args.settings, args.view, false)?;
         workload.spare(&args.graph)?;
         // The plan is that of a frame, however many of them a picture is made of.
         let variation = SettingsPatch { view: args.view, samples: Some(1), ..SettingsPatch::default() };

@@ -135,12 +135,13 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
 
 /// Draws and writes the picture of one scene.
 fn draw_scene(args: &Args, scene: &str, device: &Arc<Device>, is_verbose: bool) -> Result<Drawn, Failure> {
-    let open = match args.view {
-        _ if args.is_sequence() => Workload::open_moving,
-        Some(ViewChoice::All) => Workload::open,
-        _ => Workload::open_for_shutter,
+    let (settings, quiet) = (&args.settings, args.quiet);
+    let workload = match args.view {
+        _ if args.is_sequence() => Workload::open_moving(scene, settings, quiet)?,
+        Some(ViewChoice::All) => Workload::open(scene, settings, quiet)?,
+        Some(ViewChoice::One(view)) => Workload::open_for_frames(scene, settings, Some(view), quiet)?,
+        None => Workload::open_for_frames(scene, settings, None, quiet)?,
     };
-    let workload = open(scene, &args.settings, args.quiet)?;
     workload.spare([&args.output.sink])?;
     let files = workload.scene.files.clone();
     let drawn = match args.view {
@@ -194,19 +195,19 @@ fn draw(
         (workload.scene.textures, workload.scene.meshes) = (Vec::new(), Vec::new());
     }
     memory::give_back();
-    let bar = progress::bar("drawing".into(), u64::from(args.frames) * u64::from(settings.samples), args.quiet);
+    let bar =
+        progress::bar("drawing".into(), u64::from(args.frames) * u64::from(frames_of(renderer.plan())), args.quiet);
     let mut times = Table::with_figures_from(1);
     times.row(["load".to_owned(), milliseconds(workload.load_ms)]);
     // The camera rests; without the cache maps are drawn as if all did not.
     let moving = if settings.shadows.cache { "nothing moving" } else { "everything moving" };
     let mut pose = Pose::default();
     let mut taken = |renderer: &mut Renderer| {
-        let show =
-            |renderer: &mut Renderer, share| go_to(share * f64::from(settings.shutter), renderer, &workload, &mut pose);
+        let show = |renderer: &mut Renderer, seconds| go_to(seconds, renderer, &workload, &mut pose);
         renderer.picture_while(show, || bar.step())
     };
     let mut picture;
-    if settings.samples == 1 && !moves {
+    if frames_of(renderer.plan()) == 1 && !moves {
         renderer.render(&workload.scene.camera)?;
         let first = renderer.wait()?;
         bar.step();
@@ -218,7 +219,7 @@ fn draw(
         picture = renderer.read_back()?;
     } else {
         picture = taken(&mut renderer)?;
-        let what = format!("{} samples", settings.samples);
+        let what = frames_in_words(renderer.plan());
         times.row([format!("first picture of {what}, with set-up"), milliseconds(milliseconds_since(start))]);
         let start = Instant::now();
         for _ in 1..args.frames {
@@ -249,6 +250,18 @@ fn settings(args: &Args, workload: &Workload, device: &Device, view: Option<View
     let variation = SettingsPatch { view, samples: Some(samples), ..SettingsPatch::default() };
     let output = if args.output.format == Format::Exr { Output::Nits } else { Output::Srgb8 };
     Ok(Settings { output, ..workload.settings(&variation, &device.physical)? })
+}
+
+/// Frames that a picture is made of.
+fn frames_of(plan: &FramePlan) -> u32 {
+    plan.taa.map_or(plan.samples, |taa| taa.frames)
+}
+
+fn frames_in_words(plan: &FramePlan) -> String {
+    match plan.taa {
+        Some(taa) => format!("{} frames", taa.frames),
+        None => format!("{} samples", plan.samples),
+    }
 }
 
 /// What the frames took, in three lines: plan, times and memory; or in a table each.
@@ -315,7 +328,8 @@ fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<
 
 /// The settings with another view. What smooths edges goes where a view shows values.
 fn of_view(settings: &Settings, view: View) -> Settings {
-    let lit = matches!(view, View::Final | View::Lighting | View::Ambient | View::Bloom | View::Particles);
+    let lit =
+        matches!(view, View::Final | View::Lighting | View::Ambient | View::Bloom | View::Particles | View::Velocity);
     let msaa = if lit || view == View::Complexity { settings.msaa } else { 1 };
     Settings { view, fxaa: settings.fxaa && lit, msaa, ..settings.clone() }
 }
@@ -360,6 +374,7 @@ fn tile_size(size: [u32; 2]) -> [u32; 2] {
 fn heading(workload: &Workload, settings: &Settings, device: &Device, output: &str) -> String {
     let [width, height] = settings.size;
     let samples = match settings.samples {
+        _ if settings.taa => format!(", {} frames averaged over time", settings.taa_frames),
         1 => String::new(),
         samples => format!(", {samples} samples a pixel"),
     };

@@ -11,7 +11,7 @@ use afterlight::gpu::{MemoryReport, PhysicalDevice};
 use afterlight::plan::FramePlan;
 use afterlight::scene::file::{load_path, load_settings, said_where};
 use afterlight::scene::{
-    self, Camera, CameraPath, Motion, OpenOptions, Playing, SETTINGS, Scene, Settings, SettingsPatch, decimal,
+    self, Camera, CameraPath, Motion, OpenOptions, Playing, SETTINGS, Scene, Settings, SettingsPatch, View, decimal,
 };
 
 use glam::DVec3;
@@ -80,6 +80,20 @@ impl Workload {
         if workload.scene.moves() {
             workload.scene.check()?;
             if workload.shutter() == 0.0 {
+                workload.scene = workload.scene.into_still(&workload.playing);
+            }
+        }
+        Ok(workload)
+    }
+
+    /// The same with all that moves also where frames are averaged over time, or where a view asks for the frame before.
+    pub fn open_for_frames(spec: &str, args: &SettingsArgs, view: Option<View>, quiet: bool) -> Result<Self, Failure> {
+        let mut workload = Self::open_moving(spec, args, quiet)?;
+        if workload.scene.moves() {
+            workload.scene.check()?;
+            let settings = workload.patch().decide();
+            let follows = settings.taa || view.unwrap_or(settings.view) == View::Velocity;
+            if settings.shutter == 0.0 && !follows {
                 workload.scene = workload.scene.into_still(&workload.playing);
             }
         }
@@ -248,7 +262,10 @@ impl Workload {
         let command_line = SettingsPatch { samples: asked, ..self.command_line.clone() };
         let chosen = |patch: &SettingsPatch, is_view: bool| {
             let settings = patch.decide();
-            let other = is_view || patch.msaa.is_some_and(|msaa| msaa > 1) || settings.without_effects() != settings;
+            let other = is_view
+                || patch.msaa.is_some_and(|msaa| msaa > 1)
+                || settings.taa
+                || settings.without_effects() != settings;
             patch.samples.or(other.then_some(1))
         };
         let of_file = |patch: &SettingsPatch| chosen(patch, patch.view.is_some());

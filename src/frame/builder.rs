@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::edges::Edges;
 use super::list::List;
-use super::{Drawn, Error, Frame, FrameParts, IN_FLIGHT, InFlight, Renderer};
+use super::{Drawn, Error, Frame, FrameParts, IN_FLIGHT, InFlight, Renderer, Timeline};
 use crate::gpu::{self, CommandBuffer, Device, Timestamps};
 use crate::gpu_scene::{
     Culling, GpuScene, Instances, PoseBuffer, ShadowAtlas, SortedIndices, ViewBuffers, view_set_layout,
@@ -111,6 +111,7 @@ impl RendererBuilder {
             })
         };
         let frames = (0..IN_FLIGHT).map(in_flight).collect::<gpu::Result<_>>()?;
+        let timeline = Timeline::of(plan.taa.map_or(1, |taa| taa.history));
         Ok(Renderer {
             device,
             plan,
@@ -127,6 +128,7 @@ impl RendererBuilder {
             posed: 0,
             culling,
             next: 0,
+            timeline,
             frame_layout,
         })
     }

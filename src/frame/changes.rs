@@ -105,6 +105,7 @@ impl Renderer {
             (self.world, self.plan) = builder.into_world();
             self.shadow_cache = ShadowCache::default();
             self.posed = 0;
+            self.cut();
             self.culling.iter_mut().for_each(Culling::forget);
             self.frame.expose(&self.plan, &self.world);
         } else {

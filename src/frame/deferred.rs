@@ -18,6 +18,9 @@
 //!                TRANSPARENT  surfaces that let light through, over the lit picture
 //!                PARTICLES  in its subpass, after them
 //!                COMPOSITE  only where TRANSPARENT summed them up without sorting
+//! VELOCITY pass  VELOCITY   only where frames are averaged over time, and something moves by itself: where it was in the frame before
+//! compute        TAA        only where frames are averaged over time: with what frames before saw
+//! SHARPEN pass   SHARPEN    the same as light again; what follows shares its render pass up to where that is parted again
 //! compute        BLOOM, SPREAD  only where light is spread: then TONEMAP and TONE have a render pass of their own
 //!                TONEMAP    only where something is blended before it
 //!                TONE       vignette and grain, where asked for; after FXAA where there is that
@@ -32,9 +35,12 @@ use ash::vk;
 use super::FrameParts;
 use super::ao::{self, AoStage};
 use super::edges::{Edge, RowName};
-use super::list::{self, FXAA_PASS, GBUFFER_PASS, MAIN_PASS, Occasion, SHADOW_PASS, Step, Subpass, TONEMAP_PASS};
+use super::list::{
+    self, FXAA_PASS, GBUFFER_PASS, MAIN_PASS, Occasion, SHADOW_PASS, SHARPEN_PASS, Step, Subpass, TONEMAP_PASS,
+};
 use super::particles::{self as particle_steps, ParticleStage};
 use super::render_passes::{RenderPassIndex, RenderPasses, prepass};
+use super::taa::{self, TaaStage};
 use crate::gpu::{self, Image, Timestamps, barrier};
 use crate::passes::ambient::{self, Ambient};
 use crate::passes::bloom::{self, Bloom};
@@ -51,7 +57,7 @@ use crate::passes::tone::{self, Tone};
 use crate::passes::tonemap::{self, TonemapPass};
 use crate::passes::transparent::{self, Transparent};
 use crate::passes::view::{self, ViewPass};
-use crate::passes::{Pass, Recording, Resource, shadow};
+use crate::passes::{Pass, Recording, Resource, shadow, sharpen};
 use crate::plan::{FramePlan, Shading, Target};
 use crate::visible::{Visible, World};
 
@@ -73,6 +79,8 @@ pub struct Deferred {
     transparent: Option<Transparent>,
     particles: Option<Box<ParticleStage>>,
     composite: Option<Composite>,
+    /// After the main pass.
+    taa: Option<TaaStage>,
     bloom: Option<BloomStage>,
     tonemap: Option<TonemapPass>,
     fxaa: Option<(RenderPassIndex, Fxaa)>,
@@ -111,9 +119,14 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
     let surfaces = subpass(&geometry::PASS, &[&depth::PASS, &geometry::PASS]);
     // Over the picture, wherever that is finished.
     let [tone, smoothed_tone] = if plan.fxaa { [None, alone(&tone::PASS)] } else { [alone(&tone::PASS), None] };
-    // BLOOM reads each pixel's neighbours, so that the main pass ends before it.
-    let shown = [alone(&tonemap::PASS), tone];
-    let (shown, bloomed) = if plan.bloom.is_some() { ([None, None], shown) } else { (shown, [None, None]) };
+    // BLOOM and TAA read each pixel's neighbours, so that the main pass ends before them.
+    let (mut shown, mut smoothed, mut bloomed) = ([None, None], [None, None], [None, None]);
+    let last = [alone(&tonemap::PASS), tone];
+    match (&plan.bloom, &plan.taa) {
+        (Some(_), _) => bloomed = last,
+        (None, Some(_)) => smoothed = last,
+        (None, None) => shown = last,
+    }
     let [tonemap, tone] = shown;
     let light: [Option<Subpass>; 6] = [
         subpass(&lighting::PASS, &[&lighting::PASS, &per_light::PASS, &ambient::PASS, &sky::PASS, &view::PASS]),
@@ -136,6 +149,8 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
             steps.push(list::render_pass(MAIN_PASS, light));
         }
     }
+    steps.extend(taa::steps(plan));
+    steps.push(list::render_pass(SHARPEN_PASS, [alone(&sharpen::PASS)].into_iter().chain(smoothed)));
     // A step of SPREAD after another: all but the first wait alike.
     let step = |pass, row| list::commands(plan, Occasion::Always, pass, &[(row, Resource::BloomLevels)], &[]);
     steps.extend([
@@ -261,12 +276,16 @@ impl Deferred {
             composite.record(frame);
             frame.end(times, &composite::PASS);
         }
+        if let Some(taa) = &self.taa {
+            // The main pass has stored light and depth, and another goes on after TAA.
+            taa.record(frame, passes, times);
+        }
         if let Some(tonemap) = &self.tonemap {
             match &self.bloom {
                 // Row `hdr-to-tonemap`: it reads the light of its pixel when the last surface is blended.
                 // SAFETY: the pass has TONEMAP next.
                 None => unsafe { gpu.cmd_next_subpass(cmd, INLINE) },
-                // Rows `hdr-to-bloom` and `spread-to-tonemap`: the main pass has stored the light, and BLOOM spreads it in between.
+                // Rows `hdr-to-bloom` and `spread-to-tonemap`: the pass so far has stored the light, and BLOOM spreads it in between.
                 Some(stage) => self.record_bloom(frame, stage, times),
             }
             frame.begin(&tonemap::PASS);
@@ -293,7 +312,7 @@ impl Deferred {
         }
     }
 
-    /// BLOOM and SPREAD, between the main pass, which it ends, and the one that goes on with TONEMAP, which it begins.
+    /// BLOOM and SPREAD, between the pass so far, which it ends, and the one that goes on with TONEMAP, which it begins.
     fn record_bloom(&self, frame: &Recording, stage: &BloomStage, times: &mut Option<Timestamps>) {
         let (gpu, cmd) = (&frame.device.raw, frame.cmd);
         let barrier = |row: &Option<Edge>| {
@@ -301,7 +320,7 @@ impl Deferred {
                 barrier::buffer_barrier(frame.device, cmd, &stage.bloom.levels, row.order());
             }
         };
-        // SAFETY: the main pass has no other subpass.
+        // SAFETY: the main pass, or SHARPEN's, has no other subpass.
         unsafe { gpu.cmd_end_render_pass(cmd) };
         frame.begin(&bloom::PASS);
         // TONEMAP of the last frame may still read the levels.
@@ -353,6 +372,7 @@ impl Deferred {
         let composite = slot(&composite::PASS)
             .map(|slot| Composite::new(device, plan, slot, &passes.inputs(&composite::PASS, plan)))
             .transpose()?;
+        let taa = TaaStage::new(parts, &passes)?;
         let bloom = BloomStage::new(parts, &passes)?;
         let levels = bloom.as_ref().map(|stage| &stage.bloom.levels);
         let tonemap = slot(&tonemap::PASS)
@@ -377,6 +397,7 @@ impl Deferred {
             transparent,
             particles,
             composite,
+            taa,
             bloom,
             tonemap,
             fxaa,
@@ -405,6 +426,9 @@ impl Deferred {
         }
         if let Some(composite) = &mut self.composite {
             composite.inputs.read_from(device, &passes.inputs(&composite::PASS, plan))?;
+        }
+        if let Some(taa) = &mut self.taa {
+            taa.resize(parts, passes)?;
         }
         if let Some(stage) = &mut self.bloom {
             stage.bloom.resize(device, plan, &passes.inputs(&bloom::PASS, plan))?;

@@ -32,6 +32,7 @@ mod presentation;
 mod shadow;
 mod skin;
 mod spread;
+mod taa;
 mod tiled;
 pub mod unreported_mutants;
 mod uploads;

@@ -24,6 +24,57 @@ pub fn sample_offset(index: u32, count: u32) -> [f64; 2] {
     [from_middle / f64::from(count), around - around.round()]
 }
 
+/// The places of `count` frames in an order in which also a part of them, from whichever on, fills the pixel evenly: [`sample_offset`]'s own goes from left
+/// to right. All of them are the same places, so that their mean is that of as many samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Order {
+    count: u32,
+    /// From one to the next: a number without a common divisor with the count.
+    step: u32,
+}
+
+impl Order {
+    /// Places that follow each other soon lie far apart: of all steps, this one has the least sum, over pairs, of one divided by the frames between them and
+    /// the square of their distance, in a pixel that repeats itself.
+    pub fn of(count: u32) -> Self {
+        let count = count.max(1);
+        let steps = (1..count.max(2)).filter(|&step| divisor(step, count) == 1).map(|step| Self { count, step });
+        steps.min_by(|a, b| a.crowding().total_cmp(&b.crowding())).unwrap_or(Self { count, step: 1 })
+    }
+
+    /// How many places there are.
+    pub fn count(&self) -> u32 {
+        self.count
+    }
+
+    /// Where a frame looks, of a row that begins anew after all.
+    pub fn offset(&self, index: u32) -> [f64; 2] {
+        let place = u64::from(index % self.count) * u64::from(self.step) % u64::from(self.count);
+        sample_offset(place as u32, self.count)
+    }
+
+    fn crowding(&self) -> f64 {
+        let places: Vec<_> = (0..self.count.min(LOOKED_AT)).map(|index| self.offset(index)).collect();
+        let apart = |a: f64, b: f64| ((a - b) - (a - b).round()).powi(2);
+        let mut sum = 0.0;
+        for (index, a) in places.iter().enumerate() {
+            // Further on come those that were before.
+            for (between, b) in (1..=(self.count / 2).max(1)).zip(&places[index + 1..]) {
+                sum += (f64::from(between) * (apart(a[0], b[0]) + apart(a[1], b[1]) + 1e-4)).recip();
+            }
+        }
+        sum
+    }
+}
+
+/// Places that are held against each other.
+const LOOKED_AT: u32 = 48;
+
+/// The greatest common one.
+fn divisor(a: u32, b: u32) -> u32 {
+    if b == 0 { a } else { divisor(b, a % b) }
+}
+
 /// Through which point of the lens frame `index` of `count` looks: right and up from its middle, in radii.
 ///
 /// Each ring of a share of 1 / `count` of the disc has one point. Rings and angles follow other numbers than places in the pixel do.
@@ -97,6 +148,39 @@ mod tests {
             let (mean, count) = ((squares / edges).sqrt(), f64::from(count));
             assert!(worst <= 0.75 / count.sqrt(), "{count}: {worst}");
             assert!(mean <= 0.35 * count.powf(-0.75), "{count}: {mean}");
+        }
+    }
+
+    /// The mean error over edges, for the first so many places.
+    fn edge_error(order: &Order, first: u32, count: u32) -> f64 {
+        let (mut squares, mut edges) = (0.0, 0.0);
+        for (angle, place) in (0..45).flat_map(|a| (0..35).map(move |b| (a, b))) {
+            let (sin, cos) = (f64::from(angle) * 4.0).to_radians().sin_cos();
+            let d = f64::from(place) * 0.04 - 0.7;
+            let inside = (first..first + count).filter(|&index| {
+                let [x, y] = order.offset(index);
+                x * cos + y * sin < d
+            });
+            squares += (inside.count() as f64 / f64::from(count) - covered(cos, sin, d)).powi(2);
+            edges += 1.0;
+        }
+        f64::sqrt(squares / edges)
+    }
+
+    /// The places in their order have each place once, and any part of a row has at most twice the error of as many places as they are at best.
+    #[test]
+    fn parts_of_a_row_fill_the_pixel_too() {
+        for count in [1u32, 2, 3, 4, 7, 8, 16, 24, 32, 64, 128, 1024] {
+            let order = Order::of(count);
+            let mut places: Vec<_> = (0..count).map(|index| order.offset(index)).collect();
+            places.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            assert_eq!(places, (0..count).map(|index| sample_offset(index, count)).collect::<Vec<_>>(), "{count}");
+            for part in [4, 8, 16, 32].into_iter().filter(|&part| part < count) {
+                for first in [0, 5, count - 2] {
+                    let error = edge_error(&order, first, part);
+                    assert!(error <= 0.65 * f64::from(part).powf(-0.75), "{part} of {count} from {first}: {error}");
+                }
+            }
         }
     }
 

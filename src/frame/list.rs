@@ -34,6 +34,10 @@ pub const MAIN_PASS: RenderPassName = RenderPassName("main pass");
 pub const GBUFFER_PASS: RenderPassName = RenderPassName("G-buffer pass");
 /// TONEMAP's, and TONE's behind it, where BLOOM is between them and the main pass.
 pub const TONEMAP_PASS: RenderPassName = RenderPassName("TONEMAP pass");
+/// VELOCITY's, after the picture is lit and its depth is whole.
+pub const VELOCITY_PASS: RenderPassName = RenderPassName("VELOCITY pass");
+/// SHARPEN's, which goes on after TAA, with TONEMAP and TONE behind it where BLOOM is not between them.
+pub const SHARPEN_PASS: RenderPassName = RenderPassName("SHARPEN pass");
 /// FXAA's, and TONE's behind it, which draw the picture from the output of the main pass.
 pub const FXAA_PASS: RenderPassName = RenderPassName("FXAA pass");
 

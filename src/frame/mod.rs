@@ -22,7 +22,9 @@ pub(crate) mod render_pass;
 mod render_passes;
 #[cfg(feature = "present")]
 mod split;
+mod taa;
 mod tiled;
+mod timeline;
 mod triangles;
 
 #[cfg(feature = "present")]
@@ -31,18 +33,20 @@ pub use accumulate::Accumulator;
 pub use capabilities::capabilities;
 pub use changes::Changed;
 pub use complexity::Complexity;
-pub use jitter::{lens_point, moment, sample_offset};
+pub use jitter::{Order, lens_point, moment, sample_offset};
 #[cfg(feature = "present")]
 pub use present::{Fitted, Outcome, Presenter};
 #[cfg(feature = "present")]
 pub use rebuild::Wake;
 pub use render_pass::{LayoutChange, layout_changes};
+pub use timeline::FRAMES_A_SECOND;
 pub use triangles::triangles;
 
 use builder::RendererBuilder;
 use deferred::Deferred;
 use edges::Edges;
 use tiled::TiledFrame;
+use timeline::Timeline;
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -57,7 +61,7 @@ use crate::passes::copy::Copy;
 use crate::passes::{Recording, SetLayouts};
 use crate::plan::{self, FramePlan};
 use crate::scene::{self, Camera, LightPath, Scene, Settings, ThinLens};
-use crate::visible::{Eye, MapDraw, STEPS, ShadowCache, Visible, World};
+use crate::visible::{Eye, MapDraw, STEPS, ShadowCache, Since, Visible, World};
 
 /// While the device draws one frame, the CPU records the next.
 const IN_FLIGHT: usize = 2;
@@ -183,6 +187,7 @@ struct Recorded {
     stale_maps: Vec<MapDraw>,
     /// The revision of the world's pose that it draws.
     pose: u64,
+    since: Option<Since>,
 }
 
 /// What a frame of the plan is.
@@ -288,6 +293,8 @@ pub struct Renderer {
     /// Where the plan culls on the device.
     culling: Option<Culling>,
     next: usize,
+    /// Where the plan averages frames over time.
+    timeline: Timeline,
     #[cfg_attr(not(feature = "present"), expect(dead_code, reason = "frames of a window are resized, and no others"))]
     frame_layout: Owned<vk::DescriptorSetLayout>,
 }
@@ -385,6 +392,8 @@ impl Renderer {
             Some(shadow) => self.shadow_cache.stale(&self.world, shadow, camera, &visible),
             None => Vec::new(),
         };
+        let since = self.plan.taa.map(|_| self.timeline.since(&self.world, &visible, &eye, self.plan.size));
+        let jitter = since.as_ref().map_or(jitter, |since| since.jitter);
         let uniform = FrameUniform::of(&self.world, &visible, &eye, &self.plan, jitter);
         // The submission makes them visible to the device: the row "host-to-frame".
         frame.view.write(&uniform, (&self.world, &self.plan), &visible, camera)?;
@@ -432,6 +441,7 @@ impl Renderer {
                 shadow_set: self.atlas.as_ref().map(|atlas| atlas.set(self.next)),
                 instances: &frame.instances,
                 culling: self.culling.as_ref(),
+                since: since.as_ref(),
                 stale_maps: &stale_maps,
                 sorted: frame.sorted.as_ref().map(SortedIndices::raw),
             },
@@ -454,7 +464,7 @@ impl Renderer {
             shadow_maps: visible.shadows.iter().flatten().count(),
             shadow_maps_drawn: stale_maps.len(),
         };
-        Ok(Recorded { camera: *camera, visible, stale_maps, pose: self.world.pose.revision })
+        Ok(Recorded { camera: *camera, visible, stale_maps, pose: self.world.pose.revision, since })
     }
 
     /// Submits what was recorded, with semaphores to wait for at a stage, and to signal.
@@ -464,13 +474,17 @@ impl Renderer {
         waits: &[(vk::Semaphore, vk::PipelineStageFlags)],
         signals: &[vk::Semaphore],
     ) -> Result<(), Error> {
-        let Recorded { camera, visible, stale_maps, pose } = recorded;
+        let Recorded { camera, visible, stale_maps, pose, since } = recorded;
         let frame = &mut self.frames[self.next];
         frame.cmd.end()?;
         frame.record_ms = milliseconds(frame.begun);
         frame.ticket = Some(self.device.submit_with(&frame.cmd, waits, signals)?);
         self.posed = pose;
         self.shadow_cache.keep(&self.world, &camera, &visible, &stale_maps);
+        if let Some(since) = &since {
+            self.timeline.pass(since, &self.world, &visible);
+        }
+        self.world.trail.forget();
         self.device.collect();
         self.next = (self.next + 1) % IN_FLIGHT;
         Ok(())
@@ -507,6 +521,16 @@ impl Renderer {
         self.picture_while(|_, _| Ok::<_, Error>(*camera), drawn)
     }
 
+    /// Has the next frame begin anew, where frames are averaged over time: what it shows is not what the one before showed, as after a cut of a film.
+    pub fn cut(&mut self) {
+        self.timeline.begin(self.plan.taa.map_or(1, |taa| taa.history));
+    }
+
+    /// Whether more frames of the same would still come nearer to the truth.
+    pub fn converges(&self) -> bool {
+        self.plan.taa.is_some_and(|taa| self.timeline.still() < taa.history)
+    }
+
     /// The camera of frame `index` of a picture: where the settings ask for a lens and several frames, it stands in that frame's own point of it.
     pub fn behind_lens(&self, camera: &Camera, index: u32) -> Camera {
         let count = self.plan.samples;
@@ -514,8 +538,9 @@ impl Renderer {
         lens.map_or(*camera, |lens| lens.through(camera, lens_point(index, count)))
     }
 
-    /// The same while things move and the shutter is open: before each frame `go_to` is given this renderer and the frame's moment, from 0 where the
-    /// shutter opens to 1; it poses the renderer, and returns the camera of that moment. One frame alone shows the moment 0.
+    /// The same while things move and the shutter is open: before each frame `go_to` is given this renderer and the frame's moment, in seconds after the
+    /// shutter opens; it poses the renderer, and returns the camera of that moment. One frame alone shows the moment 0. Where frames are averaged over
+    /// time, a picture begins with a cut, and its frames show moments before 0, 60 a second, and at last 0.
     ///
     /// # Errors
     /// Those of `go_to`, and as [`Renderer::picture`].
@@ -524,7 +549,16 @@ impl Renderer {
         mut go_to: impl FnMut(&mut Self, f64) -> Result<Camera, E>,
         mut drawn: impl FnMut(),
     ) -> Result<Picture, E> {
-        let count = self.plan.samples;
+        let (count, shutter) = (self.plan.samples, f64::from(self.settings.shutter));
+        if let Some(taa) = self.plan.taa {
+            self.timeline.begin(taa.frames.min(taa.history));
+            for left in (0..taa.frames).rev() {
+                let camera = go_to(self, -f64::from(left) / FRAMES_A_SECOND)?;
+                self.render(&camera)?;
+                drawn();
+            }
+            return Ok(self.read_back()?);
+        }
         if count == 1 {
             let camera = go_to(self, 0.0)?;
             self.render(&camera)?;
@@ -533,7 +567,7 @@ impl Renderer {
         }
         let mut sum = Accumulator::new(&self.plan);
         for index in 0..count {
-            let camera = go_to(self, moment(index, count))?;
+            let camera = go_to(self, moment(index, count) * shutter)?;
             self.render_jittered(&self.behind_lens(&camera, index), sample_offset(index, count))?;
             match self.read_back()?.pixels {
                 Pixels::LinearF32(rgba) => sum.add(&rgba),

@@ -394,6 +394,11 @@ impl Presenter {
         self.renderer.as_ref().map(Renderer::plan)
     }
 
+    /// As [`Renderer::converges`].
+    pub fn converges(&self) -> bool {
+        self.renderer.as_ref().is_some_and(Renderer::converges)
+    }
+
     /// The parts of the plan, and what may lie over the picture, of frames with panels (`has_panels`) or without.
     pub fn parts(&self, has_panels: bool) -> Vec<Part> {
         let Some(plan) = self.plan() else { return Vec::new() };
@@ -450,6 +455,7 @@ impl Renderer {
         if let Some(culling) = &mut self.culling {
             culling.resize(&self.device, &self.plan)?;
         }
+        self.cut();
         self.frame.resize(&FrameParts {
             device: &self.device,
             plan: &self.plan,

@@ -49,9 +49,20 @@ pub fn layout_changes(plan: &FramePlan, edges: &Edges, edge: &Edge) -> Vec<Layou
         _ => return Vec::new(),
     };
     let Some(pass) = PassDescription::named(plan, edges, name) else { return Vec::new() };
-    let ends = pass.dependencies.iter().find(|(own, _)| own.name == edge.name).map(|&(_, ends)| ends);
-    let changes = pass.layout_changes().into_iter().filter(|(between, _)| Some(*between) == ends);
-    changes.map(|(_, change)| change).collect()
+    let Some(&(_, ends)) = pass.dependencies.iter().find(|(own, _)| own.name == edge.name) else { return Vec::new() };
+    let rows: Vec<&Edge> = pass.dependencies.iter().filter(|(_, own)| *own == ends).map(|(row, _)| row).collect();
+    // Of rows that leave a render pass together, each is told with the images that its own passes use.
+    let list = List::of(plan);
+    let uses = |row: &Edge, image: Option<Resource>| {
+        let touches = list.passes_at(row.to).into_iter().flat_map(|pass| (pass.touches)(plan));
+        touches.into_iter().any(|touch| Some(touch.resource) == image)
+    };
+    let own = |change: &LayoutChange| {
+        let first = rows.iter().find(|row| uses(row, change.image)).or(rows.first());
+        first.is_some_and(|row| row.name == edge.name)
+    };
+    let changes = pass.layout_changes().into_iter().filter(|(between, _)| *between == ends).map(|(_, change)| change);
+    changes.filter(own).collect()
 }
 
 /// What a subpass does with attachments; references count them in the order of the pass, and `vk::ATTACHMENT_UNUSED` is a gap.

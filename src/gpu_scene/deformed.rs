@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{COLOR, NORMAL, POSITION, SECOND_UV, TANGENT, UV, bounded, colors, stride};
+use super::{COLOR, NORMAL, POSITION, POSITION_BEFORE, SECOND_UV, TANGENT, UV, bounded, colors, stride};
 use crate::gpu::{self, Buffer, Device, Location, MemoryKind, Uploader};
 use crate::plan::{DeformPlan, PlannedDeform};
 use crate::scene::{Mesh, Scene};
@@ -30,6 +30,8 @@ pub struct Deformed {
     pub push: SkinPush,
     /// Where streams begin, in bytes.
     starts: [Option<u64>; STREAMS],
+    /// Where positions of the pose before begin, where they are kept.
+    before: Option<u64>,
 }
 
 /// `Push` of `shaders/skin.wgsl`.
@@ -44,6 +46,7 @@ pub struct SkinPush {
     uvs_at: u32,
     colors_at: u32,
     weights_row: u32,
+    positions_before_at: u32,
 }
 
 const _: () = {
@@ -58,6 +61,7 @@ const _: () = {
     assert!(offset_of!(SkinPush, uvs_at) == wgsl::UVS_AT);
     assert!(offset_of!(SkinPush, colors_at) == wgsl::COLORS_AT);
     assert!(offset_of!(SkinPush, weights_row) == wgsl::WEIGHTS_ROW);
+    assert!(offset_of!(SkinPush, positions_before_at) == wgsl::POSITIONS_BEFORE_AT);
 };
 
 impl SkinPush {
@@ -73,7 +77,8 @@ impl Deformed {
     /// # Errors
     /// When there is no memory for it, or a shader cannot see all of it at once.
     pub fn new(device: &Arc<Device>, uploader: &mut Uploader, scene: &Scene, plan: &DeformPlan) -> gpu::Result<Self> {
-        let starts = starts(plan);
+        let (starts, end) = starts(plan);
+        let before = plan.keeps_positions.then_some(end);
         let words = |stream: u32| starts[stream as usize].map_or(NONE, |bytes| (bytes / 4) as u32);
         let sources = Sources::of(scene, plan);
         let limit = u64::from(device.physical.limits.max_storage_buffer_range);
@@ -99,8 +104,10 @@ impl Deformed {
                 uvs_at: words(UV),
                 colors_at: words(COLOR),
                 weights_row: plan.joints as u32 * 3,
+                positions_before_at: before.map_or(NONE, |bytes| (bytes / 4) as u32),
             },
             starts,
+            before,
         };
         uploader.buffer(&own.sources, 0, bytemuck::cast_slice(&sources.words))?;
         for deform in &plan.meshes {
@@ -132,7 +139,7 @@ impl Deformed {
 
     /// Where a stream begins, in bytes; `None` where no pipeline reads it.
     pub fn start(&self, stream: u32) -> Option<u64> {
-        self.starts[stream as usize]
+        if stream == POSITION_BEFORE { self.before } else { self.starts[stream as usize] }
     }
 }
 
@@ -140,8 +147,8 @@ fn vertices(scene: &Scene, deform: &PlannedDeform) -> usize {
     scene.meshes[deform.mesh].positions.len()
 }
 
-/// By stream.
-fn starts(plan: &DeformPlan) -> [Option<u64>; STREAMS] {
+/// By stream, and where the last one ends.
+fn starts(plan: &DeformPlan) -> ([Option<u64>; STREAMS], u64) {
     let present = |stream: u32| match stream {
         POSITION => true,
         NORMAL => plan.streams.normals,
@@ -151,11 +158,12 @@ fn starts(plan: &DeformPlan) -> [Option<u64>; STREAMS] {
         _ => plan.streams.second_uvs,
     };
     let mut end = 0;
-    std::array::from_fn(|stream| {
+    let starts = std::array::from_fn(|stream| {
         let (stream, start) = (stream as u32, end);
         end += if present(stream) { plan.vertices * u64::from(stride(stream)) } else { 0 };
         present(stream).then_some(start)
-    })
+    });
+    (starts, end)
 }
 
 /// Everything that SKIN reads of meshes, in words.

@@ -100,11 +100,13 @@ const ROW_W: u32 = 11;
 pub const NUMBER: u32 = 12;
 /// How an instance looks: red, green and blue of its tint, then its layer of an atlas and whether it is selected.
 pub const LOOK: u32 = 13;
+/// Where the pose before had a vertex of a deformed mesh.
+pub const POSITION_BEFORE: u32 = 14;
 
 /// Format of a stream's only attribute.
 pub fn stream_format(stream: u32) -> vk::Format {
     match stream {
-        POSITION | NORMAL => vk::Format::R32G32B32_SFLOAT,
+        POSITION | NORMAL | POSITION_BEFORE => vk::Format::R32G32B32_SFLOAT,
         UV | SECOND_UV => vk::Format::R32G32_SFLOAT,
         NUMBER => vk::Format::R32_UINT,
         // Every device fetches it (Vulkan, "Required Format Support").
@@ -137,7 +139,7 @@ fn colors(mesh: &Mesh) -> Cow<'_, [[f32; 4]]> {
 /// Bytes of a vertex in a stream.
 fn stride(stream: u32) -> u32 {
     match stream {
-        POSITION | NORMAL => 12,
+        POSITION | NORMAL | POSITION_BEFORE => 12,
         UV | SECOND_UV => 8,
         NUMBER => 4,
         LOOK => 8,

@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
-use glam::{DMat4, DVec3, DVec4, Mat4, Vec2, Vec3, Vec4};
+use glam::{DVec3, Mat4, Vec2, Vec3, Vec4};
 
 use super::SkyMaps;
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, binding};
 use crate::plan::{FramePlan, Grid, Reach, ShadowPlan};
 use crate::scene::{Camera, Light, LightPath, TextureSlot};
-use crate::visible::{Depth, Eye, LightWork, Visible, VolumeRecord, World};
+use crate::visible::{Depth, Eye, LightWork, Visible, VolumeRecord, World, clip_from_world};
 
 /// `Frame` of `shaders/shared/frame.wgsl`.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -85,7 +85,7 @@ impl FrameUniform {
             Depth::Linear { begin, end } => (begin, end - begin),
         };
         Self {
-            clip_from_world: clip_from_world(camera, &visible.depth, [half_x, half_y], [offset_x, offset_y]),
+            clip_from_world: clip_from_world(camera, &visible.depth, [half_x, half_y], [offset_x, offset_y]).as_mat4(),
             ray_center: if camera.is_orthographic() { aside } else { forward + aside }.as_vec3(),
             near: near as f32,
             ray_x: (right * half_x).as_vec3(),
@@ -120,19 +120,6 @@ impl FrameUniform {
             padding: [0.0; 2],
         }
     }
-}
-
-/// Rotation into the camera and projection with reversed Z. Perspective: an infinite far plane, z = near, w = distance. Orthographic: w = 1, and z
-/// falls with the distance. Y is turned over, because Vulkan's clip space has it downwards. `offset` moves the picture, in clip space, where w
-/// is 1.
-fn clip_from_world(camera: &Camera, depth: &Depth, [half_x, half_y]: [f64; 2], [offset_x, offset_y]: [f64; 2]) -> Mat4 {
-    let forward = camera.forward();
-    let (z, w) = match *depth {
-        Depth::Reciprocal { near } => (DVec4::W * near, forward.extend(0.0)),
-        Depth::Linear { begin, end } => ((-forward).extend(end) / (end - begin), DVec4::W),
-    };
-    let (right, down) = ((camera.right() / half_x).extend(0.0), (-camera.up() / half_y).extend(0.0));
-    DMat4::from_cols(right - w * offset_x, down - w * offset_y, z, w).transpose().as_mat4()
 }
 
 impl LightRecord {

@@ -109,6 +109,10 @@ pub enum Resource {
     DepthPyramid,
     /// What SIMULATE and SORT write: particles, and their order.
     Particles,
+    /// What TAA keeps of a frame for the next one: of this frame.
+    History,
+    /// The same of the frame before.
+    LastHistory,
     /// Light that BLOOM spreads, level by level.
     BloomLevels,
     /// What the CPU writes for each frame: camera, lights, lists, instances, sorted indices.
@@ -136,6 +140,8 @@ impl fmt::Display for Resource {
             Self::FoundCounts => "counts of instances",
             Self::DepthPyramid => "pyramid of depths",
             Self::Particles => "particles",
+            Self::History => "history of the frame",
+            Self::LastHistory => "history of the frame before",
             Self::BloomLevels => "levels of bloom",
             Self::FrameData => "frame data",
             Self::ReadBack => "read-back buffer",

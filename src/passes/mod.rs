@@ -60,15 +60,18 @@ pub mod prefilter;
 pub mod present;
 pub mod pyramid;
 pub mod shadow;
+pub mod sharpen;
 pub mod simulate;
 pub mod skin;
 pub mod sky;
 pub mod sort;
 pub mod split;
+pub mod taa;
 pub mod tiled;
 pub mod tone;
 pub mod tonemap;
 pub mod transparent;
+pub mod velocity;
 pub mod view;
 
 mod blending;
@@ -90,10 +93,10 @@ use crate::gpu_scene::{CulledState, Culling, GpuScene, INDEX_READ, Instances, SK
 use crate::plan::{Canvas, FramePlan, IndexWidth, Shading, Target, TexturePlan};
 use crate::scene::Camera;
 use crate::shaders::Variant;
-use crate::visible::{MapDraw, Visible, World, WorldObject};
+use crate::visible::{MapDraw, Since, Visible, World, WorldObject};
 
 /// All passes, as reports list them.
-pub const ALL: [&Pass; 33] = [
+pub const ALL: [&Pass; 36] = [
     &skin::PASS,
     &occluders::PASS,
     &pyramid::PASS,
@@ -116,6 +119,9 @@ pub const ALL: [&Pass; 33] = [
     &transparent::PASS,
     &particles::PASS,
     &composite::PASS,
+    &velocity::PASS,
+    &taa::PASS,
+    &sharpen::PASS,
     &bloom::PASS,
     &bloom::SPREAD,
     &tonemap::PASS,
@@ -200,6 +206,11 @@ fn meshes(plan: &FramePlan) -> impl Iterator<Item = Touch> {
 /// Draws what the device found to be seen, where it does that.
 fn culled(plan: &FramePlan) -> Option<Touch> {
     plan.culls_on_device().then(|| Touch::resource(Resource::CulledInstances, CULLED_READ))
+}
+
+/// Whether frames are averaged over time.
+fn over_time(plan: &FramePlan) -> Presence {
+    Presence::when(plan.taa.is_some(), "asked for", "not asked for, or a view shows values that have no mean")
 }
 
 /// Looks shadow maps up, where there are some.
@@ -293,6 +304,8 @@ pub struct Recording<'a> {
     pub instances: &'a Instances,
     /// The same of opaque surfaces, where the device finds out which of them are seen.
     pub culling: Option<&'a Culling>,
+    /// What is known of the frame before, where frames are averaged over time.
+    pub since: Option<&'a Since>,
     /// Shadow maps that this frame draws anew.
     pub stale_maps: &'a [MapDraw],
     /// The frame's own index buffer with [`Visible::sorted_indices`], where the plan sorts triangles.

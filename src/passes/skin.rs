@@ -10,10 +10,13 @@ use crate::gpu::{
     pipeline_layout, sync::Use,
 };
 use crate::gpu_scene::{Deformed, PoseBuffer, SkinPush};
+use crate::plan::FramePlan;
 use crate::shaders::skin::{self as shader, Flags};
 
 /// Reads meshes at rest, and the pose that the CPU wrote.
 pub const SOURCE_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+/// Reads where the pose before had a vertex.
+pub const BEFORE_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
 /// Writes vertices.
 pub const VERTEX_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
@@ -28,15 +31,20 @@ pub const PASS: Pass = Pass {
             "no skin and no shape deforms a mesh",
         )
     },
-    touches: |_| {
+    touches: |plan| {
         vec![
             Touch::resource(Resource::RestMeshes, SOURCE_READ),
             Touch::resource(Resource::FrameData, SOURCE_READ),
-            Touch::resource(Resource::DeformedVertices, VERTEX_WRITE),
+            Touch::resource(Resource::DeformedVertices, vertex_use(plan)),
         ]
     },
     leave_out: None,
 };
+
+/// How it uses the vertices.
+fn vertex_use(plan: &FramePlan) -> Use {
+    if plan.meshes.deforms.keeps_positions { VERTEX_WRITE.or(BEFORE_READ) } else { VERTEX_WRITE }
+}
 
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 

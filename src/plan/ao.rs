@@ -60,7 +60,7 @@ pub(super) fn choose(scene: &Scene, settings: &Settings, path: LightPath) -> Res
     }
     if !is_used(scene, settings) {
         let why = match settings.view {
-            View::Final | View::Lighting | View::Ambient | View::Bloom => {
+            View::Final | View::Lighting | View::Ambient | View::Bloom | View::Velocity => {
                 "no light comes from everywhere, and it weakens no other"
             }
             _ => "this view does not show it",
@@ -91,7 +91,7 @@ const MOST_SAMPLES: u32 = 256;
 pub(super) fn is_used(scene: &Scene, settings: &Settings) -> bool {
     settings.ao != AmbientOcclusion::Off
         && match settings.view {
-            View::Final | View::Lighting | View::Ambient | View::Bloom => {
+            View::Final | View::Lighting | View::Ambient | View::Bloom | View::Velocity => {
                 let sky = scene.sky.as_ref().is_some_and(|sky| super::sky::lights(sky, settings));
                 scene.environment.is_lit() || sky
             }

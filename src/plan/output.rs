@@ -155,8 +155,8 @@ pub(super) struct Blending {
     pub transparent: bool,
     /// AMBIENT adds to LIGHTING's light.
     pub adds_ambient: bool,
-    /// BLOOM spreads the light.
-    pub blooms: bool,
+    /// TAA or BLOOM read the light of a pixel and its neighbours.
+    pub filters: bool,
 }
 
 /// From light to the picture.
@@ -202,12 +202,12 @@ impl Way {
         let single = vk::Format::R32G32B32A32_SFLOAT;
         Ok(match linear {
             // It is kept as exact as the output will be.
-            true if what.blooms => (Some(if blends && !device.float32_blends { HDR } else { single }), single),
+            true if what.filters => (Some(if blends && !device.float32_blends { HDR } else { single }), single),
             true if blends && !device.float32_blends => (None, HDR),
             true => (None, single),
             // Adding to fewer bits truncates: a share of the light is lost with each light.
             false if what.adds_lights => (Some(single), OUTPUT_SRGB),
-            false if blends || averaged || kept || what.blooms => {
+            false if blends || averaged || kept || what.filters => {
                 (Some(hdr_format(settings.hdr_format, device)?), OUTPUT_SRGB)
             }
             false => (None, OUTPUT_SRGB),
@@ -263,7 +263,7 @@ mod tests {
     fn pictures_that_are_copied_to_a_swapchain_have_its_order_of_channels_whoever_encodes_them() {
         let shown = |plan: &FramePlan| [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output);
         let all =
-            [samples::plans(), samples::forward_plans(), samples::tiled_plans(), samples::bloomed_plans()].concat();
+            [samples::plans(), samples::forward_plans(), samples::tiled_plans(), samples::filtered_plans()].concat();
         for (name, plan) in all.into_iter().filter(|(_, plan)| shown(plan)) {
             for (format, blue_first) in [(vk::Format::B8G8R8A8_SRGB, true), (BLUE_FIRST, true), (OUTPUT_PLAIN, false)] {
                 let copied = plan.clone().copied_to(Canvas::Straight(format));
@@ -284,7 +284,7 @@ mod tests {
     fn pictures_that_a_shader_encodes_are_light_in_an_image_of_the_frames_own_whoever_draws_them() {
         let encoded = Encoding { transfer: Transfer::Pq, headroom: 4.0 };
         let all =
-            [samples::plans(), samples::forward_plans(), samples::tiled_plans(), samples::bloomed_plans()].concat();
+            [samples::plans(), samples::forward_plans(), samples::tiled_plans(), samples::filtered_plans()].concat();
         for (name, plan) in all {
             let shown = plan.clone().presented_as(Canvas::Encode(encoded));
             assert_eq!((shown.output, shown.headroom()), (HDR, 4.0), "{name}");

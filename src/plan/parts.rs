@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use super::lights::MIXED_FALLOFF;
 use super::{
     FramePlan, Gbuffer, Grid, MapProjection, PlannedBrdf, PlannedLights, PlannedTexture, SLICES, Shading, ShadowLight,
-    ShadowPlan, Sums, Target, TextureSource, ToneMapping, anisotropy, format_bytes, lens, shadow_reason,
+    ShadowPlan, Sums, Target, TextureSource, ToneMapping, anisotropy, format_bytes, lens, shadow_reason, taa,
 };
 use crate::scene::{
     BlockFormat, HdrFormat, OptionalPart, Scene, Settings, SlotForm, TRAITS, TextureSlot, Transparency,
@@ -83,7 +83,15 @@ pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<
     add(PartGroup::Targets, gbuffer(plan));
     add(
         PartGroup::Targets,
-        vec![stored(plan), hdr(settings, plan), sums(plan), samples_of_output(plan), bloom(plan), smoothed(plan)],
+        vec![
+            stored(plan),
+            hdr(settings, plan),
+            sums(plan),
+            samples_of_output(plan),
+            bloom(plan),
+            smoothed(plan),
+            taa::part_of(plan),
+        ],
     );
     add(PartGroup::Passes, passes(scene, settings, plan));
     add(PartGroup::Geometry, geometry(scene, plan));
@@ -237,6 +245,7 @@ fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
                 false => "transparent surfaces are blended before tone mapping",
             }
         }
+        _ if plan.taa.is_some() => "light is averaged over time before it is tone-mapped",
         _ if plan.bloom.is_some() => "light is spread before it is tone-mapped",
         ToneMapping::Subpass(_) => "samples of a pixel are averaged as light before tone mapping",
         ToneMapping::InLighting(_) if plan.is_forward() => "nothing blends over it: FORWARD tone-maps into the output",

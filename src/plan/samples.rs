@@ -11,12 +11,12 @@ use crate::scene::{
     Texture, TextureSlot, Transparency, UvMap, View, Wrap,
 };
 
-/// All but that of what several samples differ in, and those of spread light and of particles, which are planned as the lit picture.
+/// All but that of what several samples differ in, and those of spread light, particles and vectors, which are planned as the lit picture.
 pub fn views() -> impl Iterator<Item = View> {
     View::NAMES
         .iter()
         .map(|&(_, view)| view)
-        .filter(|view| ![View::Complexity, View::Bloom, View::Particles].contains(view))
+        .filter(|view| ![View::Complexity, View::Bloom, View::Particles, View::Velocity].contains(view))
 }
 
 /// The default settings, but with a G-buffer for plain scenes as well, which `auto` would light as they are drawn.
@@ -466,6 +466,38 @@ pub fn particle_plans() -> Vec<(String, FramePlan)> {
         }
     }
     plans
+}
+
+/// Plans whose frames are averaged over time: what comes before that and after it, and each output.
+pub fn taa_plans() -> Vec<(String, FramePlan)> {
+    let taa = |settings: Settings| Settings { taa: true, ..settings };
+    let forward = || Settings { light_path: LightPath::Forward, ..Settings::default() };
+    of_scenes(&[
+        ("taa", taa(deferred())),
+        (
+            "taa and stored G-buffer",
+            taa(Settings { light_path: LightPath::Loop, ..keeping(&[OptionalPart::StoredGbuffer]) }),
+        ),
+        ("taa in nits", taa(Settings { output: Output::Nits, ..deferred() })),
+        ("taa exposed", taa(Settings { output: Output::Exposed, ..deferred() })),
+        ("taa and oit", taa(Settings { transparency: Transparency::Oit, ..deferred() })),
+        ("taa and fxaa", taa(Settings { fxaa: true, ..deferred() })),
+        ("taa and vignette", taa(Settings { vignette: 1.0, ..deferred() })),
+        ("taa, fxaa and vignette", taa(Settings { fxaa: true, vignette: 1.0, ..deferred() })),
+        ("taa and bloom", taa(Settings { bloom: 0.1, ..deferred() })),
+        ("taa, bloom, fxaa and vignette", taa(Settings { bloom: 0.1, fxaa: true, vignette: 1.0, ..deferred() })),
+        ("taa added up", taa(Settings { light_path: LightPath::PerLight, ..Settings::default() })),
+        ("taa, forward", taa(forward())),
+        ("taa and oit, forward", taa(Settings { transparency: Transparency::Oit, ..forward() })),
+        ("taa and bloom, forward", taa(Settings { bloom: 0.1, ..forward() })),
+        ("vectors", Settings { view: View::Velocity, ..deferred() }),
+        ("vectors as values, forward", Settings { view: View::Velocity, output: Output::Nits, ..forward() }),
+    ])
+}
+
+/// Plans whose main pass ends before something that reads neighbours of the lit picture.
+pub fn filtered_plans() -> Vec<(String, FramePlan)> {
+    [bloomed_plans(), taa_plans()].concat()
 }
 
 /// A plan of each scene with each of these settings.

@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{COUNT, DEPTH, FramePlan, Shading, TRIANGLE, VISIBILITY, format_bytes};
+use super::{COUNT, DEPTH, FramePlan, Shading, TRIANGLE, VELOCITY, VISIBILITY, format_bytes};
 
 /// What an image of the frame holds. Framebuffers have them in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -33,6 +33,8 @@ pub enum Target {
     Weights,
     /// Light before it is tone-mapped.
     Hdr,
+    /// Of what moves by itself: how many pixels to the right and down it has come since the frame before, and how much farther it was.
+    Velocity,
     /// The output's light before it is resolved, several samples a pixel.
     Samples,
     /// The picture, before passes over the whole of it.
@@ -43,7 +45,7 @@ pub enum Target {
 
 impl Target {
     /// In the order of framebuffers.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::Depth,
         Self::Albedo,
         Self::Normal,
@@ -57,6 +59,7 @@ impl Target {
         Self::Accumulation,
         Self::Weights,
         Self::Hdr,
+        Self::Velocity,
         Self::Samples,
         Self::Output,
         Self::Smoothed,
@@ -82,6 +85,7 @@ impl FramePlan {
             Target::Accumulation => self.sums.map(|sums| sums.accumulation),
             Target::Weights => self.sums.map(|sums| sums.weights),
             Target::Hdr => self.hdr,
+            Target::Velocity => self.has_velocity().then_some(VELOCITY),
             Target::Samples => self.resolves_output().then_some(self.output),
             Target::Output => Some(self.output),
             Target::Smoothed => self.fxaa.then_some(self.output),

@@ -200,9 +200,9 @@ impl<'a> Pictures<'a> {
         let mut renderer = Renderer::new(self.device, &self.subject.scene, &settings)?;
         self.largest = saturation(renderer.plan());
         let Subject { scene, playing, .. } = self.subject;
-        let show = |renderer: &mut Renderer, share: f64| {
+        let show = |renderer: &mut Renderer, seconds: f64| {
             if let Some(playing) = playing {
-                let time = playing.time + share * f64::from(settings.shutter);
+                let time = playing.time + seconds;
                 renderer.pose(scene, &scene.motion.pose(&playing.with_time(time)))?;
             }
             Ok::<_, frame::Error>(scene.camera)

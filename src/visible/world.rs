@@ -10,6 +10,7 @@ use super::looks::PlannedLook;
 use super::occlusion::Occluders;
 use super::pose::WorldPose;
 use super::shadows::{Changes, ShadowView, lamp_views, widened};
+use super::trail::Trail;
 use crate::plan::{
     Cut, Cuts, Error, FramePlan, GeometryKey, IdleLights, LightOrder, MapProjection, PlannedLevel, SurfaceRules,
     weakens,
@@ -74,6 +75,8 @@ pub struct World {
     pub(super) generation: u64,
     /// What is deformed, as SKIN takes it.
     pub pose: WorldPose,
+    /// Where objects were in the frame before.
+    pub trail: Trail,
     /// What has moved since `lamps` and `bounds` were worked out, if anything has.
     pub(super) changes: Option<Changes>,
 }
@@ -193,6 +196,7 @@ impl World {
             exposure,
             halted: None,
             generation: 0,
+            trail: Trail::default(),
             changes: Some(Changes { rearranged: true, ..Changes::default() }),
         };
         if plan.deforms() {
@@ -202,6 +206,7 @@ impl World {
             (world.bounds, world.extent, world.at_first, world.radius) = (bounds, bounds, bounds, bounds.radius());
         }
         world.refresh(plan);
+        world.trail = Trail::new(plan.has_velocity());
         world
     }
 

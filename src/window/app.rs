@@ -434,7 +434,10 @@ impl<'a> App<'a> {
     /// Whether frames follow each other without a pause.
     fn goes_on(&self) -> bool {
         !self.hidden
-            && (self.options.frames.is_some() || self.control.is_moving(self.held) || self.subject.player.runs())
+            && (self.options.frames.is_some()
+                || self.control.is_moving(self.held)
+                || self.subject.player.runs()
+                || self.opened.as_ref().is_some_and(|opened| opened.presenter.converges()))
     }
 
     fn press(&mut self, events: &ActiveEventLoop, key: KeyCode) {

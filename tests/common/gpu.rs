@@ -257,8 +257,8 @@ impl Gpu {
 
     /// A picture of a scene while the shutter is open, from a time in seconds on.
     pub fn expose(&self, scene: &Scene, settings: &Settings, time: f64) -> Picture {
-        let show = |renderer: &mut Renderer, share: f64| {
-            let pose = scene.motion.pose(&Playing::at(time + share * f64::from(settings.shutter)));
+        let show = |renderer: &mut Renderer, seconds: f64| {
+            let pose = scene.motion.pose(&Playing::at(time + seconds));
             renderer.pose(scene, &pose)?;
             Ok::<_, frame::Error>(scene.camera)
         };

@@ -6,7 +6,7 @@ use crate::common::golden::{LARGEST_MEAN, SAME_WITHIN, check, flip_error};
 use crate::common::gpu::{Gpu, on_gpu};
 use crate::common::scenes::sprites;
 use crate::common::stage::{open, own, view};
-use afterlight::frame::Renderer;
+use afterlight::frame::{Error, Renderer};
 use afterlight::scene::builtin::CATALOGUE;
 use afterlight::scene::{
     AmbientOcclusion, Atmosphere, Brdf, Playing, Scene, Settings, ShadowFilter, SkyChoice, Tonemap, Transparency, View,
@@ -22,6 +22,20 @@ struct Album<'a> {
 }
 
 impl Album<'_> {
+    /// The same of a picture of several frames that follow each other until this time.
+    fn over_time(&mut self, name: &str, scene: &Scene, settings: &Settings, time: f64) {
+        let mut renderer: Renderer = self.gpu.renderer(scene, settings);
+        let show = |renderer: &mut Renderer, seconds: f64| {
+            renderer.pose(scene, &scene.motion.pose(&Playing::at(time + seconds)))?;
+            Ok::<_, Error>(scene.camera)
+        };
+        let result = renderer
+            .picture_while(show, || ())
+            .map_err(|error| format!("{name}: {error}"))
+            .and_then(|picture| check(name, &picture, &self.gpu.device.physical));
+        self.wrong.extend(result.err());
+    }
+
     /// Without anisotropy: each driver has its own way to choose places on a texture.
     fn compare(&mut self, name: &str, scene: &Scene, settings: &Settings) {
         let mut renderer: Renderer = self.gpu.renderer(scene, &Settings { anisotropy: 1, ..settings.clone() });
@@ -85,8 +99,9 @@ fn every_view_looks_as_it_did() {
     album(|album| {
         let hall = open("builtin:hall");
         let field = open(FIELD);
-        let shown =
-            |view: &View| !matches!(view, View::Final | View::Complexity | View::Particles) && album.gpu.shows(*view);
+        // One frame has no vectors.
+        let own = [View::Final, View::Complexity, View::Particles, View::Velocity];
+        let shown = |view: &View| !own.contains(view) && album.gpu.shows(*view);
         let views: Vec<_> = View::NAMES.iter().filter(|(_, view)| shown(view)).collect();
         for (name, shown) in views {
             album.compare(&format!("hall-{name}"), &hall, &view(&hall, SIZE.0, SIZE.1, *shown));
@@ -158,6 +173,9 @@ fn every_picture_of_the_gallery_looks_as_it_did() {
         album.compare("gallery-edges-fxaa", &scene, &Settings { fxaa: true, ..base.clone() });
         album.compare("gallery-edges-msaa", &scene, &Settings { msaa: 4, ..base.clone() });
         album.compare("gallery-vignette-and-grain", &scene, &Settings { vignette: 1.0, grain: 0.2, ..base });
+        album.over_time("gallery-edges-taa", &scene, &Settings { taa: true, ..own(&scene, SIZE.0, SIZE.1) }, 0.0);
+        let scene = gallery("taa");
+        album.over_time("gallery-taa-velocity", &scene, &view(&scene, SIZE.0, SIZE.1, View::Velocity), 0.6);
         let smoke = gallery("particles").into_still(&Playing::at(20.0));
         let once = Settings { samples: 1, ..own(&smoke, SIZE.0, SIZE.1) };
         album.compare("gallery-particles", &smoke, &once);

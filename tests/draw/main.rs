@@ -27,5 +27,6 @@ mod outputs;
 mod particles;
 mod pixels;
 mod skin;
+mod taa;
 mod tone;
 mod transparency;

@@ -12,7 +12,9 @@ use crate::common::{capabilities, some_of};
 use afterlight::frame::edges;
 use afterlight::gpu::vk;
 use afterlight::plan::{Canvas, Encoding, FramePlan, Transfer};
-use afterlight::scene::{AlphaMode, LightPath, OpenOptions, Scene, Settings, Transparency, open};
+use afterlight::scene::{
+    AlphaMode, LightPath, Local, Node, OpenOptions, Placement, Scene, Settings, Transparency, open,
+};
 use rayon::prelude::*;
 
 pub fn project() -> &'static Path {
@@ -267,14 +269,22 @@ fn the_documents_list_every_dependency_with_its_reason() {
         assert_eq!(listed_dependencies(number), changed, "{light_path}: it should be\n{}", changed.join("\n"));
     }
     // And those where light is spread, in a section of their own.
-    let mut changed = rows(&scene, &Settings { bloom: 0.1, ..deferred });
-    changed.retain(|row| !base.contains(row));
-    // Only where the picture comes from is another.
-    changed.retain(|row| !row.contains("`read-back`"));
-    let text = document("docs/SYNCHRONIZATION.md");
-    let section = text.split("## Where light is spread\n").nth(1).expect("a section");
-    let listed: Vec<_> = section.lines().filter(|line| line.starts_with("| `")).map(str::to_owned).collect();
-    assert_eq!(listed[..changed.len().min(listed.len())], changed, "it should be\n{}", changed.join("\n"));
+    let in_section = |title: &str, scene: &Scene, settings: &Settings| {
+        let mut changed = rows(scene, settings);
+        changed.retain(|row| !base.contains(row));
+        // Only where the picture comes from is another.
+        changed.retain(|row| !row.contains("`read-back`"));
+        let text = document("docs/SYNCHRONIZATION.md");
+        let section = text.split(title).nth(1).expect("a section");
+        let listed: Vec<_> = section.lines().filter(|line| line.starts_with("| `")).map(str::to_owned).collect();
+        assert_eq!(listed[..changed.len().min(listed.len())], changed, "it should be\n{}", changed.join("\n"));
+    };
+    in_section("## Where light is spread\n", &scene, &Settings { bloom: 0.1, ..deferred.clone() });
+    // And those where frames are averaged over time, and something moves by itself.
+    let local = Local::Parts(Placement::default());
+    scene.motion.nodes.push(Node { name: "carrier".into(), parent: None, local, weights: Vec::new() });
+    scene.objects[0].node = Some(0);
+    in_section("## Where frames are averaged over time\n", &scene, &Settings { taa: true, ..deferred });
 }
 
 /// The rows of frames that a window shows, which others have not.

@@ -1,4 +1,4 @@
-//! Every combination of light path, multisampling, transparency, sky, particles, bloom, FXAA, HDR format, samples and output: each is drawn without a message, or
+//! Every combination of light path, multisampling, transparency, sky, particles, bloom, TAA, FXAA, HDR format, samples and output: each is drawn without a message, or
 //! refused with a sentence, as the table in docs/LIGHT_PATHS.md says.
 
 use std::collections::BTreeSet;
@@ -110,6 +110,16 @@ pub fn combinations() -> Vec<(Named, usize, Settings)> {
             (named, transparent, Settings { bloom: 0.2, resolve: Resolve::Linear, ..settings })
         })
         .collect();
+    let over_time = all.iter().filter(|(_, scene, settings)| {
+        settings.hdr_format == HdrFormat::default() && *scene < 2 && settings.ao == AmbientOcclusion::Off
+    });
+    let over_time: Vec<_> = over_time
+        .map(|(named, scene, settings)| {
+            let mut named = named.clone();
+            named.push(("taa", "on".to_owned()));
+            (named, *scene, Settings { taa: true, ..settings.clone() })
+        })
+        .collect();
     all.extend(bloomed);
     // The format of light, the sky and FXAA matter to particles as to transparent surfaces.
     let plain = |settings: &Settings| settings.hdr_format == HdrFormat::default() && !settings.fxaa;
@@ -123,6 +133,7 @@ pub fn combinations() -> Vec<(Named, usize, Settings)> {
         })
         .collect();
     all.extend(smoking);
+    all.extend(over_time);
     all
 }
 
@@ -211,6 +222,7 @@ fn every_combination_is_drawn_or_refused_as_the_table_says() {
                         plan.sky.is_some(),
                         plan.bloom.is_some(),
                         plan.particles.is_some(),
+                        plan.taa.is_some(),
                     );
                     let formats = (plan.hdr, plan.output, plan.tone_mapping);
                     if drawn.insert(format!("{structure:?} {formats:?}")) && (tries_all() || pairs.are_new(&named)) {

@@ -28,8 +28,8 @@ use crate::common::tries_all;
 use afterlight::plan::{Canvas, Capabilities, Encoding, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, Transfer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, AmbientOcclusion, ColorSpace, Culling, Emitter, Environment, Falloff, LightPath, Material, OptionalPart,
-    Output, Resolve, Scene, Settings, ShadowSettings, Texture, Transparency, View,
+    AlphaMode, AmbientOcclusion, ColorSpace, Culling, Emitter, Environment, Falloff, LightPath, Local, Material, Node,
+    OptionalPart, Output, Placement, Resolve, Scene, Settings, ShadowSettings, Texture, Transparency, View,
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -122,6 +122,14 @@ fn smoking(mut scene: Scene) -> Scene {
 
 fn glowing(mut scene: Scene) -> Scene {
     scene.materials[0].emissive = Vec3::ONE;
+    scene
+}
+
+/// The same on a node, which may move.
+fn moved(mut scene: Scene) -> Scene {
+    let local = Local::Parts(Placement::default());
+    scene.motion.nodes.push(Node { name: "carrier".into(), parent: None, local, weights: Vec::new() });
+    scene.objects[0].node = Some(0);
     scene
 }
 
@@ -249,6 +257,31 @@ pub fn cases() -> Vec<Case> {
     case("bloom, forward", plain(), &[bloom, forward]);
     case("bloom, forward and sorted", glazed(plain()), &[bloom, forward, sorted]);
     case("bloom, forward and weighted", glazed(plain()), &[bloom, forward, weighted]);
+    let taa: Change = |settings| settings.taa = true;
+    case("over time", plain(), &[taa]);
+    case("over time, glowing", glowing(plain()), &[taa]);
+    case("over time, sorted", glazed(plain()), &[taa, sorted]);
+    case("over time, weighted", glazed(plain()), &[taa, weighted]);
+    case("over time, linear", plain(), &[taa, hdr]);
+    case("over time, smoothed and toned", plain(), &[taa, fxaa, toned]);
+    case("over time, toned", plain(), &[taa, toned]);
+    case("over time, spread", plain(), &[taa, bloom]);
+    case("over time, spread and smoothed", plain(), &[taa, bloom, fxaa]);
+    case("over time, stored", plain(), &[taa, stored]);
+    case("over time, forward", plain(), &[taa, forward]);
+    case("over time, forward and sorted", glazed(plain()), &[taa, forward, sorted]);
+    case("over time, forward and weighted", glazed(plain()), &[taa, forward, weighted]);
+    case("over time, glowing and smoothed", glowing(plain()), &[taa, fxaa]);
+    case("over time, glowing and stored", glowing(plain()), &[taa, stored]);
+    case("over time, deformed", samples::deformed(), &[taa]);
+    case("over time, moving", moved(plain()), &[taa]);
+    case("over time, moving and glowing", glowing(moved(plain())), &[taa]);
+    case("over time, moving and weighted", glazed(moved(plain())), &[taa, weighted]);
+    case("over time, moving and sorted", glazed(moved(plain())), &[taa, sorted]);
+    case("over time, moving, stored", moved(plain()), &[taa, stored]);
+    case("over time, moving, forward", moved(plain()), &[taa, forward]);
+    case("over time, moving, forward and weighted", glazed(moved(plain())), &[taa, forward, weighted]);
+    case("over time, moving, forward and sorted", glazed(moved(plain())), &[taa, forward, sorted]);
     case("occluded", plain(), &[occluded]);
     case("occluded, glowing and sunlit", glowing(lit(sunlit())), &[occluded]);
     case("occluded, sorted and glowing", glazed(glowing(plain())), &[occluded, sorted]);
@@ -290,13 +323,15 @@ pub fn cases() -> Vec<Case> {
 /// Each way for a picture to come to a window.
 #[cfg(feature = "window")]
 fn shown() -> Vec<Case> {
-    let ways: [(&str, Scene, Change); 10] = [
+    let ways: [(&str, Scene, Change); 12] = [
         ("lighting", sunlit(), |_| {}),
         ("forward", plain(), |settings| settings.light_path = LightPath::Forward),
         ("tone mapping", glazed(plain()), |_| {}),
         ("emission", glowing(plain()), |_| {}),
         ("samples", plain(), |settings| settings.msaa = 4),
         ("fxaa", plain(), |settings| settings.fxaa = true),
+        ("over time", plain(), |settings| settings.taa = true),
+        ("over time, toned", plain(), |settings| (settings.taa, settings.vignette) = (true, 0.5)),
         ("bloom", plain(), |settings| settings.bloom = 0.1),
         ("bloom, toned", plain(), |settings| (settings.bloom, settings.vignette) = (0.1, 0.5)),
         ("bloom, toned and smoothed", plain(), |settings| {
@@ -338,7 +373,10 @@ fn mutants<'a>(cases: &'a [Case], plans: &[FramePlan]) -> Vec<Mutant<'a>> {
         for edge in table.iter().filter(|edge| edge.carrier.stays().is_none()) {
             let new = !tried.contains(edge);
             tried.push(edge.clone());
-            let is_tried = |part: &Part| new || *part == Part::Row && case.presented.is_none();
+            // Of frames with both TAA and BLOOM likewise: the barriers between frames on the buffers of the one make the layer take those of the other to be
+            // ordered as well.
+            let hides = case.presented.is_some() || plan.taa.is_some() && plan.bloom.is_some();
+            let is_tried = |part: &Part| new || *part == Part::Row && !hides;
             for part in edge.parts().into_iter().filter(is_tried) {
                 let edges = table.without_part(edge.name, part).unwrap_or_else(|error| panic!("{error}"));
                 mutants.push(Mutant { case, edge: edge.clone(), part, edges });
@@ -356,7 +394,7 @@ fn untried(tried: &[FramePlan]) -> BTreeSet<String> {
     };
     let tried: Vec<Edge> = tried.iter().flat_map(rows).collect();
     let samples = samples::plans().into_iter().chain(samples::tiled_plans()).chain(samples::forward_plans());
-    let samples = samples.chain(samples::bloomed_plans());
+    let samples = samples.chain(samples::filtered_plans());
     let shows = |plan: &FramePlan| cfg!(feature = "window") && [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output);
     let samples = samples.flat_map(|(name, plan)| {
         let in_window = |way| (format!("{name}, in a window"), presented(plan.clone(), way));

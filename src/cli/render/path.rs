@@ -102,8 +102,8 @@ pub fn draw(args: &Args, mut workload: Workload, device: &Arc<Device>, is_verbos
     for index in 0..count {
         let start = Instant::now();
         let seconds = moments.seconds(index);
-        let show = |renderer: &mut Renderer, share| {
-            let seconds = seconds + share * f64::from(settings.shutter);
+        let show = |renderer: &mut Renderer, since| {
+            let seconds = seconds + since;
             let own = go_to(seconds, renderer, workload, &mut pose)?;
             Ok::<_, Failure>(moments.path.as_ref().map_or(own, |path| path.at(seconds)))
         };
@@ -118,7 +118,7 @@ pub fn draw(args: &Args, mut workload: Workload, device: &Arc<Device>, is_verbos
     times.row(["load".to_owned(), milliseconds(workload.load_ms)]);
     times.row(["set-up".to_owned(), milliseconds(set_up_ms)]);
     if let Some(all) = Distribution::of(drawing.iter().copied()) {
-        let what = format!("median of {count} pictures of {} samples", settings.samples);
+        let what = format!("median of {count} pictures of {}", super::frames_in_words(renderer.plan()));
         times.row([what, milliseconds(all.median)]);
         let slowest = drawing.iter().position(|&ms| ms == all.max).unwrap_or_default() as f64 / moments.fps;
         times.row([format!("slowest, at {slowest:.2} s"), milliseconds(all.max)]);

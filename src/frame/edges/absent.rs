@@ -3,7 +3,8 @@
 use super::{Edges, RowName};
 use crate::passes::{
     Pass, Presence, ao, ao_denoise, arrange, bloom, composite, cull, encode, fill, forward, fxaa, geometry, lighting,
-    occluders, overlay, present, pyramid, shadow, simulate, skin, sort, split, tiled, tone, tonemap, transparent,
+    occluders, overlay, present, pyramid, shadow, simulate, skin, sort, split, taa, tiled, tone, tonemap, transparent,
+    velocity,
 };
 use crate::plan::{Canvas, FramePlan, Target};
 
@@ -104,6 +105,19 @@ static ROWS: &[Needs] = &[
     needs(RowName::SUMS_REUSE, &[&composite::PASS]),
     needs(RowName::SUMS_TO_COMPOSITE, &[&composite::PASS]),
     Needs { instead: &[RowName::SPREAD_TO_TONEMAP], ..needs(RowName::HDR_TO_TONEMAP, &[&tonemap::PASS]) },
+    needs(RowName::LIGHT_TO_TAA, &[&taa::PASS]),
+    Needs {
+        lacks: |plan| {
+            plan.sums.is_none().then_some("the subpass that writes the light last is the last to use depth, too")
+        },
+        instead: &[RowName::DEPTH_TO_VELOCITY],
+        ..needs(RowName::DEPTH_TO_TAA, &[&taa::PASS])
+    },
+    needs(RowName::DEPTH_TO_VELOCITY, &[&velocity::PASS]),
+    needs(RowName::VELOCITY_REUSE, &[&velocity::PASS]),
+    needs(RowName::VELOCITY_TO_TAA, &[&velocity::PASS]),
+    needs(RowName::HISTORY_REUSE, &[&taa::PASS]),
+    needs(RowName::TAA_TO_SHARPEN, &[&taa::PASS]),
     needs(RowName::HDR_TO_BLOOM, &[&bloom::PASS]),
     needs(RowName::BLOOM_REUSE, &[&bloom::PASS]),
     needs(RowName::BLOOM_TO_SPREAD, &[&bloom::SPREAD]),
@@ -191,7 +205,7 @@ mod tests {
             samples::plans(),
             samples::forward_plans(),
             samples::tiled_plans(),
-            samples::bloomed_plans(),
+            samples::filtered_plans(),
             samples::particle_plans(),
         ]
         .concat();

@@ -1,6 +1,6 @@
 //! The rows of a frame without a G-buffer, in the place of those of GEOMETRY and LIGHTING.
 
-use super::main_pass::{dropped_last, is_toned, sums_reuse, sums_to_composite};
+use super::main_pass::{depth_dropped, dropped_last, is_toned, sums_reuse, sums_to_composite};
 use super::{Edge, Place, RowName, particles, subpass};
 use crate::frame::list::RESOLVE;
 use crate::passes::{composite, copy, forward, fxaa, present, tonemap, transparent};
@@ -15,10 +15,7 @@ impl RowName {
 /// FORWARD is the first to touch all that it draws into.
 pub(super) fn forward_edge(plan: &FramePlan) -> Edge {
     // How the last frame let go of depth, and of the light.
-    let depth = match plan.transparency {
-        Some(_) => transparent::DEPTH_DROP,
-        None => forward::DEPTH_DROP,
-    };
+    let depth = depth_dropped(plan);
     let output = match (plan.fxaa, plan.draws_into_swapchain()) {
         (true, _) => fxaa::OUTPUT_READ,
         (false, true) => present::ATTACH,

@@ -7,10 +7,10 @@
 
 use super::forward::{forward_edge, transparent_after_forward};
 use super::spread::bloom_rows;
-use super::{Carrier, Edge, Place, RowName, ao, particles, presentation, row, subpass};
-use crate::frame::list::{FXAA_PASS, GBUFFER_PASS, MAIN_PASS, RESOLVE, TONEMAP_PASS};
+use super::{Carrier, Edge, Place, RowName, ao, particles, presentation, row, subpass, taa};
+use crate::frame::list::{FXAA_PASS, GBUFFER_PASS, MAIN_PASS, RESOLVE, SHARPEN_PASS, TONEMAP_PASS};
 use crate::gpu::sync::Use;
-use crate::passes::{composite, copy, forward, fxaa, geometry, lighting, present, tone, tonemap, transparent};
+use crate::passes::{composite, copy, forward, fxaa, geometry, lighting, present, sharpen, tone, tonemap, transparent};
 use crate::plan::{FramePlan, Shading, Target};
 use crate::scene::Transparency;
 
@@ -63,18 +63,27 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         table.push(samples_reuse(plan));
     }
     // What finishes the picture, and in which render pass.
-    let mut pass = if plan.bloom.is_some() { TONEMAP_PASS } else { MAIN_PASS };
+    let mut pass = match (&plan.bloom, &plan.taa) {
+        (Some(_), _) => TONEMAP_PASS,
+        (None, Some(_)) => SHARPEN_PASS,
+        (None, None) => MAIN_PASS,
+    };
     // A row of BLOOM's orders it, too, where there is that.
     if !output_is_ordered && plan.bloom.is_none() {
-        table.push(output_reuse(plan, (first, first_use)));
+        table.push(taa::of_sharpen_pass(plan, output_reuse(plan, (first, first_use))));
     }
     if let Some(transparency) = plan.transparency {
         table.extend(transparent_edges(plan, transparency));
     }
+    let mut shown = (last_light, light_use);
+    if plan.taa.is_some() {
+        table.extend(taa::rows(plan, shown));
+        shown = (sharpen::PASS.place, sharpen::LIGHT_WRITE);
+    }
     if plan.bloom.is_some() {
-        table.extend(bloom_rows(plan, (last_light, light_use)));
+        table.extend(bloom_rows(plan, shown));
     } else if plan.has_tonemap_subpass() {
-        table.push(hdr_to_tonemap(last_light, light_use));
+        table.push(taa::of_sharpen_pass(plan, hdr_to_tonemap(shown.0, shown.1)));
     }
     let (read, read_back) = match plan.draws_into_swapchain() {
         true => (
@@ -126,16 +135,15 @@ pub(super) fn first_of_picture(plan: &FramePlan) -> Place {
 
 /// Frames in flight share one G-buffer, and the HDR target where there is one.
 fn gbuffer_reuse(plan: &FramePlan) -> Edge {
-    let mut before = match plan.transparency {
-        Some(_) => vec![transparent::DEPTH_DROP],
-        None => vec![lighting::DEPTH_DROP],
-    };
+    let mut before = vec![depth_dropped(plan)];
     let mut after = vec![geometry::DEPTH_CLEAR];
     // What LIGHTING or VIEW read and dropped; where it is the last subpass, whoever reads the picture has waited for that.
     let is_last = plan.transparency.is_none() && !plan.has_tonemap_subpass();
     let waits_for_reader = plan.fxaa || plan.emissive && plan.light_target() == Target::Output;
     if plan.geometry_locations() > 0 {
-        if !(is_last && waits_for_reader) {
+        // Where LIGHTING is the last to write light, TAA has waited for those, too.
+        let waits_for_taa = plan.taa.is_some() && plan.transparency.is_none();
+        if !(is_last && waits_for_reader || waits_for_taa) {
             before.push(lighting::COLOR_DROP);
         }
         after.push(geometry::COLOR_WRITE);
@@ -153,6 +161,16 @@ fn gbuffer_reuse(plan: &FramePlan) -> Edge {
          store is a write",
     );
     of_gbuffer_pass(plan, row)
+}
+
+/// How the last frame let go of depth. TAA has waited for those before it.
+pub(super) fn depth_dropped(plan: &FramePlan) -> Use {
+    match plan.transparency {
+        _ if plan.taa.is_some() => crate::passes::taa::FRAME_READ,
+        Some(_) => transparent::DEPTH_DROP,
+        None if plan.is_forward() => forward::DEPTH_DROP,
+        None => lighting::DEPTH_DROP,
+    }
 }
 
 /// Who may still read the last frame's output, or has acquired its image.

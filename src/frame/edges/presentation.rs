@@ -238,7 +238,7 @@ mod tests {
     /// Sample plans of pictures.
     fn pictures() -> impl Iterator<Item = (String, FramePlan)> {
         let all =
-            [samples::plans(), samples::forward_plans(), samples::tiled_plans(), samples::bloomed_plans()].concat();
+            [samples::plans(), samples::forward_plans(), samples::tiled_plans(), samples::filtered_plans()].concat();
         all.into_iter().filter(|(_, plan)| [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output))
     }
 

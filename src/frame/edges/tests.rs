@@ -6,12 +6,12 @@ use ash::vk::{AccessFlags as A, PipelineStageFlags as S};
 
 use super::masks::SUPPORTED;
 use super::*;
-use crate::frame::list::{FXAA_PASS, MAIN_PASS, TONEMAP_PASS};
-use crate::passes::{bloom, fxaa, tone};
+use crate::frame::list::{FXAA_PASS, MAIN_PASS, SHARPEN_PASS, TONEMAP_PASS};
+use crate::passes::{bloom, fxaa, taa, tone, velocity};
 use crate::plan::samples;
 
 fn each_plan(check: impl Fn(&str, &FramePlan, &Edges)) {
-    let all = samples::plans().into_iter().chain(samples::forward_plans()).chain(samples::bloomed_plans());
+    let all = samples::plans().into_iter().chain(samples::forward_plans()).chain(samples::filtered_plans());
     for (name, plan) in all {
         check(&name, &plan, &table(&plan));
     }
@@ -67,9 +67,9 @@ fn every_access_is_one_that_a_stage_of_its_mask_supports_and_every_stage_that_mu
 fn rows_are_by_region_between_subpasses_and_nowhere_else() {
     each_plan(|name, _, table| {
         for edge in table.iter() {
-            let outside =
-                |place| [Place::OUTSIDE, fxaa::PASS.place, bloom::PASS.place, bloom::SPREAD.place].contains(&place);
-            let passes = [MAIN_PASS, TONEMAP_PASS].map(Carrier::Subpass);
+            let apart = [&fxaa::PASS, &bloom::PASS, &bloom::SPREAD, &taa::PASS, &velocity::PASS].map(|pass| pass.place);
+            let outside = |place| place == Place::OUTSIDE || apart.contains(&place);
+            let passes = [MAIN_PASS, SHARPEN_PASS, TONEMAP_PASS].map(Carrier::Subpass);
             let between = passes.contains(&edge.carrier) && !outside(edge.from) && !outside(edge.to)
                 || edge.carrier == Carrier::Subpass(FXAA_PASS) && edge.to == tone::PASS.place;
             assert_eq!(edge.by_region, between, "{name}: {}", edge.name);

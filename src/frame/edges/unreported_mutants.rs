@@ -79,6 +79,9 @@ const BETWEEN_SUBPASSES: fn(&Edge) -> bool = |edge| edge.by_region;
 /// TRANSPARENT reads depth that is visible already, and waits only for readers of what it drops.
 const WAITS_TO_DROP: fn(&Edge) -> bool =
     |edge| !edge.after.access.intersects(accesses(A::DEPTH_STENCIL_ATTACHMENT_READ, A::DEPTH_STENCIL_ATTACHMENT_WRITE));
+/// FORWARD leaves depth as it writes it; those that only test against it leave it as VELOCITY finds it.
+const CHANGES_THE_LAYOUT: fn(&Edge) -> bool = |edge| edge.from == forward::PASS.place;
+const LEAVES_THE_LAYOUT: fn(&Edge) -> bool = |edge| edge.from != forward::PASS.place;
 const OVER_PRESENTED: Carrier =
     Carrier::ImageBarrier(vk::ImageLayout::PRESENT_SRC_KHR, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
 
@@ -137,6 +140,41 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         says: HAZARDS,
         why: "the layer takes all uses of an attachment that is loaded to be ordered by its load operation. Inputs are read by another access than the load \
               operation's, and what LIGHTING stored must be visible to that, too",
+    },
+    UnreportedMutants {
+        rows: &[RowName::HISTORY_REUSE],
+        parts: Parts::Any(Side::After, S::empty(), A::SHADER_READ),
+        only: ALWAYS,
+        section: "Execution and Memory Dependencies",
+        says: HAZARDS,
+        why: "the layer sees that TAA overwrites what TAA of the last frame has read, for which waiting is enough. It reads what that has written, too, \
+              which must be visible to it",
+    },
+    UnreportedMutants {
+        rows: &[RowName::TAA_TO_SHARPEN],
+        parts: Parts::Any(Side::After, S::empty(), A::COLOR_ATTACHMENT_WRITE),
+        only: ALWAYS,
+        section: "Execution and Memory Dependencies",
+        says: HAZARDS,
+        why: "the layer takes all uses of an attachment that is loaded to be ordered by its load operation. SHARPEN writes it by another access, to which \
+              what the main pass stored must be visible, too",
+    },
+    UnreportedMutants {
+        rows: &[RowName::DEPTH_TO_VELOCITY],
+        parts: Parts::All,
+        only: LEAVES_THE_LAYOUT,
+        section: "Rasterization Order",
+        says: IN_ORDER,
+        why: "where its layout stays the same, the layer takes what one render pass stores of depth and the next one loads to be in rasterization order. That \
+              order holds within a subpass",
+    },
+    UnreportedMutants {
+        rows: &[RowName::DEPTH_TO_VELOCITY],
+        parts: Parts::Any(Side::After, S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_WRITE),
+        only: CHANGES_THE_LAYOUT,
+        section: "Rasterization Order",
+        says: IN_ORDER,
+        why: "the same of what is stored again, after late tests: the layer looks at the load operation alone",
     },
     UnreportedMutants {
         rows: &[RowName::FILL_TO_DRAWS],

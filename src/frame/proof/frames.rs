@@ -369,6 +369,11 @@ fn memory_of(plan: &FramePlan, resource: Resource, place: Memory) -> Vec<Memory>
         },
         Resource::DepthPyramid => vec![Memory::DepthPyramid],
         Resource::Particles => vec![Memory::Particles],
+        Resource::History | Resource::LastHistory => match place {
+            Memory::Written(own) if resource == Resource::History => vec![Memory::History(own)],
+            Memory::Written(own) => vec![Memory::History((own + IN_FLIGHT - 1) % IN_FLIGHT)],
+            _ => Vec::new(),
+        },
         Resource::BloomLevels => vec![Memory::BloomLevels],
         Resource::FrameData => vec![place],
         Resource::ReadBack => vec![Memory::ReadBack],

@@ -101,6 +101,8 @@ pub(super) enum Memory {
     DepthPyramid,
     BloomLevels,
     Particles,
+    /// What a frame in flight leaves for the next one.
+    History(usize),
     /// Counts that the CPU reads of a frame in flight.
     Found(usize),
     Indices,
@@ -143,6 +145,7 @@ impl MemorySet {
             Memory::SkyLight => 63,
             Memory::BloomLevels => 62,
             Memory::Particles => 23,
+            Memory::History(place) => 60 + place,
             Memory::Target(target) => 32 + target as usize,
         }
     }
@@ -170,6 +173,7 @@ impl fmt::Display for Memory {
             Self::CulledInstances => f.write_str("the culled instances"),
             Self::Found(place) => write!(f, "the counts of instances at place {place}"),
             Self::DepthPyramid => f.write_str("the pyramid of depths"),
+            Self::History(place) => write!(f, "the history of frames in flight at place {place}"),
             Self::BloomLevels => f.write_str("the levels of bloom"),
             Self::Particles => f.write_str("the particles"),
             Self::Indices => f.write_str("the indices"),

@@ -118,7 +118,10 @@ fn compute_is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> 
         (transparent, "transparent surfaces come after it"),
         (super::super::particles::are_shown(scene, settings), "particles come after it"),
         (scene.sky.is_some(), "the sky comes after it"),
-        (settings.first_effect().is_some() || settings.bloom > 0.0, "the picture goes through another pass"),
+        (
+            settings.first_effect().is_some() || settings.bloom > 0.0 || settings.taa,
+            "the picture goes through another pass",
+        ),
         (settings.msaa > 1, "it reads one sample a pixel"),
     ]
     .into_iter()

@@ -1,11 +1,11 @@
 //! How textures are filtered: for how much of a pixel, and where they are seen at a low angle.
 
-use crate::plan::{Capabilities, FramePlan, Part, parts};
+use crate::plan::{Capabilities, FramePlan, Part, parts, taa};
 use crate::scene::Settings;
 
 /// Places of a texture that a pixel is filtered from at most, in one frame.
 pub(in crate::plan) fn degree(settings: &Settings, device: &Capabilities) -> u32 {
-    match settings.samples > 1 || is_too_slow(device.software, settings.msaa) {
+    match frames(settings) > 1 || is_too_slow(device.software, settings.msaa) {
         true => 1,
         false => settings.anisotropy.min(device.anisotropy),
     }
@@ -30,8 +30,13 @@ pub(in crate::plan) fn degree(settings: &Settings, device: &Capabilities) -> u32
 ///
 /// 1 / sqrt(N) with anisotropic samplers was tried: lavapipe of Mesa 22.3 takes no gradients there, and with a level bias a frame takes minutes.
 pub(in crate::plan) fn footprint(settings: &Settings) -> f32 {
-    let [samples, longest] = [settings.samples, settings.anisotropy.min(settings.samples)].map(f64::from);
-    (samples * longest).sqrt().recip() as f32
+    let [frames, longest] = [frames(settings), settings.anisotropy.min(frames(settings))].map(f64::from);
+    (frames * longest).sqrt().recip() as f32
+}
+
+/// Jittered frames of which a picture is the mean: those of `samples`, or those that TAA averages.
+fn frames(settings: &Settings) -> u32 {
+    settings.samples.max(taa::frames(settings))
 }
 
 /// Lavapipe takes 14 times as long over a multisampled frame of the hall with it as without.
@@ -45,19 +50,20 @@ pub(in crate::plan) fn warning(settings: &Settings, device: &Capabilities, degre
     let spared = is_too_slow(device.software, settings.msaa);
     let is_missed = !spared || asked != Settings::default().anisotropy;
     let why = if spared { "a CPU takes too long with several samples a pixel" } else { "the device has no more" };
-    (asked > degree && is_missed && settings.samples == 1)
+    (asked > degree && is_missed && frames(settings) == 1)
         .then(|| format!("textures are filtered with an anisotropy of {degree}, not {asked}: {why}"))
 }
 
 pub(in crate::plan) fn part(settings: &Settings, plan: &FramePlan) -> Part {
     let reason = match (plan.anisotropy, settings.anisotropy) {
-        (1, 1) if plan.samples == 1 || !plan.textures.have_levels() => {
+        (1, 1) if frames(settings) == 1 || !plan.textures.have_levels() => {
             "not asked for: textures that are seen at a low angle are blurred".into()
         }
         (1, _) if !plan.textures.have_levels() => "no texture of more than one texel is sampled".into(),
-        (1, _) if plan.samples > 1 => format!(
+        (1, _) if frames(settings) > 1 => format!(
             "the {} frames of a picture are the places: each filters for {:.3} of a pixel's edge",
-            plan.samples, plan.footprint
+            frames(settings),
+            plan.footprint
         ),
         (1, _) if is_too_slow(plan.software, plan.msaa) => {
             "a CPU takes many times as long with several samples a pixel".into()

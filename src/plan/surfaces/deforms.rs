@@ -31,6 +31,8 @@ pub struct DeformPlan {
     pub vertices: u64,
     /// The streams that some pipeline reads of one of them.
     pub streams: Streams,
+    /// SKIN keeps the positions of the pose before: they lie behind all streams.
+    pub keeps_positions: bool,
     /// Joints of all palettes.
     pub joints: u64,
     /// Weights of shapes of all meshes.
@@ -80,7 +82,7 @@ impl DeformPlan {
 
     /// Bytes of the vertices that SKIN writes, or that lie beside them.
     pub fn vertex_bytes(&self) -> u64 {
-        self.vertices * MeshPlan::stride(self.streams)
+        self.vertices * (MeshPlan::stride(self.streams) + if self.keeps_positions { 12 } else { 0 })
     }
 
     /// Bytes of what the CPU writes for each frame: a palette row is four floats, and a joint has three.

@@ -29,7 +29,7 @@ pub fn figures(scene: &SceneReport) -> Markup {
 }
 
 /// Families of which the point truth tells nothing: it looks through the middle of each pixel, and their pictures do not.
-const SMOOTHING: [&str; 3] = ["samples", "msaa", "fxaa"];
+const SMOOTHING: [&str; 4] = ["samples", "msaa", "fxaa", "taa-frames"];
 
 /// A member with the point that it is.
 type Measured<'a> = (&'a str, usize, &'a Point);

@@ -92,13 +92,15 @@ impl<'a> Contender<'a> {
         Ok(())
     }
 
-    /// Draws one picture. One of several samples is read back frame by frame and averaged, which is a part of its wall time; one of a single frame
+    /// Draws one picture, of one that is averaged over time all frames since its cut. One of several samples is read back frame by frame and averaged, which is a part of its wall time; one of a single frame
     /// is done when the device is.
     pub fn draw(&mut self) -> Result<Sample, Error> {
         let (begun, cpu_before) = (Instant::now(), cpu_seconds());
-        let count = self.renderer.plan().samples;
+        let over_time = self.renderer.plan().taa.map(|taa| taa.frames);
+        let count = over_time.unwrap_or(self.renderer.plan().samples);
+        self.renderer.cut();
         let (mut gpu, mut wall) = (Some(0.0), 0.0);
-        let mut sum = (count > 1).then(|| Accumulator::new(self.renderer.plan()));
+        let mut sum = (count > 1 && over_time.is_none()).then(|| Accumulator::new(self.renderer.plan()));
         for index in 0..count {
             let camera = self.renderer.behind_lens(self.camera, index);
             self.renderer.render_jittered(&camera, sample_offset(index, count))?;

@@ -194,6 +194,9 @@ pub enum View {
     Triangle,
     /// The share of light from everywhere that arrives: 0 black, 1 white. What materials say of it, and with ambient occlusion what that finds.
     Ao,
+    /// How far what each pixel shows has come on the picture since the frame before: the direction is a colour, and far is bright; in pixels to the
+    /// right and down where the output is linear.
+    Velocity,
 }
 
 /// Which format each target of the G-buffer has.

@@ -52,7 +52,7 @@ named!(View, "view",
     "final" => Final, "position" => Position, "normal" => Normal, "normal-absolute" => NormalAbsolute,
     "albedo" => Albedo, "metallic" => Metallic, "roughness" => Roughness, "depth" => Depth,
     "shadow-map" => ShadowMap, "lighting" => Lighting, "ambient" => Ambient, "bloom" => Bloom, "particles" => Particles, "overdraw" => Overdraw,
-    "lights-per-pixel" => LightsPerPixel, "complexity" => Complexity, "triangle" => Triangle, "ao" => Ao);
+    "lights-per-pixel" => LightsPerPixel, "complexity" => Complexity, "triangle" => Triangle, "ao" => Ao, "velocity" => Velocity);
 named!(AmbientOcclusion, "ambient occlusion", "off" => Off, "ssao" => Ssao, "gtao" => Gtao);
 named!(AoResolution, "resolution", "full" => Full, "half" => Half);
 named!(Culling, "culling", "auto" => Auto, "cpu" => Cpu, "gpu" => Gpu);

@@ -333,6 +333,25 @@ settings! {
         "bloom-taps", "bloom_taps" => bloom_taps: u32 = 6, {
             title: "taps of bloom's filter", values: ValueKind::Among(&[2, 4, 6]), sweep: Sweep::Alone, cheaper: &["4"],
         }
+        /// Average frames over time (temporal anti-aliasing): each looks through another place of its pixels, and takes what frames before it saw of the
+        /// same surfaces
+        "taa", "taa" => taa: bool = false, {
+            title: "temporal anti-aliasing",
+        }
+        /// Frames that a picture has with temporal anti-aliasing, the last of which is written; what moves goes on between them, by 60 a second
+        "taa-frames", "taa_frames" => taa_frames: u32 = 8, {
+            title: "frames before a picture", values: ValueKind::Whole(1, 4096), in_panel: false,
+            sweep: Sweep::Joint, tried: &["1", "2", "4", "8", "16", "32", "64"], quick: &["4", "16"],
+        }
+        /// Frames that temporal anti-aliasing averages at most, where nothing moves
+        "taa-history", "taa_history" => taa_history: u32 = 64, {
+            title: "frames averaged over time", values: ValueKind::Whole(1, 1024),
+            sweep: Sweep::Alone, tried: &["4", "8", "16", "32", "64", "128"],
+        }
+        /// Sharpen what frames were averaged to over time, by this share of how much each pixel differs from its neighbours
+        "sharpness", "sharpness" => sharpness: f32 = 0.0, {
+            title: "sharpness", values: ValueKind::Number(0.0, 1.0), sweep: Sweep::Alone, tried: &["0", "0.25", "0.5", "1"],
+        }
         /// What stays in the frame although the scene does not need it, to compare with
         "plan", "plan" => keep: Keep = Keep::NONE, {
             title: "parts kept", in_panel: false,

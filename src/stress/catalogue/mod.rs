@@ -17,6 +17,7 @@ mod shadows;
 mod sky;
 mod space;
 mod stage;
+mod taa;
 mod targets;
 
 use super::Case;
@@ -27,7 +28,7 @@ pub fn all() -> Vec<Case> {
         [formulas::CASES, lights::CASES, exposure::CASES, bloom::CASES, highlights::CASES, shadows::CASES, sky::CASES]
             .concat();
     let places = [space::CASES, motion::CASES, geometry::CASES, sampling::CASES, looks::CASES, ao::CASES].concat();
-    let places = [&places[..], lens::CASES, particles::CASES].concat();
+    let places = [&places[..], lens::CASES, taa::CASES, particles::CASES].concat();
     [&light[..], &places, targets::CASES, random::CASES].concat()
 }
 

@@ -21,7 +21,7 @@
 //! Where raster and truth see different triangles, or something transparent is before the surface, all of the pixel's error but sampling is a
 //! part by itself.
 //!
-//! Limits: frames of one sample a pixel (samples, `msaa`, `fxaa` and `bloom` are set aside), whose textures are filtered for a whole pixel: the frames of a
+//! Limits: frames of one sample a pixel (samples, `msaa`, `taa`, `fxaa` and `bloom` are set aside), whose textures are filtered for a whole pixel: the frames of a
 //! picture of several samples filter for a part of it, so that they have less of that error. Ks of the Phong models is taken to be stored
 //! exactly: its rounding is found under *not explained*.
 
@@ -133,7 +133,14 @@ pub fn attribute(
 
 /// The frame that is taken apart.
 fn one_sample(subject: &Subject) -> Settings {
-    Settings { samples: 1, msaa: 1, bloom: 0.0, size: subject.view.size, ..subject.settings.without_effects() }
+    Settings {
+        samples: 1,
+        msaa: 1,
+        bloom: 0.0,
+        taa: false,
+        size: subject.view.size,
+        ..subject.settings.without_effects()
+    }
 }
 
 fn place(view: &View, pixel: usize) -> DVec2 {

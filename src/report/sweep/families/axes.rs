@@ -158,6 +158,9 @@ fn without(base: &Base, key: &str) -> Option<&'static str> {
         "hdr-format" if base.plan.hdr.is_none() => {
             Some("the frame has no HDR target: light is tone-mapped as it is computed")
         }
+        "taa-frames" | "taa-history" | "sharpness" if base.plan.taa.is_none() => {
+            Some("frames are not averaged over time")
+        }
         "bloom-taps" if base.plan.bloom.is_none() => Some("no bloom is asked for"),
         "particles" if scene.emitters.is_empty() => Some("the scene has no emitters"),
         "transparency" if !transparent() && base.plan.particles.is_none() => {

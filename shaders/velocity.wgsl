@@ -1,0 +1,61 @@
+// VELOCITY: how far what moves by itself has come on the picture since the frame before. The arithmetic of the position is that of geometry.wgsl, and
+// precise, so that only what is seen is drawn: where its depth is equal to that of the picture. So no mask is looked up, either.
+// variants: DEFORMED
+// precise
+#import afterlight::frame::{frame}
+
+struct Push {
+    // Rows of the map from mesh space to the frame before, without its jitter: pixels to the right and down times w, and w.
+    before_x: vec4<f32>,
+    before_y: vec4<f32>,
+    before_w: vec4<f32>,
+    // And to the distance along the view, in each of the two.
+    distance: vec4<f32>,
+    distance_before: vec4<f32>,
+}
+
+var<immediate> push: Push;
+
+struct Vertex {
+    @location(0) position: vec3<f32>,
+    // Rows of the instance's map from mesh space to the world around the camera.
+    @location(8) row_x: vec4<f32>,
+    @location(9) row_y: vec4<f32>,
+    @location(10) row_z: vec4<f32>,
+#ifdef DEFORMED
+    // Where the pose before had the vertex.
+    @location(14) position_before: vec3<f32>,
+#endif
+}
+
+struct Varying {
+    @builtin(position) position: vec4<f32>,
+    @location(0) before: vec3<f32>,
+    @location(1) distances: vec2<f32>,
+}
+
+@vertex
+fn vertex(in: Vertex) -> Varying {
+    let p = vec4(in.position, 1.0);
+    let world = vec3(dot(in.row_x, p), dot(in.row_y, p), dot(in.row_z, p));
+#ifdef DEFORMED
+    let q = vec4(in.position_before, 1.0);
+#else
+    let q = p;
+#endif
+    return Varying(
+        frame.clip_from_world * vec4(world, 1.0),
+        vec3(dot(push.before_x, q), dot(push.before_y, q), dot(push.before_w, q)),
+        vec2(dot(push.distance, p), dot(push.distance_before, q)),
+    );
+}
+
+@fragment
+fn fragment(in: Varying) -> @location(0) vec4<f32> {
+    // It was behind the eye, which no distance below 0 says.
+    if in.before.z <= 0.0 {
+        return vec4(0.0, 0.0, -1.0, 1.0);
+    }
+    let come = in.position.xy + frame.jitter - in.before.xy / in.before.z;
+    return vec4(clamp(come, vec2(-60000.0), vec2(60000.0)), clamp(in.distances.y / in.distances.x, 0.0, 60000.0), 1.0);
+}

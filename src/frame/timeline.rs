@@ -1,0 +1,75 @@
+//! What a renderer remembers of the frame before, where frames are averaged over time.
+
+use super::jitter::Order;
+use crate::visible::{Eye, Particles, Sight, Since, Visible, World};
+
+/// Frames a second of which a picture's frames are taken to be.
+pub const FRAMES_A_SECOND: f64 = 60.0;
+
+/// The frames since the last cut.
+#[derive(Debug)]
+pub(super) struct Timeline {
+    /// How many there were.
+    count: u32,
+    /// Of their places in the pixel.
+    order: Order,
+    last: Option<Last>,
+    /// How many of them in a row have changed nothing.
+    still: u32,
+}
+
+/// What the last one saw.
+#[derive(Debug)]
+struct Last {
+    sight: Sight,
+    generation: u64,
+    particles: Particles,
+    exposure: f32,
+}
+
+impl Timeline {
+    /// Of which so many have places of their own.
+    pub fn of(places: u32) -> Self {
+        Self { count: 0, order: Order::of(places), last: None, still: 0 }
+    }
+
+    /// The next frame is the first: what was before was of something else, or of another size.
+    pub fn begin(&mut self, places: u32) {
+        let order = if self.order.count() == places.max(1) { self.order } else { Order::of(places) };
+        *self = Self { count: 0, order, last: None, still: 0 };
+    }
+
+    /// How many frames in a row have changed nothing.
+    pub fn still(&self) -> u32 {
+        self.still
+    }
+
+    /// What the next frame knows.
+    pub fn since(&self, world: &World, visible: &Visible, eye: &Eye, size: [u32; 2]) -> Since {
+        let now = Sight::of(eye, &visible.depth, size);
+        let last = self.last.as_ref();
+        Since {
+            now,
+            before: last.map(|last| last.sight),
+            still: last.is_some_and(|last| {
+                let same = last.sight == now && last.generation == world.generation();
+                same && last.particles == visible.particles
+            }),
+            exposed: last.map_or(1.0, |last| world.exposure / last.exposure),
+            jitter: self.order.offset(self.count),
+            moved: if last.is_some() { visible.moved(world) } else { Vec::new() },
+        }
+    }
+
+    /// That frame was submitted.
+    pub fn pass(&mut self, since: &Since, world: &World, visible: &Visible) {
+        self.count = self.count.wrapping_add(1);
+        self.still = if since.still { self.still.saturating_add(1) } else { 0 };
+        self.last = Some(Last {
+            sight: since.now,
+            generation: world.generation(),
+            particles: visible.particles.clone(),
+            exposure: world.exposure,
+        });
+    }
+}

@@ -1,0 +1,107 @@
+//! SHARPEN: what TAA averaged becomes the light that BLOOM and TONEMAP read, with its edges sharpened. The history itself is not: what is sharpened again and
+//! again rings.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::screen::{Screen, ScreenDesc, replace};
+use super::{
+    COLOR_READ, COLOR_WRITE, First, Pass, Place, Recording, Resource, SAMPLED, Slot, Touch, needed, over_time,
+};
+use crate::gpu::{self, Buffer, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::Use};
+use crate::plan::{FramePlan, TaaPlan, Target};
+use crate::shaders::sharpen::{self as shader, Flags, constants};
+
+/// Reads what TAA wrote, of a pixel and its neighbours.
+pub const HISTORY_READ: Use = SAMPLED;
+/// Loads the light and writes it anew.
+pub const LIGHT_WRITE: Use = COLOR_WRITE.or(COLOR_READ);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("SHARPEN"),
+    time: "sharpen",
+    what: "what was averaged over time, as light again, and sharpened",
+    presence: over_time,
+    touches: |_| {
+        vec![
+            Touch::resource(Resource::History, HISTORY_READ),
+            Touch::color(0, Target::Hdr, First::Undefined, LIGHT_WRITE),
+        ]
+    },
+    leave_out: None,
+};
+
+/// The pass.
+pub struct Sharpen {
+    screen: Screen,
+    layout: SetLayout,
+    pool: DescriptorPool,
+    /// Of frames in flight, by their places.
+    sets: [vk::DescriptorSet; 2],
+}
+
+impl Sharpen {
+    /// # Errors
+    /// When the device cannot compile a pipeline.
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        planned: &TaaPlan,
+        slot: Slot,
+        histories: &[Buffer; 2],
+    ) -> gpu::Result<Self> {
+        let kind = vk::DescriptorType::STORAGE_BUFFER;
+        let layout = SetLayout::new(device, "sharpen", &[binding(0, kind, vk::ShaderStageFlags::FRAGMENT)])?;
+        let screen = Screen::new(
+            device,
+            &ScreenDesc {
+                name: "sharpen",
+                slot,
+                shader: needed("sharpen", shader::variant, Flags::NONE)?,
+                constants: &[
+                    (constants::SHARPNESS, planned.sharpness.to_bits()),
+                    (constants::SHOWN, u32::from(planned.shown.is_some())),
+                    (constants::AS_SHOWN, u32::from(planned.as_shown)),
+                    (constants::LARGEST, plan.largest_shown().to_bits()),
+                ],
+                set_layouts: &[layout.raw],
+                skip_sky: false,
+                blend: replace(),
+            },
+        )?;
+        let (pool, sets) = bound(device, &layout, histories)?;
+        Ok(Self { screen, layout, pool, sets })
+    }
+
+    /// Reads others, as of another size.
+    ///
+    /// # Errors
+    /// When there is no memory for a set.
+    pub fn read_from(&mut self, device: &Arc<Device>, histories: &[Buffer; 2]) -> gpu::Result<()> {
+        (self.pool, self.sets) = bound(device, &self.layout, histories)?;
+        Ok(())
+    }
+
+    /// Runs inside its subpass.
+    pub fn record(&self, recording: &Recording) {
+        // TAA has left no viewport.
+        recording.set_area();
+        self.screen.record(recording, &[(0, self.sets[recording.place])]);
+    }
+}
+
+fn bound(
+    device: &Arc<Device>,
+    layout: &SetLayout,
+    histories: &[Buffer; 2],
+) -> gpu::Result<(DescriptorPool, [vk::DescriptorSet; 2])> {
+    let pool = DescriptorPool::new(device, "sharpen", 2, &[(vk::DescriptorType::STORAGE_BUFFER, 2)])?;
+    let set = |history: &Buffer| {
+        let set = pool.allocate("sharpen", layout.raw)?;
+        SetWriter::new().storage_buffer(0, history, history.size).update(device, set);
+        Ok(set)
+    };
+    let sets = [set(&histories[0])?, set(&histories[1])?];
+    Ok((pool, sets))
+}

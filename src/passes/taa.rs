@@ -1,0 +1,207 @@
+//! TAA: what a frame sees, averaged with what frames before it saw of the same surfaces. Each frame leaves a history for the next one.
+//!
+//! Where nothing changes it is the mean, as of `samples`. Else the history is looked up where the surface was, is held against what lies around the pixel
+//! (variance clipping), and counts for nothing where something nearer hid the surface.
+
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+use glam::Mat4;
+
+use super::{Input, Pass, Place, Recording, Resource, Touch, needed, over_time};
+use crate::gpu::{
+    self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
+    compute_pipeline, pipeline_layout, sync::Use,
+};
+use crate::plan::{FramePlan, TaaPlan, Target, Vectors};
+use crate::shaders::taa::{self as shader, Flags, constants};
+use crate::visible::Since;
+
+/// Reads light, depth and vectors, of a pixel and its neighbours.
+pub const FRAME_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+/// Reads what the frame before left.
+pub const HISTORY_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+/// Writes what it leaves.
+pub const HISTORY_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("TAA"),
+    time: "taa",
+    what: "averages with what frames before saw of the same surfaces",
+    presence: over_time,
+    touches: |plan| {
+        let mut touches = vec![
+            Touch::sampled(LIGHT, Target::Hdr, FRAME_READ),
+            Touch::sampled(DEPTH, Target::Depth, FRAME_READ),
+            Touch::resource(Resource::LastHistory, HISTORY_READ),
+            Touch::resource(Resource::History, HISTORY_WRITE),
+        ];
+        touches.extend(plan.has_velocity().then(|| Touch::sampled(VELOCITY, Target::Velocity, FRAME_READ)));
+        touches
+    },
+    leave_out: Some(|settings| settings.taa = false),
+};
+
+const BEFORE: u32 = 0;
+const AFTER: u32 = 1;
+const LIGHT: u32 = 2;
+const DEPTH: u32 = 3;
+const VELOCITY: u32 = 4;
+const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
+/// Edge of a work group in pixels.
+const GROUP: u32 = 8;
+
+const FOLLOWS: u32 = 1;
+const STILL: u32 = 2;
+const LOOKS_ELSEWHERE: u32 = 4;
+
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Push {
+    moved: Mat4,
+    jitter: [f32; 2],
+    depths: [f32; 2],
+    depths_before: [f32; 2],
+    flags: u32,
+    exposed: f32,
+}
+
+const _: () = {
+    use std::mem::offset_of;
+    assert!(size_of::<Push>() == shader::push::SIZE && size_of::<Push>() <= 128);
+    assert!(offset_of!(Push, moved) == shader::push::MOVED && offset_of!(Push, jitter) == shader::push::JITTER);
+    assert!(offset_of!(Push, depths) == shader::push::DEPTHS);
+    assert!(offset_of!(Push, depths_before) == shader::push::DEPTHS_BEFORE);
+    assert!(offset_of!(Push, flags) == shader::push::FLAGS && offset_of!(Push, exposed) == shader::push::EXPOSED);
+};
+
+/// The pass, and the histories of two frames: each reads that of the other.
+pub struct Taa {
+    /// Of frames in flight, by their places.
+    pub histories: [Buffer; 2],
+    layout: Owned<vk::PipelineLayout>,
+    pipeline: Owned<vk::Pipeline>,
+    set_layout: SetLayout,
+    pool: DescriptorPool,
+    sets: [vk::DescriptorSet; 2],
+}
+
+impl Taa {
+    /// `inputs` are light, depth and vectors.
+    ///
+    /// # Errors
+    /// When the device lacks the memory or cannot compile a pipeline.
+    pub fn new(device: &Arc<Device>, plan: &FramePlan, planned: &TaaPlan, inputs: &[Input]) -> gpu::Result<Self> {
+        let storage = [BEFORE, AFTER].map(|index| binding(index, vk::DescriptorType::STORAGE_BUFFER, COMPUTE));
+        let images = inputs.iter().map(|input| binding(input.0, vk::DescriptorType::SAMPLED_IMAGE, COMPUTE));
+        let bindings: Vec<_> = storage.into_iter().chain(images).collect();
+        let set_layout = SetLayout::new(device, "taa", &bindings)?;
+        let range = vk::PushConstantRange { stage_flags: COMPUTE, offset: 0, size: size_of::<Push>() as u32 };
+        let layout = pipeline_layout(device, "taa", &[set_layout.raw], &[range])?;
+        let Some(entry) = needed("taa", shader::variant, flags(plan))?.compute() else {
+            return Err(gpu::Error::Unsupported("taa.wgsl has no compute entry".into()));
+        };
+        let shown = match planned.shown {
+            None => 0,
+            Some(Vectors::Values) => 1,
+            Some(Vectors::Colors) => 2,
+        };
+        let constants = [
+            (constants::MOST_FRAMES, planned.history),
+            (constants::SHOWN, shown),
+            (constants::AS_SHOWN, u32::from(planned.as_shown)),
+            (constants::LARGEST, plan.largest_shown().to_bits()),
+            (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
+        ];
+        let stage =
+            ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &constants };
+        let pipeline = compute_pipeline(device, "taa", &stage, layout.raw)?;
+        let histories = histories(device, plan)?;
+        let (pool, sets) = bound(device, &set_layout, &histories, inputs)?;
+        Ok(Self { histories, layout, pipeline, set_layout, pool, sets })
+    }
+
+    /// Looks at another picture, as of another size, of which there is no history yet.
+    ///
+    /// # Errors
+    /// When the device lacks the memory.
+    pub fn resize(&mut self, device: &Arc<Device>, plan: &FramePlan, inputs: &[Input]) -> gpu::Result<()> {
+        self.histories = histories(device, plan)?;
+        (self.pool, self.sets) = bound(device, &self.set_layout, &self.histories, inputs)?;
+        Ok(())
+    }
+
+    /// Runs outside any render pass.
+    pub fn record(&self, recording: &Recording) {
+        let Some(since) = recording.since else { return };
+        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
+        let [across, down] = recording.size.map(|edge| edge.div_ceil(GROUP));
+        // SAFETY: `cmd` is being recorded outside a render pass; the set and the push constants are those of the layout. The pass owns all of it and outlives
+        // the submission, and the shader looks at no pixel outside the picture.
+        unsafe {
+            raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
+            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[self.sets[recording.place]], &[]);
+            raw.cmd_push_constants(cmd, self.layout.raw, COMPUTE, 0, bytemuck::bytes_of(&push(since)));
+            raw.cmd_dispatch(cmd, across, down, 1);
+        }
+    }
+}
+
+fn push(since: &Since) -> Push {
+    let before = since.before.as_ref().unwrap_or(&since.now);
+    let flag = |bit, is_set| if is_set { bit } else { 0 };
+    Push {
+        moved: before.moved_from(&since.now),
+        jitter: since.jitter.map(|offset| offset as f32),
+        depths: since.now.depths(),
+        depths_before: before.depths(),
+        flags: flag(FOLLOWS, since.before.is_some())
+            | flag(STILL, since.still)
+            | flag(LOOKS_ELSEWHERE, *before != since.now),
+        exposed: since.exposed,
+    }
+}
+
+/// A header of four words, and as many for each pixel.
+fn histories(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<[Buffer; 2]> {
+    let bytes = 16 + plan.history_bytes() / 2;
+    let limit = u64::from(device.physical.limits.max_storage_buffer_range);
+    if bytes > limit {
+        return Err(gpu::Error::TooLarge { what: "the history of a frame".into(), asked: bytes, limit });
+    }
+    let one = |index: u32| {
+        let (name, usage) = (format!("history {index}"), vk::BufferUsageFlags::STORAGE_BUFFER);
+        Buffer::new(device, &name, bytes, usage, Location::Device, MemoryKind::Attachment)
+    };
+    Ok([one(0)?, one(1)?])
+}
+
+/// The sets of both frames.
+fn bound(
+    device: &Arc<Device>,
+    layout: &SetLayout,
+    histories: &[Buffer; 2],
+    inputs: &[Input],
+) -> gpu::Result<(DescriptorPool, [vk::DescriptorSet; 2])> {
+    let images = 2 * inputs.len() as u32;
+    let kinds = [(vk::DescriptorType::STORAGE_BUFFER, 4), (vk::DescriptorType::SAMPLED_IMAGE, images)];
+    let pool = DescriptorPool::new(device, "taa", 2, &kinds)?;
+    let set = |place: usize| {
+        let set = pool.allocate(&format!("taa of frame {place}"), layout.raw)?;
+        let [before, after] = [&histories[1 - place], &histories[place]];
+        let writer =
+            SetWriter::new().storage_buffer(BEFORE, before, before.size).storage_buffer(AFTER, after, after.size);
+        let all =
+            inputs.iter().fold(writer, |writer, &(index, view, layout)| writer.sampled_image(index, view, layout));
+        all.update(device, set);
+        Ok(set)
+    };
+    let sets = [set(0)?, set(1)?];
+    Ok((pool, sets))
+}
+
+/// Which variant of the shader a plan takes.
+pub(crate) fn flags(plan: &FramePlan) -> Flags {
+    Flags::VELOCITY.when(plan.has_velocity())
+}

@@ -1,0 +1,146 @@
+//! VELOCITY: how far opaque surfaces that move by themselves have come on the picture since the frame before. Of all others depth and the two cameras
+//! say it, and TAA works it out. Objects that have not moved since are not drawn.
+//!
+//! It draws where depth is equal to that of the finished picture, so that it looks up no mask. What else has vectors draws in the same subpass, or in one
+//! behind it.
+
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+use glam::Vec4;
+
+use super::screen::{replace, stages};
+use super::{
+    COLOR_WRITE, DEPTH_COMPARE, EARLY_DEPTH_READ, First, LATE_DEPTH_WRITE, MeshDraws, Pass, Place, Presence, Recording,
+    Resource, Slot, Touch, frame_data, meshes, needed,
+};
+use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
+use crate::gpu_scene::{POSITION, POSITION_BEFORE, ROWS, vertex_input};
+use crate::plan::{Extras, FramePlan, Target};
+use crate::shaders::velocity::{self as shader, Flags};
+
+/// Clears the vectors and writes them.
+pub const VECTOR_WRITE: Use = COLOR_WRITE;
+/// Loads depth, and tests against it.
+pub const DEPTH_READ: Use = EARLY_DEPTH_READ.or(DEPTH_COMPARE);
+/// Stores depth again for TAA, which counts as a write.
+pub const DEPTH_STORE: Use = LATE_DEPTH_WRITE;
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("VELOCITY"),
+    time: "velocity",
+    what: "how far what moves by itself has come since the frame before",
+    presence: |plan| match plan.taa {
+        None => Presence::Out("no frames are averaged over time".into()),
+        Some(taa) => Presence::when(
+            taa.moves,
+            "opaque surfaces can move by themselves",
+            "no opaque surface moves by itself: depth and the camera say where it was",
+        ),
+    },
+    touches: |plan| {
+        let own = [
+            Touch::depth(First::Undefined, DEPTH_READ),
+            Touch::color(0, Target::Velocity, First::Clear, VECTOR_WRITE),
+            frame_data(),
+        ];
+        let textured = |touch: &Touch| touch.resource == Resource::Textures;
+        own.into_iter().chain(meshes(plan).filter(|touch| !textured(touch))).collect()
+    },
+    leave_out: None,
+};
+
+const STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::VERTEX;
+
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Push {
+    before: [Vec4; 3],
+    distance: Vec4,
+    distance_before: Vec4,
+}
+
+const _: () = {
+    use std::mem::offset_of;
+    assert!(size_of::<Push>() == shader::push::SIZE && size_of::<Push>() <= 128);
+    assert!(offset_of!(Push, before) == shader::push::BEFORE_X);
+    assert!(offset_of!(Push, distance) == shader::push::DISTANCE);
+    assert!(offset_of!(Push, distance_before) == shader::push::DISTANCE_BEFORE);
+};
+
+/// The pass, with a pipeline for meshes as they are, and one for those that SKIN deforms, where the plan has some.
+pub struct Velocity {
+    layout: Owned<vk::PipelineLayout>,
+    plain: Owned<vk::Pipeline>,
+    deformed: Option<Owned<vk::Pipeline>>,
+}
+
+impl Velocity {
+    /// # Errors
+    /// When the device cannot compile a pipeline.
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        slot: Slot,
+        frame_layout: vk::DescriptorSetLayout,
+    ) -> gpu::Result<Self> {
+        let range = vk::PushConstantRange { stage_flags: STAGES, offset: 0, size: size_of::<Push>() as u32 };
+        let layout = pipeline_layout(device, "velocity layout", &[frame_layout], &[range])?;
+        let pipeline = |flags: Flags| {
+            let mut locations = vec![POSITION, ROWS, ROWS + 1, ROWS + 2];
+            locations.extend((flags == Flags::DEFORMED).then_some(POSITION_BEFORE));
+            let (vertex_bindings, vertex_attributes) = vertex_input(&locations, Extras::default());
+            GraphicsPipeline::new(
+                device,
+                &GraphicsPipelineDesc {
+                    name: "velocity",
+                    stages: &stages(needed("velocity", shader::variant, flags)?, &[]),
+                    vertex_bindings: &vertex_bindings,
+                    vertex_attributes: &vertex_attributes,
+                    // What is seen of a surface has the depth of the picture, whichever side it is.
+                    cull_mode: vk::CullModeFlags::NONE,
+                    front_face: vk::FrontFace::COUNTER_CLOCKWISE,
+                    depth: Some(DepthState { test: vk::CompareOp::EQUAL, write: false }),
+                    depth_bias: false,
+                    depth_clamp: false,
+                    blend: &[replace()],
+                    samples: vk::SampleCountFlags::TYPE_1,
+                    layout: layout.raw,
+                    render_pass: slot.render_pass,
+                    subpass: slot.subpass,
+                },
+            )
+        };
+        let deformed = plan.meshes.deforms.keeps_positions.then(|| pipeline(Flags::DEFORMED)).transpose()?;
+        Ok(Self { plain: pipeline(Flags::NONE)?, deformed, layout })
+    }
+
+    /// Draws what has moved since the frame before. Runs inside its subpass.
+    pub fn record(&self, recording: &Recording) {
+        let Some(since) = recording.since else { return };
+        let Some(before) = &since.before else { return };
+        recording.set_area();
+        recording.bind_set(self.layout.raw, 0, recording.frame_set);
+        for deformed in [false, true] {
+            let pipeline = if deformed { self.deformed.as_ref() } else { Some(&self.plain) };
+            let Some(pipeline) = pipeline else { continue };
+            let object = |index: usize| &recording.world.objects[index];
+            let mut own =
+                since.moved.iter().filter(|moved| object(moved.draw.object).deform.is_some() == deformed).peekable();
+            if own.peek().is_none() {
+                continue;
+            }
+            recording.bind_pipeline(pipeline.raw);
+            let streams: &[u32] = if deformed { &[POSITION, POSITION_BEFORE] } else { &[POSITION] };
+            let mut meshes = MeshDraws::new(recording, streams);
+            for moved in own {
+                let object = object(moved.draw.object);
+                let (was, is) = (before.rows(&moved.before), since.now.rows(&object.transform));
+                let push = Push { before: was.place, distance: is.distance, distance_before: was.distance };
+                recording.push(self.layout.raw, STAGES, &push);
+                meshes.draw(object, moved.draw.level, None, moved.draw.instances());
+            }
+        }
+    }
+}

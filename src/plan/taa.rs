@@ -1,0 +1,125 @@
+//! Anti-aliasing over time: how many frames are averaged, and whether surfaces move by themselves.
+
+use std::borrow::Cow;
+
+use super::surfaces::SurfaceRules;
+use super::{Error, FramePlan, Part, Shading, parts::part};
+use crate::scene::{LightPath, Output, Resolve, Scene, Settings, Tonemap, View};
+
+/// What TAA makes of frames.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TaaPlan {
+    /// Frames that [`crate::frame::Renderer::picture`] draws for a picture, the last of which is read back.
+    pub frames: u32,
+    /// Frames that are averaged at most.
+    pub history: u32,
+    /// The share of a pixel's difference from its neighbours that SHARPEN adds.
+    pub sharpness: f32,
+    /// Opaque surfaces can move by themselves, so that VELOCITY draws their vectors.
+    pub moves: bool,
+    /// Frames are averaged as they are shown, and not as light.
+    pub as_shown: bool,
+    /// Pictures show the vectors, as values or as colours.
+    pub shown: Option<Vectors>,
+}
+
+/// How the view of vectors shows them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Vectors {
+    /// Red and green are pixels to the right and down, blue is 1 where a surface moves by itself.
+    Values,
+    /// The colour is the direction, and bright the length.
+    Colors,
+}
+
+/// The most frames that are averaged: the history counts them in 11 bits.
+const MOST: u32 = 1024;
+/// Frames that `picture` draws at most.
+const MOST_FRAMES: u32 = 4096;
+
+/// The settings that are planned: the view of vectors is the lit picture of frames that know where surfaces were, and shows the vectors in its place.
+pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
+    let View::Velocity = settings.view else { return Cow::Borrowed(settings) };
+    Cow::Owned(Settings {
+        view: View::Final,
+        taa: true,
+        // The frame before, and this one.
+        taa_frames: 2,
+        sharpness: 0.0,
+        tonemap: Tonemap::None,
+        bloom: 0.0,
+        ..settings.without_effects()
+    })
+}
+
+/// Frames that a picture with TAA has, and each of which stands for a part of the pixel; 1 without.
+pub(super) fn frames(settings: &Settings) -> u32 {
+    if settings.taa { settings.taa_frames.min(settings.taa_history).clamp(1, MOST) } else { 1 }
+}
+
+impl TaaPlan {
+    /// Views of values have no mean.
+    pub(super) fn of(settings: &Settings, shading: Shading) -> Option<Self> {
+        let sharpness = settings.sharpness.clamp(0.0, 1.0);
+        let own = Self {
+            frames: settings.taa_frames.clamp(1, MOST_FRAMES),
+            history: settings.taa_history.clamp(1, MOST),
+            sharpness: if sharpness.is_nan() { 0.0 } else { sharpness },
+            moves: false,
+            as_shown: settings.resolve == Resolve::ToneMapped && !settings.output.is_linear(),
+            shown: None,
+        };
+        (settings.taa && shading.is_lit()).then_some(own)
+    }
+
+    /// The same for what a scene has.
+    pub(super) fn in_scene(self, scene: &Scene, rules: &SurfaceRules) -> Self {
+        let moves = rules.drawn(scene).any(|object| object.moves() && !rules.material(object).is_transparent());
+        Self { moves, ..self }
+    }
+
+    /// The same for the view that was asked for.
+    pub(super) fn showing(self, view: View, output: Output) -> Self {
+        let vectors = if output.is_linear() { Vectors::Values } else { Vectors::Colors };
+        Self { shown: (view == View::Velocity).then_some(vectors), ..self }
+    }
+}
+
+/// What it does not go with.
+pub(super) fn check(settings: &Settings, path: LightPath, lit: bool) -> Result<(), Error> {
+    if !settings.taa || !lit {
+        return Ok(());
+    }
+    let refuse = |why: String| Err(Error::AntiAliasing(why));
+    let Settings { samples, msaa, .. } = *settings;
+    match path {
+        LightPath::Compute => Err(Error::ComputeWithEffect("taa")),
+        _ if samples > 1 => {
+            refuse(format!("taa averages frames over time, and --samples {samples} frames of one time: choose one"))
+        }
+        _ if msaa > 1 => {
+            refuse(format!("taa looks at one depth a pixel, and with --msaa {msaa} there are several: choose one"))
+        }
+        _ => Ok(()),
+    }
+}
+
+impl FramePlan {
+    /// Whether VELOCITY draws vectors of what moves by itself.
+    pub fn has_velocity(&self) -> bool {
+        self.taa.is_some_and(|taa| taa.moves)
+    }
+
+    /// Bytes of the history: two frames, of four words a pixel.
+    pub fn history_bytes(&self) -> u64 {
+        let [width, height] = self.size.map(u64::from);
+        self.taa.map_or(0, |_| 2 * 16 * width * height)
+    }
+}
+
+/// What is kept from frame to frame, as `inspect` lists it.
+pub(super) fn part_of(plan: &FramePlan) -> Part {
+    let Some(taa) = plan.taa else { return part("history of frames", false, "no frames are averaged over time", 0) };
+    let reason = format!("two frames, of four words a pixel, of what up to {} frames were averaged to", taa.history);
+    part("history of frames", true, reason, plan.history_bytes())
+}

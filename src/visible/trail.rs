@@ -1,0 +1,74 @@
+//! Where objects were in the frame before, of those that have moved since.
+
+use std::collections::BTreeMap;
+
+use glam::DAffine3;
+
+use super::{Draw, Sight, Visible, World};
+
+/// What has moved since the last frame, where frames ask for it.
+#[derive(Debug, Clone, Default)]
+pub struct Trail {
+    is_kept: bool,
+    /// By their places among [`World::objects`]: how they stood.
+    moved: BTreeMap<usize, DAffine3>,
+}
+
+/// An instance that has moved, and how it stood before.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MovedDraw {
+    /// One instance of its mesh.
+    pub draw: Draw,
+    pub before: DAffine3,
+}
+
+impl Trail {
+    pub(super) fn new(is_kept: bool) -> Self {
+        Self { is_kept, moved: BTreeMap::new() }
+    }
+
+    /// An object leaves where it stood.
+    pub(super) fn leave(&mut self, index: usize, stood: DAffine3) {
+        if self.is_kept {
+            self.moved.entry(index).or_insert(stood);
+        }
+    }
+
+    /// Begins anew, for the frame after one that was drawn.
+    pub fn forget(&mut self) {
+        self.moved.clear();
+    }
+}
+
+impl Visible {
+    /// The opaque instances of a frame that have moved since the one before.
+    pub fn moved(&self, world: &World) -> Vec<MovedDraw> {
+        if world.trail.moved.is_empty() {
+            return Vec::new();
+        }
+        let instances = self.draws.iter().flat_map(|draw| {
+            draw.instances().map(|first| Draw {
+                object: self.instances[first as usize] as usize,
+                first,
+                count: 1,
+                ..*draw
+            })
+        });
+        instances.filter_map(|draw| Some(MovedDraw { draw, before: *world.trail.moved.get(&draw.object)? })).collect()
+    }
+}
+
+/// What a frame knows of the one before.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Since {
+    pub now: Sight,
+    /// None where there is no frame before, or it was of something else.
+    pub before: Option<Sight>,
+    /// No surface and no light has changed, and the camera has not.
+    pub still: bool,
+    /// From the exposure of the frame before to this one's.
+    pub exposed: f32,
+    /// Where in each pixel this frame looks, in pixels to the right and down from its centre.
+    pub jitter: [f64; 2],
+    pub moved: Vec<MovedDraw>,
+}
