@@ -85,7 +85,7 @@ fn what_is_changed_on_a_panel_is_drawn_as_if_it_had_been_asked_for() {
     server.tap(key::G);
     view.settles_elsewhere(&before);
     // The box before "FXAA", as the panel is laid out.
-    server.fake(MOTION, 0, [44, 470]);
+    server.fake(MOTION, 0, [44, 491]);
     view.rests();
     let pointed = view.pixels();
     server.fake(BUTTON_PRESS, 1, [0; 2]);

@@ -233,7 +233,7 @@ fn what_is_changed_on_a_panel_is_so_on_both_sides_and_what_only_one_can_do_ends_
     shots.view.waits_to_tell("split: final | position");
     server.tap(key::G);
     shots.view.rests();
-    server.fake(MOTION, 0, [44, 470]);
+    server.fake(MOTION, 0, [44, 491]);
     shots.view.rests();
     server.fake(BUTTON_PRESS, 1, [0; 2]);
     server.fake(BUTTON_RELEASE, 1, [0; 2]);
