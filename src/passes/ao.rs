@@ -33,7 +33,7 @@ pub const PASS: Pass = Pass {
             frame_data(),
         ]
     },
-    leave_out: Some(|settings| settings.ao = AmbientOcclusion::Off),
+    leave_out: None,
 };
 
 /// The pass.

@@ -9,6 +9,7 @@ use super::per_pixel::{Bound, PerPixel, PerPixelDesc};
 use super::{Pass, Place, Presence, Recording, Touch, frame_data, needed};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Target};
+use crate::scene::AmbientOcclusion;
 use crate::shaders::ao_denoise::{self as shader, Flags, constants};
 
 /// Reads the depth and the normal of its pixel.
@@ -41,7 +42,7 @@ pub const PASS: Pass = Pass {
             frame_data(),
         ]
     },
-    leave_out: None,
+    leave_out: Some(|settings| settings.ao = AmbientOcclusion::Off),
 };
 
 /// The pass.

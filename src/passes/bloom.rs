@@ -45,7 +45,7 @@ pub const SPREAD: Pass = Pass {
     what: "spreads light, down to wider levels and up again",
     presence,
     touches: |_| vec![Touch::resource(Resource::BloomLevels, LEVEL_READ.or(LEVEL_WRITE))],
-    leave_out: None,
+    leave_out: Some(|settings| settings.bloom = 0.0),
 };
 
 fn presence(plan: &FramePlan) -> Presence {

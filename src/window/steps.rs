@@ -6,7 +6,9 @@ mod stepper;
 pub use stepper::Stepper;
 
 use crate::frame::list::List;
-use crate::passes::{Pass, Place, composite, forward, geometry, lighting, shadow, tiled, tonemap, transparent};
+use crate::passes::{
+    Pass, Place, ao_denoise, composite, forward, geometry, lighting, shadow, tiled, tonemap, transparent,
+};
 use crate::plan::{FramePlan, PlannedBrdf, Shading, ToneMapping};
 use crate::scene::{Brdf, Settings, Tonemap, Transparency, View};
 
@@ -17,7 +19,7 @@ const SINGLE_LIGHTS: usize = 24;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
     ShadowMaps,
-    /// A part of what GEOMETRY has written.
+    /// A part of what GEOMETRY has written, or what AO has made of it.
     Buffer(View),
     /// The lights from `first` to before `end` are added, of those that the plan has; none of them before the first light.
     Lights {
@@ -50,6 +52,9 @@ impl Step {
         if is(&geometry::PASS) {
             return buffers(plan).into_iter().map(Self::Buffer).collect();
         }
+        if is(&ao_denoise::PASS) {
+            return vec![Self::Buffer(View::Ao)];
+        }
         if is(&lighting::PASS) || is(&forward::PASS) || is(&tiled::PASS) {
             let groups = light_groups(plan.light_numbers().len()).into_iter();
             return groups.map(|[first, end]| Self::Lights { first, end }).collect();
@@ -73,15 +78,13 @@ impl Step {
         // Another view must not make another choice.
         let mut settings = Settings { light_path: plan.light_path, ..whole.clone() };
         // Effects that come later are left out.
-        let effects = List::of(plan);
-        let effects: Vec<_> = effects.passes().filter_map(|pass| Some((pass.place, pass.leave_out?))).collect();
-        let shown = effects.iter().position(|&(place, _)| self == Self::Effect(place));
-        match shown {
-            Some(index) if index + 1 == effects.len() => return whole.clone(),
-            _ => {
-                effects[shown.map_or(0, |index| index + 1)..].iter().for_each(|(_, leave_out)| leave_out(&mut settings))
-            }
+        let list = List::of(plan);
+        let later = list.passes().skip_while(|pass| pass.place.name() != self.pass(plan)).skip(1);
+        let mut later = later.filter_map(|pass| pass.leave_out).peekable();
+        if let (Self::Effect(_), None) = (self, later.peek()) {
+            return whole.clone();
         }
+        later.for_each(|leave_out| leave_out(&mut settings));
         match self {
             Self::ShadowMaps => (settings.view, settings.msaa) = (View::ShadowMap, 1),
             Self::Buffer(view) => {
@@ -113,6 +116,7 @@ impl Step {
     pub fn pass(self, plan: &FramePlan) -> &'static str {
         match self {
             Self::ShadowMaps => "SHADOW",
+            Self::Buffer(View::Ao) => ao_denoise::PASS.place.name(),
             Self::Buffer(_) => "GEOMETRY",
             Self::Lights { .. } if plan.is_forward() => "FORWARD",
             Self::Lights { .. } if plan.is_tiled() => "TILED",
@@ -139,7 +143,6 @@ fn buffers(plan: &FramePlan) -> Vec<View> {
         (View::Metallic, gbuffer.material.is_some() && gbuffer.metallic),
         (View::Roughness, rough),
         (View::Complexity, plan.msaa > 1),
-        (View::Ao, plan.has_ao()),
     ];
     views.into_iter().filter_map(|(view, stored)| stored.then_some(view)).collect()
 }
@@ -170,7 +173,7 @@ fn turned(now: Option<usize>, count: usize, back: bool) -> Option<usize> {
 mod tests {
     use super::*;
     use crate::plan::samples;
-    use crate::scene::{Falloff, GbufferChoice, LightPath, Material, Scene};
+    use crate::scene::{AmbientOcclusion, Falloff, GbufferChoice, LightPath, Material, Scene};
 
     #[test]
     fn groups_have_each_light_once_and_in_order_and_double_where_there_are_many() {
@@ -230,6 +233,9 @@ mod tests {
         assert_eq!(passes(&plain, &deferred), ["GEOMETRY", "LIGHTING"]);
         assert_eq!(passes(&plain, &Settings::default()), ["FORWARD"]);
         assert_eq!(passes(&plain, &Settings { fxaa: true, ..deferred.clone() }), ["GEOMETRY", "LIGHTING", "FXAA"]);
+        let effects = Settings { ao: AmbientOcclusion::Gtao, bloom: 0.1, vignette: 0.5, ..deferred.clone() };
+        let all = ["GEOMETRY", "AO_DENOISE", "LIGHTING", "SPREAD", "TONEMAP", "TONE"];
+        assert_eq!(passes(&plain, &effects), all);
         let tiled = Settings { light_path: LightPath::Compute, ..deferred.clone() };
         assert_eq!(passes(&street(), &tiled), ["SHADOW", "GEOMETRY", "TILED"]);
         let glass = samples::scene(vec![Material::default(), samples::glass()], vec![samples::sky()]);
@@ -253,16 +259,46 @@ mod tests {
         assert!(views(&street(), &Settings { msaa: 4, ..deferred }).contains(&View::Complexity));
     }
 
+    #[test]
+    fn effects_are_left_out_of_the_steps_before_them() {
+        let plain = samples::scene(vec![Material::default()], vec![samples::sky()]);
+        let whole =
+            Settings { ao: AmbientOcclusion::Gtao, bloom: 0.1, vignette: 0.5, fxaa: true, ..samples::deferred() };
+        let plan = FramePlan::of(&plain, &whole, &samples::device()).expect("a plan");
+        let seen: Vec<_> = Step::all(&plan)
+            .into_iter()
+            .map(|step| {
+                let own = step.settings(&whole, &plan);
+                let has = [own.ao != AmbientOcclusion::Off, own.bloom > 0.0, own.fxaa, own.vignette > 0.0];
+                (step.pass(&plan), has.into_iter().filter(|&has| has).count())
+            })
+            .collect();
+        let expected = [
+            ("GEOMETRY", 0),
+            ("AO_DENOISE", 1),
+            ("LIGHTING", 1),
+            ("SPREAD", 2),
+            ("TONEMAP", 2),
+            ("FXAA", 3),
+            ("TONE", 4),
+        ];
+        let mut passes = seen.clone();
+        passes.dedup();
+        assert_eq!(passes, expected, "{seen:?}");
+    }
+
     /// What a step shows is what the frame does: its plan differs in nothing but what the step is about.
     #[test]
     fn every_step_can_be_planned_and_those_of_lights_have_the_frames_own_plan() {
         let glass = samples::scene(vec![Material::default(), samples::glass()], vec![samples::sky(), samples::sun()]);
         for scene in [street(), glass] {
             for &(name, light_path) in LightPath::NAMES {
-                for (fxaa, msaa, transparency) in
-                    [(false, 1, Transparency::Sorted), (true, 1, Transparency::Oit), (true, 4, Transparency::Sorted)]
-                {
-                    let whole = Settings { light_path, fxaa, msaa, transparency, ..Settings::default() };
+                for (fxaa, msaa, transparency, ao) in [
+                    (false, 1, Transparency::Sorted, AmbientOcclusion::Off),
+                    (true, 1, Transparency::Oit, AmbientOcclusion::Gtao),
+                    (true, 4, Transparency::Sorted, AmbientOcclusion::Off),
+                ] {
+                    let whole = Settings { light_path, fxaa, msaa, transparency, ao, ..Settings::default() };
                     // What does not go together is refused.
                     let Ok(plan) = FramePlan::of(&scene, &whole, &samples::device()) else { continue };
                     for step in Step::all(&plan) {

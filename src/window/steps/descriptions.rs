@@ -60,6 +60,7 @@ impl Step {
                 drawn.shadow_maps,
                 count(drawn.casters, "draw")
             ),
+            Self::Buffer(View::Ao) => "One invocation a pixel.".into(),
             Self::Buffer(_) => match drawn.on_device {
                 0 => format!("{}, {} out of view.", count(drawn.objects, "opaque object"), drawn.culled),
                 all => format!("What the device sees of {}.", count(all, "opaque object")),
