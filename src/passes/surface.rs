@@ -277,18 +277,25 @@ pub fn bound_fragment(variant: &Variant, key: GeometryKey) -> Vec<u32> {
 
 /// A fragment shader for textures that are atlases, or are not. Shaders with EXTRAS declare arrays and sample them with a layer. Where there are no
 /// cells, the one word of the type that says so is cleared: then the images are plain, and the layer is a component of the coordinate beyond those
-/// that are needed, which SPIR-V allows ("OpImageSampleImplicitLod"). So plain materials pay nothing, and there is no other variant.
+/// that are needed, which SPIR-V allows ("OpImageSampleImplicitLod"). So plain materials pay nothing, and there is no other variant. A module may have no two
+/// types that are alike ("Universal Validation Rules"). It may have plain images already, so these do not say that they have no depth, which Vulkan
+/// ignores.
 pub fn with_cells(words: &[u32], extras: Extras) -> Vec<u32> {
     let mut spirv = words.to_vec();
     if extras.any() && !extras.cells {
         let arrays: Vec<usize> = instructions(&spirv).filter(|&at| is_array_of_colors(&spirv[at..])).collect();
-        arrays.into_iter().for_each(|at| spirv[at + ARRAYED] = 0);
+        for at in arrays {
+            (spirv[at + DEPTH], spirv[at + ARRAYED]) = (UNTOLD, 0);
+        }
     }
     spirv
 }
 
-/// The place of the operand of OpTypeImage that says whether there are layers.
+/// The places of the operands of OpTypeImage that say whether it has depth, and whether there are layers.
+const DEPTH: usize = 4;
 const ARRAYED: usize = 5;
+/// In the place of a yes or no.
+const UNTOLD: u32 = 2;
 
 /// Where the instructions of a module begin, after its header of five words. The upper half of the first word of each is its length.
 fn instructions(spirv: &[u32]) -> impl Iterator<Item = usize> {
@@ -472,6 +479,8 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
     use crate::plan::samples;
     use crate::scene::{Keep, Settings};
@@ -482,6 +491,22 @@ mod tests {
         let fragment = variant.fragment().expect("a fragment stage");
         let material = fragment.bindings.iter().filter(|binding| binding.set == MATERIAL_SET);
         material.map(|binding| (binding.name, spirv[binding.word as usize])).collect()
+    }
+
+    #[test]
+    fn no_two_types_of_images_are_alike_with_cells_or_without() {
+        let (mut plain, mut cleared) = (0, 0);
+        for variant in shader::VARIANTS.iter().chain(geometry::VARIANTS) {
+            let Some(fragment) = variant.fragment() else { continue };
+            let extras = Extras { colored: true, ..Extras::default() };
+            let spirv = with_cells(fragment.spirv.words(), extras);
+            let images: Vec<_> =
+                instructions(&spirv).filter(|&at| spirv[at] & 0xffff == 25).map(|at| &spirv[at + 2..at + 9]).collect();
+            assert_eq!(images.iter().collect::<BTreeSet<_>>().len(), images.len(), "{:#b}: {images:?}", variant.flags);
+            plain += usize::from(images.iter().any(|image| image[1..5] == [1, 0, 0, 0]));
+            cleared += usize::from(images.iter().any(|image| image[1..5] == [1, UNTOLD, 0, 0]));
+        }
+        assert!(plain > 0 && cleared > 0);
     }
 
     #[test]
