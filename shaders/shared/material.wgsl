@@ -157,10 +157,11 @@ fn world_normal(rows: Rows, normal: vec3<f32>) -> vec3<f32> {
     return turned_normal(linear(rows), normal);
 }
 
+// Of unit length, however large the object is: a mapped normal leans as far at any scale.
 fn world_tangent(rows: Rows, tangent: vec4<f32>) -> vec4<f32> {
     let t = tangent.xyz;
     let sign = handedness(linear(rows));
-    return vec4(dot(rows.x.xyz, t), dot(rows.y.xyz, t), dot(rows.z.xyz, t), tangent.w * sign);
+    return vec4(unit_or(vec3(dot(rows.x.xyz, t), dot(rows.y.xyz, t), dot(rows.z.xyz, t)), vec3(0.0)), tangent.w * sign);
 }
 
 #ifdef TEXTURED

@@ -498,11 +498,11 @@ mod tests {
         let (mut plain, mut cleared) = (0, 0);
         for variant in shader::VARIANTS.iter().chain(geometry::VARIANTS) {
             let Some(fragment) = variant.fragment() else { continue };
-            let extras = Extras { colored: true, ..Extras::default() };
+            let extras = Extras { colors: true, ..Extras::default() };
             let spirv = with_cells(fragment.spirv.words(), extras);
             let images: Vec<_> =
                 instructions(&spirv).filter(|&at| spirv[at] & 0xffff == 25).map(|at| &spirv[at + 2..at + 9]).collect();
-            assert_eq!(images.iter().collect::<BTreeSet<_>>().len(), images.len(), "{:#b}: {images:?}", variant.flags);
+            assert_eq!(images.iter().collect::<BTreeSet<_>>().len(), images.len(), "{:#b}: {images:?}", variant.bits);
             plain += usize::from(images.iter().any(|image| image[1..5] == [1, 0, 0, 0]));
             cleared += usize::from(images.iter().any(|image| image[1..5] == [1, UNTOLD, 0, 0]));
         }

@@ -44,7 +44,8 @@ impl Place<'_> {
         unit_or(self.part.normals * normal, DVec3::Y)
     }
 
-    /// The normal with its map. MikkTSpace: the interpolated frame is used as it is, neither made orthogonal nor unit (Mikkelsen 2008).
+    /// The normal with its map. MikkTSpace: the frames of vertices are unit, and the interpolated one is used as it is, neither made orthogonal nor unit
+    /// (Mikkelsen 2008).
     fn mapped_normal(&self, normal: DVec3) -> DVec3 {
         let Some(texel) = self.texture(TextureSlot::Normal) else { return normal };
         let codes = texel.truncate() * 255.0 - NORMAL_ZERO;
@@ -56,9 +57,10 @@ impl Place<'_> {
         }
         let tangents = &self.part.mesh.tangents;
         let tangent = self.blend(|vertex, weight| {
-            tangents.get(vertex).map_or(DVec4::ZERO, |&tangent| Vec4::from(tangent).as_dvec4()) * weight
+            let tangent = tangents.get(vertex).map_or(DVec4::ZERO, |&tangent| Vec4::from(tangent).as_dvec4());
+            unit_or(self.part.along * tangent.truncate(), DVec3::ZERO).extend(tangent.w) * weight
         });
-        let along = self.part.along * tangent.truncate();
+        let along = tangent.truncate();
         let bitangent = normal.cross(along) * (tangent.w * self.part.handedness);
         unit_or(along * x + bitangent * y + normal * z, normal)
     }

@@ -253,6 +253,31 @@ fn a_uv_map_is_as_coordinates_that_are_mapped_before() {
     });
 }
 
+/// As steep on an object that its transform makes larger as on a mesh that was that large before.
+#[test]
+fn a_normal_map_leans_as_far_at_any_scale() {
+    on_gpu(|gpu| {
+        for scale in [0.25, 6.0] {
+            let material = Material { normal_texture: Some(0), base_color: Vec3::ONE, ..lambert(1.0) };
+            let mut baked = papered(material, sampled([Wrap::Repeat; 2], Filter::Linear));
+            baked.meshes[0].compute_tangents();
+            let mut scaled = baked.clone();
+            scaled.meshes[0].positions.iter_mut().flatten().for_each(|at| *at /= scale as f32);
+            scaled.meshes[0].compute_tangents();
+            scaled.objects[0].transform.matrix3 *= scale;
+            let reference = |scene: &Scene| {
+                let view = View { camera: scene.camera, size: [SIZE[0], SIZE[1]] };
+                Reference::new(scene).expect("a scene").render(&view, &POINT, &|_, _| {}).radiance
+            };
+            let [before, after] = [&baked, &scaled].map(reference);
+            let worst = before.as_flattened().iter().zip(after.as_flattened()).map(|(a, b)| (a - b).abs());
+            assert!(worst.fold(0.0, f64::max) < 1e-4, "{scale}");
+            assert!(before.iter().any(|light| (light[0] - before[0][0]).abs() > 0.01), "the map is not seen");
+            assert_near(gpu, &scaled, &nits_of(LightPath::Loop), [8e-3, 0.03], 0.97, &format!("scale {scale}"));
+        }
+    });
+}
+
 /// Where a triangle ends, the level of its texture is that of its middle: pixels of a quad beside it may read no map.
 #[test]
 fn a_mapped_texture_is_as_sharp_at_edges_as_elsewhere() {
