@@ -306,7 +306,6 @@ pub fn cases() -> Vec<Case> {
     case("particles, stored", smoking(plain()), &[stored]);
     case("particles, stored and summed", smoking(plain()), &[stored, weighted]);
     case("particles, occluded", smoking(plain()), &[occluded]);
-    case("particles, bloom", smoking(plain()), &[bloom]);
     case("stored", plain(), &[stored]);
     case("stored, glowing and sunlit", glowing(sunlit()), &[stored]);
     case("stored, sorted and glowing", glazed(glowing(plain())), &[stored, sorted]);

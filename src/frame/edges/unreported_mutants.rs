@@ -82,6 +82,9 @@ const WAITS_TO_DROP: fn(&Edge) -> bool =
 /// FORWARD leaves depth as it writes it; those that only test against it leave it as VELOCITY finds it.
 const CHANGES_THE_LAYOUT: fn(&Edge) -> bool = |edge| edge.from == forward::PASS.place;
 const LEAVES_THE_LAYOUT: fn(&Edge) -> bool = |edge| edge.from != forward::PASS.place;
+/// By SIMULATE, and by what shades.
+const LOOKED_UP_TWICE: fn(&Edge) -> bool =
+    |edge| edge.after.stage.contains(stages(S::FRAGMENT_SHADER, S::COMPUTE_SHADER));
 const OVER_PRESENTED: Carrier =
     Carrier::ImageBarrier(vk::ImageLayout::PRESENT_SRC_KHR, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
 
@@ -115,13 +118,58 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               the last frame",
     },
     UnreportedMutants {
-        rows: &[RowName::BLOOM_REUSE],
+        rows: &[RowName::SIMULATE_TO_SORT, RowName::SORT_TO_SORT],
+        parts: Parts::All,
+        only: ALWAYS,
+        section: "Synchronization and Cache Control",
+        says: FEW_GUARANTEES,
+        why: "the same of the keys that SORT reads and writes. Without the rows a step may compare keys as they were before the last one",
+    },
+    UnreportedMutants {
+        rows: &[RowName::CLEAR_TO_SHADOW_MAPS],
+        parts: Parts::Any(Side::After, stages(S::FRAGMENT_SHADER, S::COMPUTE_SHADER), A::SHADER_READ),
+        only: LOOKED_UP_TWICE,
+        section: "Execution and Memory Dependencies",
+        says: HAZARDS,
+        why: "particles move, so that the frames that are tried draw each map between its clear and those who look it up, and either stage orders that. A frame \
+              that draws a map later looks up what was cleared, in both stages",
+    },
+    UnreportedMutants {
+        rows: &[RowName::SHADOW_MAP_TO_LIGHTING],
+        parts: Parts::Any(Side::After, S::FRAGMENT_SHADER, A::empty()),
+        only: LOOKED_UP_TWICE,
+        section: "Pipeline Stages",
+        says: "Its first access scope only includes memory accesses performed by pipeline stages explicitly specified in the source stage \
+               mask",
+        why: "the layer lets the row from SIMULATE to PARTICLES, with all stages after theirs, carry the maps on to LIGHTING. That row is about a buffer, and \
+              makes nothing of the maps visible",
+    },
+    UnreportedMutants {
+        rows: &[RowName::SHADOW_MAP_REUSE],
+        parts: Parts::Any(Side::Before, S::COMPUTE_SHADER, A::empty()),
+        only: |edge| edge.before.stage.contains(stages(S::FRAGMENT_SHADER, S::COMPUTE_SHADER)),
+        section: "Synchronization and Cache Control",
+        says: FEW_GUARANTEES,
+        why: "the layer lets the rows from SIMULATE to PARTICLES and from there to LIGHTING, for whose look-ups the next frame waits, hold back SIMULATE's too. \
+              None of them is about the maps",
+    },
+    UnreportedMutants {
+        rows: &[RowName::LIGHTING_TO_TRANSPARENT],
+        parts: Parts::Any(Side::After, S::FRAGMENT_SHADER, A::INPUT_ATTACHMENT_READ),
+        only: ALWAYS,
+        section: "Rasterization Order",
+        says: IN_ORDER,
+        why: "the layer takes all that a render pass does to depth to be in rasterization order. PARTICLES reads it as an input, in another subpass than that \
+              which wrote it",
+    },
+    UnreportedMutants {
+        rows: &[RowName::BLOOM_REUSE, RowName::PARTICLES_REUSE],
         parts: Parts::Any(Side::After, S::empty(), A::SHADER_WRITE),
         only: ALWAYS,
         section: "Execution and Memory Dependencies",
         says: HAZARDS,
-        why: "the layer sees a write after TONEMAP's read, for which waiting is enough. It is a write after those of SPREAD, too, which must be visible \
-              to it",
+        why: "the layer sees a write after the read of TONEMAP or PARTICLES, for which waiting is enough. It is a write after those of SPREAD or SORT, too, which \
+              must be visible to it",
     },
     UnreportedMutants {
         rows: &[RowName::SPREAD_TO_TONEMAP],
