@@ -40,7 +40,10 @@ pub enum Step {
 impl Step {
     /// The steps of the frames of a plan. Those before the tone mapping are shown tone-mapped all the same, as far as nothing else is said.
     pub fn all(plan: &FramePlan) -> Vec<Self> {
-        List::of(plan).passes().flat_map(|pass| Self::of(pass, plan)).collect()
+        let mut steps: Vec<_> = List::of(plan).passes().flat_map(|pass| Self::of(pass, plan)).collect();
+        // A pass that is recorded several times is one step.
+        steps.dedup();
+        steps
     }
 
     /// The steps of one pass. A window's own passes, and what only shows a buffer, have none.
@@ -79,7 +82,8 @@ impl Step {
         let mut settings = Settings { light_path: plan.light_path, ..whole.clone() };
         // Effects that come later are left out.
         let list = List::of(plan);
-        let later = list.passes().skip_while(|pass| pass.place.name() != self.pass(plan)).skip(1);
+        let is_own = |pass: &&Pass| pass.place.name() == self.pass(plan);
+        let later = list.passes().skip_while(|pass| !is_own(pass)).skip_while(is_own);
         let mut later = later.filter_map(|pass| pass.leave_out).peekable();
         if let (Self::Effect(_), None) = (self, later.peek()) {
             return whole.clone();
@@ -171,6 +175,8 @@ fn turned(now: Option<usize>, count: usize, back: bool) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
     use crate::plan::samples;
     use crate::scene::{AmbientOcclusion, Falloff, GbufferChoice, LightPath, Material, Scene};
@@ -233,9 +239,11 @@ mod tests {
         assert_eq!(passes(&plain, &deferred), ["GEOMETRY", "LIGHTING"]);
         assert_eq!(passes(&plain, &Settings::default()), ["FORWARD"]);
         assert_eq!(passes(&plain, &Settings { fxaa: true, ..deferred.clone() }), ["GEOMETRY", "LIGHTING", "FXAA"]);
+        let mut shaded = plain.clone();
+        shaded.environment.ambient = Vec3::splat(0.1);
         let effects = Settings { ao: AmbientOcclusion::Gtao, bloom: 0.1, vignette: 0.5, ..deferred.clone() };
         let all = ["GEOMETRY", "AO_DENOISE", "LIGHTING", "SPREAD", "TONEMAP", "TONE"];
-        assert_eq!(passes(&plain, &effects), all);
+        assert_eq!(passes(&shaded, &effects), all);
         let tiled = Settings { light_path: LightPath::Compute, ..deferred.clone() };
         assert_eq!(passes(&street(), &tiled), ["SHADOW", "GEOMETRY", "TILED"]);
         let glass = samples::scene(vec![Material::default(), samples::glass()], vec![samples::sky()]);
@@ -261,7 +269,8 @@ mod tests {
 
     #[test]
     fn effects_are_left_out_of_the_steps_before_them() {
-        let plain = samples::scene(vec![Material::default()], vec![samples::sky()]);
+        let mut plain = samples::scene(vec![Material::default()], vec![samples::sky()]);
+        plain.environment.ambient = Vec3::splat(0.1);
         let whole =
             Settings { ao: AmbientOcclusion::Gtao, bloom: 0.1, vignette: 0.5, fxaa: true, ..samples::deferred() };
         let plan = FramePlan::of(&plain, &whole, &samples::device()).expect("a plan");

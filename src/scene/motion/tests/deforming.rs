@@ -172,7 +172,6 @@ proptest! {
     fn a_box_of_joints_and_shapes_holds_every_vertex_and_little_more((mesh, joints, weights) in cloud()) {
         let deformed = deform(&mesh, &weights, Some(&joints));
         let bounds = DeformBounds::of(&mesh, true).bounds(&joints, &weights);
-        prop_assert_eq!(bounds.union(&deformed.bounds), bounds);
         // No larger than what each vertex can reach by any of the joints that it hangs on, and the shapes wherever.
         let shaped = deform(&mesh, &weights, None);
         let reach: f64 = weights.iter().zip(&mesh.morphs).map(|(weight, _)| 2.0 * weight.abs()).sum();
@@ -181,6 +180,8 @@ proptest! {
         // What f64 rounds of places before they are moved is as much larger.
         let terms = joints.iter().map(|own| own.matrix3.to_cols_array().map(f64::abs).into_iter().fold(0.0, f64::max));
         let rounded = 1e-14 * terms.fold(1.0, f64::max) * around.min.abs().max(around.max.abs()).max_element();
+        let outside = (bounds.min - deformed.bounds.min).max(deformed.bounds.max - bounds.max).max_element();
+        prop_assert!(outside <= rounded, "{outside} of {:?} beside {bounds:?}", deformed.bounds);
         let slack = DVec3::splat(1e-5 * largest.size().max_element() + 1e-6 + rounded);
         let largest = Aabb { min: largest.min - slack, max: largest.max + slack };
         prop_assert_eq!(bounds.union(&largest), largest);
