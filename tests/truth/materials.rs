@@ -262,8 +262,11 @@ fn a_normal_map_leans_as_far_at_any_scale() {
             let mut baked = papered(material, sampled([Wrap::Repeat; 2], Filter::Linear));
             baked.meshes[0].compute_tangents();
             let mut scaled = baked.clone();
-            scaled.meshes[0].positions.iter_mut().flatten().for_each(|at| *at /= scale as f32);
-            scaled.meshes[0].compute_tangents();
+            let mesh = &mut scaled.meshes[0];
+            mesh.positions.iter_mut().flatten().for_each(|at| *at /= scale as f32);
+            mesh.origin /= scale;
+            mesh.bounds = mesh.compute_bounds();
+            mesh.compute_tangents();
             scaled.objects[0].transform.matrix3 *= scale;
             let reference = |scene: &Scene| {
                 let view = View { camera: scene.camera, size: [SIZE[0], SIZE[1]] };
