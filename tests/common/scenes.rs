@@ -4,8 +4,8 @@
 use afterlight::frame::{Error, Renderer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, Brdf, Camera, Channel, Clip, ColorSpace, Environment, Falloff, Interpolation, LightPath, Look, Material,
-    Output, Playing, Scene, Settings, ShadowFilter, ShadowSettings, Target, Texture, Transparency, View,
+    AlphaMode, Brdf, Camera, Channel, Clip, ColorSpace, Emitter, Environment, Falloff, Interpolation, LightPath, Look,
+    Material, Output, Playing, Scene, Settings, ShadowFilter, ShadowSettings, Target, Texture, Transparency, View,
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
@@ -161,9 +161,14 @@ pub fn draw_everything(gpu: &Gpu) {
     exercise(gpu, &glass, &Settings { msaa: 4, ..oit.clone() });
     exercise(gpu, &plain, &Settings { fxaa: true, ..small(&plain) });
     exercise(gpu, &plain, &Settings { gbuffer: gbuffer("float32"), ..small(&plain) });
+    let smoking = Scene { emitters: vec![Emitter { rate: 3000.0, ..Emitter::default() }], ..plain.clone() };
     for &(_, view) in View::NAMES.iter().filter(|(_, view)| gpu.shows(*view)) {
         let msaa = if view == View::Complexity { 4 } else { 1 };
-        exercise(gpu, &plain, &Settings { view, msaa, ..small(&plain) });
+        let scene = if view == View::Particles { &smoking } else { &plain };
+        exercise(gpu, scene, &Settings { view, msaa, ..small(scene) });
+    }
+    for transparency in [Transparency::Sorted, Transparency::Oit] {
+        exercise(gpu, &smoking, &Settings { transparency, taa: true, ..small(&smoking) });
     }
     for &(_, filter) in ShadowFilter::NAMES {
         let shadows = ShadowSettings { filter, cache: false, cascades: 4, size: 64, ..ShadowSettings::default() };
