@@ -29,7 +29,7 @@ override PEAK: f32 = 1e28;
 @group(2) @binding(6) var texture_sampler: sampler;
 #endif
 
-// In the place of a softness: it hides all of the picture.
+// A softness that stands for a square which hides all of the picture.
 const COVERS: f32 = -1.0;
 
 struct Varying {

@@ -92,7 +92,7 @@ fn random_vector() -> vec3<f32> {
     return vec3(x, y, both_ways());
 }
 
-// How far something gets: what its first velocity is times, and what a steady acceleration is.
+// The factors of the first velocity and of a steady acceleration in the way that a particle has come.
 fn travel(drag: f32, time: f32) -> vec2<f32> {
     let a = drag * time;
     if a < 0.5 {
@@ -112,7 +112,7 @@ fn key_at(count: u32, share_of_life: f32) -> vec2<f32> {
     return vec2(first, at - first);
 }
 
-// What arrives from everywhere and is scattered evenly to all sides, in nits: as much as an even sky of that radiance would send through.
+// The light that arrives from everywhere and is scattered evenly to all sides, in nits: as much as an even sky of that radiance would send through.
 fn scattered(position: vec3<f32>, ambient: vec3<f32>) -> vec3<f32> {
     var radiance = ambient;
 #ifdef LIGHTS
@@ -128,7 +128,7 @@ fn scattered(position: vec3<f32>, ambient: vec3<f32>) -> vec3<f32> {
 #ifdef SHADOW
         let casts = select(PUNCTUAL_SHADOWS, DIRECTIONAL_SHADOWS, i < frame.directional_count);
         if casts && strength > 0.0 {
-            // As a surface that faces the light.
+            // The shadow on a surface that faces the light.
             strength *= visibility(light.falloff, position, to_light, to_light, SHADOW_FILTER);
         }
 #endif
@@ -184,7 +184,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         emission = mix((*emitter).emissions[key], (*emitter).emissions[min(key + 1u, 3u)], at.y).rgb;
     }
     let distance = dot(position, frame.forward);
-    // What is behind the near plane, or shows nothing, is drawn of no size.
+    // Particles behind the near plane, and those that show nothing, have no size.
     let seen = distance > frame.near && size > 0.0 && color.a > 0.0;
     var light = vec3(0.0);
     if seen && !COUNTS {

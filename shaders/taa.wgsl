@@ -3,7 +3,7 @@
 #import afterlight::history::{averaged, COUNT, distance_of, History, light_of, mean_of, most, MOVING, packed}
 
 struct Push {
-    // From a pixel of this frame, its place and its depth (x, y, depth, 1), to the same in the frame before, less the identity.
+    // The map from a pixel of this frame, its place and its depth (x, y, depth, 1), to the same in the frame before, less the identity.
     moved: mat4x4<f32>,
     // Where in each pixel this frame looks, in pixels from its centre.
     jitter: vec2<f32>,
@@ -11,7 +11,7 @@ struct Push {
     depths: vec2<f32>,
     depths_before: vec2<f32>,
     flags: u32,
-    // From the exposure of the frame before to this one's.
+    // The exposure of this frame over that of the frame before.
     exposed: f32,
 }
 
@@ -40,11 +40,11 @@ override ORTHOGRAPHIC: bool = false;
 // How far the mean of frames before may lie from that of the pixels around, in their standard deviations (M. Salvi, "An Excursion in Temporal
 // Supersampling", 2016).
 const SPREAD: f32 = 1.0;
-// What lies nearer than this share of where the surface was, hid it.
+// A surface nearer than this share of the distance hid the one that is looked for.
 const HID: f32 = 0.95;
 // Where the sky is, in metres.
 const FARTHEST: f32 = 1e30;
-// Of a vector's colour: pixels at which it is half as bright as it can be.
+// The length in pixels at which a vector's colour is half as bright as it can be.
 const HALF_BRIGHT: f32 = 4.0;
 
 @group(0) @binding(0) var<storage, read> before: History;
@@ -103,7 +103,7 @@ fn from_ycocg(c: vec3<f32>) -> vec3<f32> {
     return vec3(t + c.y, c.x + c.z, t - c.y);
 }
 
-// Of this frame around a pixel: where the nearest surface is, and what lies around it.
+// The neighbourhood of a pixel in this frame: where the nearest surface is, and the colours around it.
 struct Around {
     nearest: vec2<i32>,
     mean: vec3<f32>,
@@ -149,11 +149,11 @@ fn weights(t: f32) -> vec4<f32> {
     return vec4(a, b, c, t * t * (-0.5 + 0.5 * t));
 }
 
-// What frames before saw at a place.
+// The history at a place.
 struct Seen {
     mean: vec3<f32>,
     count: f32,
-    // Of four texels, the greatest.
+    // The greatest of four texels.
     distance: f32,
     moving: bool,
 }
@@ -183,7 +183,7 @@ fn seen_before(place: vec2<f32>, size: vec2<i32>) -> Seen {
     return own;
 }
 
-// As this frame is exposed.
+// The history as this frame is exposed.
 fn exposed(mean: vec3<f32>) -> vec3<f32> {
     if push.exposed == 1.0 {
         return mean;

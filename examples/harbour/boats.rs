@@ -11,9 +11,9 @@ use super::model::{Model, at, colour, smooth};
 struct Hull {
     length: f64,
     half_beam: f64,
-    /// Below the water line.
+    /// The depth of the keel below the water line.
     draught: f64,
-    /// Of the rail over the water line amidships.
+    /// The height of the rail over the water line amidships.
     board: f64,
     bottom: DVec3,
     side: DVec3,
@@ -102,7 +102,7 @@ fn line(model: &mut Model, from: DVec3, to: DVec3, radius: f64) {
     model.tube("rope", &[from, to], (radius, radius), 4);
 }
 
-/// Of wood, blue and white, with a wheelhouse aft and a mast with a boom.
+/// A wooden boat, blue and white, with a wheelhouse aft and a mast with a boom.
 pub fn fishing_boat() -> Model {
     let mut model = Model::new();
     let hull = Hull {

@@ -9,11 +9,11 @@ use serde_json::{Map, Value, json};
 use super::model::{Model, Part};
 use super::paint::Picture;
 
-/// What moves, and its keys.
+/// One property of a node that a clip moves, with its keys.
 pub struct Channel {
     pub target: Target,
     pub times: Vec<f64>,
-    /// As many numbers a key as the target has.
+    /// All components of the first key, then those of the next.
     pub values: Vec<f64>,
 }
 

@@ -12,14 +12,14 @@ pub struct House {
     pub height: f64,
     /// Height of the roof over the eaves.
     pub rise: f64,
-    /// Whether the front ends in a gable; else the eaves are there.
+    /// True where the front ends in a gable, false where the eaves are in front.
     pub gable: bool,
     pub wall: (&'static str, DVec3),
     pub trim: DVec3,
     pub shutters: Option<DVec3>,
     pub storeys: u32,
     pub bays: u32,
-    /// Which bay of the ground floor has the door.
+    /// The bay of the ground floor with the door, counted from the left.
     pub door: u32,
     /// Bays beside the door's are a shop with an awning of this colour.
     pub awning: Option<DVec3>,

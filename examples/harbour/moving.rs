@@ -1,4 +1,4 @@
-//! What moves: boats and a buoy on the sea, flags and a vane in the wind, a crane, the lighthouse's lens, and gulls.
+//! The clips: boats and a buoy on the sea, flags and a vane in the wind, a crane, the lighthouse's lens, and gulls.
 
 use std::f64::consts::TAU;
 
@@ -50,7 +50,7 @@ fn heaving(node: usize, rest: DVec3, seconds: f64, by: f64, phase: f64) -> Chann
     Channel { target: Target::Translation(node), times, values }
 }
 
-/// Where boats lie: their place, and where the bow points, in degrees from +X to -Z.
+/// Places of the boats, and the directions of their bows in degrees from +X to -Z.
 const FISHING: (DVec3, f64) = (DVec3::new(-11.8, 0.0, 3.0), 176.0);
 const SAILING: (DVec3, f64) = (DVec3::new(0.5, 0.0, 11.0), 28.0);
 

@@ -304,14 +304,14 @@ fn painted(surfaces: &[fn() -> [Picture; 2]]) -> Vec<Picture> {
     })
 }
 
-/// What the harbour is painted with; materials find them by name.
+/// The textures of the harbour; materials find them by name.
 pub fn of_the_harbour() -> Vec<Picture> {
     let mut all = painted(&[stone, cobble, plaster, roof, wood, brick, rock]);
     all.push(leaves());
     all
 }
 
-/// What hills and sea are painted with.
+/// The textures of hills and sea.
 pub fn of_the_surroundings() -> Vec<Picture> {
     let mut all = painted(&[ground]);
     all.push(water());

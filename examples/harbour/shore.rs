@@ -1,4 +1,4 @@
-//! Where land and sea meet: hills, the quay, the mole, the pier and the water.
+//! The shore: hills, the quay, the mole, the pier and the water.
 
 use glam::{DVec2, DVec3};
 
@@ -7,7 +7,7 @@ use super::paint::wide_clouds;
 
 /// The top of the quay; the sea is at 0.
 pub const QUAY: f64 = 1.7;
-/// Where the quay ends in the east and the mole begins.
+/// The x at which the quay ends in the east and the mole begins.
 pub const EAST: f64 = 30.0;
 /// The lighthouse's foot.
 pub const LIGHT: DVec3 = DVec3::new(49.0, 2.6, -11.0);
@@ -247,7 +247,7 @@ pub fn mole() -> Model {
     model
 }
 
-/// Where boulders of each of so many kinds lie along the mole and around the lighthouse: place, turn and size.
+/// Boulders of each of so many kinds along the mole and around the lighthouse: place, turn and size.
 pub fn boulders(kinds: usize) -> Vec<Vec<(DVec3, f64, f64)>> {
     let mut dice = Dice::new(8);
     let mut places = vec![Vec::new(); kinds];

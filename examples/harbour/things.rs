@@ -1,4 +1,4 @@
-//! What stands about on the quay, grows behind it, and moves.
+//! Things on the quay, trees behind it, and parts that clips move.
 
 use std::f64::consts::{PI, TAU};
 
@@ -72,7 +72,7 @@ pub fn barrel(model: &mut Model, tint: DVec3) {
     }
 }
 
-/// Where a lamp's light is, over its foot.
+/// The height of a lamp's light over its foot.
 pub const LAMP: f64 = 3.72;
 
 pub fn lamp_post() -> Model {
@@ -142,7 +142,7 @@ pub fn bollard() -> Model {
     model
 }
 
-/// What turns of the crane, about its mast's foot; its jib points along +Z.
+/// The part of the crane that turns, about its mast's foot; its jib points along +Z.
 pub fn crane() -> Model {
     let mut model = Model::new();
     let paint = colour(0x3c5a50);
@@ -215,7 +215,7 @@ pub fn vane() -> Model {
     model
 }
 
-/// What turns in the lighthouse: four panes of bright glass.
+/// The lens that turns in the lighthouse: four panes of bright glass.
 pub fn lens() -> Model {
     let mut model = Model::new();
     model.tint = colour(0xd8c070);

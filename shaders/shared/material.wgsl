@@ -157,7 +157,7 @@ fn world_normal(rows: Rows, normal: vec3<f32>) -> vec3<f32> {
     return turned_normal(linear(rows), normal);
 }
 
-// Of unit length, however large the object is: a mapped normal leans as far at any scale.
+// The tangent has unit length, however large the object is: a mapped normal leans as far at any scale.
 fn world_tangent(rows: Rows, tangent: vec4<f32>) -> vec4<f32> {
     let t = tangent.xyz;
     let sign = handedness(linear(rows));
