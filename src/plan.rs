@@ -21,6 +21,7 @@ mod occlusion;
 mod output;
 mod particles;
 mod parts;
+mod reflections;
 #[cfg(test)]
 pub(crate) mod samples;
 mod shadows;
@@ -40,6 +41,7 @@ pub use lights::{PlannedLights, UNIFORM_LIGHTS};
 pub use output::{Canvas, Encoding, HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping, Transfer};
 pub use particles::{ParticlePlan, SORT_BLOCK};
 pub use parts::{Part, PartGroup};
+pub use reflections::{Hiz, ReflectionPlan};
 pub use shadows::{MapProjection, ShadowLight, ShadowPlan, Tile};
 pub use sky::SkyPlan;
 pub use surfaces::{
@@ -163,8 +165,8 @@ pub enum Shading {
 impl Shading {
     fn of(view: View, device: &Capabilities) -> Result<Self, Error> {
         Ok(match view {
-            // Bloom, particles and velocity are planned as the lit picture, from settings of their own.
-            View::Final | View::Ambient | View::Bloom | View::Particles | View::Velocity => {
+            // Planned as the lit picture, from settings of their own.
+            View::Final | View::Ambient | View::Bloom | View::Particles | View::Velocity | View::Reflections => {
                 Self::Light { light_only: false }
             }
             View::Lighting => Self::Light { light_only: true },
@@ -206,6 +208,8 @@ pub struct FramePlan {
     pub sky: Option<SkyPlan>,
     /// How ambient occlusion is found, or why it is not.
     pub ao: Result<AoPlan, String>,
+    /// How surfaces mirror what the picture shows, or why they do not.
+    pub reflections: Result<ReflectionPlan, String>,
     /// The shadow maps of all lights that have some.
     pub shadow: Option<ShadowPlan>,
     /// Emissive light is written by GEOMETRY and LIGHTING adds to it.
@@ -313,6 +317,7 @@ struct Choices {
     sky: Option<SkyPlan>,
     ao: Result<AoPlan, String>,
     particles: Option<ParticlePlan>,
+    reflections: Result<ReflectionPlan, String>,
     way: Way,
 }
 
@@ -342,6 +347,7 @@ impl Choices {
         taa::check(settings, lighting.path, shading.is_lit())?;
         lens::check(scene, settings)?;
         checks::check_msaa(settings, gbuffer.as_ref(), lighting.path, device)?;
+        let reflections = reflections::choose(scene, settings, lighting.path)?;
         let blending = Blending {
             lit: shading.is_lit(),
             tiled: lighting.path == LightPath::Compute,
@@ -349,7 +355,9 @@ impl Choices {
             adds_lights: adds_lights(lighting.path, &lighting.lights),
             transparent: surfaces.transparency.is_some(),
             adds_ambient: false,
-            filters: Bloom::of(settings, shading).is_some() || TaaPlan::of(settings, shading).is_some(),
+            filters: Bloom::of(settings, shading).is_some()
+                || TaaPlan::of(settings, shading).is_some()
+                || reflections.is_ok(),
         };
         let sky = SkyPlan::of(scene, settings, shading);
         if sky.is_some() {
@@ -365,12 +373,12 @@ impl Choices {
         let locations = geometry_locations(gbuffer.as_ref(), shading, surfaces.emissive);
         checks::check_attachments(locations, gbuffer.as_ref(), settings.msaa, device)?;
         let ao = ao::choose(scene, settings, lighting.path)?;
-        // With a G-buffer that the next pass reads at its own pixel, depth with it. AO reads its neighbours.
+        // With a G-buffer that the next pass reads at its own pixel, depth with it. AO reads its neighbours, and so do reflections.
         let stores_gbuffer = gbuffer.is_some()
             && lighting.path != LightPath::Compute
             && settings.view != View::Complexity
-            && (settings.keep.has(OptionalPart::StoredGbuffer) || ao.is_ok());
-        Ok(Self { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, particles, way })
+            && (settings.keep.has(OptionalPart::StoredGbuffer) || ao.is_ok() || reflections.is_ok());
+        Ok(Self { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, particles, reflections, way })
     }
 }
 
@@ -394,6 +402,7 @@ impl FramePlan {
         let (view, counts) = (settings.view, settings.view == View::Particles);
         let settings = bloom::planned(settings);
         let settings = particles::planned(&settings);
+        let settings = reflections::planned(&settings);
         let settings = taa::planned(&settings);
         let settings = settings.as_ref();
         let mut plan = Self::decide(scene, settings, device, counts)?;
@@ -412,7 +421,7 @@ impl FramePlan {
     /// All but the words about it, for a scene that has been checked.
     /// `counts`: layers of particles are counted.
     fn decide(scene: &Scene, settings: &Settings, device: &Capabilities, counts: bool) -> Result<Self, Error> {
-        let Choices { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, particles, way } =
+        let Choices { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, particles, reflections, way } =
             Choices::of(scene, settings, device, counts)?;
         let rules = SurfaceRules::of(settings, shading, &lighting, &surfaces);
         let pipelines = rules.pipelines(scene);
@@ -438,6 +447,7 @@ impl FramePlan {
             shading,
             stores_gbuffer,
             ao,
+            reflections,
             gbuffer,
             sky,
             shadow: lighting.shadow,
@@ -670,11 +680,12 @@ impl FramePlan {
         self.shading != Shading::ShowShadowMap
     }
 
-    /// Whether there is TONEMAP, which reads the HDR target: it ends the main pass, or comes after BLOOM or SHARPEN in another.
+    /// Whether there is TONEMAP, which reads the HDR target: it ends the main pass, or comes after BLOOM, SHARPEN or reflections in another.
     pub fn has_tonemap_subpass(&self) -> bool {
         matches!(self.tone_mapping, ToneMapping::Subpass(_) | ToneMapping::Kept)
             || self.bloom.is_some()
             || self.taa.is_some()
+            || self.reflects()
     }
 }
 

@@ -19,7 +19,8 @@ pub const CAPABILITIES: Capabilities = Capabilities::IMMEDIATES
     .union(Capabilities::CUBE_ARRAY_TEXTURES)
     .union(Capabilities::TEXTURE_AND_SAMPLER_BINDING_ARRAY)
     .union(Capabilities::PRIMITIVE_INDEX)
-    .union(Capabilities::EARLY_DEPTH_TEST);
+    .union(Capabilities::EARLY_DEPTH_TEST)
+    .union(Capabilities::SHADER_FLOAT16_IN_FLOAT32);
 
 /// naga_oil packs the module's number above this bit of a place.
 const PLACE_BITS: u32 = 21;

@@ -71,6 +71,13 @@ fn ambient_light(surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
     return max(even + frame.ambient_tilt * ((mirrored_y - surface.normal.y) * texel.occlusion) * lobe, vec3(0.0));
 }
 
+// What of that the lobe mirrors.
+fn mirrored_ambient(surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
+    let lobe = ambient_lobe(surface, brdf_of(surface, model), texel.roughness);
+    let mirrored_y = 2.0 * dot(surface.normal, surface.view) * surface.normal.y - surface.view.y;
+    return max((frame.ambient + frame.ambient_tilt * mirrored_y) * texel.occlusion * lobe, vec3(0.0));
+}
+
 #ifdef LIGHTS
 // What directional light number `i` adds.
 fn directional_light(i: u32, surface: Surface, texel: Texel, model: Model) -> vec3<f32> {

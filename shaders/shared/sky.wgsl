@@ -22,25 +22,47 @@ fn dominant(normal: vec3<f32>, mirrored: vec3<f32>, roughness: f32) -> vec3<f32>
     return mix(normal, mirrored, smoothness * (sqrt(smoothness) + alpha));
 }
 
-// What a surface reflects of the sky, in nits, all of which arrives. The lobe by the split sum (Karis, "Real Shading in Unreal Engine 4", 2013). What it
-// does not mirror at once is mirrored again, evenly (Fdez-Aguera, "A Multiple-Scattering Microfacet Model for Real-Time Image-based
-// Lighting", 2019), and the base gets the rest: together they reflect all of an even sky where nothing is absorbed. The Phong models' lobes have no
-// share, as of other ambient light.
-fn sky_light(surface: Surface, brdf: u32, perceptual_roughness: f32) -> vec3<f32> {
-    let base = textureSampleLevel(sky_base, sky_sampler, to_sky(surface.normal), 0.0).rgb;
-    let diffuse = surface.diffuse * PI;
-    if brdf != COOK_TORRANCE {
-        return diffuse * base * frame.sky_scale;
-    }
+// What a surface of Cook-Torrance collects of the sky, in units of frame.sky_scale, and its shares of it.
+struct Collected {
+    // From where the lobe looks, and by the cosine.
+    lobe: vec3<f32>,
+    base: vec3<f32>,
+    // Of the first, what is mirrored at once; of the second, what is mirrored again.
+    single: vec3<f32>,
+    again: vec3<f32>,
+}
+
+// The lobe by the split sum (Karis, "Real Shading in Unreal Engine 4", 2013). What it does not mirror at once is mirrored again, evenly (Fdez-Aguera, "A
+// Multiple-Scattering Microfacet Model for Real-Time Image-based Lighting", 2019).
+fn collected(surface: Surface, perceptual_roughness: f32) -> Collected {
+    var own: Collected;
+    own.base = textureSampleLevel(sky_base, sky_sampler, to_sky(surface.normal), 0.0).rgb;
     let roughness = max(perceptual_roughness, MIN_ROUGHNESS);
     let mirrored = 2.0 * dot(surface.normal, surface.view) * surface.normal - surface.view;
     let toward = to_sky(dominant(surface.normal, mirrored, roughness));
-    let lobe = textureSampleLevel(sky_lobe, sky_sampler, toward, roughness * ROUGHEST_LEVEL).rgb;
+    own.lobe = textureSampleLevel(sky_lobe, sky_sampler, toward, roughness * ROUGHEST_LEVEL).rgb;
     let shares = textureSampleLevel(sky_table, sky_sampler, vec2(surface.n_dot_v, roughness), 0.0).xy;
-    let single = surface.specular * shares.x + vec3(surface.grazing * shares.y);
+    own.single = surface.specular * shares.x + vec3(surface.grazing * shares.y);
     // What the lobe of a perfect mirror leaves is scattered again; each time the mean of Schlick's Fresnel over all angles is kept.
     let missing = 1.0 - shares.x - shares.y;
     let mean = surface.specular + (vec3(surface.grazing) - surface.specular) / 21.0;
-    let again = missing * single * mean / (vec3(1.0) - mean * missing);
-    return (single * lobe + (again + diffuse * (vec3(1.0) - single - again)) * base) * frame.sky_scale;
+    own.again = missing * own.single * mean / (vec3(1.0) - mean * missing);
+    return own;
+}
+
+// What a surface reflects of the sky, in nits, all of which arrives. The base gets what the lobe leaves: together they reflect all of an even sky where
+// nothing is absorbed. The Phong models' lobes have no share, as of other ambient light.
+fn sky_light(surface: Surface, brdf: u32, perceptual_roughness: f32) -> vec3<f32> {
+    let diffuse = surface.diffuse * PI;
+    if brdf != COOK_TORRANCE {
+        return diffuse * textureSampleLevel(sky_base, sky_sampler, to_sky(surface.normal), 0.0).rgb * frame.sky_scale;
+    }
+    let own = collected(surface, perceptual_roughness);
+    return (own.single * own.lobe + (own.again + diffuse * (vec3(1.0) - own.single - own.again)) * own.base) * frame.sky_scale;
+}
+
+// What of that a lobe of Cook-Torrance mirrors, at once and again.
+fn mirrored_sky(surface: Surface, perceptual_roughness: f32) -> vec3<f32> {
+    let own = collected(surface, perceptual_roughness);
+    return (own.single * own.lobe + own.again * own.base) * frame.sky_scale;
 }

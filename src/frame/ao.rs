@@ -20,7 +20,7 @@ pub struct AoStage {
 }
 
 /// What a pass reads and stores to, at its bindings.
-fn images(passes: &RenderPasses, pass: &Pass, plan: &FramePlan) -> Vec<Bound> {
+pub(super) fn images(passes: &RenderPasses, pass: &Pass, plan: &FramePlan) -> Vec<Bound> {
     let all = (pass.touches)(plan).into_iter().filter_map(|touch| {
         let Resource::Target(target) = touch.resource else { return None };
         let image = passes.targets.image(target);

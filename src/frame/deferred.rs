@@ -15,6 +15,8 @@
 //!                AMBIENT    light of the sky, in LIGHTING's subpass, where a sky lights the scene
 //!                SKY        the sky, in the subpass of what lights surfaces, where nothing is
 //!                FORWARD    in the place of these two on the forward light paths: surfaces, lit as they are rasterized
+//! compute        HIZ, REFLECT, REFLECT_RESOLVE  where asked for: what smooth surfaces mirror of the lit picture, added to it; the main pass ends before
+//!                them, and a blend pass goes on
 //!                TRANSPARENT  surfaces that let light through, over the lit picture
 //!                PARTICLES  in its subpass, after them
 //!                COMPOSITE  only where TRANSPARENT summed them up without sorting
@@ -30,15 +32,19 @@
 //! A pass that the plan leaves out has no object, no resources and no commands. On the light path `compute` the frame is
 //! [`super::tiled`]'s instead. Both share [`super::render_passes`].
 
+use std::cell::Cell;
+
 use ash::vk;
 
 use super::FrameParts;
 use super::ao::{self, AoStage};
 use super::edges::{Edge, RowName};
 use super::list::{
-    self, FXAA_PASS, GBUFFER_PASS, MAIN_PASS, Occasion, SHADOW_PASS, SHARPEN_PASS, Step, Subpass, TONEMAP_PASS,
+    self, BLEND_PASS, FXAA_PASS, GBUFFER_PASS, MAIN_PASS, Occasion, SHADOW_PASS, SHARPEN_PASS, Step, Subpass,
+    TONEMAP_PASS,
 };
 use super::particles::{self as particle_steps, ParticleStage};
+use super::reflections::{self, ReflectStage};
 use super::render_passes::{RenderPassIndex, RenderPasses, prepass};
 use super::taa::{self, TaaStage};
 use crate::gpu::{self, Image, Timestamps, barrier};
@@ -76,6 +82,8 @@ pub struct Deferred {
     /// Between the two render passes.
     ao: Option<AoStage>,
     sky: Option<SkyPass>,
+    /// Between the main pass and the blend pass, where that has something to draw.
+    reflect: Option<(ReflectStage, Option<RenderPassIndex>)>,
     transparent: Option<Transparent>,
     particles: Option<Box<ParticleStage>>,
     composite: Option<Composite>,
@@ -128,14 +136,17 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
         (None, None) => shown = last,
     }
     let [tonemap, tone] = shown;
-    let light: [Option<Subpass>; 6] = [
+    let lit = [
         subpass(&lighting::PASS, &[&lighting::PASS, &per_light::PASS, &ambient::PASS, &sky::PASS, &view::PASS]),
         subpass(&forward::PASS, &[&depth::PASS, &forward::PASS, &sky::PASS]),
-        subpass(&transparent::PASS, &[&transparent::PASS, &particles::PASS]),
-        alone(&composite::PASS),
-        tonemap,
-        tone,
     ];
+    let over = subpass(&transparent::PASS, &[&transparent::PASS, &particles::PASS]);
+    let blended = [over, alone(&composite::PASS), tonemap, tone];
+    // REFLECT reads the light of all pixels, so that the main pass ends with it.
+    let (light, blended): (Vec<Option<Subpass>>, Vec<_>) = match plan.reflects() {
+        true => (lit.into(), blended.into()),
+        false => (lit.into_iter().chain(blended).collect(), Vec::new()),
+    };
     let mut steps = vec![super::render_passes::skin_step(plan)];
     steps.extend(super::render_passes::culling_steps(plan));
     steps.push(list::render_pass(SHADOW_PASS, [alone(&shadow::PASS)]));
@@ -149,6 +160,8 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
             steps.push(list::render_pass(MAIN_PASS, light));
         }
     }
+    steps.extend(reflections::steps(plan));
+    steps.push(list::render_pass(BLEND_PASS, blended));
     steps.extend(taa::steps(plan));
     steps.push(list::render_pass(SHARPEN_PASS, [alone(&sharpen::PASS)].into_iter().chain(smoothed)));
     // A step of SPREAD after another: all but the first wait alike.
@@ -253,11 +266,28 @@ impl Deferred {
             sky.record(frame);
             frame.end(times, &sky::PASS);
         }
+        if let Some((reflect, next)) = &self.reflect {
+            // Row `lighting-to-hiz`: they read the light and the G-buffer of all pixels.
+            // SAFETY: the main pass has no other subpass.
+            unsafe { gpu.cmd_end_render_pass(cmd) };
+            reflect.record(frame, passes, times);
+            if let Some(next) = next {
+                // SAFETY: outside a render pass; the blend pass begins with what comes next.
+                unsafe { gpu.cmd_begin_render_pass(cmd, &passes.begin(frame, *next), INLINE) };
+            }
+        }
+        // The first subpass of the blend pass has begun with it.
+        let has_begun = Cell::new(self.reflect.is_some());
+        let next_subpass = || {
+            if !has_begun.take() {
+                // SAFETY: the pass has the subpass of what is recorded next.
+                unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
+            }
+        };
         if self.transparent.is_some() || self.particles.is_some() {
-            // Rows `lighting-to-transparent` or `forward-to-transparent`: it tests against the depth of opaque surfaces, and sorted surfaces
-            // are blended over their light.
-            // SAFETY: the pass has TRANSPARENT next.
-            unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
+            // Rows `lighting-to-transparent`, `resolve-to-transparent` or `forward-to-transparent`: it tests against the depth of opaque surfaces,
+            // and sorted surfaces are blended over their light.
+            next_subpass();
         }
         if let Some(transparent) = &self.transparent {
             frame.begin(&transparent::PASS);
@@ -269,24 +299,38 @@ impl Deferred {
             particles.draw(frame, times);
         }
         if let Some(composite) = &self.composite {
-            // Rows `sums-to-composite`, and `lighting-to-composite` or `forward-to-composite`: it blends the sums of its pixel over the light.
-            // SAFETY: the pass has COMPOSITE next.
-            unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
+            // Rows `sums-to-composite`, and `lighting-to-composite`, `resolve-to-composite` or `forward-to-composite`: it blends the sums of its
+            // pixel over the light.
+            next_subpass();
             frame.begin(&composite::PASS);
             composite.record(frame);
             frame.end(times, &composite::PASS);
         }
+        // Where nothing is blended after reflections, there is no blend pass.
+        let is_open = Cell::new(self.reflect.as_ref().is_none_or(|(_, next)| next.is_some()));
+        let end_render_pass = || {
+            if is_open.take() {
+                // SAFETY: the render pass so far has no other subpass.
+                unsafe { gpu.cmd_end_render_pass(cmd) };
+            }
+        };
         if let Some(taa) = &self.taa {
-            // The main pass has stored light and depth, and another goes on after TAA.
+            // What so far has written light and depth has stored them, and another render pass goes on after TAA.
+            end_render_pass();
             taa.record(frame, passes, times);
+            is_open.set(true);
+            has_begun.set(false);
         }
         if let Some(tonemap) = &self.tonemap {
             match &self.bloom {
                 // Row `hdr-to-tonemap`: it reads the light of its pixel when the last surface is blended.
-                // SAFETY: the pass has TONEMAP next.
-                None => unsafe { gpu.cmd_next_subpass(cmd, INLINE) },
-                // Rows `hdr-to-bloom` and `spread-to-tonemap`: the pass so far has stored the light, and BLOOM spreads it in between.
-                Some(stage) => self.record_bloom(frame, stage, times),
+                // Row `hdr-to-tonemap`: it reads the light of its pixel when the last surface is blended.
+                None => next_subpass(),
+                // Rows `hdr-to-bloom` and `spread-to-tonemap`: the light is stored, and BLOOM spreads it in between.
+                Some(stage) => {
+                    end_render_pass();
+                    self.record_bloom(frame, stage, times);
+                }
             }
             frame.begin(&tonemap::PASS);
             tonemap.record(frame);
@@ -312,7 +356,7 @@ impl Deferred {
         }
     }
 
-    /// BLOOM and SPREAD, between the pass so far, which it ends, and the one that goes on with TONEMAP, which it begins.
+    /// BLOOM and SPREAD, outside a render pass, and the begin of the one that goes on with TONEMAP.
     fn record_bloom(&self, frame: &Recording, stage: &BloomStage, times: &mut Option<Timestamps>) {
         let (gpu, cmd) = (&frame.device.raw, frame.cmd);
         let barrier = |row: &Option<Edge>| {
@@ -320,8 +364,6 @@ impl Deferred {
                 barrier::buffer_barrier(frame.device, cmd, &stage.bloom.levels, row.order());
             }
         };
-        // SAFETY: the main pass, or SHARPEN's, has no other subpass.
-        unsafe { gpu.cmd_end_render_pass(cmd) };
         frame.begin(&bloom::PASS);
         // TONEMAP of the last frame may still read the levels.
         barrier(&stage.reuse);
@@ -385,6 +427,7 @@ impl Deferred {
             _ => None,
         };
         let ao = AoStage::new(parts, &passes)?;
+        let reflect = ReflectStage::new(parts, &passes)?.map(|stage| (stage, passes.find(BLEND_PASS)));
         let tone = slot(&tone::PASS).map(|slot| Tone::new(device, plan, slot, layouts)).transpose()?;
         Ok(Self {
             passes,
@@ -394,6 +437,7 @@ impl Deferred {
             opaque,
             ao,
             sky,
+            reflect,
             transparent,
             particles,
             composite,
@@ -423,6 +467,9 @@ impl Deferred {
         }
         if let Some(particles) = &mut self.particles {
             particles.rebind(parts, passes)?;
+        }
+        if let Some((reflect, _)) = &mut self.reflect {
+            reflect.rebind(parts, passes)?;
         }
         if let Some(composite) = &mut self.composite {
             composite.inputs.read_from(device, &passes.inputs(&composite::PASS, plan))?;

@@ -29,6 +29,7 @@ mod masks;
 mod particles;
 mod prefilter;
 mod presentation;
+mod reflections;
 mod shadow;
 mod skin;
 mod spread;

@@ -18,6 +18,7 @@ pub mod proof;
 mod read_back;
 #[cfg(feature = "present")]
 mod rebuild;
+mod reflections;
 pub(crate) mod render_pass;
 mod render_passes;
 #[cfg(feature = "present")]

@@ -58,11 +58,9 @@ impl TaaStage {
         self.sharpen.read_from(device, &self.taa.histories)
     }
 
-    /// Runs between the main pass, which it ends, and the one that it begins with SHARPEN.
+    /// Runs outside of a render pass, and begins the one that goes on with SHARPEN.
     pub fn record(&self, frame: &Recording, passes: &RenderPasses, times: &mut Option<Timestamps>) {
         let (gpu, cmd) = (&frame.device.raw, frame.cmd);
-        // SAFETY: the main pass has no other subpass.
-        unsafe { gpu.cmd_end_render_pass(cmd) };
         if let Some((pass, velocity)) = &self.velocity {
             // Rows `depth-to-velocity` and `velocity-reuse`: it tests against the depth that the main pass stored.
             frame.begin(&velocity::PASS);

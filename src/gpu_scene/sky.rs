@@ -145,10 +145,14 @@ fn cube_view(image: &Image) -> gpu::Result<Owned<vk::ImageView>> {
 pub(super) fn bindings(plan: &FramePlan) -> Vec<SetLayoutBinding> {
     let Some(sky) = &plan.sky else { return Vec::new() };
     let images = [(CUBE, sky.shown), (LOBE, sky.lights), (BASE, sky.lights), (TABLE, sky.lights)];
-    let fragment = vk::ShaderStageFlags::FRAGMENT;
+    let mut stages = vk::ShaderStageFlags::FRAGMENT;
+    if plan.reflects() {
+        // REFLECT_RESOLVE takes back what AMBIENT has added of it.
+        stages |= vk::ShaderStageFlags::COMPUTE;
+    }
     let images = images.into_iter().filter(|(_, is_in)| *is_in);
     images
-        .map(|(index, _)| binding(index, vk::DescriptorType::SAMPLED_IMAGE, fragment))
-        .chain([binding(SAMPLER, vk::DescriptorType::SAMPLER, fragment)])
+        .map(|(index, _)| binding(index, vk::DescriptorType::SAMPLED_IMAGE, stages))
+        .chain([binding(SAMPLER, vk::DescriptorType::SAMPLER, stages)])
         .collect()
 }

@@ -51,6 +51,7 @@ pub mod fill;
 pub mod forward;
 pub mod fxaa;
 pub mod geometry;
+pub mod hiz;
 pub mod lighting;
 pub mod occluders;
 pub mod overlay;
@@ -59,6 +60,8 @@ pub mod per_light;
 pub mod prefilter;
 pub mod present;
 pub mod pyramid;
+pub mod reflect;
+pub mod reflect_resolve;
 pub mod shadow;
 pub mod sharpen;
 pub mod simulate;
@@ -96,7 +99,7 @@ use crate::shaders::Variant;
 use crate::visible::{MapDraw, Since, Visible, World, WorldObject};
 
 /// All passes, as reports list them.
-pub const ALL: [&Pass; 36] = [
+pub const ALL: [&Pass; 39] = [
     &skin::PASS,
     &occluders::PASS,
     &pyramid::PASS,
@@ -116,6 +119,9 @@ pub const ALL: [&Pass; 36] = [
     &view::PASS,
     &forward::PASS,
     &sky::PASS,
+    &hiz::PASS,
+    &reflect::PASS,
+    &reflect_resolve::PASS,
     &transparent::PASS,
     &particles::PASS,
     &composite::PASS,

@@ -4,19 +4,28 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::Recording;
+use super::{Recording, Touch, gbuffer_inputs};
+use crate::gpu::sync::Use;
 use crate::gpu::{
     self, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline, pipeline_layout,
 };
+use crate::plan::{FramePlan, Target};
 use crate::shaders::Variant;
 
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 
 /// Edge of a work group in texels, as the shaders have it.
-const GROUP: u32 = 8;
+pub(super) const GROUP: u32 = 8;
 
 /// An image of set 1: its binding, view and layout. In the layout GENERAL it is stored to.
 pub type Bound = (u32, vk::ImageView, vk::ImageLayout);
+
+/// The targets of the G-buffer as a pass samples them that finds places by depth in every layout (`STORED` in `shaders/shared/gbuffer.wgsl`).
+pub(super) fn sampled_gbuffer(plan: &FramePlan, read: Use) -> Vec<Touch> {
+    let others = gbuffer_inputs(plan).into_iter().filter(|(_, own)| ![Target::Depth, Target::Position].contains(own));
+    let all = [(0, Target::Depth)].into_iter().chain(others);
+    all.map(|(binding, target)| Touch::sampled(binding, target, read)).collect()
+}
 
 /// Before it exists.
 pub struct PerPixelDesc<'a> {

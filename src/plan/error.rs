@@ -74,6 +74,9 @@ pub enum Error {
     /// A lens or a shutter that does not go with the camera or other settings.
     #[error("{0}")]
     Lens(String),
+    /// Reflections that do not go with other settings, or of which a number is out of range.
+    #[error("reflections: {0}")]
+    Reflections(String),
     /// A change of a living scene that its plan does not allow.
     #[error("{0}")]
     Change(String),

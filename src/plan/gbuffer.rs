@@ -153,7 +153,7 @@ fn channel_format(choice: TargetChoice, channels: u32) -> vk::Format {
 /// Bytes of a texel, for the formats that targets have.
 pub fn format_bytes(format: vk::Format) -> u32 {
     match format {
-        vk::Format::R32G32B32A32_SFLOAT => 16,
+        vk::Format::R32G32B32A32_SFLOAT | vk::Format::R32G32B32A32_UINT => 16,
         vk::Format::R16G16B16A16_SFLOAT | vk::Format::R32G32_SFLOAT | vk::Format::R32G32_UINT => 8,
         vk::Format::R16_SFLOAT | vk::Format::R8G8_UNORM => 2,
         vk::Format::R8_UNORM => 1,

@@ -186,6 +186,16 @@ fn gbuffer(plan: &FramePlan) -> Vec<Part> {
             Target::Visibility,
             plan.ao.as_ref().map_or_else(Clone::clone, |_| "AO hands it to AO_DENOISE".into()),
         ),
+        attachment(
+            "pyramid of depths of the picture",
+            Target::Hiz,
+            plan.reflections.as_ref().map_or_else(Clone::clone, |_| "REFLECT takes long steps through it".into()),
+        ),
+        attachment(
+            "rays",
+            Target::Rays,
+            plan.reflections.as_ref().map_or_else(Clone::clone, |_| "REFLECT hands them to REFLECT_RESOLVE".into()),
+        ),
     ];
     let Some(gbuffer) = &plan.gbuffer else {
         if plan.shading == Shading::ShowOverdraw {
@@ -246,6 +256,7 @@ fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
             }
         }
         _ if plan.taa.is_some() => "light is averaged over time before it is tone-mapped",
+        _ if plan.reflects() => "REFLECT reads the light of all pixels before it is tone-mapped",
         _ if plan.bloom.is_some() => "light is spread before it is tone-mapped",
         ToneMapping::Subpass(_) => "samples of a pixel are averaged as light before tone mapping",
         ToneMapping::InLighting(_) if plan.is_forward() => "nothing blends over it: FORWARD tone-maps into the output",
@@ -310,6 +321,7 @@ fn passes(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
 fn stored(plan: &FramePlan) -> Part {
     let reason = match plan.has_ao() {
         true => "AO reads the depth and the normals around each pixel",
+        false if plan.reflects() => "REFLECT reads the depth and the normals of all pixels",
         false => "no pass between GEOMETRY and LIGHTING reads neighbours: it need not leave the tile",
     };
     part("stored G-buffer", plan.stores_gbuffer, reason, 0).is(OptionalPart::StoredGbuffer)

@@ -7,16 +7,15 @@ use super::{Capabilities, Error, FramePlan};
 use crate::scene::{
     AlphaMode, AmbientOcclusion, Brdf, Channel, Clip, Culling, Emitter, Falloff, GbufferChoice, GbufferPreset,
     Influences, Interpolation, Light, LightKind, LightPath, Local, Material, Mesh, Morph, Motion, Node, Object,
-    OptionalPart, Output, Placement, Resolve, Scene, Settings, Skin, Sky, SkyImage, SunDisc, Target, TargetChoice,
-    Texture, TextureSlot, Transparency, UvMap, View, Wrap,
+    OptionalPart, Output, Placement, Reflections, Resolve, Scene, Settings, Skin, Sky, SkyImage, SunDisc, Target,
+    TargetChoice, Texture, TextureSlot, Transparency, UvMap, View, Wrap,
 };
 
-/// All but that of what several samples differ in, and those of spread light, particles and vectors, which are planned as the lit picture.
+/// All but that of what several samples differ in, and those that are planned as the lit picture: spread light, particles, vectors and what is mirrored.
 pub fn views() -> impl Iterator<Item = View> {
-    View::NAMES
-        .iter()
-        .map(|&(_, view)| view)
-        .filter(|view| ![View::Complexity, View::Bloom, View::Particles, View::Velocity].contains(view))
+    View::NAMES.iter().map(|&(_, view)| view).filter(|view| {
+        ![View::Complexity, View::Bloom, View::Particles, View::Velocity, View::Reflections].contains(view)
+    })
 }
 
 /// The default settings, but with a G-buffer for plain scenes as well, which `auto` would light as they are drawn.
@@ -498,6 +497,27 @@ pub fn taa_plans() -> Vec<(String, FramePlan)> {
 /// Plans whose main pass ends before something that reads neighbours of the lit picture.
 pub fn filtered_plans() -> Vec<(String, FramePlan)> {
     [bloomed_plans(), taa_plans()].concat()
+}
+
+/// Plans with reflections, whose main pass ends with LIGHTING: what comes before that and after it, and each output. Scenes that mirror nothing have none.
+pub fn reflected_plans() -> Vec<(String, FramePlan)> {
+    let of = |settings: Settings| Settings { reflections: Reflections::Screen, reflection_roughness: 1.0, ..settings };
+    let plans = of_scenes(&[
+        ("reflections", of(deferred())),
+        ("reflections in nits", of(Settings { output: Output::Nits, ..deferred() })),
+        ("reflections exposed", of(Settings { output: Output::Exposed, ..deferred() })),
+        ("reflections and oit", of(Settings { transparency: Transparency::Oit, ..deferred() })),
+        ("reflections and fxaa", of(Settings { fxaa: true, ..deferred() })),
+        ("reflections and bloom", of(Settings { bloom: 0.1, ..deferred() })),
+        ("reflections, bloom and oit", of(Settings { bloom: 0.1, transparency: Transparency::Oit, ..deferred() })),
+        ("reflections and occlusion", of(Settings { ao: AmbientOcclusion::Gtao, ..deferred() })),
+        ("reflections added up", of(Settings { light_path: LightPath::PerLight, ..Settings::default() })),
+        ("reflections and taa", Settings { taa: true, ..of(deferred()) }),
+        ("reflections, taa and oit", Settings { taa: true, transparency: Transparency::Oit, ..of(deferred()) }),
+        ("reflections, taa and bloom", Settings { taa: true, bloom: 0.1, ..of(deferred()) }),
+        ("what is mirrored", Settings { view: View::Reflections, ..of(deferred()) }),
+    ]);
+    plans.into_iter().filter(|(_, plan)| plan.reflects()).collect()
 }
 
 /// A plan of each scene with each of these settings.

@@ -84,7 +84,7 @@ impl Surfaces {
             },
             // Where there is no G-buffer, what surfaces emit is added as they are drawn.
             emissive: !is_forward(path)
-                && is_final
+                && settings.view.shows_emission()
                 && (any(&Material::is_emissive) || keep.has(OptionalPart::Emissive)),
             reflectance: any(&|own| brdf(own) == Brdf::CookTorrance && own.has_reflectance()),
             transparency: blends.then_some(settings.transparency),

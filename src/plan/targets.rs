@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{COUNT, DEPTH, FramePlan, Shading, TRIANGLE, VELOCITY, VISIBILITY, format_bytes};
+use super::{COUNT, DEPTH, FramePlan, Hiz, Shading, TRIANGLE, VELOCITY, VISIBILITY, format_bytes, reflections};
 
 /// What an image of the frame holds. Framebuffers have them in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -25,6 +25,10 @@ pub enum Target {
     Occluders,
     /// What AO finds: a share of the light from everywhere in 10 bits, and 22 of the depth of its pixel.
     Visibility,
+    /// The nearest and the farthest depth of squares of pixels, in levels ([`super::Hiz`]).
+    Hiz,
+    /// What each pixel's ray finds to mirror: light, how sure that is, and where it lies.
+    Rays,
     /// The number of the object that is seen, from 1, and of the triangle in its mesh, from 0.
     Triangle,
     /// Transparent surfaces, weighted and summed up; alpha is the share of the picture that they leave.
@@ -45,7 +49,7 @@ pub enum Target {
 
 impl Target {
     /// In the order of framebuffers.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 19] = [
         Self::Depth,
         Self::Albedo,
         Self::Normal,
@@ -55,6 +59,8 @@ impl Target {
         Self::Count,
         Self::Occluders,
         Self::Visibility,
+        Self::Hiz,
+        Self::Rays,
         Self::Triangle,
         Self::Accumulation,
         Self::Weights,
@@ -75,6 +81,8 @@ impl FramePlan {
             Target::Depth => self.has_geometry().then_some(DEPTH),
             Target::Occluders => self.hides_on_device().then_some(DEPTH),
             Target::Visibility => self.ao.is_ok().then_some(VISIBILITY),
+            Target::Hiz => self.reflects().then_some(reflections::HIZ),
+            Target::Rays => self.reflects().then_some(reflections::RAYS),
             Target::Albedo => gbuffer.map(|own| own.albedo),
             Target::Normal => gbuffer.map(|own| own.normal),
             Target::Material => gbuffer?.material,
@@ -104,6 +112,9 @@ impl FramePlan {
 
     /// Width and height of a target in texels.
     pub fn extent_of(&self, target: Target) -> [u32; 2] {
+        if target == Target::Hiz {
+            return Hiz::of(self.size).extent();
+        }
         let scale = self.texels_apart(target);
         self.size.map(|edge| edge.div_ceil(scale))
     }
@@ -118,6 +129,9 @@ impl FramePlan {
 
     /// Bytes of a pixel of a target with all its samples; 0 where there is none.
     pub fn bytes_of(&self, target: Target) -> u32 {
+        if target == Target::Hiz && self.reflects() {
+            return Hiz::BYTES_PER_PIXEL;
+        }
         let bytes = self.format_of(target).map_or(0, format_bytes) * self.samples_of(target);
         bytes / self.texels_apart(target).pow(2)
     }

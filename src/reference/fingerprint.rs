@@ -338,6 +338,11 @@ pub fn of(reference: &Reference, view: &View, options: &Options) -> blake3::Hash
     if reference.particles && !reference.scene.emitters.is_empty() {
         fingerprint.particles(reference.scene);
     }
+    // Nor do those without reflections.
+    if let Some(roughest) = reference.reflections {
+        fingerprint.bytes(b"reflections");
+        fingerprint.real(roughest);
+    }
     fingerprint.view(view);
     let Options { mode, smith } = options;
     fingerprint.number(u64::from(*mode == super::Mode::Point));

@@ -37,6 +37,8 @@ pub struct Reference<'a> {
     pub(super) particles: bool,
     /// Particles with their light, once somebody looks.
     lit: OnceLock<Vec<Lit>>,
+    /// The greatest roughness of surfaces that mirror others.
+    pub(super) reflections: Option<f64>,
     /// With directions of length 1.
     pub(super) lights: Vec<Light>,
     geometry: Geometry<'a>,
@@ -183,19 +185,21 @@ impl<'a> Reference<'a> {
             occlusion: None,
             particles: true,
             lit: OnceLock::new(),
+            reflections: None,
             lights,
             geometry,
             lens: None,
         })
     }
 
-    /// With all that settings say of the truth, too: reflection model, shadows, light of the sky, ambient occlusion, and the lens of a camera.
+    /// With all that settings say of the truth, too: reflection model, shadows, light of the sky, ambient occlusion, reflections, and the lens of a camera.
     pub fn with_settings(self, settings: &Settings, camera: &Camera) -> Self {
         self.with_brdf(settings.brdf)
             .with_shadows(settings.shadows.enabled)
             .with_sky_light(settings.sky_light)
             .with_occlusion(settings.occlusion_radius())
             .with_particles(settings.particles)
+            .with_reflections(settings.mirrored_roughness())
             .with_lens(ThinLens::of(settings, camera))
     }
 
@@ -238,6 +242,15 @@ impl<'a> Reference<'a> {
     fn billboards(&self, rays: &Rays) -> Billboards<'_> {
         let lit = self.lit.get_or_init(|| self.lit_particles());
         Billboards::of(self.scene, lit, rays, rays.size.y as u32)
+    }
+
+    /// With surfaces up to this roughness that mirror others, as `Settings::mirrored_roughness` has it.
+    pub fn with_reflections(self, roughest: Option<f64>) -> Self {
+        Self { reflections: roughest, ..self }
+    }
+
+    pub(super) fn geometry(&self) -> &Geometry<'a> {
+        &self.geometry
     }
 
     /// The nearest opaque surface at a place of the picture, in pixels from its upper left corner (the middle of the first one is at
@@ -397,7 +410,10 @@ impl<'a> Reference<'a> {
         let nearest = self.geometry.seen(ray, billboards.near(), transparent);
         let behind = nearest.map_or_else(
             || self.background(ray.direction),
-            |hit| self.shown(&hit, (ray, along), smith, points, DVec3::ZERO),
+            |hit| {
+                self.shown(&hit, (ray, along), smith, points, DVec3::ZERO)
+                    + self.mirrored(&hit, (ray, along), smith, points)
+            },
         );
         let over = |behind, hit: &Hit| self.shown(hit, (ray, along), smith, points, behind);
         let surface = nearest.map_or(f64::INFINITY, |hit| hit.crossing.distance);
@@ -420,13 +436,13 @@ impl<'a> Reference<'a> {
         }
     }
 
-    fn surface_of(&self, hit: &Hit, ray: &Ray) -> (Surface, AlphaMode) {
+    pub(super) fn surface_of(&self, hit: &Hit, ray: &Ray) -> (Surface, AlphaMode) {
         let position = ray.direction * hit.crossing.distance;
         material::surface(self.scene, &self.geometry, hit, position, self.brdf)
     }
 
     /// What a surface shows towards the eye, over what lies behind it.
-    fn shown(
+    pub(super) fn shown(
         &self,
         hit: &Hit,
         (ray, along): (&Ray, Option<DVec3>),
@@ -462,7 +478,7 @@ impl<'a> Reference<'a> {
     }
 
     /// Light of the sky that is collected at a hit, where a sky lights the scene.
-    fn around(&self, hit: &Hit, ray: &Ray, surface: &Surface, points: Points) -> Option<Around<'_>> {
+    pub(super) fn around(&self, hit: &Hit, ray: &Ray, surface: &Surface, points: Points) -> Option<Around<'_>> {
         let sky = self.sky.as_ref().filter(|_| self.sky_light)?;
         if !self.occludes_sky {
             return Some(Around { sky, rays: None });
@@ -511,10 +527,23 @@ impl<'a> Reference<'a> {
 }
 
 /// Light of the sky: all of it, or as far as objects leave it, by rays.
-struct Around<'a> {
+pub(super) struct Around<'a> {
     sky: &'a SkyLight,
     /// The receiver is none where nothing casts a shadow on the surface.
     rays: Option<(&'a Geometry<'a>, Option<Receiver>, Points)>,
+}
+
+impl Around<'_> {
+    /// Whether all of it arrives.
+    pub(super) fn is_open(&self) -> bool {
+        self.rays.as_ref().is_none_or(|(_, receiver, _)| receiver.is_none())
+    }
+
+    /// What the lobe of a surface mirrors of it.
+    pub(super) fn lobe(&self, surface: &Collector) -> DVec3 {
+        let [_, lobe] = self.collected(surface);
+        lobe
+    }
 }
 
 impl Collects for Around<'_> {

@@ -75,6 +75,11 @@ pub fn on_hemisphere(index: u32, pixel: u64) -> DVec2 {
     disc(element(index, hash(hash(pixel) ^ u64::MAX)))
 }
 
+/// Where in the unit square direction `index` of a pixel's lobe is chosen.
+pub fn on_lobe(index: u32, pixel: u64) -> DVec2 {
+    element(index, hash(hash(pixel) ^ LOBE))
+}
+
 /// Where on the unit disc that stands for the lens sample `index` of a pixel looks through it.
 pub fn on_lens(index: u32, pixel: u64) -> DVec2 {
     disc(element(index, hash(hash(pixel) ^ LENS)))
@@ -88,6 +93,7 @@ pub fn part_of_time(index: u32, pixel: u64, count: u32) -> u32 {
 /// Numbers that no light has.
 const LENS: u64 = u64::MAX - 100;
 const SHUTTER: u64 = u64::MAX - 101;
+const LOBE: u64 = u64::MAX - 102;
 
 /// Point `index` of [`DISC_POINTS`] that cover the unit disc evenly: a sunflower's seeds, turned by the light's number so that edges
 /// along the same line are not cut alike.

@@ -44,6 +44,11 @@ impl Receiver {
         Self { place, start: place }
     }
 
+    /// A ray from there on; `None` for directions into the triangle.
+    pub fn leaving(&self, direction: DVec3) -> Option<Ray> {
+        ((self.start - self.place).dot(direction) > 0.0).then(|| Ray::new(self.start, direction))
+    }
+
     /// Whether light from infinitely far away arrives.
     pub fn sees_along(&self, geometry: &Geometry, direction: DVec3) -> bool {
         !geometry.is_blocked(&Ray::new(self.start, direction), f64::INFINITY)

@@ -95,12 +95,7 @@ impl SkyLight {
 
     /// From the table, bilinear.
     fn share(&self, n_dot_v: f64, roughness: f64) -> DVec2 {
-        let last = (TABLE - 1) as f64;
-        let (x, y) = (n_dot_v.clamp(0.0, 1.0).sqrt() * last, roughness.clamp(0.0, 1.0) * last);
-        let (left, top) = (x.floor().min(last - 1.0), y.floor().min(last - 1.0));
-        let at = |column: f64, row: f64| self.shares[row as usize * TABLE + column as usize];
-        let row = |row: f64| at(left, row).lerp(at(left + 1.0, row), x - left);
-        row(top).lerp(row(top + 1.0), y - top)
+        tabulated(&self.shares, n_dot_v, roughness)
     }
 
     /// A direction, as often as the sky is bright there.
@@ -185,7 +180,7 @@ fn even_of(surface: &Collector, share: DVec2) -> [DVec3; 2] {
 
 /// Point `index` of a sequence that covers the unit square evenly, whatever their number (M. Roberts, "The Unreasonable Effectiveness of Quasirandom
 /// Sequences", 2018).
-fn spread(index: u32) -> DVec2 {
+pub(super) fn spread(index: u32) -> DVec2 {
     const STEP: DVec2 = DVec2::new(0.754_877_666_246_692_8, 0.569_840_290_998_053_3);
     (DVec2::splat(0.5) + STEP * f64::from(index)).fract()
 }
@@ -228,7 +223,7 @@ fn cosine_direction(normal: DVec3, point: DVec2) -> DVec3 {
 
 /// A half vector about +Z, as often as GGX has facets there that are seen from a direction (Heitz, "Sampling the GGX Distribution of Visible Normals", JCGT
 /// 2018).
-fn visible_facet(view: DVec3, point: DVec2, roughness: f64) -> DVec3 {
+pub(super) fn visible_facet(view: DVec3, point: DVec2, roughness: f64) -> DVec3 {
     let alpha = roughness * roughness;
     let stretched = DVec3::new(alpha * view.x, alpha * view.y, view.z).normalize();
     let aside = DVec3::Z.cross(stretched).try_normalize().unwrap_or(DVec3::X);
@@ -263,7 +258,17 @@ pub fn share_of(n_dot_v: f64, roughness: f64, facets: u32) -> DVec2 {
     sum / f64::from(facets)
 }
 
-fn shares_table() -> Vec<DVec2> {
+/// From a table of shares, bilinear.
+pub(super) fn tabulated(shares: &[DVec2], n_dot_v: f64, roughness: f64) -> DVec2 {
+    let last = (TABLE - 1) as f64;
+    let (x, y) = (n_dot_v.clamp(0.0, 1.0).sqrt() * last, roughness.clamp(0.0, 1.0) * last);
+    let (left, top) = (x.floor().min(last - 1.0), y.floor().min(last - 1.0));
+    let at = |column: f64, row: f64| shares[row as usize * TABLE + column as usize];
+    let row = |row: f64| at(left, row).lerp(at(left + 1.0, row), x - left);
+    row(top).lerp(row(top + 1.0), y - top)
+}
+
+pub(super) fn shares_table() -> Vec<DVec2> {
     use rayon::prelude::*;
     let last = (TABLE - 1) as f64;
     let entry = |index: usize| {

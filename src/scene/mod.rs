@@ -60,9 +60,9 @@ pub use motion::{
 pub use optional_parts::{Keep, OptionalPart};
 pub use path::{CameraKey, CameraPath};
 pub use settings::{
-    AmbientOcclusion, AoResolution, Culling, GbufferChoice, GbufferPreset, HdrFormat, LightPath, MSAA, Output, Resolve,
-    SETTINGS, Setting, Settings, SettingsPatch, ShadowFilter, ShadowSettings, Sweep, TARGETS, TargetChoice, Tonemap,
-    Transparency, ValueKind, View,
+    AmbientOcclusion, AoResolution, Culling, GbufferChoice, GbufferPreset, HdrFormat, LightPath, MSAA, Output,
+    Reflections, Resolve, SETTINGS, Setting, Settings, SettingsPatch, ShadowFilter, ShadowSettings, Sweep, TARGETS,
+    TargetChoice, Tonemap, Transparency, ValueKind, View,
 };
 pub use sky::{
     Atmosphere, CubeLevel, FACES, MOST_LIGHT, Sky, SkyChoice, SkyCube, SkyImage, SkyOrigin, SunDisc, face_direction,

@@ -102,7 +102,8 @@ impl Oracle {
                             .with_shadows(settings.shadows.enabled)
                             .with_sky_light(settings.sky_light)
                             .with_occlusion(settings.occlusion_radius())
-                            .with_particles(settings.particles);
+                            .with_particles(settings.particles)
+                            .with_reflections(settings.mirrored_roughness());
                         for step in STEPS {
                             let map = compare(&reference, &drawn, step, &is_new);
                             if !map.is_some_and(|map| tell(Answer::Error(map))) {

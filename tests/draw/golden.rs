@@ -9,8 +9,8 @@ use crate::common::stage::{open, own, view};
 use afterlight::frame::{Error, Renderer};
 use afterlight::scene::builtin::CATALOGUE;
 use afterlight::scene::{
-    AmbientOcclusion, Atmosphere, Brdf, Playing, Scene, Settings, ShadowFilter, SkyChoice, Tonemap, Transparency, View,
-    put_sky,
+    AmbientOcclusion, Atmosphere, Brdf, Playing, Reflections, Scene, Settings, ShadowFilter, SkyChoice, Tonemap,
+    Transparency, View, put_sky,
 };
 
 const SIZE: (u32, u32) = (256, 144);
@@ -185,6 +185,10 @@ fn every_picture_of_the_gallery_looks_as_it_did() {
         let hall = open("builtin:hall");
         let occluded = Settings { ao: AmbientOcclusion::Gtao, ..own(&hall, SIZE.0, SIZE.1) };
         album.compare("hall-gtao", &hall, &occluded);
+        let scene = gallery("reflections");
+        let mirrored = Settings { reflections: Reflections::Screen, samples: 1, ..own(&scene, SIZE.0, SIZE.1) };
+        album.compare("gallery-reflections", &scene, &mirrored);
+        album.compare("gallery-reflections-view", &scene, &Settings { view: View::Reflections, ..mirrored });
         album.compare("hall-gtao-view", &hall, &Settings { view: View::Ao, ..occluded });
     });
 }

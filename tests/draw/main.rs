@@ -26,6 +26,7 @@ mod orthographic;
 mod outputs;
 mod particles;
 mod pixels;
+mod reflections;
 mod skin;
 mod taa;
 mod tone;

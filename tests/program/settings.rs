@@ -116,9 +116,10 @@ fn scenes() -> Vec<Scene> {
 fn a_row_says_whether_its_setting_changes_the_plan() {
     let (scenes, device) = (scenes(), Capabilities { msaa: 1 | 2 | 4 | 8, ..capabilities() });
     // Some settings are about what only others bring.
-    let others: Vec<SettingsPatch> = ["", "samples=4", "light-path=forward", "bloom=0.5", "ao=gtao", "taa=on"]
-        .map(|text| text.parse().expect("settings"))
-        .into();
+    let others: Vec<SettingsPatch> =
+        ["", "samples=4", "light-path=forward", "bloom=0.5", "ao=gtao", "taa=on", "reflections=screen"]
+            .map(|text| text.parse().expect("settings"))
+            .into();
     for setting in SETTINGS {
         let values = telling_values(setting);
         let changes =

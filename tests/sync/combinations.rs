@@ -1,4 +1,4 @@
-//! Every combination of light path, multisampling, transparency, sky, particles, bloom, TAA, FXAA, HDR format, samples and output: each is drawn without a message, or
+//! Every combination of light path, multisampling, transparency, sky, particles, reflections, bloom, TAA, FXAA, HDR format, samples and output: each is drawn without a message, or
 //! refused with a sentence, as the table in docs/LIGHT_PATHS.md says.
 
 use std::collections::BTreeSet;
@@ -10,8 +10,8 @@ use crate::common::tries_all;
 use afterlight::frame::{Error, Renderer, capabilities};
 use afterlight::plan::FramePlan;
 use afterlight::scene::{
-    AlphaMode, AmbientOcclusion, Emitter, Falloff, HdrFormat, LightPath, Material, Output, Resolve, Scene, Settings,
-    Transparency,
+    AlphaMode, AmbientOcclusion, Emitter, Falloff, HdrFormat, LightPath, Material, Output, Reflections, Resolve, Scene,
+    Settings, Transparency,
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
@@ -32,7 +32,7 @@ pub fn scene(transparent: bool) -> Scene {
     scene.name = "everything".into();
     scene.environment.ambient = Vec3::splat(0.05);
     let turned = DAffine3::from_quat(DQuat::from_rotation_z(0.3));
-    let glowing = Material { emissive: Vec3::new(0.2, 0.1, 0.0), ..Material::default() };
+    let glowing = Material { emissive: Vec3::new(0.2, 0.1, 0.0), roughness: 0.3, ..Material::default() };
     add(&mut scene, rectangle([-0.7, -0.3], [0.1, 0.4], 0.3), glowing, turned);
     if transparent {
         let pane = Material { alpha: 0.4, alpha_mode: AlphaMode::Blend, ..Material::default() };
@@ -134,6 +134,18 @@ pub fn combinations() -> Vec<(Named, usize, Settings)> {
         .collect();
     all.extend(smoking);
     all.extend(over_time);
+    // What reflections go with depends neither on samples nor on what smooths the picture, and on little more of occlusion, sky and particles.
+    let is_told = |settings: &Settings, scene: usize| {
+        settings.samples == 1 && !settings.fxaa && scene != 4 && (settings.ao == AO[1]) == (scene >= 2)
+    };
+    let mirrored = all.iter().filter(|(_, scene, settings)| is_told(settings, *scene)).cloned();
+    let mirrored: Vec<_> = mirrored
+        .map(|(named, scene, settings)| (named, scene, Settings { reflections: Reflections::Screen, ..settings }))
+        .collect();
+    all.extend(mirrored);
+    for (named, _, settings) in &mut all {
+        named.push(("reflections", settings.reflections.to_string()));
+    }
     all
 }
 
@@ -223,6 +235,7 @@ fn every_combination_is_drawn_or_refused_as_the_table_says() {
                         plan.bloom.is_some(),
                         plan.particles.is_some(),
                         plan.taa.is_some(),
+                        plan.reflects(),
                     );
                     let formats = (plan.hdr, plan.output, plan.tone_mapping);
                     if drawn.insert(format!("{structure:?} {formats:?}")) && (tries_all() || pairs.are_new(&named)) {

@@ -28,8 +28,9 @@ use crate::common::tries_all;
 use afterlight::plan::{Canvas, Capabilities, Encoding, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, Transfer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, AmbientOcclusion, ColorSpace, Culling, Emitter, Environment, Falloff, LightPath, Local, Material, Node,
-    OptionalPart, Output, Placement, Resolve, Scene, Settings, ShadowSettings, Texture, Transparency, View,
+    AlphaMode, AmbientOcclusion, Brdf, ColorSpace, Culling, Emitter, Environment, Falloff, LightPath, Local, Material,
+    Node, OptionalPart, Output, Placement, Reflections, Resolve, Scene, Settings, ShadowSettings, Texture,
+    Transparency, View,
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -117,6 +118,12 @@ fn smoking(mut scene: Scene) -> Scene {
         ..Emitter::default()
     };
     scene.emitters = vec![emitter];
+    scene
+}
+
+/// Smooth enough to mirror others.
+fn polished(mut scene: Scene) -> Scene {
+    (scene.materials[0].brdf, scene.materials[0].roughness) = (Brdf::CookTorrance, 0.3);
     scene
 }
 
@@ -306,6 +313,31 @@ pub fn cases() -> Vec<Case> {
     case("particles, stored", smoking(plain()), &[stored]);
     case("particles, stored and summed", smoking(plain()), &[stored, weighted]);
     case("particles, occluded", smoking(plain()), &[occluded]);
+    let mirrored: Change = |settings| settings.reflections = Reflections::Screen;
+    case("mirrored", polished(plain()), &[mirrored]);
+    case("mirrored and sunlit under a sky", samples::under_sky(polished(sunlit())), &[mirrored]);
+    case("mirrored, glowing, occluded and toned", polished(glowing(lit(plain()))), &[mirrored, occluded, toned]);
+    case("mirrored, sorted and occluded", polished(glazed(lit(plain()))), &[mirrored, sorted, occluded]);
+    case("mirrored, sorted and glowing", polished(glazed(glowing(plain()))), &[mirrored, sorted, fxaa]);
+    case("mirrored and glowing", polished(glowing(plain())), &[mirrored]);
+    case("mirrored, glowing and smoothed", polished(glowing(plain())), &[mirrored, fxaa]);
+    case("mirrored and smoothed", polished(plain()), &[mirrored, fxaa]);
+    case("mirrored, sorted, glowing and unsmoothed", polished(glazed(glowing(plain()))), &[mirrored, sorted]);
+    case("mirrored, sorted and spread", polished(glazed(plain())), &[mirrored, sorted, bloom]);
+    case("mirrored, weighted", polished(glazed(plain())), &[mirrored, weighted]);
+    case("mirrored, spread", polished(plain()), &[mirrored, bloom]);
+    case("mirrored, weighted and spread", polished(glazed(plain())), &[mirrored, weighted, bloom]);
+    case("mirrored, linear", polished(plain()), &[mirrored, hdr]);
+    case("mirrored over time", polished(plain()), &[mirrored, taa]);
+    case("mirrored over time and sorted", polished(glazed(plain())), &[mirrored, taa, sorted]);
+    case("mirrored over time and weighted", polished(glazed(plain())), &[mirrored, taa, weighted]);
+    case("mirrored over time and moving", polished(moved(plain())), &[mirrored, taa]);
+    case("mirrored over time, moving and sorted", polished(glazed(moved(plain()))), &[mirrored, taa, sorted]);
+    case(
+        "mirrored, light by light",
+        polished(lamplit()),
+        &[mirrored, |settings| settings.light_path = LightPath::PerLight],
+    );
     case("stored", plain(), &[stored]);
     case("stored, glowing and sunlit", glowing(sunlit()), &[stored]);
     case("stored, sorted and glowing", glazed(glowing(plain())), &[stored, sorted]);
@@ -322,7 +354,7 @@ pub fn cases() -> Vec<Case> {
 /// Each way for a picture to come to a window.
 #[cfg(feature = "window")]
 fn shown() -> Vec<Case> {
-    let ways: [(&str, Scene, Change); 12] = [
+    let ways: [(&str, Scene, Change); 14] = [
         ("lighting", sunlit(), |_| {}),
         ("forward", plain(), |settings| settings.light_path = LightPath::Forward),
         ("tone mapping", glazed(plain()), |_| {}),
@@ -336,6 +368,8 @@ fn shown() -> Vec<Case> {
         ("bloom, toned and smoothed", plain(), |settings| {
             (settings.bloom, settings.vignette, settings.fxaa) = (0.1, 0.5, true);
         }),
+        ("mirrored", polished(plain()), |settings| settings.reflections = Reflections::Screen),
+        ("mirrored, sorted", polished(glazed(plain())), |settings| settings.reflections = Reflections::Screen),
         ("compute", lamplit(), |settings| settings.light_path = LightPath::Compute),
     ];
     let case = |(name, scene, change): (&str, Scene, Change), way: Way| {
@@ -393,7 +427,7 @@ fn untried(tried: &[FramePlan]) -> BTreeSet<String> {
     };
     let tried: Vec<Edge> = tried.iter().flat_map(rows).collect();
     let samples = samples::plans().into_iter().chain(samples::tiled_plans()).chain(samples::forward_plans());
-    let samples = samples.chain(samples::filtered_plans());
+    let samples = samples.chain(samples::filtered_plans()).chain(samples::reflected_plans());
     let shows = |plan: &FramePlan| cfg!(feature = "window") && [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output);
     let samples = samples.flat_map(|(name, plan)| {
         let in_window = |way| (format!("{name}, in a window"), presented(plan.clone(), way));

@@ -10,7 +10,8 @@ use afterlight::gpu::vk;
 use afterlight::plan::{Canvas, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB};
 use afterlight::scene::builtin::CATALOGUE;
 use afterlight::scene::{
-    AmbientOcclusion, HdrFormat, Keep, LightPath, OptionalPart, Output, Resolve, Scene, Settings, Transparency, View,
+    AmbientOcclusion, HdrFormat, Keep, LightPath, OptionalPart, Output, Reflections, Resolve, Scene, Settings,
+    Transparency, View,
 };
 
 use rayon::prelude::*;
@@ -99,6 +100,7 @@ fn sample_plans_have_no_hazard_and_no_superfluous_row_stage_or_access() {
         samples::tiled_plans(),
         samples::filtered_plans(),
         samples::particle_plans(),
+        samples::reflected_plans(),
     ]
     .concat()
     {
@@ -115,7 +117,7 @@ fn every_combination_of_settings_and_every_built_in_scene_is_proved() {
     let mut plans = Different::default();
     let scenes = combinations::scenes();
     let combinations = combinations::combinations();
-    assert_eq!(combinations.len(), 4992);
+    assert_eq!(combinations.len(), 5312);
     for (named, scene, settings) in combinations {
         let scene = &scenes[scene];
         let settings = Settings { exposure: Some(0.0), ..settings };
@@ -155,6 +157,7 @@ fn random(scenes: &[(&str, Scene)], random: &mut fastrand::Rng) -> Option<(Strin
         bloom: [0.0, 0.2][random.usize(..2)],
         vignette: [0.0, 0.5][random.usize(..2)],
         ao: one(AmbientOcclusion::NAMES, random),
+        reflections: one(Reflections::NAMES, random),
         depth_prepass: [None, Some(false), Some(true)][random.usize(..3)],
         light_cutoff: random.bool(),
         keep: if random.bool() { Keep::NONE } else { Keep::NONE.with(OptionalPart::StoredGbuffer) },

@@ -13,7 +13,7 @@ use afterlight::plan;
 use afterlight::scene::builtin::CATALOGUE;
 use afterlight::scene::{
     Brdf, Camera, Environment, Falloff, GbufferPreset, HdrFormat, Keep, Light, LightKind, LightPath, Material, Output,
-    Playing, Resolve, Scene, Settings, ShadowFilter, ShadowSettings, TARGETS, Transparency, View,
+    Playing, Reflections, Resolve, Scene, Settings, ShadowFilter, ShadowSettings, TARGETS, Transparency, View,
 };
 use glam::{DAffine3, DQuat, DVec3};
 
@@ -391,6 +391,25 @@ fn spread_light_is_silent_in_flight() {
         exercise(gpu, &glass, &Settings { transparency: Transparency::Oit, ..with(&glass, LightPath::Loop) });
         for size in [[1, 1], [33, 7], [200, 3]] {
             exercise(gpu, &plain, &Settings { bloom_radius: 1.0, size, ..with(&plain, LightPath::Loop) });
+        }
+    });
+}
+
+#[test]
+fn reflections_are_silent_in_flight() {
+    on_gpu_in_both_modes(|gpu| {
+        let polished = |mut scene: Scene| {
+            scene.materials.iter_mut().for_each(|own| (own.brdf, own.roughness) = (Brdf::CookTorrance, 0.3));
+            scene
+        };
+        let (plain, glass) = (polished(shadowed()), polished(with_transparent(one_of_each())));
+        let with =
+            |scene: &Scene| Settings { reflections: Reflections::Screen, light_path: LightPath::Loop, ..small(scene) };
+        exercise(gpu, &plain, &Settings { fxaa: true, vignette: 0.5, ..with(&plain) });
+        exercise(gpu, &plain, &Settings { output: Output::Nits, bloom: 0.2, ..with(&plain) });
+        exercise(gpu, &glass, &Settings { transparency: Transparency::Oit, bloom: 0.2, ..with(&glass) });
+        for size in [[1, 1], [200, 3]] {
+            exercise(gpu, &plain, &Settings { size, ..with(&plain) });
         }
     });
 }

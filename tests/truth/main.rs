@@ -14,6 +14,7 @@ mod looks;
 mod materials;
 mod particles;
 mod reference;
+mod reflections;
 #[cfg(feature = "report")]
 mod report;
 mod sky;

@@ -2,9 +2,9 @@
 
 use super::{Edges, RowName};
 use crate::passes::{
-    Pass, Presence, ao, ao_denoise, arrange, bloom, composite, cull, encode, fill, forward, fxaa, geometry, lighting,
-    occluders, overlay, present, pyramid, shadow, simulate, skin, sort, split, taa, tiled, tone, tonemap, transparent,
-    velocity,
+    Pass, Presence, ao, ao_denoise, arrange, bloom, composite, cull, encode, fill, forward, fxaa, geometry, hiz,
+    lighting, occluders, overlay, present, pyramid, reflect, reflect_resolve, shadow, simulate, skin, sort, split, taa,
+    tiled, tone, tonemap, transparent, velocity,
 };
 use crate::plan::{Canvas, FramePlan, Target};
 
@@ -91,18 +91,24 @@ static ROWS: &[Needs] = &[
         ..needs(RowName::SAMPLES_REUSE, &[&lighting::PASS])
     },
     Needs {
-        instead: &[RowName::SPREAD_TO_TONEMAP, RowName::TARGETS_REUSE, RowName::GBUFFER_REUSE],
+        instead: &[RowName::SPREAD_TO_TONEMAP, RowName::HDR_TO_TONEMAP, RowName::TARGETS_REUSE, RowName::GBUFFER_REUSE],
         ..needs(RowName::OUTPUT_REUSE, &[])
     },
     Needs {
         instead: &[RowName::OUTPUT_REUSE, RowName::GBUFFER_REUSE, RowName::HDR_REUSE],
         ..needs(RowName::TARGETS_REUSE, &[])
     },
-    needs(RowName::LIGHTING_TO_TRANSPARENT, &[&lighting::PASS, &transparent::PASS]),
-    needs(RowName::LIGHTING_TO_COMPOSITE, &[&lighting::PASS, &composite::PASS]),
+    Needs {
+        instead: &[RowName::RESOLVE_TO_TRANSPARENT],
+        ..needs(RowName::LIGHTING_TO_TRANSPARENT, &[&lighting::PASS, &transparent::PASS])
+    },
+    Needs {
+        instead: &[RowName::RESOLVE_TO_COMPOSITE],
+        ..needs(RowName::LIGHTING_TO_COMPOSITE, &[&lighting::PASS, &composite::PASS])
+    },
     needs(RowName::FORWARD_TO_TRANSPARENT, &[&forward::PASS, &transparent::PASS]),
     needs(RowName::FORWARD_TO_COMPOSITE, &[&forward::PASS, &composite::PASS]),
-    needs(RowName::SUMS_REUSE, &[&composite::PASS]),
+    Needs { instead: &[RowName::RESOLVE_TO_TRANSPARENT], ..needs(RowName::SUMS_REUSE, &[&composite::PASS]) },
     needs(RowName::SUMS_TO_COMPOSITE, &[&composite::PASS]),
     Needs { instead: &[RowName::SPREAD_TO_TONEMAP], ..needs(RowName::HDR_TO_TONEMAP, &[&tonemap::PASS]) },
     needs(RowName::LIGHT_TO_TAA, &[&taa::PASS]),
@@ -130,7 +136,18 @@ static ROWS: &[Needs] = &[
     needs(RowName::VISIBILITY_REUSE, &[&ao::PASS]),
     needs(RowName::VISIBILITY_TO_DENOISE, &[&ao_denoise::PASS]),
     needs(RowName::OCCLUSION_TO_LIGHTING, &[&ao_denoise::PASS, &lighting::PASS]),
-    needs(RowName::AO_TO_TRANSPARENT, &[&ao::PASS, &transparent::PASS]),
+    Needs {
+        instead: &[RowName::RESOLVE_TO_TRANSPARENT],
+        ..needs(RowName::AO_TO_TRANSPARENT, &[&ao::PASS, &transparent::PASS])
+    },
+    needs(RowName::LIGHTING_TO_HIZ, &[&hiz::PASS]),
+    needs(RowName::HIZ_REUSE, &[&hiz::PASS]),
+    needs(RowName::HIZ_TO_REFLECT, &[&reflect::PASS]),
+    needs(RowName::RAYS_REUSE, &[&reflect::PASS]),
+    needs(RowName::RAYS_TO_RESOLVE, &[&reflect_resolve::PASS]),
+    needs(RowName::LIGHT_TO_RESOLVE, &[&reflect_resolve::PASS]),
+    needs(RowName::RESOLVE_TO_TRANSPARENT, &[&reflect_resolve::PASS, &transparent::PASS]),
+    needs(RowName::RESOLVE_TO_COMPOSITE, &[&reflect_resolve::PASS, &composite::PASS]),
     needs(RowName::OCCLUSION_TO_TILED, &[&ao_denoise::PASS, &tiled::PASS]),
     Needs { instead: &[RowName::GBUFFER_TO_AO], ..needs(RowName::GBUFFER_TO_TILED, &[&tiled::PASS]) },
     needs(RowName::READ_BACK, &[]),
@@ -207,6 +224,7 @@ mod tests {
             samples::tiled_plans(),
             samples::filtered_plans(),
             samples::particle_plans(),
+            samples::reflected_plans(),
         ]
         .concat();
         let pictures: Vec<_> =

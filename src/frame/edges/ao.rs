@@ -43,7 +43,8 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
                 .because("TILED reads the albedo, in which AO_DENOISE wrote the occlusion"),
         );
     }
-    if plan.transparency.is_some() {
+    // Where reflections read depth after LIGHTING, they are what TRANSPARENT waits for.
+    if plan.transparency.is_some() && !plan.reflects() {
         let row = row(RowName::AO_TO_TRANSPARENT, Carrier::Subpass(MAIN_PASS));
         let depth = [transparent::DEPTH_READ, transparent::DEPTH_DROP];
         let depth: Vec<_> = depth.into_iter().chain(particles::depth(plan)).collect();

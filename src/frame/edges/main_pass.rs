@@ -7,10 +7,13 @@
 
 use super::forward::{forward_edge, transparent_after_forward};
 use super::spread::bloom_rows;
-use super::{Carrier, Edge, Place, RowName, ao, particles, presentation, row, subpass, taa};
-use crate::frame::list::{FXAA_PASS, GBUFFER_PASS, MAIN_PASS, RESOLVE, SHARPEN_PASS, TONEMAP_PASS};
+use super::{Carrier, Edge, Place, RowName, ao, particles, presentation, reflections, row, subpass, taa};
+use crate::frame::list::{BLEND_PASS, FXAA_PASS, GBUFFER_PASS, MAIN_PASS, RESOLVE, SHARPEN_PASS, TONEMAP_PASS};
 use crate::gpu::sync::Use;
-use crate::passes::{composite, copy, forward, fxaa, geometry, lighting, present, sharpen, tone, tonemap, transparent};
+use crate::passes::{
+    composite, copy, forward, fxaa, geometry, hiz, lighting, present, reflect_resolve, sharpen, tone, tonemap,
+    transparent,
+};
 use crate::plan::{FramePlan, Shading, Target};
 use crate::scene::Transparency;
 
@@ -66,11 +69,15 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     let mut pass = match (&plan.bloom, &plan.taa) {
         (Some(_), _) => TONEMAP_PASS,
         (None, Some(_)) => SHARPEN_PASS,
+        (None, None) if plan.reflects() => BLEND_PASS,
         (None, None) => MAIN_PASS,
     };
-    // A row of BLOOM's orders it, too, where there is that.
-    if !output_is_ordered && plan.bloom.is_none() {
+    // A row of BLOOM's orders it, too, where there is that, or that from reflections.
+    if !output_is_ordered && plan.bloom.is_none() && !plan.tone_maps_reflected() {
         table.push(taa::of_sharpen_pass(plan, output_reuse(plan, (first, first_use))));
+    }
+    if plan.reflects() {
+        table.extend(reflections::rows(light_write(plan)));
     }
     if let Some(transparency) = plan.transparency {
         table.extend(transparent_edges(plan, transparency));
@@ -82,6 +89,8 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     }
     if plan.bloom.is_some() {
         table.extend(bloom_rows(plan, shown));
+    } else if plan.tone_maps_reflected() {
+        table.push(reflections::to_tonemap(plan));
     } else if plan.has_tonemap_subpass() {
         table.push(taa::of_sharpen_pass(plan, hdr_to_tonemap(shown.0, shown.1)));
     }
@@ -111,7 +120,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     }
     let row = row(RowName::READ_BACK, Carrier::Subpass(pass)).from(finish.0, &[finish.1]);
     table.push(row.to(Place::OUTSIDE, &[read]).because(read_back));
-    table
+    table.into_iter().map(|row| reflections::in_blend_pass(plan, row)).collect()
 }
 
 /// Whether TONE is the last subpass of the pass that draws the output.
@@ -135,15 +144,20 @@ pub(super) fn first_of_picture(plan: &FramePlan) -> Place {
 
 /// Frames in flight share one G-buffer, and the HDR target where there is one.
 fn gbuffer_reuse(plan: &FramePlan) -> Edge {
-    let mut before = vec![depth_dropped(plan)];
+    let mut before = match plan.transparency {
+        // The last to read the G-buffer; it has waited for what is stored.
+        None if plan.reflects() => vec![hiz::GBUFFER_READ],
+        Some(_) if plan.reflects() && plan.taa.is_none() => vec![transparent::DEPTH_DROP, hiz::GBUFFER_READ],
+        _ => vec![depth_dropped(plan)],
+    };
     let mut after = vec![geometry::DEPTH_CLEAR];
     // What LIGHTING or VIEW read and dropped; where it is the last subpass, whoever reads the picture has waited for that.
     let is_last = plan.transparency.is_none() && !plan.has_tonemap_subpass();
     let waits_for_reader = plan.fxaa || plan.emissive && plan.light_target() == Target::Output;
     if plan.geometry_locations() > 0 {
-        // Where LIGHTING is the last to write light, TAA has waited for those, too.
+        // Where LIGHTING is the last to write light, TAA has waited for those, too, and HIZ has wherever there is that.
         let waits_for_taa = plan.taa.is_some() && plan.transparency.is_none();
-        if !(is_last && waits_for_reader || waits_for_taa) {
+        if !(is_last && waits_for_reader || waits_for_taa || plan.reflects()) {
             before.push(lighting::COLOR_DROP);
         }
         after.push(geometry::COLOR_WRITE);
@@ -244,7 +258,7 @@ fn gbuffer_to_lighting(plan: &FramePlan, others: &[Edge]) -> Edge {
         after.push(lighting::DEPTH_READ);
     }
     // Between two render passes its layout changes, and whoever is the last user writes it after that; where AO reads it, it has changed before.
-    if plan.transparency.is_none() || plan.stores_gbuffer && !plan.has_ao() {
+    if plan.transparency.is_none() || plan.stores_gbuffer && !plan.has_ao() || plan.reflects() {
         after.push(lighting::DEPTH_DROP);
     }
     if plan.geometry_locations() > 0 {
@@ -299,6 +313,7 @@ fn last_light(plan: &FramePlan) -> (Place, Use) {
         Some(Transparency::Sorted) => (transparent::PASS.place, transparent::BLEND),
         Some(Transparency::Oit) => (composite::PASS.place, composite::LIGHT_BLEND),
         None if plan.is_forward() => (forward::PASS.place, forward::LIGHT_WRITE),
+        None if plan.reflects() => (reflect_resolve::PASS.place, reflect_resolve::LIGHT_BLEND),
         None => (lighting::PASS.place, light_write(plan)),
     }
 }
@@ -306,6 +321,10 @@ fn last_light(plan: &FramePlan) -> (Place, Use) {
 fn transparent_edges(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> {
     if plan.is_forward() {
         return transparent_after_forward(plan, transparency);
+    }
+    if plan.reflects() {
+        let summed = (transparency == Transparency::Oit).then(sums_to_composite);
+        return reflections::to_transparent(plan, transparency).into_iter().chain(summed).collect();
     }
     let light = light_write(plan);
     // A G-buffer that is stored is visible to all of the main pass already.

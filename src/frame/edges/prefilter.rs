@@ -15,7 +15,7 @@ impl RowName {
 }
 
 pub(super) fn rows(plan: &FramePlan) -> [Edge; 2] {
-    // AMBIENT draws in LIGHTING's subpass.
+    // AMBIENT draws in LIGHTING's subpass; REFLECT_RESOLVE waits for that.
     let reader = if plan.is_forward() { forward::PASS.place } else { lighting::PASS.place };
     let (written, readable) = (vk::ImageLayout::GENERAL, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
     [

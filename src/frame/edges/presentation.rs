@@ -237,8 +237,14 @@ mod tests {
 
     /// Sample plans of pictures.
     fn pictures() -> impl Iterator<Item = (String, FramePlan)> {
-        let all =
-            [samples::plans(), samples::forward_plans(), samples::tiled_plans(), samples::filtered_plans()].concat();
+        let all = [
+            samples::plans(),
+            samples::forward_plans(),
+            samples::tiled_plans(),
+            samples::filtered_plans(),
+            samples::reflected_plans(),
+        ]
+        .concat();
         all.into_iter().filter(|(_, plan)| [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output))
     }
 

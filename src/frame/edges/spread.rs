@@ -1,8 +1,10 @@
 //! The rows of BLOOM and SPREAD, and of the render pass that goes on after them.
 
+use ash::vk;
+
 use super::main_pass::output_reader;
 use super::taa::of_sharpen_pass;
-use super::{Carrier, Edge, Place, RowName, row, subpass};
+use super::{Carrier, Edge, Place, RowName, barrier, row, subpass};
 use crate::frame::list::TONEMAP_PASS;
 use crate::gpu::sync::Use;
 use crate::passes::{bloom, tonemap};
@@ -22,13 +24,19 @@ pub(super) fn bloom_rows(plan: &FramePlan, (last_light, light): (Place, Use)) ->
     let (spread, levels) = (bloom::SPREAD.place, [bloom::LEVEL_READ, bloom::LEVEL_WRITE]);
     [
         // Not by region: a work group reads pixels that other fragments wrote.
-        of_sharpen_pass(
-            plan,
-            subpass(RowName::HDR_TO_BLOOM)
+        match plan.blooms_reflected() {
+            true => barrier(RowName::HDR_TO_BLOOM, vk::ImageLayout::GENERAL, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL)
                 .from(last_light, &[light])
                 .to(bloom::PASS.place, &[bloom::HDR_READ])
-                .because("BLOOM loads the light of a pixel and its neighbours, in the layout that the main pass leaves it in"),
-        ),
+                .because("BLOOM loads the light of a pixel and its neighbours, to which REFLECT_RESOLVE has added"),
+            false => of_sharpen_pass(
+                plan,
+                subpass(RowName::HDR_TO_BLOOM)
+                    .from(last_light, &[light])
+                    .to(bloom::PASS.place, &[bloom::HDR_READ])
+                    .because("BLOOM loads the light of a pixel and its neighbours, in the layout that the main pass leaves it in"),
+            ),
+        },
         row(RowName::BLOOM_REUSE, Carrier::BufferBarrier)
             // TONEMAP already waits for what SPREAD wrote before, so waiting for TONEMAP covers it.
             .from(Place::OUTSIDE, &[tonemap::LEVEL_READ])

@@ -1,9 +1,11 @@
 //! The rows of VELOCITY, TAA and SHARPEN, between the main pass and what finishes the picture.
 
-use super::{Carrier, Edge, Place, RowName, row};
+use ash::vk;
+
+use super::{Carrier, Edge, Place, RowName, barrier, row};
 use crate::frame::list::{MAIN_PASS, SHARPEN_PASS, VELOCITY_PASS};
 use crate::gpu::sync::Use;
-use crate::passes::{forward, lighting, sharpen, taa, transparent, velocity};
+use crate::passes::{forward, lighting, reflect_resolve, sharpen, taa, transparent, velocity};
 use crate::plan::FramePlan;
 
 impl RowName {
@@ -17,7 +19,7 @@ impl RowName {
     pub(crate) const TAA_TO_SHARPEN: Self = Self("taa-to-sharpen");
 }
 
-/// `light` is how the last subpass of the main pass writes the light.
+/// `light` is how the last subpass of the main pass writes the light, or REFLECT_RESOLVE.
 pub(super) fn rows(plan: &FramePlan, (last_light, light): (Place, Use)) -> Vec<Edge> {
     let (depth, stored) = match plan.transparency {
         Some(_) => (transparent::PASS.place, transparent::DEPTH_DROP),
@@ -25,47 +27,77 @@ pub(super) fn rows(plan: &FramePlan, (last_light, light): (Place, Use)) -> Vec<E
         None => (lighting::PASS.place, lighting::DEPTH_DROP),
     };
     let main = Carrier::Subpass(MAIN_PASS);
-    let light_row = |uses: &[Use], why| {
-        row(RowName::LIGHT_TO_TAA, main).from(last_light, uses).to(taa::PASS.place, &[taa::FRAME_READ]).because(why)
-    };
     let looks = "TAA looks at the light of a pixel and its neighbours, in the layout that the main pass leaves it in";
+    let to_taa = |name, from, uses: &[Use], why| {
+        row(name, main).from(from, uses).to(taa::PASS.place, &[taa::FRAME_READ]).because(why)
+    };
+    let to_velocity = |carrier, from, uses: &[Use], why| {
+        row(RowName::DEPTH_TO_VELOCITY, carrier)
+            .from(from, uses)
+            .to(velocity::PASS.place, &[velocity::DEPTH_READ, velocity::DEPTH_STORE])
+            .because(why)
+    };
     let mut rows = Vec::new();
-    match plan.has_velocity() {
+    match plan.averages_reflected() {
         true => {
-            let pass = Carrier::Subpass(VELOCITY_PASS);
-            rows.extend([
-                row(RowName::DEPTH_TO_VELOCITY, main)
-                    .from(depth, &[stored])
-                    .to(velocity::PASS.place, &[velocity::DEPTH_READ, velocity::DEPTH_STORE])
-                    .because("VELOCITY draws where depth is what the main pass stored, and stores it again"),
-                light_row(&[light], looks),
-            ]);
-            rows.extend([
-                row(RowName::VELOCITY_REUSE, pass)
-                    .from(Place::OUTSIDE, &[taa::FRAME_READ])
-                    .to(velocity::PASS.place, &[velocity::VECTOR_WRITE])
-                    .because(
-                        "frames in flight share the vectors: TAA of the last frame must have read what this one clears",
-                    ),
-                row(RowName::VELOCITY_TO_TAA, pass)
-                    .from(velocity::PASS.place, &[velocity::VECTOR_WRITE, velocity::DEPTH_STORE])
+            let (written, readable) = (vk::ImageLayout::GENERAL, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+            // HIZ has waited for depth.
+            rows.push(
+                barrier(RowName::LIGHT_TO_TAA, written, readable)
+                    .from(last_light, &[light])
                     .to(taa::PASS.place, &[taa::FRAME_READ])
-                    .because("TAA reads the vectors, and the depth that VELOCITY stored"),
-            ]);
+                    .because(
+                        "TAA looks at the light of a pixel and its neighbours, to which REFLECT_RESOLVE has added",
+                    ),
+            );
+            rows.extend(plan.has_velocity().then(|| {
+                to_velocity(
+                    Carrier::Subpass(VELOCITY_PASS),
+                    last_light,
+                    &[reflect_resolve::GBUFFER_READ],
+                    "VELOCITY draws where depth is what the main pass stored, and stores it again, after REFLECT_RESOLVE has read it",
+                )
+            }));
         }
-        false if depth == last_light => {
-            rows.push(light_row(
-                &[light, stored],
-                "TAA looks at light and depth of a pixel and its neighbours, which the main pass stores",
-            ));
-        }
-        false => rows.extend([
-            light_row(&[light], looks),
-            row(RowName::DEPTH_TO_TAA, main)
-                .from(depth, &[stored])
-                .to(taa::PASS.place, &[taa::FRAME_READ])
-                .because("TAA looks at the depth of a pixel and its neighbours, which the main pass stores"),
+        false if plan.has_velocity() => rows.extend([
+            to_velocity(
+                main,
+                depth,
+                &[stored],
+                "VELOCITY draws where depth is what the main pass stored, and stores it again",
+            ),
+            to_taa(RowName::LIGHT_TO_TAA, last_light, &[light], looks),
         ]),
+        false if depth == last_light => rows.push(to_taa(
+            RowName::LIGHT_TO_TAA,
+            last_light,
+            &[light, stored],
+            "TAA looks at light and depth of a pixel and its neighbours, which the main pass stores",
+        )),
+        false => rows.extend([
+            to_taa(RowName::LIGHT_TO_TAA, last_light, &[light], looks),
+            to_taa(
+                RowName::DEPTH_TO_TAA,
+                depth,
+                &[stored],
+                "TAA looks at the depth of a pixel and its neighbours, which the main pass stores",
+            ),
+        ]),
+    }
+    if plan.has_velocity() {
+        let pass = Carrier::Subpass(VELOCITY_PASS);
+        rows.extend([
+            row(RowName::VELOCITY_REUSE, pass)
+                .from(Place::OUTSIDE, &[taa::FRAME_READ])
+                .to(velocity::PASS.place, &[velocity::VECTOR_WRITE])
+                .because(
+                    "frames in flight share the vectors: TAA of the last frame must have read what this one clears",
+                ),
+            row(RowName::VELOCITY_TO_TAA, pass)
+                .from(velocity::PASS.place, &[velocity::VECTOR_WRITE, velocity::DEPTH_STORE])
+                .to(taa::PASS.place, &[taa::FRAME_READ])
+                .because("TAA reads the vectors, and the depth that VELOCITY stored"),
+        ]);
     }
     rows.extend([
         row(RowName::HISTORY_REUSE, Carrier::BufferBarrier)

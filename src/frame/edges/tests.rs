@@ -6,12 +6,13 @@ use ash::vk::{AccessFlags as A, PipelineStageFlags as S};
 
 use super::masks::SUPPORTED;
 use super::*;
-use crate::frame::list::{FXAA_PASS, MAIN_PASS, SHARPEN_PASS, TONEMAP_PASS};
-use crate::passes::{bloom, fxaa, taa, tone, velocity};
+use crate::frame::list::{BLEND_PASS, FXAA_PASS, MAIN_PASS, SHARPEN_PASS, TONEMAP_PASS};
+use crate::passes::{ao_denoise, bloom, fxaa, hiz, reflect_resolve, taa, tone, velocity};
 use crate::plan::samples;
 
 fn each_plan(check: impl Fn(&str, &FramePlan, &Edges)) {
     let all = samples::plans().into_iter().chain(samples::forward_plans()).chain(samples::filtered_plans());
+    let all = all.chain(samples::reflected_plans());
     for (name, plan) in all {
         check(&name, &plan, &table(&plan));
     }
@@ -67,9 +68,18 @@ fn every_access_is_one_that_a_stage_of_its_mask_supports_and_every_stage_that_mu
 fn rows_are_by_region_between_subpasses_and_nowhere_else() {
     each_plan(|name, _, table| {
         for edge in table.iter() {
-            let apart = [&fxaa::PASS, &bloom::PASS, &bloom::SPREAD, &taa::PASS, &velocity::PASS].map(|pass| pass.place);
-            let outside = |place| place == Place::OUTSIDE || apart.contains(&place);
-            let passes = [MAIN_PASS, SHARPEN_PASS, TONEMAP_PASS].map(Carrier::Subpass);
+            let apart = [
+                &ao_denoise::PASS,
+                &fxaa::PASS,
+                &bloom::PASS,
+                &bloom::SPREAD,
+                &taa::PASS,
+                &velocity::PASS,
+                &hiz::PASS,
+                &reflect_resolve::PASS,
+            ];
+            let outside = |place| place == Place::OUTSIDE || apart.iter().any(|pass| pass.place == place);
+            let passes = [MAIN_PASS, BLEND_PASS, SHARPEN_PASS, TONEMAP_PASS].map(Carrier::Subpass);
             let between = passes.contains(&edge.carrier) && !outside(edge.from) && !outside(edge.to)
                 || edge.carrier == Carrier::Subpass(FXAA_PASS) && edge.to == tone::PASS.place;
             assert_eq!(edge.by_region, between, "{name}: {}", edge.name);

@@ -9,7 +9,7 @@ use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 use super::{Carrier, Edge, RowName, Side};
 use crate::frame::list::GBUFFER_PASS;
 use crate::gpu::sync::Use;
-use crate::passes::{forward, lighting};
+use crate::passes::{forward, lighting, reflect_resolve};
 
 /// The first layer that sees wrong masks of subpass dependencies.
 pub const LAYER: u32 = vk::make_api_version(0, 1, 4, 309);
@@ -85,6 +85,7 @@ const LEAVES_THE_LAYOUT: fn(&Edge) -> bool = |edge| edge.from != forward::PASS.p
 /// By SIMULATE, and by what shades.
 const LOOKED_UP_TWICE: fn(&Edge) -> bool =
     |edge| edge.after.stage.contains(stages(S::FRAGMENT_SHADER, S::COMPUTE_SHADER));
+const BEGINS_THE_BLEND_PASS: fn(&Edge) -> bool = |edge| edge.from == reflect_resolve::PASS.place;
 const OVER_PRESENTED: Carrier =
     Carrier::ImageBarrier(vk::ImageLayout::PRESENT_SRC_KHR, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
 
@@ -161,6 +162,54 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         says: IN_ORDER,
         why: "the layer takes all that a render pass does to depth to be in rasterization order. PARTICLES reads it as an input, in another subpass than that \
               which wrote it",
+    },
+    UnreportedMutants {
+        rows: &[RowName::HDR_TO_TONEMAP],
+        parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
+        only: BEGINS_THE_BLEND_PASS,
+        section: "Image Layout Transitions",
+        says: TRANSITION,
+        why: "as that of spread-to-tonemap: the output's layout changes after what the dependency's first scope has, and that must have the copy's read",
+    },
+    UnreportedMutants {
+        rows: &[RowName::HDR_TO_TONEMAP],
+        parts: Parts::Any(Side::After, S::FRAGMENT_SHADER, A::INPUT_ATTACHMENT_READ),
+        only: BEGINS_THE_BLEND_PASS,
+        section: "Execution and Memory Dependencies",
+        says: HAZARDS,
+        why: "the layer takes all uses of an attachment that is loaded to be ordered by its load operation. TONEMAP reads its input by another access and in \
+              another stage, and what REFLECT_RESOLVE wrote must be visible to that, too",
+    },
+    UnreportedMutants {
+        rows: &[RowName::RESOLVE_TO_TRANSPARENT, RowName::RESOLVE_TO_COMPOSITE],
+        parts: Parts::Any(Side::After, S::empty(), A::COLOR_ATTACHMENT_WRITE),
+        only: |edge| edge.after.access.contains(A::COLOR_ATTACHMENT_READ),
+        section: "Execution and Memory Dependencies",
+        says: HAZARDS,
+        why: "blending and the load before it read, and the layer takes the write to be ordered by these reads. What REFLECT_RESOLVE wrote must be visible to \
+              both accesses",
+    },
+    UnreportedMutants {
+        rows: &[RowName::RESOLVE_TO_TRANSPARENT],
+        parts: Parts::Any(
+            Side::After,
+            stages(S::EARLY_FRAGMENT_TESTS, S::LATE_FRAGMENT_TESTS),
+            accesses(A::DEPTH_STENCIL_ATTACHMENT_READ, A::DEPTH_STENCIL_ATTACHMENT_WRITE),
+        ),
+        only: ALWAYS,
+        section: "Rasterization Order",
+        says: IN_ORDER,
+        why: "the layer takes depth that one render pass stores and the next one loads, as its layout stays the same, to be in rasterization order. That order holds \
+              within a subpass, and HIZ has read the depth in between, which TRANSPARENT drops",
+    },
+    UnreportedMutants {
+        rows: &[RowName::LIGHT_TO_RESOLVE],
+        parts: Parts::Any(Side::After, S::empty(), A::SHADER_READ),
+        only: ALWAYS,
+        section: "VkImageMemoryBarrier",
+        says: "The second access scope is limited to access to memory through the specified image subresource range, via access types in the \
+               destination access mask specified by dstAccessMask",
+        why: "the layer takes what REFLECT_RESOLVE loads of the light to be ordered by the store to it. The light must be visible to both accesses",
     },
     UnreportedMutants {
         rows: &[RowName::BLOOM_REUSE, RowName::PARTICLES_REUSE],

@@ -116,6 +116,8 @@ fn noun(memory: Memory) -> &'static str {
             Target::Position => "positions",
             Target::Occluders => "depth of large objects",
             Target::Visibility => "visibility",
+            Target::Hiz => "depths of squares",
+            Target::Rays => "rays",
             Target::Count => "counts of fragments",
             Target::Triangle => "numbers of triangles",
             Target::Accumulation => "sums of transparent light",

@@ -1,9 +1,9 @@
 //! How pixels meet their lights: which light path the plan takes.
 
 use super::{PlannedLights, bounded};
-use crate::plan::ao::is_used;
 use crate::plan::shadows::shadow_reason;
 use crate::plan::{Capabilities, Error};
+use crate::plan::{ao, reflections};
 use crate::scene::{GbufferChoice, HdrFormat, LightPath, Object, Output, Scene, Settings, View};
 
 /// `auto` takes `loop` up to this many local lights: neither lists nor compute save what they cost.
@@ -83,14 +83,14 @@ fn check(settings: &Settings, device: &Capabilities) -> Result<(), Error> {
 }
 
 fn is_lit(view: View) -> bool {
-    matches!(view, View::Final | View::Lighting | View::Ambient)
+    matches!(view, View::Final | View::Lighting | View::Ambient | View::Reflections)
 }
 
 /// Whether surfaces are so plain that each is best lit as it is drawn. Measured in docs/LIGHT_PATHS.md: with one light this beats the loop for any number
 /// of layers on a GPU, and up to two on a CPU even where they lie back to front; draws go from near to far.
 ///
 /// What is shadowed, textured or transparent is not: overdraw then costs more. Nor are several samples a pixel, which the two ways
-/// shade differently, ambient occlusion, which needs one, or a layout of the G-buffer that was asked for. What is kept without need does not count.
+/// shade differently, ambient occlusion and reflections, which need one, or a layout of the G-buffer that was asked for. What is kept without need does not count.
 fn is_plain(scene: &Scene, settings: &Settings, planned: &[usize]) -> bool {
     let lit = match planned {
         [] => true,
@@ -102,7 +102,8 @@ fn is_plain(scene: &Scene, settings: &Settings, planned: &[usize]) -> bool {
         material.textures().next().is_none() && !material.is_transparent()
     };
     lit && settings.msaa == 1
-        && !is_used(scene, settings)
+        && !ao::is_used(scene, settings)
+        && !reflections::is_used(scene, settings)
         && settings.gbuffer == GbufferChoice::default()
         && shadow_reason(scene, settings, planned).is_err()
         && scene.objects.iter().all(plain)
@@ -122,6 +123,7 @@ fn compute_is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> 
             settings.first_effect().is_some() || settings.bloom > 0.0 || settings.taa,
             "the picture goes through another pass",
         ),
+        (reflections::is_used(scene, settings), "reflections come after it"),
         (settings.msaa > 1, "it reads one sample a pixel"),
     ]
     .into_iter()

@@ -99,7 +99,7 @@ impl EffectiveMaterials {
 
     /// Whether a material's colour is what it emits: that of what is unlit, in views that show what is emitted.
     pub(crate) fn emits_color(&self, material: &Material) -> bool {
-        material.unlit && self.view == View::Final
+        material.unlit && self.view.shows_emission()
     }
 
     /// Whether textures of a material in these slots are not sampled alike.
@@ -179,7 +179,7 @@ fn simplified(mut material: Material, view: View) -> Material {
         material.emissive = Vec3::ZERO;
         let others = TextureSlot::ALL.into_iter().filter(|&slot| slot != TextureSlot::BaseColor);
         others.for_each(|slot| *material.texture_mut(slot) = None);
-        if view == View::Final {
+        if view.shows_emission() {
             material.emissive = std::mem::take(&mut material.base_color);
             material.emissive_texture = material.base_color_texture;
             material.uv_maps[TextureSlot::Emissive as usize] = material.uv_maps[TextureSlot::BaseColor as usize];

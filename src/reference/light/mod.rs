@@ -95,6 +95,12 @@ pub fn split_radiance<R: Real>(
     Radiance { body: widened(body), shine: widened(shine) }
 }
 
+/// What the lobe mirrors of ambient light, all of which arrives, in nits.
+pub fn mirrored_ambient(surface: &Surface, environment: &Environment) -> DVec3 {
+    let [_, lobe] = ambient::ambient(&Reflector::<f64>::new(surface, Smith::default()), environment);
+    widened(lobe)
+}
+
 /// The share of light that a clear coat mirrors, by the angle to its normal: Schlick's Fresnel of a dielectric.
 pub fn coat_share(surface: &Surface) -> f64 {
     let view = -surface.ray.unwrap_or(surface.position).normalize_or(-surface.normal);

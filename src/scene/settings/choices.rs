@@ -73,6 +73,17 @@ pub enum AoResolution {
     Half,
 }
 
+/// How surfaces mirror each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reflections {
+    /// They mirror lights and the sky alone.
+    #[default]
+    Off,
+    /// What the picture shows of others is mirrored, as far as a ray through its depth buffer meets it.
+    Screen,
+}
+
 /// Who finds out which opaque objects are in view. The picture is the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -197,6 +208,8 @@ pub enum View {
     /// How far what each pixel shows has come on the picture since the frame before: the direction is a colour, and far is bright; in pixels to the
     /// right and down where the output is linear.
     Velocity,
+    /// What each pixel finds on the screen to mirror: its light times the share of the lobe that found any; black where that is nothing.
+    Reflections,
 }
 
 /// Which format each target of the G-buffer has.

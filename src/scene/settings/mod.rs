@@ -8,18 +8,30 @@ mod setting;
 mod table;
 
 pub use choices::{
-    AmbientOcclusion, AoResolution, Culling, GbufferChoice, GbufferPreset, HdrFormat, LightPath, MSAA, Output, Resolve,
-    ShadowFilter, TargetChoice, Tonemap, Transparency, View,
+    AmbientOcclusion, AoResolution, Culling, GbufferChoice, GbufferPreset, HdrFormat, LightPath, MSAA, Output,
+    Reflections, Resolve, ShadowFilter, TargetChoice, Tonemap, Transparency, View,
 };
 pub use names::TARGETS;
 pub use setting::{Setting, Sweep, ValueKind};
 pub(super) use table::{KEYS, SHADOW_KEYS};
 pub use table::{SETTINGS, Settings, SettingsPatch, ShadowSettings};
 
+impl View {
+    /// Whether it shows what surfaces emit, or where that is mirrored.
+    pub(crate) fn shows_emission(self) -> bool {
+        matches!(self, Self::Final | Self::Reflections)
+    }
+}
+
 impl Settings {
     /// Metres within which surfaces hide light from everywhere, where they do.
     pub fn occlusion_radius(&self) -> Option<f64> {
         (self.ao != AmbientOcclusion::Off).then_some(f64::from(self.ao_radius))
+    }
+
+    /// The greatest perceptual roughness of surfaces that mirror others, where some do.
+    pub fn mirrored_roughness(&self) -> Option<f64> {
+        (self.reflections != Reflections::Off).then_some(f64::from(self.reflection_roughness))
     }
 
     /// For the values that a view shows: what a buffer holds does not depend on how its pixels are lit, and not every way of that has
@@ -33,6 +45,7 @@ impl Settings {
             samples: 1,
             msaa: 1,
             bloom: 0.0,
+            reflections: Reflections::Off,
             ..self.without_effects()
         }
     }

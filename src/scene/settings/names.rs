@@ -6,8 +6,8 @@ use std::str::FromStr;
 
 use super::setting::{Value, ValueKind, plain_text};
 use super::{
-    AmbientOcclusion, AoResolution, Culling, GbufferChoice, GbufferPreset, HdrFormat, LightPath, Output, Resolve,
-    ShadowFilter, TargetChoice, Tonemap, Transparency, View,
+    AmbientOcclusion, AoResolution, Culling, GbufferChoice, GbufferPreset, HdrFormat, LightPath, Output, Reflections,
+    Resolve, ShadowFilter, TargetChoice, Tonemap, Transparency, View,
 };
 use crate::scene::suggest::unknown;
 use crate::scene::{Brdf, Error};
@@ -52,9 +52,11 @@ named!(View, "view",
     "final" => Final, "position" => Position, "normal" => Normal, "normal-absolute" => NormalAbsolute,
     "albedo" => Albedo, "metallic" => Metallic, "roughness" => Roughness, "depth" => Depth,
     "shadow-map" => ShadowMap, "lighting" => Lighting, "ambient" => Ambient, "bloom" => Bloom, "particles" => Particles, "overdraw" => Overdraw,
-    "lights-per-pixel" => LightsPerPixel, "complexity" => Complexity, "triangle" => Triangle, "ao" => Ao, "velocity" => Velocity);
+    "lights-per-pixel" => LightsPerPixel, "complexity" => Complexity, "triangle" => Triangle, "ao" => Ao, "velocity" => Velocity,
+    "reflections" => Reflections);
 named!(AmbientOcclusion, "ambient occlusion", "off" => Off, "ssao" => Ssao, "gtao" => Gtao);
 named!(AoResolution, "resolution", "full" => Full, "half" => Half);
+named!(Reflections, "way of reflections", "off" => Off, "screen" => Screen);
 named!(Culling, "culling", "auto" => Auto, "cpu" => Cpu, "gpu" => Gpu);
 named!(LightPath, "light path",
     "auto" => Auto, "loop" => Loop, "per-light" => PerLight, "volumes" => Volumes, "clustered" => Clustered,

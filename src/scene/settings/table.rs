@@ -6,8 +6,8 @@
 
 use super::setting::{Setting, Sweep, Value, ValueKind};
 use super::{
-    AmbientOcclusion, AoResolution, Culling, GbufferChoice, HdrFormat, LightPath, MSAA, Output, Resolve, ShadowFilter,
-    Tonemap, Transparency, View,
+    AmbientOcclusion, AoResolution, Culling, GbufferChoice, HdrFormat, LightPath, MSAA, Output, Reflections, Resolve,
+    ShadowFilter, Tonemap, Transparency, View,
 };
 use crate::scene::{Aperture, Brdf, Keep};
 
@@ -222,6 +222,25 @@ settings! {
         "lod", "lod" => lod: f32 = 0.0, {
             title: "levels of detail", values: ValueKind::Number(0.0, 100.0), unit: "pixels",
             sweep: Sweep::Alone, tried: &["0", "0.25", "0.5", "1", "2", "4", "8"], cheaper: &["1"],
+        }
+        /// Mirror in glossy surfaces what the picture shows of others (screen): each pixel's rays are marched through the depth buffer. Where they find
+        /// nothing, light of the sky stays
+        "reflections", "reflections" => reflections: Reflections = Reflections::Off, {
+            title: "reflections", of_truth: true, sweep: Sweep::Alone,
+        }
+        /// The greatest roughness of surfaces that mirror others: they fade out over the last fifth of it
+        "reflection-roughness", "reflection_roughness" => reflection_roughness: f32 = 0.6, {
+            title: "roughness of reflections", values: ValueKind::Number(0.0, 1.0), of_truth: true,
+        }
+        /// Steps of each ray through the pyramid of depths, at most
+        "reflection-steps", "reflection_steps" => reflection_steps: u32 = 64, {
+            title: "steps of reflections", values: ValueKind::Whole(1, 1024), sweep: Sweep::Joint,
+            tried: &["16", "32", "64", "128", "256"], quick: &["16", "64"],
+        }
+        /// How thick surfaces are taken to be where a ray passes behind what the picture shows of them
+        "reflection-thickness", "reflection_thickness" => reflection_thickness: f32 = 0.2, {
+            title: "thickness of surfaces", values: ValueKind::Number(0.0, 1000.0), unit: "m", sweep: Sweep::Joint,
+            tried: &["0.05", "0.1", "0.2", "0.5", "1"], quick: &["0.2"],
         }
         /// Give lights without a range one, beyond which all that is dropped stays below half a step of the output; the path `loop`
         /// drops nothing

@@ -12,6 +12,7 @@ mod looks;
 mod motion;
 mod particles;
 pub mod random;
+mod reflections;
 mod sampling;
 mod shadows;
 mod sky;
@@ -28,7 +29,7 @@ pub fn all() -> Vec<Case> {
         [formulas::CASES, lights::CASES, exposure::CASES, bloom::CASES, highlights::CASES, shadows::CASES, sky::CASES]
             .concat();
     let places = [space::CASES, motion::CASES, geometry::CASES, sampling::CASES, looks::CASES, ao::CASES].concat();
-    let places = [&places[..], lens::CASES, taa::CASES, particles::CASES].concat();
+    let places = [&places[..], lens::CASES, taa::CASES, particles::CASES, reflections::CASES].concat();
     [&light[..], &places, targets::CASES, random::CASES].concat()
 }
 

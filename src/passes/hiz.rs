@@ -1,0 +1,64 @@
+//! HIZ: the nearest and the farthest depth of squares of the picture, in five sizes of squares, so that a ray takes long steps where nothing is.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::per_pixel::{Bound, GROUP, PerPixel, PerPixelDesc};
+use super::{Pass, Place, Presence, Recording, Touch, needed};
+use crate::gpu::{self, Device, sync::Use};
+use crate::plan::{FramePlan, Hiz as Levels, Target};
+use crate::shaders::hiz::{self as shader, Flags};
+
+/// Reads the depth of each pixel. All passes of reflections wait with it for what the main pass has stored.
+pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+/// Writes every square.
+pub const HIZ_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("HIZ"),
+    time: "depth pyramid",
+    what: "the nearest and the farthest depth of squares of the picture",
+    presence: |plan| match &plan.reflections {
+        Ok(_) => Presence::In("rays take long steps where nothing is".into()),
+        Err(why) => Presence::Out(why.clone()),
+    },
+    touches: |_| vec![Touch::sampled(0, Target::Depth, GBUFFER_READ), Touch::storage(1, Target::Hiz, HIZ_WRITE)],
+    leave_out: None,
+};
+
+/// The pass.
+pub struct Hiz {
+    pass: PerPixel,
+    tiles: [u32; 2],
+}
+
+impl Hiz {
+    /// `images` are depth and what is written.
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        frame_layout: vk::DescriptorSetLayout,
+        images: &[Bound],
+    ) -> gpu::Result<Self> {
+        let desc = PerPixelDesc {
+            name: "hiz",
+            shader: needed("hiz", shader::variant, Flags::NONE)?,
+            constants: &[],
+            frame_layout,
+        };
+        Ok(Self { pass: PerPixel::new(device, &desc, images)?, tiles: Levels::of(plan.size).tiles })
+    }
+
+    /// Reads and writes other images, as of another size.
+    pub fn rebind(&mut self, device: &Arc<Device>, plan: &FramePlan, images: &[Bound]) -> gpu::Result<()> {
+        self.tiles = Levels::of(plan.size).tiles;
+        self.pass.rebind(device, images)
+    }
+
+    /// Runs outside any render pass.
+    pub fn record(&self, recording: &Recording) {
+        // A work group for each tile.
+        self.pass.record(recording, self.tiles.map(|count| count * GROUP));
+    }
+}

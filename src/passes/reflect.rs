@@ -1,0 +1,95 @@
+//! REFLECT: a ray of each smooth surface's lobe, marched through the stored depth, and the light of the pixel that it meets.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::per_pixel::{Bound, PerPixel, PerPixelDesc, sampled_gbuffer};
+use super::{Pass, Place, Presence, Recording, Touch, frame_data, needed};
+use crate::gpu::{self, Device, sync::Use};
+use crate::plan::{FramePlan, ReflectionPlan, Target};
+use crate::scene::Reflections;
+use crate::shaders::reflect::{self as shader, Flags, constants};
+
+/// Reads the G-buffer, of its pixel and of others.
+const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+/// Reads the light of the pixel that a ray meets.
+pub const LIGHT_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+/// Reads squares of the pyramid.
+pub const HIZ_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+/// Writes every texel.
+pub const RAYS_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("REFLECT"),
+    time: "reflect",
+    what: "a ray of each smooth pixel through the depth buffer, and the light that it meets",
+    presence: |plan| match &plan.reflections {
+        Ok(own) => Presence::In(own.to_string()),
+        Err(why) => Presence::Out(why.clone()),
+    },
+    touches: |plan| {
+        let mut touches = sampled_gbuffer(plan, GBUFFER_READ);
+        touches.extend([
+            Touch::sampled(6, Target::Hdr, LIGHT_READ),
+            Touch::sampled(7, Target::Hiz, HIZ_READ),
+            Touch::storage(8, Target::Rays, RAYS_WRITE),
+            frame_data(),
+        ]);
+        touches
+    },
+    leave_out: Some(|settings| settings.reflections = Reflections::Off),
+};
+
+/// The pass.
+pub struct Reflect {
+    pass: PerPixel,
+}
+
+impl Reflect {
+    /// `images` are the G-buffer, the lit picture, the pyramid, and what is written.
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        frame_layout: vk::DescriptorSetLayout,
+        images: &[Bound],
+    ) -> gpu::Result<Self> {
+        let desc = PerPixelDesc {
+            name: "reflect",
+            shader: needed("reflect", shader::variant, flags(plan))?,
+            constants: &constants_of(plan),
+            frame_layout,
+        };
+        Ok(Self { pass: PerPixel::new(device, &desc, images)? })
+    }
+
+    /// Reads and writes other images, as of another size.
+    pub fn rebind(&mut self, device: &Arc<Device>, images: &[Bound]) -> gpu::Result<()> {
+        self.pass.rebind(device, images)
+    }
+
+    /// Runs outside any render pass.
+    pub fn record(&self, recording: &Recording) {
+        self.pass.record(recording, recording.size);
+    }
+}
+
+/// Which variant of the shader a plan takes.
+pub(crate) fn flags(plan: &FramePlan) -> Flags {
+    let gbuffer = plan.gbuffer.as_ref();
+    Flags::SPECULAR.when(gbuffer.is_some_and(|gbuffer| gbuffer.specular.is_some()))
+        | Flags::NORMAL_UINT.when(gbuffer.is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT))
+}
+
+fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
+    let Ok(ReflectionPlan { roughness, steps, thickness, shown: _ }) = plan.reflections else { return Vec::new() };
+    vec![
+        (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
+        (constants::NORMAL_ENCODING, plan.gbuffer.as_ref().map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
+        (constants::BRDF, plan.brdf.constant()),
+        (constants::REFLECTANCE, u32::from(plan.reflectance)),
+        (constants::ROUGHEST, roughness.to_bits()),
+        (constants::STEPS, steps),
+        (constants::THICKNESS, thickness.to_bits()),
+    ]
+}

@@ -1,0 +1,104 @@
+//! REFLECT_RESOLVE: what the rays of a pixel and of those around it found, weighted by the pixel's lobe, is added to its light in the place of what that
+//! share of the lobe had of the sky and of ambient light.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::per_pixel::{Bound, PerPixel, PerPixelDesc, sampled_gbuffer};
+use super::{Pass, Place, Presence, Recording, Resource, Touch, frame_data, needed};
+use crate::gpu::{self, Device, sync::Use};
+use crate::plan::{FramePlan, Target};
+use crate::shaders::reflect_resolve::{self as shader, Flags, constants};
+
+/// Reads the G-buffer of its pixel, and the depth of those around it.
+pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+/// Reads what the rays of its pixel and of those around it found.
+pub const RAYS_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+/// Samples what surfaces collect of the sky.
+pub const SKY_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+/// Adds to the light of its own pixel.
+pub const LIGHT_BLEND: Use = Use::new(
+    vk::PipelineStageFlags::COMPUTE_SHADER,
+    vk::AccessFlags::from_raw(vk::AccessFlags::SHADER_READ.as_raw() | vk::AccessFlags::SHADER_WRITE.as_raw()),
+);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("REFLECT_RESOLVE"),
+    time: "reflect resolve",
+    what: "what rays found around each pixel, as its lobe mirrors it, in the place of the sky's light",
+    presence: |plan| match &plan.reflections {
+        Ok(_) => Presence::In("a ray is one direction of a lobe".into()),
+        Err(why) => Presence::Out(why.clone()),
+    },
+    touches: |plan| {
+        let mut touches = sampled_gbuffer(plan, GBUFFER_READ);
+        touches.extend([
+            Touch::sampled(6, Target::Rays, RAYS_READ),
+            Touch::storage(7, Target::Hdr, LIGHT_BLEND),
+            frame_data(),
+        ]);
+        if plan.is_lit_by_sky() {
+            touches.push(Touch::resource(Resource::SkyLight, SKY_READ));
+        }
+        touches
+    },
+    leave_out: None,
+};
+
+/// The pass.
+pub struct ReflectResolve {
+    pass: PerPixel,
+}
+
+impl ReflectResolve {
+    /// `images` are the G-buffer, what REFLECT found, and the light as it is stored to.
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        frame_layout: vk::DescriptorSetLayout,
+        images: &[Bound],
+    ) -> gpu::Result<Self> {
+        let desc = PerPixelDesc {
+            name: "reflect_resolve",
+            shader: needed("reflect_resolve", shader::variant, flags(plan))?,
+            constants: &constants_of(plan),
+            frame_layout,
+        };
+        Ok(Self { pass: PerPixel::new(device, &desc, images)? })
+    }
+
+    /// Reads and writes other images, as of another size.
+    pub fn rebind(&mut self, device: &Arc<Device>, images: &[Bound]) -> gpu::Result<()> {
+        self.pass.rebind(device, images)
+    }
+
+    /// Runs outside any render pass.
+    pub fn record(&self, recording: &Recording) {
+        self.pass.record(recording, recording.size);
+    }
+}
+
+/// Which variant of the shader a plan takes.
+pub(crate) fn flags(plan: &FramePlan) -> Flags {
+    let gbuffer = plan.gbuffer.as_ref();
+    Flags::SPECULAR.when(gbuffer.is_some_and(|gbuffer| gbuffer.specular.is_some()))
+        | Flags::NORMAL_UINT.when(gbuffer.is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT))
+        | Flags::SINGLE.when(plan.hdr == Some(vk::Format::R32G32B32A32_SFLOAT))
+        | Flags::SKY_LIGHT.when(plan.is_lit_by_sky())
+}
+
+fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
+    let Ok(own) = &plan.reflections else { return Vec::new() };
+    vec![
+        (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
+        (constants::NORMAL_ENCODING, plan.gbuffer.as_ref().map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
+        (constants::BRDF, plan.brdf.constant()),
+        (constants::METAL, u32::from(plan.metal)),
+        (constants::REFLECTANCE, u32::from(plan.reflectance)),
+        (constants::AMBIENT, u32::from(plan.lights.ambient)),
+        (constants::ROUGHEST, own.roughness.to_bits()),
+        (constants::LARGEST, plan.largest_light().to_bits()),
+        (constants::SHOWN, u32::from(own.shown)),
+    ]
+}

@@ -1,0 +1,173 @@
+//! Reflections: whether surfaces mirror what the picture shows of others, and how it is found.
+
+use std::borrow::Cow;
+use std::fmt;
+
+use ash::vk;
+
+use super::{Error, FramePlan};
+use crate::scene::{Brdf, HdrFormat, LightPath, Object, Reflections, Scene, Settings, TextureSlot, View};
+
+/// How REFLECT works. Its pipelines know all of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReflectionPlan {
+    /// The greatest perceptual roughness of surfaces that mirror others.
+    pub roughness: f32,
+    /// Of a ray through the pyramid of depths, at most.
+    pub steps: u32,
+    /// Metres that surfaces are taken to go on behind what is seen of them.
+    pub thickness: f32,
+    /// The picture is what was found, and not the light.
+    pub shown: bool,
+}
+
+/// Mandatory to store to.
+pub(super) const HIZ: vk::Format = vk::Format::R32_SFLOAT;
+/// Likewise.
+pub(super) const RAYS: vk::Format = vk::Format::R32G32B32A32_UINT;
+
+/// In `inspect`: `screen, up to a roughness of 0.6, 64 steps at most, surfaces 0.2 m thick`.
+impl fmt::Display for ReflectionPlan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { roughness, steps, thickness, shown: _ } = self;
+        write!(f, "screen, up to a roughness of {roughness}, {steps} steps at most, surfaces {thickness} m thick")
+    }
+}
+
+/// Where the pyramid of depths has its levels in one image. Level n has a texel for each square of 2^n pixels; level 0 is the depth buffer. The first
+/// level lies at the left, the others below one another at its right; the nearest depths in the upper half, the farthest in the lower
+/// (`shaders/shared/hiz.wgsl`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Hiz {
+    /// Squares of [`Hiz::TILE`] pixels across and down.
+    pub tiles: [u32; 2],
+}
+
+impl Hiz {
+    /// Edge of a square of the last level, in pixels: what a work group sees.
+    pub const TILE: u32 = 32;
+    /// Two single floats for each of 1/4 + 1/16 + ... pixels, and what is not used beside the smaller levels.
+    pub const BYTES_PER_PIXEL: u32 = 3;
+
+    /// That of a picture.
+    pub fn of(size: [u32; 2]) -> Self {
+        Self { tiles: size.map(|edge| edge.div_ceil(Self::TILE)) }
+    }
+
+    /// Of the image.
+    pub fn extent(&self) -> [u32; 2] {
+        let [across, down] = self.tiles.map(|count| count * Self::TILE);
+        [across * 3 / 4, down]
+    }
+}
+
+/// The settings that are planned: the view of what is mirrored asks for it.
+pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
+    match settings.view {
+        View::Reflections => Cow::Owned(Settings { reflections: Reflections::Screen, bloom: 0.0, ..settings.clone() }),
+        _ => Cow::Borrowed(settings),
+    }
+}
+
+/// What frames have, or why they have none.
+///
+/// # Errors
+/// What does not go with it, in a sentence.
+pub(super) fn choose(
+    scene: &Scene,
+    settings: &Settings,
+    path: LightPath,
+) -> Result<Result<ReflectionPlan, String>, Error> {
+    let refuse = |why: String| Err(Error::Reflections(why));
+    let (roughness, steps, thickness) =
+        (settings.reflection_roughness, settings.reflection_steps, settings.reflection_thickness);
+    if settings.reflections == Reflections::Off {
+        return Ok(Err("not asked for".into()));
+    }
+    if !(0.0..=1.0).contains(&roughness) {
+        return refuse(format!("a roughness of {roughness}: it must be 0 to 1"));
+    }
+    if steps == 0 || steps > MOST_STEPS {
+        return refuse(format!("{steps} steps of a ray: choose 1 to {MOST_STEPS}"));
+    }
+    if !(0.0..=MOST_THICKNESS).contains(&thickness) {
+        return refuse(format!("surfaces {thickness} m thick: it must be 0 to {MOST_THICKNESS} m"));
+    }
+    if !is_used(scene, settings) {
+        let why = match shows(settings.view) {
+            true => "no opaque surface has a lobe of Cook-Torrance that is smooth enough",
+            false => "this view does not show them",
+        };
+        return Ok(Err(why.into()));
+    }
+    match path {
+        LightPath::Forward | LightPath::ForwardNaive => {
+            return refuse(format!(
+                "they are found by a G-buffer, and the light path {path} has none: choose another, as loop"
+            ));
+        }
+        LightPath::Compute => {
+            return refuse("the light path compute writes the picture by itself: choose another, as clustered".into());
+        }
+        _ => {}
+    }
+    if settings.msaa > 1 {
+        return refuse(format!(
+            "they are found by one depth a pixel, and with --msaa {} there are several: choose --samples",
+            settings.msaa
+        ));
+    }
+    if settings.hdr_format == HdrFormat::B10g11r11 {
+        return refuse(format!("no shader stores to an HDR target of {}: choose rgba16f", settings.hdr_format));
+    }
+    Ok(Ok(ReflectionPlan { roughness, steps, thickness, shown: settings.view == View::Reflections }))
+}
+
+/// What a driver surely draws before its watchdog bites.
+const MOST_STEPS: u32 = 1024;
+/// Metres.
+const MOST_THICKNESS: f32 = 1000.0;
+
+fn shows(view: View) -> bool {
+    matches!(view, View::Final | View::Ambient | View::Bloom | View::Reflections)
+}
+
+/// Whether some surface mirrors others.
+pub(super) fn is_used(scene: &Scene, settings: &Settings) -> bool {
+    let mirrors = |object: &Object| {
+        let material = &scene.materials[object.material];
+        let may_be_smooth = material.texture(TextureSlot::MetallicRoughness).is_some()
+            || material.roughness <= settings.reflection_roughness;
+        let has_lobe = material.model(settings.brdf) == Brdf::CookTorrance && !material.unlit;
+        has_lobe && may_be_smooth && !material.is_transparent()
+    };
+    let asked = settings.reflections != Reflections::Off || settings.view == View::Reflections;
+    asked && shows(settings.view) && scene.objects.iter().any(mirrors)
+}
+
+impl FramePlan {
+    /// Whether surfaces mirror what the picture shows of others.
+    pub fn reflects(&self) -> bool {
+        self.reflections.is_ok()
+    }
+
+    /// Nothing is blended over what they are added to.
+    fn ends_with_reflections(&self) -> bool {
+        self.reflects() && self.transparency.is_none()
+    }
+
+    /// Whether TAA is the next to read the light to which they are added.
+    pub fn averages_reflected(&self) -> bool {
+        self.ends_with_reflections() && self.taa.is_some()
+    }
+
+    /// Whether BLOOM is.
+    pub fn blooms_reflected(&self) -> bool {
+        self.ends_with_reflections() && self.taa.is_none() && self.bloom.is_some()
+    }
+
+    /// Whether TONEMAP is.
+    pub fn tone_maps_reflected(&self) -> bool {
+        self.ends_with_reflections() && self.taa.is_none() && self.bloom.is_none()
+    }
+}
