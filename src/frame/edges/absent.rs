@@ -114,13 +114,14 @@ static ROWS: &[Needs] = &[
     needs(RowName::LIGHT_TO_TAA, &[&taa::PASS]),
     Needs {
         lacks: |plan| {
-            plan.sums.is_none().then_some("the subpass that writes the light last is the last to use depth, too")
+            let is_last = plan.sums.is_none() && !plan.averages_reflected();
+            is_last.then_some("the subpass that writes the light last is the last to use depth, too")
         },
-        instead: &[RowName::DEPTH_TO_VELOCITY],
+        instead: &[RowName::DEPTH_TO_VELOCITY, RowName::LIGHTING_TO_HIZ],
         ..needs(RowName::DEPTH_TO_TAA, &[&taa::PASS])
     },
     needs(RowName::DEPTH_TO_VELOCITY, &[&velocity::PASS]),
-    needs(RowName::VELOCITY_REUSE, &[&velocity::PASS]),
+    Needs { instead: &[RowName::DEPTH_TO_VELOCITY], ..needs(RowName::VELOCITY_REUSE, &[&velocity::PASS]) },
     needs(RowName::VELOCITY_TO_TAA, &[&velocity::PASS]),
     needs(RowName::HISTORY_REUSE, &[&taa::PASS]),
     needs(RowName::TAA_TO_SHARPEN, &[&taa::PASS]),

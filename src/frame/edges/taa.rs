@@ -31,12 +31,6 @@ pub(super) fn rows(plan: &FramePlan, (last_light, light): (Place, Use)) -> Vec<E
     let to_taa = |name, from, uses: &[Use], why| {
         row(name, main).from(from, uses).to(taa::PASS.place, &[taa::FRAME_READ]).because(why)
     };
-    let to_velocity = |carrier, from, uses: &[Use], why| {
-        row(RowName::DEPTH_TO_VELOCITY, carrier)
-            .from(from, uses)
-            .to(velocity::PASS.place, &[velocity::DEPTH_READ, velocity::DEPTH_STORE])
-            .because(why)
-    };
     let mut rows = Vec::new();
     match plan.averages_reflected() {
         true => {
@@ -51,21 +45,21 @@ pub(super) fn rows(plan: &FramePlan, (last_light, light): (Place, Use)) -> Vec<E
                     ),
             );
             rows.extend(plan.has_velocity().then(|| {
-                to_velocity(
-                    Carrier::Subpass(VELOCITY_PASS),
-                    last_light,
-                    &[reflect_resolve::GBUFFER_READ],
-                    "VELOCITY draws where depth is what the main pass stored, and stores it again, after REFLECT_RESOLVE has read it",
-                )
+                row(RowName::DEPTH_TO_VELOCITY, Carrier::Subpass(VELOCITY_PASS))
+                    // TAA of the last frame is compute as well, and has read the vectors before.
+                    .from(last_light, &[reflect_resolve::GBUFFER_READ])
+                    .to(velocity::PASS.place, &[velocity::DEPTH_READ, velocity::DEPTH_STORE, velocity::VECTOR_WRITE])
+                    .because(
+                        "VELOCITY draws where depth is what the main pass stored, and stores it again, after REFLECT_RESOLVE has read it; and \
+                         frames in flight share the vectors: TAA of the last frame must have read what this one clears",
+                    )
             }));
         }
         false if plan.has_velocity() => rows.extend([
-            to_velocity(
-                main,
-                depth,
-                &[stored],
-                "VELOCITY draws where depth is what the main pass stored, and stores it again",
-            ),
+            row(RowName::DEPTH_TO_VELOCITY, main)
+                .from(depth, &[stored])
+                .to(velocity::PASS.place, &[velocity::DEPTH_READ, velocity::DEPTH_STORE])
+                .because("VELOCITY draws where depth is what the main pass stored, and stores it again"),
             to_taa(RowName::LIGHT_TO_TAA, last_light, &[light], looks),
         ]),
         false if depth == last_light => rows.push(to_taa(
@@ -86,18 +80,17 @@ pub(super) fn rows(plan: &FramePlan, (last_light, light): (Place, Use)) -> Vec<E
     }
     if plan.has_velocity() {
         let pass = Carrier::Subpass(VELOCITY_PASS);
-        rows.extend([
-            row(RowName::VELOCITY_REUSE, pass)
-                .from(Place::OUTSIDE, &[taa::FRAME_READ])
-                .to(velocity::PASS.place, &[velocity::VECTOR_WRITE])
-                .because(
-                    "frames in flight share the vectors: TAA of the last frame must have read what this one clears",
-                ),
+        let reuse = row(RowName::VELOCITY_REUSE, pass)
+            .from(Place::OUTSIDE, &[taa::FRAME_READ])
+            .to(velocity::PASS.place, &[velocity::VECTOR_WRITE])
+            .because("frames in flight share the vectors: TAA of the last frame must have read what this one clears");
+        rows.extend((!plan.averages_reflected()).then_some(reuse));
+        rows.push(
             row(RowName::VELOCITY_TO_TAA, pass)
                 .from(velocity::PASS.place, &[velocity::VECTOR_WRITE, velocity::DEPTH_STORE])
                 .to(taa::PASS.place, &[taa::FRAME_READ])
                 .because("TAA reads the vectors, and the depth that VELOCITY stored"),
-        ]);
+        );
     }
     rows.extend([
         row(RowName::HISTORY_REUSE, Carrier::BufferBarrier)
