@@ -251,10 +251,9 @@ fn frames_mirror_what_the_march_of_the_same_picture_does_and_are_nearer_to_rays_
 fn prints_the_errors_and_the_shares_of_rays() {
     on_gpu(|gpu| {
         let sponza = std::env::var("AFTERLIGHT_SCENES").map(|folder| format!("{folder}/crytek_sponza/sponza.obj"));
-        for spec in [Some(SHOWN.to_owned()), Some("builtin:hall".into()), Some("builtin:spheres".into()), sponza.ok()] {
-            if let Some(spec) = spec {
-                table(gpu, &spec, [640, 360], &[16, 32, 64, 128, 256]);
-            }
+        let specs = [SHOWN, "builtin:hall", "builtin:spheres"].map(str::to_owned);
+        for spec in specs.into_iter().chain(sponza.ok()) {
+            table(gpu, &spec, [640, 360], &[16, 32, 64, 128, 256]);
         }
     });
 }
