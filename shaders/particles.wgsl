@@ -1,7 +1,8 @@
 // PARTICLES: squares that face the view, lit by SIMULATE, over the lit picture. They fade where they come near the surface behind them.
-// variants: TEXTURED WEIGHTED SORTED
+// variants: TEXTURED WEIGHTED SORTED LIGHTS
 // excludes: WEIGHTED SORTED
 #import afterlight::frame::{distance_at, frame, ORTHOGRAPHIC}
+#import afterlight::fog::{fogged}
 #import afterlight::particles::{Particle}
 #ifdef WEIGHTED
 #import afterlight::weights::{weight_of}
@@ -14,6 +15,10 @@ override LAYER: f32 = 1.0;
 override WEIGHT: f32 = 1.0;
 override LEAST: f32 = 0.000244140625;
 override PEAK: f32 = 1e28;
+// Fog lies before them. LIGHTS: and lights are in it.
+override FOG: bool = false;
+// Largest value that the target takes.
+override LARGEST: f32 = 65000.0;
 
 @group(1) @binding(0) var subpass_depth: texture_depth_2d;
 @group(2) @binding(0) var<storage, read> particles: array<Particle>;
@@ -131,7 +136,11 @@ fn fade(in: Varying) -> f32 {
 fn shade(in: Varying) -> vec4<f32> {
     let texel = shape(in);
     let alpha = saturate(in.color.a * texel.a * fade(in));
-    return vec4(in.color.rgb * texel.rgb * alpha, alpha);
+    let own = vec4(in.color.rgb * texel.rgb * alpha, alpha);
+    if FOG {
+        return fogged(in.world, own, LARGEST);
+    }
+    return own;
 }
 
 #ifdef WEIGHTED

@@ -14,6 +14,7 @@ mod checks;
 mod cost;
 mod culling;
 mod error;
+mod fog;
 mod gbuffer;
 mod lens;
 mod lights;
@@ -36,6 +37,7 @@ pub use ao::AoPlan;
 pub use bloom::{Bloom, BloomLevel};
 pub use cost::Cost;
 pub use error::Error;
+pub use fog::FogPlan;
 pub use gbuffer::{Gbuffer, NormalEncoding, format_bytes};
 pub use lights::{PlannedLights, UNIFORM_LIGHTS};
 pub use output::{Canvas, Encoding, HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping, Transfer};
@@ -166,9 +168,13 @@ impl Shading {
     fn of(view: View, device: &Capabilities) -> Result<Self, Error> {
         Ok(match view {
             // Planned as the lit picture, from settings of their own.
-            View::Final | View::Ambient | View::Bloom | View::Particles | View::Velocity | View::Reflections => {
-                Self::Light { light_only: false }
-            }
+            View::Final
+            | View::Ambient
+            | View::Bloom
+            | View::Fog
+            | View::Particles
+            | View::Velocity
+            | View::Reflections => Self::Light { light_only: false },
             View::Lighting => Self::Light { light_only: true },
             View::Overdraw => Self::ShowOverdraw,
             View::Triangle if !device.primitive_index => return Err(Error::NoTriangles),
@@ -242,6 +248,8 @@ pub struct FramePlan {
     pub resolve: Resolve,
     /// Settings of what works on the finished picture; all others are as by default.
     pub effects: Settings,
+    /// Fog lies between the eye and what it sees.
+    pub fog: Option<FogPlan>,
     /// Light is spread before it is tone-mapped.
     pub bloom: Option<Bloom>,
     /// Frames are averaged over time.
@@ -318,6 +326,7 @@ struct Choices {
     ao: Result<AoPlan, String>,
     particles: Option<ParticlePlan>,
     reflections: Result<ReflectionPlan, String>,
+    fog: Option<FogPlan>,
     way: Way,
 }
 
@@ -358,17 +367,24 @@ impl Choices {
             filters: Bloom::of(settings, shading).is_some()
                 || TaaPlan::of(settings, shading).is_some()
                 || reflections.is_ok(),
+            fogs: false,
         };
         let sky = SkyPlan::of(scene, settings, shading);
         if sky.is_some() {
             sky::check(scene, lighting.path, device)?;
         }
         let lit_by_sky = sky.is_some_and(|sky| sky.lights);
+        let fog = FogPlan::of(settings)?;
+        if fog.is_some() {
+            // FOG has no code for lights in a uniform buffer.
+            lighting.lights.uniform = false;
+        }
         // Surfaces that are lit as they are drawn have no code for a sky with lights in a uniform buffer, and particles none for such lights.
         if lit_by_sky && (is_forward(lighting.path) || surfaces.transparency.is_some()) || particles.is_some() {
             lighting.lights.uniform = false;
         }
-        let blending = Blending { adds_ambient: lit_by_sky && !is_forward(lighting.path), ..blending };
+        let blending =
+            Blending { adds_ambient: lit_by_sky && !is_forward(lighting.path), fogs: fog.is_some(), ..blending };
         let way = Way::of(settings, device, blending)?;
         let locations = geometry_locations(gbuffer.as_ref(), shading, surfaces.emissive);
         checks::check_attachments(locations, gbuffer.as_ref(), settings.msaa, device)?;
@@ -378,7 +394,7 @@ impl Choices {
             && lighting.path != LightPath::Compute
             && settings.view != View::Complexity
             && (settings.keep.has(OptionalPart::StoredGbuffer) || ao.is_ok() || reflections.is_ok());
-        Ok(Self { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, particles, reflections, way })
+        Ok(Self { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, particles, reflections, fog, way })
     }
 }
 
@@ -421,7 +437,7 @@ impl FramePlan {
     /// All but the words about it, for a scene that has been checked.
     /// `counts`: layers of particles are counted.
     fn decide(scene: &Scene, settings: &Settings, device: &Capabilities, counts: bool) -> Result<Self, Error> {
-        let Choices { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, particles, reflections, way } =
+        let Choices { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, particles, reflections, fog, way } =
             Choices::of(scene, settings, device, counts)?;
         let rules = SurfaceRules::of(settings, shading, &lighting, &surfaces);
         let pipelines = rules.pipelines(scene);
@@ -465,6 +481,7 @@ impl FramePlan {
             samples: settings.samples,
             resolve: settings.resolve,
             effects: settings.effects(),
+            fog,
             bloom: Bloom::of(settings, shading),
             taa,
             fxaa: settings.fxaa,

@@ -59,6 +59,16 @@ struct Frame {
     sun_sine: f32,
     // Where in each pixel this frame looks, in pixels from its centre: what is drawn at random differs by it.
     jitter: vec2<f32>,
+    // Of the fog: how high the camera is above its base, and metres to the other end of it, both by its scale height.
+    fog_rise: f32,
+    fog_rate: f32,
+    // What comes from everywhere on the mean, times the fog's albedo.
+    fog_light: vec3<f32>,
+    // The logarithm of what is lost along a metre at the base.
+    fog_density: f32,
+    fog_albedo: f32,
+    // The mean cosine of the angle of scattering.
+    fog_anisotropy: f32,
 }
 
 // The camera's rays are parallel.

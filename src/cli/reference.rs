@@ -155,7 +155,7 @@ fn refuse_approximations(args: &SettingsArgs) -> Result<(), Failure> {
     let given = SETTINGS.iter().find(|setting| !setting.of_truth && setting.text(&args.said).is_some());
     let Some(Setting { key, .. }) = given else { return Ok(()) };
     let why = format!("--{key} says how a frame is drawn: the truth is computed without it");
-    let what = "--size, --camera, --brdf, --shadows on|off, --ao, --reflections, --bloom, --aperture, --focus and --shutter apply, and --exposure and --tonemap to a .png";
+    let what = "--size, --camera, --brdf, --shadows on|off, --ao, --reflections, --bloom, --fog, --aperture, --focus and --shutter apply, and --exposure and --tonemap to a .png";
     Err(Failure::usage(why).with_hint(what))
 }
 

@@ -328,8 +328,10 @@ fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<
 
 /// The settings with another view. What smooths edges goes where a view shows values.
 fn of_view(settings: &Settings, view: View) -> Settings {
-    let lit =
-        matches!(view, View::Final | View::Lighting | View::Ambient | View::Bloom | View::Particles | View::Velocity);
+    let lit = matches!(
+        view,
+        View::Final | View::Lighting | View::Ambient | View::Bloom | View::Fog | View::Particles | View::Velocity
+    );
     let msaa = if lit || view == View::Complexity { settings.msaa } else { 1 };
     Settings { view, fxaa: settings.fxaa && lit, msaa, ..settings.clone() }
 }

@@ -17,6 +17,7 @@
 //!                FORWARD    in the place of these two on the forward light paths: surfaces, lit as they are rasterized
 //! compute        HIZ, REFLECT, REFLECT_RESOLVE  where asked for: what smooth surfaces mirror of the lit picture, added to it; the main pass ends before
 //!                them, and a blend pass goes on
+//!                FOG        only where fog is asked for: what the air takes of the light, and scatters
 //!                TRANSPARENT  surfaces that let light through, over the lit picture
 //!                PARTICLES  in its subpass, after them
 //!                COMPOSITE  only where TRANSPARENT summed them up without sorting
@@ -52,6 +53,7 @@ use crate::passes::ambient::{self, Ambient};
 use crate::passes::bloom::{self, Bloom};
 use crate::passes::composite::{self, Composite};
 use crate::passes::depth::{self, Depth};
+use crate::passes::fog::{self, FogPass};
 use crate::passes::forward::{self, Forward};
 use crate::passes::fxaa::{self, Fxaa};
 use crate::passes::geometry::{self, Geometry};
@@ -84,6 +86,7 @@ pub struct Deferred {
     sky: Option<SkyPass>,
     /// Between the main pass and the blend pass, where that has something to draw.
     reflect: Option<(ReflectStage, Option<RenderPassIndex>)>,
+    fog: Option<FogPass>,
     transparent: Option<Transparent>,
     particles: Option<Box<ParticleStage>>,
     composite: Option<Composite>,
@@ -141,7 +144,7 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
         subpass(&forward::PASS, &[&depth::PASS, &forward::PASS, &sky::PASS]),
     ];
     let over = subpass(&transparent::PASS, &[&transparent::PASS, &particles::PASS]);
-    let blended = [over, alone(&composite::PASS), tonemap, tone];
+    let blended = [alone(&fog::PASS), over, alone(&composite::PASS), tonemap, tone];
     // REFLECT reads the light of all pixels, so that the main pass ends with it.
     let (light, blended): (Vec<Option<Subpass>>, Vec<_>) = match plan.reflects() {
         true => (lit.into(), blended.into()),
@@ -284,9 +287,16 @@ impl Deferred {
                 unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
             }
         };
+        if let Some(fog) = &self.fog {
+            // Row `lighting-to-fog`, `resolve-to-fog` or `forward-to-fog`: it reads the depth of its pixel, and is blended over its light.
+            next_subpass();
+            frame.begin(&fog::PASS);
+            fog.record(frame);
+            frame.end(times, &fog::PASS);
+        }
         if self.transparent.is_some() || self.particles.is_some() {
-            // Rows `lighting-to-transparent`, `resolve-to-transparent` or `forward-to-transparent`: it tests against the depth of opaque surfaces,
-            // and sorted surfaces are blended over their light.
+            // Rows `lighting-to-transparent`, `resolve-to-transparent`, `forward-to-transparent` or `fog-to-transparent`: it tests against the depth of
+            // opaque surfaces, and sorted surfaces are blended over their light.
             next_subpass();
         }
         if let Some(transparent) = &self.transparent {
@@ -408,6 +418,9 @@ impl Deferred {
             }
         };
         let sky = slot(&sky::PASS).map(|slot| SkyPass::new(device, plan, slot, layouts)).transpose()?;
+        let fog = slot(&fog::PASS)
+            .map(|slot| FogPass::new(device, plan, slot, layouts, &passes.inputs(&fog::PASS, plan)))
+            .transpose()?;
         let transparent =
             slot(&transparent::PASS).map(|slot| Transparent::new(device, plan, slot, layouts, scene)).transpose()?;
         let particles = ParticleStage::new(parts, &passes)?.map(Box::new);
@@ -438,6 +451,7 @@ impl Deferred {
             ao,
             sky,
             reflect,
+            fog,
             transparent,
             particles,
             composite,
@@ -464,6 +478,9 @@ impl Deferred {
         }
         if let Some(ao) = &mut self.ao {
             ao.rebind(parts, passes)?;
+        }
+        if let Some(fog) = &mut self.fog {
+            fog.inputs.read_from(device, &passes.inputs(&fog::PASS, plan))?;
         }
         if let Some(particles) = &mut self.particles {
             particles.rebind(parts, passes)?;

@@ -22,6 +22,7 @@ use crate::scene;
 mod absent;
 mod ao;
 mod culling;
+mod fog;
 mod forward;
 mod host;
 mod main_pass;

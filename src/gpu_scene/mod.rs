@@ -2,6 +2,7 @@
 
 mod culling;
 mod deformed;
+mod fog;
 mod instances;
 mod material;
 mod particles;

@@ -48,6 +48,7 @@ pub mod depth;
 mod depth_only;
 pub mod encode;
 pub mod fill;
+pub mod fog;
 pub mod forward;
 pub mod fxaa;
 pub mod geometry;
@@ -99,7 +100,7 @@ use crate::shaders::Variant;
 use crate::visible::{MapDraw, Since, Visible, World, WorldObject};
 
 /// All passes, as reports list them.
-pub const ALL: [&Pass; 39] = [
+pub const ALL: [&Pass; 40] = [
     &skin::PASS,
     &occluders::PASS,
     &pyramid::PASS,
@@ -122,6 +123,7 @@ pub const ALL: [&Pass; 39] = [
     &hiz::PASS,
     &reflect::PASS,
     &reflect_resolve::PASS,
+    &fog::PASS,
     &transparent::PASS,
     &particles::PASS,
     &composite::PASS,

@@ -69,6 +69,8 @@ impl ParticlePass {
             (constants::WEIGHT, own.weight.to_bits()),
             (constants::LEAST, own.least.to_bits()),
             (constants::PEAK, own.peak.to_bits()),
+            (constants::FOG, u32::from(plan.has_fog())),
+            (constants::LARGEST, plan.largest_light().to_bits()),
         ];
         let pipeline = GraphicsPipeline::new(
             device,
@@ -166,4 +168,5 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
     Flags::TEXTURED.when(textured)
         | Flags::WEIGHTED.when(plan.sums.is_some())
         | Flags::SORTED.when(plan.sorts_particles())
+        | Flags::LIGHTS.when(plan.has_fog() && plan.lights.any())
 }

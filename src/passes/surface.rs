@@ -474,6 +474,7 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
         (constants::WEIGHT, limits.weight.to_bits()),
         (constants::LEAST, limits.least.to_bits()),
         (constants::PEAK, limits.peak.to_bits()),
+        (constants::FOG, u32::from(plan.has_fog() && opacity != Opacity::Hides)),
     ]
 }
 

@@ -93,7 +93,7 @@ pub(super) fn check_msaa(
         let counts = counts.collect::<Vec<_>>().join(", ");
         return refuse(format!("this device cannot draw {msaa} samples a pixel; it can draw {counts}"));
     }
-    if !matches!(view, View::Final | View::Lighting | View::Ambient | View::Complexity) {
+    if !matches!(view, View::Final | View::Lighting | View::Ambient | View::Fog | View::Complexity) {
         return refuse(format!("the view {view} shows the values of one sample: draw it without multisampling"));
     }
     if settings.samples > 1 {

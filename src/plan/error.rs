@@ -65,6 +65,9 @@ pub enum Error {
     /// Bloom that does not go with other settings.
     #[error("bloom: {0}")]
     Bloom(String),
+    /// Fog of which a number is out of range.
+    #[error("fog: {0}")]
+    Fog(String),
     /// Particles that do not go with other settings.
     #[error("particles: {0}")]
     Particles(String),

@@ -157,6 +157,8 @@ pub(super) struct Blending {
     pub adds_ambient: bool,
     /// TAA, BLOOM or REFLECT read the light of a pixel and its neighbours.
     pub filters: bool,
+    /// FOG is blended over it.
+    pub fogs: bool,
 }
 
 /// From light to the picture.
@@ -195,7 +197,7 @@ impl Way {
         what: Blending,
         linear: bool,
     ) -> Result<(Option<vk::Format>, vk::Format), Error> {
-        let blends = what.emissive || what.adds_lights || what.transparent || what.adds_ambient;
+        let blends = what.emissive || what.adds_lights || what.transparent || what.adds_ambient || what.fogs;
         // Samples are averaged before they are tone-mapped, and so kept until then.
         let averaged = what.lit && settings.msaa > 1 && settings.resolve == Resolve::Linear;
         let kept = what.lit && settings.keep.has(OptionalPart::HdrTarget);
@@ -268,6 +270,7 @@ mod tests {
             samples::tiled_plans(),
             samples::filtered_plans(),
             samples::reflected_plans(),
+            samples::fogged_plans(),
         ]
         .concat();
         for (name, plan) in all.into_iter().filter(|(_, plan)| shown(plan)) {
@@ -295,6 +298,7 @@ mod tests {
             samples::tiled_plans(),
             samples::filtered_plans(),
             samples::reflected_plans(),
+            samples::fogged_plans(),
         ]
         .concat();
         for (name, plan) in all {

@@ -98,6 +98,7 @@ pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<
     add(PartGroup::Geometry, vec![levels(settings, plan)]);
     add(PartGroup::Textures, textures(scene, settings, plan));
     add(PartGroup::Lights, shading(plan));
+    add(PartGroup::Lights, vec![super::fog::parts(plan)]);
     add(PartGroup::Shadows, vec![shadow(scene, settings, plan)]);
     add(PartGroup::Camera, camera::parts(scene, plan));
     add(PartGroup::Camera, lens::parts(scene, settings).into());
@@ -249,6 +250,7 @@ fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
         }
         ToneMapping::Subpass(_) if plan.emissive => "emissive light is blended before tone mapping",
         ToneMapping::Subpass(_) if plan.adds_ambient() => "light of the sky is added before tone mapping",
+        ToneMapping::Subpass(_) if plan.has_fog() => "fog is blended over the light before tone mapping",
         ToneMapping::Subpass(_) if plan.transparency.is_some() => {
             match plan.transparent.is_empty() && plan.particles.is_some() {
                 true => "particles are blended before tone mapping",

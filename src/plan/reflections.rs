@@ -152,8 +152,8 @@ impl FramePlan {
     }
 
     /// Nothing is blended over what they are added to.
-    fn ends_with_reflections(&self) -> bool {
-        self.reflects() && self.transparency.is_none()
+    pub fn ends_with_reflections(&self) -> bool {
+        self.reflects() && self.transparency.is_none() && !self.has_fog()
     }
 
     /// Whether TAA is the next to read the light to which they are added.

@@ -5,16 +5,16 @@ use proptest::prelude::*;
 
 use super::{Capabilities, Error, FramePlan};
 use crate::scene::{
-    AlphaMode, AmbientOcclusion, Brdf, Channel, Clip, Culling, Emitter, Falloff, GbufferChoice, GbufferPreset,
+    AlphaMode, AmbientOcclusion, Brdf, Channel, Clip, Culling, Emitter, Falloff, Fog, GbufferChoice, GbufferPreset,
     Influences, Interpolation, Light, LightKind, LightPath, Local, Material, Mesh, Morph, Motion, Node, Object,
     OptionalPart, Output, Placement, Reflections, Resolve, Scene, Settings, Skin, Sky, SkyImage, SunDisc, Target,
     TargetChoice, Texture, TextureSlot, Transparency, UvMap, View, Wrap,
 };
 
-/// All but that of what several samples differ in, and those that are planned as the lit picture: spread light, particles, vectors and what is mirrored.
+/// All but that of what several samples differ in, and those that are planned as the lit picture: spread light, fog, particles, vectors and what is mirrored.
 pub fn views() -> impl Iterator<Item = View> {
     View::NAMES.iter().map(|&(_, view)| view).filter(|view| {
-        ![View::Complexity, View::Bloom, View::Particles, View::Velocity, View::Reflections].contains(view)
+        ![View::Complexity, View::Bloom, View::Fog, View::Particles, View::Velocity, View::Reflections].contains(view)
     })
 }
 
@@ -440,6 +440,7 @@ pub fn particle_plans() -> Vec<(String, FramePlan)> {
     let forward = || Settings { light_path: LightPath::Forward, ..Settings::default() };
     let oit = |settings: Settings| Settings { transparency: Transparency::Oit, ..settings };
     let stored = || Settings { light_path: LightPath::Loop, ..keeping(&[OptionalPart::StoredGbuffer]) };
+    let fog = |settings: Settings| Settings { fog: Fog::Height, ..settings };
     let all = [
         ("particles", deferred()),
         ("particles in nits", Settings { output: Output::Nits, ..deferred() }),
@@ -453,6 +454,11 @@ pub fn particle_plans() -> Vec<(String, FramePlan)> {
         ("particles, clustered", Settings { light_path: LightPath::Clustered, ..Settings::default() }),
         ("particles, forward", forward()),
         ("particles summed, forward", oit(forward())),
+        ("particles in fog", fog(deferred())),
+        ("particles in fog and stored G-buffer", fog(stored())),
+        ("particles summed in fog and stored G-buffer", fog(oit(stored()))),
+        ("particles in fog, occluded", fog(Settings { ao: AmbientOcclusion::Gtao, ..deferred() })),
+        ("particles summed in fog, forward", fog(oit(forward()))),
         ("particles counted", Settings { view: View::Particles, ..deferred() }),
     ];
     let mut plans = Vec::new();
@@ -518,6 +524,39 @@ pub fn reflected_plans() -> Vec<(String, FramePlan)> {
         ("what is mirrored", Settings { view: View::Reflections, ..of(deferred()) }),
     ]);
     plans.into_iter().filter(|(_, plan)| plan.reflects()).collect()
+}
+
+/// Plans with fog: what comes before FOG and after it, and each output.
+pub fn fogged_plans() -> Vec<(String, FramePlan)> {
+    let fog = |settings: Settings| Settings { fog: Fog::Height, ..settings };
+    let oit = |settings: Settings| Settings { transparency: Transparency::Oit, ..settings };
+    let reflecting =
+        |settings: Settings| Settings { reflections: Reflections::Screen, reflection_roughness: 1.0, ..settings };
+    let forward = || Settings { light_path: LightPath::Forward, ..Settings::default() };
+    let stored = || Settings { light_path: LightPath::Loop, ..keeping(&[OptionalPart::StoredGbuffer]) };
+    of_scenes(&[
+        ("fog", fog(deferred())),
+        ("fog and stored G-buffer", fog(stored())),
+        ("fog in nits", fog(Settings { output: Output::Nits, ..deferred() })),
+        ("fog of 4 samples", fog(Settings { samples: 4, ..deferred() })),
+        ("fog of msaa", fog(Settings { msaa: 4, ..deferred() })),
+        ("fog of msaa in nits", fog(Settings { msaa: 4, output: Output::Nits, ..deferred() })),
+        ("fog and oit", fog(Settings { transparency: Transparency::Oit, ..deferred() })),
+        ("fog, bloom, fxaa and vignette", fog(Settings { bloom: 0.1, fxaa: true, vignette: 1.0, ..deferred() })),
+        ("fog added up", fog(Settings { light_path: LightPath::PerLight, ..Settings::default() })),
+        ("fog, forward", fog(forward())),
+        ("fog of msaa, forward", fog(Settings { msaa: 4, ..forward() })),
+        ("fog and oit, forward", fog(Settings { transparency: Transparency::Oit, ..forward() })),
+        ("fog and taa", fog(Settings { taa: true, ..deferred() })),
+        ("fog, taa and stored G-buffer", fog(Settings { taa: true, ..stored() })),
+        ("fog, taa and oit, forward", fog(Settings { taa: true, transparency: Transparency::Oit, ..forward() })),
+        ("fog and reflections", fog(reflecting(deferred()))),
+        ("fog, reflections and oit", fog(oit(reflecting(deferred())))),
+        ("fog, reflections and bloom", fog(Settings { bloom: 0.1, ..reflecting(deferred()) })),
+        ("fog, reflections and taa", fog(Settings { taa: true, ..reflecting(deferred()) })),
+        ("fog, reflections, taa and oit", fog(oit(Settings { taa: true, ..reflecting(deferred()) }))),
+        ("fog alone", fog(Settings { view: View::Fog, ..deferred() })),
+    ])
 }
 
 /// A plan of each scene with each of these settings.

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::surfaces::SurfaceRules;
 use super::{Error, FramePlan, Part, Shading, parts::part};
-use crate::scene::{LightPath, Output, Resolve, Scene, Settings, Tonemap, View};
+use crate::scene::{Fog, LightPath, Output, Resolve, Scene, Settings, Tonemap, View};
 
 /// What TAA makes of frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,6 +48,7 @@ pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
         sharpness: 0.0,
         tonemap: Tonemap::None,
         bloom: 0.0,
+        fog: Fog::Off,
         ..settings.without_effects()
     })
 }

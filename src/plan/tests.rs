@@ -3,7 +3,7 @@ use glam::Vec3;
 use super::samples::{self, device, emissive, masked, material, point, scene, sky, spot, sun, textured};
 use super::*;
 use crate::scene::{
-    AlphaMode, Camera, CastsShadow, Falloff, GbufferChoice, GbufferPreset, HdrFormat, Light, Material, Output,
+    AlphaMode, Camera, CastsShadow, Falloff, Fog, GbufferChoice, GbufferPreset, HdrFormat, Light, Material, Output,
     Projection, ShadowSettings, TRAITS, TargetChoice, TextureSlot, Tonemap,
 };
 
@@ -638,6 +638,38 @@ fn spread_light_is_planned_where_it_is_asked_for_and_there_is_light() {
     );
     plan_with(&lit, &Settings { msaa: 4, resolve: Resolve::Linear, ..with.clone() });
     plan_with(&lit, &Settings { msaa: 4, output: Output::Nits, ..with });
+}
+
+#[test]
+fn fog_is_planned_where_it_is_asked_for_and_there_is_light() {
+    let lit = scene(vec![material(CT)], vec![sky(), point(Falloff::Quadratic)]);
+    let off = plan_with(&lit, &samples::deferred());
+    // Nothing is left of it where it is off, whatever else is said of it.
+    assert_eq!(plan_with(&lit, &Settings { fog_density: 0.3, fog_base: -2.0, ..samples::deferred() }), off);
+    assert!(off.fog.is_none() && off.hdr.is_none() && off.lights.uniform);
+    let with = Settings { fog: Fog::Height, ..samples::deferred() };
+    let on = plan_with(&lit, &with);
+    assert!(on.fog.is_some_and(|fog| !fog.alone) && on.hdr.is_some() && !on.lights.uniform);
+    for view in [View::Normal, View::Lighting, View::Ambient] {
+        assert_eq!(plan_with(&lit, &Settings { view, ..with.clone() }).fog, None, "{view}");
+    }
+    assert_eq!(plan_with(&lit, &Settings { fog_density: 0.0, ..with.clone() }).fog, None);
+    assert!(plan_with(&lit, &Settings { view: View::Fog, ..with.clone() }).fog.is_some_and(|fog| fog.alone));
+    let refused = |settings: Settings| FramePlan::of(&lit, &settings, &device()).expect_err("refused").to_string();
+    // The view shows some where none is asked for, too.
+    assert_eq!(
+        plan_with(&lit, &Settings { view: View::Fog, ..samples::deferred() }).fog,
+        plan_with(&lit, &Settings { view: View::Fog, ..with.clone() }).fog
+    );
+    assert!(refused(Settings { light_path: LightPath::Compute, ..with.clone() }).contains("fog works on one that is"));
+    for number in [-1.0, f32::NAN, f32::INFINITY, 2e6] {
+        let said = refused(Settings { fog_density: number, ..with.clone() });
+        assert!(said.starts_with("fog: density of fog is") && said.contains("must be a number from 0"), "{said}");
+    }
+    assert!(refused(Settings { fog_height: 0.0, ..with.clone() }).starts_with("fog: scale height of fog is 0"));
+    assert!(refused(Settings { fog_anisotropy: 1.0, ..with.clone() }).starts_with("fog: anisotropy of fog is 1"));
+    assert!(refused(Settings { fog_albedo: f32::NAN, ..with.clone() }).starts_with("fog: albedo of fog is NaN"));
+    assert!(refused(Settings { fog_base: f32::NEG_INFINITY, ..with }).starts_with("fog: base of fog is -inf"));
 }
 
 #[test]

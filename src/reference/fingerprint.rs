@@ -5,6 +5,7 @@
 
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 
+use super::fog::Medium;
 use super::render::Reference;
 use super::{Options, Smith, View};
 use crate::scene::{
@@ -334,6 +335,11 @@ pub fn of(reference: &Reference, view: &View, options: &Options) -> blake3::Hash
     if let Some(radius) = reference.occlusion {
         fingerprint.bytes(b"ambient occlusion");
         fingerprint.real(radius);
+    }
+    // Likewise truths without fog.
+    if let Some(Medium { kind, density, height, base, albedo, anisotropy }) = reference.fog {
+        fingerprint.bytes(kind.name().as_bytes());
+        [density, height, base, albedo, anisotropy].into_iter().for_each(|number| fingerprint.real(number));
     }
     if reference.particles && !reference.scene.emitters.is_empty() {
         fingerprint.particles(reference.scene);

@@ -10,6 +10,7 @@ mod bvh;
 mod cache;
 pub mod depth_march;
 mod fingerprint;
+pub mod fog;
 mod geometry;
 mod intersect;
 pub mod light;

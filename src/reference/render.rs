@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::fog::{Medium, Passage};
 use super::geometry::{Geometry, Hit};
 use super::intersect::Ray;
 use super::light::{self, Collector, Collects, Illumination, Reflector};
@@ -34,6 +35,8 @@ pub struct Reference<'a> {
     pub(super) occludes_sky: bool,
     /// Metres.
     pub(super) occlusion: Option<f64>,
+    /// Between the eye and what it sees.
+    pub(super) fog: Option<Medium>,
     pub(super) particles: bool,
     /// Particles with their light, once somebody looks.
     lit: OnceLock<Vec<Lit>>,
@@ -183,6 +186,7 @@ impl<'a> Reference<'a> {
             sky_light: true,
             occludes_sky: true,
             occlusion: None,
+            fog: None,
             particles: true,
             lit: OnceLock::new(),
             reflections: None,
@@ -192,12 +196,13 @@ impl<'a> Reference<'a> {
         })
     }
 
-    /// With all that settings say of the truth, too: reflection model, shadows, light of the sky, ambient occlusion, reflections, and the lens of a camera.
+    /// With all that settings say of the truth, too: reflection model, shadows, light of the sky, ambient occlusion, reflections, fog, and the lens of a camera.
     pub fn with_settings(self, settings: &Settings, camera: &Camera) -> Self {
         self.with_brdf(settings.brdf)
             .with_shadows(settings.shadows.enabled)
             .with_sky_light(settings.sky_light)
             .with_occlusion(settings.occlusion_radius())
+            .with_fog(Medium::of(settings))
             .with_particles(settings.particles)
             .with_reflections(settings.mirrored_roughness())
             .with_lens(ThinLens::of(settings, camera))
@@ -231,6 +236,11 @@ impl<'a> Reference<'a> {
     /// With light from everywhere that surfaces within so many metres hide from each other, as `Settings::occlusion_radius` has it.
     pub fn with_occlusion(self, radius: Option<f64>) -> Self {
         Self { occlusion: radius, ..self }
+    }
+
+    /// With fog, or with clear air.
+    pub fn with_fog(self, fog: Option<Medium>) -> Self {
+        Self { fog, ..self }
     }
 
     /// With the scene's particles or without, as `Settings::particles` has it.
@@ -415,17 +425,36 @@ impl<'a> Reference<'a> {
                     + self.mirrored(&hit, (ray, along), smith, points)
             },
         );
-        let over = |behind, hit: &Hit| self.shown(hit, (ray, along), smith, points, behind);
         let surface = nearest.map_or(f64::INFINITY, |hit| hit.crossing.distance);
-        let (mut radiance, mut panes) = (behind, transparent.iter().peekable());
+        // From the farthest on: through the air before it, and then what is transparent over that.
+        let (mut radiance, mut from) = (behind, surface);
+        let mut through =
+            |radiance: DVec3, near: f64| self.passage(ray, [near, std::mem::replace(&mut from, near)]).of(radiance);
+        let mut panes = transparent.iter().peekable();
+        let over = |behind, hit: &Hit| self.shown(hit, (ray, along), smith, points, behind);
         for layer in billboards.met(ray, row) {
             while let Some(hit) = panes.next_if(|hit| hit.crossing.distance >= layer.distance) {
-                radiance = over(radiance, hit);
+                radiance = over(through(radiance, hit.crossing.distance), hit);
             }
-            radiance = billboards.over(&layer, surface, radiance);
+            radiance = billboards.over(&layer, surface, through(radiance, layer.distance));
         }
-        let radiance = panes.fold(radiance, over);
+        for hit in panes {
+            radiance = over(through(radiance, hit.crossing.distance), hit);
+        }
+        let radiance = through(radiance, 0.0);
         Seen { radiance, triangle: nearest.map(|hit| self.geometry.triangles[hit.triangle].id) }
+    }
+
+    /// What the air between two distances along a ray makes of light that comes to the eye.
+    fn passage(&self, ray: &Ray, [near, far]: [f64; 2]) -> Passage {
+        let Some(fog) = &self.fog else { return Passage::CLEAR };
+        // Distances are along the view.
+        let stretch = ray.direction.length();
+        let direction = ray.direction / stretch;
+        let sky = self.scene.sky.as_ref().filter(|_| self.sky_light && self.sky.is_some());
+        let light = fog.light(direction, &self.scene.environment, sky, &self.lights);
+        let from = ray.origin.y + ray.direction.y * near;
+        Medium::passage(fog.optical_depth(from, direction.y, (far - near) * stretch), light)
     }
 
     /// What is seen where nothing is, along a direction of any length.

@@ -60,7 +60,7 @@ pub use motion::{
 pub use optional_parts::{Keep, OptionalPart};
 pub use path::{CameraKey, CameraPath};
 pub use settings::{
-    AmbientOcclusion, AoResolution, Culling, GbufferChoice, GbufferPreset, HdrFormat, LightPath, MSAA, Output,
+    AmbientOcclusion, AoResolution, Culling, Fog, GbufferChoice, GbufferPreset, HdrFormat, LightPath, MSAA, Output,
     Reflections, Resolve, SETTINGS, Setting, Settings, SettingsPatch, ShadowFilter, ShadowSettings, Sweep, TARGETS,
     TargetChoice, Tonemap, Transparency, ValueKind, View,
 };

@@ -69,8 +69,10 @@ impl ActiveLights {
         };
         // Particles float where no object is.
         let keeps = plan.keep.has(OptionalPart::IdleLights) || shows_all || plan.particles.is_some();
-        let lights = if !keeps && !(0..world.objects.len()).any(seen) {
-            Vec::new()
+        let lights: Vec<usize> = if !keeps && !(0..world.objects.len()).any(seen) {
+            // Fog is lit where no surface is seen, too.
+            let in_fog = if plan.has_fog() { world.directional_count() } else { 0 };
+            (0..world.lit_count().min(in_fog)).collect()
         } else if keeps || !plan.seeks(OptionalPart::IdleLights) {
             (0..world.lit_count()).collect()
         } else {

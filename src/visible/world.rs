@@ -92,6 +92,8 @@ pub struct WorldSky {
     pub sun_radiance: Vec3,
     /// Of the sun's angular radius.
     pub sun_sine: f32,
+    /// The mean radiance over all directions, in nits.
+    pub mean: Vec3,
 }
 
 impl WorldSky {
@@ -103,6 +105,7 @@ impl WorldSky {
             sun_direction: sky.sun.map_or(Vec3::ZERO, |sun| sun.direction.as_vec3()),
             sun_radiance: sky.sun.map_or(Vec3::ZERO, |sun| sun.radiance),
             sun_sine: sky.sun.map_or(0.0, |sun| (sun.degrees / 2.0).to_radians().sin()) as f32,
+            mean: sky.mean(),
         }
     }
 }

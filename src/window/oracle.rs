@@ -9,6 +9,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use crate::reference::fog::Medium;
 use crate::reference::shown::{Pixel, shown};
 use crate::reference::{Reference, Smith, View};
 use crate::scene::{Scene, Settings, exposure_scale};
@@ -102,6 +103,7 @@ impl Oracle {
                             .with_shadows(settings.shadows.enabled)
                             .with_sky_light(settings.sky_light)
                             .with_occlusion(settings.occlusion_radius())
+                            .with_fog(Medium::of(settings))
                             .with_particles(settings.particles)
                             .with_reflections(settings.mirrored_roughness());
                         for step in STEPS {

@@ -9,7 +9,7 @@ use crate::common::stage::{open, own, view};
 use afterlight::frame::{Error, Renderer};
 use afterlight::scene::builtin::CATALOGUE;
 use afterlight::scene::{
-    AmbientOcclusion, Atmosphere, Brdf, Playing, Reflections, Scene, Settings, ShadowFilter, SkyChoice, Tonemap,
+    AmbientOcclusion, Atmosphere, Brdf, Fog, Playing, Reflections, Scene, Settings, ShadowFilter, SkyChoice, Tonemap,
     Transparency, View, put_sky,
 };
 
@@ -168,6 +168,9 @@ fn every_picture_of_the_gallery_looks_as_it_did() {
         }
         let scene = gallery("emissive");
         album.compare("gallery-bloom", &scene, &Settings { bloom: 0.2, ..own(&scene, SIZE.0, SIZE.1) });
+        let scene = gallery("sky");
+        let fogged = Settings { fog: Fog::Height, fog_density: 0.1, fog_height: 2.0, ..own(&scene, SIZE.0, SIZE.1) };
+        album.compare("gallery-fog", &scene, &fogged);
         let scene = gallery("edges");
         let base = own(&scene, SIZE.0, SIZE.1);
         album.compare("gallery-edges-fxaa", &scene, &Settings { fxaa: true, ..base.clone() });

@@ -13,6 +13,7 @@ mod compressed;
 mod culling;
 #[cfg(feature = "window")]
 mod encode;
+mod fog;
 mod frames;
 mod gbuffer;
 #[cfg(feature = "report")]

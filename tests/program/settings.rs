@@ -117,7 +117,7 @@ fn a_row_says_whether_its_setting_changes_the_plan() {
     let (scenes, device) = (scenes(), Capabilities { msaa: 1 | 2 | 4 | 8, ..capabilities() });
     // Some settings are about what only others bring.
     let others: Vec<SettingsPatch> =
-        ["", "samples=4", "light-path=forward", "bloom=0.5", "ao=gtao", "taa=on", "reflections=screen"]
+        ["", "samples=4", "light-path=forward", "bloom=0.5", "ao=gtao", "taa=on", "reflections=screen", "fog=height"]
             .map(|text| text.parse().expect("settings"))
             .into();
     for setting in SETTINGS {

@@ -1,4 +1,4 @@
-//! Every combination of light path, multisampling, transparency, sky, particles, reflections, bloom, TAA, FXAA, HDR format, samples and output: each is drawn without a message, or
+//! Every combination of light path, multisampling, transparency, sky, particles, reflections, fog, bloom, TAA, FXAA, HDR format, samples and output: each is drawn without a message, or
 //! refused with a sentence, as the table in docs/LIGHT_PATHS.md says.
 
 use std::collections::BTreeSet;
@@ -10,8 +10,8 @@ use crate::common::tries_all;
 use afterlight::frame::{Error, Renderer, capabilities};
 use afterlight::plan::FramePlan;
 use afterlight::scene::{
-    AlphaMode, AmbientOcclusion, Emitter, Falloff, HdrFormat, LightPath, Material, Output, Reflections, Resolve, Scene,
-    Settings, Transparency,
+    AlphaMode, AmbientOcclusion, Emitter, Falloff, Fog, HdrFormat, LightPath, Material, Output, Reflections, Resolve,
+    Scene, Settings, Transparency,
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
@@ -146,6 +146,17 @@ pub fn combinations() -> Vec<(Named, usize, Settings)> {
     for (named, _, settings) in &mut all {
         named.push(("reflections", settings.reflections.to_string()));
     }
+    // Each once more in fog, but for those that differ in what it does not meet.
+    let clear = |(named, _, settings): &&(Named, usize, Settings)| {
+        let is_usual = settings.hdr_format == HdrFormat::default() && settings.bloom == 0.0;
+        is_usual && settings.ao == AO[0] && named.iter().all(|(key, value)| *key != "samples" || value == "1")
+    };
+    let fogged: Vec<_> = all.iter().filter(clear).cloned().collect();
+    all.iter_mut().for_each(|(named, ..)| named.push(("fog", "off".to_owned())));
+    all.extend(fogged.into_iter().map(|(mut named, scene, settings)| {
+        named.push(("fog", "on".to_owned()));
+        (named, scene, Settings { fog: Fog::Height, ..settings })
+    }));
     all
 }
 
@@ -236,6 +247,7 @@ fn every_combination_is_drawn_or_refused_as_the_table_says() {
                         plan.particles.is_some(),
                         plan.taa.is_some(),
                         plan.reflects(),
+                        plan.fog.is_some(),
                     );
                     let formats = (plan.hdr, plan.output, plan.tone_mapping);
                     if drawn.insert(format!("{structure:?} {formats:?}")) && (tries_all() || pairs.are_new(&named)) {

@@ -28,8 +28,8 @@ use crate::common::tries_all;
 use afterlight::plan::{Canvas, Capabilities, Encoding, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, Transfer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, AmbientOcclusion, Brdf, ColorSpace, Culling, Emitter, Environment, Falloff, LightPath, Local, Material,
-    Node, OptionalPart, Output, Placement, Reflections, Resolve, Scene, Settings, ShadowSettings, Texture,
+    AlphaMode, AmbientOcclusion, Brdf, ColorSpace, Culling, Emitter, Environment, Falloff, Fog, LightPath, Local,
+    Material, Node, OptionalPart, Output, Placement, Reflections, Resolve, Scene, Settings, ShadowSettings, Texture,
     Transparency, View,
 };
 use glam::{DAffine3, DVec3, Vec3};
@@ -289,6 +289,28 @@ pub fn cases() -> Vec<Case> {
     case("over time, moving, forward", moved(plain()), &[taa, forward]);
     case("over time, moving, forward and weighted", glazed(moved(plain())), &[taa, forward, weighted]);
     case("over time, moving, forward and sorted", glazed(moved(plain())), &[taa, forward, sorted]);
+    let fog: Change = |settings| settings.fog = Fog::Height;
+    case("fog", plain(), &[fog]);
+    case("fog, glowing", glowing(plain()), &[fog]);
+    case("fog, linear", plain(), &[fog, hdr]);
+    case("fog, samples", plain(), &[fog, samples]);
+    case("fog, linear samples", plain(), &[fog, samples, hdr]);
+    case("fog, smoothed and toned", plain(), &[fog, fxaa, toned]);
+    case("fog, light by light", lamplit(), &[fog, |settings| settings.light_path = LightPath::PerLight]);
+    case("fog, in floats", plain(), &[fog, fat]);
+    case("fog, stored", plain(), &[fog, stored]);
+    case("fog, stored and glowing, linear", glowing(plain()), &[fog, stored, hdr]);
+    case("fog and bloom", plain(), &[fog, bloom]);
+    case("fog, occluded", plain(), &[fog, occluded]);
+    case("fog, forward", plain(), &[fog, forward]);
+    case("fog, forward samples", plain(), &[fog, forward, samples]);
+    for (name, transparency) in [("sorted", sorted), ("weighted", weighted)] {
+        case(&format!("fog, {name}"), glazed(plain()), &[fog, transparency]);
+        case(&format!("fog, {name}, linear samples"), glazed(plain()), &[fog, transparency, samples, hdr]);
+        case(&format!("fog, {name} and stored"), glazed(plain()), &[fog, transparency, stored]);
+        case(&format!("fog, {name} and occluded"), glazed(plain()), &[fog, transparency, occluded]);
+        case(&format!("fog, {name}, forward"), glazed(plain()), &[fog, transparency, forward]);
+    }
     case("occluded", plain(), &[occluded]);
     case("occluded, glowing and sunlit", glowing(lit(sunlit())), &[occluded]);
     case("occluded, sorted and glowing", glazed(glowing(plain())), &[occluded, sorted]);
@@ -428,6 +450,7 @@ fn untried(tried: &[FramePlan]) -> BTreeSet<String> {
     let tried: Vec<Edge> = tried.iter().flat_map(rows).collect();
     let samples = samples::plans().into_iter().chain(samples::tiled_plans()).chain(samples::forward_plans());
     let samples = samples.chain(samples::filtered_plans()).chain(samples::reflected_plans());
+    let samples = samples.chain(samples::fogged_plans());
     let shows = |plan: &FramePlan| cfg!(feature = "window") && [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output);
     let samples = samples.flat_map(|(name, plan)| {
         let in_window = |way| (format!("{name}, in a window"), presented(plan.clone(), way));

@@ -10,7 +10,7 @@ use afterlight::gpu::vk;
 use afterlight::plan::{Canvas, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB};
 use afterlight::scene::builtin::CATALOGUE;
 use afterlight::scene::{
-    AmbientOcclusion, HdrFormat, Keep, LightPath, OptionalPart, Output, Reflections, Resolve, Scene, Settings,
+    AmbientOcclusion, Fog, HdrFormat, Keep, LightPath, OptionalPart, Output, Reflections, Resolve, Scene, Settings,
     Transparency, View,
 };
 
@@ -99,6 +99,7 @@ fn sample_plans_have_no_hazard_and_no_superfluous_row_stage_or_access() {
         samples::forward_plans(),
         samples::tiled_plans(),
         samples::filtered_plans(),
+        samples::fogged_plans(),
         samples::particle_plans(),
         samples::reflected_plans(),
     ]
@@ -158,6 +159,7 @@ fn random(scenes: &[(&str, Scene)], random: &mut fastrand::Rng) -> Option<(Strin
         vignette: [0.0, 0.5][random.usize(..2)],
         ao: one(AmbientOcclusion::NAMES, random),
         reflections: one(Reflections::NAMES, random),
+        fog: one(Fog::NAMES, random),
         depth_prepass: [None, Some(false), Some(true)][random.usize(..3)],
         light_cutoff: random.bool(),
         keep: if random.bool() { Keep::NONE } else { Keep::NONE.with(OptionalPart::StoredGbuffer) },

@@ -12,8 +12,8 @@ use afterlight::frame::{Error, Renderer};
 use afterlight::plan;
 use afterlight::scene::builtin::CATALOGUE;
 use afterlight::scene::{
-    Brdf, Camera, Environment, Falloff, GbufferPreset, HdrFormat, Keep, Light, LightKind, LightPath, Material, Output,
-    Playing, Reflections, Resolve, Scene, Settings, ShadowFilter, ShadowSettings, TARGETS, Transparency, View,
+    Brdf, Camera, Environment, Falloff, Fog, GbufferPreset, HdrFormat, Keep, Light, LightKind, LightPath, Material,
+    Output, Playing, Reflections, Resolve, Scene, Settings, ShadowFilter, ShadowSettings, TARGETS, Transparency, View,
 };
 use glam::{DAffine3, DQuat, DVec3};
 
@@ -411,6 +411,18 @@ fn reflections_are_silent_in_flight() {
         for size in [[1, 1], [200, 3]] {
             exercise(gpu, &plain, &Settings { size, ..with(&plain) });
         }
+    });
+}
+
+#[test]
+fn fog_is_silent_in_flight() {
+    on_gpu_in_both_modes(|gpu| {
+        let (plain, glass) = (shadowed(), with_transparent(one_of_each()));
+        let with = |scene: &Scene, light_path| Settings { fog: Fog::Height, light_path, ..small(scene) };
+        exercise(gpu, &plain, &Settings { fxaa: true, vignette: 0.5, ..with(&plain, LightPath::Loop) });
+        exercise(gpu, &plain, &Settings { msaa: 4, output: Output::Nits, ..with(&plain, LightPath::Forward) });
+        exercise(gpu, &glass, &Settings { bloom: 0.1, ..with(&glass, LightPath::PerLight) });
+        exercise(gpu, &glass, &Settings { transparency: Transparency::Oit, ..with(&glass, LightPath::Forward) });
     });
 }
 

@@ -2,7 +2,7 @@
 
 use super::{Edges, RowName};
 use crate::passes::{
-    Pass, Presence, ao, ao_denoise, arrange, bloom, composite, cull, encode, fill, forward, fxaa, geometry, hiz,
+    Pass, Presence, ao, ao_denoise, arrange, bloom, composite, cull, encode, fill, fog, forward, fxaa, geometry, hiz,
     lighting, occluders, overlay, present, pyramid, reflect, reflect_resolve, shadow, simulate, skin, sort, split, taa,
     tiled, tone, tonemap, transparent, velocity,
 };
@@ -98,16 +98,26 @@ static ROWS: &[Needs] = &[
         instead: &[RowName::OUTPUT_REUSE, RowName::GBUFFER_REUSE, RowName::HDR_REUSE],
         ..needs(RowName::TARGETS_REUSE, &[])
     },
+    Needs { instead: &[RowName::RESOLVE_TO_FOG], ..needs(RowName::LIGHTING_TO_FOG, &[&lighting::PASS, &fog::PASS]) },
+    needs(RowName::FORWARD_TO_FOG, &[&forward::PASS, &fog::PASS]),
     Needs {
-        instead: &[RowName::RESOLVE_TO_TRANSPARENT],
+        instead: &[RowName::FOG_TO_TRANSPARENT, RowName::RESOLVE_TO_TRANSPARENT],
         ..needs(RowName::LIGHTING_TO_TRANSPARENT, &[&lighting::PASS, &transparent::PASS])
     },
     Needs {
-        instead: &[RowName::RESOLVE_TO_COMPOSITE],
+        instead: &[RowName::FOG_TO_COMPOSITE, RowName::RESOLVE_TO_COMPOSITE],
         ..needs(RowName::LIGHTING_TO_COMPOSITE, &[&lighting::PASS, &composite::PASS])
     },
-    needs(RowName::FORWARD_TO_TRANSPARENT, &[&forward::PASS, &transparent::PASS]),
-    needs(RowName::FORWARD_TO_COMPOSITE, &[&forward::PASS, &composite::PASS]),
+    Needs {
+        instead: &[RowName::FOG_TO_TRANSPARENT],
+        ..needs(RowName::FORWARD_TO_TRANSPARENT, &[&forward::PASS, &transparent::PASS])
+    },
+    Needs {
+        instead: &[RowName::FOG_TO_COMPOSITE],
+        ..needs(RowName::FORWARD_TO_COMPOSITE, &[&forward::PASS, &composite::PASS])
+    },
+    needs(RowName::FOG_TO_TRANSPARENT, &[&fog::PASS, &transparent::PASS]),
+    needs(RowName::FOG_TO_COMPOSITE, &[&fog::PASS, &composite::PASS]),
     Needs { instead: &[RowName::RESOLVE_TO_TRANSPARENT], ..needs(RowName::SUMS_REUSE, &[&composite::PASS]) },
     needs(RowName::SUMS_TO_COMPOSITE, &[&composite::PASS]),
     Needs { instead: &[RowName::SPREAD_TO_TONEMAP], ..needs(RowName::HDR_TO_TONEMAP, &[&tonemap::PASS]) },
@@ -138,7 +148,7 @@ static ROWS: &[Needs] = &[
     needs(RowName::VISIBILITY_TO_DENOISE, &[&ao_denoise::PASS]),
     needs(RowName::OCCLUSION_TO_LIGHTING, &[&ao_denoise::PASS, &lighting::PASS]),
     Needs {
-        instead: &[RowName::RESOLVE_TO_TRANSPARENT],
+        instead: &[RowName::RESOLVE_TO_TRANSPARENT, RowName::RESOLVE_TO_FOG],
         ..needs(RowName::AO_TO_TRANSPARENT, &[&ao::PASS, &transparent::PASS])
     },
     needs(RowName::LIGHTING_TO_HIZ, &[&hiz::PASS]),
@@ -147,8 +157,16 @@ static ROWS: &[Needs] = &[
     needs(RowName::RAYS_REUSE, &[&reflect::PASS]),
     needs(RowName::RAYS_TO_RESOLVE, &[&reflect_resolve::PASS]),
     needs(RowName::LIGHT_TO_RESOLVE, &[&reflect_resolve::PASS]),
-    needs(RowName::RESOLVE_TO_TRANSPARENT, &[&reflect_resolve::PASS, &transparent::PASS]),
-    needs(RowName::RESOLVE_TO_COMPOSITE, &[&reflect_resolve::PASS, &composite::PASS]),
+    Needs {
+        instead: &[RowName::FOG_TO_TRANSPARENT],
+        ..needs(RowName::RESOLVE_TO_TRANSPARENT, &[&reflect_resolve::PASS, &transparent::PASS])
+    },
+    Needs {
+        instead: &[RowName::FOG_TO_COMPOSITE],
+        ..needs(RowName::RESOLVE_TO_COMPOSITE, &[&reflect_resolve::PASS, &composite::PASS])
+    },
+    needs(RowName::RESOLVE_TO_FOG, &[&reflect_resolve::PASS, &fog::PASS]),
+    Needs { instead: &[RowName::RESOLVE_TO_FOG], ..needs(RowName::AO_TO_FOG, &[&ao::PASS, &fog::PASS]) },
     needs(RowName::OCCLUSION_TO_TILED, &[&ao_denoise::PASS, &tiled::PASS]),
     Needs { instead: &[RowName::GBUFFER_TO_AO], ..needs(RowName::GBUFFER_TO_TILED, &[&tiled::PASS]) },
     needs(RowName::READ_BACK, &[]),
@@ -224,6 +242,7 @@ mod tests {
             samples::forward_plans(),
             samples::tiled_plans(),
             samples::filtered_plans(),
+            samples::fogged_plans(),
             samples::particle_plans(),
             samples::reflected_plans(),
         ]

@@ -43,7 +43,10 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
                 .because("TILED reads the albedo, in which AO_DENOISE wrote the occlusion"),
         );
     }
-    // Where reflections read depth after LIGHTING, they are what TRANSPARENT waits for.
+    // Where reflections read depth after LIGHTING, they are what FOG and TRANSPARENT wait for.
+    if plan.has_fog() && !plan.reflects() {
+        rows.push(super::fog::after_ao(plan));
+    }
     if plan.transparency.is_some() && !plan.reflects() {
         let row = row(RowName::AO_TO_TRANSPARENT, Carrier::Subpass(MAIN_PASS));
         let depth = [transparent::DEPTH_READ, transparent::DEPTH_DROP];

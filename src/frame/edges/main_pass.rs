@@ -5,13 +5,14 @@
 //! store operation after those of the last one (specification, `VkAttachmentDescription`). Loads of colour and stores happen in
 //! COLOR_ATTACHMENT_OUTPUT; those of depth in EARLY_FRAGMENT_TESTS and in LATE_FRAGMENT_TESTS. CLEAR and DONT_CARE write.
 
+use super::fog::{fog_after_reflections, to_fog, transparent_after_fog};
 use super::forward::{forward_edge, transparent_after_forward};
 use super::spread::bloom_rows;
 use super::{Carrier, Edge, Place, RowName, ao, particles, presentation, reflections, row, subpass, taa};
 use crate::frame::list::{BLEND_PASS, FXAA_PASS, GBUFFER_PASS, MAIN_PASS, RESOLVE, SHARPEN_PASS, TONEMAP_PASS};
 use crate::gpu::sync::Use;
 use crate::passes::{
-    composite, copy, forward, fxaa, geometry, hiz, lighting, present, reflect_resolve, sharpen, tone, tonemap,
+    composite, copy, fog, forward, fxaa, geometry, hiz, lighting, present, reflect_resolve, sharpen, tone, tonemap,
     transparent,
 };
 use crate::plan::{FramePlan, Shading, Target};
@@ -79,6 +80,9 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     if plan.reflects() {
         table.extend(reflections::rows(light_write(plan)));
     }
+    if plan.has_fog() {
+        table.push(if plan.reflects() { fog_after_reflections(plan) } else { to_fog(plan, light_write(plan)) });
+    }
     if let Some(transparency) = plan.transparency {
         table.extend(transparent_edges(plan, transparency));
     }
@@ -144,15 +148,15 @@ pub(super) fn first_of_picture(plan: &FramePlan) -> Place {
 
 /// Frames in flight share one G-buffer, and the HDR target where there is one.
 fn gbuffer_reuse(plan: &FramePlan) -> Edge {
-    let mut before = match plan.transparency {
+    let mut before = match plan.reflects() {
         // The last to read the G-buffer; it has waited for what is stored.
-        None if plan.reflects() => vec![hiz::GBUFFER_READ],
-        Some(_) if plan.reflects() && plan.taa.is_none() => vec![transparent::DEPTH_DROP, hiz::GBUFFER_READ],
+        true if plan.ends_with_reflections() => vec![hiz::GBUFFER_READ],
+        true if plan.taa.is_none() => vec![depth_dropped(plan), hiz::GBUFFER_READ],
         _ => vec![depth_dropped(plan)],
     };
     let mut after = vec![geometry::DEPTH_CLEAR];
     // What LIGHTING or VIEW read and dropped; where it is the last subpass, whoever reads the picture has waited for that.
-    let is_last = plan.transparency.is_none() && !plan.has_tonemap_subpass();
+    let is_last = plan.transparency.is_none() && !plan.has_fog() && !plan.has_tonemap_subpass();
     let waits_for_reader = plan.fxaa || plan.emissive && plan.light_target() == Target::Output;
     if plan.geometry_locations() > 0 {
         // Where LIGHTING is the last to write light, TAA has waited for those, too, and HIZ has wherever there is that.
@@ -182,6 +186,7 @@ pub(super) fn depth_dropped(plan: &FramePlan) -> Use {
     match plan.transparency {
         _ if plan.taa.is_some() => crate::passes::taa::FRAME_READ,
         Some(_) => transparent::DEPTH_DROP,
+        None if plan.has_fog() => fog::DEPTH_DROP,
         None if plan.is_forward() => forward::DEPTH_DROP,
         None => lighting::DEPTH_DROP,
     }
@@ -258,7 +263,8 @@ fn gbuffer_to_lighting(plan: &FramePlan, others: &[Edge]) -> Edge {
         after.push(lighting::DEPTH_READ);
     }
     // Between two render passes its layout changes, and whoever is the last user writes it after that; where AO reads it, it has changed before.
-    if plan.transparency.is_none() || plan.stores_gbuffer && !plan.has_ao() || plan.reflects() {
+    let light_is_last = plan.transparency.is_none() && !plan.has_fog();
+    if light_is_last || plan.stores_gbuffer && !plan.has_ao() || plan.reflects() {
         after.push(lighting::DEPTH_DROP);
     }
     if plan.geometry_locations() > 0 {
@@ -281,11 +287,9 @@ fn gbuffer_to_lighting(plan: &FramePlan, others: &[Edge]) -> Edge {
     if plan.has_ao() {
         return ao::to_lighting(&after);
     }
-    let why = match plan.transparency {
-        Some(_) => {
-            "LIGHTING reads what GEOMETRY wrote, tests against its depth, and as the last user drops all but that"
-        }
-        None => "LIGHTING reads what GEOMETRY wrote, tests against its depth, and as the last user drops it all",
+    let why = match plan.transparency.is_some() || plan.has_fog() {
+        true => "LIGHTING reads what GEOMETRY wrote, tests against its depth, and as the last user drops all but that",
+        false => "LIGHTING reads what GEOMETRY wrote, tests against its depth, and as the last user drops it all",
     };
     let row = subpass(RowName::GBUFFER_TO_LIGHTING).from(geometry::PASS.place, &before);
     of_gbuffer_pass(plan, row.to(lighting::PASS.place, &after).because(why))
@@ -312,6 +316,7 @@ fn last_light(plan: &FramePlan) -> (Place, Use) {
     match plan.transparency {
         Some(Transparency::Sorted) => (transparent::PASS.place, transparent::BLEND),
         Some(Transparency::Oit) => (composite::PASS.place, composite::LIGHT_BLEND),
+        None if plan.has_fog() => (fog::PASS.place, fog::LIGHT_BLEND),
         None if plan.is_forward() => (forward::PASS.place, forward::LIGHT_WRITE),
         None if plan.reflects() => (reflect_resolve::PASS.place, reflect_resolve::LIGHT_BLEND),
         None => (lighting::PASS.place, light_write(plan)),
@@ -319,6 +324,10 @@ fn last_light(plan: &FramePlan) -> (Place, Use) {
 }
 
 fn transparent_edges(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> {
+    if plan.has_fog() {
+        let sums = (transparency == Transparency::Oit).then(|| [sums_reuse(), sums_to_composite()]);
+        return transparent_after_fog(plan, transparency).into_iter().chain(sums.into_iter().flatten()).collect();
+    }
     if plan.is_forward() {
         return transparent_after_forward(plan, transparency);
     }

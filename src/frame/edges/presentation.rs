@@ -243,6 +243,7 @@ mod tests {
             samples::tiled_plans(),
             samples::filtered_plans(),
             samples::reflected_plans(),
+            samples::fogged_plans(),
         ]
         .concat();
         all.into_iter().filter(|(_, plan)| [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output))

@@ -5,7 +5,7 @@ use ash::vk;
 use super::{Carrier, Edge, Place, RowName, barrier, row};
 use crate::frame::list::{MAIN_PASS, SHARPEN_PASS, VELOCITY_PASS};
 use crate::gpu::sync::Use;
-use crate::passes::{forward, lighting, reflect_resolve, sharpen, taa, transparent, velocity};
+use crate::passes::{fog, forward, lighting, reflect_resolve, sharpen, taa, transparent, velocity};
 use crate::plan::FramePlan;
 
 impl RowName {
@@ -23,6 +23,7 @@ impl RowName {
 pub(super) fn rows(plan: &FramePlan, (last_light, light): (Place, Use)) -> Vec<Edge> {
     let (depth, stored) = match plan.transparency {
         Some(_) => (transparent::PASS.place, transparent::DEPTH_DROP),
+        None if plan.has_fog() => (fog::PASS.place, fog::DEPTH_DROP),
         None if plan.is_forward() => (forward::PASS.place, forward::DEPTH_DROP),
         None => (lighting::PASS.place, lighting::DEPTH_DROP),
     };

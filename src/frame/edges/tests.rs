@@ -12,7 +12,7 @@ use crate::plan::samples;
 
 fn each_plan(check: impl Fn(&str, &FramePlan, &Edges)) {
     let all = samples::plans().into_iter().chain(samples::forward_plans()).chain(samples::filtered_plans());
-    let all = all.chain(samples::reflected_plans());
+    let all = all.chain(samples::reflected_plans()).chain(samples::fogged_plans());
     for (name, plan) in all {
         check(&name, &plan, &table(&plan));
     }
@@ -56,7 +56,8 @@ fn every_access_is_one_that_a_stage_of_its_mask_supports_and_every_stage_that_mu
             // A write after reads alone needs no access either, where another row has made all else visible.
             let bare = side == Side::Before
                 || edge.name == RowName::LAST_USE_TO_DESTROY
-                || edge.name == RowName::LIGHTING_TO_TRANSPARENT;
+                || [RowName::LIGHTING_TO_TRANSPARENT, RowName::LIGHTING_TO_FOG, RowName::FOG_TO_TRANSPARENT]
+                    .contains(&edge.name);
             assert!(!one.stage.is_empty(), "{name}: {}: no stage", edge.name);
             assert!(bare || stages.contains(one.stage), "{name}: {}: a stage that does nothing", edge.name);
             assert!(side == Side::After || one == one.writes(), "{name}: {}: a read made available", edge.name);

@@ -507,6 +507,7 @@ fn the_list_and_the_rows_of_every_plan_agree() {
         samples::tiled_plans(),
         samples::filtered_plans(),
         samples::reflected_plans(),
+        samples::fogged_plans(),
     ]
     .concat()
     {
@@ -594,6 +595,7 @@ fn every_change_of_layout_is_ordered_by_a_row_between_the_uses_that_it_is_betwee
         samples::tiled_plans(),
         samples::filtered_plans(),
         samples::reflected_plans(),
+        samples::fogged_plans(),
     ]
     .concat();
     for (name, plan) in all {

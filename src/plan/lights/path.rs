@@ -1,6 +1,7 @@
 //! How pixels meet their lights: which light path the plan takes.
 
 use super::{PlannedLights, bounded};
+use crate::plan::fog::is_asked_for;
 use crate::plan::shadows::shadow_reason;
 use crate::plan::{Capabilities, Error};
 use crate::plan::{ao, reflections};
@@ -70,6 +71,7 @@ fn check(settings: &Settings, device: &Capabilities) -> Result<(), Error> {
         LightPath::PerLight | LightPath::Volumes if settings.hdr_format == HdrFormat::B10g11r11 => {
             Err(Error::BlendedFormat(path, settings.hdr_format))
         }
+        LightPath::Compute if is_asked_for(settings) => Err(Error::ComputeWithEffect("fog")),
         LightPath::Compute if settings.bloom > 0.0 => Err(Error::ComputeWithEffect("bloom")),
         LightPath::Compute => match settings.first_effect() {
             Some(effect) => Err(Error::ComputeWithEffect(effect)),
@@ -83,7 +85,7 @@ fn check(settings: &Settings, device: &Capabilities) -> Result<(), Error> {
 }
 
 fn is_lit(view: View) -> bool {
-    matches!(view, View::Final | View::Lighting | View::Ambient | View::Reflections)
+    matches!(view, View::Final | View::Lighting | View::Ambient | View::Fog | View::Reflections)
 }
 
 /// Whether surfaces are so plain that each is best lit as it is drawn. Measured in docs/LIGHT_PATHS.md: with one light this beats the loop for any number
@@ -119,6 +121,7 @@ fn compute_is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> 
         (transparent, "transparent surfaces come after it"),
         (super::super::particles::are_shown(scene, settings), "particles come after it"),
         (scene.sky.is_some(), "the sky comes after it"),
+        (is_asked_for(settings), "fog comes after it"),
         (
             settings.first_effect().is_some() || settings.bloom > 0.0 || settings.taa,
             "the picture goes through another pass",

@@ -20,6 +20,7 @@ fn plans() -> &'static [(String, FramePlan, Edges)] {
             samples::tiled_plans(),
             samples::filtered_plans(),
             samples::reflected_plans(),
+            samples::fogged_plans(),
         ]
         .concat();
         let all = all.into_iter().step_by(every);

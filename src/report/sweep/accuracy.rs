@@ -79,6 +79,14 @@ impl Expected {
     }
 }
 
+impl Raw {
+    /// The same by a reference without fog.
+    pub(super) fn clear(reference: &Reference, view: &View, samples: u32) -> Self {
+        let render = |mode| reference.render(view, &Options { mode, smith: Smith::default() }, &|_, _| {});
+        Self { point: render(Mode::Point), converged: render(Mode::Converged { samples }) }
+    }
+}
+
 impl Truths {
     /// What `progress` is told of the truth of several samples.
     pub const CONVERGED: &'static str = "converged";

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::accuracy::{Drawing, Shown, Truths};
+use super::accuracy::{Drawing, Raw, Shown, Truths};
 use super::attribution::{self, Limits, Subject};
 use super::error::Error;
 use super::families::{name_of, settings_of};
@@ -13,6 +13,7 @@ use super::timing::{Contender, Effort, Rounds, take_turns};
 use crate::frame::{self, plan_for};
 use crate::gpu::Device;
 use crate::measure::Srgb8Image;
+use crate::reference::fog::Medium;
 use crate::reference::{Reference, View};
 use crate::scene::{Camera, Scene, SettingsPatch};
 
@@ -78,10 +79,13 @@ impl DeviceMeter<'_> {
     pub fn attribution(&self, limits: &Limits) -> Result<Attribution, Error> {
         let settings = self.base.decide();
         let reference = Reference::new(self.scene).map_err(frame::Error::from)?;
-        let reference = reference.with_settings(&settings, &self.camera);
+        let reference = reference.with_settings(&settings, &self.camera).with_fog(None);
         let view = View { camera: self.camera, size: settings.size };
         let subject = Subject { scene: self.scene, reference: &reference, settings: &settings, view: &view, point: 0 };
-        let truths = attribution::Truths { point: &self.truths.raw.point, converged: &self.truths.raw.converged };
+        // What is taken apart has no fog before it.
+        let clear = Medium::of(&settings).map(|_| Raw::clear(&reference, &view, self.truths.info.samples));
+        let raw = clear.as_ref().unwrap_or(&self.truths.raw);
+        let truths = attribution::Truths { point: &raw.point, converged: &raw.converged };
         Ok(attribution::attribute(self.device, &subject, &truths, limits)?)
     }
 }

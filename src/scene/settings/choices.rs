@@ -203,6 +203,8 @@ pub enum View {
     Complexity,
     /// The triangle that each pixel shows, in a colour of its own; transparent ones are not looked at.
     Triangle,
+    /// The light that fog scatters to the eye, without what is seen through it.
+    Fog,
     /// The share of light from everywhere that arrives: 0 black, 1 white. What materials say of it, and with ambient occlusion what that finds.
     Ao,
     /// How far what each pixel shows has come on the picture since the frame before: the direction is a colour, and far is bright; in pixels to the
@@ -210,6 +212,16 @@ pub enum View {
     Velocity,
     /// What each pixel finds on the screen to mirror: its light times the share of the lobe that found any; black where that is nothing.
     Reflections,
+}
+
+/// How the air between the eye and what it sees takes light away and scatters some of it to the eye.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Fog {
+    /// The air is clear.
+    #[default]
+    Off,
+    /// Fog that grows thinner with height, by formulas in closed form: lit by what comes from everywhere and by directional lights, without shadows.
+    Height,
 }
 
 /// Which format each target of the G-buffer has.

@@ -8,7 +8,7 @@ mod setting;
 mod table;
 
 pub use choices::{
-    AmbientOcclusion, AoResolution, Culling, GbufferChoice, GbufferPreset, HdrFormat, LightPath, MSAA, Output,
+    AmbientOcclusion, AoResolution, Culling, Fog, GbufferChoice, GbufferPreset, HdrFormat, LightPath, MSAA, Output,
     Reflections, Resolve, ShadowFilter, TargetChoice, Tonemap, Transparency, View,
 };
 pub use names::TARGETS;

@@ -6,8 +6,8 @@ use std::str::FromStr;
 
 use super::setting::{Value, ValueKind, plain_text};
 use super::{
-    AmbientOcclusion, AoResolution, Culling, GbufferChoice, GbufferPreset, HdrFormat, LightPath, Output, Reflections,
-    Resolve, ShadowFilter, TargetChoice, Tonemap, Transparency, View,
+    AmbientOcclusion, AoResolution, Culling, Fog, GbufferChoice, GbufferPreset, HdrFormat, LightPath, Output,
+    Reflections, Resolve, ShadowFilter, TargetChoice, Tonemap, Transparency, View,
 };
 use crate::scene::suggest::unknown;
 use crate::scene::{Brdf, Error};
@@ -51,9 +51,10 @@ named!(Brdf, "brdf", "cook-torrance" => CookTorrance, "phong" => Phong, "blinn-p
 named!(View, "view",
     "final" => Final, "position" => Position, "normal" => Normal, "normal-absolute" => NormalAbsolute,
     "albedo" => Albedo, "metallic" => Metallic, "roughness" => Roughness, "depth" => Depth,
-    "shadow-map" => ShadowMap, "lighting" => Lighting, "ambient" => Ambient, "bloom" => Bloom, "particles" => Particles, "overdraw" => Overdraw,
+    "shadow-map" => ShadowMap, "lighting" => Lighting, "ambient" => Ambient, "bloom" => Bloom, "fog" => Fog, "particles" => Particles, "overdraw" => Overdraw,
     "lights-per-pixel" => LightsPerPixel, "complexity" => Complexity, "triangle" => Triangle, "ao" => Ao, "velocity" => Velocity,
     "reflections" => Reflections);
+named!(Fog, "fog", "off" => Off, "height" => Height);
 named!(AmbientOcclusion, "ambient occlusion", "off" => Off, "ssao" => Ssao, "gtao" => Gtao);
 named!(AoResolution, "resolution", "full" => Full, "half" => Half);
 named!(Reflections, "way of reflections", "off" => Off, "screen" => Screen);

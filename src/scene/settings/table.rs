@@ -6,8 +6,8 @@
 
 use super::setting::{Setting, Sweep, Value, ValueKind};
 use super::{
-    AmbientOcclusion, AoResolution, Culling, GbufferChoice, HdrFormat, LightPath, MSAA, Output, Reflections, Resolve,
-    ShadowFilter, Tonemap, Transparency, View,
+    AmbientOcclusion, AoResolution, Culling, Fog, GbufferChoice, HdrFormat, LightPath, MSAA, Output, Reflections,
+    Resolve, ShadowFilter, Tonemap, Transparency, View,
 };
 use crate::scene::{Aperture, Brdf, Keep};
 
@@ -339,6 +339,31 @@ settings! {
         /// Pixels for which ambient occlusion is found: each (full), or one of four (half); the others take it from those around them
         "ao-resolution", "ao_resolution" => ao_resolution: AoResolution = AoResolution::Full, {
             title: "resolution of occlusion", sweep: Sweep::Joint,
+        }
+        /// Fill the air with fog that takes light away and scatters some of it to the eye (docs/FOG.md): fog that grows thinner with height, in closed
+        /// form (height)
+        "fog", "fog" => fog: Fog = Fog::Off, {
+            title: "fog", of_truth: true, sweep: Sweep::Alone, cheaper: &["off"],
+        }
+        /// How much light the fog takes away along a metre at its base
+        "fog-density", "fog_density" => fog_density: f32 = 0.02, {
+            title: "density of fog", values: ValueKind::Number(0.0, 1e6), unit: "1/m", of_truth: true,
+        }
+        /// How much higher the fog is thinner by a factor of e
+        "fog-height", "fog_height" => fog_height: f32 = 20.0, {
+            title: "scale height of fog", values: ValueKind::Number(0.001, 1e6), unit: "m", of_truth: true,
+        }
+        /// The height (the world's Y) at which the fog has its density
+        "fog-base", "fog_base" => fog_base: f32 = 0.0, {
+            title: "base of fog", values: ValueKind::Number(-1e6, 1e6), unit: "m", of_truth: true,
+        }
+        /// The share of what the fog takes away that it scatters; it absorbs the rest
+        "fog-albedo", "fog_albedo" => fog_albedo: f32 = 1.0, {
+            title: "albedo of fog", values: ValueKind::Number(0.0, 1.0), of_truth: true,
+        }
+        /// Where the fog scatters light to: the mean cosine of the angle (g of Henyey and Greenstein 1941), 0 evenly, near 1 straight on
+        "fog-anisotropy", "fog_anisotropy" => fog_anisotropy: f32 = 0.6, {
+            title: "anisotropy of fog", values: ValueKind::Number(-0.999, 0.999), of_truth: true,
         }
         /// Spread this share of all light around where it comes from, as lenses and eyes do
         "bloom", "bloom" => bloom: f32 = 0.0, {

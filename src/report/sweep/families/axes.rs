@@ -161,6 +161,7 @@ fn without(base: &Base, key: &str) -> Option<&'static str> {
         "hdr-format" if base.plan.hdr.is_none() => {
             Some("the frame has no HDR target: light is tone-mapped as it is computed")
         }
+        "fog" if base.plan.fog.is_none() => Some("no fog is asked for"),
         "taa-frames" | "taa-history" | "sharpness" if base.plan.taa.is_none() => {
             Some("frames are not averaged over time")
         }

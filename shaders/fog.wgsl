@@ -1,0 +1,49 @@
+// FOG: what the air takes of the light of every pixel, and what it scatters to the eye: the light is blended with what is left of it in alpha.
+// With several samples a pixel it runs once a sample: each has its own depth.
+// variants: LIGHTS MSAA
+// precise
+#import afterlight::frame::{distance_at}
+#import afterlight::screen::{screen_corner}
+#import afterlight::fog::{endless_fog_depth, fog_depth, fog_light, fog_ray, fog_transmittance}
+#ifdef MSAA
+#import afterlight::multisampling::{sample_offset}
+#endif
+
+// Largest value that the target holds.
+override LARGEST: f32 = 65000.0;
+#ifdef MSAA
+override SAMPLES: u32 = 4u;
+
+@group(1) @binding(0) var subpass_depth: texture_depth_multisampled_2d;
+#else
+@group(1) @binding(0) var subpass_depth: texture_depth_2d;
+#endif
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    return screen_corner(index);
+}
+
+fn fogged(pixel: vec2<f32>, depth: f32) -> vec4<f32> {
+    let ray = fog_ray(pixel);
+    // The sky has depth 0. A distance beyond 1e30 m has no square.
+    var thick = endless_fog_depth(ray);
+    if depth > 0.0 {
+        thick = min(thick, fog_depth(ray, clamp(distance_at(depth), 0.0, 1e30) * ray.stretch));
+    }
+    let left = fog_transmittance(thick);
+    return vec4(fog_light(ray.direction, LARGEST) * (1.0 - left), left);
+}
+
+#ifdef MSAA
+@fragment
+fn fragment(@builtin(position) pixel: vec4<f32>, @builtin(sample_index) sample: u32) -> @location(0) vec4<f32> {
+    let place = floor(pixel.xy) + 0.5 + sample_offset(sample, SAMPLES);
+    return fogged(place, textureLoad(subpass_depth, vec2<i32>(0, 0), sample));
+}
+#else
+@fragment
+fn fragment(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
+    return fogged(pixel.xy, textureLoad(subpass_depth, vec2<i32>(0, 0), 0));
+}
+#endif

@@ -1,0 +1,90 @@
+// Fog that grows thinner with height: along a metre at a height h it takes away density * exp(-(h - base) / height) of the light. What it scatters
+// comes from everywhere alike and from directional lights, whose light reaches it without loss or shadow: then what a ray gains is in proportion to
+// what it loses, and both are closed forms (docs/FOG.md).
+#define_import_path afterlight::fog
+#import afterlight::frame::{across, frame, view_ray, ORTHOGRAPHIC}
+#ifdef LIGHTS
+#import afterlight::lights::{lights}
+#endif
+
+const FOUR_PI: f32 = 12.566370614;
+// Logarithms of densities, and optical depths, are cut off here: exp(-80) is 2e-35, which nobody sees.
+const MOST_LOG: f32 = 80.0;
+
+// From the eye to what is seen through a pixel.
+struct FogRay {
+    // Of length 1.
+    direction: vec3<f32>,
+    // Metres along it for each metre along the view.
+    stretch: f32,
+    // Where it begins, in scale heights above the fog's base.
+    rise: f32,
+}
+
+fn fog_ray(pixel: vec2<f32>) -> FogRay {
+    let ray = view_ray(pixel);
+    let stretch = length(ray);
+    let aside = select(0.0, across(pixel).y * frame.fog_rate, ORTHOGRAPHIC);
+    return FogRay(ray / stretch, stretch, frame.fog_rise + aside);
+}
+
+// (1 - exp(-x)) / x for x >= 0: the mean of exp(-t) for t in 0..x.
+fn mean_decay(x: f32) -> f32 {
+    if x < 0.5 {
+        // The difference would cancel. The first term left out is below 2e-7.
+        return 1.0 - x * (1.0 / 2.0 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x * (1.0 / 120.0 - x * (1.0 / 720.0 - x / 5040.0)))));
+    }
+    return (1.0 - exp(-x)) / x;
+}
+
+// Optical depth along so many metres of a ray. Symmetric in its ends: the lower one has the densest fog, which falls from there on.
+fn fog_depth(ray: FogRay, metres: f32) -> f32 {
+    let climb = ray.direction.y * metres * frame.fog_rate;
+    let lowest = ray.rise + min(climb, 0.0);
+    return metres * mean_decay(abs(climb)) * exp(min(frame.fog_density - lowest, MOST_LOG));
+}
+
+// The same of all of the ray. A ray that does not climb never leaves the fog.
+fn endless_fog_depth(ray: FogRay) -> f32 {
+    let climb = ray.direction.y * frame.fog_rate;
+    let here = exp(min(frame.fog_density - ray.rise, MOST_LOG));
+    return select(3.4e38, here / climb, climb > 0.0);
+}
+
+// The share of light that arrives. Never zero: light that a half float holds as infinite would then be no number.
+fn fog_transmittance(depth: f32) -> f32 {
+    return exp(-min(depth, MOST_LOG));
+}
+
+#ifdef LIGHTS
+// Henyey and Greenstein 1941, by the square of the distance between the directions: near g = 1 their cosine tells little of their angle.
+fn phase(direction: vec3<f32>, to_light: vec3<f32>, g: f32) -> f32 {
+    let apart = direction - select(-to_light, to_light, g >= 0.0);
+    let most = abs(g);
+    let base = (1.0 - most) * (1.0 - most) + most * dot(apart, apart);
+    return (1.0 - most) * (1.0 + most) / (FOUR_PI * base * sqrt(base));
+}
+#endif
+
+// What endless fog would send against the direction, exposed; a ray through less of it gains as large a part of that as it loses.
+fn fog_light(direction: vec3<f32>, largest: f32) -> vec3<f32> {
+    var radiance = frame.fog_light;
+#ifdef LIGHTS
+    for (var i = 0u; i < frame.directional_count; i++) {
+        radiance += min(lights[i].color, vec3(1e30)) * (phase(direction, lights[i].position, frame.fog_anisotropy) * frame.fog_albedo);
+    }
+#endif
+    return min(radiance * frame.exposure, vec3(largest));
+}
+
+// What is blended over a picture that is fogged, at a place relative to the camera; its colour is times its alpha. What lies behind it is fogged as if it were not
+// there: that has left the share t of the light behind it, and added what fog scatters before it, s. Over that a layer of colour c that hides the share a has
+// to give t (c + (1 - a) b) + s where the picture has t b + s: blended as t c + a s with its own alpha it does.
+fn fogged(world: vec3<f32>, own: vec4<f32>, largest: f32) -> vec4<f32> {
+    let metres = select(length(world), dot(world, frame.forward), ORTHOGRAPHIC);
+    let direction = select(world / max(metres, 1e-30), frame.forward, ORTHOGRAPHIC);
+    let aside = select(0.0, (world.y - metres * direction.y) * frame.fog_rate, ORTHOGRAPHIC);
+    let ray = FogRay(direction, 1.0, frame.fog_rise + aside);
+    let left = fog_transmittance(fog_depth(ray, max(metres, 0.0)));
+    return vec4(own.rgb * left + fog_light(direction, largest) * ((1.0 - left) * own.a), own.a);
+}

@@ -1,0 +1,39 @@
+//! What frames tell their shaders of fog: worked out in 64 bits where heights are far from the camera's.
+
+use glam::Vec3;
+
+use crate::plan::FramePlan;
+use crate::scene::Camera;
+use crate::visible::World;
+
+/// The fog's part of `Frame` of `shaders/shared/frame.wgsl`; zeros where there is none.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct FogUniform {
+    /// The camera's height above the base, in scale heights.
+    pub rise: f32,
+    /// Scale heights in a metre.
+    pub rate: f32,
+    /// Mean radiance of what comes from everywhere, times the albedo, in nits.
+    pub light: Vec3,
+    /// The logarithm of the density.
+    pub density: f32,
+    pub albedo: f32,
+    pub anisotropy: f32,
+}
+
+impl FogUniform {
+    pub(super) fn of(world: &World, plan: &FramePlan, camera: &Camera) -> Self {
+        let Some(fog) = &plan.fog else { return Self::default() };
+        let (ambient, _) = world.environment.hemispheres();
+        let sky = world.sky.filter(|_| plan.is_lit_by_sky()).map_or(Vec3::ZERO, |sky| sky.mean);
+        let [height, base] = [fog.height, fog.base].map(f64::from);
+        Self {
+            rise: ((camera.position.y - base) / height) as f32,
+            rate: (1.0 / height) as f32,
+            light: (ambient + sky) * fog.albedo,
+            density: f64::from(fog.density).ln() as f32,
+            albedo: fog.albedo,
+            anisotropy: fog.anisotropy,
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! FOG: what the air takes of the light of each pixel, and what it scatters to the eye, in a subpass of its own after what lights opaque surfaces.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::screen::{Input, Inputs, Screen, ScreenDesc, add, replace};
+use super::{
+    COLOR_BLEND, EARLY_DEPTH_READ, First, INPUT_READ, LATE_DEPTH_WRITE, Pass, Place, Presence, Recording, SetLayouts,
+    Slot, Touch, frame_data, needed,
+};
+use crate::gpu::{self, Device, sync::Use};
+use crate::plan::{FramePlan, Target};
+use crate::scene::Fog;
+use crate::shaders::fog::{self as shader, Flags, constants};
+
+/// Reads the depth of its pixel.
+pub const DEPTH_READ: Use = INPUT_READ;
+/// Depth is loaded where FOG begins a render pass.
+pub const DEPTH_LOAD: Use = EARLY_DEPTH_READ;
+/// As the last user of depth it performs the store, and DONT_CARE counts as a write.
+pub const DEPTH_DROP: Use = LATE_DEPTH_WRITE;
+/// Drops depth when nobody reads it any more: a write after reads, for which an access would do nothing.
+pub const DEPTH_WAIT: Use = Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::empty());
+/// Reads depth that is visible already after those who have read it before.
+pub const DEPTH_TURN: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::empty());
+/// Blends over the light.
+pub const LIGHT_BLEND: Use = COLOR_BLEND;
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("FOG"),
+    time: "fog",
+    what: "what the air takes of the light, and what it scatters to the eye",
+    presence: |plan| match &plan.fog {
+        Some(fog) if fog.alone => Presence::In("the view shows what the fog scatters".into()),
+        Some(_) => Presence::In("fog lies between the eye and what it sees".into()),
+        None => Presence::Out("the air is clear, or this view shows no fog".into()),
+    },
+    touches: |plan| {
+        vec![
+            Touch::input(0, Target::Depth, DEPTH_READ),
+            Touch::color(0, plan.light_target(), First::Clear, LIGHT_BLEND),
+            frame_data(),
+        ]
+    },
+    leave_out: Some(|settings| settings.fog = Fog::Off),
+};
+
+/// The pass: its constants set by the plan.
+pub struct FogPass {
+    screen: Screen,
+    pub inputs: Inputs,
+}
+
+impl FogPass {
+    /// `inputs` is the depth.
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        slot: Slot,
+        layouts: SetLayouts,
+        inputs: &[Input],
+    ) -> gpu::Result<Self> {
+        let inputs = Inputs::new(device, "depth for FOG", inputs)?;
+        let mut constants = vec![
+            (constants::LARGEST, plan.largest_light().to_bits()),
+            (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
+        ];
+        if plan.msaa > 1 {
+            constants.push((constants::SAMPLES, plan.msaa));
+        }
+        let desc = ScreenDesc {
+            name: "fog",
+            slot,
+            shader: needed("fog", shader::variant, flags(plan))?,
+            constants: &constants,
+            set_layouts: &[layouts.frame, inputs.set_layout.raw],
+            // Fog lies before the sky as well.
+            skip_sky: false,
+            blend: if plan.fog.is_some_and(|fog| fog.alone) { replace() } else { over_what_is_left() },
+        };
+        Ok(Self { screen: Screen::multisampled(device, &desc, plan.sample_count())?, inputs })
+    }
+
+    /// Lays the fog over the picture. Runs inside its subpass.
+    pub fn record(&self, recording: &Recording) {
+        recording.set_area();
+        self.screen.record(recording, &[(0, recording.frame_set), (1, self.inputs.set)]);
+    }
+}
+
+/// Which variant of the shader a plan takes.
+pub(crate) fn flags(plan: &FramePlan) -> Flags {
+    Flags::LIGHTS.when(plan.lights.any()) | Flags::MSAA.when(plan.msaa > 1)
+}
+
+/// What is scattered, and of the light below it the share in alpha. The picture itself stays opaque.
+fn over_what_is_left() -> vk::PipelineColorBlendAttachmentState {
+    add()
+        .dst_color_blend_factor(vk::BlendFactor::SRC_ALPHA)
+        .src_alpha_blend_factor(vk::BlendFactor::ZERO)
+        .dst_alpha_blend_factor(vk::BlendFactor::ONE)
+}

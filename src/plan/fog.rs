@@ -1,0 +1,75 @@
+//! Fog: whether frames have some, and what it is.
+
+use super::parts::{Part, part};
+use super::{Error, FramePlan};
+use crate::scene::{Fog, SETTINGS, Settings, View};
+
+/// The fog of a plan's frames: so much light is lost along a metre as `density` times e to the power of (`base` - height) / `height`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FogPlan {
+    /// Never `Off`.
+    pub kind: Fog,
+    /// At the base, in 1/m.
+    pub density: f32,
+    /// Metres in which it falls to a part in e.
+    pub height: f32,
+    /// Metres above the world's origin.
+    pub base: f32,
+    /// The share of the lost light that is scattered.
+    pub albedo: f32,
+    /// The mean cosine of the angle of scattering.
+    pub anisotropy: f32,
+    /// The picture shows what the fog scatters, and nothing else.
+    pub alone: bool,
+}
+
+impl FogPlan {
+    /// None where the air is clear, and where a view shows something else.
+    ///
+    /// # Errors
+    /// For numbers out of the ranges of the settings, as only a library's caller can have them.
+    pub(super) fn of(settings: &Settings) -> Result<Option<Self>, Error> {
+        let alone = settings.view == View::Fog;
+        if !is_asked_for(settings) || !(alone || settings.view == View::Final) {
+            return Ok(None);
+        }
+        let said = settings.patch();
+        let wrong = SETTINGS.iter().filter(|setting| setting.key.starts_with("fog-")).find_map(|setting| {
+            let text = setting.text(&said)?;
+            setting.read(&text).err().map(|why| format!("{} is {text}: it {why}", setting.title))
+        });
+        if let Some(wrong) = wrong {
+            return Err(Error::Fog(wrong));
+        }
+        let &Settings { fog_density: density, fog_height: height, fog_base: base, .. } = settings;
+        // The view shows some where none is asked for, too.
+        let kind = if settings.fog == Fog::Off { Fog::Height } else { settings.fog };
+        let (albedo, anisotropy) = (settings.fog_albedo, settings.fog_anisotropy);
+        let own = Self { kind, density, height, base, albedo, anisotropy, alone };
+        Ok((alone || density > 0.0).then_some(own))
+    }
+}
+
+/// Whether there is fog, or it is to be shown.
+pub(super) fn is_asked_for(settings: &Settings) -> bool {
+    settings.fog != Fog::Off || settings.view == View::Fog
+}
+
+impl FramePlan {
+    /// Whether FOG comes after what lights opaque surfaces.
+    pub fn has_fog(&self) -> bool {
+        self.fog.is_some()
+    }
+}
+
+/// What `inspect` says of it.
+pub(super) fn parts(plan: &FramePlan) -> Part {
+    let reason = match &plan.fog {
+        Some(fog) => format!(
+            "{} of {} 1/m at a height of {} m, e times thinner {} m above; albedo {}, anisotropy {}",
+            fog.kind, fog.density, fog.base, fog.height, fog.albedo, fog.anisotropy
+        ),
+        None => "not asked for, or this view shows none".into(),
+    };
+    part("fog", plan.fog.is_some(), reason, 0)
+}
