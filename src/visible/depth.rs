@@ -58,7 +58,8 @@ impl Depth {
         if !camera.is_orthographic() {
             return Self::Reciprocal { near: camera.near };
         }
-        let (first, mut last) = if world.bounds.is_empty() { (0.0, 0.0) } else { along(&world.bounds, camera) };
+        let bounds = world.drawn_bounds(plan);
+        let (first, mut last) = if bounds.is_empty() { (0.0, 0.0) } else { along(&bounds, camera) };
         // The backs of volumes are drawn, too.
         if plan.light_path == LightPath::Volumes {
             let bounded = world.lights.iter().zip(&world.reaches).filter(|(_, reach)| reach.is_finite());
