@@ -2,7 +2,7 @@
 // With several samples a pixel it runs once a sample: each has its own depth.
 // variants: LIGHTS MSAA
 // precise
-#import afterlight::frame::{distance_at}
+#import afterlight::frame::{distance_at, frame}
 #import afterlight::screen::{screen_corner}
 #import afterlight::fog::{endless_fog_depth, fog_depth, fog_light, fog_ray, fog_transmittance}
 #ifdef MSAA
@@ -29,7 +29,7 @@ fn fogged(pixel: vec2<f32>, depth: f32) -> vec4<f32> {
     // The sky has depth 0. A distance beyond 1e30 m has no square.
     var thick = endless_fog_depth(ray);
     if depth > 0.0 {
-        thick = min(thick, fog_depth(ray, clamp(distance_at(depth), 0.0, 1e30) * ray.stretch));
+        thick = min(thick, fog_depth(ray, clamp(distance_at(depth), 0.0, 1e30) * ray.stretch + frame.eye_ahead));
     }
     let left = fog_transmittance(thick);
     return vec4(fog_light(ray.direction, LARGEST) * (1.0 - left), left);

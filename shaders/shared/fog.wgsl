@@ -81,10 +81,10 @@ fn fog_light(direction: vec3<f32>, largest: f32) -> vec3<f32> {
 // there: that has left the share t of the light behind it, and added what fog scatters before it, s. Over that a layer of colour c that hides the share a has
 // to give t (c + (1 - a) b) + s where the picture has t b + s: blended as t c + a s with its own alpha it does.
 fn fogged(world: vec3<f32>, own: vec4<f32>, largest: f32) -> vec4<f32> {
-    let metres = select(length(world), dot(world, frame.forward), ORTHOGRAPHIC);
-    let direction = select(world / max(metres, 1e-30), frame.forward, ORTHOGRAPHIC);
-    let aside = select(0.0, (world.y - metres * direction.y) * frame.fog_rate, ORTHOGRAPHIC);
+    let away = select(length(world), dot(world, frame.forward), ORTHOGRAPHIC);
+    let direction = select(world / max(away, 1e-30), frame.forward, ORTHOGRAPHIC);
+    let aside = select(0.0, (world.y - away * direction.y) * frame.fog_rate, ORTHOGRAPHIC);
     let ray = FogRay(direction, 1.0, frame.fog_rise + aside);
-    let left = fog_transmittance(fog_depth(ray, max(metres, 0.0)));
+    let left = fog_transmittance(fog_depth(ray, max(away, 0.0) + frame.eye_ahead));
     return vec4(own.rgb * left + fog_light(direction, largest) * ((1.0 - left) * own.a), own.a);
 }

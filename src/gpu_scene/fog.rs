@@ -3,8 +3,7 @@
 use glam::Vec3;
 
 use crate::plan::FramePlan;
-use crate::scene::Camera;
-use crate::visible::World;
+use crate::visible::{Eye, World};
 
 /// The fog's part of `Frame` of `shaders/shared/frame.wgsl`; zeros where there is none.
 #[derive(Debug, Clone, Copy, Default)]
@@ -22,13 +21,14 @@ pub(super) struct FogUniform {
 }
 
 impl FogUniform {
-    pub(super) fn of(world: &World, plan: &FramePlan, camera: &Camera) -> Self {
+    pub(super) fn of(world: &World, plan: &FramePlan, eye: &Eye) -> Self {
         let Some(fog) = &plan.fog else { return Self::default() };
         let (ambient, _) = world.environment.hemispheres();
         let sky = world.sky.filter(|_| plan.is_lit_by_sky()).map_or(Vec3::ZERO, |sky| sky.mean);
         let [height, base] = [fog.height, fog.base].map(f64::from);
         Self {
-            rise: ((camera.position.y - base) / height) as f32,
+            // Fog begins at the camera that was asked for.
+            rise: ((eye.camera.position.y - eye.ahead * eye.camera.forward().y - base) / height) as f32,
             rate: (1.0 / height) as f32,
             light: (ambient + sky) * fog.albedo,
             density: f64::from(fog.density).ln() as f32,

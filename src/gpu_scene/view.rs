@@ -87,7 +87,7 @@ impl FrameUniform {
         let shadow = plan.shadow.as_ref();
         let aside = right * (half_x * offset_x) - up * (half_y * offset_y);
         let sky = world.sky.unwrap_or_default();
-        let fog = FogUniform::of(world, plan, camera);
+        let fog = FogUniform::of(world, plan, eye);
         let (near, depth_range) = match visible.depth {
             Depth::Reciprocal { near } => (near, 0.0),
             Depth::Linear { begin, end } => (begin, end - begin),

@@ -5,8 +5,8 @@ use crate::common::stage::{add, directional, exact, lambert, open, own, plane, r
 use afterlight::reference::fog::Medium;
 use afterlight::reference::{Mode, Options, Reference, Smith, View as Eye};
 use afterlight::scene::{
-    AlphaMode, Camera, Environment, Fog, HdrFormat, LightPath, Material, OptionalPart, Output, Projection, Scene,
-    Settings, Sky, SkyImage, Transparency, View,
+    AlphaMode, Camera, Emitter, Environment, Fog, HdrFormat, LightPath, Material, OptionalPart, Output, Playing,
+    Projection, Resolve, Scene, Settings, Sky, SkyImage, Transparency, View,
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -65,6 +65,8 @@ fn the_light_is_fogged_as_the_formulas_say_on_every_path() {
         under_sky.lights.push(directional(DVec3::new(0.3, 0.5, 1.0), 4000.0));
         let mut parallel = open("builtin:spheres");
         parallel.camera.projection = Projection::Orthographic { height: 6.0 };
+        // Frames move such a camera up to what there is.
+        parallel.camera.position -= parallel.camera.forward() * 15.0;
         let stored = [OptionalPart::StoredGbuffer].into_iter().collect();
         let on = |light_path| Settings { light_path, ..Settings::default() };
         let cases = [
@@ -119,6 +121,21 @@ fn fog_before_nothing_but_the_background_is_lit_as_well() {
     });
 }
 
+/// The error of a picture against rays, relative to the brightest channel: that of so many of 100 pixels. Edges may fall to either side.
+fn against_rays(gpu: &Gpu, scene: &Scene, settings: &Settings, percent: usize) -> f64 {
+    let reference = Reference::new(scene).expect("a scene").with_settings(settings, &scene.camera);
+    let options = Options { mode: Mode::Point, smith: Smith::default() };
+    let truth = reference.render(&Eye { camera: scene.camera, size: settings.size }, &options, &|_, _| {});
+    let truth: Vec<DVec3> = truth.radiance.into_iter().map(DVec3::from).collect();
+    let mut errors: Vec<f64> = light(gpu, scene, settings)
+        .iter()
+        .zip(&truth)
+        .map(|(found, wanted)| (*found - *wanted).abs().max_element() / wanted.max_element().max(1e-3))
+        .collect();
+    errors.sort_by(f64::total_cmp);
+    errors[errors.len() * percent / 100]
+}
+
 /// Panes before and behind each other, over light and dark, and beside a sky.
 fn panes() -> Scene {
     let mut scene = plane(lambert(0.5), vec![directional(DVec3::new(0.2, 0.4, 1.0), 3.0)]);
@@ -141,20 +158,7 @@ fn transparent_surfaces_are_fogged_at_their_own_depth_as_rays_have_it() {
             (Transparency::Oit, LightPath::Loop),
         ] {
             let plain = Settings { transparency, light_path, hdr_format: HdrFormat::Rgba32f, ..exact(40, 24) };
-            let error = |settings: &Settings| {
-                let reference = Reference::new(&scene).expect("a scene").with_settings(settings, &scene.camera);
-                let options = Options { mode: Mode::Point, smith: Smith::default() };
-                let truth = reference.render(&Eye { camera: scene.camera, size: settings.size }, &options, &|_, _| {});
-                let truth: Vec<DVec3> = truth.radiance.into_iter().map(DVec3::from).collect();
-                let mut errors: Vec<f64> = light(gpu, &scene, settings)
-                    .iter()
-                    .zip(&truth)
-                    .map(|(found, wanted)| (*found - *wanted).abs().max_element() / wanted.max_element().max(1e-3))
-                    .collect();
-                errors.sort_by(f64::total_cmp);
-                // Edges may fall to either side.
-                errors[errors.len() * 97 / 100]
-            };
+            let error = |settings: &Settings| against_rays(gpu, &scene, settings, 97);
             let clear = error(&plain);
             let in_fog = error(&Settings { fog: Fog::Height, fog_density: 0.4, ..plain });
             println!("{transparency} {light_path}: {clear:e} without fog, {in_fog:e} with it");
@@ -164,6 +168,84 @@ fn transparent_surfaces_are_fogged_at_their_own_depth_as_rays_have_it() {
                 Transparency::Oit => assert!(in_fog < 1.2 * clear, "{clear} {in_fog}"),
             }
         }
+    });
+}
+
+/// Large ones, near and far, before the panes' lower half and the sky beside it.
+#[test]
+fn particles_are_fogged_at_their_own_depth_as_rays_have_it() {
+    on_gpu(|gpu| {
+        let mut scene = plane(lambert(0.5), vec![directional(DVec3::new(0.2, 0.4, 1.0), 3.0)]);
+        scene.environment.ambient = Vec3::new(0.2, 0.3, 0.5);
+        let cloud = Emitter {
+            position: DVec3::new(0.1, 0.0, 0.7),
+            extent: DVec3::new(0.7, 0.4, 0.5),
+            rate: 40.0,
+            size: vec![0.3, 0.5],
+            color: vec![[0.9, 0.5, 0.2, 0.7], [0.2, 0.5, 0.9, 0.4]],
+            emission: vec![Vec3::new(0.5, 0.0, 0.1)],
+            ..Emitter::default()
+        };
+        scene.emitters = vec![Emitter { softness: 0.3, ..cloud.clone() }, Emitter { lit: false, seed: 7, ..cloud }];
+        let mut scene = scene.into_still(&Playing::at(5.0));
+        let mut dark = scene.clone();
+        dark.lights.clear();
+        for (light_path, parallel, is_lit) in
+            [(LightPath::Loop, false, true), (LightPath::Forward, true, true), (LightPath::Loop, false, false)]
+        {
+            let scene = if is_lit { &mut scene } else { &mut dark };
+            if parallel {
+                scene.camera.projection = Projection::Orthographic { height: 2.0 };
+                scene.camera.position.z += 3.0;
+            }
+            let plain = Settings { light_path, hdr_format: HdrFormat::Rgba32f, ..exact(40, 24) };
+            let fog = Settings { fog: Fog::Height, fog_density: 0.4, fog_height: 2.0, ..plain.clone() };
+            let [clear, in_fog, changed] = [
+                against_rays(gpu, scene, &plain, 98),
+                against_rays(gpu, scene, &fog, 98),
+                worst(&light(gpu, scene, &plain), &light(gpu, scene, &fog)),
+            ];
+            println!("{light_path}: {clear:e} without fog, {in_fog:e} with it");
+            assert!(clear < 3e-5 && in_fog < 3e-5 && changed > 0.1, "{light_path}: {clear} {in_fog} {changed}");
+            // Summed up they err by their weights alone, which are none of rays'.
+            let summed = |settings: Settings| {
+                against_rays(gpu, scene, &Settings { transparency: Transparency::Oit, ..settings }, 90)
+            };
+            let [clear, in_fog] = [summed(plain), summed(fog)];
+            println!("{light_path}, summed: {clear:e} without fog, {in_fog:e} with it");
+            assert!(in_fog < 1.2 * clear, "{light_path}: {clear} {in_fog}");
+        }
+    });
+}
+
+/// Frames over time come to the mean of as many samples, which have the fog of each.
+#[test]
+fn frames_over_time_are_fogged_as_samples_are() {
+    on_gpu(|gpu| {
+        let scene = open("builtin:spheres");
+        let plain = Settings { output: Output::Exposed, resolve: Resolve::Linear, ..own(&scene, 48, 28) };
+        let fogged = Settings { fog: Fog::Height, fog_density: 0.1, light_path: LightPath::Loop, ..plain };
+        let [samples, over_time, clear] = [
+            Settings { samples: 16, ..fogged.clone() },
+            Settings { samples: 1, taa: true, taa_frames: 16, ..fogged.clone() },
+            Settings { samples: 16, fog: Fog::Off, ..fogged },
+        ]
+        .map(|settings| {
+            let mut renderer = gpu.renderer(&scene, &settings);
+            let picture = renderer.picture(&scene.camera, || ()).unwrap_or_else(|error| panic!("{error}"));
+            let means: Vec<DVec3> = floats(&picture)
+                .chunks_exact(4)
+                .map(|own| DVec3::new(own[0].into(), own[1].into(), own[2].into()))
+                .collect();
+            means
+        });
+        let apart = |found: &[DVec3]| {
+            let squares = found.iter().zip(&samples).map(|(found, wanted)| (*found - *wanted).length_squared());
+            (squares.sum::<f64>() / samples.iter().map(|own| own.length_squared()).sum::<f64>()).sqrt()
+        };
+        let [over_time, clear] = [apart(&over_time), apart(&clear)];
+        println!("over time {over_time:e}, clear {clear:e}");
+        assert!(over_time < 0.05 * clear && clear > 0.1, "{over_time} {clear}");
     });
 }
 

@@ -310,7 +310,14 @@ pub fn cases() -> Vec<Case> {
         case(&format!("fog, {name} and stored"), glazed(plain()), &[fog, transparency, stored]);
         case(&format!("fog, {name} and occluded"), glazed(plain()), &[fog, transparency, occluded]);
         case(&format!("fog, {name}, forward"), glazed(plain()), &[fog, transparency, forward]);
+        case(&format!("fog, particles {name}"), smoking(sunlit()), &[fog, transparency]);
     }
+    case("fog, particles and stored", smoking(plain()), &[fog, stored]);
+    case("fog, particles and occluded", smoking(plain()), &[fog, occluded]);
+    case("fog over time", plain(), &[fog, taa]);
+    case("fog over time, stored", plain(), &[fog, taa, stored]);
+    case("fog over time, moving", moved(plain()), &[fog, taa]);
+    case("fog over time, moving, forward and weighted", glazed(moved(plain())), &[fog, taa, forward, weighted]);
     case("occluded", plain(), &[occluded]);
     case("occluded, glowing and sunlit", glowing(lit(sunlit())), &[occluded]);
     case("occluded, sorted and glowing", glazed(glowing(plain())), &[occluded, sorted]);

@@ -160,7 +160,7 @@ fn gbuffer_reuse(plan: &FramePlan) -> Edge {
     let waits_for_reader = plan.fxaa || plan.emissive && plan.light_target() == Target::Output;
     if plan.geometry_locations() > 0 {
         // Where LIGHTING is the last to write light, TAA has waited for those, too, and HIZ has wherever there is that.
-        let waits_for_taa = plan.taa.is_some() && plan.transparency.is_none();
+        let waits_for_taa = plan.taa.is_some() && plan.transparency.is_none() && !plan.has_fog();
         if !(is_last && waits_for_reader || waits_for_taa || plan.reflects()) {
             before.push(lighting::COLOR_DROP);
         }
