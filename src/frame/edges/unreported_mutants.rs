@@ -155,13 +155,13 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               None of them is about the maps",
     },
     UnreportedMutants {
-        rows: &[RowName::LIGHTING_TO_TRANSPARENT],
+        rows: &[RowName::LIGHTING_TO_TRANSPARENT, RowName::LIGHTING_TO_FOG, RowName::FOG_TO_TRANSPARENT],
         parts: Parts::Any(Side::After, S::FRAGMENT_SHADER, A::INPUT_ATTACHMENT_READ),
         only: ALWAYS,
         section: "Rasterization Order",
         says: IN_ORDER,
-        why: "the layer takes all that a render pass does to depth to be in rasterization order. PARTICLES reads it as an input, in another subpass than that \
-              which wrote it",
+        why: "the layer takes all that a render pass does to depth to be in rasterization order. FOG and PARTICLES read it as an input, in another subpass than \
+              that which wrote it",
     },
     UnreportedMutants {
         rows: &[RowName::HDR_TO_TONEMAP],
@@ -331,7 +331,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               dependency's first scope has, and that must have the copy's read",
     },
     UnreportedMutants {
-        rows: &[RowName::LIGHTING_TO_COMPOSITE, RowName::FORWARD_TO_COMPOSITE],
+        rows: &[RowName::LIGHTING_TO_COMPOSITE, RowName::FORWARD_TO_COMPOSITE, RowName::FOG_TO_COMPOSITE],
         parts: Parts::All,
         only: ALWAYS,
         section: "VkSubpassDependency",
@@ -341,7 +341,14 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               submitted in TRANSPARENT, so that COMPOSITE would blend over light that may not be there yet",
     },
     UnreportedMutants {
-        rows: &[RowName::LIGHTING_TO_TRANSPARENT, RowName::FORWARD_TO_TRANSPARENT, RowName::PICTURE_TO_TONE],
+        rows: &[
+            RowName::LIGHTING_TO_TRANSPARENT,
+            RowName::FORWARD_TO_TRANSPARENT,
+            RowName::LIGHTING_TO_FOG,
+            RowName::FORWARD_TO_FOG,
+            RowName::FOG_TO_TRANSPARENT,
+            RowName::PICTURE_TO_TONE,
+        ],
         parts: Parts::Any(
             Side::After,
             S::COLOR_ATTACHMENT_OUTPUT,
@@ -362,16 +369,34 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same, seen from the other side",
     },
     UnreportedMutants {
-        rows: &[RowName::LIGHTING_TO_TRANSPARENT],
+        rows: &[RowName::LIGHTING_TO_TRANSPARENT, RowName::FOG_TO_TRANSPARENT],
         parts: Parts::Any(Side::Before, stages(S::COLOR_ATTACHMENT_OUTPUT, S::LATE_FRAGMENT_TESTS), A::empty()),
         only: WAITS_TO_DROP,
         section: "Rasterization Order",
         says: IN_ORDER,
-        why: "the layer takes all that a render pass does to depth to be in rasterization order. TRANSPARENT drops depth that LIGHTING reads, in \
+        why: "the layer takes all that a render pass does to depth to be in rasterization order. TRANSPARENT drops depth that LIGHTING or FOG reads, in \
               another subpass",
     },
     UnreportedMutants {
-        rows: &[RowName::LIGHTING_TO_TRANSPARENT],
+        rows: &[RowName::FOG_TO_TRANSPARENT],
+        parts: Parts::Any(Side::Before, S::FRAGMENT_SHADER, A::empty()),
+        only: |edge| WAITS_TO_DROP(edge) && edge.before.stage == S::FRAGMENT_SHADER,
+        section: "Rasterization Order",
+        says: IN_ORDER,
+        why: "the same where TRANSPARENT draws into sums, and waits for nothing else: FOG reads the depth that it drops as an input",
+    },
+    UnreportedMutants {
+        rows: &[RowName::LIGHTING_TO_FOG],
+        parts: Parts::Any(Side::Before, S::COLOR_ATTACHMENT_OUTPUT, A::empty()),
+        // Where FOG drops depth by a write, the layer sees that nothing holds that back from LIGHTING's reads.
+        only: |edge| !edge.after.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE),
+        section: "Rasterization Order",
+        says: IN_ORDER,
+        why: "the layer takes all that a render pass does to a colour attachment to be in rasterization order. That order holds within a subpass; FOG blends \
+              over light that LIGHTING writes in another",
+    },
+    UnreportedMutants {
+        rows: &[RowName::LIGHTING_TO_TRANSPARENT, RowName::LIGHTING_TO_FOG, RowName::FOG_TO_TRANSPARENT],
         parts: Parts::Any(Side::After, S::LATE_FRAGMENT_TESTS, A::empty()),
         only: WAITS_TO_DROP,
         section: "Rasterization Order",
@@ -393,14 +418,14 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               a load is not visible to input reads for that, and a drop is a write that waits for what AO read by its own stage",
     },
     UnreportedMutants {
-        rows: &[RowName::AO_TO_TRANSPARENT],
+        rows: &[RowName::AO_TO_TRANSPARENT, RowName::AO_TO_FOG],
         parts: Parts::All,
         only: ALWAYS,
         section: "VkSubpassDependency",
         says: "the first set of commands includes all commands submitted as part of the subpass instance identified by srcSubpass and any \
                load, store, or multisample resolve operations on attachments used in srcSubpass",
-        why: "the layer lets the row from LIGHTING to TRANSPARENT order what came before the render pass. Its first scope has only what is submitted in \
-              LIGHTING, so that TRANSPARENT would read depth that is not visible to it, and drop what AO may still read",
+        why: "the layer lets the row from LIGHTING to TRANSPARENT or FOG order what came before the render pass. Its first scope has only what is submitted in \
+              LIGHTING, so that TRANSPARENT or FOG would read depth that is not visible to it, and drop what AO may still read",
     },
     UnreportedMutants {
         rows: &[RowName::TARGETS_REUSE],
@@ -419,7 +444,13 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same for the emissive light that LIGHTING adds to; the write is noticed by what else LIGHTING drops",
     },
     UnreportedMutants {
-        rows: &[RowName::LIGHTING_TO_TRANSPARENT, RowName::FORWARD_TO_TRANSPARENT],
+        rows: &[
+            RowName::LIGHTING_TO_TRANSPARENT,
+            RowName::FORWARD_TO_TRANSPARENT,
+            RowName::LIGHTING_TO_FOG,
+            RowName::FORWARD_TO_FOG,
+            RowName::FOG_TO_TRANSPARENT,
+        ],
         parts: Parts::Any(Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE),
         only: ALWAYS,
         section: "Rasterization Order",
@@ -427,7 +458,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same, seen from the other side: the light that was written must be available to what blends over it",
     },
     UnreportedMutants {
-        rows: &[RowName::FORWARD_TO_TRANSPARENT],
+        rows: &[RowName::FORWARD_TO_TRANSPARENT, RowName::FORWARD_TO_FOG],
         parts: Parts::Any(Side::Before, S::COLOR_ATTACHMENT_OUTPUT, A::empty()),
         only: ALWAYS,
         section: "Rasterization Order",
@@ -435,7 +466,12 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same of the stage, beside those that test depth",
     },
     UnreportedMutants {
-        rows: &[RowName::GBUFFER_TO_LIGHTING, RowName::LIGHTING_TO_TRANSPARENT, RowName::FORWARD_TO_TRANSPARENT],
+        rows: &[
+            RowName::GBUFFER_TO_LIGHTING,
+            RowName::LIGHTING_TO_TRANSPARENT,
+            RowName::FORWARD_TO_TRANSPARENT,
+            RowName::FOG_TO_TRANSPARENT,
+        ],
         parts: Parts::Any(Side::After, S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ),
         only: BETWEEN_SUBPASSES,
         section: "Rasterization Order",
@@ -453,7 +489,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same for tests that run late",
     },
     UnreportedMutants {
-        rows: &[RowName::GBUFFER_TO_LIGHTING, RowName::FORWARD_TO_TRANSPARENT],
+        rows: &[RowName::GBUFFER_TO_LIGHTING, RowName::FORWARD_TO_TRANSPARENT, RowName::FORWARD_TO_FOG],
         parts: Parts::Any(Side::Before, S::EARLY_FRAGMENT_TESTS, A::empty()),
         only: ALWAYS,
         section: "Pipeline Stages",
