@@ -8,6 +8,7 @@ use crate::frame::list::RESOLVE;
 use crate::frame::render_pass::PassDescription;
 use crate::gpu::sync::Use;
 use crate::passes::{How, Touch as Declared};
+use crate::plan::DEPTH;
 
 const COLOR: S = S::COLOR_ATTACHMENT_OUTPUT;
 const TESTS: S = S::from_raw(S::EARLY_FRAGMENT_TESTS.as_raw() | S::LATE_FRAGMENT_TESTS.as_raw());
@@ -139,7 +140,8 @@ impl Instance<'_> {
         let change = self.change((previous, Some(subpass)));
         program.transition((who, memory), [from, layout], change, Some(self.id));
 
-        let is_depth = self.pass.subpasses.iter().any(|own| own.depth.is_some_and(|own| own.attachment == attachment));
+        // Its format says where it is loaded and stored, also where a pass only reads it as an input.
+        let is_depth = description.format == DEPTH;
         let (time, local) = (self.times[subpass as usize], Some(self.id));
         let own = Touch { time, local, group, ..program.plain(memory, who, layout) };
         let mut touch = |uses: Use, kind: Kind| program.touch(&Touch { kind, ..own.clone() }, uses);
