@@ -355,6 +355,15 @@ pub fn cases() -> Vec<Case> {
     case("mirrored, sorted and spread", polished(glazed(plain())), &[mirrored, sorted, bloom]);
     case("mirrored, weighted", polished(glazed(plain())), &[mirrored, weighted]);
     case("mirrored, spread", polished(plain()), &[mirrored, bloom]);
+    case("mirrored in fog", polished(plain()), &[mirrored, fog]);
+    case("mirrored in fog, smoothed", polished(plain()), &[mirrored, fog, fxaa]);
+    case("mirrored in fog, sorted and occluded", polished(glazed(lit(plain()))), &[mirrored, fog, sorted, occluded]);
+    case("mirrored in fog, weighted", polished(glazed(plain())), &[mirrored, fog, weighted]);
+    case("mirrored in fog, spread", polished(plain()), &[mirrored, fog, bloom]);
+    case("mirrored in fog, over time", polished(plain()), &[mirrored, fog, taa]);
+    case("mirrored in fog, over time and weighted", polished(glazed(plain())), &[mirrored, fog, taa, weighted]);
+    case("mirrored in fog, over time and moving", polished(moved(plain())), &[mirrored, fog, taa]);
+    case("mirrored in fog, with particles", polished(smoking(plain())), &[mirrored, fog]);
     case("mirrored, weighted and spread", polished(glazed(plain())), &[mirrored, weighted, bloom]);
     case("mirrored, linear", polished(plain()), &[mirrored, hdr]);
     case("mirrored over time", polished(plain()), &[mirrored, taa]);

@@ -157,10 +157,7 @@ static ROWS: &[Needs] = &[
     needs(RowName::RAYS_REUSE, &[&reflect::PASS]),
     needs(RowName::RAYS_TO_RESOLVE, &[&reflect_resolve::PASS]),
     needs(RowName::LIGHT_TO_RESOLVE, &[&reflect_resolve::PASS]),
-    Needs {
-        instead: &[RowName::FOG_TO_TRANSPARENT],
-        ..needs(RowName::RESOLVE_TO_TRANSPARENT, &[&reflect_resolve::PASS, &transparent::PASS])
-    },
+    needs(RowName::RESOLVE_TO_TRANSPARENT, &[&reflect_resolve::PASS, &transparent::PASS]),
     Needs {
         instead: &[RowName::FOG_TO_COMPOSITE],
         ..needs(RowName::RESOLVE_TO_COMPOSITE, &[&reflect_resolve::PASS, &composite::PASS])

@@ -68,12 +68,11 @@ pub(super) fn after_ao(plan: &FramePlan) -> Edge {
 
 /// What is transparent, in the place of the rows from LIGHTING or FORWARD; [`super::main_pass`] has those of the sums.
 pub(super) fn transparent_after_fog(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> {
-    let is_visible = plan.stores_gbuffer && !plan.reflects();
-    let mut depth = match is_visible {
+    let mut depth = match plan.stores_gbuffer {
         true => vec![transparent::DEPTH_WAIT],
         false => vec![transparent::DEPTH_READ, transparent::DEPTH_DROP],
     };
-    depth.extend(particles::depth(plan).filter(|_| !is_visible));
+    depth.extend(particles::depth(plan).filter(|_| !plan.stores_gbuffer));
     match transparency {
         Transparency::Sorted => vec![
             subpass(RowName::FOG_TO_TRANSPARENT)

@@ -324,16 +324,20 @@ fn last_light(plan: &FramePlan) -> (Place, Use) {
 }
 
 fn transparent_edges(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> {
+    let to_composite = (transparency == Transparency::Oit).then(sums_to_composite);
     if plan.has_fog() {
-        let sums = (transparency == Transparency::Oit).then(|| [sums_reuse(), sums_to_composite()]);
-        return transparent_after_fog(plan, transparency).into_iter().chain(sums.into_iter().flatten()).collect();
+        let mut rows = match plan.reflects() {
+            true => reflections::to_transparent(plan, transparency),
+            false => to_composite.iter().map(|_| sums_reuse()).collect(),
+        };
+        rows.extend(transparent_after_fog(plan, transparency).into_iter().chain(to_composite));
+        return rows;
     }
     if plan.is_forward() {
         return transparent_after_forward(plan, transparency);
     }
     if plan.reflects() {
-        let summed = (transparency == Transparency::Oit).then(sums_to_composite);
-        return reflections::to_transparent(plan, transparency).into_iter().chain(summed).collect();
+        return reflections::to_transparent(plan, transparency).into_iter().chain(to_composite).collect();
     }
     let light = light_write(plan);
     // A G-buffer that is stored is visible to all of the main pass already.

@@ -61,6 +61,12 @@ pub(super) fn to_transparent(plan: &FramePlan, transparency: Transparency) -> Ve
         [transparent::DEPTH_READ, transparent::DEPTH_DROP].into_iter().chain(particles::depth(plan)).collect();
     let with = |last: Use| [&depth[..], &[last]].concat();
     match transparency {
+        Transparency::Sorted if plan.has_fog() => vec![
+            row(RowName::RESOLVE_TO_TRANSPARENT)
+                .from(resolve, &[hiz::GBUFFER_READ])
+                .to(transparent::PASS.place, &depth)
+                .because("TRANSPARENT tests against the depth that REFLECT_RESOLVE read, and as the last user drops it"),
+        ],
         Transparency::Sorted => vec![
             row(RowName::RESOLVE_TO_TRANSPARENT)
                 .from(resolve, &[light])
@@ -73,7 +79,7 @@ pub(super) fn to_transparent(plan: &FramePlan, transparency: Transparency) -> Ve
             // TAA and BLOOM have waited for COMPOSITE of the last frame, and are compute as well.
             let sums = (plan.bloom.is_none() && plan.taa.is_none()).then_some(composite::SUM_DROP);
             let before: Vec<Use> = [hiz::GBUFFER_READ].into_iter().chain(sums).collect();
-            vec![
+            let mut rows = vec![
                 row(RowName::RESOLVE_TO_TRANSPARENT)
                     .from(resolve, &before)
                     .to(transparent::PASS.place, &with(transparent::SUM_CLEAR))
@@ -81,11 +87,13 @@ pub(super) fn to_transparent(plan: &FramePlan, transparency: Transparency) -> Ve
                         "TRANSPARENT tests against the depth that REFLECT_RESOLVE read, and as the last user drops it; and COMPOSITE of the last frame \
                          must have dropped the sums that this one clears",
                     ),
-                row(RowName::RESOLVE_TO_COMPOSITE)
-                    .from(resolve, &[light])
-                    .to(composite::PASS.place, &[composite::LIGHT_BLEND])
-                    .because("COMPOSITE blends over what REFLECT_RESOLVE wrote"),
-            ]
+            ];
+            let to_composite = row(RowName::RESOLVE_TO_COMPOSITE)
+                .from(resolve, &[light])
+                .to(composite::PASS.place, &[composite::LIGHT_BLEND])
+                .because("COMPOSITE blends over what REFLECT_RESOLVE wrote");
+            rows.extend((!plan.has_fog()).then_some(to_composite));
+            rows
         }
     }
 }
