@@ -6,7 +6,7 @@ use afterlight::reference::fog::Medium;
 use afterlight::reference::{Mode, Options, Reference, Smith, View as Eye};
 use afterlight::scene::{
     AlphaMode, Camera, Emitter, Environment, Fog, HdrFormat, LightPath, Material, OptionalPart, Output, Playing,
-    Projection, Resolve, Scene, Settings, Sky, SkyImage, Transparency, View,
+    Projection, Reflections, Resolve, Scene, Settings, Sky, SkyImage, Transparency, View,
 };
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -76,12 +76,21 @@ fn the_light_is_fogged_as_the_formulas_say_on_every_path() {
             (&spheres, Settings { keep: stored, ..on(LightPath::Loop) }),
             (&under_sky, on(LightPath::Loop)),
             (&under_sky, on(LightPath::ForwardNaive)),
+            // Over what surfaces mirror, too.
+            (&under_sky, Settings { reflections: Reflections::Screen, ..on(LightPath::Loop) }),
             (&parallel, on(LightPath::Loop)),
         ];
         for (scene, path) in cases {
-            let Settings { light_path, keep, .. } = path;
-            let plain =
-                Settings { light_path, keep, samples: 1, sky_samples: 1, output: Output::Nits, ..own(scene, 49, 29) };
+            let Settings { light_path, keep, reflections, .. } = path;
+            let plain = Settings {
+                light_path,
+                keep,
+                reflections,
+                samples: 1,
+                sky_samples: 1,
+                output: Output::Nits,
+                ..own(scene, 49, 29)
+            };
             let clear = light(gpu, scene, &plain);
             let depths =
                 light(gpu, scene, &Settings { view: View::Depth, light_path: LightPath::Loop, ..plain.clone() });
