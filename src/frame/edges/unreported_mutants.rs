@@ -181,7 +181,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               another stage, and what REFLECT_RESOLVE wrote must be visible to that, too",
     },
     UnreportedMutants {
-        rows: &[RowName::RESOLVE_TO_TRANSPARENT, RowName::RESOLVE_TO_COMPOSITE],
+        rows: &[RowName::RESOLVE_TO_TRANSPARENT, RowName::RESOLVE_TO_COMPOSITE, RowName::RESOLVE_TO_FOG],
         parts: Parts::Any(Side::After, S::empty(), A::COLOR_ATTACHMENT_WRITE),
         only: |edge| edge.after.access.contains(A::COLOR_ATTACHMENT_READ),
         section: "Execution and Memory Dependencies",
@@ -190,17 +190,31 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               both accesses",
     },
     UnreportedMutants {
-        rows: &[RowName::RESOLVE_TO_TRANSPARENT],
+        rows: &[RowName::RESOLVE_TO_TRANSPARENT, RowName::RESOLVE_TO_FOG],
         parts: Parts::Any(
             Side::After,
-            stages(S::EARLY_FRAGMENT_TESTS, S::LATE_FRAGMENT_TESTS),
-            accesses(A::DEPTH_STENCIL_ATTACHMENT_READ, A::DEPTH_STENCIL_ATTACHMENT_WRITE),
+            stages(S::FRAGMENT_SHADER, stages(S::EARLY_FRAGMENT_TESTS, S::LATE_FRAGMENT_TESTS)),
+            accesses(
+                A::INPUT_ATTACHMENT_READ,
+                accesses(A::DEPTH_STENCIL_ATTACHMENT_READ, A::DEPTH_STENCIL_ATTACHMENT_WRITE),
+            ),
         ),
         only: ALWAYS,
         section: "Rasterization Order",
         says: IN_ORDER,
         why: "the layer takes depth that one render pass stores and the next one loads, as its layout stays the same, to be in rasterization order. That order holds \
-              within a subpass, and HIZ has read the depth in between, which TRANSPARENT drops",
+              within a subpass, and HIZ has read the depth in between, which TRANSPARENT or FOG drops",
+    },
+    UnreportedMutants {
+        rows: &[RowName::RESOLVE_TO_TRANSPARENT],
+        parts: Parts::All,
+        // Where FOG lies between the two, and no sums wait with it.
+        only: |edge| !edge.after.stage.contains(S::COLOR_ATTACHMENT_OUTPUT),
+        section: "VkSubpassDependency",
+        says: "the first set of commands includes all commands submitted as part of the subpass instance identified by srcSubpass and any \
+               load, store, or multisample resolve operations on attachments used in srcSubpass",
+        why: "the layer lets the row from FOG to TRANSPARENT order what came before the render pass. Its first scope has only what is submitted in FOG, so that \
+              TRANSPARENT would read depth that is not visible to it, and drop what REFLECT_RESOLVE may still read",
     },
     UnreportedMutants {
         rows: &[RowName::LIGHT_TO_RESOLVE],
