@@ -1,4 +1,4 @@
-// PARTICLES: squares that face the view, lit by SIMULATE, over the lit picture. They fade where they come near the surface behind them.
+// PARTICLES: discs or squares that face the view, lit by SIMULATE, over the lit picture. They fade where they come near the surface behind them.
 // variants: TEXTURED WEIGHTED SORTED LIGHTS
 // excludes: WEIGHTED SORTED
 #import afterlight::frame::{distance_at, frame, ORTHOGRAPHIC}
@@ -34,7 +34,7 @@ override LARGEST: f32 = 65000.0;
 @group(2) @binding(6) var texture_sampler: sampler;
 #endif
 
-// A softness that stands for a square which hides all of the picture.
+// A rise that stands for a square which hides all of the picture.
 const COVERS: f32 = -1.0;
 
 struct Varying {
@@ -42,29 +42,43 @@ struct Varying {
     // From the middle to the edges: -1 to 1 to the right and up.
     @location(0) square: vec2<f32>,
     @location(1) @interpolate(flat) color: vec4<f32>,
-    @location(2) world: vec3<f32>,
-    @location(3) @interpolate(flat) look: u32,
-    // Along the view, and that within which it fades, in metres.
-    @location(4) @interpolate(flat) distance: f32,
-    @location(5) @interpolate(flat) softness: f32,
+    // Along the view, in metres, and 1 over the metres within which it fades.
+    @location(2) @interpolate(flat) distance: f32,
+    @location(3) @interpolate(flat) rise: f32,
+#ifdef TEXTURED
+    @location(4) @interpolate(flat) look: u32,
+#endif
+    @location(5) world: vec3<f32>,
 }
 
+#ifdef TEXTURED
+const CORNERS: u32 = 6u;
+
+// Of the square's two triangles: 0 1 2 and 3 2 1.
 fn corner_of(index: u32) -> vec2<f32> {
-    // Two triangles: 0 1 2 and 3 2 1.
     let corner = select(index, 6u - index, index >= 3u);
     return vec2(select(-1.0, 1.0, (corner & 1u) != 0u), select(-1.0, 1.0, (corner & 2u) != 0u));
 }
+#else
+const CORNERS: u32 = 3u;
+
+// Of the least triangle around the disc: half of the square's vertices, and no pixels that two triangles share.
+fn corner_of(index: u32) -> vec2<f32> {
+    return array(vec2(0.0, 2.0), vec2(-1.7320508, -1.0), vec2(1.7320508, -1.0))[index];
+}
+#endif
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> Varying {
     var out: Varying;
-    let corner = corner_of(index % 6u);
-    var number = index / 6u;
+    let corner = corner_of(index % CORNERS);
+    var number = index / CORNERS;
     out.square = corner;
     if COUNTS {
         if number == 0u {
-            out.position = vec4(corner, 1.0, 1.0);
-            out.softness = COVERS;
+            // So large that a triangle covers the picture.
+            out.position = vec4(corner * 4.0, 1.0, 1.0);
+            out.rise = COVERS;
             return out;
         }
         number -= 1u;
@@ -78,20 +92,27 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varying {
     if particle.edge > 0.0 {
         let turn = particle.turn;
         let turned = vec2(corner.x * turn.x - corner.y * turn.y, corner.x * turn.y + corner.y * turn.x) * (particle.edge * 0.5);
-        let world = particle.position + normalize(frame.ray_x) * turned.x - normalize(frame.ray_y) * turned.y;
-        var clip = frame.clip_from_world * vec4(world, 1.0);
+        let off = normalize(frame.ray_x) * turned.x - normalize(frame.ray_y) * turned.y;
         // All of it lies at one depth. An orthographic range of depths ends where surfaces do; particles beyond it are drawn at its ends.
         let middle = frame.clip_from_world * vec4(particle.position, 1.0);
-        clip.z = clamp(middle.z, 0.0, middle.w);
-        clip.w = middle.w;
-        out.position = clip;
-        out.world = world;
+        let across = (frame.clip_from_world * vec4(off, 0.0)).xy;
+        out.position = vec4(middle.xy + across, clamp(middle.z, 0.0, middle.w), middle.w);
+        out.world = particle.position + off;
     }
     out.color = particle.color;
+#ifdef TEXTURED
     out.look = particle.look;
+#endif
     out.distance = dot(particle.position, frame.forward);
-    out.softness = particle.softness;
+    // None at once, and not within nothing.
+    out.rise = 1.0 / max(particle.softness, 1e-30);
     return out;
+}
+
+// How much of a soft disc is left.
+fn disc(in: Varying) -> f32 {
+    let inside = saturate(1.0 - dot(in.square, in.square));
+    return inside * inside;
 }
 
 #ifdef TEXTURED
@@ -104,39 +125,37 @@ fn sampled(look: u32, uv: vec2<f32>, across: vec2<f32>, down: vec2<f32>) -> vec4
         default: { return textureSampleGrad(texture_3, texture_sampler, uv, cell, across, down); }
     }
 }
-#endif
 
 // Colour and alpha of its texture, or of a soft disc.
 fn shape(in: Varying) -> vec4<f32> {
-#ifdef TEXTURED
     let uv = vec2(in.square.x, -in.square.y) * 0.5 + 0.5;
     let across = dpdx(uv);
     let down = dpdy(uv);
     if (in.look >> 16u) != 0u {
         return sampled(in.look, uv, across, down);
     }
-#endif
-    let inside = saturate(1.0 - dot(in.square, in.square));
-    return vec4(1.0, 1.0, 1.0, inside * inside);
+    return vec4(1.0, 1.0, 1.0, disc(in));
 }
+#endif
 
 // The share that is left of it before the surface of its pixel, and behind the near plane.
 fn fade(in: Varying) -> f32 {
     let depth = textureLoad(subpass_depth, vec2<i32>(0, 0), 0);
     // Where nothing was drawn there is nothing that it could meet.
     let surface = select(1e30, distance_at(max(depth, 1e-37)), depth > 0.0);
-    let room = min(surface - in.distance, in.distance - frame.near);
-    if in.softness <= 0.0 {
-        return select(0.0, 1.0, room > 0.0);
-    }
-    return saturate(room / in.softness);
+    return saturate(min(surface - in.distance, in.distance - frame.near) * in.rise);
 }
 
 // Times its share of the picture, so that it stays below the largest value: SIMULATE has cut off its light.
 fn shade(in: Varying) -> vec4<f32> {
+#ifdef TEXTURED
     let texel = shape(in);
     let alpha = saturate(in.color.a * texel.a * fade(in));
     let own = vec4(in.color.rgb * texel.rgb * alpha, alpha);
+#else
+    let alpha = in.color.a * disc(in) * fade(in);
+    let own = vec4(in.color.rgb * alpha, alpha);
+#endif
     if FOG {
         return fogged(in.world, own, LARGEST);
     }
@@ -162,7 +181,7 @@ fn fragment(in: Varying) -> Weighted {
 @fragment
 fn fragment(in: Varying) -> @location(0) vec4<f32> {
     if COUNTS {
-        if in.softness == COVERS {
+        if in.rise == COVERS {
             return vec4(0.0, 0.0, 0.0, 1.0);
         }
         return vec4(select(vec3(0.0), vec3(LAYER), shade(in).a > 0.0), 0.0);

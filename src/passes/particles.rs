@@ -1,4 +1,4 @@
-//! PARTICLES: squares that face the view, over the lit picture and its transparent surfaces, in TRANSPARENT's subpass after that.
+//! PARTICLES: discs or squares that face the view, over the lit picture and its transparent surfaces, in TRANSPARENT's subpass after that.
 
 use std::sync::Arc;
 
@@ -44,6 +44,8 @@ pub struct ParticlePass {
     pipeline: Owned<vk::Pipeline>,
     set: vk::DescriptorSet,
     counts: bool,
+    /// Vertices of each.
+    corners: u32,
     _set_layout: SetLayout,
     _pool: DescriptorPool,
 }
@@ -93,7 +95,10 @@ impl ParticlePass {
                 subpass: slot.subpass,
             },
         )?;
-        Ok(Self { inputs, layout, pipeline, set, counts: planned.counts, _set_layout: set_layout, _pool: pool })
+        // As in the shader: two triangles of a square, or one around a disc.
+        let corners = if textures.is_some() { 6 } else { 3 };
+        let counts = planned.counts;
+        Ok(Self { inputs, layout, pipeline, set, counts, corners, _set_layout: set_layout, _pool: pool })
     }
 
     /// Draws those that are alive. Runs inside its subpass.
@@ -107,8 +112,8 @@ impl ParticlePass {
         for (index, set) in [recording.frame_set, self.inputs.set, self.set].into_iter().enumerate() {
             recording.bind_set(self.layout.raw, index as u32, set);
         }
-        // SAFETY: pipeline and sets are bound; the vertex stage makes six vertices of each particle from their index, and SIMULATE has written so many.
-        unsafe { recording.device.raw.cmd_draw(recording.cmd, 6 * count, 1, 0, 0) };
+        // SAFETY: pipeline and sets are bound; the vertex stage makes the corners of each particle from their index, and SIMULATE has written so many.
+        unsafe { recording.device.raw.cmd_draw(recording.cmd, self.corners * count, 1, 0, 0) };
     }
 }
 

@@ -81,11 +81,12 @@ const WAITS_TO_DROP: fn(&Edge) -> bool =
     |edge| !edge.after.access.intersects(accesses(A::DEPTH_STENCIL_ATTACHMENT_READ, A::DEPTH_STENCIL_ATTACHMENT_WRITE));
 /// FORWARD leaves depth as it writes it; those that only test against it leave it as VELOCITY finds it.
 const CHANGES_THE_LAYOUT: fn(&Edge) -> bool = |edge| edge.from == forward::PASS.place;
-const LEAVES_THE_LAYOUT: fn(&Edge) -> bool = |edge| edge.from != forward::PASS.place;
+const LEAVES_THE_LAYOUT: fn(&Edge) -> bool =
+    |edge| edge.from != forward::PASS.place && edge.from != reflect_resolve::PASS.place;
 /// By SIMULATE, and by what shades.
 const LOOKED_UP_TWICE: fn(&Edge) -> bool =
     |edge| edge.after.stage.contains(stages(S::FRAGMENT_SHADER, S::COMPUTE_SHADER));
-const BEGINS_THE_BLEND_PASS: fn(&Edge) -> bool = |edge| edge.from == reflect_resolve::PASS.place;
+const AFTER_REFLECTIONS: fn(&Edge) -> bool = |edge| edge.from == reflect_resolve::PASS.place;
 const OVER_PRESENTED: Carrier =
     Carrier::ImageBarrier(vk::ImageLayout::PRESENT_SRC_KHR, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
 
@@ -166,7 +167,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         rows: &[RowName::HDR_TO_TONEMAP],
         parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
-        only: BEGINS_THE_BLEND_PASS,
+        only: AFTER_REFLECTIONS,
         section: "Image Layout Transitions",
         says: TRANSITION,
         why: "as that of spread-to-tonemap: the output's layout changes after what the dependency's first scope has, and that must have the copy's read",
@@ -174,7 +175,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         rows: &[RowName::HDR_TO_TONEMAP],
         parts: Parts::Any(Side::After, S::FRAGMENT_SHADER, A::INPUT_ATTACHMENT_READ),
-        only: BEGINS_THE_BLEND_PASS,
+        only: AFTER_REFLECTIONS,
         section: "Execution and Memory Dependencies",
         says: HAZARDS,
         why: "the layer takes all uses of an attachment that is loaded to be ordered by its load operation. TONEMAP reads its input by another access and in \
@@ -190,7 +191,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               both accesses",
     },
     UnreportedMutants {
-        rows: &[RowName::RESOLVE_TO_TRANSPARENT, RowName::RESOLVE_TO_FOG],
+        rows: &[RowName::RESOLVE_TO_TRANSPARENT, RowName::RESOLVE_TO_FOG, RowName::DEPTH_TO_VELOCITY],
         parts: Parts::Any(
             Side::After,
             stages(S::FRAGMENT_SHADER, stages(S::EARLY_FRAGMENT_TESTS, S::LATE_FRAGMENT_TESTS)),
@@ -199,11 +200,11 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
                 accesses(A::DEPTH_STENCIL_ATTACHMENT_READ, A::DEPTH_STENCIL_ATTACHMENT_WRITE),
             ),
         ),
-        only: ALWAYS,
+        only: AFTER_REFLECTIONS,
         section: "Rasterization Order",
         says: IN_ORDER,
         why: "the layer takes depth that one render pass stores and the next one loads, as its layout stays the same, to be in rasterization order. That order holds \
-              within a subpass, and HIZ has read the depth in between, which TRANSPARENT or FOG drops",
+              within a subpass, and HIZ has read the depth in between, which is stored again or dropped",
     },
     UnreportedMutants {
         rows: &[RowName::RESOLVE_TO_TRANSPARENT],
