@@ -1,10 +1,14 @@
 // FOG: what the air takes of the light of every pixel, and what it scatters to the eye: the light is blended with what is left of it in alpha.
 // With several samples a pixel it runs once a sample: each has its own depth.
-// variants: LIGHTS MSAA
+// variants: LIGHTS MSAA FROXELS
+// requires: FROXELS -> LIGHTS
 // precise
 #import afterlight::frame::{distance_at, frame}
 #import afterlight::screen::{screen_corner}
 #import afterlight::fog::{endless_fog_depth, fog_depth, fog_light, fog_ray, fog_transmittance}
+#ifdef FROXELS
+#import afterlight::froxels::{froxel_light}
+#endif
 #ifdef MSAA
 #import afterlight::multisampling::{sample_offset}
 #endif
@@ -32,7 +36,12 @@ fn fogged(pixel: vec2<f32>, depth: f32) -> vec4<f32> {
         thick = min(thick, fog_depth(ray, clamp(distance_at(depth), 0.0, 1e30) * ray.stretch + frame.eye_ahead));
     }
     let left = fog_transmittance(thick);
+#ifdef FROXELS
+    let distance = clamp(distance_at(max(depth, 1e-37)), 0.0, 1e30);
+    return vec4(froxel_light(pixel, ray, distance + frame.eye_ahead, depth <= 0.0, LARGEST), left);
+#else
     return vec4(fog_light(ray.direction, LARGEST) * (1.0 - left), left);
+#endif
 }
 
 #ifdef MSAA

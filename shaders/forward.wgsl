@@ -28,7 +28,7 @@
 #import afterlight::shading::{punctual_light}
 #import afterlight::clusters::{cluster_at, cluster_lights}
 #endif
-#import afterlight::fog::{fogged}
+#import afterlight::fogged::{fogged}
 #import afterlight::texel::{Texel}
 #import afterlight::tonemapping::{tone_map}
 #ifdef WEIGHTED

@@ -2,7 +2,7 @@
 // variants: TEXTURED WEIGHTED SORTED LIGHTS
 // excludes: WEIGHTED SORTED
 #import afterlight::frame::{distance_at, frame, ORTHOGRAPHIC}
-#import afterlight::fog::{fogged}
+#import afterlight::fogged::{fogged}
 #import afterlight::particles::{Particle}
 #ifdef WEIGHTED
 #import afterlight::weights::{weight_of}

@@ -15,6 +15,7 @@ mod cost;
 mod culling;
 mod error;
 mod fog;
+mod froxels;
 mod gbuffer;
 mod lens;
 mod lights;
@@ -38,6 +39,7 @@ pub use bloom::{Bloom, BloomLevel};
 pub use cost::Cost;
 pub use error::Error;
 pub use fog::FogPlan;
+pub use froxels::FroxelPlan;
 pub use gbuffer::{Gbuffer, NormalEncoding, format_bytes};
 pub use lights::{PlannedLights, UNIFORM_LIGHTS};
 pub use output::{Canvas, Encoding, HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping, Transfer};
@@ -374,7 +376,7 @@ impl Choices {
             sky::check(scene, lighting.path, device)?;
         }
         let lit_by_sky = sky.is_some_and(|sky| sky.lights);
-        let fog = FogPlan::of(settings)?;
+        let fog = FogPlan::of(settings, lighting.lights.any())?;
         if fog.is_some() {
             // FOG has no code for lights in a uniform buffer.
             lighting.lights.uniform = false;

@@ -2,6 +2,7 @@
 //! [`FramePlan`], which is decided once, and changes nothing of it: no pipeline, no target, no buffer.
 
 pub(crate) mod active_lights;
+mod air;
 pub(crate) mod clusters;
 #[cfg(test)]
 mod corrupted;
@@ -145,8 +146,12 @@ impl Visible {
         let active = ActiveLights::of(world, plan, (camera, &frustum), &beside, &may_be_seen);
         let objects = || instances.iter().chain(&transparent).map(|&index| &world.objects[index as usize]);
         let mut shadows = world.lamps.clone();
-        let leaves_casters =
-            culling.is_none() && plan.seeks(OptionalPart::IdleCasters) && plan.shading != Shading::ShowShadowMap;
+        // Shadows fall on fog, wherever the camera looks.
+        let in_air = plan.froxels().is_some();
+        let leaves_casters = culling.is_none()
+            && !in_air
+            && plan.seeks(OptionalPart::IdleCasters)
+            && plan.shading != Shading::ShowShadowMap;
         let receivers = plan.shadow.as_ref().filter(|_| leaves_casters).map(|shadow| {
             let receiving = objects().filter(|object| object.key.receives);
             let boxes = receiving.map(|object| object.bounds).chain(world.particle_boxes(plan));
@@ -159,6 +164,7 @@ impl Visible {
             };
             // Shadows fall on particles, too.
             boxes.extend(world.particle_boxes(plan));
+            boxes.extend(in_air.then(|| world.air_around(camera)));
             add_cascades(&mut shadows, world, shadow, camera, aspect, &boxes);
             for light in &shadow.lights {
                 let is_lit = active.lights.binary_search(&light.light).is_ok();

@@ -20,6 +20,7 @@ pub const CAPABILITIES: Capabilities = Capabilities::IMMEDIATES
     .union(Capabilities::TEXTURE_AND_SAMPLER_BINDING_ARRAY)
     .union(Capabilities::PRIMITIVE_INDEX)
     .union(Capabilities::EARLY_DEPTH_TEST)
+    // Vulkan packs half floats on every device.
     .union(Capabilities::SHADER_FLOAT16_IN_FLOAT32);
 
 /// naga_oil packs the module's number above this bit of a place.

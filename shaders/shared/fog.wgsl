@@ -51,6 +51,17 @@ fn endless_fog_depth(ray: FogRay) -> f32 {
     return select(3.4e38, here / climb, climb > 0.0);
 }
 
+// The same ray, so many metres on.
+fn fog_moved(ray: FogRay, metres: f32) -> FogRay {
+    return FogRay(ray.direction, ray.stretch, ray.rise + ray.direction.y * metres * frame.fog_rate);
+}
+
+// The share of light that an optical depth takes away, of thin fog as well.
+fn fog_lost(depth: f32) -> f32 {
+    let most = min(depth, MOST_LOG);
+    return most * mean_decay(most);
+}
+
 // The share of light that arrives. Never zero: light that a half float holds as infinite would then be no number.
 fn fog_transmittance(depth: f32) -> f32 {
     return exp(-min(depth, MOST_LOG));
@@ -75,16 +86,4 @@ fn fog_light(direction: vec3<f32>, largest: f32) -> vec3<f32> {
     }
 #endif
     return min(radiance * frame.exposure, vec3(largest));
-}
-
-// What is blended over a picture that is fogged, at a place relative to the camera; its colour is times its alpha. What lies behind it is fogged as if it were not
-// there: that has left the share t of the light behind it, and added what fog scatters before it, s. Over that a layer of colour c that hides the share a has
-// to give t (c + (1 - a) b) + s where the picture has t b + s: blended as t c + a s with its own alpha it does.
-fn fogged(world: vec3<f32>, own: vec4<f32>, largest: f32) -> vec4<f32> {
-    let away = select(length(world), dot(world, frame.forward), ORTHOGRAPHIC);
-    let direction = select(world / max(away, 1e-30), frame.forward, ORTHOGRAPHIC);
-    let aside = select(0.0, (world.y - away * direction.y) * frame.fog_rate, ORTHOGRAPHIC);
-    let ray = FogRay(direction, 1.0, frame.fog_rise + aside);
-    let left = fog_transmittance(fog_depth(ray, max(away, 0.0) + frame.eye_ahead));
-    return vec4(own.rgb * left + fog_light(direction, largest) * ((1.0 - left) * own.a), own.a);
 }

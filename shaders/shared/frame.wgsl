@@ -69,6 +69,9 @@ struct Frame {
     fog_albedo: f32,
     // The mean cosine of the angle of scattering.
     fog_anisotropy: f32,
+    // Slices of froxels begin at fog_near (exp(fog_span i / n) - 1).
+    fog_near: f32,
+    fog_span: f32,
 }
 
 // The camera's rays are parallel.

@@ -219,7 +219,12 @@ impl Args for SettingsArgs {
 fn option(setting: &'static Setting) -> Arg {
     let is_number = matches!(
         setting.values,
-        ValueKind::Whole(..) | ValueKind::Among(_) | ValueKind::Number(..) | ValueKind::Size | ValueKind::Aperture
+        ValueKind::Whole(..)
+            | ValueKind::Among(_)
+            | ValueKind::Number(..)
+            | ValueKind::Size
+            | ValueKind::Grid(..)
+            | ValueKind::Aperture
     );
     Arg::new(setting.key)
         .long(setting.key)

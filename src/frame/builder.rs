@@ -97,10 +97,11 @@ impl RendererBuilder {
         })?;
         // The begin of a frame, the end of each of its passes, and of what lies over the picture.
         let times = List::of(&plan).passes().count() as u32 + 2;
+        let of_world = (&world, scene.sky.as_ref(), frame.froxels());
         let in_flight = |index| {
             Ok(InFlight {
                 cmd: CommandBuffer::new(&device, &format!("frame {index}"))?,
-                view: ViewBuffers::new(&device, index, frame_layout.raw, &plan, (&world, scene.sky.as_ref()))?,
+                view: ViewBuffers::new(&device, index, frame_layout.raw, &plan, of_world)?,
                 sorted: SortedIndices::new(&device, index, &plan)?,
                 instances: Instances::new(index, &plan),
                 times: Timestamps::new(&device, &format!("times of frame {index}"), times)?,

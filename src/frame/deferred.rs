@@ -7,6 +7,7 @@
 //! compute        PYRAMID    the least depths of squares of that
 //!                CULL, ARRANGE, FILL  what is in view and not hidden, where the device finds that out
 //! shadow passes  SHADOW     depth maps of lights, those in which something has moved
+//! compute        SCATTER, INTEGRATE  the light in the air, where fog has lamps and shadows in it
 //! compute        SIMULATE, SORT  particles of the moment with their light, from back to front
 //! main pass      GEOMETRY   surfaces into the G-buffer, in tile memory where there is any
 //! compute        AO, AO_DENOISE  where asked for: what surfaces nearby leave of the light from everywhere, into the G-buffer's occlusion; the main
@@ -40,6 +41,7 @@ use ash::vk;
 use super::FrameParts;
 use super::ao::{self, AoStage};
 use super::edges::{Edge, RowName};
+use super::froxels::{self as froxel_steps, FroxelStage};
 use super::list::{
     self, BLEND_PASS, FXAA_PASS, GBUFFER_PASS, MAIN_PASS, Occasion, SHADOW_PASS, SHARPEN_PASS, Step, Subpass,
     TONEMAP_PASS,
@@ -80,6 +82,8 @@ pub struct Deferred {
     second: Option<RenderPassIndex>,
     /// In the first subpass, before what it hides.
     depth: Option<Depth>,
+    /// Before the first render pass.
+    froxels: Option<Box<FroxelStage>>,
     opaque: Opaque,
     /// Between the two render passes.
     ao: Option<AoStage>,
@@ -153,6 +157,7 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
     let mut steps = vec![super::render_passes::skin_step(plan)];
     steps.extend(super::render_passes::culling_steps(plan));
     steps.push(list::render_pass(SHADOW_PASS, [alone(&shadow::PASS)]));
+    steps.extend(froxel_steps::steps(plan));
     steps.extend(particle_steps::steps(plan));
     // Each of these reads only its own pixel, so that a tiler never leaves the tile. AO reads neighbours, and parts them.
     match plan.stores_gbuffer {
@@ -195,6 +200,11 @@ impl Deferred {
 
         // A render pass for each stale map. Row `shadow-map-to-lighting`: the passes below look up what it wrote.
         passes.record_shadow(frame, times);
+
+        // SCATTER and INTEGRATE find the light in the air: rows `froxels-reuse`, `scatter-to-integrate` and `froxels-to-fog`.
+        if let Some(froxels) = &self.froxels {
+            froxels.record(frame, times);
+        }
 
         // SIMULATE and SORT tell PARTICLES what to draw: rows `particles-reuse`, `simulate-to-sort`, `sort-to-sort` and `particles-to-draw`.
         if let Some(particles) = &self.particles {
@@ -447,6 +457,7 @@ impl Deferred {
             first,
             second,
             depth,
+            froxels: FroxelStage::new(parts)?.map(Box::new),
             opaque,
             ao,
             sky,
@@ -461,6 +472,11 @@ impl Deferred {
             fxaa,
             tone,
         })
+    }
+
+    /// The buffer of the fog's froxels, where there are some.
+    pub fn froxels(&self) -> Option<&gpu::Buffer> {
+        self.froxels.as_ref().map(|own| &own.froxels)
     }
 
     /// Writes what passes of one frame in flight read of their own.

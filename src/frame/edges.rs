@@ -24,6 +24,7 @@ mod ao;
 mod culling;
 mod fog;
 mod forward;
+mod froxels;
 mod host;
 mod main_pass;
 mod masks;
@@ -286,6 +287,9 @@ pub fn table(plan: &FramePlan) -> Edges {
     }
     if plan.particles.is_some() {
         rows.extend(particles::rows(plan));
+    }
+    if plan.froxels().is_some() {
+        rows.extend(froxels::rows());
     }
     match plan.is_tiled() {
         true => rows.extend(tiled::rows(plan)),

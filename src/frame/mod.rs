@@ -9,6 +9,7 @@ mod complexity;
 mod deferred;
 pub mod edges;
 pub mod experiment;
+mod froxels;
 mod jitter;
 pub mod list;
 mod particles;
@@ -231,6 +232,14 @@ impl Frame {
             LightPath::Compute => Self::Tiled(Box::new(TiledFrame::new(parts)?)),
             _ => Self::Deferred(Box::new(Deferred::new(parts)?)),
         })
+    }
+
+    /// What set 0 names, where the plan has froxels of fog.
+    fn froxels(&self) -> Option<&gpu::Buffer> {
+        match self {
+            Self::Deferred(frame) => frame.froxels(),
+            Self::Tiled(_) => None,
+        }
     }
 
     /// Makes anew what has the size of the picture.

@@ -18,7 +18,13 @@ pub(super) struct FogUniform {
     pub density: f32,
     pub albedo: f32,
     pub anisotropy: f32,
+    /// Slices of froxels begin at near (exp(span i / n) - 1) metres.
+    pub near: f32,
+    pub span: f32,
 }
+
+/// Froxels reach so many times as far as they are equally thick.
+const EVEN_SHARE: f64 = 8.0;
 
 impl FogUniform {
     pub(super) fn of(world: &World, plan: &FramePlan, eye: &Eye) -> Self {
@@ -26,6 +32,7 @@ impl FogUniform {
         let (ambient, _) = world.environment.hemispheres();
         let sky = world.sky.filter(|_| plan.is_lit_by_sky()).map_or(Vec3::ZERO, |sky| sky.mean);
         let [height, base] = [fog.height, fog.base].map(f64::from);
+        let end = plan.froxels().map_or(EVEN_SHARE, |own| world.end_of_froxels(own, eye));
         Self {
             // Fog begins at the camera that was asked for.
             rise: ((eye.camera.position.y - eye.ahead * eye.camera.forward().y - base) / height) as f32,
@@ -34,6 +41,8 @@ impl FogUniform {
             density: f64::from(fog.density).ln() as f32,
             albedo: fog.albedo,
             anisotropy: fog.anisotropy,
+            near: (end / EVEN_SHARE) as f32,
+            span: EVEN_SHARE.ln_1p() as f32,
         }
     }
 }

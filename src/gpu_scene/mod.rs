@@ -3,6 +3,7 @@
 mod culling;
 mod deformed;
 mod fog;
+mod froxels;
 mod instances;
 mod material;
 mod particles;
@@ -13,6 +14,7 @@ mod view;
 
 pub use culling::{CulledState, Culling};
 pub use deformed::{Deformed, PoseBuffer, SkinPush};
+pub use froxels::froxel_buffer;
 pub use instances::Instances;
 pub use material::{HOLES, Materials, OWN_SAMPLERS, SAMPLER, SetForm};
 pub use particles::{ParticleBuffers, ParticleTextures};

@@ -54,7 +54,8 @@ pub struct FrameUniform {
     pub fog_density: f32,
     pub fog_albedo: f32,
     pub fog_anisotropy: f32,
-    pub padding: [f32; 2],
+    pub fog_near: f32,
+    pub fog_span: f32,
 }
 
 /// `Light` of `shaders/shared/lights.wgsl`.
@@ -131,7 +132,8 @@ impl FrameUniform {
             fog_density: fog.density,
             fog_albedo: fog.albedo,
             fog_anisotropy: fog.anisotropy,
-            padding: [0.0; 2],
+            fog_near: fog.near,
+            fog_span: fog.span,
         }
     }
 }
@@ -180,12 +182,25 @@ pub fn set_layout(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Owned<v
     if !plan.textures.mapped.is_empty() {
         bindings.push(binding(UV_MAPS, vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::VERTEX));
     }
+    if names_froxels(plan) {
+        let stages = vk::ShaderStageFlags::FRAGMENT | vk::ShaderStageFlags::COMPUTE;
+        bindings.push(binding(FROXELS, vk::DescriptorType::STORAGE_BUFFER, stages));
+    }
     bindings.extend(super::sky::bindings(plan));
     SetLayout::new(device, "frame set layout", &bindings)
 }
 
 /// Rows of UV maps, as `shaders/shared/material.wgsl` declares them.
 const UV_MAPS: u32 = 5;
+
+/// Whether shaders name the fog's froxels: all that light what they draw do, whose code for froxels a constant leaves out.
+fn names_froxels(plan: &FramePlan) -> bool {
+    let lit_as_drawn = plan.is_forward() || plan.transparency.is_some();
+    plan.froxels().is_some() || lit_as_drawn && plan.lights.any() && !plan.lights.uniform
+}
+
+/// The fog's froxels, as `shaders/shared/froxels.wgsl` declares them.
+const FROXELS: u32 = 14;
 
 /// Storage buffers that light paths read beside the lights (`shaders/shared/clusters.wgsl`, `per_light.wgsl`, `tiled.wgsl`).
 const CLUSTER_HEADS: u32 = 2;
@@ -228,7 +243,7 @@ impl ViewBuffers {
         index: usize,
         layout: vk::DescriptorSetLayout,
         plan: &FramePlan,
-        (world, sky): (&World, Option<&SkyMaps>),
+        (world, sky, froxels): (&World, Option<&SkyMaps>, Option<&Buffer>),
     ) -> gpu::Result<Self> {
         let buffer = |name: &str, size: usize, usage| {
             let name = format!("{name} of frame {index}");
@@ -257,7 +272,7 @@ impl ViewBuffers {
         };
         let kinds = [
             (vk::DescriptorType::UNIFORM_BUFFER, 2),
-            (vk::DescriptorType::STORAGE_BUFFER, 5),
+            (vk::DescriptorType::STORAGE_BUFFER, 5 + u32::from(names_froxels(plan))),
             (vk::DescriptorType::SAMPLED_IMAGE, if sky.is_some() { 4 } else { 0 }),
             (vk::DescriptorType::SAMPLER, u32::from(sky.is_some())),
         ];
@@ -275,6 +290,10 @@ impl ViewBuffers {
         }
         if let Some(uv_maps) = &uv_maps {
             writer = writer.storage_buffer(UV_MAPS, uv_maps, uv_maps.size);
+        }
+        // Where there are none, what nobody reads has to be some buffer: the lights.
+        if let Some(froxels) = froxels.or(lights.as_ref()).filter(|_| names_froxels(plan)) {
+            writer = writer.storage_buffer(FROXELS, froxels, froxels.size);
         }
         if let (Some(sky), Some(planned)) = (sky, &plan.sky) {
             writer = sky.write(planned, writer);
@@ -395,6 +414,8 @@ const _: () = {
     assert!(offset_of!(FrameUniform, fog_density) == wgsl::FOG_DENSITY);
     assert!(offset_of!(FrameUniform, fog_albedo) == wgsl::FOG_ALBEDO);
     assert!(offset_of!(FrameUniform, fog_anisotropy) == wgsl::FOG_ANISOTROPY);
+    assert!(offset_of!(FrameUniform, fog_near) == wgsl::FOG_NEAR);
+    assert!(offset_of!(FrameUniform, fog_span) == wgsl::FOG_SPAN);
     assert!(offset_of!(FrameUniform, camera_in_scene) == wgsl::CAMERA_IN_SCENE);
     assert!(offset_of!(FrameUniform, scene_radius) == wgsl::SCENE_RADIUS);
     assert!(size_of::<VolumeData>() == crate::shaders::per_light::structs::volume::SIZE);

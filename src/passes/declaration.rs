@@ -115,6 +115,8 @@ pub enum Resource {
     LastHistory,
     /// Light that BLOOM spreads, level by level.
     BloomLevels,
+    /// Light in the fog's froxels, and what is scattered before them.
+    Froxels,
     /// What the CPU writes for each frame: camera, lights, lists, instances, sorted indices.
     FrameData,
     /// What the picture is copied to for the CPU.
@@ -140,6 +142,7 @@ impl fmt::Display for Resource {
             Self::FoundCounts => "counts of instances",
             Self::DepthPyramid => "pyramid of depths",
             Self::Particles => "particles",
+            Self::Froxels => "froxels of fog",
             Self::History => "history of the frame",
             Self::LastHistory => "history of the frame before",
             Self::BloomLevels => "levels of bloom",

@@ -7,7 +7,7 @@ use ash::vk;
 use super::screen::{Input, Inputs, Screen, ScreenDesc, add, replace};
 use super::{
     COLOR_BLEND, EARLY_DEPTH_READ, First, INPUT_READ, LATE_DEPTH_WRITE, Pass, Place, Presence, Recording, SetLayouts,
-    Slot, Touch, frame_data, needed,
+    Slot, Touch, frame_data, froxels, needed,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Target};
@@ -37,11 +37,12 @@ pub const PASS: Pass = Pass {
         None => Presence::Out("the air is clear, or this view shows no fog".into()),
     },
     touches: |plan| {
-        vec![
+        let own = [
             Touch::input(0, Target::Depth, DEPTH_READ),
             Touch::color(0, plan.light_target(), First::Clear, LIGHT_BLEND),
             frame_data(),
-        ]
+        ];
+        own.into_iter().chain(froxels(plan)).collect()
     },
     leave_out: Some(|settings| settings.fog = Fog::Off),
 };
@@ -66,6 +67,7 @@ impl FogPass {
             (constants::LARGEST, plan.largest_light().to_bits()),
             (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
         ];
+        constants.extend(froxel_grid!(plan));
         if plan.msaa > 1 {
             constants.push((constants::SAMPLES, plan.msaa));
         }
@@ -91,7 +93,9 @@ impl FogPass {
 
 /// Which variant of the shader a plan takes.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
-    Flags::LIGHTS.when(plan.lights.any()) | Flags::MSAA.when(plan.msaa > 1)
+    Flags::LIGHTS.when(plan.lights.any())
+        | Flags::FROXELS.when(plan.froxels().is_some())
+        | Flags::MSAA.when(plan.msaa > 1)
 }
 
 /// What is scattered, and of the light below it the share in alpha. The picture itself stays opaque.

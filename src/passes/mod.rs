@@ -35,6 +35,14 @@ macro_rules! light_constants {
     }};
 }
 
+/// The constants of every shader that knows the fog's froxels; none where the plan has none. `constants` are the shader's own ids.
+macro_rules! froxel_grid {
+    ($plan:expr) => {{
+        let ids = [constants::FROXEL_COLUMNS, constants::FROXEL_ROWS, constants::FROXEL_SLICES];
+        $plan.froxels().into_iter().flat_map(move |own| ids.into_iter().zip(own.grid))
+    }};
+}
+
 pub mod ambient;
 pub mod ao;
 pub mod ao_denoise;
@@ -53,6 +61,7 @@ pub mod forward;
 pub mod fxaa;
 pub mod geometry;
 pub mod hiz;
+pub mod integrate;
 pub mod lighting;
 pub mod occluders;
 pub mod overlay;
@@ -63,6 +72,7 @@ pub mod present;
 pub mod pyramid;
 pub mod reflect;
 pub mod reflect_resolve;
+pub mod scatter;
 pub mod shadow;
 pub mod sharpen;
 pub mod simulate;
@@ -100,7 +110,7 @@ use crate::shaders::Variant;
 use crate::visible::{MapDraw, Since, Visible, World, WorldObject};
 
 /// All passes, as reports list them.
-pub const ALL: [&Pass; 40] = [
+pub const ALL: [&Pass; 42] = [
     &skin::PASS,
     &occluders::PASS,
     &pyramid::PASS,
@@ -108,6 +118,8 @@ pub const ALL: [&Pass; 40] = [
     &arrange::PASS,
     &fill::PASS,
     &shadow::PASS,
+    &scatter::PASS,
+    &integrate::PASS,
     &simulate::PASS,
     &sort::PASS,
     &depth::PASS,
@@ -224,6 +236,22 @@ fn over_time(plan: &FramePlan) -> Presence {
 /// Looks shadow maps up, where there are some.
 fn maps(plan: &FramePlan, uses: Use) -> Option<Touch> {
     plan.shadow.as_ref().map(|_| Touch::resource(Resource::ShadowMaps, uses))
+}
+
+/// Looks up the fog's froxels while it shades fragments.
+pub const FROXEL_READ: Use = SAMPLED;
+
+/// Looks up the fog's froxels, where it has some.
+fn froxels(plan: &FramePlan) -> Option<Touch> {
+    plan.froxels().map(|_| Touch::resource(Resource::Froxels, FROXEL_READ))
+}
+
+/// Whether SCATTER and INTEGRATE are in a plan's frames.
+fn froxel_presence(plan: &FramePlan) -> Presence {
+    match plan.froxels() {
+        Some(own) => Presence::In(own.to_string()),
+        None => Presence::Out("fog is lit by no lamp and lies in no shadow, or there is none".into()),
+    }
 }
 
 /// Looks up what surfaces collect of the sky, where it lights them.

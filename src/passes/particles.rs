@@ -6,7 +6,9 @@ use ash::vk;
 
 use super::blending::{blend, limits, targets};
 use super::screen::{Input, Inputs, stages};
-use super::{INPUT_READ, Pass, Place, Recording, Resource, Slot, Touch, frame_data, needed, particles_presence};
+use super::{
+    INPUT_READ, Pass, Place, Recording, Resource, Slot, Touch, frame_data, froxels, needed, particles_presence,
+};
 use crate::gpu::{
     self, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout, SetWriter,
     binding, pipeline_layout, sync::Use,
@@ -29,6 +31,7 @@ pub const PASS: Pass = Pass {
         let mut touches = targets(plan);
         touches.push(Touch::input(0, Target::Depth, DEPTH_READ));
         touches.extend([frame_data(), Touch::resource(Resource::Particles, STATE_READ)]);
+        touches.extend(froxels(plan));
         if plan.particles.as_ref().is_some_and(|own| !own.textures.is_empty()) {
             touches.push(Touch::resource(Resource::Textures, TEXTURE_READ));
         }
@@ -72,8 +75,11 @@ impl ParticlePass {
             (constants::LEAST, own.least.to_bits()),
             (constants::PEAK, own.peak.to_bits()),
             (constants::FOG, u32::from(plan.has_fog())),
+            (constants::FROXELS, u32::from(plan.froxels().is_some())),
             (constants::LARGEST, plan.largest_light().to_bits()),
         ];
+        let froxels = froxel_grid!(plan);
+        let constants: Vec<_> = constants.into_iter().chain(froxels).collect();
         let pipeline = GraphicsPipeline::new(
             device,
             &GraphicsPipelineDesc {

@@ -429,6 +429,11 @@ pub(crate) fn lit_flags(plan: &FramePlan, key: GeometryKey) -> Flags {
         | Flags::SHADOW.when(plan.shadow.is_some())
 }
 
+/// Whether a pipeline fogs what it draws: FOG fogs what is opaque.
+fn is_in_fog(plan: &FramePlan, key: GeometryKey) -> bool {
+    plan.has_fog() && key.forward.is_some_and(|forward| forward.opacity != Opacity::Hides)
+}
+
 fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32, u32)> {
     let forward = key.forward;
     let limits = desc.limits;
@@ -438,7 +443,7 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
         ToneMapping::InLighting(curve) if opacity == Opacity::Hides => (1, curve as u32),
         _ => (0, 0),
     };
-    vec![
+    [
         (constants::TEXTURES, key.textures.bits()),
         (constants::FOOTPRINT, plan.footprint.to_bits()),
         (constants::COLORED, u32::from(key.extras.colors)),
@@ -474,8 +479,12 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
         (constants::WEIGHT, limits.weight.to_bits()),
         (constants::LEAST, limits.least.to_bits()),
         (constants::PEAK, limits.peak.to_bits()),
-        (constants::FOG, u32::from(plan.has_fog() && opacity != Opacity::Hides)),
+        (constants::FOG, u32::from(is_in_fog(plan, key))),
+        (constants::FROXELS, u32::from(plan.froxels().is_some())),
     ]
+    .into_iter()
+    .chain(froxel_grid!(plan))
+    .collect()
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use super::blending::{blend, limits, targets};
 use super::surface::{LitDesc, Surfaces, lit_pipeline};
 use super::{
     COLOR_BLEND, COLOR_WRITE, DEPTH_COMPARE, LATE_DEPTH_WRITE, Pass, Place, Presence, Recording, SAMPLED, SetLayouts,
-    Slot, Touch, frame_data, maps, meshes, sky_light,
+    Slot, Touch, frame_data, froxels, maps, meshes, sky_light,
 };
 use crate::gpu::{self, DepthState, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
@@ -58,6 +58,7 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
     touches.extend(meshes(plan));
     touches.extend(maps(plan, MAP_READ));
     touches.extend(sky_light(plan));
+    touches.extend(froxels(plan));
     touches
 }
 

@@ -1,7 +1,7 @@
 //! Fog: whether frames have some, and what it is.
 
 use super::parts::{Part, part};
-use super::{Error, FramePlan};
+use super::{Error, FramePlan, FroxelPlan};
 use crate::scene::{Fog, SETTINGS, Settings, View};
 
 /// The fog of a plan's frames: so much light is lost along a metre as `density` times e to the power of (`base` - height) / `height`.
@@ -21,6 +21,8 @@ pub struct FogPlan {
     pub anisotropy: f32,
     /// The picture shows what the fog scatters, and nothing else.
     pub alone: bool,
+    /// Where lights are in it.
+    pub(super) froxels: Option<FroxelPlan>,
 }
 
 impl FogPlan {
@@ -28,7 +30,7 @@ impl FogPlan {
     ///
     /// # Errors
     /// For numbers out of the ranges of the settings, as only a library's caller can have them.
-    pub(super) fn of(settings: &Settings) -> Result<Option<Self>, Error> {
+    pub(super) fn of(settings: &Settings, any_light: bool) -> Result<Option<Self>, Error> {
         let alone = settings.view == View::Fog;
         if !is_asked_for(settings) || !(alone || settings.view == View::Final) {
             return Ok(None);
@@ -45,7 +47,8 @@ impl FogPlan {
         // The view shows some where none is asked for, too.
         let kind = if settings.fog == Fog::Off { Fog::Height } else { settings.fog };
         let (albedo, anisotropy) = (settings.fog_albedo, settings.fog_anisotropy);
-        let own = Self { kind, density, height, base, albedo, anisotropy, alone };
+        let froxels = FroxelPlan::of(settings, kind, any_light);
+        let own = Self { kind, density, height, base, albedo, anisotropy, alone, froxels };
         Ok((alone || density > 0.0).then_some(own))
     }
 }

@@ -98,7 +98,7 @@ pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<
     add(PartGroup::Geometry, vec![levels(settings, plan)]);
     add(PartGroup::Textures, textures(scene, settings, plan));
     add(PartGroup::Lights, shading(plan));
-    add(PartGroup::Lights, vec![super::fog::parts(plan)]);
+    add(PartGroup::Lights, vec![super::fog::parts(plan), super::froxels::parts(plan)]);
     add(PartGroup::Shadows, vec![shadow(scene, settings, plan)]);
     add(PartGroup::Camera, camera::parts(scene, plan));
     add(PartGroup::Camera, lens::parts(scene, settings).into());

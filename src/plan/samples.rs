@@ -459,6 +459,7 @@ pub fn particle_plans() -> Vec<(String, FramePlan)> {
         ("particles summed in fog and stored G-buffer", fog(oit(stored()))),
         ("particles in fog, occluded", fog(Settings { ao: AmbientOcclusion::Gtao, ..deferred() })),
         ("particles summed in fog, forward", fog(oit(forward()))),
+        ("particles in lit fog", Settings { fog: Fog::Froxels, ..deferred() }),
         ("particles counted", Settings { view: View::Particles, ..deferred() }),
     ];
     let mut plans = Vec::new();
@@ -532,6 +533,7 @@ pub fn fogged_plans() -> Vec<(String, FramePlan)> {
     let oit = |settings: Settings| Settings { transparency: Transparency::Oit, ..settings };
     let reflecting =
         |settings: Settings| Settings { reflections: Reflections::Screen, reflection_roughness: 1.0, ..settings };
+    let lit = |settings: Settings| Settings { fog: Fog::Froxels, ..settings };
     let forward = || Settings { light_path: LightPath::Forward, ..Settings::default() };
     let stored = || Settings { light_path: LightPath::Loop, ..keeping(&[OptionalPart::StoredGbuffer]) };
     of_scenes(&[
@@ -556,6 +558,9 @@ pub fn fogged_plans() -> Vec<(String, FramePlan)> {
         ("fog, reflections and taa", fog(Settings { taa: true, ..reflecting(deferred()) })),
         ("fog, reflections, taa and oit", fog(oit(Settings { taa: true, ..reflecting(deferred()) }))),
         ("fog alone", fog(Settings { view: View::Fog, ..deferred() })),
+        ("lit fog", lit(deferred())),
+        ("lit fog and stored G-buffer", lit(stored())),
+        ("lit fog and oit, forward", lit(Settings { transparency: Transparency::Oit, ..forward() })),
     ])
 }
 

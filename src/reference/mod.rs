@@ -5,6 +5,7 @@
 //!
 //! Nothing that a ray does goes through `map` of an array: compiled in several units that is not inlined, and all of this took twice as long.
 
+mod air;
 pub mod bloom;
 mod bvh;
 mod cache;

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::fog::{Medium, Passage};
+use super::fog::Medium;
 use super::geometry::{Geometry, Hit};
 use super::intersect::Ray;
 use super::light::{self, Collector, Collects, Illumination, Reflector};
@@ -30,13 +30,15 @@ pub struct Reference<'a> {
     pub(super) brdf: Option<Brdf>,
     pub(super) shadows: bool,
     /// Where the scene has one that lights it.
-    sky: Option<SkyLight>,
+    pub(super) sky: Option<SkyLight>,
     pub(super) sky_light: bool,
     pub(super) occludes_sky: bool,
     /// Metres.
     pub(super) occlusion: Option<f64>,
     /// Between the eye and what it sees.
     pub(super) fog: Option<Medium>,
+    /// Probes along a ray of where lights are in it.
+    pub(super) air_steps: u32,
     pub(super) particles: bool,
     /// Particles with their light, once somebody looks.
     lit: OnceLock<Vec<Lit>>,
@@ -44,7 +46,7 @@ pub struct Reference<'a> {
     pub(super) reflections: Option<f64>,
     /// With directions of length 1.
     pub(super) lights: Vec<Light>,
-    geometry: Geometry<'a>,
+    pub(super) geometry: Geometry<'a>,
     pub(super) lens: Option<ThinLens>,
 }
 
@@ -187,6 +189,7 @@ impl<'a> Reference<'a> {
             occludes_sky: true,
             occlusion: None,
             fog: None,
+            air_steps: super::air::STEPS,
             particles: true,
             lit: OnceLock::new(),
             reflections: None,
@@ -236,6 +239,11 @@ impl<'a> Reference<'a> {
     /// With light from everywhere that surfaces within so many metres hide from each other, as `Settings::occlusion_radius` has it.
     pub fn with_occlusion(self, radius: Option<f64>) -> Self {
         Self { occlusion: radius, ..self }
+    }
+
+    /// With so many probes of the air along a ray, of where lights are in fog.
+    pub fn with_air_steps(self, air_steps: u32) -> Self {
+        Self { air_steps: air_steps.max(1), ..self }
     }
 
     /// With fog, or with clear air.
@@ -428,8 +436,9 @@ impl<'a> Reference<'a> {
         let surface = nearest.map_or(f64::INFINITY, |hit| hit.crossing.distance);
         // From the farthest on: through the air before it, and then what is transparent over that.
         let (mut radiance, mut from) = (behind, surface);
-        let mut through =
-            |radiance: DVec3, near: f64| self.passage(ray, [near, std::mem::replace(&mut from, near)]).of(radiance);
+        let mut through = |radiance: DVec3, near: f64| {
+            self.passage(ray, [near, std::mem::replace(&mut from, near)], points).of(radiance)
+        };
         let mut panes = transparent.iter().peekable();
         let over = |behind, hit: &Hit| self.shown(hit, (ray, along), smith, points, behind);
         for layer in billboards.met(ray, row) {
@@ -443,18 +452,6 @@ impl<'a> Reference<'a> {
         }
         let radiance = through(radiance, 0.0);
         Seen { radiance, triangle: nearest.map(|hit| self.geometry.triangles[hit.triangle].id) }
-    }
-
-    /// What the air between two distances along a ray makes of light that comes to the eye.
-    fn passage(&self, ray: &Ray, [near, far]: [f64; 2]) -> Passage {
-        let Some(fog) = &self.fog else { return Passage::CLEAR };
-        // Distances are along the view.
-        let stretch = ray.direction.length();
-        let direction = ray.direction / stretch;
-        let sky = self.scene.sky.as_ref().filter(|_| self.sky_light && self.sky.is_some());
-        let light = fog.light(direction, &self.scene.environment, sky, &self.lights);
-        let from = ray.origin.y + ray.direction.y * near;
-        Medium::passage(fog.optical_depth(from, direction.y, (far - near) * stretch), light)
     }
 
     /// What is seen where nothing is, along a direction of any length.

@@ -67,8 +67,9 @@ impl ActiveLights {
             Shading::ShowGbuffer(view) => shows_all(view),
             shading => shading == Shading::ShowShadowMap,
         };
-        // Particles float where no object is.
-        let keeps = plan.keep.has(OptionalPart::IdleLights) || shows_all || plan.particles.is_some();
+        // Particles float where no object is, and so does fog.
+        let in_air = plan.particles.is_some() || plan.froxels().is_some();
+        let keeps = plan.keep.has(OptionalPart::IdleLights) || shows_all || in_air;
         let lights: Vec<usize> = if !keeps && !(0..world.objects.len()).any(seen) {
             // Fog is lit where no surface is seen, too.
             let in_fog = if plan.has_fog() { world.directional_count() } else { 0 };

@@ -171,6 +171,9 @@ fn every_picture_of_the_gallery_looks_as_it_did() {
         let scene = gallery("sky");
         let fogged = Settings { fog: Fog::Height, fog_density: 0.1, fog_height: 2.0, ..own(&scene, SIZE.0, SIZE.1) };
         album.compare("gallery-fog", &scene, &fogged);
+        let scene = gallery("fog");
+        let lit = Settings { fog_froxels: [48, 27, 32], ..own(&scene, SIZE.0, SIZE.1) };
+        album.compare("gallery-fog-lit", &scene, &lit);
         let scene = gallery("edges");
         let base = own(&scene, SIZE.0, SIZE.1);
         album.compare("gallery-edges-fxaa", &scene, &Settings { fxaa: true, ..base.clone() });

@@ -15,6 +15,7 @@ mod culling;
 mod encode;
 mod fog;
 mod frames;
+mod froxels;
 mod gbuffer;
 #[cfg(feature = "report")]
 mod golden;

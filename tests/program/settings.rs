@@ -25,6 +25,9 @@ fn wrong_values(setting: &Setting) -> Vec<String> {
         ValueKind::Among(numbers) => vec![(numbers.iter().max().map_or(0, |most| most + 1)).to_string()],
         ValueKind::Number(from, to) => vec![(from - 1.0).to_string(), (to + 1.0).to_string(), "nan".to_owned()],
         ValueKind::Size => ["0x9", "9x0", "9x"].map(str::to_owned).to_vec(),
+        ValueKind::Grid([across, down, deep], _) => {
+            vec!["0x9x9".to_owned(), "9x9".to_owned(), format!("{}x1x1", across + 1), format!("{across}x{down}x{deep}")]
+        }
         ValueKind::Aperture => ["f/0", "-1", "nan", "1e7", "inf", "f/-2.8"].map(str::to_owned).to_vec(),
     };
     wrong.push("nonsense".into());
@@ -93,6 +96,7 @@ fn telling_values(setting: &Setting) -> Vec<String> {
         ValueKind::Whole(from, to) => vec![from.to_string(), to.to_string()],
         ValueKind::Number(from, to) => vec![from.to_string(), to.to_string()],
         ValueKind::Size => vec!["640x360".to_owned()],
+        ValueKind::Grid(..) => vec!["1x1x1".to_owned(), "16x9x200".to_owned()],
         ValueKind::Aperture => vec!["0.1".to_owned(), "f/2.8".to_owned()],
         ValueKind::Layout => vec!["fat".to_owned()],
         ValueKind::Parts => vec!["full".to_owned()],
@@ -116,10 +120,19 @@ fn scenes() -> Vec<Scene> {
 fn a_row_says_whether_its_setting_changes_the_plan() {
     let (scenes, device) = (scenes(), Capabilities { msaa: 1 | 2 | 4 | 8, ..capabilities() });
     // Some settings are about what only others bring.
-    let others: Vec<SettingsPatch> =
-        ["", "samples=4", "light-path=forward", "bloom=0.5", "ao=gtao", "taa=on", "reflections=screen", "fog=height"]
-            .map(|text| text.parse().expect("settings"))
-            .into();
+    let others: Vec<SettingsPatch> = [
+        "",
+        "samples=4",
+        "light-path=forward",
+        "bloom=0.5",
+        "ao=gtao",
+        "taa=on",
+        "reflections=screen",
+        "fog=height",
+        "fog=froxels",
+    ]
+    .map(|text| text.parse().expect("settings"))
+    .into();
     for setting in SETTINGS {
         let values = telling_values(setting);
         let changes =

@@ -318,6 +318,12 @@ pub fn cases() -> Vec<Case> {
     case("fog over time, stored", plain(), &[fog, taa, stored]);
     case("fog over time, moving", moved(plain()), &[fog, taa]);
     case("fog over time, moving, forward and weighted", glazed(moved(plain())), &[fog, taa, forward, weighted]);
+    let froxels: Change = |settings| (settings.fog, settings.fog_froxels) = (Fog::Froxels, [5, 4, 3]);
+    case("lit fog", lamplit(), &[froxels]);
+    case("lit fog, sunlit and stored", sunlit(), &[froxels, stored]);
+    case("lit fog, forward", sunlit(), &[froxels, forward]);
+    case("lit fog, weighted", glazed(sunlit()), &[froxels, weighted]);
+    case("lit fog, sorted", glazed(sunlit()), &[froxels, sorted]);
     case("occluded", plain(), &[occluded]);
     case("occluded, glowing and sunlit", glowing(lit(sunlit())), &[occluded]);
     case("occluded, sorted and glowing", glazed(glowing(plain())), &[occluded, sorted]);

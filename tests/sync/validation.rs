@@ -423,6 +423,9 @@ fn fog_is_silent_in_flight() {
         exercise(gpu, &plain, &Settings { msaa: 4, output: Output::Nits, ..with(&plain, LightPath::Forward) });
         exercise(gpu, &glass, &Settings { bloom: 0.1, ..with(&glass, LightPath::PerLight) });
         exercise(gpu, &glass, &Settings { transparency: Transparency::Oit, ..with(&glass, LightPath::Forward) });
+        let lit = |settings| Settings { fog: Fog::Froxels, fog_froxels: [16, 9, 12], ..settings };
+        exercise(gpu, &plain, &lit(with(&plain, LightPath::Loop)));
+        exercise(gpu, &glass, &lit(with(&glass, LightPath::Forward)));
     });
 }
 

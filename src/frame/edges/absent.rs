@@ -3,8 +3,8 @@
 use super::{Edges, RowName};
 use crate::passes::{
     Pass, Presence, ao, ao_denoise, arrange, bloom, composite, cull, encode, fill, fog, forward, fxaa, geometry, hiz,
-    lighting, occluders, overlay, present, pyramid, reflect, reflect_resolve, shadow, simulate, skin, sort, split, taa,
-    tiled, tone, tonemap, transparent, velocity,
+    integrate, lighting, occluders, overlay, present, pyramid, reflect, reflect_resolve, scatter, shadow, simulate,
+    skin, sort, split, taa, tiled, tone, tonemap, transparent, velocity,
 };
 use crate::plan::{Canvas, FramePlan, Target};
 
@@ -68,6 +68,9 @@ static ROWS: &[Needs] = &[
     needs(RowName::ARRANGE_TO_FILL, &[&fill::PASS]),
     needs(RowName::FOUND_TO_HOST, &[&arrange::PASS]),
     needs(RowName::FILL_TO_DRAWS, &[&fill::PASS]),
+    needs(RowName::FROXELS_REUSE, &[&scatter::PASS]),
+    needs(RowName::SCATTER_TO_INTEGRATE, &[&integrate::PASS]),
+    needs(RowName::FROXELS_TO_FOG, &[&integrate::PASS, &fog::PASS]),
     needs(RowName::SHADOW_ATLAS_TO_CLEAR, &[&shadow::PASS]),
     needs(RowName::CLEAR_TO_SHADOW_MAPS, &[&shadow::PASS]),
     needs(RowName::SHADOW_MAP_REUSE, &[&shadow::PASS]),

@@ -6,7 +6,7 @@ use super::{Carrier, Edge, Edges, Place, RowName, barrier, row};
 use crate::frame::list::SHADOW_PASS;
 use crate::gpu::sync::Use;
 use crate::gpu_scene::{ATLAS_LAYOUT, ClearOrder, shadow_clear};
-use crate::passes::{forward, lighting, shadow, simulate, tiled};
+use crate::passes::{forward, lighting, scatter, shadow, simulate, tiled, transparent};
 use crate::plan::FramePlan;
 use crate::scene::LightPath;
 
@@ -22,9 +22,10 @@ const CLEARED: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
 
 pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
     let (reader, map_read) = reader(plan);
-    // SIMULATE looks up as well, by compute.
+    // SIMULATE and SCATTER look up as well, by compute.
     let particles = plan.particles.as_ref().map(|_| simulate::MAP_READ);
-    let all: Vec<_> = [map_read].into_iter().chain(particles).collect();
+    let froxels = plan.froxels().map(|_| scatter::MAP_READ);
+    let all: Vec<_> = [map_read].into_iter().chain(particles).chain(froxels).collect();
     [
         barrier(RowName::SHADOW_ATLAS_TO_CLEAR, vk::ImageLayout::UNDEFINED, CLEARED)
             .from(Place::OUTSIDE, &[Use::START])
@@ -39,7 +40,7 @@ pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
             ),
         row(RowName::SHADOW_MAP_REUSE, Carrier::Subpass(SHADOW_PASS))
             // Who looks up waits for the store, so that waiting for those is waiting for it as well.
-            .from(Place::OUTSIDE, &all)
+            .from(Place::OUTSIDE, if waits_for_compute(plan) { &all[..1] } else { &all })
             .to(shadow::PASS.place, &[shadow::MAP_CLEAR])
             .because(
                 "frames share the maps: whatever looks maps up in the last one may still read what this one clears; \
@@ -50,6 +51,12 @@ pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
             .to(reader, &all)
             .because("whatever looks maps up loads any texel of a map that SHADOW wrote and stored"),
     ]
+}
+
+/// Whether the fragments that look maps up have waited for all that ran by compute before them: LIGHTING's for AO, and TRANSPARENT's for reflections.
+fn waits_for_compute(plan: &FramePlan) -> bool {
+    let over_reflections = plan.reflects() && (transparent::PASS.presence)(plan).is_in();
+    !plan.is_tiled() && (plan.has_ao() || over_reflections)
 }
 
 /// Who looks maps up, and how.

@@ -128,6 +128,15 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same of the keys that SORT reads and writes. Without the rows a step may compare keys as they were before the last one",
     },
     UnreportedMutants {
+        rows: &[RowName::SCATTER_TO_INTEGRATE],
+        parts: Parts::All,
+        only: ALWAYS,
+        section: "Synchronization and Cache Control",
+        says: FEW_GUARANTEES,
+        why: "the same of the froxels that SCATTER writes and INTEGRATE reads: a dispatch after another on one buffer. Without the row INTEGRATE may add up the \
+              light of the frame before",
+    },
+    UnreportedMutants {
         rows: &[RowName::CLEAR_TO_SHADOW_MAPS],
         parts: Parts::Any(Side::After, stages(S::FRAGMENT_SHADER, S::COMPUTE_SHADER), A::SHADER_READ),
         only: LOOKED_UP_TWICE,
@@ -143,7 +152,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         section: "Pipeline Stages",
         says: "Its first access scope only includes memory accesses performed by pipeline stages explicitly specified in the source stage \
                mask",
-        why: "the layer lets the row from SIMULATE to PARTICLES, with all stages after theirs, carry the maps on to LIGHTING. That row is about a buffer, and \
+        why: "the layer lets the row from SIMULATE to PARTICLES, or from INTEGRATE to FOG, with all stages after theirs, carry the maps on to LIGHTING. That row is about a buffer, and \
               makes nothing of the maps visible",
     },
     UnreportedMutants {
@@ -152,8 +161,8 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         only: |edge| edge.before.stage.contains(stages(S::FRAGMENT_SHADER, S::COMPUTE_SHADER)),
         section: "Synchronization and Cache Control",
         says: FEW_GUARANTEES,
-        why: "the layer lets the rows from SIMULATE to PARTICLES and from there to LIGHTING, for whose look-ups the next frame waits, hold back SIMULATE's too. \
-              None of them is about the maps",
+        why: "the layer lets the rows from SIMULATE to PARTICLES and from there to LIGHTING, for whose look-ups the next frame waits, hold back SIMULATE's too, and \
+              those after SCATTER SCATTER's. None of them is about the maps",
     },
     UnreportedMutants {
         rows: &[RowName::LIGHTING_TO_TRANSPARENT, RowName::LIGHTING_TO_FOG, RowName::FOG_TO_TRANSPARENT],
@@ -227,7 +236,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the layer takes what REFLECT_RESOLVE loads of the light to be ordered by the store to it. The light must be visible to both accesses",
     },
     UnreportedMutants {
-        rows: &[RowName::BLOOM_REUSE, RowName::PARTICLES_REUSE],
+        rows: &[RowName::BLOOM_REUSE, RowName::PARTICLES_REUSE, RowName::FROXELS_REUSE],
         parts: Parts::Any(Side::After, S::empty(), A::SHADER_WRITE),
         only: ALWAYS,
         section: "Execution and Memory Dependencies",

@@ -369,6 +369,7 @@ fn memory_of(plan: &FramePlan, resource: Resource, place: Memory) -> Vec<Memory>
         },
         Resource::DepthPyramid => vec![Memory::DepthPyramid],
         Resource::Particles => vec![Memory::Particles],
+        Resource::Froxels => vec![Memory::Froxels],
         Resource::History | Resource::LastHistory => match place {
             Memory::Written(own) if resource == Resource::History => vec![Memory::History(own)],
             Memory::Written(own) => vec![Memory::History((own + IN_FLIGHT - 1) % IN_FLIGHT)],

@@ -101,6 +101,7 @@ pub(super) enum Memory {
     DepthPyramid,
     BloomLevels,
     Particles,
+    Froxels,
     /// What a frame in flight leaves for the next one.
     History(usize),
     /// Counts that the CPU reads of a frame in flight.
@@ -145,6 +146,7 @@ impl MemorySet {
             Memory::SkyLight => 63,
             Memory::BloomLevels => 62,
             Memory::Particles => 23,
+            Memory::Froxels => 22,
             Memory::History(place) => 60 + place,
             Memory::Target(target) => 32 + target as usize,
         }
@@ -176,6 +178,7 @@ impl fmt::Display for Memory {
             Self::History(place) => write!(f, "the history of frames in flight at place {place}"),
             Self::BloomLevels => f.write_str("the levels of bloom"),
             Self::Particles => f.write_str("the particles"),
+            Self::Froxels => f.write_str("the froxels of fog"),
             Self::Indices => f.write_str("the indices"),
             Self::Staging => f.write_str("a staging buffer"),
             Self::Written(place) => write!(f, "what the CPU writes for frames in flight at place {place}"),

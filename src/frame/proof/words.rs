@@ -139,6 +139,7 @@ fn noun(memory: Memory) -> &'static str {
         Memory::Found(_) => "counts of instances",
         Memory::DepthPyramid => "least depths",
         Memory::Particles => "particles",
+        Memory::Froxels => "froxels of fog",
         Memory::History(_) => "frames before",
         Memory::BloomLevels => "levels of bloom",
         Memory::Indices => "indices",

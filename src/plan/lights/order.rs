@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::box_tree::BoxTree;
 use super::reach::{Reach, bounded, range_of, sphere_of};
-use crate::scene::{Aabb, Emitter, GbufferPreset, Light, OptionalPart, Scene, Settings, TargetChoice, View};
+use crate::scene::{Aabb, Emitter, Fog, GbufferPreset, Light, OptionalPart, Scene, Settings, TargetChoice, View};
 
 /// How far beside where it is a surface may be lit, for a plan, which knows no camera, as a share of the scene's radius: right for cameras
 /// within 100 radii.
@@ -95,7 +95,9 @@ impl IdleLights {
     pub(crate) fn of(scene: &Scene, settings: &Settings) -> Self {
         // What moves may come into reach of any light, and a light that moves into reach of anything.
         let moves = !scene.motion.is_empty() || scene.objects.iter().any(|object| object.movable);
-        if moves || shows_all(settings.view) || is_misplaced(settings) {
+        // Air that lights shine through is everywhere.
+        let in_air = settings.fog == Fog::Froxels;
+        if moves || in_air || shows_all(settings.view) || is_misplaced(settings) {
             return Self { moves, ..Self::default() };
         }
         let metres = PLANNED_ROUNDING * scene.bounds().radius();

@@ -120,10 +120,19 @@ fn said(setting: &Setting, node: &Node, patch: &mut SettingsPatch) -> Result<(),
             let [width, height] = node.items("[width, height] in pixels")?;
             format!("{}x{}", width.integer(1..=u32::MAX)?, height.integer(1..=u32::MAX)?)
         }
-        ValueKind::Aperture if !node.is_string() => node.digits().unwrap_or_default(),
-        ValueKind::Size | ValueKind::Aperture | ValueKind::Names(_) | ValueKind::Layout | ValueKind::Parts => {
-            node.string()?.to_owned()
+        // `[160, 90, 64]` or `"160x90x64"`.
+        ValueKind::Grid(..) if !node.is_string() => {
+            let [across, down, deep] = node.items("[columns, rows, slices]")?;
+            let [across, down, deep] = [across, down, deep].map(|own| own.integer(1..=u32::MAX));
+            format!("{}x{}x{}", across?, down?, deep?)
         }
+        ValueKind::Aperture if !node.is_string() => node.digits().unwrap_or_default(),
+        ValueKind::Size
+        | ValueKind::Grid(..)
+        | ValueKind::Aperture
+        | ValueKind::Names(_)
+        | ValueKind::Layout
+        | ValueKind::Parts => node.string()?.to_owned(),
     };
     setting.set(patch, Some(&text)).map_err(|why| node.wrong(why))
 }

@@ -222,6 +222,8 @@ pub enum Fog {
     Off,
     /// Fog that grows thinner with height, by formulas in closed form: lit by what comes from everywhere and by directional lights, without shadows.
     Height,
+    /// The same fog with all lights in it and their shadows, found in a grid of froxels.
+    Froxels,
 }
 
 /// Which format each target of the G-buffer has.

@@ -54,7 +54,7 @@ named!(View, "view",
     "shadow-map" => ShadowMap, "lighting" => Lighting, "ambient" => Ambient, "bloom" => Bloom, "fog" => Fog, "particles" => Particles, "overdraw" => Overdraw,
     "lights-per-pixel" => LightsPerPixel, "complexity" => Complexity, "triangle" => Triangle, "ao" => Ao, "velocity" => Velocity,
     "reflections" => Reflections);
-named!(Fog, "fog", "off" => Off, "height" => Height);
+named!(Fog, "fog", "off" => Off, "height" => Height, "froxels" => Froxels);
 named!(AmbientOcclusion, "ambient occlusion", "off" => Off, "ssao" => Ssao, "gtao" => Gtao);
 named!(AoResolution, "resolution", "full" => Full, "half" => Half);
 named!(Reflections, "way of reflections", "off" => Off, "screen" => Screen);

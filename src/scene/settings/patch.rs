@@ -104,6 +104,10 @@ mod tests {
             ValueKind::Whole(from, to) => (from..=to).prop_map(|number| number.to_string()).boxed(),
             ValueKind::Number(from, to) => (from..=to).prop_map(|number| number.to_string()).boxed(),
             ValueKind::Size => [1..=u32::MAX, 1..=u32::MAX].prop_map(|[x, y]| format!("{x}x{y}")).boxed(),
+            ValueKind::Grid([across, down, deep], cells) => (1..=across, 1..=down, 1..=deep)
+                .prop_filter("few enough", move |&(x, y, z)| x * y * z <= cells)
+                .prop_map(|(x, y, z)| format!("{x}x{y}x{z}"))
+                .boxed(),
             ValueKind::Aperture => (0.0..=1e6f32, any::<bool>())
                 .prop_map(
                     |(number, is_metres)| if is_metres { number.to_string() } else { format!("f/{}", number.max(0.5)) },

@@ -70,6 +70,8 @@ pub enum ValueKind {
     Number(f32, f32),
     /// Width and height in pixels.
     Size,
+    /// Cells across, down and in depth: at most so many on each axis, and so many in all.
+    Grid([u32; 3], u32),
     /// How wide a lens is: metres, or an f-number.
     Aperture,
     /// Formats of the G-buffer's targets.
@@ -87,6 +89,10 @@ impl ValueKind {
             Self::Among(numbers) => text.parse().is_ok_and(|number| numbers.contains(&number)),
             Self::Number(from, to) => text.parse().is_ok_and(|number: f32| (from..=to).contains(&number)),
             Self::Size => <[u32; 2]>::read(text).is_ok(),
+            Self::Grid(most, most_cells) => <[u32; 3]>::read(text).is_ok_and(|grid| {
+                let cells: u64 = grid.into_iter().map(u64::from).product();
+                grid.iter().zip(most).all(|(&own, most)| own <= most) && cells <= most_cells.into()
+            }),
             Self::Aperture => Aperture::read(text).is_ok(),
             Self::Names(_) | Self::Layout | Self::Parts => true,
         }
@@ -107,7 +113,7 @@ impl ValueKind {
         match self {
             Self::OnOff => (text == "on").to_string(),
             Self::Whole(..) | Self::Among(_) | Self::Number(..) => text.to_owned(),
-            Self::Size => format!("[{}]", text.replace('x', ", ")),
+            Self::Size | Self::Grid(..) => format!("[{}]", text.replace('x', ", ")),
             Self::Aperture if text.parse::<f64>().is_ok() => text.to_owned(),
             Self::Names(_) | Self::Aperture | Self::Layout | Self::Parts => format!("\"{text}\""),
         }
@@ -122,6 +128,10 @@ impl Display for ValueKind {
             Self::Whole(from, to) => write!(f, "a whole number from {from} to {to}"),
             Self::Number(from, to) => write!(f, "a number from {from} to {to}"),
             Self::Size => f.write_str("WIDTHxHEIGHT, each at least 1, as in 1280x720"),
+            Self::Grid([across, down, deep], cells) => write!(
+                f,
+                "COLUMNSxROWSxSLICES, each at least 1, at most {across}x{down}x{deep} and {cells} in all, as in 160x90x64"
+            ),
             Self::Aperture => f.write_str(Aperture::RANGE),
             Self::Layout => f.write_str("lean, fat or float32, and overrides by target, as in lean,normal=rgb10a2"),
             Self::Parts => {
@@ -189,6 +199,7 @@ impl Setting {
         match self.values {
             ValueKind::OnOff => "on|off",
             ValueKind::Size => "WxH",
+            ValueKind::Grid(..) => "WxHxD",
             ValueKind::Aperture => "METRES|f/N",
             ValueKind::Layout => "LAYOUT",
             ValueKind::Parts => "PARTS",
@@ -238,6 +249,21 @@ impl Value for [u32; 2] {
 
     fn text(self) -> String {
         format!("{}x{}", self[0], self[1])
+    }
+}
+
+impl Value for [u32; 3] {
+    const VALUES: ValueKind = ValueKind::Grid([u32::MAX; 3], u32::MAX);
+
+    fn read(text: &str) -> Result<Self, String> {
+        let numbers = text.split(['x', 'X']).map(|text| text.trim().parse().ok().filter(|&edge: &u32| edge > 0));
+        let wrong = || format!("must be {}", Self::VALUES);
+        let grid: Option<Vec<u32>> = numbers.collect();
+        grid.filter(|_| !text.contains('+')).and_then(|grid| grid.try_into().ok()).ok_or_else(wrong)
+    }
+
+    fn text(self) -> String {
+        format!("{}x{}x{}", self[0], self[1], self[2])
     }
 }
 

@@ -11,6 +11,11 @@ use super::{
 };
 use crate::scene::{Aperture, Brdf, Keep};
 
+/// Froxels on each axis, and in all: 16 bytes of each, and of those of one slice more, fit into the 128 MiB that a storage buffer may have on every
+/// device.
+const FROXELS: [u32; 3] = [1024, 1024, 512];
+const MOST_FROXELS: u32 = 7_400_000;
+
 /// Makes of the rows below the decided settings, their defaults, what somebody may say of them, and [`SETTINGS`].
 macro_rules! settings {
     (
@@ -341,7 +346,7 @@ settings! {
             title: "resolution of occlusion", sweep: Sweep::Joint,
         }
         /// Fill the air with fog that takes light away and scatters some of it to the eye (docs/FOG.md): fog that grows thinner with height, in closed
-        /// form (height)
+        /// form (height), or with lamps and shadows in it, found in a grid of froxels (froxels)
         "fog", "fog" => fog: Fog = Fog::Off, {
             title: "fog", of_truth: true, sweep: Sweep::Alone, cheaper: &["off"],
         }
@@ -364,6 +369,19 @@ settings! {
         /// Where the fog scatters light to: the mean cosine of the angle (g of Henyey and Greenstein 1941), 0 evenly, near 1 straight on
         "fog-anisotropy", "fog_anisotropy" => fog_anisotropy: f32 = 0.6, {
             title: "anisotropy of fog", values: ValueKind::Number(-0.999, 0.999), of_truth: true,
+        }
+        /// Froxels of fog: how many across the picture, down, and one behind the other
+        "fog-froxels", "fog_froxels" => fog_froxels: [u32; 3] = [160, 90, 64], {
+            title: "froxels of fog", values: ValueKind::Grid(FROXELS, MOST_FROXELS), sweep: Sweep::Alone,
+            tried: &["40x23x16", "80x45x32", "160x90x64", "320x180x128"], cheaper: &["80x45x32"],
+        }
+        /// Places in each froxel where its light is found
+        "fog-samples", "fog_samples" => fog_samples: u32 = 1, {
+            title: "samples of a froxel", values: ValueKind::Among(&[1, 2, 4, 8, 16]), sweep: Sweep::Alone,
+        }
+        /// How far away along the view froxels end; beyond it fog is as by height alone
+        "fog-distance", "fog_distance" => fog_distance: f32, where unset "the scene's far end", {
+            title: "reach of froxels", values: ValueKind::Number(0.01, 1e6), unit: "m",
         }
         /// Spread this share of all light around where it comes from, as lenses and eyes do
         "bloom", "bloom" => bloom: f32 = 0.0, {

@@ -5,6 +5,7 @@ mod bloom;
 mod exposure;
 mod fog;
 mod formulas;
+mod froxels;
 mod geometry;
 mod highlights;
 mod lens;
@@ -30,7 +31,9 @@ pub fn all() -> Vec<Case> {
         [formulas::CASES, lights::CASES, exposure::CASES, bloom::CASES, highlights::CASES, shadows::CASES, sky::CASES]
             .concat();
     let places = [space::CASES, motion::CASES, geometry::CASES, sampling::CASES, looks::CASES, ao::CASES].concat();
-    let places = [&places[..], lens::CASES, fog::CASES, taa::CASES, particles::CASES, reflections::CASES].concat();
+    let places =
+        [&places[..], lens::CASES, fog::CASES, froxels::CASES, taa::CASES, particles::CASES, reflections::CASES]
+            .concat();
     [&light[..], &places, targets::CASES, random::CASES].concat()
 }
 

@@ -1,0 +1,37 @@
+// What is blended over a picture that is fogged.
+#define_import_path afterlight::fogged
+#import afterlight::frame::{frame, ORTHOGRAPHIC}
+#import afterlight::fog::{fog_depth, fog_light, fog_transmittance, FogRay}
+#ifdef LIGHTS
+#ifndef UNIFORM_BUFFER
+#import afterlight::froxels::{froxel_light}
+
+// Lamps and shadows are in it. A constant and no variant, which would be every second one of all shaders that light what they draw: where there are no
+// froxels, their binding names the lights, and nothing reads it.
+override FROXELS: bool = false;
+#endif
+#endif
+
+// At a place relative to the camera; its colour is times its alpha. What lies behind it is fogged as if it were not
+// there: that has left the share t of the light behind it, and added what fog scatters before it, s. Over that a layer of colour c that hides the share a has
+// to give t (c + (1 - a) b) + s where the picture has t b + s: blended as t c + a s with its own alpha it does.
+fn fogged(world: vec3<f32>, own: vec4<f32>, largest: f32) -> vec4<f32> {
+    let away = select(length(world), dot(world, frame.forward), ORTHOGRAPHIC);
+    let direction = select(world / max(away, 1e-30), frame.forward, ORTHOGRAPHIC);
+    let aside = select(0.0, (world.y - away * direction.y) * frame.fog_rate, ORTHOGRAPHIC);
+    let ray = FogRay(direction, 1.0, frame.fog_rise + aside);
+    let left = fog_transmittance(fog_depth(ray, max(away, 0.0) + frame.eye_ahead));
+#ifdef LIGHTS
+#ifndef UNIFORM_BUFFER
+    if FROXELS {
+        let distance = dot(world, frame.forward);
+        let clip = frame.clip_from_world * vec4(world, 1.0);
+        let pixel = (clip.xy / clip.w + 1.0) / vec2(frame.pixel_width, frame.pixel_height);
+        let stretched = FogRay(direction, away / max(distance, 1e-30), ray.rise);
+        return vec4(own.rgb * left + froxel_light(pixel, stretched, max(distance, 0.0) + frame.eye_ahead, false, largest) * own.a, own.a);
+    }
+#endif
+#endif
+    return vec4(own.rgb * left + fog_light(direction, largest) * ((1.0 - left) * own.a), own.a);
+}
+

@@ -1,0 +1,72 @@
+//! INTEGRATE: what the fog before each froxel scatters to the eye, by compute, column by column.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::{Pass, Place, Recording, Resource, Touch, frame_data, froxel_presence, needed};
+use crate::gpu::{self, Device, Owned, ShaderStage, compute_pipeline, pipeline_layout, sync::Use};
+use crate::plan::{FramePlan, FroxelPlan};
+use crate::shaders::integrate::{self as shader, Flags, constants};
+
+/// Reads the light of each froxel.
+pub const LIGHT_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+/// Writes what comes before it.
+pub const SUM_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("INTEGRATE"),
+    time: "integrate",
+    what: "what the fog before each froxel scatters to the eye",
+    presence: froxel_presence,
+    touches: |_| vec![frame_data(), Touch::resource(Resource::Froxels, LIGHT_READ.or(SUM_WRITE))],
+    leave_out: None,
+};
+
+/// Edge of a work group in columns.
+const GROUP: u32 = 8;
+
+/// The pass.
+pub struct Integrate {
+    layout: Owned<vk::PipelineLayout>,
+    pipeline: Owned<vk::Pipeline>,
+    groups: [u32; 2],
+}
+
+impl Integrate {
+    /// # Errors
+    /// When the device cannot compile the pipeline.
+    pub fn new(
+        device: &Arc<Device>,
+        (plan, planned): (&FramePlan, &FroxelPlan),
+        frame_layout: vk::DescriptorSetLayout,
+    ) -> gpu::Result<Self> {
+        let Some(entry) = needed("integrate", shader::variant, Flags::NONE)?.compute() else {
+            return Err(gpu::Error::Unsupported("integrate.wgsl has no compute entry".into()));
+        };
+        let layout = pipeline_layout(device, "integrate", &[frame_layout], &[])?;
+        let [columns, rows, _] = planned.grid;
+        let own = [(constants::ORTHOGRAPHIC, u32::from(plan.orthographic))];
+        let constants: Vec<_> = own.into_iter().chain(froxel_grid!(plan)).collect();
+        let stage = ShaderStage {
+            spirv: entry.spirv.words(),
+            entry: entry.name,
+            stage: vk::ShaderStageFlags::COMPUTE,
+            constants: &constants,
+        };
+        let pipeline = compute_pipeline(device, "integrate", &stage, layout.raw)?;
+        Ok(Self { layout, pipeline, groups: [columns, rows].map(|edge| edge.div_ceil(GROUP)) })
+    }
+
+    /// Runs outside any render pass, after SCATTER.
+    pub fn record(&self, recording: &Recording) {
+        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
+        // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout, and the pass outlives the submission. The shader
+        // looks at no froxel beyond those of the plan and the slice after them.
+        unsafe {
+            raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
+            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[recording.frame_set], &[]);
+            raw.cmd_dispatch(cmd, self.groups[0], self.groups[1], 1);
+        }
+    }
+}

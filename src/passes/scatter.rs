@@ -1,0 +1,107 @@
+//! SCATTER: the light in each of the fog's froxels, by compute: lamps and the sun with their shadow maps, and what comes from everywhere.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::{Pass, Place, Recording, Resource, SetLayouts, Touch, frame_data, froxel_presence, maps, needed};
+use crate::gpu::{self, Device, Owned, SetLayout, ShaderStage, compute_pipeline, pipeline_layout, sync::Use};
+use crate::plan::{FramePlan, FroxelPlan};
+use crate::scene::{Fog, ShadowFilter};
+use crate::shaders::scatter::{self as shader, Flags, constants};
+
+/// Writes the light of each froxel.
+pub const LIGHT_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+/// Looks shadow maps up.
+pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
+
+pub const PASS: Pass = Pass {
+    place: Place::pass("SCATTER"),
+    time: "scatter",
+    what: "the light that each froxel of fog scatters",
+    presence: froxel_presence,
+    touches: |plan| {
+        let light = Touch::resource(Resource::Froxels, LIGHT_WRITE);
+        [frame_data(), light].into_iter().chain(maps(plan, MAP_READ)).collect()
+    },
+    leave_out: Some(|settings| settings.fog = Fog::Height),
+};
+
+/// Edge of a work group in froxels.
+const GROUP: u32 = 4;
+
+/// The pass.
+pub struct Scatter {
+    layout: Owned<vk::PipelineLayout>,
+    pipeline: Owned<vk::Pipeline>,
+    groups: [u32; 3],
+    _empty: SetLayout,
+}
+
+impl Scatter {
+    /// # Errors
+    /// When the device cannot compile the pipeline.
+    pub fn new(
+        device: &Arc<Device>,
+        (plan, planned): (&FramePlan, &FroxelPlan),
+        layouts: SetLayouts,
+    ) -> gpu::Result<Self> {
+        let entry = needed("scatter", shader::variant, flags(plan))?.compute();
+        let Some(entry) = entry else {
+            return Err(gpu::Error::Unsupported("scatter.wgsl has no compute entry".into()));
+        };
+        // Shadow maps are in set 2, and nothing is in set 1.
+        let empty = SetLayout::new(device, "scatter, nothing", &[])?;
+        let sets: Vec<_> = [layouts.frame, empty.raw].into_iter().chain(layouts.shadows).collect();
+        let layout = pipeline_layout(device, "scatter", &sets, &[])?;
+        let constants = constants_of(plan, planned);
+        let stage = ShaderStage {
+            spirv: entry.spirv.words(),
+            entry: entry.name,
+            stage: vk::ShaderStageFlags::COMPUTE,
+            constants: &constants,
+        };
+        let pipeline = compute_pipeline(device, "scatter", &stage, layout.raw)?;
+        Ok(Self { layout, pipeline, groups: planned.grid.map(|edge| edge.div_ceil(GROUP)), _empty: empty })
+    }
+
+    /// Runs outside any render pass.
+    pub fn record(&self, recording: &Recording) {
+        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
+        let [across, down, deep] = self.groups;
+        // SAFETY: `cmd` is being recorded outside a render pass; the sets are those of the layout, and the pass outlives the submission. The
+        // shader writes no froxel beyond those of the plan, for which the buffer has room.
+        unsafe {
+            raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
+            raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[recording.frame_set], &[]);
+            if let Some(shadows) = recording.shadow_set {
+                raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 2, &[shadows], &[]);
+            }
+            raw.cmd_dispatch(cmd, across, down, deep);
+        }
+    }
+}
+
+/// Which variant of the shader a plan takes.
+pub(crate) fn flags(plan: &FramePlan) -> Flags {
+    Flags::SHADOW.when(plan.shadow.is_some())
+}
+
+fn constants_of(plan: &FramePlan, planned: &FroxelPlan) -> Vec<(u32, u32)> {
+    // Wider filters turn from pixel to pixel, of which froxels know nothing.
+    let filter = match plan.shadow.as_ref().map(|shadow| shadow.filter) {
+        None | Some(ShadowFilter::None) => ShadowFilter::None,
+        Some(_) => ShadowFilter::Box2,
+    };
+    let own = [
+        (constants::SAMPLES, planned.samples),
+        (constants::FALLOFF, plan.lights.falloff),
+        (constants::TRAITS, plan.lights.traits),
+        (constants::SHADOW_FILTER, filter as u32),
+        (constants::DIRECTIONAL_SHADOWS, u32::from(plan.has_directional_shadows())),
+        (constants::PUNCTUAL_SHADOWS, u32::from(plan.has_punctual_shadows())),
+        (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
+        (constants::LARGEST, plan.largest_light().to_bits()),
+    ];
+    own.into_iter().chain(froxel_grid!(plan)).collect()
+}

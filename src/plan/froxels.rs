@@ -1,0 +1,97 @@
+//! Froxels of fog: whether frames find the light in the air in a grid, and in which one.
+
+use std::fmt;
+
+use super::FramePlan;
+use super::fog::FogPlan;
+use super::parts::{Part, part};
+use crate::scene::{Fog, Settings};
+
+/// The grid that SCATTER and INTEGRATE fill.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FroxelPlan {
+    /// Across the picture, down, and one behind the other.
+    pub grid: [u32; 3],
+    /// Places in each where its light is found.
+    pub samples: u32,
+    /// Metres along the view at which it ends; none for the far end of the scene.
+    pub distance: Option<f32>,
+}
+
+/// In `inspect`: `160x90x64 froxels to the scene's far end, light found in 2 places of each`.
+impl fmt::Display for FroxelPlan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [columns, rows, slices] = self.grid;
+        write!(f, "{columns}x{rows}x{slices} froxels ")?;
+        match self.distance {
+            Some(metres) => write!(f, "up to {metres} m along the view")?,
+            None => f.write_str("to the scene's far end")?,
+        }
+        match self.samples {
+            1 => f.write_str(", light found in the middle of each"),
+            samples => write!(f, ", light found in {samples} places of each"),
+        }
+    }
+}
+
+impl FroxelPlan {
+    /// Of fog that is lit by lamps or shadowed. Where the scene has no light, light from everywhere alone is in the air: then the closed form is exact.
+    pub(super) fn of(settings: &Settings, kind: Fog, any_light: bool) -> Option<Self> {
+        let &Settings { fog_froxels: grid, fog_samples: samples, fog_distance: distance, .. } = settings;
+        (kind == Fog::Froxels && any_light).then_some(Self { grid, samples, distance })
+    }
+
+    /// Bytes of the buffer: 8 for the light in a froxel, and 8 for what the fog before it scatters to the eye. One slice more has that of all slices.
+    pub fn bytes(&self) -> u64 {
+        let [columns, rows, slices] = self.grid.map(u64::from);
+        16 * columns * rows * (slices + 1)
+    }
+}
+
+impl FogPlan {
+    /// Those of its light.
+    pub fn froxels(&self) -> Option<&FroxelPlan> {
+        self.froxels.as_ref()
+    }
+}
+
+impl FramePlan {
+    /// The froxels in which frames find the light in the air.
+    pub fn froxels(&self) -> Option<&FroxelPlan> {
+        self.fog.as_ref()?.froxels.as_ref()
+    }
+}
+
+/// What `inspect` says of them.
+pub(super) fn parts(plan: &FramePlan) -> Part {
+    match (&plan.fog, plan.froxels()) {
+        (_, Some(own)) => part("froxels of fog", true, own.to_string(), own.bytes()),
+        (Some(fog), None) if fog.kind == Fog::Froxels => {
+            part("froxels of fog", false, "no light is in the air but what comes from everywhere", 0)
+        }
+        _ => part("froxels of fog", false, "not asked for, or this view shows no fog", 0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples;
+    use super::*;
+    use crate::scene::{Brdf, Scene};
+    use glam::Vec3;
+
+    #[test]
+    fn froxels_are_there_where_a_light_is_and_leave_no_trace_of_their_numbers_elsewhere() {
+        let mut scene = samples::scene(vec![samples::textured(Brdf::Lambert)], vec![samples::sun()]);
+        let numbers = Settings { fog_froxels: [3, 4, 5], fog_samples: 8, ..samples::deferred() };
+        let plan = |scene: &Scene, fog| samples::plan(scene, &Settings { fog, ..numbers.clone() });
+        let usual = Settings { fog: Fog::Height, ..samples::deferred() };
+        assert!(samples::plan(&scene, &usual).has_structure_of(&plan(&scene, Fog::Height)));
+        let on = plan(&scene, Fog::Froxels);
+        assert_eq!(on.froxels().map(|own| (own.grid, own.bytes())), Some(([3, 4, 5], 16 * 3 * 4 * 6)));
+        scene.lights.clear();
+        scene.environment.ambient = Vec3::ONE;
+        let dark = plan(&scene, Fog::Froxels);
+        assert!(dark.has_fog() && dark.froxels().is_none());
+    }
+}
