@@ -34,21 +34,16 @@ override LARGEST: f32 = 65000.0;
 @group(2) @binding(6) var texture_sampler: sampler;
 #endif
 
-// A rise that stands for a square which hides all of the picture.
-const COVERS: f32 = -1.0;
+// Stands for a triangle that hides all of the picture.
+const COVERS: u32 = 0xffffffffu;
 
 struct Varying {
     @builtin(position) position: vec4<f32>,
     // From the middle to the edges: -1 to 1 to the right and up.
     @location(0) square: vec2<f32>,
-    @location(1) @interpolate(flat) color: vec4<f32>,
-    // Along the view, in metres, and 1 over the metres within which it fades.
-    @location(2) @interpolate(flat) distance: f32,
-    @location(3) @interpolate(flat) rise: f32,
-#ifdef TEXTURED
-    @location(4) @interpolate(flat) look: u32,
-#endif
-    @location(5) world: vec3<f32>,
+    // The particle, or COVERS. Fragments fetch from it how it looks: on GPUs a small triangle costs as much as it hands on to them.
+    @location(1) @interpolate(flat) number: u32,
+    @location(2) world: vec3<f32>,
 }
 
 #ifdef TEXTURED
@@ -78,7 +73,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varying {
         if number == 0u {
             // So large that a triangle covers the picture.
             out.position = vec4(corner * 4.0, 1.0, 1.0);
-            out.rise = COVERS;
+            out.number = COVERS;
             return out;
         }
         number -= 1u;
@@ -99,13 +94,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varying {
         out.position = vec4(middle.xy + across, clamp(middle.z, 0.0, middle.w), middle.w);
         out.world = particle.position + off;
     }
-    out.color = particle.color;
-#ifdef TEXTURED
-    out.look = particle.look;
-#endif
-    out.distance = dot(particle.position, frame.forward);
-    // None at once, and not within nothing.
-    out.rise = 1.0 / max(particle.softness, 1e-30);
+    out.number = number;
     return out;
 }
 
@@ -127,34 +116,37 @@ fn sampled(look: u32, uv: vec2<f32>, across: vec2<f32>, down: vec2<f32>) -> vec4
 }
 
 // Colour and alpha of its texture, or of a soft disc.
-fn shape(in: Varying) -> vec4<f32> {
+fn shape(in: Varying, look: u32) -> vec4<f32> {
     let uv = vec2(in.square.x, -in.square.y) * 0.5 + 0.5;
     let across = dpdx(uv);
     let down = dpdy(uv);
-    if (in.look >> 16u) != 0u {
-        return sampled(in.look, uv, across, down);
+    if (look >> 16u) != 0u {
+        return sampled(look, uv, across, down);
     }
     return vec4(1.0, 1.0, 1.0, disc(in));
 }
 #endif
 
 // The share that is left of it before the surface of its pixel, and behind the near plane.
-fn fade(in: Varying) -> f32 {
+fn fade(particle: Particle) -> f32 {
     let depth = textureLoad(subpass_depth, vec2<i32>(0, 0), 0);
     // Where nothing was drawn there is nothing that it could meet.
     let surface = select(1e30, distance_at(max(depth, 1e-37)), depth > 0.0);
-    return saturate(min(surface - in.distance, in.distance - frame.near) * in.rise);
+    let distance = dot(particle.position, frame.forward);
+    return saturate(min(surface - distance, distance - frame.near) / max(particle.softness, 1e-30));
 }
 
 // Times its share of the picture, so that it stays below the largest value: SIMULATE has cut off its light.
 fn shade(in: Varying) -> vec4<f32> {
+    let particle = particles[in.number];
+    let color = particle.color;
 #ifdef TEXTURED
-    let texel = shape(in);
-    let alpha = saturate(in.color.a * texel.a * fade(in));
-    let own = vec4(in.color.rgb * texel.rgb * alpha, alpha);
+    let texel = shape(in, particle.look);
+    let alpha = saturate(color.a * texel.a * fade(particle));
+    let own = vec4(color.rgb * texel.rgb * alpha, alpha);
 #else
-    let alpha = in.color.a * disc(in) * fade(in);
-    let own = vec4(in.color.rgb * alpha, alpha);
+    let alpha = color.a * disc(in) * fade(particle);
+    let own = vec4(color.rgb * alpha, alpha);
 #endif
     if FOG {
         return fogged(in.world, own, LARGEST);
@@ -181,7 +173,7 @@ fn fragment(in: Varying) -> Weighted {
 @fragment
 fn fragment(in: Varying) -> @location(0) vec4<f32> {
     if COUNTS {
-        if in.rise == COVERS {
+        if in.number == COVERS {
             return vec4(0.0, 0.0, 0.0, 1.0);
         }
         return vec4(select(vec3(0.0), vec3(LAYER), shade(in).a > 0.0), 0.0);

@@ -17,8 +17,10 @@ use crate::gpu_scene::{ParticleBuffers, ParticleTextures, TEXTURE_READ};
 use crate::plan::{FramePlan, ParticlePlan, Target, ToneMapping};
 use crate::shaders::particles::{self as shader, Flags, constants};
 
-/// Reads what SIMULATE and SORT wrote.
-pub const STATE_READ: Use = Use::new(vk::PipelineStageFlags::VERTEX_SHADER, vk::AccessFlags::SHADER_READ);
+/// Reads what SIMULATE and SORT wrote: vertices where it lies, and fragments how it looks.
+pub const STATE_READ: Use = Use::new(vk::PipelineStageFlags::VERTEX_SHADER, vk::AccessFlags::SHADER_READ).or(LAST_READ);
+/// Reads it last.
+pub const LAST_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
 /// Reads the depth of its own pixel, to fade before it.
 pub const DEPTH_READ: Use = INPUT_READ;
 
@@ -123,6 +125,9 @@ impl ParticlePass {
     }
 }
 
+/// Binding of the particles; that of their order is the next.
+const STATES: u32 = 0;
+
 /// What a layer adds where layers are counted: 1 in a linear picture, and in others what makes 64 of them white.
 fn layer(plan: &FramePlan) -> f32 {
     match plan.tone_mapping {
@@ -140,7 +145,7 @@ fn described(
     const IMAGE: vk::DescriptorType = vk::DescriptorType::SAMPLED_IMAGE;
     const STORAGE: vk::DescriptorType = vk::DescriptorType::STORAGE_BUFFER;
     let (vertex, fragment) = (vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT);
-    let storage: Vec<_> = (0..)
+    let storage: Vec<_> = (STATES..)
         .zip([Some(&buffers.states), buffers.keys.as_ref()])
         .filter_map(|(index, own)| Some((index, own?)))
         .collect();
@@ -148,7 +153,7 @@ fn described(
     let sampler = 2 + images.len() as u32;
     let bindings: Vec<_> = storage
         .iter()
-        .map(|&(index, _)| binding(index, STORAGE, vertex))
+        .map(|&(index, _)| binding(index, STORAGE, if index == STATES { vertex | fragment } else { vertex }))
         .chain(images.iter().map(|&(index, _)| binding(index, IMAGE, fragment)))
         .chain(textures.map(|_| binding(sampler, vk::DescriptorType::SAMPLER, fragment)))
         .collect();
