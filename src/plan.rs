@@ -421,6 +421,7 @@ impl FramePlan {
         let settings = bloom::planned(settings);
         let settings = particles::planned(&settings);
         let settings = reflections::planned(&settings);
+        let settings = fog::planned(&settings);
         let settings = taa::planned(&settings);
         let settings = settings.as_ref();
         let mut plan = Self::decide(scene, settings, device, counts)?;

@@ -1,5 +1,7 @@
 //! Fog: whether frames have some, and what it is.
 
+use std::borrow::Cow;
+
 use super::parts::{Part, part};
 use super::{Error, FramePlan, FroxelPlan};
 use crate::scene::{Fog, SETTINGS, Settings, View};
@@ -23,6 +25,14 @@ pub struct FogPlan {
     pub alone: bool,
     /// Where lights are in it.
     pub(super) froxels: Option<FroxelPlan>,
+}
+
+/// The settings that are planned: the view of fog shows what it scatters, and bloom would spread that.
+pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
+    match settings.view {
+        View::Fog => Cow::Owned(Settings { bloom: 0.0, ..settings.clone() }),
+        _ => Cow::Borrowed(settings),
+    }
 }
 
 impl FogPlan {

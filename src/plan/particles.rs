@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::{Capabilities, Error, FramePlan, PlannedTexture, Shading, parts};
-use crate::scene::{AmbientOcclusion, Fog, LightPath, Scene, Settings, Transparency, View};
+use crate::scene::{AmbientOcclusion, Fog, LightPath, Reflections, Scene, Settings, Transparency, View};
 
 /// Keys that a work group of SORT has in shared memory; `shaders/sort.wgsl` has the same number.
 pub const SORT_BLOCK: u32 = 2048;
@@ -28,8 +28,8 @@ pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
     match settings.view {
         View::Particles => {
             let usual = Settings { view: View::Final, transparency: Transparency::Sorted, ..settings.clone() };
-            let (ao, fog) = (AmbientOcclusion::Off, Fog::Off);
-            Cow::Owned(Settings { particles: true, ao, fog, bloom: 0.0, ..usual })
+            let (ao, reflections, fog) = (AmbientOcclusion::Off, Reflections::Off, Fog::Off);
+            Cow::Owned(Settings { particles: true, ao, reflections, fog, bloom: 0.0, ..usual })
         }
         _ => Cow::Borrowed(settings),
     }

@@ -151,7 +151,7 @@ impl FramePlan {
         self.reflections.is_ok()
     }
 
-    /// Nothing is blended over what they are added to.
+    /// Whether nothing is blended over the light to which they are added.
     pub fn ends_with_reflections(&self) -> bool {
         self.reflects() && self.transparency.is_none() && !self.has_fog()
     }

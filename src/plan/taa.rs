@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::surfaces::SurfaceRules;
 use super::{Error, FramePlan, Part, Shading, parts::part};
-use crate::scene::{Fog, LightPath, Output, Resolve, Scene, Settings, Tonemap, View};
+use crate::scene::{Fog, LightPath, Output, Reflections, Resolve, Scene, Settings, Tonemap, View};
 
 /// What TAA makes of frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,6 +49,7 @@ pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
         tonemap: Tonemap::None,
         bloom: 0.0,
         fog: Fog::Off,
+        reflections: Reflections::Off,
         ..settings.without_effects()
     })
 }

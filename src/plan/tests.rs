@@ -655,6 +655,7 @@ fn fog_is_planned_where_it_is_asked_for_and_there_is_light() {
     }
     assert_eq!(plan_with(&lit, &Settings { fog_density: 0.0, ..with.clone() }).fog, None);
     assert!(plan_with(&lit, &Settings { view: View::Fog, ..with.clone() }).fog.is_some_and(|fog| fog.alone));
+    assert_eq!(plan_with(&lit, &Settings { view: View::Fog, bloom: 0.5, ..with.clone() }).bloom, None);
     let refused = |settings: Settings| FramePlan::of(&lit, &settings, &device()).expect_err("refused").to_string();
     // The view shows some where none is asked for, too.
     assert_eq!(

@@ -100,7 +100,7 @@ impl ScreenMarch<'_> {
         self.place(&Rays::of(&self.depth.view), pixel)
     }
 
-    /// How sure it is what a pixel is met by.
+    /// How much a pixel counts that is met: less and less towards the picture's edges.
     pub fn confidence(&self, pixel: [u32; 2]) -> f64 {
         let size = DVec2::from(self.depth.view.size.map(f64::from));
         let there = DVec2::from(pixel.map(f64::from)) + 0.5;

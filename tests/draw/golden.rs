@@ -203,9 +203,11 @@ fn every_picture_of_the_gallery_looks_as_it_did() {
 #[test]
 fn the_harbour_looks_as_it_did() {
     album(|album| {
-        let scene = open("assets/harbour.toml");
-        let still = scene.at(&Playing::at(2.0));
-        album.compare("harbour", &still, &own(&still, 128, 72));
+        for name in ["harbour", "harbour-evening"] {
+            let scene = open(&format!("assets/{name}.toml"));
+            let still = scene.at(&Playing::at(2.0));
+            album.compare(name, &still, &own(&still, 128, 72));
+        }
     });
 }
 

@@ -1,5 +1,5 @@
-//! Every combination of light path, multisampling, transparency, sky, particles, reflections, fog, bloom, TAA, FXAA, HDR format, samples and output: each is drawn without a message, or
-//! refused with a sentence, as the table in docs/LIGHT_PATHS.md says.
+//! Combinations of light path, multisampling, transparency, sky, ambient occlusion, particles, reflections, fog, bloom, TAA, FXAA, HDR format, samples and output, all but those that a
+//! comment says are left out: each is drawn without a message, or refused with a sentence, as the table in docs/LIGHT_PATHS.md says.
 
 use std::collections::BTreeSet;
 
@@ -153,9 +153,10 @@ pub fn combinations() -> Vec<(Named, usize, Settings)> {
     };
     let fogged: Vec<_> = all.iter().filter(clear).cloned().collect();
     all.iter_mut().for_each(|(named, ..)| named.push(("fog", "off".to_owned())));
-    all.extend(fogged.into_iter().map(|(mut named, scene, settings)| {
+    let kinds = [Fog::Height, Fog::Froxels].into_iter().cycle();
+    all.extend(fogged.into_iter().zip(kinds).map(|((mut named, scene, settings), fog)| {
         named.push(("fog", "on".to_owned()));
-        (named, scene, Settings { fog: Fog::Height, ..settings })
+        (named, scene, Settings { fog, fog_froxels: [16, 9, 8], ..settings })
     }));
     all
 }
@@ -247,7 +248,7 @@ fn every_combination_is_drawn_or_refused_as_the_table_says() {
                         plan.particles.is_some(),
                         plan.taa.is_some(),
                         plan.reflects(),
-                        plan.fog.is_some(),
+                        plan.fog.map(|fog| fog.kind.name()),
                     );
                     let formats = (plan.hdr, plan.output, plan.tone_mapping);
                     if drawn.insert(format!("{structure:?} {formats:?}")) && (tries_all() || pairs.are_new(&named)) {

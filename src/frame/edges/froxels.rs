@@ -13,7 +13,7 @@ impl RowName {
 pub(super) fn rows() -> [Edge; 3] {
     [
         row(RowName::FROXELS_REUSE, Carrier::BufferBarrier)
-            // Who looks up already waits for what was written before, so waiting for those covers it.
+            // Readers already wait for what was written before, so waiting for the readers covers it.
             .from(Place::OUTSIDE, &[FROXEL_READ])
             .to(scatter::PASS.place, &[scatter::LIGHT_WRITE])
             .because("frames share the froxels: FOG, TRANSPARENT and PARTICLES of the last one may still look up what SCATTER overwrites"),

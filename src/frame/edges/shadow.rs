@@ -39,7 +39,7 @@ pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
                 "a map that is not drawn yet is looked up, or drawn into by a pass that waits for those who look up",
             ),
         row(RowName::SHADOW_MAP_REUSE, Carrier::Subpass(SHADOW_PASS))
-            // Who looks up waits for the store, so that waiting for those is waiting for it as well.
+            // Readers already wait for the store, so waiting for the readers covers it.
             .from(Place::OUTSIDE, if waits_for_compute(plan) { &all[..1] } else { &all })
             .to(shadow::PASS.place, &[shadow::MAP_CLEAR])
             .because(

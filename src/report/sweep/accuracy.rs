@@ -80,8 +80,8 @@ impl Expected {
 }
 
 impl Raw {
-    /// The same by a reference without fog.
-    pub(super) fn clear(reference: &Reference, view: &View, samples: u32) -> Self {
+    /// The same by a reference without fog and reflections.
+    pub(super) fn plain(reference: &Reference, view: &View, samples: u32) -> Self {
         let render = |mode| reference.render(view, &Options { mode, smith: Smith::default() }, &|_, _| {});
         Self { point: render(Mode::Point), converged: render(Mode::Converged { samples }) }
     }

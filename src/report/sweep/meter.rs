@@ -79,12 +79,13 @@ impl DeviceMeter<'_> {
     pub fn attribution(&self, limits: &Limits) -> Result<Attribution, Error> {
         let settings = self.base.decide();
         let reference = Reference::new(self.scene).map_err(frame::Error::from)?;
-        let reference = reference.with_settings(&settings, &self.camera).with_fog(None);
+        let reference = reference.with_settings(&settings, &self.camera).with_fog(None).with_reflections(None);
         let view = View { camera: self.camera, size: settings.size };
         let subject = Subject { scene: self.scene, reference: &reference, settings: &settings, view: &view, point: 0 };
-        // What is taken apart has no fog before it.
-        let clear = Medium::of(&settings).map(|_| Raw::clear(&reference, &view, self.truths.info.samples));
-        let raw = clear.as_ref().unwrap_or(&self.truths.raw);
+        // What is taken apart has no fog before it and mirrors nothing.
+        let is_plain = Medium::of(&settings).is_none() && settings.mirrored_roughness().is_none();
+        let plain = (!is_plain).then(|| Raw::plain(&reference, &view, self.truths.info.samples));
+        let raw = plain.as_ref().unwrap_or(&self.truths.raw);
         let truths = attribution::Truths { point: &raw.point, converged: &raw.converged };
         Ok(attribution::attribute(self.device, &subject, &truths, limits)?)
     }

@@ -21,7 +21,7 @@
 //! Where raster and truth see different triangles, or something transparent is before the surface, all of the pixel's error but sampling is a
 //! part by itself.
 //!
-//! Limits: frames of one sample a pixel (samples, `msaa`, `taa`, `fxaa`, `bloom` and `fog` are set aside), whose textures are filtered for a whole pixel: the frames of a
+//! Limits: frames of one sample a pixel (samples, `msaa`, `taa`, `fxaa`, `bloom`, `fog` and `reflections` are set aside), whose textures are filtered for a whole pixel: the frames of a
 //! picture of several samples filter for a part of it, so that they have less of that error. Ks of the Phong models is taken to be stored
 //! exactly: its rounding is found under *not explained*.
 
@@ -51,7 +51,7 @@ use crate::gpu::Device;
 use crate::reference::light::{Illumination, radiance};
 use crate::reference::{Reference, Smith, Surface, TriangleId, Truth, View};
 use crate::report::sweep::model::Attribution;
-use crate::scene::{Fog, Scene, Settings, exposure_scale, metered_ev100};
+use crate::scene::{Fog, Reflections, Scene, Settings, exposure_scale, metered_ev100};
 use device::Drawing;
 use taken::Taken;
 use tally::Tally;
@@ -139,6 +139,7 @@ fn one_sample(subject: &Subject) -> Settings {
         bloom: 0.0,
         taa: false,
         fog: Fog::Off,
+        reflections: Reflections::Off,
         size: subject.view.size,
         ..subject.settings.without_effects()
     }

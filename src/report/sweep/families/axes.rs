@@ -162,7 +162,9 @@ fn without(base: &Base, key: &str) -> Option<&'static str> {
             Some("the frame has no HDR target: light is tone-mapped as it is computed")
         }
         "fog" if base.plan.fog.is_none() => Some("no fog is asked for"),
-        "fog-froxels" | "fog-samples" if base.plan.froxels().is_none() => Some("no lit fog is asked for"),
+        "fog-froxels" | "fog-samples" if base.plan.froxels().is_none() => {
+            Some("no lit fog is asked for, or no light shines into it")
+        }
         "taa-frames" | "taa-history" | "sharpness" if base.plan.taa.is_none() => {
             Some("frames are not averaged over time")
         }
