@@ -20,6 +20,8 @@ use x11rb::protocol::xproto::{
 use x11rb::protocol::xtest::ConnectionExt as _;
 use x11rb::rust_connection::RustConnection;
 
+/// The middle of the box before "FXAA", as the panel is laid out in a window of 480x680: each setting before it that the panel shows moves it down by 21 pixels.
+pub const FXAA_BOX: [i16; 2] = [44, 588];
 /// Nothing here takes longer, on a slow machine with layers on; it only bounds a test that fails.
 pub const PATIENCE: Duration = Duration::from_secs(120);
 pub const SIZE: [u16; 2] = [160, 90];

@@ -9,7 +9,9 @@ use afterlight::scene::Camera;
 use afterlight::scene::file::load_path;
 
 use super::WAYS;
-use super::harness::{BUTTON_PRESS, BUTTON_RELEASE, MOTION, SIZE, Server, View, key, rendered, rgb, size_text};
+use super::harness::{
+    BUTTON_PRESS, BUTTON_RELEASE, FXAA_BOX, MOTION, SIZE, Server, View, key, rendered, rgb, size_text,
+};
 use crate::common::some_of;
 
 const LARGE: [u16; 2] = [480, 300];
@@ -77,15 +79,14 @@ fn panels_stay_through_changes_of_size_and_take_the_mouse() {
 #[test]
 fn what_is_changed_on_a_panel_is_drawn_as_if_it_had_been_asked_for() {
     let server = Server::start();
-    let (scene, tall) = ("builtin:spheres", [480, 560]);
+    let (scene, tall) = ("builtin:spheres", [480, 680]);
     let size = size_text(tall);
     let mut view = View::open(&server, &[scene, "--size", &size]);
     let before = rendered(tall, &[scene]);
     view.shows(&before, "as it was opened");
     server.tap(key::G);
     view.settles_elsewhere(&before);
-    // The box before "FXAA", as the panel is laid out.
-    server.fake(MOTION, 0, [44, 491]);
+    server.fake(MOTION, 0, FXAA_BOX);
     view.rests();
     let pointed = view.pixels();
     server.fake(BUTTON_PRESS, 1, [0; 2]);

@@ -6,7 +6,9 @@ use std::time::Duration;
 use x11rb::protocol::xfixes::ConnectionExt as _;
 use x11rb::protocol::xproto::ConnectionExt as _;
 
-use super::harness::{BUTTON_PRESS, BUTTON_RELEASE, MOTION, SIZE, Server, View, key, rendered, rgb, size_text};
+use super::harness::{
+    BUTTON_PRESS, BUTTON_RELEASE, FXAA_BOX, MOTION, SIZE, Server, View, key, rendered, rgb, size_text,
+};
 use crate::common::some_of;
 
 /// What the window is opened with, and whether the picture is to be a buffer and the other one lit.
@@ -192,7 +194,7 @@ fn the_divider_shows_where_it_can_be_held_and_a_double_click_ends_the_split() {
 #[test]
 fn what_is_changed_on_a_panel_is_so_on_both_sides_and_what_only_one_can_do_ends_the_split() {
     let server = Server::start();
-    let (scene, tall) = ("builtin:spheres", [480u16, 560]);
+    let (scene, tall) = ("builtin:spheres", [480u16, 680]);
     let size = size_text(tall);
     let fxaa = ["builtin:spheres", "--fxaa", "on"];
     let view = View::open(&server, &[scene, "--size", &size]);
@@ -233,7 +235,7 @@ fn what_is_changed_on_a_panel_is_so_on_both_sides_and_what_only_one_can_do_ends_
     shots.view.waits_to_tell("split: final | position");
     server.tap(key::G);
     shots.view.rests();
-    server.fake(MOTION, 0, [44, 491]);
+    server.fake(MOTION, 0, FXAA_BOX);
     shots.view.rests();
     server.fake(BUTTON_PRESS, 1, [0; 2]);
     server.fake(BUTTON_RELEASE, 1, [0; 2]);
@@ -244,4 +246,4 @@ fn what_is_changed_on_a_panel_is_so_on_both_sides_and_what_only_one_can_do_ends_
 }
 
 /// On the slider of the exposure, as the panel is laid out.
-const EXPOSURE: [i16; 2] = [92, 178];
+const EXPOSURE: [i16; 2] = [92, 188];
