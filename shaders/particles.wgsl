@@ -49,7 +49,7 @@ struct Varying {
 #ifdef TEXTURED
 const CORNERS: u32 = 6u;
 
-// Of the square's two triangles: 0 1 2 and 3 2 1.
+// A square has two triangles: its corners 0 1 2 and 3 2 1.
 fn corner_of(index: u32) -> vec2<f32> {
     let corner = select(index, 6u - index, index >= 3u);
     return vec2(select(-1.0, 1.0, (corner & 1u) != 0u), select(-1.0, 1.0, (corner & 2u) != 0u));
@@ -57,7 +57,7 @@ fn corner_of(index: u32) -> vec2<f32> {
 #else
 const CORNERS: u32 = 3u;
 
-// Of the least triangle around the disc: half of the square's vertices, and no pixels that two triangles share.
+// A disc is drawn by the least triangle around it, which has half of a square's vertices, and no pixels that two triangles share.
 fn corner_of(index: u32) -> vec2<f32> {
     return array(vec2(0.0, 2.0), vec2(-1.7320508, -1.0), vec2(1.7320508, -1.0))[index];
 }
@@ -71,7 +71,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varying {
     out.square = corner;
     if COUNTS {
         if number == 0u {
-            // So large that a triangle covers the picture.
+            // Four times as large, a triangle covers the picture, too.
             out.position = vec4(corner * 4.0, 1.0, 1.0);
             out.number = COVERS;
             return out;

@@ -47,14 +47,14 @@ fn range_of(square: vec2<i32>, level: i32, size: vec2<i32>) -> vec2<f32> {
     return vec2(textureLoad(hiz, at, 0).x, textureLoad(hiz, at + vec2(0, tiles.y * (TILE / 2)), 0).x);
 }
 
-// Where a line leaves a box of the picture, by how far it goes: x and y in pixels.
+// How far a line goes until it leaves a box of the picture; all lengths in pixels.
 fn leaves(from_: vec2<f32>, step: vec2<f32>, low: vec2<f32>, high: vec2<f32>) -> f32 {
     let side = select(low, high, step > vec2(0.0));
     let until = (side - from_) / step;
     return min(select(1e30, until.x, step.x != 0.0), select(1e30, until.y, step.y != 0.0));
 }
 
-// What a ray meets: a pixel, or none: -1.
+// The pixel that a ray meets; -1 for none.
 fn march(start: vec3<f32>, direction: vec3<f32>, texel: vec2<i32>, size: vec2<i32>) -> vec2<i32> {
     let nothing = vec2(-1);
     let from_clip = frame.clip_from_world * vec4(start, 1.0);
@@ -93,7 +93,7 @@ fn march(start: vec3<f32>, direction: vec3<f32>, texel: vec2<i32>, size: vec2<i3
         let farthest = max(min(depths.x, depths.y), 0.0);
         let range = range_of(vec2<i32>(square), level, size);
         let is_before = farthest > range.x;
-        // What is infinitely far is before nothing.
+        // A square that shows the sky somewhere is endlessly deep there, and no ray passes behind that.
         let is_behind = range.y > 0.0 && nearest < range.y && distance_at(nearest) > distance_at(range.y) + THICKNESS;
         if is_before || is_behind {
             at = next;
@@ -145,7 +145,7 @@ fn compute(@builtin(global_invocation_id) id: vec3<u32>) {
     let mirrored = 2.0 * dot(view, half) * half - view;
     if mirrored.z > 0.0 {
         found.direction = normalize(axes[0] * mirrored.x + axes[1] * mirrored.y + normal * mirrored.z);
-        // Of the visible facets, by the change from half vectors to directions: G1 D / (4 NdotV).
+        // Density of directions: that of visible facets, G1 D VdotH / NdotV, over the change from half vectors to directions, 4 VdotH: G1 D / (4 NdotV).
         let sine2 = dot(half.xy, half.xy);
         let spread = half.z * half.z * alpha * alpha + sine2;
         let smith = 2.0 * view.z / (view.z + smith_root(view.z, alpha * alpha));

@@ -82,7 +82,7 @@ fn compute(@builtin(global_invocation_id) id: vec3<u32>) {
             }
             var direction = found.direction;
             if found.confidence > 0.0 && reach > 0 {
-                // What it met, as it is seen from here.
+                // The pixel sees what that ray has met in another direction than the ray went.
                 let there = vec2<f32>(other) + 0.5;
                 let start = position_at(there, textureLoad(stored_depth, other, 0));
                 direction = normalize(start + found.direction * found.distance - own.position);
@@ -111,7 +111,7 @@ fn compute(@builtin(global_invocation_id) id: vec3<u32>) {
     if met * scale <= 0.0 {
         return;
     }
-    // What facets mirror once, and again (as in sky.wgsl): that comes from where the lobe looks, too.
+    // Light that facets scatter a second time (as in sky.wgsl) comes from where the lobe looks, too.
     let once = lobe_share(surface.n_dot_v, own.roughness);
     let mean = surface.specular + (vec3(surface.grazing) - surface.specular) / 21.0;
     let mirrored = sum * scale * once / (vec3(1.0) - mean * (1.0 - once));

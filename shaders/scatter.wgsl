@@ -21,7 +21,7 @@ override PUNCTUAL_SHADOWS: bool = true;
 // Largest value that the picture's target takes.
 override LARGEST: f32 = 65000.0;
 
-// What lights are cut off at: times what is nearest to a light and straight before it, it is finite.
+// Lights are cut off at this: times the most that distance and phase make of it, it is finite.
 const BRIGHTEST: f32 = 1e28;
 
 // Least distance of a ray from a lamp: the integral of 1 / (h^2 + x^2) is pi / h, and that of 1 / x^2 that stops growing at 1 cm is 400 / m.
@@ -39,7 +39,7 @@ struct Piece {
     beside: f32,
 }
 
-// Where along a part of a ray so large a share of the light is lost that all of it loses, as a share of its length.
+// How far along a part of a ray it has lost a share of all that it loses: the distance as a share of the part's length.
 fn place_of(share: f32, thick: f32) -> f32 {
     if thick < 0.01 {
         return share;

@@ -77,7 +77,7 @@ fn phase(direction: vec3<f32>, to_light: vec3<f32>, g: f32) -> f32 {
 }
 #endif
 
-// What endless fog would send against the direction, exposed; a ray through less of it gains as large a part of that as it loses.
+// The exposed light that endless fog sends against the direction. A ray through less of it gains as large a part of that as it loses of its own light.
 fn fog_light(direction: vec3<f32>, largest: f32) -> vec3<f32> {
     var radiance = frame.fog_light;
 #ifdef LIGHTS

@@ -1,4 +1,4 @@
-// What is blended over a picture that is fogged.
+// Fog before a surface or particle that is blended over a fogged picture.
 #define_import_path afterlight::fogged
 #import afterlight::frame::{frame, ORTHOGRAPHIC}
 #import afterlight::fog::{fog_depth, fog_light, fog_transmittance, FogRay}

@@ -62,7 +62,7 @@ struct Frame {
     // Of the fog: how high the camera is above its base, and metres to the other end of it, both by its scale height.
     fog_rise: f32,
     fog_rate: f32,
-    // What comes from everywhere on the mean, times the fog's albedo.
+    // The mean radiance of light from everywhere, times the fog's albedo.
     fog_light: vec3<f32>,
     // The logarithm of what is lost along a metre at the base.
     fog_density: f32,

@@ -16,7 +16,7 @@ override FROXEL_SLICES: u32 = 64u;
 @group(0) @binding(14) var<storage, read> froxels: array<vec4<u32>>;
 #endif
 
-// Where a slice begins, in metres along the view from the eye: evenly near the eye, and then ever farther apart.
+// The beginning of a slice, in metres along the view from the eye. Slices are even near the eye, and then ever thicker.
 fn slice_begin(slice: u32) -> f32 {
     return frame.fog_near * (exp(frame.fog_span * (f32(slice) / f32(FROXEL_SLICES))) - 1.0);
 }
@@ -46,7 +46,7 @@ fn column_size() -> vec2<f32> {
 
 #ifndef FROXELS_WRITTEN
 struct Froxel {
-    // What endless fog with this light in it would send.
+    // Endless fog with this light in it would send this.
     light: vec3<f32>,
     before: vec3<f32>,
 }
@@ -72,7 +72,7 @@ fn froxel_at(pixel: vec2<f32>, slice: u32) -> Froxel {
     return mixed(above, below, share.y);
 }
 
-// What the fog before a distance along the view scatters to the eye, exposed. `is_endless`: nothing is seen there. From the beginning of its slice on
+// The exposed light that the fog before a distance along the view scatters to the eye. `is_endless`: nothing is seen there. From the beginning of its slice on
 // the light is that of the slice, and beyond the last one that of no lamp and no shadow.
 fn froxel_light(pixel: vec2<f32>, ray: FogRay, distance: f32, is_endless: bool, largest: f32) -> vec3<f32> {
     let slice = select(slice_at(distance), FROXEL_SLICES, is_endless);

@@ -1,4 +1,4 @@
-// What REFLECT hands to REFLECT_RESOLVE, and how directions of a lobe are chosen.
+// REFLECT's record for REFLECT_RESOLVE, and the choice of directions of a lobe.
 #define_import_path afterlight::reflection
 #import afterlight::frame::{frame}
 #import afterlight::encodings::{octahedral, octahedral_decode}
@@ -7,13 +7,13 @@
 // Directions that stand for a lobe where its share of even light is asked for.
 const CHOICES: u32 = 16u;
 
-// What a pixel's ray found.
+// The result of a pixel's ray.
 struct Found {
-    // Of the ray, of length 1.
+    // The ray's direction, of length 1.
     direction: vec3<f32>,
     // Metres to what it met; 0 where it met nothing.
     distance: f32,
-    // As the lit picture has it.
+    // The lit picture's light there.
     light: vec3<f32>,
     // 0 where it met nothing.
     confidence: f32,

@@ -335,7 +335,7 @@ impl Deferred {
             }
         };
         if let Some(taa) = &self.taa {
-            // What so far has written light and depth has stored them, and another render pass goes on after TAA.
+            // The render pass that wrote light and depth stores them, and another one goes on after TAA.
             end_render_pass();
             taa.record(frame, passes, times);
             is_open.set(true);

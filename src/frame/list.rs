@@ -32,7 +32,7 @@ pub const OCCLUDER_PASS: RenderPassName = RenderPassName("occluder pass");
 pub const MAIN_PASS: RenderPassName = RenderPassName("main pass");
 /// GEOMETRY's, where the G-buffer is stored before the main pass reads it.
 pub const GBUFFER_PASS: RenderPassName = RenderPassName("G-buffer pass");
-/// What is laid over the light, and TONEMAP, where reflections are between them and LIGHTING.
+/// The render pass that blends over the light and tone-maps, where reflections lie between it and LIGHTING.
 pub const BLEND_PASS: RenderPassName = RenderPassName("blend pass");
 /// TONEMAP's, and TONE's behind it, where BLOOM is between them and the main pass.
 pub const TONEMAP_PASS: RenderPassName = RenderPassName("TONEMAP pass");

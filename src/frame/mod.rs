@@ -234,7 +234,7 @@ impl Frame {
         })
     }
 
-    /// What set 0 names, where the plan has froxels of fog.
+    /// The fog's froxels, which set 0 names, where the plan has some.
     fn froxels(&self) -> Option<&gpu::Buffer> {
         match self {
             Self::Deferred(frame) => frame.froxels(),

@@ -98,7 +98,7 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
         | Flags::MSAA.when(plan.msaa > 1)
 }
 
-/// What is scattered, and of the light below it the share in alpha. The picture itself stays opaque.
+/// Adds the scattered light to the share, in alpha, of the light below it. The picture itself stays opaque.
 fn over_what_is_left() -> vk::PipelineColorBlendAttachmentState {
     add()
         .dst_color_blend_factor(vk::BlendFactor::SRC_ALPHA)

@@ -20,7 +20,7 @@ use crate::scene::{Fog, Light};
 pub(super) const STEPS: u32 = 64;
 /// The same of each of many samples of a pixel.
 const STEPS_OF_A_SAMPLE: u32 = 4;
-/// What a deeper optical depth lets through nobody sees: 2e-22.
+/// A deeper optical depth lets through less than 2e-22, which nobody sees.
 const DEEPEST: f64 = 50.0;
 /// Panels of a lamp's half-circle of directions.
 const PANELS: u32 = 16;
@@ -82,7 +82,7 @@ impl Part<'_> {
         high
     }
 
-    /// What a lamp that is seen between two distances scatters to the eye, as a share of its intensity for each unit of albedo.
+    /// The light that a lamp scatters to the eye between two distances, as a share of its intensity for each unit of albedo.
     fn of_lamp(&self, lamp: &Light, place: DVec3, (from, to): (f64, f64), depths: &[f64]) -> f64 {
         let along = (place - self.origin).dot(self.direction);
         let beside = (self.origin + self.direction * along).distance(place).max(light::MIN_DISTANCE);
@@ -109,7 +109,7 @@ impl Part<'_> {
 }
 
 impl Reference<'_> {
-    /// What the air between two distances along a ray makes of light that comes to the eye.
+    /// The effect of the air between two distances along a ray on light that comes to the eye.
     pub(super) fn passage(&self, ray: &Ray, [near, far]: [f64; 2], points: Points) -> Passage {
         let Some(fog) = &self.fog else { return Passage::CLEAR };
         // Distances are along the view.
@@ -125,7 +125,7 @@ impl Reference<'_> {
         Passage { gained: everywhere.gained + self.lights_in_air(&part, points) * fog.albedo, ..everywhere }
     }
 
-    /// What lights scatter to the eye along a part of a ray, for each unit of albedo.
+    /// The light that all lights scatter to the eye along a part of a ray, for each unit of albedo.
     fn lights_in_air(&self, part: &Part, points: Points) -> DVec3 {
         let (bounds, origin) = (self.scene.bounds(), part.origin);
         let far = origin.distance(bounds.center()) + BEYOND * bounds.radius().max(1.0);

@@ -26,7 +26,7 @@ pub struct Medium {
     pub anisotropy: f64,
 }
 
-/// What a part of a ray makes of light that comes along it.
+/// The effect of a part of a ray on light that comes along it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passage {
     /// The share of the light that is left.

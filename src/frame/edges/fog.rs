@@ -56,7 +56,7 @@ pub(super) fn fog_after_reflections(plan: &FramePlan) -> Edge {
         .because("FOG blends over the light to which REFLECT_RESOLVE has added, and reads the depth that it has read")
 }
 
-/// What AO has read: what FOG reads of it became visible to AO alone.
+/// FOG waits for AO: the depth that both read became visible to AO alone.
 pub(super) fn after_ao(plan: &FramePlan) -> Edge {
     let drop = plan.transparency.is_none().then_some(fog::DEPTH_DROP);
     let after: Vec<_> = [fog::DEPTH_READ].into_iter().chain(drop).collect();
@@ -66,7 +66,7 @@ pub(super) fn after_ao(plan: &FramePlan) -> Edge {
         .because("FOG reads the depth that AO has read, and where nothing transparent follows it drops that")
 }
 
-/// What is transparent, in the place of the rows from LIGHTING or FORWARD; [`super::main_pass`] has those of the sums.
+/// Rows to TRANSPARENT and COMPOSITE, in the place of those from LIGHTING or FORWARD; [`super::main_pass`] has those of the sums.
 pub(super) fn transparent_after_fog(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> {
     let mut depth = match plan.stores_gbuffer {
         true => vec![transparent::DEPTH_WAIT],

@@ -53,7 +53,7 @@ pub(super) fn rows(light: Use) -> Vec<Edge> {
     ]
 }
 
-/// In the place of the rows from LIGHTING, and of those by which the blend pass's first subpass waits for the last frame.
+/// These stand in the place of the rows from LIGHTING, and of those by which the blend pass's first subpass waits for the last frame.
 pub(super) fn to_transparent(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> {
     let row = |name| row(name, Carrier::Subpass(BLEND_PASS));
     let (resolve, light) = (reflect_resolve::PASS.place, reflect_resolve::LIGHT_BLEND);
