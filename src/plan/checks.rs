@@ -3,13 +3,22 @@
 use ash::vk;
 
 use super::{Capabilities, Error, FramePlan, Gbuffer};
-use crate::scene::{Camera, LightPath, MSAA, Output, Resolve, Settings, View};
+use crate::scene::{Camera, LightPath, MSAA, Output, Resolve, SETTINGS, Settings, View};
 
 pub(super) fn check_size([width, height]: [u32; 2], device: &Capabilities) -> Result<(), Error> {
     match width == 0 || height == 0 || width.max(height) > device.max_extent {
         true => Err(Error::Size(width, height, device.max_extent)),
         false => Ok(()),
     }
+}
+
+/// The first of the settings whose key begins so that is out of its range, in a sentence.
+pub(super) fn out_of_range(settings: &Settings, prefix: &str) -> Option<String> {
+    let said = settings.patch();
+    SETTINGS.iter().filter(|setting| setting.key.starts_with(prefix)).find_map(|setting| {
+        let text = setting.text(&said)?;
+        setting.read(&text).err().map(|why| format!("{} is {text}: it {why}", setting.title))
+    })
 }
 
 /// `locations` are the colour locations of GEOMETRY.

@@ -2,9 +2,10 @@
 
 use std::borrow::Cow;
 
+use super::checks::out_of_range;
 use super::parts::{Part, part};
 use super::{Error, FramePlan, FroxelPlan};
-use crate::scene::{Fog, SETTINGS, Settings, View};
+use crate::scene::{Fog, Settings, View};
 
 /// The fog of a plan's frames: so much light is lost along a metre as `density` times e to the power of (`base` - height) / `height`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,12 +46,7 @@ impl FogPlan {
         if !is_asked_for(settings) || !(alone || settings.view == View::Final) {
             return Ok(None);
         }
-        let said = settings.patch();
-        let wrong = SETTINGS.iter().filter(|setting| setting.key.starts_with("fog-")).find_map(|setting| {
-            let text = setting.text(&said)?;
-            setting.read(&text).err().map(|why| format!("{} is {text}: it {why}", setting.title))
-        });
-        if let Some(wrong) = wrong {
+        if let Some(wrong) = out_of_range(settings, "fog-") {
             return Err(Error::Fog(wrong));
         }
         let &Settings { fog_density: density, fog_height: height, fog_base: base, .. } = settings;

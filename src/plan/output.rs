@@ -264,15 +264,7 @@ mod tests {
     #[test]
     fn pictures_that_are_copied_to_a_swapchain_have_its_order_of_channels_whoever_encodes_them() {
         let shown = |plan: &FramePlan| [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output);
-        let all = [
-            samples::plans(),
-            samples::forward_plans(),
-            samples::tiled_plans(),
-            samples::filtered_plans(),
-            samples::reflected_plans(),
-            samples::fogged_plans(),
-        ]
-        .concat();
+        let all = samples::of_every_kind();
         for (name, plan) in all.into_iter().filter(|(_, plan)| shown(plan)) {
             for (format, blue_first) in [(vk::Format::B8G8R8A8_SRGB, true), (BLUE_FIRST, true), (OUTPUT_PLAIN, false)] {
                 let copied = plan.clone().copied_to(Canvas::Straight(format));
@@ -292,15 +284,7 @@ mod tests {
     #[test]
     fn pictures_that_a_shader_encodes_are_light_in_an_image_of_the_frames_own_whoever_draws_them() {
         let encoded = Encoding { transfer: Transfer::Pq, headroom: 4.0 };
-        let all = [
-            samples::plans(),
-            samples::forward_plans(),
-            samples::tiled_plans(),
-            samples::filtered_plans(),
-            samples::reflected_plans(),
-            samples::fogged_plans(),
-        ]
-        .concat();
+        let all = samples::of_every_kind();
         for (name, plan) in all {
             let shown = plan.clone().presented_as(Canvas::Encode(encoded));
             assert_eq!((shown.output, shown.headroom()), (HDR, 4.0), "{name}");

@@ -5,6 +5,7 @@ use std::fmt;
 
 use ash::vk;
 
+use super::checks::out_of_range;
 use super::{Error, FramePlan};
 use crate::scene::{Brdf, HdrFormat, LightPath, Object, Reflections, Scene, Settings, TextureSlot, View};
 
@@ -69,29 +70,21 @@ pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
     }
 }
 
-/// What frames have, or why they have none.
+/// The plan of reflections, or the reason why frames have none.
 ///
 /// # Errors
-/// What does not go with it, in a sentence.
+/// For settings that do not go with it, and for numbers out of their ranges, as only a library's caller can have them.
 pub(super) fn choose(
     scene: &Scene,
     settings: &Settings,
     path: LightPath,
 ) -> Result<Result<ReflectionPlan, String>, Error> {
     let refuse = |why: String| Err(Error::Reflections(why));
-    let (roughness, steps, thickness) =
-        (settings.reflection_roughness, settings.reflection_steps, settings.reflection_thickness);
     if settings.reflections == Reflections::Off {
         return Ok(Err("not asked for".into()));
     }
-    if !(0.0..=1.0).contains(&roughness) {
-        return refuse(format!("a roughness of {roughness}: it must be 0 to 1"));
-    }
-    if steps == 0 || steps > MOST_STEPS {
-        return refuse(format!("{steps} steps of a ray: choose 1 to {MOST_STEPS}"));
-    }
-    if !(0.0..=MOST_THICKNESS).contains(&thickness) {
-        return refuse(format!("surfaces {thickness} m thick: it must be 0 to {MOST_THICKNESS} m"));
+    if let Some(wrong) = out_of_range(settings, "reflection-") {
+        return refuse(wrong);
     }
     if !is_used(scene, settings) {
         let why = match shows(settings.view) {
@@ -120,13 +113,13 @@ pub(super) fn choose(
     if settings.hdr_format == HdrFormat::B10g11r11 {
         return refuse(format!("no shader stores to an HDR target of {}: choose rgba16f", settings.hdr_format));
     }
-    Ok(Ok(ReflectionPlan { roughness, steps, thickness, shown: settings.view == View::Reflections }))
+    Ok(Ok(ReflectionPlan {
+        roughness: settings.reflection_roughness,
+        steps: settings.reflection_steps,
+        thickness: settings.reflection_thickness,
+        shown: settings.view == View::Reflections,
+    }))
 }
-
-/// What a driver surely draws before its watchdog bites.
-const MOST_STEPS: u32 = 1024;
-/// Metres.
-const MOST_THICKNESS: f32 = 1000.0;
 
 fn shows(view: View) -> bool {
     matches!(view, View::Final | View::Ambient | View::Bloom | View::Reflections)

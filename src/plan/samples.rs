@@ -501,6 +501,12 @@ pub fn taa_plans() -> Vec<(String, FramePlan)> {
     ])
 }
 
+/// All sample plans.
+pub fn of_every_kind() -> Vec<(String, FramePlan)> {
+    [plans(), forward_plans(), tiled_plans(), filtered_plans(), particle_plans(), reflected_plans(), fogged_plans()]
+        .concat()
+}
+
 /// Plans whose main pass ends before something that reads neighbours of the lit picture.
 pub fn filtered_plans() -> Vec<(String, FramePlan)> {
     [bloomed_plans(), taa_plans()].concat()

@@ -470,11 +470,8 @@ fn untried(tried: &[FramePlan]) -> BTreeSet<String> {
         edges::table(plan).iter().map(|edge| Edge { why: "", ..edge.clone() }).collect()
     };
     let tried: Vec<Edge> = tried.iter().flat_map(rows).collect();
-    let samples = samples::plans().into_iter().chain(samples::tiled_plans()).chain(samples::forward_plans());
-    let samples = samples.chain(samples::filtered_plans()).chain(samples::reflected_plans());
-    let samples = samples.chain(samples::fogged_plans());
     let shows = |plan: &FramePlan| cfg!(feature = "window") && [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output);
-    let samples = samples.flat_map(|(name, plan)| {
+    let samples = samples::of_every_kind().into_iter().flat_map(|(name, plan)| {
         let in_window = |way| (format!("{name}, in a window"), presented(plan.clone(), way));
         let shown = shows(&plan).then(|| [in_window(Way::Straight), in_window(Way::Encoded)]);
         [(name, plan)].into_iter().chain(shown.into_iter().flatten()).collect::<Vec<_>>()

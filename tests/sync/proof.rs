@@ -94,17 +94,7 @@ fn masks(row: &Edge) -> String {
 #[test]
 fn sample_plans_have_no_hazard_and_no_superfluous_row_stage_or_access() {
     let mut plans = Different::default();
-    for (name, plan) in [
-        samples::plans(),
-        samples::forward_plans(),
-        samples::tiled_plans(),
-        samples::filtered_plans(),
-        samples::fogged_plans(),
-        samples::particle_plans(),
-        samples::reflected_plans(),
-    ]
-    .concat()
-    {
+    for (name, plan) in samples::of_every_kind() {
         plans.add(&name, plan);
     }
     for case in cases() {

@@ -237,16 +237,7 @@ mod tests {
 
     /// Sample plans, and those of pictures as windows have them.
     fn plans() -> Vec<(String, FramePlan)> {
-        let mut all = [
-            samples::plans(),
-            samples::forward_plans(),
-            samples::tiled_plans(),
-            samples::filtered_plans(),
-            samples::fogged_plans(),
-            samples::particle_plans(),
-            samples::reflected_plans(),
-        ]
-        .concat();
+        let mut all = samples::of_every_kind();
         let pictures: Vec<_> =
             all.iter().filter(|(_, plan)| [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output)).collect();
         let encoded = Canvas::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 });

@@ -237,15 +237,7 @@ mod tests {
 
     /// Sample plans of pictures.
     fn pictures() -> impl Iterator<Item = (String, FramePlan)> {
-        let all = [
-            samples::plans(),
-            samples::forward_plans(),
-            samples::tiled_plans(),
-            samples::filtered_plans(),
-            samples::reflected_plans(),
-            samples::fogged_plans(),
-        ]
-        .concat();
+        let all = samples::of_every_kind();
         all.into_iter().filter(|(_, plan)| [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output))
     }
 

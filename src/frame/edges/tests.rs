@@ -7,13 +7,11 @@ use ash::vk::{AccessFlags as A, PipelineStageFlags as S};
 use super::masks::SUPPORTED;
 use super::*;
 use crate::frame::list::{BLEND_PASS, FXAA_PASS, MAIN_PASS, SHARPEN_PASS, TONEMAP_PASS};
-use crate::passes::{ao_denoise, bloom, fxaa, hiz, reflect_resolve, taa, tone, velocity};
+use crate::passes::{ao_denoise, bloom, fxaa, hiz, reflect_resolve, taa, tiled, tone, velocity};
 use crate::plan::samples;
 
 fn each_plan(check: impl Fn(&str, &FramePlan, &Edges)) {
-    let all = samples::plans().into_iter().chain(samples::forward_plans()).chain(samples::filtered_plans());
-    let all = all.chain(samples::reflected_plans()).chain(samples::fogged_plans());
-    for (name, plan) in all {
+    for (name, plan) in samples::of_every_kind() {
         check(&name, &plan, &table(&plan));
     }
 }
@@ -78,6 +76,7 @@ fn rows_are_by_region_between_subpasses_and_nowhere_else() {
                 &velocity::PASS,
                 &hiz::PASS,
                 &reflect_resolve::PASS,
+                &tiled::PASS,
             ];
             let outside = |place| place == Place::OUTSIDE || apart.iter().any(|pass| pass.place == place);
             let passes = [MAIN_PASS, BLEND_PASS, SHARPEN_PASS, TONEMAP_PASS].map(Carrier::Subpass);

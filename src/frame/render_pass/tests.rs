@@ -501,16 +501,7 @@ fn subpasses_write_attachments_of_one_sample_count_and_resolve_into_the_output()
 
 #[test]
 fn the_list_and_the_rows_of_every_plan_agree() {
-    for (name, plan) in [
-        samples::plans(),
-        samples::forward_plans(),
-        samples::tiled_plans(),
-        samples::filtered_plans(),
-        samples::reflected_plans(),
-        samples::fogged_plans(),
-    ]
-    .concat()
-    {
+    for (name, plan) in samples::of_every_kind() {
         List::of(&plan).check(&plan, &edges::table(&plan)).unwrap_or_else(|error| panic!("{name}: {error}"));
         let touched: BTreeSet<Target> = List::of(&plan)
             .0
@@ -589,15 +580,7 @@ fn a_row_that_names_no_pass_of_the_plan_is_refused() {
 
 #[test]
 fn every_change_of_layout_is_ordered_by_a_row_between_the_uses_that_it_is_between() {
-    let all = [
-        samples::plans(),
-        samples::forward_plans(),
-        samples::tiled_plans(),
-        samples::filtered_plans(),
-        samples::reflected_plans(),
-        samples::fogged_plans(),
-    ]
-    .concat();
+    let all = samples::of_every_kind();
     for (name, plan) in all {
         let edges = edges::table(&plan);
         let passes = PassDescription::all(&plan, &edges);

@@ -14,15 +14,7 @@ fn plans() -> &'static [(String, FramePlan, Edges)] {
         let mut seen = BTreeSet::new();
         // `make test-all` looks at each of them.
         let every = if std::env::var("AFTERLIGHT_TESTS").is_ok_and(|value| value == "all") { 1 } else { 7 };
-        let all = [
-            samples::plans(),
-            samples::forward_plans(),
-            samples::tiled_plans(),
-            samples::filtered_plans(),
-            samples::reflected_plans(),
-            samples::fogged_plans(),
-        ]
-        .concat();
+        let all = samples::of_every_kind();
         let all = all.into_iter().step_by(every);
         let with_edges = all.map(|(name, plan)| {
             let edges = edges::table(&plan);
