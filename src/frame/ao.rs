@@ -6,14 +6,14 @@ use super::list::{self, Occasion, Step};
 use super::render_passes::{RenderPasses, image_barrier};
 use crate::gpu::{self, Timestamps};
 use crate::passes::ao::{self, Ao};
-use crate::passes::ao_denoise::{self, AoDenoise};
-use crate::passes::{Bound, How, Pass, Recording, Resource};
+use crate::passes::ao_denoise;
+use crate::passes::{Bound, How, Pass, PerPixel, Recording, Resource};
 use crate::plan::{FramePlan, Target};
 
 /// The two passes with the rows of the barriers around them.
 pub struct AoStage {
     ao: Ao,
-    denoise: AoDenoise,
+    denoise: PerPixel,
     reuse: Option<Edge>,
     ao_to_denoise: Option<Edge>,
     denoise_to_tiled: Option<Edge>,
@@ -63,7 +63,7 @@ impl AoStage {
         let row = |name| edges.find(name).cloned();
         Ok(Some(Self {
             ao: Ao::new(device, plan, frame_layout, &images(passes, &ao::PASS, plan))?,
-            denoise: AoDenoise::new(device, plan, frame_layout, &images(passes, &ao_denoise::PASS, plan))?,
+            denoise: ao_denoise::new(device, plan, frame_layout, &images(passes, &ao_denoise::PASS, plan))?,
             reuse: row(RowName::VISIBILITY_REUSE),
             ao_to_denoise: row(RowName::VISIBILITY_TO_DENOISE),
             denoise_to_tiled: row(RowName::OCCLUSION_TO_TILED),
@@ -93,7 +93,7 @@ impl AoStage {
         frame.begin(&ao_denoise::PASS);
         // It reads what AO found around each pixel.
         barrier(Target::Visibility, &self.ao_to_denoise);
-        self.denoise.record(frame);
+        self.denoise.record(frame, frame.size);
         // TILED reads the occlusion with the albedo.
         barrier(Target::Albedo, &self.denoise_to_tiled);
         frame.end(times, &ao_denoise::PASS);

@@ -7,16 +7,14 @@ use super::list::{self, Occasion, Step};
 use super::render_passes::{RenderPasses, image_barrier};
 use crate::gpu::{self, Timestamps};
 use crate::passes::hiz::{self, Hiz};
-use crate::passes::reflect::{self, Reflect};
-use crate::passes::reflect_resolve::{self, ReflectResolve};
-use crate::passes::{Recording, Resource};
+use crate::passes::{PerPixel, Recording, Resource, reflect, reflect_resolve};
 use crate::plan::{FramePlan, Target};
 
 /// The three passes with the rows of the barriers around them.
 pub struct ReflectStage {
     hiz: Hiz,
-    reflect: Reflect,
-    resolve: ReflectResolve,
+    reflect: PerPixel,
+    resolve: PerPixel,
     hiz_reuse: Option<Edge>,
     hiz_to_reflect: Option<Edge>,
     rays_reuse: Option<Edge>,
@@ -73,8 +71,8 @@ impl ReflectStage {
         let row = |name| edges.find(name).cloned();
         Ok(Some(Self {
             hiz: Hiz::new(device, plan, frame_layout, &images(passes, &hiz::PASS, plan))?,
-            reflect: Reflect::new(device, plan, frame_layout, &images(passes, &reflect::PASS, plan))?,
-            resolve: ReflectResolve::new(device, plan, frame_layout, &images(passes, &reflect_resolve::PASS, plan))?,
+            reflect: reflect::new(device, plan, frame_layout, &images(passes, &reflect::PASS, plan))?,
+            resolve: reflect_resolve::new(device, plan, frame_layout, &images(passes, &reflect_resolve::PASS, plan))?,
             hiz_reuse: row(RowName::HIZ_REUSE),
             hiz_to_reflect: row(RowName::HIZ_TO_REFLECT),
             rays_reuse: row(RowName::RAYS_REUSE),
@@ -109,13 +107,13 @@ impl ReflectStage {
         // It reads the pyramid, and REFLECT_RESOLVE of the last frame may still read what it writes.
         barrier(Target::Hiz, &self.hiz_to_reflect);
         barrier(Target::Rays, &self.rays_reuse);
-        self.reflect.record(frame);
+        self.reflect.record(frame, frame.size);
         frame.end(times, &reflect::PASS);
         frame.begin(&reflect_resolve::PASS);
         // It reads what rays found, and adds to the light that they were compared with.
         barrier(Target::Rays, &self.rays_to_resolve);
         barrier(Target::Hdr, &self.light_to_resolve);
-        self.resolve.record(frame);
+        self.resolve.record(frame, frame.size);
         // TAA or BLOOM read the light.
         barrier(Target::Hdr, &self.light_to_reader);
         frame.end(times, &reflect_resolve::PASS);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::per_pixel::{Bound, PerPixel, PerPixelDesc};
-use super::{Pass, Place, Presence, Recording, Touch, frame_data, needed};
+use super::{Pass, Place, Presence, Touch, frame_data, needed};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Target};
 use crate::scene::AmbientOcclusion;
@@ -45,37 +45,20 @@ pub const PASS: Pass = Pass {
     leave_out: Some(|settings| settings.ao = AmbientOcclusion::Off),
 };
 
-/// The pass.
-pub struct AoDenoise {
-    pass: PerPixel,
-}
-
-impl AoDenoise {
-    /// `images` are depth, normals, what AO found, and the albedo as it is stored to.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        frame_layout: vk::DescriptorSetLayout,
-        images: &[Bound],
-    ) -> gpu::Result<Self> {
-        let desc = PerPixelDesc {
-            name: "ao_denoise",
-            shader: needed("ao_denoise", shader::variant, flags(plan))?,
-            constants: &constants_of(plan),
-            frame_layout,
-        };
-        Ok(Self { pass: PerPixel::new(device, &desc, images)? })
-    }
-
-    /// Reads and writes other images, as of another size.
-    pub fn rebind(&mut self, device: &Arc<Device>, images: &[Bound]) -> gpu::Result<()> {
-        self.pass.rebind(device, images)
-    }
-
-    /// Runs outside any render pass.
-    pub fn record(&self, recording: &Recording) {
-        self.pass.record(recording, recording.size);
-    }
+/// `images` are depth, normals, what AO found, and the albedo as it is stored to.
+pub fn new(
+    device: &Arc<Device>,
+    plan: &FramePlan,
+    frame_layout: vk::DescriptorSetLayout,
+    images: &[Bound],
+) -> gpu::Result<PerPixel> {
+    let desc = PerPixelDesc {
+        name: "ao_denoise",
+        shader: needed("ao_denoise", shader::variant, flags(plan))?,
+        constants: &constants_of(plan),
+        frame_layout,
+    };
+    PerPixel::new(device, &desc, images)
 }
 
 /// Which variant of the shader a plan takes.

@@ -95,7 +95,7 @@ mod screen;
 mod surface;
 
 pub use declaration::{First, How, Pass, Place, Presence, Resource, Touch};
-pub use per_pixel::Bound;
+pub use per_pixel::{Bound, PerPixel};
 pub use screen::Input;
 
 use std::ops::Range;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::per_pixel::{Bound, PerPixel, PerPixelDesc, sampled_gbuffer};
-use super::{Pass, Place, Presence, Recording, Resource, Touch, frame_data, needed};
+use super::{Pass, Place, Presence, Resource, Touch, frame_data, needed};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Target};
 use crate::shaders::reflect_resolve::{self as shader, Flags, constants};
@@ -46,37 +46,20 @@ pub const PASS: Pass = Pass {
     leave_out: None,
 };
 
-/// The pass.
-pub struct ReflectResolve {
-    pass: PerPixel,
-}
-
-impl ReflectResolve {
-    /// `images` are the G-buffer, what REFLECT found, and the light as it is stored to.
-    pub fn new(
-        device: &Arc<Device>,
-        plan: &FramePlan,
-        frame_layout: vk::DescriptorSetLayout,
-        images: &[Bound],
-    ) -> gpu::Result<Self> {
-        let desc = PerPixelDesc {
-            name: "reflect_resolve",
-            shader: needed("reflect_resolve", shader::variant, flags(plan))?,
-            constants: &constants_of(plan),
-            frame_layout,
-        };
-        Ok(Self { pass: PerPixel::new(device, &desc, images)? })
-    }
-
-    /// Reads and writes other images, as of another size.
-    pub fn rebind(&mut self, device: &Arc<Device>, images: &[Bound]) -> gpu::Result<()> {
-        self.pass.rebind(device, images)
-    }
-
-    /// Runs outside any render pass.
-    pub fn record(&self, recording: &Recording) {
-        self.pass.record(recording, recording.size);
-    }
+/// `images` are the G-buffer, what REFLECT found, and the light as it is stored to.
+pub fn new(
+    device: &Arc<Device>,
+    plan: &FramePlan,
+    frame_layout: vk::DescriptorSetLayout,
+    images: &[Bound],
+) -> gpu::Result<PerPixel> {
+    let desc = PerPixelDesc {
+        name: "reflect_resolve",
+        shader: needed("reflect_resolve", shader::variant, flags(plan))?,
+        constants: &constants_of(plan),
+        frame_layout,
+    };
+    PerPixel::new(device, &desc, images)
 }
 
 /// Which variant of the shader a plan takes.
