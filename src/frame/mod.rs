@@ -55,7 +55,7 @@ use std::time::Instant;
 
 use ash::vk;
 
-use crate::gpu::{self, CommandBuffer, Device, Image, Owned, Ticket, Timestamps};
+use crate::gpu::{self, Around, CommandBuffer, Device, Image, Owned, Ticket, Timestamps};
 use crate::gpu_scene::{
     Culling, FrameUniform, GpuScene, Instances, PoseBuffer, ShadowAtlas, SortedIndices, ViewBuffers,
 };
@@ -366,7 +366,8 @@ impl Renderer {
     /// When the device is lost or out of memory.
     pub fn render_jittered(&mut self, camera: &Camera, jitter: [f64; 2]) -> Result<(), Error> {
         let recorded = self.record(camera, jitter, None)?;
-        self.submit(recorded, &[], &[])
+        let ends_frame = self.frame.output(&self.plan).map(|output| output.raw);
+        self.submit(recorded, &Around { ends_frame, ..Around::default() })
     }
 
     /// Waits until the place of the next frame is free: its buffers are written anew, and so is its semaphore used. The times of the frame that
@@ -477,18 +478,13 @@ impl Renderer {
         Ok(Recorded { camera: *camera, visible, stale_maps, pose: self.world.pose.revision, since })
     }
 
-    /// Submits what was recorded, with semaphores to wait for at a stage, and to signal.
-    fn submit(
-        &mut self,
-        recorded: Recorded,
-        waits: &[(vk::Semaphore, vk::PipelineStageFlags)],
-        signals: &[vk::Semaphore],
-    ) -> Result<(), Error> {
+    /// Submits what was recorded.
+    fn submit(&mut self, recorded: Recorded, around: &Around) -> Result<(), Error> {
         let Recorded { camera, visible, stale_maps, pose, since } = recorded;
         let frame = &mut self.frames[self.next];
         frame.cmd.end()?;
         frame.record_ms = milliseconds(frame.begun);
-        frame.ticket = Some(self.device.submit_with(&frame.cmd, waits, signals)?);
+        frame.ticket = Some(self.device.submit_with(&frame.cmd, around)?);
         self.posed = pose;
         self.shadow_cache.keep(&self.world, &camera, &visible, &stale_maps);
         if let Some(since) = &since {

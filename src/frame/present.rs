@@ -18,7 +18,8 @@ use super::split::Split;
 use super::{Drawn, Error, FrameParts, FrameTimes, IN_FLIGHT, Picture, Renderer, list, plan_for};
 use crate::gpu::barrier::ImageRange;
 use crate::gpu::{
-    self, Acquired, Device, Fit, ImageFormats, ImageWish, Owned, Surface, Swapchain, SwapchainDesc, Vsync, semaphore,
+    self, Acquired, Around, Device, Fit, ImageFormats, ImageWish, Owned, Surface, Swapchain, SwapchainDesc, Vsync,
+    semaphore,
 };
 use crate::gpu_scene::GpuScene;
 use crate::passes::copy::Copy;
@@ -328,8 +329,8 @@ impl Presenter {
         // The rows "acquire" and "present".
         let stage =
             renderer.edges.find(RowName::ACQUIRE).map_or(vk::PipelineStageFlags::ALL_COMMANDS, |row| row.after.stage);
-        let wait = (acquired, stage);
-        let submitted = renderer.submit(recorded, &[wait], &[image.drawn.raw]);
+        let (waits, signals) = (&[(acquired, stage)], &[image.drawn.raw]);
+        let submitted = renderer.submit(recorded, &Around { waits, signals, ends_frame: None });
         submitted.inspect_err(|_| _ = self.device.consume(acquired))?;
         self.is_copied |= copied;
         // What is given up before a frame is submitted could be destroyed before the frame is done.

@@ -45,6 +45,8 @@ pub struct EnabledFeatures {
     pub memory_budget: bool,
     /// Images of a swapchain can be viewed in another format than their own. Only of a device that has swapchains.
     pub mutable_swapchains: bool,
+    /// A submission can say that it ends a frame, for tools that capture frames of a program without a window (VK_EXT_frame_boundary).
+    pub frame_boundary: bool,
 }
 
 impl EnabledFeatures {
@@ -65,6 +67,9 @@ impl EnabledFeatures {
             memory_budget: has(ash::ext::memory_budget::NAME),
             mutable_swapchains: required.contains(&ash::khr::swapchain::NAME)
                 && MUTABLE_SWAPCHAINS.into_iter().all(has),
+            // Who has the extension has its one feature (specification, "Feature Requirements"). It is not asked for, because gfxreconstruct's layer
+            // offers the extension for drivers that lack it, and leaves the answer to them.
+            frame_boundary: has(ash::ext::frame_boundary::NAME),
         }
     }
 
@@ -85,7 +90,9 @@ impl EnabledFeatures {
         // A device that has the portability subset must be given it.
         let subset = self.portability_subset.then_some(ash::khr::portability_subset::NAME);
         let mutable = self.mutable_swapchains.then_some(MUTABLE_SWAPCHAINS).into_iter().flatten();
-        subset.into_iter().chain(self.memory_budget.then_some(ash::ext::memory_budget::NAME)).chain(mutable)
+        let budget = self.memory_budget.then_some(ash::ext::memory_budget::NAME);
+        let boundary = self.frame_boundary.then_some(ash::ext::frame_boundary::NAME);
+        [subset, budget, boundary].into_iter().flatten().chain(mutable)
     }
 }
 
@@ -269,7 +276,11 @@ fn create(
         .queue_create_infos(&queues)
         .enabled_extension_names(&names)
         .enabled_features(&core);
-    let info = instrumentation.chain(info);
+    let mut info = instrumentation.chain(info);
+    let mut frame_boundary = vk::PhysicalDeviceFrameBoundaryFeaturesEXT::default().frame_boundary(true);
+    if features.frame_boundary {
+        info = info.push_next(&mut frame_boundary);
+    }
     // SAFETY: the device was listed by this instance; it has these extensions and features; all that the structures
     // point to lives until the call returns.
     unsafe { instance.raw().create_device(physical.raw, &info, None) }

@@ -59,6 +59,7 @@ pub use instance::{Instance, InstanceOptions, LayerInfo, Validation};
 pub use memory::{HeapReport, KindReport, MemoryKind, MemoryReport};
 pub use message::{Message, MessageKind, MessageLog, Severity};
 pub use physical::{DeviceChoice, PhysicalDevice, choose};
+pub(crate) use submission::Around;
 #[cfg(feature = "present")]
 pub use surface::{HEADLESS, Surface, surface_extensions};
 #[cfg(feature = "present")]

@@ -16,6 +16,18 @@ use super::error::{Doing, Error, Result};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Ticket(pub u64);
 
+/// What a submission does beside running its commands.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Around<'a> {
+    /// Semaphores to wait for before the given stages.
+    pub waits: &'a [(vk::Semaphore, vk::PipelineStageFlags)],
+    /// Semaphores to signal when done.
+    pub signals: &'a [vk::Semaphore],
+    /// It ends a frame that nothing presents, and this image has its picture. Tools that capture frames are told, where the device can tell
+    /// them; a presented frame needs no such mark.
+    pub ends_frame: Option<vk::Image>,
+}
+
 /// The queue, and a fence for each submission that is not known to be done.
 ///
 /// Fences suffice for order: one signals only when every earlier submission to the queue is done too (Vulkan 1.3,
@@ -102,21 +114,16 @@ impl Device {
     /// # Errors
     /// [`Error::Misuse`] if it is not recorded; a lost device; running out of memory.
     pub fn submit(&self, cmd: &CommandBuffer) -> Result<Ticket> {
-        self.submit_with(cmd, &[], &[])
+        self.submit_with(cmd, &Around::default())
     }
 
-    /// As [`Device::submit`], waiting for semaphores before the given stages, and signalling others when done.
+    /// As [`Device::submit`], with what is to happen before and after.
     ///
     /// # Errors
     /// As [`Device::submit`].
-    pub(crate) fn submit_with(
-        &self,
-        cmd: &CommandBuffer,
-        waits: &[(vk::Semaphore, vk::PipelineStageFlags)],
-        signals: &[vk::Semaphore],
-    ) -> Result<Ticket> {
+    pub(crate) fn submit_with(&self, cmd: &CommandBuffer, around: &Around) -> Result<Ticket> {
         let doing = || format!("submitting '{}'", cmd.name());
-        cmd.submitted_by(|| self.submit_raw(&[cmd.raw], waits, signals, doing))
+        cmd.submitted_by(|| self.submit_raw(&[cmd.raw], around, doing))
     }
 
     /// Has the queue wait for a semaphore that something signals, so that it can be signalled again.
@@ -124,17 +131,17 @@ impl Device {
     /// # Errors
     /// A lost device; running out of memory.
     pub(crate) fn consume(&self, signalled: vk::Semaphore) -> Result<Ticket> {
-        let wait = (signalled, vk::PipelineStageFlags::ALL_COMMANDS);
-        self.submit_raw(&[], &[wait], &[], || "waiting for a semaphore".into())
+        let waits = &[(signalled, vk::PipelineStageFlags::ALL_COMMANDS)];
+        self.submit_raw(&[], &Around { waits, ..Around::default() }, || "waiting for a semaphore".into())
     }
 
     fn submit_raw(
         &self,
         commands: &[vk::CommandBuffer],
-        waits: &[(vk::Semaphore, vk::PipelineStageFlags)],
-        signals: &[vk::Semaphore],
+        around: &Around,
         doing: impl Fn() -> String,
     ) -> Result<Ticket> {
+        let Around { waits, signals, ends_frame } = *around;
         let (semaphores, stages): (Vec<_>, Vec<_>) = waits.iter().copied().unzip();
         let mut info = vk::SubmitInfo::default().command_buffers(commands);
         // The address of an empty list is not null, and best practices want it to be.
@@ -144,6 +151,8 @@ impl Device {
         if !signals.is_empty() {
             info = info.signal_semaphores(signals);
         }
+        let image = ends_frame.as_slice();
+        let mut boundary = vk::FrameBoundaryEXT::default().flags(vk::FrameBoundaryFlagsEXT::FRAME_END).images(image);
         let mut state = self.submissions.lock();
         let fence = match state.free.pop() {
             Some(fence) => fence,
@@ -152,6 +161,10 @@ impl Device {
         };
         // Counted before it is made: an owner that another thread drops meanwhile then waits for it.
         let serial = self.submissions.submitted.fetch_add(1, Ordering::AcqRel) + 1;
+        if self.features.frame_boundary && ends_frame.is_some() {
+            boundary.frame_id = serial;
+            info = info.push_next(&mut boundary);
+        }
         // SAFETY: the command buffer is recorded and not pending (`submitted_by`), the fence is unsignalled, and the
         // queue is used by one thread at a time, under the lock.
         let submitted = unsafe { self.raw.queue_submit(state.queue, &[info], fence) };

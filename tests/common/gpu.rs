@@ -43,6 +43,11 @@ pub fn on_gpu(test: impl FnOnce(&Gpu)) {
     on_instance(instance(false), &[], Turns::all(), |_| (), test);
 }
 
+/// The same on a device that is changed before anybody else has it.
+pub fn on_prepared_gpu(prepare: impl FnOnce(&mut Device), test: impl FnOnce(&Gpu)) {
+    on_instance(instance(false), &[], Turns::all(), prepare, test);
+}
+
 /// The same in both modes of the layer: neither notices all that the other does. Older layers have one. In `make test`, cases that ask
 /// [`Gpu::takes_turn`] are tried in one mode each, in turn.
 pub fn on_gpu_in_both_modes(test: impl Fn(&Gpu)) {

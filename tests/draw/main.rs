@@ -7,6 +7,7 @@ mod antialiasing;
 mod ao;
 mod bloom;
 mod camera_paths;
+mod capture;
 mod changes;
 mod clips;
 mod compressed;
