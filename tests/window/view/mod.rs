@@ -12,6 +12,7 @@ mod light;
 mod panels;
 mod split;
 mod steps;
+mod traces;
 mod wayland;
 
 use std::thread::sleep;
