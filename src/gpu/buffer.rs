@@ -43,7 +43,7 @@ impl Buffer {
         let doing = || format!("creating the buffer '{name}' of {size} bytes");
         let info = vk::BufferCreateInfo::default().size(size).usage(usage).sharing_mode(vk::SharingMode::EXCLUSIVE);
         // SAFETY: the device is alive; destroyed by its owner, below, whatever follows.
-        let raw = unsafe { device.raw.create_buffer(&info, None) }.doing(doing)?;
+        let raw = unsafe { device.raw.create_buffer(&info, None) }.doing("vkCreateBuffer", doing)?;
         // SAFETY: the buffer is new.
         let requirements = unsafe { device.raw.get_buffer_memory_requirements(raw) };
         let mut owner = Owned::new_from(device, name, raw);
@@ -51,7 +51,7 @@ impl Buffer {
         let memory = device.memory.allocate(&need)?;
         // SAFETY: the memory was allocated for these requirements, and nothing is bound to it or to the buffer yet.
         let bound = unsafe { device.raw.bind_buffer_memory(raw, memory.memory(), memory.offset()) };
-        if let Err(error) = bound.doing(doing) {
+        if let Err(error) = bound.doing("vkBindBufferMemory", doing) {
             owner.retire_with(Some(memory));
             return Err(error);
         }
@@ -125,14 +125,14 @@ impl Buffer {
         let Some(range) = self.incoherent_range(memory, offset, len) else { return Ok(()) };
         // SAFETY: the memory is alive and mapped, and the range lies in it.
         unsafe { self.device().raw.flush_mapped_memory_ranges(&[range]) }
-            .doing(|| format!("writing to the buffer '{}'", self.name))
+            .doing("vkFlushMappedMemoryRanges", || format!("writing to the buffer '{}'", self.name))
     }
 
     fn invalidate(&self, memory: &Allocation, offset: u64, len: u64) -> Result<()> {
         let Some(range) = self.incoherent_range(memory, offset, len) else { return Ok(()) };
         // SAFETY: the memory is alive and mapped, and the range lies in it.
         unsafe { self.device().raw.invalidate_mapped_memory_ranges(&[range]) }
-            .doing(|| format!("reading the buffer '{}'", self.name))
+            .doing("vkInvalidateMappedMemoryRanges", || format!("reading the buffer '{}'", self.name))
     }
 
     /// The part of the memory to flush or invalidate; `None` if it is coherent.

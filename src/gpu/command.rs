@@ -46,16 +46,16 @@ impl CommandBuffer {
             .flags(vk::CommandPoolCreateFlags::TRANSIENT)
             .queue_family_index(device.queue_family);
         // SAFETY: the device is alive and has this queue family.
-        let pool = unsafe { device.raw.create_command_pool(&info, None) }.doing(doing)?;
+        let pool = unsafe { device.raw.create_command_pool(&info, None) }.doing("vkCreateCommandPool", doing)?;
         let pool = Owned::new_from(device, name, pool);
         let info = vk::CommandBufferAllocateInfo::default()
             .command_pool(pool.raw)
             .level(vk::CommandBufferLevel::PRIMARY)
             .command_buffer_count(1);
         // SAFETY: the pool is new and used by nobody else.
-        let buffers = unsafe { device.raw.allocate_command_buffers(&info) }.doing(doing)?;
+        let buffers = unsafe { device.raw.allocate_command_buffers(&info) }.doing("vkAllocateCommandBuffers", doing)?;
         let Some(&raw) = buffers.first() else {
-            return Err(Error::vulkan(doing(), vk::Result::ERROR_UNKNOWN));
+            return Err(Error::vulkan("vkAllocateCommandBuffers", doing(), vk::Result::ERROR_UNKNOWN));
         };
         device.name_object(raw, name);
         Ok(CommandBuffer { raw, pool, state: Mutex::new(State { phase: Phase::Empty, last: None }) })
@@ -78,9 +78,11 @@ impl CommandBuffer {
         }
         state.phase = Phase::Empty;
         // SAFETY: no submission uses the pool's only command buffer any more, and `self` is borrowed exclusively.
-        unsafe { device.raw.reset_command_pool(self.pool.raw, vk::CommandPoolResetFlags::empty()) }.doing(doing)?;
+        unsafe { device.raw.reset_command_pool(self.pool.raw, vk::CommandPoolResetFlags::empty()) }
+            .doing("vkResetCommandPool", doing)?;
         // SAFETY: the command buffer has just been reset.
-        unsafe { device.raw.begin_command_buffer(self.raw, &vk::CommandBufferBeginInfo::default()) }.doing(doing)?;
+        unsafe { device.raw.begin_command_buffer(self.raw, &vk::CommandBufferBeginInfo::default()) }
+            .doing("vkBeginCommandBuffer", doing)?;
         state.phase = Phase::Recording;
         Ok(())
     }
@@ -98,7 +100,7 @@ impl CommandBuffer {
         state.phase = Phase::Empty;
         // SAFETY: it is in the recording state, and `self` is borrowed exclusively.
         unsafe { self.pool.device().raw.end_command_buffer(self.raw) }
-            .doing(|| format!("recording '{}'", self.pool.name()))?;
+            .doing("vkEndCommandBuffer", || format!("recording '{}'", self.pool.name()))?;
         state.phase = Phase::Recorded;
         Ok(())
     }

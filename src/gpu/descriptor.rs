@@ -25,7 +25,7 @@ impl SetLayout {
         let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(bindings);
         // SAFETY: the device is alive; immutable samplers, if any, are too (the module's contract).
         let raw = unsafe { device.raw.create_descriptor_set_layout(&info, None) }
-            .doing(|| format!("creating the descriptor set layout '{name}'"))?;
+            .doing("vkCreateDescriptorSetLayout", || format!("creating the descriptor set layout '{name}'"))?;
         let content = |own: &vk::DescriptorSetLayoutBinding<'_>| {
             (own.binding, own.descriptor_type, own.descriptor_count, own.stage_flags)
         };
@@ -77,7 +77,7 @@ impl DescriptorPool {
         let info = vk::DescriptorPoolCreateInfo::default().max_sets(max_sets).pool_sizes(&sizes);
         // SAFETY: the device is alive.
         let raw = unsafe { device.raw.create_descriptor_pool(&info, None) }
-            .doing(|| format!("creating the descriptor pool '{name}'"))?;
+            .doing("vkCreateDescriptorPool", || format!("creating the descriptor pool '{name}'"))?;
         Ok(DescriptorPool { owner: Owned::new_from(device, name, raw), sets: Mutex::default() })
     }
 
@@ -92,9 +92,9 @@ impl DescriptorPool {
         let device = self.owner.device();
         let mut sets = self.sets.lock().unwrap_or_else(PoisonError::into_inner);
         // SAFETY: the pool is alive and used by no other thread, the layout is alive (the module's contract).
-        let new = unsafe { device.raw.allocate_descriptor_sets(&info) }.doing(doing)?;
+        let new = unsafe { device.raw.allocate_descriptor_sets(&info) }.doing("vkAllocateDescriptorSets", doing)?;
         let Some(&set) = new.first() else {
-            return Err(Error::vulkan(doing(), vk::Result::ERROR_UNKNOWN));
+            return Err(Error::vulkan("vkAllocateDescriptorSets", doing(), vk::Result::ERROR_UNKNOWN));
         };
         sets.push(set);
         device.name_object(set, name);

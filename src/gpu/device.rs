@@ -284,7 +284,7 @@ fn create(
     // SAFETY: the device was listed by this instance; it has these extensions and features; all that the structures
     // point to lives until the call returns.
     unsafe { instance.raw().create_device(physical.raw, &info, None) }
-        .doing(|| format!("opening the device '{}'", physical.name))
+        .doing("vkCreateDevice", || format!("opening the device '{}'", physical.name))
 }
 
 #[cfg(test)]

@@ -49,7 +49,7 @@ pub enum Error {
     /// A Vulkan call failed.
     #[error("{doing}: Vulkan says {result:?} ({result})")]
     Vulkan {
-        /// What was being done, as "creating the image 'albedo'".
+        /// What was being done and by which command, as "creating the image 'albedo' by vkCreateImage".
         doing: String,
         /// What the driver returned.
         result: vk::Result,
@@ -105,9 +105,9 @@ fn asked_bytes(bytes: Option<u64>) -> String {
 }
 
 impl Error {
-    /// From a Vulkan result; running out of memory and a lost device become variants of their own.
-    pub(super) fn vulkan(doing: impl Into<String>, result: vk::Result) -> Error {
-        let doing = doing.into();
+    /// From the result of a Vulkan command; running out of memory and a lost device become variants of their own.
+    pub(super) fn vulkan(command: &str, doing: impl Into<String>, result: vk::Result) -> Error {
+        let doing = by(command, &doing.into());
         match result {
             vk::Result::ERROR_OUT_OF_HOST_MEMORY
             | vk::Result::ERROR_OUT_OF_DEVICE_MEMORY
@@ -118,15 +118,20 @@ impl Error {
     }
 }
 
-/// Says what was being done when a Vulkan call failed. The text is only made on failure.
+/// What was being done, and by which command of Vulkan.
+pub(super) fn by(command: &str, doing: &str) -> String {
+    format!("{doing} by {command}")
+}
+
+/// Says what was being done when a Vulkan command failed, and by which command. The text is only made on failure.
 pub(super) trait Doing<T> {
     /// Turns the error into [`Error::Vulkan`], [`Error::OutOfMemory`] or [`Error::DeviceLost`].
-    fn doing<S: Into<String>>(self, text: impl FnOnce() -> S) -> Result<T>;
+    fn doing<S: Into<String>>(self, command: &str, text: impl FnOnce() -> S) -> Result<T>;
 }
 
 impl<T> Doing<T> for ash::prelude::VkResult<T> {
-    fn doing<S: Into<String>>(self, text: impl FnOnce() -> S) -> Result<T> {
-        self.map_err(|result| Error::vulkan(text(), result))
+    fn doing<S: Into<String>>(self, command: &str, text: impl FnOnce() -> S) -> Result<T> {
+        self.map_err(|result| Error::vulkan(command, text(), result))
     }
 }
 
@@ -138,11 +143,16 @@ mod tests {
     fn every_error_is_one_line_that_names_the_thing() {
         let errors = [
             Error::NoSuchDevice { wanted: "voodoo".into(), available: vec!["a".into(), "b".into()] },
-            Error::vulkan("creating the image 'albedo'", vk::Result::ERROR_DEVICE_LOST),
-            Error::vulkan("creating the image 'albedo'", vk::Result::ERROR_OUT_OF_DEVICE_MEMORY),
+            Error::vulkan("vkCreateImage", "creating the image 'albedo'", vk::Result::ERROR_DEVICE_LOST),
+            Error::vulkan("vkCreateImage", "creating the image 'albedo'", vk::Result::ERROR_OUT_OF_DEVICE_MEMORY),
             Error::TooLarge { what: "the width of 'output'".into(), asked: 9, limit: 8 },
         ];
-        for (error, part) in errors.iter().zip(["0: a, 1: b", "the device is lost", "out of memory", "at most 8"]) {
+        for (error, part) in errors.iter().zip([
+            "0: a, 1: b",
+            "'albedo' by vkCreateImage: the device is lost",
+            "out of memory",
+            "at most 8",
+        ]) {
             let text = error.to_string();
             assert!(text.contains(part) && !text.contains('\n'), "{text}");
         }

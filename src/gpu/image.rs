@@ -103,7 +103,7 @@ impl Image {
             || format!("creating the image '{name}' ({}x{} {:?})", desc.extent.width, desc.extent.height, desc.format);
         let info = create_info(desc);
         // SAFETY: the device is alive and can make such images, as checked; destroyed by its owner, whatever follows.
-        let raw = unsafe { device.raw.create_image(&info, None) }.doing(doing)?;
+        let raw = unsafe { device.raw.create_image(&info, None) }.doing("vkCreateImage", doing)?;
         // SAFETY: the image is new.
         let requirements = unsafe { device.raw.get_image_memory_requirements(raw) };
         let mut owner = Owned::new_from(device, name, raw);
@@ -117,7 +117,7 @@ impl Image {
         })?;
         // SAFETY: the memory was allocated for these requirements, and nothing is bound to it or to the image yet.
         let bound = unsafe { device.raw.bind_image_memory(raw, memory.memory(), memory.offset()) };
-        if let Err(error) = bound.doing(doing) {
+        if let Err(error) = bound.doing("vkBindImageMemory", doing) {
             owner.retire_with(Some(memory));
             return Err(error);
         }
@@ -206,7 +206,7 @@ impl Image {
         }
         // SAFETY: the image is alive and bound to memory.
         let raw = unsafe { device.raw.create_image_view(&info, None) }
-            .doing(|| format!("creating the image view '{name}'"))?;
+            .doing("vkCreateImageView", || format!("creating the image view '{name}'"))?;
         Ok(Owned::new_from(device, name, raw))
     }
 

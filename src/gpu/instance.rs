@@ -11,6 +11,9 @@ use super::message::{Message, MessageLog, messenger_info};
 use super::physical::{PhysicalDevice, version_text};
 use super::system::{Missing, install_hint};
 
+/// How often devices are listed again while their number changes.
+const LISTED_AGAIN: usize = 8;
+
 const KHRONOS_VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
 
 /// How much the validation layer checks.
@@ -113,7 +116,7 @@ impl Instance {
             let debug_utils = ash::ext::debug_utils::Instance::new(&handles.entry, &handles.raw);
             // SAFETY: the extension is enabled; the log outlives the messenger, as the handles' drop destroys it first.
             let messenger = unsafe { debug_utils.create_debug_utils_messenger(&messenger_info(&handles.log), None) }
-                .doing(|| "creating the debug messenger")?;
+                .doing("vkCreateDebugUtilsMessengerEXT", || "creating the debug messenger")?;
             handles.messenger = Some((debug_utils, messenger));
         }
         let handles = Arc::new(handles);
@@ -134,11 +137,19 @@ impl Instance {
     /// [`Error::NoDriver`] if there is none.
     pub fn physical_devices(&self) -> Result<Vec<PhysicalDevice>> {
         // SAFETY: the instance is alive.
-        let found = unsafe { self.handles.raw.enumerate_physical_devices() };
+        let list = || unsafe { self.handles.raw.enumerate_physical_devices() };
+        let mut found = list();
+        // Loaders about 1.3.239 make a list also when they are asked for the number of devices alone, and say so if it was too short.
+        for _ in 0..LISTED_AGAIN {
+            if found != Err(vk::Result::INCOMPLETE) {
+                break;
+            }
+            found = list();
+        }
         let raw = match found {
             // Drivers are there, but none of them could start.
             Err(vk::Result::ERROR_INITIALIZATION_FAILED) => Vec::new(),
-            found => found.doing(|| "listing the Vulkan devices")?,
+            found => found.doing("vkEnumeratePhysicalDevices", || "listing the Vulkan devices")?,
         };
         if raw.is_empty() {
             return Err(no_driver("the drivers found no device"));
@@ -222,7 +233,7 @@ fn load_entry() -> Result<ash::Entry> {
 fn loader_version(entry: &ash::Entry) -> Result<u32> {
     // SAFETY: a global function without preconditions.
     let version = unsafe { entry.try_enumerate_instance_version() }
-        .doing(|| "asking the Vulkan loader for its version")?
+        .doing("vkEnumerateInstanceVersion", || "asking the Vulkan loader for its version")?
         .unwrap_or(vk::API_VERSION_1_0);
     if version < vk::API_VERSION_1_1 {
         return Err(Error::Unsupported("the Vulkan loader knows Vulkan 1.0 only; 1.1 or newer is needed".to_owned()));
@@ -232,7 +243,8 @@ fn loader_version(entry: &ash::Entry) -> Result<u32> {
 
 fn enumerate_layers(entry: &ash::Entry) -> Result<Vec<LayerInfo>> {
     // SAFETY: a global function without preconditions.
-    let layers = unsafe { entry.enumerate_instance_layer_properties() }.doing(|| "listing the Vulkan layers")?;
+    let layers = unsafe { entry.enumerate_instance_layer_properties() }
+        .doing("vkEnumerateInstanceLayerProperties", || "listing the Vulkan layers")?;
     let info = |layer: &vk::LayerProperties| LayerInfo {
         name: fixed_text(&layer.layer_name),
         description: fixed_text(&layer.description),
@@ -246,7 +258,7 @@ fn enumerate_layers(entry: &ash::Entry) -> Result<Vec<LayerInfo>> {
 fn enumerate_extensions(entry: &ash::Entry, layer: Option<&CStr>) -> Result<BTreeSet<String>> {
     // SAFETY: the layer's name, if any, comes from the list of layers.
     let extensions = unsafe { entry.enumerate_instance_extension_properties(layer) }
-        .doing(|| "listing the Vulkan instance extensions")?;
+        .doing("vkEnumerateInstanceExtensionProperties", || "listing the Vulkan instance extensions")?;
     Ok(extensions.iter().map(|extension| fixed_text(&extension.extension_name)).collect())
 }
 
@@ -436,7 +448,7 @@ fn create(
             layer: KHRONOS_VALIDATION.to_string_lossy().into_owned(),
             hint: install_hint(Missing::ValidationLayer),
         }),
-        created => created.doing(|| "creating the Vulkan instance"),
+        created => created.doing("vkCreateInstance", || "creating the Vulkan instance"),
     }
 }
 

@@ -144,10 +144,13 @@ impl Memory {
                 break;
             }
         }
-        let doing = || format!("allocating memory for '{}'", need.name);
-        outcome.map_err(|error| match error {
-            AllocationError::OutOfMemory => Error::OutOfMemory { doing: doing(), bytes: Some(need.requirements.size) },
-            source => Error::Allocator { doing: doing(), source },
+        outcome.map_err(|source| {
+            let doing = format!("allocating memory for '{}'", need.name);
+            let Some((command, result)) = cause_of(&source) else { return Error::Allocator { doing, source } };
+            match Error::vulkan(command, doing, result) {
+                Error::OutOfMemory { doing, .. } => Error::OutOfMemory { doing, bytes: Some(need.requirements.size) },
+                error => error,
+            }
         })
     }
 
@@ -197,6 +200,30 @@ impl Memory {
 
     fn lock(&self) -> MutexGuard<'_, Option<Allocator>> {
         self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The command that failed an allocation, and how. The allocator keeps most results of a driver as text only. None for what the allocator has
+/// against a request itself.
+fn cause_of(error: &AllocationError) -> Option<(&'static str, vk::Result)> {
+    const RESULTS: [vk::Result; 5] = [
+        vk::Result::ERROR_OUT_OF_HOST_MEMORY,
+        vk::Result::ERROR_OUT_OF_DEVICE_MEMORY,
+        vk::Result::ERROR_MEMORY_MAP_FAILED,
+        vk::Result::ERROR_INVALID_EXTERNAL_HANDLE,
+        vk::Result::ERROR_INVALID_OPAQUE_CAPTURE_ADDRESS,
+    ];
+    let named = |is_it: &dyn Fn(vk::Result) -> bool| RESULTS.into_iter().find(|&result| is_it(result));
+    match error {
+        AllocationError::OutOfMemory => Some(("vkAllocateMemory", vk::Result::ERROR_OUT_OF_DEVICE_MEMORY)),
+        AllocationError::FailedToMap(reason) => Some((
+            "vkMapMemory",
+            named(&|result| result.to_string() == *reason).unwrap_or(vk::Result::ERROR_MEMORY_MAP_FAILED),
+        )),
+        AllocationError::Internal(reason) => {
+            Some(("vkAllocateMemory", named(&|result| reason.ends_with(&format!("vkAllocateMemory: {result:?}")))?))
+        }
+        _ => None,
     }
 }
 

@@ -64,7 +64,7 @@ impl PhysicalDevice {
         let name = fixed_text(&properties.device_name);
         // SAFETY: as above.
         let extensions = unsafe { instance.raw.enumerate_device_extension_properties(raw) }
-            .doing(|| format!("listing the extensions of '{name}'"))?
+            .doing("vkEnumerateDeviceExtensionProperties", || format!("listing the extensions of '{name}'"))?
             .iter()
             .map(|extension| fixed_text(&extension.extension_name))
             .collect::<BTreeSet<String>>();
@@ -126,7 +126,11 @@ impl PhysicalDevice {
         match limits {
             Ok(limits) => Ok(Some(limits)),
             Err(vk::Result::ERROR_FORMAT_NOT_SUPPORTED) => Ok(None),
-            Err(result) => Err(Error::vulkan(format!("asking for the limits of {format:?} images"), result)),
+            Err(result) => Err(Error::vulkan(
+                "vkGetPhysicalDeviceImageFormatProperties",
+                format!("asking for the limits of {format:?} images"),
+                result,
+            )),
         }
     }
 

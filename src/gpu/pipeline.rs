@@ -121,7 +121,7 @@ impl GraphicsPipeline {
         // SAFETY: the layout and the render pass are alive (the module's contract), the shader modules are `shaders`',
         // and what the structures point to lives until the call returns.
         let created = unsafe { device.raw.create_graphics_pipelines(device.pipeline_cache.raw, &[info], None) };
-        owned_pipeline(device, desc.name, created, content)
+        owned_pipeline(device, ("vkCreateGraphicsPipelines", desc.name), created, content)
     }
 }
 
@@ -148,7 +148,7 @@ pub fn compute_pipeline(
         .collect();
     // SAFETY: as for graphics pipelines.
     let created = unsafe { device.raw.create_compute_pipelines(device.pipeline_cache.raw, &infos, None) };
-    owned_pipeline(device, name, created, content)
+    owned_pipeline(device, ("vkCreateComputePipelines", name), created, content)
 }
 
 /// A layout of these descriptor sets, by number, and push constants.
@@ -175,7 +175,7 @@ pub fn pipeline_layout(
     let info = vk::PipelineLayoutCreateInfo::default().set_layouts(sets).push_constant_ranges(push);
     // SAFETY: the set layouts are alive (the module's contract).
     let raw = unsafe { device.raw.create_pipeline_layout(&info, None) }
-        .doing(|| format!("creating the pipeline layout '{name}'"))?;
+        .doing("vkCreatePipelineLayout", || format!("creating the pipeline layout '{name}'"))?;
     if let Some(contents) = sets.iter().map(|&set| device.reuse.content(set)).collect::<Option<Vec<_>>>() {
         device.reuse.note(raw, (contents, push));
     }
@@ -235,7 +235,7 @@ type Created = std::result::Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Re
 
 fn owned_pipeline(
     device: &Arc<Device>,
-    name: &str,
+    (command, name): (&str, &str),
     created: Created,
     content: Option<Content>,
 ) -> Result<Owned<vk::Pipeline>> {
@@ -243,7 +243,7 @@ fn owned_pipeline(
     // One was asked for: a failure leaves a null handle or none.
     match pipelines.first() {
         Some(&raw) if raw != vk::Pipeline::null() => Ok(Owned::reusable(device, name, Made::New(raw), content)),
-        _ => Err(Error::vulkan(format!("compiling the pipeline '{name}'"), result)),
+        _ => Err(Error::vulkan(command, format!("compiling the pipeline '{name}'"), result)),
     }
 }
 
@@ -270,7 +270,7 @@ impl<'a> Shaders<'a> {
             let info = vk::ShaderModuleCreateInfo::default().code(stage.spirv);
             // SAFETY: the device is alive; that the module is valid is what the shader compiler checks.
             let raw = unsafe { device.raw.create_shader_module(&info, None) }
-                .doing(|| format!("loading the {:?} shader of '{name}'", stage.stage))?;
+                .doing("vkCreateShaderModule", || format!("loading the {:?} shader of '{name}'", stage.stage))?;
             Ok((*stage, Owned::new_from(device, name, raw)))
         };
         let stages = stages.iter().map(with_module).collect::<Result<Vec<_>>>()?;

@@ -36,7 +36,7 @@ impl Timestamps {
         let info = vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(max);
         // SAFETY: the device is alive.
         let raw = unsafe { device.raw.create_query_pool(&info, None) }
-            .doing(|| format!("creating the query pool '{name}'"))?;
+            .doing("vkCreateQueryPool", || format!("creating the query pool '{name}'"))?;
         let pool = Owned::new_from(device, name, raw);
         Ok(Some(Timestamps { pool, max, labels: Vec::new(), valid_bits, period_ns }))
     }
@@ -84,7 +84,7 @@ impl Timestamps {
         unsafe {
             self.pool.device().raw.get_query_pool_results(self.pool.raw, 0, &mut ticks, vk::QueryResultFlags::TYPE_64)
         }
-        .doing(|| format!("reading the timestamps '{}'", self.pool.name()))?;
+        .doing("vkGetQueryPoolResults", || format!("reading the timestamps '{}'", self.pool.name()))?;
         let since_first = |&tick: &u64| ticks_between(ticks[0], tick, self.valid_bits) as f64 * self.period_ns * 1e-6;
         Ok(self.labels.iter().cloned().zip(ticks.iter().map(since_first)).collect())
     }

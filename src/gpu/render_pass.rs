@@ -73,7 +73,7 @@ impl RenderPass {
             .dependencies(dependencies);
         // SAFETY: the device is alive, and what the structures point to lives until the call returns.
         let raw = unsafe { device.raw.create_render_pass(&info, None) }
-            .doing(|| format!("creating the render pass '{name}'"))?;
+            .doing("vkCreateRenderPass", || format!("creating the render pass '{name}'"))?;
         // Compatible is what is the same but for layouts, loads and stores; that whole passes are told apart costs little.
         device.reuse.note(raw, (attachments, subpasses, dependencies));
         Ok(Owned::new_from(device, name, raw))
@@ -108,7 +108,7 @@ pub fn framebuffer(
         .height(extent.height)
         .layers(1);
     // SAFETY: the pass and the views are alive (the module's contract).
-    let raw =
-        unsafe { device.raw.create_framebuffer(&info, None) }.doing(|| format!("creating the framebuffer '{name}'"))?;
+    let raw = unsafe { device.raw.create_framebuffer(&info, None) }
+        .doing("vkCreateFramebuffer", || format!("creating the framebuffer '{name}'"))?;
     Ok(Owned::new_from(device, name, raw))
 }

@@ -30,8 +30,8 @@ impl Sampler {
             }
         }
         // SAFETY: the device is alive, and the structure is the caller's (the module's contract).
-        let raw =
-            unsafe { device.raw.create_sampler(info, None) }.doing(|| format!("creating the sampler '{name}'"))?;
+        let raw = unsafe { device.raw.create_sampler(info, None) }
+            .doing("vkCreateSampler", || format!("creating the sampler '{name}'"))?;
         Ok(Owned::new_from(device, name, raw))
     }
 

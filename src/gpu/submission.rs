@@ -74,7 +74,9 @@ impl Submissions {
             && *serial <= last
         {
             // SAFETY: the fence belongs to this device and is alive.
-            if !unsafe { device.get_fence_status(**fence) }.doing(|| "asking whether the GPU is done")? {
+            if !unsafe { device.get_fence_status(**fence) }
+                .doing("vkGetFenceStatus", || "asking whether the GPU is done")?
+            {
                 break;
             }
             state.done.extend(state.pending.pop_front().map(|(_, fence)| fence));
@@ -84,7 +86,7 @@ impl Submissions {
         // Nobody begins to wait for one of these any more.
         while let Some(index) = done.iter().position(|fence| Arc::strong_count(fence) == 1) {
             // SAFETY: its submission is done, so the queue no longer uses it, and nobody waits for it.
-            unsafe { device.reset_fences(&[*done[index]]) }.doing(|| "resetting a fence")?;
+            unsafe { device.reset_fences(&[*done[index]]) }.doing("vkResetFences", || "resetting a fence")?;
             free.push(*done.swap_remove(index));
         }
         Ok(())
@@ -157,7 +159,8 @@ impl Device {
         let fence = match state.free.pop() {
             Some(fence) => fence,
             // SAFETY: the device is alive.
-            None => unsafe { self.raw.create_fence(&vk::FenceCreateInfo::default(), None) }.doing(&doing)?,
+            None => unsafe { self.raw.create_fence(&vk::FenceCreateInfo::default(), None) }
+                .doing("vkCreateFence", &doing)?,
         };
         // Counted before it is made: an owner that another thread drops meanwhile then waits for it.
         let serial = self.submissions.submitted.fetch_add(1, Ordering::AcqRel) + 1;
@@ -176,7 +179,7 @@ impl Device {
             Err(result) => {
                 state.free.push(fence);
                 self.submissions.note_completed(&state);
-                Err(Error::vulkan(doing(), result))
+                Err(Error::vulkan("vkQueueSubmit", doing(), result))
             }
         }
     }
@@ -197,7 +200,8 @@ impl Device {
                 // Not under the lock, so that other threads submit and collect meanwhile. No time limit of our own: a driver ends a hang
                 // by losing the device, and a software one is slow.
                 // SAFETY: the fence is alive and was submitted; nobody resets or destroys it while it is held.
-                unsafe { self.raw.wait_for_fences(&[*fence], true, u64::MAX) }.doing(|| "waiting for the GPU")?;
+                unsafe { self.raw.wait_for_fences(&[*fence], true, u64::MAX) }
+                    .doing("vkWaitForFences", || "waiting for the GPU")?;
             }
             self.submissions.poll(&self.raw, &mut self.submissions.lock(), ticket.0)?;
         }
@@ -240,7 +244,7 @@ impl Device {
         {
             let mut state = self.submissions.lock();
             // SAFETY: the device is alive, and its only queue is not used meanwhile, as that needs the lock.
-            unsafe { self.raw.device_wait_idle() }.doing(|| "waiting for the GPU to be idle")?;
+            unsafe { self.raw.device_wait_idle() }.doing("vkDeviceWaitIdle", || "waiting for the GPU to be idle")?;
             self.submissions.poll(&self.raw, &mut state, u64::MAX)?;
         }
         self.destroy_done();
@@ -284,8 +288,10 @@ mod tests {
             let wait = || {
                 waits += 1;
                 match waits {
-                    wait if wait <= failures => Err(Error::vulkan("waiting", vk::Result::ERROR_OUT_OF_HOST_MEMORY)),
-                    _ => last.map_or(Ok(()), |last| Err(Error::vulkan("waiting", last))),
+                    wait if wait <= failures => {
+                        Err(Error::vulkan("vkDeviceWaitIdle", "waiting", vk::Result::ERROR_OUT_OF_HOST_MEMORY))
+                    }
+                    _ => last.map_or(Ok(()), |last| Err(Error::vulkan("vkDeviceWaitIdle", "waiting", last))),
                 }
             };
             (settled(wait, || pauses += 1), pauses)

@@ -5,7 +5,7 @@ use std::ffi::CStr;
 use std::sync::Arc;
 
 use ash::vk;
-use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
+use raw_window_handle::{HasDisplayHandle, HasWindowHandle, RawDisplayHandle};
 
 use super::device::Device;
 use super::error::{Doing, Error, Result};
@@ -21,6 +21,19 @@ pub struct Surface {
     _window: Option<Arc<dyn Any + Send + Sync>>,
 }
 
+/// The command by which `ash_window` creates a window's surface.
+fn surface_command(display: RawDisplayHandle) -> &'static str {
+    match display {
+        RawDisplayHandle::Xcb(_) => "vkCreateXcbSurfaceKHR",
+        RawDisplayHandle::Xlib(_) => "vkCreateXlibSurfaceKHR",
+        RawDisplayHandle::Wayland(_) => "vkCreateWaylandSurfaceKHR",
+        RawDisplayHandle::Windows(_) => "vkCreateWin32SurfaceKHR",
+        RawDisplayHandle::Android(_) => "vkCreateAndroidSurfaceKHR",
+        RawDisplayHandle::AppKit(_) | RawDisplayHandle::UiKit(_) => "vkCreateMetalSurfaceEXT",
+        _ => "a window system's command",
+    }
+}
+
 /// The instance extensions that [`Surface::headless`] needs.
 pub const HEADLESS: [&CStr; 2] = [ash::khr::surface::NAME, ash::ext::headless_surface::NAME];
 
@@ -30,8 +43,8 @@ pub const HEADLESS: [&CStr; 2] = [ash::khr::surface::NAME, ash::ext::headless_su
 /// [`Error::Unsupported`] for a window system that Vulkan has no surfaces for.
 pub fn surface_extensions(display: &impl HasDisplayHandle) -> Result<Vec<&'static CStr>> {
     let display = display.display_handle().map_err(|error| no_handle("display", &error))?;
-    let names =
-        ash_window::enumerate_required_extensions(display.as_raw()).doing(|| "asking for a window's surface")?;
+    let names = ash_window::enumerate_required_extensions(display.as_raw())
+        .map_err(|_| Error::Unsupported("Vulkan has no surfaces for this window system".to_owned()))?;
     // SAFETY: they are constants with a NUL at their end.
     Ok(names.iter().map(|&name| unsafe { CStr::from_ptr(name) }).collect())
 }
@@ -54,7 +67,7 @@ impl Surface {
         let handle = window.window_handle().map_err(|error| no_handle("window", &error))?.as_raw();
         // SAFETY: both handles are the window's own, which lives as long as the surface.
         let raw = unsafe { ash_window::create_surface(instance.entry(), instance.raw(), display, handle, None) }
-            .doing(|| "creating the window's surface")?;
+            .doing(surface_command(display), || "creating the window's surface")?;
         // The one object without a name: it is the loader's, and Mesa 22.3 crashes when it is given a name for it.
         Ok(Arc::new(Surface::of(instance, raw, Some(window))))
     }
@@ -72,7 +85,7 @@ impl Surface {
         let info = vk::HeadlessSurfaceCreateInfoEXT::default();
         // SAFETY: the instance has the extension, and lives as long as the surface.
         let raw = unsafe { functions.create_headless_surface(&info, None) }
-            .doing(|| "creating a surface without a display")?;
+            .doing("vkCreateHeadlessSurfaceEXT", || "creating a surface without a display")?;
         Ok(Arc::new(Surface::of(instance, raw, None)))
     }
 
@@ -90,28 +103,30 @@ impl Surface {
         unsafe {
             self.functions.get_physical_device_surface_support(device.physical.raw, device.queue_family, self.raw)
         }
-        .doing(|| format!("asking whether '{}' can show images in this window", device.physical.name))
+        .doing("vkGetPhysicalDeviceSurfaceSupportKHR", || {
+            format!("asking whether '{}' can show images in this window", device.physical.name)
+        })
     }
 
     /// The sizes and usages that its swapchains can have now.
     pub(super) fn capabilities(&self, device: &Device) -> Result<vk::SurfaceCapabilitiesKHR> {
         // SAFETY: as above.
         unsafe { self.functions.get_physical_device_surface_capabilities(device.physical.raw, self.raw) }
-            .doing(|| "asking how large the window is")
+            .doing("vkGetPhysicalDeviceSurfaceCapabilitiesKHR", || "asking how large the window is")
     }
 
     /// The formats that its images can have.
     pub(super) fn formats(&self, device: &Device) -> Result<Vec<vk::SurfaceFormatKHR>> {
         // SAFETY: as above.
         unsafe { self.functions.get_physical_device_surface_formats(device.physical.raw, self.raw) }
-            .doing(|| "asking for the window's formats")
+            .doing("vkGetPhysicalDeviceSurfaceFormatsKHR", || "asking for the window's formats")
     }
 
     /// The ways in which images can follow each other on it.
     pub(super) fn present_modes(&self, device: &Device) -> Result<Vec<vk::PresentModeKHR>> {
         // SAFETY: as above.
         unsafe { self.functions.get_physical_device_surface_present_modes(device.physical.raw, self.raw) }
-            .doing(|| "asking for the window's present modes")
+            .doing("vkGetPhysicalDeviceSurfacePresentModesKHR", || "asking for the window's present modes")
     }
 }
 

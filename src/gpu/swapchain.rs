@@ -137,7 +137,8 @@ impl Swapchain {
         }
         let functions = ash::khr::swapchain::Device::new(device.instance.raw(), &device.raw);
         // SAFETY: surface and device are alive and of one instance; the old swapchain is of this surface and not retired yet.
-        let raw = unsafe { functions.create_swapchain(&info, None) }.doing(|| "creating the swapchain")?;
+        let raw = unsafe { functions.create_swapchain(&info, None) }
+            .doing("vkCreateSwapchainKHR", || "creating the swapchain")?;
         drop(old);
         device.name_object(raw, "swapchain");
         let (surface, device) = (Arc::clone(surface), Arc::clone(device));
@@ -163,8 +164,8 @@ impl Swapchain {
 
     fn list_images(&self) -> Result<Vec<PresentableImage>> {
         // SAFETY: the swapchain is alive.
-        let images =
-            unsafe { self.functions.get_swapchain_images(self.raw) }.doing(|| "listing the swapchain's images")?;
+        let images = unsafe { self.functions.get_swapchain_images(self.raw) }
+            .doing("vkGetSwapchainImagesKHR", || "listing the swapchain's images")?;
         (0..).zip(images).map(|(index, raw)| self.presentable(index, raw)).collect()
     }
 
@@ -190,7 +191,8 @@ impl Swapchain {
                 layer_count: 1,
             });
         // SAFETY: the image is alive, and its usage allows a view.
-        let view = unsafe { self.device.raw.create_image_view(&info, None) }.doing(|| format!("viewing the {name}"))?;
+        let view = unsafe { self.device.raw.create_image_view(&info, None) }
+            .doing("vkCreateImageView", || format!("creating the image view '{name}'"))?;
         Ok(Owned::new_from(&self.device, name, view))
     }
 
@@ -208,7 +210,7 @@ impl Swapchain {
             Err(vk::Result::TIMEOUT | vk::Result::NOT_READY) => Ok(Acquired::Nothing(Fit::Exact)),
             Err(result) => misfit(result)
                 .map(Acquired::Nothing)
-                .ok_or_else(|| Error::vulkan("acquiring an image of the window", result)),
+                .ok_or_else(|| Error::vulkan("vkAcquireNextImageKHR", "acquiring an image of the window", result)),
         }
     }
 
@@ -224,7 +226,9 @@ impl Swapchain {
         let result = self.device.with_queue(|queue| unsafe { self.functions.queue_present(queue, &info) });
         match result {
             Ok(suboptimal) => Ok(fit_of(suboptimal)),
-            Err(result) => misfit(result).ok_or_else(|| Error::vulkan("presenting a frame", result)),
+            Err(result) => {
+                misfit(result).ok_or_else(|| Error::vulkan("vkQueuePresentKHR", "presenting a frame", result))
+            }
         }
     }
 }
@@ -256,7 +260,7 @@ impl Drop for Swapchain {
 pub fn semaphore(device: &Arc<Device>, name: &str) -> Result<Owned<vk::Semaphore>> {
     // SAFETY: the device is alive.
     let raw = unsafe { device.raw.create_semaphore(&vk::SemaphoreCreateInfo::default(), None) }
-        .doing(|| format!("creating the semaphore '{name}'"))?;
+        .doing("vkCreateSemaphore", || format!("creating the semaphore '{name}'"))?;
     Ok(Owned::new_from(device, name, raw))
 }
 
