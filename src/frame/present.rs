@@ -224,6 +224,11 @@ impl Presenter {
         (self.swapchain, self.surface) = (None, None);
     }
 
+    /// Returns false between a surface that is lost and the next.
+    pub fn has_surface(&self) -> bool {
+        self.surface.is_some()
+    }
+
     /// Takes a new surface of the window in its place.
     ///
     /// # Errors

@@ -38,6 +38,10 @@ const CLICK: f64 = 4.0;
 const FIRST: Duration = Duration::from_micros(16_667);
 /// When an image is asked for again that was not to be had.
 const AGAIN: Duration = Duration::from_millis(50);
+/// When frames are tried again for which there was no memory.
+const AGAIN_FOR_MEMORY: Duration = Duration::from_millis(500);
+/// How often, in a window that closes by itself. Another one waits for its user, who can make it smaller or close it.
+const TRIES_FOR_MEMORY: u32 = 20;
 
 /// The system's window, and what draws into it.
 struct Opened {
@@ -86,6 +90,8 @@ pub struct App<'a> {
     content: bool,
     /// When to try again.
     again: Option<Instant>,
+    /// How often in a row there was no memory for a frame.
+    lacked_memory: u32,
     opened: Option<Opened>,
     /// The camera's path, while it is recorded.
     recording: Option<Recorder>,
@@ -138,6 +144,7 @@ impl<'a> App<'a> {
             hidden: false,
             content: false,
             again: None,
+            lacked_memory: 0,
             opened: None,
             recording: None,
             advanced: None,
@@ -393,13 +400,18 @@ impl<'a> App<'a> {
         if let Some(Opened { window, presenter, .. }) = &mut self.opened {
             presenter.lose_surface();
             presenter.replace_surface(surface_of(&self.device, window)?)?;
-            self.misfit = true;
+            (self.unfit, self.misfit) = (true, true);
+            (self.options.tell)("warning: the window's surface was lost; frames go on with a new one");
         }
         Ok(())
     }
 
     /// A frame, and once more with a new surface if the old one is lost.
     fn draw_on_a_surface(&mut self) -> Result<(), Error> {
+        if self.opened.as_ref().is_some_and(|opened| !opened.presenter.has_surface()) {
+            // There was no memory for a new one.
+            self.replace_surface()?;
+        }
         match self.draw() {
             Err(Error::Frame(frame::Error::Gpu(gpu::Error::Vulkan { result, .. })))
                 if result == vk::Result::ERROR_SURFACE_LOST_KHR =>
@@ -411,11 +423,34 @@ impl<'a> App<'a> {
         }
     }
 
+    /// Whether the window keeps its last picture and tries again later, as there was no memory for another.
+    fn waits_for_memory(&mut self, error: &Error) -> bool {
+        let is_for_memory = matches!(
+            error,
+            Error::Frame(frame::Error::Gpu(gpu::Error::OutOfMemory { .. } | gpu::Error::Allocator { .. }))
+        );
+        let most = self.options.frames.map_or(u32::MAX, |_| TRIES_FOR_MEMORY);
+        // Where there never was a frame, the scene is too large for the device.
+        if !is_for_memory || self.fitted.is_none() || self.lacked_memory >= most {
+            return false;
+        }
+        if self.lacked_memory == 0 {
+            (self.options.tell)(&format!("warning: {error}; the window keeps its last picture and tries again"));
+        }
+        self.lacked_memory += 1;
+        (self.misfit, self.again) = (true, Some(Instant::now() + AGAIN_FOR_MEMORY));
+        true
+    }
+
     fn redraw(&mut self, events: &ActiveEventLoop) {
-        if let Err(error) = self.draw_on_a_surface() {
-            self.failure = Some(error);
-            events.exit();
-            return;
+        match self.draw_on_a_surface() {
+            Ok(()) => self.lacked_memory = 0,
+            Err(error) if self.waits_for_memory(&error) => return,
+            Err(error) => {
+                self.failure = Some(error);
+                events.exit();
+                return;
+            }
         }
         if self.options.frames.is_some_and(|frames| self.clock.frames() >= u64::from(frames)) {
             events.exit();
