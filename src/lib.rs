@@ -15,6 +15,9 @@ pub use glam;
 pub mod frame;
 pub mod gpu;
 pub mod measure;
+// Tests of validation layers, for the program.
+#[doc(hidden)]
+pub mod mutants;
 pub mod plan;
 pub mod reference;
 pub mod report;

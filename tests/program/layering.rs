@@ -25,6 +25,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("measure", &["scene"]),
     ("window", FRAME_AND_BELOW),
     ("stress", FRAME_AND_BELOW),
+    ("mutants", FRAME_AND_BELOW),
     ("report", FRAME_AND_BELOW),
     ("cli", CLI),
     ("main", &["cli"]),
@@ -34,7 +35,8 @@ const FRAME_AND_BELOW: &[&str] =
     &["frame", "passes", "gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders", "measure", "reference"];
 
 /// The program is a crate of its own, which sees the library's interface.
-const CLI: &[&str] = &["window", "stress", "report", "frame", "plan", "gpu", "scene", "measure", "reference"];
+const CLI: &[&str] =
+    &["window", "stress", "mutants", "report", "frame", "plan", "gpu", "scene", "measure", "reference"];
 
 /// Parts that know no Vulkan.
 const WITHOUT_VULKAN: &[&str] = &["scene", "shaders", "reference", "measure"];

@@ -18,9 +18,9 @@ use rayon::prelude::*;
 
 use super::combinations;
 use super::necessity::samples::{self, gbuffers};
-use super::necessity::{Way, cases, presented};
 use crate::common::stage::{open, own};
 use crate::common::{one_of, tries_all};
+use afterlight::mutants::{Way, cases, presented};
 
 /// Plans whose frames differ in what they touch or in what synchronizes that.
 #[derive(Default)]

@@ -1,0 +1,141 @@
+//! Mutants as a test of validation layers: frames from which one dependency is missing, or one bit of one, and whether a layer says so.
+//!
+//! That something is lost in each, [`crate::frame::proof`] computes from the specification. What a layer does not notice is expected where
+//! [`unreported_mutants`] argues it or the layer is too old ([`older`]), and a failure elsewhere.
+
+mod cases;
+mod laboratory;
+mod older;
+mod scenes;
+mod verdict;
+
+use std::fmt;
+
+use crate::frame::edges::unreported_mutants::Part;
+use crate::frame::edges::{self, Edge, Edges, Side};
+use crate::frame::proof::{Frames, Hazard};
+use crate::gpu::vk;
+use crate::plan::{self, Canvas, Capabilities, Encoding, FramePlan, Transfer};
+use crate::scene::{Scene, Settings};
+
+pub use cases::cases;
+pub use laboratory::{Error, Heard, Laboratory};
+pub use older::OlderLayers;
+pub use verdict::{Miss, Verdict, verdict};
+
+/// A plan to take dependencies from.
+#[derive(Debug, Clone)]
+pub struct Case {
+    /// In words: `sunlit`.
+    pub name: String,
+    /// What is drawn.
+    pub scene: Scene,
+    /// How it is drawn.
+    pub settings: Settings,
+    /// Its frames are presented, with whatever may lie over them.
+    pub presented: Option<Way>,
+}
+
+/// How pictures come into a swapchain's images. No dependency tells in which format, or how they are encoded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Way {
+    /// The last pass draws into them.
+    Straight,
+    /// ENCODE writes them.
+    Encoded,
+}
+
+impl Case {
+    /// The plan of its frames on a device.
+    ///
+    /// # Errors
+    /// As [`FramePlan::of`].
+    pub fn plan(&self, device: &Capabilities) -> Result<FramePlan, plan::Error> {
+        let plan = FramePlan::of(&self.scene, &self.settings, device)?;
+        Ok(match self.presented {
+            Some(way) => presented(plan, way),
+            None => plan,
+        })
+    }
+}
+
+/// As a window has the plan.
+pub fn presented(plan: FramePlan, way: Way) -> FramePlan {
+    plan.presented_as(match way {
+        Way::Straight => Canvas::Straight(vk::Format::B8G8R8A8_SRGB),
+        Way::Encoded => Canvas::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 }),
+    })
+}
+
+/// A case's frames with something missing.
+#[derive(Debug, Clone)]
+pub struct Mutant<'a> {
+    /// Where it is taken away.
+    pub case: &'a Case,
+    /// The plan of the case.
+    pub plan: &'a FramePlan,
+    /// The row as the plan has it.
+    pub edge: Edge,
+    /// What of the row is missing.
+    pub part: Part,
+    /// All rows that are left.
+    pub edges: Edges,
+}
+
+impl Mutant<'_> {
+    /// `mutants.ROW.PART.CASE`, unique among [`mutants`] and free of what CSV files and regular expressions read otherwise.
+    pub fn name(&self) -> String {
+        let letters = self.case.name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' });
+        let slug = letters.collect::<String>().split('-').filter(|word| !word.is_empty()).collect::<Vec<_>>().join("-");
+        format!("mutants.{}.{}.{slug}", self.edge.name, PartName(self.part))
+    }
+
+    /// What the specification's rules find in its frames. Never empty: a superfluous bit would be a fault of the table.
+    pub fn hazards(&self) -> Vec<Hazard> {
+        Frames::of(self.plan, &self.edges).hazards()
+    }
+}
+
+/// `row`, or the side and the bit: `after.SHADER_READ`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PartName(pub Part);
+
+impl fmt::Display for PartName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Part::Bits(side, bits) = self.0 else { return f.write_str("row") };
+        f.write_str(match side {
+            Side::Before => "before.",
+            Side::After => "after.",
+        })?;
+        match bits.stage.is_empty() {
+            true => write!(f, "{:?}", bits.access),
+            false => write!(f, "{:?}", bits.stage),
+        }
+    }
+}
+
+/// Every row of every plan, and each bit of each different row. Of presented frames those rows alone that no others have: in them a render pass
+/// ends with a layout change and no reader, which the layer takes to be ordered whatever comes.
+///
+/// # Panics
+/// Never: the rows that cannot be dropped are left out.
+pub fn mutants<'a>(cases: &'a [Case], plans: &'a [FramePlan]) -> Vec<Mutant<'a>> {
+    let mut mutants = Vec::new();
+    let mut tried = Vec::new();
+    for (case, plan) in cases.iter().zip(plans) {
+        let table = edges::table(plan);
+        for edge in table.iter().filter(|edge| edge.carrier.stays().is_none()) {
+            let is_new = !tried.contains(edge);
+            tried.push(edge.clone());
+            // Of frames with both TAA and BLOOM likewise: the barriers between frames on the buffers of the one make the layer take those of the other to be
+            // ordered as well.
+            let hides = case.presented.is_some() || plan.taa.is_some() && plan.bloom.is_some();
+            let is_tried = |part: &Part| is_new || *part == Part::Row && !hides;
+            for part in edge.parts().into_iter().filter(is_tried) {
+                let edges = table.without_part(edge.name, part).expect("rows that stay are left out above");
+                mutants.push(Mutant { case, plan, edge: edge.clone(), part, edges });
+            }
+        }
+    }
+    mutants
+}

@@ -1,0 +1,78 @@
+//! What layers before [`LAYER`] do not see, of what that sees. Found with 1.3.239; layers between the two may see some of it.
+
+use super::Mutant;
+use crate::frame::edges::unreported_mutants::{LAYER, Part};
+use crate::frame::edges::{Carrier, Place, RowName, Side};
+use crate::gpu::vk::{AccessFlags, PipelineStageFlags};
+use crate::passes::reflect_resolve;
+
+/// Mutants that an older layer does not notice, for one reason.
+#[derive(Debug)]
+pub struct OlderLayers {
+    /// The first layer that notices them, packed as Vulkan packs it.
+    pub seen_from: u32,
+    is_about: fn(&Mutant) -> bool,
+    /// Why the older ones stay silent, in a sentence.
+    pub why: &'static str,
+}
+
+/// The first reason for which a layer of this version misses a mutant.
+pub fn reason(layer: u32, mutant: &Mutant) -> Option<&'static OlderLayers> {
+    OLDER_LAYERS.iter().find(|entry| layer < entry.seen_from && (entry.is_about)(mutant))
+}
+
+/// The list.
+pub static OLDER_LAYERS: &[OlderLayers] = &[
+    OlderLayers {
+        seen_from: LAYER,
+        is_about: |mutant| matches!(mutant.edge.carrier, Carrier::BufferBarrier | Carrier::MemoryBarrier),
+        why: "the layer notices no hazard on a buffer: neither on storage buffers of shaders, nor on what draws fetch, nor after a copy in another submission",
+    },
+    OlderLayers {
+        seen_from: LAYER,
+        is_about: |mutant| mutant.part != Part::Row && mutant.edge.by_region,
+        why: "the layer does not look at the masks of a dependency between two subpasses: it takes each for one of all stages and accesses",
+    },
+    OlderLayers {
+        seen_from: LAYER,
+        is_about: is_in_another_submission,
+        why: "the layer looks at each submission by itself. What the frame before has done, uploads, and the copy to the CPU are in submissions of their own",
+    },
+    OlderLayers {
+        seen_from: LAYER,
+        is_about: |mutant| {
+            let Part::Bits(Side::After, bits) = mutant.part else { return false };
+            match mutant.edge.name {
+                RowName::SPREAD_TO_TONEMAP => bits.access == AccessFlags::COLOR_ATTACHMENT_READ,
+                RowName::OCCLUSION_TO_LIGHTING => bits.access == AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ,
+                _ => false,
+            }
+        },
+        why: "the layer does not notice that a load operation reads after a layout change that is not visible to it, where the same dependency makes the change \
+              visible to other accesses",
+    },
+];
+
+/// Whether the part orders what another submission does before or after those that the layer looks at.
+fn is_in_another_submission(mutant: &Mutant) -> bool {
+    let edge = &mutant.edge;
+    let (begins_outside, ends_outside) = (edge.from == Place::OUTSIDE, edge.to == Place::OUTSIDE);
+    let is_prepared = [Place::UPLOAD, Place::CLEAR, Place::PREFILTER].contains(&edge.from) && edge.to != Place::UPLOAD;
+    match (mutant.part, edge.name) {
+        // After AO the layer sees that the sums' layout changes without a dependency.
+        (Part::Row, RowName::SUMS_REUSE) => !mutant.plan.has_ao(),
+        (Part::Row, _) if begins_outside || ends_outside => edge.carrier.is_render_pass(),
+        // FOG's row orders the rest for the layer (`unreported_mutants`); the sums of the frame before are left.
+        (Part::Row, RowName::RESOLVE_TO_TRANSPARENT) => mutant.plan.has_fog(),
+        (Part::Bits(Side::Before, bits), RowName::RESOLVE_TO_TRANSPARENT) => {
+            mutant.plan.has_fog() || bits.stage != PipelineStageFlags::COMPUTE_SHADER
+        }
+        // FXAA of the frame before reads the output.
+        (Part::Bits(Side::Before, bits), RowName::HDR_TO_TONEMAP) if edge.from == reflect_resolve::PASS.place => {
+            bits.stage == PipelineStageFlags::FRAGMENT_SHADER
+        }
+        (Part::Bits(Side::Before, _), _) => begins_outside,
+        (Part::Bits(Side::After, _), _) => ends_outside || is_prepared,
+        (Part::Row, _) => false,
+    }
+}

@@ -1,0 +1,169 @@
+//! Scenes of a few triangles. Each kind of scene makes a frame need something of its own.
+
+use glam::{DAffine3, DQuat, DVec3, Vec3};
+
+use crate::scene::builtin::shapes::{self, MeshBuilder, WHOLE_IMAGE};
+use crate::scene::{
+    AlphaMode, Brdf, Camera, Channel, Clip, ColorSpace, Emitter, Environment, Falloff, Influences, Interpolation,
+    Light, LightKind, Local, Material, Morph, Motion, Node, Object, Placement, Projection, Scene, Skin, Sky, SkyImage,
+    SunDisc, Target, Texture,
+};
+
+/// A square that faces +Z, from its centre to its edges so far.
+fn square(half: f64) -> MeshBuilder {
+    let corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
+    let mut mesh = MeshBuilder::new();
+    mesh.quad(corners.map(|[x, y]| DVec3::new(x, y, 0.0)), WHOLE_IMAGE);
+    mesh
+}
+
+/// Adds a mesh with a material of its own.
+fn add(scene: &mut Scene, mesh: MeshBuilder, material: Material, transform: DAffine3) {
+    let name = format!("object {}", scene.objects.len());
+    scene.materials.push(material);
+    scene.meshes.push(mesh.finish(&name));
+    let (mesh, material) = (scene.meshes.len() - 1, scene.materials.len() - 1);
+    scene.objects.push(Object::new(name, mesh, material, transform));
+}
+
+fn lambert(albedo: f32) -> Material {
+    Material { name: "lambert".into(), brdf: Brdf::Lambert, base_color: Vec3::splat(albedo), ..Material::default() }
+}
+
+fn light(kind: LightKind, intensity: f32) -> Light {
+    Light { name: "light".into(), kind, color: Vec3::ONE, intensity, casts_shadow: false, size: 0.0 }
+}
+
+fn sun() -> Light {
+    let direction = -DVec3::new(0.5, 0.7, 1.0).normalize();
+    Light { casts_shadow: true, ..light(LightKind::Directional { direction }, 3.0) }
+}
+
+/// The plane z = 0, as far as the camera sees it.
+fn plane(lights: Vec<Light>) -> Scene {
+    let camera = Camera {
+        position: DVec3::new(0.0, 0.0, 2.0),
+        rotation: DQuat::IDENTITY,
+        projection: Projection::perspective(2.0 * 0.5f64.atan().to_degrees()),
+        near: 0.125,
+        ..Camera::default()
+    };
+    let mut scene = Scene { name: "stage".into(), camera, ..Scene::default() };
+    add(&mut scene, square(4.0), lambert(0.7), DAffine3::IDENTITY);
+    scene.lights = lights;
+    scene
+}
+
+/// Surfaces under the sky's light.
+pub(super) fn plain() -> Scene {
+    let mut scene = plane(Vec::new());
+    scene.environment = Environment { ambient: Vec3::splat(0.1), background: Vec3::splat(0.2), ground: None };
+    scene
+}
+
+/// Lit from everywhere, too.
+pub(super) fn lit(mut scene: Scene) -> Scene {
+    scene.environment.ambient = Vec3::splat(0.1);
+    scene
+}
+
+/// With particles, so many that SORT takes several steps.
+pub(super) fn smoking(mut scene: Scene) -> Scene {
+    let emitter = Emitter {
+        rate: 3000.0,
+        size: vec![0.05],
+        spread: DVec3::splat(0.5),
+        color: vec![[0.5; 4]],
+        ..Emitter::default()
+    };
+    scene.emitters = vec![emitter];
+    scene
+}
+
+/// Smooth enough to mirror others.
+pub(super) fn polished(mut scene: Scene) -> Scene {
+    (scene.materials[0].brdf, scene.materials[0].roughness) = (Brdf::CookTorrance, 0.3);
+    scene
+}
+
+pub(super) fn glowing(mut scene: Scene) -> Scene {
+    scene.materials[0].emissive = Vec3::ONE;
+    scene
+}
+
+/// The same on a node, which may move.
+pub(super) fn moved(mut scene: Scene) -> Scene {
+    let local = Local::Parts(Placement::default());
+    scene.motion.nodes.push(Node { name: "carrier".into(), parent: None, local, weights: Vec::new() });
+    scene.objects[0].node = Some(0);
+    scene
+}
+
+/// The same behind a pane.
+pub(super) fn glazed(mut scene: Scene) -> Scene {
+    let pane = Material { alpha_mode: AlphaMode::Blend, alpha: 0.4, ..lambert(0.5) };
+    add(&mut scene, square(0.5), pane, DAffine3::from_translation(DVec3::Z * 0.5));
+    scene
+}
+
+/// A box throws a shadow.
+pub(super) fn sunlit() -> Scene {
+    let mut scene = plane(vec![sun()]);
+    add(&mut scene, shapes::cuboid([0.4; 3]), lambert(0.5), DAffine3::from_translation(DVec3::Z * 0.4));
+    scene
+}
+
+/// A lamp that reaches everywhere, and one that does not.
+pub(super) fn lamplit() -> Scene {
+    let lamp = |x: f64, range| {
+        let (position, falloff) = (DVec3::new(x, 0.3, 1.0), Falloff::InverseSquare);
+        light(LightKind::Point { position, range, falloff }, 2.0)
+    };
+    plane(vec![lamp(-0.5, None), lamp(0.5, Some(3.0))])
+}
+
+/// No texel is like its neighbour.
+pub(super) fn textured(edge: u32) -> Scene {
+    let mut scene = plain();
+    let texels = (0..edge * edge).flat_map(|index| [255, (index * 37) as u8, 64, 255]).collect();
+    let (name, size) = ("checks".into(), [edge; 2]);
+    scene.textures = vec![Texture { name, size, color_space: ColorSpace::Srgb, sampler: Default::default(), texels }];
+    scene.materials[0].base_color_texture = Some(0);
+    scene
+}
+
+/// The plane hangs on a joint and blends to a shape, and the box throws a shadow on it.
+pub(super) fn deformed() -> Scene {
+    let mut scene = sunlit();
+    let mesh = &mut scene.meshes[0];
+    let vertices = mesh.positions.len();
+    let weights = [1.0, 0.0, 0.0, 0.0].repeat(vertices);
+    mesh.influences = Some(Influences { per_vertex: 4, joints: vec![0; 4 * vertices], weights });
+    mesh.morphs = vec![Morph { positions: vec![[0.0, 0.0, 0.1]; vertices], ..Morph::default() }];
+    let node = |name: &str, weights| {
+        let local = Local::Parts(Placement::default());
+        Node { name: name.into(), parent: None, local, weights }
+    };
+    let turn = Channel {
+        target: Target::Rotation(0),
+        times: vec![0.0, 1.0],
+        values: vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.6, 0.8],
+        interpolation: Interpolation::Linear,
+    };
+    scene.motion = Motion {
+        nodes: vec![node("joint", vec![]), node("plane", vec![0.5])],
+        skins: vec![Skin { name: "skin".into(), joints: vec![0], inverse_bind: vec![DAffine3::IDENTITY] }],
+        clips: vec![Clip { name: "turn".into(), channels: vec![turn] }],
+        light_nodes: Vec::new(),
+    };
+    (scene.objects[0].node, scene.objects[0].skin) = (Some(1), Some(0));
+    scene
+}
+
+/// A sky that is brighter to one side, with a sun, around whatever stands there.
+pub(super) fn under_sky(scene: Scene) -> Scene {
+    let image = SkyImage::of("half bright", 32, |to| DVec3::splat(1.0 + to.x));
+    let sun = SunDisc { direction: DVec3::Y, degrees: 0.5, radiance: Vec3::splat(1e5) };
+    let sky = Sky { image: image.into(), rotation_degrees: 30.0, nits: 10.0, lights: true, sun: Some(sun) };
+    Scene { sky: Some(sky), ..scene }
+}

@@ -1,0 +1,48 @@
+//! Whether a layer says what it should.
+
+use super::{Heard, Mutant, OlderLayers, older};
+use crate::frame::edges::unreported_mutants::{self, UnreportedMutants};
+
+/// Why a layer's silence is expected.
+#[derive(Debug, Clone, Copy)]
+pub enum Miss {
+    /// No layer says anything. The specification requires the part all the same.
+    Argued(&'static UnreportedMutants),
+    /// Later layers notice it.
+    Older(&'static OlderLayers),
+}
+
+impl Miss {
+    /// In a sentence.
+    pub fn why(self) -> &'static str {
+        match self {
+            Self::Argued(entry) => entry.why,
+            Self::Older(entry) => entry.why,
+        }
+    }
+}
+
+/// What a layer's words or its silence about a mutant mean.
+#[derive(Debug, Clone, Copy)]
+pub enum Verdict {
+    /// The layer says so.
+    Noticed,
+    /// It does not, for a known reason.
+    ExpectedMiss(Miss),
+    /// It does not, and nobody knows why.
+    UnexpectedMiss,
+    /// It says what it was argued not to see: the layer is better than the reason.
+    UnexpectedNotice(Miss),
+}
+
+/// The verdict on a layer of this version.
+pub fn verdict(layer: u32, mutant: &Mutant, heard: &Heard) -> Verdict {
+    let argued = unreported_mutants::reason(&mutant.edge, mutant.part).map(Miss::Argued);
+    let older = || older::reason(layer, mutant).map(Miss::Older);
+    match (heard.anything(), argued.or_else(older)) {
+        (true, None) => Verdict::Noticed,
+        (true, Some(miss)) => Verdict::UnexpectedNotice(miss),
+        (false, Some(miss)) => Verdict::ExpectedMiss(miss),
+        (false, None) => Verdict::UnexpectedMiss,
+    }
+}
