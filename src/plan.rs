@@ -119,6 +119,29 @@ pub struct Capabilities {
 }
 
 impl Capabilities {
+    /// Those of a device that lacks nothing, but memory of its own for tiles: what is refused even there is refused for the settings' sake.
+    pub fn ample() -> Self {
+        Self {
+            max_extent: 16384,
+            max_layers: 2048,
+            depth_clamp: true,
+            max_color_attachments: 8,
+            max_input_attachments: 8,
+            unorm_2x16_attachment: true,
+            float32_blends: true,
+            packed_float_blends: true,
+            msaa: 1 | 2 | 4 | 8,
+            anisotropy: 16,
+            primitive_index: true,
+            lazily_allocated: false,
+            indirect_draws: true,
+            software: false,
+            compute_invocations: 1024,
+            bc7: true,
+            etc2: true,
+        }
+    }
+
     /// Whether textures can stay in these blocks.
     pub fn samples(&self, format: BlockFormat) -> bool {
         match format {

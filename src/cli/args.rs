@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use afterlight::gpu::{DeviceChoice, Validation};
+#[cfg(feature = "report")]
+use afterlight::report::sweep::model::Shard;
 use afterlight::scene::{Camera, SETTINGS, Setting, SettingsPatch, SkyChoice, Up, ValueKind, View, unknown};
 use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Args, Command, FromArgMatches, value_parser};
 
@@ -118,6 +120,17 @@ fn camera(text: &str) -> Result<CameraChoice, String> {
 fn scale(text: &str) -> Result<f64, String> {
     let parsed = text.parse().ok().filter(|scale| (1e-9..=1e9).contains(scale));
     parsed.ok_or_else(|| "expected a number from 1e-9 to 1e9".to_owned())
+}
+
+/// A part of some work that is divided among machines.
+#[cfg(feature = "report")]
+pub fn shard(text: &str) -> Result<Shard, String> {
+    let number = |text: &str| text.parse::<u32>().ok();
+    let parsed = text.split_once('/').and_then(|(index, count)| Some((number(index)?, number(count)?)));
+    match parsed {
+        Some((index, count)) if (1..=count).contains(&index) => Ok(Shard { index, count }),
+        _ => Err("expected I/N, from 1/N to N/N".into()),
+    }
 }
 
 /// Seconds of a clip.
@@ -278,7 +291,7 @@ pub fn value<T: FromStr<Err: Display>>(text: &str) -> Result<T, String> {
 }
 
 /// An empty name, as an unset variable of a script leaves it, would be a part of every device's name.
-fn device(text: &str) -> Result<DeviceChoice, String> {
+pub fn device(text: &str) -> Result<DeviceChoice, String> {
     if text.trim().is_empty() { Err("a number or a part of a name is needed".into()) } else { value(text) }
 }
 

@@ -10,20 +10,37 @@ use afterlight::window;
 use afterlight::{frame, gpu, plan, scene, stress};
 use clap::error::ErrorKind;
 
-/// The classes of failure, by exit code; a later one is graver. `EXIT_CODES` says the same in the help.
+/// The classes of failure; a later one is graver. `EXIT_CODES` says the same in the help.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Exit {
+    /// A check is better than `afterlight ci` was told to expect.
+    #[cfg_attr(not(feature = "ci"), expect(dead_code, reason = "only ci has expectations"))]
+    Improved,
     /// The work was done, and a check on it failed.
-    FailedCheck = 1,
+    FailedCheck,
     /// The command line cannot be understood or asks for what does not exist.
-    Usage = 2,
+    Usage,
     /// An input cannot be used, this device cannot hold it, or the output cannot be written.
-    BadInput = 3,
+    BadInput,
     /// There is no loader, driver, layer or device to work with, or it failed.
-    NoVulkan = 4,
+    NoVulkan,
     /// There is no display to open a window on, or it went away.
     #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only a window needs a display"))]
-    NoDisplay = 5,
+    NoDisplay,
+}
+
+impl Exit {
+    /// What the program ends with.
+    pub fn code(self) -> u8 {
+        match self {
+            Self::FailedCheck => 1,
+            // deqp-runner has this code for improvements; `afterlight ci` has none for usage.
+            Self::Improved | Self::Usage => 2,
+            Self::BadInput => 3,
+            Self::NoVulkan => 4,
+            Self::NoDisplay => 5,
+        }
+    }
 }
 
 /// The exit codes as the help lists them.
@@ -32,8 +49,9 @@ Exit codes:
   0  success
   1  a check failed: with --validate, the validation layer had something to say that is not advice,
      or frames need what --drop leaves out; pictures differ by more than --max, nothing keeps the bound of
-     tune or nothing can verify it, or a claim of stress does not hold
-  2  usage: an option or its value is wrong, or no device has the number or name given
+     tune or nothing can verify it, a claim of stress does not hold, or a case of ci is worse than expected
+  2  usage: an option or its value is wrong, or no device has the number or name given (ci: 3); a case of
+     ci is only better than expected
   3  bad input: a scene cannot be read or is too large for the device, or the output cannot be written
   4  no usable Vulkan: no loader, driver or validation layer, or the driver failed
   5  no display: view has no window system to open a window on, or it went away";
@@ -59,6 +77,12 @@ impl Failure {
     /// The same with what of the input is to blame.
     pub fn with_place(self, place: &str) -> Self {
         Self { message: format!("{} ({place})", self.message), ..self }
+    }
+
+    /// The same with another exit code.
+    #[cfg(feature = "ci")]
+    pub fn with_exit(self, exit: Exit) -> Self {
+        Self { exit: Some(exit), ..self }
     }
 
     pub fn with_hint(self, hint: impl Into<String>) -> Self {
@@ -124,7 +148,7 @@ impl Failure {
         }
         // Where standard error is closed, the exit code is all that can be said.
         let _ = io::stderr().write_all(text.as_bytes());
-        ExitCode::from(exit as u8)
+        ExitCode::from(exit.code())
     }
 
     #[cfg(test)]

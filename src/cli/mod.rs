@@ -3,6 +3,8 @@
 
 mod args;
 mod bench;
+#[cfg(feature = "ci")]
+mod ci;
 mod compare;
 mod contact_sheet;
 mod doctor;
@@ -57,6 +59,10 @@ enum Command {
     Doctor(doctor::Args),
     Reference(reference::Args),
     Stress(stress::Args),
+    #[cfg(feature = "ci")]
+    Ci(Box<ci::Args>),
+    #[cfg(feature = "ci")]
+    Gtest(ci::gtest::Args),
     #[cfg(feature = "report")]
     Report(report::Args),
     #[cfg(feature = "report")]
@@ -83,6 +89,16 @@ fn commands() -> String {
     Cli::command().get_subcommands().map(clap::Command::get_name).collect::<Vec<_>>().join(", ")
 }
 
+/// What is wrong with the command line. `ci` has another use for the exit code of usage.
+fn of_command_line(error: &clap::Error) -> Failure {
+    let failure = Failure::from_clap(error);
+    #[cfg(feature = "ci")]
+    if std::env::args_os().skip(1).find(|word| !word.to_string_lossy().starts_with('-')).is_some_and(|word| word == "ci") {
+        return failure.with_exit(failure::Exit::BadInput);
+    }
+    failure
+}
+
 /// Does what the command line says.
 pub fn run() -> Result<(), Failure> {
     let cli = match Cli::try_parse() {
@@ -95,7 +111,7 @@ pub fn run() -> Result<(), Failure> {
             let _ = error.print();
             return Err(Failure::usage(format!("a command is needed: {}", commands())));
         }
-        Err(error) => return Err(Failure::from_clap(&error)),
+        Err(error) => return Err(of_command_line(&error)),
     };
     logs::start(cli.verbose)?;
     match cli.command {
@@ -106,6 +122,10 @@ pub fn run() -> Result<(), Failure> {
         Command::Doctor(args) => doctor::run(&args),
         Command::Reference(args) => reference::run(&args),
         Command::Stress(args) => stress::run(&args),
+        #[cfg(feature = "ci")]
+        Command::Ci(args) => ci::run(&args),
+        #[cfg(feature = "ci")]
+        Command::Gtest(args) => ci::gtest::run(&args),
         #[cfg(feature = "report")]
         Command::Report(args) => report::run(&args),
         #[cfg(feature = "report")]

@@ -151,20 +151,6 @@ impl Heard {
         }
     }
 
-    /// Each different message once, with how often it came.
-    fn counted(&self) -> Vec<(&Message, usize)> {
-        let mut places: BTreeMap<(&str, &str), usize> = BTreeMap::new();
-        let mut counted: Vec<(&Message, usize)> = Vec::new();
-        for message in &self.messages {
-            let place = *places.entry((&message.id_name, &message.text)).or_insert(counted.len());
-            match counted.get_mut(place) {
-                Some((_, count)) => *count += 1,
-                None => counted.push((message, 1)),
-            }
-        }
-        counted
-    }
-
     /// The messages as data.
     pub fn reports(&self) -> Vec<MessageReport> {
         let report = |(message, count): (&Message, usize)| MessageReport {
@@ -183,22 +169,41 @@ impl Heard {
             objects: message.objects.clone(),
             text: message.text.clone(),
         };
-        self.counted().into_iter().map(report).collect()
+        counted(&self.messages).into_iter().map(report).collect()
     }
 
-    /// A paragraph for each different message.
+    /// As [`listing`].
     pub fn listing(&self) -> String {
-        let mut text = String::new();
-        for (message, count) in self.counted() {
-            let times = if count == 1 { String::new() } else { format!(" ({count} times)") };
-            let (severity, kind) = (message.severity, message.kind);
-            let _ = writeln!(text, "{severity:?} ({kind:?}) {}{times}: {}", message.id_name, message.text);
-        }
-        if self.dropped > 0 {
-            let _ = writeln!(text, "and {} more that were not kept", self.dropped);
-        }
-        text
+        listing(&self.messages, self.dropped)
     }
+}
+
+/// Each different message once, with how often it came.
+fn counted(messages: &[Message]) -> Vec<(&Message, usize)> {
+    let mut places: BTreeMap<(&str, &str), usize> = BTreeMap::new();
+    let mut counted: Vec<(&Message, usize)> = Vec::new();
+    for message in messages {
+        let place = *places.entry((&message.id_name, &message.text)).or_insert(counted.len());
+        match counted.get_mut(place) {
+            Some((_, count)) => *count += 1,
+            None => counted.push((message, 1)),
+        }
+    }
+    counted
+}
+
+/// A paragraph for each different message, of which so many more were not kept.
+pub fn listing(messages: &[Message], dropped: u64) -> String {
+    let mut text = String::new();
+    for (message, count) in counted(messages) {
+        let times = if count == 1 { String::new() } else { format!(" ({count} times)") };
+        let (severity, kind) = (message.severity, message.kind);
+        let _ = writeln!(text, "{severity:?} ({kind:?}) {}{times}: {}", message.id_name, message.text);
+    }
+    if dropped > 0 {
+        let _ = writeln!(text, "and {dropped} more that were not kept");
+    }
+    text
 }
 
 #[cfg(test)]

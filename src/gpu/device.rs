@@ -1,8 +1,10 @@
 //! The logical device: one queue for graphics, compute and transfer, and what every object on it shares.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::{CStr, CString, c_char};
 use std::fmt;
+use std::fs::File;
+use std::io::{Seek as _, SeekFrom, Write as _};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
@@ -99,6 +101,9 @@ impl EnabledFeatures {
 /// The second is a part of Vulkan 1.2, and drivers of that still name it.
 const MUTABLE_SWAPCHAINS: [&CStr; 2] = [ash::khr::swapchain_mutable_format::NAME, ash::khr::image_format_list::NAME];
 
+/// Longer labels than all of the program's, so that each covers the one before it in a file.
+const LABEL_BYTES: usize = 80;
+
 /// A logical device with its queue, memory, pipeline cache and retire queue. Shared by everything made on it.
 pub struct Device {
     /// The device's functions.
@@ -113,6 +118,8 @@ pub struct Device {
     pub features: EnabledFeatures,
     debug_utils: Option<ash::ext::debug_utils::Device>,
     labels: Mutex<BTreeSet<String>>,
+    last_label: Mutex<Option<File>>,
+    shaders: Mutex<Option<BTreeMap<String, Vec<u32>>>>,
     pub(super) submissions: Submissions,
     pub(super) registry: Registry,
     pub(super) retired: RetireQueue,
@@ -166,6 +173,8 @@ impl Device {
             features,
             debug_utils,
             labels: Mutex::default(),
+            last_label: Mutex::default(),
+            shaders: Mutex::default(),
             submissions: Submissions::new(queue),
             registry: Registry::default(),
             retired: RetireQueue::default(),
@@ -189,6 +198,7 @@ impl Device {
 
     /// Opens a labelled region in a command buffer, for layers and debuggers.
     pub(crate) fn begin_label(&self, cmd: vk::CommandBuffer, name: &str) {
+        self.tell_label(name);
         let Some(debug_utils) = &self.debug_utils else { return };
         let text = c_text(name);
         let label = vk::DebugUtilsLabelEXT::default().label_name(&text);
@@ -203,6 +213,35 @@ impl Device {
     /// The labels of all regions that were opened since the last call, sorted. None where VK_EXT_debug_utils is not there.
     pub fn take_labels(&self) -> Vec<String> {
         std::mem::take(&mut *self.labels.lock().unwrap_or_else(PoisonError::into_inner)).into_iter().collect()
+    }
+
+    /// Keeps the name of the last labelled region that was recorded in a file, so that whoever finds a crashed process knows how far it came.
+    pub fn tell_labels_to(&self, file: File) {
+        *self.last_label.lock().unwrap_or_else(PoisonError::into_inner) = Some(file);
+    }
+
+    /// Writes over the label before. A file that cannot be written is no reason to stop.
+    fn tell_label(&self, name: &str) {
+        if let Some(file) = &mut *self.last_label.lock().unwrap_or_else(PoisonError::into_inner) {
+            let line = format!("{name:LABEL_BYTES$}\n");
+            let _ = file.seek(SeekFrom::Start(0)).and_then(|_| file.write_all(line.as_bytes()));
+        }
+    }
+
+    /// Keeps the SPIR-V of all pipelines that are made from now on, for [`Device::take_shaders`].
+    pub fn keep_shaders(&self) {
+        self.shaders.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_default();
+    }
+
+    /// The SPIR-V that was kept, by the names of pipelines and their stages. None is kept from here on.
+    pub fn take_shaders(&self) -> BTreeMap<String, Vec<u32>> {
+        self.shaders.lock().unwrap_or_else(PoisonError::into_inner).take().unwrap_or_default()
+    }
+
+    pub(super) fn keep_shader(&self, name: impl FnOnce() -> String, spirv: &[u32]) {
+        if let Some(shaders) = &mut *self.shaders.lock().unwrap_or_else(PoisonError::into_inner) {
+            shaders.insert(name(), spirv.to_vec());
+        }
     }
 
     /// Closes the region that the last [`Device::begin_label`] opened.

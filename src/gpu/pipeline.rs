@@ -267,6 +267,7 @@ impl<'a> Shaders<'a> {
             if stage.spirv.first() != Some(&SPIRV_MAGIC) {
                 return Err(Error::Misuse(format!("the {:?} shader of '{name}' is no SPIR-V", stage.stage)));
             }
+            device.keep_shader(|| format!("{name} {:?}", stage.stage), stage.spirv);
             let info = vk::ShaderModuleCreateInfo::default().code(stage.spirv);
             // SAFETY: the device is alive; that the module is valid is what the shader compiler checks.
             let raw = unsafe { device.raw.create_shader_module(&info, None) }

@@ -17,7 +17,7 @@ mod pixel_errors;
 mod position;
 mod run;
 
-pub use case::{Bound, Case, Check, Values, case, range};
+pub use case::{Bound, Case, Check, MOST_ELSEWHERE, Values, case, range};
 pub use pixel_errors::{Errors, Evidence, FLOOR, Subject, compare};
 pub use run::{Finding, Outcome, RunInfo, Verdict, run, run_spoiled, sane};
 

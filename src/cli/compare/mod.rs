@@ -14,6 +14,7 @@ use super::failure::{Exit, Failure};
 use super::image_output::{Format, Target};
 use super::output;
 use super::table::Table;
+pub use image_file::ImageFile;
 use metric::{Limit, Metric};
 use pair::{Comparison, Pair};
 

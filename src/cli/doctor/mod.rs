@@ -14,7 +14,7 @@ use serde::Serialize;
 use super::failure::{Exit, Failure, with_causes};
 use super::output;
 use super::table::{Table, version};
-use device::DeviceReport;
+pub use device::DeviceReport;
 
 /// Tell what of Vulkan is here, what works, and what to install
 #[derive(Debug, clap::Args)]

@@ -68,7 +68,7 @@ impl Case {
             validation: heard.checks().map(|(checks, layer)| Checks { checks, layer }),
             seconds,
             verdict: Verdict::when(failure.is_none()),
-            exit_code: failure.and_then(Failure::exit).map_or(0, |exit| exit as u8),
+            exit_code: failure.and_then(Failure::exit).map_or(0, Exit::code),
             error: failure.map(Failure::one_line),
             dropped: None,
             hazards: Vec::new(),
@@ -86,7 +86,7 @@ impl Case {
 
     /// Whether a check failed; any other failure is an error of JUnit's.
     fn is_failed_check(&self) -> bool {
-        self.exit_code == Exit::FailedCheck as u8
+        self.exit_code == Exit::FailedCheck.code()
     }
 }
 

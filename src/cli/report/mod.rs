@@ -21,7 +21,7 @@ use afterlight::report::sweep::model::{Metric, Report, SceneReport, Shard};
 use afterlight::report::sweep::run::{Run, Step};
 use afterlight::scene::{SettingsPatch, unknown};
 
-use super::args::{DeviceArgs, MotionArgs, SettingsArgs};
+use super::args::{self, DeviceArgs, MotionArgs, SettingsArgs};
 use super::failure::{Exit, Failure};
 use super::measuring::{Bars, MeasuringArgs, base_of, fix_driver_threads, metric, sweep_of, truths};
 use super::output::Sink;
@@ -58,7 +58,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME", default_value = "flip", value_parser = metric)]
     metric: Metric,
     /// Measure one part of several, to be joined with --merge: from 1/N to N/N
-    #[arg(long, value_name = "I/N", value_parser = shard)]
+    #[arg(long, value_name = "I/N", value_parser = args::shard)]
     shard: Option<Shard>,
     /// Join the folders of all shards in place of measuring
     #[arg(
@@ -93,15 +93,6 @@ pub struct Args {
 fn family(text: &str) -> Result<String, String> {
     let known = family_keys();
     if known.contains(&text) { Ok(text.into()) } else { Err(unknown("family", text, &known)) }
-}
-
-fn shard(text: &str) -> Result<Shard, String> {
-    let number = |text: &str| text.parse::<u32>().ok();
-    let parsed = text.split_once('/').and_then(|(index, count)| Some((number(index)?, number(count)?)));
-    match parsed {
-        Some((index, count)) if (1..=count).contains(&index) => Ok(Shard { index, count }),
-        _ => Err("expected I/N, from 1/N to N/N".into()),
-    }
 }
 
 /// Measures, or joins what was measured, and writes the report.
@@ -297,9 +288,9 @@ mod tests {
 
     #[test]
     fn a_shard_is_one_of_so_many() {
-        assert_eq!(shard("2/3"), Ok(Shard { index: 2, count: 3 }));
+        assert_eq!(args::shard("2/3"), Ok(Shard { index: 2, count: 3 }));
         for text in ["0/3", "4/3", "1", "a/b", "1/0", "-1/2"] {
-            assert!(shard(text).is_err(), "{text}");
+            assert!(args::shard(text).is_err(), "{text}");
         }
     }
 

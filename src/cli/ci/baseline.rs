@@ -1,0 +1,118 @@
+//! What earlier runs on the same driver and device drew, how long that took, and which cases are known to fail: a folder for each device,
+//! `DIR/DRIVER/DEVICE`.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use afterlight::gpu::PhysicalDevice;
+use afterlight::measure::Srgb8Image;
+
+use super::results;
+use super::verdict::{CaseReport, Status};
+use crate::cli::compare::ImageFile;
+use crate::cli::failure::Failure;
+use crate::cli::output::{self, Sink};
+
+/// The cases that are known to fail, as `failures.csv` has them.
+pub const FAILURES: &str = "failures.csv";
+/// The device's time for a frame, in milliseconds.
+const TIMES: &str = "times.csv";
+
+/// A device's folder.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Baseline {
+    folder: PathBuf,
+    times: BTreeMap<String, f64>,
+}
+
+impl Baseline {
+    /// Reads what is there of the device. A folder that is not there yet is an empty baseline.
+    ///
+    /// # Errors
+    /// When its times cannot be read.
+    pub fn open(all: &Path, device: &PhysicalDevice) -> Result<Self, Failure> {
+        let folder = all.join(key(&device.driver_name)).join(key(&device.name));
+        let path = folder.join(TIMES);
+        let mut times = BTreeMap::new();
+        if path.exists() {
+            for (line, text) in results::lines(&path)? {
+                let parsed = text.split_once(',').and_then(|(case, ms)| Some((case.to_owned(), ms.trim().parse().ok()?)));
+                let (case, ms): (_, f64) = parsed.ok_or_else(|| results::bad(&path, line, "expected CASE,MILLISECONDS"))?;
+                times.insert(case, ms);
+            }
+        }
+        Ok(Self { folder, times })
+    }
+
+    /// Which cases are known to fail on the device; none where the file is not there.
+    pub fn failures(&self) -> Result<BTreeMap<String, Status>, Failure> {
+        let path = self.folder.join(FAILURES);
+        if path.exists() { results::read(&path) } else { Ok(BTreeMap::new()) }
+    }
+
+    /// The files of regular expressions that are there for the device: `skips.txt` or `flakes.txt`.
+    pub fn expressions(&self, name: &str) -> Option<PathBuf> {
+        Some(self.folder.join(name)).filter(|path| path.exists())
+    }
+
+    /// The case's picture, if there is one; or why it cannot be read.
+    pub fn picture(&self, case: &str) -> Result<Option<Srgb8Image>, String> {
+        let path = self.folder.join(format!("{case}.png"));
+        if !path.exists() {
+            return Ok(None);
+        }
+        match ImageFile::open(&path) {
+            Ok(ImageFile::Shown(picture)) => Ok(Some(picture)),
+            Ok(ImageFile::Light(_)) => Err(format!("{} holds linear light, and a picture is needed", path.display())),
+            Err(failure) => Err(failure.one_line()),
+        }
+    }
+
+    pub fn gpu_ms(&self, case: &str) -> Option<f64> {
+        self.times.get(case).copied()
+    }
+
+    /// Takes over what was found: pictures from the folders of the cases, times, and which cases fail. Cases that did not run keep what they have.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    pub fn bless(mut self, reports: &[CaseReport], cases: &Path) -> Result<(), Failure> {
+        output::make_folder(&self.folder)?;
+        let mut failures = self.failures()?;
+        for report in reports {
+            let name = &report.case;
+            let picture = cases.join(name).join("picture.png");
+            if let Ok(bytes) = fs::read(&picture) {
+                Sink::File(self.folder.join(format!("{name}.png"))).write(&bytes)?;
+            }
+            self.times.extend(report.gpu_ms.map(|ms| (name.clone(), ms)));
+            match report.verdict.status() {
+                Status::Pass | Status::Skip | Status::Flake => _ = failures.remove(name),
+                status => _ = failures.insert(name.clone(), status),
+            }
+        }
+        let times: String = self.times.iter().map(|(case, ms)| format!("{case},{ms:.4}\n")).collect();
+        Sink::File(self.folder.join(TIMES)).write(times.as_bytes())?;
+        let failures: String = failures.iter().map(|(case, status)| format!("{case},{}\n", status.name())).collect();
+        Sink::File(self.folder.join(FAILURES)).write(failures.as_bytes())
+    }
+}
+
+/// A name as a folder has it: letters and digits, and one dash for all between them.
+fn key(name: &str) -> String {
+    let words = name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+    let key = words.collect::<Vec<_>>().join("-").to_lowercase();
+    if key.is_empty() { "unknown".to_owned() } else { key }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folders_are_named_after_drivers_and_devices() {
+        let names = ["llvmpipe (LLVM 15.0.6, 256 bits)", "NVIDIA H200", "../..", ""];
+        assert_eq!(names.map(key), ["llvmpipe-llvm-15-0-6-256-bits", "nvidia-h200", "unknown", "unknown"]);
+    }
+}

@@ -1,0 +1,146 @@
+//! What the cases of a suite use, counted from their plans: no device is asked, so that the table is the same everywhere. Each case is planned on a
+//! device that lacks nothing, and on the same as a CPU.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+
+use afterlight::frame::edges;
+use afterlight::frame::list::{self, List};
+use afterlight::plan::{Capabilities, FramePlan, PartGroup};
+use afterlight::scene::{LightPath, Settings, View};
+
+use super::examine::Drawing;
+use super::suite::Case;
+use crate::cli::failure::{Exit, Failure};
+
+/// What is counted: all names that there are, and in how many plans each is in use.
+#[derive(Default)]
+struct Counted(BTreeMap<&'static str, BTreeMap<String, usize>>);
+
+impl Counted {
+    fn count(&mut self, kind: &'static str, name: impl Into<String>, is_used: bool) {
+        *self.0.entry(kind).or_default().entry(name.into()).or_default() += usize::from(is_used);
+    }
+
+    fn add(&mut self, plan: &FramePlan, settings: &Settings) {
+        for part in list::parts(plan) {
+            self.count("passes", part.name, part.included);
+        }
+        for part in plan.parts().iter().filter(|part| part.group == PartGroup::Targets) {
+            let name = part.name.split(" (").next().unwrap_or_default();
+            self.count("targets", name, part.included);
+        }
+        for &(name, path) in LightPath::NAMES.iter().filter(|(_, path)| *path != LightPath::Auto) {
+            self.count("light paths", name, plan.light_path == path);
+        }
+        let table = edges::table(plan);
+        for edge in table.iter() {
+            self.count("dependencies", edge.name.name(), true);
+        }
+        for absent in edges::absent(plan, &table) {
+            self.count("dependencies", absent.name.name(), false);
+        }
+        let formats: BTreeSet<String> = List::of(plan)
+            .render_passes()
+            .flat_map(|(name, _)| List::of(plan).attachments(plan, name))
+            .map(|(_, attachment)| format!("{:?}", attachment.format))
+            .collect();
+        for format in formats {
+            self.count("formats of attachments", format, true);
+        }
+        let features = [
+            ("depthClamp", plan.has_directional_shadows()),
+            ("samplerAnisotropy", plan.anisotropy > 1),
+            ("sampleRateShading", plan.msaa > 1),
+            ("geometryShader (the number of a triangle)", settings.view == View::Triangle),
+            ("multiDrawIndirect", plan.culls_on_device()),
+        ];
+        for (name, is_used) in features {
+            self.count("optional features", name, is_used);
+        }
+    }
+
+    fn text(&self) -> String {
+        let mut text = String::new();
+        for (kind, names) in &self.0 {
+            let used = names.values().filter(|count| **count > 0).count();
+            let _ = writeln!(text, "{kind}: {used} of {}", names.len());
+            for (name, count) in names {
+                let _ = writeln!(text, "  {count:>5}  {name}");
+            }
+        }
+        text
+    }
+
+    /// Names that no case uses.
+    #[cfg(test)]
+    fn unused(&self) -> Vec<(&'static str, &str)> {
+        self.0
+            .iter()
+            .flat_map(|(kind, names)| {
+                names.iter().filter(|(_, count)| **count == 0).map(move |(name, _)| (*kind, name.as_str()))
+            })
+            .collect()
+    }
+}
+
+fn counted(cases: &[&Case]) -> Result<Counted, Failure> {
+    let devices = [Capabilities::ample(), Capabilities { software: true, ..Capabilities::ample() }];
+    let mut all = Counted::default();
+    for case in cases {
+        let wrong = |why: &str| Failure::new(Exit::BadInput, format!("{}: {why}", case.name));
+        let drawing = Drawing::open(case).map_err(|stop| wrong(&stop.why))?;
+        for device in &devices {
+            let plan = FramePlan::of(&drawing.scene, &drawing.settings, device);
+            all.add(&plan.map_err(|error| wrong(&error.to_string()))?, &drawing.settings);
+        }
+    }
+    Ok(all)
+}
+
+/// The table: for each name the number of plans, two a case, that use it.
+///
+/// # Errors
+/// When a case cannot be planned on any device.
+pub fn of(cases: &[&Case]) -> Result<String, Failure> {
+    Ok(counted(cases)?.text())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::suite::Suite;
+    use super::*;
+
+    /// What a picture has not: passes and dependencies of windows, those of formulas, and a choice that every plan decides.
+    const ELSEWHERE: [&str; 21] = [
+        "OVERLAY",
+        "ENCODE",
+        "PRESENT",
+        "SPLIT",
+        "acquire",
+        "copy-to-picture",
+        "encode-to-picture",
+        "encode-to-swapchain",
+        "overlay-to-picture",
+        "panel-to-copy",
+        "picture-to-copy",
+        "picture-to-encode",
+        "picture-to-overlay",
+        "picture-to-split",
+        "present",
+        "present-to-swapchain",
+        "split-to-picture",
+        "swapchain-to-encode",
+        "swapchain-to-present",
+        "upload-to-panels",
+        "results-to-host",
+    ];
+
+    #[test]
+    fn the_quick_suite_uses_all_that_a_picture_can() {
+        let suite = Suite::open("quick").expect("it is shipped");
+        let counted = counted(&suite.cases.iter().collect::<Vec<_>>()).unwrap_or_else(|failure| panic!("{}", failure.one_line()));
+        let unused: Vec<_> = counted.unused().into_iter().filter(|(_, name)| !ELSEWHERE.contains(name)).collect();
+        assert!(unused.is_empty(), "nothing in the suite uses {unused:?}");
+    }
+}

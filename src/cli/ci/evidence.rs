@@ -1,0 +1,134 @@
+//! What is kept of a case while it runs: the files of a bundle, if it ends badly.
+
+use std::collections::BTreeMap;
+use std::env;
+use std::fmt::Write as _;
+use std::fs::File;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use afterlight::frame::{Picture, Pixels};
+use afterlight::gpu::Device;
+use afterlight::measure::Srgb8Image;
+use afterlight::plan::FramePlan;
+use afterlight::reference::tonemap::encode_srgb;
+use afterlight::stress;
+
+use super::examine::{self, Drawing};
+use crate::cli::doctor::DeviceReport;
+use crate::cli::image_output::{Format, Target};
+use crate::cli::output::{self, Sink};
+use crate::cli::workload::plan_table;
+
+/// The file with the last label that was recorded.
+pub const LAST_LABEL: &str = "last-label.txt";
+/// The file with what the device says of itself.
+pub const DEVICE: &str = "device.json";
+/// The suite with this case alone, for `--repro`.
+pub const SUITE: &str = "suite.toml";
+
+/// Variables of drivers, loaders and layers, by how they begin.
+const VARIABLES: [&str; 12] = [
+    "VK_", "MESA_", "LIBGL_", "LP_", "GALLIUM_", "GALLIVM_", "LVP_", "RADV_", "ANV_", "NVK_", "SWIFTSHADER_", "AFTERLIGHT_",
+];
+
+/// The folder that files are kept in; without one nothing is kept. A file that cannot be written is told of, and does not stop the case: its verdict
+/// is worth more.
+pub struct Evidence {
+    folder: Option<PathBuf>,
+}
+
+impl Evidence {
+    pub fn new(folder: Option<PathBuf>) -> Self {
+        Self { folder }
+    }
+
+    pub fn write(&self, name: &str, bytes: &[u8]) {
+        let Some(folder) = &self.folder else { return };
+        if let Err(failure) = Sink::File(folder.join(name)).write(bytes) {
+            tracing::warn!("{}", failure.one_line());
+        }
+    }
+
+    pub fn picture(&self, name: &str, picture: &Picture) {
+        let Some(folder) = &self.folder else { return };
+        let format = if matches!(picture.pixels, Pixels::Srgb8(_)) { Format::Png } else { Format::Exr };
+        let path = folder.join(name).with_extension(if format == Format::Png { "png" } else { "exr" });
+        if let Err(failure) = (Target { sink: Sink::File(path), format }).write(picture) {
+            tracing::warn!("{}", failure.one_line());
+        }
+    }
+
+    pub fn shown(&self, name: &str, picture: &Srgb8Image) {
+        let rgba = picture.pixels.iter().flat_map(|&[r, g, b]| [r, g, b, 255]).collect();
+        self.picture(name, &Picture { size: picture.size, pixels: Pixels::Srgb8(rgba) });
+    }
+
+    /// What was drawn and what the truth has, both as light that is shown without a tone mapper.
+    pub fn compared(&self, seen: &stress::Evidence) {
+        let code = |light: f64| (encode_srgb(light.clamp(0.0, 1.0)) * 255.0).round() as u8;
+        let shown = |pixels: Vec<[u8; 3]>| Srgb8Image { size: seen.size, pixels };
+        let drawn = seen.drawn.iter().map(|light| light.map(|channel| code(f64::from(channel)))).collect();
+        let truth: Vec<[u8; 3]> = seen.expected.iter().map(|light| light.map(code)).collect();
+        let (drawn, truth) = (shown(drawn), shown(truth));
+        self.shown("light.png", &drawn);
+        self.shown("truth.png", &truth);
+        if let Ok(map) = afterlight::measure::flip(&drawn, &truth) {
+            self.shown("truth-difference.png", &map.heat());
+        }
+    }
+
+    pub fn of_device(&self, device: &Arc<Device>) {
+        let Some(folder) = &self.folder else { return };
+        let report = DeviceReport::of(0, &device.physical);
+        if let Ok(json) = output::json(&report) {
+            self.write(DEVICE, json.as_bytes());
+        }
+        if let Ok(file) = File::create(folder.join(LAST_LABEL)) {
+            device.tell_labels_to(file);
+        }
+    }
+
+    pub fn of_plan(&self, plan: &FramePlan, drawing: &Drawing, device: &Arc<Device>) {
+        let [width, height] = drawing.settings.size;
+        let mut text = format!("{}: {width}x{height} on {}\n", drawing.scene.name, device.physical.name);
+        let _ = writeln!(text, "settings: {}\n", drawing.settings.patch());
+        let _ = write!(text, "{}\nDependencies\n{}", plan_table(plan).render(), examine::dependencies(plan));
+        self.write("plan.txt", text.as_bytes());
+    }
+
+    /// The SPIR-V of all pipelines, a file each.
+    pub fn shaders(&self, shaders: BTreeMap<String, Vec<u32>>) {
+        let Some(folder) = &self.folder else { return };
+        let folder = folder.join("shaders");
+        if let Err(failure) = output::make_folder(&folder) {
+            return tracing::warn!("{}", failure.one_line());
+        }
+        for (name, words) in shaders {
+            let name: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
+            self.write(&format!("shaders/{name}.spv"), bytemuck::cast_slice(&words));
+        }
+    }
+}
+
+/// The picture as it is shown; `None` for linear light.
+pub fn shown(picture: &Picture) -> Option<Srgb8Image> {
+    match &picture.pixels {
+        Pixels::Srgb8(rgba) => Some(Srgb8Image::from_rgba(picture.size, rgba)),
+        Pixels::LinearF32(_) => None,
+    }
+}
+
+/// What of the environment drivers, loaders and layers look at.
+pub fn environment() -> String {
+    let mut text = format!("afterlight {} on {} {}\n", env!("CARGO_PKG_VERSION"), env::consts::OS, env::consts::ARCH);
+    let mut variables: Vec<_> = env::vars_os()
+        .map(|(name, value)| (name.to_string_lossy().into_owned(), value.to_string_lossy().into_owned()))
+        .filter(|(name, _)| VARIABLES.iter().any(|start| name.starts_with(start)))
+        .collect();
+    variables.sort();
+    for (name, value) in variables {
+        let _ = writeln!(text, "{name}={value}");
+    }
+    text
+}

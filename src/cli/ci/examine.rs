@@ -1,0 +1,480 @@
+//! Makes the checks of one case, in this process. What is found out on the way is written into the case's folder as soon as it is known, so that a
+//! process that crashes leaves it behind.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use afterlight::frame::{self, Picture, Pixels, Renderer, capabilities, edges};
+use afterlight::gpu::{self, Device, DeviceChoice, Instance, InstanceOptions, Message, MessageKind, Validation};
+use afterlight::measure::{Distribution, flip, resident_memory_bytes};
+use afterlight::plan::{self, Capabilities, FramePlan};
+use afterlight::scene::{
+    self, OpenOptions, Output, Playing, Pose, Scene, Settings, SettingsPatch, file, metered_ev100,
+};
+use afterlight::stress::{self, Subject};
+
+use super::baseline::Baseline;
+use super::evidence::Evidence;
+use super::resizes;
+use super::suite::{Case, Mode, SceneSource, Truth};
+use super::verdict::{CaseReport, Check, Verdict, Where};
+use crate::cli::failure::with_causes;
+use crate::cli::session::listing;
+use crate::cli::table::bytes;
+
+/// Frames of which the device's time is taken, after one that nobody times.
+const TIMED_FRAMES: u32 = 5;
+/// Frames after which memory must be steady.
+const WARM_FRAMES: u32 = 100;
+/// What a process may grow by though it leaks nothing: allocators keep what they have.
+const SLACK_BYTES: u64 = 4 << 20;
+
+/// Where a case is tried.
+pub struct Place<'a> {
+    pub device: &'a DeviceChoice,
+    pub baseline: Option<&'a Baseline>,
+    /// Other cases run on the device meanwhile, so that times mean less.
+    pub is_shared: bool,
+}
+
+/// Why the rest of a case cannot be tried.
+pub struct Stop {
+    pub verdict: Verdict,
+    pub why: String,
+}
+
+impl Stop {
+    fn fail(why: impl Into<String>) -> Self {
+        Self { verdict: Verdict::Fail, why: format!("drawing: {}", why.into()) }
+    }
+}
+
+impl From<gpu::Error> for Stop {
+    fn from(error: gpu::Error) -> Self {
+        let why = with_causes(&error);
+        match error {
+            gpu::Error::DeviceLost { .. } => Self { verdict: Verdict::Lost, why },
+            gpu::Error::OutOfMemory { .. } => Self { verdict: Verdict::OutOfMemory, why },
+            gpu::Error::TooLarge { .. } | gpu::Error::Unsupported(_) | gpu::Error::MissingLayer { .. } => {
+                Self { verdict: Verdict::Skip, why }
+            }
+            _ => Self::fail(why),
+        }
+    }
+}
+
+impl From<frame::Error> for Stop {
+    fn from(error: frame::Error) -> Self {
+        match error {
+            frame::Error::Gpu(error) => error.into(),
+            frame::Error::Plan(error) => Self::fail(error.to_string()),
+        }
+    }
+}
+
+impl From<scene::Error> for Stop {
+    fn from(error: scene::Error) -> Self {
+        Self::fail(with_causes(&error))
+    }
+}
+
+/// What of a case is drawn.
+pub struct Drawing {
+    pub scene: Scene,
+    pub playing: Playing,
+    pub settings: Settings,
+}
+
+impl Drawing {
+    /// Opens the scene and decides the settings.
+    pub fn open(case: &Case) -> Result<Self, Stop> {
+        let patch: SettingsPatch = case.settings.parse().map_err(|error: scene::Error| Stop::fail(error.to_string()))?;
+        let size = patch.size.unwrap_or(Subject::SIZE);
+        let aspect = f64::from(size[0]) / f64::from(size[1]);
+        let options = OpenOptions { aspect, ..OpenOptions::default() };
+        let scene = match &case.scene {
+            SceneSource::Named(name) => scene::open(name, &options)?,
+            SceneSource::Text { text, folder } => {
+                file::parse(text, &folder.join(format!("{}.toml", case.name)), &options)?
+            }
+        };
+        scene.check()?;
+        let sized = SettingsPatch { size: Some(size), ..SettingsPatch::default() };
+        let mut settings = patch.or(&sized).or(&scene.settings).decide();
+        let playing = Playing::at(case.time);
+        if scene.moves() && settings.output != Output::Nits && settings.exposure.is_none() {
+            settings.exposure = Some(metered_ev100(&scene.at(&playing)));
+        }
+        Ok(Self { scene, playing, settings })
+    }
+
+    /// The plan, or why there is none: the device lacks something, or the case asks for what does not go together.
+    fn plan(&self, device: &Device) -> Result<FramePlan, Stop> {
+        let of = |device: &Capabilities| FramePlan::of(&self.scene, &self.settings, device);
+        of(&capabilities(&device.physical)).map_err(|error: plan::Error| match of(&Capabilities::ample()) {
+            Ok(_) => Stop { verdict: Verdict::Skip, why: error.to_string() },
+            Err(_) => Stop::fail(error.to_string()),
+        })
+    }
+
+    pub fn renderer(&self, device: &Arc<Device>) -> Result<Renderer, Stop> {
+        Ok(Renderer::new(device, &self.scene, &self.settings)?)
+    }
+
+    pub fn picture(&self, renderer: &mut Renderer) -> Result<Picture, Stop> {
+        let mut pose = Pose::default();
+        let show = |renderer: &mut Renderer, seconds: f64| -> Result<_, frame::Error> {
+            if !self.scene.moves() {
+                return Ok(self.scene.camera);
+            }
+            self.scene.motion.pose_into(&self.playing.with_time(self.playing.time + seconds), &mut pose);
+            renderer.pose(&self.scene, &pose)?;
+            Ok(self.scene.looks_through.map_or(self.scene.camera, |index| pose.camera(&self.scene, index)))
+        };
+        Ok(renderer.picture_while(show, || {})?)
+    }
+}
+
+/// Makes all checks of the case.
+pub fn examine(case: &Case, place: &Place, evidence: &Evidence) -> CaseReport {
+    let begun = Instant::now();
+    let mut report = CaseReport::new(&case.name);
+    if let Err(Stop { verdict, why }) = try_all(case, place, evidence, &mut report)
+        && (report.verdict == Verdict::Pass || verdict == Verdict::Lost)
+    {
+        report.verdict = verdict;
+        report.reason = Some(why);
+    }
+    report.seconds = begun.elapsed().as_secs_f64();
+    report
+}
+
+fn try_all(case: &Case, place: &Place, evidence: &Evidence, report: &mut CaseReport) -> Result<(), Stop> {
+    evidence.write("suite.toml", super::suite::alone(case).as_bytes());
+    evidence.write("environment.txt", super::evidence::environment().as_bytes());
+    let drawing = Drawing::open(case)?;
+    let first = unobserved(case, place, &drawing, evidence, report)?;
+    for &mode in &case.holds.validate {
+        observed(mode, place, &drawing, &first, evidence, report)?;
+    }
+    if case.holds.resizes > 0 {
+        resizes::storm(case.holds.resizes, place, &drawing, report)?;
+    }
+    Ok(())
+}
+
+/// What the layer, and the program itself about what it left behind, said of some work.
+struct Observed {
+    messages: Vec<Message>,
+    dropped: u64,
+}
+
+impl Observed {
+    /// The first of those that are mistakes, and their number.
+    fn note(&self, mode: Option<Mode>, evidence: &Evidence, report: &mut CaseReport) {
+        let (left, said): (Vec<_>, Vec<_>) = self.messages.iter().partition(|own| own.kind == MessageKind::Leak);
+        let holds = left.is_empty();
+        let detail = left.first().map_or_else(|| "nothing".to_owned(), |first| more(&first.text, left.len() as u64 - 1));
+        if !holds || mode.is_none() {
+            report.hold(Check::ResourcesLeft, holds, detail);
+        }
+        let Some(mode) = mode else { return };
+        let is_advice = |own: &&&Message| mode == Mode::BestPractices && own.is_advice();
+        let mistakes: Vec<_> = said.iter().filter(|own| own.kind != MessageKind::General && !is_advice(own)).collect();
+        let name = mode.name();
+        match mistakes.first() {
+            None => report.hold(Check::LayerMessage, self.dropped == 0, format!("{name}: silent")),
+            Some(first) => {
+                let count = mistakes.len() as u64 - 1 + self.dropped;
+                let text = first.text.lines().next().unwrap_or_default();
+                report.hold(Check::LayerMessage, false, format!("{name}: {} {}", first.id_name, more(text, count)));
+                let all: Vec<Message> = self.messages.clone();
+                evidence.write(&format!("layer-{name}.log"), listing(&all, self.dropped).as_bytes());
+            }
+        }
+    }
+}
+
+fn more(first: &str, others: u64) -> String {
+    if others == 0 { first.to_owned() } else { format!("{first} (and {others} more)") }
+}
+
+/// Runs work on a device of its own; `None` where the layer cannot check so, which is noted.
+fn with_device<T>(
+    mode: Option<Mode>,
+    place: &Place,
+    report: &mut CaseReport,
+    work: impl FnOnce(&Arc<Device>, &mut CaseReport) -> Result<T, Stop>,
+) -> Result<(Option<T>, Observed), Stop> {
+    let validation = mode.map_or(Validation::Off, Mode::validation);
+    let options = InstanceOptions { validation, sync_shader_heuristic: mode == Some(Mode::SyncShaders) };
+    let nothing = Observed { messages: Vec::new(), dropped: 0 };
+    let skipped = |error: gpu::Error, report: &mut CaseReport| match (&error, mode) {
+        (gpu::Error::MissingLayer { .. } | gpu::Error::Unsupported(_), Some(mode)) => {
+            report.skip(Check::LayerMessage, format!("{}: {error}", mode.name()));
+            Ok(())
+        }
+        _ => Err(Stop::from(error)),
+    };
+    let instance = match Instance::new(&options) {
+        Ok(instance) => instance,
+        Err(error) => return skipped(error, report).map(|()| (None, nothing)),
+    };
+    if mode == Some(Mode::SyncShaders) && !instance.sync_shader_heuristic() {
+        report.skip(Check::LayerMessage, "sync-shaders: the layer has no heuristic for what shaders access");
+        return Ok((None, nothing));
+    }
+    let log = instance.message_log();
+    let device = match Device::new(&instance, place.device) {
+        Ok(device) => device,
+        Err(error) => return skipped(error, report).map(|()| (None, nothing)),
+    };
+    report.on = Where { device: device.physical.name.clone(), driver: driver_of(&device) };
+    let done = work(&device, report);
+    drop((device, instance));
+    let dropped = log.dropped();
+    let observed = Observed { messages: log.take(), dropped };
+    done.map(|done| (Some(done), observed))
+}
+
+/// The driver's name and its own words on its version.
+pub fn driver_of(device: &Device) -> String {
+    let physical = &device.physical;
+    format!("{} {}", physical.driver_name, physical.driver_info).trim().to_owned()
+}
+
+/// All that is checked without the layer. The picture.
+fn unobserved(
+    case: &Case,
+    place: &Place,
+    drawing: &Drawing,
+    evidence: &Evidence,
+    report: &mut CaseReport,
+) -> Result<Picture, Stop> {
+    let (picture, observed) = with_device(None, place, report, |device, report| {
+        evidence.of_device(device);
+        let plan = drawing.plan(device)?;
+        evidence.of_plan(&plan, drawing, device);
+        device.keep_shaders();
+        let mut renderer = drawing.renderer(device)?;
+        evidence.shaders(device.take_shaders());
+        let picture = drawing.picture(&mut renderer)?;
+        evidence.picture("picture.png", &picture);
+        report.picture = Some(hash(&picture));
+        report.gpu_ms = gpu_ms(drawing, &mut renderer)?;
+        drop(renderer);
+        identical(case, drawing, device, &picture, evidence, report)?;
+        against_baseline(case, place, &picture, evidence, report);
+        if let Some(bound) = case.holds.slower {
+            time(bound, case, place, device, report);
+        }
+        if case.holds.steady_frames > 0 {
+            steady(case.holds.steady_frames, drawing, device, report)?;
+        }
+        if let Some(truth) = &case.holds.truth {
+            against_truth(truth, drawing, device, evidence, report)?;
+        }
+        Ok(picture)
+    })?;
+    observed.note(None, evidence, report);
+    // Without a layer nothing is skipped.
+    picture.ok_or_else(|| Stop::fail("there is no device"))
+}
+
+/// One picture while the layer checks.
+fn observed(
+    mode: Mode,
+    place: &Place,
+    drawing: &Drawing,
+    first: &Picture,
+    evidence: &Evidence,
+    report: &mut CaseReport,
+) -> Result<(), Stop> {
+    let (picture, observed) = with_device(Some(mode), place, report, |device, _| {
+        let mut renderer = drawing.renderer(device)?;
+        // The second picture finds what the first has left in targets and buffers.
+        drawing.picture(&mut renderer)?;
+        drawing.picture(&mut renderer)
+    })?;
+    let Some(picture) = picture else { return Ok(()) };
+    observed.note(Some(mode), evidence, report);
+    // What GPU-assisted validation adds to shaders may change how they round.
+    if mode != Mode::GpuAssisted && !drawing.settings.taa {
+        let differ = differing(first, &picture);
+        if differ > 0 {
+            evidence.picture(&format!("picture-{}.png", mode.name()), &picture);
+            let detail = format!("{differ} pixels are others while the layer checks ({})", mode.name());
+            report.hold(Check::Determinism, false, detail);
+        }
+    }
+    Ok(())
+}
+
+fn identical(
+    case: &Case,
+    drawing: &Drawing,
+    device: &Arc<Device>,
+    first: &Picture,
+    evidence: &Evidence,
+    report: &mut CaseReport,
+) -> Result<(), Stop> {
+    let count = case.holds.identical;
+    for index in 1..count {
+        let picture = drawing.picture(&mut drawing.renderer(device)?)?;
+        let differ = differing(first, &picture);
+        if differ > 0 {
+            evidence.picture("picture-again.png", &picture);
+            let detail = format!("picture {} of {count} differs from the first in {differ} pixels", index + 1);
+            report.hold(Check::Determinism, false, detail);
+            return Ok(());
+        }
+    }
+    if count > 1 {
+        report.hold(Check::Determinism, true, format!("{count} pictures are equal to the byte"));
+    }
+    Ok(())
+}
+
+fn against_baseline(case: &Case, place: &Place, picture: &Picture, evidence: &Evidence, report: &mut CaseReport) {
+    let (Some(bound), Some(baseline)) = (case.holds.flip, place.baseline) else { return };
+    let expected = match baseline.picture(&case.name) {
+        Ok(Some(expected)) => expected,
+        Ok(None) => return report.skip(Check::Picture, "the baseline has no picture of this case"),
+        Err(why) => return report.hold(Check::Picture, false, why),
+    };
+    let Some(actual) = super::evidence::shown(picture) else {
+        return report.skip(Check::Picture, "the picture holds linear light");
+    };
+    match flip(&actual, &expected) {
+        Err(mismatch) => report.hold(Check::Picture, false, mismatch.to_string()),
+        Ok(map) => {
+            let holds = map.mean() <= bound;
+            report.hold(Check::Picture, holds, format!("FLIP {:.4} against the baseline, at most {bound}", map.mean()));
+            if !holds {
+                evidence.shown("baseline.png", &expected);
+                evidence.shown("difference.png", &map.heat());
+            }
+        }
+    }
+}
+
+/// Median of the device's time for a frame.
+fn gpu_ms(drawing: &Drawing, renderer: &mut Renderer) -> Result<Option<f64>, Stop> {
+    let mut times = Vec::new();
+    for _ in 0..TIMED_FRAMES {
+        renderer.render(&drawing.scene.camera)?;
+        times.extend(renderer.wait()?.gpu_ms);
+    }
+    Ok(Distribution::of(times).map(|times| times.median))
+}
+
+fn time(bound: f64, case: &Case, place: &Place, device: &Device, report: &mut CaseReport) {
+    let is_cpu = device.physical.kind == gpu::vk::PhysicalDeviceType::CPU;
+    if place.is_shared && is_cpu {
+        return report.skip(Check::Time, "other cases run on this CPU meanwhile: --jobs 1 gives times that mean something");
+    }
+    let before = place.baseline.and_then(|baseline| baseline.gpu_ms(&case.name));
+    let (Some(before), Some(now)) = (before, report.gpu_ms) else {
+        return report.skip(Check::Time, "the baseline or the device has no time");
+    };
+    let detail = format!("{now:.3} ms a frame on the device, {:.2} times the baseline's; at most {bound}", now / before);
+    report.hold(Check::Time, now <= before * bound, detail);
+}
+
+fn steady(frames: u32, drawing: &Drawing, device: &Arc<Device>, report: &mut CaseReport) -> Result<(), Stop> {
+    let mut renderer = drawing.renderer(device)?;
+    let warm = WARM_FRAMES.min(frames / 2);
+    let mut before = None;
+    for frame in 0..frames {
+        if frame == warm {
+            renderer.wait()?;
+            before = Some((device.memory_report(), resident_memory_bytes()));
+        }
+        renderer.render(&drawing.scene.camera)?;
+    }
+    renderer.wait()?;
+    let Some((on_device, in_process)) = before else { return Ok(()) };
+    let (now, resident) = (device.memory_report(), resident_memory_bytes());
+    let grown = in_process.zip(resident).map_or(0, |(before, now)| now.saturating_sub(before));
+    let is_same = on_device.bytes == now.bytes && on_device.objects == now.objects;
+    let detail = format!(
+        "over {} frames the device's memory went from {} to {}, the process's grew by {}",
+        frames - warm,
+        bytes(on_device.bytes),
+        bytes(now.bytes),
+        bytes(grown)
+    );
+    report.hold(Check::Memory, is_same && grown <= SLACK_BYTES, detail);
+    Ok(())
+}
+
+fn against_truth(
+    bound: &Truth,
+    drawing: &Drawing,
+    device: &Arc<Device>,
+    evidence: &Evidence,
+    report: &mut CaseReport,
+) -> Result<(), Stop> {
+    let mut subject = Subject::with(drawing.scene.clone(), drawing.settings.patch());
+    let truth = if drawing.scene.moves() {
+        subject.playing = Some(drawing.playing.clone());
+        drawing.scene.at(&drawing.playing).into_owned()
+    } else {
+        drawing.scene.clone()
+    };
+    let (errors, seen) = match stress::compare(device, &subject, &truth) {
+        Ok(compared) => compared,
+        Err(stress::Error::Refused(why)) => {
+            report.hold(Check::Truth, false, format!("there is none: {why}"));
+            return Ok(());
+        }
+        Err(stress::Error::Frame(error)) => return Err(error.into()),
+    };
+    let elsewhere = errors.elsewhere_share();
+    let is_sane = errors.not_finite == 0 && errors.negative == 0;
+    let holds = is_sane && errors.mean <= bound.mean && errors.worst <= bound.worst && elsewhere <= bound.elsewhere;
+    let at_most = |bound: f64| if bound == f64::MAX { String::new() } else { format!(" (at most {bound})") };
+    let detail = format!(
+        "mean error {:.4}{}, worst {:.3}{}, {:.1}% elsewhere{}{}",
+        errors.mean,
+        at_most(bound.mean),
+        errors.worst,
+        at_most(bound.worst),
+        100.0 * elsewhere,
+        at_most(bound.elsewhere),
+        if is_sane { "" } else { ", and values that are negative or no number" }
+    );
+    report.hold(Check::Truth, holds, detail);
+    if !holds {
+        evidence.compared(&seen);
+    }
+    Ok(())
+}
+
+fn hash(picture: &Picture) -> String {
+    let bytes: &[u8] = match &picture.pixels {
+        Pixels::Srgb8(bytes) => bytes,
+        Pixels::LinearF32(light) => bytemuck::cast_slice(light),
+    };
+    blake3::hash(bytes).to_hex().to_string()
+}
+
+/// Pixels that are not the same to the bit.
+pub fn differing(one: &Picture, other: &Picture) -> usize {
+    let count = |differ: &mut dyn Iterator<Item = bool>| differ.filter(|differs| *differs).count();
+    match (&one.pixels, &other.pixels) {
+        (Pixels::Srgb8(a), Pixels::Srgb8(b)) if a.len() == b.len() => {
+            count(&mut a.chunks(4).zip(b.chunks(4)).map(|(a, b)| a != b))
+        }
+        (Pixels::LinearF32(a), Pixels::LinearF32(b)) if a.len() == b.len() => {
+            let bits = |pixel: &[f32]| pixel.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+            count(&mut a.chunks(4).zip(b.chunks(4)).map(|(a, b)| bits(a) != bits(b)))
+        }
+        _ => one.size[0].max(other.size[0]) as usize * one.size[1].max(other.size[1]) as usize,
+    }
+}
+
+/// The names of a plan's dependencies, for a bundle.
+pub fn dependencies(plan: &FramePlan) -> String {
+    edges::table(plan).iter().map(|edge| format!("  {}: {} -> {}\n", edge.name, edge.from, edge.to)).collect()
+}

@@ -1,0 +1,366 @@
+//! `afterlight ci`: a suite of cases, each in a process of its own, with a verdict that build servers and deqp-runner's users can read.
+
+mod baseline;
+mod changes;
+mod coverage;
+mod evidence;
+mod examine;
+pub mod gtest;
+mod reports;
+mod resizes;
+mod results;
+mod runner;
+mod suite;
+mod verdict;
+
+use std::collections::BTreeMap;
+use std::env;
+use std::ffi::OsString;
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::thread::available_parallelism;
+use std::time::Instant;
+
+use afterlight::gpu::{DeviceChoice, Instance, InstanceOptions, PhysicalDevice, choose};
+use afterlight::report::sweep::model::Shard;
+use regex::Regex;
+
+use super::args;
+use super::failure::{Exit, Failure};
+use super::output::{self, Sink, quoted};
+use super::progress;
+use baseline::Baseline;
+use evidence::Evidence;
+use examine::Place;
+use reports::Judged;
+use results::Expectations;
+use runner::Runner;
+use suite::{Case, Suite};
+use verdict::{CaseReport, Status};
+
+/// The most processes at a time where nothing is said: each has a device, pictures and a reference renderer of its own.
+const MOST_JOBS: usize = 8;
+/// Folders inside of the output's: of cases while they run, and of those that ended badly.
+const CASES: &str = "cases";
+const BUNDLES: &str = "bundles";
+
+/// Run a suite of cases on a driver, each in a process of its own, and give each a verdict
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Exit codes are those of deqp-runner: 1 where something is worse than expected, 2 where something is only better than the
+baseline says. A suite or an option that is wrong is 3 here.
+
+Examples:
+  afterlight ci smoke -o out
+  afterlight ci quick -o out --baseline baselines --bless
+  afterlight ci quick -o out --baseline baselines --since last
+  afterlight ci full -o out --shard 2/4 --jobs 4
+  afterlight ci mine.toml -o out --skips skips.txt --flakes flakes.txt
+  afterlight ci --repro out/bundles/paths.loop
+  afterlight ci quick --coverage
+  afterlight ci quick --list")]
+pub struct Args {
+    /// The suite: smoke, quick, full, or a file [default: quick]
+    #[arg(value_name = "SUITE", conflicts_with = "repro")]
+    suite: Option<String>,
+    /// Write results, reports and bundles into this folder
+    #[arg(short, long, value_name = "DIR", required_unless_present_any = ["list", "coverage", "repro", "case"])]
+    output: Option<PathBuf>,
+    /// The device: its number in `afterlight doctor`, or a part of its name [default: a real GPU before a CPU]
+    #[arg(long, value_name = "N|NAME", value_parser = args::device, allow_hyphen_values = true)]
+    device: Option<DeviceChoice>,
+    /// What is expected: a folder with pictures, times and failures by driver and device, or a failures.csv
+    #[arg(long, value_name = "DIR|CSV")]
+    baseline: Option<PathBuf>,
+    /// Take over this run's pictures, times and failures as what --baseline expects of this device
+    #[arg(long, requires = "baseline", conflicts_with_all = ["case", "list", "coverage", "repro"])]
+    bless: bool,
+    /// Files of regular expressions, one a line: cases that are not tried
+    #[arg(long, value_name = "FILE")]
+    skips: Vec<PathBuf>,
+    /// The same: cases that are known to fail now and then
+    #[arg(long, value_name = "FILE")]
+    flakes: Vec<PathBuf>,
+    /// Tell what is another than in an earlier run: its folder, or its results.csv
+    #[arg(long, value_name = "RUN")]
+    since: Option<PathBuf>,
+    /// Try the cases alone whose names match
+    #[arg(long, value_name = "REGEX")]
+    only: Option<Regex>,
+    /// Try every N-th case, from the I-th on
+    #[arg(long, value_name = "I/N", value_parser = args::shard)]
+    shard: Option<Shard>,
+    /// Processes at a time, which share the device [default: one a core, at most 8]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+    /// Try this case in this process, and print its verdict as JSON; with -o, what it finds out is kept there
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["repro", "list", "coverage", "since", "only", "shard", "skips", "flakes"])]
+    case: Option<String>,
+    /// Other cases run on the device meanwhile: times are not judged on CPUs
+    #[arg(long, requires = "case", hide = true)]
+    shared: bool,
+    /// Try the case of a bundle again, in this process
+    #[arg(long, value_name = "BUNDLE", conflicts_with_all = ["list", "coverage"])]
+    repro: Option<PathBuf>,
+    /// Print the names of the cases, and try none
+    #[arg(long)]
+    list: bool,
+    /// Print which passes, light paths, dependencies, formats and features the cases use, counted from their plans, and try none
+    #[arg(long, conflicts_with = "list")]
+    coverage: bool,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// Runs the suite, or one case of it.
+///
+/// # Errors
+/// [`Exit::FailedCheck`] for regressions, [`Exit::Improved`] for improvements alone; what keeps the suite from running.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    // Code 2 is taken: it says that something has improved.
+    run_suite(args).map_err(|failure| match failure.exit() {
+        Some(Exit::Usage) => failure.with_exit(Exit::BadInput),
+        _ => failure,
+    })
+}
+
+fn run_suite(args: &Args) -> Result<(), Failure> {
+    if let Some(bundle) = &args.repro {
+        let file = bundle.join(evidence::SUITE);
+        let suite = Suite::open(&file.display().to_string())?;
+        return one(args, &suite.cases[0]);
+    }
+    let name = args.suite.as_deref().unwrap_or("quick");
+    let suite = Suite::open(name)?;
+    if let Some(case) = &args.case {
+        return one(args, suite.case(case)?);
+    }
+    let cases = chosen(args, &suite)?;
+    if args.list {
+        return output::print(&cases.iter().map(|case| format!("{}\n", case.name)).collect::<String>(), false);
+    }
+    if args.coverage {
+        return output::print(&coverage::of(&cases)?, false);
+    }
+    // clap has seen to it that there is one.
+    let Some(folder) = &args.output else { return Err(Failure::usage("-o DIR is needed")) };
+    all(args, &suite, &cases, folder)
+}
+
+/// The cases that `--only` and `--shard` leave.
+fn chosen<'a>(args: &Args, suite: &'a Suite) -> Result<Vec<&'a Case>, Failure> {
+    let is_named = |case: &&Case| args.only.as_ref().is_none_or(|only| only.is_match(&case.name));
+    let named: Vec<&Case> = suite.cases.iter().filter(is_named).collect();
+    if named.is_empty() {
+        let only = args.only.as_ref().map_or("", Regex::as_str);
+        return Err(Failure::new(Exit::BadInput, format!("--only {only}: no case of {} matches", suite.name)));
+    }
+    let is_own = |index: usize| args.shard.is_none_or(|Shard { index: own, count }| index as u32 % count == own - 1);
+    Ok(named.into_iter().enumerate().filter(|(index, _)| is_own(*index)).map(|(_, case)| case).collect())
+}
+
+/// Tries a case in this process.
+fn one(args: &Args, case: &Case) -> Result<(), Failure> {
+    let choice = args.device.clone().unwrap_or_default();
+    let baseline = match &args.baseline {
+        Some(folder) if folder.is_dir() => Some(Baseline::open(folder, &physical(&choice)?)?),
+        _ => None,
+    };
+    if let Some(folder) = &args.output {
+        output::make_folder(folder)?;
+    }
+    let place = Place { device: &choice, baseline: baseline.as_ref(), is_shared: args.shared };
+    let report = examine::examine(case, &place, &Evidence::new(args.output.clone()));
+    let json = output::json(&report)?;
+    if let Some(folder) = &args.output {
+        Sink::File(folder.join(runner::VERDICT)).write(json.as_bytes())?;
+    }
+    if !args.quiet {
+        output::print(&json, false)?;
+    }
+    if report.verdict.is_bad() {
+        let why = report.reason.unwrap_or_default();
+        return Err(Failure::new(Exit::FailedCheck, format!("{}: {:?}: {why}", case.name, report.verdict)));
+    }
+    Ok(())
+}
+
+/// The device that the choice means.
+fn physical(choice: &DeviceChoice) -> Result<PhysicalDevice, Failure> {
+    let instance = Instance::new(&InstanceOptions::default())?;
+    let mut devices = instance.physical_devices()?;
+    let index = choose(&devices, choice)?;
+    Ok(devices.swap_remove(index))
+}
+
+/// What a run knows beforehand.
+struct Known {
+    baseline: Option<Baseline>,
+    expectations: Expectations,
+    /// Statuses of an earlier run, and its reports by case.
+    since: Option<changes::Earlier>,
+}
+
+impl Known {
+    fn of(args: &Args, device: &PhysicalDevice) -> Result<Self, Failure> {
+        let is_file = |path: &&PathBuf| path.is_file();
+        if let Some(file) = args.baseline.as_ref().filter(is_file)
+            && args.bless
+        {
+            let why = format!("--bless writes pictures and times, too: --baseline needs a folder, and {} is a file", file.display());
+            return Err(Failure::new(Exit::BadInput, why));
+        }
+        let folder = args.baseline.as_ref().filter(|path| !path.is_file());
+        if let Some(folder) = folder.filter(|folder| !folder.exists() && !args.bless) {
+            let why = format!("there is no baseline {}: --bless makes one", folder.display());
+            return Err(Failure::new(Exit::BadInput, why));
+        }
+        let baseline = folder.map(|folder| Baseline::open(folder, device)).transpose()?;
+        let failures = match (&baseline, args.baseline.as_ref().filter(is_file)) {
+            (Some(baseline), _) => baseline.failures()?,
+            (None, Some(file)) => results::read(file)?,
+            (None, None) => BTreeMap::new(),
+        };
+        let with = |given: &[PathBuf], name: &str| {
+            let own = baseline.as_ref().and_then(|baseline| baseline.expressions(name));
+            results::expressions(&given.iter().cloned().chain(own).collect::<Vec<_>>())
+        };
+        let expectations =
+            Expectations { failures, skips: with(&args.skips, "skips.txt")?, flakes: with(&args.flakes, "flakes.txt")? };
+        let since = args.since.as_deref().map(changes::Earlier::open).transpose()?;
+        Ok(Self { baseline, expectations, since })
+    }
+}
+
+/// Runs all cases, and writes what became of them.
+fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(), Failure> {
+    let begun = Instant::now();
+    let choice = args.device.clone().unwrap_or_default();
+    let device = physical(&choice)?;
+    let known = Known::of(args, &device)?;
+    let (working, bundles) = (folder.join(CASES), folder.join(BUNDLES));
+    for own in [&working, &bundles] {
+        if own.exists() {
+            fs::remove_dir_all(own).map_err(|error| Failure::write(&own.display().to_string(), &error))?;
+        }
+    }
+    output::make_folder(&working)?;
+    let (skipped, tried): (Vec<&Case>, Vec<&Case>) =
+        cases.iter().partition(|case| known.expectations.skips(&case.name));
+    let jobs = args.jobs.map_or_else(|| available_parallelism().map_or(1, usize::from).min(MOST_JOBS), usize::from);
+    let runner = Runner {
+        program: env::current_exe().map_err(|error| Failure::new(Exit::BadInput, format!("cannot find this program: {error}")))?,
+        arguments: arguments(args, suite, &choice, jobs > 1),
+        cases: &working,
+        jobs,
+    };
+    let bar = progress::bar(format!("{} on {}", suite.name, device.name), tried.len() as u64, args.quiet);
+    let reports = runner.run(&tried, &|_| bar.step())?;
+    drop(bar);
+    if args.bless
+        && let Some(baseline) = known.baseline.clone()
+    {
+        baseline.bless(&reports, &working)?;
+    }
+    let skips = skipped.iter().map(|case| CaseReport {
+        verdict: verdict::Verdict::Skip,
+        reason: Some("a file of --skips says so".into()),
+        ..CaseReport::new(&case.name)
+    });
+    let reports: Vec<CaseReport> = reports.into_iter().chain(skips).collect();
+    let kept = keep_bundles(&reports, &working, &bundles, args)?;
+    let judge = |report| {
+        let status = if args.bless { blessed(report) } else { known.expectations.status(report) };
+        Judged { status, report, bundle: kept.get(&report.case).map(PathBuf::as_path) }
+    };
+    let judged: Vec<Judged> = reports.iter().map(judge).collect();
+    let changes = known.since.map(|earlier| earlier.changes(&judged)).unwrap_or_default();
+    write(suite, folder, begun, &judged, &changes)?;
+    if !args.quiet {
+        output::print(&told(suite, folder, begun, &judged, &changes), false)?;
+    }
+    conclude(&judged)
+}
+
+/// After a blessing, whatever failed is expected.
+fn blessed(report: &CaseReport) -> Status {
+    let status = report.verdict.status();
+    status.against(Some(status))
+}
+
+/// What each case's process is told.
+fn arguments(args: &Args, suite: &Suite, choice: &DeviceChoice, is_shared: bool) -> Vec<OsString> {
+    let mut arguments: Vec<OsString> = ["ci", &suite.name, "--quiet", "--device", &choice.to_string()].map(Into::into).into();
+    if let Some(folder) = args.baseline.as_ref().filter(|path| path.is_dir()) {
+        arguments.extend(["--baseline".into(), folder.into()]);
+    }
+    if is_shared {
+        arguments.push("--shared".into());
+    }
+    arguments
+}
+
+/// Moves what bad cases left into the folder of bundles, each with the line that tries it again; removes what others left.
+fn keep_bundles(reports: &[CaseReport], working: &Path, bundles: &Path, args: &Args) -> Result<BTreeMap<String, PathBuf>, Failure> {
+    let failed = |error: &std::io::Error| Failure::write(&bundles.display().to_string(), error);
+    let mut kept = BTreeMap::new();
+    let is_kept = |report: &&CaseReport| report.verdict.is_bad() || report.verdict == verdict::Verdict::Flake;
+    for report in reports.iter().filter(is_kept) {
+        output::make_folder(bundles)?;
+        let (from, to) = (working.join(&report.case), bundles.join(&report.case));
+        fs::rename(&from, &to).map_err(|error| failed(&error))?;
+        let device = args.device.as_ref().map_or_else(String::new, |device| format!(" --device {}", quoted(&device.to_string())));
+        let line = format!("afterlight ci --repro {}{device}\n", quoted(&to.display().to_string()));
+        Sink::File(to.join("reproduce.txt")).write(line.as_bytes())?;
+        Sink::File(to.join(runner::VERDICT)).write(output::json(report)?.as_bytes())?;
+        kept.insert(report.case.clone(), to);
+    }
+    fs::remove_dir_all(working).map_err(|error| failed(&error))?;
+    Ok(kept)
+}
+
+/// Writes all files of results, and adds to the summary of a GitHub workflow's step where there is one.
+fn write(suite: &Suite, folder: &Path, begun: Instant, judged: &[Judged], changes: &[String]) -> Result<(), Failure> {
+    let statuses: Vec<(Status, &CaseReport)> = judged.iter().map(|own| (own.status, own.report)).collect();
+    let summary = reports::markdown(&suite.name, begun.elapsed().as_secs_f64(), judged, changes);
+    let files = [
+        ("results.csv", results::results(&statuses)),
+        ("failures.csv", results::failures(&statuses, false)),
+        ("failures-all.csv", results::failures(&statuses, true)),
+        ("results.jsonl", reports::json_lines(judged)?),
+        ("junit.xml", reports::junit(&suite.name, judged)?),
+        ("summary.md", summary.clone()),
+    ];
+    for (name, text) in files {
+        Sink::File(folder.join(name)).write(text.as_bytes())?;
+    }
+    if let Some(path) = env::var_os("GITHUB_STEP_SUMMARY") {
+        let appended = fs::OpenOptions::new().append(true).create(true).open(&path).and_then(|mut file| file.write_all(summary.as_bytes()));
+        appended.map_err(|error| Failure::write(&path.to_string_lossy(), &error))?;
+    }
+    Ok(())
+}
+
+fn told(suite: &Suite, folder: &Path, begun: Instant, judged: &[Judged], changes: &[String]) -> String {
+    let mut text = reports::table(judged);
+    text.extend(changes.iter().map(|change| format!("{change}\n")));
+    let (counts, seconds) = (reports::counts(judged), begun.elapsed().as_secs_f64());
+    text + &format!("{}: {counts}, in {seconds:.1} s -> {}\n", suite.name, folder.display())
+}
+
+fn conclude(judged: &[Judged]) -> Result<(), Failure> {
+    let names = |is_told: &dyn Fn(Status) -> bool| -> Vec<&str> {
+        judged.iter().filter(|own| is_told(own.status)).map(|own| own.report.case.as_str()).collect()
+    };
+    let (worse, better) =
+        (names(&Status::is_regression), names(&|status| matches!(status, Status::UnexpectedImprovement(_))));
+    match (worse.as_slice(), better.as_slice()) {
+        ([], []) => Ok(()),
+        ([], better) => {
+            Err(Failure::new(Exit::Improved, format!("better than the baseline says: {}", better.join(", "))))
+        }
+        (worse, _) => Err(Failure::new(Exit::FailedCheck, format!("worse than expected: {}", worse.join(", ")))),
+    }
+}

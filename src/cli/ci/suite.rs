@@ -1,0 +1,378 @@
+//! Suites of cases: which scenes are drawn with which settings, and what must hold of each. docs/CI.md explains every key.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use afterlight::gpu::Validation;
+use afterlight::scene::{SettingsPatch, builtin, unknown};
+use serde::{Deserialize, Serialize};
+
+use crate::cli::failure::{Exit, Failure};
+
+/// The suites that the program has with it.
+const SHIPPED: [(&str, &str); 3] = [
+    ("smoke", include_str!("suites/smoke.toml")),
+    ("quick", include_str!("suites/quick.toml")),
+    ("full", include_str!("suites/full.toml")),
+];
+
+/// How many suites may include each other.
+const MAX_DEPTH: usize = 8;
+
+/// All cases of a suite, in the order in which they stand there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Suite {
+    /// As it was asked for.
+    pub name: String,
+    pub cases: Vec<Case>,
+}
+
+/// One scene with its settings, and what must hold.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case {
+    /// `GROUP.NAME`.
+    pub name: String,
+    pub scene: SceneSource,
+    /// As `--vary` takes them.
+    pub settings: String,
+    /// Seconds since the scene's clips began.
+    pub time: f64,
+    /// Seconds after which the case is stopped.
+    pub timeout: f64,
+    pub holds: Checks,
+}
+
+/// Where a case has its scene from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SceneSource {
+    /// A built-in scene, or a file.
+    Named(String),
+    /// The text of a scene file, and the folder that its paths are relative to.
+    Text { text: String, folder: PathBuf },
+}
+
+/// What must hold of a case. That pictures are drawn at all, and that nothing is left of them on the device, is always checked.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Checks {
+    /// So many pictures of as many renderers must be equal to the byte.
+    pub identical: u32,
+    /// The greatest mean FLIP error against the picture of the baseline; not checked where the baseline has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flip: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub truth: Option<Truth>,
+    /// The checks of the validation layer that must be silent, one after the other.
+    pub validate: Vec<Mode>,
+    /// Memory must not grow over so many frames.
+    pub steady_frames: u32,
+    /// So many sizes of a surface without a display are drawn into, one after the other.
+    pub resizes: u32,
+    /// The device may take so many times as long for a frame as the baseline says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slower: Option<f64>,
+}
+
+/// How far a picture may be from the reference renderer's.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Truth {
+    /// The mean over the pixels of their greatest relative error.
+    pub mean: f64,
+    /// The greatest relative error of a pixel.
+    #[serde(default = "unbounded")]
+    pub worst: f64,
+    /// The share of pixels that may show another triangle.
+    #[serde(default = "elsewhere")]
+    pub elsewhere: f64,
+}
+
+fn unbounded() -> f64 {
+    f64::MAX
+}
+
+fn elsewhere() -> f64 {
+    afterlight::stress::MOST_ELSEWHERE
+}
+
+/// What the validation layer checks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mode {
+    Core,
+    Sync,
+    /// Synchronization, with the layer's heuristic for what shaders access.
+    SyncShaders,
+    GpuAssisted,
+    BestPractices,
+}
+
+impl Mode {
+    pub fn validation(self) -> Validation {
+        match self {
+            Self::Core => Validation::Core,
+            Self::Sync | Self::SyncShaders => Validation::Synchronization,
+            Self::GpuAssisted => Validation::GpuAssisted,
+            Self::BestPractices => Validation::BestPractices,
+        }
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Core => "core",
+            Self::Sync => "sync",
+            Self::SyncShaders => "sync-shaders",
+            Self::GpuAssisted => "gpu-assisted",
+            Self::BestPractices => "best-practices",
+        }
+    }
+}
+
+/// A suite's file.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    /// Suites whose cases come before its own: shipped ones by their names, others by their files.
+    #[serde(default)]
+    include: Vec<String>,
+    /// What cases of this file have where they do not say otherwise.
+    #[serde(default)]
+    defaults: Keys,
+    /// Texts of scene files, by the names under which cases of this file know them.
+    #[serde(default)]
+    scenes: BTreeMap<String, String>,
+    #[serde(default, rename = "case")]
+    cases: Vec<Entry>,
+}
+
+/// A `[[case]]`: a case for each variant.
+#[derive(Debug, Deserialize)]
+struct Entry {
+    group: toml::Spanned<String>,
+    /// Names of the variants, with the settings that each adds.
+    each: BTreeMap<String, String>,
+    /// One of the suite's own scenes, a built-in one, or a file.
+    scene: String,
+    #[serde(flatten)]
+    keys: Keys,
+}
+
+/// What both `[defaults]` and cases may say.
+#[derive(Debug, Clone, Default, Deserialize)]
+struct Keys {
+    settings: Option<String>,
+    time: Option<f64>,
+    timeout: Option<f64>,
+    identical: Option<u32>,
+    flip: Option<f64>,
+    truth: Option<Truth>,
+    validate: Option<Vec<Mode>>,
+    steady_frames: Option<u32>,
+    resizes: Option<u32>,
+    slower: Option<f64>,
+    /// Keys that do not exist: serde refuses them in no flattened structure.
+    #[serde(flatten)]
+    others: BTreeMap<String, toml::Value>,
+}
+
+const KEYS: [&str; 13] = [
+    "group",
+    "each",
+    "scene",
+    "settings",
+    "time",
+    "timeout",
+    "identical",
+    "flip",
+    "truth",
+    "validate",
+    "steady_frames",
+    "resizes",
+    "slower",
+];
+
+impl Keys {
+    /// `self` where it says something, `other` elsewhere; settings of both, of which the own win.
+    fn or(self, other: &Self) -> Self {
+        Self {
+            settings: self.settings.or_else(|| other.settings.clone()),
+            time: self.time.or(other.time),
+            timeout: self.timeout.or(other.timeout),
+            identical: self.identical.or(other.identical),
+            flip: self.flip.or(other.flip),
+            truth: self.truth.or(other.truth),
+            validate: self.validate.or_else(|| other.validate.clone()),
+            steady_frames: self.steady_frames.or(other.steady_frames),
+            resizes: self.resizes.or(other.resizes),
+            slower: self.slower.or(other.slower),
+            others: BTreeMap::new(),
+        }
+    }
+
+    fn check(&self) -> Result<(), String> {
+        if let Some(key) = self.others.keys().next() {
+            return Err(unknown("key", key, &KEYS));
+        }
+        let positive = [("timeout", self.timeout), ("slower", self.slower)];
+        if let Some((key, _)) = positive.iter().find(|(_, value)| value.is_some_and(|value| !(value > 0.0 && value <= 1e6))) {
+            return Err(format!("{key} must be a number above 0, up to 1e6"));
+        }
+        if self.time.is_some_and(|time| !(0.0..=1e9).contains(&time)) {
+            return Err("time must be a number of seconds from 0 to 1e9".into());
+        }
+        if self.flip.is_some_and(|flip| !(0.0..=1.0).contains(&flip)) {
+            return Err("flip must be a mean FLIP error from 0 to 1".into());
+        }
+        let bounds = self.truth.iter().flat_map(|truth| [truth.mean, truth.worst, truth.elsewhere]);
+        if bounds.into_iter().any(|bound| !(bound >= 0.0)) {
+            return Err("bounds of truth must not be below 0".into());
+        }
+        match self.identical {
+            Some(0) => Err("identical must be 1 or more: so many pictures are drawn".into()),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Suite {
+    /// The suite of this name, or in this file.
+    ///
+    /// # Errors
+    /// When it cannot be read, or something in it is wrong.
+    pub fn open(name: &str) -> Result<Self, Failure> {
+        let mut cases = Vec::new();
+        collect(name, Path::new(""), 0, &mut cases)?;
+        let mut names = BTreeSet::new();
+        if let Some(twice) = cases.iter().find(|case| !names.insert(&case.name)) {
+            return Err(bad(name, &format!("two cases are named {}", twice.name)));
+        }
+        if cases.is_empty() {
+            return Err(bad(name, "there is no case in it"));
+        }
+        Ok(Self { name: name.to_owned(), cases })
+    }
+
+    /// The case of this name.
+    pub fn case(&self, name: &str) -> Result<&Case, Failure> {
+        let names: Vec<&str> = self.cases.iter().map(|case| case.name.as_str()).collect();
+        let found = self.cases.iter().find(|case| case.name == name);
+        found.ok_or_else(|| Failure::usage(unknown(&format!("case of {}", self.name), name, &names)))
+    }
+}
+
+/// A suite's file with one case alone, which `--repro` opens from wherever it is.
+pub fn alone(case: &Case) -> String {
+    #[derive(Serialize)]
+    struct Alone<'a> {
+        #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+        scenes: BTreeMap<&'a str, &'a str>,
+        case: [Entry<'a>; 1],
+    }
+    #[derive(Serialize)]
+    struct Entry<'a> {
+        group: &'a str,
+        scene: String,
+        settings: &'a str,
+        time: f64,
+        timeout: f64,
+        #[serde(flatten)]
+        holds: &'a Checks,
+        each: BTreeMap<&'a str, &'a str>,
+    }
+    let (group, name) = case.name.split_once('.').unwrap_or(("", &case.name));
+    let (scene, scenes) = match &case.scene {
+        SceneSource::Named(name) if name.starts_with(builtin::PREFIX) => (name.clone(), BTreeMap::new()),
+        SceneSource::Named(name) => {
+            (fs::canonicalize(name).map_or_else(|_| name.clone(), |path| path.display().to_string()), BTreeMap::new())
+        }
+        SceneSource::Text { text, .. } => ("scene".to_owned(), [("scene", text.as_str())].into()),
+    };
+    let (settings, time, timeout, holds) = (case.settings.as_str(), case.time, case.timeout, &case.holds);
+    let entry = Entry { group, scene, settings, time, timeout, holds, each: [(name, "")].into() };
+    toml::to_string(&Alone { scenes, case: [entry] }).unwrap_or_default()
+}
+
+fn bad(name: &str, why: &str) -> Failure {
+    Failure::new(Exit::BadInput, format!("the suite {name}: {why}"))
+}
+
+/// Adds the cases of a suite to those before it.
+fn collect(name: &str, folder: &Path, depth: usize, cases: &mut Vec<Case>) -> Result<(), Failure> {
+    if depth > MAX_DEPTH {
+        return Err(bad(name, "suites include each other without end"));
+    }
+    let shipped = SHIPPED.iter().find(|(own, _)| *own == name);
+    let (text, path) = match shipped {
+        Some((_, text)) => ((*text).to_owned(), PathBuf::from(name)),
+        None => {
+            let path = folder.join(name);
+            let text = fs::read_to_string(&path).map_err(|error| {
+                let failure = Failure::new(Exit::BadInput, format!("cannot read the suite {}: {error}", path.display()));
+                failure.with_hint(format!("shipped suites: {}", SHIPPED.map(|(name, _)| name).join(", ")))
+            })?;
+            (text, path)
+        }
+    };
+    let at = |offset: usize, why: &str| {
+        let line = text[..offset.min(text.len())].lines().count().max(1);
+        Failure::new(Exit::BadInput, format!("{}:{line}: {why}", path.display()))
+    };
+    let file: File = toml::from_str(&text).map_err(|error| {
+        at(error.span().map_or(0, |span| span.start), &error.message().lines().collect::<Vec<_>>().join(", "))
+    })?;
+    let own_folder = if shipped.is_some() { PathBuf::new() } else { path.parent().unwrap_or(Path::new("")).to_owned() };
+    for included in &file.include {
+        collect(included, &own_folder, depth + 1, cases)?;
+    }
+    file.defaults.check().map_err(|why| at(text.find("[defaults]").unwrap_or(0), &why))?;
+    for entry in file.cases {
+        let offset = entry.group.span().start;
+        cases.extend(entry.cases(&file.defaults, &file.scenes, &own_folder).map_err(|why| at(offset, &why))?);
+    }
+    Ok(())
+}
+
+impl Entry {
+    fn cases(self, defaults: &Keys, scenes: &BTreeMap<String, String>, folder: &Path) -> Result<Vec<Case>, String> {
+        self.keys.check()?;
+        let group = self.group.into_inner();
+        check_name("group", &group)?;
+        let scene = match scenes.get(&self.scene) {
+            Some(text) => SceneSource::Text { text: text.clone(), folder: folder.to_owned() },
+            None if self.scene.starts_with(builtin::PREFIX) => SceneSource::Named(self.scene),
+            None => SceneSource::Named(folder.join(self.scene).display().to_string()),
+        };
+        if self.each.is_empty() {
+            return Err(format!("{group} has no variant: each = {{ plain = \"\" }} is one without more settings"));
+        }
+        let keys = self.keys.or(defaults);
+        let of = |(name, more): (String, String)| {
+            check_name("variant", &name)?;
+            let said = |text: &str| text.parse::<SettingsPatch>().map_err(|error| format!("{group}.{name}: {error}"));
+            let settings = said(&more)?.or(&said(keys.settings.as_deref().unwrap_or_default())?);
+            Ok(Case {
+                name: format!("{group}.{name}"),
+                scene: scene.clone(),
+                settings: settings.to_string(),
+                time: keys.time.unwrap_or_default(),
+                timeout: keys.timeout.unwrap_or(60.0),
+                holds: Checks {
+                    identical: keys.identical.unwrap_or(2),
+                    flip: keys.flip,
+                    truth: keys.truth,
+                    validate: keys.validate.clone().unwrap_or_default(),
+                    steady_frames: keys.steady_frames.unwrap_or_default(),
+                    resizes: keys.resizes.unwrap_or_default(),
+                    slower: keys.slower,
+                },
+            })
+        };
+        self.each.into_iter().map(of).collect()
+    }
+}
+
+/// Names are parts of names of files, lines of CSV, and tests of googletest's filters.
+fn check_name(what: &str, name: &str) -> Result<(), String> {
+    let is_plain = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_');
+    if is_plain { Ok(()) } else { Err(format!("the {what} \"{name}\": only letters, digits, - and _ can be in a name")) }
+}

@@ -1,0 +1,272 @@
+//! What became of a case.
+
+use serde::{Deserialize, Serialize};
+
+/// The verdict on a case.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Verdict {
+    /// All that must hold does.
+    Pass,
+    /// A check failed; the findings say which.
+    Fail,
+    /// The process ended without a verdict.
+    Crash,
+    /// The process was stopped.
+    Timeout,
+    /// The device was lost.
+    Lost,
+    /// The device or the system ran out of memory.
+    OutOfMemory,
+    /// The device lacks what the case needs.
+    Skip,
+    /// A repeat had another verdict.
+    Flake,
+}
+
+impl Verdict {
+    /// The status that deqp-runner has for it: a lost device is a crash there, and a lack of memory a failure.
+    pub fn status(self) -> Status {
+        match self {
+            Self::Pass => Status::Pass,
+            Self::Fail | Self::OutOfMemory => Status::Fail,
+            Self::Crash | Self::Lost => Status::Crash,
+            Self::Timeout => Status::Timeout,
+            Self::Skip => Status::Skip,
+            Self::Flake => Status::Flake,
+        }
+    }
+
+    /// Whether a repeat may tell a flake from a fault.
+    pub fn is_bad(self) -> bool {
+        !matches!(self, Self::Pass | Self::Skip | Self::Flake)
+    }
+}
+
+/// A status as deqp-runner writes it into its CSV files, seen beside what the baseline expects.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Status {
+    Pass,
+    Fail,
+    Skip,
+    Crash,
+    Timeout,
+    /// A repeat had another verdict.
+    Flake,
+    /// The same, of a case of which that is known.
+    KnownFlake,
+    /// It failed as the baseline says.
+    ExpectedFail,
+    /// It did not fail as the baseline says; how it fares now.
+    UnexpectedImprovement(&'static str),
+}
+
+impl Status {
+    /// What deqp-runner calls it.
+    pub fn name(self) -> String {
+        match self {
+            Self::UnexpectedImprovement(now) => format!("UnexpectedImprovement({now})"),
+            other => format!("{other:?}"),
+        }
+    }
+
+    /// Of a word in a CSV file; `None` for one that deqp-runner has not. What was an improvement is as it is now.
+    pub fn parse(word: &str) -> Option<Self> {
+        let word = word.strip_prefix("UnexpectedImprovement(").and_then(|now| now.strip_suffix(')')).unwrap_or(word);
+        Some(match word {
+            "Pass" | "Warn" => Self::Pass,
+            "Fail" | "Missing" => Self::Fail,
+            "Skip" => Self::Skip,
+            "Crash" => Self::Crash,
+            "Timeout" => Self::Timeout,
+            "Flake" => Self::Flake,
+            "KnownFlake" => Self::KnownFlake,
+            "ExpectedFail" => Self::ExpectedFail,
+            _ => return None,
+        })
+    }
+
+    /// What it is where the baseline has another one, by deqp-runner's rules.
+    pub fn against(self, baseline: Option<Self>) -> Self {
+        use Status::{Crash, ExpectedFail, Fail, Pass, Skip, Timeout, UnexpectedImprovement};
+        let Some(baseline) = baseline else { return self };
+        match (self, baseline) {
+            (Fail, Fail | ExpectedFail) | (Crash, Crash | ExpectedFail) | (Timeout, Timeout) => ExpectedFail,
+            (Fail, Crash | Timeout) => UnexpectedImprovement("Fail"),
+            (Pass, Fail | Crash | Timeout) => UnexpectedImprovement("Pass"),
+            (Skip, Fail | Crash | Timeout) => UnexpectedImprovement("Skip"),
+            _ => self,
+        }
+    }
+
+    /// Whether a run with it is as expected.
+    pub fn is_expected(self) -> bool {
+        !matches!(self, Self::Fail | Self::Crash | Self::Timeout | Self::UnexpectedImprovement(_))
+    }
+
+    /// Whether something is worse than expected.
+    pub fn is_regression(self) -> bool {
+        matches!(self, Self::Fail | Self::Crash | Self::Timeout)
+    }
+}
+
+/// What a check is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Check {
+    /// Whether it could be drawn at all.
+    Drawing,
+    Determinism,
+    /// Against the baseline's.
+    Picture,
+    Truth,
+    LayerMessage,
+    ResourcesLeft,
+    Memory,
+    Resizes,
+    Time,
+}
+
+/// How a check went.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Outcome {
+    Held,
+    Failed,
+    /// It could not be made here.
+    Skipped,
+}
+
+/// A check that was made, or could not be.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Finding {
+    pub check: Check,
+    pub outcome: Outcome,
+    /// One line: what was measured against which bound, or why it was not.
+    pub detail: String,
+}
+
+/// Where a case was drawn.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Where {
+    pub device: String,
+    pub driver: String,
+}
+
+/// What became of a case, as its process tells it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CaseReport {
+    pub case: String,
+    pub verdict: Verdict,
+    /// One line: why it is not a pass.
+    pub reason: Option<String>,
+    pub findings: Vec<Finding>,
+    #[serde(flatten)]
+    pub on: Where,
+    pub seconds: f64,
+    /// Median of the device's time for a frame.
+    pub gpu_ms: Option<f64>,
+    /// BLAKE3 of the picture's pixels.
+    pub picture: Option<String>,
+}
+
+impl CaseReport {
+    /// Of a case about which nothing is known yet.
+    pub fn new(case: &str) -> Self {
+        Self {
+            case: case.to_owned(),
+            verdict: Verdict::Pass,
+            reason: None,
+            findings: Vec::new(),
+            on: Where::default(),
+            seconds: 0.0,
+            gpu_ms: None,
+            picture: None,
+        }
+    }
+
+    /// Whose process ended otherwise than by a verdict.
+    pub fn ended(case: &str, verdict: Verdict, reason: String) -> Self {
+        Self { verdict, reason: Some(reason), ..Self::new(case) }
+    }
+
+    /// Notes how a check went. The first that fails is the reason.
+    pub fn note(&mut self, check: Check, outcome: Outcome, detail: String) {
+        if outcome == Outcome::Failed && self.verdict == Verdict::Pass {
+            self.verdict = Verdict::Fail;
+            self.reason = Some(format!("{}: {detail}", check.name()));
+        }
+        self.findings.push(Finding { check, outcome, detail });
+    }
+
+    pub fn hold(&mut self, check: Check, holds: bool, detail: String) {
+        self.note(check, if holds { Outcome::Held } else { Outcome::Failed }, detail);
+    }
+
+    pub fn skip(&mut self, check: Check, why: impl Into<String>) {
+        self.note(check, Outcome::Skipped, why.into());
+    }
+}
+
+impl Check {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Drawing => "drawing",
+            Self::Determinism => "determinism",
+            Self::Picture => "picture",
+            Self::Truth => "truth",
+            Self::LayerMessage => "layer message",
+            Self::ResourcesLeft => "resources left",
+            Self::Memory => "memory",
+            Self::Resizes => "resizes",
+            Self::Time => "time",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn statuses_meet_baselines_by_the_rules_of_deqp_runner() {
+        use Status::{Crash, ExpectedFail, Fail, Flake, Pass, Skip, Timeout, UnexpectedImprovement};
+        let rules = [
+            (Fail, None, Fail),
+            (Fail, Some(Fail), ExpectedFail),
+            (Fail, Some(ExpectedFail), ExpectedFail),
+            (Fail, Some(Crash), UnexpectedImprovement("Fail")),
+            (Fail, Some(Timeout), UnexpectedImprovement("Fail")),
+            (Fail, Some(Pass), Fail),
+            (Pass, Some(Fail), UnexpectedImprovement("Pass")),
+            (Pass, Some(Flake), Pass),
+            (Crash, Some(Crash), ExpectedFail),
+            (Crash, Some(Fail), Crash),
+            (Timeout, Some(Timeout), ExpectedFail),
+            (Timeout, Some(Crash), Timeout),
+            (Skip, Some(Crash), UnexpectedImprovement("Skip")),
+            (Flake, Some(Fail), Flake),
+        ];
+        for (now, baseline, expected) in rules {
+            assert_eq!(now.against(baseline), expected, "{now:?} against {baseline:?}");
+        }
+        for status in [Pass, Fail, Skip, Crash, Timeout, Flake, Status::KnownFlake, ExpectedFail] {
+            assert_eq!(Status::parse(&status.name()), Some(status));
+        }
+        assert_eq!(Status::parse("UnexpectedImprovement(Pass)"), Some(Pass));
+        assert_eq!(Status::parse("Passed"), None);
+    }
+
+    #[test]
+    fn the_first_failed_check_is_the_reason() {
+        let mut report = CaseReport::new("a.b");
+        report.hold(Check::Determinism, true, "2 pictures are equal".into());
+        report.skip(Check::Picture, "no baseline");
+        assert_eq!((report.verdict, &report.reason), (Verdict::Pass, &None));
+        report.hold(Check::Truth, false, "mean .2, at most .1".into());
+        report.hold(Check::Memory, false, "grew".into());
+        assert_eq!(report.verdict, Verdict::Fail);
+        assert_eq!(report.reason.as_deref(), Some("truth: mean .2, at most .1"));
+        let json = serde_json::to_string(&report).expect("JSON");
+        assert_eq!(serde_json::from_str::<CaseReport>(&json).expect("read back"), report);
+    }
+}
