@@ -93,7 +93,11 @@ fn commands() -> String {
 fn of_command_line(error: &clap::Error) -> Failure {
     let failure = Failure::from_clap(error);
     #[cfg(feature = "ci")]
-    if std::env::args_os().skip(1).find(|word| !word.to_string_lossy().starts_with('-')).is_some_and(|word| word == "ci") {
+    if std::env::args_os()
+        .skip(1)
+        .find(|word| !word.to_string_lossy().starts_with('-'))
+        .is_some_and(|word| word == "ci")
+    {
         return failure.with_exit(failure::Exit::BadInput);
     }
     failure

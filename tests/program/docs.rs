@@ -182,7 +182,7 @@ afterlight() {
         shift
     done
     case "$command ${given[*]}" in
-        doctor*|compare*|stress*|*--size*) ;;
+        doctor*|compare*|stress*|ci*|gtest*|*--size*) ;;
         *) given+=(--size 96x54) ;;
     esac
     ${AFTERLIGHT_RUNNER:-} "$PROGRAM" "${given[@]}"
@@ -197,17 +197,30 @@ pub fn help_of(command: &str) -> String {
 
 #[test]
 fn the_documents_name_every_option_and_no_other() {
-    let documents = ["README.md", "docs/COMMANDS.md", "docs/SETTINGS.md", "docs/WINDOW.md"].map(document).concat();
+    let documents =
+        ["README.md", "docs/COMMANDS.md", "docs/SETTINGS.md", "docs/WINDOW.md", "docs/CI.md"].map(document).concat();
     let options = |text: &str| -> BTreeSet<String> {
         let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '-'));
         let options = words.filter(|word| word.len() > 3 && word.starts_with("--") && !word[2..].starts_with('-'));
         options.map(str::to_owned).collect()
     };
-    let defined: BTreeSet<String> =
-        ["render", "bench", "inspect", "compare", "doctor", "reference", "stress", "report", "tune", "view"]
-            .iter()
-            .flat_map(|command| options(&help_of(command)))
-            .collect();
+    let defined: BTreeSet<String> = [
+        "render",
+        "bench",
+        "inspect",
+        "compare",
+        "doctor",
+        "reference",
+        "stress",
+        "report",
+        "tune",
+        "view",
+        "ci",
+        "gtest",
+    ]
+    .iter()
+    .flat_map(|command| options(&help_of(command)))
+    .collect();
     assert!(defined.contains("--gbuffer") && defined.contains("--warmup"), "{defined:?}");
     // Of cargo; and what only development builds have.
     let mut foreign = BTreeSet::from(["--locked", "--features"].map(str::to_owned));

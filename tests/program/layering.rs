@@ -29,6 +29,8 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("report", FRAME_AND_BELOW),
     ("cli", CLI),
     ("main", &["cli"]),
+    // `afterlight-gtest`, which starts the program.
+    ("bin", &[]),
 ];
 
 const FRAME_AND_BELOW: &[&str] =

@@ -4,6 +4,7 @@
 mod common;
 
 mod cheapest;
+mod ci;
 mod cli;
 mod docs;
 mod examples;

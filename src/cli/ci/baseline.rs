@@ -37,8 +37,10 @@ impl Baseline {
         let mut times = BTreeMap::new();
         if path.exists() {
             for (line, text) in results::lines(&path)? {
-                let parsed = text.split_once(',').and_then(|(case, ms)| Some((case.to_owned(), ms.trim().parse().ok()?)));
-                let (case, ms): (_, f64) = parsed.ok_or_else(|| results::bad(&path, line, "expected CASE,MILLISECONDS"))?;
+                let parsed =
+                    text.split_once(',').and_then(|(case, ms)| Some((case.to_owned(), ms.trim().parse().ok()?)));
+                let (case, ms): (_, f64) =
+                    parsed.ok_or_else(|| results::bad(&path, line, "expected CASE,MILLISECONDS"))?;
                 times.insert(case, ms);
             }
         }

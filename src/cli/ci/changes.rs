@@ -91,7 +91,11 @@ mod tests {
                 .map(|report| (report.case.clone(), report))
                 .into(),
         };
-        let now = [report("a.b", Verdict::Crash, "one", 1.1), report("c.d", Verdict::Pass, "other", 1.5), CaseReport::new("g.h")];
+        let now = [
+            report("a.b", Verdict::Crash, "one", 1.1),
+            report("c.d", Verdict::Pass, "other", 1.5),
+            CaseReport::new("g.h"),
+        ];
         let judged: Vec<_> =
             now.iter().map(|report| Judged { status: report.verdict.status(), report, bundle: None }).collect();
         assert_eq!(

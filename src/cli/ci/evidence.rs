@@ -29,7 +29,18 @@ pub const SUITE: &str = "suite.toml";
 
 /// Variables of drivers, loaders and layers, by how they begin.
 const VARIABLES: [&str; 12] = [
-    "VK_", "MESA_", "LIBGL_", "LP_", "GALLIUM_", "GALLIVM_", "LVP_", "RADV_", "ANV_", "NVK_", "SWIFTSHADER_", "AFTERLIGHT_",
+    "VK_",
+    "MESA_",
+    "LIBGL_",
+    "LP_",
+    "GALLIUM_",
+    "GALLIVM_",
+    "LVP_",
+    "RADV_",
+    "ANV_",
+    "NVK_",
+    "SWIFTSHADER_",
+    "AFTERLIGHT_",
 ];
 
 /// The folder that files are kept in; without one nothing is kept. A file that cannot be written is told of, and does not stop the case: its verdict

@@ -88,7 +88,8 @@ pub struct Drawing {
 impl Drawing {
     /// Opens the scene and decides the settings.
     pub fn open(case: &Case) -> Result<Self, Stop> {
-        let patch: SettingsPatch = case.settings.parse().map_err(|error: scene::Error| Stop::fail(error.to_string()))?;
+        let patch: SettingsPatch =
+            case.settings.parse().map_err(|error: scene::Error| Stop::fail(error.to_string()))?;
         let size = patch.size.unwrap_or(Subject::SIZE);
         let aspect = f64::from(size[0]) / f64::from(size[1]);
         let options = OpenOptions { aspect, ..OpenOptions::default() };
@@ -174,7 +175,8 @@ impl Observed {
     fn note(&self, mode: Option<Mode>, evidence: &Evidence, report: &mut CaseReport) {
         let (left, said): (Vec<_>, Vec<_>) = self.messages.iter().partition(|own| own.kind == MessageKind::Leak);
         let holds = left.is_empty();
-        let detail = left.first().map_or_else(|| "nothing".to_owned(), |first| more(&first.text, left.len() as u64 - 1));
+        let detail =
+            left.first().map_or_else(|| "nothing".to_owned(), |first| more(&first.text, left.len() as u64 - 1));
         if !holds || mode.is_none() {
             report.hold(Check::ResourcesLeft, holds, detail);
         }
@@ -371,13 +373,15 @@ fn gpu_ms(drawing: &Drawing, renderer: &mut Renderer) -> Result<Option<f64>, Sto
 fn time(bound: f64, case: &Case, place: &Place, device: &Device, report: &mut CaseReport) {
     let is_cpu = device.physical.kind == gpu::vk::PhysicalDeviceType::CPU;
     if place.is_shared && is_cpu {
-        return report.skip(Check::Time, "other cases run on this CPU meanwhile: --jobs 1 gives times that mean something");
+        return report
+            .skip(Check::Time, "other cases run on this CPU meanwhile: --jobs 1 gives times that mean something");
     }
     let before = place.baseline.and_then(|baseline| baseline.gpu_ms(&case.name));
     let (Some(before), Some(now)) = (before, report.gpu_ms) else {
         return report.skip(Check::Time, "the baseline or the device has no time");
     };
-    let detail = format!("{now:.3} ms a frame on the device, {:.2} times the baseline's; at most {bound}", now / before);
+    let detail =
+        format!("{now:.3} ms a frame on the device, {:.2} times the baseline's; at most {bound}", now / before);
     report.hold(Check::Time, now <= before * bound, detail);
 }
 
@@ -432,16 +436,19 @@ fn against_truth(
     };
     let elsewhere = errors.elsewhere_share();
     let is_sane = errors.not_finite == 0 && errors.negative == 0;
-    let holds = is_sane && errors.mean <= bound.mean && errors.worst <= bound.worst && elsewhere <= bound.elsewhere;
-    let at_most = |bound: f64| if bound == f64::MAX { String::new() } else { format!(" (at most {bound})") };
+    let holds = is_sane
+        && errors.mean <= bound.mean
+        && errors.worst <= bound.worst.unwrap_or(f64::MAX)
+        && elsewhere <= bound.elsewhere;
+    let at_most = |bound: Option<f64>| bound.map_or_else(String::new, |bound| format!(" (at most {bound})"));
     let detail = format!(
         "mean error {:.4}{}, worst {:.3}{}, {:.1}% elsewhere{}{}",
         errors.mean,
-        at_most(bound.mean),
+        at_most(Some(bound.mean)),
         errors.worst,
         at_most(bound.worst),
         100.0 * elsewhere,
-        at_most(bound.elsewhere),
+        at_most(Some(bound.elsewhere)),
         if is_sane { "" } else { ", and values that are negative or no number" }
     );
     report.hold(Check::Truth, holds, detail);
@@ -477,4 +484,57 @@ pub fn differing(one: &Picture, other: &Picture) -> usize {
 /// The names of a plan's dependencies, for a bundle.
 pub fn dependencies(plan: &FramePlan) -> String {
     edges::table(plan).iter().map(|edge| format!("  {}: {} -> {}\n", edge.name, edge.from, edge.to)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use afterlight::gpu::Severity;
+
+    use super::*;
+
+    fn message(kind: MessageKind, severity: Severity, id_name: &str) -> Message {
+        Message { severity, kind, id_name: id_name.into(), objects: Vec::new(), text: "a queue\nmore".into() }
+    }
+
+    fn noted(mode: Option<Mode>, messages: &[Message]) -> CaseReport {
+        let mut report = CaseReport::new("a.b");
+        Observed { messages: messages.to_vec(), dropped: 0 }.note(mode, &Evidence::new(None), &mut report);
+        report
+    }
+
+    #[test]
+    fn a_message_fails_the_case_and_advice_and_the_system_do_not() {
+        let hazard = message(MessageKind::Validation, Severity::Error, "SYNC-HAZARD-WRITE-AFTER-READ");
+        let advice = message(MessageKind::Performance, Severity::Warning, "BestPractices-vkBindMemory");
+        let system = message(MessageKind::General, Severity::Warning, "Loader Message");
+        let failed = noted(Some(Mode::Sync), &[system.clone(), hazard.clone(), hazard.clone()]);
+        assert_eq!(failed.verdict, Verdict::Fail);
+        let reason = failed.reason.expect("a reason");
+        assert_eq!(reason, "layer message: sync: SYNC-HAZARD-WRITE-AFTER-READ a queue (and 1 more)");
+        assert_eq!(noted(Some(Mode::BestPractices), &[advice.clone(), system]).verdict, Verdict::Pass);
+        assert_eq!(noted(Some(Mode::Sync), &[advice]).verdict, Verdict::Fail, "advice that nobody has asked for");
+        assert_eq!(noted(Some(Mode::Core), &[]).verdict, Verdict::Pass);
+    }
+
+    #[test]
+    fn what_is_left_on_the_device_fails_the_case() {
+        let leak = message(MessageKind::Leak, Severity::Error, "");
+        for mode in [None, Some(Mode::Core)] {
+            let failed = noted(mode, std::slice::from_ref(&leak));
+            assert_eq!(failed.verdict, Verdict::Fail);
+            assert!(failed.reason.is_some_and(|reason| reason.starts_with("resources left: a queue")));
+        }
+        assert!(noted(None, &[]).findings.iter().any(|finding| finding.check == Check::ResourcesLeft));
+    }
+
+    #[test]
+    fn pixels_that_differ_are_counted_by_their_bits() {
+        let shown = |bytes: &[u8]| Picture { size: [2, 1], pixels: Pixels::Srgb8(bytes.to_vec()) };
+        let light = |light: &[f32]| Picture { size: [2, 1], pixels: Pixels::LinearF32(light.to_vec()) };
+        assert_eq!(differing(&shown(&[1; 8]), &shown(&[1; 8])), 0);
+        assert_eq!(differing(&shown(&[1; 8]), &shown(&[1, 1, 1, 1, 1, 2, 1, 1])), 1);
+        assert_eq!(differing(&light(&[0.0; 8]), &light(&[-0.0, 0., 0., 0., 0., 0., 0., 0.])), 1);
+        assert_eq!(differing(&light(&[f32::NAN; 8]), &light(&[f32::NAN; 8])), 0);
+        assert_eq!(differing(&shown(&[1; 8]), &light(&[1.0; 8])), 2);
+    }
 }

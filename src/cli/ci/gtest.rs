@@ -51,10 +51,11 @@ struct Filter {
 
 impl Filter {
     fn parse(text: &str) -> Result<Self, String> {
-        let (taken, left_out) = text.split_once('-').filter(|(before, _)| before.is_empty() || before.ends_with(':')).map_or_else(
-            || text.split_once(":-").map_or((text, ""), |(taken, out)| (taken, out)),
-            |(taken, out)| (taken.trim_end_matches(':'), out),
-        );
+        let (taken, left_out) =
+            text.split_once('-').filter(|(before, _)| before.is_empty() || before.ends_with(':')).map_or_else(
+                || text.split_once(":-").map_or((text, ""), |(taken, out)| (taken, out)),
+                |(taken, out)| (taken.trim_end_matches(':'), out),
+            );
         let patterns = |text: &str| -> Result<Vec<Regex>, String> {
             let patterns = text.split(':').filter(|pattern| !pattern.is_empty());
             patterns.map(|pattern| pattern_of(pattern).map_err(|error| error.to_string())).collect()

@@ -94,6 +94,9 @@ pub struct Args {
     /// Processes at a time, which share the device [default: one a core, at most 8]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
+    /// Start each case by this command, with this program's own command line behind it: a debugger, another stack's script
+    #[arg(long, value_name = "COMMAND", conflicts_with_all = ["case", "repro"])]
+    runner: Option<String>,
     /// Try this case in this process, and print its verdict as JSON; with -o, what it finds out is kept there
     #[arg(long, value_name = "NAME", conflicts_with_all = ["repro", "list", "coverage", "since", "only", "shard", "skips", "flakes"])]
     case: Option<String>,
@@ -209,7 +212,10 @@ impl Known {
         if let Some(file) = args.baseline.as_ref().filter(is_file)
             && args.bless
         {
-            let why = format!("--bless writes pictures and times, too: --baseline needs a folder, and {} is a file", file.display());
+            let why = format!(
+                "--bless writes pictures and times, too: --baseline needs a folder, and {} is a file",
+                file.display()
+            );
             return Err(Failure::new(Exit::BadInput, why));
         }
         let folder = args.baseline.as_ref().filter(|path| !path.is_file());
@@ -227,8 +233,11 @@ impl Known {
             let own = baseline.as_ref().and_then(|baseline| baseline.expressions(name));
             results::expressions(&given.iter().cloned().chain(own).collect::<Vec<_>>())
         };
-        let expectations =
-            Expectations { failures, skips: with(&args.skips, "skips.txt")?, flakes: with(&args.flakes, "flakes.txt")? };
+        let expectations = Expectations {
+            failures,
+            skips: with(&args.skips, "skips.txt")?,
+            flakes: with(&args.flakes, "flakes.txt")?,
+        };
         let since = args.since.as_deref().map(changes::Earlier::open).transpose()?;
         Ok(Self { baseline, expectations, since })
     }
@@ -250,12 +259,9 @@ fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(),
     let (skipped, tried): (Vec<&Case>, Vec<&Case>) =
         cases.iter().partition(|case| known.expectations.skips(&case.name));
     let jobs = args.jobs.map_or_else(|| available_parallelism().map_or(1, usize::from).min(MOST_JOBS), usize::from);
-    let runner = Runner {
-        program: env::current_exe().map_err(|error| Failure::new(Exit::BadInput, format!("cannot find this program: {error}")))?,
-        arguments: arguments(args, suite, &choice, jobs > 1),
-        cases: &working,
-        jobs,
-    };
+    let words = args.runner.iter().flat_map(|command| command.split_whitespace()).map(OsString::from);
+    let command = words.chain([own_program()?.into()]).chain(arguments(args, suite, &choice, jobs > 1)).collect();
+    let runner = Runner { command, cases: &working, jobs };
     let bar = progress::bar(format!("{} on {}", suite.name, device.name), tried.len() as u64, args.quiet);
     let reports = runner.run(&tried, &|_| bar.step())?;
     drop(bar);
@@ -290,9 +296,18 @@ fn blessed(report: &CaseReport) -> Status {
     status.against(Some(status))
 }
 
+/// This program's own file. One that a dynamic linker was told to start has its name from its command line.
+fn own_program() -> Result<PathBuf, Failure> {
+    let own = env::current_exe()
+        .map_err(|error| Failure::new(Exit::BadInput, format!("cannot find out where this program is: {error}")))?;
+    let is_linker = own.file_name().is_some_and(|name| name.to_string_lossy().starts_with("ld-"));
+    Ok(env::args_os().next().filter(|_| is_linker).map_or(own, PathBuf::from))
+}
+
 /// What each case's process is told.
 fn arguments(args: &Args, suite: &Suite, choice: &DeviceChoice, is_shared: bool) -> Vec<OsString> {
-    let mut arguments: Vec<OsString> = ["ci", &suite.name, "--quiet", "--device", &choice.to_string()].map(Into::into).into();
+    let mut arguments: Vec<OsString> =
+        ["ci", &suite.name, "--quiet", "--device", &choice.to_string()].map(Into::into).into();
     if let Some(folder) = args.baseline.as_ref().filter(|path| path.is_dir()) {
         arguments.extend(["--baseline".into(), folder.into()]);
     }
@@ -303,7 +318,12 @@ fn arguments(args: &Args, suite: &Suite, choice: &DeviceChoice, is_shared: bool)
 }
 
 /// Moves what bad cases left into the folder of bundles, each with the line that tries it again; removes what others left.
-fn keep_bundles(reports: &[CaseReport], working: &Path, bundles: &Path, args: &Args) -> Result<BTreeMap<String, PathBuf>, Failure> {
+fn keep_bundles(
+    reports: &[CaseReport],
+    working: &Path,
+    bundles: &Path,
+    args: &Args,
+) -> Result<BTreeMap<String, PathBuf>, Failure> {
     let failed = |error: &std::io::Error| Failure::write(&bundles.display().to_string(), error);
     let mut kept = BTreeMap::new();
     let is_kept = |report: &&CaseReport| report.verdict.is_bad() || report.verdict == verdict::Verdict::Flake;
@@ -311,7 +331,10 @@ fn keep_bundles(reports: &[CaseReport], working: &Path, bundles: &Path, args: &A
         output::make_folder(bundles)?;
         let (from, to) = (working.join(&report.case), bundles.join(&report.case));
         fs::rename(&from, &to).map_err(|error| failed(&error))?;
-        let device = args.device.as_ref().map_or_else(String::new, |device| format!(" --device {}", quoted(&device.to_string())));
+        let device = args
+            .device
+            .as_ref()
+            .map_or_else(String::new, |device| format!(" --device {}", quoted(&device.to_string())));
         let line = format!("afterlight ci --repro {}{device}\n", quoted(&to.display().to_string()));
         Sink::File(to.join("reproduce.txt")).write(line.as_bytes())?;
         Sink::File(to.join(runner::VERDICT)).write(output::json(report)?.as_bytes())?;
@@ -337,7 +360,11 @@ fn write(suite: &Suite, folder: &Path, begun: Instant, judged: &[Judged], change
         Sink::File(folder.join(name)).write(text.as_bytes())?;
     }
     if let Some(path) = env::var_os("GITHUB_STEP_SUMMARY") {
-        let appended = fs::OpenOptions::new().append(true).create(true).open(&path).and_then(|mut file| file.write_all(summary.as_bytes()));
+        let appended = fs::OpenOptions::new()
+            .append(true)
+            .create(true)
+            .open(&path)
+            .and_then(|mut file| file.write_all(summary.as_bytes()));
         appended.map_err(|error| Failure::write(&path.to_string_lossy(), &error))?;
     }
     Ok(())

@@ -157,14 +157,23 @@ mod tests {
         let mut failed = CaseReport::new("paths.loop");
         failed.hold(Check::Truth, false, "mean error 0.2 <b> & | \u{1}".into());
         failed.seconds = 1.5;
-        let flaky = CaseReport { verdict: Verdict::Flake, reason: Some("first Crash".into()), ..CaseReport::new("paths.tiled") };
-        let skipped = CaseReport { verdict: Verdict::Skip, reason: Some("lacks".into()), ..CaseReport::new("looks.aces") };
+        let flaky = CaseReport {
+            verdict: Verdict::Flake,
+            reason: Some("first Crash".into()),
+            ..CaseReport::new("paths.tiled")
+        };
+        let skipped =
+            CaseReport { verdict: Verdict::Skip, reason: Some("lacks".into()), ..CaseReport::new("looks.aces") };
         vec![CaseReport::new("paths.plain"), failed, flaky, skipped]
     }
 
     fn judged(reports: &[CaseReport]) -> Vec<Judged<'_>> {
-        let bundle = |report: &CaseReport| (report.verdict == Verdict::Fail).then_some(Path::new("out/bundles/paths.loop"));
-        reports.iter().map(|report| Judged { status: report.verdict.status(), report, bundle: bundle(report) }).collect()
+        let bundle =
+            |report: &CaseReport| (report.verdict == Verdict::Fail).then_some(Path::new("out/bundles/paths.loop"));
+        reports
+            .iter()
+            .map(|report| Judged { status: report.verdict.status(), report, bundle: bundle(report) })
+            .collect()
     }
 
     #[test]

@@ -89,7 +89,9 @@ pub fn expressions(paths: &[PathBuf]) -> Result<Option<RegexSet>, Failure> {
 
 /// `results.csv`, in the order of names.
 pub fn results(judged: &[(Status, &CaseReport)]) -> String {
-    sorted(judged).map(|(status, report)| format!("{},{},{}\n", report.case, status.name(), report.seconds as f32)).collect()
+    sorted(judged)
+        .map(|(status, report)| format!("{},{},{}\n", report.case, status.name(), report.seconds as f32))
+        .collect()
 }
 
 /// `failures.csv`: what is not as expected, and with `all` what fails as expected, too.
@@ -126,7 +128,9 @@ mod tests {
         let read_back = read(good.path()).expect("read");
         assert_eq!(read_back["a.b"], Status::Fail);
         assert_eq!((read_back["c.d"], read_back["e.f"]), (Status::Crash, Status::Pass));
-        for (text, part) in [("a.b\n", ":1: expected CASE,STATUS"), ("#\na,Odd\n", ":2: \"Odd\""), ("a,Fail\na,Fail\n", ":2: a stands")] {
+        for (text, part) in
+            [("a.b\n", ":1: expected CASE,STATUS"), ("#\na,Odd\n", ":2: \"Odd\""), ("a,Fail\na,Fail\n", ":2: a stands")]
+        {
             let bad = file(text);
             let message = read(bad.path()).expect_err(text).one_line();
             assert!(message.contains(part), "{message}");

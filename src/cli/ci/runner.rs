@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::ffi::OsString;
 use std::fs;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
@@ -25,10 +25,8 @@ const POLL: Duration = Duration::from_millis(5);
 
 /// How cases are run.
 pub struct Runner<'a> {
-    /// This program.
-    pub program: PathBuf,
-    /// What all processes are told besides their case and its folder.
-    pub arguments: Vec<OsString>,
+    /// This program, behind whatever starts it, and what all processes are told besides their case and its folder.
+    pub command: Vec<OsString>,
     /// A folder for each case is made here.
     pub cases: &'a Path,
     /// Processes at a time.
@@ -98,16 +96,20 @@ impl Runner<'_> {
     fn once(&self, case: &Case, folder: &Path) -> Result<CaseReport, Failure> {
         let cannot = |what: &str, error: &io::Error| Failure::new(Exit::BadInput, format!("{what}: {error}"));
         if folder.exists() {
-            fs::remove_dir_all(folder).map_err(|error| cannot(&format!("cannot remove {}", folder.display()), &error))?;
+            fs::remove_dir_all(folder)
+                .map_err(|error| cannot(&format!("cannot remove {}", folder.display()), &error))?;
         }
         output::make_folder(folder)?;
         let log = fs::File::create(folder.join(LOG)).map_err(|error| Failure::write(LOG, &error))?;
         let errors = log.try_clone().map_err(|error| Failure::write(LOG, &error))?;
-        let mut command = Command::new(&self.program);
-        command.args(&self.arguments).args(["--case", &case.name, "-o"]).arg(folder);
+        let mut words = self.command.iter();
+        let mut command = Command::new(words.next().map_or("".as_ref(), OsString::as_os_str));
+        command.args(words).args(["--case", &case.name, "-o"]).arg(folder);
         command.stdin(Stdio::null()).stdout(log).stderr(errors);
         let begun = Instant::now();
-        let mut child = command.spawn().map_err(|error| cannot("cannot start a process for a case", &error))?;
+        let mut child = command
+            .spawn()
+            .map_err(|error| cannot(&format!("cannot start {}", command.get_program().display()), &error))?;
         let ended = wait(&mut child, Duration::from_secs_f64(case.timeout));
         let mut report = match ended.map_err(|error| cannot("cannot wait for a case's process", &error))? {
             Some(status) => judge(case, folder, status),
@@ -147,7 +149,11 @@ fn judge(case: &Case, folder: &Path, status: ExitStatus) -> CaseReport {
     let left = fs::read(folder.join(VERDICT)).ok().and_then(|json| serde_json::from_slice(&json).ok());
     left.unwrap_or_else(|| {
         let said = fs::read_to_string(folder.join(LOG)).unwrap_or_default();
-        let said = said.lines().rev().find(|line| !line.trim().is_empty()).map_or_else(String::new, |line| format!(": {line}"));
+        let said = said
+            .lines()
+            .rev()
+            .find(|line| !line.trim().is_empty())
+            .map_or_else(String::new, |line| format!(": {line}"));
         let why = format!("its process ended without a verdict, {status}{}{said}", last_label(folder));
         CaseReport { on: place(folder), ..CaseReport::ended(&case.name, Verdict::Crash, why) }
     })

@@ -80,15 +80,11 @@ pub struct Truth {
     /// The mean over the pixels of their greatest relative error.
     pub mean: f64,
     /// The greatest relative error of a pixel.
-    #[serde(default = "unbounded")]
-    pub worst: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub worst: Option<f64>,
     /// The share of pixels that may show another triangle.
     #[serde(default = "elsewhere")]
     pub elsewhere: f64,
-}
-
-fn unbounded() -> f64 {
-    f64::MAX
 }
 
 fn elsewhere() -> f64 {
@@ -214,7 +210,9 @@ impl Keys {
             return Err(unknown("key", key, &KEYS));
         }
         let positive = [("timeout", self.timeout), ("slower", self.slower)];
-        if let Some((key, _)) = positive.iter().find(|(_, value)| value.is_some_and(|value| !(value > 0.0 && value <= 1e6))) {
+        if let Some((key, _)) =
+            positive.iter().find(|(_, value)| value.is_some_and(|value| !(value > 0.0 && value <= 1e6)))
+        {
             return Err(format!("{key} must be a number above 0, up to 1e6"));
         }
         if self.time.is_some_and(|time| !(0.0..=1e9).contains(&time)) {
@@ -223,7 +221,7 @@ impl Keys {
         if self.flip.is_some_and(|flip| !(0.0..=1.0).contains(&flip)) {
             return Err("flip must be a mean FLIP error from 0 to 1".into());
         }
-        let bounds = self.truth.iter().flat_map(|truth| [truth.mean, truth.worst, truth.elsewhere]);
+        let bounds = self.truth.iter().flat_map(|truth| [truth.mean, truth.worst.unwrap_or_default(), truth.elsewhere]);
         if bounds.into_iter().any(|bound| !(bound >= 0.0)) {
             return Err("bounds of truth must not be below 0".into());
         }
@@ -307,7 +305,8 @@ fn collect(name: &str, folder: &Path, depth: usize, cases: &mut Vec<Case>) -> Re
         None => {
             let path = folder.join(name);
             let text = fs::read_to_string(&path).map_err(|error| {
-                let failure = Failure::new(Exit::BadInput, format!("cannot read the suite {}: {error}", path.display()));
+                let failure =
+                    Failure::new(Exit::BadInput, format!("cannot read the suite {}: {error}", path.display()));
                 failure.with_hint(format!("shipped suites: {}", SHIPPED.map(|(name, _)| name).join(", ")))
             })?;
             (text, path)
@@ -374,5 +373,117 @@ impl Entry {
 /// Names are parts of names of files, lines of CSV, and tests of googletest's filters.
 fn check_name(what: &str, name: &str) -> Result<(), String> {
     let is_plain = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_');
-    if is_plain { Ok(()) } else { Err(format!("the {what} \"{name}\": only letters, digits, - and _ can be in a name")) }
+    if is_plain {
+        Ok(())
+    } else {
+        Err(format!("the {what} \"{name}\": only letters, digits, - and _ can be in a name"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write as _;
+
+    use tempfile::NamedTempFile;
+
+    use super::*;
+
+    fn opened(text: &str) -> Result<Suite, Failure> {
+        let mut file = NamedTempFile::new().expect("a temporary file");
+        file.write_all(text.as_bytes()).expect("written");
+        Suite::open(&file.path().display().to_string())
+    }
+
+    const WHOLE: &str = r#"
+[defaults]
+settings = "size=32x18 light-path=loop"
+timeout = 5
+validate = ["sync"]
+
+[scenes]
+own = "base = \"builtin:quad\""
+
+[[case]]
+group = "a"
+scene = "own"
+settings = "size=8x8"
+truth = { mean = 0.5 }
+identical = 3
+[case.each]
+plain = ""
+wide = "size=16x8"
+
+[[case]]
+group = "b"
+scene = "models/house.obj"
+flip = 0.1
+validate = []
+each = { forward = "light-path=forward" }
+"#;
+
+    #[test]
+    fn cases_have_what_they_say_over_what_their_file_says() {
+        let suite = opened(WHOLE).unwrap_or_else(|failure| panic!("{}", failure.one_line()));
+        let names: Vec<_> = suite.cases.iter().map(|case| case.name.as_str()).collect();
+        assert_eq!(names, ["a.plain", "a.wide", "b.forward"]);
+        let [plain, wide, forward] = &suite.cases[..] else { panic!("three cases") };
+        assert_eq!((plain.settings.as_str(), plain.holds.identical, plain.timeout), ("size=8x8", 3, 5.0));
+        assert_eq!((wide.settings.as_str(), &wide.holds.validate[..]), ("size=16x8", &[Mode::Sync][..]));
+        assert!(matches!(&plain.scene, SceneSource::Text { text, .. } if text.contains("builtin:quad")));
+        assert!(
+            matches!(&forward.scene, SceneSource::Named(name) if name.ends_with("/models/house.obj")),
+            "{forward:?}"
+        );
+        assert_eq!((forward.holds.flip, forward.holds.validate.len()), (Some(0.1), 0));
+        assert_eq!(forward.settings, "size=32x18 light-path=forward");
+    }
+
+    #[test]
+    fn a_case_alone_is_a_suite_of_that_case() {
+        for case in Suite::open("full").expect("it is shipped").cases.iter().chain(&opened(WHOLE).expect("read").cases)
+        {
+            let alone = opened(&alone(case)).unwrap_or_else(|failure| panic!("{}: {}", case.name, failure.one_line()));
+            let [again] = &alone.cases[..] else { panic!("one case") };
+            let same_scene = match (&case.scene, &again.scene) {
+                (SceneSource::Text { text: one, .. }, SceneSource::Text { text: other, .. }) => one == other,
+                (SceneSource::Named(one), SceneSource::Named(other)) => one == other,
+                _ => false,
+            };
+            assert!(same_scene, "{}", case.name);
+            assert_eq!((&again.name, &again.settings, &again.holds), (&case.name, &case.settings, &case.holds));
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_with_its_line() {
+        let case = "[[case]]\ngroup = \"a\"\nscene = \"builtin:quad\"\neach = { b = \"\" }\n";
+        for (text, part) in [
+            ("", "there is no case"),
+            ("[[case]]\ngroup = \"a\"\n", ":1: missing field"),
+            (&format!("{case}colour = 1\n"), "unknown key \"colour\""),
+            (&format!("{case}\n{case}"), "two cases are named a.b"),
+            (&format!("{case}timeout = 0\n"), ":2: timeout must be"),
+            (&format!("{case}identical = 0\n"), "identical must be 1 or more"),
+            (&format!("{case}flip = 2\n"), "flip must be"),
+            (&format!("{case}truth = {{ mean = -1 }}\n"), "must not be below 0"),
+            (&format!("{case}truth = {{ men = 1 }}\n"), "men"),
+            (&format!("{case}validate = [\"some\"]\n"), "some"),
+            (&format!("{case}settings = \"colour=red\"\n"), "unknown setting"),
+            (&case.replace("\"a\"", "\"a b\""), "only letters"),
+            (&case.replace("{ b = \"\" }", "{}"), "has no variant"),
+            ("include = [\"smoke\", \"missing.toml\"]\n", "cannot read the suite"),
+        ] {
+            let message = opened(text).expect_err(text).one_line();
+            assert!(message.contains(part), "{text}: {message}");
+        }
+    }
+
+    #[test]
+    fn suites_that_include_each_other_end() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("own.toml");
+        fs::write(&path, "include = [\"own.toml\"]\n").expect("written");
+        let message = Suite::open(&path.display().to_string()).expect_err("no end").one_line();
+        assert!(message.contains("without end"), "{message}");
+    }
 }

@@ -1,0 +1,328 @@
+//! `afterlight ci` from outside: verdicts, exit codes, bundles and baselines, and processes that are killed.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::common::program::{afterlight_gtest, program, runner};
+
+const SUITE: &str = r#"
+[defaults]
+settings = "size=32x18"
+
+[[case]]
+group = "good"
+scene = "builtin:triangle"
+flip = 0
+each = { forward = "light-path=forward", loop = "light-path=loop" }
+
+[[case]]
+group = "bad"
+scene = "builtin:triangle"
+truth = { mean = 0, elsewhere = 0 }
+each = { truth = "light-path=loop brdf=phong" }
+
+[[case]]
+group = "bad"
+scene = "builtin:triangle"
+identical = 1
+steady_frames = 100000000
+timeout = 0.5
+each = { slow = "" }
+
+[[case]]
+group = "bad"
+scene = "missing.toml"
+each = { missing = "" }
+"#;
+
+fn ci(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = program();
+    command.current_dir(folder).arg("ci").args(arguments);
+    if let Some(runner) = runner() {
+        command.arg("--runner").arg(runner);
+    }
+    command.output().expect("the program starts")
+}
+
+/// Statuses by case.
+fn results(path: &Path) -> BTreeMap<String, String> {
+    let text = fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let field = |line: &str, index| line.split(',').nth(index).unwrap_or_default().to_owned();
+    text.lines().map(|line| (field(line, 0), field(line, 1))).collect()
+}
+
+fn code(output: &Output) -> Option<i32> {
+    output.status.code()
+}
+
+fn errors(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn each_case_has_its_verdict_and_what_is_known_is_expected() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("own.toml"), SUITE).expect("written");
+
+    let first = ci(folder.path(), &["own.toml", "-o", "first"]);
+    assert_eq!(code(&first), Some(1), "{}", errors(&first));
+    let found = results(&at("first/results.csv"));
+    let expected = [
+        ("bad.missing", "Fail"),
+        ("bad.slow", "Timeout"),
+        ("bad.truth", "Fail"),
+        ("good.forward", "Pass"),
+        ("good.loop", "Pass"),
+    ];
+    assert_eq!(found, expected.map(|(case, status)| (case.to_owned(), status.to_owned())).into());
+    assert!(errors(&first).contains("worse than expected: bad.truth, bad.slow, bad.missing"), "{}", errors(&first));
+    assert_eq!(results(&at("first/failures.csv")).len(), 3);
+    let bundle = at("first/bundles/bad.truth");
+    for name in
+        ["suite.toml", "plan.txt", "device.json", "environment.txt", "picture.png", "truth.png", "reproduce.txt"]
+    {
+        assert!(bundle.join(name).exists(), "{name} is not in the bundle");
+    }
+    let spirv = fs::read_dir(bundle.join("shaders")).expect("shaders").map(|file| file.expect("a file").path());
+    let words: Vec<_> = spirv.map(|path| fs::read(path).expect("readable")[..4].to_vec()).collect();
+    assert!(words.len() > 1 && words.iter().all(|start| start[..] == 0x0723_0203u32.to_le_bytes()), "{words:?}");
+    let xml = fs::read_to_string(at("first/junit.xml")).expect("JUnit");
+    let suites = roxmltree::Document::parse(&xml).expect("XML").root_element().attribute("tests").map(str::to_owned);
+    assert_eq!(suites.as_deref(), Some("5"));
+
+    let again = program().current_dir(folder.path()).args(["ci", "--repro", "first/bundles/bad.truth"]).output();
+    let again = again.expect("the program starts");
+    assert_eq!(code(&again), Some(1), "{}", errors(&again));
+    assert!(errors(&again).contains("bad.truth: Fail: truth"), "{}", errors(&again));
+
+    // The run that blesses is as expected itself, and so is the next.
+    for arguments in [&["--bless"][..], &["--since", "first"]] {
+        let run = ci(folder.path(), &[&["own.toml", "-o", "next", "--baseline", "known"][..], arguments].concat());
+        assert_eq!(code(&run), Some(0), "{arguments:?}: {}", errors(&run));
+        let found = results(&at("next/results.csv"));
+        assert_eq!((found["bad.truth"].as_str(), found["bad.slow"].as_str()), ("ExpectedFail", "ExpectedFail"));
+    }
+    let summary = fs::read_to_string(at("next/summary.md")).expect("a summary");
+    assert!(summary.contains("- bad.truth: Fail before, ExpectedFail now"), "{summary}");
+
+    // Another picture than the baseline's is a failure, and a case that does not fail any more an improvement.
+    let known = only_folder(&only_folder(&at("known")));
+    let (picture, other) = (known.join("good.loop.png"), image::RgbImage::from_pixel(32, 18, image::Rgb([255, 0, 0])));
+    let kept = fs::read(&picture).expect("the baseline's picture");
+    other.save(&picture).expect("written");
+    let only = ["own.toml", "-o", "next", "--baseline", "known", "--only", "^good"];
+    let run = ci(folder.path(), &only);
+    assert_eq!(code(&run), Some(1), "{}", errors(&run));
+    let bundle = at("next/bundles/good.loop");
+    assert!(bundle.join("baseline.png").exists() && bundle.join("difference.png").exists());
+    fs::write(&picture, kept).expect("written");
+    fs::write(known.join("failures.csv"), "good.loop,Fail\n").expect("written");
+    let run = ci(folder.path(), &only);
+    assert_eq!(code(&run), Some(2), "{}", errors(&run));
+    assert_eq!(results(&at("next/results.csv"))["good.loop"], "UnexpectedImprovement(Pass)");
+}
+
+fn only_folder(path: &Path) -> std::path::PathBuf {
+    let mut folders = fs::read_dir(path).expect("a folder").map(|entry| entry.expect("an entry").path());
+    folders.next().expect("one folder")
+}
+
+#[test]
+fn shards_and_skips_leave_cases_out_and_wrong_words_end_with_3() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("own.toml"), SUITE).expect("written");
+    fs::write(folder.path().join("skips.txt"), "# slow ones\nbad\\..*\n").expect("written");
+    let list = |arguments: &[&str]| {
+        let output = ci(folder.path(), &[&["own.toml", "--list"], arguments].concat());
+        assert_eq!(code(&output), Some(0), "{}", errors(&output));
+        String::from_utf8_lossy(&output.stdout).lines().map(str::to_owned).collect::<Vec<_>>()
+    };
+    let parts: Vec<_> = ["1/2", "2/2"].iter().flat_map(|shard| list(&["--shard", shard])).collect();
+    assert_eq!(parts.len(), 5);
+    assert_eq!(list(&["--only", "loop$"]), ["good.loop"]);
+    let run = ci(folder.path(), &["own.toml", "-o", "out", "--skips", "skips.txt", "--quiet"]);
+    assert_eq!(code(&run), Some(0), "{}", errors(&run));
+    let found = results(&folder.path().join("out/results.csv"));
+    assert_eq!((found["bad.slow"].as_str(), found["good.loop"].as_str()), ("Skip", "Pass"));
+    assert!(!folder.path().join("out/bundles").exists() && !folder.path().join("out/cases").exists());
+    for wrong in [&["nowhere.toml", "-o", "out"][..], &["--no-such-option"], &["smoke"], &["own.toml", "--case", "a.b"]]
+    {
+        let output = ci(folder.path(), wrong);
+        assert_eq!(code(&output), Some(3), "{wrong:?}: {}", errors(&output));
+    }
+}
+
+/// A process of a case that takes long is killed: for good it is a crash, once it is a flake.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_killed_case_is_a_crash_and_one_that_then_passes_a_flake() {
+    let suite = r#"
+[[case]]
+group = "long"
+scene = "builtin:triangle"
+settings = "size=32x18"
+identical = 1
+steady_frames = 100000000
+each = { killed = "" }
+
+[[case]]
+group = "long"
+scene = "builtin:triangle"
+settings = "size=32x18"
+identical = 1
+steady_frames = 1000
+each = { flaky = "" }
+
+[[case]]
+group = "good"
+scene = "builtin:triangle"
+settings = "size=32x18"
+each = { triangle = "" }
+"#;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("own.toml");
+    fs::write(&path, suite).expect("written");
+    let mut command = program();
+    command.current_dir(folder.path()).args(["ci", "own.toml", "-o", "out", "--jobs", "1", "--quiet"]);
+    if let Some(runner) = runner() {
+        command.arg("--runner").arg(runner);
+    }
+    let mut run = command.spawn().expect("the program starts");
+    let cases = folder.path().join("out/cases");
+    let begun = Instant::now();
+    let mut killed = 0;
+    let status = loop {
+        assert!(begun.elapsed() < Duration::from_secs(120), "it does not end");
+        if let Some(status) = run.try_wait().expect("it can be waited for") {
+            break status;
+        }
+        // Once it draws, so that its last label is known.
+        for name in ["long.killed", "long.killed.again", "long.flaky"] {
+            let label = fs::read_to_string(cases.join(name).join("last-label.txt")).unwrap_or_default();
+            if !label.trim().is_empty() {
+                killed += usize::from(kill(&cases.join(name)));
+            }
+        }
+        thread::sleep(Duration::from_millis(20));
+    };
+    assert_eq!(status.code(), Some(1));
+    assert!(killed >= 3, "{killed}");
+    let found = results(&folder.path().join("out/results.csv"));
+    assert_eq!(found["long.killed"], "Crash");
+    assert_eq!(found["long.flaky"], "Flake");
+    assert_eq!(found["good.triangle"], "Pass");
+    let lines = fs::read_to_string(folder.path().join("out/results.jsonl")).expect("JSON lines");
+    let crash = lines.lines().find(|line| line.contains("long.killed")).expect("a line");
+    let report: serde_json::Value = serde_json::from_str(crash).expect("JSON");
+    let reason = report["reason"].as_str().unwrap_or_default();
+    assert!(reason.contains("signal: 9") && reason.contains("after the label "), "{reason}");
+    assert!(!report["driver"].as_str().unwrap_or_default().is_empty(), "{report}");
+}
+
+/// Kills the process that was told this folder; whether there was one.
+#[cfg(target_os = "linux")]
+fn kill(folder: &Path) -> bool {
+    let Ok(processes) = fs::read_dir("/proc") else { return false };
+    let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let is_told = |id: &str| {
+        let words = fs::read(format!("/proc/{id}/cmdline")).unwrap_or_default();
+        let words: Vec<_> = words.split(|byte| *byte == 0).map(String::from_utf8_lossy).collect();
+        let is_here = fs::read_link(format!("/proc/{id}/cwd")).is_ok_and(|cwd| folder.starts_with(cwd));
+        is_here
+            && words.iter().any(|word| word == "--case")
+            && words.iter().any(|word| word.ends_with(&format!("/{name}")))
+    };
+    let ids = processes.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let told: Vec<_> = ids.filter(|id| id.bytes().all(|byte| byte.is_ascii_digit()) && is_told(id)).collect();
+    told.iter().any(|id| Command::new("kill").args(["-KILL", id]).status().is_ok_and(|status| status.success()))
+}
+
+#[test]
+fn gtest_lists_and_runs_as_googletest_does() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("own.toml");
+    fs::write(&path, SUITE).expect("written");
+    let run = |arguments: &[&str]| {
+        let output = afterlight_gtest().env("AFTERLIGHT_SUITE", &path).args(arguments).output();
+        let output = output.expect("the program starts");
+        (code(&output), String::from_utf8_lossy(&output.stdout).into_owned())
+    };
+    let (ended, list) = run(&["--gtest_list_tests"]);
+    assert_eq!((ended, list.as_str()), (Some(0), "good.\n  forward\n  loop\nbad.\n  truth\n  slow\n  missing\n"));
+    let (ended, text) = run(&["--gtest_filter=good.loop:bad.missing"]);
+    assert_eq!(ended, Some(1), "{text}");
+    let lines: Vec<_> =
+        text.lines().filter(|line| line.contains("good.loop") || line.contains("] bad.missing")).collect();
+    assert_eq!((lines[0], lines[2]), ("[ RUN      ] good.loop", "[ RUN      ] bad.missing"));
+    assert!(
+        lines[1].starts_with("[       OK ] good.loop (") && lines[3].starts_with("[  FAILED  ] bad.missing ("),
+        "{text}"
+    );
+}
+
+/// The commands of the files for build servers try each case once, in whichever part.
+#[test]
+#[cfg(unix)]
+fn files_for_build_servers_run_the_whole_suite_in_parts() {
+    let suite = r#"
+[[case]]
+group = "good"
+scene = "builtin:triangle"
+settings = "size=16x9"
+identical = 1
+each = { a = "", b = "", c = "" }
+"#;
+    let all = ["github.yml", "gitlab-ci.yml", "slurm.sh", "kubernetes.yaml"];
+    for name in all {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        fs::write(folder.path().join("own.toml"), suite).expect("written");
+        // Its name alone, as on a machine with the program on its path.
+        let program = program();
+        let words: Vec<_> = [program.get_program()].into_iter().chain(program.get_args()).collect();
+        let runner = runner().map_or_else(String::new, |runner| format!(" --runner {}", runner.display()));
+        let words: Vec<_> = words.iter().map(|word| word.to_string_lossy()).collect();
+        let function = format!("afterlight() {{ {} \"$@\"{runner}; }}\n", words.join(" "));
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/ci").join(name);
+        let script = function + &commands(&fs::read_to_string(file).expect("readable"));
+        let mut found = BTreeMap::new();
+        for part in ["1", "2"] {
+            let index = if part == "1" { "0" } else { "1" };
+            let variables = [
+                ("SUITE", "own.toml"),
+                ("PART", part),
+                ("PARTS", "2"),
+                ("CI_NODE_INDEX", part),
+                ("CI_NODE_TOTAL", "2"),
+                ("SLURM_ARRAY_TASK_ID", part),
+                ("SLURM_ARRAY_TASK_COUNT", "2"),
+                ("JOB_COMPLETION_INDEX", index),
+            ];
+            let output =
+                Command::new("bash").args(["-euc", &script]).current_dir(folder.path()).envs(variables).output();
+            let output = output.expect("bash starts");
+            assert!(output.status.success(), "{name}: {}", errors(&output));
+            found.extend(results(&folder.path().join(format!("out-{part}/results.csv"))));
+        }
+        assert_eq!(found.len(), 3, "{name}: {found:?}");
+        assert!(found.values().all(|status| status == "Pass"), "{name}: {found:?}");
+    }
+}
+
+/// A script whole; of YAML the indented block that starts the program.
+fn commands(text: &str) -> String {
+    if text.starts_with("#!") {
+        return text.to_owned();
+    }
+    let indent = |line: &str| line.len() - line.trim_start().len();
+    let lines: Vec<&str> = text.lines().collect();
+    let own =
+        lines.iter().position(|line| line.trim_start().starts_with("afterlight ci ")).expect("it starts the program");
+    let begin = lines[..own].iter().rposition(|line| line.trim_end().ends_with('|')).expect("a block") + 1;
+    let block = lines[begin..].iter().take_while(|line| indent(line) >= indent(lines[begin]));
+    block.map(|line| format!("{}\n", line.trim_start())).collect()
+}
