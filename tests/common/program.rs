@@ -18,14 +18,6 @@ pub fn example(name: &str) -> Command {
     start(&path)
 }
 
-/// Returns a command that starts `afterlight-gtest`.
-pub fn afterlight_gtest() -> Command {
-    // The program that it starts in its place is found beside it, on whatever stack: it is not started through the runner, whose program is a linker.
-    let mut command = start(Path::new(PROGRAM));
-    command.arg("gtest");
-    if runner().is_some() { command } else { Command::new(env!("CARGO_BIN_EXE_afterlight-gtest")) }
-}
-
 /// What starts programs on the stack that the tests run on, where that is not the machine's own.
 pub fn runner() -> Option<OsString> {
     std::env::var_os("AFTERLIGHT_RUNNER")

@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::common::program::{afterlight_gtest, program, runner};
+use crate::common::program::{program, runner};
 
 const SUITE: &str = r#"
 [defaults]
@@ -240,6 +240,16 @@ fn kill(folder: &Path) -> bool {
     let ids = processes.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
     let told: Vec<_> = ids.filter(|id| id.bytes().all(|byte| byte.is_ascii_digit()) && is_told(id)).collect();
     told.iter().any(|id| Command::new("kill").args(["-KILL", id]).status().is_ok_and(|status| status.success()))
+}
+
+/// `afterlight-gtest`. Through the runner of another stack, whose linker it would take for itself, the command that it starts.
+fn afterlight_gtest() -> Command {
+    if runner().is_none() {
+        return Command::new(env!("CARGO_BIN_EXE_afterlight-gtest"));
+    }
+    let mut command = program();
+    command.arg("gtest");
+    command
 }
 
 #[test]

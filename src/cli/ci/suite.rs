@@ -222,7 +222,7 @@ impl Keys {
             return Err("flip must be a mean FLIP error from 0 to 1".into());
         }
         let bounds = self.truth.iter().flat_map(|truth| [truth.mean, truth.worst.unwrap_or_default(), truth.elsewhere]);
-        if bounds.into_iter().any(|bound| !(bound >= 0.0)) {
+        if bounds.into_iter().any(|bound| bound.is_nan() || bound < 0.0) {
             return Err("bounds of truth must not be below 0".into());
         }
         match self.identical {
